@@ -1,0 +1,45 @@
+# Each target first makes .venv from environment.lock, when it is missing or older than the lock.
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+BIN := .venv/bin
+SNAKEMAKE := $(BIN)/snakemake --profile workflow/profiles/default
+SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
+
+.PHONY: results sample test lint bench check lock sample-captures clean
+
+results: .venv/installed
+	$(SNAKEMAKE)
+	$(BIN)/python workflow/house/closing.py results
+
+sample: .venv/installed
+	$(SAMPLE)
+	$(BIN)/python workflow/house/closing.py results/sample
+
+test: .venv/installed
+	$(BIN)/python -m pytest
+
+lint: .venv/installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/python workflow/house/lint.py
+	PYTHONPATH=workflow/scripts $(BIN)/lint-imports
+
+bench: .venv/installed
+	PYTHONPATH=workflow/scripts $(BIN)/python tests/bench.py results/bench.csv
+
+# The committed captures of tests/sample, made anew by the virtual lab.
+sample-captures: .venv/installed
+	$(SNAKEMAKE) --configfile tests/sample/config.yaml tests/sample/lab_config.yaml --forceall lab
+
+lock:
+	uv pip compile --python-version 3.11 --generate-hashes --no-header --no-emit-index-url \
+	  environment.in -o environment.lock
+
+clean:
+	rm -rf results raw .venv
+
+.venv/installed: environment.lock
+	rm -rf .venv
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r environment.lock
+	touch $@

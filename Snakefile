@@ -1,0 +1,27 @@
+# Palpate: how stiff a soft object is, from one depth camera and a hand-held force probe.
+from snakemake.utils import min_version
+
+
+min_version("9.0")
+
+
+configfile: "config/config.yaml"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/lab.smk"
+include: "workflow/rules/preprocess.smk"
+include: "workflow/rules/surface.smk"
+include: "workflow/rules/elasticity.smk"
+include: "workflow/rules/study.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        study_outputs(),
+
+
+rule lab:
+    input:
+        lab_outputs(),

@@ -1,0 +1,203 @@
+"""Everything people write, read and checked once before the first job."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from palpate.capture.check import check_object
+from palpate.capture.discover import CaptureId, discover
+from palpate.capture.schema import load_yaml, validate
+
+LAB_TEMPLATE = "template.ply"
+SCHEMAS = Path(__file__).resolve().parents[2] / "config" / "schemas"
+
+
+@dataclass(frozen=True)
+class House:
+    """What one run of the workflow works on.
+
+    Attributes
+    ----------
+    paths : mapping
+        Folders of the run (``paths`` of config.yaml).
+    sensors, probes : mapping
+        Specification by name, from one YAML file each.
+    lab : mapping or None
+        The virtual lab's configuration; None where the run has only dropped captures.
+    captures : tuple of CaptureId
+        All captures of the run, dropped in or to be made by the lab, sorted.
+    simulated : frozenset of CaptureId
+        Those that the lab makes.
+    object_files : mapping
+        object.yaml by name, of the objects that people recorded.
+    """
+
+    paths: Mapping[str, str]
+    sensors: Mapping[str, Mapping]
+    probes: Mapping[str, Mapping]
+    lab: Mapping | None
+    captures: tuple[CaptureId, ...]
+    simulated: frozenset[CaptureId]
+    object_files: Mapping[str, Mapping]
+
+    @property
+    def objects(self) -> list[str]:
+        """Names of the objects of the run."""
+        return sorted({capture.object for capture in self.captures})
+
+    def captures_of(self, name: str) -> list[CaptureId]:
+        """Captures of one object."""
+        return [capture for capture in self.captures if capture.object == name]
+
+    def probe_of(self, name: str) -> Mapping:
+        """Probe of an object: declared by its object.yaml, or by the lab that is to write it."""
+        if self.made_by_lab(name):
+            return self.probes[self.lab["objects"][name]["object"]["probe"]]
+        return self.probes[self.object_files[name]["probe"]]
+
+    def template_file(self, name: str) -> str:
+        """Name of an object's template inside its folder."""
+        if self.made_by_lab(name):
+            return LAB_TEMPLATE
+        return self.object_files[name]["template"]["file"]
+
+    def described(self, *, simulated: bool | None = None) -> list[dict[str, str]]:
+        """Describe the captures of the run, as tables name them.
+
+        Parameters
+        ----------
+        simulated : bool, optional
+            True: just those that the lab makes.
+        """
+        chosen = [c for c in self.captures if not simulated or c in self.simulated]
+        return [
+            {
+                "object": c.object,
+                "sensor": c.sensor,
+                "capture": c.capture,
+                "point": c.point,
+                "provenance": self._provenance_of(c.object),
+            }
+            for c in chosen
+        ]
+
+    def _provenance_of(self, name: str) -> str:
+        return "simulated" if self.made_by_lab(name) else self.object_files[name]["provenance"]
+
+    def made_by_lab(self, name: str) -> bool:
+        """Whether the lab makes an object's captures."""
+        return any(capture.object == name for capture in self.simulated)
+
+
+def open_house(config: Mapping, *, source: str) -> House:
+    """Read and check what people write, and find the captures of the run.
+
+    Parameters
+    ----------
+    config : mapping
+        The merged configuration of the workflow.
+    source : str
+        File named in messages about it.
+
+    Raises
+    ------
+    ValueError
+        With one line for each thing that is wrong.
+    """
+    problems = validate(config, SCHEMAS / "config.schema.yaml", source)
+    if problems:
+        raise ValueError("\n".join(problems))
+    paths = config["paths"]
+    sensors = _named_files(paths["sensors"], "sensor", problems)
+    probes = _named_files(paths["probes"], "probe", problems)
+    lab = _lab(paths["lab"], problems)
+    if problems:
+        raise ValueError("\n".join(problems))
+    simulated = _recordings(lab, paths["lab"], sensors, Path(paths["raw"]), problems)
+    found = set(discover(Path(paths["raw"])))
+    for name in sorted(_objects_in(paths["raw"])):
+        problems += _problems_of(name, paths, sensors, probes, simulated - found)
+    wanted = sorted(capture for capture in found | simulated if _chosen(capture, config["only"]))
+    if not wanted and not problems:
+        problems.append(_nothing_found(paths, config["only"]))
+    if problems:
+        raise ValueError("\n".join(problems))
+    names = {capture.object for capture in wanted} - {capture.object for capture in simulated}
+    files = {name: load_yaml(Path(paths["raw"]) / name / "object.yaml") for name in sorted(names)}
+    return House(paths, sensors, probes, lab, tuple(wanted), frozenset(simulated), files)
+
+
+def _named_files(folder: str, kind: str, problems: list[str]) -> dict[str, Mapping]:
+    found = {}
+    for path in sorted(Path(folder).glob("*.yaml")):
+        spec = _checked(path, SCHEMAS / f"{kind}.schema.yaml", problems)
+        if spec is not None and spec[kind] != path.stem:
+            problems.append(f"{path}: {kind}: expected {path.stem}, found {spec[kind]}")
+        found[path.stem] = spec
+    if not found:
+        problems.append(f"{folder}: expected at least one {kind} file (*.yaml), found none")
+    return found
+
+
+def _lab(path: str | None, problems: list[str]) -> Mapping | None:
+    return None if path is None else _checked(Path(path), SCHEMAS / "lab.schema.yaml", problems)
+
+
+def _checked(path: Path, schema: Path, problems: list[str]) -> Mapping | None:
+    try:
+        spec = load_yaml(path)
+    except ValueError as error:
+        problems.append(str(error))
+        return None
+    wrong = validate(spec, schema, str(path))
+    problems += wrong
+    return None if wrong else spec
+
+
+def _recordings(
+    lab: Mapping | None, source: str, sensors: Mapping, raw: Path, problems: list[str]
+) -> set[CaptureId]:
+    """Captures that the lab makes; an object that people recorded is never the lab's."""
+    made: set[CaptureId] = set()
+    for name, spec in (lab or {"objects": {}})["objects"].items():
+        if _provenance(raw / name / "object.yaml") == "recorded":
+            continue
+        for sensor, captures in spec["recordings"].items():
+            if sensor not in sensors:
+                field = f"objects.{name}.recordings"
+                known = ", ".join(sensors)
+                problems.append(f"{source}: {field}: expected one of {known}, found {sensor}")
+            made |= {CaptureId(name, sensor, str(capture)) for capture in captures}
+    return made
+
+
+def _provenance(path: Path) -> str | None:
+    try:
+        return load_yaml(path).get("provenance") if path.is_file() else None
+    except (ValueError, AttributeError):
+        return None
+
+
+def _objects_in(raw: str) -> set[str]:
+    folder = Path(raw)
+    names = folder.iterdir() if folder.is_dir() else ()
+    return {path.name for path in names if path.is_dir() and not path.name.startswith(".")}
+
+
+def _problems_of(
+    name: str, paths: Mapping, sensors: Mapping, probes: Mapping, coming: set[CaptureId]
+) -> list[str]:
+    """Check an object's folder, unless the lab is still to complete it."""
+    if any(capture.object == name for capture in coming):
+        return []
+    return check_object(Path(paths["raw"]) / name, sensors, probes)
+
+
+def _chosen(capture: CaptureId, only: str | None) -> bool:
+    return only is None or capture.object == only
+
+
+def _nothing_found(paths: Mapping, only: str | None) -> str:
+    if only is not None:
+        return f"only: expected an object of {paths['raw']}/ or of the lab, found {only}"
+    return f"{paths['raw']}: expected captures (<object>/<sensor>/<capture>/), found none"

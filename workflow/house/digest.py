@@ -1,0 +1,76 @@
+"""Digest of a script's transitive local imports.
+
+Snakemake tracks a script's own text but not the modules it imports. The digest goes into the
+rule's ``params``, so that an edit of the library re-runs just what depends on it.
+"""
+
+import ast
+import hashlib
+from functools import lru_cache
+from pathlib import Path
+
+PACKAGE = "palpate"
+
+
+def code_digest(script: str | Path) -> str:
+    """Digest the modules of the library that a script imports, directly or not.
+
+    Parameters
+    ----------
+    script : path
+        A script that lies beside the library's package folder.
+
+    Returns
+    -------
+    str
+        Sixteen hexadecimal digits that change when any of those modules changes.
+    """
+    digest = hashlib.sha256()
+    for module in imported_modules(script):
+        digest.update(module.name.encode() + b"\0" + module.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def imported_modules(script: str | Path) -> list[Path]:
+    """List the library's files that a script imports, directly or not, in path order."""
+    script = Path(script)
+    root = script.parent
+    found: set[Path] = set()
+    waiting = list(_local_imports(script, root))
+    while waiting:
+        module = waiting.pop()
+        if module not in found:
+            found.add(module)
+            waiting.extend(_local_imports(module, root))
+    return sorted(found)
+
+
+@lru_cache(maxsize=None)
+def _local_imports(source: Path, root: Path) -> tuple[Path, ...]:
+    names = []
+    for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = _absolute_name(node, source, root)
+            names += [base, *(f"{base}.{alias.name}" for alias in node.names)]
+    return tuple(path for name in names for path in _files_of(name, root))
+
+
+def _absolute_name(node: ast.ImportFrom, source: Path, root: Path) -> str:
+    if not node.level:
+        return node.module or ""
+    package = source.relative_to(root).parent.parts
+    parts = package[: len(package) - node.level + 1]
+    return ".".join([*parts, *([node.module] if node.module else [])])
+
+
+def _files_of(name: str, root: Path) -> list[Path]:
+    """Files that importing a dotted name runs: the packages on the way and the module itself."""
+    parts = name.split(".")
+    if parts[0] != PACKAGE and not (root / f"{parts[0]}.py").is_file():
+        return []
+    folders = [root.joinpath(*parts[: k + 1]) for k in range(len(parts))]
+    packages = [folder / "__init__.py" for folder in folders]
+    module = folders[-1].with_suffix(".py")
+    return [path for path in [*packages, module] if path.is_file()]
