@@ -1,0 +1,48 @@
+"""Images: round trips, the mosaic's colours, and what is refused."""
+
+import numpy as np
+import pytest
+from palpate.capture.images import mosaic_rggb, png_problem, read_image, write_image
+
+
+@pytest.mark.parametrize(
+    ("encoding", "shape", "dtype"),
+    [
+        ("rgb8", (6, 8, 3), np.uint8),
+        ("mono8", (6, 8), np.uint8),
+        ("kinect_disparity", (6, 8), np.uint16),
+        ("millimetre", (6, 8), np.uint16),
+    ],
+)
+def test_round_trip(tmp_path, encoding, shape, dtype):
+    image = np.random.default_rng(0).integers(0, np.iinfo(dtype).max, shape).astype(dtype)
+    write_image(tmp_path / "a.png", image, encoding)
+    assert np.array_equal(read_image(tmp_path / "a.png", encoding), image)
+    assert png_problem(tmp_path / "a.png", 8, 6, encoding) is None
+
+
+def test_mosaic_keeps_colours(tmp_path):
+    rgb = np.zeros((16, 16, 3), np.uint8)
+    rgb[:] = (200, 120, 40)
+    write_image(tmp_path / "a.png", mosaic_rggb(rgb), "bayer_rggb8")
+    assert np.array_equal(read_image(tmp_path / "a.png", "bayer_rggb8"), rgb)
+
+
+def test_truncated_image_is_found_without_decoding(tmp_path):
+    path = tmp_path / "a.png"
+    write_image(path, np.zeros((6, 8), np.uint8), "mono8")
+    path.write_bytes(path.read_bytes()[:-7])
+    assert "truncated" in png_problem(path, 8, 6, "mono8")
+
+
+def test_wrong_size_and_depth_are_found(tmp_path):
+    write_image(tmp_path / "a.png", np.zeros((6, 8), np.uint8), "mono8")
+    assert "8 x 6" in png_problem(tmp_path / "a.png", 640, 480, "mono8")
+    assert "16-bit" in png_problem(tmp_path / "a.png", 8, 6, "millimetre")
+    with pytest.raises(ValueError, match="expected 16 bits, 1 channels, found 8 bits"):
+        read_image(tmp_path / "a.png", "millimetre")
+
+
+def test_unknown_encoding_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="encoding: expected one of"):
+        write_image(tmp_path / "a.png", np.zeros((6, 8), np.uint8), "jpeg")

@@ -1,0 +1,33 @@
+"""What the tests share."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def root():
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def sensors():
+    return {
+        path.stem: yaml.safe_load(path.read_text()) for path in ROOT.glob("config/sensors/*.yaml")
+    }
+
+
+@pytest.fixture(scope="session")
+def probe():
+    return yaml.safe_load((ROOT / "config/probes/nano25_sphere.yaml").read_text())
+
+
+@pytest.fixture(scope="session")
+def real_data():
+    folder = ROOT.parent / "shared" / "real"
+    if not folder.is_dir():
+        pytest.skip(f"real data is not beside the project ({folder})")
+    return folder

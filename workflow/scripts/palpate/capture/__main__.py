@@ -1,0 +1,53 @@
+"""Command line of the capture format: ``python -m palpate.capture check raw/<object>``."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from palpate.capture.check import check_object
+from palpate.capture.discover import BACKGROUND, NOT_SENSORS, folders
+from palpate.capture.schema import load_yaml
+from palpate.capture.tables import read_force, read_frames
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Check an object's folder; the exit status is 1 when anything is wrong."""
+    options = _parser().parse_args(arguments)
+    try:
+        sensors = {path.stem: load_yaml(path) for path in sorted(options.sensors.glob("*.yaml"))}
+        probes = {path.stem: load_yaml(path) for path in sorted(options.probes.glob("*.yaml"))}
+        problems = check_object(options.folder, sensors, probes)
+    except ValueError as error:
+        problems = [str(error)]
+    print("\n".join(problems or _found(options.folder)))
+    return 1 if problems else 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m palpate.capture")
+    commands = parser.add_subparsers(required=True)
+    check = commands.add_parser("check", help="say all that is wrong with an object's captures")
+    check.add_argument("folder", type=Path, help="raw/<object>")
+    check.add_argument("--sensors", type=Path, default=Path("config/sensors"))
+    check.add_argument("--probes", type=Path, default=Path("config/probes"))
+    return parser
+
+
+def _found(folder: Path) -> list[str]:
+    """Describe what is there, a line for each capture."""
+    lines = [f"{folder}: nothing wrong"]
+    for sensor in folders(folder):
+        if sensor.name in NOT_SENSORS:
+            continue
+        for capture in folders(sensor):
+            frames = read_frames(capture)
+            seconds = frames["time_s"].iloc[-1] - frames["time_s"].iloc[0]
+            line = f"  {sensor.name}/{capture.name}: {len(frames)} frames over {seconds:.2f} s"
+            if capture.name != BACKGROUND:
+                line += f", {len(read_force(capture))} force samples"
+            lines.append(line)
+    return lines
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,209 @@
+"""Check what people drop into ``raw/``: everything that is wrong, one line each."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from palpate.capture.discover import BACKGROUND, NOT_SENSORS, folders
+from palpate.capture.images import png_problem
+from palpate.capture.schema import load_yaml, validate
+from palpate.capture.tables import (
+    FORCE,
+    FRAMES,
+    GAUGE_COLUMNS,
+    WRENCH_COLUMNS,
+    image_streams,
+    read_table,
+)
+
+SCHEMA = Path(__file__).resolve().parents[4] / "config" / "schemas" / "object.schema.yaml"
+FEWEST_FRAMES = 3
+FEWEST_FORCE_SAMPLES = 10
+
+
+def check_object(folder: str | Path, sensors: Mapping, probes: Mapping) -> list[str]:
+    """Check all that was dropped in for one object.
+
+    Parameters
+    ----------
+    folder : path
+        ``raw/<object>``.
+    sensors, probes : mapping
+        Specifications by name.
+
+    Returns
+    -------
+    list of str
+        One line for each problem; empty when all is right.
+    """
+    folder = Path(folder)
+    problems, spec = _check_object_file(folder, probes)
+    for sensor_folder in folders(folder):
+        if sensor_folder.name not in NOT_SENSORS:
+            problems += _check_sensor(sensor_folder, sensors, (spec or {}).get("points"))
+    return problems
+
+
+def check_capture(folder: str | Path, sensor: Mapping) -> list[str]:
+    """Check one capture's folder against its sensor.
+
+    Parameters
+    ----------
+    folder : path
+        ``raw/<object>/<sensor>/<capture>``, or a background, which has no force.
+    sensor : mapping
+        The sensor's specification.
+
+    Returns
+    -------
+    list of str
+        One line for each problem; empty when all is right.
+    """
+    folder = Path(folder)
+    problems, frames = _check_frames(folder, sensor)
+    if folder.name != BACKGROUND:
+        problems += _check_force(folder, frames)
+    return problems
+
+
+def _check_object_file(folder: Path, probes: Mapping) -> tuple[list[str], Mapping | None]:
+    path = folder / "object.yaml"
+    try:
+        spec = load_yaml(path)
+    except ValueError as error:
+        return [str(error)], None
+    problems = validate(spec, SCHEMA, str(path))
+    if problems:
+        return problems, None
+    if spec["object"] != folder.name:
+        problems.append(f"{path}: object: expected {folder.name}, found {spec['object']}")
+    if spec["probe"] not in probes:
+        known = ", ".join(sorted(probes))
+        problems.append(f"{path}: probe: expected one of {known}, found {spec['probe']}")
+    problems += _check_template(folder, path, spec["template"]["file"])
+    return problems, spec
+
+
+def _check_template(folder: Path, source: Path, name: str) -> list[str]:
+    if Path(name).name != name:
+        return [f"{source}: template.file: expected a file of this folder, found {name}"]
+    if not (folder / name).is_file():
+        return [f"{folder / name}: template: expected a closed surface, found nothing"]
+    return []
+
+
+def _check_sensor(folder: Path, sensors: Mapping, points: Mapping | None) -> list[str]:
+    if folder.name not in sensors:
+        known = ", ".join(sorted(sensors))
+        return [f"{folder}: sensor: expected one of {known}, found {folder.name}"]
+    problems = []
+    if not (folder / BACKGROUND).is_dir():
+        problems.append(f"{folder / BACKGROUND}: folder: expected background frames, found nothing")
+    for capture in folders(folder):
+        point = capture.name.partition("-")[0]
+        if capture.name != BACKGROUND and points is not None and point not in points:
+            known = ", ".join(sorted(points))
+            problems.append(f"{capture}: point: expected one of {known}, found {point}")
+        problems += check_capture(capture, sensors[folder.name])
+    return problems
+
+
+def _check_frames(folder: Path, sensor: Mapping) -> tuple[list[str], pd.DataFrame | None]:
+    streams = image_streams(sensor)
+    path = folder / FRAMES
+    table, problems = _read(path, ["frame", "time_s", *streams])
+    if table is None:
+        return problems, None
+    if len(table) < FEWEST_FRAMES:
+        problems.append(f"{path}: rows: expected at least {FEWEST_FRAMES}, found {len(table)}")
+    problems += _check_numbers(path, table, ["frame", "time_s"])
+    problems += _check_increasing(path, table, "frame")
+    problems += _check_increasing(path, table, "time_s")
+    for stream, spec in streams.items():
+        for name in table[stream]:
+            problems += _check_image(folder, path, stream, str(name), spec)
+    return problems, table
+
+
+def _check_image(folder: Path, source: Path, stream: str, name: str, spec: Mapping) -> list[str]:
+    path = folder / name
+    if not path.resolve().is_relative_to(folder.resolve()):
+        return [f"{source}: {stream}: expected files of this folder, found {name}"]
+    if not path.is_file():
+        return [f"{path}: {stream}: expected an image, found nothing"]
+    problem = png_problem(path, spec["width_px"], spec["height_px"], spec["encoding"])
+    return [f"{path}: {stream}: {problem}"] if problem else []
+
+
+def _check_force(folder: Path, frames: pd.DataFrame | None) -> list[str]:
+    path = folder / FORCE
+    table, problems = _read(path, ["time_s"])
+    if table is None:
+        return problems
+    sets = [set(GAUGE_COLUMNS), set(WRENCH_COLUMNS)]
+    columns = next((names for names in sets if names <= set(table.columns)), None)
+    if columns is None:
+        found = ", ".join(map(str, table.columns))
+        return [f"{path}: columns: expected time_s and v0..v5 or fx_n..tz_nm, found {found}"]
+    if len(table) < FEWEST_FORCE_SAMPLES:
+        problems.append(
+            f"{path}: rows: expected at least {FEWEST_FORCE_SAMPLES}, found {len(table)}"
+        )
+    problems += _check_numbers(path, table, ["time_s", *sorted(columns)])
+    problems += _check_increasing(path, table, "time_s")
+    return problems or _check_overlap(path, table, frames)
+
+
+def _check_overlap(path: Path, force: pd.DataFrame, frames: pd.DataFrame | None) -> list[str]:
+    if frames is None or not len(frames) or not _all_finite(frames["time_s"]):
+        return []
+    first, last = frames["time_s"].iloc[[0, -1]]
+    start, end = force["time_s"].iloc[[0, -1]]
+    if start <= first and end >= last:
+        return []
+    expected = f"a record that covers the frames' {first:g} to {last:g} s"
+    return [f"{path}: time_s: expected {expected}, found {start:g} to {end:g} s"]
+
+
+def _read(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[str]]:
+    try:
+        table = read_table(path)
+    except ValueError as error:
+        return None, [str(error)]
+    missing = [name for name in columns if name not in table.columns]
+    if missing:
+        found = ", ".join(map(str, table.columns))
+        return None, [f"{path}: columns: expected {', '.join(missing)}, found {found}"]
+    return table, []
+
+
+def _check_numbers(path: Path, table: pd.DataFrame, columns: list[str]) -> list[str]:
+    problems = []
+    for name in columns:
+        values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
+        wrong = np.flatnonzero(~np.isfinite(values))
+        if len(wrong):
+            row, found = wrong[0], table[name].iloc[wrong[0]]
+            problems.append(
+                f"{path}: {name}: expected finite numbers, found {found} in data row {row + 1}"
+                f" ({len(wrong)} such)"
+            )
+    return problems
+
+
+def _check_increasing(path: Path, table: pd.DataFrame, name: str) -> list[str]:
+    if not _all_finite(table[name]):
+        return []
+    values = pd.to_numeric(table[name]).to_numpy(dtype=float)
+    wrong = np.flatnonzero(np.diff(values) <= 0)
+    if not len(wrong):
+        return []
+    row = wrong[0]
+    found = f"{values[row]:g} then {values[row + 1]:g} in data row {row + 2}"
+    return [f"{path}: {name}: expected increasing values, found {found}"]
+
+
+def _all_finite(column: pd.Series) -> bool:
+    return bool(np.isfinite(pd.to_numeric(column, errors="coerce").to_numpy(dtype=float)).all())

@@ -1,0 +1,127 @@
+"""Read YAML that people write, and hold it to a JSON schema."""
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import jsonschema.protocols
+import yaml
+
+TYPE_NAMES = {
+    "null": "null",
+    "object": "a mapping",
+    "array": "a list",
+    "string": "a text",
+    "integer": "an integer",
+}
+LIMITS = {
+    "minimum": ">=",
+    "maximum": "<=",
+    "exclusiveMinimum": ">",
+    "exclusiveMaximum": "<",
+}
+LONGEST_VALUE = 60
+
+
+class _UniqueKeys(yaml.SafeLoader):
+    """Safe loader that refuses a key given twice."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
+        keys = [self.construct_object(key, deep=deep) for key, _ in node.value]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise yaml.YAMLError(f"key {key} is given twice")
+        return super().construct_mapping(node, deep)
+
+
+def load_yaml(path: str | Path) -> Any:
+    """Read a YAML file of plain values.
+
+    Raises
+    ------
+    ValueError
+        If the file is missing, is no YAML, or gives a key twice.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ValueError(f"{path}: file: expected YAML, found nothing")
+    try:
+        return yaml.load(path.read_text(encoding="utf-8"), Loader=_UniqueKeys)
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        reason = " ".join(str(error).split())
+        raise ValueError(f"{path}: file: expected plain YAML, found none ({reason})") from None
+
+
+def validate(value: Any, schema: str | Path, source: str) -> list[str]:
+    """Hold a value to a JSON schema written as YAML.
+
+    Parameters
+    ----------
+    value
+        What was read.
+    schema : path
+        The schema's file.
+    source : str
+        Name of the file that people wrote, for the messages.
+
+    Returns
+    -------
+    list of str
+        One line for each problem: file, field, expected, found.
+    """
+    errors = _validator(Path(schema)).iter_errors(value)
+    lines = [line for error in errors for line in _lines(error, source)]
+    return sorted(dict.fromkeys(lines))
+
+
+@cache
+def _validator(schema: Path) -> jsonschema.protocols.Validator:
+    return jsonschema.Draft202012Validator(load_yaml(schema))
+
+
+def _lines(error: jsonschema.ValidationError, source: str) -> list[str]:
+    field = ".".join(str(part) for part in error.absolute_path)
+    if error.validator == "additionalProperties":
+        known = set(error.schema.get("properties", {}))
+        unknown = [str(key) for key in error.instance if key not in known]
+        return [_line(source, field, key, f"one of {_listed(known)}", key) for key in unknown]
+    if error.validator in ("required", "dependentRequired"):
+        missing = [key for key in error.validator_value if key not in error.instance]
+        return [_line(source, field, key, "a value", "nothing") for key in missing]
+    return [_line(source, field, "", _expected(error), _short(error.instance))]
+
+
+def _line(source: str, field: str, key: str, expected: str, found: str) -> str:
+    name = ".".join(part for part in (field, key) if part) or "content"
+    return f"{source}: {name}: expected {expected}, found {found}"
+
+
+def _expected(error: jsonschema.ValidationError) -> str:
+    rule, value = error.validator, error.validator_value
+    if rule == "type":
+        names = [value] if isinstance(value, str) else value
+        return " or ".join(TYPE_NAMES.get(name, f"a {name}") for name in names)
+    if rule in LIMITS:
+        return f"a number {LIMITS[rule]} {value}"
+    if rule == "enum":
+        return f"one of {_listed(value)}"
+    if rule in ("minItems", "maxItems"):
+        return f"{'at least' if rule == 'minItems' else 'at most'} {value} entries"
+    if rule == "const":
+        return str(value)
+    if rule == "pattern":
+        return f"a text like {value}"
+    return f"what the schema's {rule} asks for ({_short(value)})"
+
+
+def _listed(values: Any) -> str:
+    return ", ".join(sorted(str(value) for value in values))
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return f"a mapping of {_listed(value) or 'nothing'}"
+    text = " ".join(repr(value).split())
+    return text if len(text) <= LONGEST_VALUE else text[:LONGEST_VALUE] + "..."

@@ -1,0 +1,69 @@
+"""The tables of a capture: frames.csv and force.csv."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pandas as pd
+
+from palpate.capture.files import whole_file
+
+FRAMES = "frames.csv"
+FORCE = "force.csv"
+GAUGE_COLUMNS = ("v0", "v1", "v2", "v3", "v4", "v5")
+WRENCH_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
+STREAMS = {
+    "stereo": ("left", "right"),
+    "structured_light": ("color", "depth"),
+    "depth": ("color", "depth"),
+}
+
+
+def image_streams(sensor: Mapping) -> dict[str, Mapping]:
+    """Image streams of a sensor and the block of its specification that describes each."""
+    return {
+        name: sensor["depth"] if name == "depth" else sensor["color"]
+        for name in STREAMS[sensor["kind"]]
+    }
+
+
+def read_frames(folder: str | Path) -> pd.DataFrame:
+    """Read a capture's frames.csv: ``frame,time_s`` and one column of files for each stream."""
+    return read_table(Path(folder) / FRAMES)
+
+
+def read_force(folder: str | Path) -> pd.DataFrame:
+    """Read a capture's force.csv: ``time_s`` and gauge volts [V] or a wrench [N, Nm]."""
+    return read_table(Path(folder) / FORCE)
+
+
+def write_frames(folder: str | Path, frames: pd.DataFrame) -> None:
+    """Write frames.csv into a capture's folder."""
+    write_table(Path(folder) / FRAMES, frames)
+
+
+def write_force(folder: str | Path, force: pd.DataFrame) -> None:
+    """Write force.csv into a capture's folder."""
+    write_table(Path(folder) / FORCE, force)
+
+
+def read_table(path: str | Path) -> pd.DataFrame:
+    """Read a CSV table with exact numbers.
+
+    Raises
+    ------
+    ValueError
+        If the file is missing or is no table.
+    """
+    if not Path(path).is_file():
+        raise ValueError(f"{path}: file: expected a CSV table, found nothing")
+    try:
+        return pd.read_csv(path)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+        reason = " ".join(str(error).split())
+        raise ValueError(f"{path}: file: expected a CSV table, found none ({reason})") from None
+
+
+def write_table(path: str | Path, table: pd.DataFrame) -> None:
+    """Write a CSV table whole or not at all, numbers with nine significant digits."""
+    with whole_file(path) as part:
+        table.to_csv(part, index=False, float_format="%.9g", lineterminator="\n")
