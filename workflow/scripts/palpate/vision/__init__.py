@@ -1,0 +1,1 @@
+"""Seeing: camera, background, marker, force, depth and clouds."""

@@ -1,0 +1,89 @@
+"""Pinhole camera with lens distortion (Section 4.1.4)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class PinholeCamera:
+    """Optics of one camera; integer pixel coordinates are pixel centres.
+
+    Attributes
+    ----------
+    width_px, height_px : int
+        Size of the image.
+    fx_px, fy_px, cx_px, cy_px : float
+        Focal lengths and principal point (Eq. 4.7).
+    distortion : tuple of float
+        k1, k2, p1, p2, k3 of the radial and tangential lens distortion.
+    """
+
+    width_px: int
+    height_px: int
+    fx_px: float
+    fy_px: float
+    cx_px: float
+    cy_px: float
+    distortion: tuple[float, ...] = NO_DISTORTION
+
+    @property
+    def matrix(self) -> NDArray:
+        """Camera matrix K of Eq. 4.7, shape (3, 3), in pixels."""
+        return np.array([[self.fx_px, 0, self.cx_px], [0, self.fy_px, self.cy_px], [0, 0, 1.0]])
+
+    def project(self, points_m: ArrayLike) -> NDArray:
+        """Project points of the camera frame into the image (Eq. 4.8).
+
+        Parameters
+        ----------
+        points_m : (n, 3) array
+            Points in front of the camera [m].
+
+        Returns
+        -------
+        (n, 2) array
+            Pixel coordinates x, y [px].
+        """
+        points = np.asarray(points_m, dtype=float).reshape(-1, 3)
+        zero = np.zeros(3)
+        pixels, _ = cv2.projectPoints(points, zero, zero, self.matrix, np.array(self.distortion))
+        return pixels.reshape(-1, 2)
+
+    def rays(self, pixels_px: ArrayLike) -> NDArray:
+        """Directions through pixels, with the distortion taken out.
+
+        Parameters
+        ----------
+        pixels_px : (n, 2) array
+            Pixel coordinates x, y [px].
+
+        Returns
+        -------
+        (n, 3) array
+            Directions in the camera frame with z = 1.
+        """
+        pixels = np.asarray(pixels_px, dtype=float).reshape(-1, 2)
+        if any(self.distortion):
+            flat = cv2.undistortPoints(pixels[:, None], self.matrix, np.array(self.distortion))
+            flat = flat.reshape(-1, 2)
+        else:
+            flat = (pixels - [self.cx_px, self.cy_px]) / [self.fx_px, self.fy_px]
+        return np.column_stack([flat, np.ones(len(flat))])
+
+    def pixel_grid(self) -> NDArray:
+        """Coordinates of all pixel centres in row order, shape (height * width, 2) [px]."""
+        rows, columns = np.mgrid[: self.height_px, : self.width_px]
+        return np.column_stack([columns.ravel(), rows.ravel()]).astype(float)
+
+
+def camera_from_spec(spec: Mapping) -> PinholeCamera:
+    """Make a camera from the ``color`` or ``depth`` block of a sensor's YAML file."""
+    optics = {key: float(spec[key]) for key in ("fx_px", "fy_px", "cx_px", "cy_px")}
+    distortion = tuple(float(value) for value in spec.get("distortion", NO_DISTORTION))
+    return PinholeCamera(spec["width_px"], spec["height_px"], **optics, distortion=distortion)

@@ -1,0 +1,162 @@
+"""From depth images to clouds of the object with normals (Sections 4.1.2, 4.1.4)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import open3d as o3d
+from numpy.typing import NDArray
+
+from palpate.vision.camera import PinholeCamera, camera_from_spec
+from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth
+from palpate.vision.support_plane import height_above
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Points and their unit normals, camera frame, both (n, 3); points in metres."""
+
+    points_m: NDArray
+    normals: NDArray
+
+
+@dataclass(frozen=True)
+class ProbePlace:
+    """Tip's centre [m], pressing direction and centre of the board [m], camera frame."""
+
+    tip_m: NDArray
+    axis: NDArray
+    board_m: NDArray
+
+
+def scene_points(images: Mapping[str, NDArray], sensor: Mapping) -> NDArray:
+    """All points that one frame's images give, whatever they belong to.
+
+    Parameters
+    ----------
+    images : mapping
+        ``left`` and ``right``, or ``depth``, as `palpate.capture` reads them.
+    sensor : mapping
+        The sensor's file.
+
+    Returns
+    -------
+    (n, 3) array
+        Points in the frame of the reference camera [m], within the sensor's range.
+    """
+    if sensor["kind"] == "stereo":
+        depth_m = stereo_depth(images["left"], images["right"], sensor)
+        return _deprojected(depth_m, camera_from_spec(sensor["color"]), sensor["range_m"])
+    spec = sensor["depth"]
+    kinect = spec["encoding"] == "kinect_disparity"
+    depth_m = kinect_depth(images["depth"], spec) if kinect else millimetre_depth(images["depth"])
+    points = _deprojected(depth_m, camera_from_spec(spec), sensor["range_m"])
+    color_from_depth = np.array(spec["color_from_depth"])
+    return points @ color_from_depth[:3, :3].T + color_from_depth[:3, 3]
+
+
+def object_cloud(
+    points_m: NDArray,
+    mask: NDArray,
+    camera: PinholeCamera,
+    plane: NDArray,
+    place: ProbePlace,
+    exclusion: Mapping,
+    *,
+    lowest_m: float,
+    voxel_m: float,
+    normal_neighbours: int,
+    outlier_neighbours: int,
+    outlier_ratio: float,
+) -> Cloud:
+    """Keep of a frame's points what belongs to the object, thinned and with normals.
+
+    Parameters
+    ----------
+    points_m : (n, 3) array
+        Points of the scene, camera frame [m].
+    mask : (h, w) bool array
+        Foreground of the reference camera.
+    camera : PinholeCamera
+        The reference camera.
+    plane : (4,) array
+        The table (`fit_support_plane`).
+    place : ProbePlace
+        Where the probe is.
+    exclusion : mapping
+        ``exclusion`` block of the probe's file.
+    lowest_m : float
+        Points less than this above the table are the table [m].
+    voxel_m : float
+        Spacing of the thinned cloud [m].
+    normal_neighbours : int
+        Points in a fitted plane (Eq. 4.4-4.6).
+    outlier_neighbours, outlier_ratio : int, float
+        A point whose mean distance to that many neighbours exceeds the mean by that many standard
+        deviations is dropped.
+
+    Returns
+    -------
+    Cloud
+
+    Raises
+    ------
+    ValueError
+        If nothing is left.
+    """
+    kept = points_m[in_mask(points_m, mask, camera)]
+    kept = kept[height_above(plane, kept) > lowest_m]
+    kept = kept[~belongs_to_probe(kept, place, exclusion)]
+    if len(kept) <= normal_neighbours:
+        raise ValueError(f"cloud: expected points of the object, found {len(kept)}")
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(kept))
+    cloud = cloud.voxel_down_sample(voxel_m)
+    cloud, _ = cloud.remove_statistical_outlier(outlier_neighbours, outlier_ratio)
+    cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(normal_neighbours))
+    cloud.orient_normals_towards_camera_location(np.zeros(3))
+    return Cloud(np.asarray(cloud.points), np.asarray(cloud.normals))
+
+
+def in_mask(points_m: NDArray, mask: NDArray, camera: PinholeCamera) -> NDArray:
+    """Whether points project into an image's foreground, shape (n,)."""
+    pixels = np.round(camera.project(points_m)).astype(int)
+    height, width = mask.shape
+    inside = (pixels >= 0).all(axis=1) & (pixels[:, 0] < width) & (pixels[:, 1] < height)
+    found = np.zeros(len(points_m), dtype=bool)
+    found[inside] = mask[pixels[inside, 1], pixels[inside, 0]]
+    return found
+
+
+def belongs_to_probe(points_m: NDArray, place: ProbePlace, exclusion: Mapping) -> NDArray:
+    """Whether points lie near the probe's axis above the tip, the tip or the board, shape (n,)."""
+    offset = points_m - place.tip_m
+    along = offset @ place.axis
+    across = np.linalg.norm(offset - along[:, None] * place.axis, axis=1)
+    tip = np.linalg.norm(offset, axis=1) < exclusion["tip_radius_m"]
+    shaft = (along < -exclusion["tip_radius_m"]) & (across < exclusion["radius_m"])
+    board = np.linalg.norm(points_m - place.board_m, axis=1) < exclusion["board_radius_m"]
+    return tip | shaft | board
+
+
+def pack_clouds(clouds: list[Cloud]) -> dict[str, NDArray]:
+    """Arrays of clouds.npz: all points one after another, and where each frame starts."""
+    counts = [len(cloud.points_m) for cloud in clouds]
+    return {
+        "points_m": np.concatenate([cloud.points_m for cloud in clouds]).astype(np.float32),
+        "normals": np.concatenate([cloud.normals for cloud in clouds]).astype(np.float32),
+        "frame_start": np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+    }
+
+
+def unpack_clouds(arrays: Mapping[str, NDArray]) -> list[Cloud]:
+    """Clouds of each frame from the arrays of `pack_clouds`."""
+    points, normals = (np.asarray(arrays[name], dtype=float) for name in ("points_m", "normals"))
+    cuts = arrays["frame_start"][1:-1]
+    pairs = zip(np.split(points, cuts), np.split(normals, cuts), strict=True)
+    return [Cloud(part, direction) for part, direction in pairs]
+
+
+def _deprojected(depth_m: NDArray, camera: PinholeCamera, range_m: tuple) -> NDArray:
+    flat = depth_m.ravel()
+    valid = (flat >= range_m[0]) & (flat <= range_m[1])
+    return camera.rays(camera.pixel_grid()[valid]) * flat[valid, None]

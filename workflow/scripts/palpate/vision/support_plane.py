@@ -1,0 +1,67 @@
+"""The table, from the depth of the empty scene."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+SAMPLES = 20_000
+TRIALS = 300
+FEWEST_POINTS = 100
+
+
+def fit_support_plane(
+    points_m: NDArray, *, inlier_distance_m: float, rng: np.random.Generator
+) -> NDArray:
+    """Fit the largest plane of a cloud: RANSAC, then least squares on its inliers.
+
+    Parameters
+    ----------
+    points_m : (n, 3) array
+        Cloud of the empty scene, camera frame [m].
+    inlier_distance_m : float
+        Distance up to which a point belongs to the plane [m].
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    (4,) array
+        Unit normal, pointing to the camera's side, and offset d [m] of n.x + d = 0.
+
+    Raises
+    ------
+    ValueError
+        If there are too few points.
+    """
+    if len(points_m) < FEWEST_POINTS:
+        raise ValueError(
+            f"background depth: expected at least {FEWEST_POINTS} points, found {len(points_m)}"
+        )
+    sample = points_m[rng.choice(len(points_m), min(SAMPLES, len(points_m)), replace=False)]
+    best = max(
+        (_through(*sample[rng.choice(len(sample), 3, replace=False)]) for _ in range(TRIALS)),
+        key=lambda plane: _near(sample, plane, inlier_distance_m).sum(),
+    )
+    plane = _least_squares(points_m[_near(points_m, best, inlier_distance_m)])
+    plane = _least_squares(points_m[_near(points_m, plane, inlier_distance_m)])
+    return plane if plane[3] > 0 else -plane
+
+
+def height_above(plane: NDArray, points_m: NDArray) -> NDArray:
+    """Signed distance of points from a plane, positive on the camera's side, shape (n,) [m]."""
+    return points_m @ plane[:3] + plane[3]
+
+
+def _through(a: NDArray, b: NDArray, c: NDArray) -> NDArray:
+    normal = np.cross(b - a, c - a)
+    length = np.linalg.norm(normal)
+    normal = normal / length if length > 0 else np.array([0.0, 0.0, 1.0])
+    return np.append(normal, -normal @ a)
+
+
+def _near(points: NDArray, plane: NDArray, distance: float) -> NDArray:
+    return np.abs(height_above(plane, points)) < distance
+
+
+def _least_squares(points: NDArray) -> NDArray:
+    centre = points.mean(axis=0)
+    _, vectors = np.linalg.eigh(np.cov((points - centre).T))
+    return np.append(vectors[:, 0], -vectors[:, 0] @ centre)
