@@ -1,0 +1,185 @@
+"""Template, rigid alignment and tracking on a synthetic block with a dent."""
+
+import numpy as np
+import pytest
+import trimesh
+from palpate.lab.record import box_template
+from palpate.solid.mesh import solid_mesh
+from palpate.surface.augment import indenter_points
+from palpate.surface.pose import align_rigidly, initial_pose, to_camera
+from palpate.surface.template import (
+    Template,
+    neighbourhoods,
+    read_template,
+    refine_template,
+    unique_edges,
+)
+from palpate.surface.track import Frame, TrackerOptions, load_tracked, save_tracked, track_frames
+from palpate.surface.transfer import to_solid
+from scipy.spatial.transform import Rotation
+from skfem import MeshTet
+
+SIZE = np.array([0.598, 0.150, 0.0475])
+POINT = np.array([-0.05, 0.0, 0.0475])
+OPTIONS = TrackerOptions(1, 0.5, 0.1, 2, "rings", "plane", 0.012, 60)
+
+
+@pytest.fixture(scope="module")
+def template():
+    mesh = box_template(SIZE, 0.015)
+    return Template(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+
+
+@pytest.fixture(scope="module")
+def pose():
+    """A camera in front of the block, 45 degrees up."""
+    turn = Rotation.from_euler("x", 135, degrees=True).as_matrix()
+    pose = np.eye(4)
+    pose[:3, :3] = turn
+    pose[:3, 3] = [0.01, 0.02, 0.65]
+    return pose
+
+
+def visible_cloud(template, pose, noise_m, rng, shift=None):
+    """Points of the faces turned to the camera, with normals, camera frame."""
+    mesh = trimesh.Trimesh(template.vertices_m, template.faces, process=False)
+    points, faces = trimesh.sample.sample_surface(mesh, 20000, seed=int(rng.integers(1 << 30)))
+    normals = mesh.face_normals[faces] @ pose[:3, :3].T
+    points = to_camera(pose, points if shift is None else points + shift(points))
+    seen = (normals * points).sum(axis=1) < 0
+    points = points[seen]
+    rays = points / np.linalg.norm(points, axis=1, keepdims=True)
+    return points + rays * rng.normal(0, noise_m, (len(points), 1)), normals[seen]
+
+
+def dent(points):
+    """A smooth dent of 8 mm around the point, on the top face."""
+    distance = np.linalg.norm(points[:, :2] - POINT[:2], axis=1)
+    depth = 0.008 / (1 + (distance / 0.006) ** 2) ** 1.5
+    return np.column_stack([0 * depth, 0 * depth, -depth]) * (points[:, 2:] > 0.047)
+
+
+def test_initial_pose_and_alignment_from_any_yaw(template, pose):
+    rng = np.random.default_rng(0)
+    cloud, normals = visible_cloud(template, pose, 0.001, rng)
+    plane = np.append(pose[:3, 2], -pose[:3, 2] @ pose[:3, 3])
+    plane = plane if plane[3] > 0 else -plane
+    first = initial_pose(
+        template,
+        cloud,
+        plane,
+        support_normal=np.array([0.0, 0.0, 1.0]),
+        support_point_m=np.zeros(3),
+        point_m=POINT,
+        touched_m=to_camera(pose, POINT) + 0.002,
+    )
+    found = align_rigidly(
+        template, cloud, normals, first, largest_distance_m=0.012, largest_normal_deg=60
+    )
+    gap = to_camera(found, template.vertices_m) - to_camera(pose, template.vertices_m)
+    assert np.linalg.norm(gap, axis=1).mean() < 1e-3
+
+
+def test_a_cloud_that_misses_is_refused(template, pose):
+    cloud, normals = visible_cloud(template, pose, 0.001, np.random.default_rng(0))
+    away = np.eye(4)
+    away[:3, 3] = [0.5, 0.5, 2.0]
+    with pytest.raises(ValueError, match="alignment: expected most of the cloud within 0.012 m"):
+        align_rigidly(
+            template, cloud * 3.0, normals, away, largest_distance_m=0.012, largest_normal_deg=60
+        )
+
+
+def test_refined_template_stays_closed(template):
+    fine = refine_template(template, POINT, radius_m=0.02, edge_m=0.0025)
+    mesh = trimesh.Trimesh(fine.vertices_m, fine.faces, process=False)
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(np.prod(SIZE))
+    edges = unique_edges(fine.faces)
+    near = (np.linalg.norm(fine.vertices_m - POINT, axis=1) < 0.02)[edges].any(axis=1)
+    lengths = np.linalg.norm(np.diff(fine.vertices_m[edges], axis=1)[:, 0], axis=1)
+    assert lengths[near].max() <= 0.0025
+
+
+def test_neighbourhoods(template):
+    rings = neighbourhoods(template, reach=1, measure="rings")
+    assert rings.nnz == 2 * len(unique_edges(template.faces))
+    far = neighbourhoods(template, reach=2, measure="geodesic")
+    assert far.nnz > rings.nnz
+    with pytest.raises(ValueError, match="neighbourhood: expected rings or geodesic"):
+        neighbourhoods(template, reach=1, measure="cones")
+
+
+@pytest.mark.parametrize(("data_term", "part_left"), [("point", 1.0), ("plane", 0.9)])
+def test_a_dent_is_tracked(template, pose, data_term, part_left):
+    """Against no tracking at all, in the dent; distances to points drag vertices sideways."""
+    rng = np.random.default_rng(1)
+    fine = refine_template(template, POINT, radius_m=0.02, edge_m=0.0025)
+    rest = to_camera(pose, fine.vertices_m)
+    dense = refine_template(template, POINT, radius_m=0.03, edge_m=0.002)
+    frames = []
+    for part in np.linspace(0, 1, 9):
+        points, normals = visible_cloud(dense, pose, 0.0005, rng, lambda p, s=part: s * dent(p))
+        frames.append(Frame(points, normals, len(points)))
+    options = TrackerOptions(1, 0.5, 0.1, 2, "rings", data_term, 0.012, 60)
+    vertices, observed, _ = track_frames(fine, rest, frames, options)
+    true = to_camera(pose, fine.vertices_m + dent(fine.vertices_m))
+    near = np.linalg.norm(fine.vertices_m - POINT, axis=1) < 0.010
+    tracked = np.linalg.norm(vertices[-1] - true, axis=1)[near].mean()
+    untracked = np.linalg.norm(rest - true, axis=1)[near].mean()
+    assert tracked < part_left * untracked
+    assert observed[-1].sum() > 0.2 * len(rest)
+
+
+def test_cap_of_the_indenter():
+    up = np.array([0.0, 0.0, 1.0])
+    points, normals = indenter_points(np.array([0, 0, 0.0022]), up, radius_m=0.0062, depth_m=0.004)
+    assert len(points) > 20
+    assert points[:, 2].max() < -0.0019
+    assert (normals @ up > 0).all()
+    none, _ = indenter_points(np.array([0, 0, 0.1]), up, radius_m=0.0062, depth_m=-0.09)
+    assert len(none) == 0
+
+
+def test_transfer_reproduces_linear_fields():
+    mesh = MeshTet().refined(2)
+    solid = solid_mesh(mesh.p.T, mesh.t.T)
+    box = trimesh.creation.box((1, 1, 1)).subdivide()
+    vertices = box.vertices + 0.5
+    gradient = np.random.default_rng(2).normal(size=(3, 3))
+    found = to_solid(vertices, box.faces, vertices @ gradient, solid)
+    surface = solid.surface_nodes()
+    assert np.allclose(found[surface], solid.nodes_m[surface] @ gradient, atol=1e-6)
+    assert np.isnan(np.delete(found, surface, axis=0)).all()
+
+
+def test_tracked_round_trip(template, tmp_path):
+    from palpate.surface.track import Tracked
+
+    rest = template.vertices_m
+    tracked = Tracked(
+        rest,
+        template.faces,
+        rest,
+        rest[None],
+        np.ones((1, len(rest)), bool),
+        np.eye(4),
+        np.array([0.001]),
+        POINT,
+        3,
+    )
+    for name in "ab":
+        save_tracked(tmp_path / f"{name}.npz", tracked)
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+    assert load_tracked(tmp_path / "a.npz").contact_frame == 3
+
+
+def test_templates_that_are_refused(tmp_path):
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    box.export(tmp_path / "metres.ply")
+    with pytest.raises(ValueError, match=r"template.unit: expected an object of 0.01 to 3.0 m"):
+        read_template(tmp_path / "metres.ply", unit="mm")
+    box.update_faces(np.arange(len(box.faces)) > 0)
+    box.export(tmp_path / "open.ply")
+    with pytest.raises(ValueError, match="expected a closed surface, found open edges"):
+        read_template(tmp_path / "open.ply", unit="m")

@@ -1,0 +1,1 @@
+"""The solid: mesh, elastic stiffness, boundary conditions, loads, solver."""

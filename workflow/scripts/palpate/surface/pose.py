@@ -1,0 +1,232 @@
+"""Rigid alignment of the template with the first frame (Eq. 4.24), without help by hand."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from palpate.surface.distance import ClosestPoints
+from palpate.surface.template import Template, vertex_normals
+
+YAW_STEPS = 72
+SAMPLE = 1500
+TRIM = 0.9
+ALIGNMENT_STEPS = 40
+POLISHING_STEPS = 40
+CONVERGED_M = 1e-7
+CROWDED = 2.0
+FEWEST_PAIRS = 6
+
+
+def initial_pose(
+    template: Template,
+    cloud_m: NDArray,
+    plane: NDArray,
+    *,
+    support_normal: NDArray,
+    support_point_m: NDArray,
+    point_m: NDArray,
+    touched_m: NDArray,
+) -> NDArray:
+    """Find the template's pose from the table, the touched point and the cloud.
+
+    The support lies on the table and the declared point where the probe touched; what is left, the
+    turn about the table's normal, is the one that brings the cloud nearest to the surface.
+
+    Parameters
+    ----------
+    template : Template
+    cloud_m : (n, 3) array
+        First frame's cloud, camera frame [m].
+    plane : (4,) array
+        Table, camera frame; normal to the camera's side.
+    support_normal, support_point_m : (3,) arrays
+        The support's plane in the object frame; the normal points into the object.
+    point_m, touched_m : (3,) arrays
+        Declared point, object frame, and where the probe touched, camera frame [m].
+
+    Returns
+    -------
+    (4, 4) array
+        camera_from_object.
+    """
+    sample = cloud_m[:: max(1, len(cloud_m) // SAMPLE)]
+    closest = ClosestPoints(template.vertices_m, template.faces)
+    candidates = [
+        _standing(yaw, plane, support_normal, support_point_m, point_m, touched_m)
+        for yaw in np.linspace(0, 2 * np.pi, YAW_STEPS, endpoint=False)
+    ]
+    costs = [_trimmed_mean(closest.distance(to_object(pose, sample))) for pose in candidates]
+    return candidates[int(np.argmin(costs))]
+
+
+def align_rigidly(
+    template: Template,
+    cloud_m: NDArray,
+    normals: NDArray,
+    pose: NDArray,
+    *,
+    largest_distance_m: float,
+    largest_normal_deg: float,
+) -> NDArray:
+    """Minimise Eq. 4.24 from a first pose, then the same from the cloud to the template.
+
+    Eq. 4.24 pairs template vertices with the cloud; where the object is seen in part it may slide
+    (Fig. 5.6). The template covers all of the object, so every point of the cloud has its place on
+    it, and the second step, along the template's normals, takes the sliding out.
+
+    Parameters
+    ----------
+    template : Template
+    cloud_m, normals : (n, 3) arrays
+        First frame's cloud [m] and unit normals, camera frame.
+    pose : (4, 4) array
+        First camera_from_object.
+    largest_distance_m, largest_normal_deg : float
+        dr and the angle threshold of Eq. 4.24.
+
+    Returns
+    -------
+    (4, 4) array
+        camera_from_object.
+
+    Raises
+    ------
+    ValueError
+        If too little of the cloud lies near the template.
+    """
+    tree = cKDTree(cloud_m)
+    least_cosine = np.cos(np.deg2rad(largest_normal_deg))
+    for _ in range(ALIGNMENT_STEPS):
+        placed = to_camera(pose, template.vertices_m)
+        directions = vertex_normals(placed, template.faces)
+        weights, nearest, _ = data_weights(
+            placed, directions, tree, normals, largest_distance_m, least_cosine
+        )
+        if weights.sum() < FEWEST_PAIRS:
+            break
+        step = _kabsch(placed[weights], cloud_m[nearest[weights]])
+        pose = step @ pose
+        if _moved(step, placed) < CONVERGED_M:
+            break
+    pose = _polished(template, cloud_m, pose, largest_distance_m)
+    distance = ClosestPoints(template.vertices_m, template.faces).distance(to_object(pose, cloud_m))
+    near = (distance < largest_distance_m).mean()
+    if near < 0.5:
+        raise ValueError(
+            f"alignment: expected most of the cloud within {largest_distance_m:g} m of the"
+            f" template, found {near:.0%}; is it the right template, unit and point?"
+        )
+    return pose
+
+
+def data_weights(
+    vertices: NDArray,
+    directions: NDArray,
+    tree: cKDTree,
+    normals: NDArray,
+    largest_distance_m: float,
+    least_cosine: float,
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Nearest data points and which of them count (weights of Eq. 4.24).
+
+    A data point on the boundary of the cloud is chosen by many vertices, and counts for none.
+
+    Parameters
+    ----------
+    vertices, directions : (n, 3) arrays
+        Template vertices [m] and unit normals, camera frame.
+    tree : cKDTree
+        Of the data points.
+    normals : (k, 3) array
+        Unit normals of the data points.
+    largest_distance_m, least_cosine : float
+
+    Returns
+    -------
+    weights : (n,) bool array
+    nearest : (n,) int array
+    crowded : (n,) bool array
+        Vertices whose data point was chosen by many (B_i >= 2 B_ave).
+    """
+    distance, nearest = tree.query(vertices)
+    alike = (directions * normals[nearest]).sum(axis=1) > least_cosine
+    weights = alike & (distance < largest_distance_m)
+    chosen, counts = np.unique(nearest, return_counts=True)
+    crowded = counts[np.searchsorted(chosen, nearest)] >= CROWDED * counts.mean()
+    return weights & ~crowded, nearest, crowded
+
+
+def to_camera(pose: NDArray, points_m: NDArray) -> NDArray:
+    """Points of the object frame in the camera frame."""
+    return points_m @ pose[:3, :3].T + pose[:3, 3]
+
+
+def to_object(pose: NDArray, points_m: NDArray) -> NDArray:
+    """Points of the camera frame in the object frame."""
+    return (points_m - pose[:3, 3]) @ pose[:3, :3]
+
+
+def _standing(
+    yaw: float,
+    plane: NDArray,
+    support_normal: NDArray,
+    support_point: NDArray,
+    point: NDArray,
+    touched: NDArray,
+) -> NDArray:
+    """Pose that stands on the table with the point where it was touched, turned by a yaw."""
+    up = np.asarray(support_normal, dtype=float)
+    up = up / np.linalg.norm(up)
+    upright, _ = Rotation.align_vectors([plane[:3]], [up])
+    turn = upright.as_matrix() @ Rotation.from_rotvec(yaw * up).as_matrix()
+    pose = np.eye(4)
+    pose[:3, :3] = turn
+    pose[:3, 3] = touched - turn @ np.asarray(point)
+    height = to_camera(pose, np.asarray(support_point)) @ plane[:3] + plane[3]
+    pose[:3, 3] -= height * plane[:3]
+    return pose
+
+
+def _trimmed_mean(distance: NDArray) -> float:
+    kept = np.sort(distance)[: int(TRIM * len(distance))]
+    return float(kept.mean())
+
+
+def _kabsch(source: NDArray, target: NDArray) -> NDArray:
+    """Rigid step that brings source points nearest to target points."""
+    turn, _ = Rotation.align_vectors(target - target.mean(axis=0), source - source.mean(axis=0))
+    step = np.eye(4)
+    step[:3, :3] = turn.as_matrix()
+    step[:3, 3] = target.mean(axis=0) - step[:3, :3] @ source.mean(axis=0)
+    return step
+
+
+def _polished(template: Template, cloud: NDArray, pose: NDArray, largest: float) -> NDArray:
+    """Gauss-Newton on distances of the cloud along the template's normals."""
+    closest = ClosestPoints(template.vertices_m, template.faces)
+    a, b, c = (template.vertices_m[template.faces[:, k]] for k in range(3))
+    face_normals = np.cross(b - a, c - a)
+    face_normals /= np.linalg.norm(face_normals, axis=1, keepdims=True)
+    for _ in range(POLISHING_STEPS):
+        points = to_object(pose, cloud)
+        foot, triangle, _ = closest(points)
+        residual = ((points - foot) * face_normals[triangle]).sum(axis=1)
+        gap = np.linalg.norm(points - foot, axis=1)
+        kept = gap < min(largest, 3 * np.median(gap) + 1e-4)
+        if kept.sum() < FEWEST_PAIRS:
+            break
+        n, x = face_normals[triangle][kept], points[kept]
+        jacobian = np.hstack([np.cross(x, n), n])
+        solution, *_ = np.linalg.lstsq(jacobian, -residual[kept], rcond=1e-6)
+        step = np.eye(4)
+        step[:3, :3] = Rotation.from_rotvec(solution[:3]).as_matrix()
+        step[:3, 3] = solution[3:]
+        pose = pose @ np.linalg.inv(step)
+        if _moved(step, x) < CONVERGED_M:
+            break
+    return pose
+
+
+def _moved(step: NDArray, points: NDArray) -> float:
+    return float(np.linalg.norm(to_camera(step, points) - points, axis=1).max())

@@ -1,0 +1,187 @@
+"""The undeformed template: a closed triangle mesh of the whole object."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import dijkstra
+
+METRES = {"m": 1.0, "mm": 0.001}
+# Objects that one depth camera and a hand-held probe can measure [m].
+PLAUSIBLE_SIZE_M = (0.01, 3.0)
+PASSES = 12
+
+
+@dataclass(frozen=True)
+class Template:
+    """Closed triangle mesh with outward triangles.
+
+    Attributes
+    ----------
+    vertices_m : (n, 3) array
+        Object frame [m].
+    faces : (m, 3) int array
+    """
+
+    vertices_m: NDArray
+    faces: NDArray
+
+    @property
+    def edge_m(self) -> float:
+        """Average edge length r of Section 4.3.1 [m]."""
+        edges = unique_edges(self.faces)
+        return float(np.linalg.norm(np.diff(self.vertices_m[edges], axis=1), axis=-1).mean())
+
+
+def read_template(path: str | Path, *, unit: str) -> Template:
+    """Read a closed surface.
+
+    Parameters
+    ----------
+    path : path
+        Any mesh file that trimesh reads.
+    unit : {"m", "mm"}
+        Unit of its coordinates.
+
+    Raises
+    ------
+    ValueError
+        If it is no closed surface of one piece, or its size says that the unit is wrong.
+    """
+    mesh = trimesh.load(path, force="mesh", process=True)
+    if not len(mesh.faces):
+        raise ValueError(f"{path}: template: expected a triangle mesh, found no faces")
+    if not mesh.is_watertight:
+        raise ValueError(f"{path}: template: expected a closed surface, found open edges")
+    if mesh.volume < 0:
+        mesh.invert()
+    size = float(mesh.extents.max()) * METRES[unit]
+    low, high = PLAUSIBLE_SIZE_M
+    if not low <= size <= high:
+        expected = f"an object of {low} to {high} m"
+        raise ValueError(f"{path}: template.unit: expected {expected}, found {size:g} m ({unit})")
+    return Template(np.asarray(mesh.vertices) * METRES[unit], np.asarray(mesh.faces))
+
+
+def unique_edges(faces: NDArray) -> NDArray:
+    """Edges of a mesh, each once, shape (k, 2)."""
+    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    return np.unique(edges, axis=0)
+
+
+def vertex_normals(vertices: NDArray, faces: NDArray) -> NDArray:
+    """Unit normals, means of the adjacent triangles' by area, shape (n, 3)."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    areas = np.cross(b - a, c - a)
+    normals = np.stack(
+        [np.bincount(faces.ravel(), np.repeat(areas[:, k], 3), len(vertices)) for k in range(3)],
+        axis=1,
+    )
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+
+
+def refine_template(
+    template: Template, point_m: NDArray, *, radius_m: float, edge_m: float
+) -> Template:
+    """Bisect triangles around the contact until their edges are short (Section 5.2.1).
+
+    Longest edges are bisected and the bisection handed on to neighbours (Rivara), so that the
+    surface stays closed and its triangles well shaped.
+
+    Parameters
+    ----------
+    template : Template
+    point_m : (3,) array
+        Contact point, object frame [m].
+    radius_m, edge_m : float
+        Triangles with a vertex within the radius get edges of at most edge_m [m].
+    """
+    vertices, faces = template.vertices_m, template.faces
+    for _ in range(PASSES):
+        near = np.linalg.norm(vertices - point_m, axis=1) < radius_m
+        longest = _edge_lengths(vertices, faces).max(axis=1)
+        chosen = near[faces].any(axis=1) & (longest > edge_m)
+        if not chosen.any():
+            break
+        vertices, faces = _bisect(vertices, faces, chosen)
+    return Template(vertices, faces)
+
+
+def neighbourhoods(template: Template, *, reach: float, measure: str) -> sparse.csr_matrix:
+    """Neighbourhoods R_sm of Eq. 4.25 as a boolean matrix, shape (n, n).
+
+    Parameters
+    ----------
+    template : Template
+    reach : float
+        s_sm.
+    measure : {"rings", "geodesic"}
+        Neighbours within s_sm edges; or within the distance s_sm r along edges, as printed, which
+        smooths a locally refined mesh over many of its fine edges.
+    """
+    edges = unique_edges(template.faces)
+    if measure == "rings":
+        lengths, limit = np.ones(len(edges)), reach
+    elif measure == "geodesic":
+        lengths = np.linalg.norm(np.diff(template.vertices_m[edges], axis=1)[:, 0], axis=1)
+        limit = reach * template.edge_m
+    else:
+        raise ValueError(f"neighbourhood: expected rings or geodesic, found {measure}")
+    size = len(template.vertices_m)
+    graph = sparse.csr_matrix((lengths, edges.T), shape=(size, size))
+    distance = dijkstra(graph, directed=False, limit=limit)
+    near = np.isfinite(distance)
+    np.fill_diagonal(near, False)
+    return sparse.csr_matrix(near)
+
+
+def _edge_lengths(vertices: NDArray, faces: NDArray) -> NDArray:
+    """Lengths of the edges 01, 12, 20 of each triangle, shape (m, 3)."""
+    corners = vertices[faces]
+    return np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=-1)
+
+
+def _bisect(vertices: NDArray, faces: NDArray, chosen: NDArray) -> tuple[NDArray, NDArray]:
+    # Turn each triangle so that its longest edge comes first; ties go to the lower vertices, so
+    # that both neighbours of an edge agree.
+    faces = _longest_first(vertices, faces)
+    sides = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 3, 2), axis=-1)
+    edges, index = np.unique(sides.reshape(-1, 2), axis=0, return_inverse=True)
+    index = index.reshape(-1, 3)
+    marked = np.zeros(len(edges), dtype=bool)
+    marked[index[chosen, 0]] = True
+    while True:
+        more = marked[index].any(axis=1) & ~marked[index[:, 0]]
+        if not more.any():
+            break
+        marked[index[more, 0]] = True
+    middle = np.full(len(edges), -1)
+    middle[marked] = len(vertices) + np.arange(marked.sum())
+    vertices = np.concatenate([vertices, vertices[edges[marked]].mean(axis=1)])
+    return vertices, _split(faces, middle[index])
+
+
+def _split(faces: NDArray, middle: NDArray) -> NDArray:
+    a, b, c = faces.T
+    ab, bc, ca = middle.T
+    whole = ab < 0
+    parts = [faces[whole]]
+    for first, second, third, mark in ((ab, b, c, bc), (a, ab, c, ca)):
+        one = ~whole & (mark < 0)
+        parts.append(np.stack([first, second, third], axis=1)[one])
+    two = ~whole & (bc >= 0)
+    parts += [np.stack(t, axis=1)[two] for t in ((ab, b, bc), (ab, bc, c))]
+    three = ~whole & (ca >= 0)
+    parts += [np.stack(t, axis=1)[three] for t in ((a, ab, ca), (ab, c, ca))]
+    return np.concatenate(parts)
+
+
+def _longest_first(vertices: NDArray, faces: NDArray) -> NDArray:
+    lengths = np.round(_edge_lengths(vertices, faces), 12)
+    pairs = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1), axis=-1)
+    rank = pairs[..., 0] * (faces.max() + 1) + pairs[..., 1]
+    best = np.lexsort((rank, -lengths), axis=1)[:, 0]
+    return np.take_along_axis(faces, (best[:, None] + np.arange(3)) % 3, axis=1)
