@@ -1,0 +1,1 @@
+"""Estimation: Hertz, and error minimisation with the finite element model."""

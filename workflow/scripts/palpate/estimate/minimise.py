@@ -1,0 +1,164 @@
+"""Displacement error minimisation: Nelder-Mead from a Hertz start (Section 3.3.4)."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from palpate.estimate.moduli import (
+    engineering_from_lame,
+    lame_from_engineering,
+    reduced_modulus,
+)
+
+Cost = Callable[[float, float], float]
+AT_BOUND = 1e-3
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """Result of a minimisation.
+
+    Attributes
+    ----------
+    youngs_modulus_pa, poisson_ratio, reduced_modulus_pa : float
+    lame_lambda_pa, lame_mu_pa : float
+    error_m : float
+        Value of the objective [m].
+    evaluations : int
+    converged : bool
+        Whether the simplex collapsed before the iterations ran out.
+    at_bound : bool
+        Whether the minimum lies on a bound of the search.
+    start_poisson_ratio : float
+        Poisson's ratio of the chosen start.
+    trace : tuple of dict
+        Best vertex after each iteration: iteration, lame_lambda_pa, lame_mu_pa, error_m.
+    """
+
+    youngs_modulus_pa: float
+    poisson_ratio: float
+    reduced_modulus_pa: float
+    lame_lambda_pa: float
+    lame_mu_pa: float
+    error_m: float
+    evaluations: int
+    converged: bool
+    at_bound: bool
+    start_poisson_ratio: float
+    trace: tuple[dict, ...]
+
+
+def hertz_start(cost: Cost, E_star: float, poisson_ratios: list[float]) -> tuple[float, float]:
+    """Best of the pairs (E, nu) that agree with Hertz's E*, over a grid of nu.
+
+    Parameters
+    ----------
+    cost : callable
+        Objective of (lam, mu).
+    E_star : float
+        Reduced modulus of the Hertz fit [Pa].
+    poisson_ratios : list of float
+
+    Returns
+    -------
+    E, nu : float
+    """
+    starts = [(E_star * (1 - nu**2), nu) for nu in poisson_ratios]
+    return min(starts, key=lambda start: cost(*lame_from_engineering(*start)))
+
+
+def minimise_error(cost: Cost, start: tuple[float, float], options: Mapping) -> Minimum:
+    """Minimise an objective over the elastic moduli by Nelder and Mead's method.
+
+    Parameters
+    ----------
+    cost : callable
+        Objective of (lam, mu) [m].
+    start : (float, float)
+        E [Pa] and nu.
+    options : mapping
+        ``parametrisation`` ("modulus": (log E, nu) within bounds; "lame": (lam, mu), unbounded as
+        printed), ``iterations``, ``youngs_modulus_bounds_pa``, ``poisson_ratio_bounds``.
+
+    Returns
+    -------
+    Minimum
+
+    Raises
+    ------
+    ValueError
+        If the start lies outside the bounds.
+    """
+    E_bounds, nu_bounds = options["youngs_modulus_bounds_pa"], options["poisson_ratio_bounds"]
+    for name, value, bounds in (("E", start[0], E_bounds), ("nu", start[1], nu_bounds)):
+        if not bounds[0] <= value <= bounds[1]:
+            raise ValueError(f"start: expected {name} within {bounds}, found {value:g}")
+    search = {"modulus": _by_modulus, "lame": _by_lame}[options["parametrisation"]]
+    to_lame, first, bounds = search(start, E_bounds, nu_bounds)
+    trace: list[dict] = []
+    count = 0
+
+    def function(x: NDArray) -> float:
+        nonlocal count
+        count += 1
+        return cost(*to_lame(x))
+
+    def note(intermediate_result) -> None:
+        lam, mu = to_lame(intermediate_result.x)
+        trace.append(
+            {
+                "iteration": len(trace) + 1,
+                "lame_lambda_pa": float(lam),
+                "lame_mu_pa": float(mu),
+                "error_m": float(intermediate_result.fun),
+                "evaluations": count,
+            }
+        )
+
+    limits = {"maxiter": options["iterations"], "xatol": 1e-7, "fatol": 1e-13}
+    found = minimize(
+        function, first, method="Nelder-Mead", bounds=bounds, callback=note, options=limits
+    )
+    lam, mu = (float(value) for value in to_lame(found.x))
+    E, nu = engineering_from_lame(lam, mu)
+    return Minimum(
+        youngs_modulus_pa=E,
+        poisson_ratio=nu,
+        reduced_modulus_pa=reduced_modulus(E, nu),
+        lame_lambda_pa=lam,
+        lame_mu_pa=mu,
+        error_m=float(found.fun),
+        evaluations=count,
+        converged=bool(found.success),
+        at_bound=_at_bound(E, E_bounds, log=True) or _at_bound(nu, nu_bounds, log=False),
+        start_poisson_ratio=float(start[1]),
+        trace=tuple(trace),
+    )
+
+
+def _by_modulus(start: tuple, E_bounds: list, nu_bounds: list) -> tuple:
+    def to_lame(x: NDArray) -> tuple[float, float]:
+        return lame_from_engineering(float(np.exp(x[0])), float(x[1]))
+
+    bounds = [tuple(np.log(E_bounds)), tuple(nu_bounds)]
+    return to_lame, np.array([np.log(start[0]), start[1]]), bounds
+
+
+def _by_lame(start: tuple, E_bounds: list, nu_bounds: list) -> tuple:
+    scale = np.array(lame_from_engineering(*start))
+
+    def to_lame(x: NDArray) -> tuple[float, float]:
+        lam, mu = x * scale
+        return float(lam), float(mu)
+
+    return to_lame, np.ones(2), None
+
+
+def _at_bound(value: float, bounds: list, *, log: bool) -> bool:
+    if log:
+        value, bounds = np.log(value), np.log(bounds)
+    width = bounds[1] - bounds[0]
+    return bool(min(value - bounds[0], bounds[1] - value) < AT_BOUND * width)

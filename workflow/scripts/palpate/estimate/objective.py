@@ -1,0 +1,117 @@
+"""Error between tracked and computed deformation and force (Eq. 3.31-3.33)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.solid.boundary import NodeSets
+from palpate.solid.mesh import SolidMesh
+from palpate.solid.solve import factorise
+from palpate.solid.stiffness import elastic_stiffness
+
+OPTIONS = ("force_displacement", "displacement")
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What was measured of one deformation, in the frame of the solid.
+
+    Attributes
+    ----------
+    displacement_m : (n, 3) array
+        Displacement of the surface nodes [m]; NaN at interior nodes.
+    force_n : (n, 3) array
+        Nodal forces at the contact, zero elsewhere [N].
+    total_force_n : float
+        Magnitude of the measured force [N].
+    """
+
+    displacement_m: NDArray
+    force_n: NDArray
+    total_force_n: float
+
+
+class Objective:
+    """Mean error per node as a function of (lam, mu) [m].
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+    sets : NodeSets
+    measurement : Measurement
+    option : {"force_displacement", "displacement"}
+        Both terms of Eq. 3.31, or the displacement term alone.
+    """
+
+    def __init__(
+        self, mesh: SolidMesh, sets: NodeSets, measurement: Measurement, *, option: str
+    ) -> None:
+        if option not in OPTIONS:
+            raise ValueError(f"error: expected one of {', '.join(OPTIONS)}, found {option}")
+        self.option, self.sets = option, sets
+        self.K1, self.K2 = elastic_stiffness(mesh)
+        self.surface = np.sort(np.concatenate([sets.contact, sets.free, sets.support]))
+        self.u = measurement.displacement_m.copy()
+        self.u[sets.support] = 0
+        if not np.isfinite(self.u[self.surface]).all():
+            raise ValueError("displacement: expected numbers at all surface nodes, found NaN")
+        self.f = measurement.force_n
+        largest = np.linalg.norm(self.u[self.surface], axis=1).max()
+        self.force_weight = largest / measurement.total_force_n
+        free = np.setdiff1d(np.arange(len(mesh.nodes_m)), sets.support)
+        self.free_dofs, self.interior_dofs = _dofs(free), _dofs(sets.interior)
+        self.surface_dofs = _dofs(self.surface)
+        self._blocks = [
+            _blocks(K, self.free_dofs, self.interior_dofs, self.surface_dofs)
+            for K in (self.K1, self.K2)
+        ]
+        self.evaluations = 0
+
+    def __call__(self, lam: float, mu: float) -> float:
+        """Evaluate Eq. 3.31 for the option [m]."""
+        self.evaluations += 1
+        error = float(self.displacement_errors(lam, mu).mean())
+        if self.option == "displacement":
+            return error
+        return error + self.force_weight * float(self.force_errors(lam, mu).mean())
+
+    def displacement(self, lam: float, mu: float) -> NDArray:
+        """Displacement that the measured force causes, shape (n, 3) [m]."""
+        u = np.zeros(self.u.size)
+        K = self._combined("free", lam, mu)
+        u[self.free_dofs] = factorise(K)(self.f.ravel()[self.free_dofs])
+        return u.reshape(-1, 3)
+
+    def displacement_errors(self, lam: float, mu: float) -> NDArray:
+        """Mismatch of each surface node (terms of Eq. 3.33), shape (k,) [m]."""
+        gap = self.displacement(lam, mu)[self.surface] - self.u[self.surface]
+        return np.linalg.norm(gap, axis=1)
+
+    def force_errors(self, lam: float, mu: float) -> NDArray:
+        """Mismatch of the force at each node but the support's (terms of Eq. 3.32) [N]."""
+        u = np.zeros(self.u.size)
+        known = self.u[self.surface].ravel()
+        u[self.surface_dofs] = known
+        if len(self.interior_dofs):
+            right = -self._combined("coupling", lam, mu) @ known
+            u[self.interior_dofs] = factorise(self._combined("interior", lam, mu))(right)
+        f = (lam * (self.K1 @ u) + mu * (self.K2 @ u)).reshape(-1, 3)
+        kept = np.setdiff1d(np.arange(len(f)), self.sets.support)
+        return np.linalg.norm((f - self.f)[kept], axis=1)
+
+    def _combined(self, name: str, lam: float, mu: float):
+        return lam * self._blocks[0][name] + mu * self._blocks[1][name]
+
+
+def _dofs(nodes: NDArray) -> NDArray:
+    return (3 * nodes[:, None] + np.arange(3)).ravel()
+
+
+def _blocks(K, free: NDArray, interior: NDArray, surface: NDArray) -> dict:
+    rows = K[interior]
+    return {
+        "free": K[free][:, free],
+        "interior": rows[:, interior],
+        "coupling": rows[:, surface],
+    }
