@@ -1,0 +1,119 @@
+"""The hand that moves the probe: rest, approach, press, hold, with tilt and tremor."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+DOWN = np.array([0.0, 0.0, -1.0])
+# A hand's tremor lies below about ten hertz.
+TREMOR_HZ = (0.6, 9.0)
+TREMOR_TONES = 12
+HOVER_M = 0.001
+RAMP = 0.15
+
+
+@dataclass(frozen=True)
+class ProbeMotion:
+    """Path of the probe at given times, object frame.
+
+    Attributes
+    ----------
+    time_s : (n,) array
+    depth_m : (n,) array
+        Depth of the sphere's lowest point below the undeformed surface, negative above it [m].
+    tip_m : (n, 3) array
+        Centre of the sphere [m].
+    object_from_force : (n, 3, 3) array
+        Rotation of the probe.
+    """
+
+    time_s: NDArray
+    depth_m: NDArray
+    tip_m: NDArray
+    object_from_force: NDArray
+
+
+class Hand:
+    """One recording's motion, a function of time.
+
+    Parameters
+    ----------
+    options : mapping
+        ``motion`` block of lab.yaml.
+    point_m : (3,) array
+        Point to press, object frame [m].
+    radius_m : float
+        Radius of the sphere [m].
+    facing : (3,) array
+        Horizontal unit vector from the object to the camera; the marker faces it.
+    rng : numpy.random.Generator
+        Draws the tilt and the tremor.
+    """
+
+    def __init__(
+        self,
+        options: Mapping,
+        *,
+        point_m: NDArray,
+        radius_m: float,
+        facing: NDArray,
+        rng: np.random.Generator,
+    ) -> None:
+        self.options, self.radius_m = options, radius_m
+        self.point_m, self.facing = np.asarray(point_m), np.asarray(facing)
+        self.tilt_rad = np.deg2rad(options["tilt_deg"]) * rng.uniform(-1, 1, 2)
+        self.tones = _Tones(rng, channels=5)
+
+    def at(self, time_s: NDArray) -> ProbeMotion:
+        """Where the probe is at times [s]."""
+        time_s = np.asarray(time_s, dtype=float)
+        o, tremor = self.options, self.tones(time_s)
+        depth = self._depth(time_s)
+        free = np.clip(-depth / o["approach_m"], 0, 1)
+        depth = depth + tremor[:, 0] * o["depth_tremor_m"] * np.clip(depth / HOVER_M, 0, 1)
+        sideways = tremor[:, 1:3] * o["lateral_tremor_m"] * free[:, None]
+        tip = self.point_m + np.column_stack([sideways, self.radius_m - depth])
+        tilt = self.tilt_rad + tremor[:, 3:5] * np.deg2rad(o["tilt_tremor_deg"])
+        return ProbeMotion(time_s, depth, tip, self._rotation(tilt))
+
+    def _depth(self, time_s: NDArray) -> NDArray:
+        o = self.options
+        start = o["rest_s"]
+        approach = _minimum_jerk((time_s - start) / o["approach_s"])
+        press = _ramped((time_s - start - o["approach_s"]) / o["press_s"])
+        above = o["approach_m"] - HOVER_M
+        return -o["approach_m"] + above * approach + (o["depth_m"] + HOVER_M) * press
+
+    def _rotation(self, tilt: NDArray) -> NDArray:
+        untilted = np.column_stack([np.cross(self.facing, DOWN), self.facing, DOWN])
+        vectors = np.column_stack([tilt, np.zeros(len(tilt))])
+        return Rotation.from_rotvec(vectors).as_matrix() @ untilted
+
+
+class _Tones:
+    """Sum of sinusoids of random frequency and phase, unit standard deviation in each channel."""
+
+    def __init__(self, rng: np.random.Generator, *, channels: int) -> None:
+        size = (TREMOR_TONES, channels)
+        self.frequency_hz = np.exp(rng.uniform(*np.log(TREMOR_HZ), size))
+        self.phase = rng.uniform(0, 2 * np.pi, size)
+
+    def __call__(self, time_s: NDArray) -> NDArray:
+        angle = 2 * np.pi * self.frequency_hz * time_s[:, None, None] + self.phase
+        return np.sin(angle).sum(axis=1) * np.sqrt(2 / TREMOR_TONES)
+
+
+def _minimum_jerk(s: NDArray) -> NDArray:
+    s = np.clip(s, 0, 1)
+    return s**3 * (10 - 15 * s + 6 * s**2)
+
+
+def _ramped(s: NDArray) -> NDArray:
+    """From 0 to 1 at constant speed but for smooth ramps at both ends."""
+    grid = np.linspace(0, 1, 2001)
+    speed = _minimum_jerk(np.minimum(grid, 1 - grid) / RAMP)
+    path = np.concatenate([[0], np.cumsum((speed[1:] + speed[:-1]) / 2)])
+    return np.interp(s, grid, path / path[-1])

@@ -1,0 +1,279 @@
+"""Ray casting with sun and sky: linear images of a scene, and what of them moves."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.lab.scene import (
+    BOARD,
+    OBJECT,
+    PLAIN,
+    PROBE_PARTS,
+    SPHERE,
+    TABLE,
+    Bench,
+    Scene,
+    barycentric,
+    block_colour,
+    board_colour,
+    table_colour,
+)
+from palpate.vision.camera import PinholeCamera
+
+RAYS_AT_ONCE = 400_000
+LIFT_M = 2e-5
+SHININESS = 40.0
+# How far around a changed pixel the soft edge of its shadow reaches [px].
+SHADOW_EDGE_PX = 13
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera and where it stands (camera axes of OpenCV, object frame)."""
+
+    camera: PinholeCamera
+    object_from_camera: NDArray
+
+    def rays(self, pixels_px: NDArray) -> tuple[NDArray, NDArray]:
+        """Origin (3,) and unit directions (n, 3) through pixels, object frame."""
+        directions = self.camera.rays(pixels_px) @ self.object_from_camera[:3, :3].T
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        return self.object_from_camera[:3, 3], directions
+
+    @property
+    def camera_from_object(self) -> NDArray:
+        """Transform from the object's frame, shape (4, 4)."""
+        return np.linalg.inv(self.object_from_camera)
+
+
+@dataclass(frozen=True)
+class Light:
+    """Key light and sky.
+
+    Attributes
+    ----------
+    towards : (3,) array
+        Unit vector to the key light.
+    key, ambient : float
+        Irradiance of the key light at normal incidence and of the sky, for reflectance 1.
+    spread : float
+        Half width of the key light, as seen from the bench [rad].
+    """
+
+    towards: NDArray
+    key: float
+    ambient: float
+    spread: float
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Noise-free picture of one moment.
+
+    Attributes
+    ----------
+    colour : (h, w, 3) float32 array
+        Linear radiance.
+    kind : (h, w) int8 array
+        What each pixel's centre sees (`palpate.lab.scene`), -1 for nothing.
+    lit : (h, w) bool array
+        Whether the key light's centre reaches it.
+    """
+
+    colour: NDArray
+    kind: NDArray
+    lit: NDArray
+
+
+def look_at(target_m: NDArray, *, distance_m: float, elevation_deg: float) -> NDArray:
+    """Pose of a level camera on the side y < 0 that looks at a target, shape (4, 4)."""
+    elevation = np.deg2rad(elevation_deg)
+    forward = np.array([0.0, np.cos(elevation), -np.sin(elevation)])
+    right = np.array([1.0, 0.0, 0.0])
+    pose = np.eye(4)
+    pose[:3, :3] = np.column_stack([right, np.cross(forward, right), forward])
+    pose[:3, 3] = np.asarray(target_m) - distance_m * forward
+    return pose
+
+
+def render(view: View, scene: Scene, bench: Bench, light: Light, *, samples: int) -> Layer:
+    """Render a whole picture with samples x samples rays a pixel."""
+    camera = view.camera
+    pixels = camera.pixel_grid()
+    kind, lit = _at_centres(view, scene, light, pixels)
+    colour = _supersampled(view, scene, bench, light, pixels, samples)
+    shape = (camera.height_px, camera.width_px)
+    return Layer(colour.reshape(*shape, 3), kind.reshape(shape), lit.reshape(shape))
+
+
+def render_change(
+    view: View,
+    scene: Scene,
+    bench: Bench,
+    light: Light,
+    still: Layer,
+    boxes_px: list[tuple[int, int, int, int]],
+    *,
+    moved_m: tuple[NDArray, float],
+    samples: int,
+) -> Layer:
+    """Render again what the probe, its shadow or the dent changed of a still picture.
+
+    Parameters
+    ----------
+    view, scene, bench, light
+        The moment to render.
+    still : Layer
+        The same view without the probe.
+    boxes_px : list of (left, top, right, bottom)
+        Parts of the picture where anything can have changed [px].
+    moved_m : ((3,) array, float)
+        Centre and radius of the region of the object that deforms [m].
+    samples : int
+        Rays a pixel along each side.
+
+    Returns
+    -------
+    Layer
+    """
+    candidates = np.zeros(still.kind.shape, dtype=np.uint8)
+    for left, top, right, bottom in boxes_px:
+        candidates[max(top, 0) : max(bottom, 0), max(left, 0) : max(right, 0)] = 1
+    rows, columns = np.nonzero(candidates)
+    pixels = np.column_stack([columns, rows]).astype(float)
+    kind, lit = still.kind.copy(), still.lit.copy()
+    kind[rows, columns], lit[rows, columns] = _at_centres(view, scene, light, pixels)
+    changed = (kind != still.kind) | (lit != still.lit) | np.isin(kind, PROBE_PARTS)
+    changed[rows, columns] |= _near(view, scene, pixels, *moved_m)
+    edge = np.ones((SHADOW_EDGE_PX, SHADOW_EDGE_PX), np.uint8)
+    changed = cv2.dilate(changed.astype(np.uint8), edge) > 0
+    rows, columns = np.nonzero(changed)
+    pixels = np.column_stack([columns, rows]).astype(float)
+    colour = still.colour.copy()
+    colour[rows, columns] = _supersampled(view, scene, bench, light, pixels, samples)
+    return Layer(colour, kind, lit)
+
+
+def projected_box(view: View, points_m: NDArray, margin_px: int) -> tuple[int, int, int, int]:
+    """Box around the projection of points of the object frame, with a margin [px]."""
+    transform = view.camera_from_object
+    pixels = view.camera.project(points_m @ transform[:3, :3].T + transform[:3, 3])
+    low, high = pixels.min(axis=0) - margin_px, pixels.max(axis=0) + margin_px
+    size = np.array([view.camera.width_px, view.camera.height_px])
+    low, high = np.clip(low, 0, size), np.clip(high, 0, size)
+    return int(low[0]), int(low[1]), int(np.ceil(high[0])), int(np.ceil(high[1]))
+
+
+def _at_centres(view: View, scene: Scene, light: Light, pixels: NDArray) -> tuple[NDArray, NDArray]:
+    origin, directions = view.rays(pixels)
+    hits = scene.cast(origin, directions)
+    seen = hits["kind"] >= 0
+    lit = np.zeros(len(pixels), dtype=bool)
+    points = origin + directions[seen] * (hits["t"][seen, None] - LIFT_M)
+    lit[seen] = ~scene.blocked(points, light.towards)
+    return hits["kind"].astype(np.int8), lit
+
+
+def _near(view: View, scene: Scene, pixels: NDArray, centre: NDArray, radius: float) -> NDArray:
+    origin, directions = view.rays(pixels)
+    hits = scene.cast(origin, directions)
+    points = origin + directions * np.where(np.isfinite(hits["t"]), hits["t"], 0)[:, None]
+    return (hits["kind"] == OBJECT) & (np.linalg.norm(points - centre, axis=1) < radius)
+
+
+def _supersampled(
+    view: View, scene: Scene, bench: Bench, light: Light, pixels: NDArray, samples: int
+) -> NDArray:
+    """Mean of samples x samples rays in each pixel, each with its own ray to the light."""
+    offsets = (np.arange(samples) + 0.5) / samples - 0.5
+    grid = np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)
+    suns = _sun_directions(light, len(grid))
+    total = np.zeros((len(pixels), 3))
+    for offset, sun in zip(grid, suns, strict=True):
+        for start in range(0, len(pixels), RAYS_AT_ONCE):
+            part = slice(start, start + RAYS_AT_ONCE)
+            origin, directions = view.rays(pixels[part] + offset)
+            footprint = 1 / (samples * view.camera.fx_px)
+            total[part] += _radiance(scene, bench, light, sun, origin, directions, footprint)
+    return (total / len(grid)).astype(np.float32)
+
+
+def _sun_directions(light: Light, count: int) -> NDArray:
+    """Directions spread evenly over the key light's disc (golden-angle spiral), (count, 3)."""
+    k = np.arange(count)
+    radius = light.spread * np.sqrt((k + 0.5) / count)
+    angle = k * np.pi * (3 - np.sqrt(5))
+    side = np.cross(light.towards, [0.0, 1.0, 0.0])
+    side /= np.linalg.norm(side)
+    other = np.cross(light.towards, side)
+    spread = np.outer(radius * np.cos(angle), side) + np.outer(radius * np.sin(angle), other)
+    directions = light.towards + spread
+    return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+
+def _radiance(
+    scene: Scene,
+    bench: Bench,
+    light: Light,
+    sun: NDArray,
+    origin: NDArray,
+    directions: NDArray,
+    footprint: float,
+) -> NDArray:
+    hits = scene.cast(origin, directions)
+    kind = hits["kind"]
+    seen = kind >= 0
+    points = origin + directions * np.where(seen, hits["t"], 0)[:, None]
+    normals, colours, gloss = _surface(scene, bench, hits, points, directions, footprint)
+    facing = (normals * directions).sum(axis=1) > 0
+    normals[facing] *= -1
+    cosine = np.maximum(normals @ sun, 0)
+    reach = seen & (cosine > 0)
+    lit = np.zeros(len(points), dtype=bool)
+    lit[reach] = ~scene.blocked(points[reach] + normals[reach] * LIFT_M, sun)
+    sky = light.ambient * (0.65 + 0.35 * normals[:, 2])
+    radiance = colours * (sky + light.key * cosine * lit)[:, None]
+    half = sun - directions
+    half /= np.linalg.norm(half, axis=1, keepdims=True)
+    highlight = gloss * np.maximum((normals * half).sum(axis=1), 0) ** SHININESS
+    radiance += (light.key * highlight * lit)[:, None]
+    radiance[~seen] = 0
+    return radiance
+
+
+def _surface(
+    scene: Scene,
+    bench: Bench,
+    hits: dict,
+    points: NDArray,
+    directions: NDArray,
+    footprint: float,
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Normals, reflectances and strengths of highlight at the hits."""
+    kind, normals = hits["kind"], hits["normal"].copy()
+    colours, gloss = np.zeros((len(kind), 3)), np.zeros(len(kind))
+    for part, (colour, shine) in PLAIN.items():
+        colours[kind == part], gloss[kind == part] = colour, shine
+    table = kind == TABLE
+    colours[table] = table_colour(bench, points[table])
+    body = kind == OBJECT
+    if body.any():
+        triangles = {key: hits[key] for key in ("triangle", "uv")}
+        colours[body] = block_colour(bench, barycentric(triangles, body, scene.faces, scene.rest_m))
+        normals[body] = _unit(barycentric(triangles, body, scene.faces, scene.normals))
+    ball = kind == SPHERE
+    if ball.any():
+        normals[ball] = _unit(points[ball] - scene.tip_m)
+    board = kind == BOARD
+    if board.any():
+        local = (points[board] - scene.tip_m) @ scene.object_from_force
+        slant = np.abs((normals[board] * directions[board]).sum(axis=1))
+        width = hits["t"][board] * footprint / np.sqrt(np.maximum(slant, 0.1))
+        colours[board] = board_colour(scene.probe, local, width)
+    return normals, colours, gloss
+
+
+def _unit(vectors: NDArray) -> NDArray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
