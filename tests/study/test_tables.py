@@ -1,0 +1,126 @@
+"""Tables beside the published values, and figures that are the same bytes each time."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from palpate.study import figures, style, tables
+
+CAPTURES = [
+    {"object": "foam_block", "sensor": s, "capture": c, "point": c[:2], "provenance": p}
+    for s, c, p in (
+        ("kinect", "08", "simulated"),
+        ("kinect", "11-a03", "simulated"),
+        ("bumblebee", "08", "recorded"),
+    )
+]
+
+
+def fit(modulus):
+    return {
+        "radius_m": 0.00622,
+        "range": {"first_frame": 2, "last_frame": 5},
+        "samples": {
+            "depth_m": [-0.002, -0.001, 0.001, 0.003, 0.005, 0.007, 0.007],
+            "force_n": [0.0, 0.01, 0.1, 0.5, 1.0, 1.7, 1.6],
+        },
+        "study": {"reduced_modulus_pa": modulus, "rms_n": 0.02},
+        "free_contact": {
+            "reduced_modulus_pa": modulus + 100,
+            "reduced_modulus_interval_pa": [modulus - 1000, modulus + 1200],
+            "contact_depth_m": 1e-4,
+        },
+    }
+
+
+def minimum(E, nu):
+    trace = [
+        {"iteration": k, "lame_lambda_pa": 1e4 + k, "lame_mu_pa": 9e3, "error_m": 1e-3 / k}
+        for k in range(1, 30)
+    ]
+    return {
+        "youngs_modulus_pa": E,
+        "poisson_ratio": nu,
+        "reduced_modulus_pa": E / (1 - nu**2),
+        "hertz_reduced_modulus_pa": 25000.0,
+        "at_bound": False,
+        "trace": trace,
+    }
+
+
+@pytest.fixture
+def hertz():
+    return tables.hertz_table(CAPTURES, [fit(25000.4), fit(24000.0), fit(26000.0)])
+
+
+@pytest.fixture
+def minima():
+    keys = [(c["object"], c["sensor"], c["capture"], "displacement") for c in CAPTURES]
+    return tables.minimum_table(CAPTURES, {key: minimum(20000.0, 0.25) for key in keys})
+
+
+def test_table_5_2(hertz, root):
+    published = pd.read_csv(root / "config/published/table_5_2.csv")
+    table = tables.rounded(tables.table_5_2(hertz, published, block="foam_block"))
+    assert table["sensor"].tolist() == ["bumblebee", "kinect"]
+    assert table["published_reduced_modulus_pa"].tolist() == [31100, 35500]
+    assert table["reduced_modulus_pa"].tolist() == [26000, 25000]
+    assert table[["row", "column"]].iloc[0].tolist() == [2, 3]
+    assert tables.table_5_2(hertz, published, block="another").empty
+
+
+def test_table_5_3(minima, root):
+    published = pd.read_csv(root / "config/published/table_5_3.csv")
+    table = tables.table_5_3(minima, published, block="foam_block")
+    kinect = table[table["sensor"] == "kinect"].iloc[0]
+    assert kinect["published_youngs_modulus_pa"] == 35499
+    assert kinect["youngs_modulus_pa"] == 20000
+
+
+def test_summary_has_a_row_for_each_method(hertz, minima):
+    summary = tables.summary(hertz, minima)
+    assert len(summary) == 3 * len(CAPTURES)
+    assert summary.groupby("capture").size().to_dict() == {"08": 6, "11-a03": 3}
+
+
+def test_what_is_written_says_what_is_simulated(hertz, tmp_path, root):
+    published = pd.read_csv(root / "config/published/table_5_2.csv")
+    table = tables.rounded(tables.table_5_2(hertz, published, block="foam_block"))
+    for name in "ab":
+        tables.write(table, tmp_path / f"{name}.csv", tmp_path / f"{name}.md", title="Table 5.2")
+    text = (tmp_path / "a.md").read_text()
+    assert tables.SIMULATED_NOTE in text
+    assert tables.PUBLISHED_NOTE in text
+    assert "| simulated |" in text
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["figure_5_2", "figure_5_8"])
+def test_figures_repeat_and_carry_their_label(name, tmp_path):
+    shown = CAPTURES[::2]
+    for k in "ab":
+        with style.journal():
+            if name == "figure_5_2":
+                figure = figures.figure_5_2(shown, [fit(25000.0), fit(26000.0)])
+            else:
+                results = [minimum(2e4, 0.25), minimum(3e4, 0.2)]
+                figure = figures.figure_5_8(shown, results, error="displacement")
+            style.save(figure, tmp_path / f"{k}.png", tmp_path / f"{k}.svg")
+    for ending in ("png", "svg"):
+        one, other = ((tmp_path / f"{k}.{ending}").read_bytes() for k in "ab")
+        assert one == other
+    assert "simulated captures" in (tmp_path / "a.svg").read_text()
+
+
+def test_accuracy_of_a_known_error():
+    from palpate.study.accuracy import _force, _tip
+
+    truth = {"tip_m": np.zeros((4, 3)), "force_n": np.tile([0, 0, -2.0], (4, 1))}
+    results = {
+        "tip_m": np.tile([3e-4, 4e-4, 0], (4, 1)),
+        "raw_tip_m": np.zeros((4, 3)),
+        "force_n": np.tile([0, 0, -2.1], (4, 1)),
+    }
+    found = {row["quantity"]: row["value"] for row in _tip(truth, results) + _force(truth, results)}
+    assert found["tip_position_rms"] == pytest.approx(0.5)
+    assert found["force_rms"] == pytest.approx(0.1)
+    assert found["force_direction_mean"] == pytest.approx(0, abs=1e-4)

@@ -1,0 +1,1 @@
+"""The study: tables, figures, and accuracy against the truth."""

@@ -1,0 +1,130 @@
+"""How right a capture's results are, against the virtual lab's truth."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.surface.distance import ClosestPoints
+
+MILLIMETRES = 1000.0
+DENT_RADIUS_M = 0.010
+
+
+def capture_accuracy(truth: Mapping, material: Mapping, results: Mapping) -> list[dict]:
+    """Compare one capture's results with the truth.
+
+    Parameters
+    ----------
+    truth : mapping
+        Arrays of truth.npz.
+    material : mapping
+        material.json.
+    results : mapping
+        ``tip_m`` and ``raw_tip_m`` (f, 3) [m], ``force_n`` (f, 3) [N], ``mask`` (f, h, w) bool,
+        ``clouds`` (list of (n, 3) [m]), ``tracked`` (Tracked), ``hertz`` (hertz.json) and
+        ``minima`` (minimise-<error>.json by error option).
+
+    Returns
+    -------
+    list of dict
+        ``quantity, value, unit, truth``.
+    """
+    frame = results["hertz"]["range"]["last_frame"]
+    rows = _tip(truth, results) + _force(truth, results) + _mask(truth, results["mask"])
+    rows += _cloud(truth, results["clouds"], frame)
+    rows += _surface(truth, results["tracked"], frame)
+    rows += _moduli(material, results)
+    return rows
+
+
+def tracked_errors(truth: Mapping, tracked: object, frame: int) -> tuple[NDArray, NDArray]:
+    """Distance of each tracked vertex from its true place, and of the undeformed one, (n,) [m]."""
+    pose = truth["camera_from_object"]
+    closest = ClosestPoints(truth["surface_rest_m"], truth["surface_faces"])
+    _, triangle, weights = closest(tracked.template_m)
+    true = closest.interpolate(truth["surface_m"][frame].astype(float), triangle, weights)
+    true = true @ pose[:3, :3].T + pose[:3, 3]
+    rest = tracked.template_m @ pose[:3, :3].T + pose[:3, 3]
+    found = np.linalg.norm(tracked.vertices_m[frame] - true, axis=1)
+    return found, np.linalg.norm(rest - true, axis=1)
+
+
+def _tip(truth: Mapping, results: Mapping) -> list[dict]:
+    rows = []
+    for name in ("raw_tip", "tip"):
+        error = results[f"{name}_m"] - truth["tip_m"]
+        rows.append(_row(f"{name}_position_rms", _rms_length(error) * MILLIMETRES, "mm"))
+    return rows
+
+
+def _force(truth: Mapping, results: Mapping) -> list[dict]:
+    found, true = results["force_n"], truth["force_n"]
+    size, true_size = np.linalg.norm(found, axis=1), np.linalg.norm(true, axis=1)
+    pressed = true_size > 0.5 * true_size.max()
+    cosine = (found * true).sum(axis=1)[pressed] / (size * true_size)[pressed]
+    angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    return [
+        _row("force_rms", _rms_length(found - true), "N"),
+        _row("force_magnitude_rms", float(np.sqrt(np.mean((size - true_size) ** 2))), "N"),
+        _row("force_direction_mean", float(angle.mean()), "degree"),
+        _row("force_peak", float(size.max()), "N", float(true_size.max())),
+    ]
+
+
+def _mask(truth: Mapping, mask: NDArray) -> list[dict]:
+    width = int(truth["mask_shape"][-1])
+    true = np.unpackbits(truth["mask"], axis=-1, count=width).astype(bool)
+    shared = (mask & true).sum(axis=(1, 2)) / (mask | true).sum(axis=(1, 2))
+    return [
+        _row("mask_intersection_over_union_mean", float(shared.mean()), ""),
+        _row("mask_intersection_over_union_min", float(shared.min()), ""),
+    ]
+
+
+def _cloud(truth: Mapping, clouds: list[NDArray], frame: int) -> list[dict]:
+    pose = truth["camera_from_object"]
+    points = (clouds[frame] - pose[:3, 3]) @ pose[:3, :3]
+    closest = ClosestPoints(truth["surface_m"][frame], truth["surface_faces"])
+    distance = closest.distance(points)
+    return [
+        _row("cloud_median", float(np.median(distance)) * MILLIMETRES, "mm"),
+        _row("cloud_rms", float(np.sqrt(np.mean(distance**2))) * MILLIMETRES, "mm"),
+        _row("cloud_points", float(len(points)), ""),
+    ]
+
+
+def _surface(truth: Mapping, tracked: object, frame: int) -> list[dict]:
+    found, still = tracked_errors(truth, tracked, frame)
+    offset = tracked.template_m - tracked.contact_point_m
+    dent = np.linalg.norm(offset, axis=1) < DENT_RADIUS_M
+    seen = tracked.observed[frame]
+    parts = {"dent": dent, "elsewhere": ~dent, "observed": seen, "all": np.ones_like(dent)}
+    rows = []
+    for name, part in parts.items():
+        rows.append(_row(f"surface_{name}_mean", float(found[part].mean()) * MILLIMETRES, "mm"))
+        rows.append(_row(f"untracked_{name}_mean", float(still[part].mean()) * MILLIMETRES, "mm"))
+    return rows
+
+
+def _moduli(material: Mapping, results: Mapping) -> list[dict]:
+    E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
+    E_star = material["reduced_modulus_pa"]
+    hertz = results["hertz"]
+    rows = [
+        _row(f"hertz_{name}_reduced_modulus", hertz[name]["reduced_modulus_pa"], "Pa", E_star)
+        for name in ("study", "free_contact")
+    ]
+    for error, minimum in results["minima"].items():
+        rows.append(_row(f"{error}_youngs_modulus", minimum["youngs_modulus_pa"], "Pa", E))
+        rows.append(_row(f"{error}_poisson_ratio", minimum["poisson_ratio"], "", nu))
+        rows.append(_row(f"{error}_reduced_modulus", minimum["reduced_modulus_pa"], "Pa", E_star))
+    return rows
+
+
+def _row(quantity: str, value: float, unit: str, truth: float | None = None) -> dict:
+    return {"quantity": quantity, "value": value, "unit": unit, "truth": truth}
+
+
+def _rms_length(vectors: NDArray) -> float:
+    return float(np.sqrt((vectors**2).sum(axis=1).mean()))

@@ -1,0 +1,75 @@
+"""One look for all figures, and files that are the same bytes for the same inputs."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+# Okabe and Ito's palette, told apart by colour-blind readers.
+BLUE, ORANGE, GREEN, GREY, BLACK = "#0072B2", "#D55E00", "#009E73", "#9A9A9A", "#1A1A1A"
+SENSOR_NAMES = {"bumblebee": "Bumblebee2", "kinect": "Kinect"}
+ERROR_NAMES = {"force_displacement": "force and displacement", "displacement": "displacement"}
+COLUMN_IN, PAGE_IN = 3.5, 7.2
+RESOLUTION_DPI = 300
+SETTINGS = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 8,
+    "axes.labelsize": 8,
+    "axes.titlesize": 8.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "xtick.major.width": 0.7,
+    "ytick.major.width": 0.7,
+    "xtick.direction": "out",
+    "lines.linewidth": 1.3,
+    "legend.frameon": False,
+    "legend.fontsize": 7.5,
+    "figure.dpi": 100,
+    "savefig.dpi": RESOLUTION_DPI,
+    "svg.hashsalt": "palpate",
+    "svg.fonttype": "none",
+}
+
+
+@contextmanager
+def journal() -> Iterator[None]:
+    """Draw in the project's style inside the block."""
+    with plt.rc_context(SETTINGS):
+        yield
+
+
+def label_provenance(figure: Figure, provenances: set[str]) -> None:
+    """Say under a figure that its captures are simulated, when any is."""
+    if "simulated" in provenances:
+        figure.text(
+            0.995, 0.004, "simulated captures", ha="right", va="bottom", fontsize=6.5, color=GREY
+        )
+
+
+def sensor_name(sensor: str) -> str:
+    """Name of a sensor as a reader knows it."""
+    return SENSOR_NAMES.get(sensor, sensor)
+
+
+def save(figure: Figure, png: str | Path, svg: str | Path) -> None:
+    """Save a figure as PNG and SVG without dates, and close it."""
+    figure.savefig(png, format="png", metadata={"Software": None})
+    figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
+    plt.close(figure)
+
+
+def panel_letter(axes: Axes, letter: str) -> None:
+    """Put a panel's letter at its upper left, outside the axes."""
+    axes.text(-0.02, 1.04, letter, transform=axes.transAxes, ha="right", va="bottom", weight="bold")

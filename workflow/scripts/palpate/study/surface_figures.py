@@ -1,0 +1,179 @@
+"""Figures of tracked surfaces and of the mismatch on them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LightSource
+from matplotlib.figure import Figure
+from matplotlib.tri import Triangulation
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from numpy.typing import NDArray
+
+from palpate.study.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    PAGE_IN,
+    label_provenance,
+    sensor_name,
+)
+
+MILLIMETRES = 1e3
+ZOOM_M = 0.040
+DETAIL_M = 0.025
+SECTION_HALF_WIDTH_M = 0.0015
+MAP = "cividis"
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """Mismatch on the surface of one solid: nodes (n, 3) [m], outward triangles, (n,) [m]."""
+
+    nodes_m: NDArray
+    triangles: NDArray
+    mismatch_m: NDArray
+    contact_m: NDArray
+
+
+@dataclass(frozen=True)
+class TrackedView:
+    """Tracked surface of one frame, object frame.
+
+    Attributes
+    ----------
+    rest_m, deformed_m : (n, 3) arrays
+        Template before and in the frame [m].
+    faces : (m, 3) int array
+    cloud_m : (k, 3) array
+        Captured points of the frame [m].
+    contact_m : (3,) array
+    """
+
+    rest_m: NDArray
+    deformed_m: NDArray
+    faces: NDArray
+    cloud_m: NDArray
+    contact_m: NDArray
+
+
+def figure_5_10(captures: Sequence[Mapping], views: Sequence[Mismatch]) -> Figure:
+    """Mismatch of tracked and computed deformation from above, a row per sensor (Fig. 5.10)."""
+    count = len(views)
+    figure, axes = plt.subplots(
+        count,
+        2,
+        figsize=(PAGE_IN, 2.15 * count + 0.3),
+        width_ratios=(2.1, 1),
+        squeeze=False,
+        layout="constrained",
+    )
+    limit = max(float(view.mismatch_m.max()) for view in views) * MILLIMETRES
+    for row, capture, view in zip(axes, captures, views, strict=True):
+        _mismatch_panel(row[0], view, limit, None)
+        image = _mismatch_panel(row[1], view, limit, ZOOM_M)
+        row[0].set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
+        row[1].set_title("at the contact")
+        figure.colorbar(image, ax=row[1], label="Mismatch (mm)", shrink=0.85)
+    label_provenance(figure, {capture["provenance"] for capture in captures})
+    return figure
+
+
+def tracked_surface(captures: Sequence[Mapping], views: Sequence[TrackedView]) -> Figure:
+    """Tracked surface at the contact and a section through it, a row per sensor."""
+    count = len(views)
+    figure = plt.figure(figsize=(PAGE_IN, 2.6 * count))
+    for k, (capture, view) in enumerate(zip(captures, views, strict=True)):
+        solid = figure.add_subplot(count, 2, 2 * k + 1, projection="3d")
+        _shaded_panel(solid, view)
+        solid.set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
+        section = figure.add_subplot(count, 2, 2 * k + 2)
+        _section_panel(section, view)
+        if k == 0:
+            section.legend(loc="lower right")
+        if k == count - 1:
+            section.set_xlabel("Along the length, from the contact (mm)")
+    figure.tight_layout(rect=(0, 0.02, 1, 1))
+    label_provenance(figure, {capture["provenance"] for capture in captures})
+    return figure
+
+
+def _mismatch_panel(axes: Axes, view: Mismatch, limit: float, zoom_m: float | None):
+    a, b, c = (view.nodes_m[view.triangles[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    above = normals[:, 2] > 0.5 * np.linalg.norm(normals, axis=1)
+    x, y = view.nodes_m[:, 0] * MILLIMETRES, view.nodes_m[:, 1] * MILLIMETRES
+    top = Triangulation(x, y, view.triangles[above])
+    values = view.mismatch_m * MILLIMETRES
+    image = axes.tripcolor(
+        top, values, shading="gouraud", cmap=MAP, vmin=0, vmax=limit, rasterized=True
+    )
+    axes.triplot(top, color="white", lw=0.15, alpha=0.6)
+    place = view.contact_m[:2] * MILLIMETRES
+    axes.plot(*place, "+", color=ORANGE, ms=6, mew=1.1)
+    axes.set_aspect("equal")
+    if zoom_m is not None:
+        reach = zoom_m * MILLIMETRES
+        axes.set_xlim(place[0] - reach, place[0] + reach)
+        axes.set_ylim(place[1] - reach, place[1] + reach)
+    axes.set_xlabel("Length (mm)")
+    axes.set_ylabel("Width (mm)")
+    return image
+
+
+def _shaded_panel(axes: Axes, view: TrackedView) -> None:
+    centre = view.contact_m
+    near = np.linalg.norm(view.rest_m[view.faces].mean(axis=1) - centre, axis=1) < ZOOM_M
+    triangles = (view.deformed_m[view.faces[near]] - centre) * MILLIMETRES
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    light = LightSource(azdeg=225, altdeg=40)
+    shade = np.clip(light.shade_normals(_unit(normals)), 0, 1)
+    base = np.array([0.62, 0.74, 0.86])
+    colours = base * (0.45 + 0.55 * shade[:, None])
+    axes.add_collection3d(
+        Poly3DCollection(triangles, facecolors=colours, edgecolors="white", linewidths=0.12)
+    )
+    reach = ZOOM_M * MILLIMETRES * 0.75
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-reach * 0.5, reach * 0.25))
+    axes.set_box_aspect((2, 2, 0.75), zoom=1.45)
+    axes.view_init(elev=38, azim=-72)
+    axes.set_axis_off()
+
+
+def _section_panel(axes: Axes, view: TrackedView) -> None:
+    centre = view.contact_m
+    for vertices, colour, style, label in (
+        (view.rest_m, GREY, (0, (4, 2)), "undeformed"),
+        (view.deformed_m, BLUE, "-", "tracked"),
+    ):
+        x, z = _section(vertices, view.faces, centre)
+        axes.plot(x * MILLIMETRES, z * MILLIMETRES, color=colour, ls=style, label=label)
+    offset = view.cloud_m - centre
+    slab = (np.abs(offset[:, 1]) < SECTION_HALF_WIDTH_M) & (np.abs(offset[:, 0]) < DETAIL_M)
+    points = offset[slab] * MILLIMETRES
+    axes.plot(points[:, 0], points[:, 2], ".", ms=2.5, color=BLACK, label="captured")
+    axes.set_xlim(-DETAIL_M * MILLIMETRES, DETAIL_M * MILLIMETRES)
+    axes.set_ylim(-12, 4)
+    axes.set_aspect("equal")
+    axes.set_ylabel("Height (mm)")
+
+
+def _section(vertices: NDArray, faces: NDArray, centre: NDArray) -> tuple[NDArray, NDArray]:
+    """Upper profile where a surface crosses the plane y = the contact's, sorted along x."""
+    offset = vertices - centre
+    edges = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+    a, b = offset[edges[:, 0]], offset[edges[:, 1]]
+    crosses = (a[:, 1] > 0) != (b[:, 1] > 0)
+    a, b = a[crosses], b[crosses]
+    part = (a[:, 1] / (a[:, 1] - b[:, 1]))[:, None]
+    points = a + part * (b - a)
+    upper = points[points[:, 2] > -0.5 * np.ptp(vertices[:, 2])]
+    order = np.argsort(upper[:, 0])
+    return upper[order, 0], upper[order, 2]
+
+
+def _unit(vectors: NDArray) -> NDArray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
