@@ -29,7 +29,10 @@ bench: .venv/installed
 
 # The committed captures of tests/sample, made anew by the virtual lab.
 sample-captures: .venv/installed
-	$(SNAKEMAKE) --configfile tests/sample/config.yaml tests/sample/lab_config.yaml --forceall lab
+	$(SNAKEMAKE) --configfile tests/sample/lab_config.yaml -- lab
+	rm -rf tests/sample/raw
+	cp -r results/sample_lab/raw tests/sample/raw
+	find tests/sample/raw -name '.snakemake_timestamp' -delete
 
 lock:
 	uv pip compile --python-version 3.11 --generate-hashes --no-header --no-emit-index-url \

@@ -1,7 +1,6 @@
 # Palpate: how stiff a soft object is, from one depth camera and a hand-held force probe.
 from snakemake.utils import min_version
 
-
 min_version("9.0")
 
 

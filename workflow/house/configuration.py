@@ -45,9 +45,10 @@ class House:
         """Names of the objects of the run."""
         return sorted({capture.object for capture in self.captures})
 
-    def captures_of(self, name: str) -> list[CaptureId]:
-        """Captures of one object."""
-        return [capture for capture in self.captures if capture.object == name]
+    @property
+    def simulated_captures(self) -> list[CaptureId]:
+        """Captures of the run that the lab makes."""
+        return [capture for capture in self.captures if capture in self.simulated]
 
     def probe_of(self, name: str) -> Mapping:
         """Probe of an object: declared by its object.yaml, or by the lab that is to write it."""
@@ -61,7 +62,7 @@ class House:
             return LAB_TEMPLATE
         return self.object_files[name]["template"]["file"]
 
-    def described(self, *, simulated: bool | None = None) -> list[dict[str, str]]:
+    def described(self, *, simulated: bool = False) -> list[dict[str, str]]:
         """Describe the captures of the run, as tables name them.
 
         Parameters
@@ -69,7 +70,7 @@ class House:
         simulated : bool, optional
             True: just those that the lab makes.
         """
-        chosen = [c for c in self.captures if not simulated or c in self.simulated]
+        chosen = self.simulated_captures if simulated else self.captures
         return [
             {
                 "object": c.object,

@@ -6,7 +6,7 @@ rule's ``params``, so that an edit of the library re-runs just what depends on i
 
 import ast
 import hashlib
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 PACKAGE = "palpate"
@@ -45,7 +45,7 @@ def imported_modules(script: str | Path) -> list[Path]:
     return sorted(found)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _local_imports(source: Path, root: Path) -> tuple[Path, ...]:
     names = []
     for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):

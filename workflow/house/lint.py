@@ -4,35 +4,35 @@ Snakemake asks every rule for a conda environment or a container. Here one envir
 hashes in ``environment.lock``, serves all rules, and the Makefile installs it.
 """
 
-import json
+import re
 import subprocess
 import sys
 
 PASSED_OVER = "Specify a conda environment or container for each rule."
+PLACE = re.compile(r"^Lints for (.*):$")
+FINDING = re.compile(r"^ {4}\* (.*?):?$")
 
 
-def findings(report: dict) -> list[str]:
-    """List what remains of a JSON lint report, a line for each finding."""
-    lines = [_line("Snakefile", lint) for entry in report["snakefiles"] for lint in entry["lints"]]
-    for entry in report["rules"]:
-        place = f"rule {entry['for']['rule']}"
-        lines += [_line(place, lint) for lint in entry["lints"] if lint["title"] != PASSED_OVER]
+def findings(report: str) -> list[str]:
+    """List what remains of a lint report, a line for each finding."""
+    lines, place = [], ""
+    for line in report.splitlines():
+        if found := PLACE.match(line):
+            place = found.group(1)
+        elif (found := FINDING.match(line)) and found.group(1) != PASSED_OVER:
+            lines.append(f"{place}: {found.group(1)}")
     return lines
 
 
-def _line(place: str, lint: dict) -> str:
-    return f"{place}: {lint['title']}"
-
-
 def main() -> int:
-    """Lint the workflow; the exit status is 1 when anything remains."""
-    command = [sys.executable, "-m", "snakemake", "--lint", "json"]
+    """Lint the workflow; the exit status is 1 when anything remains or no report came."""
+    command = [sys.executable, "-m", "snakemake", "--lint"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    try:
-        lines = findings(json.loads(done.stdout))
-    except json.JSONDecodeError:
-        lines = [(done.stderr or done.stdout).strip()]
-    print("\n".join(lines) if lines else "snakemake --lint: nothing to mend")
+    if not PLACE.search(done.stderr.strip().splitlines()[0]) and done.returncode:
+        print(done.stderr.strip())
+        return 1
+    lines = findings(done.stderr)
+    print("\n".join(lines) or "snakemake --lint: nothing to mend")
     return 1 if lines else 0
 
 

@@ -4,7 +4,9 @@ from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 
-sys.path[:0] = [str(Path(workflow.basedir) / "workflow" / part) for part in ("", "scripts")]
+sys.path[:0] = [
+    str(Path(workflow.basedir) / "workflow" / part) for part in ("", "scripts")
+]
 
 from house.configuration import open_house
 from house.digest import code_digest
@@ -18,7 +20,28 @@ except ValueError as error:
 RAW = HOUSE.paths["raw"]
 RESULTS = HOUSE.paths["results"]
 LAB = f"{RESULTS}/lab"
-CAPTURE = RESULTS + "/{object}/{sensor}/{capture}"
+KEPT_MESHES = Path(HOUSE.paths["meshes"])
+ERRORS = config["error_options"]
+
+
+def raw(path):
+    return f"{RAW}/{path}"
+
+
+def results(path):
+    return f"{RESULTS}/{path}"
+
+
+def truth(path):
+    return f"{LAB}/{path}"
+
+
+def of_capture(name):
+    return results(f"{{object}}/{{sensor}}/{{capture}}/{name}")
+
+
+def published(table):
+    return f"config/published/{table}.csv"
 
 
 def one_of(names):
@@ -58,6 +81,31 @@ def probe_spec(wildcards):
     return HOUSE.probe_of(wildcards.object)
 
 
+def lab_spec(wildcards):
+    return HOUSE.lab["objects"][wildcards.object]
+
+
+def lab_common(wildcards):
+    """What all objects of the lab share."""
+    return {key: value for key, value in HOUSE.lab.items() if key != "objects"}
+
+
+def ladder_of(wildcards):
+    """Mechanics of a capture's point."""
+    point = wildcards.capture.split("-")[0]
+    return truth(f"{wildcards.object}/contact-{point}.npz")
+
+
+def template_of(wildcards):
+    return raw(f"{wildcards.object}/{HOUSE.template_file(wildcards.object)}")
+
+
+def kept_mesh(wildcards):
+    """The object's kept solid mesh where there is one (pytetwild never repeats itself)."""
+    kept = KEPT_MESHES / f"{wildcards.object}.vtu"
+    return str(kept) if kept.is_file() else []
+
+
 def per_capture(pattern, **choices):
     """Files of all captures of the run; choices multiply them."""
     return [
@@ -73,30 +121,67 @@ def per_capture(pattern, **choices):
     ]
 
 
+def shown(figure):
+    """Captures that a figure shows: for each sensor the study's point, or else the first."""
+    block = config["study"]["block"]
+    wanted = config["study"]["figure_points"].get(figure)
+    every = HOUSE.described()
+    ours = [capture for capture in every if capture["object"] == block] or every
+    chosen = []
+    for sensor in sorted({capture["sensor"] for capture in ours}):
+        mine = [capture for capture in ours if capture["sensor"] == sensor]
+        chosen.append(next((c for c in mine if c["capture"] == wanted), mine[0]))
+    return chosen
+
+
+def files_of(captures, name):
+    """A file of each of the described captures."""
+    return [
+        f"{RESULTS}/{c['object']}/{c['sensor']}/{c['capture']}/{name}" for c in captures
+    ]
+
+
 def lab_truths():
     """Truth of every capture that the lab makes."""
-    return [f"{LAB}/{c.object}/{c.sensor}/{c.capture}/truth.npz" for c in sorted(HOUSE.simulated)]
+    return [
+        f"{LAB}/{c.object}/{c.sensor}/{c.capture}/truth.npz"
+        for c in HOUSE.simulated_captures
+    ]
 
 
 def lab_materials():
     """True material of every object that the lab makes."""
-    return [f"{LAB}/{name}/material.json" for name in sorted({c.object for c in HOUSE.simulated})]
+    return [
+        f"{LAB}/{name}/material.json"
+        for name in sorted({c.object for c in HOUSE.simulated_captures})
+    ]
 
 
 def simulated_results():
     """What the accuracy tables compare with the truth."""
-    names = ["mask.npz", "probe_pose.csv", "force.csv", "clouds.npz", "tracked.npz", "hertz.json"]
+    names = [
+        "mask.npz",
+        "probe_pose.csv",
+        "force.csv",
+        "clouds.npz",
+        "tracked.npz",
+        "hertz.json",
+    ]
     names += [f"minimise-{error}.json" for error in config["error_options"]]
     return [
         f"{RESULTS}/{c.object}/{c.sensor}/{c.capture}/{name}"
-        for c in sorted(HOUSE.simulated)
+        for c in HOUSE.simulated_captures
         for name in names
     ]
 
 
 def lab_outputs():
-    """Every capture that the lab is configured to make."""
-    return [f"{RAW}/{c.object}/{c.sensor}/{c.capture}" for c in sorted(HOUSE.simulated)]
+    """Everything that the lab writes into raw/."""
+    made = HOUSE.simulated_captures
+    captures = {f"{RAW}/{c.object}/{c.sensor}/{c.capture}" for c in made}
+    backgrounds = {f"{RAW}/{c.object}/{c.sensor}/background" for c in made}
+    objects = {f"{RAW}/{c.object}/object.yaml" for c in made}
+    return sorted(captures | backgrounds | objects)
 
 
 def study_outputs():
@@ -106,5 +191,7 @@ def study_outputs():
         f"{RESULTS}/figures/{name}.png"
         for name in ("figure_5_2", "figure_5_8", "figure_5_10", "tracked_surface")
     ]
-    accuracy = [f"{RESULTS}/tables/pipeline_accuracy.csv"] if HOUSE.simulated else []
+    accuracy = (
+        [f"{RESULTS}/tables/pipeline_accuracy.csv"] if HOUSE.simulated_captures else []
+    )
     return [*tables, *figures, *accuracy, f"{RESULTS}/summary.csv"]

@@ -1,15 +1,15 @@
 # Chapters 3 and 5.1: from depth, force and tracked surface to E* and to (E, nu).
 rule hertz:
     input:
-        tracked=CAPTURE + "/tracked.npz",
-        pose=CAPTURE + "/probe_pose.csv",
-        force=CAPTURE + "/force.csv",
+        tracked=of_capture("tracked.npz"),
+        pose=of_capture("probe_pose.csv"),
+        force=of_capture("force.csv"),
     output:
-        fit=CAPTURE + "/hertz.json",
+        fit=of_capture("hertz.json"),
     log:
-        RESULTS + "/logs/hertz/{object}-{sensor}-{capture}.log",
+        results("logs/hertz/{object}-{sensor}-{capture}.log"),
     benchmark:
-        RESULTS + "/benchmarks/hertz/{object}-{sensor}-{capture}.tsv"
+        results("benchmarks/hertz/{object}-{sensor}-{capture}.tsv")
     params:
         code=code("hertz"),
         probe=probe_spec,
@@ -22,18 +22,18 @@ rule hertz:
 
 rule minimise:
     input:
-        object=RAW + "/{object}/object.yaml",
-        solid=RESULTS + "/{object}/solid.vtu",
-        tracked=CAPTURE + "/tracked.npz",
-        force=CAPTURE + "/force.csv",
-        fit=CAPTURE + "/hertz.json",
+        object=raw("{object}/object.yaml"),
+        solid=results("{object}/solid.vtu"),
+        tracked=of_capture("tracked.npz"),
+        force=of_capture("force.csv"),
+        fit=of_capture("hertz.json"),
     output:
-        result=CAPTURE + "/minimise-{error}.json",
-        mismatch=CAPTURE + "/mismatch-{error}.vtu",
+        result=of_capture("minimise-{error}.json"),
+        mismatch=of_capture("mismatch-{error}.vtu"),
     log:
-        RESULTS + "/logs/minimise/{object}-{sensor}-{capture}-{error}.log",
+        results("logs/minimise/{object}-{sensor}-{capture}-{error}.log"),
     benchmark:
-        RESULTS + "/benchmarks/minimise/{object}-{sensor}-{capture}-{error}.tsv"
+        results("benchmarks/minimise/{object}-{sensor}-{capture}-{error}.tsv")
     params:
         code=code("minimise"),
         probe=probe_spec,

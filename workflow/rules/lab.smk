@@ -1,24 +1,13 @@
 # The virtual lab: captures in the very format that people drop in, and their truth.
-def lab_spec(wildcards):
-    return HOUSE.lab["objects"][wildcards.object]
-
-
-def lab_common(wildcards):
-    """What all objects of the lab share."""
-    return {key: value for key, value in HOUSE.lab.items() if key != "objects"}
-
-
-def point_of(capture):
-    return capture.split("-")[0]
 
 
 rule lab_contact:
     output:
-        ladder=LAB + "/{object}/contact-{point}.npz",
+        ladder=truth("{object}/contact-{point}.npz"),
     log:
-        RESULTS + "/logs/lab_contact/{object}-{point}.log",
+        results("logs/lab_contact/{object}-{point}.log"),
     benchmark:
-        RESULTS + "/benchmarks/lab_contact/{object}-{point}.tsv"
+        results("benchmarks/lab_contact/{object}-{point}.tsv")
     wildcard_constraints:
         object=one_of({capture.object for capture in HOUSE.simulated}),
     params:
@@ -33,13 +22,13 @@ rule lab_contact:
 
 rule lab_object:
     output:
-        object=RAW + "/{object}/object.yaml",
-        template=RAW + "/{object}/template.ply",
-        material=LAB + "/{object}/material.json",
+        object=raw("{object}/object.yaml"),
+        template=raw("{object}/template.ply"),
+        material=truth("{object}/material.json"),
     log:
-        RESULTS + "/logs/lab_object/{object}.log",
+        results("logs/lab_object/{object}.log"),
     benchmark:
-        RESULTS + "/benchmarks/lab_object/{object}.tsv"
+        results("benchmarks/lab_object/{object}.tsv")
     wildcard_constraints:
         object=one_of({capture.object for capture in HOUSE.simulated}),
     params:
@@ -53,11 +42,11 @@ rule lab_object:
 
 rule lab_background:
     output:
-        background=directory(RAW + "/{object}/{sensor}/background"),
+        background=directory(raw("{object}/{sensor}/background")),
     log:
-        RESULTS + "/logs/lab_background/{object}-{sensor}.log",
+        results("logs/lab_background/{object}-{sensor}.log"),
     benchmark:
-        RESULTS + "/benchmarks/lab_background/{object}-{sensor}.tsv"
+        results("benchmarks/lab_background/{object}-{sensor}.tsv")
     wildcard_constraints:
         object=one_of({capture.object for capture in HOUSE.simulated}),
     params:
@@ -74,15 +63,14 @@ rule lab_background:
 
 rule lab_capture:
     input:
-        ladder=lambda wildcards: LAB
-        + f"/{wildcards.object}/contact-{point_of(wildcards.capture)}.npz",
+        ladder=ladder_of,
     output:
-        capture=directory(RAW + "/{object}/{sensor}/{capture}"),
-        truth=LAB + "/{object}/{sensor}/{capture}/truth.npz",
+        capture=directory(raw("{object}/{sensor}/{capture}")),
+        truth=truth("{object}/{sensor}/{capture}/truth.npz"),
     log:
-        RESULTS + "/logs/lab_capture/{object}-{sensor}-{capture}.log",
+        results("logs/lab_capture/{object}-{sensor}-{capture}.log"),
     benchmark:
-        RESULTS + "/benchmarks/lab_capture/{object}-{sensor}-{capture}.tsv"
+        results("benchmarks/lab_capture/{object}-{sensor}-{capture}.tsv")
     wildcard_constraints:
         object=one_of({capture.object for capture in HOUSE.simulated}),
         capture=r"(?!background$)[A-Za-z0-9]+(-a[0-9]+)?",

@@ -1,16 +1,16 @@
 # Chapter 4: from images and gauge volts to masks, probe poses, forces and clouds.
 rule background_model:
     input:
-        background=RAW + "/{object}/{sensor}/background",
+        background=raw("{object}/{sensor}/background"),
     output:
-        model=RESULTS + "/{object}/{sensor}/background.npz",
+        model=results("{object}/{sensor}/background.npz"),
     log:
-        RESULTS + "/logs/background_model/{object}-{sensor}.log",
+        results("logs/background_model/{object}-{sensor}.log"),
     benchmark:
-        RESULTS + "/benchmarks/background_model/{object}-{sensor}.tsv"
+        results("benchmarks/background_model/{object}-{sensor}.tsv")
     params:
         code=code("background_model"),
-        content=content(RAW + "/{object}/{sensor}/background"),
+        content=content(raw("{object}/{sensor}/background")),
         sensor=sensor_spec,
         options=config["background"],
     message:
@@ -21,16 +21,16 @@ rule background_model:
 
 rule support_plane:
     input:
-        background=RAW + "/{object}/{sensor}/background",
+        background=raw("{object}/{sensor}/background"),
     output:
-        plane=RESULTS + "/{object}/{sensor}/support_plane.json",
+        plane=results("{object}/{sensor}/support_plane.json"),
     log:
-        RESULTS + "/logs/support_plane/{object}-{sensor}.log",
+        results("logs/support_plane/{object}-{sensor}.log"),
     benchmark:
-        RESULTS + "/benchmarks/support_plane/{object}-{sensor}.tsv"
+        results("benchmarks/support_plane/{object}-{sensor}.tsv")
     params:
         code=code("support_plane"),
-        content=content(RAW + "/{object}/{sensor}/background"),
+        content=content(raw("{object}/{sensor}/background")),
         sensor=sensor_spec,
         options=config["support_plane"],
         seed=config["seed"],
@@ -42,17 +42,17 @@ rule support_plane:
 
 rule mask:
     input:
-        capture=RAW + "/{object}/{sensor}/{capture}",
-        model=RESULTS + "/{object}/{sensor}/background.npz",
+        capture=raw("{object}/{sensor}/{capture}"),
+        model=results("{object}/{sensor}/background.npz"),
     output:
-        mask=CAPTURE + "/mask.npz",
+        mask=of_capture("mask.npz"),
     log:
-        RESULTS + "/logs/mask/{object}-{sensor}-{capture}.log",
+        results("logs/mask/{object}-{sensor}-{capture}.log"),
     benchmark:
-        RESULTS + "/benchmarks/mask/{object}-{sensor}-{capture}.tsv"
+        results("benchmarks/mask/{object}-{sensor}-{capture}.tsv")
     params:
         code=code("mask"),
-        content=content(RAW + "/{object}/{sensor}/{capture}"),
+        content=content(raw("{object}/{sensor}/{capture}")),
         sensor=sensor_spec,
         options=config["background"],
     message:
@@ -63,16 +63,16 @@ rule mask:
 
 rule probe_pose:
     input:
-        capture=RAW + "/{object}/{sensor}/{capture}",
+        capture=raw("{object}/{sensor}/{capture}"),
     output:
-        pose=CAPTURE + "/probe_pose.csv",
+        pose=of_capture("probe_pose.csv"),
     log:
-        RESULTS + "/logs/probe_pose/{object}-{sensor}-{capture}.log",
+        results("logs/probe_pose/{object}-{sensor}-{capture}.log"),
     benchmark:
-        RESULTS + "/benchmarks/probe_pose/{object}-{sensor}-{capture}.tsv"
+        results("benchmarks/probe_pose/{object}-{sensor}-{capture}.tsv")
     params:
         code=code("probe_pose"),
-        content=content(RAW + "/{object}/{sensor}/{capture}"),
+        content=content(raw("{object}/{sensor}/{capture}")),
         sensor=sensor_spec,
         probe=probe_spec,
         options=config["probe_pose"],
@@ -84,17 +84,17 @@ rule probe_pose:
 
 rule force:
     input:
-        capture=RAW + "/{object}/{sensor}/{capture}",
-        pose=CAPTURE + "/probe_pose.csv",
+        capture=raw("{object}/{sensor}/{capture}"),
+        pose=of_capture("probe_pose.csv"),
     output:
-        force=CAPTURE + "/force.csv",
+        force=of_capture("force.csv"),
     log:
-        RESULTS + "/logs/force/{object}-{sensor}-{capture}.log",
+        results("logs/force/{object}-{sensor}-{capture}.log"),
     benchmark:
-        RESULTS + "/benchmarks/force/{object}-{sensor}-{capture}.tsv"
+        results("benchmarks/force/{object}-{sensor}-{capture}.tsv")
     params:
         code=code("force"),
-        content=content(RAW + "/{object}/{sensor}/{capture}"),
+        content=content(raw("{object}/{sensor}/{capture}")),
         probe=probe_spec,
         options=config["force"],
     message:
@@ -105,19 +105,19 @@ rule force:
 
 rule clouds:
     input:
-        capture=RAW + "/{object}/{sensor}/{capture}",
-        mask=CAPTURE + "/mask.npz",
-        pose=CAPTURE + "/probe_pose.csv",
-        plane=RESULTS + "/{object}/{sensor}/support_plane.json",
+        capture=raw("{object}/{sensor}/{capture}"),
+        mask=of_capture("mask.npz"),
+        pose=of_capture("probe_pose.csv"),
+        plane=results("{object}/{sensor}/support_plane.json"),
     output:
-        clouds=CAPTURE + "/clouds.npz",
+        clouds=of_capture("clouds.npz"),
     log:
-        RESULTS + "/logs/clouds/{object}-{sensor}-{capture}.log",
+        results("logs/clouds/{object}-{sensor}-{capture}.log"),
     benchmark:
-        RESULTS + "/benchmarks/clouds/{object}-{sensor}-{capture}.tsv"
+        results("benchmarks/clouds/{object}-{sensor}-{capture}.tsv")
     params:
         code=code("clouds"),
-        content=content(RAW + "/{object}/{sensor}/{capture}"),
+        content=content(raw("{object}/{sensor}/{capture}")),
         sensor=sensor_spec,
         probe=probe_spec,
         options=config["clouds"],

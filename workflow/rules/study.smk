@@ -1,22 +1,15 @@
 # Tables and figures, beside the published values; accuracy against the lab's truth.
-ERRORS = config["error_options"]
-
-
-def published(table):
-    return f"config/published/{table}.csv"
-
-
 rule table_5_2:
     input:
-        fits=per_capture(CAPTURE + "/hertz.json"),
+        fits=per_capture(of_capture("hertz.json")),
         published=published("table_5_2"),
     output:
-        csv=RESULTS + "/tables/table_5_2.csv",
-        md=RESULTS + "/tables/table_5_2.md",
+        csv=results("tables/table_5_2.csv"),
+        md=results("tables/table_5_2.md"),
     log:
-        RESULTS + "/logs/table_5_2.log",
+        results("logs/table_5_2.log"),
     benchmark:
-        RESULTS + "/benchmarks/table_5_2.tsv"
+        results("benchmarks/table_5_2.tsv")
     params:
         code=code("table_5_2"),
         captures=HOUSE.described(),
@@ -29,16 +22,16 @@ rule table_5_2:
 
 rule table_5_3:
     input:
-        fits=per_capture(CAPTURE + "/hertz.json"),
-        results=per_capture(CAPTURE + "/minimise-{error}.json", error=ERRORS),
+        fits=per_capture(of_capture("hertz.json")),
+        results=per_capture(of_capture("minimise-{error}.json"), error=ERRORS),
         published=published("table_5_3"),
     output:
-        csv=RESULTS + "/tables/table_5_3.csv",
-        md=RESULTS + "/tables/table_5_3.md",
+        csv=results("tables/table_5_3.csv"),
+        md=results("tables/table_5_3.md"),
     log:
-        RESULTS + "/logs/table_5_3.log",
+        results("logs/table_5_3.log"),
     benchmark:
-        RESULTS + "/benchmarks/table_5_3.tsv"
+        results("benchmarks/table_5_3.tsv")
     params:
         code=code("table_5_3"),
         captures=HOUSE.described(),
@@ -52,14 +45,14 @@ rule table_5_3:
 
 rule summary:
     input:
-        fits=per_capture(CAPTURE + "/hertz.json"),
-        results=per_capture(CAPTURE + "/minimise-{error}.json", error=ERRORS),
+        fits=per_capture(of_capture("hertz.json")),
+        results=per_capture(of_capture("minimise-{error}.json"), error=ERRORS),
     output:
-        csv=RESULTS + "/summary.csv",
+        csv=results("summary.csv"),
     log:
-        RESULTS + "/logs/summary.log",
+        results("logs/summary.log"),
     benchmark:
-        RESULTS + "/benchmarks/summary.tsv"
+        results("benchmarks/summary.tsv")
     params:
         code=code("summary"),
         captures=HOUSE.described(),
@@ -76,18 +69,97 @@ rule pipeline_accuracy:
         materials=lab_materials(),
         results=simulated_results(),
     output:
-        csv=RESULTS + "/tables/pipeline_accuracy.csv",
-        md=RESULTS + "/tables/pipeline_accuracy.md",
+        csv=results("tables/pipeline_accuracy.csv"),
+        md=results("tables/pipeline_accuracy.md"),
     log:
-        RESULTS + "/logs/pipeline_accuracy.log",
+        results("logs/pipeline_accuracy.log"),
     benchmark:
-        RESULTS + "/benchmarks/pipeline_accuracy.tsv"
+        results("benchmarks/pipeline_accuracy.tsv")
     params:
         code=code("pipeline_accuracy"),
         captures=HOUSE.described(simulated=True),
         errors=ERRORS,
-        results_folder=RESULTS,
     message:
         "Accuracy against the lab's truth"
     script:
         "../scripts/pipeline_accuracy.py"
+
+
+rule figure_5_2:
+    input:
+        fits=files_of(shown("figure_5_2"), "hertz.json"),
+    output:
+        png=results("figures/figure_5_2.png"),
+        svg=results("figures/figure_5_2.svg"),
+    log:
+        results("logs/figure_5_2.log"),
+    benchmark:
+        results("benchmarks/figure_5_2.tsv")
+    params:
+        code=code("figure_5_2"),
+        captures=shown("figure_5_2"),
+    message:
+        "Figure 5.2: Hertz fit"
+    script:
+        "../scripts/figure_5_2.py"
+
+
+rule figure_5_8:
+    input:
+        results=files_of(shown("figure_5_8"), f"minimise-{ERRORS[0]}.json"),
+    output:
+        png=results("figures/figure_5_8.png"),
+        svg=results("figures/figure_5_8.svg"),
+    log:
+        results("logs/figure_5_8.log"),
+    benchmark:
+        results("benchmarks/figure_5_8.tsv")
+    params:
+        code=code("figure_5_8"),
+        captures=shown("figure_5_8"),
+        error=ERRORS[0],
+    message:
+        "Figure 5.8: minimisation"
+    script:
+        "../scripts/figure_5_8.py"
+
+
+rule figure_5_10:
+    input:
+        mismatches=files_of(shown("figure_5_10"), f"mismatch-{ERRORS[0]}.vtu"),
+        tracked=files_of(shown("figure_5_10"), "tracked.npz"),
+    output:
+        png=results("figures/figure_5_10.png"),
+        svg=results("figures/figure_5_10.svg"),
+    log:
+        results("logs/figure_5_10.log"),
+    benchmark:
+        results("benchmarks/figure_5_10.tsv")
+    params:
+        code=code("figure_5_10"),
+        captures=shown("figure_5_10"),
+    message:
+        "Figure 5.10: mismatch"
+    script:
+        "../scripts/figure_5_10.py"
+
+
+rule tracked_surface:
+    input:
+        tracked=files_of(shown("tracked_surface"), "tracked.npz"),
+        clouds=files_of(shown("tracked_surface"), "clouds.npz"),
+        fits=files_of(shown("tracked_surface"), "hertz.json"),
+    output:
+        png=results("figures/tracked_surface.png"),
+        svg=results("figures/tracked_surface.svg"),
+    log:
+        results("logs/tracked_surface.log"),
+    benchmark:
+        results("benchmarks/tracked_surface.tsv")
+    params:
+        code=code("tracked_surface"),
+        captures=shown("tracked_surface"),
+    message:
+        "Tracked surfaces"
+    script:
+        "../scripts/tracked_surface.py"

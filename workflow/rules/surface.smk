@@ -1,28 +1,15 @@
 # Section 4.3: the template through the frames of a capture.
-KEPT_MESHES = Path(HOUSE.paths["meshes"])
-
-
-def template_of(wildcards):
-    return f"{RAW}/{wildcards.object}/{HOUSE.template_file(wildcards.object)}"
-
-
-def kept_mesh(wildcards):
-    """The object's kept solid mesh where there is one (pytetwild never repeats itself)."""
-    kept = KEPT_MESHES / f"{wildcards.object}.vtu"
-    return str(kept) if kept.is_file() else []
-
-
 rule solid_mesh:
     input:
-        object=RAW + "/{object}/object.yaml",
+        object=raw("{object}/object.yaml"),
         template=template_of,
         kept=kept_mesh,
     output:
-        solid=RESULTS + "/{object}/solid.vtu",
+        solid=results("{object}/solid.vtu"),
     log:
-        RESULTS + "/logs/solid_mesh/{object}.log",
+        results("logs/solid_mesh/{object}.log"),
     benchmark:
-        RESULTS + "/benchmarks/solid_mesh/{object}.tsv"
+        results("benchmarks/solid_mesh/{object}.tsv")
     params:
         code=code("solid_mesh"),
     message:
@@ -33,18 +20,18 @@ rule solid_mesh:
 
 rule track:
     input:
-        object=RAW + "/{object}/object.yaml",
+        object=raw("{object}/object.yaml"),
         template=template_of,
-        clouds=CAPTURE + "/clouds.npz",
-        pose=CAPTURE + "/probe_pose.csv",
-        force=CAPTURE + "/force.csv",
-        plane=RESULTS + "/{object}/{sensor}/support_plane.json",
+        clouds=of_capture("clouds.npz"),
+        pose=of_capture("probe_pose.csv"),
+        force=of_capture("force.csv"),
+        plane=results("{object}/{sensor}/support_plane.json"),
     output:
-        tracked=CAPTURE + "/tracked.npz",
+        tracked=of_capture("tracked.npz"),
     log:
-        RESULTS + "/logs/track/{object}-{sensor}-{capture}.log",
+        results("logs/track/{object}-{sensor}-{capture}.log"),
     benchmark:
-        RESULTS + "/benchmarks/track/{object}-{sensor}-{capture}.tsv"
+        results("benchmarks/track/{object}-{sensor}-{capture}.tsv")
     params:
         code=code("track"),
         probe=probe_spec,

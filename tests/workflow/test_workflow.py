@@ -1,0 +1,175 @@
+"""Snakemake itself: discovery, refusals before any job, re-runs, and the sample end to end."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+pytestmark = pytest.mark.workflow
+LEFT_BEHIND = shutil.ignore_patterns(
+    ".git", ".venv", "results", "raw", ".snakemake", "__pycache__", ".*_cache"
+)
+
+
+def snakemake(folder, *arguments):
+    command = [sys.executable, "-m", "snakemake", "--profile", "workflow/profiles/default"]
+    return subprocess.run(
+        [*command, *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"},
+    )
+
+
+def counted(done):
+    """Rules of a dry-run's job statistics."""
+    return set(re.findall(r"^(\w+) +\d+$", done.stdout + done.stderr, re.MULTILINE))
+
+
+@pytest.fixture(scope="module")
+def copy(root, tmp_path_factory):
+    """A copy of the project in which the sample ran once."""
+    folder = tmp_path_factory.mktemp("palpate") / "main"
+    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
+    shutil.copytree(root / "tests/sample/raw", folder / "tests/sample/raw", dirs_exist_ok=True)
+    done = snakemake(folder, "--configfile", "tests/sample/config.yaml")
+    assert done.returncode == 0, done.stderr[-3000:]
+    return folder
+
+
+def test_dry_run_of_the_study(root, tmp_path):
+    folder = tmp_path / "main"
+    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
+    done = snakemake(folder, "--dry-run")
+    assert done.returncode == 0, done.stderr[-3000:]
+    rules = {"lab_capture", "track", "minimise", "table_5_3", "pipeline_accuracy"}
+    assert rules <= counted(done)
+
+
+def test_sample_comes_to_moduli(copy):
+    summary = pd.read_csv(copy / "results/sample/summary.csv")
+    assert set(summary["sensor"]) == {"bumblebee", "kinect"}
+    assert (summary["provenance"] == "simulated").all()
+    hertz = summary[summary["method"] == "hertz"]["reduced_modulus_pa"]
+    # The material's instantaneous E* is 27473 Pa; relaxation during the press takes off a tenth.
+    assert hertz.between(20000, 30000).all()
+    searched = summary[summary["method"].str.startswith("minimise")]
+    assert searched["poisson_ratio"].between(0, 0.499).all()
+    assert searched["youngs_modulus_pa"].between(1e3, 1e6).all()
+    for name in ("table_5_2", "table_5_3"):
+        assert "simulated" in (copy / f"results/sample/tables/{name}.md").read_text()
+    for name in ("figure_5_2", "figure_5_8", "figure_5_10", "tracked_surface"):
+        assert (copy / f"results/sample/figures/{name}.png").stat().st_size > 20_000
+
+
+def test_second_run_has_nothing_to_do(copy):
+    done = snakemake(copy, "--configfile", "tests/sample/config.yaml")
+    assert done.returncode == 0
+    assert "Nothing to be done" in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("module", "affected", "untouched"),
+    [
+        ("estimate/hertz.py", {"hertz", "track", "figure_5_2"}, {"mask", "clouds", "probe_pose"}),
+        ("vision/background.py", {"background_model", "mask"}, {"probe_pose", "support_plane"}),
+        ("study/tables.py", {"table_5_2", "table_5_3", "summary"}, {"hertz", "minimise", "mask"}),
+    ],
+)
+def test_a_library_edit_reruns_what_it_affects(copy, module, affected, untouched):
+    path = copy / "workflow/scripts/palpate" / module
+    before = path.read_text()
+    path.write_text(before + "\n# edited\n")
+    try:
+        done = snakemake(copy, "--configfile", "tests/sample/config.yaml", "--dry-run")
+    finally:
+        path.write_text(before)
+    assert affected <= counted(done)
+    assert not untouched & counted(done)
+
+
+def changed_force(folder, change):
+    path = folder / "force.csv"
+    table = pd.read_csv(path)
+    change(table)
+    table.to_csv(path, index=False)
+
+
+def truncated(folder):
+    path = folder / "color/000004.png"
+    path.write_bytes(path.read_bytes()[:500])
+
+
+def backwards(folder):
+    table = pd.read_csv(folder / "frames.csv")
+    table.loc[5, "time_s"] = 0.1
+    table.to_csv(folder / "frames.csv", index=False)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda f: (f / "force.csv").unlink(), "force.csv: file: expected a CSV table"),
+        (truncated, "000004.png: color: expected a whole PNG image, found a truncated one"),
+        (backwards, "frames.csv: time_s: expected increasing values"),
+        (
+            lambda f: changed_force(f, lambda t: t.loc.__setitem__((9, "v1"), np.nan)),
+            "force.csv: v1: expected finite numbers, found nan in data row 10",
+        ),
+        (
+            lambda f: f.parent.rename(f.parent.parent / "sonar"),
+            "sonar: sensor: expected one of bumblebee, kinect, found sonar",
+        ),
+    ],
+    ids=["no force", "truncated image", "time runs back", "NaN force", "unknown sensor"],
+)
+def test_bad_captures_are_refused_before_any_job(root, tmp_path, spoil, words):
+    folder = tmp_path / "main"
+    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
+    shutil.copytree(root / "tests/sample/raw", folder / "raw")
+    spoil(folder / "raw/foam_block/kinect/08")
+    config = {"paths": {"raw": "raw", "sensors": "tests/sample/sensors", "lab": None}}
+    (folder / "run.yaml").write_text(yaml.safe_dump(config))
+    done = snakemake(folder, "--configfile", "run.yaml")
+    told = done.stdout + done.stderr
+    assert done.returncode != 0
+    assert sum(words in line for line in told.splitlines()) == 1
+    assert "Traceback" not in told
+    assert not (folder / "results").exists()
+
+
+def test_a_wrong_option_is_one_clear_line(root):
+    done = snakemake(root, "--dry-run", "--config", "seed=now")
+    assert done.returncode != 0
+    assert "config/config.yaml: seed: expected an integer, found 'now'" in done.stdout + done.stderr
+
+
+def test_a_recorded_object_is_never_the_labs(root, tmp_path):
+    """A dropped object under a name of the lab's keeps its files and is not simulated."""
+    folder = tmp_path / "main"
+    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
+    shutil.copytree(root / "tests/sample/raw", folder / "raw")
+    path = folder / "raw/foam_block/object.yaml"
+    path.write_text(path.read_text().replace("provenance: simulated", "provenance: recorded"))
+    config = {"paths": {"sensors": "tests/sample/sensors"}}
+    (folder / "run.yaml").write_text(yaml.safe_dump(config))
+    done = snakemake(folder, "--dry-run", "--configfile", "run.yaml")
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert "lab_capture" not in counted(done)
+    assert "minimise" in counted(done)
+
+
+def test_traces_are_kept_whole(copy):
+    path = copy / "results/sample/foam_block/kinect/08/minimise-displacement.json"
+    result = json.loads(path.read_text())
+    assert len(result["trace"]) >= 10
+    assert result["trace"][-1]["error_m"] == pytest.approx(result["error_m"])

@@ -1,0 +1,56 @@
+"""Clouds of the object at every frame of a capture."""
+
+import json
+import logging
+from pathlib import Path
+
+import numpy as np
+from frames import all_streams
+from job import run
+from palpate.capture.files import whole_file
+from palpate.capture.tables import read_table
+from palpate.vision.camera import camera_from_spec
+from palpate.vision.clouds import ProbePlace, object_cloud, pack_clouds, scene_points
+from palpate.vision.marker import board_points
+from palpate.vision.probe import AXIS, TIP, marker_transforms
+
+
+def main(snakemake):
+    """Write the clouds with normals, camera frame."""
+    sensor, params = snakemake.params.sensor, snakemake.params
+    camera, plane = camera_from_spec(sensor["color"]), read_plane(snakemake.input.plane)
+    masks, poses = read_masks(snakemake.input.mask), read_table(snakemake.input.pose)
+    places, exclusion = probe_places(poses, params.probe), params.probe["exclusion"]
+    clouds = []
+    for k, images in enumerate(all_streams(snakemake.input.capture, sensor)):
+        points = scene_points(images, sensor)
+        cloud = object_cloud(
+            points, masks[k], camera, plane, places[k], exclusion, **params.options
+        )
+        logging.info("frame %d: %d points", k, len(cloud.points_m))
+        clouds.append(cloud)
+    with whole_file(snakemake.output.clouds) as part, part.open("wb") as stream:
+        np.savez_compressed(stream, **pack_clouds(clouds))
+
+
+def probe_places(poses, probe):
+    """Where the probe is in each frame."""
+    centre = np.append(board_points(probe["marker"]).mean(axis=0), 1.0)
+    boards = (marker_transforms(poses) @ centre)[:, :3]
+    columns = (poses[TIP].to_numpy(float), poses[AXIS].to_numpy(float), boards)
+    return [ProbePlace(*row) for row in zip(*columns, strict=True)]
+
+
+def read_plane(path: str) -> np.ndarray:
+    """Plane of support_plane.json, shape (4,)."""
+    plane = json.loads(Path(path).read_text(encoding="utf-8"))
+    return np.array([*plane["normal"], plane["offset_m"]])
+
+
+def read_masks(path: str) -> np.ndarray:
+    """Masks of mask.npz, (frames, h, w) bool."""
+    with np.load(path, allow_pickle=False) as data:
+        return np.unpackbits(data["mask"], axis=-1, count=data["shape"][-1]).astype(bool)
+
+
+run(main, snakemake)

@@ -1,0 +1,44 @@
+"""Images of a capture, one frame at a time, for the scripts."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from numpy.typing import NDArray
+from palpate.capture.images import read_image
+from palpate.capture.tables import image_streams, read_frames
+
+REFERENCE_STREAM = {"stereo": "left", "structured_light": "color", "depth": "color"}
+
+
+class Stream(Sequence):
+    """Lazy sequence of one stream's images; each is read when it is asked for.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of a capture or a background.
+    sensor : mapping
+        The sensor's file.
+    stream : str, optional
+        Name of the stream; the reference camera's by default.
+    """
+
+    def __init__(self, folder: str | Path, sensor: Mapping, stream: str | None = None) -> None:
+        self.folder = Path(folder)
+        stream = stream or REFERENCE_STREAM[sensor["kind"]]
+        self.files = [str(name) for name in read_frames(folder)[stream]]
+        self.encoding = image_streams(sensor)[stream]["encoding"]
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    def __getitem__(self, index: int) -> NDArray:
+        return read_image(self.folder / self.files[index], self.encoding)
+
+
+def all_streams(folder: str | Path, sensor: Mapping) -> Iterator[dict[str, NDArray]]:
+    """Images of all streams, frame by frame."""
+    streams = {name: Stream(folder, sensor, name) for name in image_streams(sensor)}
+    count = len(next(iter(streams.values())))
+    for k in range(count):
+        yield {name: stream[k] for name, stream in streams.items()}

@@ -1,0 +1,17 @@
+"""Press the rigid sphere into an object of the lab over a ladder of depths."""
+
+from job import run
+from palpate.capture.files import whole_file
+from palpate.lab.block import press_block, save_ladder
+
+
+def main(snakemake):
+    """Solve the contact problem of one point."""
+    spec = snakemake.params.spec
+    point = spec["object"]["points"][snakemake.wildcards.point]["position_m"]
+    ladder = press_block(spec, point, snakemake.params.probe["indenter"]["radius_m"])
+    with whole_file(snakemake.output.ladder) as part:
+        save_ladder(part, ladder)
+
+
+run(main, snakemake)

@@ -1,0 +1,22 @@
+"""Describe an object of the lab as people describe theirs, and note its true material apart."""
+
+import json
+from pathlib import Path
+
+from job import run
+from palpate.capture.files import whole_file
+from palpate.lab.record import write_object
+
+
+def main(snakemake):
+    """Write object.yaml, the template, and the truth."""
+    spec, name = snakemake.params.spec, snakemake.wildcards.object
+    write_object(Path(snakemake.output.object), Path(snakemake.output.template), spec, name=name)
+    material = dict(spec["material"])
+    E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
+    truth = material | {"reduced_modulus_pa": E / (1 - nu**2), "modulus": "instantaneous"}
+    with whole_file(snakemake.output.material) as part:
+        part.write_text(json.dumps(truth, indent=2, sort_keys=True) + "\n", encoding="utf-8")
+
+
+run(main, snakemake)

@@ -1,0 +1,70 @@
+"""Error minimisation of one capture for one error option."""
+
+import json
+import logging
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from job import run
+from palpate.capture.files import whole_file
+from palpate.capture.schema import load_yaml
+from palpate.capture.tables import read_table
+from palpate.estimate.minimise import hertz_start, minimise_error
+from palpate.estimate.objective import Objective
+from palpate.estimate.problem import pose_problem
+from palpate.solid.mesh import read_solid, write_solid
+from palpate.surface.track import load_tracked
+from palpate.vision.force import FORCE
+
+
+def main(snakemake):
+    """Write the minimum with its trace, and the mismatch of each node."""
+    options = snakemake.params.options
+    fit = json.loads(Path(snakemake.input.fit).read_text(encoding="utf-8"))
+    frame = fit["range"]["last_frame"]
+    problem = pose_problem(
+        read_solid(snakemake.input.solid),
+        load_tracked(snakemake.input.tracked),
+        read_table(snakemake.input.force).loc[frame, FORCE].to_numpy(float),
+        frame,
+        fit["samples"]["depth_m"][frame],
+        load_yaml(snakemake.input.object)["support"],
+        indenter_radius_m=snakemake.params.probe["indenter"]["radius_m"],
+        force_rule=options["force_rule"],
+        turn_force=options["turn_force"],
+        **snakemake.params.solid,
+    )
+    mesh, sets = problem.mesh, problem.sets
+    logging.info("%d nodes, %d on the support", len(mesh.nodes_m), len(sets.support))
+    cost = Objective(mesh, sets, problem.measurement, option=snakemake.wildcards.error)
+    E_star = fit["study"]["reduced_modulus_pa"]
+    start = hertz_start(cost, E_star, options["start_poisson_ratios"])
+    minimum = minimise_error(cost, start, options)
+    result = asdict(minimum) | {
+        "error_option": snakemake.wildcards.error,
+        "hertz_reduced_modulus_pa": E_star,
+        "frame": frame,
+        "nodes": len(mesh.nodes_m),
+    }
+    with whole_file(snakemake.output.result) as part:
+        part.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    write_mismatch(snakemake.output.mismatch, cost, minimum, mesh)
+
+
+def write_mismatch(path, cost, minimum, mesh):
+    """Write the solid with tracked and computed displacement and their distance at each node."""
+    computed = cost.displacement(minimum.lame_lambda_pa, minimum.lame_mu_pa)
+    tracked = np.nan_to_num(cost.u)
+    gap = np.zeros(len(mesh.nodes_m))
+    gap[cost.surface] = np.linalg.norm((computed - tracked)[cost.surface], axis=1)
+    data = {
+        "tracked_displacement_m": tracked,
+        "computed_displacement_m": computed,
+        "mismatch_m": gap,
+    }
+    with whole_file(path) as part:
+        write_solid(part, mesh, point_data=data)
+
+
+run(main, snakemake)

@@ -1,0 +1,20 @@
+"""What the study's scripts share: fits and minima in the order of the captures."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+
+def read_all(paths: Sequence[str]) -> list[dict]:
+    """Read JSON files."""
+    return [json.loads(Path(path).read_text(encoding="utf-8")) for path in paths]
+
+
+def minima_by_key(captures: Sequence[Mapping], errors: Sequence[str], paths: Sequence[str]) -> dict:
+    """Minima by (object, sensor, capture, error); the paths go by capture, then by error."""
+    keys = [
+        (capture["object"], capture["sensor"], capture["capture"], error)
+        for capture in captures
+        for error in errors
+    ]
+    return dict(zip(keys, read_all(paths), strict=True))

@@ -1,0 +1,26 @@
+"""Find the table in the depth of the empty scene."""
+
+import json
+
+import numpy as np
+from frames import all_streams
+from job import run
+from palpate.capture.files import whole_file
+from palpate.vision.clouds import scene_points
+from palpate.vision.support_plane import fit_support_plane
+
+
+def main(snakemake):
+    """Write the table's plane, camera frame."""
+    images = next(all_streams(snakemake.input.background, snakemake.params.sensor))
+    plane = fit_support_plane(
+        scene_points(images, snakemake.params.sensor),
+        inlier_distance_m=snakemake.params.options["inlier_distance_m"],
+        rng=np.random.default_rng(snakemake.params.seed),
+    )
+    result = {"normal": plane[:3].tolist(), "offset_m": float(plane[3])}
+    with whole_file(snakemake.output.plane) as part:
+        part.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+
+
+run(main, snakemake)
