@@ -141,6 +141,11 @@ def files_of(captures, name):
     ]
 
 
+def recordings_of(captures):
+    """Folder of each of the described captures."""
+    return [raw(f"{c['object']}/{c['sensor']}/{c['capture']}") for c in captures]
+
+
 def lab_truths():
     """Truth of every capture that the lab makes."""
     return [

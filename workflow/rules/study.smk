@@ -149,6 +149,7 @@ rule tracked_surface:
         tracked=files_of(shown("tracked_surface"), "tracked.npz"),
         clouds=files_of(shown("tracked_surface"), "clouds.npz"),
         fits=files_of(shown("tracked_surface"), "hertz.json"),
+        recorded=recordings_of(shown("tracked_surface")),
     output:
         png=results("figures/tracked_surface.png"),
         svg=results("figures/tracked_surface.svg"),
@@ -159,6 +160,7 @@ rule tracked_surface:
     params:
         code=code("tracked_surface"),
         captures=shown("tracked_surface"),
+        sensors=[HOUSE.sensors[c["sensor"]] for c in shown("tracked_surface")],
     message:
         "Tracked surfaces"
     script:

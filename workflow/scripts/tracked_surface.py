@@ -1,6 +1,7 @@
 """The tracked surface of one capture per sensor, and a section through its dent."""
 
 import numpy as np
+from frames import Stream
 from job import run
 from palpate.capture.files import whole_file
 from palpate.study import style, surface_figures
@@ -15,7 +16,14 @@ def main(snakemake):
     inputs = snakemake.input
     views = [
         view_of(*files)
-        for files in zip(inputs.tracked, inputs.clouds, read_all(inputs.fits), strict=True)
+        for files in zip(
+            inputs.tracked,
+            inputs.clouds,
+            read_all(inputs.fits),
+            inputs.recorded,
+            snakemake.params.sensors,
+            strict=True,
+        )
     ]
     with style.journal():
         figure = surface_figures.tracked_surface(snakemake.params.captures, views)
@@ -23,7 +31,7 @@ def main(snakemake):
             style.save(figure, png, svg)
 
 
-def view_of(tracked, clouds, fit):
+def view_of(tracked, clouds, fit, recorded, sensor):
     """Read the most deformed frame of one capture."""
     surface, frame = load_tracked(tracked), fit["range"]["last_frame"]
     pose = surface.camera_from_object
@@ -35,6 +43,7 @@ def view_of(tracked, clouds, fit):
         surface.faces,
         to_object(pose, cloud),
         surface.contact_point_m,
+        Stream(recorded, sensor)[frame],
     )
 
 

@@ -51,6 +51,8 @@ class TrackedView:
     cloud_m : (k, 3) array
         Captured points of the frame [m].
     contact_m : (3,) array
+    photo : (h, w, 3) or (h, w) uint8 array
+        The frame as the reference camera saw it.
     """
 
     rest_m: NDArray
@@ -58,6 +60,7 @@ class TrackedView:
     faces: NDArray
     cloud_m: NDArray
     contact_m: NDArray
+    photo: NDArray
 
 
 def figure_5_10(captures: Sequence[Mapping], views: Sequence[Mismatch]) -> Figure:
@@ -66,7 +69,7 @@ def figure_5_10(captures: Sequence[Mapping], views: Sequence[Mismatch]) -> Figur
     figure, axes = plt.subplots(
         count,
         2,
-        figsize=(PAGE_IN, 2.15 * count + 0.3),
+        figsize=(PAGE_IN, 2.5 * count + 0.2),
         width_ratios=(2.1, 1),
         squeeze=False,
         layout="constrained",
@@ -78,24 +81,26 @@ def figure_5_10(captures: Sequence[Mapping], views: Sequence[Mismatch]) -> Figur
         row[0].set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
         row[1].set_title("at the contact")
         figure.colorbar(image, ax=row[1], label="Mismatch (mm)", shrink=0.85)
+    figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
     label_provenance(figure, {capture["provenance"] for capture in captures})
     return figure
 
 
 def tracked_surface(captures: Sequence[Mapping], views: Sequence[TrackedView]) -> Figure:
-    """Tracked surface at the contact and a section through it, a row per sensor."""
+    """Photograph, tracked surface at the contact and section through it, a row per sensor."""
     count = len(views)
-    figure = plt.figure(figsize=(PAGE_IN, 2.6 * count))
+    figure = plt.figure(figsize=(PAGE_IN, 2.05 * count))
     for k, (capture, view) in enumerate(zip(captures, views, strict=True)):
-        solid = figure.add_subplot(count, 2, 2 * k + 1, projection="3d")
-        _shaded_panel(solid, view)
-        solid.set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
-        section = figure.add_subplot(count, 2, 2 * k + 2)
+        photo = figure.add_subplot(count, 3, 3 * k + 1)
+        _photo_panel(photo, view)
+        photo.set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
+        _shaded_panel(figure.add_subplot(count, 3, 3 * k + 2, projection="3d"), view)
+        section = figure.add_subplot(count, 3, 3 * k + 3)
         _section_panel(section, view)
         if k == 0:
-            section.legend(loc="lower right")
+            section.legend(loc="lower right", fontsize=6, handlelength=1.4)
         if k == count - 1:
-            section.set_xlabel("Along the length, from the contact (mm)")
+            section.set_xlabel("From the contact (mm)")
     figure.tight_layout(rect=(0, 0.02, 1, 1))
     label_provenance(figure, {capture["provenance"] for capture in captures})
     return figure
@@ -119,9 +124,16 @@ def _mismatch_panel(axes: Axes, view: Mismatch, limit: float, zoom_m: float | No
         reach = zoom_m * MILLIMETRES
         axes.set_xlim(place[0] - reach, place[0] + reach)
         axes.set_ylim(place[1] - reach, place[1] + reach)
-    axes.set_xlabel("Length (mm)")
+    if axes.get_subplotspec().is_last_row():
+        axes.set_xlabel("Length (mm)")
     axes.set_ylabel("Width (mm)")
     return image
+
+
+def _photo_panel(axes: Axes, view: TrackedView) -> None:
+    grey = "gray" if view.photo.ndim == 2 else None
+    axes.imshow(view.photo, cmap=grey, interpolation="antialiased")
+    axes.set_axis_off()
 
 
 def _shaded_panel(axes: Axes, view: TrackedView) -> None:
@@ -156,7 +168,7 @@ def _section_panel(axes: Axes, view: TrackedView) -> None:
     points = offset[slab] * MILLIMETRES
     axes.plot(points[:, 0], points[:, 2], ".", ms=2.5, color=BLACK, label="captured")
     axes.set_xlim(-DETAIL_M * MILLIMETRES, DETAIL_M * MILLIMETRES)
-    axes.set_ylim(-12, 4)
+    axes.set_ylim(-14, 5)
     axes.set_aspect("equal")
     axes.set_ylabel("Height (mm)")
 
