@@ -21,6 +21,7 @@ OPTIONS = {
     "normal_neighbours": 30,
     "outlier_neighbours": 20,
     "outlier_ratio": 2.0,
+    "cluster_gap_m": 0.01,
 }
 
 
@@ -104,6 +105,16 @@ def test_cloud_is_cut_thinned_and_oriented(wall, probe):
     assert np.allclose(cloud.normals, [0, 0, -1], atol=1e-6)
     with pytest.raises(ValueError, match="expected points of the object, found 0"):
         object_cloud(points, ~(mask | True), camera, plane, place, probe["exclusion"], **OPTIONS)
+
+
+def test_a_piece_apart_is_not_the_object(wall, probe):
+    camera, points, mask = wall
+    stray = np.array([-0.05, 0.0, 0.5]) + np.random.default_rng(0).normal(0, 0.001, (60, 3))
+    place = ProbePlace(np.array([-0.05, 0, 0.9]), np.array([0, 1.0, 0]), np.array([0, -0.5, 0.9]))
+    plane = np.array([0, -1.0, 0, 0.06])
+    both = np.concatenate([points, stray])
+    cloud = object_cloud(both, mask, camera, plane, place, probe["exclusion"], **OPTIONS)
+    assert np.allclose(cloud.points_m[:, 2], 0.7)
 
 
 def test_clouds_round_trip():

@@ -68,6 +68,7 @@ def object_cloud(
     normal_neighbours: int,
     outlier_neighbours: int,
     outlier_ratio: float,
+    cluster_gap_m: float,
 ) -> Cloud:
     """Keep of a frame's points what belongs to the object, thinned and with normals.
 
@@ -94,6 +95,8 @@ def object_cloud(
     outlier_neighbours, outlier_ratio : int, float
         A point whose mean distance to that many neighbours exceeds the mean by that many standard
         deviations is dropped.
+    cluster_gap_m : float
+        Of clusters farther apart than this the largest is kept [m]: an object is one piece.
 
     Returns
     -------
@@ -112,6 +115,7 @@ def object_cloud(
     cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(kept))
     cloud = cloud.voxel_down_sample(voxel_m)
     cloud, _ = cloud.remove_statistical_outlier(outlier_neighbours, outlier_ratio)
+    cloud = _largest_cluster(cloud, cluster_gap_m)
     cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(normal_neighbours))
     cloud.orient_normals_towards_camera_location(np.zeros(3))
     return Cloud(np.asarray(cloud.points), np.asarray(cloud.normals))
@@ -154,6 +158,11 @@ def unpack_clouds(arrays: Mapping[str, NDArray]) -> list[Cloud]:
     cuts = arrays["frame_start"][1:-1]
     pairs = zip(np.split(points, cuts), np.split(normals, cuts), strict=True)
     return [Cloud(part, direction) for part, direction in pairs]
+
+
+def _largest_cluster(cloud: o3d.geometry.PointCloud, gap_m: float) -> o3d.geometry.PointCloud:
+    labels = np.asarray(cloud.cluster_dbscan(gap_m, min_points=1))
+    return cloud.select_by_index(np.flatnonzero(labels == np.bincount(labels).argmax()))
 
 
 def _deprojected(depth_m: NDArray, camera: PinholeCamera, range_m: tuple) -> NDArray:
