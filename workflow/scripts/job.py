@@ -32,7 +32,8 @@ def run(main: Callable, snakemake: object) -> None:
         try:
             main(snakemake)
         except (ValueError, OSError) as error:
-            line = f"error: {snakemake.rule}: {' '.join(str(error).split())}"
+            place = "/".join([snakemake.rule, *map(str, snakemake.wildcards)])
+            line = f"error: {place}: {' '.join(str(error).split())}"
             stream.write(line + "\n")
             sys.stderr.write(line + "\n")
             sys.exit(1)

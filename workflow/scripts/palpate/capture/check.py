@@ -122,19 +122,34 @@ def _check_frames(folder: Path, sensor: Mapping) -> tuple[list[str], pd.DataFram
     problems += _check_increasing(path, table, "frame")
     problems += _check_increasing(path, table, "time_s")
     for stream, spec in streams.items():
-        for name in table[stream]:
-            problems += _check_image(folder, path, stream, str(name), spec)
+        problems += _check_stream(folder, path, stream, list(map(str, table[stream])), spec)
     return problems, table
 
 
-def _check_image(folder: Path, source: Path, stream: str, name: str, spec: Mapping) -> list[str]:
+def _check_stream(
+    folder: Path, source: Path, stream: str, names: list[str], spec: Mapping
+) -> list[str]:
+    """Check a stream's images; what is wrong with many of them alike is one line."""
+    alike: dict[str, list[str]] = {}
+    for name in names:
+        problem = _image_problem(folder, name, spec)
+        if problem:
+            alike.setdefault(problem, []).append(name)
+    lines = []
+    for problem, wrong in alike.items():
+        more = f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""
+        place = source if "files of this folder" in problem else folder / wrong[0]
+        lines.append(f"{place}: {stream}: {problem}{more}")
+    return lines
+
+
+def _image_problem(folder: Path, name: str, spec: Mapping) -> str | None:
     path = folder / name
     if not path.resolve().is_relative_to(folder.resolve()):
-        return [f"{source}: {stream}: expected files of this folder, found {name}"]
+        return f"expected files of this folder, found {name}"
     if not path.is_file():
-        return [f"{path}: {stream}: expected an image, found nothing"]
-    problem = png_problem(path, spec["width_px"], spec["height_px"], spec["encoding"])
-    return [f"{path}: {stream}: {problem}"] if problem else []
+        return "expected an image, found nothing"
+    return png_problem(path, spec["width_px"], spec["height_px"], spec["encoding"])
 
 
 def _check_force(folder: Path, frames: pd.DataFrame | None) -> list[str]:
