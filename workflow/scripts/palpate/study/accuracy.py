@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.surface.distance import ClosestPoints
+from palpate.vision.kalman import study_filter
 
 MILLIMETRES = 1000.0
 DENT_RADIUS_M = 0.010
@@ -51,11 +52,13 @@ def tracked_errors(truth: Mapping, tracked: object, frame: int) -> tuple[NDArray
 
 
 def _tip(truth: Mapping, results: Mapping) -> list[dict]:
-    rows = []
-    for name in ("raw_tip", "tip"):
-        error = results[f"{name}_m"] - truth["tip_m"]
-        rows.append(_row(f"{name}_position_rms", _rms_length(error) * MILLIMETRES, "mm"))
-    return rows
+    """Tip as measured, as filtered for the results, and as the study's filter gives it."""
+    raw = results["raw_tip_m"]
+    paths = {"raw_tip": raw, "tip": results["tip_m"], "study_filter_tip": study_filter(raw)}
+    return [
+        _row(f"{name}_position_rms", _rms_length(path - truth["tip_m"]) * MILLIMETRES, "mm")
+        for name, path in paths.items()
+    ]
 
 
 def _force(truth: Mapping, results: Mapping) -> list[dict]:
