@@ -38,8 +38,9 @@ lock:
 	uv pip compile --python-version 3.11 --generate-hashes --no-header --no-emit-index-url \
 	  environment.in -o environment.lock
 
+# raw/ may hold recordings that nobody can make again: it is not touched.
 clean:
-	rm -rf results raw .venv
+	rm -rf results .venv
 
 .venv/installed: environment.lock
 	rm -rf .venv

@@ -83,6 +83,22 @@ def test_the_printed_parametrisation_finds_it_too(exact):
     assert found.youngs_modulus_pa == pytest.approx(25998, rel=1e-3)
 
 
+def test_the_printed_parametrisation_stays_with_real_solids():
+    """Also where the start has no lambda, and where the cost would lead beyond."""
+
+    def cost(lam, mu):
+        E, nu = engineering_from_lame(lam, mu)
+        return abs(np.log(E / 25e3)) + abs(nu - 0.3)
+
+    options = OPTIONS | {"parametrisation": "lame", "iterations": 400}
+    found = minimise_error(cost, (20e3, 0.0), options)
+    assert found.youngs_modulus_pa == pytest.approx(25e3, rel=1e-3)
+    assert found.poisson_ratio == pytest.approx(0.3, abs=1e-3)
+    astray = minimise_error(lambda lam, mu: (lam + 1e4) ** 2 + (mu + 1e4) ** 2, (2e4, 0.3), options)
+    assert astray.lame_mu_pa > 0
+    assert astray.at_bound
+
+
 def test_bad_input(exact):
     mesh, sets, measurement = exact
     with pytest.raises(ValueError, match="error: expected one of"):

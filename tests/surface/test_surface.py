@@ -131,6 +131,14 @@ def test_a_dent_is_tracked(template, pose, data_term, part_left):
     assert observed[-1].sum() > 0.2 * len(rest)
 
 
+def test_a_frame_without_data_is_refused(template, pose):
+    rest = to_camera(pose, template.vertices_m)
+    points, normals = visible_cloud(template, pose, 0.0005, np.random.default_rng(2))
+    frames = [Frame(points, normals, len(points)), Frame(points + 1.0, normals, len(points))]
+    with pytest.raises(ValueError, match="frame 1: expected captured points near the template"):
+        track_frames(template, rest, frames, OPTIONS)
+
+
 def test_cap_of_the_indenter():
     up = np.array([0.0, 0.0, 1.0])
     points, normals = indenter_points(np.array([0, 0, 0.0022]), up, radius_m=0.0062, depth_m=0.004)

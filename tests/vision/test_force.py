@@ -54,6 +54,14 @@ def test_wrench_records_are_read_alike(press, probe):
     assert np.allclose(ours, theirs, atol=1e-9)
 
 
+@pytest.mark.parametrize("step", [4, 10])
+def test_records_of_another_rate_are_averaged_over_the_same_time(press, probe, step):
+    record, marker = press
+    slower = record.iloc[::step].reset_index(drop=True)
+    found = wrenches((slower, marker), probe, [1.0, 1.8], largest_gap_s=0.006)[WRENCH]
+    assert np.abs(found.to_numpy()[:, 2] - [-1.0, -2.0]).max() < 0.3
+
+
 def test_block_mean_and_nearest():
     assert block_mean(np.arange(25.0), 10).tolist() == [4.5, 14.5]
     nearest, gap = match_nearest(

@@ -9,6 +9,8 @@ from palpate.capture.discover import CaptureId, discover
 from palpate.capture.schema import load_yaml, validate
 
 LAB_TEMPLATE = "template.ply"
+# Snakemake leaves it in each folder that a rule wrote.
+MADE_BY_A_RULE = ".snakemake_timestamp"
 SCHEMAS = Path(__file__).resolve().parents[2] / "config" / "schemas"
 
 
@@ -114,11 +116,21 @@ def open_house(config: Mapping, *, source: str) -> House:
     lab = _lab(paths["lab"], problems)
     if problems:
         raise ValueError("\n".join(problems))
-    simulated = _recordings(lab, paths["lab"], sensors, Path(paths["raw"]), problems)
+    problems += _ambiguous_boards(probes, paths["probes"])
     found = set(discover(Path(paths["raw"])))
-    for name in sorted(_objects_in(paths["raw"])):
+
+    def chosen(name: str) -> bool:
+        return config["only"] in (None, name)
+
+    simulated = {
+        capture
+        for name, spec in (lab or {"objects": {}})["objects"].items()
+        if chosen(name) and _is_the_labs(name, paths["raw"], found, problems)
+        for capture in _recordings(name, spec, paths["lab"], sensors, probes, problems)
+    }
+    for name in sorted(filter(chosen, _objects_in(paths["raw"]))):
         problems += _problems_of(name, paths, sensors, probes, simulated - found)
-    wanted = sorted(capture for capture in found | simulated if _chosen(capture, config["only"]))
+    wanted = sorted(capture for capture in found | simulated if chosen(capture.object))
     if not wanted and not problems:
         problems.append(_nothing_found(paths, config["only"]))
     if problems:
@@ -156,27 +168,53 @@ def _checked(path: Path, schema: Path, problems: list[str]) -> Mapping | None:
 
 
 def _recordings(
-    lab: Mapping | None, source: str, sensors: Mapping, raw: Path, problems: list[str]
+    name: str, spec: Mapping, source: str, sensors: Mapping, probes: Mapping, problems: list[str]
 ) -> set[CaptureId]:
-    """Captures that the lab makes; an object that people recorded is never the lab's."""
-    made: set[CaptureId] = set()
-    for name, spec in (lab or {"objects": {}})["objects"].items():
-        if _provenance(raw / name / "object.yaml") == "recorded":
-            continue
-        for sensor, captures in spec["recordings"].items():
-            if sensor not in sensors:
-                field = f"objects.{name}.recordings"
-                known = ", ".join(sensors)
-                problems.append(f"{source}: {field}: expected one of {known}, found {sensor}")
-            made |= {CaptureId(name, sensor, str(capture)) for capture in captures}
-    return made
+    """Captures that the lab makes of one of its objects."""
+    field = f"{source}: objects.{name}"
+    probe = spec["object"]["probe"]
+    if probe not in probes:
+        known = ", ".join(sorted(probes))
+        problems.append(f"{field}.object.probe: expected one of {known}, found {probe}")
+    for sensor in spec["recordings"]:
+        if sensor not in sensors:
+            known = ", ".join(sorted(sensors))
+            problems.append(f"{field}.recordings: expected one of {known}, found {sensor}")
+    return {
+        CaptureId(name, sensor, str(capture))
+        for sensor, captures in spec["recordings"].items()
+        for capture in captures
+    }
 
 
-def _provenance(path: Path) -> str | None:
-    try:
-        return load_yaml(path).get("provenance") if path.is_file() else None
-    except (ValueError, AttributeError):
-        return None
+def _is_the_labs(name: str, raw: str, found: set[CaptureId], problems: list[str]) -> bool:
+    """Whether the lab may write an object's folder: never one that people filled.
+
+    It is the lab's when its object.yaml says so, or when there is none and every capture there
+    carries the mark of a rule's output.
+    """
+    path = Path(raw) / name / "object.yaml"
+    if path.is_file():
+        try:
+            return (load_yaml(path) or {}).get("provenance") == "simulated"
+        except (ValueError, AttributeError):
+            return False
+    captures = [Path(raw, c.object, c.sensor, c.capture) for c in found if c.object == name]
+    if all((folder / MADE_BY_A_RULE).is_file() for folder in captures):
+        return True
+    problems.append(f"{path}: file: expected YAML, found nothing")
+    return False
+
+
+def _ambiguous_boards(probes: Mapping, folder: str) -> list[str]:
+    """Boards that look the same from both ends: their corners' order could not be settled."""
+    lines = []
+    for name, probe in probes.items():
+        columns, rows = probe["marker"]["inner_corners"]
+        if (columns + rows) % 2 == 0:
+            place = f"{Path(folder) / name}.yaml: marker.inner_corners"
+            lines.append(f"{place}: expected one odd and one even, found {columns}, {rows}")
+    return lines
 
 
 def _objects_in(raw: str) -> set[str]:
@@ -192,10 +230,6 @@ def _problems_of(
     if any(capture.object == name for capture in coming):
         return []
     return check_object(Path(paths["raw"]) / name, sensors, probes)
-
-
-def _chosen(capture: CaptureId, only: str | None) -> bool:
-    return only is None or capture.object == only
 
 
 def _nothing_found(paths: Mapping, only: str | None) -> str:

@@ -31,7 +31,7 @@ class Minimum:
     converged : bool
         Whether the simplex collapsed before the iterations ran out.
     at_bound : bool
-        Whether the minimum lies on a bound of the search.
+        Whether the minimum lies on a bound of E or nu, or beyond (``lame`` has no bounds).
     start_poisson_ratio : float
         Poisson's ratio of the chosen start.
     trace : tuple of dict
@@ -104,7 +104,8 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Mapping) -> 
     def function(x: NDArray) -> float:
         nonlocal count
         count += 1
-        return cost(*to_lame(x))
+        lam, mu = to_lame(x)
+        return cost(lam, mu) if is_stable(lam, mu) else np.inf
 
     def note(intermediate_result) -> None:
         lam, mu = to_lame(intermediate_result.x)
@@ -148,13 +149,19 @@ def _by_modulus(start: tuple, E_bounds: list, nu_bounds: list) -> tuple:
 
 
 def _by_lame(start: tuple, E_bounds: list, nu_bounds: list) -> tuple:
-    scale = np.array(lame_from_engineering(*start))
+    lam, mu = lame_from_engineering(*start)
+    scale = np.array([lam or mu, mu])
 
     def to_lame(x: NDArray) -> tuple[float, float]:
         lam, mu = x * scale
         return float(lam), float(mu)
 
-    return to_lame, np.ones(2), None
+    return to_lame, np.array([lam, mu]) / scale, None
+
+
+def is_stable(lam: float, mu: float) -> bool:
+    """Whether moduli belong to a solid that resists shear and compression."""
+    return mu > 0 and 3 * lam + 2 * mu > 0
 
 
 def _at_bound(value: float, bounds: list, *, log: bool) -> bool:

@@ -84,7 +84,8 @@ class Tracked:
         Vertices whose position rests on captured points.
     camera_from_object : (4, 4) array
     residual_m : (f,) array
-        Root mean square distance of observed vertices to their data [m].
+        Root mean square distance of observed vertices to their data, of the kind that the data
+        term measures [m].
     contact_point_m : (3,) array
         Point of the undeformed surface that was touched, object frame [m].
     contact_frame : int
@@ -124,10 +125,14 @@ def track_frames(
     smoothness = smoothness_matrix(template, options)
     shift = np.zeros_like(rest_m)
     vertices, observed, residuals = [], [], []
-    for frame in frames:
+    for number, frame in enumerate(frames):
         shift, seen, residual = track_frame(
             template.faces, rest_m, shift, frame, smoothness, options
         )
+        if not seen.any():
+            raise ValueError(
+                f"frame {number}: expected captured points near the template, found none"
+            )
         vertices.append(rest_m + shift)
         observed.append(seen)
         residuals.append(residual)
@@ -165,11 +170,12 @@ def track_frame(
             least_cosine,
         )
         target, normals = frame.points_m[nearest], frame.normals[nearest]
-        shift_m = _minimise(rest_m, target, normals, weights, smoothness, w_sm, options)
-        energy, residual = _energy(
-            rest_m + shift_m, shift_m, target, normals, weights, smoothness, w_sm, options
-        )
+        shift_m = _minimise(rest_m, shift_m, target, normals, weights, smoothness, w_sm, options)
+        gap = _gaps(rest_m + shift_m, target, normals, options.data_term)
+        energy = options.w_data * (gap[weights] ** 2).sum()
+        energy += w_sm * (shift_m * (smoothness @ shift_m)).sum()
         seen = weights & (nearest < frame.captured)
+        residual = float(np.sqrt(np.mean(gap[seen] ** 2))) if seen.any() else np.nan
         if np.isfinite(before) and abs(before - energy) < RELATIVE_CHANGE * before:
             break
         before, w_sm = energy, w_sm / 2
@@ -201,6 +207,7 @@ def load_tracked(path: str | Path) -> Tracked:
 
 def _minimise(
     rest: NDArray,
+    shift: NDArray,
     target: NDArray,
     normals: NDArray,
     weights: NDArray,
@@ -210,11 +217,12 @@ def _minimise(
 ) -> NDArray:
     """Translations that minimise E_track for given nearest neighbours."""
     data = options.w_data * weights
-    # Vertices without data or neighbours with data stay where smoothness alone leaves them.
+    # A piece of the mesh without any data stays where it was.
     hold = 1e-9 * max(options.w_data, w_sm)
     if options.data_term == "point":
         A = w_sm * smoothness + sparse.diags(data + hold)
-        return splu(sparse.csc_matrix(A)).solve(data[:, None] * (target - rest))
+        right = data[:, None] * (target - rest) + hold * shift
+        return splu(sparse.csc_matrix(A)).solve(right)
     size = len(rest)
     outer = sparse.bsr_matrix(
         (
@@ -226,24 +234,13 @@ def _minimise(
     )
     A = w_sm * sparse.kron(smoothness, sparse.eye(3)) + outer + hold * sparse.eye(3 * size)
     along = ((target - rest) * normals).sum(axis=1)
-    right = (data * along)[:, None] * normals
+    right = (data * along)[:, None] * normals + hold * shift
     return splu(sparse.csc_matrix(A)).solve(right.ravel()).reshape(-1, 3)
 
 
-def _energy(
-    placed: NDArray,
-    shift: NDArray,
-    target: NDArray,
-    normals: NDArray,
-    weights: NDArray,
-    smoothness: sparse.csr_matrix,
-    w_sm: float,
-    options: TrackerOptions,
-) -> tuple[float, float]:
-    """E_track and the root mean square distance to the data."""
+def _gaps(placed: NDArray, target: NDArray, normals: NDArray, data_term: str) -> NDArray:
+    """Distance of each vertex to its data, as the data term measures it, shape (n,) [m]."""
     gap = placed - target
-    if options.data_term == "plane":
-        gap = ((gap * normals).sum(axis=1))[:, None]
-    square = (gap[weights] ** 2).sum(axis=1)
-    energy = options.w_data * square.sum() + w_sm * float((shift * (smoothness @ shift)).sum())
-    return float(energy), float(np.sqrt(square.mean())) if weights.any() else np.nan
+    if data_term == "plane":
+        return np.abs((gap * normals).sum(axis=1))
+    return np.linalg.norm(gap, axis=1)

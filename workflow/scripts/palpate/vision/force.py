@@ -6,8 +6,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-# The sensor's driver averages ten samples: 1000 Hz become 100 Hz.
-AVERAGED_SAMPLES = 10
+# The sensor's driver averages ten samples of 1000 Hz (Section 4.1.3); records of another rate are
+# averaged over the same time.
+AVERAGED_S = 0.01
+FEWEST_UNLOADED = 10
 SATURATION = 0.999
 GAUGES = ["v0", "v1", "v2", "v3", "v4", "v5"]
 FORCE = ["fx_n", "fy_n", "fz_n"]
@@ -52,7 +54,8 @@ def frame_wrenches(
         If a gauge is saturated or dead, the bias window is empty, or a frame has no reading near.
     """
     time_s, wrench = _unbiased(record, probe, bias_window_s)
-    time_s, wrench = block_mean(time_s, AVERAGED_SAMPLES), block_mean(wrench, AVERAGED_SAMPLES)
+    size = max(1, round(AVERAGED_S / float(np.median(np.diff(time_s)))))
+    time_s, wrench = block_mean(time_s, size), block_mean(wrench, size)
     nearest, gap_s = match_nearest(frame_time_s, time_s, largest_gap_s=largest_gap_s)
     at_tip = _about_tip(wrench[nearest], np.array(probe["force_from_tip"])[:3, 3])
     turn = camera_from_marker[:, :3, :3] @ np.array(probe["marker_from_force"])[:3, :3]
@@ -99,9 +102,12 @@ def _unbiased(
     """Times and wrench (force frame) with the unloaded reading taken out."""
     time_s = record["time_s"].to_numpy(dtype=float)
     unloaded = time_s < time_s[0] + bias_window_s
-    if unloaded.sum() < AVERAGED_SAMPLES:
+    if unloaded.sum() < FEWEST_UNLOADED:
         found = int(unloaded.sum())
-        raise ValueError(f"force: expected {AVERAGED_SAMPLES} samples for the bias, found {found}")
+        raise ValueError(
+            f"force: expected {FEWEST_UNLOADED} samples in the first {bias_window_s:g} s,"
+            f" found {found}"
+        )
     if set(GAUGES) <= set(record.columns):
         volts = record[GAUGES].to_numpy(dtype=float)
         _check_gauges(volts, probe)

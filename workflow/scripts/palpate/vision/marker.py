@@ -172,20 +172,24 @@ def _half_window(grid: NDArray) -> int:
     return int(np.clip(round(0.35 * min(steps)), 2, 11))
 
 
-def _ordered(grid: NDArray, grey: NDArray) -> NDArray:
+def _ordered(grid: NDArray, grey: NDArray) -> NDArray | None:
+    """Corners from the end with the black outer square; None where an end is out of sight."""
     along, down = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
     if along[0] * down[1] - along[1] * down[0] < 0:
         grid = grid[:, ::-1]
     turned = grid[::-1, ::-1]
-    if _outer_intensity(grid, grey) > _outer_intensity(turned, grey):
+    first, last = _outer_intensity(grid, grey), _outer_intensity(turned, grey)
+    if first is None or last is None:
+        return None
+    if first > last:
         grid = turned
     return np.ascontiguousarray(grid.reshape(-1, 2))
 
 
-def _outer_intensity(grid: NDArray, grey: NDArray) -> float:
-    """Brightness of the outer square beside a grid's first corner."""
+def _outer_intensity(grid: NDArray, grey: NDArray) -> float | None:
+    """Brightness of the outer square beside a grid's first corner; None outside the image."""
     across, down = grid[0, 1] - grid[0, 0], grid[1, 0] - grid[0, 0]
     x, y = np.round(grid[0, 0] - 0.5 * across - 0.5 * down).astype(int)
     height, width = grey.shape
     patch = grey[max(y - 1, 0) : min(y + 2, height), max(x - 1, 0) : min(x + 2, width)]
-    return float(patch.mean()) if patch.size else np.inf
+    return float(patch.mean()) if patch.size else None

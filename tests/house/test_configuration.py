@@ -1,0 +1,86 @@
+"""What the house refuses before any job, and what the lab may never take over."""
+
+import shutil
+
+import pytest
+import yaml
+from house.configuration import open_house
+
+
+@pytest.fixture
+def home(root, tmp_path, monkeypatch):
+    """A folder with the project's configuration and nothing in raw/."""
+    shutil.copytree(root / "config", tmp_path / "config")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def opened(home, **changes):
+    config = yaml.safe_load((home / "config/config.yaml").read_text()) | changes
+    return open_house(config, source="config/config.yaml")
+
+
+def drop(root, home, name="foam_block"):
+    shutil.copytree(root / "tests/sample/raw/foam_block", home / "raw" / name)
+    for sensor in (root / "tests/sample/sensors").glob("*.yaml"):
+        shutil.copy(sensor, home / "config/sensors")
+
+
+def test_the_lab_alone(home):
+    assert len(opened(home).simulated) == 2
+
+
+@pytest.mark.parametrize(
+    ("spoil", "line"),
+    [
+        (lambda p: p.write_text(p.read_text() + "points: {}\n"), "expected plain YAML, found none"),
+        (lambda p: p.unlink(), "object.yaml: file: expected YAML, found nothing"),
+    ],
+    ids=["broken", "missing"],
+)
+def test_captures_without_a_readable_object_are_not_the_labs(root, home, spoil, line):
+    drop(root, home)
+    path = home / "raw/foam_block/object.yaml"
+    path.write_text(path.read_text().replace("simulated", "recorded"))
+    spoil(path)
+    with pytest.raises(ValueError, match=line):
+        opened(home)
+
+
+def test_a_recorded_object_is_kept(root, home):
+    drop(root, home)
+    path = home / "raw/foam_block/object.yaml"
+    path.write_text(path.read_text().replace("simulated", "recorded"))
+    house = opened(home)
+    assert not house.simulated
+    assert len(house.captures) == 2
+
+
+def test_only_one_object_is_checked_when_only_it_is_wanted(root, home):
+    (home / "raw/other/kinect/01").mkdir(parents=True)
+    assert [c.object for c in opened(home, only="foam_block").captures] == ["foam_block"] * 2
+    with pytest.raises(ValueError, match="raw/other"):
+        opened(home)
+
+
+def test_board_that_looks_the_same_from_both_ends(home):
+    path = home / "config/probes/nano25_sphere.yaml"
+    path.write_text(path.read_text().replace("[4, 3]", "[5, 3]"))
+    with pytest.raises(ValueError, match="expected one odd and one even, found 5, 3"):
+        opened(home)
+
+
+def test_unknown_names_in_the_lab(home):
+    path = home / "config/lab.yaml"
+    text = path.read_text()
+    path.write_text(text.replace("probe: nano25_sphere", "probe: needle"))
+    with pytest.raises(ValueError, match="object.probe: expected one of nano25_sphere"):
+        opened(home)
+    path.write_text(text.replace("      kinect: [", "      sonar: ["))
+    with pytest.raises(ValueError, match="recordings: expected one of bumblebee, kinect, found"):
+        opened(home)
+
+
+def test_unknown_object(home):
+    with pytest.raises(ValueError, match="only: expected an object of raw/ or of the lab"):
+        opened(home, only="nothing")
