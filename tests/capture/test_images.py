@@ -1,5 +1,6 @@
 """Images: round trips, the mosaic's colours, and what is refused."""
 
+import cv2
 import numpy as np
 import pytest
 from palpate.capture.images import mosaic_rggb, png_problem, read_image, write_image
@@ -26,6 +27,41 @@ def test_mosaic_keeps_colours(tmp_path):
     rgb[:] = (200, 120, 40)
     write_image(tmp_path / "a.png", mosaic_rggb(rgb), "bayer_rggb8")
     assert np.array_equal(read_image(tmp_path / "a.png", "bayer_rggb8"), rgb)
+
+
+def test_mosaic_keeps_colours_in_their_places(tmp_path):
+    """A wrong Bayer constant would swap or smear the channels of the two halves."""
+    y, x = np.mgrid[:48, :64]
+    rgb = np.stack([40 + 2 * x, 60 + 2 * y, 200 - x], axis=-1).astype(np.uint8)
+    rgb[:, 32:] = rgb[:, 32:, ::-1]
+    write_image(tmp_path / "a.png", mosaic_rggb(rgb), "bayer_rggb8")
+    error = np.abs(read_image(tmp_path / "a.png", "bayer_rggb8").astype(int) - rgb)
+    away_from_the_seam = np.r_[2:29, 36:62]
+    assert error[2:-2, away_from_the_seam].max() <= 1
+
+
+def test_colour_on_disk_is_ordinary_rgb(tmp_path):
+    rgb = np.full((6, 8, 3), (250, 10, 60), np.uint8)
+    write_image(tmp_path / "a.png", rgb, "rgb8")
+    assert cv2.imread(str(tmp_path / "a.png"))[0, 0].tolist() == [60, 10, 250]
+
+
+@pytest.mark.parametrize(
+    ("encoding", "shape"),
+    [("rgb8", (6, 8)), ("rgb8", (6, 8, 4)), ("mono8", (6, 8, 1)), ("bayer_rggb8", (6, 8, 3))],
+)
+def test_wrong_channels_are_not_written(tmp_path, encoding, shape):
+    with pytest.raises(ValueError, match=f"a.png: {encoding}: expected uint8 of its shape"):
+        write_image(tmp_path / "a.png", np.zeros(shape, np.uint8), encoding)
+    assert not (tmp_path / "a.png").exists()
+
+
+@pytest.mark.parametrize("content", [b"", b"not a picture", b"\x89PNG\r\n\x1a\n"])
+def test_no_png_is_found(tmp_path, content):
+    (tmp_path / "a.png").write_bytes(content)
+    assert png_problem(tmp_path / "a.png", 8, 6, "mono8").startswith("expected a PNG image")
+    with pytest.raises(ValueError, match="a.png: image: expected a whole PNG"):
+        read_image(tmp_path / "a.png", "mono8")
 
 
 def test_truncated_image_is_found_without_decoding(tmp_path):

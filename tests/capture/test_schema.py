@@ -25,6 +25,23 @@ from palpate.capture.schema import load_yaml, validate
             lambda s: s["depth"].pop("baseline_m"),
             "k.yaml: depth.baseline_m: expected a value, found nothing",
         ),
+        (lambda s: s.pop("depth"), "k.yaml: depth: expected a value, found nothing"),
+        (
+            lambda s: s.update(kind="stereo"),
+            "k.yaml: stereo: expected a value, found nothing",
+        ),
+        (
+            lambda s: s.update(kind="depth"),
+            "k.yaml: depth.encoding: expected millimetre, found 'kinect_disparity'",
+        ),
+        (
+            lambda s: s["color"].update(fx_px=float("inf")),
+            "k.yaml: color.fx_px: expected a finite number, found inf",
+        ),
+        (
+            lambda s: s["color"]["distortion"].__setitem__(1, float("nan")),
+            "k.yaml: color.distortion.1: expected a finite number, found nan",
+        ),
     ],
 )
 def test_one_clear_line_for_a_sensor(root, sensors, change, line):

@@ -11,6 +11,7 @@ sys.path[:0] = [
 from house.configuration import open_house
 from house.digest import code_digest
 from house.fingerprint import folder_fingerprint
+from palpate.capture.discover import CAPTURE_NAME
 
 try:
     HOUSE = open_house(config, source="config/config.yaml")
@@ -52,7 +53,7 @@ def one_of(names):
 wildcard_constraints:
     object=one_of(HOUSE.objects),
     sensor=one_of(HOUSE.sensors),
-    capture=r"[A-Za-z0-9]+(-a[0-9]+)?",
+    capture=CAPTURE_NAME.pattern,
     point="[A-Za-z0-9]+",
     error="force_displacement|displacement",
 

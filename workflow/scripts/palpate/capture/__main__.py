@@ -4,23 +4,38 @@ import argparse
 import sys
 from pathlib import Path
 
-from palpate.capture.check import check_object
+from palpate.capture.check import SCHEMA, check_object
 from palpate.capture.discover import BACKGROUND, NOT_SENSORS, folders
-from palpate.capture.schema import load_yaml
+from palpate.capture.schema import load_yaml, validate
 from palpate.capture.tables import read_force, read_frames
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Check an object's folder; the exit status is 1 when anything is wrong."""
     options = _parser().parse_args(arguments)
-    try:
-        sensors = {path.stem: load_yaml(path) for path in sorted(options.sensors.glob("*.yaml"))}
-        probes = {path.stem: load_yaml(path) for path in sorted(options.probes.glob("*.yaml"))}
-        problems = check_object(options.folder, sensors, probes)
-    except ValueError as error:
-        problems = [str(error)]
+    sensors, problems = _specifications(options.sensors, "sensor")
+    probes, more = _specifications(options.probes, "probe")
+    problems += more
+    # Captures are held to their sensor's file; with a wrong one there is nothing to hold them to.
+    problems = problems or check_object(options.folder, sensors, probes)
     print("\n".join(problems or _found(options.folder)))
     return 1 if problems else 0
+
+
+def _specifications(folder: Path, kind: str) -> tuple[dict, list[str]]:
+    """Specifications of a folder by name, and what is wrong with them."""
+    found, problems = {}, []
+    for path in sorted(folder.glob("*.yaml")):
+        try:
+            found[path.stem] = load_yaml(path)
+        except ValueError as error:
+            problems.append(str(error))
+            continue
+        schema = SCHEMA.with_name(f"{kind}.schema.yaml")
+        problems += validate(found[path.stem], schema, str(path))
+    if not found and not problems:
+        problems.append(f"{folder}: folder: expected a {kind} file (*.yaml), found none")
+    return found, problems
 
 
 def _parser() -> argparse.ArgumentParser:

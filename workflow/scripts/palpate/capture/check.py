@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from palpate.capture.discover import BACKGROUND, NOT_SENSORS, folders
+from palpate.capture.discover import BACKGROUND, CAPTURE_NAME, NOT_SENSORS, folders
 from palpate.capture.images import png_problem
 from palpate.capture.schema import load_yaml, validate
 from palpate.capture.tables import (
@@ -15,11 +15,14 @@ from palpate.capture.tables import (
     GAUGE_COLUMNS,
     WRENCH_COLUMNS,
     image_streams,
+    number_text,
     read_table,
 )
 
 SCHEMA = Path(__file__).resolve().parents[4] / "config" / "schemas" / "object.schema.yaml"
 FEWEST_FRAMES = 3
+# The background model takes its statistics from one half, its thresholds from the other.
+FEWEST_BACKGROUND_FRAMES = 4
 FEWEST_FORCE_SAMPLES = 10
 
 
@@ -40,9 +43,10 @@ def check_object(folder: str | Path, sensors: Mapping, probes: Mapping) -> list[
     """
     folder = Path(folder)
     problems, spec = _check_object_file(folder, probes)
+    probe = probes.get((spec or {}).get("probe"))
     for sensor_folder in folders(folder):
         if sensor_folder.name not in NOT_SENSORS:
-            problems += _check_sensor(sensor_folder, sensors, (spec or {}).get("points"))
+            problems += _check_sensor(sensor_folder, sensors, (spec or {}).get("points"), probe)
     return problems
 
 
@@ -77,11 +81,14 @@ def _check_object_file(folder: Path, probes: Mapping) -> tuple[list[str], Mappin
     problems = validate(spec, SCHEMA, str(path))
     if problems:
         return problems, None
-    if spec["object"] != folder.name:
-        problems.append(f"{path}: object: expected {folder.name}, found {spec['object']}")
+    if spec["object"] != folder.absolute().name:
+        expected = folder.absolute().name
+        problems.append(f"{path}: object: expected {expected}, found {spec['object']}")
     if spec["probe"] not in probes:
         known = ", ".join(sorted(probes))
         problems.append(f"{path}: probe: expected one of {known}, found {spec['probe']}")
+    if not any(spec["support"]["plane_normal"]):
+        problems.append(f"{path}: support.plane_normal: expected a direction, found zeros")
     problems += _check_template(folder, path, spec["template"]["file"])
     return problems, spec
 
@@ -89,12 +96,18 @@ def _check_object_file(folder: Path, probes: Mapping) -> tuple[list[str], Mappin
 def _check_template(folder: Path, source: Path, name: str) -> list[str]:
     if Path(name).name != name:
         return [f"{source}: template.file: expected a file of this folder, found {name}"]
-    if not (folder / name).is_file():
-        return [f"{folder / name}: template: expected a closed surface, found nothing"]
+    path = folder / name
+    if not path.is_file():
+        return [f"{path}: template: expected a closed surface, found nothing"]
+    with path.open("rb") as stream:
+        if path.suffix.lower() == ".ply" and stream.read(3) != b"ply":
+            return [f"{path}: template: expected a PLY mesh, found something else"]
     return []
 
 
-def _check_sensor(folder: Path, sensors: Mapping, points: Mapping | None) -> list[str]:
+def _check_sensor(
+    folder: Path, sensors: Mapping, points: Mapping | None, probe: Mapping | None
+) -> list[str]:
     if folder.name not in sensors:
         known = ", ".join(sorted(sensors))
         return [f"{folder}: sensor: expected one of {known}, found {folder.name}"]
@@ -102,12 +115,32 @@ def _check_sensor(folder: Path, sensors: Mapping, points: Mapping | None) -> lis
     if not (folder / BACKGROUND).is_dir():
         problems.append(f"{folder / BACKGROUND}: folder: expected background frames, found nothing")
     for capture in folders(folder):
-        point = capture.name.partition("-")[0]
-        if capture.name != BACKGROUND and points is not None and point not in points:
-            known = ", ".join(sorted(points))
-            problems.append(f"{capture}: point: expected one of {known}, found {point}")
+        if capture.name != BACKGROUND:
+            problems += _check_name(capture, points) + _check_gauge(capture, probe)
         problems += check_capture(capture, sensors[folder.name])
     return problems
+
+
+def _check_name(capture: Path, points: Mapping | None) -> list[str]:
+    if not CAPTURE_NAME.fullmatch(capture.name):
+        return [f"{capture}: capture: expected a name like 08 or 08-a03, found {capture.name}"]
+    point = capture.name.partition("-")[0]
+    if points is None or point in points:
+        return []
+    known = ", ".join(sorted(points))
+    return [f"{capture}: point: expected one of {known}, found {point}"]
+
+
+def _check_gauge(capture: Path, probe: Mapping | None) -> list[str]:
+    """Volts say nothing without the gauges' calibration."""
+    if probe is None or "gauge" in probe:
+        return []
+    path = capture / FORCE
+    table, _ = _read(path, ["time_s"])
+    if table is None or not set(GAUGE_COLUMNS) <= set(table.columns):
+        return []
+    expected = f"fx_n..tz_nm (probe {probe['probe']} states no gauge)"
+    return [f"{path}: columns: expected {expected}, found v0..v5"]
 
 
 def _check_frames(folder: Path, sensor: Mapping) -> tuple[list[str], pd.DataFrame | None]:
@@ -116,13 +149,17 @@ def _check_frames(folder: Path, sensor: Mapping) -> tuple[list[str], pd.DataFram
     table, problems = _read(path, ["frame", "time_s", *streams])
     if table is None:
         return problems, None
-    if len(table) < FEWEST_FRAMES:
-        problems.append(f"{path}: rows: expected at least {FEWEST_FRAMES}, found {len(table)}")
+    fewest = FEWEST_BACKGROUND_FRAMES if folder.name == BACKGROUND else FEWEST_FRAMES
+    if len(table) < fewest:
+        problems.append(f"{path}: rows: expected at least {fewest}, found {len(table)}")
     problems += _check_numbers(path, table, ["frame", "time_s"])
+    problems += _check_whole(path, table, "frame")
     problems += _check_increasing(path, table, "frame")
     problems += _check_increasing(path, table, "time_s")
     for stream, spec in streams.items():
-        problems += _check_stream(folder, path, stream, list(map(str, table[stream])), spec)
+        problems += _check_filled(path, table, stream)
+        names = [str(name) for name in table[stream].dropna()]
+        problems += _check_stream(folder, path, stream, names, spec)
     return problems, table
 
 
@@ -178,8 +215,10 @@ def _check_overlap(path: Path, force: pd.DataFrame, frames: pd.DataFrame | None)
     start, end = force["time_s"].iloc[[0, -1]]
     if start <= first and end >= last:
         return []
-    expected = f"a record that covers the frames' {first:g} to {last:g} s"
-    return [f"{path}: time_s: expected {expected}, found {start:g} to {end:g} s"]
+    expected = f"a record that covers the frames' {number_text(first)} to {number_text(last)} s"
+    return [
+        f"{path}: time_s: expected {expected}, found {number_text(start)} to {number_text(end)} s"
+    ]
 
 
 def _read(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[str]]:
@@ -208,6 +247,25 @@ def _check_numbers(path: Path, table: pd.DataFrame, columns: list[str]) -> list[
     return problems
 
 
+def _check_whole(path: Path, table: pd.DataFrame, name: str) -> list[str]:
+    if not _all_finite(table[name]):
+        return []
+    values = pd.to_numeric(table[name]).to_numpy(dtype=float)
+    wrong = np.flatnonzero(values != np.round(values))
+    if not len(wrong):
+        return []
+    row = wrong[0]
+    found = f"{number_text(values[row])} in data row {row + 1}"
+    return [f"{path}: {name}: expected whole numbers, found {found}"]
+
+
+def _check_filled(path: Path, table: pd.DataFrame, name: str) -> list[str]:
+    blank = np.flatnonzero(table[name].isna())
+    if not len(blank):
+        return []
+    return [f"{path}: {name}: expected a file, found nothing in data row {blank[0] + 1}"]
+
+
 def _check_increasing(path: Path, table: pd.DataFrame, name: str) -> list[str]:
     if not _all_finite(table[name]):
         return []
@@ -216,7 +274,8 @@ def _check_increasing(path: Path, table: pd.DataFrame, name: str) -> list[str]:
     if not len(wrong):
         return []
     row = wrong[0]
-    found = f"{values[row]:g} then {values[row + 1]:g} in data row {row + 2}"
+    before, after = number_text(values[row]), number_text(values[row + 1])
+    found = f"{before} then {after} in data row {row + 2}"
     return [f"{path}: {name}: expected increasing values, found {found}"]
 
 

@@ -1,10 +1,13 @@
 """Find captures by looking into ``raw/``."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 BACKGROUND = "background"
 NOT_SENSORS = ("scans",)
+# A point, or a point and an attempt: 08, 11-a03.
+CAPTURE_NAME = re.compile("[A-Za-z0-9]+(-a[0-9]+)?")
 
 
 @dataclass(frozen=True, order=True)

@@ -66,7 +66,7 @@ def write_image(path: str | Path, image: NDArray, encoding: str) -> None:
         If the array does not fit the encoding.
     """
     bits, colour_types = _form(encoding)
-    shape_fits = image.ndim == (3 if colour_types == (2,) else 2)
+    shape_fits = image.shape[2:] == ((3,) if colour_types == (2,) else ()) and image.ndim > 1
     if image.dtype != np.dtype(f"uint{bits}") or not shape_fits:
         found = f"{image.dtype} {image.shape}"
         raise ValueError(f"{path}: {encoding}: expected uint{bits} of its shape, found {found}")

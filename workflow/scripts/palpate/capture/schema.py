@@ -1,6 +1,7 @@
 """Read YAML that people write, and hold it to a JSON schema."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -73,12 +74,30 @@ def validate(value: Any, schema: str | Path, source: str) -> list[str]:
     """
     errors = _validator(Path(schema)).iter_errors(value)
     lines = [line for error in errors for line in _lines(error, source)]
+    lines += _beyond_json(value, source, "")
     return sorted(dict.fromkeys(lines))
 
 
 @cache
 def _validator(schema: Path) -> jsonschema.protocols.Validator:
     return jsonschema.Draft202012Validator(load_yaml(schema))
+
+
+def _beyond_json(value: Any, source: str, field: str) -> Iterator[str]:
+    """Lines for what YAML can say and a JSON schema can't hold: other keys than texts, no number.
+
+    YAML reads the key 01 as the number 1, which is no point's name.
+    """
+    if isinstance(value, Mapping):
+        for key, content in value.items():
+            if not isinstance(key, str):
+                yield _line(source, field, str(key), "a key in quotes", f"the bare {key}")
+            yield from _beyond_json(content, source, f"{field}.{key}".lstrip("."))
+    elif isinstance(value, list):
+        for index, content in enumerate(value):
+            yield from _beyond_json(content, source, f"{field}.{index}".lstrip("."))
+    elif isinstance(value, float) and not math.isfinite(value):
+        yield _line(source, field, "", "a finite number", str(value))
 
 
 def _lines(error: jsonschema.ValidationError, source: str) -> list[str]:

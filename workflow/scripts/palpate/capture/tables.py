@@ -11,6 +11,8 @@ FRAMES = "frames.csv"
 FORCE = "force.csv"
 GAUGE_COLUMNS = ("v0", "v1", "v2", "v3", "v4", "v5")
 WRENCH_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
+# From here on nine significant digits are coarser than a microsecond: clocks that count from 1970.
+LARGE = 1000.0
 STREAMS = {
     "stereo": ("left", "right"),
     "structured_light": ("color", "depth"),
@@ -64,6 +66,11 @@ def read_table(path: str | Path) -> pd.DataFrame:
 
 
 def write_table(path: str | Path, table: pd.DataFrame) -> None:
-    """Write a CSV table whole or not at all, numbers with nine significant digits."""
+    """Write a CSV table whole or not at all, its numbers as `number_text` gives them."""
     with whole_file(path) as part:
-        table.to_csv(part, index=False, float_format="%.9g", lineterminator="\n")
+        table.to_csv(part, index=False, float_format=number_text, lineterminator="\n")
+
+
+def number_text(value: float) -> str:
+    """Nine significant digits, and never less than microseconds."""
+    return f"{value:.6f}" if abs(value) >= LARGE else f"{value:.9g}"

@@ -1,0 +1,83 @@
+"""Tables: round trips, numbers that keep their worth, whole or absent."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from palpate.capture.tables import (
+    image_streams,
+    number_text,
+    read_force,
+    read_frames,
+    write_force,
+    write_frames,
+)
+
+FRAME_STEP_S = 1 / 30
+
+
+def frames_table(start_s=0.0):
+    time_s = start_s + FRAME_STEP_S * np.arange(5)
+    files = [f"{k:06d}.png" for k in range(5)]
+    return pd.DataFrame({"frame": range(5), "time_s": time_s, "left": files, "right": files})
+
+
+@pytest.mark.parametrize("start_s", [-0.3, 0.0, 999.99, 1712345678.25])
+def test_times_keep_a_microsecond_whenever_the_clock_began(tmp_path, start_s):
+    table = frames_table(start_s)
+    write_frames(tmp_path, table)
+    assert np.abs(read_frames(tmp_path)["time_s"] - table["time_s"]).max() <= 1e-6
+
+
+def test_round_trip_of_frames_is_exact_in_bytes(tmp_path):
+    write_frames(tmp_path, frames_table(1712345678.25))
+    first = (tmp_path / "frames.csv").read_bytes()
+    write_frames(tmp_path, read_frames(tmp_path))
+    assert (tmp_path / "frames.csv").read_bytes() == first
+    assert b"\r" not in first
+
+
+def test_round_trip_of_force(tmp_path):
+    values = np.random.default_rng(3).normal(size=(20, 7))
+    columns = ["time_s", "fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm"]
+    write_force(tmp_path, pd.DataFrame(values, columns=columns))
+    assert np.allclose(read_force(tmp_path).to_numpy(), values, rtol=1e-8, atol=0)
+    assert list(read_force(tmp_path).columns) == columns
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.1 + 0.2, "0.3"), (1e-12, "1e-12"), (-1234.5, "-1234.500000"), (np.nan, "nan")],
+)
+def test_number_text(value, text):
+    assert number_text(value) == text
+
+
+def test_failed_write_leaves_the_old_table(tmp_path):
+    write_frames(tmp_path, frames_table())
+    before = (tmp_path / "frames.csv").read_bytes()
+
+    class Broken(pd.DataFrame):
+        def to_csv(self, part, **options):
+            part.write_text("half")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        write_frames(tmp_path, Broken(frames_table()))
+    assert [path.name for path in tmp_path.iterdir()] == ["frames.csv"]
+    assert (tmp_path / "frames.csv").read_bytes() == before
+
+
+@pytest.mark.parametrize("content", [None, b"", b"\xff\xfe\x00a"])
+def test_no_table(tmp_path, content):
+    if content is not None:
+        (tmp_path / "force.csv").write_bytes(content)
+    with pytest.raises(ValueError, match="force.csv: file: expected a CSV table"):
+        read_force(tmp_path)
+
+
+def test_streams_of_each_kind():
+    color, depth = {"width_px": 640}, {"width_px": 512}
+    spec = {"color": color, "depth": depth}
+    assert image_streams({**spec, "kind": "stereo"}) == {"left": color, "right": color}
+    for kind in ("structured_light", "depth"):
+        assert image_streams({**spec, "kind": kind}) == spec

@@ -1,0 +1,44 @@
+"""Captures are found by looking into raw/, and by nothing else."""
+
+import pytest
+from palpate.capture.discover import CAPTURE_NAME, CaptureId, discover
+
+
+def test_finds_captures_in_order_and_passes_over_the_rest(tmp_path):
+    for folder in (
+        "foam_block/kinect/11-a03",
+        "foam_block/kinect/08",
+        "foam_block/kinect/background",
+        "foam_block/kinect/.part-09",
+        "foam_block/.hidden/08",
+        "foam_block/scans/08",
+        "apple/bumblebee/01",
+        ".part-pear/kinect/01",
+    ):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "notes.txt").write_text("")
+    (tmp_path / "foam_block/object.yaml").write_text("")
+    (tmp_path / "foam_block/kinect/notes.txt").write_text("")
+    assert discover(tmp_path) == [
+        CaptureId("apple", "bumblebee", "01"),
+        CaptureId("foam_block", "kinect", "08"),
+        CaptureId("foam_block", "kinect", "11-a03"),
+    ]
+
+
+def test_nothing_where_there_is_no_folder(tmp_path):
+    assert discover(tmp_path / "raw") == []
+
+
+@pytest.mark.parametrize(
+    ("name", "point", "attempt"), [("08", "08", ""), ("11-a03", "11", "a03"), ("p1", "p1", "")]
+)
+def test_point_and_attempt(name, point, attempt):
+    capture = CaptureId("foam_block", "kinect", name)
+    assert (capture.point, capture.attempt) == (point, attempt)
+    assert CAPTURE_NAME.fullmatch(name)
+
+
+@pytest.mark.parametrize("name", ["08-b", "08-a", "08-second try", "08_a1", "-a1", "08-a1-a2"])
+def test_names_that_the_workflow_does_not_take(name):
+    assert not CAPTURE_NAME.fullmatch(name)
