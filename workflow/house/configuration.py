@@ -5,8 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.capture.check import check_object
-from palpate.capture.discover import CaptureId, discover
+from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
 from palpate.capture.schema import load_yaml, validate
+
+from house.lab_checks import lab_problems
 
 LAB_TEMPLATE = "template.ply"
 # Snakemake leaves it in each folder that a rule wrote.
@@ -27,9 +29,9 @@ class House:
     lab : mapping or None
         The virtual lab's configuration; None where the run has only dropped captures.
     captures : tuple of CaptureId
-        All captures of the run, dropped in or to be made by the lab, sorted.
+        Captures that the run uses, dropped in or to be made by the lab, sorted.
     simulated : frozenset of CaptureId
-        Those that the lab makes.
+        All that the lab makes on demand.
     object_files : mapping
         object.yaml by name, of the objects that people recorded.
     """
@@ -44,8 +46,8 @@ class House:
 
     @property
     def objects(self) -> list[str]:
-        """Names of the objects of the run."""
-        return sorted({capture.object for capture in self.captures})
+        """Names of the objects of the run and of the lab."""
+        return sorted({capture.object for capture in {*self.captures, *self.simulated}})
 
     @property
     def simulated_captures(self) -> list[CaptureId]:
@@ -84,6 +86,15 @@ class House:
             for c in chosen
         ]
 
+    def lab_point(self, name: str, point: str) -> str:
+        """Point of an object of the lab whose mechanics a point shares: its first mirror image."""
+        spec = self.lab["objects"][name]
+        points = spec["object"]["points"]
+        if spec["shape"]["kind"] != "block":
+            return point
+        wanted = _sizes(points[point])
+        return next(other for other in sorted(points) if _sizes(points[other]) == wanted)
+
     def _provenance_of(self, name: str) -> str:
         return "simulated" if self.made_by_lab(name) else self.object_files[name]["provenance"]
 
@@ -116,6 +127,8 @@ def open_house(config: Mapping, *, source: str) -> House:
     lab = _lab(paths["lab"], problems)
     if problems:
         raise ValueError("\n".join(problems))
+    if lab is not None:
+        problems += lab_problems(lab, sensors, paths["lab"])
     problems += _ambiguous_boards(probes, paths["probes"])
     found = set(discover(Path(paths["raw"])))
 
@@ -130,7 +143,13 @@ def open_house(config: Mapping, *, source: str) -> House:
     }
     for name in sorted(filter(chosen, _objects_in(paths["raw"]))):
         problems += _problems_of(name, paths, sensors, probes, simulated - found)
-    wanted = sorted(capture for capture in found | simulated if chosen(capture.object))
+    selection = config["study"]["captures"]
+    problems += _unknown_captures(selection, simulated, source)
+    wanted = sorted(
+        capture
+        for capture in found | simulated
+        if chosen(capture.object) and (capture not in simulated or _selected(capture, selection))
+    )
     if not wanted and not problems:
         problems.append(_nothing_found(paths, config["only"]))
     if problems:
@@ -138,6 +157,30 @@ def open_house(config: Mapping, *, source: str) -> House:
     names = {capture.object for capture in wanted} - {capture.object for capture in simulated}
     files = {name: load_yaml(Path(paths["raw"]) / name / "object.yaml") for name in sorted(names)}
     return House(paths, sensors, probes, lab, tuple(wanted), frozenset(simulated), files)
+
+
+def _selected(capture: CaptureId, selection: Mapping) -> bool:
+    """Whether the study uses a recording of the lab; an object that it does not name is all used."""
+    chosen = selection.get(capture.object)
+    return chosen is None or capture.capture in chosen.get(capture.sensor, [])
+
+
+def _unknown_captures(selection: Mapping, simulated: set[CaptureId], source: str) -> list[str]:
+    """Captures of the lab's objects that the study names and nobody records."""
+    names = {capture.object for capture in simulated}
+    return [
+        f"{source}: study.captures.{name}.{sensor}: expected recordings of the lab, found {capture}"
+        for name, sensors in selection.items()
+        if name in names
+        for sensor, captures in sensors.items()
+        for capture in captures
+        if CaptureId(name, sensor, capture) not in simulated
+    ]
+
+
+def _sizes(point: Mapping) -> tuple[float, ...]:
+    """Coordinates of a point without their signs, to the micrometre."""
+    return tuple(round(abs(value), 6) for value in point["position_m"])
 
 
 def _named_files(folder: str, kind: str, problems: list[str]) -> dict[str, Mapping]:
@@ -220,7 +263,11 @@ def _ambiguous_boards(probes: Mapping, folder: str) -> list[str]:
 def _objects_in(raw: str) -> set[str]:
     folder = Path(raw)
     names = folder.iterdir() if folder.is_dir() else ()
-    return {path.name for path in names if path.is_dir() and not path.name.startswith(".")}
+    return {
+        path.name
+        for path in names
+        if path.is_dir() and not path.name.startswith(".") and path.name not in NOT_OBJECTS
+    }
 
 
 def _problems_of(

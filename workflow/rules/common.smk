@@ -23,6 +23,7 @@ RESULTS = HOUSE.paths["results"]
 LAB = f"{RESULTS}/lab"
 KEPT_MESHES = Path(HOUSE.paths["meshes"])
 ERRORS = config["error_options"]
+LAB_OBJECTS = sorted({capture.object for capture in HOUSE.simulated})
 
 
 def raw(path):
@@ -83,18 +84,72 @@ def probe_spec(wildcards):
 
 
 def lab_spec(wildcards):
-    return HOUSE.lab["objects"][wildcards.object]
+    """An object's block of lab.yaml, but for what is recorded of it."""
+    spec = HOUSE.lab["objects"][wildcards.object]
+    return {key: value for key, value in spec.items() if key not in ("recordings", "scan")}
 
 
 def lab_common(wildcards):
-    """What all objects of the lab share."""
-    return {key: value for key, value in HOUSE.lab.items() if key != "objects"}
+    """What all films of the lab share."""
+    apart = ("objects", "experiments", "simulated_block", "laser")
+    return {key: value for key, value in HOUSE.lab.items() if key not in apart}
+
+
+def lab_shape(wildcards):
+    return HOUSE.lab["objects"][wildcards.object]["shape"]
+
+
+def laser_spec(wildcards):
+    """The laser scanner, its views of an object, and the seed."""
+    scan = HOUSE.lab["objects"][wildcards.object]["scan"]
+    return HOUSE.lab["laser"] | scan | {"seed": HOUSE.lab["seed"]}
+
+
+def lab_mechanics(wildcards):
+    """What the mechanics of an object depend on."""
+    spec = lab_spec(wildcards)
+    return {key: spec[key] for key in ("shape", "material", "contact")} | {
+        "points": spec["object"]["points"]
+    }
 
 
 def ladder_of(wildcards):
-    """Mechanics of a capture's point."""
-    point = wildcards.capture.split("-")[0]
+    """Mechanics of a capture's point; mirror images of a symmetric object share one."""
+    point = HOUSE.lab_point(wildcards.object, wildcards.capture.split("-")[0])
     return truth(f"{wildcards.object}/contact-{point}.npz")
+
+
+def experiment_spec(wildcards):
+    """An experiment's block of lab.yaml, with the object's where it presses one."""
+    options = HOUSE.lab["experiments"][wildcards.experiment]
+    if "object" not in options:
+        return options
+    return options | {"spec": HOUSE.lab["objects"][options["object"]]}
+
+
+def experiment_probe(wildcards):
+    """Probe of an experiment, if it has one."""
+    options = experiment_spec(wildcards)
+    if "spec" in options:
+        return HOUSE.probes[options["spec"]["object"]["probe"]]
+    return HOUSE.probes[options["probe"]] if "probe" in options else None
+
+
+def experiment_ladder(wildcards):
+    """Mechanics of the point that an experiment presses, if it does."""
+    options = experiment_spec(wildcards)
+    if "spec" not in options:
+        return []
+    point = HOUSE.lab_point(options["object"], options["point"])
+    return truth(f"{options['object']}/contact-{point}.npz")
+
+
+def simulated_spec(wildcards):
+    return HOUSE.lab["simulated_block"]
+
+
+def simulated_mesh(wildcards):
+    return HOUSE.lab["simulated_block"]["mesh"]
 
 
 def template_of(wildcards):
@@ -183,11 +238,25 @@ def simulated_results():
 
 def lab_outputs():
     """Everything that the lab writes into raw/."""
-    made = HOUSE.simulated_captures
+    made = HOUSE.simulated
     captures = {f"{RAW}/{c.object}/{c.sensor}/{c.capture}" for c in made}
     backgrounds = {f"{RAW}/{c.object}/{c.sensor}/background" for c in made}
     objects = {f"{RAW}/{c.object}/object.yaml" for c in made}
-    return sorted(captures | backgrounds | objects)
+    scans = {f"{RAW}/{c.object}/scans" for c in made}
+    return sorted(captures | backgrounds | objects | scans) + lab_experiments()
+
+
+def lab_experiments():
+    """Recordings about the sensors and simulations, where the lab is to make them."""
+    if HOUSE.lab is None or config["only"] is not None:
+        return []
+    recordings = [
+        f"{RAW}/sensors/{sensor}/{name}"
+        for name, options in HOUSE.lab.get("experiments", {}).items()
+        for sensor in options["sensors"]
+    ]
+    simulated = [f"{RAW}/simulations/foam_block.npz"]
+    return recordings + (simulated if "simulated_block" in HOUSE.lab else [])
 
 
 def study_outputs():

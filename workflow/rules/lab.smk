@@ -9,10 +9,10 @@ rule lab_contact:
     benchmark:
         results("benchmarks/lab_contact/{object}-{point}.tsv")
     wildcard_constraints:
-        object=one_of({capture.object for capture in HOUSE.simulated}),
+        object=one_of(LAB_OBJECTS),
     params:
         code=code("lab_contact"),
-        spec=lab_spec,
+        spec=lab_mechanics,
         probe=probe_spec,
     message:
         "Lab: pressing the sphere into {wildcards.object} at point {wildcards.point}"
@@ -30,7 +30,7 @@ rule lab_object:
     benchmark:
         results("benchmarks/lab_object/{object}.tsv")
     wildcard_constraints:
-        object=one_of({capture.object for capture in HOUSE.simulated}),
+        object=one_of(LAB_OBJECTS),
     params:
         code=code("lab_object"),
         spec=lab_spec,
@@ -38,6 +38,25 @@ rule lab_object:
         "Lab: describing {wildcards.object}"
     script:
         "../scripts/lab_object.py"
+
+
+rule lab_scans:
+    output:
+        scans=directory(raw("{object}/scans")),
+    log:
+        results("logs/lab_scans/{object}.log"),
+    benchmark:
+        results("benchmarks/lab_scans/{object}.tsv")
+    wildcard_constraints:
+        object=one_of(LAB_OBJECTS),
+    params:
+        code=code("lab_scans"),
+        laser=laser_spec,
+        shape=lab_shape,
+    message:
+        "Lab: scanning {wildcards.object} with the laser"
+    script:
+        "../scripts/lab_scans.py"
 
 
 rule lab_background:
@@ -48,13 +67,12 @@ rule lab_background:
     benchmark:
         results("benchmarks/lab_background/{object}-{sensor}.tsv")
     wildcard_constraints:
-        object=one_of({capture.object for capture in HOUSE.simulated}),
+        object=one_of(LAB_OBJECTS),
     params:
         code=code("lab_background"),
         common=lab_common,
         spec=lab_spec,
         sensor=sensor_spec,
-        probe=probe_spec,
     message:
         "Lab: filming the empty table for {wildcards.object} with the {wildcards.sensor}"
     script:
@@ -72,7 +90,7 @@ rule lab_capture:
     benchmark:
         results("benchmarks/lab_capture/{object}-{sensor}-{capture}.tsv")
     wildcard_constraints:
-        object=one_of({capture.object for capture in HOUSE.simulated}),
+        object=one_of(LAB_OBJECTS),
         capture=r"(?!background$)[A-Za-z0-9]+(-a[0-9]+)?",
     params:
         code=code("lab_capture"),
@@ -84,3 +102,46 @@ rule lab_capture:
         "Lab: recording {wildcards.object}, point {wildcards.capture}, with the {wildcards.sensor}"
     script:
         "../scripts/lab_capture.py"
+
+
+rule lab_experiment:
+    input:
+        ladder=experiment_ladder,
+    output:
+        recording=directory(raw("sensors/{sensor}/{experiment}")),
+        truth=truth("sensors/{sensor}/{experiment}.npz"),
+    log:
+        results("logs/lab_experiment/{sensor}-{experiment}.log"),
+    benchmark:
+        results("benchmarks/lab_experiment/{sensor}-{experiment}.tsv")
+    wildcard_constraints:
+        experiment="calibration|workspace|cd_case|loading|planes",
+    params:
+        code=code("lab_experiment"),
+        common=lab_common,
+        experiment=experiment_spec,
+        sensor=sensor_spec,
+        probe=experiment_probe,
+    message:
+        "Lab: experiment {wildcards.experiment} with the {wildcards.sensor}"
+    script:
+        "../scripts/lab_experiment.py"
+
+
+rule lab_simulated_block:
+    input:
+        mesh=simulated_mesh,
+    output:
+        steps=raw("simulations/foam_block.npz"),
+        truth=truth("simulations/foam_block.json"),
+    log:
+        results("logs/lab_simulated_block.log"),
+    benchmark:
+        results("benchmarks/lab_simulated_block.tsv")
+    params:
+        code=code("lab_simulated_block"),
+        spec=simulated_spec,
+    message:
+        "Lab: linear FEM of the foam block of Section 3.3.2"
+    script:
+        "../scripts/lab_simulated_block.py"

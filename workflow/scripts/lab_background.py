@@ -2,20 +2,19 @@
 
 from job import run
 from palpate.capture.files import whole_folder
-from palpate.lab.record import make_rig, record_background, seed_of
+from palpate.lab.rig import make_rig, object_bench, seed_of
+from palpate.lab.scene import Scene
 
 
 def main(snakemake):
     """Write the background folder of one sensor."""
-    common, name, sensor = (
-        snakemake.params.common,
-        snakemake.wildcards.object,
-        snakemake.params.sensor,
-    )
-    rig = make_rig(common, snakemake.params.spec, sensor, name=name)
-    seed = seed_of(common, name, sensor["sensor"], "background")
+    params, name = snakemake.params, snakemake.wildcards.object
+    sensor = params.sensor["sensor"]
+    bench = object_bench(params.common, params.spec, name=name)
+    rig = make_rig(params.common, params.sensor, params.spec["cameras"][sensor], bench)
+    seed = seed_of(params.common, name, sensor, "background")
     with whole_folder(snakemake.output.background) as folder:
-        record_background(folder, rig, frames=common["background_frames"], seed=seed)
+        rig.write_still(folder, Scene(bench), frames=params.common["background_frames"], seed=seed)
 
 
 run(main, snakemake)

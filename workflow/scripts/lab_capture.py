@@ -3,16 +3,20 @@
 import numpy as np
 from job import run
 from palpate.capture.files import whole_file, whole_folder
-from palpate.lab.block import load_ladder
-from palpate.lab.record import make_rig, record_capture, seed_of
+from palpate.lab.ladder import load_ladder, mirrored
+from palpate.lab.record import record_capture
+from palpate.lab.rig import make_rig, object_bench, seed_of
 
 
 def main(snakemake):
     """Write one capture's folder and truth.npz."""
     params, wildcards = snakemake.params, snakemake.wildcards
-    rig = make_rig(params.common, params.spec, params.sensor, name=wildcards.object)
-    ladder = load_ladder(snakemake.input.ladder)
-    seed = seed_of(params.common, wildcards.object, wildcards.sensor, wildcards.capture)
+    name, sensor, capture = wildcards.object, wildcards.sensor, wildcards.capture
+    bench = object_bench(params.common, params.spec, name=name)
+    rig = make_rig(params.common, params.sensor, params.spec["cameras"][sensor], bench)
+    point = params.spec["object"]["points"][capture.split("-")[0]]["position_m"]
+    ladder = mirrored(load_ladder(snakemake.input.ladder), point)
+    seed = seed_of(params.common, name, sensor, capture)
     with whole_folder(snakemake.output.capture) as folder:
         truth = record_capture(
             folder, rig, ladder, params.common, params.spec, params.probe, seed=seed

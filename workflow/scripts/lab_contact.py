@@ -2,14 +2,15 @@
 
 from job import run
 from palpate.capture.files import whole_file
-from palpate.lab.block import press_block, save_ladder
+from palpate.lab.ladder import save_ladder
+from palpate.lab.press import press_object
 
 
 def main(snakemake):
     """Solve the contact problem of one point."""
     spec = snakemake.params.spec
-    point = spec["object"]["points"][snakemake.wildcards.point]["position_m"]
-    ladder = press_block(spec, point, snakemake.params.probe["indenter"]["radius_m"])
+    point = spec["points"][snakemake.wildcards.point]["position_m"]
+    ladder = press_object(spec, point, snakemake.params.probe["indenter"]["radius_m"])
     with whole_file(snakemake.output.ladder) as part:
         save_ladder(part, ladder)
 

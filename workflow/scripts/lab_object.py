@@ -5,7 +5,7 @@ from pathlib import Path
 
 from job import run
 from palpate.capture.files import whole_file
-from palpate.lab.record import write_object
+from palpate.lab.describe import write_object
 
 
 def main(snakemake):

@@ -6,6 +6,8 @@ from pathlib import Path
 
 BACKGROUND = "background"
 NOT_SENSORS = ("scans",)
+# Recordings about the sensors, and simulations: no objects.
+NOT_OBJECTS = ("sensors", "simulations")
 # A point, or a point and an attempt: 08, 11-a03.
 CAPTURE_NAME = re.compile("[A-Za-z0-9]+(-a[0-9]+)?")
 
@@ -35,11 +37,12 @@ def discover(raw: str | Path) -> list[CaptureId]:
     Parameters
     ----------
     raw : path
-        Folder of all objects; hidden folders, backgrounds and scans are passed over.
+        Folder of all objects; hidden folders, backgrounds, scans and what is no object are passed over.
     """
     return sorted(
         CaptureId(name.name, sensor.name, capture.name)
         for name in folders(raw)
+        if name.name not in NOT_OBJECTS
         for sensor in folders(name)
         if sensor.name not in NOT_SENSORS
         for capture in folders(sensor)

@@ -1,126 +1,55 @@
-"""The foam block pressed at a point: a ladder of depths that all its recordings share."""
+"""The foam block: graded hexahedra for its mechanics, a fine surface for its pictures."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from palpate.lab.block_mesh import BlockMesh, block_mesh, graded_axis
-from palpate.lab.contact import ContactStep, SphereContact
-from palpate.lab.material import LAWS
+from palpate.lab.model import Model
 
 VERTICAL_GROWTH = 1.6
 FINE_STEP_M = 0.0007
 FINE_REACH_M = 0.014
 FINE_GROWTH = 1.35
-# Hertz: force to the power 2/3 is about linear in depth, which interpolates well.
-FORCE_POWER = 2 / 3
 
 
-@dataclass(frozen=True)
-class ContactLadder:
-    """Force and surface of an object over a ladder of indentation depths.
-
-    Attributes
-    ----------
-    point_m : (3,) array
-        Point pressed, object frame [m].
-    depth_m : (k,) array
-        Depths, from 0 [m].
-    force_n : (k,) array
-        Force along the outward normal that the object returns [N].
-    surface_rest_m : (n, 3) array
-        Closed undeformed surface, object frame [m].
-    surface_faces : (m, 3) int array
-        Its triangles, outward.
-    surface_displacement_m : (k, n, 3) array
-        Its displacement at each depth [m].
-    """
-
-    point_m: NDArray
-    depth_m: NDArray
-    force_n: NDArray
-    surface_rest_m: NDArray
-    surface_faces: NDArray
-    surface_displacement_m: NDArray
-
-    def force_at(self, depth_m: NDArray) -> NDArray:
-        """Elastic force at depths [N]; zero before contact."""
-        curve = PchipInterpolator(self.depth_m, self.force_n**FORCE_POWER)
-        return np.maximum(curve(self._within(depth_m)), 0) ** (1 / FORCE_POWER)
-
-    def surface_at(self, depth_m: NDArray) -> NDArray:
-        """Deformed surface at depths, shape (len(depth_m), n, 3) [m]."""
-        curve = PchipInterpolator(self.depth_m, self.surface_displacement_m, axis=0)
-        return self.surface_rest_m + curve(self._within(depth_m))
-
-    def _within(self, depth_m: NDArray) -> NDArray:
-        depth = np.maximum(np.asarray(depth_m, dtype=float), 0)
-        if depth.max() > self.depth_m[-1]:
-            found = f"{depth.max():.4f}"
-            raise ValueError(f"depth: expected at most {self.depth_m[-1]:.4f} m, found {found} m")
-        return depth
-
-
-def press_block(spec: Mapping, point_m: NDArray, radius_m: float) -> ContactLadder:
-    """Press a rigid sphere into a block bonded to its support.
+def block_model(size_m: NDArray, point_m: NDArray, options: Mapping) -> Model:
+    """Discretise a block bonded to its support, pressed at a point of its top face.
 
     Where the point lies on the block's long mid-plane, half of the block is solved.
 
     Parameters
     ----------
-    spec : mapping
-        The object's block of lab.yaml: ``size_m``, ``material``, ``contact``.
+    size_m : (3,) array
     point_m : (3,) array
-        Point of the top face, object frame [m].
-    radius_m : float
-        Radius of the sphere [m].
-
-    Returns
-    -------
-    ContactLadder
+        Object frame [m].
+    options : mapping
+        ``contact`` block of lab.yaml.
 
     Raises
     ------
     ValueError
         If the point is not on the top face or the depth exceeds the block's thickness.
     """
-    size, point_m = np.array(spec["size_m"]), np.asarray(point_m, dtype=float)
-    _check(size, point_m, spec["contact"]["deepest_m"])
-    half = abs(point_m[1]) < 1e-9
-    mesh = _mesh(size, point_m, spec["contact"], half)
-    fixed = np.zeros(mesh.nodes_m.shape, dtype=bool)
-    fixed[mesh.nodes_m[:, 2] < 1e-9] = True
+    size, point = np.asarray(size_m, dtype=float), np.asarray(point_m, dtype=float)
+    _check(size, point, options["deepest_m"])
+    half = abs(point[1]) < 1e-9
+    mesh = _mesh(size, point, options, half)
+    nodes = mesh.solid.nodes_m
+    fixed = np.zeros(nodes.shape, dtype=bool)
+    fixed[nodes[:, 2] < 1e-9] = True
     if half:
-        fixed[np.abs(mesh.nodes_m[:, 1]) < 1e-9, 1] = True
-    material = spec["material"]
-    E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
-    problem = SphereContact(
-        mesh,
-        LAWS[material["law"]](E, nu),
-        point_m=point_m,
-        radius_m=radius_m,
-        stiffness_pa=E,
-        fixed=fixed,
-    )
-    step, deepest = spec["contact"]["step_m"], spec["contact"]["deepest_m"]
-    steps = problem.press(np.linspace(0, deepest, int(np.ceil(deepest / step)) + 1)[1:])
-    return _ladder(mesh, steps, size, point_m, half)
+        fixed[np.abs(nodes[:, 1]) < 1e-9, 1] = True
+    rest, faces = fine_surface(size, point)
+    axes = list(mesh.axes_m)
+    if half:
+        axes[1] = np.concatenate([-axes[1][:0:-1], axes[1]])
 
+    def sample(displacement_m: NDArray) -> NDArray:
+        return _sample(axes, _grid_field(mesh, displacement_m, half), rest)
 
-def save_ladder(path: str | Path, ladder: ContactLadder) -> None:
-    """Write a ladder as NPZ."""
-    with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, **vars(ladder))
-
-
-def load_ladder(path: str | Path) -> ContactLadder:
-    """Read a ladder that `save_ladder` wrote."""
-    with np.load(path, allow_pickle=False) as data:
-        return ContactLadder(**{name: data[name] for name in data.files})
+    return Model(mesh.solid, fixed, (), 2.0 if half else 1.0, rest, faces, sample)
 
 
 def _check(size: NDArray, point: NDArray, deepest_m: float) -> None:
@@ -137,26 +66,6 @@ def _mesh(size: NDArray, point: NDArray, options: Mapping, half: bool) -> BlockM
     y = graded_axis(0.0 if half else -size[1] / 2, size[1] / 2, point[1], smallest, growth)
     z = graded_axis(0.0, size[2], size[2], smallest, VERTICAL_GROWTH)
     return block_mesh(x, y, z, reach_m=options["reach_m"], centre_m=point[:2])
-
-
-def _ladder(
-    mesh: BlockMesh, steps: list[ContactStep], size: NDArray, point: NDArray, half: bool
-) -> ContactLadder:
-    rest, faces = fine_surface(size, point)
-    fields = [_grid_field(mesh, step.displacement_m, half) for step in steps]
-    axes = list(mesh.axes_m)
-    if half:
-        axes[1] = np.concatenate([-axes[1][:0:-1], axes[1]])
-    displacement = np.stack([np.zeros_like(rest), *(_sample(axes, f, rest) for f in fields)])
-    share = 2.0 if half else 1.0
-    return ContactLadder(
-        point_m=point,
-        depth_m=np.array([0.0, *(step.depth_m for step in steps)]),
-        force_n=np.array([0.0, *(-share * step.force_n[2] for step in steps)]),
-        surface_rest_m=rest,
-        surface_faces=faces,
-        surface_displacement_m=displacement,
-    )
 
 
 def _grid_field(mesh: BlockMesh, displacement: NDArray, half: bool) -> NDArray:

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import Basis, ElementHex2, FacetBasis, MeshHex
+from skfem import ElementHex2, MeshHex
+
+from palpate.lab.mesh import SolidMesh, solid_mesh
 
 CONTACT_QUADRATURE = 10
 VOLUME_QUADRATURE = 4
@@ -20,42 +22,13 @@ class BlockMesh:
         Node coordinates along x, y and z, vertices and midpoints in turn [m].
     grid : (nx, ny, nz) int array
         Number of the node at each place of the tensor grid.
-    nodes_m : (n, 3) array
-        Node coordinates [m].
-    elements : (m, 27) int array
-        Nodes of each hexahedron.
-    gradients : (m, q, 27, 3) array
-        Gradients of the shape functions at the quadrature points [1/m].
-    weights_m3 : (m, q) array
-        Quadrature weights.
-    top : TopFace
+    solid : SolidMesh
+        With the patch ``top``.
     """
 
     axes_m: tuple[NDArray, NDArray, NDArray]
     grid: NDArray
-    nodes_m: NDArray
-    elements: NDArray
-    gradients: NDArray
-    weights_m3: NDArray
-    top: "TopFace"
-
-
-@dataclass(frozen=True)
-class TopFace:
-    """Quadrature of the facets that the sphere can touch.
-
-    Attributes
-    ----------
-    nodes : (f, 27) int array
-        Nodes of the hexahedron below each facet.
-    shapes : (f, q, 27) array
-        Shape functions at the quadrature points.
-    weights_m2 : (f, q) array
-    """
-
-    nodes: NDArray
-    shapes: NDArray
-    weights_m2: NDArray
+    solid: SolidMesh
 
 
 def graded_axis(
@@ -82,20 +55,20 @@ def block_mesh(
         x and y of the contact [m].
     """
     mesh = MeshHex.init_tensor(x, y, z)
-    volume = Basis(mesh, ElementHex2(), intorder=VOLUME_QUADRATURE)
-    gradients = np.stack([field[0].grad for field in volume.basis])
-    nodes = volume.doflocs.T
-    axes = tuple(np.unique(np.round(nodes[:, k], 12)) for k in range(3))
-    top = _top_face(mesh, z[-1], reach_m, centre_m)
-    return BlockMesh(
-        axes,
-        _grid_of(nodes, axes),
-        nodes,
-        volume.element_dofs.T,
-        np.ascontiguousarray(gradients.transpose(2, 3, 0, 1)),
-        volume.dx,
-        top,
+
+    def near(x: NDArray) -> NDArray:
+        distance = np.hypot(x[0] - centre_m[0], x[1] - centre_m[1])
+        return (np.abs(x[2] - z[-1]) < 1e-9) & (distance < reach_m)
+
+    solid = solid_mesh(
+        mesh,
+        ElementHex2(),
+        {"top": mesh.facets_satisfying(near, boundaries_only=True)},
+        volume_order=VOLUME_QUADRATURE,
+        facet_order=CONTACT_QUADRATURE,
     )
+    axes = tuple(np.unique(np.round(solid.nodes_m[:, k], 12)) for k in range(3))
+    return BlockMesh(axes, _grid_of(solid.nodes_m, axes), solid)
 
 
 def _graded(length: float, smallest: float, growth: float) -> NDArray:
@@ -112,15 +85,3 @@ def _grid_of(nodes: NDArray, axes: tuple) -> NDArray:
     grid = np.empty([len(axis) for axis in axes], dtype=int)
     grid[tuple(places)] = np.arange(len(nodes))
     return grid
-
-
-def _top_face(mesh: MeshHex, height: float, reach_m: float, centre_m: NDArray) -> TopFace:
-    def near(x: NDArray) -> NDArray:
-        distance = np.hypot(x[0] - centre_m[0], x[1] - centre_m[1])
-        return (np.abs(x[2] - height) < 1e-9) & (distance < reach_m)
-
-    facets = mesh.facets_satisfying(near, boundaries_only=True)
-    basis = FacetBasis(mesh, ElementHex2(), facets=facets, intorder=CONTACT_QUADRATURE)
-    shapes = np.stack([np.asarray(field[0].value) for field in basis.basis], axis=-1)
-    shapes = np.broadcast_to(shapes, (*basis.dx.shape, shapes.shape[-1]))
-    return TopFace(basis.element_dofs.T, np.ascontiguousarray(shapes), basis.dx)

@@ -1,26 +1,30 @@
-"""A rigid sphere pressed into a soft block: finite strain, frictionless penalty contact.
+"""A soft solid between rigid obstacles: finite strain, penalty contact, Coulomb friction.
 
-Total Lagrangian, quadratic hexahedra. The sphere goes down in steps; each is solved by Newton's
+Total Lagrangian with quadratic elements. The sphere goes down in steps; each is solved by Newton's
 method and halved when that fails. The estimators share none of this code.
 """
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pypardiso import PyPardisoSolver
-from scipy import sparse
 
-from palpate.lab.block_mesh import BlockMesh
 from palpate.lab.material import Law
+from palpate.lab.mesh import SolidMesh
+from palpate.lab.obstacle import Sphere, Table
+from palpate.lab.tangent import TangentSolver
 
-SYMMETRIC_INDEFINITE = -2
-# Penalty stiffness over E / R; penetration stays below a hundredth of a millimetre.
+# Penalty stiffness over E / R; penetration stays below a hundredth of a millimetre or two.
 PENALTY_FACTOR = 1500.0
-NEWTON_STEPS = 25
+STICKING_FACTOR = 0.1
+NEWTON_STEPS = 30
 RESIDUAL_TOLERANCE = 1e-7
+# Relative residual below which the tangent takes in the turning of the normals.
+SETTLED = 0.1
 SMALLEST_STEP_M = 2e-5
+Obstacle = Sphere | Table
 
 
 @dataclass(frozen=True)
@@ -30,39 +34,52 @@ class ContactStep:
     Attributes
     ----------
     depth_m : float
-        How far the sphere's lowest point lies below the undeformed surface [m].
+        How far the sphere went down since it first touched [m].
     displacement_m : (n, 3) array
         Nodal displacements [m].
-    force_n : (3,) array
-        Force of the sphere on the block [N].
+    forces_n : (k, 3) array
+        Force of each obstacle on the object [N].
     energy_j : float
         Stored elastic energy [J].
     penetration_m : float
-        Largest overlap of sphere and surface [m].
+        Largest overlap of object and obstacles [m].
     support_n : (3,) array
-        Reaction of the support on the block [N].
+        Reaction of the held nodes on the object [N].
     """
 
     depth_m: float
     displacement_m: NDArray
-    force_n: NDArray
+    forces_n: NDArray
     energy_j: float
     penetration_m: float
     support_n: NDArray
 
 
-class SphereContact:
-    """Boundary value problem of a block under a rigid sphere.
+@dataclass
+class Grip:
+    """What friction remembers of the last equilibrium, at an obstacle's quadrature points.
+
+    Attributes
+    ----------
+    offset_m : (f, q, 3) array
+        Position relative to the obstacle [m].
+    traction_pa : (f, q, 3) array
+    """
+
+    offset_m: NDArray
+    traction_pa: NDArray
+
+
+class ContactProblem:
+    """Boundary value problem of a solid that a sphere presses.
 
     Parameters
     ----------
-    mesh : BlockMesh
+    mesh : SolidMesh
     law : callable
         Hyperelastic law (`palpate.lab.material`).
-    point_m : (3,) array
-        Point of the undeformed surface that the sphere touches first [m].
-    radius_m : float
-        Radius of the sphere [m].
+    obstacles : sequence of Sphere and Table
+        The sphere first.
     stiffness_pa : float
         Young's modulus, for the penalty's scale [Pa].
     fixed : (n, 3) bool array
@@ -71,36 +88,39 @@ class SphereContact:
 
     def __init__(
         self,
-        mesh: BlockMesh,
+        mesh: SolidMesh,
         law: Law,
+        obstacles: Sequence[Obstacle],
         *,
-        point_m: NDArray,
-        radius_m: float,
         stiffness_pa: float,
         fixed: NDArray,
     ) -> None:
-        self.mesh, self.law = mesh, law
-        self.point_m, self.radius_m = np.asarray(point_m, dtype=float), radius_m
-        self.penalty = PENALTY_FACTOR * stiffness_pa / radius_m
+        self.mesh, self.law, self.obstacles = mesh, law, tuple(obstacles)
+        self.penalty = PENALTY_FACTOR * stiffness_pa / obstacles[0].radius_m
+        self.largest_move_m = obstacles[0].radius_m / 3
         self.fixed = fixed.ravel()
         self.free = np.flatnonzero(~self.fixed)
-        self.solver = PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
-        self.element_dofs = _dofs(mesh.elements)
-        self.facet_dofs = _dofs(mesh.top.nodes)
+        self.tangent = TangentSolver(mesh.elements, self.fixed)
+        self.iterations = 0
 
     def press(self, depths_m: NDArray) -> list[ContactStep]:
-        """Press the sphere to each of the increasing depths [m]."""
+        """Press the sphere to each of the increasing depths [m].
+
+        Raises
+        ------
+        ValueError
+            If no equilibrium is found beyond a depth.
+        """
         u = np.zeros(self.fixed.size)
-        before, depth = u, 0.0
-        steps, step_before = [], None
+        before, depth, step_before = u, 0.0, None
+        grips = self._grips(u, 0.0, None)
+        steps = []
         for wanted in depths_m:
             while depth < wanted - 1e-12:
                 step = wanted - depth
                 while True:
                     guess = u + (u - before) * (step / step_before) if step_before else u
-                    solved = self._solve(guess, depth + step)
-                    if solved is None:
-                        solved = self._solve(u, depth + step)
+                    solved = self._solve(guess, depth + step, grips)
                     if solved is not None:
                         break
                     step /= 2
@@ -108,73 +128,133 @@ class SphereContact:
                         raise ValueError(f"contact: no equilibrium beyond depth {depth:.5f} m")
                 before, u = u, solved
                 step_before, depth = step, depth + step
-            steps.append(self._describe(u, depth))
-            logging.info("depth %.2f mm: %.4f N", depth * 1e3, -steps[-1].force_n[2])
+                grips = self._grips(u, depth, grips)
+            steps.append(self._describe(u, depth, grips))
+            found = -steps[-1].forces_n[0, 2]
+            logging.info("depth %.2f mm: %.4f N (%d)", depth * 1e3, found, self.iterations)
         return steps
 
-    def _solve(self, u: NDArray, depth_m: float) -> NDArray | None:
+    def _solve(self, u: NDArray, depth_m: float, grips: list) -> NDArray | None:
         """Newton's method from a guess; None when it fails."""
-        u = u.copy()
+        u, settled = u.copy(), False
         for _ in range(NEWTON_STEPS):
             try:
-                internal, stiffness = self._elastic(u)
+                internal, blocks = self._elastic(u)
             except FloatingPointError:
                 return None
-            contact, contact_stiffness, _ = self._contact(u, depth_m)
+            contact, patches, _ = self._contact(u, depth_m, grips, turning=settled)
             residual = (internal - contact)[self.free]
             scale = max(np.abs(contact).sum(), 1e-6)
-            if np.abs(residual).sum() < RESIDUAL_TOLERANCE * scale:
+            error = np.abs(residual).sum() / scale
+            if error < RESIDUAL_TOLERANCE:
                 return u
-            K = (stiffness + contact_stiffness)[self.free][:, self.free]
-            step = self.solver.solve(sparse.triu(K, format="csr"), residual)
-            u[self.free] -= step * min(1.0, self.radius_m / 3 / max(np.abs(step).max(), 1e-12))
+            settled = error < SETTLED
+            step = self.tangent.solve([(np.arange(len(blocks)), blocks), *patches], residual)
+            self.iterations += 1
+            u[self.free] -= step * min(1.0, self.largest_move_m / max(np.abs(step).max(), 1e-12))
         return None
 
-    def _elastic(self, u: NDArray) -> tuple[NDArray, sparse.csr_matrix]:
-        """Internal nodal forces [N] and tangent stiffness [N/m]."""
+    def _elastic(self, u: NDArray) -> tuple[NDArray, NDArray]:
+        """Internal nodal forces [N] and tangent stiffness of each element [N/m]."""
         mesh = self.mesh
         _, P, A = self.law(self._gradient(u))
-        P, A = (
-            P * mesh.weights_m3[..., None, None],
-            A * mesh.weights_m3[..., None, None, None, None],
-        )
+        P = P * mesh.weights_m3[..., None, None]
+        A = A * mesh.weights_m3[..., None, None, None, None]
+        count, points, nodes, _ = mesh.gradients.shape
         forces = np.einsum("eqaJ,eqiJ->eai", mesh.gradients, P, optimize=True)
         right = np.einsum("eqiJkL,eqbL->eqJibk", A, mesh.gradients, optimize=True)
-        count, points = mesh.weights_m3.shape
-        left = mesh.gradients.transpose(0, 2, 1, 3).reshape(count, 27, points * 3)
-        blocks = left @ right.reshape(count, points * 3, 3 * 27 * 3)
-        return self._gathered(forces, blocks.reshape(count, 81, 81), self.element_dofs)
+        left = mesh.gradients.transpose(0, 2, 1, 3).reshape(count, nodes, points * 3)
+        blocks = left @ right.reshape(count, points * 3, 9 * nodes)
+        return self.tangent.gathered(forces), blocks.reshape(count, 3 * nodes, 3 * nodes)
 
-    def _contact(self, u: NDArray, depth_m: float) -> tuple[NDArray, sparse.csr_matrix, float]:
-        """Nodal forces of the sphere [N], their tangent (negated) [N/m], largest overlap [m]."""
-        top = self.mesh.top
-        positions = (self.mesh.nodes_m + u.reshape(-1, 3))[top.nodes]
-        offset = top.shapes @ positions - self._centre(depth_m)
-        distance = np.linalg.norm(offset, axis=-1)
-        normal = offset / distance[..., None]
-        overlap = np.maximum(self.radius_m - distance, 0.0)
-        pressure = self.penalty * overlap * top.weights_m2
-        forces = np.einsum("fqa,fqi->fai", top.shapes, pressure[..., None] * normal)
+    def _contact(
+        self, u: NDArray, depth_m: float, grips: list, *, turning: bool = True
+    ) -> tuple[NDArray, list, float]:
+        """Nodal forces of all obstacles [N], their tangents (negated) [N/m], largest overlap [m].
+
+        The turning of the normals is part of the tangent, but a guess's overlap stands for a
+        pressure far beyond the object's, and with it the matrix loses its definiteness.
+        """
+        total, blocks, overlap = np.zeros_like(u), [], 0.0
+        for obstacle, grip in zip(self.obstacles, grips, strict=True):
+            force, block, _, deepest = self._touch(obstacle, grip, u, depth_m, turning)
+            total += force
+            blocks.append(block)
+            overlap = max(overlap, deepest)
+        return total, blocks, overlap
+
+    def _touch(
+        self, obstacle: Obstacle, grip: Grip | None, u: NDArray, depth_m: float, turning: bool
+    ) -> tuple[NDArray, tuple, NDArray, float]:
+        """Nodal forces, tangent blocks with their elements, tractions and overlap of an obstacle."""
+        patch, positions = self._positions(obstacle, u)
+        gap, normal, curvature = obstacle.gap(positions, depth_m)
+        pressure = self.penalty * np.maximum(-gap, 0.0)
         outer = normal[..., :, None] * normal[..., None, :]
-        touching = (overlap > 0) * self.penalty * top.weights_m2
-        tangent = touching[..., None, None] * outer
-        tangent -= (pressure / distance)[..., None, None] * (np.eye(3) - outer)
-        blocks = np.einsum("fqa,fqij,fqb->faibj", top.shapes, tangent, top.shapes, optimize=True)
-        size = 3 * top.nodes.shape[1]
-        gathered = self._gathered(forces, blocks.reshape(-1, size, size), self.facet_dofs)
-        return *gathered, float(overlap.max())
+        across = np.eye(3) - outer
+        stiffness = ((gap < 0) * self.penalty)[..., None, None] * outer
+        if turning:
+            stiffness = stiffness - (pressure * curvature)[..., None, None] * across
+        traction = np.zeros_like(positions)
+        if grip is not None and obstacle.friction:
+            moved = positions - obstacle.place(depth_m) - grip.offset_m
+            traction, sticking = self._friction(obstacle, grip, across, pressure, moved)
+            stiffness = stiffness + sticking
+        load = (pressure[..., None] * normal + traction) * patch.weights_m2[..., None]
+        stiffness = stiffness * patch.weights_m2[..., None, None]
+        forces = np.einsum("fqa,fqi->fai", patch.shapes, load)
+        size = 3 * patch.shapes.shape[2]
+        blocks = np.einsum("fqa,fqij,fqb->faibj", patch.shapes, stiffness, patch.shapes, optimize=True)
+        gathered = self.tangent.gathered(forces, patch.elements)
+        blocks = (patch.elements, blocks.reshape(-1, size, size))
+        return gathered, blocks, traction, float(max(-gap.min(), 0))
 
-    def _describe(self, u: NDArray, depth_m: float) -> ContactStep:
+    def _friction(
+        self, obstacle: Obstacle, grip: Grip, across: NDArray, pressure: NDArray, moved: NDArray
+    ) -> tuple[NDArray, NDArray]:
+        """Tangential tractions [Pa] and their tangent (symmetric part, negated)."""
+        sticking = STICKING_FACTOR * self.penalty
+        trial = np.einsum("...ij,...j->...i", across, grip.traction_pa - sticking * moved)
+        size, limit = np.linalg.norm(trial, axis=-1), obstacle.friction * pressure
+        share = np.minimum(1.0, limit / np.maximum(size, 1e-12))
+        along = trial / np.maximum(size, 1e-12)[..., None]
+        slips = (share < 1)[..., None, None]
+        tangent = across - slips * along[..., :, None] * along[..., None, :]
+        return share[..., None] * trial, sticking * share[..., None, None] * tangent
+
+    def _grips(self, u: NDArray, depth_m: float, grips: list | None) -> list[Grip | None]:
+        """What friction remembers of an equilibrium."""
+        found = []
+        for k, obstacle in enumerate(self.obstacles):
+            if not obstacle.friction:
+                found.append(None)
+                continue
+            _, positions = self._positions(obstacle, u)
+            before = grips[k] if grips else None
+            _, _, traction, _ = self._touch(obstacle, before, u, depth_m, turning=True)
+            found.append(Grip(positions - obstacle.place(depth_m), traction))
+        return found
+
+    def _positions(self, obstacle: Obstacle, u: NDArray) -> tuple:
+        patch = self.mesh.patches[obstacle.patch]
+        nodes = self.mesh.elements[patch.elements]
+        return patch, patch.shapes @ (self.mesh.nodes_m + u.reshape(-1, 3))[nodes]
+
+    def _describe(self, u: NDArray, depth_m: float, grips: list) -> ContactStep:
         W, _, _ = self.law(self._gradient(u))
         internal, _ = self._elastic(u)
-        contact, _, overlap = self._contact(u, depth_m)
+        touches = [
+            self._touch(obstacle, grip, u, depth_m, turning=True)
+            for obstacle, grip in zip(self.obstacles, grips, strict=True)
+        ]
+        contact = sum(touch[0] for touch in touches)
         support = np.where(self.fixed, internal - contact, 0.0).reshape(-1, 3).sum(axis=0)
         return ContactStep(
             depth_m,
             u.reshape(-1, 3),
-            contact.reshape(-1, 3).sum(axis=0),
+            np.array([touch[0].reshape(-1, 3).sum(axis=0) for touch in touches]),
             float((W * self.mesh.weights_m3).sum()),
-            overlap,
+            max(touch[3] for touch in touches),
             support,
         )
 
@@ -182,19 +262,3 @@ class SphereContact:
         """Deformation gradients at the quadrature points, (m, q, 3, 3)."""
         local = u.reshape(-1, 3)[self.mesh.elements]
         return np.einsum("eai,eqaJ->eqiJ", local, self.mesh.gradients, optimize=True) + np.eye(3)
-
-    def _centre(self, depth_m: float) -> NDArray:
-        return self.point_m + [0.0, 0.0, self.radius_m - depth_m]
-
-    def _gathered(
-        self, forces: NDArray, blocks: NDArray, dofs: NDArray
-    ) -> tuple[NDArray, sparse.csr_matrix]:
-        size = self.fixed.size
-        total = np.bincount(dofs.ravel(), forces.reshape(len(dofs), -1).ravel(), minlength=size)
-        rows = np.repeat(dofs, dofs.shape[1], axis=1).ravel()
-        columns = np.tile(dofs, (1, dofs.shape[1])).ravel()
-        return total, sparse.csr_matrix((blocks.ravel(), (rows, columns)), shape=(size, size))
-
-
-def _dofs(nodes: NDArray) -> NDArray:
-    return (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), -1)

@@ -1,4 +1,4 @@
-"""Hyperelastic law of the lab's objects."""
+"""Hyperelastic laws of the lab's objects."""
 
 from collections.abc import Callable
 
@@ -60,4 +60,45 @@ def neo_hookean(E: float, nu: float) -> Law:
     return law
 
 
-LAWS = {"neo_hookean": neo_hookean}
+def blatz_ko(E: float, nu: float) -> Law:
+    """Foam law of Blatz and Ko 1962 with their f = 0 (polyurethane foam).
+
+    W = mu/2 [I2/I3 - 3 + (J^(2 beta) - 1)/beta] with beta = nu/(1 - 2 nu): the law of Ogden and
+    Hill with the one exponent -2. It softens in compression.
+
+    Parameters
+    ----------
+    E, nu : float
+        Young's modulus [Pa] and Poisson's ratio at small strain; nu > 0.
+
+    Returns
+    -------
+    callable
+        As `neo_hookean`.
+    """
+    lam, mu = lame(E, nu)
+    if not lam > 0:
+        raise ValueError(f"poisson_ratio: expected 0 < nu < 0.5 for blatz_ko, found {nu}")
+    beta = lam / (2 * mu)
+
+    def law(F: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        J = np.linalg.det(F)
+        if J.min() <= 0:
+            raise FloatingPointError("an element is turned inside out")
+        G = np.linalg.inv(F)
+        GT = np.swapaxes(G, -2, -1)
+        M, B = G @ GT, GT @ G
+        N, power = GT @ M, (J ** (2 * beta))[..., None, None]
+        W = mu / 2 * (np.trace(M, axis1=-2, axis2=-1) - 3 + (power[..., 0, 0] - 1) / beta)
+        P = mu * (power * GT - N)
+        power = power[..., None, None]
+        A = np.einsum("...Li,...kJ->...iJkL", G, N) + np.einsum("...iL,...Jk->...iJkL", N, G)
+        A += np.einsum("...ik,...JL->...iJkL", B, M)
+        A += 2 * beta * power * np.einsum("...Ji,...Lk->...iJkL", G, G)
+        A -= power * np.einsum("...Jk,...Li->...iJkL", G, G)
+        return W, P, mu * A
+
+    return law
+
+
+LAWS = {"neo_hookean": neo_hookean, "blatz_ko": blatz_ko}

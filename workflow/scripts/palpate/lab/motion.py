@@ -50,7 +50,7 @@ class Hand:
     facing : (3,) array
         Horizontal unit vector from the object to the camera; the marker faces it.
     rng : numpy.random.Generator
-        Draws the tilt and the tremor.
+        Draws the tilt, the tremor, the pace and the depth.
     """
 
     def __init__(
@@ -66,6 +66,8 @@ class Hand:
         self.point_m, self.facing = np.asarray(point_m), np.asarray(facing)
         self.tilt_rad = np.deg2rad(options["tilt_deg"]) * rng.uniform(-1, 1, 2)
         self.tones = _Tones(rng, channels=5)
+        self.pace = 1 + options["pace_spread"] * rng.uniform(-1, 1)
+        self.depth_m = options["depth_m"] * (1 - options["depth_spread"] * rng.uniform(0, 1))
 
     def at(self, time_s: NDArray) -> ProbeMotion:
         """Where the probe is at times [s]."""
@@ -77,20 +79,30 @@ class Hand:
         sideways = tremor[:, 1:3] * o["lateral_tremor_m"] * free[:, None]
         tip = self.point_m + np.column_stack([sideways, self.radius_m - depth])
         tilt = self.tilt_rad + tremor[:, 3:5] * np.deg2rad(o["tilt_tremor_deg"])
-        return ProbeMotion(time_s, depth, tip, self._rotation(tilt))
+        return ProbeMotion(time_s, depth, tip, upright(self.facing, tilt))
 
     def _depth(self, time_s: NDArray) -> NDArray:
         o = self.options
         start = o["rest_s"]
         approach = _minimum_jerk((time_s - start) / o["approach_s"])
-        press = _ramped((time_s - start - o["approach_s"]) / o["press_s"])
+        press = _ramped((time_s - start - o["approach_s"]) / (o["press_s"] * self.pace))
         above = o["approach_m"] - HOVER_M
-        return -o["approach_m"] + above * approach + (o["depth_m"] + HOVER_M) * press
+        return -o["approach_m"] + above * approach + (self.depth_m + HOVER_M) * press
 
-    def _rotation(self, tilt: NDArray) -> NDArray:
-        untilted = np.column_stack([np.cross(self.facing, DOWN), self.facing, DOWN])
-        vectors = np.column_stack([tilt, np.zeros(len(tilt))])
-        return Rotation.from_rotvec(vectors).as_matrix() @ untilted
+
+def upright(facing: NDArray, tilt_rad: NDArray) -> NDArray:
+    """Rotations of a probe that points down with its marker to a side, tilted, (n, 3, 3).
+
+    Parameters
+    ----------
+    facing : (3,) array
+        Horizontal unit vector that the marker looks along.
+    tilt_rad : (n, 2) array
+        Rotation vectors about the object's x and y [rad].
+    """
+    untilted = np.column_stack([np.cross(facing, DOWN), facing, DOWN])
+    vectors = np.column_stack([tilt_rad, np.zeros(len(tilt_rad))])
+    return Rotation.from_rotvec(vectors).as_matrix() @ untilted
 
 
 class _Tones:

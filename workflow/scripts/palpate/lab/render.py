@@ -6,25 +6,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.lab.scene import (
-    BOARD,
-    OBJECT,
-    PLAIN,
-    PROBE_PARTS,
-    SPHERE,
-    TABLE,
-    Bench,
-    Scene,
-    barycentric,
-    block_colour,
-    board_colour,
-    table_colour,
-)
+from palpate.lab.part import OBJECT, PROBE_PARTS
+from palpate.lab.scene import Scene
+from palpate.lab.surface_look import look_at_hits
 from palpate.vision.camera import PinholeCamera
 
 RAYS_AT_ONCE = 400_000
 LIFT_M = 2e-5
-SHININESS = 40.0
 # How far around a changed pixel the soft edge of its shadow reaches [px].
 SHADOW_EDGE_PX = 13
 
@@ -77,7 +65,7 @@ class Layer:
     colour : (h, w, 3) float32 array
         Linear radiance.
     kind : (h, w) int8 array
-        What each pixel's centre sees (`palpate.lab.scene`), -1 for nothing.
+        What each pixel's centre sees (`palpate.lab.part`), -1 for nothing.
     lit : (h, w) bool array
         Whether the key light's centre reaches it.
     """
@@ -98,12 +86,12 @@ def look_at(target_m: NDArray, *, distance_m: float, elevation_deg: float) -> ND
     return pose
 
 
-def render(view: View, scene: Scene, bench: Bench, light: Light, *, samples: int) -> Layer:
+def render(view: View, scene: Scene, light: Light, *, samples: int) -> Layer:
     """Render a whole picture with samples x samples rays a pixel."""
     camera = view.camera
     pixels = camera.pixel_grid()
     kind, lit = _at_centres(view, scene, light, pixels)
-    colour = _supersampled(view, scene, bench, light, pixels, samples)
+    colour = _supersampled(view, scene, light, pixels, samples)
     shape = (camera.height_px, camera.width_px)
     return Layer(colour.reshape(*shape, 3), kind.reshape(shape), lit.reshape(shape))
 
@@ -111,26 +99,28 @@ def render(view: View, scene: Scene, bench: Bench, light: Light, *, samples: int
 def render_change(
     view: View,
     scene: Scene,
-    bench: Bench,
     light: Light,
     still: Layer,
     boxes_px: list[tuple[int, int, int, int]],
     *,
-    moved_m: tuple[NDArray, float],
+    moved_m: NDArray | None,
+    still_m: float,
     samples: int,
 ) -> Layer:
     """Render again what the probe, its shadow or the dent changed of a still picture.
 
     Parameters
     ----------
-    view, scene, bench, light
+    view, scene, light
         The moment to render.
     still : Layer
         The same view without the probe.
     boxes_px : list of (left, top, right, bottom)
         Parts of the picture where anything can have changed [px].
-    moved_m : ((3,) array, float)
-        Centre and radius of the region of the object that deforms [m].
+    moved_m : (n,) array or None
+        How far each vertex of the object is from its place in the still picture [m].
+    still_m : float
+        Moves up to this do not count [m].
     samples : int
         Rays a pixel along each side.
 
@@ -146,13 +136,14 @@ def render_change(
     kind, lit = still.kind.copy(), still.lit.copy()
     kind[rows, columns], lit[rows, columns] = _at_centres(view, scene, light, pixels)
     changed = (kind != still.kind) | (lit != still.lit) | np.isin(kind, PROBE_PARTS)
-    changed[rows, columns] |= _near(view, scene, pixels, *moved_m)
+    if moved_m is not None:
+        changed[rows, columns] |= _on_moved(view, scene, pixels, moved_m > still_m)
     edge = np.ones((SHADOW_EDGE_PX, SHADOW_EDGE_PX), np.uint8)
     changed = cv2.dilate(changed.astype(np.uint8), edge) > 0
     rows, columns = np.nonzero(changed)
     pixels = np.column_stack([columns, rows]).astype(float)
     colour = still.colour.copy()
-    colour[rows, columns] = _supersampled(view, scene, bench, light, pixels, samples)
+    colour[rows, columns] = _supersampled(view, scene, light, pixels, samples)
     return Layer(colour, kind, lit)
 
 
@@ -176,15 +167,16 @@ def _at_centres(view: View, scene: Scene, light: Light, pixels: NDArray) -> tupl
     return hits["kind"].astype(np.int8), lit
 
 
-def _near(view: View, scene: Scene, pixels: NDArray, centre: NDArray, radius: float) -> NDArray:
+def _on_moved(view: View, scene: Scene, pixels: NDArray, moved: NDArray) -> NDArray:
     origin, directions = view.rays(pixels)
     hits = scene.cast(origin, directions)
-    points = origin + directions * np.where(np.isfinite(hits["t"]), hits["t"], 0)[:, None]
-    return (hits["kind"] == OBJECT) & (np.linalg.norm(points - centre, axis=1) < radius)
+    body = hits["kind"] == OBJECT
+    body[body] = moved[scene.faces[hits["triangle"][body]]].any(axis=1)
+    return body
 
 
 def _supersampled(
-    view: View, scene: Scene, bench: Bench, light: Light, pixels: NDArray, samples: int
+    view: View, scene: Scene, light: Light, pixels: NDArray, samples: int
 ) -> NDArray:
     """Mean of samples x samples rays in each pixel, each with its own ray to the light."""
     offsets = (np.arange(samples) + 0.5) / samples - 0.5
@@ -196,7 +188,7 @@ def _supersampled(
             part = slice(start, start + RAYS_AT_ONCE)
             origin, directions = view.rays(pixels[part] + offset)
             footprint = 1 / (samples * view.camera.fx_px)
-            total[part] += _radiance(scene, bench, light, sun, origin, directions, footprint)
+            total[part] += _radiance(scene, light, sun, origin, directions, footprint)
     return (total / len(grid)).astype(np.float32)
 
 
@@ -215,7 +207,6 @@ def _sun_directions(light: Light, count: int) -> NDArray:
 
 def _radiance(
     scene: Scene,
-    bench: Bench,
     light: Light,
     sun: NDArray,
     origin: NDArray,
@@ -226,7 +217,8 @@ def _radiance(
     kind = hits["kind"]
     seen = kind >= 0
     points = origin + directions * np.where(seen, hits["t"], 0)[:, None]
-    normals, colours, gloss = _surface(scene, bench, hits, points, directions, footprint)
+    look = look_at_hits(scene, hits, points, directions, footprint)
+    normals = look.normals
     facing = (normals * directions).sum(axis=1) > 0
     normals[facing] *= -1
     cosine = np.maximum(normals @ sun, 0)
@@ -234,46 +226,10 @@ def _radiance(
     lit = np.zeros(len(points), dtype=bool)
     lit[reach] = ~scene.blocked(points[reach] + normals[reach] * LIFT_M, sun)
     sky = light.ambient * (0.65 + 0.35 * normals[:, 2])
-    radiance = colours * (sky + light.key * cosine * lit)[:, None]
+    radiance = look.colours * (sky + light.key * cosine * lit)[:, None]
     half = sun - directions
     half /= np.linalg.norm(half, axis=1, keepdims=True)
-    highlight = gloss * np.maximum((normals * half).sum(axis=1), 0) ** SHININESS
+    highlight = look.gloss * np.maximum((normals * half).sum(axis=1), 0) ** look.shininess
     radiance += (light.key * highlight * lit)[:, None]
     radiance[~seen] = 0
     return radiance
-
-
-def _surface(
-    scene: Scene,
-    bench: Bench,
-    hits: dict,
-    points: NDArray,
-    directions: NDArray,
-    footprint: float,
-) -> tuple[NDArray, NDArray, NDArray]:
-    """Normals, reflectances and strengths of highlight at the hits."""
-    kind, normals = hits["kind"], hits["normal"].copy()
-    colours, gloss = np.zeros((len(kind), 3)), np.zeros(len(kind))
-    for part, (colour, shine) in PLAIN.items():
-        colours[kind == part], gloss[kind == part] = colour, shine
-    table = kind == TABLE
-    colours[table] = table_colour(bench, points[table])
-    body = kind == OBJECT
-    if body.any():
-        triangles = {key: hits[key] for key in ("triangle", "uv")}
-        colours[body] = block_colour(bench, barycentric(triangles, body, scene.faces, scene.rest_m))
-        normals[body] = _unit(barycentric(triangles, body, scene.faces, scene.normals))
-    ball = kind == SPHERE
-    if ball.any():
-        normals[ball] = _unit(points[ball] - scene.tip_m)
-    board = kind == BOARD
-    if board.any():
-        local = (points[board] - scene.tip_m) @ scene.object_from_force
-        slant = np.abs((normals[board] * directions[board]).sum(axis=1))
-        width = hits["t"][board] * footprint / np.sqrt(np.maximum(slant, 0.1))
-        colours[board] = board_colour(scene.probe, local, width)
-    return normals, colours, gloss
-
-
-def _unit(vectors: NDArray) -> NDArray:
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

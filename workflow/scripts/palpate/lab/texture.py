@@ -46,6 +46,22 @@ def foam_texture(size_m: tuple[float, float], rng: np.random.Generator) -> NDArr
     return image
 
 
+def cover_texture(size_m: tuple[float, float], rng: np.random.Generator) -> NDArray:
+    """Printed cover: a picture of soft colours, a title band and lines of small print."""
+    shape = tuple(int(np.ceil(side / FOAM_STEP_M)) + 1 for side in size_m[::-1])
+    layers = [0.5 + 0.22 * noise_field(shape, 40.0, rng) for _ in range(3)]
+    image = np.stack(layers, axis=-1) * (1 + 0.15 * noise_field(shape, 3.0, rng))[..., None]
+    image = np.clip(image * [0.75, 0.5, 0.4], 0.02, 0.9).astype(np.float32)
+    height, width = shape
+    cv2.rectangle(image, (0, height - height // 5), (width, height), (0.75, 0.74, 0.70), -1)
+    for line in range(4):
+        row = height - height // 5 + 12 + 14 * line
+        stop = int(width * rng.uniform(0.4, 0.9))
+        for start in range(12, stop, 9):
+            cv2.line(image, (start, row), (start + 6, row), (0.05, 0.05, 0.06), 3)
+    return image
+
+
 def draw_grid(image: NDArray, columns_m: list[float], rows_m: list[float]) -> None:
     """Draw thin lines across a foam texture at distances from its first corner [m]."""
     height, width = image.shape[:2]

@@ -50,7 +50,7 @@ def gauge_record(
     volts = volts + rng.normal(0, options["noise_v"], volts.shape)
     limit = probe["gauge"]["range_v"]
     step = 2 * limit / ADC_STEPS
-    table = pd.DataFrame({"time_s": time_s + options["clock_offset_s"]})
+    table = pd.DataFrame({"time_s": time_s})
     table[GAUGES] = np.clip(np.round(volts / step) * step, -limit, limit - step)
     return table
 

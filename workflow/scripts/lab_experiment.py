@@ -1,0 +1,85 @@
+"""Record an experiment about a sensor: calibration, workspace, CD case, loading, planes."""
+
+import numpy as np
+from job import run
+from palpate.capture.files import whole_file, whole_folder
+from palpate.lab.experiments import (
+    record_calibration,
+    record_planes,
+    record_trace,
+    record_workspace,
+)
+from palpate.lab.ladder import load_ladder, mirrored
+from palpate.lab.paint import CoverPaint
+from palpate.lab.record import record_capture, with_motion
+from palpate.lab.rig import bare_bench, make_rig, object_bench, seed_of
+from palpate.lab.scene import Bench
+
+
+def main(snakemake):
+    """Write one experiment's folder and its truth."""
+    wildcards, output = snakemake.wildcards, snakemake.output
+    seed = seed_of(snakemake.params.common, wildcards.sensor, wildcards.experiment)
+    with whole_folder(output.recording) as folder:
+        truth = RECORDERS[wildcards.experiment](folder, snakemake, seed)
+    with whole_file(output.truth) as part, part.open("wb") as stream:
+        np.savez_compressed(stream, **truth)
+
+
+def calibration(folder, snakemake, seed):
+    """Pairs of colour and infrared images."""
+    return record_calibration(folder, bare_rig(snakemake), snakemake.params.experiment, seed=seed)
+
+
+def workspace(folder, snakemake, seed):
+    """Tip on each point of a grid."""
+    params = snakemake.params
+    return record_workspace(
+        folder, bare_rig(snakemake), params.common, params.experiment, params.probe, seed=seed
+    )
+
+
+def cd_case(folder, snakemake, seed):
+    """Tip around a CD case."""
+    params = snakemake.params
+    bare = bare_bench(params.common, name="cd_case")
+    rng = np.random.default_rng(seed_of(params.common, "cd_case", "cover"))
+    paint = CoverPaint(np.array(params.experiment["size_m"]), rng)
+    bench = Bench(bare.table, paint, bare.props)
+    rig = make_rig(params.common, params.sensor, params.experiment["camera"], bench)
+    return record_trace(folder, rig, params.common, params.experiment, params.probe, seed=seed)
+
+
+def loading(folder, snakemake, seed):
+    """Press an object and hold."""
+    params = snakemake.params
+    options, common = params.experiment, params.common
+    spec = with_motion(options["spec"], options["motion"])
+    bench = object_bench(common, spec, name=options["object"])
+    rig = make_rig(common, params.sensor, spec["cameras"][params.sensor["sensor"]], bench)
+    point = spec["object"]["points"][options["point"]]["position_m"]
+    ladder = mirrored(load_ladder(snakemake.input.ladder), point)
+    return record_capture(folder, rig, ladder, common, spec, params.probe, seed=seed)
+
+
+def planes(folder, snakemake, seed):
+    """Flat board at several distances."""
+    record_planes(folder, bare_rig(snakemake), snakemake.params.experiment, seed=seed)
+    return {}
+
+
+def bare_rig(snakemake):
+    """The sensor before a table without an object."""
+    params = snakemake.params
+    bench = bare_bench(params.common, name=snakemake.wildcards.experiment)
+    return make_rig(params.common, params.sensor, params.experiment["camera"], bench)
+
+
+RECORDERS = {
+    "calibration": calibration,
+    "workspace": workspace,
+    "cd_case": cd_case,
+    "loading": loading,
+    "planes": planes,
+}
+run(main, snakemake)

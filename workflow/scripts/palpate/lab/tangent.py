@@ -1,0 +1,58 @@
+"""Symmetric tangent matrices of one sparsity pattern: gathered fast, factorised by PARDISO."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from pypardiso import PyPardisoSolver
+from scipy import sparse
+
+SYMMETRIC_INDEFINITE = -2
+
+
+class TangentSolver:
+    """Assembles element matrices into the upper triangle of the free unknowns and solves.
+
+    Parameters
+    ----------
+    elements : (m, a) int array
+        Nodes of each element.
+    fixed : (3 n,) bool array
+        Unknowns that are held at zero.
+    """
+
+    def __init__(self, elements: NDArray, fixed: NDArray) -> None:
+        self.dofs = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), -1)
+        self.size = fixed.size
+        place = np.full(fixed.size, -1)
+        place[~fixed] = np.arange(np.count_nonzero(~fixed))
+        self.count = int(place.max()) + 1
+        local = place[self.dofs]
+        rows, columns = local[:, :, None], local[:, None, :]
+        # Entries of element matrices that the upper triangle of the free unknowns takes.
+        self.taken = (rows >= 0) & (columns >= rows)
+        key = (rows * self.count + columns)[self.taken]
+        keys, places = np.unique(key, return_inverse=True)
+        self.places = np.full(self.taken.shape, -1, dtype=np.int32)
+        self.places[self.taken] = places
+        starts = np.searchsorted(keys // self.count, np.arange(self.count + 1))
+        self.pattern = (keys % self.count, starts)
+        self.solver = PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
+
+    def gathered(self, forces: NDArray, elements: NDArray | None = None) -> NDArray:
+        """Sum element forces (e, a, 3) into nodal ones, shape (3 n,) [N]."""
+        dofs = self.dofs if elements is None else self.dofs[elements]
+        return np.bincount(dofs.ravel(), forces.ravel(), minlength=self.size)
+
+    def matrix(self, parts: Sequence[tuple[NDArray, NDArray]]) -> sparse.csr_matrix:
+        """Upper triangle of the sum of element matrices; parts are (elements, matrices)."""
+        data = np.zeros(len(self.pattern[0]))
+        for elements, blocks in parts:
+            taken = self.taken[elements]
+            data += np.bincount(self.places[elements][taken], blocks[taken], minlength=len(data))
+        # PARDISO wants an entry on every diagonal, and each row has one.
+        return sparse.csr_matrix((data, *self.pattern), shape=(self.count, self.count))
+
+    def solve(self, parts: Sequence[tuple[NDArray, NDArray]], load: NDArray) -> NDArray:
+        """Solve for the free unknowns."""
+        return self.solver.solve(self.matrix(parts), load)

@@ -1,0 +1,242 @@
+"""Template from laser scans: registration, merging and a watertight surface (Section 4.1.1)."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import open3d as o3d
+import pyvista as pv
+import trimesh
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+# Joint point-to-plane registration of all views: reach of a correspondence in each step [m].
+REACHES_M = (*6 * (0.006,), *4 * (0.003,), *4 * (0.0015,), *4 * (0.001,))
+SAMPLES = 2500
+LEAST_COSINE = 0.7
+# Relative to the normal equations' strongest direction: those that nothing fixes do not move.
+DAMPING = 2e-4
+NEIGHBOURS = 16
+# Scale of the average over neighbours, in grid spacings.
+SMOOTHING = 0.8
+PADDING = 4
+LEAST_OVERLAP = 0.2
+
+
+def read_scans(folder: str | Path) -> list[tuple[NDArray, NDArray]]:
+    """Read the views ``*.ply`` of a folder: points (n, 3) [m] and normals (n, 3).
+
+    Raises
+    ------
+    ValueError
+        If there is no view, or one has no points or no normals.
+    """
+    files = sorted(Path(folder).glob("*.ply"))
+    if not files:
+        raise ValueError(f"{folder}: scans: expected PLY files, found none")
+    views = []
+    for file in files:
+        cloud = o3d.io.read_point_cloud(str(file))
+        if not cloud.has_points() or not cloud.has_normals():
+            raise ValueError(f"{file}: points: expected points with normals, found none")
+        views.append((np.asarray(cloud.points), np.asarray(cloud.normals)))
+    return views
+
+
+def template_from_scans(
+    views: Sequence[tuple[NDArray, NDArray]], *, vertices: int, spacing_m: float
+) -> trimesh.Trimesh:
+    """Make a closed surface from overlapping views in a nominal frame.
+
+    The first view stays where it is and defines the frame.
+
+    Parameters
+    ----------
+    views : sequence of (points (n, 3) [m], normals (n, 3))
+    vertices : int
+        Wanted number of vertices.
+    spacing_m : float
+        Edge of the grid on which the surface is found; finer details are lost [m].
+
+    Returns
+    -------
+    trimesh.Trimesh
+        Watertight, outward.
+
+    Raises
+    ------
+    ValueError
+        If a view does not overlap the others or no closed surface comes out.
+    """
+    thinned = [_thinned(points, normals, spacing_m / 2) for points, normals in views]
+    placed = register(thinned)
+    points, normals = _thinned(
+        np.concatenate([points for points, _ in placed]),
+        np.concatenate([normals for _, normals in placed]),
+        spacing_m,
+    )
+    return _decimated(implicit_surface(points, normals, spacing_m), vertices)
+
+
+def register(
+    views: Sequence[tuple[NDArray, NDArray]],
+) -> list[tuple[NDArray, NDArray]]:
+    """Move all views but the first so that they agree where they overlap.
+
+    Gauss-Newton on the point-to-plane distances of all pairs of views at once, so that no view
+    drifts away from the first.
+
+    Parameters
+    ----------
+    views : sequence of (points (n, 3) [m], unit normals (n, 3))
+
+    Returns
+    -------
+    list of (points, normals)
+
+    Raises
+    ------
+    ValueError
+        If a view does not overlap the others.
+    """
+    count = len(views)
+    middle = np.mean([points.mean(axis=0) for points, _ in views], axis=0)
+    trees = [cKDTree(points) for points, _ in views]
+    turns, shifts = [Rotation.identity() for _ in views], np.zeros((count, 3))
+    for reach in REACHES_M:
+        matrix, load = np.zeros((6 * count, 6 * count)), np.zeros(6 * count)
+        shares = np.zeros(count)
+        for i in range(count):
+            step = max(1, len(views[i][0]) // SAMPLES)
+            chosen, facing = views[i][0][::step], views[i][1][::step]
+            placed = turns[i].apply(chosen - middle) + shifts[i]
+            facing = turns[i].apply(facing)
+            met = np.zeros(len(chosen), dtype=bool)
+            for j in range(count):
+                if j == i:
+                    continue
+                local = turns[j].inv().apply(placed - shifts[j]) + middle
+                away, near = trees[j].query(local, distance_upper_bound=reach)
+                found = np.flatnonzero(np.isfinite(away))
+                normals = turns[j].apply(views[j][1][near[found]])
+                found_normals = (normals * facing[found]).sum(axis=1) > LEAST_COSINE
+                found, normals = found[found_normals], normals[found_normals]
+                target = turns[j].apply(views[j][0][near[found]] - middle) + shifts[j]
+                _add_pair(matrix, load, i, j, placed[found], target, normals)
+                met[found] = True
+            shares[i] = met.mean()
+        _check_overlap(shares)
+        move = _solved(matrix, load, count)
+        for k in range(1, count):
+            turn = Rotation.from_rotvec(move[k, :3])
+            turns[k], shifts[k] = turn * turns[k], turn.apply(shifts[k]) + move[k, 3:]
+    return [
+        (turns[k].apply(points - middle) + shifts[k] + middle, turns[k].apply(normals))
+        for k, (points, normals) in enumerate(views)
+    ]
+
+
+def _add_pair(
+    matrix: NDArray,
+    load: NDArray,
+    i: int,
+    j: int,
+    placed: NDArray,
+    target: NDArray,
+    normals: NDArray,
+) -> None:
+    """Normal equations of n . (T_i p - T_j q) over the correspondences of a pair of views."""
+    residual = ((placed - target) * normals).sum(axis=1)
+    J = np.zeros((len(residual), 12))
+    J[:, :3], J[:, 3:6] = np.cross(placed, normals), normals
+    J[:, 6:9], J[:, 9:] = -np.cross(target, normals), -normals
+    place = np.concatenate([6 * i + np.arange(6), 6 * j + np.arange(6)])
+    matrix[np.ix_(place, place)] += J.T @ J
+    load[place] -= J.T @ residual
+
+
+def _solved(matrix: NDArray, load: NDArray, count: int) -> NDArray:
+    """Small motions (turn vector, shift) of the views, the first at rest, (count, 6)."""
+    free = matrix[6:, 6:].copy()
+    # Turns and shifts of a view apart: the strongest direction sets the scale of the weakest.
+    parts = np.diag(free).reshape(-1, 3)
+    free[np.diag_indices_from(free)] += DAMPING * np.repeat(parts.max(axis=1), 3)
+    move = np.zeros((count, 6))
+    move[1:] = np.linalg.solve(free, load[6:]).reshape(-1, 6)
+    return move
+
+
+def _check_overlap(shares: NDArray) -> None:
+    if shares.min() < LEAST_OVERLAP:
+        view, share = int(shares.argmin()) + 1, f"{shares.min():.2f}"
+        raise ValueError(
+            f"scans: view {view}: expected an overlap >= {LEAST_OVERLAP}, found {share}"
+        )
+
+
+def implicit_surface(points_m: NDArray, normals: NDArray, spacing_m: float) -> trimesh.Trimesh:
+    """Zero level of distances to local tangent planes, averaged over neighbours (IMLS).
+
+    Parameters
+    ----------
+    points_m, normals : (n, 3) arrays
+        Oriented samples of a closed surface.
+    spacing_m : float
+        Edge of the grid [m].
+    """
+    low = points_m.min(axis=0) - PADDING * spacing_m
+    counts = np.ceil((points_m.max(axis=0) + PADDING * spacing_m - low) / spacing_m).astype(int) + 1
+    axes = [low[k] + spacing_m * np.arange(counts[k]) for k in range(3)]
+    # VTK counts along x first.
+    z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
+    nodes = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    values = _plane_distance(nodes, points_m, normals, SMOOTHING * spacing_m)
+    grid = pv.ImageData(dimensions=tuple(counts), spacing=(spacing_m,) * 3, origin=tuple(low))
+    contour = grid.contour([0.0], scalars=values, method="flying_edges")
+    contour = contour.connectivity("largest").extract_surface(algorithm="dataset_surface")
+    faces = contour.faces.reshape(-1, 4)[:, 1:]
+    mesh = trimesh.Trimesh(np.asarray(contour.points, dtype=float), faces, process=False)
+    if not mesh.is_watertight:
+        raise ValueError("scans: expected views that close the surface, found holes")
+    if mesh.volume < 0:
+        mesh.invert()
+    return mesh
+
+
+def _thinned(points: NDArray, normals: NDArray, edge: float) -> tuple[NDArray, NDArray]:
+    """Means over voxels of points that face about the same way."""
+    side = np.argmax(np.abs(normals), axis=1)
+    side = 2 * side + (np.take_along_axis(normals, side[:, None], axis=1)[:, 0] > 0)
+    cells = np.floor((points - points.min(axis=0)) / edge).astype(np.int64)
+    sizes = cells.max(axis=0) + 1
+    keys = ((cells[:, 0] * sizes[1] + cells[:, 1]) * sizes[2] + cells[:, 2]) * 6 + side
+    _, group, count = np.unique(keys, return_inverse=True, return_counts=True)
+    means = [
+        np.stack([np.bincount(group, values[:, k]) for k in range(3)], axis=1) / count[:, None]
+        for values in (points, normals)
+    ]
+    return means[0], means[1] / np.linalg.norm(means[1], axis=1, keepdims=True)
+
+
+def _plane_distance(nodes: NDArray, points: NDArray, normals: NDArray, scale: float) -> NDArray:
+    away, near = cKDTree(points).query(nodes, k=NEIGHBOURS)
+    offsets = np.einsum("nki,nki->nk", nodes[:, None] - points[near], normals[near])
+    # Relative to the nearest sample, so that weights far from the surface don't vanish.
+    weights = np.exp(-(away**2 - away[:, :1] ** 2) / (2 * scale**2 + away[:, :1] ** 2))
+    return (weights * offsets).sum(axis=1) / weights.sum(axis=1)
+
+
+def _decimated(mesh: trimesh.Trimesh, vertices: int) -> trimesh.Trimesh:
+    wanted = 2 * (vertices - mesh.euler_number)
+    legacy = o3d.geometry.TriangleMesh(
+        o3d.utility.Vector3dVector(mesh.vertices), o3d.utility.Vector3iVector(mesh.faces)
+    )
+    if len(mesh.faces) > wanted:
+        legacy = legacy.simplify_quadric_decimation(wanted)
+    result = trimesh.Trimesh(
+        np.asarray(legacy.vertices), np.asarray(legacy.triangles), process=False
+    )
+    if not result.is_watertight or result.volume <= 0:
+        raise ValueError("scans: expected a closed surface after decimation, found an open one")
+    return result
