@@ -160,7 +160,7 @@ def open_house(config: Mapping, *, source: str) -> House:
 
 
 def _selected(capture: CaptureId, selection: Mapping) -> bool:
-    """Whether the study uses a recording of the lab; an object that it does not name is all used."""
+    """Whether the study uses a recording of the lab; all are of an object that it does not name."""
     chosen = selection.get(capture.object)
     return chosen is None or capture.capture in chosen.get(capture.sensor, [])
 

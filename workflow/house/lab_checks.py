@@ -99,7 +99,7 @@ def _point(field: str, spec: Mapping, point: np.ndarray) -> Iterator[str]:
         if np.linalg.norm(point - [0, 0, 2 * thickness]) > ON_SURFACE_M:
             yield f"{place} top, found {point.tolist()}"
     else:
-        from palpate.lab.ear import ear_distance  # noqa: PLC0415 - slow, and seldom needed
+        from palpate.lab.ear import ear_distance
 
         thickness = point[2]
         if abs(float(ear_distance(point[None])[0])) > ON_SURFACE_M:

@@ -3,8 +3,8 @@
 import numpy as np
 from job import run
 from palpate.capture.files import whole_folder
-from palpate.lab.scanner import scan_views, write_scans
 from palpate.lab.rig import seed_of
+from palpate.lab.scanner import scan_views, write_scans
 from palpate.lab.shapes import shape_of
 
 

@@ -37,7 +37,7 @@ def discover(raw: str | Path) -> list[CaptureId]:
     Parameters
     ----------
     raw : path
-        Folder of all objects; hidden folders, backgrounds, scans and what is no object are passed over.
+        Folder of all objects; hidden folders, backgrounds, scans and non-objects are passed over.
     """
     return sorted(
         CaptureId(name.name, sensor.name, capture.name)

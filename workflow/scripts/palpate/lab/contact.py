@@ -186,7 +186,7 @@ class ContactProblem:
     def _touch(
         self, obstacle: Obstacle, grip: Grip | None, u: NDArray, depth_m: float, turning: bool
     ) -> tuple[NDArray, tuple, NDArray, float]:
-        """Nodal forces, tangent blocks with their elements, tractions and overlap of an obstacle."""
+        """Nodal forces, tangent blocks (with elements), tractions and overlap of an obstacle."""
         patch, positions = self._positions(obstacle, u)
         gap, normal, curvature = obstacle.gap(positions, depth_m)
         pressure = self.penalty * np.maximum(-gap, 0.0)
@@ -204,7 +204,9 @@ class ContactProblem:
         stiffness = stiffness * patch.weights_m2[..., None, None]
         forces = np.einsum("fqa,fqi->fai", patch.shapes, load)
         size = 3 * patch.shapes.shape[2]
-        blocks = np.einsum("fqa,fqij,fqb->faibj", patch.shapes, stiffness, patch.shapes, optimize=True)
+        blocks = np.einsum(
+            "fqa,fqij,fqb->faibj", patch.shapes, stiffness, patch.shapes, optimize=True
+        )
         gathered = self.tangent.gathered(forces, patch.elements)
         blocks = (patch.elements, blocks.reshape(-1, size, size))
         return gathered, blocks, traction, float(max(-gap.min(), 0))

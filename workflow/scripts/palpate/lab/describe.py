@@ -51,6 +51,4 @@ def decimated(vertices_m: NDArray, faces: NDArray, count: int) -> trimesh.Trimes
     wanted = 2 * (count - 2)
     if len(faces) > wanted:
         mesh = mesh.simplify_quadric_decimation(wanted)
-    return trimesh.Trimesh(
-        np.asarray(mesh.vertices), np.asarray(mesh.triangles), process=False
-    )
+    return trimesh.Trimesh(np.asarray(mesh.vertices), np.asarray(mesh.triangles), process=False)

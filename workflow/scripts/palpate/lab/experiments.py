@@ -76,7 +76,9 @@ def record_calibration(
     columns, lines = options["squares"]
     write_table(
         folder / "board.csv",
-        pd.DataFrame([{"columns": columns - 1, "rows": lines - 1, "square_m": options["square_m"]}]),
+        pd.DataFrame(
+            [{"columns": columns - 1, "rows": lines - 1, "square_m": options["square_m"]}]
+        ),
     )
     return {"camera_from_board": np.stack(poses)}
 
@@ -117,7 +119,9 @@ def record_workspace(
         )
         point = f"{number:02d}"
         _write_repeats(folder / point, layer.colour, stream, rig, options["frames"], rng)
-        rows.append({"point": point, "row": row, "column": column, "x_m": place[0], "y_m": place[1]})
+        rows.append(
+            {"point": point, "row": row, "column": column, "x_m": place[0], "y_m": place[1]}
+        )
         tips.append(to_camera[:3, :3] @ tip + to_camera[:3, 3])
     write_table(folder / "grid.csv", pd.DataFrame(rows))
     return {"tip_m": np.array(tips)}
@@ -275,7 +279,9 @@ def _grid(options: Mapping) -> list[tuple[int, int, NDArray]]:
     ]
 
 
-def _write_repeats(folder: Path, radiance: NDArray, stream: str, rig: Rig, frames: int, rng) -> None:
+def _write_repeats(
+    folder: Path, radiance: NDArray, stream: str, rig: Rig, frames: int, rng
+) -> None:
     exposure = Exposure(radiance, GREY, rig.noise)
     (folder / stream).mkdir(parents=True)
     rows = []

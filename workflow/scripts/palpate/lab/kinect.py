@@ -1,4 +1,4 @@
-"""Structured-light depth camera: projected dots matched against a reference image (Section 4.1.2)."""
+"""Structured-light depth camera: dots matched against a reference image (Section 4.1.2)."""
 
 from collections.abc import Mapping
 
@@ -134,7 +134,9 @@ class KinectDepth:
             sides[0][rising] = before[rising]
             before = score
         curvature = sides[0] - 2 * best + sides[1]
-        offset = np.where(curvature < 0, 0.5 * (sides[0] - sides[1]) / np.minimum(curvature, -1e-6), 0)
+        offset = np.where(
+            curvature < 0, 0.5 * (sides[0] - sides[1]) / np.minimum(curvature, -1e-6), 0
+        )
         return SEARCH_STEP_PX * (place + np.clip(offset, -0.5, 0.5)), best
 
     def _reference(self, candidate: int) -> NDArray:

@@ -85,7 +85,9 @@ def mirrored(ladder: ContactLadder, point_m: NDArray) -> ContactLadder:
     signs = np.where(np.asarray(point_m) * ladder.point_m < 0, -1.0, 1.0)
     if np.abs(signs * ladder.point_m - point_m)[:2].max() > 1e-6:
         found = np.asarray(point_m).tolist()
-        raise ValueError(f"point: expected a mirror image of {ladder.point_m.tolist()}, found {found}")
+        raise ValueError(
+            f"point: expected a mirror image of {ladder.point_m.tolist()}, found {found}"
+        )
     faces = ladder.surface_faces[:, ::-1] if signs.prod() < 0 else ladder.surface_faces
     return ContactLadder(
         signs * ladder.point_m,

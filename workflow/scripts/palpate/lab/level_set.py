@@ -111,7 +111,9 @@ def refined_near(
         mesh = mesh.refined(np.flatnonzero(long))
         boundary = np.unique(mesh.facets[:, mesh.boundary_facets()])
         fresh = boundary[boundary >= count]
-        mesh = _settled(mesh, fresh, onto_surface(mesh.p[:, fresh].T, distance, planes, reach_m=REACH_M))
+        mesh = _settled(
+            mesh, fresh, onto_surface(mesh.p[:, fresh].T, distance, planes, reach_m=REACH_M)
+        )
 
 
 def _settled(mesh: MeshTet, moved: NDArray, places_m: NDArray) -> MeshTet:

@@ -52,11 +52,11 @@ class Table:
     friction: float = 0.0
     patch: str = "bottom"
 
-    def place(self, depth_m: float) -> NDArray:  # noqa: ARG002 - it stays where it is
+    def place(self, depth_m: float) -> NDArray:
         """Return a point that is fixed to it, shape (3,) [m]."""
         return np.zeros(3)
 
-    def gap(self, points_m: NDArray, depth_m: float) -> tuple[NDArray, NDArray, NDArray]:  # noqa: ARG002
+    def gap(self, points_m: NDArray, depth_m: float) -> tuple[NDArray, NDArray, NDArray]:
         """Gap (...) [m], outward normal (..., 3) and curvature (...) [1/m] seen from points."""
         height = points_m[..., 2]
         return height, np.broadcast_to([0.0, 0.0, 1.0], points_m.shape), np.zeros_like(height)

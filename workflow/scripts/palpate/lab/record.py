@@ -134,9 +134,7 @@ def film(
     for k, tip in enumerate(path.tip_m):
         turn = path.object_from_force[k]
         now = {} if body is None else {"surface_m": body.surfaces_m[k]}
-        scene = Scene(
-            rig.bench, probe=probe, tip_m=tip, object_from_force=turn, **now, **shared
-        )
+        scene = Scene(rig.bench, probe=probe, tip_m=tip, object_from_force=turn, **now, **shared)
         boxes = _touched(rig, probe, tip, turn)
         moved = None
         if body is not None:
@@ -206,5 +204,3 @@ def _moved_points(body: Body, moved: NDArray) -> list[NDArray]:
 def with_motion(spec: Mapping, motion: Mapping) -> dict:
     """An object's block of lab.yaml with parts of its motion replaced."""
     return dict(spec) | {"motion": dict(spec["motion"]) | dict(motion)}
-
-

@@ -175,9 +175,7 @@ def _on_moved(view: View, scene: Scene, pixels: NDArray, moved: NDArray) -> NDAr
     return body
 
 
-def _supersampled(
-    view: View, scene: Scene, light: Light, pixels: NDArray, samples: int
-) -> NDArray:
+def _supersampled(view: View, scene: Scene, light: Light, pixels: NDArray, samples: int) -> NDArray:
     """Mean of samples x samples rays in each pixel, each with its own ray to the light."""
     offsets = (np.arange(samples) + 0.5) / samples - 0.5
     grid = np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)

@@ -129,5 +129,3 @@ def _near(
     for axis, place in planes:
         on_cut |= (np.abs(corners[axis] - place) < 1e-9).all(axis=0)
     return facets[~on_cut & (np.linalg.norm(middle - centre, axis=1) < radius)]
-
-
