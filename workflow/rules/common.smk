@@ -86,7 +86,9 @@ def probe_spec(wildcards):
 def lab_spec(wildcards):
     """An object's block of lab.yaml, but for what is recorded of it."""
     spec = HOUSE.lab["objects"][wildcards.object]
-    return {key: value for key, value in spec.items() if key not in ("recordings", "scan")}
+    return {
+        key: value for key, value in spec.items() if key not in ("recordings", "scan")
+    }
 
 
 def lab_common(wildcards):
