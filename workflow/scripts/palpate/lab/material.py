@@ -64,7 +64,7 @@ def blatz_ko(E: float, nu: float) -> Law:
     """Foam law of Blatz and Ko 1962 with their f = 0 (polyurethane foam).
 
     W = mu/2 [I2/I3 - 3 + (J^(2 beta) - 1)/beta] with beta = nu/(1 - 2 nu): the law of Ogden and
-    Hill with the one exponent -2. It softens in compression.
+    Hill with the one exponent -2. It stiffens in compression.
 
     Parameters
     ----------
