@@ -25,7 +25,9 @@ def test_small_strains_are_hookes(name):
     lam, mu = lame(E, nu)
     strain = 1e-6 * np.array([[1, 0.4, 0], [0.4, -2, 0.3], [0, 0.3, 0.5]])
     W, P, _ = LAWS[name](E, nu)(np.eye(3) + strain)
-    assert np.allclose(P, lam * np.trace(strain) * np.eye(3) + 2 * mu * strain, rtol=1e-4, atol=1e-4)
+    assert np.allclose(
+        P, lam * np.trace(strain) * np.eye(3) + 2 * mu * strain, rtol=1e-4, atol=1e-4
+    )
     assert LAWS[name](E, nu)(np.eye(3))[0] == pytest.approx(0, abs=1e-9)
     assert W > 0
 

@@ -24,6 +24,8 @@ RESIDUAL_TOLERANCE = 1e-7
 # Relative residual below which the tangent takes in the turning of the normals.
 SETTLED = 0.1
 SMALLEST_STEP_M = 2e-5
+# Elements whose matrices are made at once: what a processor's cache holds.
+PART = 32
 Obstacle = Sphere | Table
 
 
@@ -101,6 +103,10 @@ class ContactProblem:
         self.fixed = fixed.ravel()
         self.free = np.flatnonzero(~self.fixed)
         self.tangent = TangentSolver(mesh.elements, self.fixed)
+        count, points, nodes, _ = mesh.gradients.shape
+        weighted = mesh.gradients * mesh.weights_m3[..., None, None]
+        self.weighted = weighted.transpose(0, 2, 1, 3).reshape(count, nodes, points * 3)
+        self.parts = [slice(k, k + PART) for k in range(0, count, PART)]
         self.iterations = 0
 
     def press(self, depths_m: NDArray) -> list[ContactStep]:
@@ -155,17 +161,22 @@ class ContactProblem:
         return None
 
     def _elastic(self, u: NDArray) -> tuple[NDArray, NDArray]:
-        """Internal nodal forces [N] and tangent stiffness of each element [N/m]."""
-        mesh = self.mesh
-        _, P, A = self.law(self._gradient(u))
-        P = P * mesh.weights_m3[..., None, None]
-        A = A * mesh.weights_m3[..., None, None, None, None]
-        count, points, nodes, _ = mesh.gradients.shape
-        forces = np.einsum("eqaJ,eqiJ->eai", mesh.gradients, P, optimize=True)
-        right = np.einsum("eqiJkL,eqbL->eqJibk", A, mesh.gradients, optimize=True)
-        left = mesh.gradients.transpose(0, 2, 1, 3).reshape(count, nodes, points * 3)
-        blocks = left @ right.reshape(count, points * 3, 9 * nodes)
-        return self.tangent.gathered(forces), blocks.reshape(count, 3 * nodes, 3 * nodes)
+        """Internal nodal forces [N] and tangents of the elements (m, a, 3, 3, a) [N/m]."""
+        count, points, nodes, _ = self.mesh.gradients.shape
+        forces = np.empty((count, nodes, 3))
+        blocks = np.empty((count, nodes, 3, 3, nodes))
+        for part in self.parts:
+            _, P, A = self.law(self._gradient(u, part))
+            size, left = len(P), self.weighted[part]
+            forces[part] = left @ P.swapaxes(2, 3).reshape(size, points * 3, 3)
+            A = A.swapaxes(2, 3).reshape(size, points, 27, 3)
+            right = A @ self.mesh.gradients[part].swapaxes(2, 3)
+            np.matmul(
+                left,
+                right.reshape(size, points * 3, 9 * nodes),
+                out=blocks[part].reshape(size, nodes, 9 * nodes),
+            )
+        return self.tangent.gathered(forces), blocks
 
     def _contact(
         self, u: NDArray, depth_m: float, grips: list, *, turning: bool = True
@@ -203,13 +214,11 @@ class ContactProblem:
         load = (pressure[..., None] * normal + traction) * patch.weights_m2[..., None]
         stiffness = stiffness * patch.weights_m2[..., None, None]
         forces = np.einsum("fqa,fqi->fai", patch.shapes, load)
-        size = 3 * patch.shapes.shape[2]
         blocks = np.einsum(
-            "fqa,fqij,fqb->faibj", patch.shapes, stiffness, patch.shapes, optimize=True
+            "fqa,fqij,fqb->faijb", patch.shapes, stiffness, patch.shapes, optimize=True
         )
         gathered = self.tangent.gathered(forces, patch.elements)
-        blocks = (patch.elements, blocks.reshape(-1, size, size))
-        return gathered, blocks, traction, float(max(-gap.min(), 0))
+        return gathered, (patch.elements, blocks), traction, float(max(-gap.min(), 0))
 
     def _friction(
         self, obstacle: Obstacle, grip: Grip, across: NDArray, pressure: NDArray, moved: NDArray
@@ -260,7 +269,7 @@ class ContactProblem:
             support,
         )
 
-    def _gradient(self, u: NDArray) -> NDArray:
+    def _gradient(self, u: NDArray, part: slice = slice(None)) -> NDArray:
         """Deformation gradients at the quadrature points, (m, q, 3, 3)."""
-        local = u.reshape(-1, 3)[self.mesh.elements]
-        return np.einsum("eai,eqaJ->eqiJ", local, self.mesh.gradients, optimize=True) + np.eye(3)
+        local = u.reshape(-1, 3)[self.mesh.elements[part]]
+        return local[:, None].swapaxes(2, 3) @ self.mesh.gradients[part] + np.eye(3)

@@ -8,6 +8,22 @@ from pypardiso import PyPardisoSolver
 from scipy import sparse
 
 SYMMETRIC_INDEFINITE = -2
+ANALYSE_FACTORISE_SOLVE, FACTORISE_SOLVE = 13, 23
+
+
+class OnePatternSolver(PyPardisoSolver):
+    """PARDISO for matrices of one sparsity pattern, which it analyses once."""
+
+    def __init__(self) -> None:
+        super().__init__(mtype=SYMMETRIC_INDEFINITE)
+        self.analysed = False
+
+    def set_phase(self, phase: int) -> None:
+        """Leave out the analysis when it is known."""
+        if phase == ANALYSE_FACTORISE_SOLVE:
+            phase = FACTORISE_SOLVE if self.analysed else phase
+            self.analysed = True
+        super().set_phase(phase)
 
 
 class TangentSolver:
@@ -28,7 +44,9 @@ class TangentSolver:
         place[~fixed] = np.arange(np.count_nonzero(~fixed))
         self.count = int(place.max()) + 1
         local = place[self.dofs]
-        rows, columns = local[:, :, None], local[:, None, :]
+        local = local.reshape(*elements.shape, 3)
+        rows = local[:, :, :, None, None]
+        columns = local.swapaxes(1, 2)[:, None, None]
         # Entries of element matrices that the upper triangle of the free unknowns takes.
         self.taken = (rows >= 0) & (columns >= rows)
         key = (rows * self.count + columns)[self.taken]
@@ -37,7 +55,7 @@ class TangentSolver:
         self.places[self.taken] = places
         starts = np.searchsorted(keys // self.count, np.arange(self.count + 1))
         self.pattern = (keys % self.count, starts)
-        self.solver = PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
+        self.solver = OnePatternSolver()
 
     def gathered(self, forces: NDArray, elements: NDArray | None = None) -> NDArray:
         """Sum element forces (e, a, 3) into nodal ones, shape (3 n,) [N]."""
@@ -45,7 +63,11 @@ class TangentSolver:
         return np.bincount(dofs.ravel(), forces.ravel(), minlength=self.size)
 
     def matrix(self, parts: Sequence[tuple[NDArray, NDArray]]) -> sparse.csr_matrix:
-        """Upper triangle of the sum of element matrices; parts are (elements, matrices)."""
+        """Upper triangle of the sum of element matrices.
+
+        Parts are elements (e,) and their matrices (e, a, 3, 3, a): node and component of the row,
+        component and node of the column.
+        """
         data = np.zeros(len(self.pattern[0]))
         for elements, blocks in parts:
             taken = self.taken[elements]
