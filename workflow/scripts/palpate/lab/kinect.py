@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.lab.render import LIFT_M, View
-from palpate.lab.scene import Scene
+from palpate.lab.scene import Scene, dot
 from palpate.lab.surface_look import look_at_hits
 
 WINDOW_PX = 9
@@ -91,7 +91,7 @@ class KinectDepth:
         distance = np.linalg.norm(to_projector, axis=1, keepdims=True)
         towards = to_projector / distance
         look = look_at_hits(scene, hits, points, directions, 1 / camera.fx_px)
-        cosine = np.abs((look.normals * towards).sum(axis=1))
+        cosine = np.abs(dot(look.normals, towards))
         lit = np.zeros(len(points), dtype=bool)
         start = points + towards * 20 * LIFT_M
         lit[seen] = ~scene.blocked(start[seen], towards[seen])

@@ -21,7 +21,7 @@ from palpate.lab.scene import Scene
 from palpate.lab.wrench import gauge_record
 
 FACING = np.array([0.0, -1.0, 0.0])
-MOVING_SAMPLES = 4
+MOVING_SAMPLES = 3
 BOX_MARGIN_PX = 10
 # A frame is rendered again where the surface moved by more than this.
 STILL_M = 2e-5

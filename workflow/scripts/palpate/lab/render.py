@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.lab.part import OBJECT, PROBE_PARTS
-from palpate.lab.scene import Scene
+from palpate.lab.scene import Scene, dot, unit
 from palpate.lab.surface_look import look_at_hits
 from palpate.vision.camera import PinholeCamera
 
-RAYS_AT_ONCE = 400_000
+RAYS_AT_ONCE = 16_000
 LIFT_M = 2e-5
 # How far around a changed pixel the soft edge of its shadow reaches [px].
 SHADOW_EDGE_PX = 13
@@ -27,8 +27,7 @@ class View:
     def rays(self, pixels_px: NDArray) -> tuple[NDArray, NDArray]:
         """Origin (3,) and unit directions (n, 3) through pixels, object frame."""
         directions = self.camera.rays(pixels_px) @ self.object_from_camera[:3, :3].T
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        return self.object_from_camera[:3, 3], directions
+        return self.object_from_camera[:3, 3], unit(directions)
 
     @property
     def camera_from_object(self) -> NDArray:
@@ -200,7 +199,7 @@ def _sun_directions(light: Light, count: int) -> NDArray:
     other = np.cross(light.towards, side)
     spread = np.outer(radius * np.cos(angle), side) + np.outer(radius * np.sin(angle), other)
     directions = light.towards + spread
-    return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    return unit(directions)
 
 
 def _radiance(
@@ -217,7 +216,7 @@ def _radiance(
     points = origin + directions * np.where(seen, hits["t"], 0)[:, None]
     look = look_at_hits(scene, hits, points, directions, footprint)
     normals = look.normals
-    facing = (normals * directions).sum(axis=1) > 0
+    facing = dot(normals, directions) > 0
     normals[facing] *= -1
     cosine = np.maximum(normals @ sun, 0)
     reach = seen & (cosine > 0)
@@ -225,9 +224,10 @@ def _radiance(
     lit[reach] = ~scene.blocked(points[reach] + normals[reach] * LIFT_M, sun)
     sky = light.ambient * (0.65 + 0.35 * normals[:, 2])
     radiance = look.colours * (sky + light.key * cosine * lit)[:, None]
-    half = sun - directions
-    half /= np.linalg.norm(half, axis=1, keepdims=True)
-    highlight = look.gloss * np.maximum((normals * half).sum(axis=1), 0) ** look.shininess
-    radiance += (light.key * highlight * lit)[:, None]
+    shiny = lit & (look.gloss > 0)
+    half = unit(sun - directions[shiny])
+    cosine = np.maximum(dot(normals[shiny], half), 0)
+    highlight = look.gloss[shiny] * cosine ** look.shininess[shiny]
+    radiance[shiny] += (light.key * highlight)[:, None]
     radiance[~seen] = 0
     return radiance

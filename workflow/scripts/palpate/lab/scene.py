@@ -122,6 +122,16 @@ def barycentric(hits: dict, chosen: NDArray, faces: NDArray, values: NDArray) ->
     return np.einsum("nc,nck->nk", weights, values[corners])
 
 
+def dot(a: NDArray, b: NDArray) -> NDArray:
+    """Scalar products of the rows of (n, 3) arrays, shape (n,)."""
+    return np.einsum("ij,ij->i", a, b)
+
+
+def unit(vectors: NDArray) -> NDArray:
+    """Rows of an (n, 3) array at length 1; a row of zeros stays."""
+    return vectors / np.maximum(np.sqrt(dot(vectors, vectors)), 1e-30)[:, None]
+
+
 def vertex_normals(vertices: NDArray, faces: NDArray) -> NDArray:
     """Area-weighted unit normals of vertices, shape (n, 3)."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
@@ -129,4 +139,4 @@ def vertex_normals(vertices: NDArray, faces: NDArray) -> NDArray:
     normals = np.zeros_like(vertices)
     for k in range(3):
         np.add.at(normals, faces[:, k], areas)
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    return unit(normals)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.lab.part import BOARD, OBJECT, SPHERE, TABLE
-from palpate.lab.scene import Scene, barycentric
+from palpate.lab.scene import Scene, barycentric, dot, unit
 from palpate.lab.texture import TABLE_SIZE_M, TABLE_STEP_M, look_up
 
 
@@ -57,10 +57,10 @@ def look_at_hits(
         paint = scene.bench.paint
         colours[body] = paint.colour(barycentric(hits, body, scene.faces, scene.rest_m))
         gloss[body], shininess[body] = paint.gloss, paint.shininess
-        normals[body] = _unit(barycentric(hits, body, scene.faces, scene.normals))
+        normals[body] = unit(barycentric(hits, body, scene.faces, scene.normals))
     ball = kind == SPHERE
     if ball.any():
-        normals[ball] = _unit(points[ball] - scene.tip_m)
+        normals[ball] = unit(points[ball] - scene.tip_m)
     board = kind == BOARD
     if board.any():
         colours[board] = _board_colour(scene, hits, points, directions, normals, footprint)
@@ -83,10 +83,6 @@ def _board_colour(
     chosen = hits["kind"] == BOARD
     local = (points[chosen] - scene.tip_m) @ scene.object_from_force
     transform = scene.probe.tip_from_marker
-    slant = np.abs((normals[chosen] * directions[chosen]).sum(axis=1))
+    slant = np.abs(dot(normals[chosen], directions[chosen]))
     width = hits["t"][chosen] * footprint / np.sqrt(np.maximum(slant, 0.1))
     return scene.probe.board.colour((local - transform[:3, 3]) @ transform[:3, :3], width)
-
-
-def _unit(vectors: NDArray) -> NDArray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-30)
