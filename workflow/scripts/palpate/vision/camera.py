@@ -7,6 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+# Iterations and step [px] at which the inverse of the distortion is found.
+UNDISTORTED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-6)
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -70,7 +72,8 @@ class PinholeCamera:
         """
         pixels = np.asarray(pixels_px, dtype=float).reshape(-1, 2)
         if any(self.distortion):
-            flat = cv2.undistortPoints(pixels[:, None], self.matrix, np.array(self.distortion))
+            lens = self.matrix, np.array(self.distortion)
+            flat = cv2.undistortPoints(pixels[:, None], *lens, criteria=UNDISTORTED)
             flat = flat.reshape(-1, 2)
         else:
             flat = (pixels - [self.cx_px, self.cy_px]) / [self.fx_px, self.fy_px]
