@@ -13,8 +13,8 @@ from palpate.vision.camera import PinholeCamera
 
 RAYS_AT_ONCE = 16_000
 LIFT_M = 2e-5
-# How far around a changed pixel the soft edge of its shadow reaches [px].
-SHADOW_EDGE_PX = 13
+# Width of the square around a changed pixel that takes in the soft edge of its shadow [px].
+SHADOW_EDGE_PX = 21
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,8 @@ POINTS = (640, 480)
 NOISE_M = np.array([0.00022, 0.00016, 0.00010])
 LEAST_COSINE = 0.25
 MARGIN = 1.1
+# Neighbourhood of a normal: range image steps, at least so far, at most so many points.
+NORMAL_REACH, NORMAL_LEAST_M, NORMAL_NEIGHBOURS = 3.0, 0.0012, 30
 
 
 @dataclass(frozen=True)
@@ -118,8 +120,17 @@ def _scan(
     kept = np.isfinite(depth) & (np.abs(cosine) > LEAST_COSINE)
     measured = local[kept] * depth[kept, None]
     measured = measured + NOISE_M * rng.standard_normal(measured.shape)
-    towards = normals[kept] * np.sign(cosine[kept])[:, None]
-    return ScanView(measured @ pose[:3, :3].T + pose[:3, 3], towards)
+    points = measured @ pose[:3, :3].T + pose[:3, 3]
+    return ScanView(points, _range_normals(points, step * np.median(depth[kept]), pose[:3, 3]))
+
+
+def _range_normals(points: NDArray, step: float, scanner: NDArray) -> NDArray:
+    """Normals of planes through each point's neighbours, towards the scanner, (n, 3)."""
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
+    radius = max(NORMAL_REACH * step, NORMAL_LEAST_M)
+    cloud.estimate_normals(o3d.geometry.KDTreeSearchParamHybrid(radius, NORMAL_NEIGHBOURS))
+    cloud.orient_normals_towards_camera_location(scanner)
+    return np.asarray(cloud.normals)
 
 
 def _misplaced(

@@ -1,0 +1,69 @@
+"""The laser scanner, and the template that is made from its views."""
+
+import numpy as np
+import pytest
+import trimesh
+from palpate.lab.scanner import NOISE_M, scan_views, write_scans
+from palpate.surface.distance import ClosestPoints
+from palpate.surface.scans import read_scans, register, template_from_scans
+
+RADII = np.array([0.05, 0.035, 0.03])
+VIEWS = [(turn, elevation) for elevation in (35, -35) for turn in range(0, 360, 60)]
+
+
+@pytest.fixture(scope="module")
+def bean():
+    """A smooth body without symmetry."""
+    ball = trimesh.creation.icosphere(subdivisions=5)
+    x, y, z = ball.vertices.T
+    bump = 1 + 0.15 * np.sin(3 * x + 1) * np.cos(2 * y) + 0.1 * np.sin(4 * z)
+    ball.vertices = ball.vertices * RADII * bump[:, None] + [0, 0, 0.03]
+    return ball
+
+
+@pytest.fixture(scope="module")
+def views(bean):
+    return scan_views(
+        bean.vertices,
+        bean.faces,
+        VIEWS,
+        distance_m=0.7,
+        pose_error=(0.5, 0.0005),
+        rng=np.random.default_rng(0),
+    )
+
+
+def test_a_view_has_the_scanners_noise(bean, views):
+    offsets = ClosestPoints(bean.vertices, bean.faces).signed_distance(views[0].points_m)
+    assert len(offsets) > 20_000
+    assert abs(offsets.mean()) < 2e-5
+    assert 0.8 * NOISE_M[2] < offsets.std() < 1.2 * NOISE_M[0]
+
+
+def test_registration_takes_out_the_turntables_errors(bean, views, tmp_path):
+    write_scans(tmp_path, views)
+    loaded = read_scans(tmp_path)
+    assert len(loaded) == len(VIEWS)
+    closest = ClosestPoints(bean.vertices, bean.faces)
+    before = max(np.abs(closest.distance(points)).mean() for points, _ in loaded)
+    after = max(np.abs(closest.distance(points)).mean() for points, _ in register(loaded))
+    assert before > 3e-4
+    assert after < 0.5 * before
+
+
+def test_a_template_is_closed_and_near_the_truth(bean, views, tmp_path):
+    write_scans(tmp_path, views)
+    mesh = template_from_scans(read_scans(tmp_path), vertices=1200, spacing_m=0.002)
+    assert mesh.is_watertight
+    assert len(mesh.vertices) == pytest.approx(1200, rel=0.02)
+    away = ClosestPoints(bean.vertices, bean.faces).distance(mesh.sample(5000, seed=0))
+    assert away.mean() < 2.5e-4
+    assert mesh.volume == pytest.approx(bean.volume, rel=0.01)
+
+
+def test_views_that_do_not_overlap_or_close_are_refused(views, tmp_path):
+    few = [(view.points_m, view.normals) for view in views[:2]]
+    with pytest.raises(ValueError, match="scans: "):
+        template_from_scans(few, vertices=1000, spacing_m=0.002)
+    with pytest.raises(ValueError, match="scans"):
+        read_scans(tmp_path / "none")
