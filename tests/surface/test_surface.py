@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.lab.record import box_template
+from palpate.lab.describe import box_template
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.augment import indenter_points
 from palpate.surface.pose import align_rigidly, initial_pose, to_camera

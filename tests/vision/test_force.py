@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 LAB = {
     "noise_v": 0.002,
     "bias_v": 0.3,
-    "clock_offset_s": 0.0,
     "mass_kg": 0.03,
     "centre_of_mass_m": [0, 0, 0.035],
 }
