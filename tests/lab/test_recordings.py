@@ -139,10 +139,11 @@ def test_calibration_pairs_show_the_board_to_both_cameras(lab, sensors, tmp_path
         for stream in ("color", "infrared"):
             image = read_image(tmp_path / stream / f"{k:06d}.png", "mono8")
             found, points = cv2.findChessboardCornersSB(image, size)
+            points = points.reshape(-1, 2)
             assert found
             if stream == "color":
-                away = np.linalg.norm(points[:, 0] - expected, axis=1)
-                back = np.linalg.norm(points[::-1, 0] - expected, axis=1)
+                away = np.linalg.norm(points - expected, axis=1)
+                back = np.linalg.norm(points[::-1] - expected, axis=1)
                 assert min(away.mean(), back.mean()) < 0.15
 
 

@@ -60,11 +60,14 @@ class House:
             return self.probes[self.lab["objects"][name]["object"]["probe"]]
         return self.probes[self.object_files[name]["probe"]]
 
-    def template_file(self, name: str) -> str:
-        """Name of an object's template inside its folder."""
+    def template_source(self, name: str) -> tuple[str, str]:
+        """What an object's template is: ``file`` or ``scans``, and its name in the folder."""
         if self.made_by_lab(name):
-            return LAB_TEMPLATE
-        return self.object_files[name]["template"]["file"]
+            template = {"file": LAB_TEMPLATE} | self.lab["objects"][name]["object"]["template"]
+        else:
+            template = self.object_files[name]["template"]
+        key = "scans" if "scans" in template else "file"
+        return key, template[key]
 
     def described(self, *, simulated: bool = False) -> list[dict[str, str]]:
         """Describe the captures of the run, as tables name them.
@@ -142,7 +145,8 @@ def open_house(config: Mapping, *, source: str) -> House:
         for capture in _recordings(name, spec, paths["lab"], sensors, probes, problems)
     }
     for name in sorted(filter(chosen, _objects_in(paths["raw"]))):
-        problems += _problems_of(name, paths, sensors, probes, simulated - found)
+        if not _still_the_labs(name, found, simulated):
+            problems += check_object(Path(paths["raw"]) / name, sensors, probes)
     selection = config["study"]["captures"]
     problems += _unknown_captures(selection, simulated, source)
     wanted = sorted(
@@ -270,13 +274,10 @@ def _objects_in(raw: str) -> set[str]:
     }
 
 
-def _problems_of(
-    name: str, paths: Mapping, sensors: Mapping, probes: Mapping, coming: set[CaptureId]
-) -> list[str]:
-    """Check an object's folder, unless the lab is still to complete it."""
-    if any(capture.object == name for capture in coming):
-        return []
-    return check_object(Path(paths["raw"]) / name, sensors, probes)
+def _still_the_labs(name: str, found: set[CaptureId], simulated: set[CaptureId]) -> bool:
+    """Whether the lab alone fills an object's folder, or has still to complete it."""
+    made, there = ({c for c in group if c.object == name} for group in (simulated, found))
+    return bool(made) and (there <= made or bool(made - there))
 
 
 def _nothing_found(paths: Mapping, only: str | None) -> str:

@@ -24,6 +24,7 @@ LAB = f"{RESULTS}/lab"
 KEPT_MESHES = Path(HOUSE.paths["meshes"])
 ERRORS = config["error_options"]
 LAB_OBJECTS = sorted({capture.object for capture in HOUSE.simulated})
+SCANNED = [name for name in HOUSE.objects if HOUSE.template_source(name)[0] == "scans"]
 
 
 def raw(path):
@@ -155,7 +156,23 @@ def simulated_mesh(wildcards):
 
 
 def template_of(wildcards):
-    return raw(f"{wildcards.object}/{HOUSE.template_file(wildcards.object)}")
+    """An object's template: its own file, or the one made of its scans."""
+    kind, name = HOUSE.template_source(wildcards.object)
+    if kind == "file":
+        return raw(f"{wildcards.object}/{name}")
+    return results(f"{wildcards.object}/template.ply")
+
+
+def scans_of(wildcards):
+    _, name = HOUSE.template_source(wildcards.object)
+    return raw(f"{wildcards.object}/{name}")
+
+
+def scans_content(wildcards):
+    """Fingerprint of dropped scans; the lab's follow from its configuration."""
+    if HOUSE.made_by_lab(wildcards.object):
+        return "lab"
+    return folder_fingerprint(scans_of(wildcards))
 
 
 def kept_mesh(wildcards):
@@ -245,6 +262,9 @@ def lab_outputs():
     backgrounds = {f"{RAW}/{c.object}/{c.sensor}/background" for c in made}
     objects = {f"{RAW}/{c.object}/object.yaml" for c in made}
     scans = {f"{RAW}/{c.object}/scans" for c in made}
+    objects |= {
+        f"{RAW}/{name}/template.ply" for name in set(LAB_OBJECTS) - set(SCANNED)
+    }
     return sorted(captures | backgrounds | objects | scans) + lab_experiments()
 
 

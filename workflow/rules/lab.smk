@@ -23,7 +23,6 @@ rule lab_contact:
 rule lab_object:
     output:
         object=raw("{object}/object.yaml"),
-        template=raw("{object}/template.ply"),
         material=truth("{object}/material.json"),
     log:
         results("logs/lab_object/{object}.log"),
@@ -38,6 +37,24 @@ rule lab_object:
         "Lab: describing {wildcards.object}"
     script:
         "../scripts/lab_object.py"
+
+
+rule lab_template:
+    output:
+        template=raw("{object}/template.ply"),
+    log:
+        results("logs/lab_template/{object}.log"),
+    benchmark:
+        results("benchmarks/lab_template/{object}.tsv")
+    wildcard_constraints:
+        object=one_of(set(LAB_OBJECTS) - set(SCANNED)),
+    params:
+        code=code("lab_template"),
+        shape=lab_shape,
+    message:
+        "Lab: template of {wildcards.object}"
+    script:
+        "../scripts/lab_template.py"
 
 
 rule lab_scans:

@@ -1,4 +1,25 @@
 # Section 4.3: the template through the frames of a capture.
+rule template:
+    input:
+        object=raw("{object}/object.yaml"),
+        scans=scans_of,
+    output:
+        template=results("{object}/template.ply"),
+    log:
+        results("logs/template/{object}.log"),
+    benchmark:
+        results("benchmarks/template/{object}.tsv")
+    wildcard_constraints:
+        object=one_of(SCANNED),
+    params:
+        code=code("template"),
+        content=scans_content,
+    message:
+        "Template of {wildcards.object} from its laser scans"
+    script:
+        "../scripts/template.py"
+
+
 rule solid_mesh:
     input:
         object=raw("{object}/object.yaml"),

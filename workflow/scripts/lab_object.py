@@ -1,17 +1,17 @@
 """Describe an object of the lab as people describe theirs, and note its true material apart."""
 
 import json
-from pathlib import Path
 
 from job import run
 from palpate.capture.files import whole_file
-from palpate.lab.describe import write_object
+from palpate.lab.describe import object_text
 
 
 def main(snakemake):
-    """Write object.yaml, the template, and the truth."""
+    """Write object.yaml and the truth."""
     spec, name = snakemake.params.spec, snakemake.wildcards.object
-    write_object(Path(snakemake.output.object), Path(snakemake.output.template), spec, name=name)
+    with whole_file(snakemake.output.object) as part:
+        part.write_text(object_text(spec, name=name), encoding="utf-8")
     material = dict(spec["material"])
     E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
     truth = material | {"reduced_modulus_pa": E / (1 - nu**2), "modulus": "instantaneous"}

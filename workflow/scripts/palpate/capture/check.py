@@ -89,14 +89,20 @@ def _check_object_file(folder: Path, probes: Mapping) -> tuple[list[str], Mappin
         problems.append(f"{path}: probe: expected one of {known}, found {spec['probe']}")
     if not any(spec["support"]["plane_normal"]):
         problems.append(f"{path}: support.plane_normal: expected a direction, found zeros")
-    problems += _check_template(folder, path, spec["template"]["file"])
+    problems += _check_template(folder, path, spec["template"])
     return problems, spec
 
 
-def _check_template(folder: Path, source: Path, name: str) -> list[str]:
-    if Path(name).name != name:
-        return [f"{source}: template.file: expected a file of this folder, found {name}"]
+def _check_template(folder: Path, source: Path, template: Mapping) -> list[str]:
+    key = "file" if "file" in template else "scans"
+    name = template[key]
     path = folder / name
+    if Path(name).name != name:
+        return [f"{source}: template.{key}: expected a name in this folder, found {name}"]
+    if key == "scans":
+        if not any(path.glob("*.ply")):
+            return [f"{path}: scans: expected PLY files, found none"]
+        return []
     if not path.is_file():
         return [f"{path}: template: expected a closed surface, found nothing"]
     with path.open("rb") as stream:

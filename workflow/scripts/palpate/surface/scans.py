@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from palpate.surface.template import METRES
+
 # Joint point-to-plane registration of all views: reach of a correspondence in each step [m].
 REACHES_M = (*6 * (0.006,), *4 * (0.003,), *4 * (0.0015,), *4 * (0.001,))
 SAMPLES = 2500
@@ -24,8 +26,14 @@ PADDING = 4
 LEAST_OVERLAP = 0.2
 
 
-def read_scans(folder: str | Path) -> list[tuple[NDArray, NDArray]]:
-    """Read the views ``*.ply`` of a folder: points (n, 3) [m] and normals (n, 3).
+def read_scans(folder: str | Path, *, unit: str = "m") -> list[tuple[NDArray, NDArray]]:
+    """Read the views ``*.ply`` of a folder: points (n, 3) [m] and unit normals (n, 3).
+
+    Parameters
+    ----------
+    folder : path
+    unit : {"m", "mm"}, optional
+        Unit of the coordinates.
 
     Raises
     ------
@@ -40,7 +48,7 @@ def read_scans(folder: str | Path) -> list[tuple[NDArray, NDArray]]:
         cloud = o3d.io.read_point_cloud(str(file))
         if not cloud.has_points() or not cloud.has_normals():
             raise ValueError(f"{file}: points: expected points with normals, found none")
-        views.append((np.asarray(cloud.points), np.asarray(cloud.normals)))
+        views.append((np.asarray(cloud.points) * METRES[unit], np.asarray(cloud.normals)))
     return views
 
 
