@@ -281,6 +281,50 @@ def lab_experiments():
     return recordings + (simulated if "simulated_block" in HOUSE.lab else [])
 
 
+def sensors_of(experiment):
+    """Sensors with which the lab does an experiment."""
+    if HOUSE.lab is None:
+        return []
+    return HOUSE.lab.get("experiments", {}).get(experiment, {}).get("sensors", [])
+
+
+def sensor_files(experiment, name):
+    """A file of each sensor with which the lab does an experiment."""
+    return [f"{RESULTS}/sensors/{sensor}/{name}" for sensor in sensors_of(experiment)]
+
+
+def workspace_probe(wildcards):
+    return HOUSE.probes[HOUSE.lab["experiments"]["workspace"]["probe"]]
+
+
+def loading_probe(wildcards):
+    pressed = HOUSE.lab["experiments"]["loading"]["object"]
+    return HOUSE.probes[HOUSE.lab["objects"][pressed]["object"]["probe"]]
+
+
+def scanned_by_lab():
+    """Objects of the lab whose templates come from its scans."""
+    return sorted(set(LAB_OBJECTS) & set(SCANNED))
+
+
+def first_truths(names):
+    """Truth of one recording of each object, for its undeformed surface."""
+    first = {c.object: c for c in sorted(HOUSE.simulated, reverse=True)}
+    return [
+        f"{LAB}/{name}/{first[name].sensor}/{first[name].capture}/truth.npz"
+        for name in names
+    ]
+
+
+def fidelity_outputs():
+    """The report on the lab's errors, where the lab makes all that it needs."""
+    if not lab_experiments() or not all(
+        sensors_of(name) for name in ("planes", "workspace", "loading")
+    ):
+        return []
+    return [f"{RESULTS}/tables/lab_fidelity.csv"]
+
+
 def study_outputs():
     """Tables, figures and summary of the run."""
     tables = [f"{RESULTS}/tables/{name}.csv" for name in ("table_5_2", "table_5_3")]
@@ -291,4 +335,5 @@ def study_outputs():
     accuracy = (
         [f"{RESULTS}/tables/pipeline_accuracy.csv"] if HOUSE.simulated_captures else []
     )
-    return [*tables, *figures, *accuracy, f"{RESULTS}/summary.csv"]
+    checks = [*accuracy, *fidelity_outputs()]
+    return [*tables, *figures, *checks, f"{RESULTS}/summary.csv"]

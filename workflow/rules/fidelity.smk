@@ -1,0 +1,85 @@
+# How true to life the lab is: its sensors' errors beside those of real devices.
+rule plane_noise:
+    input:
+        planes=raw("sensors/{sensor}/planes"),
+    output:
+        noise=results("sensors/{sensor}/plane_noise.csv"),
+    log:
+        results("logs/plane_noise/{sensor}.log"),
+    benchmark:
+        results("benchmarks/plane_noise/{sensor}.tsv")
+    params:
+        code=code("plane_noise"),
+        sensor=sensor_spec,
+    message:
+        "Depth noise of the {wildcards.sensor} on planes"
+    script:
+        "../scripts/plane_noise.py"
+
+
+rule tip_scatter:
+    input:
+        workspace=raw("sensors/{sensor}/workspace"),
+    output:
+        scatter=results("sensors/{sensor}/tip_scatter.csv"),
+    log:
+        results("logs/tip_scatter/{sensor}.log"),
+    benchmark:
+        results("benchmarks/tip_scatter/{sensor}.tsv")
+    params:
+        code=code("tip_scatter"),
+        sensor=sensor_spec,
+        probe=workspace_probe,
+    message:
+        "Scatter of the resting tip, {wildcards.sensor}"
+    script:
+        "../scripts/tip_scatter.py"
+
+
+rule force_hold:
+    input:
+        loading=raw("sensors/{sensor}/loading"),
+    output:
+        forces=results("sensors/{sensor}/force_hold.csv"),
+    log:
+        results("logs/force_hold/{sensor}.log"),
+    benchmark:
+        results("benchmarks/force_hold/{sensor}.tsv")
+    params:
+        code=code("force_hold"),
+        probe=loading_probe,
+        options=config["force"],
+    message:
+        "Force while holding, filmed by the {wildcards.sensor}"
+    script:
+        "../scripts/force_hold.py"
+
+
+rule lab_fidelity:
+    input:
+        planes=sensor_files("planes", "plane_noise.csv"),
+        scatters=sensor_files("workspace", "tip_scatter.csv"),
+        holds=sensor_files("loading", "force_hold.csv"),
+        templates=expand(results("{object}/template.ply"), object=scanned_by_lab()),
+        truths=first_truths(scanned_by_lab()),
+        published=published("table_4_2"),
+    output:
+        csv=results("tables/lab_fidelity.csv"),
+        md=results("tables/lab_fidelity.md"),
+        png=results("figures/lab_fidelity.png"),
+        svg=results("figures/lab_fidelity.svg"),
+    log:
+        results("logs/lab_fidelity.log"),
+    benchmark:
+        results("benchmarks/lab_fidelity.tsv")
+    params:
+        code=code("lab_fidelity"),
+        sensors=HOUSE.sensors,
+        planes=sensors_of("planes"),
+        workspace=sensors_of("workspace"),
+        loading=sensors_of("loading"),
+        scanned=scanned_by_lab(),
+    message:
+        "The lab's errors beside those of real devices"
+    script:
+        "../scripts/lab_fidelity.py"
