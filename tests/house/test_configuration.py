@@ -60,6 +60,27 @@ def test_captures_without_a_readable_object_are_not_the_labs(root, home, spoil, 
         opened(home)
 
 
+def test_what_an_interrupted_lab_left_is_its_own_to_complete(home):
+    folder = home / "raw/ear/bumblebee/01"
+    folder.mkdir(parents=True)
+    (folder / ".snakemake_timestamp").touch()
+    assert "ear" in {capture.object for capture in opened(home).simulated}
+
+
+def test_templates_come_from_scans_or_a_file(root, home):
+    assert opened(home).template_source("ear") == ("scans", "scans")
+    assert opened(home).template_source("foam_block") == ("file", "template.ply")
+    drop(root, home)
+    path = home / "raw/foam_block/object.yaml"
+    text = path.read_text().replace("simulated", "recorded")
+    path.write_text(text.replace("file: template.ply", "scans: scans\n  spacing_m: 0.002"))
+    with pytest.raises(ValueError, match="scans: scans: expected PLY files, found none"):
+        opened(home)
+    (home / "raw/foam_block/scans").mkdir()
+    (home / "raw/foam_block/scans/01.ply").touch()
+    assert opened(home).template_source("foam_block") == ("scans", "scans")
+
+
 def test_a_recorded_object_is_kept(root, home):
     drop(root, home)
     path = home / "raw/foam_block/object.yaml"

@@ -52,6 +52,7 @@ def test_dry_run_of_the_study(root, tmp_path):
     done = snakemake(folder, "--dry-run")
     assert done.returncode == 0, done.stderr[-3000:]
     rules = {"lab_capture", "track", "minimise", "table_5_3", "pipeline_accuracy"}
+    rules |= {"lab_fidelity", "lab_experiment", "template"}
     assert rules <= counted(done)
 
 
