@@ -177,14 +177,14 @@ def record_trace(
 
 
 def record_planes(folder: Path, rig: Rig, options: Mapping, *, seed: list) -> None:
-    """Film a flat foam board square to the camera at several distances.
+    """Film a flat foam board nearly square to the camera at several distances.
 
     Writes one folder a distance in the capture format without force, and ``planes.csv``.
     """
     rows = []
     for number, distance in enumerate(options["distances_m"][rig.sensor["sensor"]], start=1):
         name = f"{number:02d}"
-        scene = _plane(rig, options["size_m"], distance, np.random.default_rng([*seed, number]))
+        scene = _plane(rig, options, distance, np.random.default_rng([*seed, number]))
         (folder / name).mkdir()
         rig.write_still(folder / name, scene, frames=options["frames"], seed=[*seed, 100 + number])
         rows.append({"plane": name, "distance_m": distance})
@@ -217,14 +217,16 @@ def outline_path(size_m: NDArray, radius_m: float, share: NDArray) -> NDArray:
     return np.column_stack([x, y, np.full(len(x), radius_m)])
 
 
-def _plane(rig: Rig, size_m: list, distance_m: float, rng: np.random.Generator) -> Scene:
-    """A board in front of the camera, square to its axis, and nothing else."""
-    width, height = size_m
+def _plane(rig: Rig, options: Mapping, distance_m: float, rng: np.random.Generator) -> Scene:
+    """A board in front of the camera, tilted a little, and nothing else."""
+    width, height = options["size_m"]
     paint = BlockPaint(np.array([width, height, 0.01]), np.zeros((0, 3)), rng)
     rest = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * [width / 2, height / 2, 0]
     rest = rest + [0, 0, 0.01]
     pose = rig.reference.object_from_camera
-    placed = (rest * [1, -1, 0] + [0, 0, distance_m]) @ pose[:3, :3].T + pose[:3, 3]
+    tilt = Rotation.from_euler("xy", options["tilt_deg"], degrees=True)
+    local = tilt.apply(rest * [1, -1, 0]) + [0, 0, distance_m]
+    placed = local @ pose[:3, :3].T + pose[:3, 3]
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     return Scene(Bench(None, paint), surface_m=placed, rest_m=rest, faces=faces)
 

@@ -74,7 +74,7 @@ def plane_residual(points_m: NDArray) -> tuple[float, float]:
         centre = points.mean(axis=0)
         _, _, axes = np.linalg.svd(points - centre, full_matrices=False)
         away = (points - centre) @ axes[2]
-        points = points[np.abs(away) < CLIP_STD * away.std()]
+        points = points[np.abs(away) <= CLIP_STD * away.std()]
     return float(centre[2]), float(away.std())
 
 
