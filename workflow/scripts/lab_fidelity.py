@@ -42,7 +42,7 @@ def hold_row(name, forces):
     """Force lost while holding; the study prints a curve and no figure."""
     row = {"quantity": "force_drop", "sensor": name, "at": "hold", "unit": "%"}
     drop = 100 * fidelity.hold_drop(forces)
-    return row | {"value": drop, "published_value": np.nan, "source": "Figure 4.6 (curve only)"}
+    return row | {"value": drop, "reference_value": np.nan, "source": "Figure 4.6 (curve only)"}
 
 
 def template_rows(name, template_file, truth_file):
@@ -53,7 +53,7 @@ def template_rows(name, template_file, truth_file):
     error = fidelity.template_error(template.vertices_m, template.faces, *true)
     accuracy = float(np.mean(fidelity.VIVID_MM))
     shared = {"quantity": "template_distance", "sensor": "laser", "unit": "mm"}
-    shared |= {"published_value": accuracy, "source": "VIVID 910, mean of 0.22, 0.16, 0.10"}
+    shared |= {"reference_value": accuracy, "source": "VIVID 910, mean of 0.22, 0.16, 0.10"}
     return [
         shared | {"at": f"{name}, mean", "value": error["mean_m"] * 1e3},
         shared | {"at": f"{name}, 95 %", "value": error["p95_m"] * 1e3},

@@ -25,7 +25,7 @@ COLUMNS = [
     "sensor",
     "at",
     "value",
-    "published_value",
+    "reference_value",
     "unit",
     "source",
     "provenance",
@@ -139,25 +139,25 @@ def plane_rows(planes: pd.DataFrame, sensor: Mapping) -> list[dict]:
                 product_px_m=product_px_m(sensor),
             )
             source = "z^2 sigma_d / (f b), sigma_d fitted"
-            rows.append(residual | {"published_value": published * 1e3, "source": source})
+            rows.append(residual | {"reference_value": published * 1e3, "source": source})
             continue
         for source, model in (
             ("Khoshelham and Elberink 2012", khoshelham_noise_m),
             ("Nguyen et al. 2012", nguyen_noise_m),
         ):
             rows.append(
-                residual | {"published_value": model(plane.depth_m) * 1e3, "source": source}
+                residual | {"reference_value": model(plane.depth_m) * 1e3, "source": source}
             )
         if 0.6 <= plane.depth_m <= 1.5:
             real = float(np.mean(REAL_PLANES_MM))
             source = "real planes, 1.45 to 1.83 mm at 0.6 to 1.5 m"
-            rows.append(residual | {"published_value": real, "source": source})
+            rows.append(residual | {"reference_value": real, "source": source})
         rows.append(
             shared
             | {
                 "quantity": "depth_step",
                 "value": plane.step_m * 1e3,
-                "published_value": khoshelham_step_m(plane.depth_m) * 1e3,
+                "reference_value": khoshelham_step_m(plane.depth_m) * 1e3,
                 "source": "Khoshelham and Elberink 2012",
             }
         )
@@ -188,14 +188,14 @@ def scatter_rows(scatter: pd.DataFrame, sensor: str, published: pd.DataFrame) ->
                 "sensor": sensor,
                 "at": axis,
                 "value": scatter[f"std_{axis}_m"].mean() * 1e3,
-                "published_value": known,
+                "reference_value": known,
                 "unit": "mm",
                 "source": "Table 4.2",
             }
         )
     found = 100 * scatter["found"].sum() / scatter["frames"].sum()
     row = {"quantity": "marker_found", "sensor": sensor, "at": "workspace", "value": found}
-    return [*rows, row | {"published_value": np.nan, "unit": "%", "source": ""}]
+    return [*rows, row | {"reference_value": np.nan, "unit": "%", "source": ""}]
 
 
 def fidelity_table(rows: Sequence[Mapping]) -> pd.DataFrame:
