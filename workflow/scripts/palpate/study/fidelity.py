@@ -14,6 +14,7 @@ from palpate.vision.probe import marker_from_tip
 # Part of a plane's width and height that counts: matching windows hang over its edges.
 INNER = 0.9
 CLIP_STD = 4.0
+NANOMETRE = 1e-9
 HOLD_END_S = 0.5
 TEMPLATE_SAMPLES = 20_000
 # Normal residuals of planes filmed with real Kinects at 0.6 to 1.5 m [mm].
@@ -74,7 +75,7 @@ def plane_residual(points_m: NDArray) -> tuple[float, float]:
         centre = points.mean(axis=0)
         _, _, axes = np.linalg.svd(points - centre, full_matrices=False)
         away = (points - centre) @ axes[2]
-        points = points[np.abs(away) <= CLIP_STD * away.std()]
+        points = points[np.abs(away) <= CLIP_STD * away.std() + NANOMETRE]
     return float(centre[2]), float(away.std())
 
 

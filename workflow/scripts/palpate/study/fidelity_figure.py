@@ -124,8 +124,9 @@ def _scatter_panel(axes: Axes, scatters: Mapping, published: pd.DataFrame) -> No
             )
     axes.set_xticks(range(3), ["x", "y", "z (depth)"])
     axes.set_yscale("log")
-    axes.set_ylabel("Scatter of the resting tip (mm)")
-    axes.legend(loc="upper left")
+    axes.set_ylabel("Scatter of the tip at rest (mm)")
+    axes.set_ylim(0.008, 4)
+    axes.legend(loc="upper left", ncols=2)
 
 
 def _hold_panel(axes: Axes, holds: Mapping[str, pd.DataFrame]) -> None:
@@ -137,6 +138,6 @@ def _hold_panel(axes: Axes, holds: Mapping[str, pd.DataFrame]) -> None:
             label=f"{sensor_name(name)}, lab",
         )
     axes.set_xlabel("Time (s)")
-    axes.set_ylabel("Force while pressing and holding (N)")
+    axes.set_ylabel("Force, pressed and held (N)")
     axes.set_ylim(bottom=0)
     axes.legend(loc="lower right")
