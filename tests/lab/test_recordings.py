@@ -8,7 +8,8 @@ import pandas as pd
 import pytest
 import yaml
 from palpate.capture.images import read_image
-from palpate.lab.experiments import outline_path, record_calibration, record_workspace
+from palpate.lab.calibration import record_calibration
+from palpate.lab.experiments import outline_path, record_workspace
 from palpate.lab.ladder import ContactLadder, load_ladder, mirrored, save_ladder
 from palpate.lab.motion import Hand
 from palpate.lab.record import FACING, real_probe, record_capture, with_motion

@@ -3,12 +3,8 @@
 import numpy as np
 from job import run
 from palpate.capture.files import whole_file, whole_folder
-from palpate.lab.experiments import (
-    record_calibration,
-    record_planes,
-    record_trace,
-    record_workspace,
-)
+from palpate.lab.calibration import record_calibration
+from palpate.lab.experiments import record_planes, record_trace, record_workspace
 from palpate.lab.ladder import load_ladder, mirrored
 from palpate.lab.paint import CoverPaint
 from palpate.lab.record import record_capture, with_motion

@@ -1,4 +1,4 @@
-"""Recordings about the sensors themselves: calibration pairs, workspace, CD case, planes."""
+"""Recordings about the sensors themselves: workspace, CD case, planes."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,73 +14,14 @@ from palpate.lab.block import box_surface
 from palpate.lab.cameras import Exposure
 from palpate.lab.motion import ProbeMotion, upright
 from palpate.lab.paint import BlockPaint
-from palpate.lab.probe import Board, Probe, loose_board, make_probe
-from palpate.lab.record import FACING, Body, film, real_probe
-from palpate.lab.render import View, projected_box, render, render_change
-from palpate.lab.rig import Rig, depth_view
+from palpate.lab.probe import make_probe
+from palpate.lab.record import FACING, Body, film, reached, real_probe
+from palpate.lab.render import render, render_around
+from palpate.lab.rig import STILL_SAMPLES, Rig
 from palpate.lab.scene import Bench, Scene
-from palpate.vision.camera import camera_from_spec
 
-SAMPLES = 4
-STILL_SAMPLES = 3
-MARGIN_PX = 12
-TRIES = 2000
+SAMPLES = 3
 GREY = "mono8"
-BOX_MARGIN_PX = 10
-
-
-def record_calibration(
-    folder: Path, rig: Rig, options: Mapping, *, seed: list
-) -> dict[str, NDArray]:
-    """Write pairs of colour and infrared images of a board, the dot projector covered.
-
-    Parameters
-    ----------
-    folder : Path
-        Empty folder to fill: ``color/``, ``infrared/``, ``frames.csv``, ``board.csv``.
-    rig : Rig
-        Of a structured-light sensor.
-    options : mapping
-        ``calibration`` block of lab.yaml.
-    seed : list of int
-
-    Returns
-    -------
-    dict
-        ``camera_from_board`` (k, 4, 4), poses in the colour camera's frame.
-    """
-    board = Board(tuple(options["squares"]), options["square_m"])
-    prop, rng = loose_board(board), np.random.default_rng([*seed, 1])
-    colour = View(camera_from_spec(rig.sensor["color"]), rig.reference.object_from_camera)
-    views = {"color": colour, "infrared": depth_view(rig.sensor, colour.object_from_camera)}
-    empty = Scene(rig.bench)
-    still = {name: render(v, empty, rig.light, samples=STILL_SAMPLES) for name, v in views.items()}
-    rows, poses = [], []
-    for k in range(options["pairs"]):
-        pose = _board_pose(views, prop, options, rng)
-        files = {}
-        scene = _posed(rig.bench, prop, colour.object_from_camera @ pose)
-        points = _outline(prop, colour.object_from_camera @ pose)
-        for name, view in views.items():
-            box = projected_box(view, points, BOX_MARGIN_PX)
-            layer = render_change(
-                view, scene, rig.light, still[name], [box], moved_m=None, still_m=0, samples=SAMPLES
-            )
-            image = Exposure(layer.colour, GREY, rig.noise).shot(rng)
-            files[name] = f"{name}/{k:06d}.png"
-            (folder / name).mkdir(exist_ok=True)
-            write_image(folder / files[name], image, GREY)
-        rows.append({"frame": k, "time_s": float(k)} | files)
-        poses.append(pose)
-    write_frames(folder, pd.DataFrame(rows))
-    columns, lines = options["squares"]
-    write_table(
-        folder / "board.csv",
-        pd.DataFrame(
-            [{"columns": columns - 1, "rows": lines - 1, "square_m": options["square_m"]}]
-        ),
-    )
-    return {"camera_from_board": np.stack(poses)}
 
 
 def record_workspace(
@@ -113,10 +54,8 @@ def record_workspace(
         rng = np.random.default_rng([*seed, number])
         turn = upright(FACING, np.deg2rad(options["tilt_deg"]) * rng.uniform(-1, 1, (1, 2)))[0]
         scene = Scene(rig.bench, probe=probe, tip_m=tip, object_from_force=turn)
-        box = projected_box(rig.reference, probe.outline() @ turn.T + tip, BOX_MARGIN_PX)
-        layer = render_change(
-            rig.reference, scene, rig.light, still, [box], moved_m=None, still_m=0, samples=SAMPLES
-        )
+        parts = reached(rig.light, probe, tip, turn)
+        layer = render_around(rig.reference, scene, rig.light, still, parts, samples=SAMPLES)
         point = f"{number:02d}"
         _write_repeats(folder / point, layer.colour, stream, rig, options["frames"], rng)
         rows.append(
@@ -229,44 +168,6 @@ def _plane(rig: Rig, options: Mapping, distance_m: float, rng: np.random.Generat
     placed = local @ pose[:3, :3].T + pose[:3, 3]
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     return Scene(Bench(None, paint), surface_m=placed, rest_m=rest, faces=faces)
-
-
-def _board_pose(views: Mapping[str, View], board: Probe, options: Mapping, rng) -> NDArray:
-    """Random pose of a board that both cameras see whole, colour camera's frame (4, 4)."""
-    reference = views["color"]
-    camera = reference.camera
-    middle = board.parts[0].vertices_m.mean(axis=0)
-    for _ in range(TRIES):
-        tilt = np.deg2rad(options["tilt_deg"]) * rng.uniform(-1, 1, 3) * [1, 1, 0.5]
-        pose = np.eye(4)
-        pose[:3, :3] = Rotation.from_rotvec(tilt).as_matrix()
-        pixel = rng.uniform([0, 0], [camera.width_px, camera.height_px])
-        place = camera.rays(pixel)[0] * rng.uniform(*options["distance_m"])
-        pose[:3, 3] = place - pose[:3, :3] @ middle
-        points = _outline(board, reference.object_from_camera @ pose)
-        if all(_inside(view, points) for view in views.values()):
-            return pose
-    raise ValueError("calibration: expected a board that both cameras can see whole, found none")
-
-
-def _inside(view: View, points: NDArray) -> bool:
-    transform = view.camera_from_object
-    pixels = view.camera.project(points @ transform[:3, :3].T + transform[:3, 3])
-    limit = [view.camera.width_px - MARGIN_PX, view.camera.height_px - MARGIN_PX]
-    return bool((pixels > MARGIN_PX).all() and (pixels < limit).all())
-
-
-def _outline(board: Probe, object_from_board: NDArray) -> NDArray:
-    return board.outline() @ object_from_board[:3, :3].T + object_from_board[:3, 3]
-
-
-def _posed(bench: Bench, board: Probe, object_from_board: NDArray) -> Scene:
-    return Scene(
-        bench,
-        probe=board,
-        tip_m=object_from_board[:3, 3],
-        object_from_force=object_from_board[:3, :3],
-    )
 
 
 def _grid(options: Mapping) -> list[tuple[int, int, NDArray]]:

@@ -15,14 +15,13 @@ from palpate.lab.motion import Hand, ProbeMotion
 from palpate.lab.part import OBJECT, PROBE_PARTS
 from palpate.lab.probe import Probe, make_probe
 from palpate.lab.relaxation import relaxed_force
-from palpate.lab.render import projected_box, render_change
+from palpate.lab.render import BOX_MARGIN_PX, Light, projected_box, render_change
 from palpate.lab.rig import Rig, frame_times
 from palpate.lab.scene import Scene
 from palpate.lab.wrench import gauge_record
 
 FACING = np.array([0.0, -1.0, 0.0])
 MOVING_SAMPLES = 3
-BOX_MARGIN_PX = 10
 # A frame is rendered again where the surface moved by more than this.
 STILL_M = 2e-5
 
@@ -135,7 +134,7 @@ def film(
         turn = path.object_from_force[k]
         now = {} if body is None else {"surface_m": body.surfaces_m[k]}
         scene = Scene(rig.bench, probe=probe, tip_m=tip, object_from_force=turn, **now, **shared)
-        boxes = _touched(rig, probe, tip, turn)
+        boxes = reached(rig.light, probe, tip, turn)
         moved = None
         if body is not None:
             moved = np.linalg.norm(body.surfaces_m[k] - body.rest_m, axis=1)
@@ -185,10 +184,10 @@ def _record_force(
     return time_s, force_n
 
 
-def _touched(rig: Rig, probe: Probe, tip: NDArray, turn: NDArray) -> list[NDArray]:
+def reached(light: Light, probe: Probe, tip: NDArray, turn: NDArray) -> list[NDArray]:
     """Points around the probe and its shadows on table and object."""
     outline = probe.outline() @ turn.T + tip
-    towards = rig.light.towards
+    towards = light.towards
     # The shadow lies between the table and the height of the tip.
     heights = (0.0, max(tip[2], 0.0))
     return [outline] + [

@@ -13,6 +13,8 @@ from palpate.vision.camera import PinholeCamera
 
 RAYS_AT_ONCE = 16_000
 LIFT_M = 2e-5
+NEAREST_M = 0.05
+BOX_MARGIN_PX = 10
 # Width of the square around a changed pixel that takes in the soft edge of its shadow [px].
 SHADOW_EDGE_PX = 21
 
@@ -146,10 +148,24 @@ def render_change(
     return Layer(colour, kind, lit)
 
 
+def render_around(
+    view: View, scene: Scene, light: Light, still: Layer, parts_m: list[NDArray], *, samples: int
+) -> Layer:
+    """Render again what parts of a scene (points (n, 3) each) and their shadows changed."""
+    boxes = [projected_box(view, points, BOX_MARGIN_PX) for points in parts_m]
+    return render_change(view, scene, light, still, boxes, moved_m=None, still_m=0, samples=samples)
+
+
 def projected_box(view: View, points_m: NDArray, margin_px: int) -> tuple[int, int, int, int]:
-    """Box around the projection of points of the object frame, with a margin [px]."""
+    """Box around the projection of points of the object frame, with a margin [px].
+
+    It is the whole picture where a point is not in front of the camera.
+    """
     transform = view.camera_from_object
-    pixels = view.camera.project(points_m @ transform[:3, :3].T + transform[:3, 3])
+    local = points_m @ transform[:3, :3].T + transform[:3, 3]
+    if local[:, 2].min() < NEAREST_M:
+        return 0, 0, view.camera.width_px, view.camera.height_px
+    pixels = view.camera.project(local)
     low, high = pixels.min(axis=0) - margin_px, pixels.max(axis=0) + margin_px
     size = np.array([view.camera.width_px, view.camera.height_px])
     low, high = np.clip(low, 0, size), np.clip(high, 0, size)
