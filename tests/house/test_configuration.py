@@ -67,6 +67,17 @@ def test_what_an_interrupted_lab_left_is_its_own_to_complete(home):
     assert "ear" in {capture.object for capture in opened(home).simulated}
 
 
+def test_experiments_that_people_dropped_are_theirs(home):
+    assert len(opened(home).lab_experiments) == 9
+    (home / "raw/sensors/kinect/calibration").mkdir(parents=True)
+    made = home / "raw/sensors/kinect/planes"
+    made.mkdir()
+    (made / "recording.yaml").write_text("provenance: simulated\n")
+    left = opened(home).lab_experiments
+    assert "kinect/calibration" not in left
+    assert {"kinect/planes", "kinect/workspace"} <= set(left)
+
+
 def test_templates_come_from_scans_or_a_file(root, home):
     assert opened(home).template_source("ear") == ("scans", "scans")
     assert opened(home).template_source("foam_block") == ("file", "template.ply")

@@ -8,7 +8,7 @@ from palpate.capture.check import check_object
 from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
 from palpate.capture.schema import load_yaml, validate
 
-from house.lab_checks import lab_problems
+from house.lab_checks import lab_problems, says_simulated
 
 LAB_TEMPLATE = "template.ply"
 # Snakemake leaves it in each folder that a rule wrote.
@@ -59,6 +59,14 @@ class House:
         if self.made_by_lab(name):
             return self.probes[self.lab["objects"][name]["object"]["probe"]]
         return self.probes[self.object_files[name]["probe"]]
+
+    @property
+    def lab_experiments(self) -> list[str]:
+        """Experiments ``<sensor>/<experiment>`` that the lab records; never ones people dropped."""
+        blocks = (self.lab or {}).get("experiments", {})
+        names = [f"{sensor}/{name}" for name in blocks for sensor in blocks[name]["sensors"]]
+        folder = Path(self.paths["raw"]) / "sensors"
+        return [name for name in names if says_simulated(folder / name)]
 
     def template_source(self, name: str) -> tuple[str, str]:
         """What an object's template is: ``file`` or ``scans``, and its name in the folder."""

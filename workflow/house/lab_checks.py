@@ -1,6 +1,7 @@
 """Whether a configuration of the virtual lab makes sense, before anything is simulated."""
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 
 import numpy as np
 
@@ -134,3 +135,12 @@ def _loading(options: Mapping, lab: Mapping) -> Iterator[str]:
     if options["point"] not in spec["object"]["points"]:
         yield f"point: expected a point of {options['object']}, found {options['point']}"
     yield from _depths(options["motion"], spec["contact"])
+
+
+def says_simulated(folder: Path) -> bool:
+    """Whether the lab may write a folder of an experiment: it is not there, or says simulated."""
+    try:
+        text = (folder / "recording.yaml").read_text(encoding="utf-8")
+    except OSError:
+        return not folder.exists()
+    return "provenance: simulated" in text.splitlines()

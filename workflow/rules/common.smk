@@ -124,10 +124,14 @@ def ladder_of(wildcards):
 
 def experiment_spec(wildcards):
     """An experiment's block of lab.yaml, with the object's where it presses one."""
-    options = HOUSE.lab["experiments"][wildcards.experiment]
+    options = HOUSE.lab["experiments"][wildcards.recording.split("/")[1]]
     if "object" not in options:
         return options
     return options | {"spec": HOUSE.lab["objects"][options["object"]]}
+
+
+def experiment_sensor(wildcards):
+    return HOUSE.sensors[wildcards.recording.split("/")[0]]
 
 
 def experiment_probe(wildcards):
@@ -272,20 +276,15 @@ def lab_experiments():
     """Recordings about the sensors and simulations, where the lab is to make them."""
     if HOUSE.lab is None or config["only"] is not None:
         return []
-    recordings = [
-        f"{RAW}/sensors/{sensor}/{name}"
-        for name, options in HOUSE.lab.get("experiments", {}).items()
-        for sensor in options["sensors"]
-    ]
+    recordings = [f"{RAW}/sensors/{name}" for name in sorted(HOUSE.lab_experiments)]
     simulated = [f"{RAW}/simulations/foam_block.npz"]
     return recordings + (simulated if "simulated_block" in HOUSE.lab else [])
 
 
 def sensors_of(experiment):
     """Sensors with which the lab does an experiment."""
-    if HOUSE.lab is None:
-        return []
-    return HOUSE.lab.get("experiments", {}).get(experiment, {}).get("sensors", [])
+    names = sorted(HOUSE.lab_experiments)
+    return [name.split("/")[0] for name in names if name.endswith(f"/{experiment}")]
 
 
 def sensor_files(experiment, name):

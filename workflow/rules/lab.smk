@@ -125,22 +125,22 @@ rule lab_experiment:
     input:
         ladder=experiment_ladder,
     output:
-        recording=directory(raw("sensors/{sensor}/{experiment}")),
-        truth=truth("sensors/{sensor}/{experiment}.npz"),
+        recording=directory(raw("sensors/{recording}")),
+        truth=truth("sensors/{recording}.npz"),
     log:
-        results("logs/lab_experiment/{sensor}-{experiment}.log"),
+        results("logs/lab_experiment/{recording}.log"),
     benchmark:
-        results("benchmarks/lab_experiment/{sensor}-{experiment}.tsv")
+        results("benchmarks/lab_experiment/{recording}.tsv")
     wildcard_constraints:
-        experiment="calibration|workspace|cd_case|loading|planes",
+        recording=one_of(HOUSE.lab_experiments),
     params:
         code=code("lab_experiment"),
         common=lab_common,
         experiment=experiment_spec,
-        sensor=sensor_spec,
+        sensor=experiment_sensor,
         probe=experiment_probe,
     message:
-        "Lab: experiment {wildcards.experiment} with the {wildcards.sensor}"
+        "Lab: experiment {wildcards.recording}"
     script:
         "../scripts/lab_experiment.py"
 

@@ -14,10 +14,12 @@ from palpate.lab.scene import Bench
 
 def main(snakemake):
     """Write one experiment's folder and its truth."""
-    wildcards, output = snakemake.wildcards, snakemake.output
-    seed = seed_of(snakemake.params.common, wildcards.sensor, wildcards.experiment)
+    output = snakemake.output
+    sensor, experiment = snakemake.wildcards.recording.split("/")
+    seed = seed_of(snakemake.params.common, sensor, experiment)
     with whole_folder(output.recording) as folder:
-        truth = RECORDERS[wildcards.experiment](folder, snakemake, seed)
+        truth = RECORDERS[experiment](folder, snakemake, seed)
+        (folder / "recording.yaml").write_text("provenance: simulated\n", encoding="utf-8")
     with whole_file(output.truth) as part, part.open("wb") as stream:
         np.savez_compressed(stream, **truth)
 
@@ -67,7 +69,7 @@ def planes(folder, snakemake, seed):
 def bare_rig(snakemake):
     """The sensor before a table without an object."""
     params = snakemake.params
-    bench = bare_bench(params.common, name=snakemake.wildcards.experiment)
+    bench = bare_bench(params.common, name=snakemake.wildcards.recording.split("/")[1])
     return make_rig(params.common, params.sensor, params.experiment["camera"], bench)
 
 
