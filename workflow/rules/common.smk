@@ -124,14 +124,14 @@ def ladder_of(wildcards):
 
 def experiment_spec(wildcards):
     """An experiment's block of lab.yaml, with the object's where it presses one."""
-    options = HOUSE.lab["experiments"][wildcards.recording.split("/")[1]]
+    options = HOUSE.lab["experiments"][Path(wildcards.recording).name]
     if "object" not in options:
         return options
     return options | {"spec": HOUSE.lab["objects"][options["object"]]}
 
 
 def experiment_sensor(wildcards):
-    return HOUSE.sensors[wildcards.recording.split("/")[0]]
+    return HOUSE.sensors[Path(wildcards.recording).parent.name]
 
 
 def experiment_probe(wildcards):
@@ -283,8 +283,8 @@ def lab_experiments():
 
 def sensors_of(experiment):
     """Sensors with which the lab does an experiment."""
-    names = sorted(HOUSE.lab_experiments)
-    return [name.split("/")[0] for name in names if name.endswith(f"/{experiment}")]
+    done = [Path(name) for name in sorted(HOUSE.lab_experiments)]
+    return [path.parent.name for path in done if path.name == experiment]
 
 
 def sensor_files(experiment, name):
