@@ -9,6 +9,7 @@ configfile: "config/config.yaml"
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/lab.smk"
+include: "workflow/rules/calibration.smk"
 include: "workflow/rules/preprocess.smk"
 include: "workflow/rules/fidelity.smk"
 include: "workflow/rules/surface.smk"

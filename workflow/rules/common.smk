@@ -282,14 +282,36 @@ def lab_experiments():
 
 
 def sensors_of(experiment):
-    """Sensors with which the lab does an experiment."""
-    done = [Path(name) for name in sorted(HOUSE.lab_experiments)]
-    return [path.parent.name for path in done if path.name == experiment]
+    """Sensors of which there is an experiment, the lab's or dropped."""
+    done = {Path(name) for name in HOUSE.lab_experiments}
+    made = {path.parent.name for path in done if path.name == experiment}
+    dropped = {
+        name
+        for name in HOUSE.sensors
+        if Path(RAW, "sensors", name, experiment).is_dir()
+    }
+    return sorted(made | dropped)
 
 
 def sensor_files(experiment, name):
-    """A file of each sensor with which the lab does an experiment."""
+    """A file of each sensor of which there is an experiment."""
     return [f"{RESULTS}/sensors/{sensor}/{name}" for sensor in sensors_of(experiment)]
+
+
+def raw_of_sensors(experiment):
+    """Folders of an experiment."""
+    return [f"{RAW}/sensors/{sensor}/{experiment}" for sensor in sensors_of(experiment)]
+
+
+def experiment_content(experiment):
+    """Fingerprint of a dropped experiment; the lab's follow from its configuration."""
+
+    def fingerprint(wildcards):
+        if f"{wildcards.sensor}/{experiment}" in HOUSE.lab_experiments:
+            return "lab"
+        return folder_fingerprint(f"{RAW}/sensors/{wildcards.sensor}/{experiment}")
+
+    return fingerprint
 
 
 def workspace_probe(wildcards):
@@ -335,4 +357,6 @@ def study_outputs():
         [f"{RESULTS}/tables/pipeline_accuracy.csv"] if HOUSE.simulated_captures else []
     )
     checks = [*accuracy, *fidelity_outputs()]
+    if config["only"] is None and sensors_of("calibration"):
+        tables.append(f"{RESULTS}/tables/table_4_1.csv")
     return [*tables, *figures, *checks, f"{RESULTS}/summary.csv"]

@@ -10,6 +10,7 @@ rule plane_noise:
         results("benchmarks/plane_noise/{sensor}.tsv")
     params:
         code=code("plane_noise"),
+        content=experiment_content("planes"),
         sensor=sensor_spec,
     message:
         "Depth noise of the {wildcards.sensor} on planes"
@@ -28,6 +29,7 @@ rule tip_scatter:
         results("benchmarks/tip_scatter/{sensor}.tsv")
     params:
         code=code("tip_scatter"),
+        content=experiment_content("workspace"),
         sensor=sensor_spec,
         probe=workspace_probe,
     message:
@@ -47,6 +49,7 @@ rule force_hold:
         results("benchmarks/force_hold/{sensor}.tsv")
     params:
         code=code("force_hold"),
+        content=experiment_content("loading"),
         probe=loading_probe,
         options=config["force"],
     message:

@@ -1,0 +1,312 @@
+"""Intrinsics of a camera and the transform between two, from a checkerboard (Section 4.1.4)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.vision.camera import PinholeCamera
+
+FEWEST_VIEWS = 6
+# A view is an outlier beyond this many times the median error, but never below so many pixels.
+OUTLIER_FACTOR, OUTLIER_PX = 3.0, 0.3
+# Half the window in which a corner is refined: part of a square's side, and never more pixels. On
+# real boards larger windows bias the focal length, and the corners of OpenCV's SB detector have
+# residuals a quarter larger.
+REFINE_SHARE, REFINE_MOST_PX = 0.4, 5
+REFINED = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 60, 1e-4)
+CONVERGED = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 200, 1e-12)
+PARAMETERS = ["fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "p1", "p2", "k3"]
+
+
+@dataclass(frozen=True)
+class Board:
+    """A checkerboard.
+
+    Attributes
+    ----------
+    columns, rows : int
+        Inner corners.
+    square_m : float
+    """
+
+    columns: int
+    rows: int
+    square_m: float
+
+    @property
+    def points_m(self) -> NDArray:
+        """Corners in the board's frame, row by row, shape (columns * rows, 3)."""
+        y, x = np.mgrid[: self.rows, : self.columns]
+        points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+        return points * self.square_m
+
+    @property
+    def ambiguous(self) -> bool:
+        """Whether half a turn maps the board's colours onto themselves."""
+        return (self.columns + self.rows) % 2 == 0
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Optics of one camera and what they rest on.
+
+    Attributes
+    ----------
+    camera : PinholeCamera
+    standard_errors : mapping
+        Of the parameters that were free.
+    camera_from_board : dict
+        View to its board's pose (4, 4).
+    errors_px : dict
+        View to its root mean square residual.
+    rejected : dict
+        View to the reason.
+    rms_px : float
+    """
+
+    camera: PinholeCamera
+    standard_errors: Mapping[str, float]
+    camera_from_board: Mapping[str, NDArray]
+    errors_px: Mapping[str, float]
+    rejected: Mapping[str, str]
+    rms_px: float
+
+
+@dataclass(frozen=True)
+class PairCalibration:
+    """Transform between two cameras.
+
+    Attributes
+    ----------
+    second_from_first : (4, 4) array
+    errors_px : dict
+        View to the root mean square residuals in both cameras.
+    rms_px : float
+    """
+
+    second_from_first: NDArray
+    errors_px: Mapping[str, tuple[float, float]]
+    rms_px: float
+
+
+def find_board(grey: NDArray, board: Board) -> NDArray | None:
+    """Find a board's corners to sub-pixel precision, row by row.
+
+    The order starts at the corner beside a black outer square where the board allows to tell
+    (one odd and one even number of corners).
+
+    Parameters
+    ----------
+    grey : (h, w) uint8 array
+    board : Board
+
+    Returns
+    -------
+    (n, 2) array or None
+        Pixel coordinates; None when the board is not seen whole.
+    """
+    size = (board.columns, board.rows)
+    found, corners = cv2.findChessboardCorners(grey, size)
+    if not found:
+        found, corners = cv2.findChessboardCornersSB(grey, size)
+    if not found:
+        return None
+    corners = corners.reshape(board.rows, board.columns, 2).astype(np.float32)
+    steps = (
+        np.linalg.norm(np.diff(corners, axis=0), axis=-1).min(),
+        np.linalg.norm(np.diff(corners, axis=1), axis=-1).min(),
+    )
+    reach = int(np.clip(REFINE_SHARE * min(steps), 1, REFINE_MOST_PX))
+    corners = cv2.cornerSubPix(grey, corners.reshape(-1, 1, 2), (reach, reach), (-1, -1), REFINED)
+    corners = corners.reshape(-1, 2).astype(float)
+    if board.ambiguous:
+        return corners
+    return corners if _starts_at_black(grey, corners, board) else corners[::-1].copy()
+
+
+def calibrate_camera(
+    corners: Mapping[str, NDArray], board: Board, size_px: tuple[int, int]
+) -> Calibration:
+    """Zhang's calibration of one camera with five distortion parameters.
+
+    Views whose residual is far above the others' are left out and named.
+
+    Parameters
+    ----------
+    corners : mapping
+        View to its corners (n, 2) [px].
+    board : Board
+    size_px : (width, height)
+
+    Raises
+    ------
+    ValueError
+        If too few views show the board.
+    """
+    views, rejected = dict(corners), {}
+    while True:
+        _check_count(len(views), rejected)
+        points = [board.points_m.astype(np.float32)] * len(views)
+        images = [corner.astype(np.float32) for corner in views.values()]
+        rms, K, distortion, turns, shifts, std, _, errors = cv2.calibrateCameraExtended(
+            points, images, size_px, None, None, criteria=CONVERGED
+        )
+        errors = dict(zip(views, errors.ravel().tolist(), strict=True))
+        limit = max(OUTLIER_PX, OUTLIER_FACTOR * float(np.median(list(errors.values()))))
+        bad = [name for name, error in errors.items() if error > limit]
+        if not bad:
+            break
+        for name in bad:
+            rejected[name] = f"residual {errors[name]:.2f} px, expected at most {limit:.2f}"
+            del views[name]
+    camera = PinholeCamera(
+        *size_px, K[0, 0], K[1, 1], K[0, 2], K[1, 2], tuple(distortion.ravel()[:5].tolist())
+    )
+    poses = [_pose(turn, shift) for turn, shift in zip(turns, shifts, strict=True)]
+    return Calibration(
+        camera,
+        dict(zip(PARAMETERS, std.ravel()[: len(PARAMETERS)].tolist(), strict=True)),
+        dict(zip(views, poses, strict=True)),
+        errors,
+        rejected,
+        float(rms),
+    )
+
+
+def calibrate_pair(
+    first: Mapping[str, NDArray],
+    second: Mapping[str, NDArray],
+    board: Board,
+    cameras: tuple[PinholeCamera, PinholeCamera],
+) -> PairCalibration:
+    """Transform between two cameras of known optics from boards that both see.
+
+    A board that looks the same after half a turn is ordered by the pose that both cameras agree
+    on.
+
+    Parameters
+    ----------
+    first, second : mapping
+        View to its corners in each camera (n, 2) [px].
+    board : Board
+    cameras : (PinholeCamera, PinholeCamera)
+
+    Raises
+    ------
+    ValueError
+        If too few views are seen by both, or the order of an ambiguous board can't be settled.
+    """
+    shared = [name for name in first if name in second]
+    _check_count(len(shared), {})
+    paired = {name: second[name] for name in shared}
+    if board.ambiguous:
+        paired = _ordered_alike(first, paired, board, cameras)
+    points = [board.points_m.astype(np.float32)] * len(shared)
+    lenses = [item for c in cameras for item in (c.matrix, np.array(c.distortion))]
+    rms, _, _, _, _, turn, shift, *_, errors = cv2.stereoCalibrateExtended(
+        points,
+        [first[name].astype(np.float32) for name in shared],
+        [paired[name].astype(np.float32) for name in shared],
+        *lenses,
+        (cameras[0].width_px, cameras[0].height_px),
+        None,
+        None,
+        flags=cv2.CALIB_FIX_INTRINSIC,
+        criteria=CONVERGED,
+    )
+    transform = np.eye(4)
+    transform[:3, :3], transform[:3, 3] = turn, shift.ravel()
+    pairs = {name: tuple(row) for name, row in zip(shared, errors.tolist(), strict=True)}
+    return PairCalibration(transform, pairs, float(rms))
+
+
+def _ordered_alike(
+    first: Mapping[str, NDArray],
+    second: Mapping[str, NDArray],
+    board: Board,
+    cameras: tuple[PinholeCamera, PinholeCamera],
+) -> dict[str, NDArray]:
+    """Turn the second camera's corners so that all views give about one transform."""
+    options = {}
+    for name, corners in second.items():
+        known = _board_pose(first[name], board, cameras[0])
+        options[name] = [
+            (seen, _board_pose(seen, board, cameras[1]) @ np.linalg.inv(known))
+            for seen in (corners, corners[::-1].copy())
+        ]
+    best = None
+    for choices in options.values():
+        for _, guess in choices:
+            picked = {
+                name: min(pair, key=lambda option, guess=guess: _apart(option[1], guess))
+                for name, pair in options.items()
+            }
+            cost = float(np.median([_apart(option[1], guess) for option in picked.values()]))
+            if best is None or cost < best[0]:
+                best = (cost, picked)
+    cost, picked = best
+    others = {
+        name: max(_apart(option[1], picked[name][1]) for option in pair)
+        for name, pair in options.items()
+    }
+    if cost > 0.2 * min(others.values()):
+        raise ValueError(
+            "board: expected one odd and one even number of corners, or views that settle its"
+            f" order, found {board.columns} x {board.rows}"
+        )
+    return {name: option[0] for name, option in picked.items()}
+
+
+def _apart(a: NDArray, b: NDArray) -> float:
+    """Angle between two transforms [rad]."""
+    cosine = (np.trace(a[:3, :3].T @ b[:3, :3]) - 1) / 2
+    return float(np.arccos(np.clip(cosine, -1, 1)))
+
+
+def _board_pose(corners: NDArray, board: Board, camera: PinholeCamera) -> NDArray:
+    _, turn, shift = cv2.solvePnP(
+        board.points_m, corners, camera.matrix, np.array(camera.distortion)
+    )
+    return _pose(turn, shift)
+
+
+def _pose(turn: NDArray, shift: NDArray) -> NDArray:
+    pose = np.eye(4)
+    pose[:3, :3] = cv2.Rodrigues(turn)[0]
+    pose[:3, 3] = shift.ravel()
+    return pose
+
+
+def _check_count(count: int, rejected: Mapping[str, str]) -> None:
+    if count < FEWEST_VIEWS:
+        more = f" ({len(rejected)} rejected)" if rejected else ""
+        raise ValueError(
+            f"calibration: expected at least {FEWEST_VIEWS} views of the board, found {count}{more}"
+        )
+
+
+def _starts_at_black(grey: NDArray, corners: NDArray, board: Board) -> bool:
+    """Whether the squares at even places from the first corner are the dark ones."""
+    grid = corners.reshape(board.rows, board.columns, 2)
+    middles = (grid[:-1, :-1] + grid[:-1, 1:] + grid[1:, :-1] + grid[1:, 1:]) / 4
+    place = middles.astype(np.float32)
+    values = cv2.remap(grey, place[..., 0], place[..., 1], cv2.INTER_LINEAR).astype(float)
+    even = np.indices(values.shape).sum(axis=0) % 2 == 0
+    return bool(values[even].mean() < values[~even].mean())
+
+
+def board_views(
+    images: Sequence[tuple[str, NDArray]], board: Board
+) -> tuple[dict[str, NDArray], dict[str, str]]:
+    """Find the board in images: corners of each view that shows it, and the rest's reason."""
+    corners, missing = {}, {}
+    for name, grey in images:
+        found = find_board(grey, board)
+        if found is None:
+            missing[name] = "the board was not found whole"
+        else:
+            corners[name] = found
+    return corners, missing
