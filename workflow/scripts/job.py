@@ -8,7 +8,12 @@ from contextlib import redirect_stdout
 from pathlib import Path
 
 # Before NumPy is imported: a job uses the threads its rule asks for, and no more.
-for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+for _variable in (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "OPENCV_FOR_THREADS_NUM",
+):
     os.environ.setdefault(_variable, "1")
 
 

@@ -63,7 +63,7 @@ def scan_views(
     -------
     list of ScanView
     """
-    caster = o3d.t.geometry.RaycastingScene()
+    caster = o3d.t.geometry.RaycastingScene(nthreads=1)
     caster.add_triangles(
         o3d.core.Tensor(np.ascontiguousarray(vertices_m, dtype=np.float32)),
         o3d.core.Tensor(np.ascontiguousarray(faces, dtype=np.uint32)),
@@ -112,7 +112,7 @@ def _scan(
     local = np.stack([x * step, y * step, np.ones_like(x)], axis=-1).reshape(-1, 3)
     directions = local @ pose[:3, :3].T
     rays = np.concatenate([np.broadcast_to(pose[:3, 3], directions.shape), directions], axis=1)
-    answer = caster.cast_rays(o3d.core.Tensor(rays.astype(np.float32)))
+    answer = caster.cast_rays(o3d.core.Tensor(rays.astype(np.float32)), nthreads=1)
     depth = answer["t_hit"].numpy().astype(float)
     normals = answer["primitive_normals"].numpy().astype(float)
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)

@@ -61,7 +61,7 @@ class Scene:
         object_from_force: NDArray | None = None,
     ) -> None:
         self.bench, self.probe, self.tip_m = bench, probe, tip_m
-        self.caster = o3d.t.geometry.RaycastingScene()
+        self.caster = o3d.t.geometry.RaycastingScene(nthreads=1)
         self.kinds: list[int] = []
         self.finishes: list[Finish] = []
         if bench.table is not None:
@@ -86,7 +86,7 @@ class Scene:
         rays = np.concatenate(
             [np.broadcast_to(origins, directions.shape), directions], axis=1
         ).astype(np.float32)
-        answer = self.caster.cast_rays(o3d.core.Tensor(rays))
+        answer = self.caster.cast_rays(o3d.core.Tensor(rays), nthreads=1)
         part = answer["geometry_ids"].numpy().astype(np.int64)
         part[part >= len(self.kinds)] = -1
         return {
@@ -103,7 +103,7 @@ class Scene:
         rays = np.concatenate([origins, np.broadcast_to(directions, origins.shape)], axis=1).astype(
             np.float32
         )
-        return self.caster.test_occlusions(o3d.core.Tensor(rays)).numpy()
+        return self.caster.test_occlusions(o3d.core.Tensor(rays), nthreads=1).numpy()
 
     def _add(self, kind: int, vertices: NDArray, triangles: NDArray, finish: Finish) -> None:
         self.caster.add_triangles(

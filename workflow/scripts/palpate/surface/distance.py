@@ -18,7 +18,7 @@ class ClosestPoints:
         # Single precision: coordinates are taken from their mean to lose nothing.
         self.vertices, self.faces = np.asarray(vertices, dtype=float), np.asarray(faces)
         self.origin = self.vertices.mean(axis=0)
-        self.scene = o3d.t.geometry.RaycastingScene()
+        self.scene = o3d.t.geometry.RaycastingScene(nthreads=1)
         self.scene.add_triangles(
             o3d.core.Tensor((self.vertices - self.origin).astype(np.float32)),
             o3d.core.Tensor(self.faces.astype(np.uint32)),
@@ -26,7 +26,7 @@ class ClosestPoints:
 
     def __call__(self, points: NDArray) -> tuple[NDArray, NDArray, NDArray]:
         """Closest points (k, 3) [m], their triangles (k,) and barycentric weights (k, 3)."""
-        answer = self.scene.compute_closest_points(self._query(points))
+        answer = self.scene.compute_closest_points(self._query(points), nthreads=1)
         triangle = answer["primitive_ids"].numpy().astype(np.int64)
         u, v = answer["primitive_uvs"].numpy().astype(float).T
         weights = np.stack([1 - u - v, u, v], axis=1)
@@ -38,11 +38,15 @@ class ClosestPoints:
 
     def distance(self, points: NDArray) -> NDArray:
         """Unsigned distances, shape (k,) [m]."""
-        return self.scene.compute_distance(self._query(points)).numpy().astype(float)
+        return self.scene.compute_distance(self._query(points), nthreads=1).numpy().astype(float)
 
     def signed_distance(self, points: NDArray) -> NDArray:
         """Distances to a closed mesh, negative inside, shape (k,) [m]."""
-        return self.scene.compute_signed_distance(self._query(points)).numpy().astype(float)
+        return (
+            self.scene.compute_signed_distance(self._query(points), nthreads=1)
+            .numpy()
+            .astype(float)
+        )
 
     def _query(self, points: NDArray) -> o3d.core.Tensor:
         return o3d.core.Tensor((np.asarray(points) - self.origin).astype(np.float32))
