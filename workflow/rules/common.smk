@@ -24,6 +24,8 @@ LAB = f"{RESULTS}/lab"
 KEPT_MESHES = Path(HOUSE.paths["meshes"])
 ERRORS = config["error_options"]
 LAB_OBJECTS = sorted({capture.object for capture in HOUSE.simulated})
+# The lab can press all its objects, even those of whose names people dropped recordings.
+MODELLED = sorted(HOUSE.lab["objects"]) if HOUSE.lab else []
 SCANNED = [name for name in HOUSE.objects if HOUSE.template_source(name)[0] == "scans"]
 
 
@@ -106,6 +108,11 @@ def laser_spec(wildcards):
     """The laser scanner, its views of an object, and the seed."""
     scan = HOUSE.lab["objects"][wildcards.object]["scan"]
     return HOUSE.lab["laser"] | scan | {"seed": HOUSE.lab["seed"]}
+
+
+def lab_probe(wildcards):
+    """Probe with which the lab presses one of its objects."""
+    return HOUSE.probes[HOUSE.lab["objects"][wildcards.object]["object"]["probe"]]
 
 
 def lab_mechanics(wildcards):

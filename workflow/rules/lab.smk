@@ -9,11 +9,11 @@ rule lab_contact:
     benchmark:
         results("benchmarks/lab_contact/{object}-{point}.tsv")
     wildcard_constraints:
-        object=one_of(LAB_OBJECTS),
+        object=one_of(MODELLED),
     params:
         code=code("lab_contact"),
         spec=lab_mechanics,
-        probe=probe_spec,
+        probe=lab_probe,
     message:
         "Lab: pressing the sphere into {wildcards.object} at point {wildcards.point}"
     script:
