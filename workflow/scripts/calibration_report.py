@@ -14,7 +14,7 @@ from study_inputs import read_all
 def main(snakemake):
     """Write the tables and draw the figures."""
     source, output = snakemake.input, snakemake.output
-    (result,) = read_all([source.calibration])
+    (result,) = read_all(source.calibration)
     table = calibration.table_4_1(result, pd.read_csv(source.table_4_1))
     title = "Table 4.1: focal lengths and principal points (px)"
     with whole_file(output.table_csv) as csv, whole_file(output.table_md) as md:
@@ -24,7 +24,7 @@ def main(snakemake):
     with whole_file(output.equation_csv) as csv, whole_file(output.equation_md) as md:
         tables.write(equation, csv, md, title=title)
     view = sorted(result["pair_errors_px"])[0]
-    folder, frames = Path(source.pairs), read_frames(source.pairs)
+    folder, frames = Path(source.pairs[0]), read_frames(source.pairs[0])
     images = {
         stream: read_image(folder / str(frames[stream].iloc[int(view)]), "mono8")
         for stream in ("infrared", "color")
