@@ -1,8 +1,18 @@
 """Masks of a synthetic scene with a known mask and a shadow."""
 
+import tracemalloc
+
+import cv2
 import numpy as np
 import pytest
-from palpate.vision.background import build_model, classify, load_model, save_model
+from palpate.vision.background import (
+    Classifier,
+    build_model,
+    distortion,
+    load_model,
+    save_model,
+)
+from palpate.vision.stillness import camera_shift, check_still
 
 OPTIONS = {
     "alpha_low": 0.55,
@@ -11,6 +21,10 @@ OPTIONS = {
     "closing_px": 7,
     "smallest_blob_px": 100,
 }
+
+
+def classify(model, image):
+    return Classifier(model, **OPTIONS)(image)
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +45,7 @@ def scene():
 def test_object_is_foreground_and_shadow_is_not(scene):
     frames, image, mask = scene
     model = build_model(frames, false_positive_rate=0.002)
-    found = classify(model, image, **OPTIONS)
+    found = classify(model, image)
     assert (found & mask).sum() / (found | mask).sum() > 0.97
     assert not found[85:105, 30:140].any()
 
@@ -39,20 +53,72 @@ def test_object_is_foreground_and_shadow_is_not(scene):
 def test_black_part_of_the_object_is_foreground(scene):
     frames, image, _ = scene
     model = build_model(frames, false_positive_rate=0.002)
-    assert classify(model, image, **OPTIONS)[42:48, 62:78].all()
+    assert classify(model, image)[42:48, 62:78].all()
 
 
 def test_background_is_background_at_about_the_stated_rate(scene):
     frames, _, _ = scene
     model = build_model(frames[:-1], false_positive_rate=0.002)
-    assert not classify(model, frames[-1], **OPTIONS).any()
+    assert not classify(model, frames[-1]).any()
+    brightness, chroma = distortion(model, frames[-1])
+    assert (chroma > model.threshold).mean() < 0.01
+    assert (np.abs(brightness) > model.brightness_threshold).mean() < 0.01
 
 
 def test_constant_pixels_are_guarded():
     frames = [np.full((40, 40, 3), 100, np.uint8)] * 6
     model = build_model(frames, false_positive_rate=0.01)
     assert np.isfinite(model.threshold)
-    assert not classify(model, frames[0], **OPTIONS).any()
+    assert not classify(model, frames[0]).any()
+
+
+def test_noise_of_a_black_background_is_no_foreground():
+    rng = np.random.default_rng(5)
+    dark = np.full((60, 80, 3), 1.5)
+    frames = [np.clip(np.round(dark + rng.normal(0, 1, dark.shape)), 0, 255) for _ in range(12)]
+    model = build_model([f.astype(np.uint8) for f in frames[:-1]], false_positive_rate=0.002)
+    found = Classifier(model, **OPTIONS).pixels(frames[-1].astype(np.uint8))
+    assert found.mean() < 0.02
+    bright = np.full((60, 80, 3), 90, np.uint8)
+    assert classify(model, bright).all()
+
+
+class Lazy:
+    """Background frames made when they are asked for."""
+
+    def __init__(self, count):
+        self.count = count
+
+    def __len__(self):
+        return self.count
+
+    def __getitem__(self, k):
+        return np.random.default_rng(k).integers(100, 110, (120, 160, 3), dtype=np.uint8)
+
+
+def test_memory_does_not_grow_with_the_number_of_frames():
+    peaks = []
+    for count in (8, 64):
+        tracemalloc.start()
+        build_model(Lazy(count), false_positive_rate=0.002)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 1.02 * peaks[0]
+
+
+def test_a_camera_that_moved_is_told(scene):
+    rng = np.random.default_rng(4)
+    wide = cv2.GaussianBlur(rng.uniform(0, 255, (400, 560, 3)), (0, 0), 2)
+    wide = np.clip(128 + 4 * (wide - 128), 0, 255).astype(np.uint8)
+    still, moved = wide[8:-8, 8:-8], wide[6:-10, 5:-11]
+    nothing = np.zeros(still.shape[:2], bool)
+    nothing[100:200, 200:300] = True
+    assert camera_shift(still, moved, nothing) == pytest.approx(np.hypot(2, 3), abs=0.05)
+    check_still(still, still, nothing, largest_shift_px=0.5, frame=0)
+    with pytest.raises(ValueError, match="found it moved by 3.6 px in frame 7"):
+        check_still(still, moved, nothing, largest_shift_px=0.5, frame=7)
+    plain = np.full((400, 560), 90, np.uint8)
+    assert camera_shift(plain, plain, np.zeros(plain.shape, bool)) is None
 
 
 def test_model_round_trip(scene, tmp_path):
@@ -60,7 +126,7 @@ def test_model_round_trip(scene, tmp_path):
     model = build_model(frames, false_positive_rate=0.002)
     save_model(tmp_path / "m.npz", model)
     again = load_model(tmp_path / "m.npz")
-    assert np.array_equal(classify(again, image, **OPTIONS), classify(model, image, **OPTIONS))
+    assert np.array_equal(classify(again, image), classify(model, image))
 
 
 def test_bad_input(scene):
@@ -69,4 +135,4 @@ def test_bad_input(scene):
         build_model(frames[:3], false_positive_rate=0.01)
     model = build_model(frames, false_positive_rate=0.01)
     with pytest.raises(ValueError, match="expected the background's shape"):
-        classify(model, image[:50], **OPTIONS)
+        classify(model, image[:50])

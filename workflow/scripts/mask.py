@@ -4,16 +4,21 @@ import numpy as np
 from frames import Stream
 from job import run
 from palpate.capture.files import whole_file
-from palpate.vision.background import classify, load_model
+from palpate.vision.background import Classifier, load_model
+from palpate.vision.stillness import check_still
 
 
 def main(snakemake):
     """Write the packed masks of the reference camera."""
     options = dict(snakemake.params.options)
     options.pop("false_positive_rate")
+    largest_shift_px = options.pop("largest_shift_px")
     model = load_model(snakemake.input.model)
+    classify = Classifier(model, **options)
     frames = Stream(snakemake.input.capture, snakemake.params.sensor)
-    masks = np.stack([classify(model, image, **options) for image in frames])
+    masks = np.stack([classify(image) for image in frames])
+    for k in (0, len(masks) - 1):
+        check_still(model.mean, frames[k], masks[k], largest_shift_px=largest_shift_px, frame=k)
     empty = np.flatnonzero(~masks.any(axis=(1, 2)))
     if len(empty):
         raise ValueError(f"mask: expected foreground in each frame, found none in {empty[0]}")
