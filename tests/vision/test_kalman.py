@@ -20,7 +20,8 @@ def test_study_filter_lags_and_smoother_does_not():
     lag = np.abs(study_filter(ramp) - ramp)[20:34].max()
     frame = 0.002 / 6
     assert 2.4 * frame < lag < 3.0 * frame
-    assert np.abs(smooth(time_s, ramp, **OPTIONS) - ramp).max() < 0.25 * frame
+    found = filter_tip(time_s, ramp, np.zeros_like(ramp), method="smoother", **OPTIONS)
+    assert np.abs(found - ramp).max() < 0.25 * frame
 
 
 def test_smoother_reduces_noise_and_bridges_gaps():
@@ -29,11 +30,31 @@ def test_smoother_reduces_noise_and_bridges_gaps():
     path = np.column_stack([0.002 * time_s, 0.01 + 0 * time_s, 0 * time_s])
     noisy = path + rng.normal(0, 3e-4, path.shape)
     noisy[30:33] = np.nan
-    found = smooth(time_s, noisy, measurement_std_m=3e-4, acceleration_std_m_s2=0.005)
+    std = np.full(80, 3e-4)
+    found = np.column_stack(
+        [smooth(time_s, column, std, acceleration_std_m_s2=0.005) for column in noisy.T]
+    )
     assert (found - path).std() < 0.6 * 3e-4
     assert np.abs(found[30:33] - path[30:33]).max() < 6e-4
 
 
+def test_frames_that_are_known_better_count_more():
+    time_s, std = np.arange(40) / 6, np.full(40, 5e-4)
+    std[::4] = 1e-5
+    noisy = np.random.default_rng(1).normal(0, std)
+    found = smooth(time_s, noisy, std, acceleration_std_m_s2=0.005)
+    assert np.abs(found).max() < 1e-4
+
+
+def test_filters_bridge_gaps():
+    path = np.column_stack([np.arange(6.0)] * 3)
+    path[2] = np.nan
+    for method in ("study", "none"):
+        found = filter_tip(np.arange(6.0), path, np.zeros_like(path), method=method, **OPTIONS)
+        assert np.isfinite(found).all()
+    assert found[2] == pytest.approx([2, 2, 2])
+
+
 def test_unknown_method_is_refused():
     with pytest.raises(ValueError, match="method: expected study, smoother or none"):
-        filter_tip(np.arange(3.0), np.zeros((3, 3)), method="best", **OPTIONS)
+        filter_tip(np.arange(3.0), np.zeros((3, 3)), np.zeros((3, 3)), method="best", **OPTIONS)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from numpy.typing import NDArray
-from palpate.capture.images import read_image
+from palpate.capture.images import read_image, read_samples
 from palpate.capture.tables import image_streams, read_frames
 
 REFERENCE_STREAM = {"stereo": "left", "structured_light": "color", "depth": "color"}
@@ -21,10 +21,19 @@ class Stream(Sequence):
         The sensor's file.
     stream : str, optional
         Name of the stream; the reference camera's by default.
+    samples : bool, optional
+        Whether mosaics stay as the camera sampled them.
     """
 
-    def __init__(self, folder: str | Path, sensor: Mapping, stream: str | None = None) -> None:
-        self.folder = Path(folder)
+    def __init__(
+        self,
+        folder: str | Path,
+        sensor: Mapping,
+        stream: str | None = None,
+        *,
+        samples: bool = False,
+    ) -> None:
+        self.folder, self.read = Path(folder), read_samples if samples else read_image
         stream = stream or REFERENCE_STREAM[sensor["kind"]]
         self.files = [str(name) for name in read_frames(folder)[stream]]
         self.encoding = image_streams(sensor)[stream]["encoding"]
@@ -33,7 +42,7 @@ class Stream(Sequence):
         return len(self.files)
 
     def __getitem__(self, index: int) -> NDArray:
-        return read_image(self.folder / self.files[index], self.encoding)
+        return self.read(self.folder / self.files[index], self.encoding)
 
 
 def all_streams(folder: str | Path, sensor: Mapping) -> Iterator[dict[str, NDArray]]:

@@ -23,7 +23,7 @@ RGGB_TO_RGB = cv2.COLOR_BayerBG2BGR_EA, cv2.COLOR_BGR2RGB
 
 
 def read_image(path: str | Path, encoding: str) -> NDArray:
-    """Read an image of a capture.
+    """Read an image of a capture, its mosaic filled in.
 
     Parameters
     ----------
@@ -42,6 +42,11 @@ def read_image(path: str | Path, encoding: str) -> NDArray:
     ValueError
         If the file can't be decoded or does not hold what the encoding says.
     """
+    return demosaic(read_samples(path, encoding), encoding)
+
+
+def read_samples(path: str | Path, encoding: str) -> NDArray:
+    """Read an image as the camera sampled it: like `read_image`, but a mosaic stays (h, w)."""
     image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
     if image is None:
         raise ValueError(f"{path}: image: expected a whole PNG, found one that can't be decoded")
@@ -52,9 +57,15 @@ def read_image(path: str | Path, encoding: str) -> NDArray:
         found = f"{image.dtype.itemsize * 8} bits, {found_channels} channels"
         expected = f"{bits} bits, {channels} channels"
         raise ValueError(f"{path}: {encoding}: expected {expected}, found {found}")
-    if encoding == "rgb8":
-        return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
-    return _demosaic(image) if encoding == "bayer_rggb8" else image
+    return cv2.cvtColor(image, cv2.COLOR_BGR2RGB) if encoding == "rgb8" else image
+
+
+def demosaic(samples: NDArray, encoding: str) -> NDArray:
+    """Fill in a mosaic, (h, w) to (h, w, 3) RGB; images of other encodings stay as they are."""
+    if encoding != "bayer_rggb8":
+        return samples
+    to_bgr, to_rgb = RGGB_TO_RGB
+    return cv2.cvtColor(cv2.cvtColor(samples, to_bgr), to_rgb)
 
 
 def write_image(path: str | Path, image: NDArray, encoding: str) -> None:
@@ -125,8 +136,3 @@ def _form(encoding: str) -> tuple[int, tuple[int, ...]]:
         known = ", ".join(PNG_FORMS)
         raise ValueError(f"encoding: expected one of {known}, found {encoding}")
     return PNG_FORMS[encoding]
-
-
-def _demosaic(mosaic: NDArray) -> NDArray:
-    to_bgr, to_rgb = RGGB_TO_RGB
-    return cv2.cvtColor(cv2.cvtColor(mosaic, to_bgr), to_rgb)

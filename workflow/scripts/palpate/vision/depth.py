@@ -7,12 +7,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 MILLIMETRES = 1000.0
-# StereoBM counts disparity in sixteenths of a pixel, its speckle range too.
+# Both matchers count disparity in sixteenths of a pixel, and search multiples of 16 pixels.
 SUBPIXELS = 16
-SPECKLE_STEP = 2 * SUBPIXELS
-BLOCK = 16
+SEARCH_STEP = 16
+# Neighbours on one surface differ by less.
+SPECKLE_STEP_PX = 1
 TEXTURE_THRESHOLD = 10
-UNIQUENESS_PERCENT = 5
+UNIQUENESS_PERCENT = {"block": 5, "semi_global": 10}
+# A small block, and the penalties that OpenCV's documentation gives for one channel.
+SEMI_GLOBAL_BLOCK_PX = 5
+PENALTIES = 8 * SEMI_GLOBAL_BLOCK_PX**2, 32 * SEMI_GLOBAL_BLOCK_PX**2
+# Refinement: converged after two steps. What lies farther than this from one surface, or from where
+# the matcher put it, straddles an edge; the damping [grey levels^2] holds what has no texture.
+REFINEMENT_STEPS = 2
+SURFACE_TOLERANCE_PX = 0.75
+DAMPING = 4.0
+# Central difference of fourth order.
+DERIVATIVE = np.array([[1, -8, 0, 8, -1]], dtype=np.float32) / 12
 
 
 def kinect_depth(counts: NDArray, spec: Mapping) -> NDArray:
@@ -43,9 +54,7 @@ def millimetre_depth(millimetres: NDArray) -> NDArray:
 
 
 def stereo_depth(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
-    """Depth of the left image of a rectified pair by block matching (Section 4.1.2).
-
-    Matches are validated back and forth between the images, and surfaces of few pixels dropped.
+    """Depth of the left image of a rectified pair (Section 4.1.2).
 
     Parameters
     ----------
@@ -57,6 +66,11 @@ def stereo_depth(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
     -------
     (h, w) array
         Depth along the camera's axis [m]; NaN where nothing matches.
+
+    Raises
+    ------
+    ValueError
+        If the sensor asks for a method that does not exist.
     """
     disparity = stereo_disparity(left, right, sensor)
     product = sensor["color"]["fx_px"] * sensor["stereo"]["baseline_m"]
@@ -64,23 +78,157 @@ def stereo_depth(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
 
 
 def stereo_disparity(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
-    """Disparity of the left image [px], NaN where nothing matches; see `stereo_depth`."""
-    first, count = _search_range(sensor)
+    """Disparity of the left image, (h, w) [px], NaN where nothing matches; see `stereo_depth`.
+
+    ``stereo.method`` matches blocks, as the study does, or semi-globally. Matches are validated
+    back and forth between the images, and surfaces of few pixels dropped. ``stereo.subpixel``
+    leaves the fraction of a pixel to the matcher, or refines it (`refined_disparity`).
+    """
     options = sensor["stereo"]
-    matcher = cv2.StereoBM.create(count, options["window_px"])
+    _require("stereo.method", options["method"], tuple(UNIQUENESS_PERCENT))
+    _require("stereo.subpixel", options["subpixel"], ("matcher", "least_squares"))
+    left, right = _grey(left), _grey(right)
+    disparity = _matched_both_ways(left, right, options, *_search_range(sensor))
+    disparity = _without_speckles(disparity, options["speckle_size_px"])
+    if options["subpixel"] == "least_squares":
+        disparity = refined_disparity(left, right, disparity, options["window_px"])
+    return disparity.astype(float)
+
+
+def refined_disparity(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
+    """Refine disparities by least squares of grey values over windows that follow the surface.
+
+    Matchers favour whole pixels, and windows of constant disparity blur what is slanted. Here the
+    right image is warped by the plane through each window's disparities, and the rest is found as
+    by Lucas and Kanade (1981), with both images' mean gradient (Benhimane and Malis 2004).
+
+    Parameters
+    ----------
+    left, right : (h, w) uint8 arrays
+        Rectified pair; a window's mean brightness may differ between them.
+    disparity : (h, w) array
+        As matched [px]; NaN where nothing matches.
+    window_px : int
+        Side of the window, odd [px].
+
+    Returns
+    -------
+    (h, w) float32 array
+        Disparity [px]; NaN also where a window holds more than one surface.
+    """
+    valid = np.isfinite(disparity)
+    matched = np.where(valid, disparity, 0).astype(np.float32)
+    surface = _local_plane(matched, valid, window_px)
+    apart = _mean(np.abs(matched - surface), valid, window_px)
+    found = surface + _offset(left, right, surface, valid, window_px)
+    for _ in range(REFINEMENT_STEPS - 1):
+        surface = _local_plane(found, valid, window_px)
+        found = surface + _offset(left, right, surface, valid, window_px)
+    kept = (apart < SURFACE_TOLERANCE_PX) & (np.abs(found - matched) < SURFACE_TOLERANCE_PX)
+    return np.where(kept & valid, found, np.float32(np.nan))
+
+
+def _matched_both_ways(
+    left: NDArray, right: NDArray, options: Mapping, first: int, count: int
+) -> NDArray:
+    """Disparity of the left image that the right image's own matches confirm [px], else NaN."""
+    matcher = _matcher(options, first, count)
+    there = _matched(matcher, left, right, first, count)
+    # Seen in a mirror, the right image is the left one.
+    back = _matched(matcher, right[:, ::-1], left[:, ::-1], first, count)[:, ::-1]
+    column = np.arange(there.shape[1]) - np.round(np.nan_to_num(there)).astype(int)
+    confirmed = np.take_along_axis(back, np.maximum(column, 0), axis=1)
+    agree = np.abs(there - confirmed) <= options["max_left_right_px"]
+    return np.where(agree & (column >= 0), there, np.float32(np.nan))
+
+
+def _matcher(options: Mapping, first: int, count: int) -> cv2.StereoMatcher:
+    """Matcher without validation of its own."""
+    method = options["method"]
+    if method == "block":
+        matcher = cv2.StereoBM.create(count, options["window_px"])
+        matcher.setTextureThreshold(TEXTURE_THRESHOLD)
+    else:
+        matcher = cv2.StereoSGBM.create(0, count, SEMI_GLOBAL_BLOCK_PX, *PENALTIES)
+        matcher.setMode(cv2.STEREO_SGBM_MODE_SGBM_3WAY)
     matcher.setMinDisparity(first)
-    matcher.setTextureThreshold(TEXTURE_THRESHOLD)
-    matcher.setUniquenessRatio(UNIQUENESS_PERCENT)
-    matcher.setDisp12MaxDiff(int(np.ceil(options["max_left_right_px"])))
-    matcher.setSpeckleWindowSize(options["speckle_size_px"])
-    matcher.setSpeckleRange(SPECKLE_STEP)
+    matcher.setUniquenessRatio(UNIQUENESS_PERCENT[method])
+    matcher.setDisp12MaxDiff(-1)
+    return matcher
+
+
+def _matched(
+    matcher: cv2.StereoMatcher, left: NDArray, right: NDArray, first: int, count: int
+) -> NDArray:
+    """Disparity of the left image [px], NaN where nothing matches."""
     # The matcher drops columns that its range can't reach; a margin keeps them.
-    margin = [
-        cv2.copyMakeBorder(_grey(image), 0, 0, first + count, 0, cv2.BORDER_REPLICATE)
-        for image in (left, right)
+    margin = first + count
+    wide = [
+        cv2.copyMakeBorder(image, 0, 0, margin, 0, cv2.BORDER_REPLICATE) for image in (left, right)
     ]
-    raw = matcher.compute(*margin)[:, first + count :]
-    return np.where(raw >= first * SUBPIXELS, raw / SUBPIXELS, np.nan)
+    raw = matcher.compute(*wide)[:, margin:]
+    return np.where(raw >= first * SUBPIXELS, raw / np.float32(SUBPIXELS), np.float32(np.nan))
+
+
+def _without_speckles(disparity: NDArray, size_px: int) -> NDArray:
+    """Drop connected surfaces of no more than ``size_px`` pixels."""
+    counts = np.where(np.isfinite(disparity), disparity * SUBPIXELS, -SUBPIXELS).astype(np.int16)
+    cv2.filterSpeckles(counts, -SUBPIXELS, size_px, SPECKLE_STEP_PX * SUBPIXELS)
+    return np.where(counts >= 0, disparity, np.float32(np.nan))
+
+
+def _offset(
+    left: NDArray, right: NDArray, surface: NDArray, valid: NDArray, window_px: int
+) -> NDArray:
+    """Disparity beyond the surface that each window's grey values ask for, (h, w) [px]."""
+    left, warped = left.astype(np.float32), _warped(right, surface)
+    slope = (_derivative(left) + _derivative(warped)) / 2
+    rest = warped - left
+    mean_slope, mean_rest = (_mean(image, valid, window_px) for image in (slope, rest))
+    variance = _mean(slope * slope, valid, window_px) - mean_slope**2
+    covariance = _mean(slope * rest, valid, window_px) - mean_slope * mean_rest
+    # Beyond a pixel the linearisation says nothing but the direction.
+    return np.clip(covariance / (variance + DAMPING), -1, 1)
+
+
+def _warped(right: NDArray, disparity: NDArray) -> NDArray:
+    """Right image as the left camera would see it, (h, w)."""
+    height, width = right.shape
+    column = np.arange(width, dtype=np.float32) - disparity
+    row = np.broadcast_to(np.arange(height, dtype=np.float32)[:, None], column.shape)
+    image = right.astype(np.float32)
+    return cv2.remap(image, column, row.copy(), cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+
+
+def _local_plane(disparity: NDArray, valid: NDArray, window_px: int) -> NDArray:
+    """Value at the centre of the least-squares plane through each window, (h, w) [px]."""
+    one = np.ones(window_px, dtype=np.float32)
+    x = np.arange(window_px, dtype=np.float32) - window_px // 2
+    weight = valid.astype(np.float32)
+    powers = ((one, one), (x, one), (one, x), (x * x, one), (x, x), (one, x * x))
+    n, nx, ny, nxx, nxy, nyy = (_window_sum(weight, *power) for power in powers)
+    d, dx, dy = (_window_sum(disparity * weight, *power) for power in powers[:3])
+    # Cramer's rule for the constant term; what has no plane is taken out by the tolerance later.
+    minors = nxx * nyy - nxy * nxy, nx * nyy - nxy * ny, nx * nxy - nxx * ny
+    determinant = n * minors[0] - nx * minors[1] + ny * minors[2]
+    constant = d * minors[0] - dx * minors[1] + dy * minors[2]
+    return np.where(valid, constant / np.maximum(determinant, 1e-6), 0).astype(np.float32)
+
+
+def _window_sum(image: NDArray, along: NDArray, down: NDArray) -> NDArray:
+    """Sum over each window with separable weights, by the number of its pixels, (h, w)."""
+    area = np.float32(len(along) * len(down))
+    return cv2.sepFilter2D(image, cv2.CV_32F, along, down, borderType=cv2.BORDER_CONSTANT) / area
+
+
+def _mean(image: NDArray, valid: NDArray, window_px: int) -> NDArray:
+    """Mean over the valid pixels of each window, (h, w); 0 where there are none."""
+    size, weight = (window_px, window_px), valid.astype(np.float32)
+    return cv2.blur(image * weight, size) / np.maximum(cv2.blur(weight, size), 1e-3)
+
+
+def _derivative(image: NDArray) -> NDArray:
+    return cv2.filter2D(image, cv2.CV_32F, DERIVATIVE)
 
 
 def _search_range(sensor: Mapping) -> tuple[int, int]:
@@ -88,8 +236,13 @@ def _search_range(sensor: Mapping) -> tuple[int, int]:
     nearest_m, farthest_m = sensor["range_m"]
     product = sensor["color"]["fx_px"] * sensor["stereo"]["baseline_m"]
     first = int(product / farthest_m)
-    return first, int(np.ceil((product / nearest_m - first) / BLOCK)) * BLOCK
+    return first, int(np.ceil((product / nearest_m - first) / SEARCH_STEP)) * SEARCH_STEP
 
 
 def _grey(image: NDArray) -> NDArray:
     return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+
+
+def _require(name: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise ValueError(f"{name}: expected one of {', '.join(known)}, found {value}")

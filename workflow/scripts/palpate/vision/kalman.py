@@ -10,6 +10,7 @@ H, R, P0, Q = 1.0, 10.0, 0.0, 1.0
 def filter_tip(
     time_s: NDArray,
     tip_m: NDArray,
+    tip_std_m: NDArray,
     *,
     method: str,
     measurement_std_m: float,
@@ -22,11 +23,15 @@ def filter_tip(
     time_s : (n,) array
         Times of the frames [s].
     tip_m : (n, 3) array
-        Measured positions [m]; rows of NaN are gaps, which only the smoother bridges.
+        Measured positions [m]; rows of NaN are gaps.
+    tip_std_m : (n, 3) array
+        Standard deviations of the measurements [m].
     method : {"study", "smoother", "none"}
-        Eq. 4.21 as printed; `smooth`; or the path as it is.
+        Eq. 4.21 as printed; `smooth`; or the path as it is. The first and the last bridge gaps by
+        straight lines.
     measurement_std_m, acceleration_std_m_s2 : float
-        Options of the smoother [m], [m/s^2].
+        Options of the smoother: error of a measurement beyond what its frame tells [m], and the
+        hand's acceleration [m/s^2].
 
     Returns
     -------
@@ -34,16 +39,16 @@ def filter_tip(
         Filtered positions [m].
     """
     if method == "none":
-        return tip_m.copy()
+        return _bridged(time_s, tip_m)
     if method == "study":
-        return study_filter(tip_m)
+        return study_filter(_bridged(time_s, tip_m))
     if method == "smoother":
-        return smooth(
-            time_s,
-            tip_m,
-            measurement_std_m=measurement_std_m,
-            acceleration_std_m_s2=acceleration_std_m_s2,
-        )
+        std_m = np.hypot(np.nan_to_num(tip_std_m), measurement_std_m)
+        columns = [
+            smooth(time_s, values, std, acceleration_std_m_s2=acceleration_std_m_s2)
+            for values, std in zip(tip_m.T, std_m.T, strict=True)
+        ]
+        return np.column_stack(columns)
     raise ValueError(f"method: expected study, smoother or none, found {method}")
 
 
@@ -73,40 +78,45 @@ def study_filter(values: NDArray) -> NDArray:
 
 
 def smooth(
-    time_s: NDArray, values: NDArray, *, measurement_std_m: float, acceleration_std_m_s2: float
+    time_s: NDArray, values: NDArray, std: NDArray, *, acceleration_std_m_s2: float
 ) -> NDArray:
-    """Constant-velocity Kalman filter and Rauch-Tung-Striebel smoother, down each column.
+    """Constant-velocity Kalman filter and Rauch-Tung-Striebel smoother of one coordinate.
 
     Parameters
     ----------
     time_s : (n,) array
         Increasing times [s], not necessarily even.
-    values : (n, k) array
-        Measured positions [m]; rows with NaN are gaps.
-    measurement_std_m, acceleration_std_m_s2 : float
-        Standard deviations of a measurement and of the white acceleration.
+    values, std : (n,) arrays
+        Measured positions and their standard deviations [m]; NaN among the values are gaps.
+    acceleration_std_m_s2 : float
+        Standard deviation of the white acceleration.
 
     Returns
     -------
-    (n, k) array
+    (n,) array
         Smoothed positions [m].
+
+    Raises
+    ------
+    ValueError
+        If there is no measurement.
     """
-    seen = np.isfinite(values).all(axis=1)
+    seen = np.isfinite(values)
     if not seen.any():
         raise ValueError("values: expected at least one measurement, found none")
     steps = np.diff(time_s, prepend=time_s[0])
-    noise = measurement_std_m**2
-    state = np.stack([values[np.argmax(seen)], np.zeros(values.shape[1])])
-    covariance = np.diag([noise, 1.0])
+    first = int(np.argmax(seen))
+    state = np.array([values[first], 0.0])
+    covariance = np.diag([std[first] ** 2, 1.0])
     forward = []
     for k, step in enumerate(steps):
         F, W = _motion(step, acceleration_std_m_s2)
         predicted, predicted_covariance = F @ state, F @ covariance @ F.T + W
         state, covariance = predicted, predicted_covariance
         if seen[k]:
-            gain = covariance[:, :1] / (covariance[0, 0] + noise)
+            gain = covariance[:, 0] / (covariance[0, 0] + std[k] ** 2)
             state = state + gain * (values[k] - state[0])
-            covariance = covariance - gain @ covariance[:1]
+            covariance = covariance - np.outer(gain, covariance[0])
         forward.append((F, predicted, predicted_covariance, state, covariance))
     return _backward(forward)
 
@@ -127,3 +137,12 @@ def _backward(forward: list[tuple]) -> NDArray:
         smoothed = state + gain @ (smoothed - predicted)
         path.append(smoothed[0])
     return np.array(path[::-1])
+
+
+def _bridged(time_s: NDArray, values: NDArray) -> NDArray:
+    """Gaps filled along straight lines, down each column."""
+    columns = []
+    for column in values.T:
+        seen = np.isfinite(column)
+        columns.append(np.interp(time_s, np.asarray(time_s)[seen], column[seen]))
+    return np.column_stack(columns)

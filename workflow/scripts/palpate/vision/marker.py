@@ -1,4 +1,4 @@
-"""Pose of the probe's checkerboard in one image (Section 4.2.2)."""
+"""The probe's checkerboard in an image: its corners (Section 4.2.2)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,34 +7,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.vision.camera import PinholeCamera
-
 DETECTION = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 SUBPIXEL_STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 40, 1e-3)
-REFINE_STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 50, 1e-10)
-RANSAC_ITERATIONS = 200
-FEWEST_INLIERS = 6
-# The two planar solutions count as equal when their errors differ by less than this factor.
-AMBIGUOUS_RATIO = 2.0
+# Margin of the region in which the board is looked for, as a part of the corners' extent: the
+# outer squares take up to half of it, the rest is for motion.
+MARGIN = 0.9
 
 
 @dataclass(frozen=True)
-class MarkerPose:
-    """Where the checkerboard is.
+class Region:
+    """Part of an image: rows ``y0`` to ``y1`` and columns ``x0`` to ``x1``, ends left out [px]."""
 
-    Attributes
-    ----------
-    camera_from_marker : (4, 4) array
-        Rigid transform [m].
-    inliers : int
-        Corners that RANSAC kept.
-    reprojection_error_px : float
-        Root mean square over the inliers [px].
-    """
-
-    camera_from_marker: NDArray
-    inliers: int
-    reprojection_error_px: float
+    x0: int
+    y0: int
+    x1: int
+    y1: int
 
 
 def board_points(marker: Mapping) -> NDArray:
@@ -45,7 +32,7 @@ def board_points(marker: Mapping) -> NDArray:
     return flat * float(marker["square_m"])
 
 
-def find_corners(grey: NDArray, marker: Mapping) -> NDArray | None:
+def find_corners(grey: NDArray, marker: Mapping, region: Region | None = None) -> NDArray | None:
     """Find the board's inner corners in the order of `board_points`.
 
     OpenCV may give the corners from either end; the outer corner square beside the origin is
@@ -56,12 +43,46 @@ def find_corners(grey: NDArray, marker: Mapping) -> NDArray | None:
     grey : (h, w) uint8 array
     marker : mapping
         ``marker`` block of the probe's file.
+    region : Region, optional
+        Part of the image to look in; the whole is searched when nothing is found there.
 
     Returns
     -------
     (n, 2) array or None
         Pixel coordinates [px]; None when the board is not seen.
     """
+    if region is not None:
+        part = np.ascontiguousarray(grey[region.y0 : region.y1, region.x0 : region.x1])
+        corners = _detect(part, marker)
+        if corners is not None:
+            return corners + [region.x0, region.y0]
+    return _detect(grey, marker)
+
+
+def expected_region(last: NDArray, before: NDArray | None, shape: tuple[int, int]) -> Region | None:
+    """Where the board should be next, moving on as it did.
+
+    Parameters
+    ----------
+    last, before : (n, 2) arrays
+        Corners in the last frame and in the one before it, if they were found [px].
+    shape : (h, w)
+        Size of the image.
+
+    Returns
+    -------
+    Region or None
+        None when it leaves the image.
+    """
+    corners = last if before is None else 2 * last - before
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    margin = MARGIN * (high - low).max()
+    x0, y0 = np.floor(low - margin).astype(int).clip(0)
+    x1, y1 = np.minimum(np.ceil(high + margin).astype(int), shape[::-1])
+    return Region(int(x0), int(y0), int(x1), int(y1)) if x1 > x0 and y1 > y0 else None
+
+
+def _detect(grey: NDArray, marker: Mapping) -> NDArray | None:
     columns, rows = marker["inner_corners"]
     found, corners = cv2.findChessboardCorners(grey, (columns, rows), flags=DETECTION)
     if not found:
@@ -71,99 +92,6 @@ def find_corners(grey: NDArray, marker: Mapping) -> NDArray | None:
     start = corners.reshape(-1, 1, 2)
     refined = cv2.cornerSubPix(grey, start, (half, half), (-1, -1), SUBPIXEL_STOP)
     return _ordered(refined.reshape(rows, columns, 2).astype(float), grey)
-
-
-def marker_pose(
-    grey: NDArray,
-    camera: PinholeCamera,
-    marker: Mapping,
-    *,
-    threshold_px: float,
-    previous: MarkerPose | None = None,
-) -> MarkerPose | None:
-    """Find the board and its pose.
-
-    RANSAC picks the corners whose reprojection stays below the threshold; both solutions of the
-    planar problem are refined on them, and of two that fit about alike the one nearer to the
-    previous frame's is taken.
-
-    Parameters
-    ----------
-    grey : (h, w) uint8 array
-    camera : PinholeCamera
-    marker : mapping
-        ``marker`` block of the probe's file.
-    threshold_px : float
-        Largest reprojection error of an inlier [px] (Section 4.2.3).
-    previous : MarkerPose, optional
-        Pose in the frame before.
-
-    Returns
-    -------
-    MarkerPose or None
-        None when the board is not seen or too few corners agree.
-    """
-    corners = find_corners(grey, marker)
-    return (
-        None
-        if corners is None
-        else pose_from_corners(
-            corners, camera, marker, threshold_px=threshold_px, previous=previous
-        )
-    )
-
-
-def pose_from_corners(
-    corners_px: NDArray,
-    camera: PinholeCamera,
-    marker: Mapping,
-    *,
-    threshold_px: float,
-    previous: MarkerPose | None = None,
-) -> MarkerPose | None:
-    """Pose of the board from its corners; see `marker_pose`."""
-    points = board_points(marker)
-    lens = camera.matrix, np.array(camera.distortion)
-    done, _, _, kept = cv2.solvePnPRansac(
-        points,
-        corners_px,
-        *lens,
-        iterationsCount=RANSAC_ITERATIONS,
-        reprojectionError=threshold_px,
-    )
-    if not done or kept is None or len(kept) < FEWEST_INLIERS:
-        return None
-    kept = np.sort(kept.ravel())
-    candidates = _both_poses(points[kept], corners_px[kept], lens)
-    best = min(candidates, key=lambda pose: pose.reprojection_error_px)
-    if previous is None:
-        return best
-    limit = AMBIGUOUS_RATIO * best.reprojection_error_px
-    alike = [pose for pose in candidates if pose.reprojection_error_px <= limit]
-    return min(alike, key=lambda pose: _turn(pose, previous))
-
-
-def _both_poses(points: NDArray, corners: NDArray, lens: tuple) -> list[MarkerPose]:
-    _, turns, shifts, _ = cv2.solvePnPGeneric(points, corners, *lens, flags=cv2.SOLVEPNP_IPPE)
-    return [_refined(points, corners, lens, r, t) for r, t in zip(turns, shifts, strict=True)]
-
-
-def _refined(
-    points: NDArray, corners: NDArray, lens: tuple, turn: NDArray, shift: NDArray
-) -> MarkerPose:
-    turn, shift = cv2.solvePnPRefineLM(points, corners, *lens, turn, shift, REFINE_STOP)
-    projected, _ = cv2.projectPoints(points, turn, shift, *lens)
-    error = np.sqrt(((projected.reshape(-1, 2) - corners) ** 2).sum(axis=1).mean())
-    pose = np.eye(4)
-    pose[:3, :3] = cv2.Rodrigues(turn)[0]
-    pose[:3, 3] = shift.ravel()
-    return MarkerPose(pose, len(points), float(error))
-
-
-def _turn(pose: MarkerPose, other: MarkerPose) -> float:
-    """Cosine of the angle between two poses, negated: smaller is nearer."""
-    relative = pose.camera_from_marker[:3, :3].T @ other.camera_from_marker[:3, :3]
-    return -float(np.trace(relative))
 
 
 def _half_window(grid: NDArray) -> int:

@@ -1,6 +1,7 @@
 """The probe through the frames of a capture: marker, chain of transforms, filter."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -8,14 +9,20 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from palpate.capture.images import demosaic
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.kalman import filter_tip
-from palpate.vision.marker import MarkerPose, marker_pose
+from palpate.vision.marker import expected_region, find_corners
+from palpate.vision.photometric import BoardRefiner
+from palpate.vision.pose import MarkerPose, candidate_poses, point_covariance, settle
 
 QUATERNION = ["marker_qx", "marker_qy", "marker_qz", "marker_qw"]
 MARKER = ["marker_x_m", "marker_y_m", "marker_z_m"]
 RAW_TIP = ["raw_tip_x_m", "raw_tip_y_m", "raw_tip_z_m"]
+TIP_STD = ["raw_tip_std_x_m", "raw_tip_std_y_m", "raw_tip_std_z_m"]
 TIP = ["tip_x_m", "tip_y_m", "tip_z_m"]
+# The second of the two planar poses stays in the running up to this many times the first's error.
+AMBIGUOUS_RATIO = 4.0
 AXIS = ["axis_x", "axis_y", "axis_z"]
 
 
@@ -30,7 +37,9 @@ def track_probe(
     camera: PinholeCamera,
     probe: Mapping,
     *,
+    encoding: str,
     threshold_px: float,
+    refinement: str,
     largest_gap_frames: int,
     filter_options: Mapping,
 ) -> pd.DataFrame:
@@ -38,15 +47,20 @@ def track_probe(
 
     Parameters
     ----------
-    images : iterable of (h, w, 3) or (h, w) uint8 arrays
-        Frames of the reference camera, one for each time.
+    images : iterable of uint8 arrays
+        Frames of the reference camera as it sampled them (`palpate.capture.images.read_samples`),
+        one for each time.
     time_s : (n,) array
         Times of the frames [s].
     camera : PinholeCamera
     probe : mapping
         The probe's file.
+    encoding : str
+        Encoding of the images.
     threshold_px : float
         RANSAC threshold of the sensor [px].
+    refinement : {"photometric", "corners"}
+        Whether the pose is refined on the board's picture, or stays as the corners give it.
     largest_gap_frames : int
         Longest run of frames without a marker that is interpolated; such frames keep
         ``detected = 0``.
@@ -56,37 +70,78 @@ def track_probe(
     Returns
     -------
     DataFrame
-        ``frame, time_s, detected, inliers, reprojection_error_px``, marker pose, raw and filtered
-        tip [m] and pressing direction, all in the camera frame.
+        ``frame, time_s, detected, inliers, reprojection_error_px, refined``, marker pose, raw tip
+        and its standard deviations, filtered tip [m] and pressing direction, all in the camera
+        frame.
 
     Raises
     ------
     ValueError
         If no frame shows the marker, or it is lost for longer than allowed.
     """
-    poses: list[MarkerPose | None] = []
-    last = None
-    for image in images:
-        found = marker_pose(
-            _grey(image), camera, probe["marker"], threshold_px=threshold_px, previous=last
-        )
-        last = found or last
-        poses.append(found)
-    _check_gaps(poses, largest_gap_frames)
-    transforms = _bridged(time_s, poses)
+    mosaic, marker = encoding == "bayer_rggb8", probe["marker"]
+    refine = BoardRefiner(camera, marker, mosaic=mosaic) if refinement == "photometric" else None
+    poses = board_poses(
+        ((_grey(demosaic(image, encoding)), image if mosaic else _grey(image)) for image in images),
+        camera,
+        marker,
+        threshold_px=threshold_px,
+        refine=refine,
+    )
+    _check_gaps([pose for pose, _ in poses], largest_gap_frames)
+    transforms = _bridged(time_s, [pose for pose, _ in poses])
     tips = transforms @ marker_from_tip(probe)
     table = pd.DataFrame({"frame": range(len(poses)), "time_s": time_s})
-    table["detected"] = [int(pose is not None) for pose in poses]
-    table["inliers"] = [pose.inliers if pose else 0 for pose in poses]
+    table["detected"] = [int(pose is not None) for pose, _ in poses]
+    table["inliers"] = [pose.inliers if pose else 0 for pose, _ in poses]
     table["reprojection_error_px"] = [
-        pose.reprojection_error_px if pose else np.nan for pose in poses
+        pose.reprojection_error_px if pose else np.nan for pose, _ in poses
     ]
+    table["refined"] = [int(refined) for _, refined in poses]
     table[QUATERNION] = Rotation.from_matrix(transforms[:, :3, :3]).as_quat(canonical=True)
     table[MARKER] = transforms[:, :3, 3]
     table[RAW_TIP] = tips[:, :3, 3]
-    table[TIP] = filter_tip(np.asarray(time_s), tips[:, :3, 3], **filter_options)
+    table[TIP_STD] = [_tip_std(pose, probe) for pose, _ in poses]
+    measured = np.where(table[["detected"]] == 1, tips[:, :3, 3], np.nan)
+    table[TIP] = filter_tip(
+        np.asarray(time_s), measured, table[TIP_STD].to_numpy(float), **filter_options
+    )
     table[AXIS] = tips[:, :3, 2]
     return table
+
+
+def board_poses(
+    images: Iterable[tuple[NDArray, NDArray]],
+    camera: PinholeCamera,
+    marker: Mapping,
+    *,
+    threshold_px: float,
+    refine: BoardRefiner | None,
+) -> list[tuple[MarkerPose | None, bool]]:
+    """Pose of the board in each frame, and whether it was refined on the picture.
+
+    Each frame is searched where the board should be, then as a whole; of the two poses that a
+    plane allows the ones are taken that make one smooth motion.
+
+    Parameters
+    ----------
+    images : iterable of ((h, w), (h, w)) uint8 arrays
+        Grey image for the corners, and grey image or mosaic for the refinement.
+    """
+    candidates, last, before = [], None, None
+    for grey, samples in images:
+        region = None if last is None else expected_region(last, before, grey.shape)
+        corners = find_corners(grey, marker, region)
+        before, last = (None, last) if corners is None else (last, corners)
+        found = (
+            []
+            if corners is None
+            else candidate_poses(corners, camera, marker, threshold_px=threshold_px)
+        )
+        candidates.append([_refined(pose, refine, samples) for pose in _likely(found)])
+    chosen = settle([[pose for pose, _ in poses] for poses in candidates])
+    refined = {id(pose): done for poses in candidates for pose, done in poses}
+    return [(pose, pose is not None and refined[id(pose)]) for pose in chosen]
 
 
 def marker_transforms(table: pd.DataFrame) -> NDArray:
@@ -95,6 +150,34 @@ def marker_transforms(table: pd.DataFrame) -> NDArray:
     transforms[:, :3, :3] = Rotation.from_quat(table[QUATERNION].to_numpy()).as_matrix()
     transforms[:, :3, 3] = table[MARKER].to_numpy()
     return transforms
+
+
+def _likely(poses: list[MarkerPose]) -> list[MarkerPose]:
+    """The best pose, and the other where it fits about as well."""
+    return [
+        pose
+        for pose in poses
+        if pose.reprojection_error_px <= AMBIGUOUS_RATIO * poses[0].reprojection_error_px
+    ]
+
+
+def _refined(
+    pose: MarkerPose, refine: BoardRefiner | None, samples: NDArray
+) -> tuple[MarkerPose, bool]:
+    """A pose refined on the picture, where that succeeds."""
+    better = None if refine is None else refine(samples, pose.camera_from_marker)
+    if better is None:
+        return pose, False
+    return replace(
+        pose, camera_from_marker=better.camera_from_marker, covariance=better.covariance
+    ), True
+
+
+def _tip_std(pose: MarkerPose | None, probe: Mapping) -> NDArray:
+    if pose is None:
+        return np.full(3, np.nan)
+    tip = marker_from_tip(probe)[:3, 3]
+    return np.sqrt(np.diag(point_covariance(pose.camera_from_marker, pose.covariance, tip)))
 
 
 def _grey(image: NDArray) -> NDArray:

@@ -1,0 +1,170 @@
+"""Pose of the probe's checkerboard from its corners (Section 4.2.2)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.vision.camera import PinholeCamera
+from palpate.vision.marker import board_points
+
+REFINE_STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 50, 1e-10)
+RANSAC_ITERATIONS = 200
+FEWEST_INLIERS = 6
+# How far a hand turns the probe from one frame to the next; the two solutions of a planar board
+# lie several times farther apart.
+HAND_TURN_RAD = np.deg2rad(5.0)
+
+
+@dataclass(frozen=True)
+class MarkerPose:
+    """Where the checkerboard is.
+
+    Attributes
+    ----------
+    camera_from_marker : (4, 4) array
+        Rigid transform [m].
+    covariance : (6, 6) array
+        Of a rotation vector applied in the camera frame and of the origin's place [rad, m].
+    inliers : int
+        Corners that RANSAC kept.
+    reprojection_error_px : float
+        Root mean square over the inliers [px].
+    """
+
+    camera_from_marker: NDArray
+    covariance: NDArray
+    inliers: int
+    reprojection_error_px: float
+
+
+def candidate_poses(
+    corners_px: NDArray, camera: PinholeCamera, marker: Mapping, *, threshold_px: float
+) -> list[MarkerPose]:
+    """Both poses that a planar board's corners allow, the better fit first.
+
+    RANSAC picks the corners whose reprojection stays below the threshold; both solutions of the
+    planar problem are refined on them.
+
+    Parameters
+    ----------
+    corners_px : (n, 2) array
+        Corners in the order of `board_points` [px].
+    camera : PinholeCamera
+    marker : mapping
+        ``marker`` block of the probe's file.
+    threshold_px : float
+        Largest reprojection error of an inlier [px] (Section 4.2.3).
+
+    Returns
+    -------
+    list of MarkerPose
+        Empty when too few corners agree.
+    """
+    points = board_points(marker)
+    lens = camera.matrix, np.array(camera.distortion)
+    done, _, _, kept = cv2.solvePnPRansac(
+        points,
+        corners_px,
+        *lens,
+        iterationsCount=RANSAC_ITERATIONS,
+        reprojectionError=threshold_px,
+    )
+    if not done or kept is None or len(kept) < FEWEST_INLIERS:
+        return []
+    kept = np.sort(kept.ravel())
+    points, corners = points[kept], corners_px[kept]
+    _, turns, shifts, _ = cv2.solvePnPGeneric(points, corners, *lens, flags=cv2.SOLVEPNP_IPPE)
+    poses = [_refined(points, corners, lens, r, t) for r, t in zip(turns, shifts, strict=True)]
+    return sorted(poses, key=lambda pose: pose.reprojection_error_px)
+
+
+def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None]:
+    """Choose among the candidates of all frames those that fit best and turn least.
+
+    The cheapest way through the frames (Viterbi): a candidate costs its misfit in units of the
+    best fits' error, a step from frame to frame the square of its turn in units of a hand's.
+
+    Parameters
+    ----------
+    candidates : sequence of sequence of MarkerPose
+        Of each frame; empty where the board was not seen.
+
+    Returns
+    -------
+    list of MarkerPose or None
+        One for each frame.
+    """
+    seen = [k for k, poses in enumerate(candidates) if poses]
+    chosen: list[MarkerPose | None] = [None] * len(candidates)
+    if not seen:
+        return chosen
+    scale = np.median([candidates[k][0].reprojection_error_px for k in seen])
+    costs, origins = [], []
+    for place, k in enumerate(seen):
+        misfit = np.array([_misfit(pose, scale) for pose in candidates[k]])
+        if place:
+            steps = _turn_costs(candidates[seen[place - 1]], candidates[k])
+            ways = costs[-1][:, None] + steps
+            origins.append(ways.argmin(axis=0))
+            misfit = misfit + ways.min(axis=0)
+        costs.append(misfit)
+    best = int(np.argmin(costs[-1]))
+    for place in range(len(seen) - 1, -1, -1):
+        chosen[seen[place]] = candidates[seen[place]][best]
+        best = int(origins[place - 1][best]) if place else best
+    return chosen
+
+
+def point_covariance(camera_from_marker: NDArray, covariance: NDArray, point_m: NDArray) -> NDArray:
+    """Covariance of a point fixed to the board, camera frame, shape (3, 3) [m^2].
+
+    Parameters
+    ----------
+    camera_from_marker : (4, 4) array
+    covariance : (6, 6) array
+        Of the pose; see `MarkerPose`.
+    point_m : (3,) array
+        The point in the marker frame [m].
+    """
+    x, y, z = camera_from_marker[:3, :3] @ point_m
+    by_turn = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
+    jacobian = np.hstack([by_turn, np.eye(3)])
+    return jacobian @ covariance @ jacobian.T
+
+
+def _refined(
+    points: NDArray, corners: NDArray, lens: tuple, turn: NDArray, shift: NDArray
+) -> MarkerPose:
+    turn, shift = cv2.solvePnPRefineLM(points, corners, *lens, turn, shift, REFINE_STOP)
+    projected, jacobian = cv2.projectPoints(points, turn, shift, *lens)
+    square = ((projected.reshape(-1, 2) - corners) ** 2).sum()
+    pose = np.eye(4)
+    pose[:3, :3] = cv2.Rodrigues(turn)[0]
+    pose[:3, 3] = shift.ravel()
+    variance = square / (2 * len(points) - 6)
+    covariance = variance * _cofactor(jacobian[:, 3:6], points @ pose[:3, :3].T)
+    return MarkerPose(pose, covariance, len(points), float(np.sqrt(square / len(points))))
+
+
+def _cofactor(by_shift: NDArray, turned: NDArray) -> NDArray:
+    """Inverse of the normal matrix of rotation vector and shift, (6, 6)."""
+    rows = by_shift.reshape(-1, 2, 3)
+    by_turn = np.stack([(np.cross(axis, turned)[:, None] * rows).sum(2) for axis in np.eye(3)], -1)
+    jacobian = np.concatenate([by_turn, rows], axis=-1).reshape(-1, 6)
+    return np.linalg.inv(jacobian.T @ jacobian)
+
+
+def _misfit(pose: MarkerPose, scale: float) -> float:
+    return pose.inliers * (pose.reprojection_error_px / max(scale, 1e-6)) ** 2
+
+
+def _turn_costs(before: Sequence[MarkerPose], after: Sequence[MarkerPose]) -> NDArray:
+    """Cost of each step from one frame's candidates to the next's."""
+    first, second = (
+        np.stack([pose.camera_from_marker[:3, :3] for pose in poses]) for poses in (before, after)
+    )
+    cosine = (np.einsum("aij,bij->ab", first, second) - 1) / 2
+    return (np.arccos(np.clip(cosine, -1, 1)) / HAND_TURN_RAD) ** 2
