@@ -232,6 +232,16 @@ def recordings_of(captures):
     return [raw(f"{c['object']}/{c['sensor']}/{c['capture']}") for c in captures]
 
 
+def seen_in(figure, pattern):
+    """A result of the first capture that a figure shows."""
+    return results(pattern.format(**shown(figure)[0]))
+
+
+def seen_raw(figure, pattern):
+    """A folder of the first capture that a figure shows."""
+    return raw(pattern.format(**shown(figure)[0]))
+
+
 def lab_truths():
     """Truth of every capture that the lab makes."""
     return [
@@ -321,13 +331,21 @@ def experiment_content(experiment):
     return fingerprint
 
 
-def workspace_probe(wildcards):
-    return HOUSE.probes[HOUSE.lab["experiments"]["workspace"]["probe"]]
+def experiment_provenance(experiment):
+    """Whether sensors' recordings of an experiment are the lab's, by sensor."""
+    return {
+        sensor: (
+            "simulated"
+            if f"{sensor}/{experiment}" in HOUSE.lab_experiments
+            else "recorded"
+        )
+        for sensor in sensors_of(experiment)
+    }
 
 
-def loading_probe(wildcards):
-    pressed = HOUSE.lab["experiments"]["loading"]["object"]
-    return HOUSE.probes[HOUSE.lab["objects"][pressed]["object"]["probe"]]
+def experiments_probe(wildcards):
+    """Probe of the recordings about the sensors."""
+    return HOUSE.probes[config["experiments"]["probe"]]
 
 
 def scanned_by_lab():

@@ -18,51 +18,11 @@ rule plane_noise:
         "../scripts/plane_noise.py"
 
 
-rule tip_scatter:
-    input:
-        workspace=raw("sensors/{sensor}/workspace"),
-    output:
-        scatter=results("sensors/{sensor}/tip_scatter.csv"),
-    log:
-        results("logs/tip_scatter/{sensor}.log"),
-    benchmark:
-        results("benchmarks/tip_scatter/{sensor}.tsv")
-    params:
-        code=code("tip_scatter"),
-        content=experiment_content("workspace"),
-        sensor=sensor_spec,
-        probe=workspace_probe,
-    message:
-        "Scatter of the resting tip, {wildcards.sensor}"
-    script:
-        "../scripts/tip_scatter.py"
-
-
-rule force_hold:
-    input:
-        loading=raw("sensors/{sensor}/loading"),
-    output:
-        forces=results("sensors/{sensor}/force_hold.csv"),
-    log:
-        results("logs/force_hold/{sensor}.log"),
-    benchmark:
-        results("benchmarks/force_hold/{sensor}.tsv")
-    params:
-        code=code("force_hold"),
-        content=experiment_content("loading"),
-        probe=loading_probe,
-        options=config["force"],
-    message:
-        "Force while holding, filmed by the {wildcards.sensor}"
-    script:
-        "../scripts/force_hold.py"
-
-
 rule lab_fidelity:
     input:
         planes=sensor_files("planes", "plane_noise.csv"),
-        scatters=sensor_files("workspace", "tip_scatter.csv"),
-        holds=sensor_files("loading", "force_hold.csv"),
+        workspaces=sensor_files("workspace", "workspace.csv"),
+        holds=sensor_files("loading", "loading.csv"),
         templates=expand(results("{object}/template.ply"), object=scanned_by_lab()),
         truths=first_truths(scanned_by_lab()),
         published=published("table_4_2"),

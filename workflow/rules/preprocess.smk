@@ -86,8 +86,10 @@ rule force:
     input:
         capture=raw("{object}/{sensor}/{capture}"),
         pose=of_capture("probe_pose.csv"),
+        plane=results("{object}/{sensor}/support_plane.json"),
     output:
         force=of_capture("force.csv"),
+        clock=of_capture("clock.json"),
     log:
         results("logs/force/{object}-{sensor}-{capture}.log"),
     benchmark:

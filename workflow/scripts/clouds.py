@@ -10,9 +10,7 @@ from job import run
 from palpate.capture.files import whole_file
 from palpate.capture.tables import read_table
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.clouds import ProbePlace, object_cloud, pack_clouds, scene_points
-from palpate.vision.marker import board_points
-from palpate.vision.probe import AXIS, TIP, marker_transforms
+from palpate.vision.clouds import object_cloud, pack_clouds, probe_places, scene_points
 
 
 def main(snakemake):
@@ -31,14 +29,6 @@ def main(snakemake):
         clouds.append(cloud)
     with whole_file(snakemake.output.clouds) as part, part.open("wb") as stream:
         np.savez_compressed(stream, **pack_clouds(clouds))
-
-
-def probe_places(poses, probe):
-    """Where the probe is in each frame."""
-    centre = np.append(board_points(probe["marker"]).mean(axis=0), 1.0)
-    boards = (marker_transforms(poses) @ centre)[:, :3]
-    columns = (poses[TIP].to_numpy(float), poses[AXIS].to_numpy(float), boards)
-    return [ProbePlace(*row) for row in zip(*columns, strict=True)]
 
 
 def read_plane(path: str) -> np.ndarray:

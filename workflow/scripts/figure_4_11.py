@@ -4,7 +4,7 @@ import numpy as np
 from frames import Stream
 from job import run
 from palpate.capture.files import whole_file
-from palpate.study import style, vision_diagrams
+from palpate.study import colour_model, colour_pixel, style
 from palpate.vision.background import load_model
 
 
@@ -15,11 +15,11 @@ def main(snakemake):
     model, frames = load_model(inputs.model), Stream(inputs.capture, params.sensor)
     middle = len(frames) // 2
     image, mask = frames[middle], read_mask(inputs.mask, middle)
-    pixel = vision_diagrams.choose_pixel(model, image, mask, alpha_low=bounds[0])
+    pixel = colour_pixel.choose_pixel(model, image, mask, alpha_low=bounds[0])
     samples = np.stack([frame[pixel] for frame in Stream(inputs.background, params.sensor)])
-    shown = vision_diagrams.pixel_colour(model, image, samples, pixel)
+    shown = colour_pixel.pixel_colour(model, image, samples, pixel)
     with style.journal():
-        figure = vision_diagrams.figure_4_11(
+        figure = colour_model.figure_4_11(
             shown, image, pixel, alpha_bounds=bounds, provenance=params.capture["provenance"]
         )
         with whole_file(snakemake.output.png) as png, whole_file(snakemake.output.svg) as svg:

@@ -3,14 +3,14 @@
 from job import run
 from palpate.capture.files import whole_file
 from palpate.capture.tables import read_table
-from palpate.study import style, vision_diagrams
+from palpate.study import style, transform_chain
 
 
 def main(snakemake):
     """Draw the figure."""
     params = snakemake.params
     with style.journal():
-        figure = vision_diagrams.figure_4_12(
+        figure = transform_chain.figure_4_12(
             read_table(snakemake.input.pose),
             params.probe,
             params.sensor["color"],

@@ -1,21 +1,42 @@
 """Wrench on the object at every frame of a capture."""
 
+import json
+import logging
+from pathlib import Path
+
+import numpy as np
 from job import run
+from palpate.capture.files import whole_file
 from palpate.capture.tables import read_force, read_table, write_table
 from palpate.vision.force import frame_wrenches
+from palpate.vision.press import press_clock
 from palpate.vision.probe import marker_transforms
 
 
 def main(snakemake):
-    """Write the wrench about the tip, camera frame."""
-    poses = read_table(snakemake.input.pose)
+    """Write the wrench about the tip, camera frame, and the clocks' offset."""
+    source, params = snakemake.input, snakemake.params
+    poses, record = read_table(source.pose), read_force(source.capture)
+    plane = json.loads(Path(source.plane).read_text(encoding="utf-8"))
+    options = dict(params.options)
+    prior_std_s = options.pop("clock_offset_std_s")
+    clock = press_clock(
+        record, poses, params.probe, bias_window_s=options["bias_window_s"], prior_std_s=prior_std_s
+    )
+    applied_s = clock.clear_offset_s
+    logging.info("clock offset %.4f s, deviation %.4f s", clock.offset_s, clock.std_s)
     table = frame_wrenches(
-        read_force(snakemake.input.capture),
+        record,
         poses["time_s"].to_numpy(),
         marker_transforms(poses),
-        snakemake.params.probe,
-        **snakemake.params.options,
+        params.probe,
+        up=np.array(plane["normal"]),
+        clock_offset_s=applied_s,
+        **options,
     )
+    found = {"offset_s": clock.offset_s, "std_s": clock.std_s, "applied_s": applied_s}
+    with whole_file(snakemake.output.clock) as part:
+        part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     write_table(snakemake.output.force, table)
 
 

@@ -6,20 +6,22 @@ from job import run
 from palpate.capture.files import whole_file
 from palpate.study import fidelity, style, tables
 from palpate.study.fidelity_figure import fidelity_figure
+from palpate.study.workspace import CORNERS, select_threshold
 from palpate.surface.template import read_template
 
 
 def main(snakemake):
     """Write lab_fidelity.csv, .md and the figure."""
     source, params, output = snakemake.input, snakemake.params, snakemake.output
-    planes, scatters, holds = (
+    planes, workspaces, holds = (
         {name: pd.read_csv(path) for name, path in zip(names, paths, strict=True)}
         for names, paths in (
             (params.planes, source.planes),
-            (params.workspace, source.scatters),
+            (params.workspace, source.workspaces),
             (params.loading, source.holds),
         )
     )
+    scatters = {name: at_selected_threshold(table) for name, table in workspaces.items()}
     study = pd.read_csv(source.published)
     rows = []
     for name, table in planes.items():
@@ -36,6 +38,12 @@ def main(snakemake):
         figure = fidelity_figure(params.sensors, planes, scatters, holds, study)
         with whole_file(output.png) as png, whole_file(output.svg) as svg:
             style.save(figure, png, svg)
+
+
+def at_selected_threshold(table):
+    """The workspace's points as the study tracks them."""
+    selected = select_threshold(table)
+    return table[(table["method"] == CORNERS) & (table["threshold_px"] == selected)]
 
 
 def hold_row(name, forces):

@@ -1,15 +1,12 @@
 """How true to life the lab's captures are: their errors beside those of the real devices."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.surface.distance import ClosestPoints
-from palpate.vision.camera import PinholeCamera
-from palpate.vision.marker import MarkerPose, marker_pose
-from palpate.vision.probe import marker_from_tip
 
 # Part of a plane's width and height that counts: matching windows hang over its edges.
 INNER = 0.9
@@ -77,31 +74,6 @@ def plane_residual(points_m: NDArray) -> tuple[float, float]:
         away = (points - centre) @ axes[2]
         points = points[np.abs(away) <= CLIP_STD * away.std() + NANOMETRE]
     return float(centre[2]), float(away.std())
-
-
-def tip_scatter(
-    images: Iterable[NDArray], camera: PinholeCamera, probe: Mapping, *, threshold_px: float
-) -> dict[str, float]:
-    """Scatter of a resting tip over frames (Section 4.2.3).
-
-    Returns
-    -------
-    dict
-        ``frames``, ``found``, and the standard deviation of the tip along each camera axis [m].
-    """
-    tips, count, last = [], 0, None
-    for grey in images:
-        count += 1
-        pose: MarkerPose | None = marker_pose(
-            grey, camera, probe["marker"], threshold_px=threshold_px, previous=last
-        )
-        if pose is not None:
-            last = pose
-            tips.append((pose.camera_from_marker @ marker_from_tip(probe))[:3, 3])
-    std = np.std(tips, axis=0) if len(tips) > 1 else np.full(3, np.nan)
-    return {"frames": count, "found": len(tips)} | {
-        f"std_{axis}_m": float(value) for axis, value in zip("xyz", std, strict=True)
-    }
 
 
 def hold_drop(forces: pd.DataFrame) -> float:

@@ -5,10 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import open3d as o3d
+import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth
+from palpate.vision.marker import board_points
+from palpate.vision.probe import AXIS, TIP, marker_transforms
 from palpate.vision.support_plane import height_above
 
 
@@ -27,6 +30,14 @@ class ProbePlace:
     tip_m: NDArray
     axis: NDArray
     board_m: NDArray
+
+
+def probe_places(poses: pd.DataFrame, probe: Mapping) -> list[ProbePlace]:
+    """Where the probe is in each frame of probe_pose.csv."""
+    centre = np.append(board_points(probe["marker"]).mean(axis=0), 1.0)
+    boards = (marker_transforms(poses) @ centre)[:, :3]
+    columns = (poses[TIP].to_numpy(float), poses[AXIS].to_numpy(float), boards)
+    return [ProbePlace(*row) for row in zip(*columns, strict=True)]
 
 
 def scene_points(images: Mapping[str, NDArray], sensor: Mapping) -> NDArray:

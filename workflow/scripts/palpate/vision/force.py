@@ -9,8 +9,11 @@ from numpy.typing import NDArray
 # The sensor's driver averages ten samples of 1000 Hz (Section 4.1.3); records of another rate are
 # averaged over the same time.
 AVERAGED_S = 0.01
+GRAVITY_M_S2 = 9.81
 FEWEST_UNLOADED = 10
 SATURATION = 0.999
+# A live gauge's noise crosses a step of the converter long before this time is over.
+STILL_S = 1.0
 GAUGES = ["v0", "v1", "v2", "v3", "v4", "v5"]
 FORCE = ["fx_n", "fy_n", "fz_n"]
 WRENCH = [*FORCE, "tx_nm", "ty_nm", "tz_nm"]
@@ -22,8 +25,12 @@ def frame_wrenches(
     camera_from_marker: NDArray,
     probe: Mapping,
     *,
+    up: NDArray | None,
+    matching: str,
     bias_window_s: float,
+    linear_window_s: float,
     largest_gap_s: float,
+    clock_offset_s: float = 0.0,
 ) -> pd.DataFrame:
     """Wrench that the probe exerts on the object at each frame.
 
@@ -37,11 +44,21 @@ def frame_wrenches(
     camera_from_marker : (n, 4, 4) array
         Marker pose at each frame.
     probe : mapping
-        The probe's file.
+        The probe's file; its ``load`` block says what hangs on the sensor.
+    up : (3,) array or None
+        Upward direction in the camera frame, along which the load's weight is taken out; None
+        leaves the weight in.
+    matching : {"nearest", "linear"}
+        Averaged reading nearest in time, as the study does; or a line through all samples around
+        the frame, which leaves less noise.
     bias_window_s : float
         The mean of this first part of the record is taken as the unloaded reading [s].
+    linear_window_s : float
+        Length of record to which the line is fitted [s].
     largest_gap_s : float
         Largest distance in time between a frame and its reading [s].
+    clock_offset_s : float
+        Force clock minus camera clock [s].
 
     Returns
     -------
@@ -53,18 +70,76 @@ def frame_wrenches(
     ValueError
         If a gauge is saturated or dead, the bias window is empty, or a frame has no reading near.
     """
-    time_s, wrench = _unbiased(record, probe, bias_window_s)
-    size = max(1, round(AVERAGED_S / float(np.median(np.diff(time_s)))))
-    time_s, wrench = block_mean(time_s, size), block_mean(wrench, size)
+    time_s, wrench = unbiased(record, probe, bias_window_s)
+    time_s = time_s - clock_offset_s
+    if matching == "nearest":
+        time_s, wrench = averaged(time_s, wrench)
+    elif matching != "linear":
+        raise ValueError(f"matching: expected nearest or linear, found {matching}")
     nearest, gap_s = match_nearest(frame_time_s, time_s, largest_gap_s=largest_gap_s)
-    at_tip = _about_tip(wrench[nearest], np.array(probe["force_from_tip"])[:3, 3])
-    turn = camera_from_marker[:, :3, :3] @ np.array(probe["marker_from_force"])[:3, :3]
-    force = -np.einsum("nij,nj->ni", turn, at_tip[:, :3])
-    torque = -np.einsum("nij,nj->ni", turn, at_tip[:, 3:])
+    if matching == "nearest":
+        at_frames = wrench[nearest]
+    else:
+        at_frames = local_lines(frame_time_s, time_s, wrench, window_s=linear_window_s)
+    camera_from_force = camera_from_marker[:, :3, :3] @ np.array(probe["marker_from_force"])[:3, :3]
+    if up is not None and "load" in probe:
+        resting = frame_time_s < time_s[0] + bias_window_s
+        resting[0] = True
+        weight = weight_wrenches(camera_from_force, up, probe["load"])
+        at_frames = at_frames - (weight - weight[resting].mean(axis=0))
+    at_tip = _about_tip(at_frames, np.array(probe["force_from_tip"])[:3, 3])
+    force, torque = (
+        -np.einsum("nij,nj->ni", camera_from_force, part) for part in np.split(at_tip, 2, axis=1)
+    )
     table = pd.DataFrame({"frame": range(len(nearest)), "time_s": frame_time_s})
     table["force_time_s"], table["gap_s"] = time_s[nearest], gap_s
     table[WRENCH] = np.hstack([force, torque])
     return table
+
+
+def weight_wrenches(camera_from_force: NDArray, up: NDArray, load: Mapping) -> NDArray:
+    """Weight of what hangs on the sensor, about its origin, force frame, (n, 6) [N, Nm].
+
+    Parameters
+    ----------
+    camera_from_force : (n, 3, 3) array
+    up : (3,) array
+        Upward unit vector, camera frame.
+    load : mapping
+        ``mass_kg`` and ``centre_of_mass_m`` of the probe's file.
+    """
+    down = -np.einsum("nji,j->ni", camera_from_force, up)
+    force = load["mass_kg"] * GRAVITY_M_S2 * down
+    return np.hstack([force, np.cross(np.array(load["centre_of_mass_m"]), force)])
+
+
+def averaged(time_s: NDArray, wrench: NDArray) -> tuple[NDArray, NDArray]:
+    """Times and wrenches averaged over a hundredth of a second."""
+    size = max(1, round(AVERAGED_S / float(np.median(np.diff(time_s)))))
+    return block_mean(time_s, size), block_mean(wrench, size)
+
+
+def local_lines(wanted_s: NDArray, time_s: NDArray, values: NDArray, *, window_s: float) -> NDArray:
+    """Value at each wanted time of the line through the samples around it, (n, k).
+
+    Parameters
+    ----------
+    wanted_s : (n,) array
+    time_s : (m,) array
+        Times of the samples, increasing [s].
+    values : (m, k) array
+    window_s : float
+        Samples within half of this on either side are used; at least two.
+    """
+    found = []
+    for moment in wanted_s:
+        first, last = np.searchsorted(time_s, [moment - window_s / 2, moment + window_s / 2])
+        first = int(np.clip(first, 0, len(time_s) - 2))
+        near = slice(first, max(int(last), first + 2))
+        away = time_s[near] - moment
+        basis = np.column_stack([np.ones_like(away), away])
+        found.append(np.linalg.lstsq(basis, values[near], rcond=None)[0][0])
+    return np.array(found)
 
 
 def block_mean(values: NDArray, size: int) -> NDArray:
@@ -96,10 +171,8 @@ def match_nearest(
     return nearest, gap_s
 
 
-def _unbiased(
-    record: pd.DataFrame, probe: Mapping, bias_window_s: float
-) -> tuple[NDArray, NDArray]:
-    """Times and wrench (force frame) with the unloaded reading taken out."""
+def unbiased(record: pd.DataFrame, probe: Mapping, bias_window_s: float) -> tuple[NDArray, NDArray]:
+    """Times (m,) and wrench on the sensor (m, 6), force frame, the unloaded reading taken out."""
     time_s = record["time_s"].to_numpy(dtype=float)
     unloaded = time_s < time_s[0] + bias_window_s
     if unloaded.sum() < FEWEST_UNLOADED:
@@ -110,22 +183,32 @@ def _unbiased(
         )
     if set(GAUGES) <= set(record.columns):
         volts = record[GAUGES].to_numpy(dtype=float)
-        _check_gauges(volts, probe)
+        _check_gauges(volts, probe, time_s)
         calibration = np.array(probe["gauge"]["calibration"])
         return time_s, (volts - volts[unloaded].mean(axis=0)) @ calibration.T
     wrench = record[WRENCH].to_numpy(dtype=float)
     return time_s, wrench - wrench[unloaded].mean(axis=0)
 
 
-def _check_gauges(volts: NDArray, probe: Mapping) -> None:
+def _check_gauges(volts: NDArray, probe: Mapping, time_s: NDArray) -> None:
     if "gauge" not in probe:
         raise ValueError(f"probe {probe['probe']}: gauge: expected a calibration, found none")
     limit = SATURATION * probe["gauge"]["range_v"]
     for name, channel in zip(GAUGES, volts.T, strict=True):
         if np.abs(channel).max() >= limit:
             raise ValueError(f"force.csv: {name}: expected less than {limit:g} V, found saturation")
-        if np.ptp(channel) == 0:
-            raise ValueError(f"force.csv: {name}: expected a live gauge, found {channel[0]:g} V")
+        still_s = _longest_still(channel, time_s)
+        if still_s > STILL_S:
+            raise ValueError(
+                f"force.csv: {name}: expected a live gauge, found one value for {still_s:.1f} s"
+            )
+
+
+def _longest_still(values: NDArray, time_s: NDArray) -> float:
+    """Longest time for which a channel keeps one value [s]."""
+    changes = np.flatnonzero(np.diff(values)) + 1
+    edges = np.concatenate([[0], changes, [len(values) - 1]])
+    return float(np.diff(time_s[edges]).max())
 
 
 def _about_tip(wrench: NDArray, tip_m: NDArray) -> NDArray:

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.study import style, vision_diagrams
+from palpate.study import colour_model, colour_pixel, style, transform_chain
 from palpate.vision.background import BackgroundModel
 from palpate.vision.probe import MARKER, QUATERNION, marker_from_tip
 
@@ -67,35 +67,35 @@ def texts(figure):
 
 def test_pixel_is_a_typical_one_off_the_rim(model, scene):
     image, mask = scene
-    chosen = [vision_diagrams.choose_pixel(model, image, mask, alpha_low=0.55) for _ in range(2)]
+    chosen = [colour_pixel.choose_pixel(model, image, mask, alpha_low=0.55) for _ in range(2)]
     # All foam off the rim is alike but for a few pixels: the first of them, row by row.
     assert chosen[0] == chosen[1] == (13, 23)
     shrunk = np.zeros_like(mask)
     shrunk[17:24, 27:34] = True
-    assert vision_diagrams.choose_pixel(model, image, shrunk, alpha_low=0.55) == (20, 30)
+    assert colour_pixel.choose_pixel(model, image, shrunk, alpha_low=0.55) == (20, 30)
 
 
 def test_unlike_deviations_are_passed_over(model, scene):
     image, mask = scene
     model.std[:, :40, 0] = 2.0
-    row, column = vision_diagrams.choose_pixel(model, image, mask, alpha_low=0.55)
+    row, column = colour_pixel.choose_pixel(model, image, mask, alpha_low=0.55)
     assert (row, column) == (13, 40)
 
 
 def test_no_pixel_that_shows_the_model(model, scene):
     image, mask = scene
     with pytest.raises(ValueError, match="expected a pixel that shows the colour model, found"):
-        vision_diagrams.choose_pixel(model, image, np.zeros_like(mask), alpha_low=0.55)
+        colour_pixel.choose_pixel(model, image, np.zeros_like(mask), alpha_low=0.55)
 
 
 def test_grey_images_have_no_colour_model(model, scene):
     image, mask = scene
     with pytest.raises(ValueError, match=r"expected \(h, w, 3\) colours, found shape \(40, 60\)"):
-        vision_diagrams.choose_pixel(model, image[..., 0], mask, alpha_low=0.55)
+        colour_pixel.choose_pixel(model, image[..., 0], mask, alpha_low=0.55)
 
 
 def test_distortions_of_equal_deviations_are_those_of_a_perpendicular(model, scene, samples):
-    shown = vision_diagrams.pixel_colour(model, scene[0], samples, (20, 30))
+    shown = colour_pixel.pixel_colour(model, scene[0], samples, (20, 30))
     E, colour = np.array(TABLE), np.array(FOAM)
     assert shown.alpha == pytest.approx(colour @ E / (E @ E), rel=1e-5)
     across = np.linalg.norm(np.cross(colour, E)) / np.linalg.norm(E)
@@ -105,31 +105,31 @@ def test_distortions_of_equal_deviations_are_those_of_a_perpendicular(model, sce
 
 def test_samples_are_colours(model, scene):
     with pytest.raises(ValueError, match=r"samples: expected shape \(n, 3\), found \(6,\)"):
-        vision_diagrams.pixel_colour(model, scene[0], np.zeros(6), (20, 30))
+        colour_pixel.pixel_colour(model, scene[0], np.zeros(6), (20, 30))
 
 
 def test_the_chromaticity_line_keeps_its_length_and_direction():
-    view = vision_diagrams._colour_view(np.array(TABLE), np.array(FOAM, float))
+    view = colour_model._colour_view(np.array(TABLE), np.array(FOAM, float))
     assert view.T @ view == pytest.approx(np.eye(2), abs=1e-12)
     across, up = np.array(TABLE) @ view
     assert np.hypot(across, up) == pytest.approx(np.linalg.norm(TABLE))
-    assert np.degrees(np.arctan2(up, across)) == pytest.approx(vision_diagrams.RISE_DEG)
+    assert np.degrees(np.arctan2(up, across)) == pytest.approx(colour_model.RISE_DEG)
 
 
 def test_figure_4_11_names_what_it_shows(model, scene, samples):
-    shown = vision_diagrams.pixel_colour(model, scene[0], samples, (20, 30))
+    shown = colour_pixel.pixel_colour(model, scene[0], samples, (20, 30))
     with style.journal():
-        figure = vision_diagrams.figure_4_11(
+        figure = colour_model.figure_4_11(
             shown, scene[0], (20, 30), alpha_bounds=BOUNDS, provenance="simulated"
         )
-    names = {vision_diagrams.EXPECTED, vision_diagrams.PROJECTED, vision_diagrams.COLOUR}
+    names = {colour_model.EXPECTED, colour_model.PROJECTED, colour_model.COLOUR}
     names |= {"R", "G", "B", "$CD_i$", "6 background frames", "simulated captures"}
     assert names <= texts(figure)
     style.plt.close(figure)
 
 
 def test_chain_ends_at_the_tip(pose, probe):
-    frames = vision_diagrams.chain(pose, probe)
+    frames = transform_chain.chain(pose, probe)
     assert list(frames) == ["camera", "marker", "force", "tip"]
     assert frames["marker"][:3, 3] == pytest.approx(pose[MARKER].to_numpy()[1])
     assert frames["tip"] == pytest.approx(frames["marker"] @ marker_from_tip(probe))
@@ -137,18 +137,18 @@ def test_chain_ends_at_the_tip(pose, probe):
 
 def test_chain_needs_the_marker(pose, probe):
     with pytest.raises(ValueError, match="expected a frame with the marker, found none of 2"):
-        vision_diagrams.chain(pose.assign(detected=0), probe)
+        transform_chain.chain(pose.assign(detected=0), probe)
 
 
 def test_figure_4_12_names_the_transforms_and_draws_to_scale(pose, probe):
     with style.journal():
-        figure = vision_diagrams.figure_4_12(pose, probe, CAMERA, provenance="recorded")
+        figure = transform_chain.figure_4_12(pose, probe, CAMERA, provenance="recorded")
     found = texts(figure)
     assert {"camera", "marker", "force sensor", "tip", "radius 6.22 mm"} <= found
     for symbol, words in (
-        (vision_diagrams.CHESSBOARD, "camera from marker"),
-        (vision_diagrams.SENSOR, "marker from force"),
-        (vision_diagrams.TIP, "force from tip\n60 mm"),
+        (transform_chain.CHESSBOARD, "camera from marker"),
+        (transform_chain.SENSOR, "marker from force"),
+        (transform_chain.TIP, "force from tip\n60 mm"),
     ):
         assert any(text.startswith(f"{symbol}\n{words}") for text in found)
     radii = {c.radius for c in figure.findobj(style.matplotlib.patches.Circle)}
@@ -160,7 +160,7 @@ def test_figure_4_12_names_the_transforms_and_draws_to_scale(pose, probe):
 def test_figures_are_the_same_bytes_each_time(pose, probe, tmp_path):
     for k in "ab":
         with style.journal():
-            figure = vision_diagrams.figure_4_12(pose, probe, CAMERA, provenance="simulated")
+            figure = transform_chain.figure_4_12(pose, probe, CAMERA, provenance="simulated")
             style.save(figure, tmp_path / f"{k}.png", tmp_path / f"{k}.svg")
     for ending in ("png", "svg"):
         one, other = ((tmp_path / f"{k}.{ending}").read_bytes() for k in "ab")

@@ -1,0 +1,67 @@
+"""Force and displacement while loading and holding an object (Figure 4.6)."""
+
+import numpy as np
+import pandas as pd
+from frames import Stream, all_streams
+from job import run
+from palpate.capture.tables import read_frames, read_table, write_table
+from palpate.vision.camera import camera_from_spec
+from palpate.vision.clouds import scene_points
+from palpate.vision.force import FORCE, frame_wrenches
+from palpate.vision.press import press_clock, press_depth, press_force
+from palpate.vision.probe import marker_transforms, track_probe
+from palpate.vision.support_plane import fit_support_plane
+
+
+def main(snakemake):
+    """Write force and displacement at every frame, and the force's averaged record."""
+    folder, params = snakemake.input.loading, snakemake.params
+    options, record = dict(params.options), read_table(f"{folder}/force.csv")
+    prior_std_s, bias_window_s = options.pop("clock_offset_std_s"), options["bias_window_s"]
+    poses = followed(folder, params)
+    clock = press_clock(
+        record, poses, params.probe, bias_window_s=bias_window_s, prior_std_s=prior_std_s
+    )
+    wrench = frame_wrenches(
+        record,
+        poses["time_s"].to_numpy(),
+        marker_transforms(poses),
+        params.probe,
+        up=table_normal(folder, params),
+        clock_offset_s=clock.clear_offset_s,
+        **options,
+    )
+    force_n, depth_m = np.linalg.norm(wrench[FORCE], axis=1), press_depth(poses)[0]
+    onset = int(np.argmax(force_n > params.onset_force_n))
+    frames = pd.DataFrame({"time_s": poses["time_s"], "force_n": force_n})
+    frames["displacement_m"] = depth_m - depth_m[onset]
+    frames["clock_offset_s"], frames["clock_offset_std_s"] = clock.offset_s, clock.std_s
+    write_table(snakemake.output.frames, frames)
+    time_s, along_n = press_force(record, params.probe, bias_window_s=bias_window_s)
+    write_table(snakemake.output.force, pd.DataFrame({"time_s": time_s, "force_n": along_n}))
+
+
+def followed(folder, params):
+    """The probe through the loading."""
+    sensor, frames = params.sensor, Stream(folder, params.sensor, samples=True)
+    return track_probe(
+        frames,
+        read_frames(folder)["time_s"].to_numpy(),
+        camera_from_spec(sensor["color"]),
+        params.probe,
+        encoding=frames.encoding,
+        threshold_px=sensor["marker"]["reprojection_threshold_px"],
+        refinement=params.pose["refinement"],
+        largest_gap_frames=params.pose["largest_gap_frames"],
+        filter_options=params.pose["filter"],
+    )
+
+
+def table_normal(folder, params):
+    """Upward direction, from the table in the first frame."""
+    points = scene_points(next(all_streams(folder, params.sensor)), params.sensor)
+    rng = np.random.default_rng(params.seed)
+    return fit_support_plane(points, rng=rng, **params.plane)[:3]
+
+
+run(main, snakemake)

@@ -1,0 +1,144 @@
+"""Offset between the clocks of force sensor and camera, from the press itself."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import Akima1DInterpolator
+from scipy.optimize import least_squares
+from scipy.signal import lfilter
+
+# A soft object's force is F = k x^1.5 (1 + c x), Hertz's law and its first departure, relaxing with
+# two times; what the departures may be [1/m], [-], [N].
+CURVATURE_STD_PER_M = 50.0
+RELAXED, RELAXED_STD, RELAXATION_S = 0.15, 0.15, (0.3, 3.0)
+BASELINE_STD_N = 0.05
+# The refinement of a pose has errors beyond its noise [m].
+DEPTH_STD_M = 1e-4
+NEAR_FRAME_S = 0.03
+FEWEST_PRESSED = 4
+PRESSED = 0.1
+SMALLEST_FORCE_N = 0.05
+# Guesses of the contact, as parts of the way that the tip takes.
+CONTACT_GUESSES = (0.4, 0.6, 0.8)
+
+
+@dataclass(frozen=True)
+class ClockOffset:
+    """Force clock minus camera clock, and its standard deviation [s]."""
+
+    offset_s: float
+    std_s: float
+
+    @property
+    def clear_offset_s(self) -> float:
+        """The offset where it is clear (beyond two deviations), else zero [s]."""
+        return self.offset_s if abs(self.offset_s) > 2 * self.std_s else 0.0
+
+
+def clock_offset(
+    force_time_s: NDArray,
+    force_n: NDArray,
+    frame_time_s: NDArray,
+    depth_m: NDArray,
+    depth_std_m: NDArray,
+    *,
+    prior_std_s: float,
+) -> ClockOffset:
+    """Find the offset at which the force follows the tip's depth best.
+
+    The force's samples are explained by a relaxing Hertz contact along the path through the
+    frames' depths; the depths' errors and the contact's parameters are fitted with the offset. A
+    soft press says little of it, so the offset starts from zero with the stated deviation, and the
+    result's deviation says what was learnt.
+
+    Parameters
+    ----------
+    force_time_s, force_n : (m,) arrays
+        Evenly spaced times [s] and force along the pressing direction [N].
+    frame_time_s, depth_m, depth_std_m : (n,) arrays
+        Times [s], tip's place along the pressing direction and its standard deviation [m].
+    prior_std_s : float
+        Standard deviation of the offset before anything is known [s].
+
+    Returns
+    -------
+    ClockOffset
+        Zero with the prior's deviation where nothing is pressed.
+    """
+    between = (force_time_s > frame_time_s[0]) & (force_time_s < frame_time_s[-1])
+    time_s, force = force_time_s[between], force_n[between]
+    at_frames = np.interp(frame_time_s, force_time_s, force_n)
+    if force.size < 10 or at_frames.max() < SMALLEST_FORCE_N:
+        return ClockOffset(0.0, prior_std_s)
+    if (at_frames > PRESSED * at_frames.max()).sum() < FEWEST_PRESSED:
+        return ClockOffset(0.0, prior_std_s)
+    noise = np.diff(force).std() / np.sqrt(2)
+    depth_std_m = np.hypot(depth_std_m, DEPTH_STD_M)
+    press = _Press(time_s, force, noise, frame_time_s, depth_m, depth_std_m)
+    span = depth_m.max() - depth_m.min()
+    starts = [press.start(depth_m.min() + part * span) for part in CONTACT_GUESSES]
+    fits = [least_squares(press.residual, start, args=(prior_std_s,)) for start in starts]
+    best = min(fits, key=lambda fit: fit.cost)
+    # What the model of the contact leaves is counted as noise, and weighs less then.
+    left = np.sqrt(np.mean(best.fun[: force.size] ** 2))
+    if left > 1:
+        press = replace(press, noise_n=noise * left**2)
+        best = least_squares(press.residual, best.x, args=(prior_std_s,))
+    covariance = np.linalg.pinv(best.jac.T @ best.jac)
+    return ClockOffset(float(best.x[0] * SCALE_S), float(np.sqrt(covariance[0, 0]) * SCALE_S))
+
+
+# Parameters are of order one: offset, log stiffness, contact, curvature, relaxation, baseline.
+SCALE_S, SCALE_M = 0.01, 1e-3
+
+
+@dataclass(frozen=True)
+class _Press:
+    """The force's record and the tip's path, and how far a model is from them."""
+
+    time_s: NDArray
+    force_n: NDArray
+    noise_n: float
+    frame_time_s: NDArray
+    depth_m: NDArray
+    depth_std_m: NDArray
+
+    @property
+    def near(self) -> NDArray:
+        """Weights: between frames nobody knows the path."""
+        gap = np.abs(self.time_s[:, None] - self.frame_time_s).min(axis=1)
+        return (gap < NEAR_FRAME_S).astype(float)
+
+    def start(self, contact_m: float) -> NDArray:
+        """Parameters for a guess of the contact's place."""
+        deepest = max(self.depth_m.max() - contact_m, SCALE_M)
+        stiffness = np.log(max(self.force_n.max(), SMALLEST_FORCE_N) / deepest**1.5)
+        shared = [0.0, stiffness, contact_m / SCALE_M, 0.0, 0.0, 0.0]
+        return np.concatenate([shared, np.zeros(len(self.depth_m))])
+
+    def residual(self, parameters: NDArray, prior_std_s: float) -> NDArray:
+        """Misfit of the force, and departures from what is known beforehand, in deviations."""
+        misfit = (self._force(parameters) - self.force_n) / self.noise_n * self.near
+        prior = parameters[0] * SCALE_S / prior_std_s
+        return np.concatenate([misfit, [prior], parameters[3:]])
+
+    def _force(self, parameters: NDArray) -> NDArray:
+        offset, stiffness, contact, curvature, relaxed, baseline = parameters[:6]
+        depth = self.depth_m + parameters[6:] * self.depth_std_m
+        path = Akima1DInterpolator(self.frame_time_s, depth, method="makima")
+        time_s = np.clip(self.time_s - offset * SCALE_S, *self.frame_time_s[[0, -1]])
+        x = np.maximum(path(time_s) - contact * SCALE_M, 0)
+        elastic = np.exp(stiffness) * x**1.5 * (1 + curvature * CURVATURE_STD_PER_M * x)
+        share = RELAXED + relaxed * RELAXED_STD
+        force = elastic + baseline * BASELINE_STD_N
+        for time in RELAXATION_S:
+            force = force - share / len(RELAXATION_S) * (elastic - self._held(elastic, time))
+        return force
+
+    def _held(self, elastic: NDArray, relaxation_s: float) -> NDArray:
+        """Part of an elastic force that has not yet relaxed (one Maxwell element)."""
+        step = (self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
+        decay = np.exp(-step / relaxation_s)
+        rate = relaxation_s / step * (1 - decay)
+        return lfilter([rate], [1, -decay], np.diff(elastic, prepend=elastic[0]))

@@ -1,0 +1,50 @@
+"""A press as the tip's path and the force's record show it together."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from palpate.vision.clock import ClockOffset, clock_offset
+from palpate.vision.force import averaged, unbiased
+from palpate.vision.probe import AXIS, TIP, TIP_STD
+
+
+def press_depth(poses: pd.DataFrame) -> tuple[NDArray, NDArray]:
+    """Tip's place along the mean pressing direction, and its standard deviation, (n,) [m].
+
+    Parameters
+    ----------
+    poses : DataFrame
+        probe_pose.csv; frames without a marker get the largest deviation.
+    """
+    axis = poses[AXIS].to_numpy(float).mean(axis=0)
+    axis /= np.linalg.norm(axis)
+    std_m = np.linalg.norm(poses[TIP_STD].to_numpy(float) * axis, axis=1)
+    known = np.where(np.isfinite(std_m), std_m, np.nanmax(std_m))
+    return poses[TIP].to_numpy(float) @ axis, known
+
+
+def press_force(
+    record: pd.DataFrame, probe: Mapping, *, bias_window_s: float
+) -> tuple[NDArray, NDArray]:
+    """Times [s] and force along the pressing direction [N], averaged, (m,) each."""
+    time_s, wrench = averaged(*unbiased(record, probe, bias_window_s))
+    axis = np.array(probe["force_from_tip"])[:3, 2]
+    return time_s, -wrench[:, :3] @ axis
+
+
+def press_clock(
+    record: pd.DataFrame,
+    poses: pd.DataFrame,
+    probe: Mapping,
+    *,
+    bias_window_s: float,
+    prior_std_s: float,
+) -> ClockOffset:
+    """Offset of the force's clock against the camera's; see `clock_offset`."""
+    depth_m, std_m = press_depth(poses)
+    force = press_force(record, probe, bias_window_s=bias_window_s)
+    frames = poses["time_s"].to_numpy(float)
+    return clock_offset(*force, frames, depth_m, std_m, prior_std_s=prior_std_s)
