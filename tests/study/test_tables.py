@@ -114,8 +114,12 @@ def test_figures_repeat_and_carry_their_label(name, tmp_path):
 def test_accuracy_of_a_known_error():
     from palpate.study.accuracy import _force, _tip
 
-    truth = {"tip_m": np.zeros((4, 3)), "force_n": np.tile([0, 0, -2.0], (4, 1))}
+    down = np.tile([0, 0, -1.0], (4, 1))
+    truth = {"tip_m": np.zeros((4, 3)), "force_n": 2 * down, "axis": down}
+    turned = np.tile([0, np.sin(0.02), -np.cos(0.02)], (4, 1))
+    turned[1] = [0, np.sin(0.5), -np.cos(0.5)]
     results = {
+        "axis": turned,
         "tip_m": np.tile([3e-4, 4e-4, 0], (4, 1)),
         "raw_tip_m": np.zeros((4, 3)),
         "force_n": np.tile([0, 0, -2.1], (4, 1)),
@@ -123,4 +127,7 @@ def test_accuracy_of_a_known_error():
     found = {row["quantity"]: row["value"] for row in _tip(truth, results) + _force(truth, results)}
     assert found["tip_position_rms"] == pytest.approx(0.5)
     assert found["force_rms"] == pytest.approx(0.1)
+    assert found["force_magnitude_rms_of_peak"] == pytest.approx(5)
     assert found["force_direction_mean"] == pytest.approx(0, abs=1e-4)
+    assert found["axis_direction_max"] == pytest.approx(np.degrees(0.5))
+    assert found["flipped_frames"] == 1

@@ -11,6 +11,7 @@ from palpate.vision.calibration import (
     find_board,
 )
 from palpate.vision.camera import camera_from_spec
+from palpate.vision.pose import candidate_poses
 from scipy.spatial.transform import Rotation
 
 CALTECH = Board(9, 6, 0.030)
@@ -44,6 +45,18 @@ def test_the_toolboxes_focal_lengths_and_baseline(caltech):
     pair = calibrate_pair(caltech["left"], caltech["right"], CALTECH, tuple(cameras))
     baseline = np.linalg.norm(pair.second_from_first[:3, 3])
     assert baseline == pytest.approx(0.09985, abs=1e-4)
+
+
+def test_each_boards_pose_is_the_calibrations(caltech):
+    """The probe's pose solver on real boards: nine-tenths of a millimetre would be a corner off."""
+    result = calibrate_camera(caltech["left"], CALTECH, (640, 480))
+    marker = {"inner_corners": [9, 6], "square_m": 0.030}
+    middle = CALTECH.points_m.mean(axis=0)
+    for name, known in result.camera_from_board.items():
+        found = candidate_poses(caltech["left"][name], result.camera, marker, threshold_px=3.0)[0]
+        apart = (found.camera_from_marker - known) @ np.append(middle, 1)
+        assert found.inliers == 54
+        assert np.linalg.norm(apart[:3]) < 1e-4
 
 
 def poses(count, seed=0):

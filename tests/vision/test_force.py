@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from palpate.lab.wrench import gauge_record
-from palpate.vision.force import WRENCH, block_mean, frame_wrenches, match_nearest
+from palpate.vision.force import WRENCH, block_mean, frame_wrenches, local_lines, match_nearest
 from scipy.spatial.transform import Rotation
 
 LAB = {
@@ -13,7 +13,13 @@ LAB = {
     "mass_kg": 0.03,
     "centre_of_mass_m": [0, 0, 0.035],
 }
-OPTIONS = {"bias_window_s": 0.4, "largest_gap_s": 0.02}
+OPTIONS = {
+    "up": None,
+    "matching": "nearest",
+    "bias_window_s": 0.4,
+    "linear_window_s": 0.1,
+    "largest_gap_s": 0.02,
+}
 
 
 @pytest.fixture
@@ -78,5 +84,51 @@ def test_bad_records_are_refused(press, probe):
     with pytest.raises(ValueError, match="v3: expected less than 9.99 V, found saturation"):
         wrenches((saturated, marker), probe, [1.0])
     dead = record.assign(v1=0.5)
-    with pytest.raises(ValueError, match="v1: expected a live gauge, found 0.5 V"):
+    with pytest.raises(ValueError, match="v1: expected a live gauge, found one value for 2.0 s"):
         wrenches((dead, marker), probe, [1.0])
+    unplugged = record.copy()
+    unplugged.loc[600:, "v4"] = 0.0
+    with pytest.raises(ValueError, match="v4: expected a live gauge, found one value for 1.4 s"):
+        wrenches((unplugged, marker), probe, [1.0])
+    with pytest.raises(ValueError, match="matching: expected nearest or linear, found best"):
+        wrenches(press, probe, [1.0], matching="best")
+
+
+def test_a_line_leaves_less_noise_than_the_nearest_reading(press, probe):
+    times = np.arange(0.7, 1.4, 0.01)
+    expected = np.clip(times - 0.5, 0, 1) * 2.0
+    errors = {
+        matching: wrenches(press, probe, times, matching=matching)["fz_n"] + expected
+        for matching in ("nearest", "linear")
+    }
+    assert errors["linear"].std() < 0.5 * errors["nearest"].std()
+    assert abs(errors["linear"].mean()) < 0.01
+
+
+def test_local_lines_are_exact_on_lines():
+    time_s = np.arange(100) / 100
+    values = np.column_stack([2 * time_s, 1 - time_s])
+    found = local_lines(np.array([0.0, 0.333, 0.99]), time_s, values, window_s=0.1)
+    assert found == pytest.approx(np.array([[0, 1], [0.666, 0.667], [1.98, 0.01]]))
+
+
+def test_the_loads_weight_is_taken_out_as_the_probe_turns(probe):
+    """A probe that turns by forty degrees in the air presses nothing."""
+    time_s = np.arange(2000) / 1000
+    turn = Rotation.from_rotvec(np.outer(np.clip(time_s - 0.5, 0, 1) * 0.7, [1, 0.2, 0]))
+    rotation = (turn * Rotation.from_rotvec([np.pi, 0, 0])).as_matrix()
+    record = gauge_record(time_s, np.zeros(2000), rotation, probe, LAB, np.random.default_rng(1))
+    times = np.arange(0.0, 2.0, 0.2)
+    poses = np.tile(np.eye(4), (len(times), 1, 1))
+    from_marker = np.array(probe["marker_from_force"])[:3, :3].T
+    poses[:, :3, :3] = rotation[(times * 1000).astype(int)] @ from_marker
+    options = OPTIONS | {"matching": "linear"}
+    up = np.array([0.0, 0.0, 1.0])
+    left_in = frame_wrenches(record, times, poses, probe, **options)
+    taken_out = frame_wrenches(record, times, poses, probe, **(options | {"up": up}))
+    size = [np.linalg.norm(t[["fx_n", "fy_n", "fz_n"]], axis=1).max() for t in (left_in, taken_out)]
+    assert size[0] > 0.15
+    assert size[1] < 0.04
+    without = {key: value for key, value in probe.items() if key != "load"}
+    same = frame_wrenches(record, times, poses, without, **(options | {"up": up}))
+    assert np.allclose(same[WRENCH], left_in[WRENCH])

@@ -264,6 +264,7 @@ def simulated_results():
         "mask.npz",
         "probe_pose.csv",
         "force.csv",
+        "clock.json",
         "clouds.npz",
         "tracked.npz",
         "hertz.json",
@@ -343,6 +344,36 @@ def experiment_provenance(experiment):
     }
 
 
+# What is made of each experiment about a sensor.
+READINGS = {
+    "calibration": "calibration.json",
+    "workspace": "workspace.csv",
+    "cd_case": "cd_case_path.csv",
+    "loading": "loading.csv",
+}
+
+
+def read_experiments():
+    """Sensors and names of the lab's experiments that are held against its truth."""
+    pairs = [
+        (Path(name).parent.name, Path(name).name) for name in HOUSE.lab_experiments
+    ]
+    return sorted(pair for pair in pairs if pair[1] in READINGS)
+
+
+def seeing_outputs():
+    """Tables and figures of Chapter 4, where their experiments are there."""
+    made = {
+        "calibration": ["tables/table_4_1.csv"],
+        "workspace": ["tables/table_4_2.csv"],
+        "cd_case": ["tables/cd_case.csv"],
+        "loading": ["figures/figure_4_6.png"],
+    }
+    files = [file for name in made if sensors_of(name) for file in made[name]]
+    accuracy = ["tables/sensor_accuracy.csv"] if read_experiments() else []
+    return [f"{RESULTS}/{file}" for file in files + accuracy]
+
+
 def experiments_probe(wildcards):
     """Probe of the recordings about the sensors."""
     return HOUSE.probes[config["experiments"]["probe"]]
@@ -382,6 +413,7 @@ def study_outputs():
         [f"{RESULTS}/tables/pipeline_accuracy.csv"] if HOUSE.simulated_captures else []
     )
     checks = [*accuracy, *fidelity_outputs()]
-    if config["only"] is None and sensors_of("calibration"):
-        tables.append(f"{RESULTS}/tables/table_4_1.csv")
+    if config["only"] is None:
+        checks += seeing_outputs()
+    figures += [f"{RESULTS}/figures/figure_4_{n}.png" for n in (11, 12)]
     return [*tables, *figures, *checks, f"{RESULTS}/summary.csv"]

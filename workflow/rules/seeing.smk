@@ -185,3 +185,31 @@ rule figure_4_12:
         "Figure 4.12: from the tip to the camera"
     script:
         "../scripts/figure_4_12.py"
+
+
+rule sensor_accuracy:
+    input:
+        found=[
+            results(f"sensors/{sensor}/{READINGS[name]}")
+            for sensor, name in read_experiments()
+        ],
+        truths=[
+            truth(f"sensors/{sensor}/{name}.npz")
+            for sensor, name in read_experiments()
+        ],
+    output:
+        csv=results("tables/sensor_accuracy.csv"),
+        md=results("tables/sensor_accuracy.md"),
+    log:
+        results("logs/sensor_accuracy.log"),
+    benchmark:
+        results("benchmarks/sensor_accuracy.tsv")
+    params:
+        code=code("sensor_accuracy"),
+        names=[sensor for sensor, _ in read_experiments()],
+        experiments=[name for _, name in read_experiments()],
+        sensors=HOUSE.sensors,
+    message:
+        "Readings about the sensors against the lab's truth"
+    script:
+        "../scripts/sensor_accuracy.py"

@@ -13,7 +13,7 @@ from palpate.study.tables import write
 from palpate.surface.track import load_tracked
 from palpate.vision.clouds import unpack_clouds
 from palpate.vision.force import FORCE
-from palpate.vision.probe import RAW_TIP, TIP
+from palpate.vision.probe import AXIS, RAW_TIP, TIP
 
 SIGNIFICANT = 5
 KEYS = ("object", "sensor", "capture")
@@ -55,6 +55,8 @@ def read_results(folder, errors):
     return {
         "tip_m": poses[TIP].to_numpy(float),
         "raw_tip_m": poses[RAW_TIP].to_numpy(float),
+        "axis": poses[AXIS].to_numpy(float),
+        "clock": read_json(folder / "clock.json"),
         "force_n": read_table(folder / "force.csv")[FORCE].to_numpy(float),
         "mask": mask,
         "clouds": clouds,

@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from palpate.surface.distance import ClosestPoints
 from palpate.vision.kalman import study_filter
 
-MILLIMETRES = 1000.0
+MILLIMETRES = MILLISECONDS = 1000.0
+# The two poses that a plane allows lie farther apart than this.
+FLIPPED_DEG = 15.0
 DENT_RADIUS_M = 0.010
 
 
@@ -22,7 +24,8 @@ def capture_accuracy(truth: Mapping, material: Mapping, results: Mapping) -> lis
     material : mapping
         material.json.
     results : mapping
-        ``tip_m`` and ``raw_tip_m`` (f, 3) [m], ``force_n`` (f, 3) [N], ``mask`` (f, h, w) bool,
+        ``tip_m`` and ``raw_tip_m`` (f, 3) [m], ``axis`` (f, 3), ``force_n`` (f, 3) [N], ``clock``
+        (clock.json), ``mask`` (f, h, w) bool,
         ``clouds`` (list of (n, 3) [m]), ``tracked`` (Tracked), ``hertz`` (hertz.json) and
         ``minima`` (minimise-<error>.json by error option).
 
@@ -32,7 +35,8 @@ def capture_accuracy(truth: Mapping, material: Mapping, results: Mapping) -> lis
         ``quantity, value, unit, truth``.
     """
     frame = results["hertz"]["range"]["last_frame"]
-    rows = _tip(truth, results) + _force(truth, results) + _mask(truth, results["mask"])
+    rows = _tip(truth, results) + _force(truth, results) + _clock(truth, results["clock"])
+    rows += _mask(truth, results["mask"])
     rows += _cloud(truth, results["clouds"], frame)
     rows += _surface(truth, results["tracked"], frame)
     rows += _moduli(material, results)
@@ -55,10 +59,14 @@ def _tip(truth: Mapping, results: Mapping) -> list[dict]:
     """Tip as measured, as filtered for the results, and as the study's filter gives it."""
     raw = results["raw_tip_m"]
     paths = {"raw_tip": raw, "tip": results["tip_m"], "study_filter_tip": study_filter(raw)}
-    return [
+    rows = [
         _row(f"{name}_position_rms", _rms_length(path - truth["tip_m"]) * MILLIMETRES, "mm")
         for name, path in paths.items()
     ]
+    cosine = np.clip((results["axis"] * truth["axis"]).sum(axis=1), -1, 1)
+    angle = np.degrees(np.arccos(cosine))
+    rows.append(_row("axis_direction_max", float(angle.max()), "degree"))
+    return [*rows, _row("flipped_frames", float((angle > FLIPPED_DEG).sum()), "")]
 
 
 def _force(truth: Mapping, results: Mapping) -> list[dict]:
@@ -71,8 +79,24 @@ def _force(truth: Mapping, results: Mapping) -> list[dict]:
         _row("force_rms", _rms_length(found - true), "N"),
         _row("force_magnitude_rms", float(np.sqrt(np.mean((size - true_size) ** 2))), "N"),
         _row("force_direction_mean", float(angle.mean()), "degree"),
+        _row("force_magnitude_rms_of_peak", _percent(size, true_size), "%"),
         _row("force_peak", float(size.max()), "N", float(true_size.max())),
     ]
+
+
+def _clock(truth: Mapping, clock: Mapping) -> list[dict]:
+    """Offset of the force's clock as estimated, its stated deviation, and what was applied."""
+    true = float(truth["clock_offset_s"]) * MILLISECONDS
+    return [
+        _row("clock_offset", clock["offset_s"] * MILLISECONDS, "ms", true),
+        _row("clock_offset_stated_std", clock["std_s"] * MILLISECONDS, "ms"),
+        _row("clock_offset_applied", clock["applied_s"] * MILLISECONDS, "ms", true),
+    ]
+
+
+def _percent(found: NDArray, true: NDArray) -> float:
+    """Root mean square error in percent of the largest value."""
+    return 100 * float(np.sqrt(np.mean((found - true) ** 2)) / true.max())
 
 
 def _mask(truth: Mapping, mask: NDArray) -> list[dict]:

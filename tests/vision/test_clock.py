@@ -1,0 +1,51 @@
+"""Offset of two clocks from presses with a known one."""
+
+import numpy as np
+import pytest
+from palpate.vision.clock import clock_offset
+
+PRIOR_S = 0.01
+
+
+def tap(offset_s, *, stiffness, rate_hz, noise_n=0.03, depth_std_m=5e-5, seed=0):
+    """A few quick presses: force's record at 100 Hz and tip's depth at the frames."""
+    rng = np.random.default_rng(seed)
+    force_time = np.arange(-0.3, 4.3, 0.01)
+    frame_time = np.arange(0, 4, 1 / rate_hz)
+
+    def depth(t):
+        return 0.004 * np.sin(np.pi * np.clip(t - 0.5, 0, 3)) ** 2 - 0.001
+
+    force = stiffness * np.maximum(depth(force_time - offset_s), 0) ** 1.5
+    force = force + rng.normal(0, noise_n, force.size)
+    measured = depth(frame_time) + rng.normal(0, depth_std_m, frame_time.size)
+    return force_time, force, frame_time, measured, np.full(frame_time.size, depth_std_m)
+
+
+@pytest.mark.parametrize("offset_s", [-0.008, 0.0, 0.013])
+def test_stiff_presses_filmed_fast_tell_the_offset(offset_s):
+    found = clock_offset(*tap(offset_s, stiffness=5e4, rate_hz=30), prior_std_s=PRIOR_S)
+    assert found.offset_s == pytest.approx(offset_s, abs=0.003)
+    assert found.std_s < 0.0025
+    assert abs(found.offset_s - offset_s) < 4 * found.std_s
+
+
+def test_the_stated_deviation_is_that_of_the_errors():
+    offsets = np.random.default_rng(7).normal(0, PRIOR_S, 30)
+    found = [
+        clock_offset(*tap(o, stiffness=1e4, rate_hz=12, seed=k), prior_std_s=PRIOR_S)
+        for k, o in enumerate(offsets)
+    ]
+    scores = [(f.offset_s - o) / f.std_s for f, o in zip(found, offsets, strict=True)]
+    assert 0.5 < np.std(scores) < 1.5
+
+
+def test_a_soft_press_filmed_slowly_says_that_it_does_not_know():
+    found = clock_offset(*tap(0.005, stiffness=3e3, rate_hz=6, noise_n=0.1), prior_std_s=PRIOR_S)
+    assert found.std_s > 0.005
+    assert found.clear_offset_s == 0.0
+
+
+def test_no_press_leaves_what_was_known():
+    found = clock_offset(*tap(0.005, stiffness=0.0, rate_hz=6, noise_n=0.01), prior_std_s=PRIOR_S)
+    assert (found.offset_s, found.std_s) == (0.0, PRIOR_S)
