@@ -2,6 +2,7 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 SNAKEMAKE := $(BIN)/snakemake --profile workflow/profiles/default
+ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
 
 .PHONY: results sample test lint bench check lock sample-captures clean
@@ -25,7 +26,7 @@ lint: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/lint-imports
 
 bench: .venv/installed
-	PYTHONPATH=workflow/scripts $(BIN)/python tests/bench.py results/bench.csv
+	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python tests/bench.py results/bench.csv
 
 # The committed captures of tests/sample, made anew by the virtual lab.
 sample-captures: .venv/installed

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import trimesh
 from bench_lab import lab_rows
+from bench_vision import vision_rows
 from palpate.capture.files import whole_file
 from palpate.estimate.moduli import lame_from_engineering
 from palpate.solid.mesh import read_solid, refine_near
@@ -90,7 +91,7 @@ def surface_rows() -> list[tuple]:
 
 def main(target: Path) -> None:
     """Measure, write and print."""
-    rows = solid_rows() + surface_rows() + lab_rows(ratio)
+    rows = solid_rows() + surface_rows() + vision_rows(ratio) + lab_rows(ratio)
     table = pd.DataFrame(rows, columns=["name", "value", "unit", "against"])
     table["value"] = [float(f"{value:.3g}") for value in table["value"]]
     with whole_file(target) as part:

@@ -72,6 +72,21 @@ def test_constant_pixels_are_guarded():
     assert not classify(model, frames[0]).any()
 
 
+def test_the_mask_ends_where_half_of_a_pixel_is_foreground():
+    """A lens's blur reaches beyond the object; the mask does not."""
+    rng = np.random.default_rng(6)
+    table = np.full((150, 150, 3), [150.0, 120.0, 95.0])
+    frames = [np.round(table + rng.normal(0, 1, table.shape)).astype(np.uint8) for _ in range(12)]
+    y, x = np.mgrid[:150, :150]
+    disc = np.hypot(x - 75, y - 75) < 40
+    share = cv2.GaussianBlur(disc.astype(float), (0, 0), 1.2)[..., None]
+    image = table * (1 - share) + np.array([70.0, 90.0, 140.0]) * share
+    image = np.round(image + rng.normal(0, 1, image.shape)).astype(np.uint8)
+    found = classify(build_model(frames, false_positive_rate=0.002), image)
+    assert (found & disc).sum() / (found | disc).sum() > 0.985
+    assert abs(found.sum() / disc.sum() - 1) < 0.01
+
+
 def test_noise_of_a_black_background_is_no_foreground():
     rng = np.random.default_rng(5)
     dark = np.full((60, 80, 3), 1.5)

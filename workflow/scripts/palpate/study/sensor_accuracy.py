@@ -63,9 +63,8 @@ def workspace_rows(table: pd.DataFrame, tips_m: NDArray, *, target_mm: float) ->
         lost = part["frames"].sum() - part["found"].sum()
         rows.append(_row(f"workspace_{name}_lost_frames", lost, ""))
         rows.append(_row(f"workspace_{name}_frames", part["frames"].sum(), ""))
-        # A point with flipped frames scatters by more than a flip's part of its frames allows.
-        flips = (square * part["found"] / FLIPPED_M**2).to_numpy()
-        rows.append(_row(f"workspace_{name}_flipped_frames_at_most", np.floor(flips).sum(), "", 0))
+        flips = _flips_at_most(part, bias)
+        rows.append(_row(f"workspace_{name}_flipped_frames_at_most", flips, "", 0))
     return rows
 
 
@@ -123,6 +122,16 @@ def _errors(part: pd.DataFrame, tips_m: NDArray) -> tuple[NDArray, pd.Series]:
     means = part[["mean_x_m", "mean_y_m", "mean_z_m"]].to_numpy(float)
     bias = np.linalg.norm(means - tips_m[part["point"].astype(int) - 1], axis=1)
     return bias, bias**2 + (part[["std_x_m", "std_y_m", "std_z_m"]] ** 2).sum(axis=1)
+
+
+def _flips_at_most(part: pd.DataFrame, bias_m: NDArray) -> int:
+    """Frames with the other planar solution: each would move the tip by more than a flip's length.
+
+    Some flips among a point's frames scatter them, all of them would displace the mean.
+    """
+    scatter = (part[["std_x_m", "std_y_m", "std_z_m"]] ** 2).sum(axis=1)
+    some = np.floor(2 * scatter * part["found"] / FLIPPED_M**2)
+    return int(np.where(bias_m > FLIPPED_M / 2, part["found"], some).sum())
 
 
 def _angle_deg(transform: NDArray) -> float:

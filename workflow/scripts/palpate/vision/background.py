@@ -14,6 +14,8 @@ SMALLEST = 1e-6
 FEWEST_FRAMES = 4
 # Pixels classified at a time: their float arrays fit into a core's second-level cache.
 PIECE_PX = 8_192
+# Pixels within this of a mask's edge may show both sides; so much of the foreground counts as it.
+RIM_PX, MIXED = 2, 0.5
 # Bins of the distortions of background pixels: a step is 0.6 %, finer than a threshold needs.
 BIN_EDGES = np.concatenate([[0.0], np.geomspace(1e-3, 1e6, 3600), [np.inf]])
 
@@ -156,7 +158,33 @@ class Classifier:
         mask = cv2.morphologyEx(raw, cv2.MORPH_OPEN, self.opening)
         mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self.closing)
         mask = _without_small(mask, self.smallest_blob_px)
-        return _without_small(1 - mask, self.smallest_blob_px) == 0
+        mask = 1 - _without_small(1 - mask, self.smallest_blob_px)
+        return self._without_mixed(mask, image)
+
+    def _without_mixed(self, mask: NDArray, image: NDArray) -> NDArray:
+        """Drop the rim's pixels that hold more of the background than of what lies before it.
+
+        A little foreground in a pixel is enough to tell it from the background, so masks reach
+        too far by about half the lens's blur. The foreground's colour is taken from the nearest
+        pixel that lies deeper.
+        """
+        core = cv2.erode(mask, _disc(2 * RIM_PX + 1))
+        rim = (mask == 1) & (core == 0)
+        if not core.any():
+            return mask == 1
+        _, label = cv2.distanceTransformWithLabels(
+            1 - core, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+        )
+        # Labels count the core's pixels in the order of their rows.
+        deeper = np.flatnonzero(core)[label[rim] - 1]
+        pixels = _channels(image)
+        front = pixels.reshape(-1, pixels.shape[2])[deeper].astype(np.float32)
+        behind = self.model.mean[rim]
+        way = front - behind
+        share = ((pixels[rim] - behind) * way).sum(axis=1)
+        found = mask == 1
+        found[rim] = share > MIXED * (way**2).sum(axis=1)
+        return found
 
     def pixels(self, image: NDArray) -> NDArray:
         """Foreground of each pixel by itself, (h, w) bool; in pieces that stay in the cache."""
