@@ -15,7 +15,7 @@ FEWEST_FRAMES = 4
 # Pixels classified at a time: their float arrays fit into a core's second-level cache.
 PIECE_PX = 8_192
 # Pixels within this of a mask's edge may show both sides; so much of the foreground counts as it.
-RIM_PX, MIXED = 2, 0.5
+RIM_PX, MIXED = 3, 0.5
 # Bins of the distortions of background pixels: a step is 0.6 %, finer than a threshold needs.
 BIN_EDGES = np.concatenate([[0.0], np.geomspace(1e-3, 1e6, 3600), [np.inf]])
 
