@@ -67,15 +67,31 @@ def test_what_an_interrupted_lab_left_is_its_own_to_complete(home):
     assert "ear" in {capture.object for capture in opened(home).simulated}
 
 
-def test_experiments_that_people_dropped_are_theirs(home):
+def test_experiments_that_people_dropped_are_theirs(root, home):
     assert len(opened(home).lab_experiments) == 9
-    (home / "raw/sensors/kinect/calibration").mkdir(parents=True)
+    dropped = home / "raw/sensors/kinect/loading"
+    dropped.parent.mkdir(parents=True)
+    shutil.copytree(root / "tests/sample/raw/foam_block/kinect/08", dropped)
     made = home / "raw/sensors/kinect/planes"
     made.mkdir()
     (made / "recording.yaml").write_text("provenance: simulated\n")
     left = opened(home).lab_experiments
-    assert "kinect/calibration" not in left
+    assert "kinect/loading" not in left
     assert {"kinect/planes", "kinect/workspace"} <= set(left)
+    (dropped / "force.csv").unlink()
+    with pytest.raises(ValueError, match="kinect/loading/force.csv: file: expected a CSV table"):
+        opened(home)
+
+
+def test_experiments_of_unknown_kind_sensor_or_probe(root, home):
+    (home / "raw/sensors/kinect/juggling").mkdir(parents=True)
+    (home / "raw/sensors/webcam/loading").mkdir(parents=True)
+    with pytest.raises(ValueError) as caught:
+        opened(home, experiments={"probe": "stick", "cd_case_size_m": [0.14, 0.12, 0.01]})
+    message = str(caught.value)
+    assert "juggling: experiment: expected one of calibration, cd_case, loading" in message
+    assert "webcam: sensor: expected one of bumblebee, kinect, found webcam" in message
+    assert "experiments.probe: expected one of nano25_sphere, found stick" in message
 
 
 def test_templates_come_from_scans_or_a_file(root, home):

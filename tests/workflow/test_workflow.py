@@ -18,6 +18,9 @@ LEFT_BEHIND = shutil.ignore_patterns(
 )
 
 
+EXPERIMENT_TABLES = ("table_4_1", "equation_4_12", "table_4_2", "cd_case", "sensor_accuracy")
+
+
 def snakemake(folder, *arguments):
     command = [sys.executable, "-m", "snakemake", "--profile", "workflow/profiles/default"]
     return subprocess.run(
@@ -70,6 +73,48 @@ def test_sample_comes_to_moduli(copy):
         assert "simulated" in (copy / f"results/sample/tables/{name}.md").read_text()
     for name in ("figure_5_2", "figure_5_8", "figure_5_10", "tracked_surface"):
         assert (copy / f"results/sample/figures/{name}.png").stat().st_size > 20_000
+
+
+@pytest.fixture(scope="module")
+def experiments(copy):
+    """Small recordings about the sample's Kinect, made by the lab, and what comes of them."""
+    study = yaml.safe_load((copy / "config/lab.yaml").read_text())["experiments"]
+    smaller = {
+        "calibration": {"pairs": 8},
+        "workspace": {"columns": 2, "rows": 2, "frames": 4},
+        "cd_case": {"frames": 10},
+        "loading": {"motion": study["loading"]["motion"] | {"frames": 20, "frame_rate_hz": 2}},
+    }
+    lab = yaml.safe_load((copy / "tests/sample/lab.yaml").read_text())
+    lab["experiments"] = {
+        name: study[name] | change | {"sensors": ["kinect"]} for name, change in smaller.items()
+    }
+    (copy / "lab.yaml").write_text(yaml.safe_dump(lab))
+    config = yaml.safe_load((copy / "tests/sample/lab_config.yaml").read_text())
+    config["paths"]["lab"] = "lab.yaml"
+    (copy / "experiments.yaml").write_text(yaml.safe_dump(config))
+    folder = copy / "results/sample_lab"
+    wanted = [f"results/sample_lab/tables/{name}.csv" for name in EXPERIMENT_TABLES]
+    wanted.append("results/sample_lab/figures/figure_4_6.png")
+    done = snakemake(copy, "--configfile", "experiments.yaml", "--", *wanted)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return folder
+
+
+def test_experiments_come_to_tables_and_figures(experiments):
+    for name in EXPERIMENT_TABLES:
+        assert "simulated" in (experiments / f"tables/{name}.md").read_text()
+    for number in (6, 9, 10, 13, 14, 15, 16, 17, 18, 19, 20, 21):
+        assert (experiments / f"figures/figure_4_{number}.png").stat().st_size > 20_000
+    table = pd.read_csv(experiments / "tables/sensor_accuracy.csv").set_index("quantity")["value"]
+    assert table["workspace_refined_tip_rms"] < 1.0
+    assert table["workspace_refined_flipped_frames_at_most"] == 0
+    assert table["cd_case_tip_rms"] < 1.0
+    assert table["loading_force_rms_of_peak"] < 2.0
+    # Eight small pictures calibrate worse than the study's fifty.
+    assert abs(table["calibration_color_fx_px_error"]) < 1.0
+    case = pd.read_csv(experiments / "tables/cd_case.csv")
+    assert case["smooth_offset_mm"].between(5.2, 7.2).all()
 
 
 def test_second_run_has_nothing_to_do(copy):

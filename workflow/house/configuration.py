@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.capture.check import check_object
-from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
+from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover, folders
+from palpate.capture.experiments import check_experiment
 from palpate.capture.schema import load_yaml, validate
 
 from house.lab_checks import lab_problems, says_simulated
@@ -155,6 +156,9 @@ def open_house(config: Mapping, *, source: str) -> House:
     for name in sorted(filter(chosen, _objects_in(paths["raw"]))):
         if not _still_the_labs(name, found, simulated):
             problems += check_object(Path(paths["raw"]) / name, sensors, probes)
+    if config["only"] is None:
+        problems += _dropped_experiments(Path(paths["raw"]) / "sensors", sensors, lab)
+    problems += _unknown_probe(config["experiments"]["probe"], probes, source)
     selection = config["study"]["captures"]
     problems += _unknown_captures(selection, simulated, source)
     wanted = sorted(
@@ -259,6 +263,28 @@ def _is_the_labs(name: str, raw: str, found: set[CaptureId], problems: list[str]
         return True
     problems.append(f"{path}: file: expected YAML, found nothing")
     return False
+
+
+def _dropped_experiments(folder: Path, sensors: Mapping, lab: Mapping | None) -> list[str]:
+    """What is wrong with the recordings about sensors that the lab does not make itself."""
+    made = (lab or {}).get("experiments", {})
+    lines = []
+    for place in folders(folder):
+        if place.name not in sensors:
+            known = ", ".join(sorted(sensors))
+            lines.append(f"{place}: sensor: expected one of {known}, found {place.name}")
+            continue
+        for experiment in folders(place):
+            if experiment.name not in made or not says_simulated(experiment):
+                lines += check_experiment(experiment, sensors[place.name])
+    return lines
+
+
+def _unknown_probe(name: str, probes: Mapping, source: str) -> list[str]:
+    if name in probes:
+        return []
+    known = ", ".join(sorted(probes))
+    return [f"{source}: experiments.probe: expected one of {known}, found {name}"]
 
 
 def _ambiguous_boards(probes: Mapping, folder: str) -> list[str]:

@@ -139,8 +139,13 @@ def _loading(options: Mapping, lab: Mapping) -> Iterator[str]:
 
 def says_simulated(folder: Path) -> bool:
     """Whether the lab may write a folder of an experiment: it is not there, or says simulated."""
+    return not folder.exists() or is_simulated(folder)
+
+
+def is_simulated(folder: str | Path) -> bool:
+    """Whether an experiment's recording.yaml says that the lab made it."""
     try:
-        text = (folder / "recording.yaml").read_text(encoding="utf-8")
+        text = (Path(folder) / "recording.yaml").read_text(encoding="utf-8")
     except OSError:
-        return not folder.exists()
+        return False
     return "provenance: simulated" in text.splitlines()

@@ -11,6 +11,7 @@ sys.path[:0] = [
 from house.configuration import open_house
 from house.digest import code_digest
 from house.fingerprint import folder_fingerprint
+from house.lab_checks import is_simulated
 from palpate.capture.discover import CAPTURE_NAME
 
 try:
@@ -333,13 +334,12 @@ def experiment_content(experiment):
 
 
 def experiment_provenance(experiment):
-    """Whether sensors' recordings of an experiment are the lab's, by sensor."""
+    """Whether sensors' recordings of an experiment are simulated, by sensor."""
     return {
-        sensor: (
-            "simulated"
-            if f"{sensor}/{experiment}" in HOUSE.lab_experiments
-            else "recorded"
-        )
+        sensor: "simulated"
+        if f"{sensor}/{experiment}" in HOUSE.lab_experiments
+        or is_simulated(f"{RAW}/sensors/{sensor}/{experiment}")
+        else "recorded"
         for sensor in sensors_of(experiment)
     }
 

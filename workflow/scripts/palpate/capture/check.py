@@ -66,7 +66,8 @@ def check_capture(folder: str | Path, sensor: Mapping) -> list[str]:
         One line for each problem; empty when all is right.
     """
     folder = Path(folder)
-    problems, frames = _check_frames(folder, sensor)
+    fewest = FEWEST_BACKGROUND_FRAMES if folder.name == BACKGROUND else FEWEST_FRAMES
+    problems, frames = check_frames(folder, image_streams(sensor), fewest=fewest)
     if folder.name != BACKGROUND:
         problems += _check_force(folder, frames)
     return problems
@@ -142,23 +143,24 @@ def _check_gauge(capture: Path, probe: Mapping | None) -> list[str]:
     if probe is None or "gauge" in probe:
         return []
     path = capture / FORCE
-    table, _ = _read(path, ["time_s"])
+    table, _ = read_columns(path, ["time_s"])
     if table is None or not set(GAUGE_COLUMNS) <= set(table.columns):
         return []
     expected = f"fx_n..tz_nm (probe {probe['probe']} states no gauge)"
     return [f"{path}: columns: expected {expected}, found v0..v5"]
 
 
-def _check_frames(folder: Path, sensor: Mapping) -> tuple[list[str], pd.DataFrame | None]:
-    streams = image_streams(sensor)
+def check_frames(
+    folder: Path, streams: Mapping[str, Mapping], *, fewest: int
+) -> tuple[list[str], pd.DataFrame | None]:
+    """Check frames.csv and the images of its streams: problems, and the table if it can be read."""
     path = folder / FRAMES
-    table, problems = _read(path, ["frame", "time_s", *streams])
+    table, problems = read_columns(path, ["frame", "time_s", *streams])
     if table is None:
         return problems, None
-    fewest = FEWEST_BACKGROUND_FRAMES if folder.name == BACKGROUND else FEWEST_FRAMES
     if len(table) < fewest:
         problems.append(f"{path}: rows: expected at least {fewest}, found {len(table)}")
-    problems += _check_numbers(path, table, ["frame", "time_s"])
+    problems += check_numbers(path, table, ["frame", "time_s"])
     problems += _check_whole(path, table, "frame")
     problems += _check_increasing(path, table, "frame")
     problems += _check_increasing(path, table, "time_s")
@@ -197,7 +199,7 @@ def _image_problem(folder: Path, name: str, spec: Mapping) -> str | None:
 
 def _check_force(folder: Path, frames: pd.DataFrame | None) -> list[str]:
     path = folder / FORCE
-    table, problems = _read(path, ["time_s"])
+    table, problems = read_columns(path, ["time_s"])
     if table is None:
         return problems
     sets = [set(GAUGE_COLUMNS), set(WRENCH_COLUMNS)]
@@ -209,7 +211,7 @@ def _check_force(folder: Path, frames: pd.DataFrame | None) -> list[str]:
         problems.append(
             f"{path}: rows: expected at least {FEWEST_FORCE_SAMPLES}, found {len(table)}"
         )
-    problems += _check_numbers(path, table, ["time_s", *sorted(columns)])
+    problems += check_numbers(path, table, ["time_s", *sorted(columns)])
     problems += _check_increasing(path, table, "time_s")
     return problems or _check_overlap(path, table, frames)
 
@@ -227,7 +229,8 @@ def _check_overlap(path: Path, force: pd.DataFrame, frames: pd.DataFrame | None)
     ]
 
 
-def _read(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[str]]:
+def read_columns(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[str]]:
+    """Read a table that must have some columns: the table or None, and what is wrong."""
     try:
         table = read_table(path)
     except ValueError as error:
@@ -239,7 +242,8 @@ def _read(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[str
     return table, []
 
 
-def _check_numbers(path: Path, table: pd.DataFrame, columns: list[str]) -> list[str]:
+def check_numbers(path: Path, table: pd.DataFrame, columns: list[str]) -> list[str]:
+    """One line for each of some columns that holds anything but finite numbers."""
     problems = []
     for name in columns:
         values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)

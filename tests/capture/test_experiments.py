@@ -1,0 +1,104 @@
+"""Recordings about sensors: what is wrong with them, one line each."""
+
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from palpate.capture.experiments import check_experiment
+from palpate.capture.images import write_image
+
+
+@pytest.fixture(scope="session")
+def kinect(root):
+    return yaml.safe_load((root / "tests/sample/sensors/kinect.yaml").read_text())
+
+
+def frames(folder, count, streams, size=(480, 640)):
+    """Grey frames of some streams."""
+    rows = []
+    for k in range(count):
+        row = {"frame": k, "time_s": k / 10}
+        for stream in streams:
+            (folder / stream).mkdir(parents=True, exist_ok=True)
+            row[stream] = f"{stream}/{k:06d}.png"
+            write_image(folder / row[stream], np.full(size, 90, np.uint8), "mono8")
+        rows.append(row)
+    pd.DataFrame(rows).to_csv(folder / "frames.csv", index=False)
+
+
+@pytest.fixture
+def calibration(tmp_path):
+    folder = tmp_path / "calibration"
+    frames(folder, 6, ("color", "infrared"))
+    (folder / "board.csv").write_text("columns,rows,square_m\n9,6,0.025\n")
+    return folder
+
+
+@pytest.fixture
+def workspace(tmp_path):
+    folder = tmp_path / "workspace"
+    for point in ("01", "02"):
+        frames(folder / point, 2, ("color",))
+    (folder / "grid.csv").write_text("point,row,column,x_m,y_m\n01,1,1,0,0\n02,1,2,0.1,0\n")
+    return folder
+
+
+def test_right_ones(calibration, workspace, kinect, root, tmp_path):
+    assert check_experiment(calibration, kinect) == []
+    assert check_experiment(workspace, kinect) == []
+    sample = root / "tests/sample/raw/foam_block/kinect"
+    shutil.copytree(sample / "08", tmp_path / "loading")
+    assert check_experiment(tmp_path / "loading", kinect) == []
+    for name, source in (("trace", "08"), ("background", "background")):
+        shutil.copytree(sample / source, tmp_path / "cd_case" / name)
+    assert check_experiment(tmp_path / "cd_case", kinect) == []
+    (tmp_path / "planes").mkdir()
+    shutil.copytree(sample / "background", tmp_path / "planes/01")
+    (tmp_path / "planes/planes.csv").write_text("plane,distance_m\n01,0.6\n")
+    assert check_experiment(tmp_path / "planes", kinect) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("columns,rows\n9,6\n", "board.csv: columns: expected square_m, found columns, rows"),
+        ("columns,rows,square_m\n9,-6,0.025\n", "expected sizes above 0, found 9, -6, 0.025"),
+        ("columns,rows,square_m\n9,x,0.025\n", "rows: expected finite numbers, found x"),
+    ],
+)
+def test_a_board_that_makes_no_sense(calibration, kinect, text, line):
+    (calibration / "board.csv").write_text(text)
+    assert line in "\n".join(check_experiment(calibration, kinect))
+
+
+def test_images_of_another_size(calibration, kinect):
+    other = calibration / "infrared/000002.png"
+    write_image(other, np.zeros((240, 320), np.uint8), "mono8")
+    [line] = check_experiment(calibration, kinect)
+    assert line.endswith("000002.png: infrared: expected 640 x 480 pixels, found 320 x 240")
+
+
+def test_too_few_pairs(calibration, kinect):
+    table = pd.read_csv(calibration / "frames.csv")
+    table.iloc[:5].to_csv(calibration / "frames.csv", index=False)
+    [line] = check_experiment(calibration, kinect)
+    assert line.endswith("frames.csv: rows: expected at least 6, found 5")
+
+
+def test_a_point_without_frames(workspace, kinect):
+    shutil.rmtree(workspace / "02")
+    [line] = check_experiment(workspace, kinect)
+    assert line.endswith("02/frames.csv: file: expected a CSV table, found nothing")
+
+
+def test_a_stereo_head_has_no_infrared_camera(calibration, root):
+    sensor = yaml.safe_load((root / "tests/sample/sensors/bumblebee.yaml").read_text())
+    [line] = check_experiment(calibration, sensor)
+    assert "expected one with an infrared camera, found bumblebee" in line
+
+
+def test_an_unknown_experiment(tmp_path, kinect):
+    [line] = check_experiment(tmp_path / "juggling", kinect)
+    assert "expected one of calibration, cd_case, loading, planes, workspace" in line
