@@ -8,6 +8,8 @@ configfile: "config/config.yaml"
 
 
 include: "workflow/rules/common.smk"
+include: "workflow/rules/common_lab.smk"
+include: "workflow/rules/common_sensors.smk"
 include: "workflow/rules/lab.smk"
 include: "workflow/rules/calibration.smk"
 include: "workflow/rules/preprocess.smk"
