@@ -94,6 +94,13 @@ def test_experiments_of_unknown_kind_sensor_or_probe(root, home):
     assert "experiments.probe: expected one of nano25_sphere, found stick" in message
 
 
+def test_optics_that_nobody_can_measure(root, home):
+    path = home / "config/sensors/bumblebee.yaml"
+    path.write_text(path.read_text() + "optics: calibration\n")
+    with pytest.raises(ValueError, match="bumblebee.yaml: optics: expected pictures of a board in"):
+        opened(home)
+
+
 def test_templates_come_from_scans_or_a_file(root, home):
     assert opened(home).template_source("ear") == ("scans", "scans")
     assert opened(home).template_source("foam_block") == ("file", "template.ply")

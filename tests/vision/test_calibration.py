@@ -3,14 +3,9 @@
 import cv2
 import numpy as np
 import pytest
-from palpate.vision.calibration import (
-    Board,
-    board_views,
-    calibrate_camera,
-    calibrate_pair,
-    find_board,
-)
-from palpate.vision.camera import camera_from_spec
+from palpate.vision.board import Board, board_views, find_board
+from palpate.vision.calibration import calibrate_camera, calibrate_pair
+from palpate.vision.camera import camera_from_spec, with_calibration
 from palpate.vision.pose import candidate_poses
 from scipy.spatial.transform import Rotation
 
@@ -110,6 +105,27 @@ def test_a_spoilt_view_is_rejected_and_named(sensors):
     assert "residual" in result.rejected["07"]
     assert result.camera.fx_px == pytest.approx(camera.fx_px, rel=1e-3)
     assert set(result.camera_from_board) == set(corners) - {"07"}
+
+
+def test_a_sensors_own_optics_replace_those_of_its_file(sensors):
+    sensor = sensors["kinect"]
+    camera = {
+        "fx_px": 500.0,
+        "fy_px": 501.0,
+        "cx_px": 300.0,
+        "cy_px": 200.0,
+        "distortion": [0.1] * 5,
+    }
+    shift = np.eye(4).tolist()
+    calibration = {
+        "cameras": {"color": camera, "infrared": camera | {"fx_px": 600.0}},
+        "color_from_infrared": shift,
+    }
+    found = with_calibration(sensor, calibration)
+    assert found["color"]["fx_px"] == 500.0
+    assert (found["depth"]["fx_px"], found["depth"]["color_from_depth"]) == (600.0, shift)
+    assert found["depth"]["baseline_m"] == sensor["depth"]["baseline_m"]
+    assert sensor["color"]["fx_px"] != 500.0
 
 
 def test_too_few_boards(sensors):

@@ -5,11 +5,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.capture.check import check_object
-from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover, folders
-from palpate.capture.experiments import check_experiment
+from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
 from palpate.capture.schema import load_yaml, validate
 
 from house.lab_checks import lab_problems, says_simulated
+from house.sensor_checks import (
+    ambiguous_boards,
+    dropped_experiments,
+    missing_calibrations,
+    unknown_probe,
+)
 
 LAB_TEMPLATE = "template.ply"
 # Snakemake leaves it in each folder that a rule wrote.
@@ -141,7 +146,7 @@ def open_house(config: Mapping, *, source: str) -> House:
         raise ValueError("\n".join(problems))
     if lab is not None:
         problems += lab_problems(lab, sensors, paths["lab"])
-    problems += _ambiguous_boards(probes, paths["probes"])
+    problems += ambiguous_boards(probes, paths["probes"])
     found = set(discover(Path(paths["raw"])))
 
     def chosen(name: str) -> bool:
@@ -157,8 +162,8 @@ def open_house(config: Mapping, *, source: str) -> House:
         if not _still_the_labs(name, found, simulated):
             problems += check_object(Path(paths["raw"]) / name, sensors, probes)
     if config["only"] is None:
-        problems += _dropped_experiments(Path(paths["raw"]) / "sensors", sensors, lab)
-    problems += _unknown_probe(config["experiments"]["probe"], probes, source)
+        problems += dropped_experiments(Path(paths["raw"]) / "sensors", sensors, lab)
+    problems += unknown_probe(config["experiments"]["probe"], probes, source)
     selection = config["study"]["captures"]
     problems += _unknown_captures(selection, simulated, source)
     wanted = sorted(
@@ -166,6 +171,7 @@ def open_house(config: Mapping, *, source: str) -> House:
         for capture in found | simulated
         if chosen(capture.object) and (capture not in simulated or _selected(capture, selection))
     )
+    problems += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
     if not wanted and not problems:
         problems.append(_nothing_found(paths, config["only"]))
     if problems:
@@ -263,39 +269,6 @@ def _is_the_labs(name: str, raw: str, found: set[CaptureId], problems: list[str]
         return True
     problems.append(f"{path}: file: expected YAML, found nothing")
     return False
-
-
-def _dropped_experiments(folder: Path, sensors: Mapping, lab: Mapping | None) -> list[str]:
-    """What is wrong with the recordings about sensors that the lab does not make itself."""
-    made = (lab or {}).get("experiments", {})
-    lines = []
-    for place in folders(folder):
-        if place.name not in sensors:
-            known = ", ".join(sorted(sensors))
-            lines.append(f"{place}: sensor: expected one of {known}, found {place.name}")
-            continue
-        for experiment in folders(place):
-            if experiment.name not in made or not says_simulated(experiment):
-                lines += check_experiment(experiment, sensors[place.name])
-    return lines
-
-
-def _unknown_probe(name: str, probes: Mapping, source: str) -> list[str]:
-    if name in probes:
-        return []
-    known = ", ".join(sorted(probes))
-    return [f"{source}: experiments.probe: expected one of {known}, found {name}"]
-
-
-def _ambiguous_boards(probes: Mapping, folder: str) -> list[str]:
-    """Boards that look the same from both ends: their corners' order could not be settled."""
-    lines = []
-    for name, probe in probes.items():
-        columns, rows = probe["marker"]["inner_corners"]
-        if (columns + rows) % 2 == 0:
-            place = f"{Path(folder) / name}.yaml: marker.inner_corners"
-            lines.append(f"{place}: expected one odd and one even, found {columns}, {rows}")
-    return lines
 
 
 def _objects_in(raw: str) -> set[str]:

@@ -78,3 +78,10 @@ def seeing_outputs():
 def experiments_probe(wildcards):
     """Probe of the recordings about the sensors."""
     return HOUSE.probes[config["experiments"]["probe"]]
+
+
+def optics_of(wildcards):
+    """A sensor's own calibration, where its file asks for it."""
+    if HOUSE.sensors[wildcards.sensor].get("optics") != "calibration":
+        return []
+    return results(f"sensors/{wildcards.sensor}/calibration.json")

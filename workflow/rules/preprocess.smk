@@ -22,6 +22,7 @@ rule background_model:
 rule support_plane:
     input:
         background=raw("{object}/{sensor}/background"),
+        optics=optics_of,
     output:
         plane=results("{object}/{sensor}/support_plane.json"),
     log:
@@ -64,6 +65,7 @@ rule mask:
 rule probe_pose:
     input:
         capture=raw("{object}/{sensor}/{capture}"),
+        optics=optics_of,
     output:
         pose=of_capture("probe_pose.csv"),
     log:
@@ -108,6 +110,7 @@ rule force:
 rule clouds:
     input:
         capture=raw("{object}/{sensor}/{capture}"),
+        optics=optics_of,
         mask=of_capture("mask.npz"),
         pose=of_capture("probe_pose.csv"),
         plane=results("{object}/{sensor}/support_plane.json"),

@@ -2,6 +2,7 @@
 rule workspace_error:
     input:
         workspace=raw("sensors/{sensor}/workspace"),
+        optics=optics_of,
     output:
         table=results("sensors/{sensor}/workspace.csv"),
     log:
@@ -46,6 +47,7 @@ rule workspace_report:
 rule loading_test:
     input:
         loading=raw("sensors/{sensor}/loading"),
+        optics=optics_of,
     output:
         frames=results("sensors/{sensor}/loading.csv"),
         force=results("sensors/{sensor}/loading_force.csv"),
@@ -93,6 +95,7 @@ rule figure_4_6:
 rule cd_case:
     input:
         case=raw("sensors/{sensor}/cd_case"),
+        optics=optics_of,
     output:
         path=results("sensors/{sensor}/cd_case_path.csv"),
         place=results("sensors/{sensor}/cd_case.json"),

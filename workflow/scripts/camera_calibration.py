@@ -9,7 +9,8 @@ from palpate.capture.files import whole_file
 from palpate.capture.images import read_image
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_frames, read_table
-from palpate.vision.calibration import Board, board_views, calibrate_camera, calibrate_pair
+from palpate.vision.board import Board, board_views
+from palpate.vision.calibration import calibrate_camera, calibrate_pair
 
 STREAMS = ("infrared", "color")
 

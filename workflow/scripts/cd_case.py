@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from frames import Stream, all_streams
+from frames import Stream, all_streams, sensor_of
 from job import run
 from palpate.capture.files import whole_file
 from palpate.capture.tables import read_frames, write_table
@@ -26,11 +26,12 @@ LOWEST_M = 0.004
 def main(snakemake):
     """Write the traced path in the case's frame, the case's place and its cloud."""
     trace, params = Path(snakemake.input.case) / "trace", snakemake.params
-    poses = followed(trace, params)
+    sensor = sensor_of(snakemake)
+    poses = followed(trace, sensor, params)
     rng = np.random.default_rng(params.seed)
-    empty = next(all_streams(Path(snakemake.input.case) / "background", params.sensor))
-    plane = fit_support_plane(scene_points(empty, params.sensor), rng=rng, **params.plane)
-    points = scene_cloud(trace, params, poses)
+    empty = next(all_streams(Path(snakemake.input.case) / "background", sensor))
+    plane = fit_support_plane(scene_points(empty, sensor), rng=rng, **params.plane)
+    points = scene_cloud(trace, sensor, params, poses)
     size_m = np.array(params.size_m)
     camera_from_case = place_box(points, plane, size_m)
     path = pd.DataFrame({"frame": poses["frame"], "time_s": poses["time_s"]})
@@ -54,9 +55,9 @@ def main(snakemake):
         part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 
-def followed(folder, params):
+def followed(folder, sensor, params):
     """The probe around the case."""
-    sensor, frames = params.sensor, Stream(folder, params.sensor, samples=True)
+    frames = Stream(folder, sensor, samples=True)
     return track_probe(
         frames,
         read_frames(folder)["time_s"].to_numpy(),
@@ -70,14 +71,14 @@ def followed(folder, params):
     )
 
 
-def scene_cloud(folder, params, poses):
+def scene_cloud(folder, sensor, params, poses):
     """Points of several frames without the probe, camera frame."""
     chosen = set(np.linspace(0, len(poses) - 1, CLOUD_FRAMES).astype(int))
     places = probe_places(poses, params.probe)
     clouds = []
-    for k, images in enumerate(all_streams(folder, params.sensor)):
+    for k, images in enumerate(all_streams(folder, sensor)):
         if k in chosen:
-            points = scene_points(images, params.sensor)
+            points = scene_points(images, sensor)
             clouds.append(points[~belongs_to_probe(points, places[k], params.probe["exclusion"])])
     return np.concatenate(clouds)
 

@@ -5,7 +5,7 @@ import logging
 from pathlib import Path
 
 import numpy as np
-from frames import all_streams
+from frames import all_streams, sensor_of
 from job import run
 from palpate.capture.files import whole_file
 from palpate.capture.tables import read_table
@@ -15,7 +15,7 @@ from palpate.vision.clouds import object_cloud, pack_clouds, probe_places, scene
 
 def main(snakemake):
     """Write the clouds with normals, camera frame."""
-    sensor, params = snakemake.params.sensor, snakemake.params
+    sensor, params = sensor_of(snakemake), snakemake.params
     camera, plane = camera_from_spec(sensor["color"]), read_plane(snakemake.input.plane)
     masks, poses = read_masks(snakemake.input.mask), read_table(snakemake.input.pose)
     places, exclusion = probe_places(poses, params.probe), params.probe["exclusion"]

@@ -1,11 +1,13 @@
 """Images of a capture, one frame at a time, for the scripts."""
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from numpy.typing import NDArray
 from palpate.capture.images import read_image, read_samples
 from palpate.capture.tables import image_streams, read_frames
+from palpate.vision.camera import with_calibration
 
 REFERENCE_STREAM = {"stereo": "left", "structured_light": "color", "depth": "color"}
 
@@ -43,6 +45,15 @@ class Stream(Sequence):
 
     def __getitem__(self, index: int) -> NDArray:
         return self.read(self.folder / self.files[index], self.encoding)
+
+
+def sensor_of(snakemake: object) -> Mapping:
+    """The sensor's file, with the optics of its own calibration where the rule gives one."""
+    optics = snakemake.input.get("optics")
+    if not optics:
+        return snakemake.params.sensor
+    calibration = json.loads(Path(str(optics)).read_text(encoding="utf-8"))
+    return with_calibration(snakemake.params.sensor, calibration)
 
 
 def all_streams(folder: str | Path, sensor: Mapping) -> Iterator[dict[str, NDArray]]:

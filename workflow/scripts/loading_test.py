@@ -2,7 +2,7 @@
 
 import numpy as np
 import pandas as pd
-from frames import Stream, all_streams
+from frames import Stream, all_streams, sensor_of
 from job import run
 from palpate.capture.tables import read_frames, read_table, write_table
 from palpate.vision.camera import camera_from_spec
@@ -15,10 +15,10 @@ from palpate.vision.support_plane import fit_support_plane
 
 def main(snakemake):
     """Write force and displacement at every frame, and the force's averaged record."""
-    folder, params = snakemake.input.loading, snakemake.params
+    folder, params, sensor = snakemake.input.loading, snakemake.params, sensor_of(snakemake)
     options, record = dict(params.options), read_table(f"{folder}/force.csv")
     prior_std_s, bias_window_s = options.pop("clock_offset_std_s"), options["bias_window_s"]
-    poses = followed(folder, params)
+    poses = followed(folder, sensor, params)
     clock = press_clock(
         record, poses, params.probe, bias_window_s=bias_window_s, prior_std_s=prior_std_s
     )
@@ -27,7 +27,7 @@ def main(snakemake):
         poses["time_s"].to_numpy(),
         marker_transforms(poses),
         params.probe,
-        up=table_normal(folder, params),
+        up=table_normal(folder, sensor, params),
         clock_offset_s=clock.clear_offset_s,
         **options,
     )
@@ -41,9 +41,9 @@ def main(snakemake):
     write_table(snakemake.output.force, pd.DataFrame({"time_s": time_s, "force_n": along_n}))
 
 
-def followed(folder, params):
+def followed(folder, sensor, params):
     """The probe through the loading."""
-    sensor, frames = params.sensor, Stream(folder, params.sensor, samples=True)
+    frames = Stream(folder, sensor, samples=True)
     return track_probe(
         frames,
         read_frames(folder)["time_s"].to_numpy(),
@@ -57,9 +57,9 @@ def followed(folder, params):
     )
 
 
-def table_normal(folder, params):
+def table_normal(folder, sensor, params):
     """Upward direction, from the table in the first frame."""
-    points = scene_points(next(all_streams(folder, params.sensor)), params.sensor)
+    points = scene_points(next(all_streams(folder, sensor)), sensor)
     rng = np.random.default_rng(params.seed)
     return fit_support_plane(points, rng=rng, **params.plane)[:3]
 

@@ -2,7 +2,7 @@
 
 import logging
 
-from frames import Stream
+from frames import Stream, sensor_of
 from job import run
 from palpate.capture.tables import read_frames, write_table
 from palpate.vision.camera import camera_from_spec
@@ -11,7 +11,7 @@ from palpate.vision.probe import track_probe
 
 def main(snakemake):
     """Write the probe's pose at every frame."""
-    sensor, options = snakemake.params.sensor, snakemake.params.options
+    sensor, options = sensor_of(snakemake), snakemake.params.options
     frames = Stream(snakemake.input.capture, sensor, samples=True)
     table = track_probe(
         frames,

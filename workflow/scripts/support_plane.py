@@ -3,7 +3,7 @@
 import json
 
 import numpy as np
-from frames import all_streams
+from frames import all_streams, sensor_of
 from job import run
 from palpate.capture.files import whole_file
 from palpate.vision.clouds import scene_points
@@ -12,9 +12,10 @@ from palpate.vision.support_plane import fit_support_plane
 
 def main(snakemake):
     """Write the table's plane, camera frame."""
-    images = next(all_streams(snakemake.input.background, snakemake.params.sensor))
+    sensor = sensor_of(snakemake)
+    images = next(all_streams(snakemake.input.background, sensor))
     plane = fit_support_plane(
-        scene_points(images, snakemake.params.sensor),
+        scene_points(images, sensor),
         inlier_distance_m=snakemake.params.options["inlier_distance_m"],
         rng=np.random.default_rng(snakemake.params.seed),
     )

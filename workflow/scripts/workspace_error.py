@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pandas as pd
-from frames import REFERENCE_STREAM
+from frames import REFERENCE_STREAM, sensor_of
 from job import run
 from palpate.capture.images import read_image
 from palpate.capture.tables import read_frames, read_table, write_table
@@ -16,7 +16,7 @@ from palpate.vision.probe import board_poses, marker_from_tip
 
 def main(snakemake):
     """Write one row for each point and way of tracking."""
-    folder, sensor = Path(snakemake.input.workspace), snakemake.params.sensor
+    folder, sensor = Path(snakemake.input.workspace), sensor_of(snakemake)
     camera, probe = camera_from_spec(sensor["color"]), snakemake.params.probe
     stream, fixed = REFERENCE_STREAM[sensor["kind"]], marker_from_tip(probe)
     refine = BoardRefiner(camera, probe["marker"], mosaic=False)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 # Iterations and step [px] at which the inverse of the distortion is found.
 UNDISTORTED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-6)
+OPTICS = ("fx_px", "fy_px", "cx_px", "cy_px", "distortion")
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -90,3 +91,26 @@ def camera_from_spec(spec: Mapping) -> PinholeCamera:
     optics = {key: float(spec[key]) for key in ("fx_px", "fy_px", "cx_px", "cy_px")}
     distortion = tuple(float(value) for value in spec.get("distortion", NO_DISTORTION))
     return PinholeCamera(spec["width_px"], spec["height_px"], **optics, distortion=distortion)
+
+
+def with_calibration(sensor: Mapping, calibration: Mapping) -> dict:
+    """A sensor's specification with the optics that its own pictures of a board gave.
+
+    Parameters
+    ----------
+    sensor : mapping
+        The sensor's file.
+    calibration : mapping
+        calibration.json: optics of both cameras and Eq. 4.12.
+
+    Returns
+    -------
+    dict
+        Size, encoding and depth's encoding are the file's.
+    """
+    found = dict(sensor)
+    for block, stream in (("color", "color"), ("depth", "infrared")):
+        camera = calibration["cameras"][stream]
+        found[block] = dict(sensor[block]) | {key: camera[key] for key in OPTICS}
+    found["depth"]["color_from_depth"] = calibration["color_from_infrared"]
+    return found

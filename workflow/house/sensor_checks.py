@@ -1,0 +1,58 @@
+"""What is wrong with sensors, probes and the recordings about them, a line for each thing."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from palpate.capture.discover import folders
+from palpate.capture.experiments import check_experiment
+
+from house.lab_checks import says_simulated
+
+
+def dropped_experiments(folder: Path, sensors: Mapping, lab: Mapping | None) -> list[str]:
+    """What is wrong with the recordings about sensors that the lab does not make itself."""
+    made = (lab or {}).get("experiments", {})
+    lines = []
+    for place in folders(folder):
+        if place.name not in sensors:
+            known = ", ".join(sorted(sensors))
+            lines.append(f"{place}: sensor: expected one of {known}, found {place.name}")
+            continue
+        for experiment in folders(place):
+            if experiment.name not in made or not says_simulated(experiment):
+                lines += check_experiment(experiment, sensors[place.name])
+    return lines
+
+
+def missing_calibrations(
+    used: set[str], sensors: Mapping, lab: Mapping | None, paths: Mapping
+) -> list[str]:
+    """Sensors whose optics are to come from pictures of a board that nobody took."""
+    made = (lab or {}).get("experiments", {}).get("calibration", {"sensors": []})["sensors"]
+    lines = []
+    for name in sorted(used & set(sensors)):
+        folder = Path(paths["raw"]) / "sensors" / name / "calibration"
+        asked = sensors[name].get("optics") == "calibration"
+        if asked and name not in made and not folder.is_dir():
+            place = Path(paths["sensors"]) / f"{name}.yaml"
+            lines.append(f"{place}: optics: expected pictures of a board in {folder}, found none")
+    return lines
+
+
+def unknown_probe(name: str, probes: Mapping, source: str) -> list[str]:
+    """A probe of the recordings about sensors that no file describes."""
+    if name in probes:
+        return []
+    known = ", ".join(sorted(probes))
+    return [f"{source}: experiments.probe: expected one of {known}, found {name}"]
+
+
+def ambiguous_boards(probes: Mapping, folder: str) -> list[str]:
+    """Boards that look the same from both ends: their corners' order could not be settled."""
+    lines = []
+    for name, probe in probes.items():
+        columns, rows = probe["marker"]["inner_corners"]
+        if (columns + rows) % 2 == 0:
+            place = f"{Path(folder) / name}.yaml: marker.inner_corners"
+            lines.append(f"{place}: expected one odd and one even, found {columns}, {rows}")
+    return lines
