@@ -8,10 +8,11 @@ import cv2
 import numpy as np
 import yaml
 from frames import Stream, all_streams
-from palpate.vision.background import Classifier, build_model
+from palpate.vision.background import build_model
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.clouds import scene_points
 from palpate.vision.depth import stereo_disparity
+from palpate.vision.foreground import Classifier
 from palpate.vision.marker import expected_region, find_corners
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import candidate_poses

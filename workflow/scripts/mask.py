@@ -4,7 +4,8 @@ import numpy as np
 from frames import Stream
 from job import run
 from palpate.capture.files import whole_file
-from palpate.vision.background import Classifier, load_model
+from palpate.vision.background import load_model
+from palpate.vision.foreground import Classifier
 from palpate.vision.stillness import check_still
 
 

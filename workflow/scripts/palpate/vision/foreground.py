@@ -1,0 +1,148 @@
+"""Foreground of an image before a modelled background (Eq. 4.19, Section 4.2.1)."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.vision.background import (
+    SMALLEST,
+    BackgroundModel,
+    alpha_weight,
+    channels_of,
+    pixels_like,
+)
+
+# Pixels classified at a time: their float arrays fit into a core's second-level cache.
+PIECE_PX = 8_192
+# Pixels within this of a mask's edge may show both sides; so much of the foreground counts as it.
+RIM_PX, MIXED = 3, 0.5
+
+
+class Classifier:
+    """Tell foreground from background (Eq. 4.19), with all that images share worked out once.
+
+    A pixel is foreground where its chromaticity differs, or where it is darker than any shadow or
+    brighter than any highlight: near black the chromaticity says nothing. A background so dark
+    that its noise alone passes these bounds gets wider ones. Grey images have no chromaticity;
+    there a brightness that the background does not show is foreground, shadows too.
+
+    Parameters
+    ----------
+    model : BackgroundModel
+    alpha_low, alpha_high : float
+        Bounds of the brightness of shadows and highlights, as parts of the background's.
+    opening_px, closing_px : int
+        Diameters of the morphological opening and closing [px].
+    smallest_blob_px : int
+        Smaller blobs are dropped, and smaller holes filled [px].
+    """
+
+    def __init__(
+        self,
+        model: BackgroundModel,
+        *,
+        alpha_low: float,
+        alpha_high: float,
+        opening_px: int,
+        closing_px: int,
+        smallest_blob_px: int,
+    ) -> None:
+        self.model, self.smallest_blob_px = model, smallest_blob_px
+        self.opening, self.closing = _disc(opening_px), _disc(closing_px)
+        noise = model.brightness_threshold * model.brightness_rms
+        grey = model.mean.shape[2] == 1
+        self._low = (1 - (noise if grey else np.maximum(1 - alpha_low, noise))).ravel()
+        self._high = (1 + (noise if grey else np.maximum(alpha_high - 1, noise))).ravel()
+        self._weight = _planes(alpha_weight(model.mean, model.std))
+        limit = np.maximum(model.chromaticity_rms * model.threshold, SMALLEST)
+        # Grey levels have no chromaticity; what rounding leaves of it must not count.
+        scale = np.zeros_like(model.std) if grey else 1 / (model.std * limit[..., None])
+        self._mean, self._scale = _planes(model.mean), _planes(scale)
+
+    def __call__(self, image: NDArray) -> NDArray:
+        """Classify an image's pixels and clean the mask.
+
+        Parameters
+        ----------
+        image : (h, w, 3) or (h, w) uint8 array
+
+        Returns
+        -------
+        (h, w) bool array
+            True for foreground.
+
+        Raises
+        ------
+        ValueError
+            If the image's shape is not the background's.
+        """
+        raw = self.pixels(image).view(np.uint8)
+        mask = cv2.morphologyEx(raw, cv2.MORPH_OPEN, self.opening)
+        mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self.closing)
+        mask = _without_small(mask, self.smallest_blob_px)
+        mask = 1 - _without_small(1 - mask, self.smallest_blob_px)
+        return self._without_mixed(mask, image)
+
+    def _without_mixed(self, mask: NDArray, image: NDArray) -> NDArray:
+        """Drop the rim's pixels that hold more of the background than of what lies before it.
+
+        A little foreground in a pixel is enough to tell it from the background, so masks reach
+        too far by about half the lens's blur. The foreground's colour is taken from the nearest
+        pixel that lies deeper.
+        """
+        core = cv2.erode(mask, _disc(2 * RIM_PX + 1))
+        rim = (mask == 1) & (core == 0)
+        if not core.any():
+            return mask == 1
+        _, label = cv2.distanceTransformWithLabels(
+            1 - core, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+        )
+        # Labels count the core's pixels in the order of their rows.
+        deeper = np.flatnonzero(core)[label[rim] - 1]
+        pixels = channels_of(image)
+        front = pixels.reshape(-1, pixels.shape[2])[deeper].astype(np.float32)
+        behind = self.model.mean[rim]
+        way = front - behind
+        share = ((pixels[rim] - behind) * way).sum(axis=1)
+        found = mask == 1
+        found[rim] = share > MIXED * (way**2).sum(axis=1)
+        return found
+
+    def pixels(self, image: NDArray) -> NDArray:
+        """Foreground of each pixel by itself, (h, w) bool; in pieces that stay in the cache."""
+        channels = cv2.split(pixels_like(self.model, image))
+        flat = [channel.reshape(-1) for channel in channels]
+        found = np.empty(channels[0].shape, dtype=bool)
+        for start in range(0, found.size, PIECE_PX):
+            piece = slice(start, start + PIECE_PX)
+            found.reshape(-1)[piece] = self._piece([channel[piece] for channel in flat], piece)
+        return found
+
+    def _piece(self, channels: list[NDArray], piece: slice) -> NDArray:
+        colours = [channel.astype(np.float32) for channel in channels]
+        alpha = sum(w[piece] * colour for w, colour in zip(self._weight, colours, strict=True))
+        found = (alpha < self._low[piece]) | (alpha > self._high[piece])
+        square = 0.0
+        for colour, mean, scale in zip(colours, self._mean, self._scale, strict=True):
+            colour -= alpha * mean[piece]
+            colour *= scale[piece]
+            colour *= colour
+            square = colour + square
+        return found | (square > 1)
+
+
+def _planes(values: NDArray) -> NDArray:
+    """From (h, w, c) to (c, h * w), so that each channel is contiguous."""
+    flat = values.reshape(-1, values.shape[2]).T
+    return np.ascontiguousarray(flat, dtype=np.float32)
+
+
+def _disc(diameter_px: int) -> NDArray:
+    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter_px, diameter_px))
+
+
+def _without_small(mask: NDArray, smallest_px: int) -> NDArray:
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
+    keep = stats[:, cv2.CC_STAT_AREA] >= smallest_px
+    keep[0] = False
+    return keep.astype(np.uint8)[labels]
