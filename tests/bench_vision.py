@@ -49,7 +49,7 @@ def marker_rows(ratio: Callable, sensor: dict, probe: dict) -> list[tuple]:
     scale = SIZE[0] / sensor["color"]["width_px"]
     spec = {key: sensor["color"][key] * scale for key in ("fx_px", "fy_px", "cx_px", "cy_px")}
     camera = camera_from_spec(spec | {"width_px": SIZE[0], "height_px": SIZE[1]})
-    refine = BoardRefiner(camera, marker, mosaic=False)
+    refine = BoardRefiner(camera, marker, encoding="mono8")
     corners = [find_corners(grey, marker) for grey in greys]
     threshold_px = sensor["marker"]["reprojection_threshold_px"]
 

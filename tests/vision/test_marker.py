@@ -75,7 +75,7 @@ def test_pose_of_a_rendered_board(pose, probe):
     assert found.inliers >= 10
     by_corners = np.linalg.norm((found.camera_from_marker @ tip - pose @ tip)[:3, 3])
     assert by_corners < 0.6e-3
-    refine = BoardRefiner(CAMERA, probe["marker"], mosaic=False)
+    refine = BoardRefiner(CAMERA, probe["marker"], encoding="mono8")
     better = pose_in(image, probe["marker"], refine)
     by_picture = np.linalg.norm((better.camera_from_marker @ tip - pose @ tip)[:3, 3])
     assert by_picture < 0.1e-3
@@ -86,7 +86,7 @@ def test_a_mosaics_pixels_are_told_apart(probe):
     image = board_image(POSES[0], probe["marker"]).astype(float)
     gains = np.array([[1.0, 0.85], [0.9, 0.7]])
     mosaic = np.round(image * np.tile(gains, (384, 512))).astype(np.uint8)
-    refine = BoardRefiner(CAMERA, probe["marker"], mosaic=True)
+    refine = BoardRefiner(CAMERA, probe["marker"], encoding="bayer_rggb8")
     start = POSES[0].copy()
     start[:3, 3] += [2e-4, -2e-4, 1e-3]
     found = refine(mosaic, start).camera_from_marker
@@ -98,13 +98,44 @@ def test_what_hides_a_part_of_the_board_does_not_pull_the_refinement(probe):
     image = board_image(POSES[0], probe["marker"])
     corner = CAMERA.project(POSES[0][:3, 3][None])[0].round().astype(int)
     image[corner[1] - 12 : corner[1] + 8, corner[0] - 12 : corner[0] + 8] = 150
-    refine = BoardRefiner(CAMERA, probe["marker"], mosaic=False)
+    refine = BoardRefiner(CAMERA, probe["marker"], encoding="mono8")
     tip, found = marker_from_tip(probe), refine(image, POSES[0]).camera_from_marker
     assert np.linalg.norm((found @ tip - POSES[0] @ tip)[:3, 3]) < 0.3e-3
 
 
+def test_what_does_not_look_like_the_board_is_not_refined(probe):
+    refine = BoardRefiner(CAMERA, probe["marker"], encoding="mono8")
+    image = board_image(POSES[0], probe["marker"])
+    assert refine(np.full((768, 1024), 120, np.uint8), POSES[0]) is None
+    hidden = image.copy()
+    x, y = CAMERA.project(POSES[0][:3, 3][None])[0].round().astype(int)
+    hidden[y - 40 : y + 150, x - 30 : x + 25] = 150
+    assert refine(hidden, POSES[0]) is None
+    smeared = cv2.blur(image, (9, 1))
+    assert refine(smeared, POSES[0]) is None
+    elsewhere = POSES[0].copy()
+    elsewhere[:3, 3] += [0.008, 0, 0]
+    assert refine(image, elsewhere) is None
+
+
+def test_the_refinements_covariance_covers_its_scatter(probe):
+    rng, tip = np.random.default_rng(4), marker_from_tip(probe)[:3, 3]
+    image = board_image(POSES[1], probe["marker"]).astype(float)
+    refine = BoardRefiner(CAMERA, probe["marker"], encoding="mono8")
+    errors, stated = [], []
+    for _ in range(25):
+        noisy = np.clip(np.round(image + rng.normal(0, 2, image.shape)), 0, 255).astype(np.uint8)
+        found = refine(noisy, POSES[1])
+        transform = found.camera_from_marker
+        errors.append((transform - POSES[1])[:3, :3] @ tip + (transform - POSES[1])[:3, 3])
+        stated.append(np.diag(point_covariance(transform, found.covariance, tip)))
+    ratio = np.sqrt(np.mean(np.square(errors), axis=0) / np.mean(stated, axis=0))
+    assert ratio.max() < 1.5
+    assert ratio.min() > 0.1
+
+
 def test_refinement_beyond_the_image_is_none(probe):
-    refine = BoardRefiner(CAMERA, probe["marker"], mosaic=False)
+    refine = BoardRefiner(CAMERA, probe["marker"], encoding="mono8")
     away = pose_of([0.35, 0, 0], [1.5, 0, 0.6])
     behind = pose_of([0.35, 0, 0], [0, 0, -0.6])
     blank = np.full((768, 1024), 120, np.uint8)
@@ -119,7 +150,7 @@ def test_the_covariance_is_that_of_the_scatter(probe):
     tips, stated = [], []
     for _ in range(400):
         corners = exact + rng.normal(0, 0.05, exact.shape)
-        found = candidate_poses(corners, CAMERA, probe["marker"], threshold_px=1.0)[0]
+        found = candidate_poses(corners, CAMERA, probe["marker"], threshold_px=0.45)[0]
         transform = found.camera_from_marker
         tips.append(transform[:3, :3] @ tip + transform[:3, 3])
         stated.append(np.diag(point_covariance(transform, found.covariance, tip)))

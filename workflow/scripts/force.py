@@ -23,7 +23,6 @@ def main(snakemake):
     clock = press_clock(
         record, poses, params.probe, bias_window_s=options["bias_window_s"], prior_std_s=prior_std_s
     )
-    applied_s = clock.clear_offset_s
     logging.info("clock offset %.4f s, deviation %.4f s", clock.offset_s, clock.std_s)
     table = frame_wrenches(
         record,
@@ -31,10 +30,10 @@ def main(snakemake):
         marker_transforms(poses),
         params.probe,
         up=np.array(plane["normal"]),
-        clock_offset_s=applied_s,
+        clock_offset_s=clock.offset_s,
         **options,
     )
-    found = {"offset_s": clock.offset_s, "std_s": clock.std_s, "applied_s": applied_s}
+    found = {"offset_s": clock.offset_s, "std_s": clock.std_s}
     with whole_file(snakemake.output.clock) as part:
         part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     write_table(snakemake.output.force, table)

@@ -28,7 +28,7 @@ def main(snakemake):
         marker_transforms(poses),
         params.probe,
         up=table_normal(folder, sensor, params),
-        clock_offset_s=clock.clear_offset_s,
+        clock_offset_s=clock.offset_s,
         **options,
     )
     force_n, depth_m = np.linalg.norm(wrench[FORCE], axis=1), press_depth(poses)[0]

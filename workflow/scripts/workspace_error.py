@@ -19,7 +19,7 @@ def main(snakemake):
     folder, sensor = Path(snakemake.input.workspace), sensor_of(snakemake)
     camera, probe = camera_from_spec(sensor["color"]), snakemake.params.probe
     stream, fixed = REFERENCE_STREAM[sensor["kind"]], marker_from_tip(probe)
-    refine = BoardRefiner(camera, probe["marker"], mosaic=False)
+    refine = BoardRefiner(camera, probe["marker"], encoding="mono8")
     rows = []
     for point in read_table(folder / "grid.csv").itertuples():
         place = folder / f"{int(point.point):02d}"

@@ -85,12 +85,11 @@ def _force(truth: Mapping, results: Mapping) -> list[dict]:
 
 
 def _clock(truth: Mapping, clock: Mapping) -> list[dict]:
-    """Offset of the force's clock as estimated, its stated deviation, and what was applied."""
+    """Offset of the force's clock as estimated and applied, and its stated deviation."""
     true = float(truth["clock_offset_s"]) * MILLISECONDS
     return [
         _row("clock_offset", clock["offset_s"] * MILLISECONDS, "ms", true),
         _row("clock_offset_stated_std", clock["std_s"] * MILLISECONDS, "ms"),
-        _row("clock_offset_applied", clock["applied_s"] * MILLISECONDS, "ms", true),
     ]
 
 

@@ -16,7 +16,11 @@ BASELINE_STD_N = 0.05
 # The refinement of a pose has errors beyond its noise [m].
 DEPTH_STD_M = 1e-4
 NEAR_FRAME_S = 0.03
-FEWEST_PRESSED = 4
+FEWEST_PRESSED, FEWEST_SAMPLES = 4, 10
+SMALLEST_NOISE_N = 1e-3
+# Offsets that are searched for a press at quite another time, what of them is told, and how much
+# less alike force and depth must then be as recorded.
+SEARCHED_S, SEARCH_STEP_S, FARTHEST_S, MUCH_WORSE = 1.0, 0.02, 0.1, 0.98
 PRESSED = 0.1
 SMALLEST_FORCE_N = 0.05
 # Guesses of the contact, as parts of the way that the tip takes.
@@ -29,11 +33,6 @@ class ClockOffset:
 
     offset_s: float
     std_s: float
-
-    @property
-    def clear_offset_s(self) -> float:
-        """The offset where it is clear (beyond two deviations), else zero [s]."""
-        return self.offset_s if abs(self.offset_s) > 2 * self.std_s else 0.0
 
 
 def clock_offset(
@@ -65,28 +64,57 @@ def clock_offset(
     -------
     ClockOffset
         Zero with the prior's deviation where nothing is pressed.
+
+    Raises
+    ------
+    ValueError
+        If the force follows the depth at quite another time.
     """
     between = (force_time_s > frame_time_s[0]) & (force_time_s < frame_time_s[-1])
     time_s, force = force_time_s[between], force_n[between]
     at_frames = np.interp(frame_time_s, force_time_s, force_n)
-    if force.size < 10 or at_frames.max() < SMALLEST_FORCE_N:
+    if force.size < FEWEST_SAMPLES or at_frames.max() < SMALLEST_FORCE_N:
         return ClockOffset(0.0, prior_std_s)
     if (at_frames > PRESSED * at_frames.max()).sum() < FEWEST_PRESSED:
         return ClockOffset(0.0, prior_std_s)
-    noise = np.diff(force).std() / np.sqrt(2)
+    _check_near(force_time_s, force_n, frame_time_s, depth_m)
+    noise = max(np.diff(force).std() / np.sqrt(2), SMALLEST_NOISE_N)
     depth_std_m = np.hypot(depth_std_m, DEPTH_STD_M)
     press = _Press(time_s, force, noise, frame_time_s, depth_m, depth_std_m)
     span = depth_m.max() - depth_m.min()
     starts = [press.start(depth_m.min() + part * span) for part in CONTACT_GUESSES]
     fits = [least_squares(press.residual, start, args=(prior_std_s,)) for start in starts]
     best = min(fits, key=lambda fit: fit.cost)
-    # What the model of the contact leaves is counted as noise, and weighs less then.
-    left = np.sqrt(np.mean(best.fun[: force.size] ** 2))
+    # What the model of the contact leaves is counted as noise.
+    left = np.sqrt((best.fun[: force.size] ** 2).sum() / max(press.near.sum(), 1))
     if left > 1:
-        press = replace(press, noise_n=noise * left**2)
+        press = replace(press, noise_n=noise * left)
         best = least_squares(press.residual, best.x, args=(prior_std_s,))
     covariance = np.linalg.pinv(best.jac.T @ best.jac)
     return ClockOffset(float(best.x[0] * SCALE_S), float(np.sqrt(covariance[0, 0]) * SCALE_S))
+
+
+def _check_near(
+    force_time_s: NDArray, force_n: NDArray, frame_time_s: NDArray, depth_m: NDArray
+) -> None:
+    """Refuse records whose force rises at another time than the tip goes down."""
+    shifts = np.arange(-SEARCHED_S, SEARCHED_S + SEARCH_STEP_S / 2, SEARCH_STEP_S)
+    likeness = []
+    for shift in shifts:
+        force = np.interp(frame_time_s + shift, force_time_s, force_n)
+        likeness.append(
+            max(
+                np.corrcoef(force, np.maximum(depth_m - contact, 0) ** 1.5)[0, 1]
+                for contact in np.quantile(depth_m, CONTACT_GUESSES)
+            )
+        )
+    best = int(np.nanargmax(likeness))
+    still = likeness[int(np.argmin(np.abs(shifts)))]
+    if abs(shifts[best]) > FARTHEST_S and still < MUCH_WORSE * likeness[best]:
+        raise ValueError(
+            f"force.csv: time_s: expected the clock of frames.csv within {FARTHEST_S:g} s,"
+            f" found the press about {shifts[best]:+.2f} s away"
+        )
 
 
 # Parameters are of order one: offset, log stiffness, contact, curvature, relaxation, baseline.

@@ -106,8 +106,8 @@ def smooth(
         raise ValueError("values: expected at least one measurement, found none")
     steps = np.diff(time_s, prepend=time_s[0])
     first = int(np.argmax(seen))
-    state = np.array([values[first], 0.0])
-    covariance = np.diag([std[first] ** 2, 1.0])
+    # Nothing is known before the first measurement: a metre, and a metre a second.
+    state, covariance = np.array([values[first], 0.0]), np.eye(2)
     forward = []
     for k, step in enumerate(steps):
         F, W = _motion(step, acceleration_std_m_s2)

@@ -11,9 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from scipy.special import erf
 
+from palpate.vision.board_picture import pixel_sizes, place_derivatives, square_wave
 from palpate.vision.camera import PinholeCamera
+from palpate.vision.marker import board_points
+from palpate.vision.pose import corner_cofactor
 
 # The rim of the outer squares is left out: what lies beyond the board is not known [squares].
 RIM = 0.12
@@ -28,9 +30,12 @@ OCCLUDED = 0.4, 0.12
 SHADING_PASSES = 2
 # Pixels farther than this from all edges only tell the shading: every so many of them is used.
 EDGE_PX, FLAT_STEP = 3.0, 16
-# Neighbouring pixels of a demosaiced, blurred picture share their noise: so many pixels count for
-# one when the covariance is worked out.
-PIXELS_PER_SAMPLE = 4.0
+# What edges are off beyond their noise, as corners would be [px]: lenses and prints are not ideal,
+# and filling in a mosaic shifts edges further.
+SYSTEMATIC_PX, FILLED_IN_PX = 0.015, 0.04
+# A fit says nothing when it leaves more of the contrast, when the contrast is no more than this
+# [grey levels], when less of the board is seen, or when it ends farther from the start [px].
+MOST_LEFT, LEAST_CONTRAST, LEAST_SEEN, FARTHEST_PX = 0.03, 20.0, 0.75, 3.0
 
 
 @dataclass(frozen=True)
@@ -74,7 +79,19 @@ class _Fit:
 
     @property
     def cost(self) -> float:
+        """Sum of the squared residuals, those beyond the limit counted at it."""
         return float(self.residual @ self.residual)
+
+    @property
+    def variance(self) -> float:
+        """Of a grey level about the model, hidden pixels left out."""
+        freedom = max(self.weight.sum() - self.jacobian.shape[1], 1)
+        return float((self.weight * self.residual**2).sum() / freedom)
+
+    @property
+    def left(self) -> float:
+        """Root mean square residual as a part of the contrast."""
+        return float(np.sqrt(self.variance) / max(self.contrast, 1e-9))
 
 
 class BoardRefiner:
@@ -85,14 +102,16 @@ class BoardRefiner:
     camera : PinholeCamera
     marker : mapping
         ``marker`` block of the probe's file; the outer square beside the origin is black.
-    mosaic : bool
-        Whether images are mosaics: of the four kinds of pixels each has its own black and white.
-        A mosaic tells more than the picture made of it, whose edges it shifts.
+    encoding : str
+        Of the images: of the four kinds of pixels of ``bayer_rggb8`` each has its own black and
+        white; the colours of ``rgb8`` were filled in, which shifts edges.
     """
 
-    def __init__(self, camera: PinholeCamera, marker: Mapping, *, mosaic: bool) -> None:
-        self.camera, self.mosaic, self.square_m = camera, mosaic, float(marker["square_m"])
+    def __init__(self, camera: PinholeCamera, marker: Mapping, *, encoding: str) -> None:
+        self.camera, self.square_m = camera, float(marker["square_m"])
+        self.mosaic, self.sampled = encoding == "bayer_rggb8", encoding != "rgb8"
         self.columns, self.rows = marker["inner_corners"]
+        self.points = board_points(marker)
         grid = camera.rays(camera.pixel_grid())
         self.rays = grid.reshape(camera.height_px, camera.width_px, 3)
         y, x = np.mgrid[: camera.height_px, : camera.width_px]
@@ -118,7 +137,7 @@ class BoardRefiner:
             return None
         rough, _ = self._iterated(seen, start.copy(), BLUR_PX, OCCLUDED[0])
         fit, done = self._iterated(seen, rough.pose, rough.blur, OCCLUDED[1])
-        return _result(fit) if done else None
+        return self._result(fit) if done and self._believable(fit, start) else None
 
     def _iterated(
         self, seen: "_Pixels", pose: NDArray, blur: float, occluded: float
@@ -132,9 +151,28 @@ class BoardRefiner:
             gain = 1 - moved.cost / fit.cost
             damping *= DAMPED_LESS if gain >= 0 else DAMPED_MORE
             fit = moved if gain >= 0 else fit
-            if np.abs(step[:6]).max() < CONVERGED_RAD_M or 0 <= gain < CONVERGED_GAIN:
+            small = np.abs(step[:6]).max() < CONVERGED_RAD_M and damping <= FIRST_DAMPING
+            if small or 0 <= gain < CONVERGED_GAIN:
                 return fit, True
         return fit, False
+
+    def _believable(self, fit: "_Fit", start: NDArray) -> bool:
+        """Whether a fit looks like the board, near where it was looked for."""
+        if fit.left > MOST_LEFT or fit.contrast < LEAST_CONTRAST or fit.weight.mean() < LEAST_SEEN:
+            return False
+        before, after = (
+            self.camera.project(self.points @ pose[:3, :3].T + pose[:3, 3])
+            for pose in (start, fit.pose)
+        )
+        return bool(np.abs(after - before).max() < FARTHEST_PX)
+
+    def _result(self, fit: "_Fit") -> PhotometricPose:
+        """The pose with its covariance: the samples' noise, and what all edges are off together."""
+        noise = np.linalg.inv(fit.jacobian.T @ (fit.jacobian * fit.weight[:, None]))[:6, :6]
+        systematic_px = SYSTEMATIC_PX if self.sampled else FILLED_IN_PX
+        edges = corner_cofactor(self.points, fit.pose, self.camera)
+        covariance = noise * fit.variance + edges * systematic_px**2
+        return PhotometricPose(fit.pose, covariance, fit.left)
 
     def _pixels(self, grey: NDArray, pose: NDArray) -> "_Pixels | None":
         """Pixels near the edges inside the board, and some of the flat ones."""
@@ -157,7 +195,7 @@ class BoardRefiner:
             for place, count, size in zip(
                 (u, v),
                 (self.columns, self.rows),
-                _pixel_sizes(u, v, w, inverse, self.camera),
+                pixel_sizes(u, v, w, inverse, self.camera),
                 strict=True,
             )
         ]
@@ -181,10 +219,10 @@ class BoardRefiner:
         two terms more than a straight line has.
         """
         u, v, w, inverse = self._place(seen.rays, pose)
-        turned = _place_derivatives(u, v, w, inverse, pose, self.square_m)
-        pixel = _pixel_sizes(u, v, w, inverse, self.camera)
+        turned = place_derivatives(u, v, w, inverse, pose, self.square_m)
+        pixel = pixel_sizes(u, v, w, inverse, self.camera)
         (S, dS, sS), (Q, dQ, sQ) = (
-            _square_wave(place, count, blur * size)
+            square_wave(place, count, blur * size)
             for place, count, size in ((u, self.columns, pixel[0]), (v, self.rows, pixel[1]))
         )
         white = (1 - S * Q) / 2
@@ -231,56 +269,8 @@ def _step(fit: "_Fit", damping: float) -> NDArray:
     return np.linalg.solve(damped, weighted.T @ fit.residual)
 
 
-def _result(fit: "_Fit") -> PhotometricPose:
-    normal = fit.jacobian.T @ (fit.jacobian * fit.weight[:, None])
-    freedom = max(fit.weight.sum() - len(normal), 1)
-    variance = float((fit.weight * fit.residual**2).sum() / freedom)
-    covariance = np.linalg.inv(normal)[:6, :6] * variance * PIXELS_PER_SAMPLE
-    return PhotometricPose(fit.pose, covariance, float(np.sqrt(variance) / fit.contrast))
-
-
 def _moved(pose: NDArray, step: NDArray) -> NDArray:
     moved = pose.copy()
     moved[:3, :3] = Rotation.from_rotvec(step[:3]).as_matrix() @ pose[:3, :3]
     moved[:3, 3] += step[3:]
     return moved
-
-
-def _place_derivatives(
-    u: NDArray, v: NDArray, w: NDArray, inverse: NDArray, pose: NDArray, square_m: float
-) -> tuple[NDArray, NDArray]:
-    """Derivatives of u and v by rotation vector and shift of the board, (n, 6) each."""
-    y = (np.column_stack([u, v]) * w[:, None] * square_m) @ pose[:3, :2].T
-    parts = []
-    for axis in np.eye(3):
-        parts.append(-np.cross(axis, y) @ inverse.T)
-    parts += [-w[:, None] * (inverse @ axis) for axis in np.eye(3)]
-    dw = np.stack(parts, axis=1)
-    return tuple(
-        (dw[..., k] - place[:, None] * dw[..., 2]) / w[:, None] for k, place in ((0, u), (1, v))
-    )
-
-
-def _pixel_sizes(
-    u: NDArray, v: NDArray, w: NDArray, inverse: NDArray, camera: PinholeCamera
-) -> tuple[NDArray, NDArray]:
-    """Squares per pixel across the edges of constant u and of constant v, (n,) each."""
-    scale = np.array([1 / camera.fx_px, 1 / camera.fy_px])
-    sizes = []
-    for k, place in ((0, u), (1, v)):
-        gradient = (inverse[k, :2] - place[:, None] * inverse[2, :2]) / w[:, None] * scale
-        sizes.append(np.linalg.norm(gradient, axis=1))
-    return tuple(sizes)
-
-
-def _square_wave(place: NDArray, lines: int, blur: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Blurred square wave that starts at +1, its derivatives by place and by blur."""
-    wave, slope, spread = np.ones_like(place), np.zeros_like(place), np.zeros_like(place)
-    for line in range(lines):
-        sign = -1 if line % 2 == 0 else 1
-        z = (place - line) / blur
-        bell = np.exp(-(z**2) / 2) * np.sqrt(2 / np.pi) / blur
-        wave += sign * (1 + erf(z / np.sqrt(2)))
-        slope += sign * bell
-        spread -= sign * bell * z
-    return wave, slope, spread

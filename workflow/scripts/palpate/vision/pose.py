@@ -13,6 +13,8 @@ from palpate.vision.marker import board_points
 REFINE_STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 50, 1e-10)
 RANSAC_ITERATIONS = 200
 FEWEST_INLIERS = 6
+# What sub-pixel corners of a printed board are off, at least [px].
+CORNER_NOISE_PX = 0.05
 # How far a hand turns the probe from one frame to the next; the two solutions of a planar board
 # lie several times farther apart.
 HAND_TURN_RAD = np.deg2rad(5.0)
@@ -144,9 +146,27 @@ def _refined(
     pose = np.eye(4)
     pose[:3, :3] = cv2.Rodrigues(turn)[0]
     pose[:3, 3] = shift.ravel()
-    variance = square / (2 * len(points) - 6)
+    # RANSAC leaves out the worst corners, and a few say little: never below what corners have.
+    variance = max(square / (2 * len(points) - 6), CORNER_NOISE_PX**2)
     covariance = variance * _cofactor(jacobian[:, 3:6], points @ pose[:3, :3].T)
     return MarkerPose(pose, covariance, len(points), float(np.sqrt(square / len(points))))
+
+
+def corner_cofactor(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> NDArray:
+    """Covariance of a pose from corners with independent errors of one pixel, (6, 6).
+
+    Parameters
+    ----------
+    points_m : (n, 3) array
+        Corners in the marker frame [m].
+    pose : (4, 4) array
+        camera_from_marker.
+    camera : PinholeCamera
+    """
+    lens = camera.matrix, np.array(camera.distortion)
+    turn = cv2.Rodrigues(np.ascontiguousarray(pose[:3, :3]))[0]
+    _, jacobian = cv2.projectPoints(points_m, turn, pose[:3, 3], *lens)
+    return _cofactor(jacobian[:, 3:6], points_m @ pose[:3, :3].T)
 
 
 def _cofactor(by_shift: NDArray, turned: NDArray) -> NDArray:

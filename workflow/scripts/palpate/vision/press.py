@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from palpate.vision.clock import ClockOffset, clock_offset
 from palpate.vision.force import averaged, unbiased
-from palpate.vision.probe import AXIS, TIP, TIP_STD
+from palpate.vision.probe import ALONG_STD, AXIS, TIP
 
 
 def press_depth(poses: pd.DataFrame) -> tuple[NDArray, NDArray]:
@@ -21,7 +21,7 @@ def press_depth(poses: pd.DataFrame) -> tuple[NDArray, NDArray]:
     """
     axis = poses[AXIS].to_numpy(float).mean(axis=0)
     axis /= np.linalg.norm(axis)
-    std_m = np.linalg.norm(poses[TIP_STD].to_numpy(float) * axis, axis=1)
+    std_m = poses[ALONG_STD].to_numpy(float)
     known = np.where(np.isfinite(std_m), std_m, np.nanmax(std_m))
     return poses[TIP].to_numpy(float) @ axis, known
 

@@ -20,6 +20,7 @@ QUATERNION = ["marker_qx", "marker_qy", "marker_qz", "marker_qw"]
 MARKER = ["marker_x_m", "marker_y_m", "marker_z_m"]
 RAW_TIP = ["raw_tip_x_m", "raw_tip_y_m", "raw_tip_z_m"]
 TIP_STD = ["raw_tip_std_x_m", "raw_tip_std_y_m", "raw_tip_std_z_m"]
+ALONG_STD = "raw_tip_std_along_m"
 TIP = ["tip_x_m", "tip_y_m", "tip_z_m"]
 # The second of the two planar poses stays in the running up to this many times the first's error.
 AMBIGUOUS_RATIO = 4.0
@@ -70,9 +71,9 @@ def track_probe(
     Returns
     -------
     DataFrame
-        ``frame, time_s, detected, inliers, reprojection_error_px, refined``, marker pose, raw tip
-        and its standard deviations, filtered tip [m] and pressing direction, all in the camera
-        frame.
+        ``frame, time_s, detected``, inliers and reprojection error of the corners, ``refined``,
+        marker pose, raw tip and its standard deviations along the camera's axes and the pressing
+        direction, filtered tip [m] and pressing direction, all in the camera frame.
 
     Raises
     ------
@@ -80,7 +81,9 @@ def track_probe(
         If no frame shows the marker, or it is lost for longer than allowed.
     """
     mosaic, marker = encoding == "bayer_rggb8", probe["marker"]
-    refine = BoardRefiner(camera, marker, mosaic=mosaic) if refinement == "photometric" else None
+    refine = None
+    if refinement == "photometric":
+        refine = BoardRefiner(camera, marker, encoding=encoding)
     poses = board_poses(
         ((_grey(demosaic(image, encoding)), image if mosaic else _grey(image)) for image in images),
         camera,
@@ -101,7 +104,7 @@ def track_probe(
     table[QUATERNION] = Rotation.from_matrix(transforms[:, :3, :3]).as_quat(canonical=True)
     table[MARKER] = transforms[:, :3, 3]
     table[RAW_TIP] = tips[:, :3, 3]
-    table[TIP_STD] = [_tip_std(pose, probe) for pose, _ in poses]
+    table[[*TIP_STD, ALONG_STD]] = [_tip_std(pose, probe) for pose, _ in poses]
     measured = np.where(table[["detected"]] == 1, tips[:, :3, 3], np.nan)
     table[TIP] = filter_tip(
         np.asarray(time_s), measured, table[TIP_STD].to_numpy(float), **filter_options
@@ -174,10 +177,13 @@ def _refined(
 
 
 def _tip_std(pose: MarkerPose | None, probe: Mapping) -> NDArray:
+    """Standard deviations of the tip along x, y, z and the pressing direction, (4,) [m]."""
     if pose is None:
-        return np.full(3, np.nan)
-    tip = marker_from_tip(probe)[:3, 3]
-    return np.sqrt(np.diag(point_covariance(pose.camera_from_marker, pose.covariance, tip)))
+        return np.full(4, np.nan)
+    fixed = marker_from_tip(probe)
+    covariance = point_covariance(pose.camera_from_marker, pose.covariance, fixed[:3, 3])
+    axis = pose.camera_from_marker[:3, :3] @ fixed[:3, 2]
+    return np.sqrt([*np.diag(covariance), axis @ covariance @ axis])
 
 
 def _grey(image: NDArray) -> NDArray:

@@ -1,0 +1,50 @@
+"""Where a checkerboard's pixels lie on the board, and how bright a blurred board is there.
+
+The derivatives leave out that a pixel's size on the board changes as the board moves: it is small.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import erf
+
+from palpate.vision.camera import PinholeCamera
+
+
+def place_derivatives(
+    u: NDArray, v: NDArray, w: NDArray, inverse: NDArray, pose: NDArray, square_m: float
+) -> tuple[NDArray, NDArray]:
+    """Derivatives of u and v by rotation vector and shift of the board, (n, 6) each."""
+    y = (np.column_stack([u, v]) * w[:, None] * square_m) @ pose[:3, :2].T
+    parts = []
+    for axis in np.eye(3):
+        parts.append(-np.cross(axis, y) @ inverse.T)
+    parts += [-w[:, None] * (inverse @ axis) for axis in np.eye(3)]
+    dw = np.stack(parts, axis=1)
+    return tuple(
+        (dw[..., k] - place[:, None] * dw[..., 2]) / w[:, None] for k, place in ((0, u), (1, v))
+    )
+
+
+def pixel_sizes(
+    u: NDArray, v: NDArray, w: NDArray, inverse: NDArray, camera: PinholeCamera
+) -> tuple[NDArray, NDArray]:
+    """Squares per pixel across the edges of constant u and of constant v, (n,) each."""
+    scale = np.array([1 / camera.fx_px, 1 / camera.fy_px])
+    sizes = []
+    for k, place in ((0, u), (1, v)):
+        gradient = (inverse[k, :2] - place[:, None] * inverse[2, :2]) / w[:, None] * scale
+        sizes.append(np.linalg.norm(gradient, axis=1))
+    return tuple(sizes)
+
+
+def square_wave(place: NDArray, lines: int, blur: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Blurred square wave that starts at +1, its derivatives by place and by blur."""
+    wave, slope, spread = np.ones_like(place), np.zeros_like(place), np.zeros_like(place)
+    for line in range(lines):
+        sign = -1 if line % 2 == 0 else 1
+        z = (place - line) / blur
+        bell = np.exp(-(z**2) / 2) * np.sqrt(2 / np.pi) / blur
+        wave += sign * (1 + erf(z / np.sqrt(2)))
+        slope += sign * bell
+        spread -= sign * bell * z
+    return wave, slope, spread
