@@ -10,7 +10,6 @@ import yaml
 from frames import Stream, all_streams
 from palpate.vision.background import build_model
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.clouds import scene_points
 from palpate.vision.depth import stereo_disparity
 from palpate.vision.foreground import Classifier
 from palpate.vision.marker import expected_region, find_corners
@@ -58,7 +57,7 @@ def marker_rows(ratio: Callable, sensor: dict, probe: dict) -> list[tuple]:
             find_corners(grey, marker)
 
     def follow(refined=False):
-        for grey, last in zip(greys, corners, strict=True):
+        for grey, last in zip(greys, [corners[0], *corners[:-1]], strict=True):
             found = find_corners(grey, marker, expected_region(last, None, grey.shape))
             poses = candidate_poses(found, camera, marker, threshold_px=threshold_px)
             if refined:
@@ -114,8 +113,15 @@ def stereo_rows(ratio: Callable, sensor: dict) -> list[tuple]:
     """A stereo cloud against plain semi-global matching."""
     images = next(all_streams(SAMPLE / "08", sensor))
     left, right = (cv2.resize(images[side], SIZE) for side in ("left", "right"))
+    scale = SIZE[0] / sensor["color"]["width_px"]
+    sensor = sensor | {"color": sensor["color"] | {"fx_px": sensor["color"]["fx_px"] * scale}}
+    product = sensor["color"]["fx_px"] * sensor["stereo"]["baseline_m"]
+    first, last = (product / distance for distance in reversed(sensor["range_m"]))
+    count = int(np.ceil((last - int(first)) / 16)) * 16
     window = sensor["stereo"]["window_px"]
-    plain = cv2.StereoSGBM.create(16, 224, 5, 8 * 25, 32 * 25, mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY)
+    plain = cv2.StereoSGBM.create(
+        int(first), count, 5, 8 * 25, 32 * 25, mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY
+    )
     greys = [cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in (left, right)]
     study = sensor | {"stereo": sensor["stereo"] | {"method": "block", "subpixel": "matcher"}}
 
@@ -137,7 +143,7 @@ def stereo_rows(ratio: Callable, sensor: dict) -> list[tuple]:
         ),
         (
             "stereo cloud of the sample, 640 x 480",
-            seconds(lambda: scene_points(images, sensor)),
+            seconds(lambda: stereo_disparity(images["left"], images["right"], sensor)),
             "s",
             "",
         ),

@@ -64,7 +64,13 @@ def test_right_ones(calibration, workspace, kinect, root, tmp_path):
     ("text", "line"),
     [
         ("columns,rows\n9,6\n", "board.csv: columns: expected square_m, found columns, rows"),
-        ("columns,rows,square_m\n9,-6,0.025\n", "expected sizes above 0, found 9, -6, 0.025"),
+        (
+            "columns,rows,square_m\n9,-6,0.025\n",
+            "expected whole numbers of inner corners >= 3, found 9 x -6",
+        ),
+        ("columns,rows,square_m\n", "board.csv: rows: expected at least one, found none"),
+        ("columns,rows,square_m\n9,6,25\n", "square_m: expected metres, above 0 and at most 1"),
+        ("columns,rows,square_m\n9,6,0.02\n8,6,0.02\n", "expected one board, found 2"),
         ("columns,rows,square_m\n9,x,0.025\n", "rows: expected finite numbers, found x"),
     ],
 )

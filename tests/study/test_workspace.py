@@ -14,6 +14,7 @@ def rows(found=100):
     table = []
     for point in ("01", "02"):
         shared = {"point": point, "frames": 100, "inliers": 11.0, "reprojection_error_px2": 0.02}
+        shared["farthest_m"] = 0.003
         place = {"mean_x_m": 0.1, "mean_y_m": 0.0, "mean_z_m": 0.7}
         for threshold, angle in ANGLES.items():
             spread = {f"std_{axis}_m": angle / (k + 10) for k, axis in enumerate("xyz")}
@@ -56,6 +57,7 @@ def test_a_points_row():
     row = workspace.point_row([*poses, None], np.eye(4))
     assert (row["frames"], row["found"], row["inliers"]) == (3, 2, 12)
     assert row["std_z_m"] == pytest.approx(1e-3)
+    assert row["farthest_m"] == pytest.approx(1e-3)
     assert row["reprojection_error_px2"] == pytest.approx(0.12)
     assert workspace.point_row([None], np.eye(4)) == {"frames": 1, "found": 0}
 
@@ -67,4 +69,4 @@ def test_errors_over_the_workspace():
     }
     assert found["workspace_refined_tip_rms"] == pytest.approx(np.sqrt(0.5), rel=1e-3)
     assert found["workspace_refined_tip_worst_point"] == pytest.approx(1.0)
-    assert found["workspace_refined_flipped_frames_at_most"] == 0
+    assert found["workspace_refined_worst_frame_at_most"] == pytest.approx(4.0)

@@ -43,6 +43,26 @@ def test_too_little_of_the_box(scene):
         place_box(points, plane, [0.1, 0.1, 0.05])
 
 
+@pytest.mark.parametrize("size", [(0.06, 0.06, 0.0104), (0.3, 0.1, 0.0104)])
+def test_another_box(scene, size):
+    points, plane, _ = scene
+    with pytest.raises(ValueError, match="differs from it in"):
+        place_box(points, plane, size)
+
+
+def test_a_quarter_of_the_top_missing(scene):
+    points, plane, pose = scene
+    local = (points - pose[:3, 3]) @ pose[:3, :3]
+    with pytest.raises(ValueError, match="differs from it in"):
+        place_box(points[local[:, 1] < 0.025], plane, SIZE)
+
+
+def test_sides_in_the_wrong_order(scene):
+    points, plane, _ = scene
+    with pytest.raises(ValueError, match="expected length >= width, found 0.124, 0.142 m"):
+        place_box(points, plane, [0.124, 0.142, 0.0104])
+
+
 def test_distance_from_the_outline():
     places = np.array([[0, 0], [0.5, 0], [0.6, 0], [0.8, 0.9], [0, 0.45]])
     assert outline_distance(places, [1, 1]) == pytest.approx([-0.5, 0, 0.1, 0.5, -0.05])

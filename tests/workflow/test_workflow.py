@@ -108,7 +108,7 @@ def test_experiments_come_to_tables_and_figures(experiments):
         assert (experiments / f"figures/figure_4_{number}.png").stat().st_size > 20_000
     table = pd.read_csv(experiments / "tables/sensor_accuracy.csv").set_index("quantity")["value"]
     assert table["workspace_refined_tip_rms"] < 1.0
-    assert table["workspace_refined_flipped_frames_at_most"] == 0
+    assert table["workspace_refined_worst_frame_at_most"] < 5.0
     assert table["cd_case_tip_rms"] < 1.0
     assert table["loading_force_rms_of_peak"] < 2.0
     # Eight small pictures calibrate worse than the study's fifty.

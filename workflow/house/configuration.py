@@ -11,7 +11,9 @@ from palpate.capture.schema import load_yaml, validate
 from house.lab_checks import lab_problems, says_simulated
 from house.sensor_checks import (
     ambiguous_boards,
+    bent_transforms,
     dropped_experiments,
+    impossible_optics,
     missing_calibrations,
     unknown_probe,
 )
@@ -146,7 +148,8 @@ def open_house(config: Mapping, *, source: str) -> House:
         raise ValueError("\n".join(problems))
     if lab is not None:
         problems += lab_problems(lab, sensors, paths["lab"])
-    problems += ambiguous_boards(probes, paths["probes"])
+    problems += ambiguous_boards(probes, paths["probes"]) + impossible_optics(sensors, paths)
+    problems += bent_transforms(probes, sensors, paths)
     found = set(discover(Path(paths["raw"])))
 
     def chosen(name: str) -> bool:

@@ -3,10 +3,14 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 from palpate.capture.discover import folders
 from palpate.capture.experiments import check_experiment
 
 from house.lab_checks import says_simulated
+
+# Eq. 4.12 as printed is a rotation to 1e-8; files may be rounded further.
+ROTATION_TOLERANCE = 1e-4
 
 
 def dropped_experiments(folder: Path, sensors: Mapping, lab: Mapping | None) -> list[str]:
@@ -56,3 +60,42 @@ def ambiguous_boards(probes: Mapping, folder: str) -> list[str]:
             place = f"{Path(folder) / name}.yaml: marker.inner_corners"
             lines.append(f"{place}: expected one odd and one even, found {columns}, {rows}")
     return lines
+
+
+def impossible_optics(sensors: Mapping, paths: Mapping) -> list[str]:
+    """Ranges that end before they begin."""
+    return [
+        f"{Path(paths['sensors']) / name}.yaml: range_m: expected increasing distances, found"
+        f" {sensor['range_m'][0]:g}, {sensor['range_m'][1]:g}"
+        for name, sensor in sensors.items()
+        if sensor["range_m"][0] >= sensor["range_m"][1]
+    ]
+
+
+def bent_transforms(probes: Mapping, sensors: Mapping, paths: Mapping) -> list[str]:
+    """Transforms that turn and shift nothing rigidly."""
+    places = [
+        (Path(paths["probes"]) / f"{name}.yaml", key, probe[key])
+        for name, probe in probes.items()
+        for key in ("marker_from_force", "force_from_tip")
+    ]
+    places += [
+        (Path(paths["sensors"]) / f"{name}.yaml", "color_from_depth", depth["color_from_depth"])
+        for name, sensor in sensors.items()
+        if (depth := sensor.get("depth"))
+    ]
+    return [
+        f"{path}: {key}: expected a rotation and a shift, found {found}"
+        for path, key, rows in places
+        if (found := _bent(np.array(rows, dtype=float)))
+    ]
+
+
+def _bent(transform: np.ndarray) -> str:
+    """What is wrong with a rigid transform; empty where nothing is."""
+    turn = transform[:3, :3]
+    if not np.allclose(transform[3], [0, 0, 0, 1], atol=1e-9):
+        return "another last row than 0, 0, 0, 1"
+    if not np.allclose(turn @ turn.T, np.eye(3), atol=ROTATION_TOLERANCE):
+        return "rows that are not square to each other and of length 1"
+    return "" if np.linalg.det(turn) > 0 else "a mirrored one"

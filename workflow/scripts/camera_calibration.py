@@ -25,6 +25,11 @@ def main(snakemake):
     for stream in STREAMS:
         images = [(f"{k:02d}", grey(folder / str(file))) for k, file in enumerate(frames[stream])]
         found[stream], missing = board_views(images, board)
+        if not found[stream]:
+            raise ValueError(
+                f"{stream}: expected boards of {board.columns} x {board.rows} inner corners, found"
+                f" none in {len(images)} pictures"
+            )
         size = images[0][1].shape[::-1]
         calibration = calibrate_camera(found[stream], board, size)
         results[stream] = described(calibration, missing)

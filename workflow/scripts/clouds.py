@@ -22,6 +22,10 @@ def main(snakemake):
     clouds = []
     for k, images in enumerate(all_streams(snakemake.input.capture, sensor)):
         points = scene_points(images, sensor)
+        if not len(points):
+            nearest_m, farthest_m = sensor["range_m"]
+            expected = f"points {nearest_m:g} to {farthest_m:g} m away"
+            raise ValueError(f"frame {k}: depth: expected {expected}, found none")
         cloud = object_cloud(
             points, masks[k], camera, plane, places[k], exclusion, **params.options
         )

@@ -8,9 +8,9 @@ import numpy as np
 from job import run
 from palpate.capture.files import whole_file
 from palpate.capture.tables import read_force, read_table, write_table
-from palpate.vision.force import frame_wrenches
+from palpate.vision.force import check_direction, frame_wrenches
 from palpate.vision.press import press_clock
-from palpate.vision.probe import marker_transforms
+from palpate.vision.probe import AXIS, marker_transforms
 
 
 def main(snakemake):
@@ -33,6 +33,7 @@ def main(snakemake):
         clock_offset_s=clock.offset_s,
         **options,
     )
+    check_direction(table, poses[AXIS].to_numpy(float))
     found = {"offset_s": clock.offset_s, "std_s": clock.std_s}
     with whole_file(snakemake.output.clock) as part:
         part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")

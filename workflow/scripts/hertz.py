@@ -7,7 +7,7 @@ import numpy as np
 from job import run
 from palpate.capture.files import whole_file
 from palpate.capture.tables import read_table
-from palpate.estimate.hertz import fit_free_contact, fit_study, hertz_range
+from palpate.estimate.hertz import check_contact, fit_free_contact, fit_study, hertz_range
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.track import load_tracked
 from palpate.vision.force import FORCE
@@ -22,6 +22,7 @@ def main(snakemake):
     force = np.linalg.norm(read_table(snakemake.input.force)[FORCE], axis=1)
     depth = radius - ClosestPoints(tracked.rest_m, tracked.faces).signed_distance(tips)
     chosen = hertz_range(force, **snakemake.params.options)
+    check_contact(depth, chosen.start)
     used = slice(chosen.start, chosen.stop + 1)
     result = {
         "radius_m": radius,

@@ -3,6 +3,7 @@
 import logging
 import os
 import sys
+import traceback
 from collections.abc import Callable
 from contextlib import redirect_stdout
 from pathlib import Path
@@ -42,3 +43,6 @@ def run(main: Callable, snakemake: object) -> None:
             stream.write(line + "\n")
             sys.stderr.write(line + "\n")
             sys.exit(1)
+        except Exception:
+            traceback.print_exc(file=stream)
+            raise

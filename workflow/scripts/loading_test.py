@@ -32,13 +32,19 @@ def main(snakemake):
         **options,
     )
     force_n, depth_m = np.linalg.norm(wrench[FORCE], axis=1), press_depth(poses)[0]
+    if force_n.max() <= params.onset_force_n or force_n[0] > params.onset_force_n:
+        raise ValueError(
+            f"loading: expected a press from below to above {params.onset_force_n:g} N, found"
+            f" {force_n[0]:.2f} N at first and at most {force_n.max():.2f} N"
+        )
     onset = int(np.argmax(force_n > params.onset_force_n))
     frames = pd.DataFrame({"time_s": poses["time_s"], "force_n": force_n})
     frames["displacement_m"] = depth_m - depth_m[onset]
     frames["clock_offset_s"], frames["clock_offset_std_s"] = clock.offset_s, clock.std_s
     write_table(snakemake.output.frames, frames)
     time_s, along_n = press_force(record, params.probe, bias_window_s=bias_window_s)
-    write_table(snakemake.output.force, pd.DataFrame({"time_s": time_s, "force_n": along_n}))
+    table = pd.DataFrame({"time_s": time_s - clock.offset_s, "force_n": along_n})
+    write_table(snakemake.output.force, table)
 
 
 def followed(folder, sensor, params):

@@ -8,6 +8,8 @@ from palpate.vision.background import load_model
 from palpate.vision.foreground import Classifier
 from palpate.vision.stillness import check_still
 
+MOST_FOREGROUND = 0.8
+
 
 def main(snakemake):
     """Write the packed masks of the reference camera."""
@@ -20,6 +22,12 @@ def main(snakemake):
     masks = np.stack([classify(image) for image in frames])
     for k in (0, len(masks) - 1):
         check_still(model.mean, frames[k], masks[k], largest_shift_px=largest_shift_px, frame=k)
+    full = masks.mean(axis=(1, 2))
+    if full.max() > MOST_FOREGROUND:
+        raise ValueError(
+            f"mask: expected background around the object, found {full.max():.0%} foreground in"
+            f" frame {int(full.argmax())} (does the background show the same scene and light?)"
+        )
     empty = np.flatnonzero(~masks.any(axis=(1, 2)))
     if len(empty):
         raise ValueError(f"mask: expected foreground in each frame, found none in {empty[0]}")

@@ -36,6 +36,10 @@ def main(snakemake):
         known = {"point": point.point, "row": point.row, "column": point.column}
         known |= {"x_m": point.x_m, "y_m": point.y_m}
         rows += [known | part for part in [*found, {"method": REFINED} | row]]
+    if not any(row["found"] for row in rows):
+        raise ValueError(
+            f"workspace: expected the marker in its frames, found it in none of {folder}"
+        )
     write_table(snakemake.output.table, pd.DataFrame(rows))
 
 

@@ -3,12 +3,17 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
+
 from palpate.capture.check import check_capture, check_frames, check_numbers, read_columns
-from palpate.capture.discover import folders
+from palpate.capture.schema import load_yaml
 from palpate.capture.tables import image_streams
 
 FEWEST_REPEATS, FEWEST_PAIRS = 2, 6
 GRID = ["point", "row", "column", "x_m", "y_m"]
+PLANES = ["plane", "distance_m"]
+MOST_POINTS = 1000
 BOARD = ["columns", "rows", "square_m"]
 
 
@@ -31,7 +36,22 @@ def check_experiment(folder: str | Path, sensor: Mapping) -> list[str]:
     if folder.name not in CHECKS:
         known = ", ".join(sorted(CHECKS))
         return [f"{folder}: experiment: expected one of {known}, found {folder.name}"]
-    return CHECKS[folder.name](folder, sensor)
+    return _recording(folder) + CHECKS[folder.name](folder, sensor)
+
+
+def _recording(folder: Path) -> list[str]:
+    """Who made it, if a file says so."""
+    path = folder / "recording.yaml"
+    if not path.is_file():
+        return []
+    try:
+        found = load_yaml(path)
+    except ValueError as error:
+        return [str(error)]
+    known = {"simulated", "recorded"}
+    if isinstance(found, Mapping) and found.get("provenance") in known:
+        return []
+    return [f"{path}: provenance: expected recorded or simulated, found {found}"]
 
 
 def _calibration(folder: Path, sensor: Mapping) -> list[str]:
@@ -39,12 +59,9 @@ def _calibration(folder: Path, sensor: Mapping) -> list[str]:
     if "depth" not in sensor:
         return [f"{folder}: sensor: expected one with an infrared camera, found {sensor['sensor']}"]
     path = folder / "board.csv"
-    table, problems = read_columns(path, BOARD)
-    if table is not None:
-        problems += check_numbers(path, table, BOARD)
-    if table is not None and not problems and (table[BOARD].iloc[0] <= 0).any():
-        found = ", ".join(f"{value:g}" for value in table[BOARD].iloc[0])
-        problems.append(f"{path}: board: expected sizes above 0, found {found}")
+    table, problems = _filled(path, BOARD)
+    if table is not None and not problems:
+        problems = _check_board(path, table)
     blocks = {"color": sensor["color"], "infrared": sensor["depth"]}
     streams = {name: dict(block) | {"encoding": "mono8"} for name, block in blocks.items()}
     return problems + check_frames(folder, streams, fewest=FEWEST_PAIRS)[0]
@@ -53,12 +70,12 @@ def _calibration(folder: Path, sensor: Mapping) -> list[str]:
 def _workspace(folder: Path, sensor: Mapping) -> list[str]:
     """Grey frames of the resting tip on each point of a grid."""
     path = folder / "grid.csv"
-    table, problems = read_columns(path, GRID)
-    if table is None:
+    table, problems = _filled(path, GRID)
+    if table is None or problems:
         return problems
-    problems += check_numbers(path, table, GRID)
-    if problems:
-        return problems
+    points = table["point"].to_numpy(dtype=float)
+    if not (np.isin(points, np.arange(1, MOST_POINTS)).all() and len(set(points)) == len(points)):
+        return [f"{path}: point: expected whole numbers from 1, each once, found {points.tolist()}"]
     stream, block = next(iter(image_streams(sensor).items()))
     streams = {stream: dict(block) | {"encoding": "mono8"}}
     for point in table["point"]:
@@ -80,12 +97,39 @@ def _cd_case(folder: Path, sensor: Mapping) -> list[str]:
 def _planes(folder: Path, sensor: Mapping) -> list[str]:
     """Flat boards at several distances."""
     path = folder / "planes.csv"
-    table, problems = read_columns(path, ["plane", "distance_m"])
-    if table is None:
+    table, problems = _filled(path, PLANES)
+    if table is None or problems:
         return problems
-    for place in folders(folder):
+    if not (table["distance_m"] > 0).all():
+        return [f"{path}: distance_m: expected above 0, found {table['distance_m'].min():g}"]
+    for plane in table["plane"]:
+        place = folder / f"{int(plane):02d}"
         problems += check_frames(place, image_streams(sensor), fewest=1)[0]
     return problems
+
+
+def _filled(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[str]]:
+    """A table with some columns of numbers and at least one row, and what is wrong."""
+    table, problems = read_columns(path, columns)
+    if table is None:
+        return None, problems
+    if not len(table):
+        return table, [f"{path}: rows: expected at least one, found none"]
+    return table, problems + check_numbers(path, table, columns)
+
+
+def _check_board(path: Path, table: pd.DataFrame) -> list[str]:
+    if len(table) > 1:
+        return [f"{path}: rows: expected one board, found {len(table)}"]
+    columns, rows, square_m = table[BOARD].iloc[0]
+    if min(columns, rows) < 3 or columns % 1 or rows % 1:
+        found = f"{columns:g} x {rows:g}"
+        return [
+            f"{path}: columns, rows: expected whole numbers of inner corners >= 3, found {found}"
+        ]
+    if not 0 < square_m <= 1:
+        return [f"{path}: square_m: expected metres, above 0 and at most 1, found {square_m:g}"]
+    return []
 
 
 CHECKS = {

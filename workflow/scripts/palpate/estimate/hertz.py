@@ -11,6 +11,10 @@ CONFIDENCE = 0.95
 TOLERANCE = 1e-10
 
 
+# How far from the surface a press may begin: tracking, frame rate and clocks leave a few mm [m].
+FARTHEST_ONSET_M = 0.005
+
+
 @dataclass(frozen=True)
 class HertzRange:
     """Samples used for the fit: from the onset of force to the end of deformation, inclusive."""
@@ -95,6 +99,30 @@ def force_onset(force_n: NDArray, *, onset_force_n: float) -> int:
 def hertz_range(force_n: NDArray, *, onset_force_n: float) -> HertzRange:
     """Samples from the onset of force to where it starts to fall (Section 5.1)."""
     return HertzRange(force_onset(force_n, onset_force_n=onset_force_n), int(np.argmax(force_n)))
+
+
+def check_contact(depth_m: NDArray, onset: int) -> None:
+    """Refuse a press whose force begins elsewhere than at the surface.
+
+    Parameters
+    ----------
+    depth_m : (n,) array
+        Depth of the sphere's lowest point below the undeformed surface in each frame [m].
+    onset : int
+        First frame with force.
+
+    Raises
+    ------
+    ValueError
+        If the tip is then more than 5 mm from the surface.
+    """
+    if abs(depth_m[onset]) > FARTHEST_ONSET_M:
+        place = "below" if depth_m[onset] > 0 else "above"
+        raise ValueError(
+            f"depth: expected the tip within {FARTHEST_ONSET_M * 1e3:g} mm of the surface when the"
+            f" force begins, found it {abs(depth_m[onset]) * 1e3:.1f} mm {place} in frame {onset}"
+            " (square_m and transforms of the probe, optics, clocks?)"
+        )
 
 
 def fit_study(depth_m: NDArray, force_n: NDArray, radius_m: float) -> StudyFit:

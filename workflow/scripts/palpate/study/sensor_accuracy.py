@@ -11,8 +11,6 @@ from palpate.study.calibration import OPTICS
 from palpate.study.workspace import CORNERS, REFINED, select_threshold
 
 MILLIMETRES, MILLISECONDS, PERCENT = 1e3, 1e3, 100.0
-# A pose whose tip is farther off than this is the other planar solution [m].
-FLIPPED_M = 0.02
 
 
 def calibration_rows(calibration: Mapping, sensor: Mapping) -> list[dict]:
@@ -63,8 +61,9 @@ def workspace_rows(table: pd.DataFrame, tips_m: NDArray, *, target_mm: float) ->
         lost = part["frames"].sum() - part["found"].sum()
         rows.append(_row(f"workspace_{name}_lost_frames", lost, ""))
         rows.append(_row(f"workspace_{name}_frames", part["frames"].sum(), ""))
-        flips = _flips_at_most(part, bias)
-        rows.append(_row(f"workspace_{name}_flipped_frames_at_most", flips, "", 0))
+        # A pose flipped to the other planar solution would show here.
+        worst = (bias + part["farthest_m"].to_numpy(float)).max() * MILLIMETRES
+        rows.append(_row(f"workspace_{name}_worst_frame_at_most", worst, "mm"))
     return rows
 
 
@@ -122,16 +121,6 @@ def _errors(part: pd.DataFrame, tips_m: NDArray) -> tuple[NDArray, pd.Series]:
     means = part[["mean_x_m", "mean_y_m", "mean_z_m"]].to_numpy(float)
     bias = np.linalg.norm(means - tips_m[part["point"].astype(int) - 1], axis=1)
     return bias, bias**2 + (part[["std_x_m", "std_y_m", "std_z_m"]] ** 2).sum(axis=1)
-
-
-def _flips_at_most(part: pd.DataFrame, bias_m: NDArray) -> int:
-    """Frames with the other planar solution: each would move the tip by more than a flip's length.
-
-    Some flips among a point's frames scatter them, all of them would displace the mean.
-    """
-    scatter = (part[["std_x_m", "std_y_m", "std_z_m"]] ** 2).sum(axis=1)
-    some = np.floor(2 * scatter * part["found"] / FLIPPED_M**2)
-    return int(np.where(bias_m > FLIPPED_M / 2, part["found"], some).sum())
 
 
 def _angle_deg(transform: NDArray) -> float:

@@ -36,7 +36,8 @@ def point_row(
     Returns
     -------
     dict
-        ``frames, found``, mean and standard deviation of the tip in the camera frame [m], standard
+        ``frames, found``, the tip's farthest place from its mean, mean and standard deviation of
+        the tip in the camera frame [m], standard
         deviation of the angle between the board's normal and the camera's axis [rad], mean number
         of inliers, and mean reprojection error, the sum of squares of Eq. 4.10 [px^2].
     """
@@ -47,6 +48,8 @@ def point_row(
     transforms = np.stack([pose.camera_from_marker for pose in seen])
     tips = (transforms @ marker_from_tip)[:, :3, 3]
     angles = np.arccos(np.clip(np.abs(transforms[:, 2, 2]), 0, 1))
+    away = np.linalg.norm(tips - tips.mean(axis=0), axis=1)
+    row["farthest_m"] = away.max()
     for k, axis in enumerate(AXES):
         row |= {f"mean_{axis}_m": tips[:, k].mean(), f"std_{axis}_m": tips[:, k].std()}
     square = [pose.inliers * pose.reprojection_error_px**2 for pose in seen]

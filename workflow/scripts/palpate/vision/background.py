@@ -65,6 +65,8 @@ def build_model(frames: Sequence[NDArray], *, false_positive_rate: float) -> Bac
             f"frames: expected at least {FEWEST_FRAMES} background frames, found {count}"
         )
     mean, square = _moments(frames)
+    if not square.any():
+        raise ValueError("background: expected frames with a camera's noise, found copies of one")
     std = _deviation(square, count)
     sums = _squares(frames, mean, std)
     a, b = (_spread(total, count) for total in sums)

@@ -13,6 +13,8 @@ MILLIMETRE, MILLIRADIAN = 1e-3, 1e-3
 # Points lower than this are the table's; those farther than this from the box are something else.
 LOWEST_M, REACH_M = 0.003, 0.012
 FEWEST_POINTS = 200
+# First steps of the search [m, m, rad]; part of the top's area that may be missing or too much.
+FIRST_STEP, MOST_APART = (0.004, 0.004, 0.03), 0.2
 # Points of the top lie within this of its height [m].
 TOP_BAND_M = 0.004
 
@@ -41,7 +43,7 @@ def place_box(points_m: NDArray, plane: NDArray, size_m: NDArray) -> NDArray:
     Raises
     ------
     ValueError
-        If too few points lie at the box's height.
+        If too few points lie at the box's height, or they do not fill its top.
     """
     height = height_above(plane, points_m)
     top = points_m[np.abs(height - size_m[2]) < TOP_BAND_M]
@@ -53,7 +55,14 @@ def place_box(points_m: NDArray, plane: NDArray, size_m: NDArray) -> NDArray:
     axes = _plane_axes(plane[:3])
     cells, drawn = _plan(top @ axes.T)
     size_m = np.asarray(size_m, dtype=float)
-    middle, angle = _laid(cells, drawn, size_m[:2])
+    if size_m[0] < size_m[1]:
+        raise ValueError(f"box: expected length >= width, found {size_m[0]:g}, {size_m[1]:g} m")
+    middle, angle, apart = _laid(cells, drawn, size_m[:2])
+    if apart > MOST_APART:
+        raise ValueError(
+            f"box: expected a top of {size_m[0] * 1e3:.0f} x {size_m[1] * 1e3:.0f} mm, found a"
+            f" piece that differs from it in {apart:.0%} of its area"
+        )
     scene = np.column_stack([points_m @ axes.T, height])
     middle, angle = _registered(scene[height > LOWEST_M], size_m, middle, angle)
     along, across = (np.array([np.cos(way), np.sin(way)]) for way in (angle, angle + np.pi / 2))
@@ -97,8 +106,11 @@ def _plan(flat_m: NDArray) -> tuple[NDArray, NDArray]:
     return cells, (labels == largest).ravel()
 
 
-def _laid(cells_m: NDArray, drawn: NDArray, size_m: NDArray) -> tuple[NDArray, float]:
-    """Middle [m] and angle [rad] of the rectangle that fits the drawn cells best."""
+def _laid(cells_m: NDArray, drawn: NDArray, size_m: NDArray) -> tuple[NDArray, float, float]:
+    """Middle [m] and angle [rad] of the rectangle that fits the drawn cells best.
+
+    The last value is the part of the rectangle's area by which the two differ.
+    """
 
     def mismatch(parameters: NDArray) -> float:
         distance = outline_distance(_turned(cells_m - parameters[:2], parameters[2]), size_m)
@@ -107,14 +119,17 @@ def _laid(cells_m: NDArray, drawn: NDArray, size_m: NDArray) -> tuple[NDArray, f
         )
 
     inside = cells_m[drawn].astype(np.float32)
-    (x, y), (width, height), degrees = cv2.minAreaRect(inside)
-    angle = np.deg2rad(degrees + (90 if height > width else 0))
-    step = np.array([0.004, 0.004, 0.03])
-    start = np.array([x, y, angle])
-    simplex = np.vstack([start, start + np.diag(step)])
-    options = {"initial_simplex": simplex, "xatol": 1e-6, "fatol": 1e-6, "maxiter": 600}
-    best = minimize(mismatch, start, method="Nelder-Mead", options=options).x
-    return best[:2], float(best[2])
+    (x, y), _, degrees = cv2.minAreaRect(inside)
+    fits = []
+    for turn in (0, 90):
+        start = np.array([x, y, np.deg2rad(degrees + turn)])
+        simplex = np.vstack([start, start + np.diag(FIRST_STEP)])
+        options = {"initial_simplex": simplex, "xatol": 1e-6, "fatol": 1e-6, "maxiter": 600}
+        fits.append(minimize(mismatch, start, method="Nelder-Mead", options=options))
+    best = min(fits, key=lambda fit: fit.fun).x
+    covered = outline_distance(_turned(cells_m - best[:2], best[2]), size_m) < 0
+    apart = (covered ^ drawn).sum() / max(covered.sum(), 1)
+    return best[:2], float(best[2]), float(apart)
 
 
 def _registered(

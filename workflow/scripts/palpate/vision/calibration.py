@@ -11,6 +11,8 @@ from palpate.vision.board import Board
 from palpate.vision.camera import PinholeCamera
 
 FEWEST_VIEWS = 6
+# Real boards leave a few tenths; pictures of different moments leave tens.
+LARGEST_PAIR_RMS_PX = 2.0
 # A view is an outlier beyond this many times the median error, but never below so many pixels.
 OUTLIER_FACTOR, OUTLIER_PX = 3.0, 0.3
 CONVERGED = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 200, 1e-12)
@@ -150,6 +152,11 @@ def calibrate_pair(
         flags=cv2.CALIB_FIX_INTRINSIC,
         criteria=CONVERGED,
     )
+    if rms > LARGEST_PAIR_RMS_PX:
+        raise ValueError(
+            "calibration: expected pairs taken at one moment (residual up to"
+            f" {LARGEST_PAIR_RMS_PX:g} px), found {rms:.1f} px"
+        )
     transform = np.eye(4)
     transform[:3, :3], transform[:3, 3] = turn, shift.ravel()
     pairs = {name: tuple(row) for name, row in zip(shared, errors.tolist(), strict=True)}

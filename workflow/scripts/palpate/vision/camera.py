@@ -54,6 +54,8 @@ class PinholeCamera:
             Pixel coordinates x, y [px].
         """
         points = np.asarray(points_m, dtype=float).reshape(-1, 3)
+        if not len(points):
+            return np.zeros((0, 2))
         zero = np.zeros(3)
         pixels, _ = cv2.projectPoints(points, zero, zero, self.matrix, np.array(self.distortion))
         return pixels.reshape(-1, 2)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 AVERAGED_S = 0.01
 GRAVITY_M_S2 = 9.81
 FEWEST_UNLOADED = 10
+SMALLEST_PRESS_N, LARGEST_ANGLE_DEG = 0.2, 60.0
 SATURATION = 0.999
 # A live gauge's noise crosses a step of the converter long before this time is over.
 STILL_S = 1.0
@@ -97,6 +98,34 @@ def frame_wrenches(
     return table
 
 
+def check_direction(table: pd.DataFrame, axis: NDArray) -> None:
+    """Refuse a force that does not push where the probe points, at its peak.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of `frame_wrenches`.
+    axis : (n, 3) array
+        Pressing direction at each frame, camera frame.
+
+    Raises
+    ------
+    ValueError
+        If the largest force lies more than 60 degrees off the pressing direction.
+    """
+    force = table[FORCE].to_numpy(float)
+    size = np.linalg.norm(force, axis=1)
+    peak = int(np.argmax(size))
+    if size[peak] < SMALLEST_PRESS_N:
+        return
+    angle = np.degrees(np.arccos(np.clip(force[peak] @ axis[peak] / size[peak], -1, 1)))
+    if angle > LARGEST_ANGLE_DEG:
+        raise ValueError(
+            f"force.csv: expected the press of {size[peak]:.2f} N along the probe, found it"
+            f" {angle:.0f} degrees off (order, sign and calibration of the channels?)"
+        )
+
+
 def weight_wrenches(camera_from_force: NDArray, up: NDArray, load: Mapping) -> NDArray:
     """Weight of what hangs on the sensor, about its origin, force frame, (n, 6) [N, Nm].
 
@@ -174,6 +203,11 @@ def match_nearest(
 def unbiased(record: pd.DataFrame, probe: Mapping, bias_window_s: float) -> tuple[NDArray, NDArray]:
     """Times (m,) and wrench on the sensor (m, 6), force frame, the unloaded reading taken out."""
     time_s = record["time_s"].to_numpy(dtype=float)
+    if time_s[-1] - time_s[0] < 2 * bias_window_s:
+        raise ValueError(
+            f"force: expected a record at least twice as long as the bias window of"
+            f" {bias_window_s:g} s, found {time_s[-1] - time_s[0]:.3g} s"
+        )
     unloaded = time_s < time_s[0] + bias_window_s
     if unloaded.sum() < FEWEST_UNLOADED:
         found = int(unloaded.sum())

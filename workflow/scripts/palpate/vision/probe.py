@@ -91,7 +91,7 @@ def track_probe(
         threshold_px=threshold_px,
         refine=refine,
     )
-    _check_gaps([pose for pose, _ in poses], largest_gap_frames)
+    _check_gaps([pose for pose, _ in poses], largest_gap_frames, threshold_px)
     transforms = _bridged(time_s, [pose for pose, _ in poses])
     tips = transforms @ marker_from_tip(probe)
     table = pd.DataFrame({"frame": range(len(poses)), "time_s": time_s})
@@ -190,10 +190,12 @@ def _grey(image: NDArray) -> NDArray:
     return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
 
 
-def _check_gaps(poses: list[MarkerPose | None], largest: int) -> None:
+def _check_gaps(poses: list[MarkerPose | None], largest: int, threshold_px: float) -> None:
     lost = [k for k, pose in enumerate(poses) if pose is None]
     if len(lost) == len(poses):
-        raise ValueError(f"marker: expected in the frames, found in none of {len(poses)}")
+        raise ValueError(
+            f"marker: expected {marker_words(threshold_px)}, found in none of {len(poses)} frames"
+        )
     if lost and (lost[0] == 0 or lost[-1] == len(poses) - 1):
         edge = lost[0] if lost[0] == 0 else lost[-1]
         raise ValueError(f"marker: expected in the first and last frame, lost in frame {edge}")
@@ -204,6 +206,11 @@ def _check_gaps(poses: list[MarkerPose | None], largest: int) -> None:
             f"marker: expected to be lost for at most {largest} frames at a time,"
             f" lost in frames {longest[0]} to {longest[-1]}"
         )
+
+
+def marker_words(threshold_px: float) -> str:
+    """What it takes to find the marker, for messages."""
+    return f"its corners, and a pose that leaves most of them within {threshold_px:g} px"
 
 
 def _bridged(time_s: NDArray, poses: list[MarkerPose | None]) -> NDArray:
