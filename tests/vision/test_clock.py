@@ -55,3 +55,21 @@ def test_no_press_leaves_what_was_known():
 def test_a_press_at_another_time_is_told(offset_s):
     with pytest.raises(ValueError, match="within 0.1 s, found the press about [+-]0.[34]"):
         clock_offset(*tap(offset_s, stiffness=3e3, rate_hz=6, noise_n=0.1), prior_std_s=PRIOR_S)
+
+
+def test_a_long_hold_is_no_press_at_another_time():
+    time_s, force_time = np.arange(0, 10, 0.5), np.arange(-0.3, 10.3, 0.01)
+
+    def depth(t):
+        return 0.008 * np.clip((t - 1.2) / 2.5, 0, 1) - 0.002 + 0.01 * np.clip(t - 1.0, -1, 0)
+
+    force = (
+        3e3 * np.maximum(depth(force_time), 0) ** 1.5 * (1 - 0.02 * np.clip(force_time - 3, 0, 9))
+    )
+    rng = np.random.default_rng(3)
+    force = force + rng.normal(0, 0.03, force.size)
+    seen = depth(time_s) + rng.normal(0, 3e-4, time_s.size)
+    found = clock_offset(
+        force_time, force, time_s, seen, np.full(time_s.size, 3e-4), prior_std_s=PRIOR_S
+    )
+    assert abs(found.offset_s) < 3 * found.std_s

@@ -98,6 +98,8 @@ def _check_near(
     force_time_s: NDArray, force_n: NDArray, frame_time_s: NDArray, depth_m: NDArray
 ) -> None:
     """Refuse records whose force rises at another time than the tip goes down."""
+    span = np.ptp(depth_m)
+    contacts = [depth_m.min() + part * span for part in CONTACT_GUESSES]
     shifts = np.arange(-SEARCHED_S, SEARCHED_S + SEARCH_STEP_S / 2, SEARCH_STEP_S)
     likeness = []
     for shift in shifts:
@@ -105,7 +107,7 @@ def _check_near(
         likeness.append(
             max(
                 np.corrcoef(force, np.maximum(depth_m - contact, 0) ** 1.5)[0, 1]
-                for contact in np.quantile(depth_m, CONTACT_GUESSES)
+                for contact in contacts
             )
         )
     best = int(np.nanargmax(likeness))
