@@ -108,3 +108,18 @@ def test_a_stereo_head_has_no_infrared_camera(calibration, root):
 def test_an_unknown_experiment(tmp_path, kinect):
     [line] = check_experiment(tmp_path / "juggling", kinect)
     assert "expected one of calibration, cd_case, loading, planes, workspace" in line
+
+
+@pytest.mark.parametrize("text", ["", "- simulated\n", "provenance: maybe\n"])
+def test_a_recording_of_unknown_provenance(workspace, kinect, text):
+    (workspace / "recording.yaml").write_text(text)
+    [line] = check_experiment(workspace, kinect)
+    assert "recording.yaml: provenance: expected recorded or simulated" in line
+
+
+@pytest.mark.parametrize("points", [[1, 1], [1.4, 2], [-1, 2], [1e300, 2]])
+def test_points_that_are_no_numbers_of_folders(workspace, kinect, points):
+    rows = "".join(f"{point},1,1,0,0\n" for point in points)
+    (workspace / "grid.csv").write_text("point,row,column,x_m,y_m\n" + rows)
+    [line] = check_experiment(workspace, kinect)
+    assert "grid.csv: point: expected whole numbers from 1, each once" in line

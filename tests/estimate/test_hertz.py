@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from palpate.estimate.hertz import (
+    check_contact,
     fit_free_contact,
     fit_study,
     force_onset,
@@ -60,3 +61,11 @@ def test_bad_input():
         fit_free_contact(np.array([0, 1e-3]), np.array([0, 0.1]), R)
     with pytest.raises(ValueError, match="at least 2 samples in contact, found 0"):
         fit_study(np.array([-1e-3, -2e-3]), np.array([0.0, 0.0]), R)
+
+
+@pytest.mark.parametrize(("depth_mm", "place"), [(7.0, "below"), (-9.0, "above")])
+def test_a_press_that_begins_far_from_the_surface(depth_mm, place):
+    depth = np.array([-0.02, depth_mm * 1e-3, depth_mm * 1e-3 + 0.001])
+    with pytest.raises(ValueError, match=f"found it {abs(depth_mm)} mm {place} in frame 1"):
+        check_contact(depth, 1)
+    check_contact(depth - depth[1] + 0.001, 1)

@@ -152,3 +152,38 @@ def test_unknown_names_in_the_lab(home):
 def test_unknown_object(home):
     with pytest.raises(ValueError, match="only: expected an object of raw/ or of the lab"):
         opened(home, only="nothing")
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "line"),
+    [
+        ("sensors/kinect", "[0.5, 8.0]", "[8.0, 0.5]", "range_m: expected increasing distances"),
+        (
+            "sensors/kinect",
+            "0.99998109,",
+            "1.1,",
+            "expected a rotation and a shift",
+        ),
+        ("probes/nano25_sphere", "[1.0, 0.0, 0.0, 0.0]", "[-1.0, 0.0, 0.0, 0.0]", "a mirrored one"),
+        (
+            "probes/nano25_sphere",
+            "0.00622",
+            "6.22",
+            "radius_m: expected a number <= 0.1, found 6.22",
+        ),
+        (
+            "sensors/bumblebee",
+            "baseline_m: 0.12",
+            "baseline_m: 120",
+            "expected a number <= 2, found 120",
+        ),
+    ],
+)
+def test_numbers_that_no_device_has(home, file, old, new, line):
+    path = home / f"config/{file}.yaml"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(ValueError) as caught:
+        opened(home)
+    assert line in str(caught.value)

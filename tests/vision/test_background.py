@@ -173,3 +173,9 @@ def test_bad_input(scene):
     model = build_model(frames, false_positive_rate=0.01)
     with pytest.raises(ValueError, match="expected the background's shape"):
         classify(model, image[:50])
+
+
+def test_background_of_one_picture():
+    frames = [np.random.default_rng(0).integers(0, 255, (40, 50, 3), dtype=np.uint8)] * 6
+    with pytest.raises(ValueError, match="with a camera's noise, found copies of one"):
+        build_model(frames, false_positive_rate=0.01)

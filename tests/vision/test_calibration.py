@@ -138,3 +138,14 @@ def test_too_few_boards(sensors):
 def test_no_board_in_the_picture():
     grey = np.random.default_rng(0).integers(0, 255, (240, 320), dtype=np.uint8)
     assert find_board(grey, CALTECH) is None
+
+
+def test_pairs_of_different_moments(sensors):
+    spec = sensors["kinect"]
+    board, views = Board(9, 6, 0.025), poses(12)
+    colour, infrared = (camera_from_spec(spec[block]) for block in ("color", "depth"))
+    first, second = seen(board, views, colour), seen(board, views, infrared)
+    names = list(second)
+    mixed = dict(zip(names, [second[name] for name in names[1:] + names[:1]], strict=True))
+    with pytest.raises(ValueError, match="expected pairs taken at one moment"):
+        calibrate_pair(first, mixed, board, (colour, infrared))

@@ -245,3 +245,8 @@ def test_clouds_round_trip():
     for one, other in zip(clouds, again, strict=True):
         assert np.allclose(one.points_m, other.points_m, atol=1e-6)
         assert np.allclose(one.normals, other.normals, atol=1e-6)
+
+
+def test_no_points_project_to_no_pixels(sensors):
+    camera = camera_from_spec(sensors["kinect"]["color"])
+    assert camera.project(np.zeros((0, 3))).shape == (0, 2)

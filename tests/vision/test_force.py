@@ -4,7 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 from palpate.lab.wrench import gauge_record
-from palpate.vision.force import WRENCH, block_mean, frame_wrenches, local_lines, match_nearest
+from palpate.vision.force import (
+    WRENCH,
+    block_mean,
+    check_direction,
+    frame_wrenches,
+    local_lines,
+    match_nearest,
+)
 from scipy.spatial.transform import Rotation
 
 LAB = {
@@ -132,3 +139,17 @@ def test_the_loads_weight_is_taken_out_as_the_probe_turns(probe):
     without = {key: value for key, value in probe.items() if key != "load"}
     same = frame_wrenches(record, times, poses, without, **(options | {"up": up}))
     assert np.allclose(same[WRENCH], left_in[WRENCH])
+
+
+def test_a_press_that_does_not_push_along_the_probe(press, probe):
+    table = wrenches(press, probe, [0.2, 1.0, 1.8])
+    axis = np.tile([0.0, 0.0, -1.0], (3, 1))
+    check_direction(table, axis)
+    with pytest.raises(ValueError, match="along the probe, found it 1[78]. degrees off"):
+        check_direction(table, -axis)
+    check_direction(wrenches(press, probe, [0.1, 0.2]), -axis[:2])
+
+
+def test_a_bias_window_as_long_as_the_record(press, probe):
+    with pytest.raises(ValueError, match="twice as long as the bias window of 1.5 s, found 2 s"):
+        wrenches(press, probe, [1.0], bias_window_s=1.5)

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from frames import Stream, all_streams, sensor_of
+from follow import followed
+from frames import all_streams, sensor_of
 from job import run
 from palpate.capture.files import whole_file
-from palpate.capture.tables import read_frames, write_table
+from palpate.capture.tables import write_table
 from palpate.vision.box import outline_distance, place_box
-from palpate.vision.camera import camera_from_spec
 from palpate.vision.clouds import belongs_to_probe, probe_places, scene_points
 from palpate.vision.kalman import study_filter
-from palpate.vision.probe import RAW_TIP, TIP, track_probe
+from palpate.vision.probe import RAW_TIP, TIP
 from palpate.vision.support_plane import fit_support_plane, height_above
 
 # The cloud of the case is put together from so many frames; the probe hides another part in each.
@@ -27,7 +27,7 @@ def main(snakemake):
     """Write the traced path in the case's frame, the case's place and its cloud."""
     trace, params = Path(snakemake.input.case) / "trace", snakemake.params
     sensor = sensor_of(snakemake)
-    poses = followed(trace, sensor, params)
+    poses = followed(trace, sensor, params.probe, params.pose)
     rng = np.random.default_rng(params.seed)
     empty = next(all_streams(Path(snakemake.input.case) / "background", sensor))
     plane = fit_support_plane(scene_points(empty, sensor), rng=rng, **params.plane)
@@ -53,22 +53,6 @@ def main(snakemake):
     found |= {"tip_radius_m": params.probe["indenter"]["radius_m"]}
     with whole_file(snakemake.output.place) as part:
         part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-
-
-def followed(folder, sensor, params):
-    """The probe around the case."""
-    frames = Stream(folder, sensor, samples=True)
-    return track_probe(
-        frames,
-        read_frames(folder)["time_s"].to_numpy(),
-        camera_from_spec(sensor["color"]),
-        params.probe,
-        encoding=frames.encoding,
-        threshold_px=sensor["marker"]["reprojection_threshold_px"],
-        refinement=params.pose["refinement"],
-        largest_gap_frames=params.pose["largest_gap_frames"],
-        filter_options=params.pose["filter"],
-    )
 
 
 def scene_cloud(folder, sensor, params, poses):

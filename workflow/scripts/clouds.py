@@ -11,13 +11,14 @@ from palpate.capture.files import whole_file
 from palpate.capture.tables import read_table
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.clouds import object_cloud, pack_clouds, probe_places, scene_points
+from palpate.vision.foreground import load_masks
 
 
 def main(snakemake):
     """Write the clouds with normals, camera frame."""
     sensor, params = sensor_of(snakemake), snakemake.params
     camera, plane = camera_from_spec(sensor["color"]), read_plane(snakemake.input.plane)
-    masks, poses = read_masks(snakemake.input.mask), read_table(snakemake.input.pose)
+    masks, poses = load_masks(snakemake.input.mask), read_table(snakemake.input.pose)
     places, exclusion = probe_places(poses, params.probe), params.probe["exclusion"]
     clouds = []
     for k, images in enumerate(all_streams(snakemake.input.capture, sensor)):
@@ -39,12 +40,6 @@ def read_plane(path: str) -> np.ndarray:
     """Plane of support_plane.json, shape (4,)."""
     plane = json.loads(Path(path).read_text(encoding="utf-8"))
     return np.array([*plane["normal"], plane["offset_m"]])
-
-
-def read_masks(path: str) -> np.ndarray:
-    """Masks of mask.npz, (frames, h, w) bool."""
-    with np.load(path, allow_pickle=False) as data:
-        return np.unpackbits(data["mask"], axis=-1, count=data["shape"][-1]).astype(bool)
 
 
 run(main, snakemake)

@@ -6,6 +6,7 @@ from job import run
 from palpate.capture.files import whole_file
 from palpate.study import colour_model, colour_pixel, style
 from palpate.vision.background import load_model
+from palpate.vision.foreground import load_masks
 
 
 def main(snakemake):
@@ -14,7 +15,7 @@ def main(snakemake):
     bounds = params.options["alpha_low"], params.options["alpha_high"]
     model, frames = load_model(inputs.model), Stream(inputs.capture, params.sensor)
     middle = len(frames) // 2
-    image, mask = frames[middle], read_mask(inputs.mask, middle)
+    image, mask = frames[middle], load_masks(inputs.mask)[middle]
     pixel = colour_pixel.choose_pixel(model, image, mask, alpha_low=bounds[0])
     samples = np.stack([frame[pixel] for frame in Stream(inputs.background, params.sensor)])
     shown = colour_pixel.pixel_colour(model, image, samples, pixel)
@@ -24,13 +25,6 @@ def main(snakemake):
         )
         with whole_file(snakemake.output.png) as png, whole_file(snakemake.output.svg) as svg:
             style.save(figure, png, svg)
-
-
-def read_mask(path, frame):
-    """Foreground of one frame of mask.npz."""
-    with np.load(path, allow_pickle=False) as data:
-        packed, width = data["mask"][frame], data["shape"][-1]
-    return np.unpackbits(packed, axis=-1, count=width).astype(bool)
 
 
 run(main, snakemake)

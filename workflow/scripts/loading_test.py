@@ -2,14 +2,14 @@
 
 import numpy as np
 import pandas as pd
-from frames import Stream, all_streams, sensor_of
+from follow import followed
+from frames import all_streams, sensor_of
 from job import run
-from palpate.capture.tables import read_frames, read_table, write_table
-from palpate.vision.camera import camera_from_spec
+from palpate.capture.tables import read_table, write_table
 from palpate.vision.clouds import scene_points
 from palpate.vision.force import FORCE, frame_wrenches
 from palpate.vision.press import press_clock, press_depth, press_force
-from palpate.vision.probe import marker_transforms, track_probe
+from palpate.vision.probe import marker_transforms
 from palpate.vision.support_plane import fit_support_plane
 
 
@@ -18,7 +18,7 @@ def main(snakemake):
     folder, params, sensor = snakemake.input.loading, snakemake.params, sensor_of(snakemake)
     options, record = dict(params.options), read_table(f"{folder}/force.csv")
     prior_std_s, bias_window_s = options.pop("clock_offset_std_s"), options["bias_window_s"]
-    poses = followed(folder, sensor, params)
+    poses = followed(folder, sensor, params.probe, params.pose)
     clock = press_clock(
         record, poses, params.probe, bias_window_s=bias_window_s, prior_std_s=prior_std_s
     )
@@ -45,22 +45,6 @@ def main(snakemake):
     time_s, along_n = press_force(record, params.probe, bias_window_s=bias_window_s)
     table = pd.DataFrame({"time_s": time_s - clock.offset_s, "force_n": along_n})
     write_table(snakemake.output.force, table)
-
-
-def followed(folder, sensor, params):
-    """The probe through the loading."""
-    frames = Stream(folder, sensor, samples=True)
-    return track_probe(
-        frames,
-        read_frames(folder)["time_s"].to_numpy(),
-        camera_from_spec(sensor["color"]),
-        params.probe,
-        encoding=frames.encoding,
-        threshold_px=sensor["marker"]["reprojection_threshold_px"],
-        refinement=params.pose["refinement"],
-        largest_gap_frames=params.pose["largest_gap_frames"],
-        filter_options=params.pose["filter"],
-    )
 
 
 def table_normal(folder, sensor, params):

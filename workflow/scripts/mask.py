@@ -5,7 +5,7 @@ from frames import Stream
 from job import run
 from palpate.capture.files import whole_file
 from palpate.vision.background import load_model
-from palpate.vision.foreground import Classifier
+from palpate.vision.foreground import Classifier, save_masks
 from palpate.vision.stillness import check_still
 
 MOST_FOREGROUND = 0.8
@@ -31,8 +31,8 @@ def main(snakemake):
     empty = np.flatnonzero(~masks.any(axis=(1, 2)))
     if len(empty):
         raise ValueError(f"mask: expected foreground in each frame, found none in {empty[0]}")
-    with whole_file(snakemake.output.mask) as part, part.open("wb") as stream:
-        np.savez_compressed(stream, mask=np.packbits(masks, axis=-1), shape=masks.shape)
+    with whole_file(snakemake.output.mask) as part:
+        save_masks(part, masks)
 
 
 run(main, snakemake)

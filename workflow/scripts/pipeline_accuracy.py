@@ -13,6 +13,7 @@ from palpate.study.tables import write
 from palpate.surface.track import load_tracked
 from palpate.vision.clouds import unpack_clouds
 from palpate.vision.force import FORCE
+from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS, RAW_TIP, TIP
 
 SIGNIFICANT = 5
@@ -48,8 +49,6 @@ def read_json(path):
 def read_results(folder, errors):
     """Read what the pipeline found for one capture."""
     poses = read_table(folder / "probe_pose.csv")
-    with np.load(folder / "mask.npz", allow_pickle=False) as data:
-        mask = np.unpackbits(data["mask"], axis=-1, count=data["shape"][-1]).astype(bool)
     with np.load(folder / "clouds.npz", allow_pickle=False) as data:
         clouds = [cloud.points_m for cloud in unpack_clouds(data)]
     return {
@@ -58,7 +57,7 @@ def read_results(folder, errors):
         "axis": poses[AXIS].to_numpy(float),
         "clock": read_json(folder / "clock.json"),
         "force_n": read_table(folder / "force.csv")[FORCE].to_numpy(float),
-        "mask": mask,
+        "mask": load_masks(folder / "mask.npz"),
         "clouds": clouds,
         "tracked": load_tracked(folder / "tracked.npz"),
         "hertz": read_json(folder / "hertz.json"),

@@ -1,5 +1,7 @@
 """Foreground of an image before a modelled background (Eq. 4.19, Section 4.2.1)."""
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -146,3 +148,15 @@ def _without_small(mask: NDArray, smallest_px: int) -> NDArray:
     keep = stats[:, cv2.CC_STAT_AREA] >= smallest_px
     keep[0] = False
     return keep.astype(np.uint8)[labels]
+
+
+def save_masks(path: str | Path, masks: NDArray) -> None:
+    """Write masks (f, h, w) packed to bits as NPZ."""
+    with Path(path).open("wb") as stream:
+        np.savez_compressed(stream, mask=np.packbits(masks, axis=-1), shape=masks.shape)
+
+
+def load_masks(path: str | Path) -> NDArray:
+    """Read the masks that `save_masks` wrote, (f, h, w) bool."""
+    with np.load(path, allow_pickle=False) as data:
+        return np.unpackbits(data["mask"], axis=-1, count=data["shape"][-1]).astype(bool)
