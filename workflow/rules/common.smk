@@ -172,6 +172,17 @@ def fidelity_outputs():
     return [f"{RESULTS}/tables/lab_fidelity.csv"]
 
 
+def diagrams():
+    """Numbers of the diagrams of Section 4.2 that the study's block can be shown in."""
+    block = config["study"]["block"]
+    if block not in {capture.object for capture in HOUSE.captures}:
+        return []
+    grey = (
+        HOUSE.sensors[shown("figure_4_11")[0]["sensor"]]["color"]["encoding"] == "mono8"
+    )
+    return [12] if grey else [11, 12]
+
+
 def study_outputs():
     """Tables, figures and summary of the run."""
     tables = [f"{RESULTS}/tables/{name}.csv" for name in ("table_5_2", "table_5_3")]
@@ -185,5 +196,5 @@ def study_outputs():
     checks = [*accuracy, *fidelity_outputs()]
     if config["only"] is None:
         checks += seeing_outputs()
-    figures += [f"{RESULTS}/figures/figure_4_{n}.png" for n in (11, 12)]
+    figures += [f"{RESULTS}/figures/figure_4_{n}.png" for n in diagrams()]
     return [*tables, *figures, *checks, f"{RESULTS}/summary.csv"]
