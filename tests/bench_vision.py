@@ -142,7 +142,7 @@ def stereo_rows(ratio: Callable, sensor: dict) -> list[tuple]:
             "plain StereoSGBM",
         ),
         (
-            "stereo cloud of the sample, 640 x 480",
+            "stereo disparity of the sample, 640 x 480",
             seconds(lambda: stereo_disparity(images["left"], images["right"], sensor)),
             "s",
             "",
