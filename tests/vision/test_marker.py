@@ -62,7 +62,7 @@ POSES = [
 def pose_in(grey, marker, refine=None):
     """Pose of the board in one image."""
     [(pose, refined)] = board_poses(
-        [(grey, grey)], CAMERA, marker, threshold_px=0.25, refine=refine
+        [(find_corners(grey, marker), grey)], CAMERA, marker, threshold_px=0.25, refine=refine
     )
     assert refined == (refine is not None)
     return pose

@@ -57,13 +57,12 @@ def main(snakemake):
 
 def scene_cloud(folder, sensor, params, poses):
     """Points of several frames without the probe, camera frame."""
-    chosen = set(np.linspace(0, len(poses) - 1, CLOUD_FRAMES).astype(int))
+    chosen = np.linspace(0, len(poses) - 1, CLOUD_FRAMES).astype(int)
     places = probe_places(poses, params.probe)
     clouds = []
-    for k, images in enumerate(all_streams(folder, sensor)):
-        if k in chosen:
-            points = scene_points(images, sensor)
-            clouds.append(points[~belongs_to_probe(points, places[k], params.probe["exclusion"])])
+    for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
+        points = scene_points(images, sensor)
+        clouds.append(points[~belongs_to_probe(points, places[k], params.probe["exclusion"])])
     return np.concatenate(clouds)
 
 

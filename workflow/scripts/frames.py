@@ -56,9 +56,11 @@ def sensor_of(snakemake: object) -> Mapping:
     return with_calibration(snakemake.params.sensor, calibration)
 
 
-def all_streams(folder: str | Path, sensor: Mapping) -> Iterator[dict[str, NDArray]]:
-    """Images of all streams, frame by frame."""
+def all_streams(
+    folder: str | Path, sensor: Mapping, chosen: Sequence[int] | None = None
+) -> Iterator[dict[str, NDArray]]:
+    """Images of all streams, frame by frame: of the chosen frames, or of all."""
     streams = {name: Stream(folder, sensor, name) for name in image_streams(sensor)}
     count = len(next(iter(streams.values())))
-    for k in range(count):
+    for k in range(count) if chosen is None else chosen:
         yield {name: stream[k] for name, stream in streams.items()}

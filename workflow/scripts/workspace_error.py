@@ -9,7 +9,7 @@ from palpate.capture.images import read_image
 from palpate.capture.tables import read_frames, read_table, write_table
 from palpate.study.workspace import REFINED, point_row, threshold_rows
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.marker import expected_region, find_corners
+from palpate.vision.marker import CornerFollower
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.probe import board_poses, marker_from_tip
 
@@ -24,9 +24,11 @@ def main(snakemake):
     for point in read_table(folder / "grid.csv").itertuples():
         place = folder / f"{int(point.point):02d}"
         images = [read_image(place / str(f), "mono8") for f in read_frames(place)[stream]]
-        found = threshold_rows(followed(images, probe["marker"]), camera, probe["marker"], fixed)
+        follow = CornerFollower(probe["marker"])
+        corners = [follow(image) for image in images]
+        found = threshold_rows(corners, camera, probe["marker"], fixed)
         poses = board_poses(
-            ((image, image) for image in images),
+            zip(corners, images, strict=True),
             camera,
             probe["marker"],
             threshold_px=sensor["marker"]["reprojection_threshold_px"],
@@ -41,16 +43,6 @@ def main(snakemake):
             f"workspace: expected the marker in its frames, found it in none of {folder}"
         )
     write_table(snakemake.output.table, pd.DataFrame(rows))
-
-
-def followed(images, marker):
-    """Corners in each image, looked for where the last ones were."""
-    corners, last = [], None
-    for grey in images:
-        region = None if last is None else expected_region(last, None, grey.shape)
-        corners.append(find_corners(grey, marker, region))
-        last = last if corners[-1] is None else corners[-1]
-    return corners
 
 
 run(main, snakemake)

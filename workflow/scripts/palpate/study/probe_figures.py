@@ -16,6 +16,7 @@ from palpate.study.style import (
     GREY,
     ORANGE,
     PAGE_IN,
+    finished,
     label_provenance,
     panel_letter,
     sensor_name,
@@ -71,9 +72,7 @@ def figure_4_6(
     axes[1, 0].set_ylabel("Displacement of the tip (mm)")
     axes[0, 0].legend(loc="lower right")
     figure.align_ylabels(axes[:, 0])
-    figure.tight_layout(rect=(0, 0.03, 1, 1))
-    label_provenance(figure, provenance)
-    return figure
+    return finished(figure, provenance)
 
 
 def _arrival(table: pd.DataFrame) -> int:
@@ -104,7 +103,7 @@ def figure_4_13(paths: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figu
         panel_letter(panel, letter)
     axes[0, 0].set_ylabel("y, across the case (mm)")
     axes[0, 0].legend(loc="lower left")
-    return _finished(figure, provenance)
+    return finished(figure, provenance)
 
 
 def figure_4_20(image: NDArray, provenance: set[str]) -> Figure:
@@ -113,7 +112,7 @@ def figure_4_20(image: NDArray, provenance: set[str]) -> Figure:
     figure, panel = plt.subplots(figsize=(COLUMN_IN + 1, (COLUMN_IN + 1) * height / width + 0.2))
     panel.imshow(image, interpolation="none")
     panel.set_axis_off()
-    return _finished(figure, provenance)
+    return finished(figure, provenance)
 
 
 def figure_4_21(
@@ -163,9 +162,3 @@ def _around_corner(path: pd.DataFrame) -> pd.DataFrame:
     middle = int((path["smooth_x_m"] + path["smooth_y_m"]).argmax())
     first = max(0, middle - SHOWN_FRAMES)
     return path.iloc[first : middle + SHOWN_FRAMES + 1]
-
-
-def _finished(figure: Figure, provenance: set[str]) -> Figure:
-    figure.tight_layout(rect=(0, 0.03, 1, 1))
-    label_provenance(figure, provenance)
-    return figure

@@ -63,6 +63,13 @@ def label_provenance(figure: Figure, provenances: set[str]) -> None:
         )
 
 
+def finished(figure: Figure, provenances: set[str]) -> Figure:
+    """Lay a figure out with room for its provenance, and write that."""
+    figure.tight_layout(rect=(0, 0.03, 1, 1))
+    label_provenance(figure, provenances)
+    return figure
+
+
 def sensor_name(sensor: str) -> str:
     """Name of a sensor as a reader knows it."""
     return SENSOR_NAMES.get(sensor, sensor)

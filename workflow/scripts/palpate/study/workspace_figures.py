@@ -17,7 +17,7 @@ from palpate.study.style import (
     GREY,
     ORANGE,
     PAGE_IN,
-    label_provenance,
+    finished,
     panel_letter,
     sensor_name,
 )
@@ -53,7 +53,7 @@ def figure_4_14(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Fig
     for name in sorted(tables):
         axes[0].plot([], [], label=sensor_name(name), **_points(name))
     axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 0.62))
-    return _finished(figure, provenance)
+    return finished(figure, provenance)
 
 
 def figure_4_15(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figure:
@@ -77,7 +77,7 @@ def figure_4_15(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Fig
         framealpha=1,
         edgecolor="none",
     )
-    return _finished(figure, provenance)
+    return finished(figure, provenance)
 
 
 def figure_4_16(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figure:
@@ -130,7 +130,7 @@ def figure_4_19(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Fig
     for panel in axes[-1]:
         panel.set_xlabel("Distance from the camera (cm)")
     axes[0, 0].legend(loc="upper left")
-    return _finished(figure, provenance)
+    return finished(figure, provenance)
 
 
 def _points(name: str) -> dict:
@@ -161,7 +161,7 @@ def _by_threshold(
     panel.set_ylabel(label)
     panel.set_ylim(bottom=0)
     panel.legend(loc=legend)
-    return _finished(figure, provenance)
+    return finished(figure, provenance)
 
 
 def _mark_thresholds(panel: Axes, name: str, table: pd.DataFrame) -> None:
@@ -180,9 +180,3 @@ def _places(table: pd.DataFrame) -> NDArray:
 
 def _wide(tables: Mapping) -> tuple[float, float]:
     return (max(COLUMN_IN, PAGE_IN * len(tables) / 2), 2.9)
-
-
-def _finished(figure: Figure, provenance: set[str]) -> Figure:
-    figure.tight_layout(rect=(0, 0.03, 1, 1))
-    label_provenance(figure, provenance)
-    return figure

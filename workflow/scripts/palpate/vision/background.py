@@ -57,7 +57,7 @@ def build_model(frames: Sequence[NDArray], *, false_positive_rate: float) -> Bac
     Raises
     ------
     ValueError
-        If there are fewer than four frames, or they differ in size.
+        If there are fewer than four frames, they differ in size, or are copies of one.
     """
     count = len(frames)
     if count < FEWEST_FRAMES:

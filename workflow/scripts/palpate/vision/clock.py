@@ -1,6 +1,7 @@
 """Offset between the clocks of force sensor and camera, from the press itself."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,7 +135,7 @@ class _Press:
     depth_m: NDArray
     depth_std_m: NDArray
 
-    @property
+    @cached_property
     def near(self) -> NDArray:
         """Weights: between frames nobody knows the path."""
         gap = np.abs(self.time_s[:, None] - self.frame_time_s).min(axis=1)

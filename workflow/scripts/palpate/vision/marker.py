@@ -7,6 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.vision.board import Board
+
 DETECTION = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 SUBPIXEL_STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 40, 1e-3)
 # Margin of the region in which the board is looked for, as a part of the corners' extent: the
@@ -26,10 +28,7 @@ class Region:
 
 def board_points(marker: Mapping) -> NDArray:
     """Inner corners in the marker frame, row by row from the origin, shape (n, 3) [m]."""
-    columns, rows = marker["inner_corners"]
-    y, x = np.mgrid[:rows, :columns]
-    flat = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    return flat * float(marker["square_m"])
+    return Board(*marker["inner_corners"], float(marker["square_m"])).points_m
 
 
 def find_corners(grey: NDArray, marker: Mapping, region: Region | None = None) -> NDArray | None:
@@ -80,6 +79,31 @@ def expected_region(last: NDArray, before: NDArray | None, shape: tuple[int, int
     x0, y0 = np.floor(low - margin).astype(int).clip(0)
     x1, y1 = np.minimum(np.ceil(high + margin).astype(int), shape[::-1])
     return Region(int(x0), int(y0), int(x1), int(y1)) if x1 > x0 and y1 > y0 else None
+
+
+class CornerFollower:
+    """Find the board frame by frame: where its motion leads, then in the whole picture.
+
+    Parameters
+    ----------
+    marker : mapping
+        ``marker`` block of the probe's file.
+    """
+
+    def __init__(self, marker: Mapping) -> None:
+        self.marker, self.last, self.before = marker, None, None
+
+    def __call__(self, grey: NDArray) -> NDArray | None:
+        """Corners (n, 2) in the next frame, a (h, w) uint8 array [px]; None when it is not seen."""
+        region = None
+        if self.last is not None:
+            region = expected_region(self.last, self.before, grey.shape)
+        corners = find_corners(grey, self.marker, region)
+        if corners is None:
+            self.before = None
+        else:
+            self.before, self.last = self.last, corners
+        return corners
 
 
 def _detect(grey: NDArray, marker: Mapping) -> NDArray | None:

@@ -48,13 +48,10 @@ class PhotometricPose:
         Rigid transform [m].
     covariance : (6, 6) array
         Of a rotation vector applied in the camera frame and the origin's place [rad, m].
-    contrast_residual : float
-        Root mean square residual over the contrast of black and white.
     """
 
     camera_from_marker: NDArray
     covariance: NDArray
-    contrast_residual: float
 
 
 @dataclass(frozen=True)
@@ -130,7 +127,8 @@ class BoardRefiner:
         Returns
         -------
         PhotometricPose or None
-            None where too little of the board is in the image or the fit does not converge.
+            None where too little of the board is in the image, the fit does not converge, or what
+            it found does not look like the board or lies far from the start.
         """
         seen = self._pixels(grey, start)
         if seen is None:
@@ -172,7 +170,7 @@ class BoardRefiner:
         systematic_px = SYSTEMATIC_PX if self.sampled else FILLED_IN_PX
         edges = corner_cofactor(self.points, fit.pose, self.camera)
         covariance = noise * fit.variance + edges * systematic_px**2
-        return PhotometricPose(fit.pose, covariance, fit.left)
+        return PhotometricPose(fit.pose, covariance)
 
     def _pixels(self, grey: NDArray, pose: NDArray) -> "_Pixels | None":
         """Pixels near the edges inside the board, and some of the flat ones."""

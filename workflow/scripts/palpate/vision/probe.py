@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from palpate.capture.images import demosaic
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.kalman import filter_tip
-from palpate.vision.marker import expected_region, find_corners
+from palpate.vision.marker import CornerFollower
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import MarkerPose, candidate_poses, point_covariance, settle
 
@@ -84,8 +84,12 @@ def track_probe(
     refine = None
     if refinement == "photometric":
         refine = BoardRefiner(camera, marker, encoding=encoding)
+    follow = CornerFollower(marker)
     poses = board_poses(
-        ((_grey(demosaic(image, encoding)), image if mosaic else _grey(image)) for image in images),
+        (
+            (follow(_grey(demosaic(image, encoding))), image if mosaic else _grey(image))
+            for image in images
+        ),
         camera,
         marker,
         threshold_px=threshold_px,
@@ -114,7 +118,7 @@ def track_probe(
 
 
 def board_poses(
-    images: Iterable[tuple[NDArray, NDArray]],
+    frames: Iterable[tuple[NDArray | None, NDArray]],
     camera: PinholeCamera,
     marker: Mapping,
     *,
@@ -123,19 +127,21 @@ def board_poses(
 ) -> list[tuple[MarkerPose | None, bool]]:
     """Pose of the board in each frame, and whether it was refined on the picture.
 
-    Each frame is searched where the board should be, then as a whole; of the two poses that a
-    plane allows the ones are taken that make one smooth motion.
+    Of the two poses that a plane allows the ones are taken that make one smooth motion.
 
     Parameters
     ----------
-    images : iterable of ((h, w), (h, w)) uint8 arrays
-        Grey image for the corners, and grey image or mosaic for the refinement.
+    frames : iterable of ((n, 2) array or None, (h, w) uint8 array)
+        Corners as `CornerFollower` finds them [px], and the grey image or mosaic to refine on.
+    camera : PinholeCamera
+    marker : mapping
+        ``marker`` block of the probe's file.
+    threshold_px : float
+        RANSAC threshold [px].
+    refine : BoardRefiner or None
     """
-    candidates, last, before = [], None, None
-    for grey, samples in images:
-        region = None if last is None else expected_region(last, before, grey.shape)
-        corners = find_corners(grey, marker, region)
-        before, last = (None, last) if corners is None else (last, corners)
+    candidates = []
+    for corners, samples in frames:
         found = (
             []
             if corners is None
@@ -194,7 +200,8 @@ def _check_gaps(poses: list[MarkerPose | None], largest: int, threshold_px: floa
     lost = [k for k, pose in enumerate(poses) if pose is None]
     if len(lost) == len(poses):
         raise ValueError(
-            f"marker: expected {marker_words(threshold_px)}, found in none of {len(poses)} frames"
+            "marker: expected its corners, and a pose that leaves most of them within"
+            f" {threshold_px:g} px, found in none of {len(poses)} frames"
         )
     if lost and (lost[0] == 0 or lost[-1] == len(poses) - 1):
         edge = lost[0] if lost[0] == 0 else lost[-1]
@@ -206,11 +213,6 @@ def _check_gaps(poses: list[MarkerPose | None], largest: int, threshold_px: floa
             f"marker: expected to be lost for at most {largest} frames at a time,"
             f" lost in frames {longest[0]} to {longest[-1]}"
         )
-
-
-def marker_words(threshold_px: float) -> str:
-    """What it takes to find the marker, for messages."""
-    return f"its corners, and a pose that leaves most of them within {threshold_px:g} px"
 
 
 def _bridged(time_s: NDArray, poses: list[MarkerPose | None]) -> NDArray:
