@@ -9,41 +9,7 @@ from palpate.estimate.moduli import (
     reduced_modulus,
 )
 from palpate.estimate.objective import Measurement, Objective
-from palpate.solid.boundary import node_sets
-from palpate.solid.load import contact_triangle, nodal_force
-from palpate.solid.mesh import read_solid
-
-# Section 3.3.2: the study's simulated block.
-LAM, MU = 80685.0, 8965.0
-OPTIONS = {
-    "parametrisation": "modulus",
-    "iterations": 200,
-    "youngs_modulus_bounds_pa": [100.0, 1e8],
-    "poisson_ratio_bounds": [0.0, 0.499],
-}
-
-
-@pytest.fixture(scope="module")
-def exact(root):
-    """Mesh, node sets and the displacement that a press causes at the true moduli."""
-    mesh = read_solid(root / "config/meshes/foam_block.vtu")
-    triangle = contact_triangle(mesh, np.array([-0.05, 0, 0.0475]), largest_distance_m=0.01)
-    force = np.array([0.0, 0.0, -2.0])
-    press = {"indenter_radius_m": 0.00622, "depth_m": 0.008}
-    forces = nodal_force(mesh, triangle, force, rule="conserve", turn_to_normal=True, **press)
-    sets = node_sets(
-        mesh,
-        contact_nodes=triangle,
-        support_plane_point_m=[0, 0, 0],
-        support_plane_normal=[0, 0, 1],
-        tolerance_m=1e-3,
-    )
-    blank = np.zeros_like(forces)
-    blank[triangle] = 1e-3
-    forward = Objective(mesh, sets, Measurement(blank, forces, 2.0), option="displacement")
-    u = forward.displacement(LAM, MU)
-    u[sets.interior] = np.nan
-    return mesh, sets, Measurement(u, forces, 2.0)
+from pressed import LAM, MU, OPTIONS
 
 
 def test_moduli():
@@ -56,7 +22,7 @@ def test_moduli():
 
 @pytest.mark.parametrize("option", ["displacement", "force_displacement"])
 def test_objective_vanishes_at_the_truth_and_only_there(exact, option):
-    cost = Objective(*exact, option=option)
+    cost = exact.objective(option)
     at_truth = cost(LAM, MU)
     assert at_truth < 1e-9
     assert cost(1.1 * LAM, MU) > 1e-7 > 100 * at_truth
@@ -65,7 +31,7 @@ def test_objective_vanishes_at_the_truth_and_only_there(exact, option):
 
 @pytest.mark.parametrize("option", ["displacement", "force_displacement"])
 def test_minimisation_finds_the_truth(exact, option):
-    cost = Objective(*exact, option=option)
+    cost = exact.objective(option)
     E, nu = engineering_from_lame(LAM, MU)
     start = hertz_start(cost, reduced_modulus(E, nu) * 1.3, [0.05, 0.25, 0.45])
     found = minimise_error(cost, start, OPTIONS)
@@ -77,7 +43,7 @@ def test_minimisation_finds_the_truth(exact, option):
 
 
 def test_the_printed_parametrisation_finds_it_too(exact):
-    cost = Objective(*exact, option="displacement")
+    cost = exact.objective("displacement")
     options = OPTIONS | {"parametrisation": "lame", "iterations": 400}
     found = minimise_error(cost, (33000.0, 0.4), options)
     assert found.youngs_modulus_pa == pytest.approx(25998, rel=1e-3)
@@ -100,12 +66,15 @@ def test_the_printed_parametrisation_stays_with_real_solids():
 
 
 def test_bad_input(exact):
-    mesh, sets, measurement = exact
+    mesh, sets, measurement = exact.mesh, exact.sets, exact.measurement
     with pytest.raises(ValueError, match="error: expected one of"):
         Objective(mesh, sets, measurement, option="all")
     spoiled = measurement.displacement_m.copy()
     spoiled[sets.free[0]] = np.nan
     with pytest.raises(ValueError, match="displacement: expected numbers at all surface nodes"):
         Objective(mesh, sets, Measurement(spoiled, measurement.force_n, 2.0), option="displacement")
+    still = Measurement(np.zeros_like(measurement.displacement_m), measurement.force_n, 2.0)
+    with pytest.raises(ValueError, match="measurement: expected a deformation and a force"):
+        Objective(mesh, sets, still, option="displacement")
     with pytest.raises(ValueError, match="start: expected nu within"):
         minimise_error(lambda lam, mu: 0.0, (1e4, 0.4999), OPTIONS)

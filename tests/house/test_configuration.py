@@ -187,3 +187,21 @@ def test_numbers_that_no_device_has(home, file, old, new, line):
     with pytest.raises(ValueError) as caught:
         opened(home)
     assert line in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        ({"poisson_ratio_bounds": [0.4, 0.1]}, "poisson_ratio_bounds: expected low below high"),
+        (
+            {"start_poisson_ratios": [0.1, 0.4995]},
+            "start_poisson_ratios: expected within poisson_ratio_bounds, 0 to 0.499, found 0.4995",
+        ),
+        ({"profile_poisson_ratios": [0.1, 0.3, 0.2]}, "expected increasing numbers"),
+    ],
+    ids=["bounds", "start", "profile"],
+)
+def test_a_search_that_cannot_start(home, change, line):
+    options = yaml.safe_load((home / "config/config.yaml").read_text())["minimise"] | change
+    with pytest.raises(ValueError, match=f"config/config.yaml: minimise.*{line}"):
+        opened(home, minimise=options)

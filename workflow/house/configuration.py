@@ -9,6 +9,7 @@ from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
 from palpate.capture.schema import load_yaml, validate
 
 from house.lab_checks import lab_problems, says_simulated
+from house.search_checks import impossible_search
 from house.sensor_checks import (
     ambiguous_boards,
     bent_transforms,
@@ -140,6 +141,7 @@ def open_house(config: Mapping, *, source: str) -> House:
     problems = validate(config, SCHEMAS / "config.schema.yaml", source)
     if problems:
         raise ValueError("\n".join(problems))
+    problems += impossible_search(config["minimise"], source)
     paths = config["paths"]
     sensors = _named_files(paths["sensors"], "sensor", problems)
     probes = _named_files(paths["probes"], "probe", problems)

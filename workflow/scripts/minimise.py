@@ -10,7 +10,7 @@ from job import run
 from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
-from palpate.estimate.minimise import hertz_start, minimise_error
+from palpate.estimate.fit import fit_moduli
 from palpate.estimate.objective import Objective
 from palpate.estimate.problem import pose_problem
 from palpate.solid.mesh import read_solid, write_solid
@@ -37,27 +37,31 @@ def main(snakemake):
     )
     mesh, sets = problem.mesh, problem.sets
     logging.info("%d nodes, %d on the support", len(mesh.nodes_m), len(sets.support))
-    cost = Objective(mesh, sets, problem.measurement, option=snakemake.wildcards.error)
+    full = Objective(mesh, sets, problem.measurement, option=snakemake.wildcards.error)
     E_star = fit["study"]["reduced_modulus_pa"]
-    start = hertz_start(cost, E_star, options["start_poisson_ratios"])
-    minimum = minimise_error(cost, start, options)
+    moduli = fit_moduli(full, E_star, options, nodes_m=mesh.nodes_m)
+    minimum = moduli.minimum
+    logging.info("Poisson's ratio: %s", moduli.profile.verdict)
     result = asdict(minimum) | {
         "error_option": snakemake.wildcards.error,
         "hertz_reduced_modulus_pa": E_star,
         "frame": frame,
         "nodes": len(mesh.nodes_m),
+        "least_squares": {norm: asdict(found) for norm, found in moduli.least_squares.items()},
+        "profile": asdict(moduli.profile),
+        "reduced_model": asdict(moduli.reduced_model),
     }
     with whole_file(snakemake.output.result) as part:
         part.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-    write_mismatch(snakemake.output.mismatch, cost, minimum, mesh)
+    write_mismatch(snakemake.output.mismatch, full, minimum, mesh)
 
 
-def write_mismatch(path, cost, minimum, mesh):
+def write_mismatch(path, objective, minimum, mesh):
     """Write the solid with tracked and computed displacement and their distance at each node."""
-    computed = cost.displacement(minimum.lame_lambda_pa, minimum.lame_mu_pa)
-    tracked = np.nan_to_num(cost.u)
+    computed = objective.displacement(minimum.lame_lambda_pa, minimum.lame_mu_pa)
+    tracked = np.nan_to_num(objective.u)
     gap = np.zeros(len(mesh.nodes_m))
-    gap[cost.surface] = np.linalg.norm((computed - tracked)[cost.surface], axis=1)
+    gap[objective.surface] = np.linalg.norm((computed - tracked)[objective.surface], axis=1)
     data = {
         "tracked_displacement_m": tracked,
         "computed_displacement_m": computed,

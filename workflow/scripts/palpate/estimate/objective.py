@@ -58,11 +58,14 @@ class Objective:
             raise ValueError("displacement: expected numbers at all surface nodes, found NaN")
         self.f = measurement.force_n
         largest = np.linalg.norm(self.u[self.surface], axis=1).max()
+        if largest == 0 or measurement.total_force_n == 0:
+            raise ValueError("measurement: expected a deformation and a force, found none")
         self.force_weight = largest / measurement.total_force_n
         free = np.setdiff1d(np.arange(len(mesh.nodes_m)), sets.support)
-        self.free_dofs, self.interior_dofs = _dofs(free), _dofs(sets.interior)
-        self.surface_dofs = _dofs(self.surface)
-        self._blocks = [
+        self.force_nodes = len(free)
+        self.free_dofs, self.interior_dofs = dofs(free), dofs(sets.interior)
+        self.surface_dofs = dofs(self.surface)
+        self.blocks = [
             _blocks(K, self.free_dofs, self.interior_dofs, self.surface_dofs)
             for K in (self.K1, self.K2)
         ]
@@ -101,10 +104,11 @@ class Objective:
         return np.linalg.norm((f - self.f)[kept], axis=1)
 
     def _combined(self, name: str, lam: float, mu: float):
-        return lam * self._blocks[0][name] + mu * self._blocks[1][name]
+        return lam * self.blocks[0][name] + mu * self.blocks[1][name]
 
 
-def _dofs(nodes: NDArray) -> NDArray:
+def dofs(nodes: NDArray) -> NDArray:
+    """Degrees of freedom of nodes, 3 * node + axis."""
     return (3 * nodes[:, None] + np.arange(3)).ravel()
 
 

@@ -1,0 +1,60 @@
+"""A pressed block with exact data of the solid itself, for the tests of the search."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from palpate.estimate.objective import Measurement, Objective
+from palpate.solid.boundary import NodeSets, node_sets
+from palpate.solid.load import contact_triangle, nodal_force
+from palpate.solid.mesh import SolidMesh
+
+# Section 3.3.2: the study's simulated block.
+LAM, MU = 80685.0, 8965.0
+BOUNDS = {"youngs_modulus_bounds_pa": (100.0, 1e8), "poisson_ratio_bounds": (0.0, 0.499)}
+OPTIONS = {
+    "parametrisation": "modulus",
+    "iterations": 200,
+    "youngs_modulus_bounds_pa": [100.0, 1e8],
+    "poisson_ratio_bounds": [0.0, 0.499],
+}
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """Mesh, node sets and measurement."""
+
+    mesh: SolidMesh
+    sets: NodeSets
+    measurement: Measurement
+
+    def objective(self, option: str) -> Objective:
+        """Full objective for an option."""
+        return Objective(self.mesh, self.sets, self.measurement, option=option)
+
+    def noisy(self, std_m: float, seed: int = 5) -> "Pressed":
+        """The same with noise on each node's displacement."""
+        noise = np.random.default_rng(seed).normal(0, std_m, self.mesh.nodes_m.shape)
+        known = self.measurement
+        moved = known.displacement_m + noise
+        return Pressed(self.mesh, self.sets, Measurement(moved, known.force_n, known.total_force_n))
+
+
+def pressed(mesh: SolidMesh, point_m: list[float]) -> Pressed:
+    """Press a mesh that stands on z = 0 with 2 N at a point; exact at (LAM, MU)."""
+    triangle = contact_triangle(mesh, np.array(point_m), largest_distance_m=0.03)
+    force = np.array([0.0, 0.0, -2.0])
+    press = {"indenter_radius_m": 0.00622, "depth_m": 0.008}
+    forces = nodal_force(mesh, triangle, force, rule="conserve", turn_to_normal=True, **press)
+    sets = node_sets(
+        mesh,
+        contact_nodes=triangle,
+        support_plane_point_m=[0, 0, 0],
+        support_plane_normal=[0, 0, 1],
+        tolerance_m=1e-3,
+    )
+    blank = np.zeros_like(forces)
+    blank[triangle] = 1e-3
+    forward = Objective(mesh, sets, Measurement(blank, forces, 2.0), option="displacement")
+    u = forward.displacement(LAM, MU)
+    u[sets.interior] = np.nan
+    return Pressed(mesh, sets, Measurement(u, forces, 2.0))

@@ -1,0 +1,100 @@
+"""The moduli of one measured deformation: start, search, derivatives, and what they are worth."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from numpy.typing import NDArray
+
+from palpate.estimate.least_squares import NORMS, LeastSquaresFit, fit_least_squares
+from palpate.estimate.least_squares import surface_patches as patches_of
+from palpate.estimate.minimise import Minimum, hertz_start, minimise_error
+from palpate.estimate.objective import Objective
+from palpate.estimate.profile import PoissonProfile, poisson_profile
+from palpate.estimate.reduced_objective import TOLERANCE, ReducedObjective
+from palpate.solid.reduced import SHIFTS
+
+MOST_SHIFTS = 6
+
+
+@dataclass(frozen=True)
+class ReducedAccuracy:
+    """How well the reduced models stand for the full one.
+
+    Attributes
+    ----------
+    shifts : int
+        Factorisations that each took.
+    modes : int
+        Of the largest.
+    relative_error, relative_error_bound : float
+        At the minimum, in the energy norm: by full solves, and bounded without one.
+    """
+
+    shifts: int
+    modes: int
+    relative_error: float
+    relative_error_bound: float
+
+
+@dataclass(frozen=True)
+class ModuliFit:
+    """Minimum with its trace, least squares by norm, profile over nu, accuracy of the model."""
+
+    minimum: Minimum
+    least_squares: dict[str, LeastSquaresFit]
+    profile: PoissonProfile
+    reduced_model: ReducedAccuracy
+
+
+def fit_moduli(full: Objective, E_star: float, options: Mapping, *, nodes_m: NDArray) -> ModuliFit:
+    """Search the moduli from Hertz's start, as the study does and with derivatives.
+
+    Parameters
+    ----------
+    full : Objective
+        Its reduced models are refined until they agree with it at the minimum.
+    E_star : float
+        Reduced modulus of the Hertz fit [Pa].
+    options : mapping
+        Of `minimise_error`, with ``start_poisson_ratios``, ``profile_poisson_ratios`` and
+        ``patch_m``.
+    nodes_m : (n, 3) array
+        Nodes of the solid [m].
+
+    Raises
+    ------
+    ValueError
+        If the start lies outside the bounds.
+    """
+    for shifts in range(SHIFTS, MOST_SHIFTS + 1):
+        objective = ReducedObjective(
+            full, poisson_ratios=tuple(options["poisson_ratio_bounds"]), shifts=shifts
+        )
+        start = hertz_start(objective, E_star, options["start_poisson_ratios"])
+        minimum = minimise_error(objective, start, options)
+        accuracy = _accuracy(objective, minimum)
+        if accuracy.relative_error <= TOLERANCE:
+            break
+    patches = patches_of(nodes_m, size_m=options["patch_m"])
+    bounds = {name: options[name] for name in ("youngs_modulus_bounds_pa", "poisson_ratio_bounds")}
+    fits = {
+        norm: fit_least_squares(objective, start, patches=patches, norm=norm, **bounds)
+        for norm in NORMS
+    }
+    profile = poisson_profile(
+        objective,
+        options["profile_poisson_ratios"],
+        youngs_modulus_bounds_pa=options["youngs_modulus_bounds_pa"],
+        rise_m=fits["length"].rise,
+    )
+    return ModuliFit(minimum, fits, profile, accuracy)
+
+
+def _accuracy(objective: ReducedObjective, minimum: Minimum) -> ReducedAccuracy:
+    place = minimum.lame_lambda_pa, minimum.lame_mu_pa
+    return ReducedAccuracy(
+        shifts=objective.shifts,
+        modes=max(len(model.poles) for model in objective.models.values() if model),
+        relative_error=objective.true_error(*place),
+        relative_error_bound=objective.error_bound(*place),
+    )
