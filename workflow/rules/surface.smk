@@ -39,7 +39,7 @@ rule solid_mesh:
         "../scripts/solid_mesh.py"
 
 
-rule track:
+rule align:
     input:
         object=raw("{object}/object.yaml"),
         template=template_of,
@@ -47,6 +47,33 @@ rule track:
         pose=of_capture("probe_pose.csv"),
         force=of_capture("force.csv"),
         plane=results("{object}/{sensor}/support_plane.json"),
+    output:
+        alignment=of_capture("alignment.json"),
+    log:
+        results("logs/align/{object}-{sensor}-{capture}.log"),
+    benchmark:
+        results("benchmarks/align/{object}-{sensor}-{capture}.tsv")
+    params:
+        code=code("align"),
+        probe=probe_spec,
+        options={
+            key: config["tracking"][key]
+            for key in ("largest_distance_m", "largest_normal_deg")
+        },
+        onset_force_n=config["hertz"]["onset_force_n"],
+    message:
+        "Aligning {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
+    script:
+        "../scripts/align.py"
+
+
+rule track:
+    input:
+        object=raw("{object}/object.yaml"),
+        template=template_of,
+        alignment=of_capture("alignment.json"),
+        clouds=of_capture("clouds.npz"),
+        pose=of_capture("probe_pose.csv"),
     output:
         tracked=of_capture("tracked.npz"),
     log:
@@ -57,7 +84,6 @@ rule track:
         code=code("track"),
         probe=probe_spec,
         options=config["tracking"],
-        onset=config["hertz"],
     message:
         "Tracking {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:

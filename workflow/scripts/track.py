@@ -1,20 +1,17 @@
 """Track the template through a capture."""
 
-import json
 import logging
-from pathlib import Path
 
 import numpy as np
 from job import run
 from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
-from palpate.estimate.hertz import force_onset
+from palpate.surface.alignment import load_alignment
 from palpate.surface.capture import track_capture
 from palpate.surface.template import read_template
 from palpate.surface.track import TrackerOptions, save_tracked
 from palpate.vision.clouds import unpack_clouds
-from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
 
 
@@ -24,26 +21,18 @@ def main(snakemake):
     options = dict(snakemake.params.options)
     refine = {key: options.pop(key) for key in ("refine_radius_m", "refine_edge_m")}
     added_points = options.pop("added_points")
-    point = spec["points"][snakemake.wildcards.capture.partition("-")[0]]["position_m"]
-    force = np.linalg.norm(read_table(snakemake.input.force)[FORCE], axis=1)
-    tips = read_table(snakemake.input.pose)[TIP].to_numpy(float)
-    plane = json.loads(Path(snakemake.input.plane).read_text(encoding="utf-8"))
     with np.load(snakemake.input.clouds, allow_pickle=False) as data:
         clouds = [(cloud.points_m, cloud.normals) for cloud in unpack_clouds(data)]
     tracked = track_capture(
         read_template(snakemake.input.template, unit=spec["template"]["unit"]),
         clouds,
-        np.array([*plane["normal"], plane["offset_m"]]),
-        tips,
-        force_onset(force, **snakemake.params.onset),
-        spec["support"],
-        point,
+        read_table(snakemake.input.pose)[TIP].to_numpy(float),
+        load_alignment(snakemake.input.alignment),
         indenter_radius_m=snakemake.params.probe["indenter"]["radius_m"],
         added_points=added_points,
         options=TrackerOptions(**options),
         **refine,
     )
-    logging.info("contact in frame %d", tracked.contact_frame)
     for k, residual in enumerate(tracked.residual_m):
         logging.info("frame %d: residual %.3f mm", k, residual * 1e3)
     with whole_file(snakemake.output.tracked) as part:

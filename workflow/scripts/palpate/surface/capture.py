@@ -1,13 +1,14 @@
-"""Track one capture: template, first pose, contact, added points, every frame."""
+"""Track one capture: aligned template, added points, every frame."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.surface.alignment import Alignment
 from palpate.surface.augment import indenter_points, undeformed_points
 from palpate.surface.distance import ClosestPoints
-from palpate.surface.pose import align_rigidly, initial_pose, to_camera, to_object
+from palpate.surface.pose import to_camera
 from palpate.surface.template import Template, refine_template, vertex_normals
 from palpate.surface.track import Frame, Tracked, TrackerOptions, track_frames
 
@@ -15,11 +16,8 @@ from palpate.surface.track import Frame, Tracked, TrackerOptions, track_frames
 def track_capture(
     template: Template,
     clouds: Sequence[tuple[NDArray, NDArray]],
-    plane: NDArray,
     tips_m: NDArray,
-    contact_frame: int,
-    support: Mapping,
-    point_m: NDArray,
+    alignment: Alignment,
     *,
     indenter_radius_m: float,
     refine_radius_m: float,
@@ -27,7 +25,7 @@ def track_capture(
     added_points: bool,
     options: TrackerOptions,
 ) -> Tracked:
-    """Align the template with the first frame and track it through all.
+    """Track the aligned template through all frames.
 
     Parameters
     ----------
@@ -35,16 +33,10 @@ def track_capture(
         Undeformed, object frame.
     clouds : sequence of (points (n, 3) [m], normals (n, 3))
         One for each frame, camera frame.
-    plane : (4,) array
-        Table, camera frame.
     tips_m : (f, 3) array
         Centre of the sphere in each frame, camera frame [m].
-    contact_frame : int
-        First frame in contact.
-    support : mapping
-        ``support`` block of object.yaml.
-    point_m : (3,) array
-        Declared point, object frame [m].
+    alignment : Alignment
+        Of the template with the first frame.
     indenter_radius_m : float
     refine_radius_m, refine_edge_m : float
         Refinement of the template around the contact [m].
@@ -56,27 +48,7 @@ def track_capture(
     -------
     Tracked
     """
-    points, normals = clouds[0]
-    touched = tips_m[contact_frame] - indenter_radius_m * plane[:3]
-    pose = initial_pose(
-        template,
-        points,
-        plane,
-        support_normal=np.array(support["plane_normal"], dtype=float),
-        support_point_m=np.array(support["plane_point_m"], dtype=float),
-        point_m=np.asarray(point_m, dtype=float),
-        touched_m=touched,
-    )
-    pose = align_rigidly(
-        template,
-        points,
-        normals,
-        pose,
-        largest_distance_m=options.largest_distance_m,
-        largest_normal_deg=options.largest_normal_deg,
-    )
-    closest = ClosestPoints(template.vertices_m, template.faces)
-    contact = closest(to_object(pose, tips_m[contact_frame : contact_frame + 1]))[0][0]
+    pose, contact = alignment.camera_from_object, alignment.contact_point_m
     fine = refine_template(template, contact, radius_m=refine_radius_m, edge_m=refine_edge_m)
     rest = to_camera(pose, fine.vertices_m)
     if added_points:
@@ -95,7 +67,7 @@ def track_capture(
         camera_from_object=pose,
         residual_m=residual,
         contact_point_m=contact,
-        contact_frame=contact_frame,
+        contact_frame=alignment.contact_frame,
     )
 
 

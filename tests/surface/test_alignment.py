@@ -1,0 +1,90 @@
+"""The alignment as a result of its own, and the thickness along a press."""
+
+import numpy as np
+import pytest
+from palpate.surface.alignment import (
+    align_capture,
+    load_alignment,
+    save_alignment,
+    thickness_along,
+)
+from palpate.surface.pose import to_camera
+from palpate.surface.template import Template
+from trimesh.creation import box, icosphere
+from trimesh.sample import sample_surface
+
+R = 0.00622
+SIZE = np.array([0.30, 0.15, 0.0475])
+POINT = np.array([0.05, 0.0, 0.0475])
+
+
+@pytest.fixture(scope="module")
+def template():
+    mesh = box(SIZE).subdivide().subdivide().subdivide().subdivide()
+    return Template(np.asarray(mesh.vertices) + [0, 0, SIZE[2] / 2], np.asarray(mesh.faces))
+
+
+@pytest.fixture(scope="module")
+def pose():
+    pose = np.eye(4)
+    angle = np.deg2rad(135)
+    pose[1:3, 1:3] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    pose[:3, 3] = [0.02, 0.01, 0.65]
+    return pose
+
+
+@pytest.fixture(scope="module")
+def alignment(template, pose):
+    mesh = box(SIZE)
+    mesh.apply_translation([0, 0, SIZE[2] / 2])
+    points, faces = sample_surface(mesh, 12000, seed=3)
+    cloud, normals = to_camera(pose, points), mesh.face_normals[faces] @ pose[:3, :3].T
+    seen = (normals * cloud).sum(axis=1) < 0
+    up = pose[:3, 2]
+    heights = np.array([0.015, 0.004, -0.001, -0.006])
+    tips = to_camera(pose, POINT + np.outer(heights + R, [0, 0, 1]))
+    return align_capture(
+        template,
+        (cloud[seen], normals[seen]),
+        np.append(up, -up @ pose[:3, 3]),
+        tips,
+        2,
+        {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1]},
+        POINT,
+        indenter_radius_m=R,
+        largest_distance_m=0.012,
+        largest_normal_deg=60,
+    )
+
+
+def test_pose_and_contact_are_found(alignment, pose):
+    """No end of the block is seen, so along it the touched point alone decides."""
+    gap = to_camera(alignment.camera_from_object, POINT) - to_camera(pose, POINT)
+    assert np.abs(gap[1:]).max() < 2e-4
+    assert abs(gap[0]) < 2e-3
+    assert np.abs(alignment.contact_point_m - POINT)[1:].max() < 2e-4
+    assert alignment.residual.rms_m < 1e-4
+    assert abs(alignment.residual.contact_mean_m) < 1e-4
+    assert alignment.residual.contact_points > 100
+
+
+def test_round_trip(alignment, tmp_path):
+    for name in "ab":
+        save_alignment(tmp_path / f"{name}.json", alignment)
+    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
+    again = load_alignment(tmp_path / "a.json")
+    assert np.array_equal(again.camera_from_object, alignment.camera_from_object)
+    assert np.array_equal(again.contact_point_m, alignment.contact_point_m)
+    assert (again.contact_frame, again.residual) == (2, alignment.residual)
+
+
+def test_thickness(template):
+    assert thickness_along(template, POINT, [0, 0, -3.0]) == pytest.approx(SIZE[2])
+    slanted = np.array([0, np.sin(0.1), -np.cos(0.1)])
+    assert thickness_along(template, POINT, slanted) == pytest.approx(SIZE[2] / np.cos(0.1))
+    ball = icosphere(subdivisions=4, radius=0.06)
+    ball = Template(np.asarray(ball.vertices), np.asarray(ball.faces))
+    top = np.array([0, 0, 0.06])
+    assert thickness_along(ball, top, [0, 0, -1]) == pytest.approx(0.12, rel=1e-3)
+    with pytest.raises(ValueError, match="direction: expected a ray through the template"):
+        thickness_along(template, POINT, [0, 0, 1.0])

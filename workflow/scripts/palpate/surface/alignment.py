@@ -1,0 +1,191 @@
+"""Where the undeformed template stands in front of the camera, and where it was touched."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from palpate.surface.distance import ClosestPoints
+from palpate.surface.pose import align_rigidly, initial_pose, to_camera, to_object
+from palpate.surface.template import Template
+
+# The cloud within this of the contact tells how well the surface lies there [m].
+NEIGHBOURHOOD_M = 0.040
+# A ray along the press starts a little outside the surface [m].
+OUTSIDE_M = 1e-4
+
+
+@dataclass(frozen=True)
+class AlignmentResidual:
+    """Distances of the first frame's cloud from the aligned template.
+
+    Attributes
+    ----------
+    rms_m, median_m : float
+        Of all points, unsigned [m].
+    contact_mean_m, contact_rms_m : float
+        Of the points within 40 mm of the contact, positive outside the template [m].
+    contact_points : int
+        How many those are; without any, mean and root mean square are those of all points.
+    """
+
+    rms_m: float
+    median_m: float
+    contact_mean_m: float
+    contact_rms_m: float
+    contact_points: int
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """Rigid alignment of the template with a capture's first frame; alignment.json.
+
+    Attributes
+    ----------
+    camera_from_object : (4, 4) array
+    contact_point_m : (3,) array
+        Point of the undeformed surface that was touched, object frame [m].
+    contact_frame : int
+        First frame in contact.
+    residual : AlignmentResidual
+    """
+
+    camera_from_object: NDArray
+    contact_point_m: NDArray
+    contact_frame: int
+    residual: AlignmentResidual
+
+
+def align_capture(
+    template: Template,
+    cloud: tuple[NDArray, NDArray],
+    plane: NDArray,
+    tips_m: NDArray,
+    contact_frame: int,
+    support: Mapping,
+    point_m: NDArray,
+    *,
+    indenter_radius_m: float,
+    largest_distance_m: float,
+    largest_normal_deg: float,
+) -> Alignment:
+    """Find the first pose, minimise Eq. 4.24, and find the touched point.
+
+    Parameters
+    ----------
+    template : Template
+        Undeformed, object frame.
+    cloud : (points (n, 3) [m], normals (n, 3))
+        Of the first frame, camera frame.
+    plane : (4,) array
+        Table, camera frame.
+    tips_m : (f, 3) array
+        Centre of the sphere in each frame, camera frame [m].
+    contact_frame : int
+        First frame in contact.
+    support : mapping
+        ``support`` block of object.yaml.
+    point_m : (3,) array
+        Declared point, object frame [m].
+    indenter_radius_m : float
+    largest_distance_m, largest_normal_deg : float
+        dr and the angle threshold of Eq. 4.24.
+
+    Returns
+    -------
+    Alignment
+
+    Raises
+    ------
+    ValueError
+        If too little of the cloud lies near the template.
+    """
+    points, normals = cloud
+    pose = initial_pose(
+        template,
+        points,
+        plane,
+        support_normal=np.array(support["plane_normal"], dtype=float),
+        support_point_m=np.array(support["plane_point_m"], dtype=float),
+        point_m=np.asarray(point_m, dtype=float),
+        touched_m=tips_m[contact_frame] - indenter_radius_m * plane[:3],
+    )
+    pose = align_rigidly(
+        template,
+        points,
+        normals,
+        pose,
+        largest_distance_m=largest_distance_m,
+        largest_normal_deg=largest_normal_deg,
+    )
+    closest = ClosestPoints(template.vertices_m, template.faces)
+    contact = closest(to_object(pose, tips_m[contact_frame : contact_frame + 1]))[0][0]
+    residual = _residual(closest, to_object(pose, points), contact)
+    return Alignment(pose, contact, contact_frame, residual)
+
+
+def thickness_along(template: Template, point_m: NDArray, direction: NDArray) -> float:
+    """Length of a ray through the template, from a point of its surface to where it leaves [m].
+
+    Parameters
+    ----------
+    template : Template
+    point_m : (3,) array
+        Point of the surface, object frame [m].
+    direction : (3,) array
+        Into the object, of any length.
+
+    Raises
+    ------
+    ValueError
+        If the ray does not pass through the object.
+    """
+    mesh = trimesh.Trimesh(template.vertices_m, template.faces, process=False)
+    step = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    hits, _, _ = mesh.ray.intersects_location([point_m - OUTSIDE_M * step], [step])
+    along = np.sort((hits - point_m) @ step) if len(hits) else np.zeros(0)
+    inside = along[along > OUTSIDE_M]
+    if not len(inside):
+        raise ValueError("direction: expected a ray through the template, found one that misses it")
+    return float(inside[0])
+
+
+def save_alignment(path: str | Path, alignment: Alignment) -> None:
+    """Write alignment.json, with the contact point in the camera frame beside it."""
+    pose, contact = alignment.camera_from_object, alignment.contact_point_m
+    content = {
+        "camera_from_object": pose.tolist(),
+        "contact_point_m": contact.tolist(),
+        "camera_contact_point_m": to_camera(pose, contact).tolist(),
+        "contact_frame": alignment.contact_frame,
+        "residual": asdict(alignment.residual),
+    }
+    Path(path).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+
+
+def load_alignment(path: str | Path) -> Alignment:
+    """Read alignment.json."""
+    content = json.loads(Path(path).read_text(encoding="utf-8"))
+    return Alignment(
+        np.array(content["camera_from_object"]),
+        np.array(content["contact_point_m"]),
+        int(content["contact_frame"]),
+        AlignmentResidual(**content["residual"]),
+    )
+
+
+def _residual(closest: ClosestPoints, cloud: NDArray, contact: NDArray) -> AlignmentResidual:
+    signed = closest.signed_distance(cloud)
+    near = np.linalg.norm(cloud - contact, axis=1) < NEIGHBOURHOOD_M
+    local = signed[near] if near.any() else signed
+    return AlignmentResidual(
+        rms_m=float(np.sqrt(np.mean(signed**2))),
+        median_m=float(np.median(np.abs(signed))),
+        contact_mean_m=float(local.mean()),
+        contact_rms_m=float(np.sqrt(np.mean(local**2))),
+        contact_points=int(near.sum()),
+    )
