@@ -1,25 +1,4 @@
-# Chapters 3 and 5.1: from depth, force and tracked surface to E* and to (E, nu).
-rule hertz:
-    input:
-        tracked=of_capture("tracked.npz"),
-        pose=of_capture("probe_pose.csv"),
-        force=of_capture("force.csv"),
-    output:
-        fit=of_capture("hertz.json"),
-    log:
-        results("logs/hertz/{object}-{sensor}-{capture}.log"),
-    benchmark:
-        results("benchmarks/hertz/{object}-{sensor}-{capture}.tsv")
-    params:
-        code=code("hertz"),
-        probe=probe_spec,
-        options=config["hertz"],
-    message:
-        "Hertz fit of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
-    script:
-        "../scripts/hertz.py"
-
-
+# Chapter 3: from force and tracked surface to (E, nu).
 rule minimise:
     input:
         object=raw("{object}/object.yaml"),

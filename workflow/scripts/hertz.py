@@ -6,33 +6,86 @@ from dataclasses import asdict
 import numpy as np
 from job import run
 from palpate.capture.files import whole_file
+from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
-from palpate.estimate.hertz import check_contact, fit_free_contact, fit_study, hertz_range
-from palpate.surface.distance import ClosestPoints
-from palpate.surface.track import load_tracked
+from palpate.estimate.hertz import RESIDUALS, fit_free_contact, fit_study
+from palpate.estimate.hertz_laws import contact_law
+from palpate.estimate.hertz_models import Press, fit_models, recommended
+from palpate.estimate.hertz_range import check_contact, hertz_range, indentation_depth
+from palpate.surface.alignment import load_alignment, thickness_along
+from palpate.surface.template import read_template
 from palpate.vision.force import FORCE
-from palpate.vision.probe import TIP
+from palpate.vision.probe import ALONG_STD, TIP
 
 
 def main(snakemake):
     """Write hertz.json."""
-    radius = snakemake.params.probe["indenter"]["radius_m"]
-    tracked = load_tracked(snakemake.input.tracked)
-    tips = read_table(snakemake.input.pose)[TIP].to_numpy(float)
-    force = np.linalg.norm(read_table(snakemake.input.force)[FORCE], axis=1)
-    depth = radius - ClosestPoints(tracked.rest_m, tracked.faces).signed_distance(tips)
-    chosen = hertz_range(force, **snakemake.params.options)
-    check_contact(depth, chosen.start)
-    used = slice(chosen.start, chosen.stop + 1)
+    options = snakemake.params.options
+    press, stop, samples = read_press(snakemake)
+    law = contact_law(
+        "parabola", "half_space", radius_m=press.radius_m, thickness_m=press.thickness_m, nu=0.0
+    )
+    fitted = {"baseline": options["baseline"], "residual": options["residual"]}
+    models = fit_models(
+        press, nu=options["assumed_poisson_ratio"], series=options["layer_series"], **fitted
+    )
+    used = slice(press.onset, None)
+    depth, force = press.depth_m[used], press.force_n[used]
     result = {
-        "radius_m": radius,
-        "range": {"first_frame": chosen.start, "last_frame": chosen.stop},
-        "samples": {"depth_m": depth.tolist(), "force_n": force.tolist()},
-        "study": asdict(fit_study(depth[used], force[used], radius)),
-        "free_contact": asdict(fit_free_contact(depth[: used.stop], force[: used.stop], radius)),
+        "radius_m": press.radius_m,
+        "thickness_m": press.thickness_m,
+        "depth_std_m": press.depth_std_m,
+        "depth_over_radius": press.depth_over_radius,
+        "chi": press.chi,
+        "range": {"first_frame": press.onset, "last_frame": stop},
+        "samples": samples,
+        "study": asdict(fit_study(depth, force, press.radius_m)),
+        "free_contact": asdict(fit_free_contact(press.depth_m, press.force_n, law, **fitted)),
+        "residuals": by_residual(depth, force, law),
+        "assumed_poisson_ratio": options["assumed_poisson_ratio"],
+        "layer_series": options["layer_series"],
+        "models": models,
+        "recommended": recommended(press, models),
     }
     with whole_file(snakemake.output.fit) as part:
         part.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+
+
+def read_press(snakemake):
+    """Read the samples, where they begin and end, and what they rest on."""
+    inputs, radius = snakemake.input, snakemake.params.probe["indenter"]["radius_m"]
+    poses = read_table(inputs.pose)
+    tips = poses[TIP].to_numpy(float)
+    force = np.linalg.norm(read_table(inputs.force)[FORCE], axis=1)
+    unit = load_yaml(inputs.object)["template"]["unit"]
+    template, alignment = (
+        read_template(inputs.template, unit=unit),
+        load_alignment(inputs.alignment),
+    )
+    depth = indentation_depth(template, alignment, tips, radius_m=radius)
+    chosen = hertz_range(force, onset_force_n=snakemake.params.options["onset_force_n"])
+    check_contact(depth, chosen.start)
+    used = slice(0, chosen.stop + 1)
+    moved = tips[chosen.stop] - tips[chosen.start - 1]
+    direction = alignment.camera_from_object[:3, :3].T @ moved
+    press = Press(
+        depth_m=depth[used],
+        force_n=force[used],
+        onset=chosen.start,
+        radius_m=radius,
+        thickness_m=thickness_along(template, alignment.contact_point_m, direction),
+        depth_std_m=float(
+            np.hypot(np.nanmedian(poses[ALONG_STD]), alignment.residual.contact_mean_m)
+        ),
+    )
+    return press, chosen.stop, {"depth_m": depth.tolist(), "force_n": force.tolist()}
+
+
+def by_residual(depth, force, law):
+    """Fit the samples in range with each choice of what is compared; it alone can move E*."""
+    if len(force) <= 2:
+        return {}
+    return {name: asdict(fit_free_contact(depth, force, law, residual=name)) for name in RESIDUALS}
 
 
 run(main, snakemake)

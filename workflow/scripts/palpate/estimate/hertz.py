@@ -1,26 +1,24 @@
-"""Hertz's contact of a rigid sphere and a half-space (Section 5.1)."""
+"""Fits of the reduced modulus to a press (Section 5.1)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares, minimize
+from scipy.optimize import OptimizeResult, least_squares, minimize
+from scipy.stats import norm as normal
 from scipy.stats import t as student
+
+from palpate.estimate.hertz_laws import parabola_force
 
 CONFIDENCE = 0.95
 TOLERANCE = 1e-10
+# Forces are compared as they are, or to this power, which makes Eq. 5.1 a straight line.
+RESIDUALS = {"force": 1.0, "force_two_thirds": 2 / 3}
+# Any more would leave a press no sample at all.
+LARGEST_AUTOCORRELATION = 0.9
 
-
-# How far from the surface a press may begin: tracking, frame rate and clocks leave a few mm [m].
-FARTHEST_ONSET_M = 0.005
-
-
-@dataclass(frozen=True)
-class HertzRange:
-    """Samples used for the fit: from the onset of force to the end of deformation, inclusive."""
-
-    start: int
-    stop: int
+Law = Callable[[NDArray], NDArray]
 
 
 @dataclass(frozen=True)
@@ -40,6 +38,29 @@ class StudyFit:
 
 
 @dataclass(frozen=True)
+class KnownContactFit:
+    """Fit of E* alone, with its interval.
+
+    Attributes
+    ----------
+    reduced_modulus_pa, reduced_modulus_std_pa : float
+        E* and its standard error, of scatter and of the depth's common error [Pa].
+    reduced_modulus_interval_pa : (float, float)
+        Confidence interval of 95 % [Pa].
+    effective_samples : float
+        Number of independent residuals that the serial correlation leaves.
+    rms_n : float
+        Root mean square of the force residual [N].
+    """
+
+    reduced_modulus_pa: float
+    reduced_modulus_std_pa: float
+    reduced_modulus_interval_pa: tuple[float, float]
+    effective_samples: float
+    rms_n: float
+
+
+@dataclass(frozen=True)
 class ContactFit:
     """Fit with the contact point free.
 
@@ -48,9 +69,14 @@ class ContactFit:
     reduced_modulus_pa, reduced_modulus_std_pa : float
         E* and its standard error [Pa].
     reduced_modulus_interval_pa : (float, float)
-        Confidence interval of 95 % [Pa], for independent residuals of equal variance.
+        Confidence interval of 95 % [Pa], of scatter alone; its width allows for the lag-1
+        autocorrelation of the residuals.
     contact_depth_m, contact_depth_std_m : float
         Depth at which contact begins [m].
+    contact_correlation : float
+        Correlation of E* and of the depth at which contact begins.
+    effective_samples : float
+        Number of independent residuals that the serial correlation leaves.
     baseline_n : float
         Constant force before contact [N].
     rms_n : float
@@ -62,67 +88,15 @@ class ContactFit:
     reduced_modulus_interval_pa: tuple[float, float]
     contact_depth_m: float
     contact_depth_std_m: float
+    contact_correlation: float
+    effective_samples: float
     baseline_n: float
     rms_n: float
 
 
 def hertz_force(depth_m: NDArray, E_star: float, radius_m: float) -> NDArray:
     """Force of Eq. 5.1, F = 4/3 E* R^(1/2) u^(3/2), zero before contact [N]."""
-    return 4 / 3 * E_star * np.sqrt(radius_m) * np.maximum(depth_m, 0) ** 1.5
-
-
-def force_onset(force_n: NDArray, *, onset_force_n: float) -> int:
-    """First sample of the loading from which the force stays above a threshold.
-
-    Parameters
-    ----------
-    force_n : (n,) array
-        Magnitude of the force [N].
-    onset_force_n : float
-        Smallest force that counts as contact [N].
-
-    Raises
-    ------
-    ValueError
-        If the force never exceeds the threshold, or does so from the first sample.
-    """
-    peak = int(np.argmax(force_n))
-    if force_n[peak] <= onset_force_n:
-        found = f"{force_n[peak]:.3g}"
-        raise ValueError(f"force: expected above {onset_force_n:g} N, found at most {found} N")
-    below = np.flatnonzero(force_n[:peak] <= onset_force_n)
-    if not len(below):
-        raise ValueError("force: expected samples before contact, found contact from the first")
-    return int(below[-1]) + 1
-
-
-def hertz_range(force_n: NDArray, *, onset_force_n: float) -> HertzRange:
-    """Samples from the onset of force to where it starts to fall (Section 5.1)."""
-    return HertzRange(force_onset(force_n, onset_force_n=onset_force_n), int(np.argmax(force_n)))
-
-
-def check_contact(depth_m: NDArray, onset: int) -> None:
-    """Refuse a press whose force begins elsewhere than at the surface.
-
-    Parameters
-    ----------
-    depth_m : (n,) array
-        Depth of the sphere's lowest point below the undeformed surface in each frame [m].
-    onset : int
-        First frame with force.
-
-    Raises
-    ------
-    ValueError
-        If the tip is then more than 5 mm from the surface.
-    """
-    if abs(depth_m[onset]) > FARTHEST_ONSET_M:
-        place = "below" if depth_m[onset] > 0 else "above"
-        raise ValueError(
-            f"depth: expected the tip within {FARTHEST_ONSET_M * 1e3:g} mm of the surface when the"
-            f" force begins, found it {abs(depth_m[onset]) * 1e3:.1f} mm {place} in frame {onset}"
-            " (square_m and transforms of the probe, optics, clocks?)"
-        )
+    return E_star * parabola_force(depth_m, radius_m)
 
 
 def fit_study(depth_m: NDArray, force_n: NDArray, radius_m: float) -> StudyFit:
@@ -139,9 +113,7 @@ def fit_study(depth_m: NDArray, force_n: NDArray, radius_m: float) -> StudyFit:
     ValueError
         If there are fewer than two samples in contact.
     """
-    if (depth_m > 0).sum() < 2:
-        found = int((depth_m > 0).sum())
-        raise ValueError(f"depth: expected at least 2 samples in contact, found {found}")
+    _check_in_contact(depth_m)
     unit = hertz_force(depth_m, 1.0, radius_m)
     start = float(unit @ force_n / (unit @ unit))
     scale = float(force_n @ force_n)
@@ -156,47 +128,137 @@ def fit_study(depth_m: NDArray, force_n: NDArray, radius_m: float) -> StudyFit:
     return StudyFit(E_star, _rms(E_star * unit - force_n))
 
 
+def fit_known_contact(
+    depth_m: NDArray, force_n: NDArray, law: Law, *, depth_std_m: float
+) -> KnownContactFit:
+    """Fit E* by least squares, contact point taken as known.
+
+    Parameters
+    ----------
+    depth_m, force_n : (n,) arrays
+        Depth below the undeformed surface [m] and force [N] of the samples in range.
+    law : callable
+        Force per reduced modulus over depth (`contact_law`).
+    depth_std_m : float
+        Standard deviation of an error that all depths share [m].
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two samples in contact.
+    """
+    _check_in_contact(depth_m)
+
+    def modulus(shift_m: float) -> float:
+        unit = law(depth_m + shift_m)
+        return float(unit @ force_n / (unit @ unit))
+
+    E_star, unit = modulus(0.0), law(depth_m)
+    residual = E_star * unit - force_n
+    count = effective_samples(residual)
+    scatter = np.sqrt(residual @ residual / (len(residual) - 1) / (unit @ unit))
+    scatter *= np.sqrt(len(residual) / count)
+    # A shift that would lift the press out of the object tells no slope.
+    shift = min(depth_std_m, 0.1 * float(depth_m.max()))
+    slope = (modulus(shift) - modulus(-shift)) / (2 * shift) if shift > 0 else 0.0
+    std = float(np.hypot(scatter, slope * depth_std_m))
+    level = (1 + CONFIDENCE) / 2
+    of_scatter = student.ppf(level, len(residual) - 1) * scatter
+    width = float(np.hypot(of_scatter, normal.ppf(level) * slope * depth_std_m)) / E_star
+    interval = (E_star * float(np.exp(-width)), E_star * float(np.exp(width)))
+    return KnownContactFit(E_star, std, interval, count, _rms(residual))
+
+
 def fit_free_contact(
-    depth_m: NDArray, force_n: NDArray, radius_m: float, *, baseline: bool = False
+    depth_m: NDArray,
+    force_n: NDArray,
+    law: Law,
+    *,
+    baseline: bool = False,
+    residual: str = "force",
 ) -> ContactFit:
     """Fit E* and the depth of first contact by least squares.
 
-    Assumes Eq. 5.1 and independent residuals of equal variance.
+    Assumes residuals of equal variance whose correlation falls off as a first-order process.
 
     Parameters
     ----------
     depth_m, force_n : (n,) arrays
         Depth along the approach [m] and force [N]; samples before contact help.
-    radius_m : float
+    law : callable
+        Force per reduced modulus over depth (`contact_law`).
     baseline : bool
         Fit a constant force too.
+    residual : {"force", "force_two_thirds"}
+        What of the force is compared: itself, or its power 2/3, in which Eq. 5.1 is straight.
 
     Raises
     ------
     ValueError
-        If there are no more samples than parameters.
+        If there are no more samples than parameters, or the residual is none of these.
     """
     count = 3 if baseline else 2
     if len(force_n) <= count:
         raise ValueError(f"samples: expected more than {count}, found {len(force_n)}")
+    if residual not in RESIDUALS:
+        raise ValueError(f"residual: expected one of {', '.join(RESIDUALS)}, found {residual}")
     length, force_scale = float(np.ptp(depth_m)), float(np.ptp(force_n))
-    modulus = force_scale / float(hertz_force(np.array(length), 1.0, radius_m))
+    modulus = force_scale / float(law(np.array(length)))
 
-    def residual(x: NDArray) -> NDArray:
-        shifted = depth_m - x[1] * length
-        level = x[2] * force_scale if baseline else 0.0
-        force = hertz_force(shifted, np.exp(x[0]) * modulus, radius_m) + level
-        return (force - force_n) / force_scale
+    def force(x: NDArray) -> NDArray:
+        level = x[2] if baseline else 0.0
+        return np.exp(x[0]) * modulus * law(depth_m - x[1] * length) / force_scale + level
 
-    starts = [np.r_[0.0, place, [0.0] * baseline] for place in _contact_guesses(depth_m, force_n)]
+    best = _least(force, force_n / force_scale, RESIDUALS[residual], baseline, depth_m)
+    return _contact_fit(best, force(best.x) * force_scale - force_n, modulus, length, force_scale)
+
+
+def effective_samples(residual: NDArray) -> float:
+    """Number of independent samples with as much to say as serially correlated ones.
+
+    n (1 - r)/(1 + r) for a first-order process of lag-1 autocorrelation r, whose estimate falls
+    short by (1 + 4 r)/n in a short series (Marriott and Pope, Biometrika 41, 1954, 390). Negative
+    autocorrelation is taken for none.
+    """
+    centred, n = residual - residual.mean(), len(residual)
+    power = float(centred @ centred)
+    lag = float(centred[1:] @ centred[:-1]) / power if power > 0 else 0.0
+    lag = float(np.clip(lag + (1 + 4 * lag) / n, 0, LARGEST_AUTOCORRELATION))
+    return n * (1 - lag) / (1 + lag)
+
+
+def _least(
+    force: Law, measured: NDArray, power: float, baseline: bool, depth_m: NDArray
+) -> OptimizeResult:
+    """Least squares of powers of the force, from several places of first contact."""
+    wanted = _power(measured, power)
     fits = [
-        least_squares(residual, start, x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14)
-        for start in starts
+        least_squares(
+            lambda x: _power(force(x), power) - wanted,
+            np.r_[0.0, place, [0.0] * baseline],
+            x_scale="jac",
+            xtol=1e-14,
+            ftol=1e-14,
+            gtol=1e-14,
+        )
+        for place in _contact_guesses(depth_m, measured)
     ]
-    best = min(fits, key=lambda fit: fit.cost)
+    return min(fits, key=lambda fit: fit.cost)
+
+
+def _contact_fit(
+    best: OptimizeResult, left: NDArray, modulus: float, length: float, force_scale: float
+) -> ContactFit:
+    """What a fit in (log E*, contact, baseline), each in its own unit, comes to."""
+    count = effective_samples(best.fun)
+    freedom = len(best.fun) - len(best.x)
+    covariance = np.linalg.pinv(best.jac.T @ best.jac) * (best.fun @ best.fun) / freedom
+    covariance *= len(best.fun) / count
+    std = np.sqrt(np.diag(covariance))
+    width = student.ppf((1 + CONFIDENCE) / 2, freedom) * std[0]
     E_star = float(np.exp(best.x[0])) * modulus
-    std = _standard_errors(best.jac, best.fun)
-    width = student.ppf((1 + CONFIDENCE) / 2, len(force_n) - count) * std[0]
+    # Exact data leave no residual, and then no correlation.
+    product = float(std[0] * std[1])
     return ContactFit(
         reduced_modulus_pa=E_star,
         reduced_modulus_std_pa=E_star * float(std[0]),
@@ -206,23 +268,30 @@ def fit_free_contact(
         ),
         contact_depth_m=float(best.x[1]) * length,
         contact_depth_std_m=float(std[1]) * length,
-        baseline_n=float(best.x[2]) * force_scale if baseline else 0.0,
-        rms_n=_rms(best.fun) * force_scale,
+        contact_correlation=float(covariance[0, 1]) / product if product > 0 else 0.0,
+        effective_samples=count,
+        baseline_n=float(best.x[2]) * force_scale if len(best.x) > 2 else 0.0,
+        rms_n=_rms(left),
     )
 
 
-def _contact_guesses(depth_m: NDArray, force_n: NDArray) -> list[float]:
+def _check_in_contact(depth_m: NDArray) -> None:
+    found = int((depth_m > 0).sum())
+    if found < 2:
+        raise ValueError(f"depth: expected at least 2 samples in contact, found {found}")
+
+
+def _contact_guesses(depth_m: NDArray, force: NDArray) -> list[float]:
     """Places of first contact to start from, as parts of the depth's range."""
     length = np.ptp(depth_m)
-    risen = np.flatnonzero(force_n > force_n.min() + 0.05 * np.ptp(force_n))
+    risen = np.flatnonzero(force > force.min() + 0.05 * np.ptp(force))
     first = depth_m[risen[0]] if len(risen) else depth_m.min()
     return [(first - back * length) / length for back in (0.0, 0.1, 0.3)]
 
 
-def _standard_errors(jacobian: NDArray, residual: NDArray) -> NDArray:
-    freedom = len(residual) - jacobian.shape[1]
-    covariance = np.linalg.pinv(jacobian.T @ jacobian) * (residual @ residual) / freedom
-    return np.sqrt(np.diag(covariance))
+def _power(values: NDArray, exponent: float) -> NDArray:
+    """Signed power."""
+    return values if exponent == 1 else np.sign(values) * np.abs(values) ** exponent
 
 
 def _rms(residual: NDArray) -> float:

@@ -1,0 +1,194 @@
+"""Force over depth of a rigid sphere, per reduced modulus: shallow, deep, on a layer.
+
+Sources
+-------
+Eq. 5.1 of the study (Hertz). I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47: sphere of any depth.
+E. K. Dimitriadis et al., Biophys. J. 82 (2002) 2798: layer on a rigid base. P. D. Garcia and
+R. Garcia, Biophys. J. 114 (2018) 2923: consistent series of the same at nu 0.5.
+"""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import quad
+
+INDENTERS = ("parabola", "sneddon")
+SUPPORTS = ("half_space", "bonded", "not_bonded")
+# Above this the series of a layer is no better than its own last terms (see `layer_factor`).
+LARGEST_CHI = 0.6
+# Beyond it the kernel's transform differs from the half-space's by less than 1e-20.
+TRANSFORM_END = 30.0
+NEWTON_STEPS = 60
+CONVERGED = 1e-15
+
+
+def parabola_force(depth_m: NDArray, radius_m: float) -> NDArray:
+    """Eq. 5.1 at E* = 1, F = 4/3 R^(1/2) d^(3/2), zero before contact, (n,) [N/Pa]."""
+    return 4 / 3 * np.sqrt(radius_m) * np.maximum(depth_m, 0) ** 1.5
+
+
+def sneddon_force(depth_m: NDArray, radius_m: float) -> NDArray:
+    """Sneddon's sphere at E* = 1, zero before contact, (n,) [N/Pa].
+
+    F = (a^2 + R^2)/2 ln((R + a)/(R - a)) - a R and d = a/2 ln((R + a)/(R - a)); with
+    a = R tanh t the depth is d = R t tanh t. Small strain is assumed, frictionless contact, and
+    depth may exceed the radius.
+    """
+    d = np.maximum(np.asarray(depth_m, dtype=float), 0) / radius_m
+    t = np.sqrt(d) + d
+    for _ in range(NEWTON_STEPS):
+        tanh = np.tanh(t)
+        slope = tanh + t * (1 - tanh**2)
+        step = np.divide(t * tanh - d, slope, out=np.zeros_like(t), where=slope > 0)
+        t = t - step
+        if np.all(np.abs(step) <= CONVERGED * t):
+            break
+    return radius_m**2 * ((np.tanh(t) ** 2 + 1) * t - np.tanh(t))
+
+
+def layer_factor(chi: NDArray, nu: float, support: str) -> NDArray:
+    """Force on a layer over that on a half-space, for a paraboloid.
+
+    The layer's rigid base adds to a point force's P/(pi E* r) the displacement
+    P/(pi E* h) (alpha + beta (r/h)^2): a shift of the surface and a change of its curvature, so
+    that the contact stays Hertz's. Expanded in chi = sqrt(R d)/h to the fourth power. Dimitriadis'
+    printed series (`printed_layer_factor`) has the same first term; its second comes out a seventh
+    smaller, and its "not bonded" alpha depends on nu, which that of a layer on a smooth base
+    does not.
+
+    Against axisymmetric finite elements with unilateral contact (tests/estimate), at nu 0.3, 0.45
+    and 0.495: within 0.3 % from chi 0.2 to 0.3, 0.5 % at 0.4 and 3.5 % at 0.6. The printed series
+    is off by up to 3 % at chi 0.2, 6 % at 0.4 and 11 % at 0.6.
+
+    Parameters
+    ----------
+    chi : array
+        sqrt(R d)/h.
+    nu : float
+        Poisson's ratio.
+    support : {"half_space", "bonded", "not_bonded"}
+
+    Returns
+    -------
+    array
+        Of chi's shape, without unit.
+
+    Raises
+    ------
+    ValueError
+        If the support is none of these, or nu is no Poisson's ratio from 0 to 0.5.
+    """
+    if support == "half_space":
+        return np.ones_like(chi)
+    alpha, beta = layer_moments(nu, support)
+    c, b = -4 * alpha / (3 * np.pi), 8 * beta / (3 * np.pi)
+    # Lagrange's inversion of f = (1 + c chi f)^(3/2), and what the curvature adds.
+    series = (1, 3 / 2 * c, 21 / 8 * c**2, 5 * c**3 - 4 / 5 * b, 1287 / 128 * c**4 - 18 / 5 * b * c)
+    return np.polynomial.polynomial.polyval(chi, series)
+
+
+@cache
+def layer_moments(nu: float, support: str) -> tuple[float, float]:
+    """Shift alpha and curvature beta that a rigid base gives a layer's surface.
+
+    Moments of 1 - L(s), where L is the Hankel transform of the layer's normal compliance over the
+    half-space's (K. L. Johnson, Contact Mechanics, 5.8): alpha = -int (1 - L) ds,
+    beta = int (1 - L) s^2/4 ds.
+
+    Raises
+    ------
+    ValueError
+        If the support is no layer's, or nu is no Poisson's ratio from 0 to 0.5.
+    """
+    _check_layer(nu, support)
+    deficit = _bonded_deficit if support == "bonded" else _smooth_deficit
+    alpha = -quad(lambda s: deficit(s, nu), 0, TRANSFORM_END, epsabs=1e-12)[0]
+    beta = quad(lambda s: deficit(s, nu) * s**2 / 4, 0, TRANSFORM_END, epsabs=1e-12)[0]
+    return alpha, beta
+
+
+def printed_layer_factor(chi: NDArray, nu: float, support: str) -> NDArray:
+    """Dimitriadis' series as printed, for comparison (their Eq. 7 to 12).
+
+    Its last term has the opposite sign of the printed numbers at nu 0.5, bonded (0.0975).
+    """
+    if support == "half_space":
+        return np.ones_like(chi)
+    _check_layer(nu, support)
+    if support == "bonded":
+        a = -(1.2876 - 1.4678 * nu + 1.3442 * nu**2) / (1 - nu)
+        b = (0.6387 - 1.0277 * nu + 1.5164 * nu**2) / (1 - nu)
+    else:
+        a, b = -0.347 * (3 - 2 * nu) / (1 - nu), 0.056 * (5 - 2 * nu) / (1 - nu)
+    third = -8 / np.pi**3 * (a**3 + 4 * np.pi**2 * b / 15)
+    fourth = 16 * a / np.pi**4 * (a**3 + 3 * np.pi**2 * b / 5)
+    series = (1, -2 * a / np.pi, 4 * a**2 / np.pi**2, third, fourth)
+    return np.polynomial.polynomial.polyval(chi, series)
+
+
+def contact_law(
+    indenter: str,
+    support: str,
+    *,
+    radius_m: float,
+    thickness_m: float,
+    nu: float,
+    series: str = "consistent",
+) -> Callable[[NDArray], NDArray]:
+    """Force over depth at E* = 1 of one model.
+
+    The layer's factor is a paraboloid's; that of Sneddon's sphere is taken to be the same.
+
+    Parameters
+    ----------
+    indenter : {"parabola", "sneddon"}
+    support : {"half_space", "bonded", "not_bonded"}
+    radius_m, thickness_m : float
+    nu : float
+        Poisson's ratio; the half-space does not need it.
+    series : {"consistent", "printed"}
+        `layer_factor` or `printed_layer_factor`.
+
+    Returns
+    -------
+    callable
+        Takes depths (n,) [m], gives forces per reduced modulus (n,) [N/Pa].
+
+    Raises
+    ------
+    ValueError
+        If the indenter or the series is none of these.
+    """
+    if indenter not in INDENTERS:
+        raise ValueError(f"indenter: expected one of {', '.join(INDENTERS)}, found {indenter}")
+    if series not in ("consistent", "printed"):
+        raise ValueError(f"series: expected consistent or printed, found {series}")
+    factor = layer_factor if series == "consistent" else printed_layer_factor
+    force = parabola_force if indenter == "parabola" else sneddon_force
+
+    def law(depth_m: NDArray) -> NDArray:
+        chi = np.sqrt(radius_m * np.maximum(depth_m, 0)) / thickness_m
+        return force(depth_m, radius_m) * factor(chi, nu, support)
+
+    return law
+
+
+def _check_layer(nu: float, support: str) -> None:
+    if support not in SUPPORTS[1:]:
+        raise ValueError(f"support: expected one of {', '.join(SUPPORTS)}, found {support}")
+    if not 0 <= nu <= 0.5:
+        raise ValueError(f"nu: expected a Poisson's ratio from 0 to 0.5, found {nu:g}")
+
+
+def _bonded_deficit(s: float, nu: float) -> float:
+    kappa = 3 - 4 * nu
+    bottom = 2 * kappa * np.cosh(2 * s) + 1 + kappa**2 + 4 * s**2
+    return 1 - (2 * kappa * np.sinh(2 * s) - 4 * s) / bottom
+
+
+def _smooth_deficit(s: float, _nu: float) -> float:
+    if s == 0:
+        return 1.0
+    return 1 - (np.cosh(2 * s) - 1) / (np.sinh(2 * s) + 2 * s)
