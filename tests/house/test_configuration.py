@@ -29,16 +29,29 @@ def drop(root, home, name="foam_block"):
 def test_the_lab_alone(home):
     house = opened(home)
     assert len(house.simulated) == 55
-    # Of the lab's recordings the study takes those that it names.
-    assert {(c.object, c.capture) for c in house.captures} == {
-        ("foam_block", point) for point in ("08", "16", "17")
-    }
+    # Of the lab's recordings the study takes those that it names, and tracks fewer still.
+    assert {c.object for c in house.captures} == {"foam_block"}
+    assert len(house.captures) == 18 + 18 + 16
+    assert len([c for c in house.captures if c.capture.startswith("11-a")]) == 16
+    assert [(c.sensor, c.capture) for c in house.minimised] == [
+        (sensor, point) for sensor in ("bumblebee", "kinect") for point in ("08", "16", "17")
+    ]
+    assert len(house.described()) == 52
+    assert len(house.described(simulated=True, minimised=True)) == 6
 
 
 def test_the_study_names_recordings_that_nobody_makes(home):
     study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
     study["captures"]["foam_block"]["kinect"] = ["08", "19"]
     said = r"study.captures.foam_block.kinect: expected recordings of the lab, found 19"
+    with pytest.raises(ValueError, match=said):
+        opened(home, study=study)
+
+
+def test_the_study_minimises_what_it_does_not_use(home):
+    study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
+    study["captures"]["foam_block"]["kinect"] = ["08", "16"]
+    said = r"study.minimised.foam_block.kinect: expected some of study.captures, found 17"
     with pytest.raises(ValueError, match=said):
         opened(home, study=study)
 
@@ -122,6 +135,7 @@ def test_a_recorded_object_is_kept(root, home):
     house = opened(home)
     assert not {c for c in house.simulated if c.object == "foam_block"}
     assert len(house.captures) == 2
+    assert house.minimised == house.captures
 
 
 def test_only_one_object_is_checked_when_only_it_is_wanted(root, home):

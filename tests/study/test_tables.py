@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.study import figures, style, tables
+from palpate.study import figures, hertz_tables, style, tables
 
 CAPTURES = [
     {"object": "foam_block", "sensor": s, "capture": c, "point": c[:2], "provenance": p}
@@ -15,6 +15,16 @@ CAPTURES = [
 ]
 
 
+def model(indenter, contact, modulus):
+    return {
+        "indenter": indenter,
+        "support": "half_space",
+        "contact": contact,
+        "reduced_modulus_pa": modulus,
+        "reduced_modulus_interval_pa": [modulus - 500, modulus + 500],
+    }
+
+
 def fit(modulus):
     return {
         "radius_m": 0.00622,
@@ -24,6 +34,8 @@ def fit(modulus):
             "force_n": [0.0, 0.01, 0.1, 0.5, 1.0, 1.7, 1.6],
         },
         "study": {"reduced_modulus_pa": modulus, "rms_n": 0.02},
+        "models": [model("parabola", "known", modulus), model("sneddon", "free", modulus + 200)],
+        "recommended": model("sneddon", "free", modulus + 200),
         "free_contact": {
             "reduced_modulus_pa": modulus + 100,
             "reduced_modulus_interval_pa": [modulus - 1000, modulus + 1200],
@@ -49,7 +61,7 @@ def minimum(E, nu):
 
 @pytest.fixture
 def hertz():
-    return tables.hertz_table(CAPTURES, [fit(25000.4), fit(24000.0), fit(26000.0)])
+    return hertz_tables.hertz_table(CAPTURES, [fit(25000.4), fit(24000.0), fit(26000.0)])
 
 
 @pytest.fixture
@@ -60,12 +72,12 @@ def minima():
 
 def test_table_5_2(hertz, root):
     published = pd.read_csv(root / "config/published/table_5_2.csv")
-    table = tables.rounded(tables.table_5_2(hertz, published, block="foam_block"))
+    table = tables.rounded(hertz_tables.table_5_2(hertz, published, block="foam_block"))
     assert table["sensor"].tolist() == ["bumblebee", "kinect"]
     assert table["published_reduced_modulus_pa"].tolist() == [31100, 35500]
     assert table["reduced_modulus_pa"].tolist() == [26000, 25000]
     assert table[["row", "column"]].iloc[0].tolist() == [2, 3]
-    assert tables.table_5_2(hertz, published, block="another").empty
+    assert hertz_tables.table_5_2(hertz, published, block="another").empty
 
 
 def test_table_5_3(minima, root):
@@ -78,13 +90,19 @@ def test_table_5_3(minima, root):
 
 def test_summary_has_a_row_for_each_method(hertz, minima):
     summary = tables.summary(hertz, minima)
-    assert len(summary) == 3 * len(CAPTURES)
-    assert summary.groupby("capture").size().to_dict() == {"08": 6, "11-a03": 3}
+    assert len(summary) == 4 * len(CAPTURES)
+    assert summary.groupby("capture").size().to_dict() == {"08": 8, "11-a03": 4}
+
+
+def test_summary_of_a_run_that_minimises_nothing(hertz):
+    summary = tables.summary(hertz, tables.minimum_table(CAPTURES, {}))
+    assert set(summary["method"]) == {"hertz", "hertz_free_contact", "hertz_recommended"}
+    assert summary["youngs_modulus_pa"].isna().all()
 
 
 def test_what_is_written_says_what_is_simulated(hertz, tmp_path, root):
     published = pd.read_csv(root / "config/published/table_5_2.csv")
-    table = tables.rounded(tables.table_5_2(hertz, published, block="foam_block"))
+    table = tables.rounded(hertz_tables.table_5_2(hertz, published, block="foam_block"))
     for name in "ab":
         tables.write(table, tmp_path / f"{name}.csv", tmp_path / f"{name}.md", title="Table 5.2")
     text = (tmp_path / "a.md").read_text()

@@ -39,6 +39,8 @@ class House:
         The virtual lab's configuration; None where the run has only dropped captures.
     captures : tuple of CaptureId
         Captures that the run uses, dropped in or to be made by the lab, sorted.
+    minimised : tuple of CaptureId
+        Those of them whose surfaces are tracked and whose errors are minimised.
     simulated : frozenset of CaptureId
         All that the lab makes on demand.
     object_files : mapping
@@ -50,6 +52,7 @@ class House:
     probes: Mapping[str, Mapping]
     lab: Mapping | None
     captures: tuple[CaptureId, ...]
+    minimised: tuple[CaptureId, ...]
     simulated: frozenset[CaptureId]
     object_files: Mapping[str, Mapping]
 
@@ -86,15 +89,20 @@ class House:
         key = "scans" if "scans" in template else "file"
         return key, template[key]
 
-    def described(self, *, simulated: bool = False) -> list[dict[str, str]]:
+    def described(
+        self, *, simulated: bool = False, minimised: bool = False
+    ) -> list[dict[str, str]]:
         """Describe the captures of the run, as tables name them.
 
         Parameters
         ----------
         simulated : bool, optional
             True: just those that the lab makes.
+        minimised : bool, optional
+            True: just those whose errors are minimised.
         """
-        chosen = self.simulated_captures if simulated else self.captures
+        wanted = self.minimised if minimised else self.captures
+        chosen = [c for c in wanted if c in self.simulated] if simulated else wanted
         return [
             {
                 "object": c.object,
@@ -170,12 +178,14 @@ def open_house(config: Mapping, *, source: str) -> House:
         problems += dropped_experiments(Path(paths["raw"]) / "sensors", sensors, lab)
     problems += unknown_probe(config["experiments"]["probe"], probes, source)
     selection = config["study"]["captures"]
-    problems += _unknown_captures(selection, simulated, source)
+    problems += _unknown_captures(config["study"], simulated, source)
     wanted = sorted(
         capture
         for capture in found | simulated
         if chosen(capture.object) and (capture not in simulated or _selected(capture, selection))
     )
+    tracked = config["study"]["minimised"]
+    minimised = [c for c in wanted if c not in simulated or _selected(c, tracked)]
     problems += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
     if not wanted and not problems:
         problems.append(_nothing_found(paths, config["only"]))
@@ -183,7 +193,9 @@ def open_house(config: Mapping, *, source: str) -> House:
         raise ValueError("\n".join(problems))
     names = {capture.object for capture in wanted} - {capture.object for capture in simulated}
     files = {name: load_yaml(Path(paths["raw"]) / name / "object.yaml") for name in sorted(names)}
-    return House(paths, sensors, probes, lab, tuple(wanted), frozenset(simulated), files)
+    return House(
+        paths, sensors, probes, lab, tuple(wanted), tuple(minimised), frozenset(simulated), files
+    )
 
 
 def _selected(capture: CaptureId, selection: Mapping) -> bool:
@@ -192,16 +204,22 @@ def _selected(capture: CaptureId, selection: Mapping) -> bool:
     return chosen is None or capture.capture in chosen.get(capture.sensor, [])
 
 
-def _unknown_captures(selection: Mapping, simulated: set[CaptureId], source: str) -> list[str]:
-    """Captures of the lab's objects that the study names and nobody records."""
+def _unknown_captures(study: Mapping, simulated: set[CaptureId], source: str) -> list[str]:
+    """Captures of the lab's objects that the study names and nobody records or the run leaves."""
     names = {capture.object for capture in simulated}
+    used = {capture for capture in simulated if _selected(capture, study["captures"])}
+    allowed = {
+        "captures": (simulated, "recordings of the lab"),
+        "minimised": (used, "some of study.captures"),
+    }
     return [
-        f"{source}: study.captures.{name}.{sensor}: expected recordings of the lab, found {capture}"
-        for name, sensors in selection.items()
+        f"{source}: study.{part}.{name}.{sensor}: expected {words}, found {capture}"
+        for part, (known, words) in allowed.items()
+        for name, sensors in study[part].items()
         if name in names
         for sensor, captures in sensors.items()
         for capture in captures
-        if CaptureId(name, sensor, capture) not in simulated
+        if CaptureId(name, sensor, capture) not in known
     ]
 
 

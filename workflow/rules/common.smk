@@ -113,11 +113,20 @@ def kept_mesh(wildcards):
     return str(kept) if kept.is_file() else []
 
 
-def per_capture(pattern, **choices):
-    """Files of all captures of the run; choices multiply them."""
+def per_capture(pattern):
+    """Files of all captures of the run."""
+    return _expanded(pattern, HOUSE.captures)
+
+
+def per_minimised(pattern, **choices):
+    """Files of the captures whose errors are minimised; choices multiply them."""
+    return _expanded(pattern, HOUSE.minimised, **choices)
+
+
+def _expanded(pattern, captures, **choices):
     return [
         path
-        for capture in HOUSE.captures
+        for capture in captures
         for path in expand(
             pattern,
             object=capture.object,
@@ -128,11 +137,15 @@ def per_capture(pattern, **choices):
     ]
 
 
+# Figures that need no tracked surface, and so may show any capture.
+UNTRACKED_FIGURES = {"figure_5_2"}
+
+
 def shown(figure):
     """Captures that a figure shows: for each sensor the study's point, or else the first."""
     block = config["study"]["block"]
     wanted = config["study"]["figure_points"].get(figure)
-    every = HOUSE.described()
+    every = HOUSE.described(minimised=figure not in UNTRACKED_FIGURES)
     ours = [capture for capture in every if capture["object"] == block] or every
     chosen = []
     for sensor in sorted({capture["sensor"] for capture in ours}):
@@ -175,7 +188,7 @@ def fidelity_outputs():
 def diagrams():
     """Numbers of the diagrams of Section 4.2 that the study's block can be shown in."""
     block = config["study"]["block"]
-    if block not in {capture.object for capture in HOUSE.captures}:
+    if block not in {capture.object for capture in HOUSE.minimised}:
         return []
     grey = (
         HOUSE.sensors[shown("figure_4_11")[0]["sensor"]]["color"]["encoding"] == "mono8"
@@ -185,14 +198,13 @@ def diagrams():
 
 def study_outputs():
     """Tables, figures and summary of the run."""
-    tables = [f"{RESULTS}/tables/{name}.csv" for name in ("table_5_2", "table_5_3")]
-    figures = [
-        f"{RESULTS}/figures/{name}.png"
-        for name in ("figure_5_2", "figure_5_8", "figure_5_10", "tracked_surface")
-    ]
-    accuracy = (
-        [f"{RESULTS}/tables/pipeline_accuracy.csv"] if HOUSE.simulated_captures else []
-    )
+    tables, figures, accuracy = [], ["figure_5_2"], []
+    if HOUSE.minimised:
+        tables = [f"{RESULTS}/tables/table_5_3.csv"]
+        figures += ["figure_5_8", "figure_5_10", "tracked_surface"]
+    figures = [f"{RESULTS}/figures/{name}.png" for name in figures]
+    if HOUSE.described(simulated=True, minimised=True):
+        accuracy = [f"{RESULTS}/tables/pipeline_accuracy.csv"]
     checks = [*accuracy, *fidelity_outputs()]
     if config["only"] is None:
         checks += seeing_outputs()

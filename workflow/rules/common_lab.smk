@@ -80,10 +80,10 @@ def simulated_mesh(wildcards):
 
 
 def lab_truths():
-    """Truth of every capture that the lab makes."""
+    """Truth of every minimised capture that the lab makes."""
     return [
-        f"{LAB}/{c.object}/{c.sensor}/{c.capture}/truth.npz"
-        for c in HOUSE.simulated_captures
+        f"{LAB}/{c['object']}/{c['sensor']}/{c['capture']}/truth.npz"
+        for c in HOUSE.described(simulated=True, minimised=True)
     ]
 
 
@@ -96,7 +96,7 @@ def lab_materials():
 
 
 def simulated_results():
-    """What the accuracy tables compare with the truth."""
+    """What the accuracy table of every stage compares with the truth."""
     names = [
         "mask.npz",
         "probe_pose.csv",
@@ -107,11 +107,8 @@ def simulated_results():
         "hertz.json",
     ]
     names += [f"minimise-{error}.json" for error in config["error_options"]]
-    return [
-        f"{RESULTS}/{c.object}/{c.sensor}/{c.capture}/{name}"
-        for c in HOUSE.simulated_captures
-        for name in names
-    ]
+    captures = HOUSE.described(simulated=True, minimised=True)
+    return [path for name in names for path in files_of(captures, name)]
 
 
 def lab_outputs():

@@ -1,29 +1,7 @@
 # Tables and figures, beside the published values; accuracy against the lab's truth.
-rule table_5_2:
-    input:
-        fits=per_capture(of_capture("hertz.json")),
-        published=published("table_5_2"),
-    output:
-        csv=results("tables/table_5_2.csv"),
-        md=results("tables/table_5_2.md"),
-    log:
-        results("logs/table_5_2.log"),
-    benchmark:
-        results("benchmarks/table_5_2.tsv")
-    params:
-        code=code("table_5_2"),
-        captures=HOUSE.described(),
-        block=config["study"]["block"],
-    message:
-        "Table 5.2: reduced modulus of the block"
-    script:
-        "../scripts/table_5_2.py"
-
-
 rule table_5_3:
     input:
-        fits=per_capture(of_capture("hertz.json")),
-        results=per_capture(of_capture("minimise-{error}.json"), error=ERRORS),
+        results=per_minimised(of_capture("minimise-{error}.json"), error=ERRORS),
         published=published("table_5_3"),
     output:
         csv=results("tables/table_5_3.csv"),
@@ -34,7 +12,7 @@ rule table_5_3:
         results("benchmarks/table_5_3.tsv")
     params:
         code=code("table_5_3"),
-        captures=HOUSE.described(),
+        captures=HOUSE.described(minimised=True),
         errors=ERRORS,
         block=config["study"]["block"],
     message:
@@ -46,7 +24,7 @@ rule table_5_3:
 rule summary:
     input:
         fits=per_capture(of_capture("hertz.json")),
-        results=per_capture(of_capture("minimise-{error}.json"), error=ERRORS),
+        results=per_minimised(of_capture("minimise-{error}.json"), error=ERRORS),
     output:
         csv=results("summary.csv"),
     log:
@@ -56,6 +34,7 @@ rule summary:
     params:
         code=code("summary"),
         captures=HOUSE.described(),
+        minimised=HOUSE.described(minimised=True),
         errors=ERRORS,
     message:
         "Summary: every object, sensor, capture and method"
@@ -77,7 +56,7 @@ rule pipeline_accuracy:
         results("benchmarks/pipeline_accuracy.tsv")
     params:
         code=code("pipeline_accuracy"),
-        captures=HOUSE.described(simulated=True),
+        captures=HOUSE.described(simulated=True, minimised=True),
         errors=ERRORS,
     message:
         "Accuracy against the lab's truth"

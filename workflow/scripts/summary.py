@@ -2,16 +2,16 @@
 
 from job import run
 from palpate.capture.files import whole_file
-from palpate.study import tables
+from palpate.study import hertz_tables, tables
 from study_inputs import minima_by_key, read_all
 
 
 def main(snakemake):
     """Write summary.csv."""
     params = snakemake.params
-    hertz = tables.hertz_table(params.captures, read_all(snakemake.input.fits))
-    minima = minima_by_key(params.captures, params.errors, snakemake.input.results)
-    whole = tables.summary(hertz, tables.minimum_table(params.captures, minima))
+    hertz = hertz_tables.hertz_table(params.captures, read_all(snakemake.input.fits))
+    minima = minima_by_key(params.minimised, params.errors, snakemake.input.results)
+    whole = tables.summary(hertz, tables.minimum_table(params.minimised, minima))
     with whole_file(snakemake.output.csv) as part:
         tables.rounded(whole).to_csv(part, index=False, lineterminator="\n")
 

@@ -9,40 +9,6 @@ import pandas as pd
 CAPTURE = ["object", "sensor", "capture", "point"]
 SIMULATED_NOTE = "Rows marked simulated come from the virtual lab, not from recordings."
 PUBLISHED_NOTE = "Columns published_* are the study's printed values."
-ROWS_OF_BLOCK = 3
-
-
-def hertz_table(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> pd.DataFrame:
-    """Hertz fits of all captures, one row each.
-
-    Parameters
-    ----------
-    captures : sequence of mapping
-        ``object, sensor, capture, point, provenance`` of each capture.
-    fits : sequence of mapping
-        hertz.json of each capture.
-
-    Returns
-    -------
-    DataFrame
-        Reduced moduli [Pa] of the study's fit and of the fit with the contact point free, the
-        latter with its 95 % interval.
-    """
-    rows = []
-    for capture, fit in zip(captures, fits, strict=True):
-        free = fit["free_contact"]
-        low, high = free["reduced_modulus_interval_pa"]
-        rows.append(
-            {name: capture[name] for name in CAPTURE}
-            | {
-                "reduced_modulus_pa": fit["study"]["reduced_modulus_pa"],
-                "free_contact_reduced_modulus_pa": free["reduced_modulus_pa"],
-                "free_contact_low_pa": low,
-                "free_contact_high_pa": high,
-                "provenance": capture["provenance"],
-            }
-        )
-    return pd.DataFrame(rows)
 
 
 def minimum_table(
@@ -79,37 +45,6 @@ def minimum_table(
     return pd.DataFrame(rows)
 
 
-def table_5_2(hertz: pd.DataFrame, published: pd.DataFrame, *, block: str) -> pd.DataFrame:
-    """Reduced modulus at the block's points beside Table 5.2.
-
-    Parameters
-    ----------
-    hertz : DataFrame
-        Of `hertz_table`.
-    published : DataFrame
-        config/published/table_5_2.csv.
-    block : str
-        Name of the study's block; other objects have no row here.
-
-    Returns
-    -------
-    DataFrame
-        One row for each capture that is the only one of its point.
-    """
-    ours = hertz[(hertz["object"] == block) & (hertz["capture"] == hertz["point"])].copy()
-    ours["point"] = ours["point"].astype(int)
-    ours["row"] = (ours["point"] - 1) % ROWS_OF_BLOCK + 1
-    ours["column"] = (ours["point"] - 1) // ROWS_OF_BLOCK + 1
-    printed = published[["sensor", "point", "reduced_modulus_pa"]].rename(
-        columns={"reduced_modulus_pa": "published_reduced_modulus_pa"}
-    )
-    merged = ours.merge(printed, on=["sensor", "point"], how="left")
-    first = ["sensor", "point", "row", "column", "reduced_modulus_pa"]
-    last = ["published_reduced_modulus_pa", "provenance"]
-    middle = ["free_contact_reduced_modulus_pa", "free_contact_low_pa", "free_contact_high_pa"]
-    return merged.sort_values(["sensor", "point"])[first + middle + last].reset_index(drop=True)
-
-
 def table_5_3(minima: pd.DataFrame, published: pd.DataFrame, *, block: str) -> pd.DataFrame:
     """E, nu and E* of the block's points per error option, beside Table 5.3."""
     ours = minima[(minima["object"] == block) & (minima["capture"] == minima["point"])].copy()
@@ -130,13 +65,17 @@ def table_5_3(minima: pd.DataFrame, published: pd.DataFrame, *, block: str) -> p
 def summary(hertz: pd.DataFrame, minima: pd.DataFrame) -> pd.DataFrame:
     """One row for each object, sensor, capture and method."""
     study = hertz[[*CAPTURE, "reduced_modulus_pa", "provenance"]].assign(method="hertz")
-    free = hertz[[*CAPTURE, "provenance"]].assign(
-        method="hertz_free_contact",
-        reduced_modulus_pa=hertz["free_contact_reduced_modulus_pa"],
-        reduced_modulus_low_pa=hertz["free_contact_low_pa"],
-        reduced_modulus_high_pa=hertz["free_contact_high_pa"],
-    )
-    searched = minima.assign(method="minimise_" + minima["error"])
+    others = [
+        hertz[[*CAPTURE, "provenance"]].assign(
+            method=f"hertz_{name}",
+            reduced_modulus_pa=hertz[f"{name}_reduced_modulus_pa"],
+            reduced_modulus_low_pa=hertz[f"{name}_low_pa"],
+            reduced_modulus_high_pa=hertz[f"{name}_high_pa"],
+        )
+        for name in ("free_contact", "recommended")
+    ]
+    # A run may minimise nothing.
+    searched = minima.assign(method="minimise_" + minima["error"]) if len(minima) else minima
     columns = [
         *CAPTURE,
         "method",
@@ -148,7 +87,8 @@ def summary(hertz: pd.DataFrame, minima: pd.DataFrame) -> pd.DataFrame:
         "at_bound",
         "provenance",
     ]
-    rows = [table.reindex(columns=columns).astype(object) for table in (study, free, searched)]
+    tables = (study, *others, searched)
+    rows = [table.reindex(columns=columns).astype(object) for table in tables]
     whole = pd.concat(rows, ignore_index=True)
     return whole.sort_values([*CAPTURE, "method"]).reset_index(drop=True)
 
@@ -175,9 +115,16 @@ def to_markdown(table: pd.DataFrame, *, title: str, notes: Sequence[str]) -> str
     return "\n".join(lines) + "\n"
 
 
-def write(table: pd.DataFrame, csv: str | Path, md: str | Path, *, title: str) -> None:
+def write(
+    table: pd.DataFrame,
+    csv: str | Path,
+    md: str | Path,
+    *,
+    title: str,
+    more_notes: Sequence[str] = (),
+) -> None:
     """Write a table as CSV and Markdown, with the notes that its columns and rows call for."""
-    notes = []
+    notes = list(more_notes)
     if (table["provenance"] == "simulated").any():
         notes.append(SIMULATED_NOTE)
     if any(name.startswith("published_") for name in table.columns):
