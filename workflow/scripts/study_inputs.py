@@ -18,3 +18,8 @@ def minima_by_key(captures: Sequence[Mapping], errors: Sequence[str], paths: Seq
         for error in errors
     ]
     return dict(zip(keys, read_all(paths), strict=True))
+
+
+def read_one(path: str | Sequence[str]) -> dict | None:
+    """Read a JSON file that a rule may do without."""
+    return json.loads(Path(path).read_text(encoding="utf-8")) if path else None

@@ -1,0 +1,158 @@
+"""The simulated frames of Section 3.3.2, and the tracker on them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.solid.mesh import SolidMesh, solid_mesh
+from palpate.surface.template import Template
+from palpate.surface.track import Frame, Tracked, TrackerOptions, track_frames
+
+FIELDS = ("nodes_m", "tetrahedra", "triangle", "force_n", "displacement_m")
+
+
+@dataclass(frozen=True)
+class SimulatedSteps:
+    """A solid under a load that grows in steps.
+
+    Attributes
+    ----------
+    mesh : SolidMesh
+        n nodes.
+    triangle : (3,) int array
+        Loaded nodes.
+    force_n, displacement_m : (f, n, 3) arrays
+        Nodal loads [N] and displacements [m] in each step.
+    """
+
+    mesh: SolidMesh
+    triangle: NDArray
+    force_n: NDArray
+    displacement_m: NDArray
+
+
+class SurfaceFrames(Sequence):
+    """Points on the deformed surface in each step, made when they are asked for.
+
+    Parameters
+    ----------
+    vertices_m : (n, 3) array
+        Undeformed [m].
+    faces : (m, 3) int array
+        Outward.
+    displacement_m : (f, n, 3) array
+        Of the vertices [m].
+    weights : (k, 3) array
+        Barycentric weights of each triangle's points.
+    """
+
+    def __init__(
+        self, vertices_m: NDArray, faces: NDArray, displacement_m: NDArray, *, weights: NDArray
+    ) -> None:
+        self.vertices_m, self.faces, self.displacement_m = vertices_m, faces, displacement_m
+        self.weights = weights
+
+    def __len__(self) -> int:
+        return len(self.displacement_m)
+
+    def __getitem__(self, step: int) -> Frame:
+        return surface_points(
+            self.vertices_m + self.displacement_m[step], self.faces, weights=self.weights
+        )
+
+    def __iter__(self) -> Iterator[Frame]:
+        return (self[step] for step in range(len(self)))
+
+
+def lattice(cuts: int, *, corners: bool = True) -> NDArray:
+    """Barycentric weights of points on a triangle's lattice, shape (k, 3).
+
+    Parameters
+    ----------
+    cuts : int
+        Parts of each edge.
+    corners : bool, optional
+        Points of the lattice, corners and edges included; or the middles of its upright cells,
+        which leave them out.
+
+    Raises
+    ------
+    ValueError
+        If the edges are to be divided into less than one part.
+    """
+    if cuts < 1:
+        raise ValueError(f"cuts: expected at least 1, found {cuts}")
+    last, shift = (cuts, 0.0) if corners else (cuts - 1, 1 / 3)
+    steps = [(i, j, last - i - j) for i in range(last + 1) for j in range(last + 1 - i)]
+    return (np.array(steps) + shift) / cuts
+
+
+def surface_points(vertices_m: NDArray, faces: NDArray, *, weights: NDArray) -> Frame:
+    """Points of every triangle at the same barycentric weights, with the triangle's normal."""
+    corners = vertices_m[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    points = np.einsum("kc,mcd->mkd", weights, corners).reshape(-1, 3)
+    return Frame(points, np.repeat(normals, len(weights), axis=0), len(points))
+
+
+def surface_of(mesh: SolidMesh) -> tuple[Template, NDArray]:
+    """Surface of a solid as a template, and the solid's number of each vertex."""
+    nodes = mesh.surface_nodes()
+    faces = np.searchsorted(nodes, mesh.surface_triangles())
+    return Template(mesh.nodes_m[nodes], faces), nodes
+
+
+def track_steps(
+    steps: SimulatedSteps, options: TrackerOptions, *, cuts: int, corners: bool = True
+) -> Tracked:
+    """Track the solid's own surface through the simulated frames, as the study does.
+
+    Every frame is seen from all sides. With corners its points hold the moved vertices among
+    others: one finds itself again as long as it moves less than half way to the next point.
+
+    Parameters
+    ----------
+    steps : SimulatedSteps
+    options : TrackerOptions
+    cuts, corners
+        Points of a frame, as of `lattice`.
+
+    Returns
+    -------
+    Tracked
+        In the solid's frame, which is the camera's too; the first frame is the block at rest.
+    """
+    template, nodes = surface_of(steps.mesh)
+    rest, contact = template.vertices_m, steps.mesh.nodes_m[steps.triangle].mean(axis=0)
+    moved = np.concatenate([np.zeros((1, *rest.shape)), steps.displacement_m[:, nodes]])
+    weights = lattice(cuts, corners=corners)
+    frames = SurfaceFrames(rest, template.faces, moved, weights=weights)
+    vertices, observed, residual = track_frames(template, rest, frames, options)
+    return Tracked(rest, template.faces, rest, vertices, observed, np.eye(4), residual, contact, 1)
+
+
+def read_steps(path: str | Path) -> SimulatedSteps:
+    """Read the steps of a simulation.
+
+    Raises
+    ------
+    ValueError
+        If a field is missing, has another shape than the nodes ask for, or holds no numbers.
+    """
+    with np.load(path, allow_pickle=False) as data:
+        missing = [name for name in FIELDS if name not in data.files]
+        if missing:
+            raise ValueError(f"{path}: expected {', '.join(FIELDS)}, found no {missing[0]}")
+        fields = {name: data[name] for name in FIELDS}
+    shape = (len(fields["force_n"]), len(fields["nodes_m"]), 3)
+    for name in ("force_n", "displacement_m"):
+        if fields[name].shape != shape:
+            raise ValueError(f"{path}: {name}: expected shape {shape}, found {fields[name].shape}")
+        if not np.isfinite(fields[name]).all():
+            raise ValueError(f"{path}: {name}: expected numbers, found NaN")
+    mesh = solid_mesh(fields["nodes_m"], fields["tetrahedra"])
+    return SimulatedSteps(mesh, fields["triangle"], fields["force_n"], fields["displacement_m"])

@@ -1,0 +1,12 @@
+"""What the scripts of the simulated block share: its inverse problem from the rule's files."""
+
+from palpate.estimate.simulation import pose_simulation
+from palpate.surface.simulation import read_steps
+from palpate.surface.track import load_tracked
+
+
+def read_problem(steps, tracked, support):
+    """Read the loaded nodes and the problem, on tracked data where a file of them is given."""
+    read = read_steps(steps)
+    surface = load_tracked(tracked) if tracked else None
+    return read.triangle, pose_simulation(read, support, tracked=surface)
