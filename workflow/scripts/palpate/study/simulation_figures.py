@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from palpate.study.style import BLACK, BLUE, GREEN, ORANGE, PAGE_IN, entitle, finished
 
@@ -15,7 +16,9 @@ KILOPASCALS, MILLIMETRES = 1e-3, 1e3
 PALETTE = (BLUE, ORANGE, GREEN, "#CC79A7", "#56B4E9", "#E69F00")
 MARKS = ("o", "s", "^", "D", "v", "P")
 METHODS = {"linear_method": "linear method", "minimise_displacement": "error minimisation"}
-HEIGHT_IN = 2.35
+HEIGHT_IN, LEGEND_IN = 2.6, 0.35
+# Of a search that starts far off, the panels show the range of the later iterations.
+LATER = 0.15
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,9 @@ def known_values(
     rows = published[(published["method"] == method) & (published["data"] == data)]
     for row in rows.itertuples():
         same = [(line.lame_lambda_pa, line.lame_mu_pa) for line in lines]
-        if (row.lame_lambda_pa, row.lame_mu_pa) not in same:
+        if (row.lame_lambda_pa, row.lame_mu_pa) in same:
+            lines = [KnownValue("true and published", row.lame_lambda_pa, row.lame_mu_pa, False)]
+        else:
             lines.append(KnownValue("published", row.lame_lambda_pa, row.lame_mu_pa, True))
     return lines
 
@@ -57,18 +62,18 @@ def linear_traces(result: Mapping, lines: Sequence[KnownValue]) -> Figure:
     """Lambda, mu and residual of the linear method against iteration, first start."""
     figure, axes = _three("Residual (N)")
     trace = result["estimates"][0]["trace"]
-    _draw(axes, trace, "residual_n", 1, color=BLUE)
+    _draw(axes, trace, "residual_n", 1, color=BLUE, label="found")
     if trace[-1]["residual_n"] < 1e-3 * trace[0]["residual_n"]:
         axes[2].set_yscale("log")
     else:
         axes[2].set_ylim(bottom=0)
     _known(axes, lines)
-    return _titled(figure, axes)
+    return _titled(figure, axes, misfit="Residual")
 
 
 def linear_starts(result: Mapping, lines: Sequence[KnownValue]) -> Figure:
     """The same from every start."""
-    figure, axes = _three("Residual (N)", legend_in=0.55)
+    figure, axes = _three("Residual (N)", legend_in=LEGEND_IN)
     for k, estimate in enumerate(result["estimates"]):
         lam, mu = (f"{value * KILOPASCALS:g}" for value in estimate["start_pa"])
         look = {"color": PALETTE[k % len(PALETTE)], "marker": MARKS[k % len(MARKS)], "ms": 3.5}
@@ -76,22 +81,24 @@ def linear_starts(result: Mapping, lines: Sequence[KnownValue]) -> Figure:
         _draw(axes, estimate["trace"], "residual_n", 1, label=label, markevery=[0], **look)
     for panel in axes:
         positive = all((line.get_ydata() > 0).all() for line in panel.get_lines())
-        panel.set_yscale("log" if positive else "linear")
+        panel.set_yscale("log") if positive else panel.set_yscale("symlog", linthresh=10)
     handles, labels = axes[0].get_legend_handles_labels()
     _known(axes, lines)
-    _titled(figure, axes, legend_in=0.55)
+    _titled(figure, axes, misfit="Residual", legend_in=LEGEND_IN)
     figure.legend(handles, labels, title="start", loc="lower center", ncol=5, fontsize=6.8,
-                  title_fontsize=7, bbox_to_anchor=(0.5, 0.035), columnspacing=1.2)  # fmt: skip
+                  title_fontsize=7, bbox_to_anchor=(0.45, 0.0), columnspacing=1.2)  # fmt: skip
     return figure
 
 
 def minimisation_trace(result: Mapping, lines: Sequence[KnownValue]) -> Figure:
     """Lambda, mu and error of the error minimisation against iteration."""
     figure, axes = _three("Error (mm)")
-    _draw(axes, result["trace"], "error_m", MILLIMETRES, color=BLUE)
-    axes[2].set_yscale("log")
+    _draw(axes, result["trace"], "error_m", MILLIMETRES, color=BLUE, label="found")
+    axes[2].set_ylim(bottom=0)
     _known(axes, lines)
-    return _titled(figure, axes)
+    for panel in axes[:2]:
+        _show_later(panel)
+    return _titled(figure, axes, misfit="Error")
 
 
 def noise_figure(table: pd.DataFrame) -> Figure:
@@ -120,7 +127,7 @@ def noise_figure(table: pd.DataFrame) -> Figure:
         panel.set_xlabel("Noise per coordinate, standard deviation (mm)")
         panel.set_ylabel(f"{symbol} (kPa)")
     axes[0].legend(loc="lower left")
-    return _titled(figure, axes, titles=("Lamé's first parameter", "Shear modulus"))
+    return _titled(figure, axes)
 
 
 def _three(last: str, *, legend_in: float = 0.0) -> tuple[Figure, list[Axes]]:
@@ -148,24 +155,42 @@ def _known(axes: Sequence[Axes], lines: Sequence[KnownValue]) -> None:
             "zorder": 1,
         }
         for panel, value in zip(axes, (line.lame_lambda_pa, line.lame_mu_pa), strict=False):
-            label = f"{line.label} {value * KILOPASCALS:.1f}"
+            label = f"{line.label} {value * KILOPASCALS:.1f} kPa"
             panel.axhline(value * KILOPASCALS, label=label, **look)
-    if lines:
-        for panel in axes[:2]:
-            known = panel.get_lines()[-len(lines) :]
-            panel.legend(handles=known, loc="best", fontsize=6.8)
+    for panel in axes[:2]:
+        drawn = panel.get_lines()
+        if drawn[0].get_label() == "found":
+            drawn[0].set_label(f"found {drawn[0].get_ydata()[-1]:.1f} kPa")
+            _under(panel, drawn)
+        elif lines:
+            _under(panel, drawn[-len(lines) :])
+
+
+def _under(axes: Axes, drawn: Sequence[Line2D]) -> None:
+    look = {"fontsize": 6.8, "labelspacing": 0.25, "borderaxespad": 0}
+    axes.legend(handles=drawn, loc="upper left", bbox_to_anchor=(0, -0.32), **look)
+
+
+def _show_later(axes: Axes) -> None:
+    """Limit an axis to the later iterations and the known values; say where the trace began."""
+    trace, *known = (np.asarray(line.get_ydata(), dtype=float) for line in axes.get_lines())
+    later = np.concatenate([trace[int(LATER * len(trace)) :], *known])
+    pad = 0.45 * np.ptp(later)
+    if trace[0] > later.max() + pad:
+        axes.set_ylim(later.min() - pad, later.max() + pad)
+        text = f"first {trace[0]:.0f} kPa"
+        axes.text(0.97, 0.93, text, transform=axes.transAxes, ha="right", fontsize=6.8)
 
 
 def _titled(
     figure: Figure,
     axes: Sequence[Axes],
     *,
-    titles: Sequence[str] = ("Lamé's first parameter", "Shear modulus", "Misfit"),
+    misfit: str = "",
     legend_in: float = 0.0,
 ) -> Figure:
+    titles = ("Lamé's first parameter", "Shear modulus", misfit)
     finished(figure, {"simulated"})
-    if legend_in:
-        figure.tight_layout(rect=(0, 0.03 + legend_in / figure.get_figheight(), 1, 1))
     for panel, title, letter in zip(axes, titles, "abc", strict=False):
         entitle(panel, title, letter)
     figure.tight_layout(rect=(0, 0.03 + legend_in / figure.get_figheight(), 1, 1))

@@ -10,14 +10,14 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
-from palpate.study.style import BLACK, ORANGE, PAGE_IN, label_provenance, panel_letter
+from palpate.study.style import BLACK, BLUE, ORANGE, PAGE_IN, label_provenance, panel_letter
 from palpate.surface.simulation import SimulatedSteps, lattice
 from palpate.surface.template import unique_edges
 
 MILLIMETRES = 1e3
 MAP = "cividis"
 EXAGGERATION = 4.0
-ELEVATION_DEG, AZIMUTH_DEG = 30, -62
+ELEVATION_DEG, AZIMUTH_DEG = 42, -68
 PIECES = 8
 LIGHT = np.array([-0.35, -0.5, 0.8])
 DETAIL_MM = 80
@@ -28,12 +28,12 @@ def figure_3_4(steps: SimulatedSteps) -> Figure:
     moved = steps.displacement_m[-1]
     size = np.linalg.norm(moved, axis=1) * MILLIMETRES
     figure = plt.figure(figsize=(PAGE_IN, 3.0))
-    axes = _space(figure, (0.0, 0.02, 0.88, 0.96))
+    axes = _space(figure, left=-0.02, width=0.9)
     _surface(axes, steps, moved, size, top=float(size.max()))
     _bar(figure, "Displacement (mm)", float(size.max()))
     load = np.linalg.norm(steps.force_n[-1].sum(axis=0))
     text = f"load {load:.1f} N on the outlined triangle; deformation drawn {EXAGGERATION:g} times"
-    figure.text(0.02, 0.93, text, fontsize=7.5)
+    figure.text(0.02, 0.03, text, fontsize=7.5)
     label_provenance(figure, {"simulated"})
     return figure
 
@@ -51,11 +51,11 @@ def figure_3_10(steps: SimulatedSteps, tracked_m: NDArray, computed_m: NDArray) 
     gap = np.zeros(len(tracked_m))
     gap[surface] = np.linalg.norm((computed_m - tracked_m)[surface], axis=1) * MILLIMETRES
     figure = plt.figure(figsize=(PAGE_IN, 2.9))
-    axes = _space(figure, (-0.02, 0.02, 0.58, 0.9))
+    axes = _space(figure, left=-0.02, width=0.6)
     _surface(axes, steps, tracked_m, gap, top=float(gap.max()))
     figure.text(0.02, 0.92, "a", weight="bold")
     figure.text(0.045, 0.92, f"Mismatch; tracked deformation drawn {EXAGGERATION:g} times")
-    detail = figure.add_axes((0.62, 0.17, 0.25, 0.68))
+    detail = figure.add_axes((0.63, 0.17, 0.23, 0.64))
     _detail(detail, steps, tracked_m, computed_m)
     panel_letter(detail, "b")
     _bar(figure, "Mismatch (mm)", float(gap.max()), left=0.9)
@@ -115,7 +115,10 @@ def _normals(nodes: NDArray, triangles: NDArray) -> NDArray:
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-def _space(figure: Figure, place: tuple[float, float, float, float]) -> Axes:
+def _space(figure: Figure, *, left: float, width: float) -> Axes:
+    """Square axes as wide as asked for, at the figure's mid-height."""
+    height = width * figure.get_figwidth() / figure.get_figheight()
+    place = (left, 0.48 - height / 2, width, height)
     axes = figure.add_axes(place, projection="3d", computed_zorder=False)
     axes.view_init(ELEVATION_DEG, AZIMUTH_DEG)
     axes.set_proj_type("ortho")
@@ -125,13 +128,11 @@ def _space(figure: Figure, place: tuple[float, float, float, float]) -> Axes:
 def _frame(axes: Axes, nodes: NDArray) -> None:
     low, high = nodes.min(axis=0), nodes.max(axis=0)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(min(low[2], 0), high[2]))
-    axes.set_box_aspect(high - low, zoom=1.55)
+    axes.set_box_aspect(high - low, zoom=0.88)
     axes.set_axis_off()
-    start = np.array([low[0], low[1], 0.0])
-    ends = start + np.array([100.0, 0, 0])
-    shift = np.array([0, -18.0, 0])
-    axes.plot(*np.stack([start + shift, ends + shift]).T, color=BLACK, lw=1.5)
-    axes.text(*(start + shift + [50, -10, -14]), "100 mm", fontsize=7.5, ha="center", va="top")
+    scale = np.array([[low[0] + 30, low[1] - 20, 0], [low[0] + 130, low[1] - 20, 0]])
+    axes.plot(*scale.T, color=BLACK, lw=1.5, clip_on=False)
+    axes.text(*(scale.mean(axis=0) - [0, 12, 0]), "100 mm", fontsize=7.5, ha="center", va="top")
 
 
 def _detail(axes: Axes, steps: SimulatedSteps, tracked: NDArray, computed: NDArray) -> None:
@@ -144,7 +145,7 @@ def _detail(axes: Axes, steps: SimulatedSteps, tracked: NDArray, computed: NDArr
     axes.plot(loop[:, 0], loop[:, 1], color=ORANGE, lw=1.0)
     shown = np.unique(upper)
     shown = shown[np.linalg.norm(nodes[shown, :2] - centre[:2], axis=1) < DETAIL_MM]
-    for moved, colour, label in ((computed, BLACK, "computed"), (tracked, ORANGE, "tracked")):
+    for moved, colour in ((computed, BLACK), (tracked, BLUE)):
         axes.quiver(
             *nodes[shown, :2].T,
             *(moved[shown, :2] * MILLIMETRES).T,
@@ -153,15 +154,15 @@ def _detail(axes: Axes, steps: SimulatedSteps, tracked: NDArray, computed: NDArr
             angles="xy",
             scale_units="xy",
             scale=0.1,
-            label=label,
             zorder=3,
         )
     axes.set_xlim(centre[0] - 50, centre[0] + 50)
     axes.set_ylim(centre[1] - 60, centre[1] + 60)
     axes.set_aspect("equal")
     axes.set(xlabel="Length (mm)", ylabel="Width (mm)")
-    axes.set_title("Sideways motion, drawn 10 times", fontsize=8, weight="normal")
-    axes.legend(loc="lower left", fontsize=6.5, handlelength=1.2)
+    axes.text(0, 1.02, "sideways motion, drawn 10 times", transform=axes.transAxes)
+    axes.text(0, 1.10, "Computed", transform=axes.transAxes, color=BLACK, weight="bold")
+    axes.text(0.48, 1.10, "and tracked", transform=axes.transAxes, color=BLUE, weight="bold")
 
 
 def _bar(figure: Figure, label: str, top: float, *, left: float = 0.89) -> None:
