@@ -56,6 +56,23 @@ def minimum(E, nu):
         "hertz_reduced_modulus_pa": 25000.0,
         "at_bound": False,
         "trace": trace,
+        "profile": {
+            "poisson_ratios": [0.0, 0.2, 0.4],
+            "youngs_moduli_pa": [2e4, 1.9e4, 1.7e4],
+            "errors_m": [2e-4, 1.9e-4, 1.95e-4],
+            "interval": [0.1, 0.35],
+            "verdict": "bounded",
+        },
+        "least_squares": {
+            norm: {
+                "youngs_modulus_pa": E + 10,
+                "youngs_modulus_std_pa": 300.0,
+                "poisson_ratio": nu,
+                "poisson_ratio_std": 0.05,
+                "reduced_modulus_pa": (E + 10) / (1 - nu**2),
+            }
+            for norm in ("length", "square")
+        },
     }
 
 
@@ -65,9 +82,19 @@ def hertz():
 
 
 @pytest.fixture
-def minima():
+def found():
     keys = [(c["object"], c["sensor"], c["capture"], "displacement") for c in CAPTURES]
-    return tables.minimum_table(CAPTURES, {key: minimum(20000.0, 0.25) for key in keys})
+    return {key: minimum(20000.0, 0.25) for key in keys}
+
+
+@pytest.fixture
+def minima(found):
+    return tables.minimum_table(CAPTURES, found)
+
+
+@pytest.fixture
+def squares(found):
+    return tables.least_squares_table(CAPTURES, found)
 
 
 def test_table_5_2(hertz, root):
@@ -88,14 +115,20 @@ def test_table_5_3(minima, root):
     assert kinect["youngs_modulus_pa"] == 20000
 
 
-def test_summary_has_a_row_for_each_method(hertz, minima):
-    summary = tables.summary(hertz, minima)
-    assert len(summary) == 4 * len(CAPTURES)
-    assert summary.groupby("capture").size().to_dict() == {"08": 8, "11-a03": 4}
+def test_summary_has_a_row_for_each_method(hertz, minima, squares):
+    summary = tables.summary(hertz, minima, squares)
+    assert len(summary) == 5 * len(CAPTURES)
+    assert summary.groupby("capture").size().to_dict() == {"08": 10, "11-a03": 5}
+    searched = summary[summary["method"] == "minimise_displacement"]
+    assert (searched["poisson_ratio_verdict"] == "bounded").all()
+    derived = summary[summary["method"] == "least_squares_displacement"]
+    assert (derived["youngs_modulus_std_pa"] == 300).all()
 
 
 def test_summary_of_a_run_that_minimises_nothing(hertz):
-    summary = tables.summary(hertz, tables.minimum_table(CAPTURES, {}))
+    summary = tables.summary(
+        hertz, *(make(CAPTURES, {}) for make in (tables.minimum_table, tables.least_squares_table))
+    )
     assert set(summary["method"]) == {"hertz", "hertz_free_contact", "hertz_recommended"}
     assert summary["youngs_modulus_pa"].isna().all()
 

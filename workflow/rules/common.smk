@@ -201,7 +201,7 @@ def study_outputs():
     tables, figures, accuracy = [], ["figure_5_2"], []
     if HOUSE.minimised:
         tables = [f"{RESULTS}/tables/table_5_3.csv"]
-        figures += ["figure_5_8", "figure_5_10", "tracked_surface"]
+        figures += ["figure_5_8", "figure_5_10", "tracked_surface", "poisson_profiles"]
     figures = [f"{RESULTS}/figures/{name}.png" for name in figures]
     if HOUSE.described(simulated=True, minimised=True):
         accuracy = [f"{RESULTS}/tables/pipeline_accuracy.csv"]

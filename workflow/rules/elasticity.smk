@@ -23,3 +23,23 @@ rule minimise:
         "{wildcards.capture}"
     script:
         "../scripts/minimise.py"
+
+
+rule poisson_profiles:
+    input:
+        results=per_minimised(of_capture("minimise-{error}.json"), error=ERRORS),
+    output:
+        png=results("figures/poisson_profiles.png"),
+        svg=results("figures/poisson_profiles.svg"),
+    log:
+        results("logs/poisson_profiles.log"),
+    benchmark:
+        results("benchmarks/poisson_profiles.tsv")
+    params:
+        code=code("poisson_profiles"),
+        captures=HOUSE.described(minimised=True),
+        errors=ERRORS,
+    message:
+        "Profile of the error over Poisson's ratio"
+    script:
+        "../scripts/poisson_profiles.py"

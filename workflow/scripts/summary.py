@@ -11,7 +11,11 @@ def main(snakemake):
     params = snakemake.params
     hertz = hertz_tables.hertz_table(params.captures, read_all(snakemake.input.fits))
     minima = minima_by_key(params.minimised, params.errors, snakemake.input.results)
-    whole = tables.summary(hertz, tables.minimum_table(params.minimised, minima))
+    searched = [
+        table(params.minimised, minima)
+        for table in (tables.minimum_table, tables.least_squares_table)
+    ]
+    whole = tables.summary(hertz, *searched)
     with whole_file(snakemake.output.csv) as part:
         tables.rounded(whole).to_csv(part, index=False, lineterminator="\n")
 

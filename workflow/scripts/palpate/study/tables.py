@@ -30,6 +30,8 @@ def minimum_table(
     rows = []
     for (name, sensor, capture, error), minimum in minima.items():
         known = described[name, sensor, capture]
+        low, high = minimum["profile"]["interval"]
+        derived = minimum["least_squares"]["length"]
         rows.append(
             {column: known[column] for column in CAPTURE}
             | {
@@ -39,8 +41,30 @@ def minimum_table(
                 "reduced_modulus_pa": minimum["reduced_modulus_pa"],
                 "hertz_reduced_modulus_pa": minimum["hertz_reduced_modulus_pa"],
                 "at_bound": minimum["at_bound"],
+                "youngs_modulus_std_pa": derived["youngs_modulus_std_pa"],
+                "poisson_ratio_std": derived["poisson_ratio_std"],
+                "poisson_ratio_low": low,
+                "poisson_ratio_high": high,
+                "poisson_ratio_verdict": minimum["profile"]["verdict"],
                 "provenance": known["provenance"],
             }
+        )
+    return pd.DataFrame(rows)
+
+
+def least_squares_table(
+    captures: Sequence[Mapping], minima: Mapping[tuple[str, str, str, str], Mapping]
+) -> pd.DataFrame:
+    """Least squares of the same gaps, one row for each capture and error option."""
+    names = ["youngs_modulus_pa", "youngs_modulus_std_pa", "poisson_ratio", "poisson_ratio_std"]
+    described = {(c["object"], c["sensor"], c["capture"]): c for c in captures}
+    rows = []
+    for (name, sensor, capture, error), minimum in minima.items():
+        known, found = described[name, sensor, capture], minimum["least_squares"]["square"]
+        rows.append(
+            {column: known[column] for column in [*CAPTURE, "provenance"]}
+            | {key: found[key] for key in [*names, "reduced_modulus_pa"]}
+            | {"error": error}
         )
     return pd.DataFrame(rows)
 
@@ -56,14 +80,22 @@ def table_5_3(minima: pd.DataFrame, published: pd.DataFrame, *, block: str) -> p
         "reduced_modulus_pa",
         "hertz_reduced_modulus_pa",
     ]
-    printed = published.rename(columns={name: f"published_{name}" for name in values})
-    merged = ours.merge(printed, on=keys, how="left")
-    columns = [*keys, *values, "at_bound", *(f"published_{name}" for name in values), "provenance"]
+    beside = published.rename(columns={name: f"published_{name}" for name in values})
+    merged = ours.merge(beside, on=keys, how="left")
+    nu = ["poisson_ratio_low", "poisson_ratio_high", "poisson_ratio_verdict"]
+    printed = [f"published_{name}" for name in values]
+    columns = [*keys, *values, "at_bound", *nu, *printed, "provenance"]
     return merged.sort_values(["sensor", "error", "point"])[columns].reset_index(drop=True)
 
 
-def summary(hertz: pd.DataFrame, minima: pd.DataFrame) -> pd.DataFrame:
-    """One row for each object, sensor, capture and method."""
+def summary(hertz: pd.DataFrame, minima: pd.DataFrame, squares: pd.DataFrame) -> pd.DataFrame:
+    """One row for each object, sensor, capture and method.
+
+    Parameters
+    ----------
+    hertz, minima, squares : DataFrame
+        Of `hertz_tables.hertz_table`, `minimum_table` and `least_squares_table`.
+    """
     study = hertz[[*CAPTURE, "reduced_modulus_pa", "provenance"]].assign(method="hertz")
     others = [
         hertz[[*CAPTURE, "provenance"]].assign(
@@ -75,19 +107,27 @@ def summary(hertz: pd.DataFrame, minima: pd.DataFrame) -> pd.DataFrame:
         for name in ("free_contact", "recommended")
     ]
     # A run may minimise nothing.
-    searched = minima.assign(method="minimise_" + minima["error"]) if len(minima) else minima
+    searched = [
+        table.assign(method=f"{method}_" + table["error"]) if len(table) else table
+        for method, table in (("minimise", minima), ("least_squares", squares))
+    ]
     columns = [
         *CAPTURE,
         "method",
         "youngs_modulus_pa",
+        "youngs_modulus_std_pa",
         "poisson_ratio",
+        "poisson_ratio_std",
+        "poisson_ratio_low",
+        "poisson_ratio_high",
+        "poisson_ratio_verdict",
         "reduced_modulus_pa",
         "reduced_modulus_low_pa",
         "reduced_modulus_high_pa",
         "at_bound",
         "provenance",
     ]
-    tables = (study, *others, searched)
+    tables = (study, *others, *searched)
     rows = [table.reindex(columns=columns).astype(object) for table in tables]
     whole = pd.concat(rows, ignore_index=True)
     return whole.sort_values([*CAPTURE, "method"]).reset_index(drop=True)
@@ -100,7 +140,7 @@ def rounded(table: pd.DataFrame) -> pd.DataFrame:
         if name.endswith("_pa"):
             values = pd.to_numeric(result[name])
             result[name] = values.round().astype("Int64")
-        elif name.endswith("poisson_ratio"):
+        elif "poisson_ratio" in name and not name.endswith("verdict"):
             result[name] = pd.to_numeric(result[name]).round(4)
     return result
 
