@@ -14,7 +14,8 @@ from bench_lab import lab_rows
 from bench_vision import vision_rows
 from palpate.capture.files import whole_file
 from palpate.estimate.moduli import lame_from_engineering
-from palpate.solid.mesh import read_solid, refine_near
+from palpate.solid.fill import refine_near
+from palpate.solid.mesh import read_solid
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import elastic_stiffness
 from palpate.surface.distance import ClosestPoints

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from palpate.estimate.objective import Measurement
 from palpate.solid.boundary import NodeSets, node_sets
+from palpate.solid.fill import refine_near
 from palpate.solid.load import contact_triangle, nodal_force
-from palpate.solid.mesh import SolidMesh, refine_near
+from palpate.solid.mesh import SolidMesh
 from palpate.surface.track import Tracked
 from palpate.surface.transfer import to_solid
 

@@ -1,59 +1,72 @@
-"""Solid meshes of linear tetrahedra."""
+"""Solid meshes of tetrahedra with four or ten nodes."""
 
-import contextlib
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import meshio
 import numpy as np
-import pytetwild
-import trimesh
 from numpy.typing import NDArray
-from skfem import MeshTet
 
-# Vertices of a tetrahedron's faces, each seen from outside.
-FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
-BISECTIONS = 12
-ENOUGH = 0.03
-REFINEMENTS = 12
+# VTK's order: four corners, then the middles of these edges.
+EDGES = np.array([[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]])
+# Nodes of a tetrahedron's faces seen from outside: corners, middles of the edges 01, 12, 20.
+FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
+# The same element with its volume's sign turned: corners 1 and 2 change places.
+TURNED = np.array([0, 2, 1, 3, 6, 5, 4, 7, 9, 8])
+CELLS = {4: "tetra", 10: "tetra10"}
+FLAT = 1e-12
+# How far a middle node may be from the middle, as a share of the longest element's size.
+STRAIGHT = 1e-6
 
 
 @dataclass(frozen=True)
 class SolidMesh:
-    """Tetrahedra of positive volume.
+    """Tetrahedra of positive volume with straight sides.
 
     Attributes
     ----------
     nodes_m : (n, 3) array
         Node coordinates [m].
-    tetrahedra : (m, 4) int array
-        Nodes of each element.
+    tetrahedra : (m, 4) or (m, 10) int array
+        Nodes of each element: corners, then the middles of the edges 01, 12, 20, 03, 13, 23.
     """
 
     nodes_m: NDArray
     tetrahedra: NDArray
 
     @property
+    def order(self) -> int:
+        """Polynomial order of the displacement in an element, 1 or 2."""
+        return 1 if self.tetrahedra.shape[1] == 4 else 2
+
+    @property
+    def corners(self) -> NDArray:
+        """Corner nodes of each element, shape (m, 4)."""
+        return self.tetrahedra[:, :4]
+
+    @property
     def volume_m3(self) -> float:
         """Volume of the mesh [m^3]."""
         return float(element_volumes(self.nodes_m, self.tetrahedra).sum())
 
+    def surface_faces(self) -> NDArray:
+        """All nodes of the boundary triangles, outward, shape (k, 3) or (k, 6)."""
+        _, first, inverse = _face_groups(self.corners)
+        alone = np.sort(first[np.bincount(inverse) == 1])
+        faces = FACES[:, :3] if self.order == 1 else FACES
+        return self.tetrahedra[alone // 4][np.arange(len(alone))[:, None], faces[alone % 4]]
+
     def surface_triangles(self) -> NDArray:
-        """Boundary triangles, outward, shape (k, 3)."""
-        faces = self.tetrahedra[:, FACES].reshape(-1, 3)
-        _, first, count = np.unique(
-            np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
-        )
-        return faces[np.sort(first[count == 1])]
+        """Corners of the boundary triangles, outward, shape (k, 3)."""
+        return self.surface_faces()[:, :3]
 
     def surface_nodes(self) -> NDArray:
-        """Numbers of the nodes on the boundary, sorted."""
-        return np.unique(self.surface_triangles())
+        """Numbers of all nodes on the boundary, sorted."""
+        return np.unique(self.surface_faces())
 
 
 def element_volumes(nodes_m: NDArray, tetrahedra: NDArray) -> NDArray:
-    """Signed volume of each tetrahedron, shape (m,) [m^3]."""
+    """Signed volume of each straight-sided tetrahedron, shape (m,) [m^3]."""
     a, b, c, d = (nodes_m[tetrahedra[:, k]] for k in range(4))
     return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
 
@@ -61,30 +74,12 @@ def element_volumes(nodes_m: NDArray, tetrahedra: NDArray) -> NDArray:
 def solid_mesh(nodes_m: NDArray, tetrahedra: NDArray) -> SolidMesh:
     """Make a solid mesh, with all elements turned to positive volume.
 
-    Raises
-    ------
-    ValueError
-        If an element has no volume.
-    """
-    volumes = element_volumes(nodes_m, tetrahedra)
-    flat = np.flatnonzero(np.abs(volumes) <= 1e-12 * np.abs(volumes).max())
-    if len(flat):
-        raise ValueError(f"tetrahedra: expected volumes, found element {flat[0]} without one")
-    tetrahedra = np.where((volumes < 0)[:, None], tetrahedra[:, [0, 2, 1, 3]], tetrahedra)
-    return SolidMesh(np.asarray(nodes_m, dtype=float), tetrahedra.astype(np.int64))
-
-
-def tetrahedralise(vertices_m: NDArray, faces: NDArray, *, vertices: int) -> SolidMesh:
-    """Fill a closed surface with tetrahedra (fTetWild).
-
-    pytetwild gives another mesh on every run: a mesh that results are to rest on must be kept.
-
     Parameters
     ----------
-    vertices_m, faces : (n, 3), (m, 3) arrays
-        Closed surface [m].
-    vertices : int
-        Wanted number of nodes; the edge length is bisected until it is met within 3 %.
+    nodes_m : (n, 3) array
+        Node coordinates [m].
+    tetrahedra : (m, 4) or (m, 10) int array
+        Nodes of each element in VTK's order.
 
     Returns
     -------
@@ -93,69 +88,56 @@ def tetrahedralise(vertices_m: NDArray, faces: NDArray, *, vertices: int) -> Sol
     Raises
     ------
     ValueError
-        If the surface is not closed.
+        If a node is missing or in no element, an element has no volume or a curved side, or
+        elements overlap: a face that three share, or with both elements on one side of it.
     """
-    surface = trimesh.Trimesh(vertices_m, faces, process=False)
-    if not surface.is_watertight:
-        raise ValueError("surface: expected a closed one, found open edges")
-    low, high, best = 0.005, 0.5, None
-    for _ in range(BISECTIONS):
-        factor = np.sqrt(low * high)
-        nodes, tetrahedra = _fill(vertices_m, faces, float(factor))
-        if best is None or abs(len(nodes) - vertices) < abs(len(best[0]) - vertices):
-            best = nodes, tetrahedra
-        if abs(len(best[0]) - vertices) <= ENOUGH * vertices:
-            break
-        low, high = (low, factor) if len(nodes) < vertices else (factor, high)
-    return solid_mesh(*best)
+    nodes_m = np.asarray(nodes_m, dtype=float)
+    tetrahedra = np.asarray(tetrahedra, dtype=np.int64)
+    _check_numbers(nodes_m, tetrahedra)
+    volumes = element_volumes(nodes_m, tetrahedra)
+    flat = np.flatnonzero(np.abs(volumes) <= FLAT * np.abs(volumes).max())
+    if len(flat):
+        raise ValueError(f"tetrahedra: expected volumes, found element {flat[0]} without one")
+    turned = tetrahedra[:, TURNED[: tetrahedra.shape[1]]]
+    mesh = SolidMesh(nodes_m, np.where((volumes < 0)[:, None], turned, tetrahedra))
+    _check_overlap(mesh.corners)
+    _check_straight(mesh)
+    return mesh
 
 
-def _fill(vertices_m: NDArray, faces: NDArray, edge_factor: float) -> tuple[NDArray, NDArray]:
-    # fTetWild leaves a file in the working directory.
-    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        return pytetwild.tetrahedralize(
-            np.asarray(vertices_m, dtype=float),
-            np.asarray(faces, dtype=np.int32),
-            edge_length_fac=edge_factor,
-            optimize=True,
-        )
-
-
-def refine_near(mesh: SolidMesh, point_m: NDArray, *, radius_m: float, edge_m: float) -> SolidMesh:
-    """Bisect elements near a point until their edges are short enough.
+def quadratic(mesh: SolidMesh) -> SolidMesh:
+    """Add the middle of each edge to four-node elements.
 
     Parameters
     ----------
     mesh : SolidMesh
-    point_m : (3,) array
-        Point [m].
-    radius_m : float
-        Elements whose centroid lies within this distance are refined [m].
-    edge_m : float
-        Longest edge wanted there [m].
+        Of order 1.
 
     Returns
     -------
     SolidMesh
-        Conforming; the same volume and surface.
+        Of order 2; the first nodes are those of the mesh.
+
+    Raises
+    ------
+    ValueError
+        If the mesh has ten-node elements already.
     """
-    for _ in range(REFINEMENTS):
-        corners = mesh.nodes_m[mesh.tetrahedra]
-        near = np.linalg.norm(corners.mean(axis=1) - point_m, axis=1) < radius_m
-        longest = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=-1).max(axis=(1, 2))
-        chosen = np.flatnonzero(near & (longest > edge_m))
-        if not len(chosen):
-            break
-        refined = MeshTet(mesh.nodes_m.T, mesh.tetrahedra.T).refined(chosen)
-        mesh = solid_mesh(refined.p.T, refined.t.T)
-    return mesh
+    if mesh.order != 1:
+        raise ValueError("mesh: expected four-node elements, found ten-node ones")
+    pairs = np.sort(mesh.tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
+    edges, number = np.unique(pairs, axis=0, return_inverse=True)
+    nodes = np.concatenate([mesh.nodes_m, mesh.nodes_m[edges].mean(axis=1)])
+    middles = len(mesh.nodes_m) + number.reshape(-1, 6)
+    return SolidMesh(nodes, np.concatenate([mesh.tetrahedra, middles], axis=1))
 
 
 def write_solid(
     path: str | Path, mesh: SolidMesh, *, point_data: dict[str, NDArray] | None = None
 ) -> None:
     """Write a solid mesh as VTU, with values at its nodes if given."""
-    data = meshio.Mesh(mesh.nodes_m, [("tetra", mesh.tetrahedra)], point_data=point_data or {})
+    cells = [(CELLS[mesh.tetrahedra.shape[1]], mesh.tetrahedra)]
+    data = meshio.Mesh(mesh.nodes_m, cells, point_data=point_data or {})
     meshio.write(path, data, file_format="vtu")
 
 
@@ -165,9 +147,73 @@ def read_solid(path: str | Path) -> SolidMesh:
     Raises
     ------
     ValueError
-        If the file holds no tetrahedra.
+        If the file holds no tetrahedra of one kind, or `solid_mesh` refuses them.
     """
     mesh = meshio.read(path, file_format="vtu")
-    if "tetra" not in mesh.cells_dict:
-        raise ValueError(f"{path}: cells: expected tetrahedra, found {sorted(mesh.cells_dict)}")
-    return solid_mesh(mesh.points, mesh.cells_dict["tetra"])
+    kinds = sorted(mesh.cells_dict)
+    if kinds not in (["tetra"], ["tetra10"]):
+        raise ValueError(f"{path}: cells: expected tetrahedra of one kind, found {kinds}")
+    try:
+        return solid_mesh(mesh.points, mesh.cells_dict[kinds[0]])
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _face_groups(corners: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Faces in element order, sign of their turn; first of each and its number for all."""
+    faces = corners[:, FACES[:, :3]].reshape(-1, 3)
+    order = np.argsort(faces, axis=1)
+    low, middle, high = np.take_along_axis(faces, order, axis=1).T
+    size = corners.max() + 1
+    _, first, inverse = np.unique(
+        (low * size + middle) * size + high, return_index=True, return_inverse=True
+    )
+    even = (order[:, 1] - order[:, 0]) % 3 == 1
+    return np.where(even, 1, -1), first, inverse
+
+
+def _check_numbers(nodes_m: NDArray, tetrahedra: NDArray) -> None:
+    if tetrahedra.ndim != 2 or tetrahedra.shape[1] not in CELLS or not len(tetrahedra):
+        raise ValueError(
+            f"tetrahedra: expected elements of 4 or 10 nodes, found shape {tetrahedra.shape}"
+        )
+    if not np.isfinite(nodes_m).all():
+        raise ValueError("nodes_m: expected numbers, found NaN or infinity")
+    if tetrahedra.min() < 0 or tetrahedra.max() >= len(nodes_m):
+        raise ValueError(
+            f"tetrahedra: expected nodes 0 to {len(nodes_m) - 1},"
+            f" found {tetrahedra.min()} to {tetrahedra.max()}"
+        )
+    used = np.bincount(tetrahedra.ravel(), minlength=len(nodes_m))
+    if not used.all():
+        raise ValueError(
+            f"nodes_m: expected each in an element, found node {np.argmin(used)} in none"
+        )
+
+
+def _check_overlap(corners: NDArray) -> None:
+    # Of two elements on both sides of a face one sees it turned left and the other right.
+    sign, _, inverse = _face_groups(corners)
+    count, balance = np.bincount(inverse), np.bincount(inverse, weights=sign)
+    bad = (count > 2) | ((count == 2) & (balance != 0))
+    if bad.any():
+        elements = np.flatnonzero(np.isin(inverse, np.argmax(bad))) // 4
+        names = ", ".join(str(element) for element in elements)
+        raise ValueError(
+            "tetrahedra: expected elements on the two sides of each face,"
+            f" found elements {names} that overlap"
+        )
+
+
+def _check_straight(mesh: SolidMesh) -> None:
+    if mesh.order == 1:
+        return
+    ends = mesh.nodes_m[mesh.corners[:, EDGES]]
+    gap = np.linalg.norm(ends.mean(axis=2) - mesh.nodes_m[mesh.tetrahedra[:, 4:]], axis=-1)
+    length = np.linalg.norm(ends[:, :, 0] - ends[:, :, 1], axis=-1)
+    curved = np.flatnonzero((gap > STRAIGHT * length.max()).any(axis=1))
+    if len(curved):
+        raise ValueError(
+            f"tetrahedra: expected nodes in the middle of straight edges,"
+            f" found element {curved[0]} with others"
+        )
