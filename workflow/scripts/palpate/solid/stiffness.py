@@ -1,62 +1,115 @@
-"""Elastic stiffness of linear tetrahedra, split by the Lame parameters (Eq. 3.21-3.24)."""
+"""Elastic stiffness of tetrahedra, split by the Lame parameters (Eq. 3.21-3.24)."""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from palpate.solid.mesh import SolidMesh, element_volumes
+from palpate.solid.mesh import EDGES, SolidMesh, element_volumes
 
-# Eq. 3.21: C = lam C1 + mu C2, strains in the order xx, yy, zz, yz, zx, xy (Eq. 3.11).
-C1 = np.zeros((6, 6))
-C1[:3, :3] = 1
-C2 = np.diag([2.0, 2.0, 2.0, 1.0, 1.0, 1.0])
+# Four points of equal weight, exact for polynomials of degree 2 (barycentric coordinates).
+NEAR, FAR = (5 + 3 * 5**0.5) / 20, (5 - 5**0.5) / 20
+QUADRATURE = {1: np.full((1, 4), 0.25), 2: np.full((4, 4), FAR) + (NEAR - FAR) * np.eye(4)}
 
 
 def elastic_stiffness(mesh: SolidMesh) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
     """Assemble K1 and K2 of K = lam K1 + mu K2 (Eq. 3.24).
 
+    With C = lam C1 + mu C2 of Eq. 3.21 and G the integral of dN_i/dx_a dN_j/dx_b, the entry of
+    nodes i, j and axes a, b is G[ia,jb] in K1 and delta_ab G[ic,jc] + G[ib,ja] in K2.
+
     Parameters
     ----------
     mesh : SolidMesh
-        n nodes.
+        n nodes; elements of either order.
 
     Returns
     -------
     K1, K2 : (3n, 3n) sparse matrices
-        Degree of freedom 3 * node + axis; [m], to be multiplied by Pa.
+        Degree of freedom 3 * node + axis; [m], to be multiplied by Pa. Both have the same entries.
     """
-    V = element_volumes(mesh.nodes_m, mesh.tetrahedra)
-    B = strain_matrices(mesh)
-    blocks = [np.einsum("e,eki,kl,elj->eij", V, B, C, B, optimize=True) for C in (C1, C2)]
-    dofs = element_dofs(mesh)
-    rows, columns = np.repeat(dofs, 12, axis=1).ravel(), np.tile(dofs, (1, 12)).ravel()
-    size = 3 * len(mesh.nodes_m)
-    K1, K2 = (
-        sparse.csr_matrix((block.ravel(), (rows, columns)), shape=(size, size)) for block in blocks
-    )
+    points = QUADRATURE[mesh.order]
+    gradients = shape_gradients(mesh, points)
+    weight = element_volumes(mesh.nodes_m, mesh.corners) / len(points)
+    elements, count, nodes, _ = gradients.shape
+    flat = gradients.reshape(elements, count, 3 * nodes)
+    G = np.matmul(flat.transpose(0, 2, 1), weight[:, None, None] * flat)
+    G1 = G.reshape(elements, nodes, 3, nodes, 3).transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)
+    G2 = G1.transpose(0, 2, 1) + np.trace(G1, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    place, columns, starts = _pattern(mesh.tetrahedra, len(mesh.nodes_m))
+    K1, K2 = (_gathered(blocks, place, columns, starts) for blocks in (G1, G2))
     return K1, K2
 
 
-def shape_gradients(mesh: SolidMesh) -> NDArray:
-    """Gradients of the four shape functions in each element, shape (m, 4, 3) [1/m]."""
-    corners = mesh.nodes_m[mesh.tetrahedra]
-    edges = corners[:, 1:] - corners[:, :1]
-    inner = np.linalg.inv(edges).transpose(0, 2, 1)
-    return np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
+def combined(
+    K1: sparse.csr_matrix, K2: sparse.csr_matrix, lam: float, mu: float
+) -> sparse.csr_matrix:
+    """K = lam K1 + mu K2 (Eq. 3.24) for two matrices with the same entries; K has them too.
+
+    Parameters
+    ----------
+    K1, K2 : sparse matrices
+        As `elastic_stiffness` gives them, or the same rows and columns of them [m].
+    lam, mu : float
+        Lame parameters [Pa].
+    """
+    return sparse.csr_matrix(
+        (lam * K1.data + mu * K2.data, K1.indices, K1.indptr), shape=K1.shape, copy=False
+    )
 
 
-def strain_matrices(mesh: SolidMesh) -> NDArray:
-    """Strain-displacement matrices B of Eq. 3.15, shape (m, 6, 12) [1/m]."""
-    gradients = shape_gradients(mesh)
-    x, y, z = (gradients[:, :, k] for k in range(3))
-    B = np.zeros((len(gradients), 6, 4, 3))
-    B[:, 0, :, 0], B[:, 1, :, 1], B[:, 2, :, 2] = x, y, z
-    B[:, 3, :, 1], B[:, 3, :, 2] = z, y
-    B[:, 4, :, 2], B[:, 4, :, 0] = x, z
-    B[:, 5, :, 0], B[:, 5, :, 1] = y, x
-    return B.reshape(-1, 6, 12)
+def shape_gradients(mesh: SolidMesh, points: NDArray) -> NDArray:
+    """Gradients of the shape functions at points of each element (Eq. 3.15).
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+        m elements of k nodes.
+    points : (p, 4) array
+        Barycentric coordinates.
+
+    Returns
+    -------
+    (m, p, k, 3) array
+        [1/m].
+    """
+    corners = mesh.nodes_m[mesh.corners]
+    inner = np.linalg.inv(corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
+    linear = np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
+    if mesh.order == 1:
+        return np.repeat(linear[:, None], len(points), axis=1)
+    return np.matmul(_slopes(points), linear[:, None])
 
 
-def element_dofs(mesh: SolidMesh) -> NDArray:
-    """Degrees of freedom of each element, shape (m, 12)."""
-    return (3 * mesh.tetrahedra[:, :, None] + np.arange(3)).reshape(-1, 12)
+def shape_values(points: NDArray, order: int) -> NDArray:
+    """Shape functions at barycentric points (p, 4): shape (p, 4) or (p, 10)."""
+    if order == 1:
+        return np.asarray(points, dtype=float)
+    middles = 4 * points[:, EDGES[:, 0]] * points[:, EDGES[:, 1]]
+    return np.concatenate([points * (2 * points - 1), middles], axis=1)
+
+
+def _slopes(points: NDArray) -> NDArray:
+    """Derivatives of the ten shape functions by the barycentric coordinates, (p, 10, 4)."""
+    slopes = np.zeros((len(points), 10, 4))
+    slopes[:, np.arange(4), np.arange(4)] = 4 * points - 1
+    for k, (i, j) in enumerate(EDGES, start=4):
+        slopes[:, k, i], slopes[:, k, j] = 4 * points[:, j], 4 * points[:, i]
+    return slopes
+
+
+def _pattern(tetrahedra: NDArray, size: int) -> tuple[sparse.csr_matrix, NDArray, NDArray]:
+    """Where the blocks of all pairs of an element's nodes go, and the pattern of those places."""
+    pairs = (tetrahedra[:, :, None] * size + tetrahedra[:, None, :]).ravel()
+    order = np.argsort(pairs, kind="stable")
+    ranked = pairs[order]
+    new = np.concatenate([[True], ranked[1:] != ranked[:-1]])
+    unique = ranked[new]
+    starts = np.concatenate([[0], np.cumsum(np.bincount(unique // size, minlength=size))])
+    bounds = np.append(np.flatnonzero(new), len(order))
+    place = sparse.csr_matrix((np.ones(len(order)), order, bounds))
+    return place, unique % size, starts
+
+
+def _gathered(blocks, place, columns: NDArray, starts: NDArray) -> sparse.csr_matrix:
+    data = (place @ blocks.reshape(-1, 9)).reshape(-1, 3, 3)
+    return sparse.bsr_matrix((data, columns, starts)).tocsr()

@@ -1,0 +1,74 @@
+"""The direct solvers agree, repeat, and refuse what they can't solve."""
+
+import numpy as np
+import palpate.solid.solve as solve
+import pytest
+from palpate.solid.solve import factorise
+from palpate.solid.stiffness import combined, elastic_stiffness
+from scipy import sparse
+from solid_cases import LAM, MU, of_order
+
+MKL = pytest.mark.skipif(solve.PyPardisoSolver is None, reason="MKL is not installed")
+
+
+@pytest.fixture(scope="module", params=[1, 2])
+def parts(request, cube):
+    mesh = of_order(cube, request.param)
+    free = np.repeat(mesh.nodes_m[:, 2] > 1e-9, 3)
+    return [K[free][:, free] for K in elastic_stiffness(mesh)]
+
+
+@pytest.fixture(scope="module")
+def right(parts):
+    return np.random.default_rng(5).normal(size=(parts[0].shape[0], 3))
+
+
+@MKL
+def test_solvers_agree_and_solve(parts, right):
+    K = combined(*parts, LAM, MU)
+    ours, other = factorise(K, solver="pardiso")(right), factorise(K, solver="superlu")(right)
+    assert np.abs(ours - other).max() < 1e-10 * np.abs(other).max()
+    assert np.abs(K @ ours - right).max() < 1e-10
+    assert factorise(K)(right[:, 0]).shape == (K.shape[0],)
+
+
+@MKL
+@pytest.mark.parametrize("solver", ["pardiso", "superlu"])
+def test_same_bytes_and_another_matrix_of_the_same_entries(parts, right, solver):
+    first, second = (combined(*parts, lam, MU) for lam in (LAM, 0.2 * LAM))
+    factors = factorise(first, solver=solver)
+    before = factors(right)
+    again = factors.refactorise(second)(right)
+    assert again.tobytes() == factorise(second, solver=solver)(right).tobytes()
+    assert factors.refactorise(first)(right).tobytes() == before.tobytes()
+    assert np.abs(again - before).max() > 1e-3 * np.abs(before).max()
+
+
+@MKL
+def test_other_entries_are_refused(parts, right):
+    factors = factorise(combined(*parts, LAM, MU), solver="pardiso")
+    with pytest.raises(ValueError, match="K: expected the entries of the first matrix"):
+        factors.refactorise(sparse.identity(parts[0].shape[0], format="csr"))
+    with pytest.raises(ValueError, match=f"right: expected {len(right)} rows, found 2"):
+        factors(right[:2])
+
+
+@MKL
+def test_indefinite_matrices_are_refused():
+    for K in ([[1.0, 2.0], [2.0, 1.0]], [[1.0, 0.0], [0.0, -1.0]]):
+        with pytest.raises(ValueError, match="K: expected a positive definite matrix"):
+            factorise(sparse.csr_matrix(K), solver="pardiso")
+
+
+def test_bad_input_and_the_way_without_mkl(parts, right, monkeypatch):
+    K = combined(*parts, LAM, MU)
+    with pytest.raises(ValueError, match="solver: expected one of auto, superlu, pardiso"):
+        factorise(K, solver="umfpack")
+    with pytest.raises(ValueError, match="K: expected a square matrix, found shape"):
+        factorise(K[:-1])
+    with pytest.raises(ValueError, match="K: expected a regular matrix, found"):
+        factorise(sparse.csr_matrix([[1.0, 1.0], [1.0, 1.0]]), solver="superlu")
+    monkeypatch.setattr(solve, "PyPardisoSolver", None)
+    assert factorise(K).solver == "superlu"
+    with pytest.raises(ValueError, match="found pardiso without MKL"):
+        factorise(K, solver="pardiso")
