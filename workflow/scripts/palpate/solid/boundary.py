@@ -52,7 +52,8 @@ def node_sets(
     Raises
     ------
     ValueError
-        If no node lies on the support, or a contact node does.
+        If fewer than three nodes lie on the support, there is no contact node, or one lies off
+        the surface or on the support.
     """
     normal = np.asarray(support_plane_normal, dtype=float)
     height = (mesh.nodes_m - support_plane_point_m) @ (normal / np.linalg.norm(normal))
@@ -65,6 +66,10 @@ def node_sets(
             f" found {len(support)} (nearest {lowest:.3g} m)"
         )
     contact = np.unique(contact_nodes)
+    inside = np.setdiff1d(contact, surface)
+    if not len(contact) or len(inside):
+        found = f"node {inside[0]} inside" if len(inside) else "none"
+        raise ValueError(f"contact: expected nodes of the surface, found {found}")
     if np.isin(contact, support).any():
         raise ValueError("contact: expected away from the support, found on it")
     free = np.setdiff1d(surface, np.concatenate([support, contact]))

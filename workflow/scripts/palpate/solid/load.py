@@ -10,25 +10,37 @@ RULES = ("conserve", "area_ratio")
 
 
 def contact_triangle(mesh: SolidMesh, point_m: NDArray, *, largest_distance_m: float) -> NDArray:
-    """Nodes of the surface triangle closest to the contact point, shape (3,), outward.
+    """Nodes of the surface triangle closest to the contact point.
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+    point_m : (3,) array
+        Contact point [m].
+    largest_distance_m : float
+
+    Returns
+    -------
+    (3,) or (6,) int array
+        Corners, outward; for ten-node elements the middles of the edges 01, 12, 20 too.
 
     Raises
     ------
     ValueError
         If the point is farther from the surface than the stated distance.
     """
-    triangles = mesh.surface_triangles()
-    corners = mesh.nodes_m[triangles]
+    faces = mesh.surface_faces()
+    corners = mesh.nodes_m[faces[:, :3]]
     points = np.broadcast_to(point_m, (len(corners), 3))
     nearest = trimesh.triangles.closest_point(corners, points)
     distance = np.linalg.norm(nearest - point_m, axis=1)
     best = int(np.argmin(distance))
-    if distance[best] > largest_distance_m:
+    if not distance[best] <= largest_distance_m:
         raise ValueError(
             f"contact: expected within {largest_distance_m:g} m of the surface,"
             f" found {distance[best]:.3g} m away"
         )
-    return triangles[best]
+    return faces[best]
 
 
 def nodal_force(
@@ -46,14 +58,15 @@ def nodal_force(
     Parameters
     ----------
     mesh : SolidMesh
-    triangle : (3,) int array
-        Nodes of the contact triangle, outward.
+    triangle : (3,) or (6,) int array
+        All nodes of the contact triangle, outward, as `contact_triangle` gives them.
     force_n : (3,) array
         Force on the object [N].
     rule : {"conserve", "area_ratio"}
-        Keep the total force, a third for each node; or Eq. 3.27 as printed, which gives each node
-        the force times the triangle's area over the indenter's contact area (the result then
-        depends on the mesh).
+        Keep the total force, as a uniform traction on the triangle does: a third for each corner,
+        or for each middle of an edge where elements have ten nodes. Or Eq. 3.27 as printed, which
+        gives each corner the force times the triangle's area over the indenter's contact area
+        (the result then depends on the mesh).
     turn_to_normal : bool
         Turn the force against the triangle's outward normal (Section 5.2.2).
     indenter_radius_m, depth_m : float
@@ -63,10 +76,14 @@ def nodal_force(
     -------
     (n, 3) array
         Nodal forces [N].
+
+    Raises
+    ------
+    ValueError
+        If the rule is unknown or meant for four-node elements, or nodes are missing.
     """
-    if rule not in RULES:
-        raise ValueError(f"force_rule: expected one of {', '.join(RULES)}, found {rule}")
-    a, b, c = mesh.nodes_m[triangle]
+    _check(mesh, triangle, rule)
+    a, b, c = mesh.nodes_m[triangle[:3]]
     normal = np.cross(b - a, c - a)
     area = np.linalg.norm(normal) / 2
     force = np.asarray(force_n, dtype=float)
@@ -74,5 +91,15 @@ def nodal_force(
         force = -np.linalg.norm(force) * normal / (2 * area)
     share = 1 / 3 if rule == "conserve" else area / (np.pi * indenter_radius_m * depth_m)
     forces = np.zeros_like(mesh.nodes_m)
-    forces[triangle] = share * force
+    # The last three are the corners of three nodes and the middles of six.
+    forces[triangle[-3:]] = share * force
     return forces
+
+
+def _check(mesh: SolidMesh, triangle: NDArray, rule: str) -> None:
+    if rule not in RULES:
+        raise ValueError(f"force_rule: expected one of {', '.join(RULES)}, found {rule}")
+    if rule == "area_ratio" and mesh.order != 1:
+        raise ValueError("force_rule: expected conserve for ten-node elements, found area_ratio")
+    if len(triangle) != 3 * mesh.order:
+        raise ValueError(f"triangle: expected {3 * mesh.order} nodes, found {len(triangle)}")

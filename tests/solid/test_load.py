@@ -1,0 +1,149 @@
+"""Node sets, contact triangle, nodal forces and Hertz's pressure."""
+
+import numpy as np
+import pytest
+from palpate.solid.boundary import node_sets
+from palpate.solid.fill import refine_near
+from palpate.solid.load import contact_triangle, nodal_force
+from palpate.solid.mesh import quadratic, solid_mesh
+from palpate.solid.patch import hertz_patch
+from palpate.solid.solve import factorise
+from palpate.solid.stiffness import combined, elastic_stiffness
+from skfem import MeshTet
+from solid_cases import dofs, of_order
+
+PLANE = {"support_plane_point_m": [0, 0, 0], "support_plane_normal": [0, 0, 1], "tolerance_m": 1e-6}
+PRESS = {"indenter_radius_m": 0.006, "depth_m": 0.004}
+TOP = np.array([0.05, 0.05, 0.1])
+DOWN = np.array([0, 0, -1.0])
+ORDERS = pytest.mark.parametrize("order", [1, 2])
+
+
+@ORDERS
+def test_node_sets_part_the_nodes(cube, order):
+    mesh = of_order(cube, order)
+    triangle = contact_triangle(mesh, TOP, largest_distance_m=0.01)
+    sets = node_sets(mesh, contact_nodes=triangle, **PLANE)
+    parts = np.concatenate([sets.contact, sets.free, sets.support, sets.interior])
+    assert np.array_equal(np.sort(parts), np.arange(len(mesh.nodes_m)))
+    assert np.array_equal(sets.support, np.flatnonzero(mesh.nodes_m[:, 2] == 0))
+    assert len(sets.contact) == 3 * order
+
+
+def test_bad_node_sets_are_refused(cube):
+    triangle = contact_triangle(cube, TOP, largest_distance_m=0.01)
+    with pytest.raises(ValueError, match="support: expected at least 3 nodes"):
+        node_sets(cube, contact_nodes=triangle, **(PLANE | {"support_plane_point_m": [0, 0, -1]}))
+    inner = np.setdiff1d(np.arange(len(cube.nodes_m)), cube.surface_nodes())
+    with pytest.raises(ValueError, match=f"nodes of the surface, found node {inner[0]} inside"):
+        node_sets(cube, contact_nodes=inner[:1], **PLANE)
+    with pytest.raises(ValueError, match="nodes of the surface, found none"):
+        node_sets(cube, contact_nodes=[], **PLANE)
+    below = contact_triangle(cube, TOP * [1, 1, 0], largest_distance_m=0.01)
+    with pytest.raises(ValueError, match="expected away from the support, found on it"):
+        node_sets(cube, contact_nodes=below, **PLANE)
+
+
+def test_contact_far_from_the_surface_is_refused(cube):
+    for point in (TOP + [0, 0, 0.1], TOP * np.nan):
+        with pytest.raises(ValueError, match="expected within 0.01 m of the surface"):
+            contact_triangle(cube, point, largest_distance_m=0.01)
+
+
+@ORDERS
+def test_force_is_kept(cube, order):
+    mesh = of_order(cube, order)
+    triangle = contact_triangle(mesh, TOP, largest_distance_m=0.01)
+    force = np.array([0.3, 0.0, -0.4])
+    kept = nodal_force(mesh, triangle, force, rule="conserve", turn_to_normal=False, **PRESS)
+    assert np.allclose(kept.sum(axis=0), force)
+    turned = nodal_force(mesh, triangle, force, rule="conserve", turn_to_normal=True, **PRESS)
+    assert np.allclose(turned.sum(axis=0), [0, 0, -0.5])
+    # A uniform traction acts at the triangle's centre.
+    moment = np.cross(mesh.nodes_m, kept).sum(axis=0)
+    assert np.allclose(moment, np.cross(mesh.nodes_m[triangle[:3]].mean(axis=0), force))
+
+
+def test_force_as_printed(cube):
+    triangle = contact_triangle(cube, TOP, largest_distance_m=0.01)
+    force = np.array([0.3, 0.0, -0.4])
+    printed = nodal_force(cube, triangle, force, rule="area_ratio", turn_to_normal=False, **PRESS)
+    a, b, c = cube.nodes_m[triangle]
+    area = np.linalg.norm(np.cross(b - a, c - a)) / 2
+    assert np.allclose(printed[triangle[0]], force * area / (np.pi * 0.006 * 0.004))
+
+
+def test_bad_forces_are_refused(cube):
+    fine = quadratic(cube)
+    three, six = (contact_triangle(mesh, TOP, largest_distance_m=0.01) for mesh in (cube, fine))
+    options = {"turn_to_normal": False, **PRESS}
+    with pytest.raises(ValueError, match="force_rule: expected one of conserve, area_ratio"):
+        nodal_force(cube, three, DOWN, rule="all", **options)
+    with pytest.raises(ValueError, match="expected conserve for ten-node elements"):
+        nodal_force(fine, six, DOWN, rule="area_ratio", **options)
+    with pytest.raises(ValueError, match="triangle: expected 6 nodes, found 3"):
+        nodal_force(fine, three, DOWN, rule="conserve", **options)
+
+
+@ORDERS
+def test_hertz_patch_keeps_force_and_moment(cube, order):
+    mesh = of_order(cube, order)
+    force, centre = np.array([0.2, -0.1, -2.0]), TOP + [0.004, -0.007, 0]
+    loads = hertz_patch(mesh, centre, DOWN, force, contact_radius_m=0.006)
+    assert np.allclose(loads.sum(axis=0), force, rtol=1e-14)
+    moment = np.cross(mesh.nodes_m, loads).sum(axis=0)
+    assert np.allclose(moment, np.cross(centre, force), atol=2e-5 * np.linalg.norm(force))
+    assert not loads[np.linalg.norm(mesh.nodes_m - centre, axis=1) > 0.06].any()
+    # Twice the radius spreads the same force: its second moment over the disc is 2/5 a^2.
+    if order == 2:
+        wide = hertz_patch(mesh, TOP, DOWN, DOWN, contact_radius_m=0.03)
+        r2 = ((mesh.nodes_m - TOP)[:, :2] ** 2).sum(axis=1)
+        assert -wide[:, 2] @ r2 == pytest.approx(0.4 * 0.03**2, rel=2e-3)
+
+
+def test_hertz_patch_loads_the_near_side_alone():
+    mesh = quadratic(
+        solid_mesh(*(lambda m: (0.1 * m.p.T * [1, 1, 0.1], m.t.T))(MeshTet().refined(2)))
+    )
+    loads = hertz_patch(mesh, TOP * [1, 1, 0.1], DOWN, DOWN, contact_radius_m=0.02)
+    assert np.allclose(mesh.nodes_m[loads.any(axis=1), 2], 0.01)
+
+
+def test_bad_patches_are_refused(cube):
+    options = {"contact_radius_m": 0.005}
+    with pytest.raises(ValueError, match="expected triangles within 0.005 m .* found none"):
+        hertz_patch(cube, TOP + [0, 0, 0.02], DOWN, DOWN, **options)
+    with pytest.raises(ValueError, match="expected triangles within 0.005 m .* found none"):
+        hertz_patch(cube, TOP, -DOWN, DOWN, **options)
+    with pytest.raises(ValueError, match="contact_radius_m: expected above 0, found 0"):
+        hertz_patch(cube, TOP, DOWN, DOWN, contact_radius_m=0)
+    with pytest.raises(ValueError, match="axis: expected a direction"):
+        hertz_patch(cube, TOP, 0 * DOWN, DOWN, **options)
+
+
+def pressed(refinements, edge_m, places):
+    """Displacement along z at places of a block under Hertz's pressure."""
+    mesh = MeshTet().refined(refinements)
+    coarse = solid_mesh((mesh.p.T - [0.5, 0.5, 0]) * [0.2, 0.2, 0.1], mesh.t.T)
+    top = np.array([0, 0, 0.1])
+    fine = refine_near(coarse, top, radius_m=0.008, edge_m=edge_m)
+    solid = quadratic(fine)
+    f = hertz_patch(solid, top, DOWN, 1.0 * DOWN, contact_radius_m=0.005)
+    free = dofs(np.flatnonzero(solid.nodes_m[:, 2] > 1e-9))
+    E, nu = 25e3, 0.3
+    lam, mu = E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+    K = combined(*elastic_stiffness(solid), lam, mu)[free][:, free]
+    u = np.zeros(f.size)
+    u[free] = factorise(K)(f.ravel()[free])
+    nearest = [int(np.argmin(np.linalg.norm(solid.nodes_m - p, axis=1))) for p in places]
+    assert np.allclose(solid.nodes_m[nearest], places)
+    return u.reshape(-1, 3)[nearest, 2]
+
+
+def test_hertz_patch_does_not_depend_on_the_mesh():
+    places = np.array([[0, 0, 0.1], [0.05, 0, 0.1], [0, 0, 0.05]])
+    one, two = pressed(2, 0.006, places), pressed(3, 0.0035, places)
+    assert one == pytest.approx(two, rel=0.03)
+    # Half-space under the middle (Johnson 1985, Eq. 3.41a): 3 F / (4 E* a).
+    half_space = -3 * 1.0 * (1 - 0.3**2) / (4 * 25e3 * 0.005)
+    assert two[0] == pytest.approx(half_space, rel=0.04)
