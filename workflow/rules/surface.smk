@@ -27,6 +27,7 @@ rule solid_mesh:
         kept=kept_mesh,
     output:
         solid=results("{object}/solid.vtu"),
+        quality=results("{object}/solid_quality.json"),
     log:
         results("logs/solid_mesh/{object}.log"),
     benchmark:
