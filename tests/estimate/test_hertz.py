@@ -4,13 +4,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from palpate.estimate.hertz import (
-    effective_samples,
     fit_free_contact,
     fit_known_contact,
     fit_study,
     hertz_force,
 )
 from palpate.estimate.hertz_laws import contact_law
+from palpate.estimate.hertz_scatter import effective_samples
 
 R, TRUTH = 0.00622, 27473.0
 
@@ -58,24 +58,29 @@ def test_known_contact_is_the_studys_fit():
     assert known.rms_n == pytest.approx(study.rms_n, rel=1e-9)
 
 
-@pytest.mark.parametrize(("lag", "least"), [(0.0, 0.90), (0.6, 0.82)])
+@pytest.mark.parametrize(("lag", "least"), [(0.0, 0.90), (0.6, 0.75)])
 def test_intervals_cover_the_truth(lag, least):
-    """Of 95 %; a short press cannot tell all of its serial correlation."""
+    """Of 95 %; with a serial correlation of 0.6, which 24 samples hardly tell, 80 to 90 % do."""
     depth, depth_std = np.linspace(-0.002, 0.008, 24), 2e-4
     rng = np.random.default_rng(7)
-    free, known = 0, 0
-    for _ in range(150):
+    free, known, weighted = 0, 0, 0
+    for _ in range(100):
         shift = rng.normal(0, depth_std)
         force = hertz_force(depth, TRUTH, R) + correlated(rng, depth.size, lag, 0.03)
         low, high = fit_free_contact(depth + shift, force, law_of()).reduced_modulus_interval_pa
         free += low < TRUTH < high
+        low, high = fit_free_contact(
+            depth + shift, force, law_of(), depth_std_m=depth_std
+        ).reduced_modulus_interval_pa
+        weighted += low < TRUTH < high
         used = depth > 0
         fit = fit_known_contact(
             depth[used] + shift, force[used], law_of(), depth_std_m=depth_std
         ).reduced_modulus_interval_pa
         known += fit[0] < TRUTH < fit[1]
-    assert least <= free / 150 <= 0.99
-    assert 0.90 <= known / 150 <= 1.0
+    assert least <= free / 100 <= 0.99
+    assert 0.90 <= known / 100 <= 1.0
+    assert least <= weighted / 100 <= 1.0
 
 
 def test_correlated_residuals_count_less():

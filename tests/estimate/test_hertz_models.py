@@ -11,7 +11,7 @@ from palpate.estimate.hertz_laws import (
     printed_layer_factor,
     sneddon_force,
 )
-from palpate.estimate.hertz_models import Press, fit_models, recommended
+from palpate.estimate.hertz_models import Press, fit_model, fit_models, recommended
 from scipy.optimize import brentq, nnls
 from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, MeshQuad
@@ -126,7 +126,7 @@ def press(deepest_m=0.008, thickness_m=0.0475, depth_std_m=1e-4, shift_m=0.0):
 def test_all_models_and_the_recommended_one():
     ours = press()
     models = fit_models(ours, **OPTIONS)
-    assert len(models) == 12
+    assert len(models) == 18
     chosen = recommended(ours, models)
     assert (chosen["indenter"], chosen["support"]) == ("sneddon", "bonded")
     assert chosen["reduced_modulus_pa"] == pytest.approx(TRUTH, rel=0.02)
@@ -137,16 +137,29 @@ def test_all_models_and_the_recommended_one():
     assert halfspace > 1.08 * known["sneddon", "bonded"]["reduced_modulus_pa"]
 
 
-def test_recommendation_follows_geometry_and_intervals():
+def test_recommendation_follows_geometry():
     shallow = press(deepest_m=0.0005)
     assert recommended(shallow, fit_models(shallow, **OPTIONS))["indenter"] == "parabola"
     thin = press(thickness_m=0.010)
     models = fit_models(thin, **OPTIONS)
     assert {m["support"] for m in models} == {"half_space"}
     assert recommended(thin, models)["support"] == "half_space"
-    sure, unsure = press(depth_std_m=1e-6), press(depth_std_m=2e-3, shift_m=1e-3)
-    assert recommended(sure, fit_models(sure, **OPTIONS))["contact"] == "known"
-    assert recommended(unsure, fit_models(unsure, **OPTIONS))["contact"] == "free"
+
+
+@pytest.mark.parametrize(("depth_std_m", "alike"), [(1e-7, "known"), (1.0, "free")])
+def test_weighted_contact_lies_between_known_and_free(depth_std_m, alike):
+    """At a deviation of 0 or without bound it is one of them; 0.5 mm too shallow a depth."""
+    name = {"indenter": "sneddon", "support": "bonded"}
+    end = press(depth_std_m=depth_std_m, shift_m=-5e-4)
+    found = fit_model(end, **name, contact="weighted", **OPTIONS).reduced_modulus_pa
+    same = fit_model(end, **name, contact=alike, **OPTIONS).reduced_modulus_pa
+    assert found == pytest.approx(same, rel=5e-3)
+    middle = press(depth_std_m=1e-5, shift_m=-5e-4)
+    known, between, free = (
+        fit_model(middle, **name, contact=contact, **OPTIONS).reduced_modulus_pa
+        for contact in ("known", "weighted", "free")
+    )
+    assert known > between > free
 
 
 def test_models_that_are_refused():

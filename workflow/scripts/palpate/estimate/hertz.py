@@ -10,13 +10,14 @@ from scipy.stats import norm as normal
 from scipy.stats import t as student
 
 from palpate.estimate.hertz_laws import parabola_force
+from palpate.estimate.hertz_scatter import deviation, effective_samples
 
 CONFIDENCE = 0.95
 TOLERANCE = 1e-10
 # Forces are compared as they are, or to this power, which makes Eq. 5.1 a straight line.
 RESIDUALS = {"force": 1.0, "force_two_thirds": 2 / 3}
-# Any more would leave a press no sample at all.
-LARGEST_AUTOCORRELATION = 0.9
+# Least deviation of the depth that a fit's scaling bears, as part of the press.
+TINY = 1e-6
 
 Law = Callable[[NDArray], NDArray]
 
@@ -156,8 +157,7 @@ def fit_known_contact(
     E_star, unit = modulus(0.0), law(depth_m)
     residual = E_star * unit - force_n
     count = effective_samples(residual)
-    scatter = np.sqrt(residual @ residual / (len(residual) - 1) / (unit @ unit))
-    scatter *= np.sqrt(len(residual) / count)
+    scatter = deviation(residual, 1) / np.sqrt(unit @ unit)
     # A shift that would lift the press out of the object tells no slope.
     shift = min(depth_std_m, 0.1 * float(depth_m.max()))
     slope = (modulus(shift) - modulus(-shift)) / (2 * shift) if shift > 0 else 0.0
@@ -176,6 +176,7 @@ def fit_free_contact(
     *,
     baseline: bool = False,
     residual: str = "force",
+    depth_std_m: float | None = None,
 ) -> ContactFit:
     """Fit E* and the depth of first contact by least squares.
 
@@ -191,6 +192,9 @@ def fit_free_contact(
         Fit a constant force too.
     residual : {"force", "force_two_thirds"}
         What of the force is compared: itself, or its power 2/3, in which Eq. 5.1 is straight.
+    depth_std_m : float, optional
+        Standard deviation of an error that all depths share [m]: contact is then expected at depth
+        0 with this deviation, and weighs as much as that says beside the residuals.
 
     Raises
     ------
@@ -209,32 +213,28 @@ def fit_free_contact(
         level = x[2] if baseline else 0.0
         return np.exp(x[0]) * modulus * law(depth_m - x[1] * length) / force_scale + level
 
-    best = _least(force, force_n / force_scale, RESIDUALS[residual], baseline, depth_m)
+    wanted, exponent = force_n / force_scale, RESIDUALS[residual]
+    best = _least(force, wanted, exponent, baseline, depth_m)
+    if depth_std_m is not None:
+        weight = deviation(best.fun[:-1], len(best.x)) * length / max(depth_std_m, TINY * length)
+        best = _least(force, wanted, exponent, baseline, depth_m, weight=weight)
     return _contact_fit(best, force(best.x) * force_scale - force_n, modulus, length, force_scale)
 
 
-def effective_samples(residual: NDArray) -> float:
-    """Number of independent samples with as much to say as serially correlated ones.
-
-    n (1 - r)/(1 + r) for a first-order process of lag-1 autocorrelation r, whose estimate falls
-    short by (1 + 4 r)/n in a short series (Marriott and Pope, Biometrika 41, 1954, 390). Negative
-    autocorrelation is taken for none.
-    """
-    centred, n = residual - residual.mean(), len(residual)
-    power = float(centred @ centred)
-    lag = float(centred[1:] @ centred[:-1]) / power if power > 0 else 0.0
-    lag = float(np.clip(lag + (1 + 4 * lag) / n, 0, LARGEST_AUTOCORRELATION))
-    return n * (1 - lag) / (1 + lag)
-
-
 def _least(
-    force: Law, measured: NDArray, power: float, baseline: bool, depth_m: NDArray
+    force: Law,
+    measured: NDArray,
+    power: float,
+    baseline: bool,
+    depth_m: NDArray,
+    *,
+    weight: float = 0.0,
 ) -> OptimizeResult:
-    """Least squares of powers of the force, from several places of first contact."""
+    """Least squares of powers of the force and of the weighted contact, from several places."""
     wanted = _power(measured, power)
     fits = [
         least_squares(
-            lambda x: _power(force(x), power) - wanted,
+            lambda x: np.r_[_power(force(x), power) - wanted, weight * x[1]],
             np.r_[0.0, place, [0.0] * baseline],
             x_scale="jac",
             xtol=1e-14,
@@ -250,10 +250,10 @@ def _contact_fit(
     best: OptimizeResult, left: NDArray, modulus: float, length: float, force_scale: float
 ) -> ContactFit:
     """What a fit in (log E*, contact, baseline), each in its own unit, comes to."""
-    count = effective_samples(best.fun)
-    freedom = len(best.fun) - len(best.x)
-    covariance = np.linalg.pinv(best.jac.T @ best.jac) * (best.fun @ best.fun) / freedom
-    covariance *= len(best.fun) / count
+    # The last row is the contact's own weight.
+    count, freedom = effective_samples(best.fun[:-1]), len(best.fun) - 1 - len(best.x)
+    variance = deviation(best.fun[:-1], len(best.x)) ** 2
+    covariance = np.linalg.pinv(best.jac.T @ best.jac) * variance
     std = np.sqrt(np.diag(covariance))
     width = student.ppf((1 + CONFIDENCE) / 2, freedom) * std[0]
     E_star = float(np.exp(best.x[0])) * modulus

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from palpate.estimate.hertz import ContactFit, KnownContactFit, fit_free_contact, fit_known_contact
 from palpate.estimate.hertz_laws import INDENTERS, LARGEST_CHI, SUPPORTS, contact_law
 
+# Contact at the surface; wherever the force says; or at the surface within its stated deviation.
+CONTACTS = ("known", "free", "weighted")
 # Beyond this depth over radius the paraboloid is too blunt by more than a hundredth.
 SHALLOW = 0.1
 # Poisson's ratios of all that people press, from cork to rubber.
@@ -52,7 +54,7 @@ class Press:
 def fit_models(
     press: Press, *, nu: float, baseline: bool, residual: str, series: str
 ) -> list[dict]:
-    """Fit every model with the contact point known and free.
+    """Fit every model with the contact point known, free and weighted.
 
     Parameters
     ----------
@@ -76,7 +78,7 @@ def fit_models(
     rows = []
     for indenter in INDENTERS:
         for support in supports:
-            for contact in ("known", "free"):
+            for contact in CONTACTS:
                 name = {"indenter": indenter, "support": support, "contact": contact}
                 row = name | vars(fit_model(press, **name, nu=nu, **options))
                 if support != "half_space":
@@ -97,7 +99,7 @@ def fit_model(
     residual: str,
     series: str,
 ) -> ContactFit | KnownContactFit:
-    """Fit one model, with the contact point ``known`` or ``free``."""
+    """Fit one model, with the contact point ``known``, ``free`` or ``weighted``."""
     law = contact_law(
         indenter,
         support,
@@ -106,9 +108,14 @@ def fit_model(
         nu=nu,
         series=series,
     )
-    if contact == "free":
+    if contact != "known":
         return fit_free_contact(
-            press.depth_m, press.force_n, law, baseline=baseline, residual=residual
+            press.depth_m,
+            press.force_n,
+            law,
+            baseline=baseline,
+            residual=residual,
+            depth_std_m=press.depth_std_m if contact == "weighted" else None,
         )
     used = slice(press.onset, None)
     return fit_known_contact(
@@ -117,11 +124,11 @@ def fit_model(
 
 
 def recommended(press: Press, models: Sequence[Mapping]) -> dict:
-    """Choose a model by the press's geometry and the stated intervals.
+    """Choose a model by the press's geometry.
 
     Sneddon's sphere beyond a depth of a tenth of the radius, else the paraboloid; the bonded layer
     where the series holds, since everything downstream takes the support as fixed, else the
-    half-space; contact known or free, whichever has the narrower interval in proportion.
+    half-space; and the weighted contact, since it leaves neither the surface nor the force unused.
 
     Returns
     -------
@@ -130,15 +137,10 @@ def recommended(press: Press, models: Sequence[Mapping]) -> dict:
     """
     indenter = "sneddon" if press.depth_over_radius > SHALLOW else "parabola"
     support = "bonded" if press.chi <= LARGEST_CHI else "half_space"
-    ours = [m for m in models if (m["indenter"], m["support"]) == (indenter, support)]
-    best = min(ours, key=_relative_width)
+    wanted = (indenter, support, "weighted")
+    best = next(m for m in models if (m["indenter"], m["support"], m["contact"]) == wanted)
     rule = (
         f"depth over radius {press.depth_over_radius:.2f}, chi {press.chi:.2f};"
-        " sneddon above 0.1, bonded up to chi 0.6, contact of the narrower interval"
+        f" sneddon above {SHALLOW:g}, bonded up to chi {LARGEST_CHI:g}, contact weighted"
     )
     return dict(best) | {"rule": rule}
-
-
-def _relative_width(model: Mapping) -> float:
-    low, high = model["reduced_modulus_interval_pa"]
-    return (high - low) / model["reduced_modulus_pa"]
