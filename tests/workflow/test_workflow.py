@@ -56,6 +56,7 @@ def test_dry_run_of_the_study(root, tmp_path):
     assert done.returncode == 0, done.stderr[-3000:]
     rules = {"lab_capture", "track", "minimise", "table_5_3", "pipeline_accuracy"}
     rules |= {"lab_fidelity", "lab_experiment", "template"}
+    rules |= {"align", "hertz", "table_5_1", "table_5_2", "hertz_accuracy"}
     assert rules <= counted(done)
 
 
@@ -126,7 +127,8 @@ def test_second_run_has_nothing_to_do(copy):
 @pytest.mark.parametrize(
     ("module", "affected", "untouched"),
     [
-        ("estimate/hertz.py", {"hertz", "track", "figure_5_2"}, {"mask", "clouds", "probe_pose"}),
+        ("estimate/hertz.py", {"hertz", "figure_5_2"}, {"mask", "clouds", "align", "track"}),
+        ("surface/alignment.py", {"align", "track", "hertz"}, {"mask", "clouds", "probe_pose"}),
         ("vision/background.py", {"background_model", "mask"}, {"probe_pose", "support_plane"}),
         ("study/tables.py", {"table_5_2", "table_5_3", "summary"}, {"hertz", "minimise", "mask"}),
     ],
