@@ -58,27 +58,28 @@ def read_press(snakemake):
     tips = poses[TIP].to_numpy(float)
     force = np.linalg.norm(read_table(inputs.force)[FORCE], axis=1)
     unit = load_yaml(inputs.object)["template"]["unit"]
-    template, alignment = (
-        read_template(inputs.template, unit=unit),
-        load_alignment(inputs.alignment),
-    )
+    template = read_template(inputs.template, unit=unit)
+    alignment = load_alignment(inputs.alignment)
     depth = indentation_depth(template, alignment, tips, radius_m=radius)
     chosen = hertz_range(force, onset_force_n=snakemake.params.options["onset_force_n"])
     check_contact(depth, chosen.start)
-    used = slice(0, chosen.stop + 1)
-    moved = tips[chosen.stop] - tips[chosen.start - 1]
-    direction = alignment.camera_from_object[:3, :3].T @ moved
+    std = np.hypot(np.nanmedian(poses[ALONG_STD]), alignment.residual.contact_mean_m)
     press = Press(
-        depth_m=depth[used],
-        force_n=force[used],
+        depth_m=depth[: chosen.stop + 1],
+        force_n=force[: chosen.stop + 1],
         onset=chosen.start,
         radius_m=radius,
-        thickness_m=thickness_along(template, alignment.contact_point_m, direction),
-        depth_std_m=float(
-            np.hypot(np.nanmedian(poses[ALONG_STD]), alignment.residual.contact_mean_m)
-        ),
+        thickness_m=pressed_thickness(template, alignment, tips, chosen),
+        depth_std_m=float(std),
     )
     return press, chosen.stop, {"depth_m": depth.tolist(), "force_n": force.tolist()}
+
+
+def pressed_thickness(template, alignment, tips_m, chosen):
+    """Thickness of the object along the way of the tip from its touch to its deepest place [m]."""
+    moved = tips_m[chosen.stop] - tips_m[chosen.start - 1]
+    direction = alignment.camera_from_object[:3, :3].T @ moved
+    return thickness_along(template, alignment.contact_point_m, direction)
 
 
 def by_residual(depth, force, law):

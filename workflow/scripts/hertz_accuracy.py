@@ -9,8 +9,9 @@ from study_inputs import read_all
 
 TITLE = "Hertz models against the virtual lab's truth"
 NOTES = (
-    "The truth is the instantaneous E*; the material relaxes while it is pressed, which no model"
-    " here takes into account, and intervals cover scatter and the stated error of the depth alone."
+    "The truth of median_ratio and of the intervals is the instantaneous E*; the material relaxes"
+    " while it is pressed, which no model here takes into account, and intervals cover scatter and"
+    " the stated error of the depth alone."
     " The study's fit is the parabola on a half-space with known contact.",
 )
 

@@ -196,6 +196,7 @@ def relaxed_modulus(material: Mapping) -> float:
 def accuracy_summary(accuracy: pd.DataFrame) -> pd.DataFrame:
     """Per sensor and model: median ratio, its spread, and the share of intervals that cover.
 
+    The truth is the instantaneous E*; the ratio to what is left when it has relaxed stands beside.
     The study's fit is the paraboloid on a half-space with known contact. Rows of the recommended
     models, whichever they are, come last.
     """
@@ -205,11 +206,13 @@ def accuracy_summary(accuracy: pd.DataFrame) -> pd.DataFrame:
     for part in (accuracy, ours):
         for names, group in part.groupby(keys, sort=False):
             ratio = group["ratio"]
+            relaxed = group["reduced_modulus_pa"] / group["true_relaxed_reduced_modulus_pa"]
             rows.append(
                 dict(zip(keys, names, strict=True))
                 | {
                     "captures": len(group),
                     "median_ratio": round(float(ratio.median()), 4),
+                    "median_ratio_to_relaxed": round(float(relaxed.median()), 4),
                     "ratio_standard_deviation": round(float(ratio.std(ddof=1)), 4),
                     "share_of_intervals_that_cover": round(float(group["covers"].mean()), 3),
                     "provenance": group["provenance"].iloc[0],
