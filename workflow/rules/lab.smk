@@ -145,20 +145,22 @@ rule lab_experiment:
         "../scripts/lab_experiment.py"
 
 
-rule lab_simulated_block:
-    input:
-        mesh=simulated_mesh,
-    output:
-        steps=raw("simulations/foam_block.npz"),
-        truth=truth("simulations/foam_block.json"),
-    log:
-        results("logs/lab_simulated_block.log"),
-    benchmark:
-        results("benchmarks/lab_simulated_block.tsv")
-    params:
-        code=code("lab_simulated_block"),
-        spec=simulated_spec,
-    message:
-        "Lab: linear FEM of the foam block of Section 3.3.2"
-    script:
-        "../scripts/lab_simulated_block.py"
+if HOUSE.lab and "simulated_block" in HOUSE.lab:
+
+    rule lab_simulated_block:
+        input:
+            mesh=simulated_mesh,
+        output:
+            steps=raw("simulations/foam_block.npz"),
+            truth=truth("simulations/foam_block.json"),
+        log:
+            results("logs/lab_simulated_block.log"),
+        benchmark:
+            results("benchmarks/lab_simulated_block.tsv")
+        params:
+            code=code("lab_simulated_block"),
+            spec=simulated_spec,
+        message:
+            "Lab: linear FEM of the foam block of Section 3.3.2"
+        script:
+            "../scripts/lab_simulated_block.py"

@@ -16,7 +16,7 @@ KILOPASCALS, MILLIMETRES = 1e-3, 1e3
 PALETTE = (BLUE, ORANGE, GREEN, "#CC79A7", "#56B4E9", "#E69F00")
 MARKS = ("o", "s", "^", "D", "v", "P")
 METHODS = {"linear_method": "linear method", "minimise_displacement": "error minimisation"}
-HEIGHT_IN, LEGEND_IN = 2.6, 0.35
+HEIGHT_IN, LEGEND_IN = 2.6, 0.22
 # Of a search that starts far off, the panels show the range of the later iterations.
 LATER = 0.15
 
