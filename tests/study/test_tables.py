@@ -145,16 +145,12 @@ def test_what_is_written_says_what_is_simulated(hertz, tmp_path, root):
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
 
 
-@pytest.mark.parametrize("name", ["figure_5_2", "figure_5_8"])
-def test_figures_repeat_and_carry_their_label(name, tmp_path):
+def test_figures_repeat_and_carry_their_label(tmp_path):
     shown = CAPTURES[::2]
     for k in "ab":
         with style.journal():
-            if name == "figure_5_2":
-                figure = figures.figure_5_2(shown, [fit(25000.0), fit(26000.0)])
-            else:
-                results = [minimum(2e4, 0.25), minimum(3e4, 0.2)]
-                figure = figures.figure_5_8(shown, results, error="displacement")
+            results = [minimum(2e4, 0.25), minimum(3e4, 0.2)]
+            figure = figures.figure_5_8(shown, results, error="displacement")
             style.save(figure, tmp_path / f"{k}.png", tmp_path / f"{k}.svg")
     for ending in ("png", "svg"):
         one, other = ((tmp_path / f"{k}.{ending}").read_bytes() for k in "ab")

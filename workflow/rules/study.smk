@@ -64,25 +64,6 @@ rule pipeline_accuracy:
         "../scripts/pipeline_accuracy.py"
 
 
-rule figure_5_2:
-    input:
-        fits=files_of(shown("figure_5_2"), "hertz.json"),
-    output:
-        png=results("figures/figure_5_2.png"),
-        svg=results("figures/figure_5_2.svg"),
-    log:
-        results("logs/figure_5_2.log"),
-    benchmark:
-        results("benchmarks/figure_5_2.tsv")
-    params:
-        code=code("figure_5_2"),
-        captures=shown("figure_5_2"),
-    message:
-        "Figure 5.2: Hertz fit"
-    script:
-        "../scripts/figure_5_2.py"
-
-
 rule figure_5_8:
     input:
         results=files_of(shown("figure_5_8"), f"minimise-{ERRORS[0]}.json"),

@@ -1,0 +1,18 @@
+"""Figure A.1: Hertz fits at all points of the block, Bumblebee."""
+
+from job import run
+from palpate.capture.files import whole_file
+from palpate.study import hertz_figures, style
+from study_inputs import read_all
+
+
+def main(snakemake):
+    """Draw the figure."""
+    fits = read_all(snakemake.input.fits)
+    with style.journal():
+        figure = hertz_figures.figure_a(snakemake.params.captures, fits)
+        with whole_file(snakemake.output.png) as png, whole_file(snakemake.output.svg) as svg:
+            style.save(figure, png, svg)
+
+
+run(main, snakemake)
