@@ -12,7 +12,7 @@ from palpate.study import simplex, style
 FIRST_PA = np.array([[14e3, 14e3], [24e3, 14e3], [14e3, 17e3]])
 RATIOS = np.geomspace(0.3, 30, 70)
 SHEAR_MODULI_PA = np.linspace(4e3, 24e3, 90)
-STEPS, SHOWN = 14, 1
+STEPS, SHOWN = 14, 0
 
 
 def main(snakemake):

@@ -11,28 +11,28 @@ from palpate.study.style import ARROW, BLACK, BLUE, COLUMN_IN, GREY, ORANGE, PAG
 
 # Fig. 3.1: place, name, symbol, and what is named by it.
 QUANTITIES = {
-    "displacement": ((1.5, 2.3), r"$\mathbf{u}$", "m"),
+    "displacement": ((1.5, 2.8), r"$\mathbf{u}$", "m"),
     "strain": ((1.5, 0.6), r"$\mathbf{\epsilon}$", "no unit"),
     "stress": ((6.5, 0.6), r"$\mathbf{\sigma}$", "Pa"),
-    "force": ((6.5, 2.3), r"$\mathbf{f}$", "N"),
+    "force": ((6.5, 2.8), r"$\mathbf{f}$", "N"),
 }
 BOX = 1.9, 0.72
 # Fig. 3.2: where the reader stands, lengths in edges of the cube.
 SIDE_DEG, ABOVE_DEG = 38.0, 26.0
-NORMAL, SHEAR, AXIS = 0.62, 0.38, 0.42
+NORMAL, SHEAR, AXIS = 0.55, 0.27, 0.42
 AXES = "xyz"
 FACE_SHADES = "0.86", "0.93", "0.97"
 
 
 def figure_3_1() -> Figure:
     """External and internal mechanical quantities and the laws that tie them (Fig. 3.1)."""
-    figure = plt.figure(figsize=(PAGE_IN, 2.75))
+    figure = plt.figure(figsize=(PAGE_IN, 3.1))
     axes = figure.add_axes((0, 0, 1, 1))
-    axes.set(xlim=(-0.6, 8.6), ylim=(-0.1, 3.42))
+    axes.set(xlim=(-0.6, 8.6), ylim=(-0.1, 3.75))
     axes.set_axis_off()
-    for low, name in ((1.72, "external: observed and prescribed"), (0.0, "internal")):
+    for low, name in ((2.25, "external: observed and prescribed"), (-0.05, "internal")):
         axes.add_patch(_box((4.0, low + 0.7), (8.9, 1.4), fc="0.96", ec="none"))
-        axes.text(4.0, low + 1.3, name, ha="center", va="top", color="0.35", fontsize=SMALL)
+        axes.text(-0.3, low + 1.3, name, ha="left", va="top", color="0.35", fontsize=SMALL)
     for name, (place, symbol, unit) in QUANTITIES.items():
         external = name in ("displacement", "force")
         axes.add_patch(_box(place, BOX, fc="white", ec=BLUE if external else ORANGE, lw=1.4))
@@ -49,7 +49,7 @@ def figure_3_1() -> Figure:
 
 def figure_3_2() -> Figure:
     """Stress components on the visible faces of an infinitesimal cube (Fig. 3.2)."""
-    figure = plt.figure(figsize=(COLUMN_IN, 3.3))
+    figure = plt.figure(figsize=(COLUMN_IN, 3.1))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()
     axes.set_aspect("equal")
@@ -61,8 +61,7 @@ def figure_3_2() -> Figure:
         for j in range(3):
             _component(axes, i, j, view)
     _triad(axes, view)
-    axes.autoscale_view()
-    axes.margins(0.04)
+    axes.set(xlim=(-1.5, 1.45), ylim=(-1.3, 1.3))
     return figure
 
 
@@ -94,7 +93,7 @@ def _law(
         # Beside the upright arrows, on their inner side there is room.
         place = middle - np.array(side) * 0.14
         across = "left" if side[0] < 0 else "right"
-        axes.text(*place, f"{name}\n{law}", ha=across, va="center", linespacing=1.5)
+        axes.text(*place, f"{name}\n{law}", ha=across, va="center", linespacing=1.9)
         return
     axes.text(middle[0], middle[1] + 0.09, name, ha="center", va="bottom")
     axes.text(middle[0], middle[1] - 0.1, law, ha="center", va="top")
@@ -134,7 +133,7 @@ def _component(axes: Axes, i: int, j: int, view: NDArray) -> None:
 
 def _triad(axes: Axes, view: NDArray) -> None:
     """Coordinate axes beside the cube."""
-    origin = np.array([-1.25, -0.95])
+    origin = np.array([-1.1, -1.0])
     for k, unit in enumerate(np.eye(3)):
         end = origin + AXIS * unit @ view
         axes.annotate("", end, origin, arrowprops=ARROW | {"color": GREY})

@@ -57,7 +57,8 @@ def figure_5_1(
     figure, (above, below) = plt.subplots(2, 1, figsize=(PAGE_IN, 5.0), height_ratios=(1.25, 1))
     _photo_panel(above, photo, pixels, list(points))
     _plan_panel(below, points, outline_m)
-    above.set_title("recording")
+    for panel in (above, below):
+        panel.set_title("room for the title")
     figure = finished(figure, {capture["provenance"]})
     entitle(above, f"{sensor_name(capture['sensor'])}, recording {capture['capture']}", "a")
     entitle(below, "Plan, to scale", "b")
@@ -161,7 +162,7 @@ def _plan_panel(axes: Axes, points: Mapping[str, NDArray], outline_m: NDArray) -
     places = np.array(list(points.values()))[:, :2] * MILLIMETRES
     for values, line in ((places[:, 0], axes.axvline), (places[:, 1], axes.axhline)):
         for value in np.unique(values.round(3)):
-            line(value, color=GREY, lw=0.5, ls=(0, (3, 2)), zorder=0.5)
+            line(value, color=GREY, lw=0.5, ls=(0, (3, 2)), zorder=1.5)
     axes.plot(*places.T, "o", ms=5, mfc="white", mec=ORANGE, mew=1.2)
     for name, place in zip(points, places, strict=True):
         look = {"weight": "bold", "fontsize": SMALL, "path_effects": HALO}

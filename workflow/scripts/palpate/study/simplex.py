@@ -81,8 +81,9 @@ def simplexes(cost: Callable[[NDArray], float], first: NDArray, count: int) -> l
     """
     order = np.argsort([cost(x) for x in first], kind="stable")
     found = [np.array(first)[order]]
+    # SciPy counts the simplex it starts from as its first iteration.
     for k in range(1, count + 1):
-        options = {"initial_simplex": found[0], "maxiter": k, "xatol": 0, "fatol": 0}
+        options = {"initial_simplex": found[0], "maxiter": k + 1, "xatol": 0, "fatol": 0}
         result = minimize(cost, found[0][0], method="Nelder-Mead", options=options)
         found.append(result.final_simplex[0])
     return found
