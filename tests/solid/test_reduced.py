@@ -59,7 +59,7 @@ def test_bound_holds_and_is_sharp(system, nu):
     model = reduced_model(A1, A2, load=b, moments=3)
     lam, mu = 2e4 * lame_ratio(nu), 2e4
     true, bound = energy_error(model, lam, mu), model.error_bound(lam, mu)
-    assert true <= bound <= 3 * true + 1e-10
+    assert true <= bound <= 6 * true + 1e-10
 
 
 def test_derivatives(system):
@@ -75,8 +75,8 @@ def test_derivatives(system):
 def test_exact_at_its_ratios(system):
     A1, A2, b, _ = system
     model = reduced_model(A1, A2, load=b, moments=1)
-    for ratio, _ in model.shifts:
-        assert energy_error(model, ratio, 1.0) < 1e-10
+    assert energy_error(model, model.shift, 1.0) < 1e-10
+    assert energy_error(model, 1.1 * model.shift, 1.0) > 1e-6
 
 
 def test_bad_input(system):

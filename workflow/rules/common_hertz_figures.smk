@@ -37,7 +37,7 @@ def grid_template():
     """Template of the object that Figure 5.1 shows."""
     kind, name = HOUSE.template_source(shown("figure_5_1")[0]["object"])
     if kind == "file":
-        return seen_raw("figure_5_1", "{object}/" + name)
+        return seen_raw("figure_5_1", f"{{object}}/{name}")
     return seen_in("figure_5_1", "{object}/template.ply")
 
 
@@ -49,16 +49,10 @@ def grid_optics():
     return results(f"sensors/{sensor}/calibration.json")
 
 
-def aligned():
-    """Whether a rule of the workflow writes the alignment of a capture."""
-    made = [str(path) for rule in workflow.rules for path in rule.output]
-    return any(path.endswith("/alignment.json") for path in made)
-
-
 def hertz_figure_outputs():
     """Figures of the Hertz model that the run has captures for."""
     names = []
-    if aligned() and of_the_block():
+    if of_the_block():
         names.append("figure_5_1")
     if repeated():
         names.append("figure_5_3")

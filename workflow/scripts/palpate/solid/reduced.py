@@ -16,6 +16,7 @@ from scipy import sparse
 from scipy.linalg import eigh
 
 from palpate.solid.solve import factorise
+from palpate.solid.stiffness import combined
 
 SHIFTS, MOMENTS = 3, 6
 # (tr e)^2 <= 3 e:e, hence x' A1 x <= 3/2 x' A2 x for the matrices of Eq. 3.21 and 3.22.
@@ -39,8 +40,10 @@ class ReducedModel:
         U' b1, U' b2 and U' f.
     system : tuple
         A1, A2, b1, b2, f.
-    shifts : tuple of (float, callable)
-        Ratios lam / mu of the model, each with the solver of r A1 + A2.
+    shift : float
+        A ratio lam / mu of the model.
+    solve : callable
+        Solver of shift A1 + A2.
     """
 
     modes: NDArray
@@ -49,7 +52,8 @@ class ReducedModel:
     mu_load: NDArray
     load: NDArray
     system: tuple
-    shifts: tuple[tuple[float, Callable], ...]
+    shift: float
+    solve: Callable[[NDArray], NDArray]
 
     def amplitudes(self, lam: float, mu: float) -> NDArray:
         """Amplitude of each mode, shape (k,)."""
@@ -70,19 +74,17 @@ class ReducedModel:
     def error_bound(self, lam: float, mu: float) -> float:
         """Bound on the relative error of the solution in the energy norm.
 
-        The residual is measured in the inverse of K at the nearest shift, which bounds the inverse
-        of K(lam, mu) since the poles of the system lie between 0 and 3/2: no further factorisation.
-        It holds for all stable moduli, those outside of the model's range included.
+        The residual is measured in the inverse of K at the model's middle ratio, which bounds the
+        inverse of K(lam, mu) since the poles of the system lie between 0 and 3/2: no further
+        factorisation. It holds for all stable moduli, also outside of the model's range.
         """
         A1, A2, b1, b2, f = self.system
         x = self.solution(lam, mu)
         Kx = lam * (A1 @ x) + mu * (A2 @ x)
         residual = lam * b1 + mu * b2 + f - Kx
-        bounds = []
-        for shift, solve in self.shifts:
-            ratios = [(lam * w + mu) / (shift * w + 1) for w in (0.0, LARGEST_POLE)]
-            bounds.append(float(residual @ solve(residual)) / min(ratios))
-        return float(np.sqrt(max(min(bounds), 0.0) / float(x @ Kx)))
+        least = min((lam * w + mu) / (self.shift * w + 1) for w in (0.0, LARGEST_POLE))
+        square = float(residual @ self.solve(residual)) / least
+        return float(np.sqrt(max(square, 0.0) / float(x @ Kx)))
 
 
 def reduced_model(
@@ -121,10 +123,12 @@ def reduced_model(
     b1, b2, f = (np.zeros(n) if b is None else np.asarray(b, float) for b in loads)
     if not any(np.any(b) for b in (b1, b2, f)):
         raise ValueError("load: expected a load that is not zero, found zero")
-    solvers = [(r, factorise(r * A1 + A2)) for r in _shifts(poisson_ratios, shifts)]
-    V = _orthonormal(
-        [column for r, solve in solvers for column in _moments(A1, b1, b2 + f, r, solve, moments)]
-    )
+    solve, columns = None, []
+    for r in (ratios := _ratios(poisson_ratios, shifts)):
+        K = combined(A1, A2, r, 1.0)
+        solve = solve.refactorise(K) if solve else factorise(K)
+        columns += _moments(A1, b1, b2 + f, r, solve, moments)
+    V = _orthonormal(columns)
     poles, Q = eigh(V.T @ (A1 @ V), V.T @ (A2 @ V))
     U = V @ Q
     return ReducedModel(
@@ -134,7 +138,8 @@ def reduced_model(
         mu_load=U.T @ b2,
         load=U.T @ f,
         system=(A1, A2, b1, b2, f),
-        shifts=tuple(solvers),
+        shift=float(ratios[-1]),
+        solve=solve,
     )
 
 
@@ -143,14 +148,16 @@ def lame_ratio(poisson_ratio: float) -> float:
     return 2 * poisson_ratio / (1 - 2 * poisson_ratio)
 
 
-def _shifts(poisson_ratios: tuple[float, float], count: int) -> NDArray:
+def _ratios(poisson_ratios: tuple[float, float], count: int) -> NDArray:
+    """Chebyshev's points in log(1 + r), the middle one last: its factors are kept."""
     low, high = poisson_ratios
     if not LEAST_POISSON_RATIO < low < high < 0.5:
         expected = f"{LEAST_POISSON_RATIO} < low < high < 0.5"
         raise ValueError(f"poisson_ratios: expected {expected}, found {low}, {high}")
     ends = np.log1p([lame_ratio(low), lame_ratio(high)])
     middle, half = ends.mean(), np.diff(ends)[0] / 2
-    return np.expm1(middle - half * np.cos(np.pi * (np.arange(count) + 0.5) / count))
+    points = middle - half * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    return np.expm1(points[np.argsort(-np.abs(points - middle), kind="stable")])
 
 
 def _moments(
