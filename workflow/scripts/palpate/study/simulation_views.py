@@ -132,7 +132,7 @@ def _frame(axes: Axes, nodes: NDArray) -> None:
     axes.set_axis_off()
     scale = np.array([[low[0] + 30, low[1] - 20, 0], [low[0] + 130, low[1] - 20, 0]])
     axes.plot(*scale.T, color=BLACK, lw=1.5, clip_on=False)
-    axes.text(*(scale.mean(axis=0) - [0, 12, 0]), "100 mm", fontsize=7.5, ha="center", va="top")
+    axes.text(*(scale.mean(axis=0) - [0, 22, 0]), "100 mm", fontsize=7.5, ha="center", va="top")
 
 
 def _detail(axes: Axes, steps: SimulatedSteps, tracked: NDArray, computed: NDArray) -> None:
