@@ -60,7 +60,7 @@ def figure_3_3(
         Radius of the sphere, and depth, whose contact area is pi R d (Eq. 3.27) [m].
     provenance : str
     """
-    figure, axes = plt.subplots(1, len(views), figsize=(PAGE_IN, 4.1), squeeze=False)
+    figure, axes = plt.subplots(1, len(views), figsize=(PAGE_IN, 4.2), squeeze=False)
     circle = min(np.sqrt(radius_m * max(depth_m, 0)), radius_m) * MILLIMETRES
     for panel, view in zip(axes[0], views, strict=True):
         _panel(panel, view, point_m, circle)
@@ -72,7 +72,7 @@ def figure_3_3(
                label=f"indenter's contact, radius {circle:.1f} mm at {depth_m * 1e3:.1f} mm depth"),
     ]  # fmt: skip
     finished(figure, {provenance})
-    figure.tight_layout(rect=(0, 0.09, 1, 0.95))
+    figure.tight_layout(rect=(0, 0.13, 1, 0.96))
     figure.legend(handles=marks, loc="lower center", ncol=3, bbox_to_anchor=(0.5, 0.03))
     for panel, view, letter in zip(axes[0], views, "abcd", strict=False):
         entitle(panel, view.title, letter)
