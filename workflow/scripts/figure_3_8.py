@@ -10,8 +10,8 @@ from palpate.study import simplex, style
 
 # The first triangle, as the study's grid of starts has it: nu 0.25 at the Hertz modulus [Pa].
 FIRST_PA = np.array([[14e3, 14e3], [24e3, 14e3], [14e3, 17e3]])
-RATIOS = np.geomspace(0.3, 30, 70)
-SHEAR_MODULI_PA = np.linspace(4e3, 24e3, 90)
+RATIOS = np.geomspace(0.3, 30, 120)
+SHEAR_MODULI_PA = np.linspace(4e3, 24e3, 200)
 STEPS, SHOWN = 14, 0
 
 

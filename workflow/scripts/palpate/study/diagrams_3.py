@@ -19,7 +19,7 @@ QUANTITIES = {
 BOX = 1.9, 0.72
 # Fig. 3.2: where the reader stands, lengths in edges of the cube.
 SIDE_DEG, ABOVE_DEG = 38.0, 26.0
-NORMAL, SHEAR, AXIS = 0.55, 0.27, 0.42
+NORMAL, SHEAR, AXIS = 0.66, 0.27, 0.42
 AXES = "xyz"
 FACE_SHADES = "0.86", "0.93", "0.97"
 
@@ -128,7 +128,10 @@ def _component(axes: Axes, i: int, j: int, view: NDArray) -> None:
     way = (end - start) / np.linalg.norm(end - start)
     text = rf"$\sigma_{{{AXES[i]}{AXES[j]}}}$"
     look = {"textcoords": "offset points", "ha": "center", "va": "center", "fontsize": 9}
-    axes.annotate(text, end, 9 * way, color=colour, **look)
+    # The labels of shear along x and y keep clear of their neighbours and of the edges.
+    asides = {(0, 1): (-7, -8), (1, 0): (7, -8), (2, 0): (0, 6), (2, 1): (0, 6)}
+    aside = np.array(asides.get((i, j), (0, 0)))
+    axes.annotate(text, end, 9 * way + aside, color=colour, **look)
 
 
 def _triad(axes: Axes, view: NDArray) -> None:
