@@ -6,6 +6,8 @@ SuperLU stays for machines without MKL.
 
 import weakref
 from collections.abc import Callable
+from copy import copy
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +56,22 @@ def factorise(K: sparse.spmatrix, *, solver: str = "auto") -> Callable[[NDArray]
     if solver == "superlu" or PyPardisoSolver is None:
         return SuperLUFactors(K)
     return PardisoFactors(K)
+
+
+@cache
+def _loaded() -> "PyPardisoSolver":
+    solver = PyPardisoSolver(mtype=POSITIVE_DEFINITE)
+    # The same bytes need the same number of threads.
+    solver.libmkl.MKL_Set_Num_Threads_Local(1)
+    return solver
+
+
+def _new_solver() -> "PyPardisoSolver":
+    """Handle of its own on the library, which takes the wrapper most of a second to find."""
+    solver = copy(_loaded())
+    for name in ("pt", "iparm", "perm"):
+        setattr(solver, name, np.zeros_like(getattr(solver, name)))
+    return solver
 
 
 class SuperLUFactors:
@@ -106,9 +124,7 @@ class PardisoFactors:
         self._pattern = K.indptr, K.indices
         upper = np.bincount(rows[self._upper], minlength=K.shape[0])
         self._entries = K.indices[self._upper], np.concatenate([[0], np.cumsum(upper)])
-        self._mkl = PyPardisoSolver(mtype=POSITIVE_DEFINITE)
-        # The same bytes need the same number of threads.
-        self._mkl.libmkl.MKL_Set_Num_Threads_Local(1)
+        self._mkl = _new_solver()
         self._release = weakref.finalize(self, self._mkl.free_memory, everything=True)
         self._release.atexit = False
         self._factorise(K, ANALYSE, FACTORISE)
