@@ -24,7 +24,7 @@ from palpate.study.style import (
     finished,
     sensor_name,
 )
-from palpate.study.tables import ROWS_OF_BLOCK
+from palpate.study.hertz_tables import ROWS_OF_BLOCK
 
 MILLIMETRES, KILOPASCALS, MILLINEWTONS = 1e3, 1e-3, 1e3
 # Section 5.1: the study's recordings are shifted to meet at this force.

@@ -22,7 +22,7 @@ from palpate.study.style import (
     label_provenance,
     sensor_name,
 )
-from palpate.study.tables import ROWS_OF_BLOCK
+from palpate.study.hertz_tables import ROWS_OF_BLOCK
 
 MILLIMETRES, KILOPASCALS = 1e3, 1e-3
 MAP = "cividis"
