@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from palpate.estimate.hertz import CONFIDENCE, hertz_force
+from palpate.study.hertz_tables import ROWS_OF_BLOCK
 from palpate.study.style import (
     BLACK,
     BLUE,
@@ -24,7 +25,6 @@ from palpate.study.style import (
     finished,
     sensor_name,
 )
-from palpate.study.hertz_tables import ROWS_OF_BLOCK
 
 MILLIMETRES, KILOPASCALS, MILLINEWTONS = 1e3, 1e-3, 1e3
 # Section 5.1: the study's recordings are shifted to meet at this force.

@@ -11,6 +11,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 
+from palpate.study.hertz_tables import ROWS_OF_BLOCK
 from palpate.study.style import (
     BLACK,
     GREY,
@@ -22,7 +23,6 @@ from palpate.study.style import (
     label_provenance,
     sensor_name,
 )
-from palpate.study.hertz_tables import ROWS_OF_BLOCK
 
 MILLIMETRES, KILOPASCALS = 1e3, 1e-3
 MAP = "cividis"
