@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from palpate.estimate.objective import Measurement
 from palpate.solid.boundary import NodeSets, node_sets
 from palpate.solid.fill import refine_near
-from palpate.solid.load import contact_triangle, nodal_force
-from palpate.solid.mesh import SolidMesh
+from palpate.solid.load import contact_triangle, nodal_force, outward_normal
+from palpate.solid.mesh import SolidMesh, quadratic
+from palpate.solid.patch import hertz_contact_radius, hertz_patch
 from palpate.surface.track import Tracked
 from palpate.surface.transfer import to_solid
 
@@ -35,6 +36,7 @@ def pose_problem(
     indenter_radius_m: float,
     refine_radius_m: float,
     refine_edge_m: float,
+    element_order: int,
     force_rule: str,
     turn_force: bool,
 ) -> Problem:
@@ -45,7 +47,7 @@ def pose_problem(
     Parameters
     ----------
     solid : SolidMesh
-        Kept mesh of the object.
+        Kept mesh of the object, elements of four nodes.
     tracked : Tracked
     force_n : (3,) array
         Force on the object in the frame, camera frame [N].
@@ -58,29 +60,68 @@ def pose_problem(
     indenter_radius_m : float
     refine_radius_m, refine_edge_m : float
         Local refinement of the solid at the contact [m].
-    force_rule, turn_force
-        Options of `palpate.solid.load.nodal_force`.
+    element_order : {1, 2}
+        Elements of four or of ten nodes.
+    force_rule : {"conserve", "area_ratio", "hertz_patch"}
+        On the contact triangle, as `palpate.solid.load.nodal_force` has it; or Hertz's pressure
+        over the contact radius sqrt(R d), which does not depend on the mesh.
+    turn_force : bool
+        Turn the force against the outward normal of the contact triangle (Section 5.2.2).
+
+    Raises
+    ------
+    ValueError
+        If an option is unknown, or contact or support are not where the solid is.
     """
+    if element_order not in (1, 2):
+        raise ValueError(f"element_order: expected 1 or 2, found {element_order}")
     turn = tracked.camera_from_object[:3, :3]
-    point = tracked.contact_point_m
-    mesh = refine_near(solid, point, radius_m=refine_radius_m, edge_m=refine_edge_m)
-    moved = (tracked.vertices_m[frame] - tracked.vertices_m[0]) @ turn
-    triangle = contact_triangle(mesh, point, largest_distance_m=indenter_radius_m)
-    sets = node_sets(
-        mesh,
-        contact_nodes=triangle,
-        support_plane_point_m=np.array(support["plane_point_m"], dtype=float),
-        support_plane_normal=np.array(support["plane_normal"], dtype=float),
-        tolerance_m=support["tolerance_m"],
+    mesh = refine_near(
+        solid, tracked.contact_point_m, radius_m=refine_radius_m, edge_m=refine_edge_m
     )
-    forces = nodal_force(
+    mesh = quadratic(mesh) if element_order == 2 else mesh
+    forces = _contact_forces(
         mesh,
-        triangle,
+        tracked.contact_point_m,
         force_n @ turn,
         rule=force_rule,
         turn_to_normal=turn_force,
         indenter_radius_m=indenter_radius_m,
         depth_m=depth_m,
     )
+    sets = node_sets(
+        mesh,
+        contact_nodes=np.flatnonzero(forces.any(axis=1)),
+        support_plane_point_m=np.array(support["plane_point_m"], dtype=float),
+        support_plane_normal=np.array(support["plane_normal"], dtype=float),
+        tolerance_m=support["tolerance_m"],
+    )
+    moved = (tracked.vertices_m[frame] - tracked.vertices_m[0]) @ turn
     displacement = to_solid(tracked.template_m, tracked.faces, moved, mesh)
     return Problem(mesh, sets, Measurement(displacement, forces, float(np.linalg.norm(force_n))))
+
+
+def _contact_forces(
+    mesh: SolidMesh,
+    point_m: NDArray,
+    force_n: NDArray,
+    *,
+    rule: str,
+    turn_to_normal: bool,
+    indenter_radius_m: float,
+    depth_m: float,
+) -> NDArray:
+    """Nodal forces (n, 3) [N] of the contact at a point of the surface."""
+    triangle = contact_triangle(mesh, point_m, largest_distance_m=indenter_radius_m)
+    press = {"indenter_radius_m": indenter_radius_m, "depth_m": depth_m}
+    if rule != "hertz_patch":
+        options = {"rule": rule, "turn_to_normal": turn_to_normal}
+        return nodal_force(mesh, triangle, force_n, **options, **press)
+    inward = -outward_normal(mesh, triangle)
+    return hertz_patch(
+        mesh,
+        point_m,
+        inward,
+        np.linalg.norm(force_n) * inward if turn_to_normal else force_n,
+        contact_radius_m=hertz_contact_radius(**press),
+    )

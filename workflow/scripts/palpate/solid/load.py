@@ -84,16 +84,22 @@ def nodal_force(
     """
     _check(mesh, triangle, rule)
     a, b, c = mesh.nodes_m[triangle[:3]]
-    normal = np.cross(b - a, c - a)
-    area = np.linalg.norm(normal) / 2
+    area = np.linalg.norm(np.cross(b - a, c - a)) / 2
     force = np.asarray(force_n, dtype=float)
     if turn_to_normal:
-        force = -np.linalg.norm(force) * normal / (2 * area)
+        force = -np.linalg.norm(force) * outward_normal(mesh, triangle)
     share = 1 / 3 if rule == "conserve" else area / (np.pi * indenter_radius_m * depth_m)
     forces = np.zeros_like(mesh.nodes_m)
     # The last three are the corners of three nodes and the middles of six.
     forces[triangle[-3:]] = share * force
     return forces
+
+
+def outward_normal(mesh: SolidMesh, triangle: NDArray) -> NDArray:
+    """Unit normal of a surface triangle whose first three nodes are its corners, shape (3,)."""
+    a, b, c = mesh.nodes_m[triangle[:3]]
+    normal = np.cross(b - a, c - a)
+    return normal / np.linalg.norm(normal)
 
 
 def _check(mesh: SolidMesh, triangle: NDArray, rule: str) -> None:

@@ -70,6 +70,19 @@ def hertz_patch(
     return (share / share.sum())[:, None] * np.asarray(force_n, dtype=float)
 
 
+def hertz_contact_radius(*, indenter_radius_m: float, depth_m: float) -> float:
+    """Contact radius sqrt(R d) of Hertz's sphere at a depth [m].
+
+    Raises
+    ------
+    ValueError
+        If the depth is not positive.
+    """
+    if not depth_m > 0:
+        raise ValueError(f"depth_m: expected above 0, found {depth_m:g}")
+    return float(np.sqrt(indenter_radius_m * depth_m))
+
+
 def _near(mesh: SolidMesh, centre_m: NDArray, axis: NDArray, reach_m: float) -> NDArray:
     """Faces against the axis whose bounding box is in reach of the centre, (k, 3) or (k, 6)."""
     faces = mesh.surface_faces()
