@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from palpate.estimate.fit import fit_moduli
 from palpate.estimate.minimise import minimise_error
 from palpate.estimate.objective import Objective
 from palpate.estimate.simulation import pose_simulation, pressed_area_modulus
@@ -106,6 +107,16 @@ def test_minimisation_on_tracked_data_does_better_than_the_study(steps, tracked,
     problem = pose_simulation(steps, SUPPORT, tracked=tracked)
     assert np.isnan(problem.measurement.displacement_m[problem.sets.interior]).all()
     assert abs(youngs_error(problem, config)) < PUBLISHED_ERROR
+
+
+@pytest.mark.parametrize("option", ["displacement", "force_displacement"])
+def test_minimisation_on_exact_data_finds_the_moduli(steps, config, option):
+    problem = pose_simulation(steps, SUPPORT)
+    full = Objective(problem.mesh, problem.sets, problem.measurement, option=option)
+    E_star = pressed_area_modulus(problem, steps.triangle)
+    found = fit_moduli(full, E_star, config["minimise"], nodes_m=problem.mesh.nodes_m).minimum
+    assert found.lame_lambda_pa == pytest.approx(80685, rel=1e-4)
+    assert found.lame_mu_pa == pytest.approx(8965, rel=1e-4)
 
 
 def test_motion_along_the_normal_alone_is_not_enough(steps, config):

@@ -11,6 +11,7 @@ from palpate.estimate.minimise import Minimum, hertz_start, minimise_error
 from palpate.estimate.moduli import engineering_from_lame
 from palpate.estimate.objective import Measurement, Objective
 from palpate.estimate.problem import Problem
+from palpate.estimate.reduced_objective import ReducedObjective
 from palpate.estimate.simulation import pressed_area_modulus
 from palpate.solid.boundary import NodeSets
 from palpate.surface.simulation import SimulatedSteps
@@ -116,7 +117,7 @@ def both_methods(
     mesh, sets, measurement = problem.mesh, problem.sets, problem.measurement
     limits = {"iterations": linear["iterations"], "tolerance": linear["tolerance"]}
     found = linear_method(mesh, sets, measurement, start=tuple(linear["starts_pa"][0]), **limits)
-    cost = Objective(mesh, sets, measurement, option="displacement")
+    cost = ReducedObjective(Objective(mesh, sets, measurement, option="displacement"))
     E_star = pressed_area_modulus(problem, triangle)
     start = hertz_start(cost, E_star, search["start_poisson_ratios"])
     return found, minimise_error(cost, start, search)
