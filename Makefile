@@ -26,7 +26,7 @@ lint: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/lint-imports
 
 bench: .venv/installed
-	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python tests/bench.py results/bench.csv
+	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python tests/bench.py results/bench.csv $(sections)
 
 # The committed captures of tests/sample, made anew by the virtual lab.
 sample-captures: .venv/installed

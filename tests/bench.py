@@ -1,6 +1,7 @@
 """Figures of speed and accuracy, as ratios measured side by side in one run.
 
-``make bench`` writes results/bench.csv (name,value,unit,against) and prints it.
+``make bench`` writes results/bench.csv (name,value,unit,against,section) and prints it;
+``make bench sections="solid estimate"`` measures just those.
 """
 
 import sys
@@ -10,19 +11,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import trimesh
+from bench_estimate import estimate_rows
 from bench_lab import lab_rows
+from bench_solid import solid_rows
 from bench_vision import vision_rows
 from palpate.capture.files import whole_file
-from palpate.estimate.moduli import lame_from_engineering
-from palpate.solid.fill import refine_near
-from palpate.solid.mesh import read_solid
-from palpate.solid.solve import factorise
-from palpate.solid.stiffness import elastic_stiffness
 from palpate.surface.distance import ClosestPoints
-from skfem import Basis, ElementTetP1, ElementVector, MeshTet
-from skfem.models.elasticity import linear_elasticity
 
-ROOT = Path(__file__).resolve().parents[1]
 ROUNDS = 7
 
 
@@ -39,48 +34,6 @@ def ratio(ours, other) -> float:
     return float(np.median(ratios))
 
 
-def solid_rows() -> list[tuple]:
-    """Assembly and solution of the solid's equations."""
-    kept = read_solid(ROOT / "config/meshes/foam_block.vtu")
-    mesh = refine_near(kept, np.array([-0.05, 0, 0.0475]), radius_m=0.02, edge_m=0.007)
-    K1, K2 = elastic_stiffness(mesh)
-    lam, mu = lame_from_engineering(25e3, 0.3)
-    free = np.repeat(mesh.nodes_m[:, 2] > 1e-6, 3)
-    f = np.ones(free.sum())
-
-    def reassemble():
-        basis = Basis(
-            MeshTet(mesh.nodes_m.T, mesh.tetrahedra.T), ElementVector(ElementTetP1()), intorder=0
-        )
-        return linear_elasticity(lam, mu).assemble(basis)
-
-    def combine():
-        return lam * K1 + mu * K2
-
-    def solve():
-        return factorise(combine()[free][:, free])(f)
-
-    def solve_reassembled():
-        basis_K = reassemble()
-        return factorise(basis_K[free][:, free])(f)
-
-    return [
-        (
-            "stiffness from K1 and K2",
-            ratio(combine, reassemble),
-            "times faster",
-            "scikit-fem assembly",
-        ),
-        (
-            "one evaluation of the displacement term",
-            ratio(solve, solve_reassembled),
-            "times faster",
-            "reassembly and factorisation",
-        ),
-        ("nodes of the refined solid", float(len(mesh.nodes_m)), "", ""),
-    ]
-
-
 def surface_rows() -> list[tuple]:
     """Closest points on a template."""
     box = trimesh.creation.icosphere(subdivisions=4, radius=0.06)
@@ -90,15 +43,29 @@ def surface_rows() -> list[tuple]:
     return [("closest points on a template", found, "times faster", "trimesh.proximity")]
 
 
-def main(target: Path) -> None:
-    """Measure, write and print."""
-    rows = solid_rows() + surface_rows() + vision_rows(ratio) + lab_rows(ratio)
-    table = pd.DataFrame(rows, columns=["name", "value", "unit", "against"])
-    table["value"] = [float(f"{value:.3g}") for value in table["value"]]
+SECTIONS = {
+    "solid": solid_rows,
+    "estimate": estimate_rows,
+    "surface": surface_rows,
+    "vision": lambda: vision_rows(ratio),
+    "lab": lambda: lab_rows(ratio),
+}
+
+
+def main(target: Path, sections: list[str]) -> None:
+    """Measure, write and print; all sections unless some are named."""
+    unknown = set(sections) - set(SECTIONS)
+    if unknown:
+        sys.exit(f"bench: expected sections of {', '.join(SECTIONS)}, found {sorted(unknown)[0]}")
+    tables = []
+    for name in sections or SECTIONS:
+        table = pd.DataFrame(SECTIONS[name](), columns=["name", "value", "unit", "against"])
+        table["value"] = [float(f"{value:.3g}") for value in table["value"]]
+        print(table.to_string(index=False), flush=True)
+        tables.append(table.assign(section=name))
     with whole_file(target) as part:
-        table.to_csv(part, index=False)
-    print(table.to_string(index=False))
+        pd.concat(tables).to_csv(part, index=False)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), sys.argv[2:])

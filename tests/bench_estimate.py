@@ -98,7 +98,7 @@ def seconds(function, rounds: int = 3) -> float:
 
 def estimate_rows() -> list[tuple]:
     """Evaluations on three meshes; a whole search on the middle one."""
-    rows = []
+    rows = assembly_rows()
     for count in GRIDS:
         mesh, sets, measurement = problem(count)
         for option in ("displacement", "force_displacement"):
@@ -184,8 +184,3 @@ def assembly_rows() -> list[tuple]:
     plain = PlainObjective(mesh, Objective(mesh, sets, measurement, option="displacement"))
     ratio = seconds(lambda: elastic_stiffness(mesh)) / seconds(lambda: plain.stiffness(*TRUE))
     return [("assembly of K by scikit-fem", ratio, "times faster", "K1 and K2 anew")]
-
-
-if __name__ == "__main__":
-    for row in assembly_rows() + estimate_rows():
-        print(*row, sep=" | ")
