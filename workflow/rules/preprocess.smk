@@ -107,6 +107,7 @@ rule force:
         "../scripts/force.py"
 
 
+# All frames of captures that are tracked; the first one is enough for an alignment.
 rule clouds:
     input:
         capture=raw("{object}/{sensor}/{capture}"),
@@ -126,7 +127,34 @@ rule clouds:
         sensor=sensor_spec,
         probe=probe_spec,
         options=config["clouds"],
+        frames=None,
     message:
         "Clouds of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
+    script:
+        "../scripts/clouds.py"
+
+
+rule rest_cloud:
+    input:
+        capture=raw("{object}/{sensor}/{capture}"),
+        optics=optics_of,
+        mask=of_capture("mask.npz"),
+        pose=of_capture("probe_pose.csv"),
+        plane=results("{object}/{sensor}/support_plane.json"),
+    output:
+        clouds=of_capture("rest_cloud.npz"),
+    log:
+        results("logs/rest_cloud/{object}-{sensor}-{capture}.log"),
+    benchmark:
+        results("benchmarks/rest_cloud/{object}-{sensor}-{capture}.tsv")
+    params:
+        code=code("clouds"),
+        content=content(raw("{object}/{sensor}/{capture}")),
+        sensor=sensor_spec,
+        probe=probe_spec,
+        options=config["clouds"],
+        frames=[0],
+    message:
+        "First cloud of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
         "../scripts/clouds.py"

@@ -44,7 +44,7 @@ rule align:
     input:
         object=raw("{object}/object.yaml"),
         template=template_of,
-        clouds=of_capture("clouds.npz"),
+        cloud=of_capture("rest_cloud.npz"),
         pose=of_capture("probe_pose.csv"),
         force=of_capture("force.csv"),
         plane=results("{object}/{sensor}/support_plane.json"),

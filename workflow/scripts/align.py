@@ -23,7 +23,7 @@ def main(snakemake):
     point = spec["points"][snakemake.wildcards.capture.partition("-")[0]]["position_m"]
     force = np.linalg.norm(read_table(snakemake.input.force)[FORCE], axis=1)
     plane = json.loads(Path(snakemake.input.plane).read_text(encoding="utf-8"))
-    with np.load(snakemake.input.clouds, allow_pickle=False) as data:
+    with np.load(snakemake.input.cloud, allow_pickle=False) as data:
         first = unpack_clouds(data)[0]
     alignment = align_capture(
         read_template(snakemake.input.template, unit=spec["template"]["unit"]),

@@ -1,4 +1,4 @@
-"""Clouds of the object at every frame of a capture."""
+"""Clouds of the object at the chosen frames of a capture, or at all."""
 
 import json
 import logging
@@ -20,8 +20,10 @@ def main(snakemake):
     camera, plane = camera_from_spec(sensor["color"]), read_plane(snakemake.input.plane)
     masks, poses = load_masks(snakemake.input.mask), read_table(snakemake.input.pose)
     places, exclusion = probe_places(poses, params.probe), params.probe["exclusion"]
+    frames = range(len(masks)) if params.frames is None else params.frames
     clouds = []
-    for k, images in enumerate(all_streams(snakemake.input.capture, sensor)):
+    streams = all_streams(snakemake.input.capture, sensor, frames)
+    for k, images in zip(frames, streams, strict=True):
         points = scene_points(images, sensor)
         if not len(points):
             nearest_m, farthest_m = sensor["range_m"]
