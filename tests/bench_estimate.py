@@ -3,11 +3,12 @@
 import time
 
 import numpy as np
-from palpate.estimate.least_squares import NORMS, fit_least_squares, surface_patches
+from palpate.estimate.least_squares import fit_least_squares
 from palpate.estimate.minimise import hertz_start, minimise_error
 from palpate.estimate.moduli import lame_from_engineering, reduced_modulus
 from palpate.estimate.objective import Measurement, Objective
 from palpate.estimate.reduced_objective import ReducedObjective
+from palpate.estimate.scatter import NORMS
 from palpate.solid.boundary import node_sets
 from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import solid_mesh
@@ -162,7 +163,7 @@ def _search_rows(mesh, full: Objective, plain: PlainObjective) -> list[tuple]:
 def _counts(mesh, full: Objective, start: tuple[float, float]) -> list[tuple]:
     """Evaluations that each way takes from the same start to the same minimum."""
     fast = ReducedObjective(full)
-    patches = surface_patches(mesh.nodes_m, size_m=0.02)
+    surface = {"nodes_m": mesh.nodes_m, "least_patch_m": 0.02}
     long = SEARCH | {"iterations": 1000}
     counts = {
         "Nelder-Mead in (lambda, mu)": minimise_error(
@@ -171,7 +172,7 @@ def _counts(mesh, full: Objective, start: tuple[float, float]) -> list[tuple]:
         "Nelder-Mead in (log E, nu), bounded": minimise_error(fast, start, long).evaluations,
     } | {
         f"Levenberg-Marquardt, {norm}": fit_least_squares(
-            fast, start, patches=patches, norm=norm, **BOUNDS
+            fast, start, norm=norm, **surface, **BOUNDS
         ).evaluations
         for norm in NORMS
     }

@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from palpate.estimate.objective import Measurement, Objective
 from palpate.solid.boundary import NodeSets, node_sets
 from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import SolidMesh
+from scipy.spatial.distance import cdist
 
 # Section 3.3.2: the study's simulated block.
 LAM, MU = 80685.0, 8965.0
@@ -31,12 +33,24 @@ class Pressed:
         """Full objective for an option."""
         return Objective(self.mesh, self.sets, self.measurement, option=option)
 
-    def noisy(self, std_m: float, seed: int = 5) -> "Pressed":
-        """The same with noise on each node's displacement."""
-        noise = np.random.default_rng(seed).normal(0, std_m, self.mesh.nodes_m.shape)
+    def noise(self, std_m: float, seed: int, length_m: float = 0.0) -> NDArray:
+        """Normal noise (n, 3) [m] whose correlation falls as exp(-distance / length)."""
+        rng = np.random.default_rng(seed)
+        drawn = rng.normal(0, std_m, self.mesh.nodes_m.shape)
+        if not length_m:
+            return drawn
+        distance = cdist(self.mesh.nodes_m, self.mesh.nodes_m)
+        return np.linalg.cholesky(np.exp(-distance / length_m)) @ drawn
+
+    def moved(self, error_m: NDArray) -> "Pressed":
+        """The same with an error of each node's displacement."""
         known = self.measurement
-        moved = known.displacement_m + noise
-        return Pressed(self.mesh, self.sets, Measurement(moved, known.force_n, known.total_force_n))
+        found = Measurement(known.displacement_m + error_m, known.force_n, known.total_force_n)
+        return Pressed(self.mesh, self.sets, found)
+
+    def noisy(self, std_m: float, seed: int = 5) -> "Pressed":
+        """The same with independent noise on each node's displacement."""
+        return self.moved(self.noise(std_m, seed))
 
 
 def pressed(mesh: SolidMesh, point_m: list[float]) -> Pressed:

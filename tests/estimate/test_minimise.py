@@ -65,6 +65,17 @@ def test_the_printed_parametrisation_stays_with_real_solids():
     assert astray.at_bound
 
 
+def test_a_start_on_a_bound_comes_away_from_it():
+    def cost(lam, mu):
+        E, nu = engineering_from_lame(lam, mu)
+        return abs(np.log(E / 25e3)) + abs(nu - 0.3)
+
+    for start in ((100.0, 0.499), (1e8, 0.0)):
+        found = minimise_error(cost, start, OPTIONS)
+        assert found.youngs_modulus_pa == pytest.approx(25e3, rel=1e-3)
+        assert not found.at_bound
+
+
 def test_bad_input(exact):
     mesh, sets, measurement = exact.mesh, exact.sets, exact.measurement
     with pytest.raises(ValueError, match="error: expected one of"):

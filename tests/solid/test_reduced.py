@@ -81,6 +81,8 @@ def test_exact_at_its_ratios(system):
 
 def test_bad_input(system):
     A1, A2, b, _ = system
+    with pytest.raises(ValueError, match="moduli: expected those of a stable solid"):
+        reduced_model(A1, A2, load=b).error_bound(-0.7, 1.0)
     with pytest.raises(ValueError, match="load: expected a load that is not zero"):
         reduced_model(A1, A2)
     with pytest.raises(ValueError, match="poisson_ratios: expected -0.4 < low < high < 0.5"):

@@ -69,6 +69,7 @@ def minimum(E, nu):
                 "youngs_modulus_std_pa": 300.0,
                 "poisson_ratio": nu,
                 "poisson_ratio_std": 0.05,
+                "at_bound": False,
                 "reduced_modulus_pa": (E + 10) / (1 - nu**2),
             }
             for norm in ("length", "square")
@@ -123,6 +124,16 @@ def test_summary_has_a_row_for_each_method(hertz, minima, squares):
     assert (searched["poisson_ratio_verdict"] == "bounded").all()
     derived = summary[summary["method"] == "least_squares_displacement"]
     assert (derived["youngs_modulus_std_pa"] == 300).all()
+
+
+def test_what_is_not_judged_stays_blank(found):
+    for minimum in found.values():
+        minimum["profile"] |= {"interval": None, "verdict": "not judged"}
+        for fit in minimum["least_squares"].values():
+            fit |= {"youngs_modulus_std_pa": None, "poisson_ratio_std": None}
+    table = tables.rounded(tables.minimum_table(CAPTURES, found))
+    assert (table["poisson_ratio_verdict"] == "not judged").all()
+    assert table[["poisson_ratio_low", "youngs_modulus_std_pa"]].isna().all(axis=None)
 
 
 def test_summary_of_a_run_that_minimises_nothing(hertz):

@@ -3,15 +3,15 @@
 import pandas as pd
 from job import run
 from palpate.capture.files import whole_file
-from palpate.study import hertz_maps, style, tables
+from palpate.study import hertz_maps, hertz_tables, style
 from study_inputs import read_all
 
 
 def main(snakemake):
     """Draw the figure."""
     params, published = snakemake.params, pd.read_csv(snakemake.input.published)
-    hertz = tables.hertz_table(params.captures, read_all(snakemake.input.fits))
-    table = tables.table_5_2(hertz, published, block=params.block)
+    hertz = hertz_tables.hertz_table(params.captures, read_all(snakemake.input.fits))
+    table = hertz_tables.table_5_2(hertz, published, block=params.block)
     with style.journal():
         figure = hertz_maps.figure_5_4(params.captures, table)
         with whole_file(snakemake.output.png) as png, whole_file(snakemake.output.svg) as svg:

@@ -11,16 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from palpate.estimate.minimise import outside_bounds, touches_bound
 from palpate.estimate.moduli import (
     lame_derivatives,
     lame_from_engineering,
     reduced_modulus,
 )
 from palpate.estimate.reduced_objective import ReducedObjective
+from palpate.estimate.scatter import NORMS, moduli_scatter, rounding_of
 
-NORMS = ("length", "square")
-# Lengths are rounded off at this part of their mean, where their root has no derivative.
-ROUNDING = 1e-3
 TOLERANCE = 1e-12
 
 
@@ -28,35 +27,44 @@ TOLERANCE = 1e-12
 class LeastSquaresFit:
     """Moduli by least squares.
 
+    Standard errors are None at a bound, where gaps agree over so much of the surface that too few
+    patches of it are independent, and with the force term: noise of the displacement goes through
+    K into it as a bias, which scatter does not show.
+
     Attributes
     ----------
-    youngs_modulus_pa, youngs_modulus_std_pa : float
-    poisson_ratio, poisson_ratio_std : float
-    correlation : float
+    youngs_modulus_pa, poisson_ratio, reduced_modulus_pa : float
+    youngs_modulus_std_pa, poisson_ratio_std : float or None
+    correlation : float or None
         Of the errors of log E and nu.
-    reduced_modulus_pa : float
     error_m : float
         The study's objective at the fit [m].
-    rise : float
-        By how much one standard error of nu raises what is minimised, at the best E for it: with
-        ``norm="length"`` the study's objective [m].
+    error_rise_m : float or None
+        By how much one standard error of nu raises that objective at the best E for it [m]; None
+        with ``norm="square"``, which minimises another sum.
     evaluations : int
         Evaluations of the gaps and their derivatives.
+    converged, at_bound : bool
     patches : int
         Parts of the surface whose gaps are taken as independent of each other.
+    patch_m : float
+        Their size [m].
     norm : str
     """
 
     youngs_modulus_pa: float
-    youngs_modulus_std_pa: float
+    youngs_modulus_std_pa: float | None
     poisson_ratio: float
-    poisson_ratio_std: float
-    correlation: float
+    poisson_ratio_std: float | None
+    correlation: float | None
     reduced_modulus_pa: float
     error_m: float
-    rise: float
+    error_rise_m: float | None
     evaluations: int
+    converged: bool
+    at_bound: bool
     patches: int
+    patch_m: float
     norm: str
 
 
@@ -66,13 +74,11 @@ def fit_least_squares(
     *,
     youngs_modulus_bounds_pa: tuple[float, float],
     poisson_ratio_bounds: tuple[float, float],
-    patches: NDArray,
+    nodes_m: NDArray,
+    least_patch_m: float,
     norm: str = "length",
 ) -> LeastSquaresFit:
     """Minimise the objective over (log E, nu).
-
-    Standard errors are those of an M-estimator whose terms may be correlated within patches of the
-    surface but not across them (cluster-robust sandwich); model errors are not in them.
 
     Parameters
     ----------
@@ -80,8 +86,10 @@ def fit_least_squares(
     start : (float, float)
         E [Pa] and nu.
     youngs_modulus_bounds_pa, poisson_ratio_bounds : (float, float)
-    patches : (n,) int array
-        Patch of each node of the solid.
+    nodes_m : (n, 3) array
+        Nodes of the solid [m].
+    least_patch_m : float
+        Least size of parts of the surface that are taken as independent [m].
     norm : {"length", "square"}
 
     Raises
@@ -92,18 +100,53 @@ def fit_least_squares(
     """
     if norm not in NORMS:
         raise ValueError(f"norm: expected one of {', '.join(NORMS)}, found {norm}")
-    low, high = zip(youngs_modulus_bounds_pa, poisson_ratio_bounds, strict=True)
-    for name, value, least, most in zip(("E", "nu"), start, low, high, strict=True):
-        if not least <= value <= most:
-            raise ValueError(f"start: expected {name} within ({least}, {most}), found {value:g}")
+    limits = youngs_modulus_bounds_pa, poisson_ratio_bounds
+    outside_bounds(start, *limits)
     if sum(len(nodes) for nodes in objective.node_sets) <= 2:
         raise ValueError("nodes: expected more than 2 with a displacement, found fewer")
+    first = _search(objective, start, limits, norm)
+    # Once more with lengths rounded off as the gaps at the fit have them, not those at the start.
+    E, nu, converged, again = _search(objective, first[:2], limits, norm)
+    at_bound = touches_bound(E, nu, *limits)
+    scatter = moduli_scatter(
+        objective, E, nu, norm=norm, nodes_m=nodes_m, least_patch_m=least_patch_m
+    )
+    covariance = scatter.covariance
+    if at_bound or objective.option != "displacement":
+        covariance = None
+    known = covariance is not None
+    std = np.sqrt(np.diag(covariance)) if known else None
+    return LeastSquaresFit(
+        youngs_modulus_pa=E,
+        youngs_modulus_std_pa=E * float(std[0]) if known else None,
+        poisson_ratio=nu,
+        poisson_ratio_std=float(std[1]) if known else None,
+        correlation=float(covariance[0, 1] / (std[0] * std[1])) if known else None,
+        reduced_modulus_pa=reduced_modulus(E, nu),
+        error_m=objective(*lame_from_engineering(E, nu)),
+        error_rise_m=scatter.error_rise if known and norm == "length" else None,
+        evaluations=first[3] + again,
+        converged=converged,
+        at_bound=at_bound,
+        patches=scatter.patches,
+        patch_m=scatter.patch_m,
+        norm=norm,
+    )
+
+
+def _search(
+    objective: ReducedObjective,
+    start: tuple[float, float],
+    limits: tuple[tuple[float, float], tuple[float, float]],
+    norm: str,
+) -> tuple[float, float, bool, int]:
+    """E, nu, whether it converged, and evaluations."""
     residuals = _Residuals(objective, norm, start)
-    bounds = ([np.log(low[0]), low[1]], [np.log(high[0]), high[1]])
-    first = np.clip([np.log(start[0]), start[1]], *bounds)
+    (E_low, E_high), (nu_low, nu_high) = limits
+    bounds = ([np.log(E_low), nu_low], [np.log(E_high), nu_high])
     found = least_squares(
         residuals.values,
-        first,
+        np.clip([np.log(start[0]), start[1]], *bounds),
         jac=residuals.derivatives,
         bounds=bounds,
         x_scale=[1.0, 0.3],
@@ -111,35 +154,8 @@ def fit_least_squares(
         ftol=TOLERANCE,
         gtol=TOLERANCE,
     )
-    E, nu = float(np.exp(found.x[0])), float(found.x[1])
-    covariance, rise = _covariance(objective, E, nu, norm, patches)
-    std = np.sqrt(np.diag(covariance))
-    return LeastSquaresFit(
-        youngs_modulus_pa=E,
-        youngs_modulus_std_pa=E * float(std[0]),
-        poisson_ratio=nu,
-        poisson_ratio_std=float(std[1]),
-        correlation=float(covariance[0, 1] / max(std[0] * std[1], 1e-300)),
-        reduced_modulus_pa=reduced_modulus(E, nu),
-        error_m=objective(*lame_from_engineering(E, nu)),
-        rise=rise,
-        evaluations=residuals.evaluations,
-        patches=len(np.unique(patches[objective.node_sets[0]])),
-        norm=norm,
-    )
-
-
-def surface_patches(nodes_m: NDArray, *, size_m: float) -> NDArray:
-    """Cell of a cubic grid that each node lies in, shape (n,) int.
-
-    Parameters
-    ----------
-    nodes_m : (n, 3) array
-    size_m : float
-        Edge of a cell: gaps of nodes farther apart than about this are taken as independent.
-    """
-    cells = np.floor((nodes_m - nodes_m.min(axis=0)) / size_m).astype(np.int64)
-    return np.unique(cells, axis=0, return_inverse=True)[1].ravel()
+    E, nu = np.clip([np.exp(found.x[0]), found.x[1]], [E_low, nu_low], [E_high, nu_high])
+    return float(E), float(nu), bool(found.success), residuals.evaluations
 
 
 class _Residuals:
@@ -148,10 +164,10 @@ class _Residuals:
     def __init__(self, objective: ReducedObjective, norm: str, start: tuple[float, float]):
         self.objective, self.norm, self.evaluations = objective, norm, 0
         gaps = objective.gaps(*lame_from_engineering(*start))
-        self.rounding = [ROUNDING * float(_lengths(gap).mean()) for _, gap, _ in gaps]
+        self.rounding = [rounding_of(gap) for _, gap, _ in gaps]
         # The optimiser's tolerances expect numbers near one.
         power = 1 if norm == "length" else 2
-        size = sum(weight**power * (_lengths(gap) ** power).sum() for weight, gap, _ in gaps)
+        size = sum(w**power * (np.linalg.norm(gap, axis=1) ** power).sum() for w, gap, _ in gaps)
         self.scale = 1 / np.sqrt(max(size, np.finfo(float).tiny))
         self._at, self._both = None, None
 
@@ -181,45 +197,10 @@ class _Residuals:
         return self.scale * np.concatenate(values), self.scale * np.concatenate(slopes)
 
 
-def _lengths(gap: NDArray) -> NDArray:
-    return np.linalg.norm(gap, axis=1)
-
-
 def _rooted(gap: NDArray, slope: NDArray, rounding: float) -> tuple[NDArray, NDArray]:
     """Gaps over the root of their rounded length, whose square is that length, and derivatives."""
-    square = (gap**2).sum(axis=1)
-    size = np.sqrt(square + rounding**2)
+    size = np.sqrt((gap**2).sum(axis=1) + rounding**2)
     along = np.einsum("ki,kij->kj", gap, slope)
     shrink = 1 / np.sqrt(size)
     turned = -0.5 * (shrink / size**2)[:, None, None] * gap[:, :, None] * along[:, None, :]
     return shrink[:, None] * gap, shrink[:, None, None] * slope + turned
-
-
-def _covariance(
-    objective: ReducedObjective, E: float, nu: float, norm: str, patches: NDArray
-) -> tuple[NDArray, float]:
-    """Covariance of (log E, nu): inverse curvature, scores summed by patch, inverse curvature.
-
-    And by how much a standard error of nu raises the minimised sum.
-    """
-    chain = lame_derivatives(E, nu)
-    curvature = np.zeros((2, 2))
-    scores = np.zeros((patches.max() + 1, 2))
-    terms = objective.gaps(*lame_from_engineering(E, nu))
-    for (weight, gap, by_lame), nodes in zip(terms, objective.node_sets, strict=True):
-        slope = by_lame @ chain
-        score = np.einsum("ki,kij->kj", gap, slope)
-        normal = np.einsum("kia,kib->kab", slope, slope)
-        if norm == "length":
-            size = np.maximum(_lengths(gap), ROUNDING * _lengths(gap).mean() + 1e-300)
-            score = weight * score / size[:, None]
-            across = normal - score[:, :, None] * score[:, None, :] / weight**2
-            curvature += weight * (across / size[:, None, None]).sum(axis=0)
-        else:
-            score = weight**2 * score
-            curvature += weight**2 * normal.sum(axis=0)
-        np.add.at(scores, patches[nodes], score)
-    count = len(np.unique(patches[objective.node_sets[0]]))
-    inverse = np.linalg.pinv(curvature)
-    covariance = inverse @ (scores.T @ scores) @ inverse * count / max(count - 2, 1)
-    return covariance, float(covariance[1, 1] / max(2 * inverse[1, 1], np.finfo(float).tiny))

@@ -1,6 +1,6 @@
 """Displacement error minimisation: Nelder-Mead from a Hertz start (Section 3.3.4)."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,8 @@ from palpate.estimate.moduli import (
 
 Cost = Callable[[float, float], float]
 AT_BOUND = 1e-3
+# Of the first simplex, in log E and in nu.
+FIRST_STEPS = np.array([0.3, 0.05])
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,8 @@ class Minimum:
     start_poisson_ratio : float
         Poisson's ratio of the chosen start.
     trace : tuple of dict
-        Best vertex after each iteration: iteration, lame_lambda_pa, lame_mu_pa, error_m.
+        Best vertex after each iteration: iteration, lame_lambda_pa, lame_mu_pa, error_m, and
+        evaluations so far.
     """
 
     youngs_modulus_pa: float
@@ -93,11 +96,9 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Mapping) -> 
         If the start lies outside the bounds.
     """
     E_bounds, nu_bounds = options["youngs_modulus_bounds_pa"], options["poisson_ratio_bounds"]
-    for name, value, bounds in (("E", start[0], E_bounds), ("nu", start[1], nu_bounds)):
-        if not bounds[0] <= value <= bounds[1]:
-            raise ValueError(f"start: expected {name} within {bounds}, found {value:g}")
+    outside_bounds(start, E_bounds, nu_bounds)
     search = {"modulus": _by_modulus, "lame": _by_lame}[options["parametrisation"]]
-    to_lame, first, bounds = search(start, E_bounds, nu_bounds)
+    to_lame, simplex, bounds = search(start, E_bounds, nu_bounds)
     trace: list[dict] = []
     count = 0
 
@@ -120,8 +121,9 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Mapping) -> 
         )
 
     limits = {"maxiter": options["iterations"], "xatol": 1e-7, "fatol": 1e-13}
+    limits["initial_simplex"] = simplex
     found = minimize(
-        function, first, method="Nelder-Mead", bounds=bounds, callback=note, options=limits
+        function, simplex[0], method="Nelder-Mead", bounds=bounds, callback=note, options=limits
     )
     lam, mu = (float(value) for value in to_lame(found.x))
     E, nu = engineering_from_lame(lam, mu)
@@ -134,7 +136,7 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Mapping) -> 
         error_m=float(found.fun),
         evaluations=count,
         converged=bool(found.success),
-        at_bound=_at_bound(E, E_bounds, log=True) or _at_bound(nu, nu_bounds, log=False),
+        at_bound=touches_bound(E, nu, E_bounds, nu_bounds),
         start_poisson_ratio=float(start[1]),
         trace=tuple(trace),
     )
@@ -145,7 +147,10 @@ def _by_modulus(start: tuple, E_bounds: list, nu_bounds: list) -> tuple:
         return lame_from_engineering(float(np.exp(x[0])), float(x[1]))
 
     bounds = [tuple(np.log(E_bounds)), tuple(nu_bounds)]
-    return to_lame, np.array([np.log(start[0]), start[1]]), bounds
+    first = np.array([np.log(start[0]), start[1]])
+    # Towards the middle: a simplex that a bound cuts flat never leaves it.
+    inward = np.sign(np.mean(bounds, axis=1) - first) + (np.mean(bounds, axis=1) == first)
+    return to_lame, first + np.vstack([np.zeros(2), np.diag(inward * FIRST_STEPS)]), bounds
 
 
 def _by_lame(start: tuple, E_bounds: list, nu_bounds: list) -> tuple:
@@ -156,7 +161,10 @@ def _by_lame(start: tuple, E_bounds: list, nu_bounds: list) -> tuple:
         lam, mu = x * scale
         return float(lam), float(mu)
 
-    return to_lame, np.array([lam, mu]) / scale, None
+    first = np.array([lam, mu]) / scale
+    # SciPy's own first simplex: 5 %, and a little where a start is zero.
+    steps = np.where(first == 0, 0.00025, 0.05 * first)
+    return to_lame, first + np.vstack([np.zeros(2), np.diag(steps)]), None
 
 
 def is_stable(lam: float, mu: float) -> bool:
@@ -164,8 +172,28 @@ def is_stable(lam: float, mu: float) -> bool:
     return mu > 0 and 3 * lam + 2 * mu > 0
 
 
-def _at_bound(value: float, bounds: list, *, log: bool) -> bool:
-    if log:
-        value, bounds = np.log(value), np.log(bounds)
-    width = bounds[1] - bounds[0]
-    return bool(min(value - bounds[0], bounds[1] - value) < AT_BOUND * width)
+def outside_bounds(
+    start: tuple[float, float], E_bounds: Sequence[float], nu_bounds: Sequence[float]
+) -> None:
+    """Refuse a start (E, nu) outside the bounds.
+
+    Raises
+    ------
+    ValueError
+        If E or nu is not within its bounds.
+    """
+    for name, value, bounds in (("E", start[0], E_bounds), ("nu", start[1], nu_bounds)):
+        if not bounds[0] <= value <= bounds[1]:
+            expected = f"{name} within {tuple(bounds)}"
+            raise ValueError(f"start: expected {expected}, found {value:g}")
+
+
+def touches_bound(
+    E: float, nu: float, E_bounds: Sequence[float], nu_bounds: Sequence[float]
+) -> bool:
+    """Whether E or nu lies on a bound, beyond, or within a thousandth of the range of one."""
+    logs = np.log(E), np.log(E_bounds)
+    return any(
+        min(value - low, high - value) < AT_BOUND * (high - low)
+        for value, (low, high) in (logs, (nu, nu_bounds))
+    )

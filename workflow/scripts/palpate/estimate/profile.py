@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
-from scipy.stats import chi2
+from scipy.stats import t as student
 
+from palpate.estimate.least_squares import LeastSquaresFit
 from palpate.estimate.minimise import Cost
 from palpate.estimate.moduli import lame_from_engineering
 
@@ -15,7 +16,7 @@ CONFIDENCE = 0.95
 # An interval of nu narrower than this tells materials apart: cork, foam, rubber.
 NARROW = 0.2
 Profile = Callable[[float], tuple[float, float]]
-VERDICTS = ("identified", "bounded", "not identified")
+VERDICTS = ("identified", "bounded", "not identified", "not judged")
 
 
 @dataclass(frozen=True)
@@ -29,16 +30,17 @@ class PoissonProfile:
         E that minimises the error at each [Pa].
     errors_m : tuple of float
         That error [m].
-    interval : (float, float)
+    interval : (float, float) or None
         Poisson's ratios that the error does not tell from the best, at 95 %.
-    verdict : {"identified", "bounded", "not identified"}
-        Inside the range and narrow; reaching one end of it, or wide; reaching both.
+    verdict : {"identified", "bounded", "not identified", "not judged"}
+        Inside the range and narrow; reaching one end of it, or wide; reaching both; without an
+        interval.
     """
 
     poisson_ratios: tuple[float, ...]
     youngs_moduli_pa: tuple[float, ...]
     errors_m: tuple[float, ...]
-    interval: tuple[float, float]
+    interval: tuple[float, float] | None
     verdict: str
 
 
@@ -47,12 +49,13 @@ def poisson_profile(
     poisson_ratios: Sequence[float],
     *,
     youngs_modulus_bounds_pa: tuple[float, float],
-    rise_m: float,
+    fit: LeastSquaresFit,
 ) -> PoissonProfile:
     """Minimise the error over E for each Poisson's ratio, and judge what that says of nu.
 
-    The interval ends where the error has risen by as much as 1.96 standard errors raise it where
-    it is quadratic (a likelihood ratio, scaled to the errors' own spread).
+    The interval ends where the error has risen by as much as the quantile of Student's t times
+    the standard error of nu raises it where it is quadratic (a likelihood ratio, scaled to the
+    gaps' own scatter). Without a standard error there is no interval.
 
     Parameters
     ----------
@@ -61,8 +64,8 @@ def poisson_profile(
     poisson_ratios : sequence of float
         Increasing.
     youngs_modulus_bounds_pa : (float, float)
-    rise_m : float
-        By how much one standard error of nu raises the error, of `LeastSquaresFit` [m].
+    fit : LeastSquaresFit
+        Of the same cost, ``norm="length"``.
 
     Raises
     ------
@@ -79,7 +82,11 @@ def poisson_profile(
         return _best_modulus(cost, float(nu), youngs_modulus_bounds_pa)
 
     nus, found = _with_minimum(nus, [profile(nu) for nu in nus], profile)
-    interval = _interval(nus, [error for _, error in found], profile, rise_m)
+    interval = None
+    if fit.error_rise_m is not None:
+        quantile = student.ppf((1 + CONFIDENCE) / 2, fit.patches - 2)
+        rise_m = float(quantile**2) * fit.error_rise_m
+        interval = _interval(nus, [error for _, error in found], profile, rise_m)
     return PoissonProfile(
         poisson_ratios=tuple(map(float, nus)),
         youngs_moduli_pa=tuple(E for E, _ in found),
@@ -119,9 +126,9 @@ def _with_minimum(nus: NDArray, found: list, profile: Profile) -> tuple[NDArray,
 def _interval(
     nus: NDArray, errors: list[float], profile: Profile, rise_m: float
 ) -> tuple[float, float]:
-    """Ends of the part around the minimum where the error is below its limit."""
+    """Ends of the part around the minimum where the error has risen by less than stated."""
     best = int(np.argmin(errors))
-    limit = errors[best] + float(chi2.ppf(CONFIDENCE, 1)) * rise_m
+    limit = errors[best] + rise_m
     ends = []
     for step, last in ((-1, 0), (1, len(nus) - 1)):
         k = best
@@ -134,7 +141,9 @@ def _interval(
     return ends[0], ends[1]
 
 
-def _verdict(interval: tuple[float, float], limits: tuple[float, float]) -> str:
+def _verdict(interval: tuple[float, float] | None, limits: tuple[float, float]) -> str:
+    if interval is None:
+        return "not judged"
     open_ends = int(interval[0] <= limits[0]) + int(interval[1] >= limits[1])
     if open_ends == 2:
         return "not identified"

@@ -77,12 +77,19 @@ class ReducedModel:
         The residual is measured in the inverse of K at the model's middle ratio, which bounds the
         inverse of K(lam, mu) since the poles of the system lie between 0 and 3/2: no further
         factorisation. It holds for all stable moduli, also outside of the model's range.
+
+        Raises
+        ------
+        ValueError
+            If the moduli are not those of a stable solid.
         """
+        least = min((lam * w + mu) / (self.shift * w + 1) for w in (0.0, LARGEST_POLE))
+        if not least > 0:
+            raise ValueError(f"moduli: expected those of a stable solid, found {lam:g}, {mu:g}")
         A1, A2, b1, b2, f = self.system
         x = self.solution(lam, mu)
         Kx = lam * (A1 @ x) + mu * (A2 @ x)
         residual = lam * b1 + mu * b2 + f - Kx
-        least = min((lam * w + mu) / (self.shift * w + 1) for w in (0.0, LARGEST_POLE))
         square = float(residual @ self.solve(residual)) / least
         return float(np.sqrt(max(square, 0.0) / float(x @ Kx)))
 

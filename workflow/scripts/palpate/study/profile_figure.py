@@ -65,12 +65,13 @@ def poisson_profiles(
 
 
 def _curves(column: Sequence[Axes], profile: Mapping, look: Mapping) -> None:
-    """Both curves; the interval of nu drawn thick."""
+    """Both curves; the interval of nu, where there is one, drawn thick."""
     nu = np.array(profile["poisson_ratios"])
     error = np.array(profile["errors_m"])
     rise = PERCENT * (error / error.min() - 1)
     modulus = np.array(profile["youngs_moduli_pa"]) * KILOPASCALS
-    fine = np.linspace(*profile["interval"], 60)
+    interval = profile["interval"] or ()
+    fine = np.linspace(*interval, 60) if interval else nu[:0]
     for panel, values in zip(column, (rise, modulus), strict=True):
         panel.plot(nu, values, lw=0.9, **look)
         panel.plot(fine, np.interp(fine, nu, values), lw=2.4, color=look["color"], alpha=0.55)

@@ -30,7 +30,7 @@ def minimum_table(
     rows = []
     for (name, sensor, capture, error), minimum in minima.items():
         known = described[name, sensor, capture]
-        low, high = minimum["profile"]["interval"]
+        low, high = minimum["profile"]["interval"] or (None, None)
         derived = minimum["least_squares"]["length"]
         rows.append(
             {column: known[column] for column in CAPTURE}
@@ -63,7 +63,7 @@ def least_squares_table(
         known, found = described[name, sensor, capture], minimum["least_squares"]["square"]
         rows.append(
             {column: known[column] for column in [*CAPTURE, "provenance"]}
-            | {key: found[key] for key in [*names, "reduced_modulus_pa"]}
+            | {key: found[key] for key in [*names, "reduced_modulus_pa", "at_bound"]}
             | {"error": error}
         )
     return pd.DataFrame(rows)
