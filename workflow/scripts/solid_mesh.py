@@ -11,6 +11,7 @@ from palpate.capture.schema import load_yaml
 from palpate.solid.fill import tetrahedralise
 from palpate.solid.mesh import read_solid, write_solid
 from palpate.solid.quality import mesh_quality
+from palpate.solid.sizing import Support
 from palpate.surface.template import read_template
 
 # A kept mesh of another object is farther from the template than its own ever is.
@@ -19,10 +20,11 @@ LARGEST_GAP = 0.02
 
 def main(snakemake):
     """Write the solid mesh, object frame, and its quality."""
-    spec = load_yaml(snakemake.input.object)["template"]
+    found = load_yaml(snakemake.input.object)
+    spec, support = found["template"], found["support"]
     template = read_template(snakemake.input.template, unit=spec["unit"])
     allowed = LARGEST_GAP * float(np.ptp(template.vertices_m, axis=0).max())
-    solid = kept_or_made(snakemake.input.kept, template, spec, allowed)
+    solid = kept_or_made(snakemake.input.kept, template, spec, support, allowed)
     quality = mesh_quality(solid, template.vertices_m, template.faces)
     if quality.largest_gap_m > allowed:
         raise ValueError(
@@ -36,7 +38,7 @@ def main(snakemake):
         part.write_text(json.dumps(asdict(quality), indent=2) + "\n", encoding="utf-8")
 
 
-def kept_or_made(kept, template, spec, largest_gap_m):
+def kept_or_made(kept, template, spec, support, largest_gap_m):
     """Read the kept mesh, or fill the template."""
     if kept:
         return read_solid(kept)
@@ -46,6 +48,11 @@ def kept_or_made(kept, template, spec, largest_gap_m):
         template.faces,
         vertices=spec.get("solid_vertices", spec["vertices"]),
         largest_gap_m=largest_gap_m,
+        support=Support(
+            np.array(support["plane_point_m"], dtype=float),
+            np.array(support["plane_normal"], dtype=float),
+            support["tolerance_m"],
+        ),
     )
 
 

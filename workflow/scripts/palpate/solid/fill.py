@@ -1,7 +1,9 @@
 """Tetrahedra for a closed surface, and finer ones near a point."""
 
 import contextlib
+import logging
 import tempfile
+from dataclasses import dataclass, field
 
 import numpy as np
 import open3d as o3d
@@ -12,30 +14,49 @@ from skfem import MeshTet
 
 from palpate.solid.mesh import SolidMesh, solid_mesh
 from palpate.solid.quality import surface_gap
+from palpate.solid.sizing import Support, edge_field, support_edge
 from palpate.solid.surface_check import check_surface
 
-# Share of the wanted number of nodes.
-ENOUGH = 0.03
-FILLS = 16
-# Edge length as a share of the diagonal, at first and at the ends of the search.
-FIRST_EDGE = 0.05
-EDGES = (0.004, 0.9)
-# What fTetWild keeps to unless told otherwise, as a share of the diagonal.
-ENVELOPE = 1e-3
+log = logging.getLogger(__name__)
+
+# Share of the wanted number of nodes that is looked for, the share that does if need be, and
+# fills that may be spent on it at one envelope.
+ENOUGH, FAIR = 0.03, 0.1
+FILLS = 6
+# A longer edge that takes away less than this share of the nodes too many, while they are more
+# than fair: it is the envelope that asks for them.
+STUCK = 0.25
+# How far the mesh's surface may lie off unless told otherwise, as a share of the diagonal.
+GAP = 1e-3
 # The envelope holds where fTetWild samples it, and not for the way back.
 MARGIN = 0.6
-# Surfaces with more vertices than this share of the nodes are thinned, down to the second share;
-# the long edges that tell how few nodes fill one; how closely a thinned surface is kept to.
-SURFACE_SHARE, LEAST_SHARE = 0.85, 0.3
-COARSE_EDGE = 0.12
-THIN_ENVELOPE = 3e-3
+# fTetWild's envelopes, as shares of the diagonal: a narrow one keeps the shape, and more nodes.
+ENVELOPES = (2e-3, 2.8e-3, 4e-3, 5.6e-3, 8e-3, 11e-3, 16e-3)
+# Finer surfaces take minutes a fill: vertices that are left, per wanted node, and the share of
+# the gap that they may cost.
+THINNED = 1.5
+THINNING = 0.3
+# Elements per node, fTetWild's mean edge over the one asked for, and the longest to ask for.
+ELEMENTS = 3.9
+REACHED = 0.72
+LONGEST = 2.0
+# fTetWild halves edges longer than four thirds of what is asked for.
+SPLIT = 0.75
+# Nodes go with the edge to a power between -1, if the envelope asks for most, and -3.
+POWER, POWERS = 2.5, (1.0, 3.0)
 REFINEMENTS = 12
-# From the centroid to a corner of a regular element, in edges.
+# From the centroid to a corner of a regular element, in edges; its volume in cubed edges.
 AROUND = 0.612
+REGULAR = 2**0.5 / 12
 
 
 def tetrahedralise(
-    vertices_m: NDArray, faces: NDArray, *, vertices: int, largest_gap_m: float | None = None
+    vertices_m: NDArray,
+    faces: NDArray,
+    *,
+    vertices: int,
+    largest_gap_m: float | None = None,
+    support: Support | None = None,
 ) -> SolidMesh:
     """Fill a closed surface with tetrahedra (fTetWild).
 
@@ -46,10 +67,14 @@ def tetrahedralise(
     vertices_m, faces : (n, 3), (m, 3) arrays
         Closed surface, outward or inward [m].
     vertices : int
-        Wanted number of nodes; the edge length is searched until it is met within 3 %.
+        Wanted number of nodes; edge and envelope are searched until it is met within 3 %. If it
+        never is, the nearest mesh within 10 % is taken and the log warns of it.
     largest_gap_m : float, optional
         How far the mesh's surface may lie from the given one, and that from it [m]; a thousandth
-        of the surface's diagonal by default.
+        of the surface's diagonal by default. The search begins well below it and uses it up only
+        if too many nodes are needed otherwise.
+    support : Support, optional
+        What the object stands on; edges are shorter there if too few nodes would lie on it.
 
     Returns
     -------
@@ -58,17 +83,21 @@ def tetrahedralise(
     Raises
     ------
     ValueError
-        If the surface is open or cuts itself, no edge length gives the number of nodes, or the
-        mesh is too far from the surface.
+        If the surface is open or cuts itself, no mesh so close to it has the number of nodes, or
+        the mesh is too far from it.
     """
     surface = check_surface(vertices_m, faces)
     diagonal = float(np.linalg.norm(np.ptp(vertices_m, axis=0)))
-    gap = ENVELOPE * diagonal if largest_gap_m is None else largest_gap_m
+    gap = GAP * diagonal if largest_gap_m is None else largest_gap_m
     thin = _thinned(surface, vertices, gap)
-    envelope = ENVELOPE if thin is surface else THIN_ENVELOPE
-    mesh = _with_count(thin, vertices, MARGIN * min(gap / diagonal, envelope))
-    triangles = mesh.surface_triangles()
-    _check_gap(surface_gap(mesh.nodes_m, triangles, surface.vertices, surface.faces), gap)
+    search = _Search(vertices, _usual_edge(surface, vertices), _Filler.of(thin, diagonal, support))
+    narrow = [share * diagonal for share in ENVELOPES if share * diagonal < MARGIN * gap]
+    for envelope_m in [*narrow, MARGIN * gap]:
+        if search.at(envelope_m, last=envelope_m == MARGIN * gap):
+            break
+    mesh = search.nearest()
+    _check_count(len(mesh.nodes_m), vertices)
+    _check_gap(mesh, surface, gap)
     return mesh
 
 
@@ -114,62 +143,150 @@ def refine_near(mesh: SolidMesh, point_m: NDArray, *, radius_m: float, edge_m: f
     return mesh
 
 
+@dataclass(frozen=True)
+class _Filler:
+    """fTetWild on one surface, with shorter edges on the support if need be."""
+
+    surface: trimesh.Trimesh
+    diagonal_m: float
+    support: Support | None
+    support_edge_m: float
+
+    @classmethod
+    def of(cls, surface: trimesh.Trimesh, diagonal_m: float, support: Support | None) -> "_Filler":
+        edge = np.inf if support is None else SPLIT * support_edge(surface, support)
+        return cls(surface, diagonal_m, support, edge)
+
+    def fill(self, edge_m: float, envelope_m: float) -> SolidMesh:
+        """Fill with about this edge, the surface kept within the envelope."""
+        options = {"edge_length_abs": edge_m, "epsilon": envelope_m / self.diagonal_m}
+        # fTetWild leaves a file in the working directory.
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+            nodes, tetrahedra = pytetwild.tetrahedralize(
+                np.asarray(self.surface.vertices, dtype=float),
+                np.asarray(self.surface.faces, dtype=np.int32),
+                num_threads=1,
+                **options | self._field(edge_m),
+            )
+        used, numbers = np.unique(tetrahedra, return_inverse=True)
+        return solid_mesh(nodes[used], numbers.reshape(-1, 4))
+
+    def _field(self, edge_m: float) -> dict[str, NDArray]:
+        if self.support_edge_m >= edge_m:
+            return {}
+        sizing = edge_field(
+            self.surface.vertices,
+            self.support,
+            support_edge_m=self.support_edge_m,
+            edge_m=edge_m,
+        )
+        return {
+            "bg_vertices": np.ascontiguousarray(sizing.nodes_m),
+            "bg_tets": np.ascontiguousarray(sizing.tetrahedra, dtype=np.int32),
+            "bg_values": sizing.edge_m,
+        }
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Edge for a number of nodes: secants on logarithms, kept between bounds."""
+
+    wanted: int
+    usual_edge_m: float
+    filler: _Filler
+    meshes: list[SolidMesh] = field(default_factory=list)
+
+    def at(self, envelope_m: float, *, last: bool) -> bool:
+        """Search with one envelope; whether it gave the number of nodes."""
+        edge, longest = np.log(self.usual_edge_m * np.array([1, LONGEST]))
+        low, high, before, tried = -np.inf, np.inf, np.inf if last else 2 * FAIR, []
+        for _ in range(FILLS):
+            excess = self._excess(float(np.exp(edge)), envelope_m)
+            if abs(np.expm1(excess)) <= ENOUGH:
+                return True
+            if (edge >= longest and excess > 0) or excess > max(FAIR, (1 - STUCK) * before):
+                break
+            low, high, before = (edge, high, excess) if excess > 0 else (low, edge, np.inf)
+            tried.append((edge, excess))
+            step = min(edge + excess / _power(tried), longest)
+            edge = step if low < step < high else (low + high) / 2
+        return False
+
+    def nearest(self) -> SolidMesh:
+        """Mesh whose number of nodes is nearest to the wanted one."""
+        return min(self.meshes, key=lambda mesh: abs(len(mesh.nodes_m) - self.wanted))
+
+    def _excess(self, edge_m: float, envelope_m: float) -> float:
+        """Logarithm of the nodes reached over those wanted."""
+        self.meshes.append(self.filler.fill(edge_m, envelope_m))
+        found = len(self.meshes[-1].nodes_m)
+        values = found, 1000 * edge_m, 1000 * envelope_m
+        log.info("%d nodes with edges of %.3g mm, envelope %.2g mm", *values)
+        return float(np.log(found / self.wanted))
+
+
+def _power(tried: list[tuple[float, float]]) -> float:
+    """Power of the edge that the last two fills show, or the usual one."""
+    if len(tried) < 2:
+        return POWER
+    (edge, excess), (other, its) = tried[-2:]
+    return float(np.clip((its - excess) / (edge - other), *POWERS)) if edge != other else POWER
+
+
+def _usual_edge(surface: trimesh.Trimesh, vertices: int) -> float:
+    """Edge to ask for if all elements were regular [m]."""
+    return (surface.volume / (vertices * ELEMENTS * REGULAR)) ** (1 / 3) / REACHED
+
+
 def _thinned(surface: trimesh.Trimesh, vertices: int, gap_m: float) -> trimesh.Trimesh:
-    """Take vertices away (quadric error) until long edges fill the surface with so few nodes."""
-    thin, count = surface, float(len(surface.vertices))
-    found = int(count / SURFACE_SHARE)
-    while found > vertices and count > LEAST_SHARE * vertices:
-        count *= max(min(vertices / found, SURFACE_SHARE), SURFACE_SHARE**4)
-        thin = _decimated(surface, count)
-        gap = surface_gap(thin.vertices, thin.faces, surface.vertices, surface.faces)
-        _check_gap(gap, gap_m)
-        found = len(_fill(thin, COARSE_EDGE, THIN_ENVELOPE).nodes_m)
-    return thin
+    """Take vertices of a fine surface away (quadric error), if that leaves it sound and near."""
+    _check_reachable(surface, vertices, gap_m)
+    thin = _decimated(surface, int(THINNED * vertices))
+    return surface if thin is None or _gap(thin, surface) > THINNING * gap_m else thin
 
 
-def _check_gap(found_m: float, largest_m: float) -> None:
-    if found_m > largest_m:
+def _check_reachable(surface: trimesh.Trimesh, vertices: int, gap_m: float) -> None:
+    """Find out before any fill whether so few vertices can keep to the surface."""
+    coarse = _decimated(surface, vertices)
+    needed = 0.0 if coarse is None else _gap(coarse, surface)
+    if needed > gap_m:
         raise ValueError(
-            f"largest_gap_m: expected at most {largest_m:.3g} m, found {found_m:.3g} m"
+            f"largest_gap_m: expected at least {needed:.3g} m with {vertices} nodes,"
+            f" found {gap_m:.3g} m"
         )
 
 
-def _decimated(surface: trimesh.Trimesh, vertices: float) -> trimesh.Trimesh:
+def _gap(thin: trimesh.Trimesh, surface: trimesh.Trimesh) -> float:
+    return surface_gap(thin.vertices, thin.faces, surface.vertices, surface.faces)
+
+
+def _decimated(surface: trimesh.Trimesh, vertices: int) -> trimesh.Trimesh | None:
+    """Surface of so many vertices, or None if it has no more or they spoil it."""
+    if len(surface.vertices) <= vertices:
+        return None
     mesh = o3d.geometry.TriangleMesh(
         o3d.utility.Vector3dVector(surface.vertices), o3d.utility.Vector3iVector(surface.faces)
     )
     # A closed surface like a sphere has two triangles per vertex.
-    thin = mesh.simplify_quadric_decimation(int(2 * vertices))
-    return check_surface(np.asarray(thin.vertices), np.asarray(thin.triangles))
+    thin = mesh.simplify_quadric_decimation(2 * vertices)
+    try:
+        return check_surface(np.asarray(thin.vertices), np.asarray(thin.triangles))
+    except ValueError as fault:
+        log.info("%d vertices spoil the surface: %s", vertices, fault)
+        return None
 
 
-def _with_count(surface: trimesh.Trimesh, vertices: int, envelope: float) -> SolidMesh:
-    """Search the edge length by secants on logarithms, kept between bounds known."""
-    low, high, factor, tried = *np.log(EDGES), float(np.log(FIRST_EDGE)), []
-    for _ in range(FILLS):
-        mesh = _fill(surface, float(np.exp(factor)), envelope)
-        excess = float(np.log(len(mesh.nodes_m) / vertices))
-        tried.append((abs(excess), len(mesh.nodes_m)))
-        if abs(np.expm1(excess)) <= ENOUGH:
-            return mesh
-        low, high = (factor, high) if excess > 0 else (low, factor)
-        # Nodes go with the edge to a power between -2 and -3.
-        step = factor + excess / 2.5
-        factor = step if low < step < high else (low + high) / 2
-    raise ValueError(
-        f"vertices: expected a mesh of {vertices} within {ENOUGH:.0%}, found {min(tried)[1]}"
-    )
-
-
-def _fill(surface: trimesh.Trimesh, edge_factor: float, envelope: float) -> SolidMesh:
-    # fTetWild leaves a file in the working directory.
-    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        nodes, tetrahedra = pytetwild.tetrahedralize(
-            np.asarray(surface.vertices, dtype=float),
-            np.asarray(surface.faces, dtype=np.int32),
-            edge_length_fac=edge_factor,
-            epsilon=envelope,
-            num_threads=1,
+def _check_count(found: int, wanted: int) -> None:
+    off = abs(found / wanted - 1)
+    if off > FAIR:
+        raise ValueError(
+            f"vertices: expected a mesh of {wanted} within {FAIR:.0%}, found {found} at the nearest"
         )
-    used, numbers = np.unique(tetrahedra, return_inverse=True)
-    return solid_mesh(nodes[used], numbers.reshape(-1, 4))
+    if off > ENOUGH:
+        log.warning("%d nodes at the nearest, wanted were %d", found, wanted)
+
+
+def _check_gap(mesh: SolidMesh, surface: trimesh.Trimesh, largest_m: float) -> None:
+    found = surface_gap(mesh.nodes_m, mesh.surface_triangles(), surface.vertices, surface.faces)
+    if found > largest_m:
+        raise ValueError(f"largest_gap_m: expected at most {largest_m:.3g} m, found {found:.3g} m")

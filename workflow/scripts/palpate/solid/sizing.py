@@ -1,0 +1,105 @@
+"""Where a solid mesh needs shorter edges: on what the object stands on."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from skfem import MeshTet
+from trimesh import triangles
+from trimesh.intersections import slice_faces_plane
+
+# Nodes wanted on the support, so that losing one or another does not let the object tilt.
+SUPPORT_NODES = 12
+# Wanted edge over distance from the support, once away from it.
+GROWTH = 1.0
+# Area that a node takes in a lattice of regular triangles, in squared edges.
+LATTICE = 3**0.5 / 2
+# Most cells of the grid that the wanted edge is given on, along an axis.
+CELLS = 24
+
+
+@dataclass(frozen=True)
+class Support:
+    """Plane that an object stands on.
+
+    Attributes
+    ----------
+    point_m : (3,) array
+        A point of the plane [m].
+    normal : (3,) array
+        Its direction, of any length.
+    tolerance_m : float
+        Nodes of the surface within this distance of the plane are held [m].
+    """
+
+    point_m: NDArray
+    normal: NDArray
+    tolerance_m: float
+
+    def heights_m(self, points_m: NDArray) -> NDArray:
+        """Signed distances from the plane, shape (n,) [m], of points, shape (n, 3) [m]."""
+        normal = np.asarray(self.normal, dtype=float)
+        return (points_m - self.point_m) @ (normal / np.linalg.norm(normal))
+
+
+@dataclass(frozen=True)
+class EdgeField:
+    """Wanted edge in space, linear in each tetrahedron of a coarse grid.
+
+    Attributes
+    ----------
+    nodes_m : (n, 3) array
+        [m].
+    tetrahedra : (m, 4) int array
+    edge_m : (n,) array
+        Edge wanted at the nodes [m].
+    """
+
+    nodes_m: NDArray
+    tetrahedra: NDArray
+    edge_m: NDArray
+
+
+def supported_area(surface: trimesh.Trimesh, support: Support) -> float:
+    """Area of a surface within the support's tolerance [m^2]."""
+    normal = np.asarray(support.normal, dtype=float) / np.linalg.norm(support.normal)
+    vertices, faces = surface.vertices, surface.faces
+    for side in (normal, -normal):
+        origin = support.point_m - side * support.tolerance_m
+        # Trimesh.slice_plane does the same and needs shapely.
+        vertices, faces, _ = slice_faces_plane(vertices, faces, side, origin)
+    return float(triangles.area(vertices[faces]).sum())
+
+
+def support_edge(surface: trimesh.Trimesh, support: Support) -> float:
+    """Edge with which enough nodes lie on the support [m]; infinite if the surface is off it."""
+    area = supported_area(surface, support)
+    return float(np.sqrt(area / (LATTICE * SUPPORT_NODES))) if area > 0 else np.inf
+
+
+def edge_field(
+    vertices_m: NDArray, support: Support, *, support_edge_m: float, edge_m: float
+) -> EdgeField:
+    """Edges that grow from the support's to those of the rest.
+
+    Parameters
+    ----------
+    vertices_m : (n, 3) array
+        Surface to be filled, whose box the field covers [m].
+    support : Support
+    support_edge_m, edge_m : float
+        Edge wanted on the support, and away from it [m].
+
+    Returns
+    -------
+    EdgeField
+    """
+    low, high = vertices_m.min(axis=0) - edge_m, vertices_m.max(axis=0) + edge_m
+    cells = np.clip(np.ceil((high - low) / support_edge_m), 2, CELLS).astype(int)
+    grid = MeshTet.init_tensor(
+        *(np.linspace(a, b, n + 1) for a, b, n in zip(low, high, cells, strict=True))
+    )
+    away = np.abs(support.heights_m(grid.p.T))
+    wanted = np.minimum(support_edge_m + GROWTH * away, edge_m)
+    return EdgeField(grid.p.T, grid.t.T, wanted)
