@@ -71,7 +71,7 @@ def hertz_patch(
 
 
 def hertz_contact_radius(*, indenter_radius_m: float, depth_m: float) -> float:
-    """Contact radius sqrt(R d) of Hertz's sphere at a depth [m].
+    """Contact radius sqrt(R d) of Hertz's sphere at a depth, at most R [m].
 
     Raises
     ------
@@ -80,7 +80,7 @@ def hertz_contact_radius(*, indenter_radius_m: float, depth_m: float) -> float:
     """
     if not depth_m > 0:
         raise ValueError(f"depth_m: expected above 0, found {depth_m:g}")
-    return float(np.sqrt(indenter_radius_m * depth_m))
+    return float(min(np.sqrt(indenter_radius_m * depth_m), indenter_radius_m))
 
 
 def _near(mesh: SolidMesh, centre_m: NDArray, axis: NDArray, reach_m: float) -> NDArray:
