@@ -173,8 +173,15 @@ def test_correlated_gaps_widen_the_intervals(exact):
 
 
 def test_an_offset_of_all_gaps_is_not_taken_for_knowledge(exact):
-    shifted = profile_of(exact.moved(np.broadcast_to([0, 0, 3e-4], exact.mesh.nodes_m.shape)))
-    assert shifted.verdict == "not judged"
+    shifted = exact.moved(np.broadcast_to([0, 0, 3e-4], exact.mesh.nodes_m.shape))
+    assert profile_of(shifted).verdict == "not identified"
+    assert fit_of(shifted).unknown == "gaps agree over the surface"
+
+
+def test_no_standard_error_at_a_bound(exact):
+    fit = fit_of(exact.noisy(2e-3, 6))
+    assert fit.at_bound
+    assert (fit.poisson_ratio_std, fit.unknown) == (None, "at a bound")
 
 
 def test_correlation_length():
@@ -204,8 +211,7 @@ def test_the_whole_fit(exact):
     )
     assert found.minimum.youngs_modulus_pa == pytest.approx(TRUE[0], rel=1e-4)
     assert found.reduced_model.relative_error <= found.reduced_model.relative_error_bound < 1e-5
-    # Nothing is left but rounding, which is no independent scatter.
-    assert found.profile.verdict == "not judged"
+    assert found.profile.verdict == "identified"
 
 
 def test_a_wider_range_takes_more_ratios(exact):

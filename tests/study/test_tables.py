@@ -70,6 +70,7 @@ def minimum(E, nu):
                 "poisson_ratio": nu,
                 "poisson_ratio_std": 0.05,
                 "at_bound": False,
+                "unknown": None,
                 "reduced_modulus_pa": (E + 10) / (1 - nu**2),
             }
             for norm in ("length", "square")

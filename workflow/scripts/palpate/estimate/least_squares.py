@@ -18,18 +18,20 @@ from palpate.estimate.moduli import (
     reduced_modulus,
 )
 from palpate.estimate.reduced_objective import ReducedObjective
-from palpate.estimate.scatter import NORMS, moduli_scatter, rounding_of
+from palpate.estimate.scatter import NORMS, Scatter, moduli_scatter, rounding_of
 
 TOLERANCE = 1e-12
+FORCE_TERM, AT_BOUND, ALIKE = "force term", "at a bound", "gaps agree over the surface"
+REASONS = (FORCE_TERM, AT_BOUND, ALIKE)
 
 
 @dataclass(frozen=True)
 class LeastSquaresFit:
     """Moduli by least squares.
 
-    Standard errors are None at a bound, where gaps agree over so much of the surface that too few
-    patches of it are independent, and with the force term: noise of the displacement goes through
-    K into it as a bias, which scatter does not show.
+    Standard errors are None where scatter says nothing of the moduli, for one of the `REASONS`:
+    with the force term, since noise of the displacement goes through K into it as a bias; at a
+    bound; and where gaps agree over so much of the surface that too few patches are independent.
 
     Attributes
     ----------
@@ -50,6 +52,8 @@ class LeastSquaresFit:
     patch_m : float
         Their size [m].
     norm : str
+    unknown : str or None
+        Why there are no standard errors.
     """
 
     youngs_modulus_pa: float
@@ -66,6 +70,7 @@ class LeastSquaresFit:
     patches: int
     patch_m: float
     norm: str
+    unknown: str | None
 
 
 def fit_least_squares(
@@ -111,10 +116,8 @@ def fit_least_squares(
     scatter = moduli_scatter(
         objective, E, nu, norm=norm, nodes_m=nodes_m, least_patch_m=least_patch_m
     )
-    covariance = scatter.covariance
-    if at_bound or objective.option != "displacement":
-        covariance = None
-    known = covariance is not None
+    unknown = _unknown(objective, at_bound, scatter)
+    covariance, known = scatter.covariance, unknown is None
     std = np.sqrt(np.diag(covariance)) if known else None
     return LeastSquaresFit(
         youngs_modulus_pa=E,
@@ -131,7 +134,14 @@ def fit_least_squares(
         patches=scatter.patches,
         patch_m=scatter.patch_m,
         norm=norm,
+        unknown=unknown,
     )
+
+
+def _unknown(objective: ReducedObjective, at_bound: bool, scatter: Scatter) -> str | None:
+    """First reason for which scatter does not tell how well the moduli are known."""
+    found = objective.option != "displacement", at_bound, scatter.covariance is None
+    return next((reason for reason, holds in zip(REASONS, found, strict=True) if holds), None)
 
 
 def _search(

@@ -57,10 +57,10 @@ class Objective:
         if not np.isfinite(self.u[self.surface]).all():
             raise ValueError("displacement: expected numbers at all surface nodes, found NaN")
         self.f = measurement.force_n
-        largest = np.linalg.norm(self.u[self.surface], axis=1).max()
-        if largest == 0 or measurement.total_force_n == 0:
+        self.largest_m = float(np.linalg.norm(self.u[self.surface], axis=1).max())
+        if self.largest_m == 0 or measurement.total_force_n == 0:
             raise ValueError("measurement: expected a deformation and a force, found none")
-        self.force_weight = largest / measurement.total_force_n
+        self.force_weight = self.largest_m / measurement.total_force_n
         free = np.setdiff1d(np.arange(len(mesh.nodes_m)), sets.support)
         self.force_nodes = len(free)
         self.free_dofs, self.interior_dofs = dofs(free), dofs(sets.interior)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import t as student
 
-from palpate.estimate.least_squares import LeastSquaresFit
+from palpate.estimate.least_squares import FORCE_TERM, LeastSquaresFit
 from palpate.estimate.minimise import Cost
 from palpate.estimate.moduli import lame_from_engineering
 
@@ -33,8 +33,9 @@ class PoissonProfile:
     interval : (float, float) or None
         Poisson's ratios that the error does not tell from the best, at 95 %.
     verdict : {"identified", "bounded", "not identified", "not judged"}
-        Inside the range and narrow; reaching one end of it, or wide; reaching both; without an
-        interval.
+        Inside the range and narrow; reaching one end of it, or wide; reaching both, or nothing but
+        gaps that agree over the surface or a minimum at a bound; with the force term, which is
+        biased.
     """
 
     poisson_ratios: tuple[float, ...]
@@ -92,7 +93,7 @@ def poisson_profile(
         youngs_moduli_pa=tuple(E for E, _ in found),
         errors_m=tuple(error for _, error in found),
         interval=interval,
-        verdict=_verdict(interval, (nus[0], nus[-1])),
+        verdict=_verdict(interval, (nus[0], nus[-1]), fit.unknown),
     )
 
 
@@ -141,9 +142,11 @@ def _interval(
     return ends[0], ends[1]
 
 
-def _verdict(interval: tuple[float, float] | None, limits: tuple[float, float]) -> str:
+def _verdict(
+    interval: tuple[float, float] | None, limits: tuple[float, float], unknown: str | None
+) -> str:
     if interval is None:
-        return "not judged"
+        return "not judged" if unknown == FORCE_TERM else "not identified"
     open_ends = int(interval[0] <= limits[0]) + int(interval[1] >= limits[1])
     if open_ends == 2:
         return "not identified"

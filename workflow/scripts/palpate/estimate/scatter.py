@@ -17,6 +17,8 @@ PAIRS_PER_BIN = 30
 # Fewer independent patches say too little of their own scatter.
 FEWEST_PATCHES = 15
 STEP = 1e-4
+# Gaps this small beside the largest displacement are rounding.
+EXACT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,9 @@ def moduli_scatter(
     least_patch_m : float
     """
     gap, nodes = _moving_gaps(objective, E, nu)
-    patch_m = max(least_patch_m, 2 * correlation_length(nodes_m[nodes], gap, bin_m=least_patch_m))
+    patch_m = least_patch_m
+    if np.linalg.norm(gap, axis=1).mean() > EXACT * objective.full.largest_m:
+        patch_m = max(patch_m, 2 * correlation_length(nodes_m[nodes], gap, bin_m=least_patch_m))
     patches = surface_patches(nodes_m, size_m=patch_m)
     count = len(np.unique(patches[nodes]))
     curvature = _curvature(objective, E, nu, norm)

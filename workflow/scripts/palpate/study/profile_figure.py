@@ -60,7 +60,7 @@ def poisson_profiles(
     axes[1, 0].set_ylabel("Best E for it (kPa)")
     axes[1, 0].set_ylim(bottom=0)
     axes[0, 0].set_xlim(0, 0.5)
-    axes[1, -1].legend(loc="best", ncols=2, fontsize=6.5)
+    axes[1, 0].legend(loc="upper right", ncols=2, fontsize=6.5)
     return finished(figure, {capture["provenance"] for capture in captures})
 
 

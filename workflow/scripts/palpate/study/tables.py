@@ -46,6 +46,7 @@ def minimum_table(
                 "poisson_ratio_low": low,
                 "poisson_ratio_high": high,
                 "poisson_ratio_verdict": minimum["profile"]["verdict"],
+                "poisson_ratio_reason": derived["unknown"],
                 "provenance": known["provenance"],
             }
         )
@@ -82,7 +83,8 @@ def table_5_3(minima: pd.DataFrame, published: pd.DataFrame, *, block: str) -> p
     ]
     beside = published.rename(columns={name: f"published_{name}" for name in values})
     merged = ours.merge(beside, on=keys, how="left")
-    nu = ["poisson_ratio_low", "poisson_ratio_high", "poisson_ratio_verdict"]
+    ends = ["poisson_ratio_low", "poisson_ratio_high"]
+    nu = [*ends, "poisson_ratio_verdict", "poisson_ratio_reason"]
     printed = [f"published_{name}" for name in values]
     columns = [*keys, *values, "at_bound", *nu, *printed, "provenance"]
     return merged.sort_values(["sensor", "error", "point"])[columns].reset_index(drop=True)
@@ -121,6 +123,7 @@ def summary(hertz: pd.DataFrame, minima: pd.DataFrame, squares: pd.DataFrame) ->
         "poisson_ratio_low",
         "poisson_ratio_high",
         "poisson_ratio_verdict",
+        "poisson_ratio_reason",
         "reduced_modulus_pa",
         "reduced_modulus_low_pa",
         "reduced_modulus_high_pa",
@@ -140,7 +143,7 @@ def rounded(table: pd.DataFrame) -> pd.DataFrame:
         if name.endswith("_pa"):
             values = pd.to_numeric(result[name])
             result[name] = values.round().astype("Int64")
-        elif "poisson_ratio" in name and not name.endswith("verdict"):
+        elif "poisson_ratio" in name and not name.endswith(("verdict", "reason")):
             result[name] = pd.to_numeric(result[name]).round(4)
     return result
 
