@@ -4,7 +4,7 @@ import json
 from dataclasses import asdict
 
 import numpy as np
-from job import run
+from job import naming, run
 from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
@@ -22,6 +22,16 @@ def main(snakemake):
     """Write hertz.json."""
     options = snakemake.params.options
     press, stop, samples = read_press(snakemake)
+    with naming(snakemake.input.force):
+        models = fitted_press(press, options)
+    frames = {"first_frame": press.onset, "last_frame": stop}
+    result = {"range": frames, "samples": samples} | models
+    with whole_file(snakemake.output.fit) as part:
+        part.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+
+
+def fitted_press(press, options):
+    """Fit every model to the samples of a press."""
     law = contact_law(
         "parabola", "half_space", radius_m=press.radius_m, thickness_m=press.thickness_m, nu=0.0
     )
@@ -31,14 +41,12 @@ def main(snakemake):
     )
     used = slice(press.onset, None)
     depth, force = press.depth_m[used], press.force_n[used]
-    result = {
+    return {
         "radius_m": press.radius_m,
         "thickness_m": press.thickness_m,
         "depth_std_m": press.depth_std_m,
         "depth_over_radius": press.depth_over_radius,
         "chi": press.chi,
-        "range": {"first_frame": press.onset, "last_frame": stop},
-        "samples": samples,
         "study": asdict(fit_study(depth, force, press.radius_m)),
         "free_contact": asdict(fit_free_contact(press.depth_m, press.force_n, law, **fitted)),
         "residuals": by_residual(depth, force, law),
@@ -47,8 +55,6 @@ def main(snakemake):
         "models": models,
         "recommended": recommended(press, models),
     }
-    with whole_file(snakemake.output.fit) as part:
-        part.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
 
 
 def read_press(snakemake):
@@ -61,15 +67,19 @@ def read_press(snakemake):
     template = read_template(inputs.template, unit=unit)
     alignment = load_alignment(inputs.alignment)
     depth = indentation_depth(template, alignment, tips, radius_m=radius)
-    chosen = hertz_range(force, onset_force_n=snakemake.params.options["onset_force_n"])
-    check_contact(depth, chosen.start)
+    with naming(inputs.force):
+        chosen = hertz_range(force, onset_force_n=snakemake.params.options["onset_force_n"])
+    with naming(inputs.pose):
+        check_contact(depth, chosen.start)
     std = np.hypot(np.nanmedian(poses[ALONG_STD]), alignment.residual.contact_mean_m)
+    with naming(inputs.template):
+        thickness = pressed_thickness(template, alignment, tips, chosen)
     press = Press(
         depth_m=depth[: chosen.stop + 1],
         force_n=force[: chosen.stop + 1],
         onset=chosen.start,
         radius_m=radius,
-        thickness_m=pressed_thickness(template, alignment, tips, chosen),
+        thickness_m=thickness,
         depth_std_m=float(std),
     )
     return press, chosen.stop, {"depth_m": depth.tolist(), "force_n": force.tolist()}

@@ -4,18 +4,18 @@ import logging
 import os
 import sys
 import traceback
-from collections.abc import Callable
-from contextlib import redirect_stdout
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 
-# Before NumPy is imported: a job uses the threads its rule asks for, and no more.
+# One thread whatever is exported: sums in another order would change the results' bytes.
 for _variable in (
     "OMP_NUM_THREADS",
     "OPENBLAS_NUM_THREADS",
     "MKL_NUM_THREADS",
     "OPENCV_FOR_THREADS_NUM",
 ):
-    os.environ.setdefault(_variable, "1")
+    os.environ[_variable] = "1"
 
 
 def run(main: Callable, snakemake: object) -> None:
@@ -46,3 +46,29 @@ def run(main: Callable, snakemake: object) -> None:
         except Exception:
             traceback.print_exc(file=stream)
             raise
+
+
+@contextmanager
+def naming(path: object, *fields: str) -> Iterator[None]:
+    """Put a file's name before what a block finds wrong with its content.
+
+    Parameters
+    ----------
+    path : path
+        The file to look into. Messages that begin with it already stay as they are.
+    fields : str
+        Name the file only in messages about these of its fields; in all if none is given.
+
+    Raises
+    ------
+    ValueError
+        That of the block, as ``<path>: <message>``.
+    """
+    try:
+        yield
+    except ValueError as error:
+        text = str(error)
+        others = fields and not text.startswith(fields)
+        if others or text.startswith(f"{path}: "):
+            raise
+        raise ValueError(f"{path}: {text}") from error

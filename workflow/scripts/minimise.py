@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from job import run
+from job import naming, run
 from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
@@ -22,19 +22,7 @@ def main(snakemake):
     """Write the minimum with its trace, and the mismatch of each node."""
     options = snakemake.params.options
     fit = json.loads(Path(snakemake.input.fit).read_text(encoding="utf-8"))
-    frame = fit["range"]["last_frame"]
-    problem = pose_problem(
-        read_solid(snakemake.input.solid),
-        load_tracked(snakemake.input.tracked),
-        read_table(snakemake.input.force).loc[frame, FORCE].to_numpy(float),
-        frame,
-        fit["samples"]["depth_m"][frame],
-        load_yaml(snakemake.input.object)["support"],
-        indenter_radius_m=snakemake.params.probe["indenter"]["radius_m"],
-        force_rule=options["force_rule"],
-        turn_force=options["turn_force"],
-        **snakemake.params.solid,
-    )
+    problem = read_problem(snakemake, fit)
     mesh, sets = problem.mesh, problem.sets
     logging.info("%d nodes, %d on the support", len(mesh.nodes_m), len(sets.support))
     full = Objective(mesh, sets, problem.measurement, option=snakemake.wildcards.error)
@@ -45,7 +33,7 @@ def main(snakemake):
     result = asdict(minimum) | {
         "error_option": snakemake.wildcards.error,
         "hertz_reduced_modulus_pa": E_star,
-        "frame": frame,
+        "frame": fit["range"]["last_frame"],
         "nodes": len(mesh.nodes_m),
         "least_squares": {norm: asdict(found) for norm, found in moduli.least_squares.items()},
         "profile": asdict(moduli.profile),
@@ -54,6 +42,26 @@ def main(snakemake):
     with whole_file(snakemake.output.result) as part:
         part.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     write_mismatch(snakemake.output.mismatch, full, minimum, mesh)
+
+
+def read_problem(snakemake, fit):
+    """Read the inverse problem of the deepest frame of the Hertz fit."""
+    inputs, options, frame = snakemake.input, snakemake.params.options, fit["range"]["last_frame"]
+    solid, tracked = read_solid(inputs.solid), load_tracked(inputs.tracked)
+    force = read_table(inputs.force).loc[frame, FORCE].to_numpy(float)
+    with naming(inputs.object, "support", "contact"):
+        return pose_problem(
+            solid,
+            tracked,
+            force,
+            frame,
+            fit["samples"]["depth_m"][frame],
+            load_yaml(inputs.object)["support"],
+            indenter_radius_m=snakemake.params.probe["indenter"]["radius_m"],
+            force_rule=options["force_rule"],
+            turn_force=options["turn_force"],
+            **snakemake.params.solid,
+        )
 
 
 def write_mismatch(path, objective, minimum, mesh):

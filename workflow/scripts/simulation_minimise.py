@@ -4,7 +4,7 @@ import json
 from dataclasses import asdict
 
 import numpy as np
-from job import run
+from job import naming, run
 from palpate.capture.files import whole_file
 from palpate.estimate.fit import fit_moduli
 from palpate.estimate.objective import Objective
@@ -19,7 +19,8 @@ def main(snakemake):
     triangle, problem = read_problem(
         snakemake.input.steps, snakemake.input.tracked, snakemake.params.support
     )
-    full = Objective(problem.mesh, problem.sets, problem.measurement, option=wildcards.error)
+    with naming(snakemake.input.steps):
+        full = Objective(problem.mesh, problem.sets, problem.measurement, option=wildcards.error)
     E_star = pressed_area_modulus(problem, triangle)
     found = fit_moduli(full, E_star, options, nodes_m=problem.mesh.nodes_m)
     result = asdict(found.minimum) | {

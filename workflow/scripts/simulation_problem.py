@@ -1,5 +1,6 @@
 """What the scripts of the simulated block share: its inverse problem from the rule's files."""
 
+from job import naming
 from palpate.estimate.simulation import pose_simulation
 from palpate.surface.simulation import read_steps
 from palpate.surface.track import load_tracked
@@ -9,4 +10,5 @@ def read_problem(steps, tracked, support):
     """Read the loaded nodes and the problem, on tracked data where a file of them is given."""
     read = read_steps(steps)
     surface = load_tracked(tracked) if tracked else None
-    return read.triangle, pose_simulation(read, support, tracked=surface)
+    with naming(tracked, "tracked"), naming(steps, "support", "contact"):
+        return read.triangle, pose_simulation(read, support, tracked=surface)

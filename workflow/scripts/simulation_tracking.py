@@ -3,7 +3,7 @@
 import logging
 
 import pandas as pd
-from job import run
+from job import naming, run
 from palpate.capture.files import whole_file
 from palpate.estimate.simulation import pose_simulation
 from palpate.study import simulation_tables, tables
@@ -23,7 +23,8 @@ def main(snakemake):
     rows = []
     for name, changes in variants.items():
         logging.info("%s: %s", name, changes)
-        rows.append({"variant": name} | row_of(steps, base | changes, options, search))
+        with naming(snakemake.input.steps):
+            rows.append({"variant": name} | row_of(steps, base | changes, options, search))
     truth = read_one(snakemake.input.truth)
     table = pd.DataFrame(rows)
     for key in ("lambda_pa", "mu_pa"):
@@ -42,12 +43,12 @@ def row_of(steps, variant, options, search):
     )
     errors = simulation_tables.tracking_errors(steps, tracked)
     problem = pose_simulation(steps, options["support"], tracked=tracked)
-    found = simulation_tables.both_methods(
+    found = simulation_tables.every_method(
         problem, steps.triangle, linear=options["linear"], search=search
     )
     moduli = {
-        f"{method}_{name}": getattr(estimate, name)
-        for method, estimate in zip(("linear", "minimise"), found, strict=True)
+        f"{method}_{name}": getattr(found[key], name)
+        for method, key in (("linear", "linear_method"), ("minimise", "minimise_displacement"))
         for name in simulation_tables.MODULI
     }
     shown = {key: variant[key] for key in SHOWN}

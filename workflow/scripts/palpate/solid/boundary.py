@@ -52,19 +52,16 @@ def node_sets(
     Raises
     ------
     ValueError
-        If fewer than three nodes lie on the support, there is no contact node, or one lies off
-        the surface or on the support.
+        As `support_nodes` does; or if there is no contact node, or one lies off the surface or on
+        the support.
     """
-    normal = np.asarray(support_plane_normal, dtype=float)
-    height = (mesh.nodes_m - support_plane_point_m) @ (normal / np.linalg.norm(normal))
     surface = mesh.surface_nodes()
-    support = surface[np.abs(height[surface]) <= tolerance_m]
-    if len(support) < 3:
-        lowest = np.abs(height[surface]).min()
-        raise ValueError(
-            f"support: expected at least 3 nodes within {tolerance_m:g} m of its plane,"
-            f" found {len(support)} (nearest {lowest:.3g} m)"
-        )
+    support = support_nodes(
+        mesh,
+        plane_point_m=support_plane_point_m,
+        plane_normal=support_plane_normal,
+        tolerance_m=tolerance_m,
+    )
     contact = np.unique(contact_nodes)
     inside = np.setdiff1d(contact, surface)
     if not len(contact) or len(inside):
@@ -75,3 +72,36 @@ def node_sets(
     free = np.setdiff1d(surface, np.concatenate([support, contact]))
     interior = np.setdiff1d(np.arange(len(mesh.nodes_m)), surface)
     return NodeSets(contact, free, support, interior)
+
+
+def support_nodes(
+    mesh: SolidMesh, *, plane_point_m: NDArray, plane_normal: NDArray, tolerance_m: float
+) -> NDArray:
+    """Surface nodes on the plane that an object rests on, sorted.
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+    plane_point_m, plane_normal : (3,) arrays
+        The plane [m]; its normal of any length.
+    tolerance_m : float
+        How far from the plane a node may lie [m].
+
+    Raises
+    ------
+    ValueError
+        If the normal has no direction, or fewer than three nodes lie on the plane.
+    """
+    normal = np.asarray(plane_normal, dtype=float)
+    length = np.linalg.norm(normal)
+    if not 0 < length < np.inf:
+        raise ValueError(f"support.plane_normal: expected a direction, found {normal.tolist()}")
+    surface = mesh.surface_nodes()
+    away = np.abs((mesh.nodes_m[surface] - plane_point_m) @ normal) / length
+    held = surface[away <= tolerance_m]
+    if len(held) < 3:
+        raise ValueError(
+            f"support: expected at least 3 nodes within {tolerance_m:g} m of its plane,"
+            f" found {len(held)} (nearest {away.min():.3g} m)"
+        )
+    return held

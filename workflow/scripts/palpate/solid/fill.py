@@ -124,11 +124,11 @@ def refine_near(mesh: SolidMesh, point_m: NDArray, *, radius_m: float, edge_m: f
     Raises
     ------
     ValueError
-        If the elements have ten nodes.
+        If the elements have ten nodes, or edges stay longer after as many bisections as are tried.
     """
     if mesh.order != 1:
         raise ValueError("mesh: expected four-node elements to refine, found ten-node ones")
-    for _ in range(REFINEMENTS):
+    for bisections in range(REFINEMENTS + 1):
         corners = mesh.nodes_m[mesh.tetrahedra]
         longest = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=-1).max(axis=(1, 2))
         away = np.linalg.norm(corners.mean(axis=1) - point_m, axis=1)
@@ -136,6 +136,9 @@ def refine_near(mesh: SolidMesh, point_m: NDArray, *, radius_m: float, edge_m: f
         chosen = np.flatnonzero(near & (longest > edge_m))
         if not len(chosen):
             break
+        if bisections == REFINEMENTS:
+            expected = f"at most {edge_m:g} m after {REFINEMENTS} bisections"
+            raise ValueError(f"edge_m: expected {expected}, found {longest[chosen].max():.3g} m")
         refined = MeshTet(*map(np.ascontiguousarray, (mesh.nodes_m.T, mesh.tetrahedra.T))).refined(
             chosen
         )

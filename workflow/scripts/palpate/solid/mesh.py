@@ -1,7 +1,9 @@
 """Solid meshes of tetrahedra with four or ten nodes."""
 
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree.ElementTree import ParseError
 
 import meshio
 import numpy as np
@@ -17,6 +19,18 @@ CELLS = {4: "tetra", 10: "tetra10"}
 FLAT = 1e-12
 # How far a middle node may be from the middle, as a share of the longest element's size.
 STRAIGHT = 1e-6
+# What meshio's reader of VTU meets in files that are damaged or something else.
+UNREADABLE = (
+    meshio.ReadError,
+    ParseError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    AssertionError,
+    zlib.error,
+    SystemExit,
+)
 
 
 @dataclass(frozen=True)
@@ -147,9 +161,9 @@ def read_solid(path: str | Path) -> SolidMesh:
     Raises
     ------
     ValueError
-        If the file holds no tetrahedra of one kind, or `solid_mesh` refuses them.
+        If the file is no VTU, holds no tetrahedra of one kind, or `solid_mesh` refuses them.
     """
-    mesh = meshio.read(path, file_format="vtu")
+    mesh = _read_vtu(path)
     kinds = sorted(mesh.cells_dict)
     if kinds not in (["tetra"], ["tetra10"]):
         raise ValueError(f"{path}: cells: expected tetrahedra of one kind, found {kinds}")
@@ -157,6 +171,15 @@ def read_solid(path: str | Path) -> SolidMesh:
         return solid_mesh(mesh.points, mesh.cells_dict[kinds[0]])
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
+
+
+def _read_vtu(path: str | Path) -> meshio.Mesh:
+    # Not meshio.read, which ends the process over a file that it cannot read.
+    try:
+        return meshio.vtu.read(str(path))
+    except UNREADABLE as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(f"{path}: file: expected a VTU mesh, found none ({reason})") from None
 
 
 def _face_groups(corners: NDArray) -> tuple[NDArray, NDArray, NDArray]:

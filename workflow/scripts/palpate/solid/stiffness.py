@@ -51,7 +51,14 @@ def combined(
         As `elastic_stiffness` gives them, or the same rows and columns of them [m].
     lam, mu : float
         Lame parameters [Pa].
+
+    Raises
+    ------
+    ValueError
+        If the matrices have entries in different places.
     """
+    if not _alike(K1, K2):
+        raise ValueError("K2: expected the shape and the places of K1's entries, found others")
     return sparse.csr_matrix(
         (lam * K1.data + mu * K2.data, K1.indices, K1.indptr), shape=K1.shape, copy=False
     )
@@ -108,6 +115,11 @@ def _pattern(tetrahedra: NDArray, size: int) -> tuple[sparse.csr_matrix, NDArray
     bounds = np.append(np.flatnonzero(new), len(order))
     place = sparse.csr_matrix((np.ones(len(order)), order, bounds))
     return place, unique % size, starts
+
+
+def _alike(K1: sparse.csr_matrix, K2: sparse.csr_matrix) -> bool:
+    pairs = ((K1.indptr, K2.indptr), (K1.indices, K2.indices))
+    return K1.shape == K2.shape and all(a is b or np.array_equal(a, b) for a, b in pairs)
 
 
 def _gathered(blocks, place, columns: NDArray, starts: NDArray) -> sparse.csr_matrix:

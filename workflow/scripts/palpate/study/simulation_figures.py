@@ -15,7 +15,11 @@ from palpate.study.style import BLACK, BLUE, GREEN, ORANGE, PAGE_IN, entitle, fi
 KILOPASCALS, MILLIMETRES = 1e-3, 1e3
 PALETTE = (BLUE, ORANGE, GREEN, "#CC79A7", "#56B4E9", "#E69F00")
 MARKS = ("o", "s", "^", "D", "v", "P")
-METHODS = {"linear_method": "linear method", "minimise_displacement": "error minimisation"}
+METHODS = {
+    "linear_method": "linear method",
+    "minimise_displacement": "minimised: displacement",
+    "minimise_force_displacement": "minimised: force and displacement",
+}
 HEIGHT_IN, LEGEND_IN = 2.6, 0.22
 # Of a search that starts far off, the panels show the range of the later iterations.
 LATER = 0.15

@@ -18,6 +18,7 @@ from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.track import Tracked
 
 LAME = ["lame_lambda_pa", "lame_mu_pa"]
+ERROR_OPTIONS = ("displacement", "force_displacement")
 MODULI = [*LAME, "youngs_modulus_pa", "poisson_ratio"]
 # Table 3.1: what is known at each kind of node.
 KNOWN = {
@@ -110,17 +111,34 @@ def tracking_errors(steps: SimulatedSteps, tracked: Tracked) -> dict[str, float]
     }
 
 
-def both_methods(
+def every_method(
     problem: Problem, triangle: NDArray, *, linear: Mapping, search: Mapping
-) -> tuple[LinearEstimate, Minimum]:
-    """Linear method from its first start, and displacement error minimisation."""
+) -> dict[str, LinearEstimate | Minimum]:
+    """Linear method from its first start, and error minimisation with either error option.
+
+    Parameters
+    ----------
+    problem : Problem
+    triangle : (3,) int array
+        Loaded nodes.
+    linear, search : mapping
+        Options of config.simulation.linear and config.minimise.
+
+    Returns
+    -------
+    dict
+        By method, ``linear_method`` or ``minimise_<error option>``.
+    """
     mesh, sets, measurement = problem.mesh, problem.sets, problem.measurement
     limits = {"iterations": linear["iterations"], "tolerance": linear["tolerance"]}
-    found = linear_method(mesh, sets, measurement, start=tuple(linear["starts_pa"][0]), **limits)
-    cost = ReducedObjective(Objective(mesh, sets, measurement, option="displacement"))
+    first = tuple(linear["starts_pa"][0])
+    found = {"linear_method": linear_method(mesh, sets, measurement, start=first, **limits)}
     E_star = pressed_area_modulus(problem, triangle)
-    start = hertz_start(cost, E_star, search["start_poisson_ratios"])
-    return found, minimise_error(cost, start, search)
+    for option in ERROR_OPTIONS:
+        cost = ReducedObjective(Objective(mesh, sets, measurement, option=option))
+        start = hertz_start(cost, E_star, search["start_poisson_ratios"])
+        found[f"minimise_{option}"] = minimise_error(cost, start, search)
+    return found
 
 
 def with_noise(problem: Problem, std_m: float, rng: np.random.Generator) -> Problem:

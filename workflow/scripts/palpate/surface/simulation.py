@@ -1,5 +1,7 @@
 """The simulated frames of Section 3.3.2, and the tracker on them."""
 
+import zipfile
+import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -141,18 +143,58 @@ def read_steps(path: str | Path) -> SimulatedSteps:
     Raises
     ------
     ValueError
-        If a field is missing, has another shape than the nodes ask for, or holds no numbers.
+        If the file is no NPZ of plain arrays, a field is missing, has another shape than the nodes
+        ask for, or holds no numbers, there is no step, or `solid_mesh` refuses the elements.
     """
-    with np.load(path, allow_pickle=False) as data:
-        missing = [name for name in FIELDS if name not in data.files]
-        if missing:
-            raise ValueError(f"{path}: expected {', '.join(FIELDS)}, found no {missing[0]}")
-        fields = {name: data[name] for name in FIELDS}
-    shape = (len(fields["force_n"]), len(fields["nodes_m"]), 3)
-    for name in ("force_n", "displacement_m"):
-        if fields[name].shape != shape:
-            raise ValueError(f"{path}: {name}: expected shape {shape}, found {fields[name].shape}")
-        if not np.isfinite(fields[name]).all():
-            raise ValueError(f"{path}: {name}: expected numbers, found NaN")
-    mesh = solid_mesh(fields["nodes_m"], fields["tetrahedra"])
-    return SimulatedSteps(mesh, fields["triangle"], fields["force_n"], fields["displacement_m"])
+    fields = _read_fields(path)
+    try:
+        return _checked_steps(**fields)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _read_fields(path: str | Path) -> dict[str, NDArray]:
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            fields = {name: data[name] for name in FIELDS if name in data.files}
+    except (zipfile.BadZipFile, zlib.error, EOFError, TypeError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise ValueError(
+            f"{path}: file: expected an NPZ of plain arrays, found none ({reason})"
+        ) from None
+    missing = [name for name in FIELDS if name not in fields]
+    if missing:
+        raise ValueError(f"{path}: expected {', '.join(FIELDS)}, found no {missing[0]}")
+    return fields
+
+
+def _checked_steps(
+    nodes_m: NDArray,
+    tetrahedra: NDArray,
+    triangle: NDArray,
+    force_n: NDArray,
+    displacement_m: NDArray,
+) -> SimulatedSteps:
+    count = len(nodes_m) if nodes_m.ndim else 0
+    steps = len(force_n) if force_n.ndim else 0
+    _check_array("nodes_m", nodes_m, "fiu", (count, 3))
+    _check_array("tetrahedra", tetrahedra, "iu", tetrahedra.shape)
+    _check_array("triangle", triangle, "iu", (3,))
+    for name, values in (("force_n", force_n), ("displacement_m", displacement_m)):
+        _check_array(name, values, "fiu", (steps, count, 3))
+    if not steps:
+        raise ValueError("force_n: expected at least one step, found none")
+    if triangle.min() < 0 or triangle.max() >= count or len(np.unique(triangle)) < 3:
+        expected = f"three different nodes of 0 to {count - 1}"
+        raise ValueError(f"triangle: expected {expected}, found {triangle.tolist()}")
+    return SimulatedSteps(solid_mesh(nodes_m, tetrahedra), triangle, force_n, displacement_m)
+
+
+def _check_array(name: str, values: NDArray, kinds: str, shape: tuple[int, ...]) -> None:
+    if values.shape != shape:
+        raise ValueError(f"{name}: expected shape {shape}, found {values.shape}")
+    if values.dtype.kind not in kinds:
+        expected = "numbers" if "f" in kinds else "integers"
+        raise ValueError(f"{name}: expected {expected}, found {values.dtype}")
+    if not np.isfinite(values).all():
+        raise ValueError(f"{name}: expected numbers, found NaN or infinity")

@@ -8,6 +8,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import dijkstra
+from trimesh.graph import connected_component_labels
 
 METRES = {"m": 1.0, "mm": 0.001}
 # Objects that one depth camera and a hand-held probe can measure [m].
@@ -56,6 +57,9 @@ def read_template(path: str | Path, *, unit: str) -> Template:
         raise ValueError(f"{path}: template: expected a triangle mesh, found no faces")
     if not mesh.is_watertight:
         raise ValueError(f"{path}: template: expected a closed surface, found open edges")
+    pieces = connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
+    if pieces.max() > 0:
+        raise ValueError(f"{path}: template: expected one piece, found {pieces.max() + 1}")
     if mesh.volume < 0:
         mesh.invert()
     size = float(mesh.extents.max()) * METRES[unit]
