@@ -190,5 +190,7 @@ def test_refinement_keeps_the_body_and_reaches_the_edge_length(block):
     assert edges.max() <= 0.007
     again = refine_near(block, point, radius_m=0.02, edge_m=0.007)
     assert np.array_equal(again.nodes_m, fine.nodes_m)
+    with pytest.raises(ValueError, match="edge_m: expected at most 1e-06 m after 12 bisections"):
+        refine_near(block, point, radius_m=1e-6, edge_m=1e-6)
     with pytest.raises(ValueError, match="expected four-node elements to refine"):
         refine_near(quadratic(block), point, radius_m=0.02, edge_m=0.007)

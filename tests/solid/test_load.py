@@ -34,6 +34,8 @@ def test_bad_node_sets_are_refused(cube):
     triangle = contact_triangle(cube, TOP, largest_distance_m=0.01)
     with pytest.raises(ValueError, match="support: expected at least 3 nodes"):
         node_sets(cube, contact_nodes=triangle, **(PLANE | {"support_plane_point_m": [0, 0, -1]}))
+    with pytest.raises(ValueError, match="support.plane_normal: expected a direction, found"):
+        node_sets(cube, contact_nodes=triangle, **(PLANE | {"support_plane_normal": [0, 0, 0]}))
     inner = np.setdiff1d(np.arange(len(cube.nodes_m)), cube.surface_nodes())
     with pytest.raises(ValueError, match=f"nodes of the surface, found node {inner[0]} inside"):
         node_sets(cube, contact_nodes=inner[:1], **PLANE)

@@ -106,3 +106,6 @@ def test_other_files_are_refused(cube, tmp_path):
     meshio.write(path, data)
     with pytest.raises(ValueError, match=r"surface.vtu: tetrahedra: expected volumes"):
         read_solid(path)
+    path.write_text("something else")
+    with pytest.raises(ValueError, match=r"surface.vtu: file: expected a VTU mesh, found none"):
+        read_solid(path)

@@ -100,3 +100,14 @@ def test_shape_functions_share_one_and_are_one_at_their_node(order):
     ]
     nodes = corners if order == 1 else np.concatenate([corners, middles])
     assert np.allclose(shape_values(nodes, order), np.eye(len(nodes)), atol=1e-15)
+
+
+def test_matrices_of_other_patterns_are_refused():
+    K1, K2 = elastic_stiffness(unit_box(1))
+    message = "K2: expected the shape and the places of K1's entries, found others"
+    with pytest.raises(ValueError, match=message):
+        combined(K1, K2[:-3], LAM, MU)
+    moved = K2.copy()
+    moved.indices = moved.indices[::-1].copy()
+    with pytest.raises(ValueError, match=message):
+        combined(K1, moved, LAM, MU)

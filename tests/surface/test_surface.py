@@ -187,6 +187,10 @@ def test_templates_that_are_refused(tmp_path):
     box.export(tmp_path / "metres.ply")
     with pytest.raises(ValueError, match=r"template.unit: expected an object of 0.01 to 3.0 m"):
         read_template(tmp_path / "metres.ply", unit="mm")
+    two = trimesh.util.concatenate([box, box.copy().apply_translation([0.2, 0, 0])])
+    two.export(tmp_path / "two.ply")
+    with pytest.raises(ValueError, match="two.ply: template: expected one piece, found 2"):
+        read_template(tmp_path / "two.ply", unit="m")
     box.update_faces(np.arange(len(box.faces)) > 0)
     box.export(tmp_path / "open.ply")
     with pytest.raises(ValueError, match="expected a closed surface, found open edges"):

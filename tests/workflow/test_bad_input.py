@@ -1,0 +1,322 @@
+"""What a script ends with over input that it can't use: one line that names file and field."""
+
+import json
+import logging
+import os
+import runpy
+from types import SimpleNamespace
+
+import meshio
+import numpy as np
+import pandas as pd
+import pytest
+import trimesh
+import yaml
+from job import naming
+from palpate.capture.tables import write_table
+from palpate.solid.mesh import solid_mesh, write_solid
+from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
+from palpate.surface.track import Tracked, save_tracked
+from skfem import MeshTet
+
+SIZE = 0.1
+RADIUS = 0.00622
+TOP = np.array([0.05, 0.05, SIZE])
+PROBE = {"indenter": {"radius_m": RADIUS}}
+SUPPORT = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 1e-3}
+
+
+class Named(list):
+    """Values by place and by name, as Snakemake's own lists are."""
+
+    def __init__(self, **values):
+        super().__init__(values.values())
+        self.__dict__ |= values
+
+
+@pytest.fixture(autouse=True)
+def handlers():
+    """Scripts take the root logger over; its handlers' streams are closed afterwards."""
+    logger = logging.getLogger()
+    kept, level = logger.handlers[:], logger.level
+    yield
+    logger.handlers[:] = kept
+    logger.setLevel(level)
+
+
+@pytest.fixture
+def run(root, tmp_path, capfd):
+    """Run a script in vain and give the line that it ends with."""
+
+    def refused(script, *, inputs, outputs, params=None, wildcards=None):
+        made = tmp_path / "made"
+        job = SimpleNamespace(
+            rule=script,
+            wildcards=Named(**wildcards or {}),
+            log=tmp_path / "log.txt",
+            input=Named(**{name: str(path) if path else [] for name, path in inputs.items()}),
+            output=Named(**{name: str(made / name) for name in outputs}),
+            params=Named(**params or {}),
+        )
+        path = root / f"workflow/scripts/{script}.py"
+        with pytest.raises(SystemExit) as end:
+            runpy.run_path(str(path), init_globals={"snakemake": job})
+        assert end.value.code == 1
+        assert not made.exists() or not list(made.iterdir())
+        shown = capfd.readouterr()
+        assert shown.out == ""
+        (line,) = shown.err.splitlines()
+        assert line.startswith(f"error: {script}")
+        assert line in (tmp_path / "log.txt").read_text()
+        return line
+
+    return refused
+
+
+@pytest.fixture
+def cube():
+    mesh = MeshTet().refined(2)
+    return solid_mesh(SIZE * mesh.p.T, mesh.t.T)
+
+
+@pytest.fixture
+def box():
+    mesh = trimesh.creation.box((SIZE, SIZE, SIZE)).subdivide()
+    return mesh.apply_translation([SIZE / 2] * 3)
+
+
+def describe(path, **support):
+    content = {
+        "template": {"unit": "m", "vertices": 50},
+        "support": SUPPORT | support,
+        "points": {"01": {"position_m": TOP.tolist()}},
+    }
+    path.write_text(yaml.safe_dump(content))
+    return path
+
+
+def test_a_file_is_named_once_and_for_its_own_fields():
+    with pytest.raises(ValueError, match="^a.csv: force: expected more$"), naming("a.csv"):
+        raise ValueError("force: expected more")
+    with pytest.raises(ValueError, match="^a.csv: force"), naming("a.csv"), naming("a.csv"):
+        raise ValueError("force: expected more")
+    with pytest.raises(ValueError, match="^force"), naming("a.yaml", "support", "contact"):
+        raise ValueError("force: expected more")
+
+
+def test_a_job_uses_one_thread_whatever_is_exported(root, monkeypatch):
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+    for name in names:
+        monkeypatch.setenv(name, "8")
+    runpy.run_path(str(root / "workflow/scripts/job.py"))
+    assert [os.environ[name] for name in names] == ["1", "1", "1"]
+
+
+# Templates, kept meshes and supports.
+def solid_of(run, folder, template, kept, **support):
+    template.export(folder / "template.ply")
+    inputs = {
+        "object": describe(folder / "object.yaml", **support),
+        "template": folder / "template.ply",
+        "kept": kept,
+    }
+    return run("solid_mesh", inputs=inputs, outputs=["solid", "quality"])
+
+
+@pytest.fixture
+def kept(cube, tmp_path):
+    write_solid(tmp_path / "kept.vtu", cube)
+    return tmp_path / "kept.vtu"
+
+
+def test_an_open_template(run, tmp_path, box, kept):
+    box.update_faces(np.arange(len(box.faces)) > 0)
+    line = solid_of(run, tmp_path, box, kept)
+    assert f"{tmp_path}/template.ply: template: expected a closed surface, found open" in line
+
+
+def test_a_template_of_two_pieces(run, tmp_path, box, kept):
+    two = trimesh.util.concatenate([box, box.copy().apply_translation([0.2, 0, 0])])
+    line = solid_of(run, tmp_path, two, kept)
+    assert f"{tmp_path}/template.ply: template: expected one piece, found 2" in line
+
+
+@pytest.mark.parametrize("keeps", [True, False], ids=["kept", "made"])
+def test_a_template_that_cuts_itself(run, tmp_path, kept, keeps):
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.05)
+    ball.vertices[7] *= -1.2
+    line = solid_of(run, tmp_path, ball, kept if keeps else None)
+    assert f"{tmp_path}/template.ply: surface: expected one that does not cut itself" in line
+
+
+def test_a_kept_mesh_whose_elements_overlap(run, tmp_path, box, cube):
+    nodes = cube.nodes_m.copy()
+    inner = np.setdiff1d(np.arange(len(nodes)), cube.surface_nodes())[0]
+    nodes[inner] += [0.6 * SIZE, 0, 0]
+    path = tmp_path / "kept.vtu"
+    meshio.write(path, meshio.Mesh(nodes, [("tetra", cube.tetrahedra)]))
+    line = solid_of(run, tmp_path, box, path)
+    assert f"{path}: tetrahedra: expected elements on the two sides of each face" in line
+
+
+@pytest.mark.parametrize("content", [b"", b"plain text", b"<VTKFile type='UnstructuredGrid'>"])
+def test_a_kept_mesh_that_is_none(run, tmp_path, box, content):
+    path = tmp_path / "kept.vtu"
+    path.write_bytes(content)
+    assert f"{path}: file: expected a VTU mesh, found none" in solid_of(run, tmp_path, box, path)
+
+
+def test_a_kept_mesh_that_was_cut_short(run, tmp_path, box, kept):
+    content = kept.read_bytes()
+    kept.write_bytes(content[: len(content) // 2])
+    assert f"{kept}: file: expected a VTU mesh, found none" in solid_of(run, tmp_path, box, kept)
+
+
+def test_a_kept_mesh_of_another_object(run, tmp_path, box, kept):
+    line = solid_of(run, tmp_path, box.apply_scale(1.2), kept)
+    assert f"{kept}: nodes: expected within 0.0024 m of the template" in line
+
+
+@pytest.mark.parametrize(
+    ("support", "found"),
+    [
+        ({"plane_point_m": [0, 0, -0.05]}, "support: expected at least 3 nodes within 0.001 m"),
+        ({"plane_normal": [0, 0, 0]}, "support.plane_normal: expected a direction, found [0.0"),
+    ],
+    ids=["elsewhere", "no direction"],
+)
+def test_a_support_that_holds_nothing(run, tmp_path, box, kept, support, found):
+    line = solid_of(run, tmp_path, box, kept, **support)
+    assert f"{tmp_path}/object.yaml: {found}" in line
+
+
+# Contact and force.
+def test_a_contact_far_from_the_solid(run, root, tmp_path, box, cube, kept):
+    rest, far = np.asarray(box.vertices), TOP + [0, 0, 3 * RADIUS]
+    moved = np.stack([rest, rest - [0, 0, 1e-3]])
+    seen, residual = np.ones(moved.shape[:2], bool), np.zeros(2)
+    tracked = Tracked(rest, box.faces, rest, moved, seen, np.eye(4), residual, far, 1)
+    save_tracked(tmp_path / "tracked.npz", tracked)
+    fit = {"range": {"last_frame": 1}, "samples": {"depth_m": [0.0, 1e-3]}}
+    (tmp_path / "hertz.json").write_text(json.dumps(fit))
+    write_forces(tmp_path / "force.csv", [0.0, 2.0])
+    config = yaml.safe_load((root / "config/config.yaml").read_text())
+    inputs = {
+        "object": describe(tmp_path / "object.yaml"),
+        "solid": kept,
+        "tracked": tmp_path / "tracked.npz",
+        "force": tmp_path / "force.csv",
+        "fit": tmp_path / "hertz.json",
+    }
+    params = {"options": config["minimise"], "probe": PROBE, "solid": config["solid"]}
+    line = run(
+        "minimise",
+        inputs=inputs,
+        outputs=["result", "mismatch"],
+        params=params,
+        wildcards={"error": "displacement"},
+    )
+    assert f"{tmp_path}/object.yaml: contact: expected within 0.00622 m of the surface" in line
+
+
+def write_forces(path, newtons):
+    force = np.asarray(newtons, dtype=float)
+    write_table(path, pd.DataFrame({"fx_n": 0 * force, "fy_n": 0 * force, "fz_n": -force}))
+
+
+def fitted(run, root, folder, box, depths, newtons, **options):
+    """Run the Hertz fit on a press into the top of the box."""
+    box.export(folder / "template.ply")
+    residual = AlignmentResidual(0.0, 0.0, 0.0, 0.0, 1)
+    save_alignment(folder / "alignment.json", Alignment(np.eye(4), TOP, 1, residual))
+    tips = TOP + [0, 0, RADIUS] - np.outer(depths, [0, 0, 1])
+    poses = dict(zip(("tip_x_m", "tip_y_m", "tip_z_m"), tips.T, strict=True))
+    write_table(
+        folder / "probe_pose.csv", pd.DataFrame(poses | {"raw_tip_std_along_m": 0 * tips[:, 0]})
+    )
+    write_forces(folder / "force.csv", newtons)
+    inputs = {
+        "object": describe(folder / "object.yaml"),
+        "template": folder / "template.ply",
+        "alignment": folder / "alignment.json",
+        "pose": folder / "probe_pose.csv",
+        "force": folder / "force.csv",
+    }
+    config = yaml.safe_load((root / "config/config.yaml").read_text())
+    params = {"options": config["hertz"] | options, "probe": PROBE}
+    return run("hertz", inputs=inputs, outputs=["fit"], params=params)
+
+
+def test_a_force_that_never_begins(run, root, tmp_path, box):
+    line = fitted(run, root, tmp_path, box, [-1e-3, 0, 1e-3], [0.0, 0.01, 0.02])
+    assert f"{tmp_path}/force.csv: force: expected above 0.1 N, found at most 0.02 N" in line
+
+
+@pytest.mark.parametrize(
+    ("baseline", "depths", "found"),
+    [
+        (False, [-1e-3, 1e-3], "depth: expected at least 2 samples in contact, found 1"),
+        (True, [-1e-3, 1e-3, 2e-3], "samples: expected more than 3, found 3"),
+    ],
+    ids=["modulus and contact", "and baseline"],
+)
+def test_fewer_samples_than_parameters(run, root, tmp_path, box, baseline, depths, found):
+    newtons = [0.0, 1.0, 2.0][: len(depths)]
+    line = fitted(run, root, tmp_path, box, depths, newtons, baseline=baseline)
+    assert f"{tmp_path}/force.csv: {found}" in line
+
+
+def test_a_press_that_begins_off_the_surface(run, root, tmp_path, box):
+    depths = np.linspace(-0.02, -0.01, 5)
+    line = fitted(run, root, tmp_path, box, depths, [0, 0.5, 1, 1.5, 2])
+    assert f"{tmp_path}/probe_pose.csv: depth: expected the tip within 5 mm" in line
+
+
+def test_an_alignment_without_a_force(run, tmp_path, box):
+    write_forces(tmp_path / "force.csv", [0.0, 0.01])
+    (tmp_path / "plane.json").write_text(json.dumps({"normal": [0, 0, 1], "offset_m": 0}))
+    inputs = {
+        "object": describe(tmp_path / "object.yaml"),
+        "force": tmp_path / "force.csv",
+        "plane": tmp_path / "plane.json",
+    }
+    line = run(
+        "align",
+        inputs=inputs,
+        outputs=["alignment"],
+        params={"onset_force_n": 0.1},
+        wildcards={"capture": "01"},
+    )
+    assert f"{tmp_path}/force.csv: force: expected above 0.1 N, found at most 0.01 N" in line
+
+
+# Simulations.
+@pytest.mark.parametrize(
+    ("triangle", "found"),
+    [
+        ([0, 1, 9999], "triangle: expected three different nodes of 0 to"),
+        ([0, 1, 1], "triangle: expected three different nodes of 0 to"),
+        ([0, 1], "triangle: expected shape (3,), found (2,)"),
+        ([0.0, 1.0, 2.0], "triangle: expected integers, found float64"),
+    ],
+)
+def test_a_simulation_with_a_broken_triangle(run, root, tmp_path, cube, triangle, found):
+    path = tmp_path / "steps.npz"
+    zeros = np.zeros((2, *cube.nodes_m.shape))
+    np.savez(
+        path,
+        nodes_m=cube.nodes_m,
+        tetrahedra=cube.tetrahedra,
+        triangle=np.array(triangle),
+        force_n=zeros,
+        displacement_m=zeros,
+    )
+    options = yaml.safe_load((root / "config/config.yaml").read_text())["simulation"]
+    line = run(
+        "linear_method",
+        inputs={"steps": path, "tracked": None},
+        outputs=["result"],
+        params={"options": options},
+        wildcards={"data": "exact"},
+    )
+    assert f"{path}: {found}" in line
