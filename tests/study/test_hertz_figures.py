@@ -17,12 +17,14 @@ def make_fit(E_star=25e3, noise_n=0.01, seed=3):
     depth = np.linspace(-0.004, 0.008, 25)
     noise = np.random.default_rng(seed).normal(0, noise_n, 25)
     force = hertz_force(depth, E_star, RADIUS_M) + noise
+    free = asdict(fit_free_contact(depth, force, LAW))
     return {
         "radius_m": RADIUS_M,
         "range": {"first_frame": 10, "last_frame": 24},
         "samples": {"depth_m": depth.tolist(), "force_n": force.tolist()},
         "study": asdict(fit_study(depth[10:], force[10:], RADIUS_M)),
-        "free_contact": asdict(fit_free_contact(depth, force, LAW)),
+        "free_contact": free,
+        "recommended": free,
     }
 
 
