@@ -161,10 +161,12 @@ def _displacement_model(full: Objective, settings: dict) -> ReducedModel:
 
 
 def _displacement_term(full: Objective, model: ReducedModel) -> _Term:
+    """Gaps of the surface; those of the support are zero, and count in the mean alone."""
+    nodes = np.setdiff1d(full.surface, full.sets.support)
     modes = np.zeros((full.u.size, len(model.poles)))
     modes[full.free_dofs] = model.modes
-    columns = np.column_stack([modes, full.u.ravel()])[full.surface_dofs]
-    return _DisplacementTerm(columns, 1 / len(full.surface), full.surface, model)
+    columns = np.column_stack([modes, full.u.ravel()])[dofs(nodes)]
+    return _DisplacementTerm(columns, 1 / len(full.surface), nodes, model)
 
 
 def _interior_model(full: Objective, settings: dict) -> ReducedModel | None:
