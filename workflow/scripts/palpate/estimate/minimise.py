@@ -182,10 +182,13 @@ def outside_bounds(
     ValueError
         If E or nu is not within its bounds.
     """
-    for name, value, bounds in (("E", start[0], E_bounds), ("nu", start[1], nu_bounds)):
+    options = "youngs_modulus_bounds_pa", "poisson_ratio_bounds"
+    for name, value, bounds, option in zip(
+        ("E", "nu"), start, (E_bounds, nu_bounds), options, strict=True
+    ):
         if not bounds[0] <= value <= bounds[1]:
             expected = f"{name} within {tuple(bounds)}"
-            raise ValueError(f"start: expected {expected}, found {value:g}")
+            raise ValueError(f"start: expected {expected}, found {value:g} (minimise.{option})")
 
 
 def touches_bound(
