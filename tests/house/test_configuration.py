@@ -29,15 +29,14 @@ def drop(root, home, name="foam_block"):
 def test_the_lab_alone(home):
     house = opened(home)
     assert len(house.simulated) == 55
-    # Of the lab's recordings the study takes those that it names, and tracks fewer still.
-    assert {c.object for c in house.captures} == {"foam_block"}
-    assert len(house.captures) == 18 + 18 + 16
+    # Of the lab's recordings the study takes those that it names, and tracks all but the attempts.
+    assert {c.object for c in house.captures} == {"ear", "foam_ball", "foam_block"}
+    assert len(house.captures) == 18 + 18 + 16 + 3
     assert len([c for c in house.captures if c.capture.startswith("11-a")]) == 16
-    assert [(c.sensor, c.capture) for c in house.minimised] == [
-        (sensor, point) for sensor in ("bumblebee", "kinect") for point in ("08", "16", "17")
-    ]
-    assert len(house.described()) == 52
-    assert len(house.described(simulated=True, minimised=True)) == 6
+    attempts = {c for c in house.captures if "-" in c.capture}
+    assert set(house.tracked) == set(house.captures) - attempts
+    assert len(house.described()) == 55
+    assert len(house.described(simulated=True, tracked=True)) == 39
 
 
 def test_the_study_names_recordings_that_nobody_makes(home):
@@ -51,7 +50,7 @@ def test_the_study_names_recordings_that_nobody_makes(home):
 def test_the_study_minimises_what_it_does_not_use(home):
     study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
     study["captures"]["foam_block"]["kinect"] = ["08", "16"]
-    said = r"study.minimised.foam_block.kinect: expected some of study.captures, found 17"
+    said = r"study.tracked.foam_block.kinect: expected some of study.captures, found 17"
     with pytest.raises(ValueError, match=said):
         opened(home, study=study)
 
@@ -134,8 +133,9 @@ def test_a_recorded_object_is_kept(root, home):
     path.write_text(path.read_text().replace("simulated", "recorded"))
     house = opened(home)
     assert not {c for c in house.simulated if c.object == "foam_block"}
-    assert len(house.captures) == 2
-    assert house.minimised == house.captures
+    block = [c for c in house.captures if c.object == "foam_block"]
+    assert len(block) == 2
+    assert house.tracked == house.captures
 
 
 def test_only_one_object_is_checked_when_only_it_is_wanted(root, home):

@@ -39,7 +39,7 @@ class House:
         The virtual lab's configuration; None where the run has only dropped captures.
     captures : tuple of CaptureId
         Captures that the run uses, dropped in or to be made by the lab, sorted.
-    minimised : tuple of CaptureId
+    tracked : tuple of CaptureId
         Those of them whose surfaces are tracked and whose errors are minimised.
     simulated : frozenset of CaptureId
         All that the lab makes on demand.
@@ -52,7 +52,7 @@ class House:
     probes: Mapping[str, Mapping]
     lab: Mapping | None
     captures: tuple[CaptureId, ...]
-    minimised: tuple[CaptureId, ...]
+    tracked: tuple[CaptureId, ...]
     simulated: frozenset[CaptureId]
     object_files: Mapping[str, Mapping]
 
@@ -89,19 +89,17 @@ class House:
         key = "scans" if "scans" in template else "file"
         return key, template[key]
 
-    def described(
-        self, *, simulated: bool = False, minimised: bool = False
-    ) -> list[dict[str, str]]:
+    def described(self, *, simulated: bool = False, tracked: bool = False) -> list[dict[str, str]]:
         """Describe the captures of the run, as tables name them.
 
         Parameters
         ----------
         simulated : bool, optional
             True: just those that the lab makes.
-        minimised : bool, optional
-            True: just those whose errors are minimised.
+        tracked : bool, optional
+            True: just those whose surfaces are tracked.
         """
-        wanted = self.minimised if minimised else self.captures
+        wanted = self.tracked if tracked else self.captures
         chosen = [c for c in wanted if c in self.simulated] if simulated else wanted
         return [
             {
@@ -184,8 +182,8 @@ def open_house(config: Mapping, *, source: str) -> House:
         for capture in found | simulated
         if chosen(capture.object) and (capture not in simulated or _selected(capture, selection))
     )
-    tracked = config["study"]["minimised"]
-    minimised = [c for c in wanted if c not in simulated or _selected(c, tracked)]
+    surfaces = config["study"]["tracked"]
+    tracked = [c for c in wanted if c not in simulated or _selected(c, surfaces)]
     problems += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
     if not wanted and not problems:
         problems.append(_nothing_found(paths, config["only"]))
@@ -194,7 +192,7 @@ def open_house(config: Mapping, *, source: str) -> House:
     names = {capture.object for capture in wanted} - {capture.object for capture in simulated}
     files = {name: load_yaml(Path(paths["raw"]) / name / "object.yaml") for name in sorted(names)}
     return House(
-        paths, sensors, probes, lab, tuple(wanted), tuple(minimised), frozenset(simulated), files
+        paths, sensors, probes, lab, tuple(wanted), tuple(tracked), frozenset(simulated), files
     )
 
 
@@ -210,7 +208,7 @@ def _unknown_captures(study: Mapping, simulated: set[CaptureId], source: str) ->
     used = {capture for capture in simulated if _selected(capture, study["captures"])}
     allowed = {
         "captures": (simulated, "recordings of the lab"),
-        "minimised": (used, "some of study.captures"),
+        "tracked": (used, "some of study.captures"),
     }
     return [
         f"{source}: study.{part}.{name}.{sensor}: expected {words}, found {capture}"

@@ -12,6 +12,7 @@ from house.configuration import open_house
 from house.digest import code_digest
 from house.fingerprint import folder_fingerprint
 from house.lab_checks import is_simulated
+from house.trackers import options_of
 from palpate.capture.discover import CAPTURE_NAME
 
 try:
@@ -24,6 +25,8 @@ RESULTS = HOUSE.paths["results"]
 LAB = f"{RESULTS}/lab"
 KEPT_MESHES = Path(HOUSE.paths["meshes"])
 ERRORS = config["error_options"]
+# Whose surfaces the estimates are made from.
+TRACKER = config["tracking"]["estimate_from"]
 LAB_OBJECTS = sorted({capture.object for capture in HOUSE.simulated})
 # The lab can press all its objects, even those of whose names people dropped recordings.
 MODELLED = sorted(HOUSE.lab["objects"]) if HOUSE.lab else []
@@ -60,6 +63,7 @@ wildcard_constraints:
     sensor=one_of(HOUSE.sensors),
     capture=CAPTURE_NAME.pattern,
     point="[A-Za-z0-9]+",
+    tracker=one_of(config["tracking"]["trackers"]),
     error="force_displacement|displacement",
 
 
@@ -85,6 +89,11 @@ def sensor_spec(wildcards):
 
 def probe_spec(wildcards):
     return HOUSE.probe_of(wildcards.object)
+
+
+def tracker_options(wildcards):
+    """Options of a tracker for an object."""
+    return options_of(config["tracking"], wildcards.tracker, wildcards.object)
 
 
 def template_of(wildcards):
@@ -118,9 +127,9 @@ def per_capture(pattern):
     return _expanded(pattern, HOUSE.captures)
 
 
-def per_minimised(pattern, **choices):
-    """Files of the captures whose errors are minimised; choices multiply them."""
-    return _expanded(pattern, HOUSE.minimised, **choices)
+def per_tracked(pattern, **choices):
+    """Files of the captures whose surfaces are tracked; choices multiply them."""
+    return _expanded(pattern, HOUSE.tracked, **choices)
 
 
 def _expanded(pattern, captures, **choices):
@@ -145,13 +154,24 @@ def shown(figure):
     """Captures that a figure shows: for each sensor the study's point, or else the first."""
     block = config["study"]["block"]
     wanted = config["study"]["figure_points"].get(figure)
-    every = HOUSE.described(minimised=figure not in UNTRACKED_FIGURES)
+    every = HOUSE.described(tracked=figure not in UNTRACKED_FIGURES)
     ours = [capture for capture in every if capture["object"] == block] or every
     chosen = []
     for sensor in sorted({capture["sensor"] for capture in ours}):
         mine = [capture for capture in ours if capture["sensor"] == sensor]
         chosen.append(next((c for c in mine if c["capture"] == wanted), mine[0]))
     return chosen
+
+
+def table_5_3_captures():
+    """The study's points of its block; of dropped captures all of the block."""
+    wanted = config["study"]["table_5_3_points"]
+    return [
+        capture
+        for capture in HOUSE.described(tracked=True)
+        if capture["object"] == config["study"]["block"]
+        and (capture["point"] in wanted or capture["provenance"] != "simulated")
+    ]
 
 
 def files_of(captures, name):
@@ -188,7 +208,7 @@ def fidelity_outputs():
 def diagrams():
     """Numbers of the diagrams of Section 4.2 that the study's block can be shown in."""
     block = config["study"]["block"]
-    if block not in {capture.object for capture in HOUSE.minimised}:
+    if block not in {capture.object for capture in HOUSE.tracked}:
         return []
     grey = (
         HOUSE.sensors[shown("figure_4_11")[0]["sensor"]]["color"]["encoding"] == "mono8"
@@ -199,11 +219,12 @@ def diagrams():
 def study_outputs():
     """Tables, figures and summary of the run."""
     tables, figures, accuracy = [], ["figure_5_2"], []
-    if HOUSE.minimised:
+    if table_5_3_captures():
         tables = [f"{RESULTS}/tables/table_5_3.csv"]
+    if HOUSE.tracked:
         figures += ["figure_5_8", "figure_5_10", "tracked_surface", "poisson_profiles"]
     figures = [f"{RESULTS}/figures/{name}.png" for name in figures]
-    if HOUSE.described(simulated=True, minimised=True):
+    if HOUSE.described(simulated=True, tracked=True):
         accuracy = [f"{RESULTS}/tables/pipeline_accuracy.csv"]
     checks = [*accuracy, *fidelity_outputs()]
     if config["only"] is None:

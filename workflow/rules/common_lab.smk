@@ -80,10 +80,10 @@ def simulated_mesh(wildcards):
 
 
 def lab_truths():
-    """Truth of every minimised capture that the lab makes."""
+    """Truth of every tracked capture that the lab makes."""
     return [
         f"{LAB}/{c['object']}/{c['sensor']}/{c['capture']}/truth.npz"
-        for c in HOUSE.described(simulated=True, minimised=True)
+        for c in HOUSE.described(simulated=True, tracked=True)
     ]
 
 
@@ -103,11 +103,11 @@ def simulated_results():
         "force.csv",
         "clock.json",
         "clouds.npz",
-        "tracked.npz",
+        f"tracked-{TRACKER}.npz",
         "hertz.json",
     ]
     names += [f"minimise-{error}.json" for error in config["error_options"]]
-    captures = HOUSE.described(simulated=True, minimised=True)
+    captures = HOUSE.described(simulated=True, tracked=True)
     return [path for name in names for path in files_of(captures, name)]
 
 

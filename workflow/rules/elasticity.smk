@@ -3,7 +3,7 @@ rule minimise:
     input:
         object=raw("{object}/object.yaml"),
         solid=results("{object}/solid.vtu"),
-        tracked=of_capture("tracked.npz"),
+        tracked=of_capture(f"tracked-{TRACKER}.npz"),
         force=of_capture("force.csv"),
         fit=of_capture("hertz.json"),
     output:
@@ -27,7 +27,7 @@ rule minimise:
 
 rule poisson_profiles:
     input:
-        results=per_minimised(of_capture("minimise-{error}.json"), error=ERRORS),
+        results=per_tracked(of_capture("minimise-{error}.json"), error=ERRORS),
     output:
         png=results("figures/poisson_profiles.png"),
         svg=results("figures/poisson_profiles.svg"),
@@ -37,7 +37,7 @@ rule poisson_profiles:
         results("benchmarks/poisson_profiles.tsv")
     params:
         code=code("poisson_profiles"),
-        captures=HOUSE.described(minimised=True),
+        captures=HOUSE.described(tracked=True),
         errors=ERRORS,
     message:
         "Profile of the error over Poisson's ratio"

@@ -155,7 +155,9 @@ rule table_3_1:
 rule figure_3_3:
     input:
         solid=seen_in("figure_3_3", "{object}/solid.vtu"),
-        tracked=seen_in("figure_3_3", "{object}/{sensor}/{capture}/tracked.npz"),
+        tracked=seen_in(
+            "figure_3_3", "{object}/{sensor}/{capture}/tracked-" + TRACKER + ".npz"
+        ),
         fit=seen_in("figure_3_3", "{object}/{sensor}/{capture}/hertz.json"),
     output:
         png=results("figures/figure_3_3.png"),

@@ -1,7 +1,12 @@
 # Tables and figures, beside the published values; accuracy against the lab's truth.
 rule table_5_3:
     input:
-        results=per_minimised(of_capture("minimise-{error}.json"), error=ERRORS),
+        results=[
+            path
+            for capture in table_5_3_captures()
+            for error in ERRORS
+            for path in files_of([capture], f"minimise-{error}.json")
+        ],
         published=published("table_5_3"),
     output:
         csv=results("tables/table_5_3.csv"),
@@ -12,7 +17,7 @@ rule table_5_3:
         results("benchmarks/table_5_3.tsv")
     params:
         code=code("table_5_3"),
-        captures=HOUSE.described(minimised=True),
+        captures=table_5_3_captures(),
         errors=ERRORS,
         block=config["study"]["block"],
     message:
@@ -24,7 +29,7 @@ rule table_5_3:
 rule summary:
     input:
         fits=per_capture(of_capture("hertz.json")),
-        results=per_minimised(of_capture("minimise-{error}.json"), error=ERRORS),
+        results=per_tracked(of_capture("minimise-{error}.json"), error=ERRORS),
     output:
         csv=results("summary.csv"),
     log:
@@ -34,7 +39,7 @@ rule summary:
     params:
         code=code("summary"),
         captures=HOUSE.described(),
-        minimised=HOUSE.described(minimised=True),
+        tracked=HOUSE.described(tracked=True),
         errors=ERRORS,
     message:
         "Summary: every object, sensor, capture and method"
@@ -56,8 +61,9 @@ rule pipeline_accuracy:
         results("benchmarks/pipeline_accuracy.tsv")
     params:
         code=code("pipeline_accuracy"),
-        captures=HOUSE.described(simulated=True, minimised=True),
+        captures=HOUSE.described(simulated=True, tracked=True),
         errors=ERRORS,
+        tracker=TRACKER,
     message:
         "Accuracy against the lab's truth"
     script:
@@ -87,7 +93,7 @@ rule figure_5_8:
 rule figure_5_10:
     input:
         mismatches=files_of(shown("figure_5_10"), f"mismatch-{ERRORS[0]}.vtu"),
-        tracked=files_of(shown("figure_5_10"), "tracked.npz"),
+        tracked=files_of(shown("figure_5_10"), f"tracked-{TRACKER}.npz"),
     output:
         png=results("figures/figure_5_10.png"),
         svg=results("figures/figure_5_10.svg"),
@@ -106,7 +112,7 @@ rule figure_5_10:
 
 rule tracked_surface:
     input:
-        tracked=files_of(shown("tracked_surface"), "tracked.npz"),
+        tracked=files_of(shown("tracked_surface"), f"tracked-{TRACKER}.npz"),
         clouds=files_of(shown("tracked_surface"), "clouds.npz"),
         fits=files_of(shown("tracked_surface"), "hertz.json"),
         recorded=recordings_of(shown("tracked_surface")),

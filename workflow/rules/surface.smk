@@ -57,10 +57,7 @@ rule align:
     params:
         code=code("align"),
         probe=probe_spec,
-        options={
-            key: config["tracking"][key]
-            for key in ("largest_distance_m", "largest_normal_deg")
-        },
+        options=config["tracking"]["alignment"],
         onset_force_n=config["hertz"]["onset_force_n"],
     message:
         "Aligning {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
@@ -73,19 +70,21 @@ rule track:
         object=raw("{object}/object.yaml"),
         template=template_of,
         alignment=of_capture("alignment.json"),
+        solid=results("{object}/solid.vtu"),
         clouds=of_capture("clouds.npz"),
         pose=of_capture("probe_pose.csv"),
+        force=of_capture("force.csv"),
     output:
-        tracked=of_capture("tracked.npz"),
+        tracked=of_capture("tracked-{tracker}.npz"),
     log:
-        results("logs/track/{object}-{sensor}-{capture}.log"),
+        results("logs/track/{object}-{sensor}-{capture}-{tracker}.log"),
     benchmark:
-        results("benchmarks/track/{object}-{sensor}-{capture}.tsv")
+        results("benchmarks/track/{object}-{sensor}-{capture}-{tracker}.tsv")
     params:
         code=code("track"),
         probe=probe_spec,
-        options=config["tracking"],
+        options=tracker_options,
     message:
-        "Tracking {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
+        "Tracking {wildcards.object}, {wildcards.sensor}, {wildcards.capture} ({wildcards.tracker})"
     script:
         "../scripts/track.py"

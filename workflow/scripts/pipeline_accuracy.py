@@ -30,7 +30,7 @@ def main(snakemake):
         with np.load(truth, allow_pickle=False) as data:
             arrays = dict(data)
         known = {key: capture[key] for key in KEYS}
-        found = read_results(folder, params.errors)
+        found = read_results(folder, params.errors, params.tracker)
         for row in capture_accuracy(arrays, materials[capture["object"]], found):
             rows.append(known | row | {"provenance": capture["provenance"]})
     table = pd.DataFrame(rows)
@@ -46,7 +46,7 @@ def read_json(path):
     return json.loads(Path(path).read_text(encoding="utf-8"))
 
 
-def read_results(folder, errors):
+def read_results(folder, errors, tracker):
     """Read what the pipeline found for one capture."""
     poses = read_table(folder / "probe_pose.csv")
     with np.load(folder / "clouds.npz", allow_pickle=False) as data:
@@ -59,7 +59,7 @@ def read_results(folder, errors):
         "force_n": read_table(folder / "force.csv")[FORCE].to_numpy(float),
         "mask": load_masks(folder / "mask.npz"),
         "clouds": clouds,
-        "tracked": load_tracked(folder / "tracked.npz"),
+        "tracked": load_tracked(folder / f"tracked-{tracker}.npz"),
         "hertz": read_json(folder / "hertz.json"),
         "minima": {error: read_json(folder / f"minimise-{error}.json") for error in errors},
     }

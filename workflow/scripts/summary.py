@@ -10,9 +10,9 @@ def main(snakemake):
     """Write summary.csv."""
     params = snakemake.params
     hertz = hertz_tables.hertz_table(params.captures, read_all(snakemake.input.fits))
-    minima = minima_by_key(params.minimised, params.errors, snakemake.input.results)
+    minima = minima_by_key(params.tracked, params.errors, snakemake.input.results)
     searched = [
-        table(params.minimised, minima)
+        table(params.tracked, minima)
         for table in (tables.minimum_table, tables.least_squares_table)
     ]
     whole = tables.summary(hertz, *searched)

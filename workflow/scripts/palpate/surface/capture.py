@@ -1,10 +1,12 @@
 """Track one capture: aligned template, added points, every frame."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.solid.mesh import SolidMesh
 from palpate.surface.alignment import Alignment
 from palpate.surface.augment import indenter_points, undeformed_points
 from palpate.surface.distance import ClosestPoints
@@ -13,51 +15,74 @@ from palpate.surface.template import Template, refine_template, vertex_normals
 from palpate.surface.track import Frame, Tracked, TrackerOptions, track_frames
 
 
-def track_capture(
-    template: Template,
-    clouds: Sequence[tuple[NDArray, NDArray]],
-    tips_m: NDArray,
-    alignment: Alignment,
-    *,
-    indenter_radius_m: float,
-    refine_radius_m: float,
-    refine_edge_m: float,
-    added_points: bool,
-    options: TrackerOptions,
-) -> Tracked:
-    """Track the aligned template through all frames.
+@dataclass(frozen=True)
+class Recorded:
+    """What one capture gives to a tracker.
 
-    Parameters
+    Attributes
     ----------
     template : Template
         Undeformed, object frame.
+    solid : SolidMesh
+        The object's solid mesh, object frame.
+    support : mapping
+        ``support`` block of object.yaml.
     clouds : sequence of (points (n, 3) [m], normals (n, 3))
         One for each frame, camera frame.
     tips_m : (f, 3) array
         Centre of the sphere in each frame, camera frame [m].
+    forces_n : (f, 3) array
+        Force on the object in each frame, camera frame [N].
+    indenter_radius_m : float
     alignment : Alignment
         Of the template with the first frame.
-    indenter_radius_m : float
-    refine_radius_m, refine_edge_m : float
-        Refinement of the template around the contact [m].
-    added_points : bool
-        Whether the study's added points take part.
-    options : TrackerOptions
+    """
+
+    template: Template
+    solid: SolidMesh
+    support: Mapping
+    clouds: Sequence[tuple[NDArray, NDArray]]
+    tips_m: NDArray
+    forces_n: NDArray
+    indenter_radius_m: float
+    alignment: Alignment
+
+
+def track_capture(recorded: Recorded, options: Mapping) -> Tracked:
+    """Track the aligned template through all frames.
+
+    Parameters
+    ----------
+    recorded : Recorded
+    options : mapping
+        Of the tracker, as config.yaml describes them.
 
     Returns
     -------
     Tracked
     """
-    pose, contact = alignment.camera_from_object, alignment.contact_point_m
-    fine = refine_template(template, contact, radius_m=refine_radius_m, edge_m=refine_edge_m)
+    return TRACKERS[options["kind"]](recorded, options)
+
+
+def track_by_study(recorded: Recorded, options: Mapping) -> Tracked:
+    """Track with the study's tracker (Section 4.3) and its added points."""
+    pose, contact = recorded.alignment.camera_from_object, recorded.alignment.contact_point_m
+    reach = options["refine_radius_m"]
+    fine = refine_template(
+        recorded.template, contact, radius_m=reach, edge_m=options["refine_edge_m"]
+    )
     rest = to_camera(pose, fine.vertices_m)
-    if added_points:
-        frames = _with_added_points(
-            fine, rest, clouds, tips_m, indenter_radius_m, to_camera(pose, contact), refine_radius_m
-        )
-    else:
-        frames = [Frame(cloud, direction, len(cloud)) for cloud, direction in clouds]
-    vertices, observed, residual = track_frames(fine, rest, frames, options)
+    frames = _with_added_points(
+        fine,
+        rest,
+        recorded.clouds,
+        recorded.tips_m,
+        recorded.indenter_radius_m,
+        to_camera(pose, contact),
+        reach,
+    )
+    chosen = {name: options[name] for name in TrackerOptions.__dataclass_fields__}
+    vertices, observed, residual = track_frames(fine, rest, frames, TrackerOptions(**chosen))
     return Tracked(
         template_m=fine.vertices_m,
         faces=fine.faces,
@@ -67,8 +92,11 @@ def track_capture(
         camera_from_object=pose,
         residual_m=residual,
         contact_point_m=contact,
-        contact_frame=alignment.contact_frame,
+        contact_frame=recorded.alignment.contact_frame,
     )
+
+
+TRACKERS = {"study": track_by_study}
 
 
 def _with_added_points(
