@@ -7,7 +7,6 @@ and E_track is quadratic in the translations for given nearest neighbours. It is
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,10 @@ from scipy.spatial import cKDTree
 
 from palpate.surface.pose import data_weights
 from palpate.surface.template import Template, neighbourhoods, vertex_normals
+from palpate.surface.tracked import Frame as Frame
+from palpate.surface.tracked import Tracked as Tracked
+from palpate.surface.tracked import load_tracked as load_tracked
+from palpate.surface.tracked import save_tracked as save_tracked
 
 # Section 4.3.1: the optimisation stops when the energy changes by less, relative to itself.
 RELATIVE_CHANGE = 1e-4
@@ -48,59 +51,6 @@ class TrackerOptions:
     data_term: str
     largest_distance_m: float
     largest_normal_deg: float
-
-
-@dataclass(frozen=True)
-class Frame:
-    """What a frame is tracked against, camera frame.
-
-    Attributes
-    ----------
-    points_m, normals : (n, 3) arrays
-        Captured points and added ones [m].
-    captured : int
-        The first so many points were captured.
-    """
-
-    points_m: NDArray
-    normals: NDArray
-    captured: int
-
-
-@dataclass(frozen=True)
-class Tracked:
-    """The template in every frame; fields of tracked.npz.
-
-    Attributes
-    ----------
-    template_m : (n, 3) array
-        Undeformed vertices, object frame [m].
-    faces : (m, 3) int array
-    rest_m : (n, 3) array
-        The same in the camera frame, rigidly aligned [m].
-    vertices_m : (f, n, 3) array
-        Vertices in each frame, camera frame [m].
-    observed : (f, n) bool array
-        Vertices whose position rests on captured points.
-    camera_from_object : (4, 4) array
-    residual_m : (f,) array
-        Root mean square distance of observed vertices to their data, of the kind that the data
-        term measures [m].
-    contact_point_m : (3,) array
-        Point of the undeformed surface that was touched, object frame [m].
-    contact_frame : int
-        First frame in contact.
-    """
-
-    template_m: NDArray
-    faces: NDArray
-    rest_m: NDArray
-    vertices_m: NDArray
-    observed: NDArray
-    camera_from_object: NDArray
-    residual_m: NDArray
-    contact_point_m: NDArray
-    contact_frame: int
 
 
 def track_frames(
@@ -190,19 +140,6 @@ def smoothness_matrix(template: Template, options: TrackerOptions) -> sparse.csr
     weights = weights + weights.T
     degree = np.asarray(weights.sum(axis=1)).ravel()
     return sparse.csr_matrix(sparse.diags(degree) - weights)
-
-
-def save_tracked(path: str | Path, tracked: Tracked) -> None:
-    """Write tracked.npz."""
-    with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, **vars(tracked))
-
-
-def load_tracked(path: str | Path) -> Tracked:
-    """Read tracked.npz."""
-    with np.load(path, allow_pickle=False) as data:
-        arrays = {name: data[name] for name in data.files}
-    return Tracked(**arrays | {"contact_frame": int(arrays["contact_frame"])})
 
 
 def _minimise(
