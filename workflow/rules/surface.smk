@@ -76,6 +76,8 @@ rule track:
         force=of_capture("force.csv"),
     output:
         tracked=of_capture("tracked-{tracker}.npz"),
+        series=of_capture("tracked-{tracker}.vtkhdf"),
+        description=of_capture("tracked-{tracker}.json"),
     log:
         results("logs/track/{object}-{sensor}-{capture}-{tracker}.log"),
     benchmark:

@@ -1,5 +1,7 @@
 """What a tracker works on and what it gives: a frame's data, and the template in every frame."""
 
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -75,3 +77,35 @@ def load_tracked(path: str | Path) -> Tracked:
         arrays = {name: data[name] for name in data.files}
     plain = {"contact_frame": int(arrays["contact_frame"]), "prior": str(arrays.get("prior", ""))}
     return Tracked(**arrays | plain)
+
+
+def describe(tracked: Tracked, *, tracker: str, options: Mapping) -> dict:
+    """Say how a surface was tracked; content of tracked-<tracker>.json.
+
+    Parameters
+    ----------
+    tracked : Tracked
+    tracker : str
+        Its name in config.yaml.
+    options : mapping
+        Of the tracker, as it got them.
+
+    Returns
+    -------
+    dict
+        ``tracker``, ``kind``, ``options``, ``frames``, ``vertices``, ``contact_frame``, for each
+        frame ``residual_rms_m`` (None where nothing was observed) and ``observed_vertices``, and
+        ``prior`` (None where the tracker has none).
+    """
+    residual = [float(value) if np.isfinite(value) else None for value in tracked.residual_m]
+    return {
+        "tracker": tracker,
+        "kind": options["kind"],
+        "options": dict(options),
+        "frames": len(tracked.vertices_m),
+        "vertices": len(tracked.template_m),
+        "contact_frame": tracked.contact_frame,
+        "residual_rms_m": residual,
+        "observed_vertices": tracked.observed.sum(axis=1).tolist(),
+        "prior": json.loads(tracked.prior) if tracked.prior else None,
+    }

@@ -1,0 +1,142 @@
+"""The tracked surface as files: NPZ, the time series, and the description beside them."""
+
+import json
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from palpate.surface.pose import to_camera, to_object
+from palpate.surface.series import save_series
+from palpate.surface.tracked import Tracked, describe, load_tracked, save_tracked
+from scipy.spatial.transform import Rotation
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
+from vtkmodules.vtkIOHDF import vtkHDFReader
+
+FRAMES = 5
+TIME_S = np.array([0.0, 0.171, 0.330, 0.499, 0.668])
+
+
+@pytest.fixture
+def tracked():
+    """A ball that moves and shrinks in front of a camera."""
+    rng = np.random.default_rng(0)
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.05)
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_euler("xyz", [130, 10, 5], degrees=True).as_matrix()
+    pose[:3, 3] = [0.01, -0.02, 0.65]
+    rest = np.asarray(ball.vertices)
+    moved = [rest * (1 - 0.01 * k) + [0, 0, 0.001 * k] for k in range(FRAMES)]
+    return Tracked(
+        template_m=rest,
+        faces=np.asarray(ball.faces),
+        rest_m=to_camera(pose, rest),
+        vertices_m=to_camera(pose, np.array(moved)),
+        observed=rng.random((FRAMES, len(rest))) < 0.5,
+        camera_from_object=pose,
+        residual_m=np.linspace(1e-4, 2e-4, FRAMES),
+        contact_point_m=rest[7],
+        contact_frame=2,
+    )
+
+
+@pytest.fixture
+def tips(tracked):
+    return tracked.rest_m[7] + np.linspace(0.002, -0.002, FRAMES)[:, None] * np.ones(3)
+
+
+def read_back(path):
+    """Times, and for each step the polygons, of VTK's own reader."""
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    times = reader.GetOutputInformation(0).Get(Pipeline.TIME_STEPS())
+    for k in range(reader.GetNumberOfSteps()):
+        reader.SetStep(k)
+        reader.Update()
+        yield times[k], reader.GetOutputDataObject(0)
+
+
+def test_vtk_reads_every_step(tmp_path, tracked, tips):
+    path = tmp_path / "tracked.vtkhdf"
+    save_series(path, tracked, time_s=TIME_S, tips_m=tips)
+    steps = 0
+    for k, (at, surface) in enumerate(read_back(path)):
+        points, fields = surface.GetPointData(), surface.GetFieldData()
+        place = to_object(tracked.camera_from_object, tracked.vertices_m[k])
+        expected = {
+            "displacement_m": place - tracked.template_m,
+            "distance_moved_m": np.linalg.norm(place - tracked.template_m, axis=1),
+            "observed": tracked.observed[k],
+        }
+        assert at == pytest.approx(TIME_S[k], abs=1e-6)
+        assert np.allclose(vtk_to_numpy(surface.GetPoints().GetData()), place, atol=5e-8)
+        for name, values in expected.items():
+            assert np.allclose(vtk_to_numpy(points.GetArray(name)), values, atol=5e-8), name
+        corners = vtk_to_numpy(surface.GetPolys().GetConnectivityArray())
+        assert (corners.reshape(-1, 3) == tracked.faces).all()
+        assert vtk_to_numpy(fields.GetArray("time_s")) == TIME_S[k]
+        assert vtk_to_numpy(fields.GetArray("residual_m")) == tracked.residual_m[k]
+        assert (vtk_to_numpy(fields.GetArray("contact_point_m")) == tracked.contact_point_m).all()
+        tip = to_object(tracked.camera_from_object, tips[k])
+        assert np.allclose(vtk_to_numpy(fields.GetArray("tip_m")), tip, atol=1e-15)
+        steps += 1
+    assert steps == FRAMES
+
+
+def test_same_surface_same_bytes_whenever_written(tmp_path, tracked, tips):
+    first, second = tmp_path / "first.vtkhdf", tmp_path / "second.vtkhdf"
+    save_series(first, tracked, time_s=TIME_S, tips_m=tips)
+    time.sleep(1.1)  # HDF5 notes whole seconds
+    save_series(second, tracked, time_s=TIME_S, tips_m=tips)
+    assert first.read_bytes() == second.read_bytes()
+    other = replace(tracked, residual_m=tracked.residual_m + 1e-6)
+    save_series(second, other, time_s=TIME_S, tips_m=tips)
+    assert first.read_bytes() != second.read_bytes()
+
+
+def test_a_series_refuses_other_frames(tmp_path, tracked, tips):
+    path = tmp_path / "tracked.vtkhdf"
+    with pytest.raises(ValueError, match=r"time_s: expected 5 times, found shape \(4,\)"):
+        save_series(path, tracked, time_s=TIME_S[:4], tips_m=tips)
+    with pytest.raises(ValueError, match="time_s: expected increasing times"):
+        save_series(path, tracked, time_s=TIME_S[::-1], tips_m=tips)
+    with pytest.raises(ValueError, match=r"tips_m: expected shape \(5, 3\), found \(4, 3\)"):
+        save_series(path, tracked, time_s=TIME_S, tips_m=tips[:4])
+    with pytest.raises(OSError, match="expected a folder to write into"):
+        save_series(tmp_path / "none/tracked.vtkhdf", tracked, time_s=TIME_S, tips_m=tips)
+    assert not path.exists()
+
+
+def test_the_prior_stays_with_the_surface(tmp_path, tracked):
+    prior = {"poisson_ratio": 0.3, "weight": 2.0, "rule": "residual"}
+    save_tracked(tmp_path / "a.npz", replace(tracked, prior=json.dumps(prior)))
+    found = load_tracked(tmp_path / "a.npz")
+    assert json.loads(found.prior) == prior
+    assert (found.vertices_m == tracked.vertices_m).all()
+    save_tracked(tmp_path / "b.npz", tracked)
+    assert load_tracked(tmp_path / "b.npz").prior == ""
+
+
+def test_surfaces_without_the_field_have_no_prior(tmp_path, tracked):
+    fields = {name: value for name, value in vars(tracked).items() if name != "prior"}
+    np.savez_compressed(tmp_path / "old.npz", **fields)
+    assert load_tracked(tmp_path / "old.npz").prior == ""
+
+
+def test_description(tracked):
+    options = {"kind": "study", "w_sm": 0.5}
+    residual = tracked.residual_m.copy()
+    residual[1] = np.nan
+    content = describe(replace(tracked, residual_m=residual), tracker="mine", options=options)
+    assert content["prior"] is None
+    assert (content["tracker"], content["kind"], content["options"]) == ("mine", "study", options)
+    assert (content["frames"], content["vertices"]) == (FRAMES, len(tracked.template_m))
+    assert content["observed_vertices"] == tracked.observed.sum(axis=1).tolist()
+    assert content["residual_rms_m"][0] == tracked.residual_m[0]
+    assert content["residual_rms_m"][1] is None
+    held = replace(tracked, prior='{"poisson_ratio": 0.3}')
+    assert describe(held, tracker="mine", options=options)["prior"] == {"poisson_ratio": 0.3}
+    json.dumps(content, allow_nan=False)
