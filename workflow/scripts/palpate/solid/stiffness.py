@@ -35,7 +35,7 @@ def elastic_stiffness(mesh: SolidMesh) -> tuple[sparse.csr_matrix, sparse.csr_ma
     G = np.matmul(flat.transpose(0, 2, 1), weight[:, None, None] * flat)
     G1 = G.reshape(elements, nodes, 3, nodes, 3).transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)
     G2 = G1.transpose(0, 2, 1) + np.trace(G1, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    place, columns, starts = _pattern(mesh.tetrahedra, len(mesh.nodes_m))
+    place, columns, starts = block_pattern(mesh.tetrahedra, len(mesh.nodes_m))
     K1, K2 = (_gathered(blocks, place, columns, starts) for blocks in (G1, G2))
     return K1, K2
 
@@ -104,8 +104,23 @@ def _slopes(points: NDArray) -> NDArray:
     return slopes
 
 
-def _pattern(tetrahedra: NDArray, size: int) -> tuple[sparse.csr_matrix, NDArray, NDArray]:
-    """Where the blocks of all pairs of an element's nodes go, and the pattern of those places."""
+def block_pattern(tetrahedra: NDArray, size: int) -> tuple[sparse.csr_matrix, NDArray, NDArray]:
+    """Where the blocks of all pairs of an element's nodes go, and the pattern of those places.
+
+    Parameters
+    ----------
+    tetrahedra : (m, k) int array
+        Nodes of each element.
+    size : int
+        Number of nodes.
+
+    Returns
+    -------
+    place : (b, m k k) sparse matrix
+        Adds the elements' blocks, pairs of nodes row by row, to those of the whole.
+    columns, starts : (b,), (size + 1,) int arrays
+        Of the whole, as of a block sparse row matrix.
+    """
     pairs = (tetrahedra[:, :, None] * size + tetrahedra[:, None, :]).ravel()
     order = np.argsort(pairs, kind="stable")
     ranked = pairs[order]

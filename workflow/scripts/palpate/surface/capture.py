@@ -1,51 +1,17 @@
 """Track one capture: aligned template, added points, every frame."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.mesh import SolidMesh
-from palpate.surface.alignment import Alignment
 from palpate.surface.augment import indenter_points, undeformed_points
 from palpate.surface.distance import ClosestPoints
+from palpate.surface.elastic_capture import track_by_elasticity
 from palpate.surface.pose import to_camera
+from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, refine_template, vertex_normals
 from palpate.surface.track import Frame, Tracked, TrackerOptions, track_frames
-
-
-@dataclass(frozen=True)
-class Recorded:
-    """What one capture gives to a tracker.
-
-    Attributes
-    ----------
-    template : Template
-        Undeformed, object frame.
-    solid : SolidMesh
-        The object's solid mesh, object frame.
-    support : mapping
-        ``support`` block of object.yaml.
-    clouds : sequence of (points (n, 3) [m], normals (n, 3))
-        One for each frame, camera frame.
-    tips_m : (f, 3) array
-        Centre of the sphere in each frame, camera frame [m].
-    forces_n : (f, 3) array
-        Force on the object in each frame, camera frame [N].
-    indenter_radius_m : float
-    alignment : Alignment
-        Of the template with the first frame.
-    """
-
-    template: Template
-    solid: SolidMesh
-    support: Mapping
-    clouds: Sequence[tuple[NDArray, NDArray]]
-    tips_m: NDArray
-    forces_n: NDArray
-    indenter_radius_m: float
-    alignment: Alignment
 
 
 def track_capture(recorded: Recorded, options: Mapping) -> Tracked:
@@ -96,7 +62,7 @@ def track_by_study(recorded: Recorded, options: Mapping) -> Tracked:
     )
 
 
-TRACKERS = {"study": track_by_study}
+TRACKERS = {"study": track_by_study, "elastic": track_by_elasticity}
 
 
 def _with_added_points(

@@ -1,0 +1,224 @@
+"""Tracker with the elastic energy of the solid as regulariser, all in the object frame."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.solid.finite_strain import NeoHookean
+from palpate.solid.mesh import SolidMesh
+from palpate.solid.solve import factorise
+from palpate.surface.distance import ClosestPoints
+from palpate.surface.obstacle import Sphere, Table
+from palpate.surface.sight import Sight, pair, rest_offset
+from palpate.surface.template import Template
+
+# Held nodes, and nodes that touch, against the mean diagonal of the elastic stiffness.
+HOLDING, TOUCHING = 1e6, 1e3
+STEPS = 40
+CONVERGED_M = 3e-5
+# Median of the size of a normal variable over its standard deviation.
+MEDIAN_OF_NORMAL = 0.6745
+SMALLEST_NOISE_M = 1e-6
+
+
+@dataclass(frozen=True)
+class ElasticOptions:
+    """What the elastic tracker takes for granted.
+
+    Attributes
+    ----------
+    poisson_ratio : float
+        Of the elastic energy: the prior. Its modulus is part of the weight.
+    largest_distance_m, largest_normal_deg : float
+        Points farther from the surface, or turned more against it, do not count.
+    huber : float
+        Distances above this many standard deviations count by their size, not its square.
+    """
+
+    poisson_ratio: float
+    largest_distance_m: float
+    largest_normal_deg: float
+    huber: float
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """One frame: node positions (n, 3) [m], the points as they see them, whether it converged."""
+
+    nodes_m: NDArray
+    sight: Sight
+    converged: bool
+
+
+class ElasticTracker:
+    """Deforms a template with the solid that carries it.
+
+    Minimised over the positions x of the solid's nodes is weight W(x) + sum of rho(r / sigma): W
+    the neo-Hookean energy for E = 1 Pa, r the distances of a frame's points along the surface's
+    normals, rho Huber's function. Nodes on the support are held; sphere and table keep surface
+    nodes out, without friction. Newton's method with an active set.
+
+    Parameters
+    ----------
+    template : Template
+        Object frame.
+    solid : SolidMesh
+        The object's.
+    held : int array
+        Nodes on the support.
+    table : Table
+    options : ElasticOptions
+
+    Attributes
+    ----------
+    offset : (n,) array
+        Distance of undeformed frames' points at each vertex of the template [m].
+    sigma : float
+        Standard deviation of the distances beyond it [m].
+    """
+
+    def __init__(
+        self,
+        template: Template,
+        solid: SolidMesh,
+        held: NDArray,
+        table: Table,
+        options: ElasticOptions,
+    ) -> None:
+        nu = options.poisson_ratio
+        self.elastic = NeoHookean(solid, nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu))
+        self.template, self.rest, self.table, self.options = template, solid.nodes_m, table, options
+        self._carrier = ClosestPoints(solid.nodes_m, solid.surface_triangles())
+        _, triangle, self._weights = self._carrier(template.vertices_m)
+        self._carried_by = self._carrier.faces[triangle]
+        self._surface = np.setdiff1d(self._carrier.faces, held)
+        rows, columns = self._carrier.faces[:, :, None], self._carrier.faces[:, None, :]
+        self._pairs = self.elastic.block_of(*np.broadcast_arrays(rows, columns))
+        every = np.arange(len(self.rest))
+        self._diagonal = self.elastic.block_of(every, every)
+        _, blocks = self.elastic.forces_and_blocks(self.rest)
+        self._stiff = float(np.trace(blocks[self._diagonal], axis1=1, axis2=2).mean() / 3)
+        self._held, self._holding = held, np.zeros_like(blocks)
+        self._holding[self._diagonal[held]] = HOLDING * self._stiff * np.eye(3)
+        self._factors = factorise(self.elastic.matrix(blocks + self._holding))
+        self.offset, self.sigma = np.zeros(len(template.vertices_m)), np.inf
+
+    def vertices(self, x: NDArray) -> NDArray:
+        """Template vertices (k, 3) when the solid's nodes are at x (n, 3) [m]."""
+        moved = (x - self.rest)[self._carried_by]
+        return self.template.vertices_m + np.einsum("vc,vcd->vd", self._weights, moved)
+
+    def see(self, x: NDArray, cloud: tuple[NDArray, NDArray]) -> Sight:
+        """Pair a frame's points (m, 3) [m] and normals with the surface."""
+        return pair(
+            self.vertices(x),
+            self.template,
+            cloud,
+            offset=self.offset,
+            largest_distance_m=self.options.largest_distance_m,
+            largest_normal_deg=self.options.largest_normal_deg,
+        )
+
+    def learn_rest(self, clouds: Sequence[tuple[NDArray, NDArray]]) -> None:
+        """Take the distances in undeformed frames as the sensor's and the template's own.
+
+        Raises
+        ------
+        ValueError
+            If no point is near the template.
+        """
+        sights = [self.see(self.rest, cloud) for cloud in clouds]
+        self.offset = rest_offset(self.template, sights)
+        left = np.concatenate([self.see(self.rest, cloud).distance_m for cloud in clouds])
+        if not len(left):
+            raise ValueError("cloud: expected points near the template at rest, found none")
+        spread = float(np.median(np.abs(left))) / MEDIAN_OF_NORMAL
+        self.sigma = max(spread, SMALLEST_NOISE_M)
+
+    def fit(
+        self, x: NDArray, cloud: tuple[NDArray, NDArray], sphere: Sphere, weight: float
+    ) -> Fitted:
+        """Minimise for one frame.
+
+        Parameters
+        ----------
+        x : (n, 3) array
+            Node positions to start from [m].
+        cloud : (points (m, 3) [m], normals (m, 3))
+        sphere : Sphere
+        weight : float
+            Of the elastic energy [1/J].
+        """
+        touched = [np.zeros(len(self._surface), dtype=bool) for _ in range(2)]
+        for _ in range(STEPS):
+            obstacles = list(zip((sphere, self.table), touched, strict=True))
+            step, touched = self._step(x, self.see(x, cloud), obstacles, weight)
+            x = x + step
+            if np.abs(step).max() < CONVERGED_M:
+                return Fitted(x, self.see(x, cloud), True)
+        return Fitted(x, self.see(x, cloud), False)
+
+    def costs(self, sight: Sight, place_m: NDArray, reach_m: float) -> NDArray:
+        """Huber's function of each point within a reach of a place [m], shape (k,)."""
+        near = np.linalg.norm(sight.rest_m - place_m, axis=1) < reach_m
+        size, k = np.abs(sight.distance_m[near]) / self.sigma, self.options.huber
+        return np.where(size < k, 0.5 * size**2, k * (size - 0.5 * k))
+
+    def _step(self, x: NDArray, sight: Sight, obstacles: list, weight: float) -> tuple:
+        """Newton step, and which surface nodes then touch each obstacle."""
+        # All is divided by the weight, so that the elastic part keeps its size.
+        forces, blocks = self._outer(x, sight, weight)
+        depths = [obstacle.depths(x[self._surface]) for obstacle, _ in obstacles]
+        active = []
+        for (depth, n), (_, touched) in zip(depths, obstacles, strict=True):
+            now = touched | (depth > 0)
+            nodes, strength = self._surface[now], TOUCHING * self._stiff
+            forces[nodes] -= strength * depth[now, None] * n[now]
+            blocks[self._diagonal[nodes]] += strength * n[now, :, None] * n[now, None, :]
+            active.append(now)
+        step = self._solve(x, forces, blocks)
+        step *= self.elastic.allowed_part(x, step)
+        # A node leaves when it is pulled: by the sphere's curvature alone it may lie outside.
+        moved = step[self._surface]
+        left = [depth - np.einsum("kd,kd->k", n, moved) for depth, n in depths]
+        return step, [now & (rest > 0) for now, rest in zip(active, left, strict=True)]
+
+    def _solve(self, x: NDArray, forces: NDArray, blocks: NDArray) -> NDArray:
+        """Step against all forces; where the elastic part is not positive, without that part."""
+        pull, elastic = self.elastic.forces_and_blocks(x)
+        right = -(forces + pull).ravel()
+        try:
+            return self._factors.refactorise(self.elastic.matrix(blocks + elastic))(right).reshape(
+                -1, 3
+            )
+        except ValueError:
+            _, elastic = self.elastic.forces_and_blocks(x, positive=True)
+            return self._factors.refactorise(self.elastic.matrix(blocks + elastic))(right).reshape(
+                -1, 3
+            )
+
+    def _outer(self, x: NDArray, sight: Sight, weight: float) -> tuple[NDArray, NDArray]:
+        """Gradient and second derivative of what the support and the points ask for."""
+        forces, blocks = np.zeros_like(x), self._holding.copy()
+        forces[self._held] = HOLDING * self._stiff * (x - self.rest)[self._held]
+        _, triangle, w = self._carrier(sight.rest_m)
+        size = np.maximum(np.abs(sight.distance_m), SMALLEST_NOISE_M)
+        strength = np.minimum(1, self.options.huber * self.sigma / size)
+        strength /= weight * self.sigma**2
+        n = sight.normals
+        outer = (n[:, :, None] * n[:, None, :]).reshape(-1, 9)
+        for i in range(3):
+            pull = (strength * w[:, i] * sight.distance_m)[:, None] * n
+            forces -= _summed(self._carrier.faces[triangle, i], pull, len(x))
+            for j in range(3):
+                part = (strength * w[:, i] * w[:, j])[:, None] * outer
+                sums = _summed(triangle, part, len(self._pairs)).reshape(-1, 3, 3)
+                np.add.at(blocks, self._pairs[:, i, j], sums)
+        return forces, blocks
+
+
+def _summed(places: NDArray, values: NDArray, count: int) -> NDArray:
+    """Sum of the rows of values at each place, shape (count, columns)."""
+    return np.stack([np.bincount(places, column, count) for column in values.T], axis=1)

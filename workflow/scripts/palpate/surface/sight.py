@@ -1,0 +1,104 @@
+"""What a frame's points see of a surface."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from palpate.surface.distance import ClosestPoints
+from palpate.surface.template import Template
+
+# Distances at rest are smoothed over this [m]; they shrink to zero where fewer points are seen.
+SMOOTHING_M = 0.005
+FEW = 3.0
+
+
+@dataclass(frozen=True)
+class Sight:
+    """Points paired with the surface, k of them.
+
+    Attributes
+    ----------
+    corners : (k, 3) int array
+        Template vertices of the triangle that each point is nearest to.
+    weights : (k, 3) array
+        Barycentric weights of its foot there.
+    rest_m : (k, 3) array
+        The foot on the undeformed template [m].
+    normals : (k, 3) array
+        Unit normals of the deformed triangles.
+    distance_m : (k,) array
+        Of the point from the surface along the normal, positive outside, less the offset [m].
+    """
+
+    corners: NDArray
+    weights: NDArray
+    rest_m: NDArray
+    normals: NDArray
+    distance_m: NDArray
+
+    def observed(self, count: int) -> NDArray:
+        """Which of a template's vertices have a point on one of their triangles, shape (count,)."""
+        return np.bincount(self.corners.ravel(), minlength=count) > 0
+
+
+def pair(
+    vertices_m: NDArray,
+    template: Template,
+    cloud: tuple[NDArray, NDArray],
+    *,
+    offset: NDArray,
+    largest_distance_m: float,
+    largest_normal_deg: float,
+) -> Sight:
+    """Pair a cloud with the deformed template.
+
+    Parameters
+    ----------
+    vertices_m : (n, 3) array
+        Deformed vertices [m].
+    template : Template
+    cloud : (points (m, 3) [m], normals (m, 3))
+    offset : (n,) array
+        Taken off the distance at each vertex [m].
+    largest_distance_m, largest_normal_deg : float
+        Points farther away, or turned more against the surface, are left out.
+    """
+    points, directions = cloud
+    foot, triangle, weights = ClosestPoints(vertices_m, template.faces)(points)
+    a, b, c = (vertices_m[template.faces[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True))[triangle]
+    gap = points - foot
+    kept = np.linalg.norm(gap, axis=1) < largest_distance_m
+    kept &= (normals * directions).sum(axis=1) > np.cos(np.deg2rad(largest_normal_deg))
+    corners, weights, normals = template.faces[triangle[kept]], weights[kept], normals[kept]
+    distance = (gap[kept] * normals).sum(axis=1) - (weights * offset[corners]).sum(axis=1)
+    rest = np.einsum("kc,kcd->kd", weights, template.vertices_m[corners])
+    return Sight(corners, weights, rest, normals, distance)
+
+
+def rest_offset(template: Template, sights: Sequence[Sight]) -> NDArray:
+    """Mean distance of undeformed frames' points at each vertex, (n,) [m].
+
+    It is what sensor and template are wrong by before anything moves; zero where nothing is seen.
+    """
+    count = len(template.vertices_m)
+    sums, seen = np.zeros(count), np.zeros(count)
+    for sight in sights:
+        weights, corners = sight.weights.ravel(), sight.corners.ravel()
+        sums += np.bincount(corners, weights * np.repeat(sight.distance_m, 3), count)
+        seen += np.bincount(corners, weights, count)
+    smooth = _gaussian(template.vertices_m)
+    return (smooth @ sums) / (smooth @ seen + FEW)
+
+
+def _gaussian(points: NDArray) -> sparse.csr_matrix:
+    """Weights between points by their distance, cut off at two standard deviations."""
+    tree = cKDTree(points)
+    near = tree.sparse_distance_matrix(tree, 2 * SMOOTHING_M, output_type="coo_matrix")
+    share = np.exp(-0.5 * (near.data / SMOOTHING_M) ** 2)
+    return sparse.csr_matrix((share, (near.row, near.col)), shape=near.shape)
