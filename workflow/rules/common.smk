@@ -225,7 +225,8 @@ def study_outputs():
         figures += ["figure_5_8", "figure_5_10", "tracked_surface", "poisson_profiles"]
     figures = [f"{RESULTS}/figures/{name}.png" for name in figures]
     if HOUSE.described(simulated=True, tracked=True):
-        accuracy = [f"{RESULTS}/tables/pipeline_accuracy.csv"]
+        names = ["pipeline_accuracy", "tracking_accuracy"]
+        accuracy = [f"{RESULTS}/tables/{name}.csv" for name in names]
     checks = [*accuracy, *fidelity_outputs()]
     if config["only"] is None:
         checks += seeing_outputs()

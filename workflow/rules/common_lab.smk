@@ -111,6 +111,16 @@ def simulated_results():
     return [path for name in names for path in files_of(captures, name)]
 
 
+def compared_results(pattern):
+    """A file of each compared tracker for each tracked capture that the lab makes."""
+    captures = HOUSE.described(simulated=True, tracked=True)
+    return [
+        results(pattern.format(tracker=tracker, **capture))
+        for capture in captures
+        for tracker in config["tracking"]["compared"]
+    ]
+
+
 def lab_outputs():
     """Everything that the lab writes into raw/."""
     made = HOUSE.simulated

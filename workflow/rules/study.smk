@@ -70,6 +70,30 @@ rule pipeline_accuracy:
         "../scripts/pipeline_accuracy.py"
 
 
+rule tracking_accuracy:
+    input:
+        truths=lab_truths(),
+        tracked=compared_results("{object}/{sensor}/{capture}/tracked-{tracker}.npz"),
+        seconds=compared_results(
+            "benchmarks/track/{object}-{sensor}-{capture}-{tracker}.tsv"
+        ),
+    output:
+        csv=results("tables/tracking_accuracy.csv"),
+        md=results("tables/tracking_accuracy.md"),
+    log:
+        results("logs/tracking_accuracy.log"),
+    benchmark:
+        results("benchmarks/tracking_accuracy.tsv")
+    params:
+        code=code("tracking_accuracy"),
+        captures=HOUSE.described(simulated=True, tracked=True),
+        trackers=config["tracking"]["compared"],
+    message:
+        "Accuracy of the trackers against the lab's truth"
+    script:
+        "../scripts/tracking_accuracy.py"
+
+
 rule figure_5_8:
     input:
         results=files_of(shown("figure_5_8"), f"minimise-{ERRORS[0]}.json"),

@@ -5,13 +5,13 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.study.tracking_accuracy import DENT_RADIUS_M, tracked_errors
 from palpate.surface.distance import ClosestPoints
 from palpate.vision.kalman import study_filter
 
 MILLIMETRES = MILLISECONDS = 1000.0
 # The two poses that a plane allows lie farther apart than this.
 FLIPPED_DEG = 15.0
-DENT_RADIUS_M = 0.010
 
 
 def capture_accuracy(truth: Mapping, material: Mapping, results: Mapping) -> list[dict]:
@@ -41,18 +41,6 @@ def capture_accuracy(truth: Mapping, material: Mapping, results: Mapping) -> lis
     rows += _surface(truth, results["tracked"], frame)
     rows += _moduli(material, results)
     return rows
-
-
-def tracked_errors(truth: Mapping, tracked: object, frame: int) -> tuple[NDArray, NDArray]:
-    """Distance of each tracked vertex from its true place, and of the undeformed one, (n,) [m]."""
-    pose = truth["camera_from_object"]
-    closest = ClosestPoints(truth["surface_rest_m"], truth["surface_faces"])
-    _, triangle, weights = closest(tracked.template_m)
-    true = closest.interpolate(truth["surface_m"][frame].astype(float), triangle, weights)
-    true = true @ pose[:3, :3].T + pose[:3, 3]
-    rest = tracked.template_m @ pose[:3, :3].T + pose[:3, 3]
-    found = np.linalg.norm(tracked.vertices_m[frame] - true, axis=1)
-    return found, np.linalg.norm(rest - true, axis=1)
 
 
 def _tip(truth: Mapping, results: Mapping) -> list[dict]:
