@@ -14,6 +14,7 @@ import trimesh
 from bench_estimate import estimate_rows
 from bench_lab import lab_rows
 from bench_solid import solid_rows
+from bench_tracking import tracking_rows
 from bench_vision import vision_rows
 from palpate.capture.files import whole_file
 from palpate.surface.distance import ClosestPoints
@@ -47,6 +48,7 @@ SECTIONS = {
     "solid": solid_rows,
     "estimate": estimate_rows,
     "surface": surface_rows,
+    "tracking": tracking_rows,
     "vision": lambda: vision_rows(ratio),
     "lab": lambda: lab_rows(ratio),
 }

@@ -32,7 +32,8 @@ def main(snakemake):
         rows += [known | row | last for row in found]
     table = rounded(pd.DataFrame(rows))
     title = "Trackers against the virtual lab's truth"
-    text = to_markdown(rounded(averages(table)), title=title, notes=[*NOTES, SIMULATED_NOTE])
+    notes = [f"- {note}" for note in (*NOTES, SIMULATED_NOTE)]
+    text = to_markdown(rounded(averages(table)), title=title, notes=notes)
     with whole_file(snakemake.output.csv) as csv, whole_file(snakemake.output.md) as md:
         table.to_csv(csv, index=False, lineterminator="\n")
         md.write_text(text, encoding="utf-8")

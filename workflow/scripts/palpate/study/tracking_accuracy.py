@@ -48,7 +48,8 @@ NOTES = (
     f"Tracker {UNTRACKED}: the rigidly aligned template, with the first compared tracker's"
     " observed vertices; its displacement error is the true displacement.",
     "volume_change_of_true: change of volume in percent of the true surface's, 100 is right."
-    " seconds_per_frame: of the whole job, reading and writing included; it alone differs from run to run.",
+    " seconds_per_frame: of the whole job, reading and writing included; it alone differs from"
+    " run to run.",
 )
 
 

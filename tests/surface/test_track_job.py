@@ -1,0 +1,158 @@
+"""The job that tracks a capture: killed and run again it leaves the bytes of an undisturbed run."""
+
+import json
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+import trimesh
+import yaml
+from house.trackers import options_of
+from palpate.capture.tables import write_table
+from palpate.lab.describe import box_template
+from palpate.solid.mesh import solid_mesh, write_solid
+from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
+from palpate.surface.pose import to_camera
+from palpate.vision.clouds import Cloud, pack_clouds
+from palpate.vision.force import FORCE
+from palpate.vision.probe import TIP
+from skfem import MeshTet
+
+SIZE_M = np.array([0.1, 0.1, 0.1])
+TOP_M = np.array([0.0, 0.0, 0.1])
+RADIUS_M = 0.00622
+DEPTHS_M = (-0.001, 0.001, 0.003)
+OUTPUTS = ("tracked.npz", "tracked.vtkhdf", "tracked.json")
+
+# Runs the script as Snakemake would; a second argument names where the job is killed.
+DRIVER = """
+import json, os, runpy, signal, sys
+from pathlib import Path
+from types import SimpleNamespace
+import palpate.surface.capture as capture
+import palpate.surface.series as series
+
+def killed(*arguments, **options):
+    if options:
+        Path(arguments[0]).write_bytes(b"half a file")
+    os.kill(os.getpid(), signal.SIGKILL)
+
+job = json.loads(Path(sys.argv[1]).read_text())
+if sys.argv[2:] == ["tracking"]:
+    capture.track_capture = killed
+elif sys.argv[2:] == ["writing"]:
+    series.save_series = killed
+
+class Wildcards(list):
+    tracker = "study"
+
+job = {name: SimpleNamespace(**part) if isinstance(part, dict) else part
+       for name, part in job.items()}
+snakemake = SimpleNamespace(**job, wildcards=Wildcards(["study"]))
+runpy.run_path(job["script"], init_globals={"snakemake": snakemake})
+"""
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory):
+    """A small capture as the stages before leave it: a cube whose top is pressed."""
+    folder, rng = tmp_path_factory.mktemp("capture"), np.random.default_rng(0)
+    box = box_template(SIZE_M, 0.02)
+    box.export(folder / "template.ply")
+    spec = {"template": {"unit": "m"}, "support": {"plane_point_m": [0, 0, 0]}}
+    (folder / "object.yaml").write_text(yaml.safe_dump(spec))
+    pose = np.diag([1.0, -1.0, -1.0, 1.0])
+    pose[2, 3] = 0.6
+    residual = AlignmentResidual(0.0, 0.0, 0.0, 0.0, 0)
+    save_alignment(folder / "alignment.json", Alignment(pose, TOP_M, 1, residual))
+    mesh = MeshTet().refined(2)
+    write_solid(folder / "solid.vtu", solid_mesh(0.1 * (mesh.p.T - [0.5, 0.5, 0]), mesh.t.T))
+    clouds = [_cloud(box, pose, depth, rng) for depth in DEPTHS_M]
+    np.savez(folder / "clouds.npz", **pack_clouds(clouds))
+    up = np.array([0.0, 0.0, 1.0])
+    tips = to_camera(pose, np.array([TOP_M + up * (RADIUS_M - depth) for depth in DEPTHS_M]))
+    table = pd.DataFrame(tips, columns=TIP).assign(time_s=np.arange(len(tips)) / 6)
+    write_table(folder / "pose.csv", table)
+    write_table(folder / "force.csv", pd.DataFrame(0 * tips, columns=FORCE))
+    names = {"object": "object.yaml", "template": "template.ply", "alignment": "alignment.json"}
+    names |= {"solid": "solid.vtu", "clouds": "clouds.npz", "pose": "pose.csv"}
+    return {key: str(folder / name) for key, name in (names | {"force": "force.csv"}).items()}
+
+
+def _cloud(box, pose, depth, rng):
+    """Points of the top, with a dent under the sphere."""
+    points, faces = trimesh.sample.sample_surface(box, 6000, seed=int(rng.integers(1 << 30)))
+    top = points[box.face_normals[faces][:, 2] > 0.5]
+    away = np.linalg.norm(top[:, :2], axis=1)
+    top = top - np.column_stack([0 * away, 0 * away, max(depth, 0) / (1 + (away / 0.006) ** 2)])
+    return Cloud(to_camera(pose, top), np.tile([0.0, 0.0, -1.0], (len(top), 1)))
+
+
+@pytest.fixture(scope="module")
+def start(root, tmp_path_factory, inputs):
+    """Run the job into a folder, to its end or until it is killed."""
+    tracking = yaml.safe_load((root / "config/config.yaml").read_text())["tracking"]
+    tmp_path = tmp_path_factory.mktemp("job")
+    driver = tmp_path / "driver.py"
+    driver.write_text(DRIVER)
+
+    def run(folder, *killed):
+        outputs = ("tracked", "series", "description")
+        job = {
+            "rule": "track",
+            "script": str(root / "workflow/scripts/track.py"),
+            "log": str(tmp_path / f"{folder}.log"),
+            "input": inputs,
+            "output": {
+                k: str(tmp_path / folder / v) for k, v in zip(outputs, OUTPUTS, strict=True)
+            },
+            "params": {
+                "probe": {"indenter": {"radius_m": RADIUS_M}},
+                "options": options_of(tracking, "study", "cube"),
+            },
+        }
+        (tmp_path / "job.json").write_text(json.dumps(job))
+        command = [sys.executable, str(driver), str(tmp_path / "job.json"), *killed]
+        scripts = str(root / "workflow/scripts")
+        done = subprocess.run(
+            command, capture_output=True, text=True, check=False, env={"PYTHONPATH": scripts}
+        )
+        return done, tmp_path / folder
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def whole(start):
+    """Folder of an undisturbed run."""
+    done, folder = start("whole")
+    assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in folder.iterdir()) == sorted(OUTPUTS)
+    return folder
+
+
+def test_a_killed_job_runs_again_to_the_same_bytes(start, whole):
+    for where in ("tracking", "writing"):
+        done, broken = start("broken", where)
+        assert done.returncode == -signal.SIGKILL
+        assert not any((broken / name).exists() for name in OUTPUTS)
+    # The second kill came with half a file written.
+    assert list(broken.iterdir())
+    done, broken = start("broken")
+    assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in broken.iterdir()) == sorted(OUTPUTS)
+    for name in OUTPUTS:
+        assert (broken / name).read_bytes() == (whole / name).read_bytes(), name
+
+
+def test_the_three_files_tell_of_the_same_surface(whole):
+    described = json.loads((whole / "tracked.json").read_text())
+    with np.load(whole / "tracked.npz", allow_pickle=False) as data:
+        assert described["vertices"] == len(data["template_m"])
+        assert described["observed_vertices"] == data["observed"].sum(axis=1).tolist()
+        assert described["residual_rms_m"] == data["residual_m"].tolist()
+    assert described["frames"] == len(DEPTHS_M)
+    assert described["tracker"] == described["kind"] == "study"
