@@ -67,7 +67,8 @@ def rounded(table):
     result = table.copy()
     for name in result.select_dtypes("number").columns:
         if name not in ("frame", "vertices", "captures"):
-            result[name] = [float(f"{value:.{SIGNIFICANT}g}") for value in result[name]]
+            # No negative zeros.
+            result[name] = [float(f"{x:.{SIGNIFICANT}g}") + 0.0 for x in result[name]]
     return result
 
 
