@@ -18,10 +18,9 @@ from palpate.surface.template import Template, refine_template
 from palpate.surface.tracked import Tracked
 
 RULE = "discrepancy"
-# Weights that are tried: times the elastic energy of the deepest frame under the largest one.
-STRENGTHS = 10.0 ** np.arange(7.0, 1.9, -0.5)
-# A misfit that no weight brings to the noise is taken where it has all but stopped to fall.
-ALL_BUT = 1.05
+# Weights that are tried, times the energy of Hertz's contact in the deepest frame. Under the first
+# the points do little more than keep a body from rolling away under the sphere.
+STRENGTHS = 10.0 ** np.arange(5.0, 1.9, -0.5)
 # How far above the noise a misfit may be, in standard deviations of the noise's own estimate.
 ALLOWED = 2.0
 
@@ -79,9 +78,11 @@ def track_by_elasticity(recorded: Recorded, options: Mapping) -> Tracked:
     template, tracker = _tracker(recorded, options)
     scene = _scene(recorded, options["misfit_reach_m"])
     tracker.learn_rest([scene.clouds[k] for k in scene.rest])
-    stiff = _through(tracker, scene)
-    weight, reached = choose_weight(tracker, scene, stiff[-1].nodes_m)
-    fits = _again(tracker, scene, stiff, weight)
+    weights = STRENGTHS / hertz_energy(scene, options["poisson_ratio"])
+    fits = _through(tracker, scene, weights[0])
+    weight, reached = choose_weight(tracker, scene, fits[scene.deepest], weights)
+    if weight != weights[0]:
+        fits = _again(tracker, scene, fits, weight)
     pose, count = recorded.alignment.camera_from_object, len(template.vertices_m)
     prior = {
         "energy": "neo-Hookean",
@@ -106,43 +107,64 @@ def track_by_elasticity(recorded: Recorded, options: Mapping) -> Tracked:
     )
 
 
-def choose_weight(tracker: ElasticTracker, scene: Scene, x: NDArray) -> tuple[float, bool]:
-    """Largest weight that explains the deepest frame as well as the frames at rest are.
-
-    Morozov's discrepancy principle: the noise is the mean misfit of the frames at rest, with two
-    standard deviations for what frames and points differ by. Where no weight reaches it, it is
-    the largest one whose misfit is within a twentieth of the smallest.
-
-    Parameters
-    ----------
-    tracker : ElasticTracker
-    scene : Scene
-    x : (n, 3) array
-        Node positions in the deepest frame, without any points [m].
-
-    Returns
-    -------
-    weight : float
-        Of the elastic energy for E = 1 Pa [1/J].
-    reached : bool
-        Whether the noise was reached.
+def hertz_energy(scene: Scene, nu: float) -> float:
+    """Work of Hertz's contact (Eq. 5.1) to the deepest frame for E = 1 Pa [J].
 
     Raises
     ------
     ValueError
         If the sphere does not press the object.
     """
-    energy, allowed, misfits = tracker.elastic.energy(x), _noise(tracker, scene), []
-    if not 0 < energy < np.inf:
-        raise ValueError("tips: expected the sphere to press the object, found it never does")
-    for weight in STRENGTHS / energy:
-        fit = tracker.fit(x, scene.clouds[scene.deepest], scene.spheres[scene.deepest], weight)
-        x = fit.nodes_m
-        misfits.append(tracker.costs(fit.sight, scene.contact_m, scene.reach_m).mean())
-        if misfits[-1] <= allowed:
+    depth, radius = float(scene.depth_m[scene.deepest]), scene.spheres[0].radius_m
+    if depth <= 0:
+        raise ValueError(
+            f"tips: expected the sphere to press the object, found it {-depth * 1e3:.1f} mm away"
+        )
+    return 8 / 15 / (1 - nu**2) * np.sqrt(radius) * depth**2.5
+
+
+def choose_weight(
+    tracker: ElasticTracker, scene: Scene, fit: Fitted, weights: NDArray
+) -> tuple[float, bool]:
+    """Largest weight that explains the deepest frame as well as the frames at rest are.
+
+    Morozov's discrepancy principle: the noise is the mean misfit of the frames at rest, with two
+    standard deviations for what frames and points differ by. Where no weight reaches it, the
+    sensor errs more in a press than at rest, and the weight is the one with the least product of
+    misfit and energy, which is a corner of the L-curve [1]_.
+
+    Parameters
+    ----------
+    tracker : ElasticTracker
+    scene : Scene
+    fit : Fitted
+        Deepest frame under the first weight.
+    weights : (k,) array
+        Weights of the elastic energy to try, falling [1/J].
+
+    Returns
+    -------
+    weight : float
+    reached : bool
+        Whether the noise was reached.
+
+    References
+    ----------
+    .. [1] T. Reginska, A regularization parameter in discrete ill-posed problems, SIAM J. Sci.
+       Comput. 17 (1996).
+    """
+    allowed, products = _noise(tracker, scene), []
+    for weight in weights:
+        if products:
+            frame = scene.clouds[scene.deepest], scene.spheres[scene.deepest]
+            fit = tracker.fit(fit.nodes_m, *frame, weight)
+        misfit = float(np.mean(tracker.costs(fit.sight, scene.contact_m, scene.reach_m)))
+        if misfit <= allowed:
             return float(weight), True
-    enough = np.flatnonzero(np.array(misfits) <= ALL_BUT * min(misfits))[0]
-    return float(STRENGTHS[enough] / energy), False
+        products.append(misfit * tracker.elastic.energy(fit.nodes_m))
+        if products[-1] > 2 * min(products):
+            break
+    return float(weights[int(np.argmin(products))]), False
 
 
 def _noise(tracker: ElasticTracker, scene: Scene) -> float:
@@ -156,24 +178,23 @@ def _noise(tracker: ElasticTracker, scene: Scene) -> float:
     return float(np.mean([cost.mean() for cost in costs]) + ALLOWED * np.sqrt(between + within))
 
 
-def _through(tracker: ElasticTracker, scene: Scene) -> list[Fitted]:
-    """Frames up to the deepest as contact and support alone make them."""
+def _through(tracker: ElasticTracker, scene: Scene, weight: float) -> list[Fitted]:
+    """All frames, each from the one before."""
     x, fits = tracker.rest, []
-    for k in range(scene.deepest + 1):
-        fits.append(tracker.fit(x, scene.clouds[k], scene.spheres[k], np.inf))
+    for cloud, sphere in zip(scene.clouds, scene.spheres, strict=True):
+        fits.append(tracker.fit(x, cloud, sphere, weight))
         x = fits[-1].nodes_m
     return fits
 
 
 def _again(
-    tracker: ElasticTracker, scene: Scene, stiff: list[Fitted], weight: float
+    tracker: ElasticTracker, scene: Scene, first: list[Fitted], weight: float
 ) -> list[Fitted]:
-    """All frames with their points, from where they were without them or from the one before."""
-    fits = []
-    for k, (cloud, sphere) in enumerate(zip(scene.clouds, scene.spheres, strict=True)):
-        start = stiff[k] if k < len(stiff) else fits[-1]
-        fits.append(tracker.fit(start.nodes_m, cloud, sphere, weight))
-    return fits
+    """All frames under another weight, each from where it was under the first."""
+    return [
+        tracker.fit(start.nodes_m, cloud, sphere, weight)
+        for start, cloud, sphere in zip(first, scene.clouds, scene.spheres, strict=True)
+    ]
 
 
 def _tracker(recorded: Recorded, options: Mapping) -> tuple[Template, ElasticTracker]:
