@@ -6,7 +6,7 @@ import trimesh
 from palpate.lab.describe import box_template
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.augment import indenter_points
-from palpate.surface.pose import align_rigidly, initial_pose, to_camera
+from palpate.surface.pose import Standing, align_rigidly, initial_pose, to_camera
 from palpate.surface.template import (
     Template,
     neighbourhoods,
@@ -64,15 +64,14 @@ def test_initial_pose_and_alignment_from_any_yaw(template, pose):
     cloud, normals = visible_cloud(template, pose, 0.001, rng)
     plane = np.append(pose[:3, 2], -pose[:3, 2] @ pose[:3, 3])
     plane = plane if plane[3] > 0 else -plane
-    first = initial_pose(
-        template,
-        cloud,
+    standing = Standing(
         plane,
         support_normal=np.array([0.0, 0.0, 1.0]),
         support_point_m=np.zeros(3),
         point_m=POINT,
         touched_m=to_camera(pose, POINT) + 0.002,
     )
+    first = initial_pose(template, cloud, standing)
     found = align_rigidly(
         template, cloud, normals, first, largest_distance_m=0.012, largest_normal_deg=60
     )

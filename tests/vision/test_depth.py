@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+import pandas as pd
 import pytest
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.clouds import (
@@ -10,9 +11,11 @@ from palpate.vision.clouds import (
     belongs_to_probe,
     object_cloud,
     pack_clouds,
+    probe_places,
     unpack_clouds,
 )
 from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth, stereo_disparity
+from palpate.vision.probe import AXIS, MARKER, QUATERNION, TIP
 from palpate.vision.support_plane import fit_support_plane, height_above
 
 OPTIONS = {
@@ -187,6 +190,54 @@ def test_real_pairs_no_worse_than_plain_semi_global(sensors, real_pair, method, 
     assert median <= plain_median
 
 
+def coloured_pair(highlight_px):
+    """Pair of a surface at 100 px with a texture in red and green, and a white highlight.
+
+    The highlight is on both, at a disparity of its own.
+    """
+    rng = np.random.default_rng(4)
+    texture = cv2.GaussianBlur(rng.normal(0, 9, (200, 500)), (0, 0), 1.5)
+    base = np.stack([140 + 3 * texture, 90 + 2 * texture, 30 + 0 * texture], axis=-1)
+    y, x = np.mgrid[:200, :500]
+    pair = []
+    for disparity, at in ((0, 340), (100, 340 - highlight_px)):
+        bright = 90 * np.exp(-((x - at) ** 2 + (y - 100) ** 2) / (2 * 14.0**2))
+        image = np.roll(base, -disparity, axis=1) + bright[..., None]
+        image += rng.normal(0, 0.8, image.shape)
+        pair.append(np.clip(image, 0, 255).round().astype(np.uint8))
+    return pair
+
+
+def test_a_highlight_is_a_hole(sensors):
+    """It lies where the lamp's mirror image does, and that is not the surface."""
+    sensor = with_stereo(sensors["bumblebee"], "semi_global", "least_squares", (80, 128))
+    there = np.zeros((200, 500), bool)
+    there[92:109, 332:349] = True
+    pair = coloured_pair(highlight_px=92)
+    grey = [cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in pair]
+    found, fooled = stereo_disparity(*pair, sensor), stereo_disparity(*grey, sensor)
+    assert (np.abs(fooled[there] - 100) > 1).mean() > 0.3
+    assert np.isnan(found[there]).mean() > 0.7
+    seen = np.s_[20:180, 150:480]
+    assert (np.abs(found[seen] - 100) > 1).sum() < (np.abs(fooled[seen] - 100) > 1).sum() / 2
+    assert np.isfinite(found[20:180, 150:300]).mean() > 0.95
+    found = stereo_disparity(*coloured_pair(highlight_px=100), sensor)
+    assert np.isfinite(found[there]).mean() > 0.95
+
+
+def test_only_what_is_wanted_is_matched(sensors):
+    sensor = with_stereo(sensors["bumblebee"], "semi_global", "least_squares", (80, 128))
+    left, right = coloured_pair(highlight_px=100)
+    wanted = np.zeros((200, 500), bool)
+    wanted[80:120, 330:390] = True
+    whole, part = (stereo_depth(left, right, sensor, chosen) for chosen in (None, wanted))
+    assert np.nanmax(np.abs(part / whole - 1)[wanted]) < 1e-3
+    assert np.isfinite(part[wanted]).all()
+    assert np.isnan(part[:, :100]).all()
+    everything = stereo_depth(left, right, sensor, np.zeros_like(wanted))
+    assert np.array_equal(everything, whole, equal_nan=True)
+
+
 def test_support_plane_among_clutter():
     rng = np.random.default_rng(1)
     normal = np.array([0.1, -0.7, -0.7])
@@ -226,6 +277,21 @@ def test_cloud_is_cut_thinned_and_oriented(wall, probe):
     assert np.allclose(cloud.normals, [0, 0, -1], atol=1e-6)
     with pytest.raises(ValueError, match="expected points of the object, found 0"):
         object_cloud(points, ~(mask | True), camera, plane, place, probe["exclusion"], **OPTIONS)
+
+
+def test_what_is_seen_through_the_board_is_the_board(probe):
+    """Its pattern repeats: matches lie before and behind it."""
+    poses = pd.DataFrame({name: [0.0] for name in [*MARKER, *QUATERNION, *TIP, *AXIS]})
+    poses[QUATERNION[3]], poses[MARKER[2]], poses[TIP[2]], poses[AXIS[2]] = 1.0, 0.5, 2.0, 1.0
+    (place,) = probe_places(poses, probe)
+    centre = place.board_m
+    assert np.allclose(np.linalg.norm(place.sheet_m - centre, axis=1), 0.090)
+    width, height = np.ptp(place.sheet_m, axis=0)[:2]
+    assert width - height == pytest.approx(0.020)
+    away = 1.8 * centre
+    inside, outside = 0.49 * np.array([width, 0, 0]), 0.51 * np.array([width, 0, 0])
+    seen = np.stack([away + 1.8 * inside, away - 1.8 * inside, away + 1.8 * outside])
+    assert belongs_to_probe(seen, place, probe["exclusion"]).tolist() == [True, True, False]
 
 
 def test_a_piece_apart_is_not_the_object(wall, probe):

@@ -24,7 +24,7 @@ def main(snakemake):
     clouds = []
     streams = all_streams(snakemake.input.capture, sensor, frames)
     for k, images in zip(frames, streams, strict=True):
-        points = scene_points(images, sensor)
+        points = scene_points(images, sensor, masks[k])
         if not len(points):
             nearest_m, farthest_m = sensor["range_m"]
             expected = f"points {nearest_m:g} to {farthest_m:g} m away"

@@ -10,7 +10,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from palpate.surface.distance import ClosestPoints
-from palpate.surface.pose import align_rigidly, initial_pose, to_camera, to_object
+from palpate.surface.pose import Standing, align_rigidly, initial_pose, to_camera, to_object
 from palpate.surface.template import Template
 
 # The cloud within this of the contact tells how well the surface lies there [m].
@@ -105,9 +105,7 @@ def align_capture(
         If too little of the cloud lies near the template.
     """
     points, normals = cloud
-    pose = initial_pose(
-        template,
-        points,
+    standing = Standing(
         plane,
         support_normal=np.array(support["plane_normal"], dtype=float),
         support_point_m=np.array(support["plane_point_m"], dtype=float),
@@ -118,9 +116,10 @@ def align_capture(
         template,
         points,
         normals,
-        pose,
+        initial_pose(template, points, standing),
         largest_distance_m=largest_distance_m,
         largest_normal_deg=largest_normal_deg,
+        standing=standing,
     )
     closest = ClosestPoints(template.vertices_m, template.faces)
     contact = closest(to_object(pose, tips_m[contact_frame : contact_frame + 1]))[0][0]

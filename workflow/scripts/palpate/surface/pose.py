@@ -1,5 +1,7 @@
 """Rigid alignment of the template with the first frame (Eq. 4.24), without help by hand."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -16,18 +18,77 @@ POLISHING_STEPS = 40
 CONVERGED_M = 1e-7
 CROWDED = 2.0
 FEWEST_PAIRS = 6
+# Neighbouring points of a cloud share their errors: windows of stereo or of dots span about thirty.
+SHARED_ERRORS = 30
+NORMAL_MAD = 1.4826
+# How well a hand meets the declared point, and table and support are flat and known.
+TOUCH_STD_M, TILT_STD_RAD, HEIGHT_STD_M = 0.002, np.deg2rad(0.2), 0.0005
 
 
-def initial_pose(
-    template: Template,
-    cloud_m: NDArray,
-    plane: NDArray,
-    *,
-    support_normal: NDArray,
-    support_point_m: NDArray,
-    point_m: NDArray,
-    touched_m: NDArray,
-) -> NDArray:
+@dataclass(frozen=True)
+class Standing:
+    """What is known of an object's place without its cloud.
+
+    Attributes
+    ----------
+    plane : (4,) array
+        Table, camera frame; normal to the camera's side.
+    support_normal, support_point_m : (3,) arrays
+        The support's plane in the object frame; the normal points into the object.
+    point_m, touched_m : (3,) arrays
+        Declared point, object frame, and where the probe touched, camera frame [m].
+    """
+
+    plane: NDArray
+    support_normal: NDArray
+    support_point_m: NDArray
+    point_m: NDArray
+    touched_m: NDArray
+
+    @property
+    def up(self) -> NDArray:
+        """Unit normal of the support, object frame."""
+        up = np.asarray(self.support_normal, dtype=float)
+        return up / np.linalg.norm(up)
+
+    def pose(self, yaw: float) -> NDArray:
+        """Camera_from_object that stands on the table with the touched point, turned by a yaw."""
+        upright, _ = Rotation.align_vectors([self.plane[:3]], [self.up])
+        pose = np.eye(4)
+        pose[:3, :3] = upright.as_matrix() @ Rotation.from_rotvec(yaw * self.up).as_matrix()
+        pose[:3, 3] = self.touched_m - pose[:3, :3] @ self.point_m
+        pose[:3, 3] -= self.height_m(pose) * self.plane[:3]
+        return pose
+
+    def height_m(self, pose: NDArray) -> float:
+        """Height of the support above the table in a pose [m]."""
+        return float(to_camera(pose, self.support_point_m) @ self.plane[:3] + self.plane[3])
+
+    def equations(self, pose: NDArray) -> tuple[NDArray, NDArray]:
+        """Weighted rows (7, 6) and right side of a step, by each one's standard deviation.
+
+        The step, rotation vector and shift, moves points of the camera in the object frame.
+        """
+        normal, point = pose[:3, :3].T @ self.plane[:3], to_object(pose, self.touched_m)
+        support, none = np.asarray(self.support_point_m, dtype=float), np.zeros((3, 3))
+        rows = np.vstack(
+            [
+                np.hstack([-_cross(point), np.eye(3)]) / TOUCH_STD_M,
+                np.hstack([-_cross(normal), none]) / TILT_STD_RAD,
+                np.append(np.cross(support, normal), normal)[None] / HEIGHT_STD_M,
+            ]
+        )
+        right = np.concatenate(
+            [
+                (self.point_m - point) / TOUCH_STD_M,
+                (self.up - normal) / TILT_STD_RAD,
+                [self.height_m(pose) / HEIGHT_STD_M],
+            ]
+        )
+        return rows, right
+
+
+def initial_pose(template: Template, cloud_m: NDArray, standing: Standing) -> NDArray:
     """Find the template's pose from the table, the touched point and the cloud.
 
     The support lies on the table and the declared point where the probe touched; what is left, the
@@ -38,12 +99,7 @@ def initial_pose(
     template : Template
     cloud_m : (n, 3) array
         First frame's cloud, camera frame [m].
-    plane : (4,) array
-        Table, camera frame; normal to the camera's side.
-    support_normal, support_point_m : (3,) arrays
-        The support's plane in the object frame; the normal points into the object.
-    point_m, touched_m : (3,) arrays
-        Declared point, object frame, and where the probe touched, camera frame [m].
+    standing : Standing
 
     Returns
     -------
@@ -52,10 +108,8 @@ def initial_pose(
     """
     sample = cloud_m[:: max(1, len(cloud_m) // SAMPLE)]
     closest = ClosestPoints(template.vertices_m, template.faces)
-    candidates = [
-        _standing(yaw, plane, support_normal, support_point_m, point_m, touched_m)
-        for yaw in np.linspace(0, 2 * np.pi, YAW_STEPS, endpoint=False)
-    ]
+    turns = np.linspace(0, 2 * np.pi, YAW_STEPS, endpoint=False)
+    candidates = [standing.pose(yaw) for yaw in turns]
     costs = [_trimmed_mean(closest.distance(to_object(pose, sample))) for pose in candidates]
     return candidates[int(np.argmin(costs))]
 
@@ -68,12 +122,14 @@ def align_rigidly(
     *,
     largest_distance_m: float,
     largest_normal_deg: float,
+    standing: Standing | None = None,
 ) -> NDArray:
     """Minimise Eq. 4.24 from a first pose, then the same from the cloud to the template.
 
     Eq. 4.24 pairs template vertices with the cloud; where the object is seen in part it may slide
     (Fig. 5.6). The template covers all of the object, so every point of the cloud has its place on
-    it, and the second step, along the template's normals, takes the sliding out.
+    it, and the second step, along the template's normals, takes the sliding out. What no normal
+    shows, as turns of a ball, follows table and touched point.
 
     Parameters
     ----------
@@ -84,6 +140,7 @@ def align_rigidly(
         First camera_from_object.
     largest_distance_m, largest_normal_deg : float
         dr and the angle threshold of Eq. 4.24.
+    standing : Standing, optional
 
     Returns
     -------
@@ -109,7 +166,7 @@ def align_rigidly(
         pose = step @ pose
         if _moved(step, placed) < CONVERGED_M:
             break
-    pose = _polished(template, cloud_m, pose, largest_distance_m)
+    pose = _polished(template, cloud_m, pose, largest_distance_m, standing)
     distance = ClosestPoints(template.vertices_m, template.faces).distance(to_object(pose, cloud_m))
     near = (distance < largest_distance_m).mean()
     if near < 0.5:
@@ -167,27 +224,6 @@ def to_object(pose: NDArray, points_m: NDArray) -> NDArray:
     return (points_m - pose[:3, 3]) @ pose[:3, :3]
 
 
-def _standing(
-    yaw: float,
-    plane: NDArray,
-    support_normal: NDArray,
-    support_point: NDArray,
-    point: NDArray,
-    touched: NDArray,
-) -> NDArray:
-    """Pose that stands on the table with the point where it was touched, turned by a yaw."""
-    up = np.asarray(support_normal, dtype=float)
-    up = up / np.linalg.norm(up)
-    upright, _ = Rotation.align_vectors([plane[:3]], [up])
-    turn = upright.as_matrix() @ Rotation.from_rotvec(yaw * up).as_matrix()
-    pose = np.eye(4)
-    pose[:3, :3] = turn
-    pose[:3, 3] = touched - turn @ np.asarray(point)
-    height = to_camera(pose, np.asarray(support_point)) @ plane[:3] + plane[3]
-    pose[:3, 3] -= height * plane[:3]
-    return pose
-
-
 def _trimmed_mean(distance: NDArray) -> float:
     kept = np.sort(distance)[: int(TRIM * len(distance))]
     return float(kept.mean())
@@ -202,8 +238,10 @@ def _kabsch(source: NDArray, target: NDArray) -> NDArray:
     return step
 
 
-def _polished(template: Template, cloud: NDArray, pose: NDArray, largest: float) -> NDArray:
-    """Gauss-Newton on distances of the cloud along the template's normals."""
+def _polished(
+    template: Template, cloud: NDArray, pose: NDArray, largest: float, standing: Standing | None
+) -> NDArray:
+    """Gauss-Newton on distances of the cloud along the template's normals, and on the standing."""
     closest = ClosestPoints(template.vertices_m, template.faces)
     a, b, c = (template.vertices_m[template.faces[:, k]] for k in range(3))
     face_normals = np.cross(b - a, c - a)
@@ -217,8 +255,12 @@ def _polished(template: Template, cloud: NDArray, pose: NDArray, largest: float)
         if kept.sum() < FEWEST_PAIRS:
             break
         n, x = face_normals[triangle][kept], points[kept]
-        jacobian = np.hstack([np.cross(x, n), n])
-        solution, *_ = np.linalg.lstsq(jacobian, -residual[kept], rcond=1e-6)
+        weight = 1 / (np.sqrt(SHARED_ERRORS) * (NORMAL_MAD * np.median(gap[kept]) + 1e-6))
+        rows, right = weight * np.hstack([np.cross(x, n), n]), -weight * residual[kept]
+        if standing is not None:
+            more, known = standing.equations(pose)
+            rows, right = np.vstack([rows, more]), np.concatenate([right, known])
+        solution, *_ = np.linalg.lstsq(rows, right, rcond=1e-6)
         step = np.eye(4)
         step[:3, :3] = Rotation.from_rotvec(solution[:3]).as_matrix()
         step[:3, 3] = solution[3:]
@@ -226,6 +268,12 @@ def _polished(template: Template, cloud: NDArray, pose: NDArray, largest: float)
         if _moved(step, x) < CONVERGED_M:
             break
     return pose
+
+
+def _cross(vector: NDArray) -> NDArray:
+    """Matrix of the cross product with a vector, (3, 3)."""
+    x, y, z = vector
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
 def _moved(step: NDArray, points: NDArray) -> float:

@@ -25,22 +25,31 @@ class Cloud:
 
 @dataclass(frozen=True)
 class ProbePlace:
-    """Tip's centre [m], pressing direction and centre of the board [m], camera frame."""
+    """Tip's centre [m], pressing direction, centre of the board and of its sheet the corners [m].
+
+    All in the camera frame; the corners, shape (4, 3), go around the sheet.
+    """
 
     tip_m: NDArray
     axis: NDArray
     board_m: NDArray
+    sheet_m: NDArray | None = None
 
 
 def probe_places(poses: pd.DataFrame, probe: Mapping) -> list[ProbePlace]:
     """Where the probe is in each frame of probe_pose.csv."""
-    centre = np.append(board_points(probe["marker"]).mean(axis=0), 1.0)
-    boards = (marker_transforms(poses) @ centre)[:, :3]
-    columns = (poses[TIP].to_numpy(float), poses[AXIS].to_numpy(float), boards)
+    centre = board_points(probe["marker"]).mean(axis=0)
+    transforms = marker_transforms(poses)
+    boards = transforms[:, :3, :3] @ centre + transforms[:, :3, 3]
+    corners = centre + _sheet(probe)
+    sheets = corners @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3]
+    columns = (poses[TIP].to_numpy(float), poses[AXIS].to_numpy(float), boards, sheets)
     return [ProbePlace(*row) for row in zip(*columns, strict=True)]
 
 
-def scene_points(images: Mapping[str, NDArray], sensor: Mapping) -> NDArray:
+def scene_points(
+    images: Mapping[str, NDArray], sensor: Mapping, wanted: NDArray | None = None
+) -> NDArray:
     """All points that one frame's images give, whatever they belong to.
 
     Parameters
@@ -49,6 +58,8 @@ def scene_points(images: Mapping[str, NDArray], sensor: Mapping) -> NDArray:
         ``left`` and ``right``, or ``depth``, as `palpate.capture` reads them.
     sensor : mapping
         The sensor's file.
+    wanted : (h, w) bool array, optional
+        Pixels of the reference camera; a stereo pair is matched around these alone.
 
     Returns
     -------
@@ -56,7 +67,7 @@ def scene_points(images: Mapping[str, NDArray], sensor: Mapping) -> NDArray:
         Points in the frame of the reference camera [m], within the sensor's range.
     """
     if sensor["kind"] == "stereo":
-        depth_m = stereo_depth(images["left"], images["right"], sensor)
+        depth_m = stereo_depth(images["left"], images["right"], sensor, wanted)
         return _deprojected(depth_m, camera_from_spec(sensor["color"]), sensor["range_m"])
     spec = sensor["depth"]
     kinect = spec["encoding"] == "kinect_disparity"
@@ -118,8 +129,8 @@ def object_cloud(
     ValueError
         If nothing is left.
     """
-    kept = points_m[in_mask(points_m, mask, camera)]
-    kept = kept[height_above(plane, kept) > lowest_m]
+    kept = points_m[height_above(plane, points_m) > lowest_m]
+    kept = kept[in_mask(kept, mask, camera)]
     kept = kept[~belongs_to_probe(kept, place, exclusion)]
     if len(kept) <= normal_neighbours:
         raise ValueError(f"cloud: expected points of the object, found {len(kept)}")
@@ -143,14 +154,40 @@ def in_mask(points_m: NDArray, mask: NDArray, camera: PinholeCamera) -> NDArray:
 
 
 def belongs_to_probe(points_m: NDArray, place: ProbePlace, exclusion: Mapping) -> NDArray:
-    """Whether points lie near the probe's axis above the tip, the tip or the board, shape (n,)."""
+    """Whether points lie near the probe's axis above the tip, the tip or the board, shape (n,).
+
+    What is seen through the board's sheet is the board too, wherever its repeating pattern was
+    matched: it is only found when nothing stands before it.
+    """
     offset = points_m - place.tip_m
     along = offset @ place.axis
     across = np.linalg.norm(offset - along[:, None] * place.axis, axis=1)
     tip = np.linalg.norm(offset, axis=1) < exclusion["tip_radius_m"]
     shaft = (along < -exclusion["tip_radius_m"]) & (across < exclusion["radius_m"])
     board = np.linalg.norm(points_m - place.board_m, axis=1) < exclusion["board_radius_m"]
-    return tip | shaft | board
+    return tip | shaft | board | _seen_through(points_m, place.sheet_m)
+
+
+def _sheet(probe: Mapping) -> NDArray:
+    """Corners of the board's sheet from its centre [m], shape (4, 3): the squares and a margin.
+
+    The margin is even, and so wide that the corners lie on the board's exclusion radius.
+    """
+    marker, radius = probe["marker"], probe["exclusion"]["board_radius_m"]
+    half = (np.array(marker["inner_corners"]) + 1) * marker["square_m"] / 2
+    # |half + margin| = radius, a quadratic equation in the margin.
+    total, excess = half.sum(), half @ half - radius**2
+    margin = (np.sqrt(max(total**2 - 2 * excess, 0.0)) - total) / 2
+    x, y = half + max(margin, 0.0)
+    return np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
+
+
+def _seen_through(points_m: NDArray, sheet_m: NDArray | None) -> NDArray:
+    """Whether the reference camera sees points within a sheet's outline, shape (n,)."""
+    if sheet_m is None:
+        return np.zeros(len(points_m), dtype=bool)
+    sides = points_m @ np.cross(sheet_m, np.roll(sheet_m, -1, axis=0)).T
+    return (sides > 0).all(axis=1) | (sides < 0).all(axis=1)
 
 
 def pack_clouds(clouds: list[Cloud]) -> dict[str, NDArray]:

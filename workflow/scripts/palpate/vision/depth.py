@@ -22,6 +22,10 @@ PENALTIES = 8 * SEMI_GLOBAL_BLOCK_PX**2, 32 * SEMI_GLOBAL_BLOCK_PX**2
 REFINEMENT_STEPS = 2
 SURFACE_TOLERANCE_PX = 0.75
 DAMPING = 4.0
+# Of an image only this much around what is wanted is matched.
+SURROUNDINGS_PX = 40
+# Matched windows may differ in colour by noise [grey levels], and by what a shift explains [px].
+COLOUR_TOLERANCE, COLOUR_SHIFT_PX = 1.0, 0.25
 # Central difference of fourth order.
 DERIVATIVE = np.array([[1, -8, 0, 8, -1]], dtype=np.float32) / 12
 
@@ -53,7 +57,9 @@ def millimetre_depth(millimetres: NDArray) -> NDArray:
     return np.where(millimetres > 0, millimetres / MILLIMETRES, np.nan)
 
 
-def stereo_depth(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
+def stereo_depth(
+    left: NDArray, right: NDArray, sensor: Mapping, wanted: NDArray | None = None
+) -> NDArray:
     """Depth of the left image of a rectified pair (Section 4.1.2).
 
     Parameters
@@ -61,6 +67,8 @@ def stereo_depth(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
     left, right : (h, w, 3) or (h, w) uint8 arrays
     sensor : mapping
         The sensor's file.
+    wanted : (h, w) bool array, optional
+        Pixels of the left image; outside their surroundings nothing is matched.
 
     Returns
     -------
@@ -72,7 +80,13 @@ def stereo_depth(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
     ValueError
         If the sensor asks for a method that does not exist.
     """
-    disparity = stereo_disparity(left, right, sensor)
+    if wanted is None:
+        disparity = stereo_disparity(left, right, sensor)
+    else:
+        rows, columns = _surroundings(wanted, sum(_search_range(sensor)))
+        disparity = np.full(wanted.shape, np.nan)
+        pair = (image[rows, columns] for image in (left, right))
+        disparity[rows, columns] = stereo_disparity(*pair, sensor)
     product = sensor["color"]["fx_px"] * sensor["stereo"]["baseline_m"]
     return product / disparity
 
@@ -84,7 +98,7 @@ def stereo_disparity(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
     back and forth between the images, and surfaces of few pixels dropped. ``stereo.subpixel``
     leaves the fraction of a pixel to the matcher, or refines it (`refined_disparity`).
     """
-    options = sensor["stereo"]
+    options, colours = sensor["stereo"], (left, right)
     _require("stereo.method", options["method"], tuple(UNIQUENESS_PERCENT))
     _require("stereo.subpixel", options["subpixel"], ("matcher", "least_squares"))
     left, right = _grey(left), _grey(right)
@@ -92,7 +106,43 @@ def stereo_disparity(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
     disparity = _without_speckles(disparity, options["speckle_size_px"])
     if options["subpixel"] == "least_squares":
         disparity = refined_disparity(left, right, disparity, options["window_px"])
+    if colours[0].ndim == 3:
+        agree = colours_agree(*colours, disparity, options["window_px"])
+        disparity = np.where(agree, disparity, np.float32(np.nan))
     return disparity.astype(float)
+
+
+def colours_agree(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
+    """Whether matched windows have the same colour, (h, w) bool.
+
+    Grey values match highlights with each other, and these lie where the lamp's mirror image
+    does, far behind a glossy surface. White light adds as much to each channel, so differences of
+    channels show the surface alone, and there mismatched surfaces differ. What a shift within the
+    precision of a match explains is no difference.
+
+    Parameters
+    ----------
+    left, right : (h, w, 3) uint8 arrays
+        Rectified pair.
+    disparity : (h, w) array
+        Of the left image [px]; NaN where nothing matches.
+    window_px : int
+        Side of the window, odd [px].
+    """
+    valid = np.isfinite(disparity)
+    if not valid.any():
+        return valid
+    shift = np.where(valid, disparity, 0).astype(np.float32)
+    agree = valid.copy()
+    for one, other in ((0, 1), (1, 2), (0, 2)):
+        here, there = (
+            cv2.subtract(i[..., one], i[..., other], dtype=cv2.CV_32F) for i in (left, right)
+        )
+        rest = _warped(there, shift) - here
+        gap = np.abs(_mean(rest - np.median(rest[valid]), valid, window_px))
+        slope = np.sqrt(np.maximum(_mean(_derivative(here) ** 2, valid, window_px), 0))
+        agree &= gap < COLOUR_TOLERANCE + COLOUR_SHIFT_PX * slope
+    return agree
 
 
 def refined_disparity(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
@@ -229,6 +279,18 @@ def _mean(image: NDArray, valid: NDArray, window_px: int) -> NDArray:
 
 def _derivative(image: NDArray) -> NDArray:
     return cv2.filter2D(image, cv2.CV_32F, DERIVATIVE)
+
+
+def _surroundings(wanted: NDArray, reach_px: int) -> tuple[slice, slice]:
+    """Rows and columns around pixels, with those to the left that the right image shows them in."""
+    rows, columns = (np.flatnonzero(wanted.any(axis=axis)) for axis in (1, 0))
+    if not len(rows):
+        return slice(0, wanted.shape[0]), slice(0, wanted.shape[1])
+    top, left = rows[0] - SURROUNDINGS_PX, columns[0] - SURROUNDINGS_PX - reach_px
+    return (
+        slice(max(top, 0), rows[-1] + 1 + SURROUNDINGS_PX),
+        slice(max(left, 0), columns[-1] + 1 + SURROUNDINGS_PX),
+    )
 
 
 def _search_range(sensor: Mapping) -> tuple[int, int]:
