@@ -6,6 +6,7 @@ from palpate.surface.alignment import (
     align_capture,
     load_alignment,
     save_alignment,
+    standing_of,
     thickness_along,
 )
 from palpate.surface.pose import to_camera
@@ -43,15 +44,15 @@ def alignment(template, pose):
     up = pose[:3, 2]
     heights = np.array([0.015, 0.004, -0.001, -0.006])
     tips = to_camera(pose, POINT + np.outer(heights + R, [0, 0, 1]))
+    support = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1]}
+    plane = np.append(up, -up @ pose[:3, 3])
+    standing = standing_of(support, POINT, plane, tips[2], indenter_radius_m=R)
     return align_capture(
         template,
         (cloud[seen], normals[seen]),
-        np.append(up, -up @ pose[:3, 3]),
+        standing,
         tips,
         2,
-        {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1]},
-        POINT,
-        indenter_radius_m=R,
         largest_distance_m=0.012,
         largest_normal_deg=60,
     )

@@ -10,41 +10,69 @@ from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
 from palpate.estimate.hertz_range import force_onset
-from palpate.surface.alignment import align_capture, save_alignment
+from palpate.surface.alignment import align_capture, save_alignment, standing_of
+from palpate.surface.checks import (
+    AlignmentLimits,
+    columns_of,
+    require_cloud,
+    require_fit,
+    require_template,
+)
 from palpate.surface.template import read_template
-from palpate.vision.clouds import unpack_clouds
+from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
 
 
 def main(snakemake):
     """Write alignment.json."""
-    spec = load_yaml(snakemake.input.object)
+    inputs, params = snakemake.input, snakemake.params
+    spec = load_yaml(inputs.object)
     point = spec["points"][snakemake.wildcards.capture.partition("-")[0]]["position_m"]
-    force = np.linalg.norm(read_table(snakemake.input.force)[FORCE], axis=1)
-    with naming(snakemake.input.force):
-        onset = force_onset(force, onset_force_n=snakemake.params.onset_force_n)
-    plane = json.loads(Path(snakemake.input.plane).read_text(encoding="utf-8"))
-    with np.load(snakemake.input.cloud, allow_pickle=False) as data:
-        first = unpack_clouds(data)[0]
-    template = read_template(snakemake.input.template, unit=spec["template"]["unit"])
-    tips = read_table(snakemake.input.pose)[TIP].to_numpy(float)
-    with naming(snakemake.input.object):
+    with naming(inputs.force):
+        force = columns_of(read_table(inputs.force), FORCE)
+        onset = force_onset(np.linalg.norm(force, axis=1), onset_force_n=params.onset_force_n)
+    plane = read_plane(inputs.plane)
+    cloud = read_clouds(inputs.cloud)[0]
+    with naming(inputs.cloud):
+        require_cloud(cloud.points_m, frame=0)
+    template = read_template(inputs.template, unit=spec["template"]["unit"])
+    with naming(inputs.template):
+        require_template(template)
+    with naming(inputs.pose):
+        tips = columns_of(read_table(inputs.pose), TIP, frames=len(force))
+    radius = params.probe["indenter"]["radius_m"]
+    standing = standing_of(spec["support"], point, plane, tips[onset], indenter_radius_m=radius)
+    options = dict(params.options)
+    limits = AlignmentLimits(**options.pop("limits"))
+    with (
+        naming(inputs.cloud, "alignment", "cloud", "residual"),
+        naming(inputs.object, "support", "points"),
+        naming(inputs.pose, "tip"),
+    ):
         alignment = align_capture(
+            template, (cloud.points_m, cloud.normals), standing, tips, onset, **options
+        )
+        require_fit(
+            alignment,
             template,
-            (first.points_m, first.normals),
-            np.array([*plane["normal"], plane["offset_m"]]),
-            tips,
-            onset,
-            spec["support"],
-            point,
-            indenter_radius_m=snakemake.params.probe["indenter"]["radius_m"],
-            **snakemake.params.options,
+            cloud.points_m,
+            standing,
+            tips[onset],
+            limits,
+            largest_distance_m=options["largest_distance_m"],
+            indenter_radius_m=radius,
         )
     logging.info("contact in frame %d", alignment.contact_frame)
     logging.info("cloud to template: %.3f mm rms", alignment.residual.rms_m * 1e3)
     with whole_file(snakemake.output.alignment) as part:
         save_alignment(part, alignment)
+
+
+def read_plane(path: str) -> np.ndarray:
+    """Plane of support_plane.json, shape (4,)."""
+    plane = json.loads(Path(path).read_text(encoding="utf-8"))
+    return np.array([*plane["normal"], plane["offset_m"]])
 
 
 run(main, snakemake)

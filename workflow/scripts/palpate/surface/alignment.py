@@ -63,13 +63,10 @@ class Alignment:
 def align_capture(
     template: Template,
     cloud: tuple[NDArray, NDArray],
-    plane: NDArray,
+    standing: Standing,
     tips_m: NDArray,
     contact_frame: int,
-    support: Mapping,
-    point_m: NDArray,
     *,
-    indenter_radius_m: float,
     largest_distance_m: float,
     largest_normal_deg: float,
 ) -> Alignment:
@@ -81,17 +78,12 @@ def align_capture(
         Undeformed, object frame.
     cloud : (points (n, 3) [m], normals (n, 3))
         Of the first frame, camera frame.
-    plane : (4,) array
-        Table, camera frame.
+    standing : Standing
+        Table, support and touched point.
     tips_m : (f, 3) array
         Centre of the sphere in each frame, camera frame [m].
     contact_frame : int
         First frame in contact.
-    support : mapping
-        ``support`` block of object.yaml.
-    point_m : (3,) array
-        Declared point, object frame [m].
-    indenter_radius_m : float
     largest_distance_m, largest_normal_deg : float
         dr and the angle threshold of Eq. 4.24.
 
@@ -105,13 +97,6 @@ def align_capture(
         If too little of the cloud lies near the template.
     """
     points, normals = cloud
-    standing = Standing(
-        plane,
-        support_normal=np.array(support["plane_normal"], dtype=float),
-        support_point_m=np.array(support["plane_point_m"], dtype=float),
-        point_m=np.asarray(point_m, dtype=float),
-        touched_m=tips_m[contact_frame] - indenter_radius_m * plane[:3],
-    )
     pose = align_rigidly(
         template,
         points,
@@ -125,6 +110,32 @@ def align_capture(
     contact = closest(to_object(pose, tips_m[contact_frame : contact_frame + 1]))[0][0]
     residual = _residual(closest, to_object(pose, points), contact)
     return Alignment(pose, contact, contact_frame, residual)
+
+
+def standing_of(
+    support: Mapping, point_m: NDArray, plane: NDArray, tip_m: NDArray, *, indenter_radius_m: float
+) -> Standing:
+    """What object.yaml, the table and the first touch say of the object's place.
+
+    Parameters
+    ----------
+    support : mapping
+        ``support`` block of object.yaml.
+    point_m : (3,) array
+        Declared point, object frame [m].
+    plane : (4,) array
+        Table, camera frame.
+    tip_m : (3,) array
+        Centre of the sphere when the force begins, camera frame [m].
+    indenter_radius_m : float
+    """
+    return Standing(
+        plane,
+        support_normal=np.array(support["plane_normal"], dtype=float),
+        support_point_m=np.array(support["plane_point_m"], dtype=float),
+        point_m=np.asarray(point_m, dtype=float),
+        touched_m=tip_m - indenter_radius_m * plane[:3],
+    )
 
 
 def thickness_along(template: Template, point_m: NDArray, direction: NDArray) -> float:
@@ -167,14 +178,44 @@ def save_alignment(path: str | Path, alignment: Alignment) -> None:
 
 
 def load_alignment(path: str | Path) -> Alignment:
-    """Read alignment.json."""
-    content = json.loads(Path(path).read_text(encoding="utf-8"))
-    return Alignment(
-        np.array(content["camera_from_object"]),
-        np.array(content["contact_point_m"]),
-        int(content["contact_frame"]),
-        AlignmentResidual(**content["residual"]),
-    )
+    """Read alignment.json.
+
+    Raises
+    ------
+    ValueError
+        If it is no JSON, or lacks a field or a field's numbers.
+    """
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path}: file: expected JSON, found none ({error})") from None
+    if not isinstance(content, dict):
+        raise ValueError(f"{path}: file: expected fields, found {type(content).__name__}")
+    pose = _numbers(path, content, "camera_from_object", (4, 4))
+    contact = _numbers(path, content, "contact_point_m", (3,))
+    frame = int(_numbers(path, content, "contact_frame", ()))
+    residual = content.get("residual")
+    if not isinstance(residual, dict):
+        raise ValueError(f"{path}: residual: expected fields, found {residual}")
+    names = AlignmentResidual.__dataclass_fields__
+    values = {name: float(_numbers(path, residual, name, ())) for name in names}
+    values["contact_points"] = int(values["contact_points"])
+    if not np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-6):
+        raise ValueError(f"{path}: camera_from_object: expected a rigid transform, found another")
+    return Alignment(pose, contact, frame, AlignmentResidual(**values))
+
+
+def _numbers(path: str | Path, content: Mapping, name: str, shape: tuple[int, ...]) -> NDArray:
+    try:
+        values = np.array(content[name], dtype=float)
+    except KeyError:
+        raise ValueError(f"{path}: {name}: expected a value, found none") from None
+    except (TypeError, ValueError):
+        raise ValueError(f"{path}: {name}: expected numbers, found others") from None
+    if values.shape != shape or not np.isfinite(values).all():
+        expected = f"finite numbers of shape {shape}"
+        raise ValueError(f"{path}: {name}: expected {expected}, found shape {values.shape}")
+    return values
 
 
 def _residual(closest: ClosestPoints, cloud: NDArray, contact: NDArray) -> AlignmentResidual:

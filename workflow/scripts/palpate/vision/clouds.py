@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import open3d as o3d
 import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.vision.arrays import read_arrays
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth
 from palpate.vision.marker import board_points
@@ -206,6 +208,30 @@ def unpack_clouds(arrays: Mapping[str, NDArray]) -> list[Cloud]:
     cuts = arrays["frame_start"][1:-1]
     pairs = zip(np.split(points, cuts), np.split(normals, cuts), strict=True)
     return [Cloud(part, direction) for part, direction in pairs]
+
+
+def read_clouds(path: str | Path) -> list[Cloud]:
+    """Read and check clouds.npz or rest_cloud.npz.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, or its arrays do not belong together.
+    """
+    arrays = read_arrays(path, ("points_m", "normals", "frame_start"))
+    points, normals, start = arrays["points_m"], arrays["normals"], arrays["frame_start"]
+    for name, array in (("points_m", points), ("normals", normals)):
+        if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind != "f":
+            found = f"{array.dtype} of shape {array.shape}"
+            raise ValueError(f"{path}: {name}: expected numbers of shape (n, 3), found {found}")
+    if len(points) != len(normals):
+        expected = f"as many as points, {len(points)}"
+        raise ValueError(f"{path}: normals: expected {expected}, found {len(normals)}")
+    rising = start.ndim == 1 and start.dtype.kind == "i" and len(start) > 1
+    if not (rising and start[0] == 0 and start[-1] == len(points) and (np.diff(start) >= 0).all()):
+        expected = f"whole numbers rising from 0 to {len(points)}"
+        raise ValueError(f"{path}: frame_start: expected {expected}, found others")
+    return unpack_clouds(arrays)
 
 
 def _largest_cluster(cloud: o3d.geometry.PointCloud, gap_m: float) -> o3d.geometry.PointCloud:

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.vision.arrays import read_arrays
 from palpate.vision.background import (
     SMALLEST,
     BackgroundModel,
@@ -158,5 +159,5 @@ def save_masks(path: str | Path, masks: NDArray) -> None:
 
 def load_masks(path: str | Path) -> NDArray:
     """Read the masks that `save_masks` wrote, (f, h, w) bool."""
-    with np.load(path, allow_pickle=False) as data:
-        return np.unpackbits(data["mask"], axis=-1, count=data["shape"][-1]).astype(bool)
+    data = read_arrays(path, ("mask", "shape"))
+    return np.unpackbits(data["mask"], axis=-1, count=data["shape"][-1]).astype(bool)

@@ -1,0 +1,205 @@
+"""What must hold before a capture is aligned and tracked, and whether an alignment fits."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.surface.alignment import Alignment
+from palpate.surface.distance import ClosestPoints
+from palpate.surface.pose import Standing, to_camera, to_object
+from palpate.surface.template import Template
+
+# A plane through so many neighbours gives a normal, and so many points a pose.
+FEWEST_POINTS = 30
+# Triangles thinner than this, height over longest edge, have no normal in single precision.
+FLATTEST = 1e-5
+MM = 1e3
+
+
+@dataclass(frozen=True)
+class AlignmentLimits:
+    """What an alignment that fits keeps to; ``tracking.alignment.limits`` of config.yaml.
+
+    Attributes
+    ----------
+    least_near : float
+        Part of the cloud within dr of the template.
+    largest_rms_m : float
+        Of the cloud's distances from the template.
+    largest_height_m, largest_tilt_deg : float
+        Of the support above or below the table, and against it.
+    largest_touch_m : float
+        Contact point from the declared point.
+    largest_gap_m : float
+        Sphere from the template when the force begins.
+    """
+
+    least_near: float
+    largest_rms_m: float
+    largest_height_m: float
+    largest_tilt_deg: float
+    largest_touch_m: float
+    largest_gap_m: float
+
+
+def require_fit(
+    alignment: Alignment,
+    template: Template,
+    cloud_m: NDArray,
+    standing: Standing,
+    tip_m: NDArray,
+    limits: AlignmentLimits,
+    *,
+    largest_distance_m: float,
+    indenter_radius_m: float,
+) -> None:
+    """Refuse an alignment that its data contradict.
+
+    Parameters
+    ----------
+    alignment : Alignment
+    template : Template
+    cloud_m : (n, 3) array
+        First frame's cloud, camera frame [m].
+    standing : Standing
+        Table, support and declared point.
+    tip_m : (3,) array
+        Centre of the sphere when the force begins, camera frame [m].
+    limits : AlignmentLimits
+    largest_distance_m : float
+        dr of Eq. 4.24.
+    indenter_radius_m : float
+
+    Raises
+    ------
+    ValueError
+        With what was measured and its limit, for the first of the limits that does not hold.
+    """
+    pose = alignment.camera_from_object
+    closest = ClosestPoints(template.vertices_m, template.faces)
+    near = (closest.distance(to_object(pose, cloud_m)) < largest_distance_m).mean()
+    if near < limits.least_near:
+        expected = f"at least {limits.least_near:.0%} of its points within"
+        where = f"{largest_distance_m * MM:g} mm of the template"
+        raise ValueError(f"cloud: expected {expected} {where}, found {near:.0%}")
+    _at_most("residual", alignment.residual.rms_m, limits.largest_rms_m, "rms from the template")
+    _require_standing(pose, template, standing, limits)
+    touch = np.linalg.norm(alignment.contact_point_m - standing.point_m)
+    _at_most("points", touch, limits.largest_touch_m, "from the declared point to the contact")
+    gap = closest.signed_distance(to_object(pose, tip_m[None]))[0] - indenter_radius_m
+    _at_most("tip", gap, limits.largest_gap_m, "from the template when the force begins")
+
+
+def _require_standing(
+    pose: NDArray, template: Template, standing: Standing, limits: AlignmentLimits
+) -> None:
+    height = to_camera(pose, template.vertices_m) @ standing.plane[:3] + standing.plane[3]
+    lowest, largest = float(height.min()), limits.largest_height_m
+    if abs(lowest) > largest:
+        found = f"{abs(lowest) * MM:.1f} mm {'below' if lowest < 0 else 'above'} it"
+        expected = f"the template's lowest point within {largest * MM:g} mm of the table"
+        raise ValueError(f"support: expected {expected}, found {found}")
+    cosine = np.clip(pose[:3, :3] @ standing.up @ standing.plane[:3], -1, 1)
+    tilt = float(np.rad2deg(np.arccos(cosine)))
+    if tilt > limits.largest_tilt_deg:
+        expected = f"its plane within {limits.largest_tilt_deg:g} degrees of the table"
+        raise ValueError(f"support: expected {expected}, found {tilt:.1f} degrees")
+
+
+def _at_most(name: str, found_m: float, largest_m: float, what: str) -> None:
+    if not found_m <= largest_m:
+        expected = f"at most {largest_m * MM:g} mm {what}"
+        raise ValueError(f"{name}: expected {expected}, found {found_m * MM:.1f} mm")
+
+
+def require_template(template: Template) -> None:
+    """Refuse a template with vertices that are nowhere or triangles without a normal.
+
+    Raises
+    ------
+    ValueError
+    """
+    if not np.isfinite(template.vertices_m).all():
+        raise ValueError("template: expected finite vertices, found some that are not")
+    corners = template.vertices_m[template.faces]
+    edges = corners - np.roll(corners, 1, axis=1)
+    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    flat = area <= FLATTEST * (edges**2).sum(axis=2).max(axis=1)
+    if flat.any():
+        raise ValueError(f"template: expected triangles of some area, found {flat.sum()} of none")
+
+
+def require_cloud(points_m: NDArray, *, frame: int) -> None:
+    """Refuse a frame's cloud of too few points, or of some that are nowhere.
+
+    Raises
+    ------
+    ValueError
+    """
+    if len(points_m) < FEWEST_POINTS:
+        expected = f"expected at least {FEWEST_POINTS} points"
+        raise ValueError(f"frame {frame}: cloud: {expected}, found {len(points_m)}")
+    if not np.isfinite(points_m).all():
+        raise ValueError(f"frame {frame}: cloud: expected finite points, found some that are not")
+
+
+def columns_of(table: Mapping, names: Sequence[str], *, frames: int | None = None) -> NDArray:
+    """Columns of a table as numbers, shape (f, k).
+
+    Parameters
+    ----------
+    table : mapping
+        Columns by name.
+    names : sequence of str
+    frames : int, optional
+        How many rows are expected.
+
+    Raises
+    ------
+    ValueError
+        If a column is missing or not of finite numbers, or there are more or fewer rows.
+    """
+    for name in names:
+        if name not in table:
+            raise ValueError(f"{name}: expected a column, found none")
+    try:
+        values = np.stack([np.asarray(table[name], dtype=float) for name in names], axis=1)
+    except (TypeError, ValueError):
+        raise ValueError(f"{names[0]}: expected numbers, found others") from None
+    wrong = ~np.isfinite(values)
+    if wrong.any():
+        row, column = np.argwhere(wrong)[0]
+        raise ValueError(f"{names[column]}: expected a number in frame {row}, found none")
+    if frames is not None and len(values) != frames:
+        raise ValueError(f"{names[0]}: expected {frames} frames, found {len(values)}")
+    return values
+
+
+def require_contact(
+    alignment: Alignment, template: Template, tips_m: NDArray, *, largest_gap_m: float
+) -> None:
+    """Refuse tips that never come near the aligned template, or a contact in no frame.
+
+    Parameters
+    ----------
+    alignment : Alignment
+    template : Template
+    tips_m : (f, 3) array
+        Centre of the sphere in each frame, camera frame [m].
+    largest_gap_m : float
+        From its centre to the template.
+
+    Raises
+    ------
+    ValueError
+    """
+    if not 0 <= alignment.contact_frame < len(tips_m):
+        last, found = len(tips_m) - 1, alignment.contact_frame
+        raise ValueError(f"contact_frame: expected 0 to {last}, found {found}")
+    closest = ClosestPoints(template.vertices_m, template.faces)
+    nearest = closest.distance(to_object(alignment.camera_from_object, tips_m)).min()
+    if nearest > largest_gap_m:
+        expected = f"within {largest_gap_m * MM:.1f} mm of the template in some frame"
+        raise ValueError(f"tip: expected {expected}, found {nearest * MM:.1f} mm")
