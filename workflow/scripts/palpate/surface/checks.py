@@ -95,12 +95,14 @@ def require_fit(
 def _require_standing(
     pose: NDArray, template: Template, standing: Standing, limits: AlignmentLimits
 ) -> None:
-    height = to_camera(pose, template.vertices_m) @ standing.plane[:3] + standing.plane[3]
-    lowest, largest = float(height.min()), limits.largest_height_m
-    if abs(lowest) > largest:
-        found = f"{abs(lowest) * MM:.1f} mm {'below' if lowest < 0 else 'above'} it"
-        expected = f"the template's lowest point within {largest * MM:g} mm of the table"
-        raise ValueError(f"support: expected {expected}, found {found}")
+    heights = to_camera(pose, template.vertices_m) @ standing.plane[:3] + standing.plane[3]
+    largest = limits.largest_height_m
+    found = {"its plane": standing.height_m(pose), "the template's lowest point": heights.min()}
+    for what, height in found.items():
+        if abs(height) > largest:
+            expected = f"{what} within {largest * MM:g} mm of the table"
+            where = f"{abs(height) * MM:.1f} mm {'below' if height < 0 else 'above'} it"
+            raise ValueError(f"support: expected {expected}, found {where}")
     cosine = np.clip(pose[:3, :3] @ standing.up @ standing.plane[:3], -1, 1)
     tilt = float(np.rad2deg(np.arccos(cosine)))
     if tilt > limits.largest_tilt_deg:

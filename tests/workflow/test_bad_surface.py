@@ -1,0 +1,473 @@
+"""What alignment and tracking end with over input that does not fit: one line, nothing written."""
+
+import json
+import logging
+import runpy
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import trimesh
+import yaml
+from palpate.capture.tables import write_table
+from palpate.solid.mesh import solid_mesh, write_solid
+from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
+from palpate.vision.clouds import Cloud, pack_clouds
+from palpate.vision.foreground import save_masks
+from skfem import MeshTet
+from trimesh.sample import sample_surface
+
+RADIUS = 0.00622
+POINT = np.array([0.01, 0.0, 0.03])
+FRAMES = 4
+HEIGHTS = np.array([0.015, 0.004, -0.001, -0.003])
+NOISE_M = 0.0005
+# The object's frame is the camera's, turned: the camera looks straight down from 0.6 m.
+POSE = np.array([[1.0, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0.6], [0, 0, 0, 1]])
+
+
+class Named(list):
+    """Values by place and by name, as Snakemake's own lists are."""
+
+    def __init__(self, **values):
+        super().__init__(values.values())
+        self.__dict__ |= values
+
+    def get(self, name, default=None):
+        return self.__dict__.get(name, default)
+
+
+@pytest.fixture(autouse=True)
+def handlers():
+    """Scripts take the root logger over; its handlers' streams are closed afterwards."""
+    logger = logging.getLogger()
+    kept, level = logger.handlers[:], logger.level
+    yield
+    logger.handlers[:] = kept
+    logger.setLevel(level)
+
+
+def height_m(x, y):
+    """A flat top with a hill and a hollow: neither a mirror image nor any turn of it fits it."""
+    hill = 0.025 * np.exp(-((x + 0.035) ** 2 + (y - 0.015) ** 2) / 0.015**2)
+    return 0.03 + hill - 0.012 * np.exp(-((x - 0.04) ** 2 + (y + 0.02) ** 2) / 0.015**2)
+
+
+def hilly():
+    """Closed surface of 120 mm by 80 mm under `height_m`."""
+    mesh = trimesh.creation.box((0.12, 0.08, 1.0))
+    for _ in range(4):
+        mesh = mesh.subdivide()
+    x, y, z = mesh.vertices.T
+    return trimesh.Trimesh(np.column_stack([x, y, (z + 0.5) * height_m(x, y)]), mesh.faces)
+
+
+@pytest.fixture(scope="module")
+def shape():
+    return hilly()
+
+
+@pytest.fixture
+def files(tmp_path, shape):
+    """Inputs of align and track that fit each other."""
+    return Files(tmp_path, shape)
+
+
+class Files:
+    """A capture's files before alignment and tracking, to be spoilt one at a time."""
+
+    def __init__(self, folder, shape):
+        self.folder, self.shape = folder, shape
+        self.template(shape)
+        self.cloud(self.seen())
+        self.tips(POINT + np.outer(HEIGHTS + RADIUS, [0, 0, 1]))
+        self.forces([0.0, 0.01, 0.5, 1.0])
+        self.describe()
+        plane = {"normal": [0, 0, -1.0], "offset_m": 0.6}
+        (folder / "plane.json").write_text(json.dumps(plane))
+        residual = AlignmentResidual(1e-4, 1e-4, 0.0, 1e-4, 9)
+        save_alignment(folder / "alignment.json", Alignment(POSE, POINT, 2, residual))
+        mesh = MeshTet().refined(1)
+        write_solid(folder / "solid.vtu", solid_mesh(0.03 * mesh.p.T, mesh.t.T))
+
+    def describe(self, **template):
+        content = {
+            "template": {"unit": "m", "vertices": 50} | template,
+            "support": {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 1e-3},
+            "points": {"01": {"position_m": POINT.tolist()}},
+        }
+        (self.folder / "object.yaml").write_text(yaml.safe_dump(content))
+
+    def template(self, mesh):
+        mesh.export(self.folder / "template.ply")
+
+    def seen(self):
+        """What the camera sees of the object, with noise: points and normals."""
+        points, faces = sample_surface(self.shape, 6000, seed=3)
+        normals = self.shape.face_normals[faces]
+        up = normals[:, 2] > 0.1
+        points = points[up] + np.random.default_rng(0).normal(0, NOISE_M, points[up].shape)
+        return points @ POSE[:3, :3].T + POSE[:3, 3], normals[up] @ POSE[:3, :3].T
+
+    def cloud(self, *clouds):
+        clouds = clouds if len(clouds) > 1 else clouds * FRAMES
+        packed = pack_clouds([Cloud(*cloud) for cloud in clouds])
+        np.savez(self.folder / "clouds.npz", **packed)
+
+    def tips(self, tips_m):
+        tips = tips_m @ POSE[:3, :3].T + POSE[:3, 3]
+        names = ("tip_x_m", "tip_y_m", "tip_z_m")
+        table = pd.DataFrame(dict(zip(names, tips.T, strict=True)))
+        write_table(self.folder / "probe_pose.csv", table)
+
+    def forces(self, newtons):
+        force = np.asarray(newtons, dtype=float)
+        table = pd.DataFrame({"fx_n": 0 * force, "fy_n": 0 * force, "fz_n": force})
+        write_table(self.folder / "force.csv", table)
+
+
+@pytest.fixture
+def execute(root, tmp_path, capfd):
+    """Run a script; give the line that it ends with, or None where it ends well."""
+
+    def executed(script, *, inputs, outputs, params):
+        made = tmp_path / "made"
+        job = SimpleNamespace(
+            rule=script,
+            wildcards=Named(object="hill", sensor="kinect", capture="01"),
+            log=tmp_path / "log.txt",
+            input=Named(**{name: str(path) for name, path in inputs.items()}),
+            output=Named(**{name: str(made / file) for name, file in outputs.items()}),
+            params=Named(**params),
+        )
+        path = str(root / f"workflow/scripts/{script}.py")
+        try:
+            runpy.run_path(path, init_globals={"snakemake": job})
+        except SystemExit as end:
+            assert end.code == 1
+        shown = capfd.readouterr()
+        assert shown.out == ""
+        written = sorted(p.name for p in made.iterdir()) if made.exists() else []
+        if not shown.err:
+            assert written == sorted(outputs.values())
+            return None
+        assert not written
+        (line,) = shown.err.splitlines()
+        assert line.startswith(f"error: {script}")
+        return line
+
+    return executed
+
+
+@pytest.fixture
+def align(execute, files, root):
+    config = yaml.safe_load((root / "config/config.yaml").read_text())
+    inputs = {"object": "object.yaml", "template": "template.ply", "cloud": "clouds.npz"}
+    inputs |= {"pose": "probe_pose.csv", "force": "force.csv", "plane": "plane.json"}
+
+    def aligned():
+        return execute(
+            "align",
+            inputs={name: files.folder / file for name, file in inputs.items()},
+            outputs={"alignment": "alignment.json"},
+            params={
+                "probe": {"indenter": {"radius_m": RADIUS}},
+                "options": config["tracking"]["alignment"],
+                "onset_force_n": 0.1,
+            },
+        )
+
+    return aligned
+
+
+@pytest.fixture
+def track(execute, files, root):
+    config = yaml.safe_load((root / "config/config.yaml").read_text())
+    inputs = {"object": "object.yaml", "template": "template.ply", "clouds": "clouds.npz"}
+    inputs |= {"pose": "probe_pose.csv", "force": "force.csv", "solid": "solid.vtu"}
+    inputs |= {"alignment": "alignment.json"}
+
+    def tracked():
+        return execute(
+            "track",
+            inputs={name: files.folder / file for name, file in inputs.items()},
+            outputs={"tracked": "tracked-study.npz"},
+            params={
+                "probe": {"indenter": {"radius_m": RADIUS}},
+                "options": config["tracking"]["trackers"]["study"],
+            },
+        )
+
+    return tracked
+
+
+def test_what_fits_is_aligned_and_tracked(files, align, track):
+    assert align() is None
+    made = files.folder / "made/alignment.json"
+    found = np.array(json.loads(made.read_text())["camera_from_object"])
+    assert np.abs(found - POSE).max() < 1e-3
+    made.unlink()
+    assert track() is None
+
+
+# Clouds.
+def test_a_cloud_that_misses_the_object(files, align):
+    points, normals = files.seen()
+    files.cloud((points + [0.3, 0, 0], normals))
+    assert f"{files.folder}/clouds.npz: alignment: expected most of the cloud" in align()
+
+
+def test_a_cloud_of_which_a_part_is_something_else(files, align):
+    points, normals = files.seen()
+    wall = np.where(np.arange(len(points))[:, None] < 0.3 * len(points), [0, 0, -0.1], 0)
+    files.cloud((points + wall, normals))
+    expected = "cloud: expected at least 90% of its points within 12 mm of the template, found 70%"
+    assert f"{files.folder}/clouds.npz: {expected}" in align()
+
+
+def test_a_cloud_of_another_noise(files, align):
+    points, normals = files.seen()
+    rough = np.random.default_rng(1).normal(0, 0.006, points.shape)
+    files.cloud((points + rough, normals))
+    assert f"{files.folder}/clouds.npz: " in (line := align())
+    assert "residual: expected at most 3 mm rms from the template, found" in line
+
+
+@pytest.mark.parametrize("frame", [0, 2])
+def test_a_frame_of_few_points(files, track, frame):
+    clouds = [files.seen() for _ in range(FRAMES)]
+    clouds[frame] = tuple(part[:7] for part in clouds[frame])
+    files.cloud(*clouds)
+    expected = f"frame {frame}: cloud: expected at least 30 points, found 7"
+    assert f"{files.folder}/clouds.npz: {expected}" in track()
+
+
+def test_a_first_frame_of_few_points_is_not_aligned(files, align):
+    files.cloud(tuple(part[:7] for part in files.seen()))
+    expected = "frame 0: cloud: expected at least 30 points, found 7"
+    assert f"{files.folder}/clouds.npz: {expected}" in align()
+
+
+def spoilt(content, how):
+    if how == "cut short":
+        return content[: len(content) // 2]
+    return {"empty": b"", "text": b"points"}[how]
+
+
+@pytest.mark.parametrize("how", ["cut short", "empty", "text"])
+@pytest.mark.parametrize("which", ["align", "track"])
+def test_clouds_that_are_damaged(request, files, how, which):
+    path = files.folder / "clouds.npz"
+    path.write_bytes(spoilt(path.read_bytes(), how))
+    line = request.getfixturevalue(which)()
+    assert f"{path}: file: expected an NPZ file of arrays, found" in line
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        ({"points_m": None}, "points_m: expected an array, found none"),
+        ({"points_m": np.array([{}])}, "file: expected an NPZ file of arrays, found Object arrays"),
+        ({"normals": np.zeros((3, 3))}, "normals: expected as many as points"),
+        ({"points_m": np.zeros((3, 2))}, "points_m: expected numbers of shape (n, 3), found float"),
+        ({"frame_start": np.array([0, 9, 3])}, "frame_start: expected whole numbers rising"),
+    ],
+    ids=["missing", "pickled", "short", "flat", "order"],
+)
+def test_clouds_whose_arrays_do_not_belong_together(files, track, change, found):
+    path = files.folder / "clouds.npz"
+    with np.load(path) as data:
+        arrays = dict(data) | change
+    np.savez(path, **{name: array for name, array in arrays.items() if array is not None})
+    assert f"{path}: {found}" in track()
+
+
+# Templates.
+@pytest.mark.parametrize(
+    ("factor", "found"),
+    [
+        (1000, "template.unit: expected an object of 0.01 to 3.0 m, found 1"),
+        (10, "clouds.npz: "),
+        (0.01, "template.unit: expected an object of 0.01 to 3.0 m, found 0.0012 m"),
+    ],
+)
+def test_a_template_in_other_units(files, align, factor, found):
+    files.template(files.shape.copy().apply_scale(factor))
+    assert found in align()
+
+
+def turned(mesh, degrees, axis):
+    turn = trimesh.transformations.rotation_matrix(np.deg2rad(degrees), axis, [0, 0, 0.025])
+    return mesh.copy().apply_transform(turn)
+
+
+@pytest.mark.parametrize(
+    "how", [(40, [1, 0, 0]), (40, [0, 1, 0]), (180, [1, 0, 0])], ids=["aside", "ahead", "over"]
+)
+def test_a_template_in_another_pose(files, align, how):
+    files.template(turned(files.shape, *how))
+    assert ": expected " in (line := align())
+    assert any(
+        word in line for word in ("alignment:", "cloud:", "residual:", "support:", "points:")
+    )
+
+
+def test_a_template_that_stands_above_or_inside_the_table(files, align):
+    files.template(files.shape.copy().apply_translation([0, 0, -0.008]))
+    line = align()
+    assert f"{files.folder}/object.yaml: support: expected its plane within 4 mm of the" in line
+    assert "mm above it" in line
+    longer = files.shape.copy()
+    longer.vertices[longer.vertices[:, 2] < 1e-4] -= [0, 0, 0.008]
+    files.template(longer)
+    line = align()
+    assert f"{files.folder}/object.yaml: support: expected the template's lowest point" in line
+    assert "mm below it" in line
+
+
+def test_a_mirrored_template(files, align):
+    mirror = files.shape.copy().apply_transform(np.diag([1, -1, 1, 1.0]))
+    files.template(mirror)
+    assert ": expected " in align()
+
+
+def holed(mesh):
+    mesh.update_faces(np.arange(len(mesh.faces)) > 0)
+    return mesh
+
+
+def doubled(mesh):
+    return trimesh.util.concatenate([mesh, mesh.copy().apply_translation([0.3, 0, 0])])
+
+
+def nowhere(mesh):
+    vertices = mesh.vertices.copy()
+    vertices[3] = np.nan
+    return trimesh.Trimesh(vertices, mesh.faces, process=False)
+
+
+def flattened(mesh):
+    """One vertex slides along its neighbour's edge until a triangle is flat."""
+    vertices = mesh.vertices.copy()
+    a, b, c = mesh.faces[0]
+    vertices[a] = (vertices[b] + vertices[c]) / 2
+    return trimesh.Trimesh(vertices, mesh.faces, process=False)
+
+
+@pytest.mark.parametrize("which", ["align", "track"])
+@pytest.mark.parametrize(
+    ("spoil", "found"),
+    [
+        (holed, "expected a closed surface, found open edges"),
+        (doubled, "expected one piece, found 2"),
+        (nowhere, "expected "),
+        (flattened, "expected triangles of some area, found 1 of none"),
+    ],
+)
+def test_a_broken_template(request, files, which, spoil, found):
+    files.template(spoil(files.shape.copy()))
+    line = request.getfixturevalue(which)()
+    assert f"{files.folder}/template.ply: template: {found}" in line
+
+
+# Tips and forces.
+@pytest.mark.parametrize("which", ["align", "track"])
+def test_tips_of_fewer_frames(request, files, which):
+    files.tips(POINT + np.outer(HEIGHTS[:3] + RADIUS, [0, 0, 1]))
+    line = request.getfixturevalue(which)()
+    assert f"{files.folder}/probe_pose.csv: tip_x_m: expected 4 frames, found 3" in line
+
+
+def test_forces_of_more_frames(files, track):
+    files.forces([0.0, 0.01, 0.5, 1.0, 1.0])
+    assert f"{files.folder}/force.csv: fx_n: expected 4 frames, found 5" in track()
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "found"),
+    [
+        ("tip_y_m", None, "tip_y_m: expected a column, found none"),
+        ("tip_y_m", [0, np.nan, 0, 0], "tip_y_m: expected a number in frame 1, found none"),
+        ("tip_y_m", ["a", "b", "c", "d"], "tip_x_m: expected numbers, found others"),
+    ],
+    ids=["missing", "gap", "words"],
+)
+def test_tips_that_are_no_numbers(files, align, column, value, found):
+    path = files.folder / "probe_pose.csv"
+    table = pd.read_csv(path).drop(columns=column)
+    if value is not None:
+        table[column] = value
+    table.to_csv(path, index=False)
+    assert f"{path}: {found}" in align()
+
+
+def test_a_tip_that_never_comes_near(files, align, track):
+    files.tips(POINT + np.outer(HEIGHTS + RADIUS + 0.03, [0, 0, 1]))
+    assert f"{files.folder}/probe_pose.csv: tip: expected within 12.4 mm" in track()
+    expected = "tip: expected at most 5 mm from the template when the force begins, found"
+    assert f"{files.folder}/probe_pose.csv: {expected}" in align()
+
+
+def test_a_touch_elsewhere(files, align):
+    """The cloud says where the object lies, and the probe pressed 30 mm from the declared point."""
+    files.tips(POINT - [0.03, 0, 0] + np.outer(HEIGHTS + RADIUS, [0, 0, 1]))
+    assert ": expected " in align()
+
+
+# Alignments.
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        ({"camera_from_object": None}, "camera_from_object: expected a value, found none"),
+        ({"camera_from_object": [[1, 0], [0, 1]]}, "camera_from_object: expected finite numbers"),
+        ({"camera_from_object": (2 * POSE).tolist()}, "camera_from_object: expected a rigid"),
+        ({"contact_point_m": "top"}, "contact_point_m: expected numbers, found others"),
+        ({"contact_frame": 9}, "contact_frame: expected 0 to 3, found 9"),
+        ({"residual": None}, "residual: expected fields, found None"),
+        ({"residual": {"rms_m": 0.1}}, "median_m: expected a value, found none"),
+    ],
+)
+def test_an_alignment_without_a_field(files, track, change, found):
+    path = files.folder / "alignment.json"
+    content = json.loads(path.read_text()) | change
+    path.write_text(json.dumps({k: v for k, v in content.items() if v is not None}))
+    assert f"{path}: {found}" in track()
+
+
+@pytest.mark.parametrize("text", ["", "[1, 2]", '{"camera_from_object": [[1'])
+def test_an_alignment_that_is_none(files, track, text):
+    path = files.folder / "alignment.json"
+    path.write_text(text)
+    assert f"{path}: file: expected " in track()
+
+
+# Clouds from images.
+@pytest.mark.parametrize("frames", [[0], [2], [0, 1, 2, 3]], ids=["first", "middle", "all"])
+def test_frames_without_foreground(files, execute, sensors, frames):
+    capture = files.folder / "capture"
+    capture.mkdir()
+    table = pd.DataFrame({"frame": range(FRAMES), "time_s": range(FRAMES)})
+    write_table(capture / "frames.csv", table.assign(color="a.png", depth="b.png"))
+    masks = np.ones((FRAMES, 12, 16), bool)
+    masks[frames] = False
+    save_masks(files.folder / "mask.npz", masks)
+    inputs = {"mask": "mask.npz", "pose": "probe_pose.csv", "plane": "plane.json"}
+    inputs = {name: files.folder / file for name, file in inputs.items()} | {"capture": capture}
+    line = execute(
+        "clouds",
+        inputs=inputs,
+        outputs={"clouds": "clouds.npz"},
+        params={"sensor": sensors["kinect"], "probe": {}, "frames": None, "options": {}},
+    )
+    expected = f"frame {frames[0]}: mask: expected foreground, found none ({len(frames)} such"
+    assert f"{files.folder}/mask.npz: {expected}" in line
+    masks[:] = True
+    save_masks(files.folder / "mask.npz", masks[:3])
+    line = execute(
+        "clouds",
+        inputs=inputs,
+        outputs={"clouds": "clouds.npz"},
+        params={"sensor": sensors["kinect"], "probe": {}, "frames": None, "options": {}},
+    )
+    assert f"{files.folder}/mask.npz: mask: expected 4 frames, found 3" in line
