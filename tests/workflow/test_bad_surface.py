@@ -57,7 +57,7 @@ def height_m(x, y):
 def hilly():
     """Closed surface of 120 mm by 80 mm under `height_m`."""
     mesh = trimesh.creation.box((0.12, 0.08, 1.0))
-    for _ in range(4):
+    for _ in range(3):
         mesh = mesh.subdivide()
     x, y, z = mesh.vertices.T
     return trimesh.Trimesh(np.column_stack([x, y, (z + 0.5) * height_m(x, y)]), mesh.faces)
@@ -206,7 +206,7 @@ def test_what_fits_is_aligned_and_tracked(files, align, track):
     assert align() is None
     made = files.folder / "made/alignment.json"
     found = np.array(json.loads(made.read_text())["camera_from_object"])
-    assert np.abs(found - POSE).max() < 1e-3
+    assert np.abs(found - POSE).max() < 4e-3
     made.unlink()
     assert track() is None
 
