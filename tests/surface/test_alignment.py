@@ -69,6 +69,31 @@ def test_pose_and_contact_are_found(alignment, pose):
     assert alignment.residual.contact_points > 100
 
 
+def test_a_ball_does_not_roll_or_turn_over(pose):
+    """No normal shows its turns: they follow the touched point."""
+    mesh = icosphere(subdivisions=4, radius=0.06)
+    ball = Template(np.asarray(mesh.vertices) + [0, 0, 0.06], np.asarray(mesh.faces))
+    points, faces = sample_surface(mesh, 8000, seed=3)
+    points = points + [0, 0, 0.06] + np.random.default_rng(1).normal(0, 1e-3, points.shape)
+    cloud, normals = to_camera(pose, points), mesh.face_normals[faces] @ pose[:3, :3].T
+    seen = (normals * cloud).sum(axis=1) < 0
+    up, top = pose[:3, 2], np.array([0, 0, 0.12])
+    tips = to_camera(pose, top + np.outer([0.015, -1e-3], [0, 0, 1]) + [0, 0, R])
+    support = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1]}
+    plane = np.append(up, -up @ pose[:3, 3])
+    standing = standing_of(support, top, plane, tips[1], indenter_radius_m=R)
+    cloud = cloud[seen], normals[seen]
+    options = {"largest_distance_m": 0.012, "largest_normal_deg": 60}
+    found = align_capture(ball, cloud, standing, tips, 1, **options)
+    assert np.linalg.norm(found.contact_point_m - top) < 1e-3
+    tilt = np.arccos(np.clip(found.camera_from_object[:3, 2] @ up, -1, 1))
+    assert np.rad2deg(tilt) < 0.2
+    centre = np.array([0, 0, 0.06])
+    assert (
+        np.abs(to_camera(found.camera_from_object, centre) - to_camera(pose, centre)).max() < 3e-4
+    )
+
+
 def test_round_trip(alignment, tmp_path):
     for name in "ab":
         save_alignment(tmp_path / f"{name}.json", alignment)
