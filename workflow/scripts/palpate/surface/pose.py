@@ -22,7 +22,7 @@ FEWEST_PAIRS = 6
 SHARED_ERRORS = 30
 NORMAL_MAD = 1.4826
 # How well a hand meets the declared point, and table and support are flat and known.
-TOUCH_STD_M, TILT_STD_RAD, HEIGHT_STD_M = 0.002, np.deg2rad(0.2), 0.0005
+TOUCH_STD_M, TILT_STD_RAD, HEIGHT_STD_M = 0.001, np.deg2rad(0.2), 0.0005
 
 
 @dataclass(frozen=True)
