@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from job import run
 from palpate.capture.files import whole_file
-from palpate.solid.fill import refine_near
 from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import read_solid
+from palpate.solid.refine import refine_near
 from palpate.study import contact_figure, style
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.track import load_tracked

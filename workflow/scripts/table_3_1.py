@@ -5,9 +5,9 @@ from job import run
 from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
 from palpate.solid.boundary import node_sets
-from palpate.solid.fill import refine_near
 from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import read_solid
+from palpate.solid.refine import refine_near
 from palpate.study import simulation_tables, tables
 
 

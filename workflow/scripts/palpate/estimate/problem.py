@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from palpate.estimate.objective import Measurement
 from palpate.solid.boundary import NodeSets, node_sets
-from palpate.solid.fill import refine_near
 from palpate.solid.load import contact_triangle, nodal_force, outward_normal
 from palpate.solid.mesh import SolidMesh, quadratic
 from palpate.solid.patch import hertz_contact_radius, hertz_patch
+from palpate.solid.refine import refine_near
 from palpate.surface.track import Tracked
 from palpate.surface.transfer import to_solid
 

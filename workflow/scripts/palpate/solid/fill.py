@@ -10,7 +10,6 @@ import open3d as o3d
 import pytetwild
 import trimesh
 from numpy.typing import NDArray
-from skfem import MeshTet
 
 from palpate.solid.mesh import SolidMesh, solid_mesh
 from palpate.solid.quality import surface_gap
@@ -44,9 +43,7 @@ LONGEST = 2.0
 SPLIT = 0.75
 # Nodes go with the edge to a power between -1, if the envelope asks for most, and -3.
 POWER, POWERS = 2.5, (1.0, 3.0)
-REFINEMENTS = 12
-# From the centroid to a corner of a regular element, in edges; its volume in cubed edges.
-AROUND = 0.612
+# Volume of a regular element in cubed edges.
 REGULAR = 2**0.5 / 12
 
 
@@ -98,51 +95,6 @@ def tetrahedralise(
     mesh = search.nearest()
     _check_count(len(mesh.nodes_m), vertices)
     _check_gap(mesh, surface, gap)
-    return mesh
-
-
-def refine_near(mesh: SolidMesh, point_m: NDArray, *, radius_m: float, edge_m: float) -> SolidMesh:
-    """Bisect elements near a point until their edges are short enough.
-
-    Parameters
-    ----------
-    mesh : SolidMesh
-        Four-node elements.
-    point_m : (3,) array
-        Point [m].
-    radius_m : float
-        Elements whose centroid lies within this distance are refined, and elements so large that
-        the point may be in them [m].
-    edge_m : float
-        Longest edge wanted there [m].
-
-    Returns
-    -------
-    SolidMesh
-        Conforming; the same volume and surface.
-
-    Raises
-    ------
-    ValueError
-        If the elements have ten nodes, or edges stay longer after as many bisections as are tried.
-    """
-    if mesh.order != 1:
-        raise ValueError("mesh: expected four-node elements to refine, found ten-node ones")
-    for bisections in range(REFINEMENTS + 1):
-        corners = mesh.nodes_m[mesh.tetrahedra]
-        longest = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=-1).max(axis=(1, 2))
-        away = np.linalg.norm(corners.mean(axis=1) - point_m, axis=1)
-        near = away < np.maximum(radius_m, AROUND * longest)
-        chosen = np.flatnonzero(near & (longest > edge_m))
-        if not len(chosen):
-            break
-        if bisections == REFINEMENTS:
-            expected = f"at most {edge_m:g} m after {REFINEMENTS} bisections"
-            raise ValueError(f"edge_m: expected {expected}, found {longest[chosen].max():.3g} m")
-        refined = MeshTet(*map(np.ascontiguousarray, (mesh.nodes_m.T, mesh.tetrahedra.T))).refined(
-            chosen
-        )
-        mesh = solid_mesh(refined.p.T, refined.t.T)
     return mesh
 
 

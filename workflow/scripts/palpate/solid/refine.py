@@ -1,59 +1,60 @@
-"""A solid mesh made finer around a point, the same way each time."""
-
-from itertools import combinations
+"""A solid mesh made finer near a point, the same way each time."""
 
 import numpy as np
-import skfem
 from numpy.typing import NDArray
+from skfem import MeshTet
 
 from palpate.solid.mesh import SolidMesh, solid_mesh
 
-PASSES = 20
+BISECTIONS = 12
+# From the centroid to a corner of a regular element, in edges.
+AROUND = 0.612
 
 
-def refine_around(
-    mesh: SolidMesh, point_m: NDArray, *, radius_m: float, edge_m: float, growth: float
+def refine_near(
+    mesh: SolidMesh, point_m: NDArray, *, radius_m: float, edge_m: float, growth: float = 0.0
 ) -> SolidMesh:
-    """Bisect elements around a point until their longest edges are short enough.
+    """Bisect elements near a point until their edges are short enough.
 
     Parameters
     ----------
     mesh : SolidMesh
-        Of four-node elements.
+        Four-node elements.
     point_m : (3,) array
-        The point [m].
+        Point [m].
     radius_m : float
-        Elements with a corner within it are refined [m].
-    edge_m, growth : float
-        Longest edge: edge_m at the point, or growth times the distance of the nearest corner from
-        the point where that is more [m].
+        Elements whose centroid lies within this distance are refined, and elements so large that
+        the point may be in them [m].
+    edge_m : float
+        Longest edge wanted there [m].
+    growth : float, optional
+        Edges may be this part of the centroid's distance from the point where that is longer.
 
     Returns
     -------
     SolidMesh
-        With the nodes of the given mesh first.
+        Conforming; the same volume and surface.
 
     Raises
     ------
     ValueError
-        If the mesh has ten-node elements, or the passes do not suffice.
+        If the elements have ten nodes, or edges stay longer after as many bisections as are tried.
     """
     if mesh.order != 1:
-        raise ValueError("mesh: expected four-node elements, found ten-node ones")
-    finer = skfem.MeshTet(*map(np.ascontiguousarray, (mesh.nodes_m.T, mesh.tetrahedra.T)))
-    for _ in range(PASSES):
-        corners = finer.p.T[finer.t.T]
-        away = np.linalg.norm(corners - point_m, axis=2).min(axis=1)
-        allowed = np.maximum(edge_m, growth * away)
-        chosen = np.flatnonzero((away < radius_m) & (_longest_edges(corners) > allowed))
+        raise ValueError("mesh: expected four-node elements to refine, found ten-node ones")
+    for bisections in range(BISECTIONS + 1):
+        corners = mesh.nodes_m[mesh.tetrahedra]
+        longest = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=-1).max(axis=(1, 2))
+        away = np.linalg.norm(corners.mean(axis=1) - point_m, axis=1)
+        near = away < np.maximum(radius_m, AROUND * longest)
+        chosen = np.flatnonzero(near & (longest > np.maximum(edge_m, growth * away)))
         if not len(chosen):
-            return solid_mesh(np.ascontiguousarray(finer.p.T), finer.t.T)
-        finer = finer.refined(chosen)
-    raise ValueError(
-        f"edge_m: expected elements to be as short within {PASSES} bisections, found {edge_m:g}"
-    )
-
-
-def _longest_edges(corners: NDArray) -> NDArray:
-    pairs = combinations(range(4), 2)
-    return np.max([np.linalg.norm(corners[:, i] - corners[:, j], axis=1) for i, j in pairs], axis=0)
+            break
+        if bisections == BISECTIONS:
+            expected = f"at most {edge_m:g} m after {BISECTIONS} bisections"
+            raise ValueError(f"edge_m: expected {expected}, found {longest[chosen].max():.3g} m")
+        refined = MeshTet(*map(np.ascontiguousarray, (mesh.nodes_m.T, mesh.tetrahedra.T))).refined(
+            chosen
+        )
+        mesh = solid_mesh(refined.p.T, refined.t.T)
+    return mesh

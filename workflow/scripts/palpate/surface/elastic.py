@@ -45,10 +45,22 @@ class ElasticOptions:
 
 @dataclass(frozen=True)
 class Fitted:
-    """One frame: node positions (n, 3) [m], the points as they see them, whether it converged."""
+    """One frame of the solid's n nodes.
+
+    Attributes
+    ----------
+    nodes_m : (n, 3) array
+        Positions [m].
+    touched : tuple of two (s,) bool arrays
+        Which of the s free surface nodes touch the sphere and the table.
+    sight : Sight or None
+        The frame's points as these positions see them; None for the solid at rest.
+    converged : bool
+    """
 
     nodes_m: NDArray
-    sight: Sight
+    touched: tuple[NDArray, NDArray]
+    sight: Sight | None
     converged: bool
 
 
@@ -137,28 +149,35 @@ class ElasticTracker:
         spread = float(np.median(np.abs(left))) / MEDIAN_OF_NORMAL
         self.sigma = max(spread, SMALLEST_NOISE_M)
 
+    def at_rest(self) -> Fitted:
+        """The undeformed solid."""
+        nothing = np.zeros(len(self._surface), dtype=bool)
+        return Fitted(self.rest, (nothing, nothing), None, True)
+
     def fit(
-        self, x: NDArray, cloud: tuple[NDArray, NDArray], sphere: Sphere, weight: float
+        self, start: Fitted, cloud: tuple[NDArray, NDArray], sphere: Sphere, weight: float
     ) -> Fitted:
         """Minimise for one frame.
 
         Parameters
         ----------
-        x : (n, 3) array
-            Node positions to start from [m].
+        start : Fitted
+            What touched before touches until it is pulled: a sphere that draws back a little must
+            not let go of all at once.
         cloud : (points (m, 3) [m], normals (m, 3))
         sphere : Sphere
         weight : float
             Of the elastic energy [1/J].
         """
-        touched = [np.zeros(len(self._surface), dtype=bool) for _ in range(2)]
+        x, touched, converged = start.nodes_m, start.touched, False
         for _ in range(STEPS):
             obstacles = list(zip((sphere, self.table), touched, strict=True))
             step, touched = self._step(x, self.see(x, cloud), obstacles, weight)
             x = x + step
-            if np.abs(step).max() < CONVERGED_M:
-                return Fitted(x, self.see(x, cloud), True)
-        return Fitted(x, self.see(x, cloud), False)
+            converged = bool(np.abs(step).max() < CONVERGED_M)
+            if converged:
+                break
+        return Fitted(x, touched, self.see(x, cloud), converged)
 
     def costs(self, sight: Sight, place_m: NDArray, reach_m: float) -> NDArray:
         """Huber's function of each point within a reach of a place [m], shape (k,)."""
@@ -183,7 +202,7 @@ class ElasticTracker:
         # A node leaves when it is pulled: by the sphere's curvature alone it may lie outside.
         moved = step[self._surface]
         left = [depth - np.einsum("kd,kd->k", n, moved) for depth, n in depths]
-        return step, [now & (rest > 0) for now, rest in zip(active, left, strict=True)]
+        return step, tuple(now & (rest > 0) for now, rest in zip(active, left, strict=True))
 
     def _solve(self, x: NDArray, forces: NDArray, blocks: NDArray) -> NDArray:
         """Step against all forces; where the elastic part is not positive, without that part."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.solid.boundary import support_nodes
-from palpate.solid.refine import refine_around
+from palpate.solid.refine import refine_near
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.elastic import ElasticOptions, ElasticTracker, Fitted
 from palpate.surface.obstacle import Sphere, Table
@@ -157,7 +157,7 @@ def choose_weight(
     for weight in weights:
         if products:
             frame = scene.clouds[scene.deepest], scene.spheres[scene.deepest]
-            fit = tracker.fit(fit.nodes_m, *frame, weight)
+            fit = tracker.fit(fit, *frame, weight)
         misfit = float(np.mean(tracker.costs(fit.sight, scene.contact_m, scene.reach_m)))
         if misfit <= allowed:
             return float(weight), True
@@ -180,11 +180,10 @@ def _noise(tracker: ElasticTracker, scene: Scene) -> float:
 
 def _through(tracker: ElasticTracker, scene: Scene, weight: float) -> list[Fitted]:
     """All frames, each from the one before."""
-    x, fits = tracker.rest, []
+    fits = [tracker.at_rest()]
     for cloud, sphere in zip(scene.clouds, scene.spheres, strict=True):
-        fits.append(tracker.fit(x, cloud, sphere, weight))
-        x = fits[-1].nodes_m
-    return fits
+        fits.append(tracker.fit(fits[-1], cloud, sphere, weight))
+    return fits[1:]
 
 
 def _again(
@@ -192,7 +191,7 @@ def _again(
 ) -> list[Fitted]:
     """All frames under another weight, each from where it was under the first."""
     return [
-        tracker.fit(start.nodes_m, cloud, sphere, weight)
+        tracker.fit(start, cloud, sphere, weight)
         for start, cloud, sphere in zip(first, scene.clouds, scene.spheres, strict=True)
     ]
 
@@ -203,7 +202,7 @@ def _tracker(recorded: Recorded, options: Mapping) -> tuple[Template, ElasticTra
     template = refine_template(
         recorded.template, contact, radius_m=reach, edge_m=options["refine_edge_m"]
     )
-    solid = refine_around(
+    solid = refine_near(
         recorded.solid,
         contact,
         radius_m=reach,
