@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 from palpate.estimate.moduli import lame_from_engineering
-from palpate.solid.fill import refine_near
 from palpate.solid.mesh import SolidMesh, quadratic, read_solid
+from palpate.solid.refine import refine_near
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
 from skfem import Basis, ElementTetP1, ElementTetP2, ElementVector, MeshTet

@@ -8,10 +8,10 @@ from palpate.estimate.objective import Measurement, Objective
 from palpate.estimate.problem import pose_problem
 from palpate.estimate.reduced_objective import ReducedObjective
 from palpate.solid.boundary import node_sets
-from palpate.solid.fill import refine_near
 from palpate.solid.mesh import quadratic, read_solid
 from palpate.solid.patch import hertz_contact_radius, hertz_patch
-from palpate.surface.track import Tracked
+from palpate.solid.refine import refine_near
+from palpate.surface.tracked import Tracked
 from pressed import OPTIONS
 
 E, NU, FORCE = 25e3, 0.30, np.array([0.0, 0.0, -2.0])

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from palpate.solid.boundary import node_sets
-from palpate.solid.fill import refine_near
 from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import quadratic, solid_mesh
 from palpate.solid.patch import hertz_patch
+from palpate.solid.refine import refine_near
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
 from skfem import MeshTet

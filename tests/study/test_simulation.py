@@ -14,6 +14,7 @@ from palpate.estimate.simulation import pose_simulation, pressed_area_modulus
 from palpate.lab.simulated_block import load_block
 from palpate.study import contact_figure, simulation_figures, simulation_tables, simulation_views
 from palpate.study.style import journal
+from palpate.surface.data_points import TrackerOptions
 from palpate.surface.simulation import (
     lattice,
     read_steps,
@@ -21,7 +22,6 @@ from palpate.surface.simulation import (
     surface_points,
     track_steps,
 )
-from palpate.surface.track import TrackerOptions
 
 LAM, MU, YOUNG = 80685.0, 8965.0, 25998.5
 TRUTH = {"lambda_pa": LAM, "mu_pa": MU}

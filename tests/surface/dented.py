@@ -20,8 +20,8 @@ from palpate.lab.press import press_object
 from palpate.lab.render import look_at
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual
-from palpate.surface.capture import Recorded
 from palpate.surface.pose import to_camera
+from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template
 
 ROOT = Path(__file__).resolve().parents[2]

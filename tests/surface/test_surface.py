@@ -6,6 +6,7 @@ import trimesh
 from palpate.lab.describe import box_template
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.augment import indenter_points
+from palpate.surface.data_points import Frame, TrackerOptions
 from palpate.surface.pose import Standing, align_rigidly, initial_pose, to_camera
 from palpate.surface.template import (
     Template,
@@ -14,7 +15,8 @@ from palpate.surface.template import (
     refine_template,
     unique_edges,
 )
-from palpate.surface.track import Frame, TrackerOptions, load_tracked, save_tracked, track_frames
+from palpate.surface.track import track_frames
+from palpate.surface.tracked import load_tracked, save_tracked
 from palpate.surface.transfer import to_solid
 from scipy.spatial.transform import Rotation
 from skfem import MeshTet
@@ -161,7 +163,7 @@ def test_transfer_reproduces_linear_fields():
 
 
 def test_tracked_round_trip(template, tmp_path):
-    from palpate.surface.track import Tracked
+    from palpate.surface.tracked import Tracked
 
     rest = template.vertices_m
     tracked = Tracked(

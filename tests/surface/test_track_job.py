@@ -21,6 +21,7 @@ from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
 from skfem import MeshTet
 
+SUPPORT = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 0.001}
 SIZE_M = np.array([0.1, 0.1, 0.1])
 TOP_M = np.array([0.0, 0.0, 0.1])
 RADIUS_M = 0.00622
@@ -47,11 +48,11 @@ elif sys.argv[2:] == ["writing"]:
     series.save_series = killed
 
 class Wildcards(list):
-    tracker = "study"
+    tracker = job.pop("tracker")
 
 job = {name: SimpleNamespace(**part) if isinstance(part, dict) else part
        for name, part in job.items()}
-snakemake = SimpleNamespace(**job, wildcards=Wildcards(["study"]))
+snakemake = SimpleNamespace(**job, wildcards=Wildcards([Wildcards.tracker]))
 runpy.run_path(job["script"], init_globals={"snakemake": snakemake})
 """
 
@@ -62,7 +63,7 @@ def inputs(tmp_path_factory):
     folder, rng = tmp_path_factory.mktemp("capture"), np.random.default_rng(0)
     box = box_template(SIZE_M, 0.02)
     box.export(folder / "template.ply")
-    spec = {"template": {"unit": "m"}, "support": {"plane_point_m": [0, 0, 0]}}
+    spec = {"template": {"unit": "m"}, "support": SUPPORT}
     (folder / "object.yaml").write_text(yaml.safe_dump(spec))
     pose = np.diag([1.0, -1.0, -1.0, 1.0])
     pose[2, 3] = 0.6
@@ -91,8 +92,14 @@ def _cloud(box, pose, depth, rng):
     return Cloud(to_camera(pose, top), np.tile([0.0, 0.0, -1.0], (len(top), 1)))
 
 
+@pytest.fixture(scope="module", params=["study", "elastic"])
+def tracker(request):
+    """Name of a tracker."""
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def start(root, tmp_path_factory, inputs):
+def start(root, tmp_path_factory, inputs, tracker):
     """Run the job into a folder, to its end or until it is killed."""
     tracking = yaml.safe_load((root / "config/config.yaml").read_text())["tracking"]
     tmp_path = tmp_path_factory.mktemp("job")
@@ -103,6 +110,7 @@ def start(root, tmp_path_factory, inputs):
         outputs = ("tracked", "series", "description")
         job = {
             "rule": "track",
+            "tracker": tracker,
             "script": str(root / "workflow/scripts/track.py"),
             "log": str(tmp_path / f"{folder}.log"),
             "input": inputs,
@@ -111,7 +119,7 @@ def start(root, tmp_path_factory, inputs):
             },
             "params": {
                 "probe": {"indenter": {"radius_m": RADIUS_M}},
-                "options": options_of(tracking, "study", "cube"),
+                "options": options_of(tracking, tracker, "cube"),
             },
         }
         (tmp_path / "job.json").write_text(json.dumps(job))
@@ -148,11 +156,12 @@ def test_a_killed_job_runs_again_to_the_same_bytes(start, whole):
         assert (broken / name).read_bytes() == (whole / name).read_bytes(), name
 
 
-def test_the_three_files_tell_of_the_same_surface(whole):
+def test_the_three_files_tell_of_the_same_surface(whole, tracker):
     described = json.loads((whole / "tracked.json").read_text())
     with np.load(whole / "tracked.npz", allow_pickle=False) as data:
         assert described["vertices"] == len(data["template_m"])
         assert described["observed_vertices"] == data["observed"].sum(axis=1).tolist()
         assert described["residual_rms_m"] == data["residual_m"].tolist()
     assert described["frames"] == len(DEPTHS_M)
-    assert described["tracker"] == described["kind"] == "study"
+    assert described["tracker"] == described["kind"] == tracker
+    assert (described["prior"] is None) == (tracker == "study")

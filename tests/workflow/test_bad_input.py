@@ -16,7 +16,7 @@ from job import naming
 from palpate.capture.tables import write_table
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
-from palpate.surface.track import Tracked, save_tracked
+from palpate.surface.tracked import Tracked, save_tracked
 from skfem import MeshTet
 
 SIZE = 0.1

@@ -18,6 +18,7 @@ from house.sensor_checks import (
     missing_calibrations,
     unknown_probe,
 )
+from house.trackers import tracker_problems
 
 LAB_TEMPLATE = "template.ply"
 # Snakemake leaves it in each folder that a rule wrote.
@@ -148,6 +149,7 @@ def open_house(config: Mapping, *, source: str) -> House:
     if problems:
         raise ValueError("\n".join(problems))
     problems += impossible_search(config["minimise"], source)
+    problems += tracker_problems(config["tracking"], source)
     paths = config["paths"]
     sensors = _named_files(paths["sensors"], "sensor", problems)
     probes = _named_files(paths["probes"], "probe", problems)

@@ -11,7 +11,7 @@ from palpate.solid.mesh import read_solid
 from palpate.solid.refine import refine_near
 from palpate.study import contact_figure, style
 from palpate.surface.distance import ClosestPoints
-from palpate.surface.track import load_tracked
+from palpate.surface.tracked import load_tracked
 
 
 def main(snakemake):

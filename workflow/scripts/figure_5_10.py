@@ -5,7 +5,7 @@ from job import run
 from palpate.capture.files import whole_file
 from palpate.solid.mesh import read_solid
 from palpate.study import style, surface_figures
-from palpate.surface.track import load_tracked
+from palpate.surface.tracked import load_tracked
 
 
 def main(snakemake):

@@ -14,7 +14,7 @@ from palpate.estimate.fit import fit_moduli
 from palpate.estimate.objective import Objective
 from palpate.estimate.problem import pose_problem
 from palpate.solid.mesh import read_solid, write_solid
-from palpate.surface.track import load_tracked
+from palpate.surface.tracked import load_tracked
 from palpate.vision.force import FORCE
 
 

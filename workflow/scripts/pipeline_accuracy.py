@@ -10,7 +10,7 @@ from palpate.capture.files import whole_file
 from palpate.capture.tables import read_table
 from palpate.study.accuracy import capture_accuracy
 from palpate.study.tables import write
-from palpate.surface.track import load_tracked
+from palpate.surface.tracked import load_tracked
 from palpate.vision.clouds import unpack_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks

@@ -3,7 +3,7 @@
 from job import naming
 from palpate.estimate.simulation import pose_simulation
 from palpate.surface.simulation import read_steps
-from palpate.surface.track import load_tracked
+from palpate.surface.tracked import load_tracked
 
 
 def read_problem(steps, tracked, support):

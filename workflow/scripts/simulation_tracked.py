@@ -4,8 +4,9 @@ import logging
 
 from job import naming, run
 from palpate.capture.files import whole_file
+from palpate.surface.data_points import TrackerOptions
 from palpate.surface.simulation import read_steps, track_steps
-from palpate.surface.track import TrackerOptions, save_tracked
+from palpate.surface.tracked import save_tracked
 
 
 def main(snakemake):

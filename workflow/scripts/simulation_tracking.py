@@ -7,8 +7,8 @@ from job import naming, run
 from palpate.capture.files import whole_file
 from palpate.estimate.simulation import pose_simulation
 from palpate.study import simulation_tables, tables
+from palpate.surface.data_points import TrackerOptions
 from palpate.surface.simulation import read_steps, track_steps
-from palpate.surface.track import TrackerOptions
 from study_inputs import read_one
 
 SHOWN = ("cuts", "corners", "data_term", "s_sm", "w_sm_stop")

@@ -6,7 +6,7 @@ from job import run
 from palpate.capture.files import whole_file
 from palpate.study import style, surface_figures
 from palpate.surface.pose import to_object
-from palpate.surface.track import load_tracked
+from palpate.surface.tracked import load_tracked
 from palpate.vision.clouds import unpack_clouds
 from study_inputs import read_all
 

@@ -12,7 +12,7 @@ from palpate.solid.load import contact_triangle, nodal_force, outward_normal
 from palpate.solid.mesh import SolidMesh, quadratic
 from palpate.solid.patch import hertz_contact_radius, hertz_patch
 from palpate.solid.refine import refine_near
-from palpate.surface.track import Tracked
+from palpate.surface.tracked import Tracked
 from palpate.surface.transfer import to_solid
 
 

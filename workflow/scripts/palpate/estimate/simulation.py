@@ -9,7 +9,7 @@ from palpate.estimate.objective import Measurement
 from palpate.estimate.problem import Problem
 from palpate.solid.boundary import node_sets
 from palpate.surface.simulation import SimulatedSteps
-from palpate.surface.track import Tracked
+from palpate.surface.tracked import Tracked
 
 
 def pose_simulation(

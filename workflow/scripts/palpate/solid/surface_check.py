@@ -48,10 +48,6 @@ def check_surface(vertices_m: NDArray, faces: NDArray) -> trimesh.Trimesh:
 def self_intersection(vertices_m: NDArray, faces: NDArray) -> tuple[int, int] | None:
     """Find two triangles of a surface that cut each other.
 
-    Of two triangles that cut, an edge of one goes through the other. Embree lists the triangles
-    on the line of each edge in single precision; each is then settled in double precision.
-    Triangles that only touch, or lie in one plane, do not count.
-
     Parameters
     ----------
     vertices_m, faces : (n, 3), (m, 3) arrays
@@ -61,6 +57,27 @@ def self_intersection(vertices_m: NDArray, faces: NDArray) -> tuple[int, int] | 
     -------
     (int, int) or None
         Numbers of two such triangles; None if there are none.
+    """
+    pairs = cutting_triangles(vertices_m, faces)
+    return (int(pairs[0, 0]), int(pairs[0, 1])) if len(pairs) else None
+
+
+def cutting_triangles(vertices_m: NDArray, faces: NDArray) -> NDArray:
+    """Find all pairs of triangles of a surface that cut each other.
+
+    Of two triangles that cut, an edge of one goes through the other. Embree lists the triangles
+    on the line of each edge in single precision; each is then settled in double precision.
+    Triangles that only touch, or lie in one plane, do not count.
+
+    Parameters
+    ----------
+    vertices_m, faces : (n, 3), (m, 3) arrays
+        The surface [m]; vertices without a triangle do not matter.
+
+    Returns
+    -------
+    (k, 2) int array
+        Numbers of two triangles each: one that the edge belongs to, and the one it goes through.
     """
     vertices, faces = np.asarray(vertices_m, dtype=float), np.asarray(faces)
     edges, owner = np.unique(
@@ -74,8 +91,8 @@ def self_intersection(vertices_m: NDArray, faces: NDArray) -> tuple[int, int] | 
     edge, triangle = (answer[name].numpy().astype(int) for name in ("ray_ids", "primitive_ids"))
     apart = ~(edges[edge][:, :, None] == faces[triangle][:, None]).any(axis=(1, 2))
     edge, triangle = edge[apart], triangle[apart]
-    cut = np.flatnonzero(_pierced(points[edges[edge]], points[faces[triangle]]))
-    return (int(owner[edge[cut[0]]] // 3), int(triangle[cut[0]])) if len(cut) else None
+    cut = _pierced(points[edges[edge]], points[faces[triangle]])
+    return np.column_stack([owner[edge[cut]] // 3, triangle[cut]])
 
 
 def _wound_alike(surface: trimesh.Trimesh) -> trimesh.Trimesh:

@@ -15,7 +15,7 @@ from palpate.estimate.reduced_objective import ReducedObjective
 from palpate.estimate.simulation import pressed_area_modulus
 from palpate.solid.boundary import NodeSets
 from palpate.surface.simulation import SimulatedSteps
-from palpate.surface.track import Tracked
+from palpate.surface.tracked import Tracked
 
 LAME = ["lame_lambda_pa", "lame_mu_pa"]
 ERROR_OPTIONS = ("displacement", "force_displacement")

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.solid.mesh import SolidMesh, solid_mesh
+from palpate.surface.data_points import Frame, TrackerOptions
 from palpate.surface.template import Template
-from palpate.surface.track import Frame, Tracked, TrackerOptions, track_frames
+from palpate.surface.track import track_frames
+from palpate.surface.tracked import Tracked
 
 FIELDS = ("nodes_m", "tetrahedra", "triangle", "force_n", "displacement_m")
 

@@ -14,6 +14,8 @@ METRES = {"m": 1.0, "mm": 0.001}
 # Objects that one depth camera and a hand-held probe can measure [m].
 PLAUSIBLE_SIZE_M = (0.01, 3.0)
 PASSES = 12
+# Vertices whose distances to all others are held at a time.
+CHUNK = 256
 
 
 @dataclass(frozen=True)
@@ -136,10 +138,20 @@ def neighbourhoods(template: Template, *, reach: float, measure: str) -> sparse.
         raise ValueError(f"neighbourhood: expected rings or geodesic, found {measure}")
     size = len(template.vertices_m)
     graph = sparse.csr_matrix((lengths, edges.T), shape=(size, size))
-    distance = dijkstra(graph, directed=False, limit=limit)
-    near = np.isfinite(distance)
-    np.fill_diagonal(near, False)
-    return sparse.csr_matrix(near)
+    near = [
+        _reached(graph, part, limit)
+        for part in np.split(np.arange(size), range(CHUNK, size, CHUNK))
+    ]
+    near = sparse.csr_matrix(sparse.vstack(near))
+    near.setdiag(False)
+    near.eliminate_zeros()
+    return near
+
+
+def _reached(graph: sparse.csr_matrix, sources: NDArray, limit: float) -> sparse.csr_matrix:
+    """Vertices within a distance of some; a part at a time, since distances come as full rows."""
+    distance = dijkstra(graph, directed=False, indices=sources, limit=limit)
+    return sparse.csr_matrix(np.isfinite(distance))
 
 
 def _edge_lengths(vertices: NDArray, faces: NDArray) -> NDArray:

@@ -1,60 +1,146 @@
-"""The study's tracker: the template deformed to every frame by E_track (Eq. 4.23-4.25).
+"""The study's tracker: the template deformed to every frame by E_track (Eq. 4.23-4.25)."""
 
-A vertex moves to A_i p_i = p_i + R(r_i, phi_i) t_i. The study starts from identity, where axis and
-angle are zero: there neither the data nor the smoothness term has a slope in them, so they stay,
-and E_track is quadratic in the translations for given nearest neighbours. It is solved exactly.
-"""
-
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.linalg import splu
-from scipy.spatial import cKDTree
 
-from palpate.surface.pose import data_weights
-from palpate.surface.template import Template, neighbourhoods, vertex_normals
-from palpate.surface.tracked import Frame as Frame
-from palpate.surface.tracked import Tracked as Tracked
-from palpate.surface.tracked import load_tracked as load_tracked
-from palpate.surface.tracked import save_tracked as save_tracked
+from palpate.surface.data_points import DataPoints, Frame, TrackerOptions
+from palpate.surface.energy import Data, descend
+from palpate.surface.hierarchy import Level, hierarchy
+from palpate.surface.smoothness import Smoothness
+from palpate.surface.template import Template, vertex_normals
+from palpate.surface.transforms import Transforms
 
 # Section 4.3.1: the optimisation stops when the energy changes by less, relative to itself.
 RELATIVE_CHANGE = 1e-4
 
 
+class Tracker:
+    """The study's tracker for one aligned template.
+
+    Parameters
+    ----------
+    template : Template
+    rest_m : (n, 3) array
+        Its vertices in the camera frame [m].
+    options : TrackerOptions
+    """
+
+    def __init__(self, template: Template, rest_m: NDArray, options: TrackerOptions) -> None:
+        self.options = options
+        placed = Template(rest_m, template.faces)
+        self.levels = hierarchy(placed, coarsest_vertices=options.coarsest_vertices)
+        reach = {"reach": options.s_sm, "measure": options.neighbourhood}
+        self.smoothness = [Smoothness(level.template, **reach) for level in self.levels]
+        self.numbers = _numbers(self.levels)
+        self.still = [self._still(level.template) for level in self.levels]
+
+    def track(self, start: Transforms, frame: Frame) -> tuple[Transforms, "Fit"]:
+        """Minimise E_track for one frame, from the coarsest mesh to the finest.
+
+        Parameters
+        ----------
+        start : Transforms
+            Of the frame before; identity for the first.
+        frame : Frame
+        """
+        data = DataPoints(frame, self.options)
+        transforms, fit = start.of(self.numbers[0]), None
+        for number, level in enumerate(self.levels):
+            transforms, fit = self._minimise(transforms, number, data)
+            if number + 1 < len(self.levels):
+                transforms = self._refined(transforms, level, number + 1)
+        return transforms, fit
+
+    def deform(self, transforms: Transforms, target_m: NDArray, chosen: NDArray) -> Transforms:
+        """Minimise E_def (Eq. 4.28) over the transforms of some vertices.
+
+        Parameters
+        ----------
+        transforms : Transforms
+        target_m : (n, 3) array
+            TP(p_i) [m].
+        chosen : (n,) bool array
+            Vertices whose transforms change.
+        """
+        options, smoothness = self.options, self.smoothness[-1]
+        goal = (target_m - self.levels[-1].template.vertices_m)[chosen]
+        return smoothness.draw(transforms, goal, chosen, options.w_data, options.w_sm_stop)
+
+    def _minimise(
+        self, transforms: Transforms, number: int, data: "DataPoints"
+    ) -> tuple[Transforms, "Fit"]:
+        options, template = self.options, self.levels[number].template
+        smoothness, w_sm, before = self.smoothness[number], self.options.w_sm, np.inf
+        while w_sm >= options.w_sm_stop:
+            for _ in range(options.rounds):
+                found, captured = data.nearest(
+                    template, transforms.displacement_m, self.numbers[number]
+                )
+                transforms, energy = descend(
+                    transforms, found, smoothness, w_sm, rotations=options.rotations
+                )
+            if np.isfinite(before) and abs(before - energy) < RELATIVE_CHANGE * before:
+                break
+            before, w_sm = energy, w_sm / 2
+        return transforms, Fit(found, captured)
+
+    def _refined(self, coarse: Transforms, level: Level, finer: int) -> Transforms:
+        """Parameters of the next mesh: taken over, and the smoothest ones for its own vertices."""
+        fine = self.still[finer]
+        known = np.zeros(len(fine.angle), dtype=bool)
+        known[level.kept] = True
+        values = {name: getattr(fine, name).copy() for name in vars(fine)}
+        for name, array in values.items():
+            array[level.kept] = getattr(coarse, name)
+        return self.smoothness[finer].fill(Transforms(**values), known)
+
+    @staticmethod
+    def _still(template: Template) -> Transforms:
+        """Identity, with axes along the normals."""
+        normals = vertex_normals(template.vertices_m, template.faces)
+        return Transforms(np.zeros_like(normals), normals, np.zeros(len(normals)))
+
+
 @dataclass(frozen=True)
-class TrackerOptions:
-    """Parameters of Eq. 4.25 (Section 5.2.1).
+class Fit:
+    """How a frame's data held the template in the end.
 
     Attributes
     ----------
-    w_data, w_sm, w_sm_stop : float
-        Weight of the data term; first weight of the smoothness term, halved in each iteration
-        until it is below the last.
-    s_sm : float
-        Radius of the smoothness, in edges or average edge lengths.
-    neighbourhood : {"rings", "geodesic"}
-    data_term : {"point", "plane"}
-        Distance to the nearest data point as in Eq. 4.25, or along its normal.
-    largest_distance_m, largest_normal_deg : float
-        dr and angle threshold of the weights.
+    data : Data
+        Last nearest data points and weights.
+    captured : (n,) bool array
+        Vertices whose nearest data point was captured, not added.
     """
 
-    w_data: float
-    w_sm: float
-    w_sm_stop: float
-    s_sm: float
-    neighbourhood: str
-    data_term: str
-    largest_distance_m: float
-    largest_normal_deg: float
+    data: Data
+    captured: NDArray
+
+    @property
+    def held(self) -> NDArray:
+        """Vertices whose position rests on data points, added ones too, shape (n,)."""
+        return self.data.weights > 0
+
+    @property
+    def observed(self) -> NDArray:
+        """Vertices whose position rests on captured points, shape (n,)."""
+        return self.held & self.captured
+
+    def residual_m(self, displacement_m: NDArray) -> float:
+        """Root mean square distance of observed vertices to their data [m]."""
+        return float(np.sqrt(np.mean(self.data.gaps(displacement_m)[self.observed] ** 2)))
 
 
 def track_frames(
-    template: Template, rest_m: NDArray, frames: Sequence[Frame], options: TrackerOptions
+    template: Template,
+    rest_m: NDArray,
+    frames: Sequence[Frame],
+    options: TrackerOptions,
+    *,
+    complete: Callable[[NDArray, NDArray, NDArray], NDArray] | None = None,
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Deform the aligned template to each frame, starting from the frame before.
 
@@ -65,119 +151,42 @@ def track_frames(
         Its vertices in the camera frame [m].
     frames : sequence of Frame
     options : TrackerOptions
+    complete : callable, optional
+        Takes the vertices (n, 3) [m] of the frame before and of this one, and which of these rest
+        on data (n,), and gives places TP (n, 3) [m] for the others (Section 4.3.2); called once
+        for each frame in turn.
 
     Returns
     -------
     vertices_m : (f, n, 3) array
     observed : (f, n) bool array
     residual_m : (f,) array
+
+    Raises
+    ------
+    ValueError
+        If a frame has no captured points near the template.
     """
-    smoothness = smoothness_matrix(template, options)
-    shift = np.zeros_like(rest_m)
-    vertices, observed, residuals = [], [], []
+    tracker = Tracker(template, rest_m, options)
+    transforms, results = tracker.still[-1], []
     for number, frame in enumerate(frames):
-        shift, seen, residual = track_frame(
-            template.faces, rest_m, shift, frame, smoothness, options
-        )
-        if not seen.any():
+        before = rest_m + transforms.displacement_m
+        transforms, fit = tracker.track(transforms, frame)
+        if not fit.observed.any():
             raise ValueError(
                 f"frame {number}: expected captured points near the template, found none"
             )
-        vertices.append(rest_m + shift)
-        observed.append(seen)
-        residuals.append(residual)
-    return np.array(vertices), np.array(observed), np.array(residuals)
+        if complete is not None:
+            places = complete(before, rest_m + transforms.displacement_m, fit.held)
+            transforms = tracker.deform(transforms, places, ~fit.held)
+        moved = transforms.displacement_m
+        results.append((rest_m + moved, fit.observed, fit.residual_m(moved)))
+    return tuple(np.array(values) for values in zip(*results, strict=True))
 
 
-def track_frame(
-    faces: NDArray,
-    rest_m: NDArray,
-    shift_m: NDArray,
-    frame: Frame,
-    smoothness: sparse.csr_matrix,
-    options: TrackerOptions,
-) -> tuple[NDArray, NDArray, float]:
-    """Minimise E_track for one frame from a first translation of each vertex.
-
-    Returns
-    -------
-    shift_m : (n, 3) array
-        Translations t_i [m].
-    observed : (n,) bool array
-    residual_m : float
-    """
-    tree = cKDTree(frame.points_m)
-    least_cosine = np.cos(np.deg2rad(options.largest_normal_deg))
-    w_sm, before, seen, residual = options.w_sm, np.inf, np.zeros(len(rest_m), bool), np.nan
-    while w_sm >= options.w_sm_stop:
-        placed = rest_m + shift_m
-        weights, nearest, _ = data_weights(
-            placed,
-            vertex_normals(placed, faces),
-            tree,
-            frame.normals,
-            options.largest_distance_m,
-            least_cosine,
-        )
-        target, normals = frame.points_m[nearest], frame.normals[nearest]
-        shift_m = _minimise(rest_m, shift_m, target, normals, weights, smoothness, w_sm, options)
-        gap = _gaps(rest_m + shift_m, target, normals, options.data_term)
-        energy = options.w_data * (gap[weights] ** 2).sum()
-        energy += w_sm * (shift_m * (smoothness @ shift_m)).sum()
-        seen = weights & (nearest < frame.captured)
-        residual = float(np.sqrt(np.mean(gap[seen] ** 2))) if seen.any() else np.nan
-        if np.isfinite(before) and abs(before - energy) < RELATIVE_CHANGE * before:
-            break
-        before, w_sm = energy, w_sm / 2
-    return shift_m, seen, residual
-
-
-def smoothness_matrix(template: Template, options: TrackerOptions) -> sparse.csr_matrix:
-    """Matrix L of E_sm = sum over axes of t' L t, from the neighbourhoods R_sm (Eq. 4.25)."""
-    near = neighbourhoods(template, reach=options.s_sm, measure=options.neighbourhood)
-    counts = np.maximum(np.asarray(near.sum(axis=1)).ravel(), 1)
-    weights = sparse.diags(1.0 / counts) @ near.astype(float)
-    weights = weights + weights.T
-    degree = np.asarray(weights.sum(axis=1)).ravel()
-    return sparse.csr_matrix(sparse.diags(degree) - weights)
-
-
-def _minimise(
-    rest: NDArray,
-    shift: NDArray,
-    target: NDArray,
-    normals: NDArray,
-    weights: NDArray,
-    smoothness: sparse.csr_matrix,
-    w_sm: float,
-    options: TrackerOptions,
-) -> NDArray:
-    """Translations that minimise E_track for given nearest neighbours."""
-    data = options.w_data * weights
-    # A piece of the mesh without any data stays where it was.
-    hold = 1e-9 * max(options.w_data, w_sm)
-    if options.data_term == "point":
-        A = w_sm * smoothness + sparse.diags(data + hold)
-        right = data[:, None] * (target - rest) + hold * shift
-        return splu(sparse.csc_matrix(A)).solve(right)
-    size = len(rest)
-    outer = sparse.bsr_matrix(
-        (
-            data[:, None, None] * normals[:, :, None] * normals[:, None, :],
-            np.arange(size),
-            np.arange(size + 1),
-        ),
-        shape=(3 * size, 3 * size),
-    )
-    A = w_sm * sparse.kron(smoothness, sparse.eye(3)) + outer + hold * sparse.eye(3 * size)
-    along = ((target - rest) * normals).sum(axis=1)
-    right = (data * along)[:, None] * normals + hold * shift
-    return splu(sparse.csc_matrix(A)).solve(right.ravel()).reshape(-1, 3)
-
-
-def _gaps(placed: NDArray, target: NDArray, normals: NDArray, data_term: str) -> NDArray:
-    """Distance of each vertex to its data, as the data term measures it, shape (n,) [m]."""
-    gap = placed - target
-    if data_term == "plane":
-        return np.abs((gap * normals).sum(axis=1))
-    return np.linalg.norm(gap, axis=1)
+def _numbers(levels: Sequence[Level]) -> list[NDArray]:
+    """Numbers of each level's vertices in the finest mesh."""
+    numbers = [levels[-1].kept]
+    for level in reversed(levels[:-1]):
+        numbers.insert(0, numbers[0][level.kept])
+    return numbers

@@ -1,4 +1,4 @@
-"""What a tracker works on and what it gives: a frame's data, and the template in every frame."""
+"""What a tracker gives: the template in every frame."""
 
 import json
 from collections.abc import Mapping
@@ -7,23 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-
-
-@dataclass(frozen=True)
-class Frame:
-    """What a frame is tracked against, camera frame.
-
-    Attributes
-    ----------
-    points_m, normals : (n, 3) arrays
-        Captured points and added ones [m].
-    captured : int
-        The first so many points were captured.
-    """
-
-    points_m: NDArray
-    normals: NDArray
-    captured: int
 
 
 @dataclass(frozen=True)

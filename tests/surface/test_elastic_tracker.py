@@ -1,0 +1,243 @@
+"""The elastic tracker: contact, support, points, its weight."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from palpate.solid.mesh import solid_mesh
+from palpate.surface.alignment import Alignment, AlignmentResidual
+from palpate.surface.capture import track_capture
+from palpate.surface.distance import ClosestPoints
+from palpate.surface.elastic import ElasticOptions, ElasticTracker
+from palpate.surface.obstacle import Sphere, Table
+from palpate.surface.pose import to_camera
+from palpate.surface.recorded import Recorded
+from palpate.surface.sight import pair, rest_offset
+from palpate.surface.template import Template
+from scipy.spatial.transform import Rotation
+from skfem import MeshTet
+
+RADIUS_M = 0.006
+TOP_M = np.array([0.0, 0.0, 0.04])
+OPTIONS = {
+    "kind": "elastic",
+    "refine_radius_m": 0.012,
+    "refine_edge_m": 0.1,  # nothing is refined: what made the frames tracks them
+    "solid_edge_m": 0.1,
+    "solid_growth": 0.8,
+    "poisson_ratio": 0.3,
+    "largest_distance_m": 0.012,
+    "largest_normal_deg": 60,
+    "huber": 1.5,
+    "misfit_reach_m": 0.06,
+}
+NO_POINTS = (np.zeros((0, 3)), np.zeros((0, 3)))
+TABLE = Table(np.zeros(3), np.array([0.0, 0.0, 1.0]))
+
+
+@pytest.fixture(scope="module")
+def solid():
+    """Cuboid 80 x 80 x 40 mm on z = 0."""
+    mesh = MeshTet().refined(3)
+    return solid_mesh((mesh.p.T - [0.5, 0.5, 0.0]) * [0.08, 0.08, 0.04], mesh.t.T)
+
+
+@pytest.fixture(scope="module")
+def template(solid):
+    nodes = solid.surface_nodes()
+    return Template(solid.nodes_m[nodes], np.searchsorted(nodes, solid.surface_triangles()))
+
+
+@pytest.fixture(scope="module")
+def tracker(solid, template):
+    return new_tracker(solid, template)
+
+
+def new_tracker(solid, template):
+    held = np.flatnonzero(solid.nodes_m[:, 2] < 1e-9)
+    return ElasticTracker(template, solid, held, TABLE, ElasticOptions(0.3, 0.012, 60.0, 1.5))
+
+
+def points_of(vertices, faces, count, seed, noise_m=0.0):
+    """Points spread over all triangles but the bottom's, with their normals."""
+    rng, corners = np.random.default_rng(seed), vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    normals /= areas[:, None]
+    seen = np.flatnonzero(normals[:, 2] > -0.5)
+    chosen = rng.choice(seen, count, p=areas[seen] / areas[seen].sum())
+    weights = rng.dirichlet([1, 1, 1], count)
+    points = np.einsum("kc,kcd->kd", weights, corners[chosen])
+    return points + noise_m * rng.normal(size=(count, 1)) * normals[chosen], normals[chosen]
+
+
+def sphere_at(depth_m, aside_m=0.0):
+    return Sphere(TOP_M + [aside_m, 0, RADIUS_M - depth_m], RADIUS_M)
+
+
+def test_sphere_presses_and_support_holds(tracker, solid):
+    fit = tracker.at_rest()
+    for depth in (0.001, 0.002, 0.003):
+        fit = tracker.fit(fit, NO_POINTS, sphere_at(depth), np.inf)
+        assert fit.converged
+    surface = solid.surface_nodes()
+    depths, _ = sphere_at(0.003).depths(fit.nodes_m[surface])
+    assert 0 < depths.max() < 2e-5
+    below = np.argmin(np.linalg.norm(solid.nodes_m - TOP_M, axis=1))
+    assert fit.nodes_m[below, 2] == pytest.approx(TOP_M[2] - 0.003, abs=3e-5)
+    held = solid.nodes_m[:, 2] < 1e-9
+    assert np.abs(fit.nodes_m - solid.nodes_m)[held].max() < 1e-6
+    forces, _ = tracker.elastic.forces_and_blocks(fit.nodes_m)
+    touching = surface[depths > -1e-5]
+    free = np.setdiff1d(np.flatnonzero(~held), touching)
+    assert np.abs(forces[free]).max() < 1e-3 * np.abs(forces[touching]).max()
+
+
+def test_a_sphere_that_draws_back_lets_go_step_by_step(tracker):
+    fit = tracker.fit(tracker.at_rest(), NO_POINTS, sphere_at(0.0015), np.inf)
+    pressed = tracker.fit(fit, NO_POINTS, sphere_at(0.003), np.inf)
+    back = tracker.fit(pressed, NO_POINTS, sphere_at(0.0015), np.inf)
+    assert back.converged
+    assert np.abs(back.nodes_m - fit.nodes_m).max() < 5e-5
+    gone = tracker.fit(back, NO_POINTS, sphere_at(-0.001), np.inf)
+    assert np.abs(gone.nodes_m - tracker.rest).max() < 5e-5
+    assert not gone.touched[0].any()
+
+
+def test_nothing_goes_below_the_table(solid, template):
+    held = np.flatnonzero(np.linalg.norm(solid.nodes_m * [1, 1, 1e3], axis=1) < 0.025)
+    options = ElasticOptions(0.3, 0.012, 60.0, 1.5)
+    for table, lowest in ((TABLE, -2e-5), (replace(TABLE, point_m=np.array([0, 0, -1.0])), -1e-4)):
+        tracker = ElasticTracker(template, solid, held, table, options)
+        fit = tracker.fit(tracker.at_rest(), NO_POINTS, sphere_at(0.002, aside_m=0.03), np.inf)
+        if lowest == -2e-5:
+            assert fit.nodes_m[:, 2].min() > lowest
+        else:
+            assert fit.nodes_m[:, 2].min() < lowest
+
+
+def test_points_show_a_field_that_is_not_the_priors(solid, template):
+    """The body swells to the sides: nothing that contact or prior would give."""
+
+    def swollen(x):
+        return x + x * [0.02, 0.02, 0.0] * (x[:, 2:] / 0.04)
+
+    tracker = new_tracker(solid, template)
+    rest = points_of(template.vertices_m, template.faces, 4000, 0, 2e-4)
+    tracker.learn_rest([rest])
+    assert tracker.sigma == pytest.approx(2e-4, rel=0.1)
+    cloud = points_of(swollen(template.vertices_m), template.faces, 4000, 1, 2e-4)
+    errors = []
+    for weight in (1e12, 1e9):
+        fit = tracker.fit(tracker.at_rest(), cloud, sphere_at(-0.01), weight)
+        apart = tracker.vertices(fit.nodes_m) - swollen(template.vertices_m)
+        errors.append(np.linalg.norm(apart, axis=1).mean())
+    still = np.linalg.norm(swollen(template.vertices_m) - template.vertices_m, axis=1).mean()
+    assert errors[1] < 0.25 * still < errors[0]
+
+
+def test_offset_at_rest_is_taken_off(solid, template):
+    tracker = new_tracker(solid, template)
+    points, normals = points_of(template.vertices_m, template.faces, 8000, 3, 1e-4)
+    points = points + [0, 0, 0.0008] * (points[:, :1] > 0)
+    tracker.learn_rest([(points, normals)])
+    right = template.vertices_m[:, 0] > 0.015
+    top = template.vertices_m[:, 2] > 0.0399
+    assert tracker.offset[right & top].mean() == pytest.approx(0.0008, abs=5e-5)
+    assert tracker.offset[~right & top & (template.vertices_m[:, 0] < -0.015)].mean() < 5e-5
+    assert tracker.sigma < 1.5e-4
+    assert (rest_offset(template, []) == 0).all()
+
+
+def test_pairs_by_distance_and_normal(template):
+    points = TOP_M + [[0.001, 0, 0.002], [0.001, 0, 0.02], [0.001, 0, 0.001]]
+    normals = np.array([[0, 0, 1.0], [0, 0, 1.0], [1.0, 0, 0]])
+    sight = pair(
+        template.vertices_m,
+        template,
+        (points, normals),
+        offset=np.full(len(template.vertices_m), 0.0005),
+        largest_distance_m=0.01,
+        largest_normal_deg=45,
+    )
+    assert sight.distance_m == pytest.approx([0.0015])
+    assert sight.rest_m[0] == pytest.approx(TOP_M + [0.001, 0, 0])
+    assert sight.observed(len(template.vertices_m)).sum() == 3
+
+
+@pytest.fixture(scope="module")
+def capture(solid, template):
+    """Five frames of a press, with a pose turned at random."""
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_rotvec([0.3, 2.0, -0.8]).as_matrix()
+    pose[:3, 3] = 0.1, -0.2, 0.6
+    return recorded(solid, template, pose, 1e-4)
+
+
+def recorded(solid, template, pose, noise_m, swell=0.0):
+    tracker, fit, frames = new_tracker(solid, template), None, []
+    fit = tracker.at_rest()
+    depths = (-0.002, -0.001, 0.001, 0.002, 0.003)
+    for k, depth in enumerate(depths):
+        fit = tracker.fit(fit, NO_POINTS, sphere_at(depth), np.inf)
+        moved = tracker.vertices(fit.nodes_m)
+        moved = moved + template.vertices_m * [1, 1, 0] * swell * max(depth, 0) / 0.003
+        points, normals = points_of(moved, template.faces, 5000, [9, k], noise_m)
+        frames.append((to_camera(pose, points), normals @ pose[:3, :3].T))
+    tips = to_camera(pose, np.array([sphere_at(depth).centre_m for depth in depths]))
+    alignment = Alignment(pose, TOP_M, 2, AlignmentResidual(0.0, 0.0, 0.0, 0.0, 0))
+    support = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 1e-6}
+    zeros = np.zeros((len(depths), 3))
+    return Recorded(template, solid, support, frames, tips, zeros, RADIUS_M, alignment)
+
+
+def test_a_press_is_followed(capture):
+    tracked = track_capture(capture, OPTIONS)
+    prior = json.loads(tracked.prior)
+    assert prior["noise_reached"] and prior["poisson_ratio"] == 0.3
+    assert prior["frames_not_converged"] == []
+    assert prior["noise_m"] == pytest.approx(1e-4, rel=0.15)
+    moved = np.linalg.norm(tracked.vertices_m - tracked.rest_m, axis=2)
+    assert moved[:2].max() < 1e-4
+    assert moved[4].max() == pytest.approx(0.003, abs=1e-4)
+    tips = capture.tips_m[4]
+    assert np.linalg.norm(tracked.vertices_m[4] - tips, axis=1).min() > RADIUS_M - 5e-5
+    assert tracked.observed[:, : len(capture.template.vertices_m)].mean() > 0.7
+    again = track_capture(capture, OPTIONS)
+    assert np.array_equal(tracked.vertices_m, again.vertices_m)
+
+
+def test_the_camera_may_stand_anywhere(capture, solid, template):
+    there = recorded(solid, template, np.eye(4), 1e-4)
+    found, turned = (track_capture(one, OPTIONS) for one in (there, capture))
+    pose = turned.camera_from_object
+    assert np.abs(to_camera(pose, found.vertices_m[4]) - turned.vertices_m[4]).max() < 1e-5
+
+
+def test_points_that_contradict_the_prior_lower_its_weight(capture, solid, template):
+    swollen = track_capture(recorded(solid, template, np.eye(4), 1e-4, swell=0.03), OPTIONS)
+    weights = [
+        json.loads(tracked.prior)["weight_per_j"]
+        for tracked in (track_capture(capture, OPTIONS), swollen)
+    ]
+    assert weights[1] < 0.2 * weights[0]
+    side = swollen.template_m[:, 0] > 0.0399
+    moved = (swollen.vertices_m[4] - swollen.rest_m)[side, 0].mean()
+    assert moved > 0.5 * 0.03 * 0.04
+
+
+def test_bad_captures(capture):
+    far = replace(capture, tips_m=capture.tips_m + 1.0)
+    with pytest.raises(ValueError, match="tips: expected the sphere to press the object, found it"):
+        track_capture(far, OPTIONS)
+    empty = replace(capture, clouds=[NO_POINTS] * 5)
+    with pytest.raises(ValueError, match="cloud: expected points near the template at rest"):
+        track_capture(empty, OPTIONS)
+
+
+def test_far_sides_are_kept(capture):
+    """The template's vertices lie on the surface that carries them."""
+    tracked = track_capture(capture, OPTIONS)
+    closest = ClosestPoints(capture.template.vertices_m, capture.template.faces)
+    assert closest.distance(tracked.template_m).max() < 1e-6
