@@ -17,6 +17,8 @@ from palpate.surface.template import Template
 # Held nodes, and nodes that touch, against the mean diagonal of the elastic stiffness.
 HOLDING, TOUCHING = 1e6, 1e3
 STEPS = 40
+# After so many steps points keep their places on the surface, or some change them for ever.
+PAIRINGS = 8
 CONVERGED_M = 3e-5
 # Median of the size of a normal variable over its standard deviation.
 MEDIAN_OF_NORMAL = 0.6745
@@ -170,9 +172,12 @@ class ElasticTracker:
             Of the elastic energy [1/J].
         """
         x, touched, converged = start.nodes_m, start.touched, False
-        for _ in range(STEPS):
+        for k in range(STEPS):
+            if k < PAIRINGS:
+                sight, paired = self.see(x, cloud), x
+            now = sight.moved(self.vertices(x) - self.vertices(paired))
             obstacles = list(zip((sphere, self.table), touched, strict=True))
-            step, touched = self._step(x, self.see(x, cloud), obstacles, weight)
+            step, touched = self._step(x, now, obstacles, weight)
             x = x + step
             converged = bool(np.abs(step).max() < CONVERGED_M)
             if converged:

@@ -21,6 +21,8 @@ RULE = "discrepancy"
 # Weights that are tried, times the energy of Hertz's contact in the deepest frame. Under the first
 # the points do little more than keep a body from rolling away under the sphere.
 STRENGTHS = 10.0 ** np.arange(5.0, 1.9, -0.5)
+# The corner of the L-curve lies behind where the product of misfit and energy is so much larger.
+PAST_CORNER = 1.1
 # How far above the noise a misfit may be, in standard deviations of the noise's own estimate.
 ALLOWED = 2.0
 
@@ -129,9 +131,9 @@ def choose_weight(
     """Largest weight that explains the deepest frame as well as the frames at rest are.
 
     Morozov's discrepancy principle: the noise is the mean misfit of the frames at rest, with two
-    standard deviations for what frames and points differ by. Where no weight reaches it, the
-    sensor errs more in a press than at rest, and the weight is the one with the least product of
-    misfit and energy, which is a corner of the L-curve [1]_.
+    standard deviations for what frames and points differ by. A sensor that errs more in a press
+    than at rest would ask for a surface that follows its errors: the weight falls no further than
+    to the least product of misfit and energy, which is a corner of the L-curve [1]_.
 
     Parameters
     ----------
@@ -153,18 +155,17 @@ def choose_weight(
     .. [1] T. Reginska, A regularization parameter in discrete ill-posed problems, SIAM J. Sci.
        Comput. 17 (1996).
     """
-    allowed, products = _noise(tracker, scene), []
+    allowed, misfits, products = _noise(tracker, scene), [], []
     for weight in weights:
         if products:
             frame = scene.clouds[scene.deepest], scene.spheres[scene.deepest]
             fit = tracker.fit(fit, *frame, weight)
-        misfit = float(np.mean(tracker.costs(fit.sight, scene.contact_m, scene.reach_m)))
-        if misfit <= allowed:
-            return float(weight), True
-        products.append(misfit * tracker.elastic.energy(fit.nodes_m))
-        if products[-1] > 2 * min(products):
+        misfits.append(np.mean(tracker.costs(fit.sight, scene.contact_m, scene.reach_m)))
+        products.append(misfits[-1] * tracker.elastic.energy(fit.nodes_m))
+        if misfits[-1] <= allowed or products[-1] > PAST_CORNER * min(products):
             break
-    return float(weights[int(np.argmin(products))]), False
+    chosen = int(np.argmin(products))
+    return float(weights[chosen]), bool(misfits[chosen] <= allowed)
 
 
 def _noise(tracker: ElasticTracker, scene: Scene) -> float:

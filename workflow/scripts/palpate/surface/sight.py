@@ -1,7 +1,8 @@
 """What a frame's points see of a surface."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,11 @@ class Sight:
     def observed(self, count: int) -> NDArray:
         """Which of a template's vertices have a point on one of their triangles, shape (count,)."""
         return np.bincount(self.corners.ravel(), minlength=count) > 0
+
+    def moved(self, shift_m: NDArray) -> Self:
+        """The same pairs after the template's vertices have moved by (n, 3) [m]."""
+        along = np.einsum("kc,kcd,kd->k", self.weights, shift_m[self.corners], self.normals)
+        return replace(self, distance_m=self.distance_m - along)
 
 
 def pair(
