@@ -23,6 +23,8 @@ RULE = "discrepancy"
 STRENGTHS = 10.0 ** np.arange(5.0, 1.9, -0.5)
 # The corner of the L-curve lies behind where the product of misfit and energy is so much larger.
 PAST_CORNER = 1.1
+# Misfits this many times the noise's are no sensor's error.
+EXCESS = 2.0
 # How far above the noise a misfit may be, in standard deviations of the noise's own estimate.
 ALLOWED = 2.0
 
@@ -132,8 +134,9 @@ def choose_weight(
 
     Morozov's discrepancy principle: the noise is the mean misfit of the frames at rest, with two
     standard deviations for what frames and points differ by. A sensor that errs more in a press
-    than at rest would ask for a surface that follows its errors: the weight falls no further than
-    to the least product of misfit and energy, which is a corner of the L-curve [1]_.
+    than at rest would ask for a surface that follows its errors: once the misfit is within twice
+    the noise the weight falls no further than to the least product of misfit and energy, which is
+    a corner of the L-curve [1]_.
 
     Parameters
     ----------
@@ -155,17 +158,20 @@ def choose_weight(
     .. [1] T. Reginska, A regularization parameter in discrete ill-posed problems, SIAM J. Sci.
        Comput. 17 (1996).
     """
-    allowed, misfits, products = _noise(tracker, scene), [], []
+    allowed, tried = _noise(tracker, scene), []
     for weight in weights:
-        if products:
+        if weight != weights[0]:
             frame = scene.clouds[scene.deepest], scene.spheres[scene.deepest]
             fit = tracker.fit(fit, *frame, weight)
-        misfits.append(np.mean(tracker.costs(fit.sight, scene.contact_m, scene.reach_m)))
-        products.append(misfits[-1] * tracker.elastic.energy(fit.nodes_m))
-        if misfits[-1] <= allowed or products[-1] > PAST_CORNER * min(products):
+        misfit = float(np.mean(tracker.costs(fit.sight, scene.contact_m, scene.reach_m)))
+        product = misfit * tracker.elastic.energy(fit.nodes_m)
+        if misfit > EXCESS * allowed:
+            continue
+        tried.append((product, float(weight), misfit <= allowed))
+        if misfit <= allowed or product > PAST_CORNER * min(tried)[0]:
             break
-    chosen = int(np.argmin(products))
-    return float(weights[chosen]), bool(misfits[chosen] <= allowed)
+    _, weight, reached = min(tried, default=(0.0, float(weights[-1]), False))
+    return weight, reached
 
 
 def _noise(tracker: ElasticTracker, scene: Scene) -> float:
