@@ -9,6 +9,7 @@ import trimesh
 from palpate.study.tracking_accuracy import (
     accuracy_rows,
     averages,
+    one_row,
     tracked_errors,
     untracked,
     vertex_errors,
@@ -165,10 +166,11 @@ def test_a_region_without_vertices_has_no_figures(truth, right):
 def test_averages_are_over_captures(truth, right):
     known = {"object": "ball", "sensor": "kinect", "tracker": "study", "provenance": "simulated"}
     rows = [
-        known | row | {"seconds_per_frame": 1.0}
+        known | one_row(accuracy_rows(truth, moved(right, shift))) | {"seconds_per_frame": 1.0}
         for shift in (0, 2 * SHIFT_M)
-        for row in accuracy_rows(truth, moved(right, shift))
     ]
+    assert rows[0]["contact_place_mean_all_mm"] == pytest.approx(0.0, abs=1e-3)
+    assert "contact_frame" not in rows[0]
     found = averages(pd.DataFrame(rows))
     assert len(found) == 1
     assert found.loc[0, "captures"] == 2

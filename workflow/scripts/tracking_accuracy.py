@@ -13,6 +13,7 @@ from palpate.study.tracking_accuracy import (
     UNTRACKED,
     accuracy_rows,
     averages,
+    one_row,
     untracked,
 )
 from palpate.surface.tracked import load_tracked
@@ -26,11 +27,12 @@ def main(snakemake):
     files = iter(zip(inputs.tracked, inputs.seconds, strict=True))
     rows = []
     for capture, truth in zip(params.captures, inputs.truths, strict=True):
-        known = {key: capture[key] for key in KEYS[:-1]}
+        known = {key: capture[key] for key in KEYS if key in capture}
         last = {"provenance": capture["provenance"]}
         found = capture_rows(truth, {name: next(files) for name in params.trackers})
         rows += [known | row | last for row in found]
-    table = rounded(pd.DataFrame(rows))
+    table = pd.DataFrame(rows)
+    table = rounded(table[KEYS + [name for name in table.columns if name not in KEYS]])
     title = "Trackers against the virtual lab's truth"
     notes = [f"- {note}" for note in (*NOTES, SIMULATED_NOTE)]
     text = to_markdown(rounded(averages(table)), title=title, notes=notes)
@@ -52,8 +54,8 @@ def capture_rows(truth, files):
             kinds = {UNTRACKED: (untracked(tracked), None)} | kinds
         for kind, (surface, each) in kinds.items():
             with naming(truth):
-                found = accuracy_rows(arrays, surface)
-            rows += [{"tracker": kind} | row | {"seconds_per_frame": each} for row in found]
+                found = one_row(accuracy_rows(arrays, surface))
+            rows.append({"tracker": kind} | found | {"seconds_per_frame": each})
     return rows
 
 

@@ -25,7 +25,7 @@ DENT_RADIUS_M = 0.010
 UNTRACKED = "none"
 KINDS = ("displacement", "place", "surface")
 REGIONS = ("all", "observed", "unobserved", "dent")
-KEYS = ["object", "sensor", "capture", "point", "tracker"]
+KEYS = ["object", "sensor", "point", "tracker", "capture"]
 SHOWN = [
     "displacement_mean_all_mm",
     "displacement_mean_observed_mm",
@@ -39,7 +39,7 @@ SHOWN = [
 ]
 NOTES = (
     "Mean errors over vertices in the most pressed frame [mm], averaged over the captures;"
-    " tracking_accuracy.csv has every capture, root mean squares and all frames in contact.",
+    " tracking_accuracy.csv has every capture, root mean squares and all frames in contact (contact_...).",
     "displacement: from the rigidly aligned template, against the true displacement there; place:"
     " of the material point in the camera's frame, with the alignment's error; surface: distance"
     " from the true surface there. dent: within 10 mm of the contact.",
@@ -146,10 +146,16 @@ def accuracy_rows(truth: Mapping, tracked: Tracked) -> list[dict]:
     ]
 
 
+def one_row(rows: list[dict]) -> dict:
+    """Figures of the most pressed frame, those over all frames in contact with a prefix behind."""
+    deepest, contact = ({k: v for k, v in row.items() if k != "frames"} for row in rows)
+    same = ("frame", "vertices")
+    return deepest | {f"contact_{k}": v for k, v in contact.items() if k not in same}
+
+
 def averages(table: pd.DataFrame) -> pd.DataFrame:
     """Means over the captures of each object, sensor and tracker in the most pressed frame."""
-    deepest = table[table["frames"] == "deepest"]
-    groups = deepest.groupby(["object", "sensor", "tracker"], sort=False)
+    groups = table.groupby(["object", "sensor", "tracker"], sort=False)
     means = groups[SHOWN].mean()
     means.insert(0, "captures", groups.size())
     provenance = groups["provenance"].first()
