@@ -39,7 +39,8 @@ SHOWN = [
 ]
 NOTES = (
     "Mean errors over vertices in the most pressed frame [mm], averaged over the captures;"
-    " tracking_accuracy.csv has every capture, root mean squares and all frames in contact (contact_...).",
+    " tracking_accuracy.csv has every capture, root mean squares and means over all frames in"
+    " contact (contact_...).",
     "displacement: from the rigidly aligned template, against the true displacement there; place:"
     " of the material point in the camera's frame, with the alignment's error; surface: distance"
     " from the true surface there. dent: within 10 mm of the contact.",
