@@ -96,6 +96,15 @@ def tracker_options(wildcards):
     return options_of(config["tracking"], wildcards.tracker, wildcards.object)
 
 
+# Of the error minimisation, without what single objects have of their own.
+SEARCH = {k: v for k, v in config["minimise"].items() if k != "objects"}
+
+
+def load_and_search(wildcards):
+    """Options of the error minimisation for an object."""
+    return SEARCH | config["minimise"]["objects"].get(wildcards.object, {})
+
+
 def template_of(wildcards):
     """An object's template: its own file, or the one made of its scans."""
     kind, name = HOUSE.template_source(wildcards.object)

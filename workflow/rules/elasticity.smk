@@ -17,7 +17,7 @@ rule minimise:
         code=code("minimise"),
         probe=probe_spec,
         solid=config["solid"],
-        options=config["minimise"],
+        options=load_and_search,
     message:
         "Error minimisation ({wildcards.error}) of {wildcards.object}, {wildcards.sensor}, "
         "{wildcards.capture}"

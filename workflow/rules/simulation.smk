@@ -54,7 +54,7 @@ rule simulation_minimise:
     params:
         code=code("simulation_minimise"),
         support=config["simulation"]["support"],
-        options=config["minimise"],
+        options=SEARCH,
     message:
         "Error minimisation ({wildcards.error}) on the simulated block ({wildcards.data} data)"
     script:
@@ -99,7 +99,7 @@ rule simulation_tracking:
         options=simulation_options(
             "support", "cuts", "corners", "tracking", "variants", "linear"
         ),
-        search=config["minimise"],
+        search=SEARCH,
     message:
         "Simulated block: what the estimates owe to the tracker"
     script:
@@ -122,7 +122,7 @@ rule simulation_noise:
     params:
         code=code("simulation_noise"),
         options=simulation_options("support", "linear", "noise"),
-        search=config["minimise"],
+        search=SEARCH,
         seed=config["seed"],
     message:
         "Simulated block: what noise does to the estimates"
