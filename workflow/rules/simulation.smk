@@ -155,7 +155,7 @@ rule table_3_1:
 rule figure_3_3:
     input:
         solid=seen_in("figure_3_3", "{object}/solid.vtu"),
-        tracked=files_of(shown("figure_3_3")[:1], f"tracked-{TRACKER}.npz"),
+        tracked=files_of(shown("figure_3_3"), f"tracked-{TRACKER}.npz")[0],
         fit=seen_in("figure_3_3", "{object}/{sensor}/{capture}/hertz.json"),
     output:
         png=results("figures/figure_3_3.png"),
