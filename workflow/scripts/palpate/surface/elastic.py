@@ -1,7 +1,7 @@
 """Tracker with the elastic energy of the solid as regulariser, all in the object frame."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from palpate.solid.mesh import SolidMesh
 from palpate.solid.solve import factorise
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.obstacle import Sphere, Table
-from palpate.surface.sight import Sight, pair, rest_offset
+from palpate.surface.sight import Sight, pair, rest_offsets
 from palpate.surface.template import Template
 
 # Held nodes, and nodes that touch, against the mean diagonal of the elastic stiffness.
@@ -66,6 +66,25 @@ class Fitted:
     converged: bool
 
 
+@dataclass(frozen=True)
+class Carried:
+    """Pairs of a frame's k points with the solid that carries the surface.
+
+    Attributes
+    ----------
+    sight : Sight
+        With the distances at rest: what a point's distance would be if nothing had moved.
+    triangle : (k,) int array
+        Triangle of the solid's surface under each foot.
+    weights : (k, 3) array
+        Barycentric weights there.
+    """
+
+    sight: Sight
+    triangle: NDArray
+    weights: NDArray
+
+
 class ElasticTracker:
     """Deforms a template with the solid that carries it.
 
@@ -89,6 +108,8 @@ class ElasticTracker:
     ----------
     offset : (n,) array
         Distance of undeformed frames' points at each vertex of the template [m].
+    at_rest_seen : list of Sight
+        Undeformed frames, less the offset that the others of them have.
     sigma : float
         Standard deviation of the distances beyond it [m].
     """
@@ -126,14 +147,28 @@ class ElasticTracker:
 
     def see(self, x: NDArray, cloud: tuple[NDArray, NDArray]) -> Sight:
         """Pair a frame's points (m, 3) [m] and normals with the surface."""
-        return pair(
-            self.vertices(x),
+        carried = self._carry(x, cloud)
+        return replace(carried.sight, distance_m=self._distances(carried, x))
+
+    def _carry(self, x: NDArray, cloud: tuple[NDArray, NDArray]) -> Carried:
+        vertices = self.vertices(x)
+        sight = pair(
+            vertices,
             self.template,
             cloud,
-            offset=self.offset,
             largest_distance_m=self.options.largest_distance_m,
             largest_normal_deg=self.options.largest_normal_deg,
-        )
+        ).less(self.offset)
+        shift = (vertices - self.template.vertices_m)[sight.corners]
+        back = np.einsum("kc,kcd,kd->k", sight.weights, shift, sight.normals)
+        _, triangle, weights = self._carrier(sight.rest_m)
+        return Carried(replace(sight, distance_m=sight.distance_m + back), triangle, weights)
+
+    def _distances(self, carried: Carried, x: NDArray) -> NDArray:
+        """Distances of the pairs when the solid's nodes are at x, (k,) [m]."""
+        moved = (x - self.rest)[self._carrier.faces[carried.triangle]]
+        along = np.einsum("kc,kcd,kd->k", carried.weights, moved, carried.sight.normals)
+        return carried.sight.distance_m - along
 
     def learn_rest(self, clouds: Sequence[tuple[NDArray, NDArray]]) -> None:
         """Take the distances in undeformed frames as the sensor's and the template's own.
@@ -143,9 +178,10 @@ class ElasticTracker:
         ValueError
             If no point is near the template.
         """
-        sights = [self.see(self.rest, cloud) for cloud in clouds]
-        self.offset = rest_offset(self.template, sights)
-        left = np.concatenate([self.see(self.rest, cloud).distance_m for cloud in clouds])
+        sights = [self._carry(self.rest, cloud).sight for cloud in clouds]
+        self.offset, others = rest_offsets(self.template, sights)
+        self.at_rest_seen = [sight.less(own) for sight, own in zip(sights, others, strict=True)]
+        left = np.concatenate([sight.distance_m for sight in self.at_rest_seen])
         if not len(left):
             raise ValueError("cloud: expected points near the template at rest, found none")
         spread = float(np.median(np.abs(left))) / MEDIAN_OF_NORMAL
@@ -174,12 +210,13 @@ class ElasticTracker:
         x, touched, converged = start.nodes_m, start.touched, False
         for k in range(STEPS):
             if k < PAIRINGS:
-                sight, paired = self.see(x, cloud), x
-            now = sight.moved(self.vertices(x) - self.vertices(paired))
-            obstacles = list(zip((sphere, self.table), touched, strict=True))
-            step, touched = self._step(x, now, obstacles, weight)
-            x = x + step
-            converged = bool(np.abs(step).max() < CONVERGED_M)
+                carried = self._carry(x, cloud)
+            before, obstacles = touched, list(zip((sphere, self.table), touched, strict=True))
+            step, touched = self._step(x, carried, obstacles, weight)
+            part = self.elastic.allowed_part(x, step)
+            x = x + part * step
+            same = all(map(np.array_equal, before, touched))
+            converged = bool(np.abs(step).max() < CONVERGED_M) and (same or k == 0)
             if converged:
                 break
         return Fitted(x, touched, self.see(x, cloud), converged)
@@ -190,10 +227,10 @@ class ElasticTracker:
         size, k = np.abs(sight.distance_m[near]) / self.sigma, self.options.huber
         return np.where(size < k, 0.5 * size**2, k * (size - 0.5 * k))
 
-    def _step(self, x: NDArray, sight: Sight, obstacles: list, weight: float) -> tuple:
+    def _step(self, x: NDArray, carried: Carried, obstacles: list, weight: float) -> tuple:
         """Newton step, and which surface nodes then touch each obstacle."""
         # All is divided by the weight, so that the elastic part keeps its size.
-        forces, blocks = self._outer(x, sight, weight)
+        forces, blocks = self._outer(x, carried, weight)
         depths = [obstacle.depths(x[self._surface]) for obstacle, _ in obstacles]
         active = []
         for (depth, n), (_, touched) in zip(depths, obstacles, strict=True):
@@ -203,7 +240,6 @@ class ElasticTracker:
             blocks[self._diagonal[nodes]] += strength * n[now, :, None] * n[now, None, :]
             active.append(now)
         step = self._solve(x, forces, blocks)
-        step *= self.elastic.allowed_part(x, step)
         # A node leaves when it is pulled: by the sphere's curvature alone it may lie outside.
         moved = step[self._surface]
         left = [depth - np.einsum("kd,kd->k", n, moved) for depth, n in depths]
@@ -214,27 +250,27 @@ class ElasticTracker:
         pull, elastic = self.elastic.forces_and_blocks(x)
         right = -(forces + pull).ravel()
         try:
-            return self._factors.refactorise(self.elastic.matrix(blocks + elastic))(right).reshape(
-                -1, 3
-            )
+            step = self._factors.refactorise(self.elastic.matrix(blocks + elastic))(right)
+            downhill = step @ right > 0
         except ValueError:
+            downhill = False
+        if not downhill and right.any():
             _, elastic = self.elastic.forces_and_blocks(x, positive=True)
-            return self._factors.refactorise(self.elastic.matrix(blocks + elastic))(right).reshape(
-                -1, 3
-            )
+            step = self._factors.refactorise(self.elastic.matrix(blocks + elastic))(right)
+        return step.reshape(-1, 3)
 
-    def _outer(self, x: NDArray, sight: Sight, weight: float) -> tuple[NDArray, NDArray]:
+    def _outer(self, x: NDArray, carried: Carried, weight: float) -> tuple[NDArray, NDArray]:
         """Gradient and second derivative of what the support and the points ask for."""
         forces, blocks = np.zeros_like(x), self._holding.copy()
         forces[self._held] = HOLDING * self._stiff * (x - self.rest)[self._held]
-        _, triangle, w = self._carrier(sight.rest_m)
-        size = np.maximum(np.abs(sight.distance_m), SMALLEST_NOISE_M)
+        triangle, w, n = carried.triangle, carried.weights, carried.sight.normals
+        distance = self._distances(carried, x)
+        size = np.maximum(np.abs(distance), SMALLEST_NOISE_M)
         strength = np.minimum(1, self.options.huber * self.sigma / size)
         strength /= weight * self.sigma**2
-        n = sight.normals
         outer = (n[:, :, None] * n[:, None, :]).reshape(-1, 9)
         for i in range(3):
-            pull = (strength * w[:, i] * sight.distance_m)[:, None] * n
+            pull = (strength * w[:, i] * distance)[:, None] * n
             forces -= _summed(self._carrier.faces[triangle, i], pull, len(x))
             for j in range(3):
                 part = (strength * w[:, i] * w[:, j])[:, None] * outer

@@ -17,7 +17,6 @@ from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, refine_template
 from palpate.surface.tracked import Tracked
 
-RULE = "discrepancy"
 # Weights that are tried, times the energy of Hertz's contact in the deepest frame. Under the first
 # the points do little more than keep a body from rolling away under the sphere.
 STRENGTHS = 10.0 ** np.arange(5.0, 1.9, -0.5)
@@ -25,6 +24,8 @@ STRENGTHS = 10.0 ** np.arange(5.0, 1.9, -0.5)
 PAST_CORNER = 1.1
 # Misfits this many times the noise's are no sensor's error.
 EXCESS = 2.0
+# Of the sphere's radius: its longest step between fits, and how deep a surface may leave it.
+LONGEST_STEP, INSIDE = 0.4, 0.25
 # How far above the noise a misfit may be, in standard deviations of the noise's own estimate.
 ALLOWED = 2.0
 
@@ -91,11 +92,14 @@ def track_by_elasticity(recorded: Recorded, options: Mapping) -> Tracked:
     prior = {
         "energy": "neo-Hookean",
         "poisson_ratio": options["poisson_ratio"],
-        "rule": RULE,
+        "rule": "discrepancy" if reached else "L-curve",
         "weight_per_j": weight,
+        "largest_weight_tried": bool(weight == weights[0]),
         "noise_reached": reached,
         "noise_m": tracker.sigma,
+        "frames_at_rest": len(scene.rest),
         "frames_not_converged": [k for k, fit in enumerate(fits) if not fit.converged],
+        "frames_sphere_inside": _inside(tracker, scene, fits),
     }
     return Tracked(
         template_m=template.vertices_m,
@@ -133,7 +137,8 @@ def choose_weight(
     """Largest weight that explains the deepest frame as well as the frames at rest are.
 
     Morozov's discrepancy principle: the noise is the mean misfit of the frames at rest, with two
-    standard deviations for what frames and points differ by. A sensor that errs more in a press
+    standard deviations for what frames and points differ by; an offset at rest is that of the other
+    frames, so one frame alone makes the noise too small. A sensor that errs more in a press
     than at rest would ask for a surface that follows its errors: once the misfit is within twice
     the noise the weight falls no further than to the least product of misfit and energy, which is
     a corner of the L-curve [1]_.
@@ -176,8 +181,8 @@ def choose_weight(
 
 def _noise(tracker: ElasticTracker, scene: Scene) -> float:
     """Largest misfit that noise explains."""
-    sights = [tracker.see(tracker.rest, scene.clouds[k]) for k in scene.rest]
-    costs = [tracker.costs(sight, scene.contact_m, scene.reach_m) for sight in sights]
+    seen = tracker.at_rest_seen
+    costs = [tracker.costs(sight, scene.contact_m, scene.reach_m) for sight in seen]
     if not all(len(cost) for cost in costs):
         return 0.0
     between = np.var([cost.mean() for cost in costs])
@@ -187,10 +192,38 @@ def _noise(tracker: ElasticTracker, scene: Scene) -> float:
 
 def _through(tracker: ElasticTracker, scene: Scene, weight: float) -> list[Fitted]:
     """All frames, each from the one before."""
-    fits = [tracker.at_rest()]
+    fits, before = [tracker.at_rest()], None
     for cloud, sphere in zip(scene.clouds, scene.spheres, strict=True):
-        fits.append(tracker.fit(fits[-1], cloud, sphere, weight))
+        start = fits[-1]
+        for part in _on_the_way(before, sphere):
+            start = tracker.fit(start, cloud, part, weight)
+        fits.append(tracker.fit(start, cloud, sphere, weight))
+        before = sphere
     return fits[1:]
+
+
+def _on_the_way(before: Sphere | None, sphere: Sphere) -> list[Sphere]:
+    """Spheres between two frames' where it moves far: nodes that it jumps over never touch it."""
+    if before is None:
+        return []
+    way = sphere.centre_m - before.centre_m
+    parts = int(np.linalg.norm(way) / (LONGEST_STEP * sphere.radius_m))
+    return [
+        Sphere(before.centre_m + way * k / (parts + 1), sphere.radius_m)
+        for k in range(1, parts + 1)
+    ]
+
+
+def _inside(tracker: ElasticTracker, scene: Scene, fits: list[Fitted]) -> list[int]:
+    """Frames in which the sphere lies deeper in the tracked surface than contact leaves it."""
+    found = []
+    for k, (fit, sphere) in enumerate(zip(fits, scene.spheres, strict=True)):
+        if scene.depth_m[k] > 0:
+            surface = ClosestPoints(tracker.vertices(fit.nodes_m), tracker.template.faces)
+            depth = sphere.radius_m - surface.signed_distance(sphere.centre_m[None])[0]
+            if depth > INSIDE * sphere.radius_m:
+                found.append(k)
+    return found
 
 
 def _again(

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +31,7 @@ class Sight:
     normals : (k, 3) array
         Unit normals of the deformed triangles.
     distance_m : (k,) array
-        Of the point from the surface along the normal, positive outside, less the offset [m].
+        Of the point from the surface along the normal, positive outside [m].
     """
 
     corners: NDArray
@@ -45,10 +44,10 @@ class Sight:
         """Which of a template's vertices have a point on one of their triangles, shape (count,)."""
         return np.bincount(self.corners.ravel(), minlength=count) > 0
 
-    def moved(self, shift_m: NDArray) -> Self:
-        """The same pairs after the template's vertices have moved by (n, 3) [m]."""
-        along = np.einsum("kc,kcd,kd->k", self.weights, shift_m[self.corners], self.normals)
-        return replace(self, distance_m=self.distance_m - along)
+    def less(self, offset: NDArray) -> "Sight":
+        """The same with an offset (n,) at the vertices taken off the distances [m]."""
+        taken = (self.weights * offset[self.corners]).sum(axis=1)
+        return replace(self, distance_m=self.distance_m - taken)
 
 
 def pair(
@@ -56,7 +55,6 @@ def pair(
     template: Template,
     cloud: tuple[NDArray, NDArray],
     *,
-    offset: NDArray,
     largest_distance_m: float,
     largest_normal_deg: float,
 ) -> Sight:
@@ -68,8 +66,6 @@ def pair(
         Deformed vertices [m].
     template : Template
     cloud : (points (m, 3) [m], normals (m, 3))
-    offset : (n,) array
-        Taken off the distance at each vertex [m].
     largest_distance_m, largest_normal_deg : float
         Points farther away, or turned more against the surface, are left out.
     """
@@ -82,24 +78,35 @@ def pair(
     kept = np.linalg.norm(gap, axis=1) < largest_distance_m
     kept &= (normals * directions).sum(axis=1) > np.cos(np.deg2rad(largest_normal_deg))
     corners, weights, normals = template.faces[triangle[kept]], weights[kept], normals[kept]
-    distance = (gap[kept] * normals).sum(axis=1) - (weights * offset[corners]).sum(axis=1)
+    distance = (gap[kept] * normals).sum(axis=1)
     rest = np.einsum("kc,kcd->kd", weights, template.vertices_m[corners])
     return Sight(corners, weights, rest, normals, distance)
 
 
-def rest_offset(template: Template, sights: Sequence[Sight]) -> NDArray:
-    """Mean distance of undeformed frames' points at each vertex, (n,) [m].
+def rest_offsets(template: Template, sights: Sequence[Sight]) -> tuple[NDArray, NDArray]:
+    """Mean distance of undeformed frames' points at each vertex.
 
     It is what sensor and template are wrong by before anything moves; zero where nothing is seen.
+
+    Returns
+    -------
+    offset : (n,) array
+        Of all frames [m].
+    others : (f, n) array
+        Of all frames but one, for each; of that one where it is alone [m].
     """
     count = len(template.vertices_m)
-    sums, seen = np.zeros(count), np.zeros(count)
-    for sight in sights:
+    sums, seen = np.zeros((2, len(sights), count))
+    for k, sight in enumerate(sights):
         weights, corners = sight.weights.ravel(), sight.corners.ravel()
-        sums += np.bincount(corners, weights * np.repeat(sight.distance_m, 3), count)
-        seen += np.bincount(corners, weights, count)
+        sums[k] = np.bincount(corners, weights * np.repeat(sight.distance_m, 3), count)
+        seen[k] = np.bincount(corners, weights, count)
     smooth = _gaussian(template.vertices_m)
-    return (smooth @ sums) / (smooth @ seen + FEW)
+    sums, seen = (smooth @ sums.T).T, (smooth @ seen.T).T
+    whole = sums.sum(axis=0) / (seen.sum(axis=0) + FEW)
+    if len(sights) == 1:
+        return whole, whole[None]
+    return whole, (sums.sum(axis=0) - sums) / (seen.sum(axis=0) - seen + FEW)
 
 
 def _gaussian(points: NDArray) -> sparse.csr_matrix:

@@ -82,7 +82,7 @@ class Tracker:
                 transforms, energy = descend(
                     transforms, found, smoothness, w_sm, rotations=options.rotations
                 )
-            if np.isfinite(before) and abs(before - energy) < RELATIVE_CHANGE * before:
+            if np.isfinite(before) and before - energy < RELATIVE_CHANGE * before:
                 break
             before, w_sm = energy, w_sm / 2
         return transforms, Fit(found, captured)
