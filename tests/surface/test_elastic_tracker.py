@@ -32,6 +32,7 @@ OPTIONS = {
     "largest_normal_deg": 60,
     "huber": 1.5,
     "misfit_reach_m": 0.06,
+    "points": True,
 }
 NO_POINTS = (np.zeros((0, 3)), np.zeros((0, 3)))
 TABLE = Table(np.zeros(3), np.array([0.0, 0.0, 1.0]))
@@ -233,6 +234,16 @@ def test_points_that_contradict_the_prior_lower_its_weight(capture, solid, templ
     side = swollen.template_m[:, 0] > 0.0399
     moved = (swollen.vertices_m[4] - swollen.rest_m)[side, 0].mean()
     assert moved > 0.5 * 0.03 * 0.04
+
+
+def test_contact_alone(capture, solid, template):
+    swollen = recorded(solid, template, np.eye(4), 1e-4, swell=0.03)
+    found = track_capture(swollen, OPTIONS | {"points": False})
+    assert json.loads(found.prior)["rule"] == "no points"
+    moved = np.linalg.norm(found.vertices_m[4] - found.rest_m, axis=1)
+    assert moved.max() == pytest.approx(0.003, abs=1e-4)
+    side = found.template_m[:, 0] > 0.0399
+    assert moved[side].mean() < 0.2 * 0.03 * 0.04
 
 
 def test_bad_captures(capture):

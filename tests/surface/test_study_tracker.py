@@ -304,6 +304,9 @@ def test_options_of_named_trackers():
     assert ear == {"kind": "elastic", "refine_edge_m": None, "refine_radius_m": 0.01}
 
 
+STUDY = {name: 1 for name in NEEDED["study"]} | {"kind": "study"}
+
+
 @pytest.mark.parametrize(
     ("spoil", "line"),
     [
@@ -313,6 +316,17 @@ def test_options_of_named_trackers():
         ({"trackers": {"a": {"like": "b"}, "b": {"like": "a"}}}, "a.like: expected a chain"),
         ({"trackers": {"a": {}, "b": {}}}, "trackers.a.kind: expected an option"),
         ({"trackers": {"a": {"kind": "elastic"}, "b": {"like": "a"}}}, "a.refine_radius_m: expect"),
+        (
+            {"objects": {"ear": {"a": {"kind": "study"}}}},
+            "objects.ear.a.kind: expected an option of",
+        ),
+        (
+            {
+                "trackers": {"a": {"like": "b"}, "b": STUDY},
+                "objects": {"ear": {"b": {"w_sm": 0.5}}},
+            },
+            "trackers.a.w_sm for ear: expected at least w_sm_stop, 1, found 0.5",
+        ),
     ],
 )
 def test_trackers_that_cannot_be(spoil, line):

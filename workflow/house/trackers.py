@@ -29,6 +29,7 @@ NEEDED = {
         "poisson_ratio",
         "huber",
         "misfit_reach_m",
+        "points",
     ),
 }
 
@@ -62,6 +63,11 @@ def tracker_problems(tracking: Mapping, source: str) -> list[str]:
     problems = _unknown_names(tracking, source) or _endless(tracking, source)
     if problems:
         return problems
+    for name, own in tracking["objects"].items():
+        for tracker, options in own.items():
+            for key in sorted({"kind", "like"} & set(options)):
+                place = f"{source}: tracking.objects.{name}.{tracker}.{key}"
+                problems.append(f"{place}: expected an option of the tracker's kind, found {key}")
     for name in tracking["trackers"]:
         options = options_of(tracking, name, "")
         kind = options.get("kind", "none")
@@ -69,6 +75,15 @@ def tracker_problems(tracking: Mapping, source: str) -> list[str]:
         if missing:
             place = f"{source}: tracking.trackers.{name}.{missing[0]}"
             problems.append(f"{place}: expected an option that kind {kind} needs, found none")
+            continue
+        for thing in ("", *tracking["objects"]):
+            options = options_of(tracking, name, thing)
+            if kind == "study" and options["w_sm"] < options["w_sm_stop"]:
+                place = f"{source}: tracking.trackers.{name}.w_sm" + (
+                    f" for {thing}" if thing else ""
+                )
+                expected = f"at least w_sm_stop, {options['w_sm_stop']:g}"
+                problems.append(f"{place}: expected {expected}, found {options['w_sm']:g}")
     return problems
 
 

@@ -1,5 +1,6 @@
 """Compare the trackers with the virtual lab's truth."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,10 @@ def capture_rows(truth, files):
     for name, (path, seconds) in files.items():
         tracked = load_tracked(path)
         spent = seconds_of(seconds) / len(tracked.vertices_m)
+        if not rows:
+            observed = tracked.observed
+        if observed.shape == tracked.observed.shape:
+            tracked = replace(tracked, observed=observed)
         kinds = {name: (tracked, spent)}
         if not rows:
             kinds = {UNTRACKED: (untracked(tracked), None)} | kinds

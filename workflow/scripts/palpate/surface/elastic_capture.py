@@ -17,6 +17,8 @@ from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, refine_template
 from palpate.surface.tracked import Tracked
 
+# By whether the noise was reached; without points there is none.
+RULES = {True: "discrepancy", False: "L-curve", None: "no points"}
 # Weights that are tried, times the energy of Hertz's contact in the deepest frame. Under the first
 # the points do little more than keep a body from rolling away under the sphere.
 STRENGTHS = 10.0 ** np.arange(5.0, 1.9, -0.5)
@@ -84,15 +86,17 @@ def track_by_elasticity(recorded: Recorded, options: Mapping) -> Tracked:
     scene = _scene(recorded, options["misfit_reach_m"])
     tracker.learn_rest([scene.clouds[k] for k in scene.rest])
     weights = STRENGTHS / hertz_energy(scene, options["poisson_ratio"])
-    fits = _through(tracker, scene, weights[0])
-    weight, reached = choose_weight(tracker, scene, fits[scene.deepest], weights)
-    if weight != weights[0]:
-        fits = _again(tracker, scene, fits, weight)
+    fits = _through(tracker, scene, weights[0] if options["points"] else np.inf)
+    weight, reached = None, None
+    if options["points"]:
+        weight, reached = choose_weight(tracker, scene, fits[scene.deepest], weights)
+        if weight != weights[0]:
+            fits = _again(tracker, scene, fits, weight)
     pose, count = recorded.alignment.camera_from_object, len(template.vertices_m)
     prior = {
         "energy": "neo-Hookean",
         "poisson_ratio": options["poisson_ratio"],
-        "rule": "discrepancy" if reached else "L-curve",
+        "rule": RULES[reached],
         "weight_per_j": weight,
         "largest_weight_tried": bool(weight == weights[0]),
         "noise_reached": reached,
