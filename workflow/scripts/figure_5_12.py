@@ -12,7 +12,8 @@ from palpate.surface.tracked import load_tracked
 from study_inputs import read_all
 from tracking_inputs import recordings_of
 
-TILT_DEG, TIMES = 15.0, 2.0
+TILT_DEG, TIMES = 5.0, 1.0
+LEANING = f"tilted by {TILT_DEG:g}° (not measured)"
 
 
 def main(snakemake):
@@ -31,18 +32,18 @@ def main(snakemake):
         )  # fmt: skip
 
     normal = normal_at(posed(measured, turn_force=True).mesh, recorded, tracked)
-    leaning = turn @ force_direction.tilted(measured @ turn, normal, TILT_DEG)
+    leaning = turn @ force_direction.tilted(measured @ turn, -(measured @ turn), TILT_DEG)
     problems = {
         "as measured": posed(measured, turn_force=False),
-        "turned to the normal": posed(measured, turn_force=True),
-        f"tilted by {TILT_DEG:g}° (not measured)": posed(leaning, turn_force=False),
+        "turned to the triangle's normal": posed(measured, turn_force=True),
+        LEANING: posed(leaning, turn_force=False),
     }
     moduli = {"E": STUDY_E_PA, "nu": STUDY_NU}
     cases = [
         (name, force_direction.press(one, tracked.contact_point_m, normal=normal, **moduli))
         for name, one in problems.items()
     ]
-    lean = problems[f"tilted by {TILT_DEG:g}° (not measured)"].measurement.force_n.sum(axis=0)
+    lean = problems[LEANING].measurement.force_n.sum(axis=0)
     # Seen across the way that the force leans.
     view = View(float(np.rad2deg(np.arctan2(lean[1], lean[0])) - 90), 8)
     note = (

@@ -11,14 +11,14 @@ from palpate.study import rigid_slide, style
 from palpate.surface.alignment import standing_of
 from palpate.surface.augment import undeformed_points
 from palpate.surface.pose import align_rigidly, to_camera, to_object
-from palpate.surface.template import vertex_normals
+from palpate.surface.template import refine_template, vertex_normals
 from tracking_inputs import last_frames, recordings_of
 
-SHIFTS_M = np.arange(-60, 61, 20) / 1000
-SHOWN_M = -0.040
+SHIFTS_M = np.array([-60, -40, -20, -10, 0, 10, 20, 40, 60]) / 1000
+SHOWN_M = 0.040
 # Of the cloud is kept what lies this far from the block's end.
 KEPT_M = (0.030, 0.230)
-REACH_M = 0.040
+REACH_M, WHOLE_M, SPACING_M = 0.040, 1.0, 0.006
 
 
 def main(snakemake):
@@ -55,7 +55,8 @@ TITLES = {
 }
 NOTE = (
     f"Cloud cut to {1e3 * KEPT_M[0]:g} to {1e3 * KEPT_M[1]:g} mm from the block's end;"
-    f" a, b, c: first pose shifted {1e3 * SHOWN_M:g} mm along the block; black: template"
+    f" a, b, c: first pose shifted {1e3 * SHOWN_M:g} mm; black: template.\nPairs are sought within"
+    " dr only: points farther off than dr, added ones too, pull nothing back."
 )
 
 
@@ -94,8 +95,14 @@ def ways_of(recorded, frame, known):
 
 
 def added_places(recorded):
-    """Places of the template's vertices that no camera sees and no press reaches, and normals."""
-    template, alignment = recorded.template, recorded.alignment
+    """Points of the template that no camera sees and no press reaches, and their normals.
+
+    As close as a cloud's: the template's own vertices would lock it at multiples of its edges.
+    """
+    alignment = recorded.alignment
+    template = refine_template(
+        recorded.template, alignment.contact_point_m, radius_m=WHOLE_M, edge_m=SPACING_M
+    )
     rest = to_camera(alignment.camera_from_object, template.vertices_m)
     contact = to_camera(alignment.camera_from_object, alignment.contact_point_m)
     still = undeformed_points(rest, recorded.clouds[0][0], contact, reach_m=REACH_M)

@@ -113,7 +113,7 @@ def figure_5_12(
     note : str
         Force, moduli and what is not measured.
     """
-    figure, axes = panels(1, len(cases), 3.25, right=0.89)
+    figure, axes = panels(1, len(cases), 2.75, right=0.89, bottom_in=0.7)
     top = max(float(pressed.surface.displacement_mm().max()) for _, pressed in cases)
     drawn = [_drawn(pressed.surface, times) for _, pressed in cases]
     frame = view.frame(*drawn, cases[0][1].surface.rest_m)
@@ -127,13 +127,14 @@ def figure_5_12(
         scale_bar(panel, 20, frame)
         named(panel, letter, title)
         text = (
-            f"{pressed.angle_deg:.1f}° from the normal\ntilt {pressed.tilt_deg:.2f}°,"
+            f"{pressed.angle_deg:.1f}° from the triangle's normal\ntilt {pressed.tilt_deg:.2f}°,"
             f" sideways {pressed.sideways_m * MILLIMETRES:.2f} mm"
         )
         panel.text(0.5, -0.03, text, transform=panel.transAxes, ha="center", va="top",
                    fontsize=SMALL)  # fmt: skip
     displacement_bar(figure, axes, top)
-    text = f"{sensor_name(capture['sensor'])}; {note}; drawn {times:g} times"
+    scale = "deformation as computed" if times == 1 else f"deformation drawn {times:g} times"
+    text = f"{sensor_name(capture['sensor'])}; {note}; {scale}"
     figure.text(0.02, 0.02, text, fontsize=SMALL)
     label_provenance(figure, {capture["provenance"]})
     return figure

@@ -17,7 +17,7 @@ from palpate.surface.template import Template, vertex_normals
 
 STEPS = 200
 STILL_M = 1e-7
-FEWEST = 6
+FEWEST, BAR_ROOM_MM = 6, 35
 
 
 @dataclass(frozen=True)
@@ -126,10 +126,10 @@ def figure_5_6(
     figure, axes = panels(rows, 2, 1.35 * rows + 0.75, widths=[1.75, 1], wspace=0.28)
     view = View(-90, 55)
     clouds = [np.vstack(part[1:]) for part in slid]
-    frame = view.frame(template.vertices_m, *clouds)
+    frame = view.frame(template.vertices_m, *clouds) - [0, 0, BAR_ROOM_MM, 0]
     for panel, letter, (title, cloud, added) in zip(axes[:, 0], "abcdef", slid, strict=False):
-        groups = [(cloud, BLUE), (added, ORANGE)]
-        cloud_panel(panel, groups, view, frame, size=0.8)
+        groups = [(cloud, BLUE, 0.8), (added, ORANGE, 1.5)]
+        cloud_panel(panel, groups, view, frame)
         flat = view.project(template.vertices_m)
         panel.plot(*flat[:, :2].T, ".", ms=1.1, color=BLACK, zorder=3)
         scale_bar(panel, 100, frame)

@@ -80,16 +80,15 @@ def figure_5_5(
     """Picture, cloud with added points, tracked surface and its dent, by sensor (Fig. 5.5)."""
     view, close = View(-72, 33), View(-72, 38)
     figure, axes = panels(
-        4, len(captures), 7.5, heights=[1.3, 1.25, 1.25, 1.9], right=0.89, bottom_in=0.25
+        4, len(captures), 7.5, heights=[1.3, 1.25, 1.25, 1.9], right=0.89, bottom_in=0.3
     )
     frame = view.frame(*(surface.rest_m for surface in surfaces))
     top = max(float(surface.displacement_mm().max()) for surface in surfaces)
     columns = zip(axes.T, captures, photos, clouds, surfaces, strict=True)
     for column, capture, photo, cloud, surface in columns:
         photo_panel(column[0], photo)
-        dots = (cloud.captured_m, GREY, 0.12), (cloud.still_m, ORANGE, 2.5)
-        for points, colour, size in (*dots, (cloud.pressed_m, GREEN, 4)):
-            cloud_panel(column[1], [(points, colour)], view, frame, size=size)
+        dots = (cloud.captured_m, GREY, 0.5), (cloud.still_m, ORANGE, 2.5)
+        cloud_panel(column[1], [*dots, (cloud.pressed_m, GREEN, 5)], view, frame)
         whole = {"colours": coloured(surface.displacement_mm(), top), "edges": True}
         shape = surface.deformed_m, surface.faces
         surface_panel(column[2], *shape, view, frame, **whole, width_px=1100)
@@ -105,7 +104,7 @@ def figure_5_5(
         for panel, letter, title in zip(column, first, titles, strict=False):
             named(panel, letter, title)
     entries = ("captured", GREY), ("undeformed", ORANGE), ("under the indenter", GREEN)
-    legend(figure, entries, axes[2, 0].get_position().y1 + 0.03)
+    legend(figure, entries, 0.016)
     displacement_bar(figure, axes[2:, -1], top)
     label_provenance(figure, {capture["provenance"] for capture in captures})
     return figure
@@ -143,11 +142,11 @@ def figure_5_11(
     letters = iter("abcdefghijkl")
     for row, capture, view, found in zip(axes, captures, views, clouds, strict=True):
         frame = view.frame(np.vstack(found.rest_m), margin=0.06)
-        cloud_panel(row[0], [(found.single_m, BLUE)], view, frame, size=1.6)
+        cloud_panel(row[0], [(found.single_m, BLUE, 1.6)], view, frame)
         turned = found.rest_m, found.pressed_m
         for panel, (own, copies, support) in zip(row[1:], turned, strict=True):
-            cloud_panel(panel, [(copies, GREY), (own, BLUE)], view, frame, size=1.2)
-            cloud_panel(panel, [(support, ORANGE)], view, frame, size=5)
+            groups = (copies, GREY, 1.2), (own, BLUE, 1.2), (support, ORANGE, 5)
+            cloud_panel(panel, groups, view, frame)
         titles = (
             f"{sensor_name(capture['sensor'])}: one view",
             "turned, undeformed",
@@ -181,7 +180,7 @@ def figure_5_13(
         for panel, surface, how in zip(row, pair, ("one view", "turned clouds"), strict=True):
             look = {"colours": coloured(surface.displacement_mm(), top), "edges": True}
             surface_panel(panel, surface.deformed_m, surface.faces, view, frame, **look)
-            outline(panel, surface.rest_m, surface.faces, view)
+            outline(panel, surface.rest_m, surface.faces, view, frame)
             text = f"volume {100 * surface.volume_change():+.1f} %"
             place = {"xy": (1, 0), "xycoords": "axes fraction", "ha": "right"}
             panel.annotate(text, **place, fontsize=SMALL)
@@ -200,7 +199,7 @@ def figure_5_16(
     figure, axes = panels(2, 2, 5.3, right=0.88, bottom_in=0.3)
     photo_panel(axes[0, 0], photo)
     frame, top = view.frame(surface.rest_m), float(surface.displacement_mm().max())
-    cloud_panel(axes[0, 1], [(cloud_m, BLUE)], view, frame, size=3)
+    cloud_panel(axes[0, 1], [(cloud_m, BLUE, 3)], view, frame)
     whole = surface.deformed_m, surface.faces
     surface_panel(axes[1, 0], *whole, view, frame)
     look = {"colours": coloured(surface.displacement_mm(), top), "edges": True}
@@ -242,4 +241,4 @@ def _section_panel(axes: Axes, surface: Surface, cloud_m: NDArray) -> None:
     points = offset[near] * MILLIMETRES
     axes.plot(points[:, 0], points[:, 2], ".", ms=2.5, color=BLACK, label="captured")
     reach = SECTION_REACH_M * MILLIMETRES
-    axes.set(xlim=(-reach, reach), ylim=(-14, 6), aspect="equal", ylabel="Height (mm)")
+    axes.set(xlim=(-reach, reach), ylim=(-21, 6), aspect="equal", ylabel="Height (mm)")

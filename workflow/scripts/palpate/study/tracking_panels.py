@@ -19,7 +19,7 @@ MAP = LinearSegmentedColormap.from_list(
     "moved", ["#D3DEE8", "#F2C48D", "#D55E00", "#7A1F0A"], N=256
 )
 TITLE_PT = 8.5
-LETTER_PT = 11
+LETTER_PT, OUTLINE_PX = 11, 500
 
 
 def surface_panel(
@@ -41,14 +41,15 @@ def surface_panel(
 
 
 def cloud_panel(
-    axes: Axes, groups: list[tuple[NDArray, str]], view: View, frame_mm: NDArray, *, size=0.5
+    axes: Axes, groups: Sequence[tuple[NDArray, str, float]], view: View, frame_mm: NDArray
 ) -> None:
-    """Draw groups of points, each with its colour; nearer points over farther ones."""
-    flat = np.concatenate([view.project(points) for points, _ in groups])
-    colour = np.concatenate([np.tile(to_rgb(c), (len(p), 1)) for p, c in groups])
+    """Draw groups of points, each with its colour and size; nearer points over farther ones."""
+    flat = np.concatenate([view.project(points) for points, _, _ in groups])
+    colour = np.concatenate([np.tile(to_rgb(name), (len(points), 1)) for points, name, _ in groups])
+    size = np.concatenate([np.full(len(points), size) for points, _, size in groups])
     order = np.argsort(flat[:, 2], kind="stable")
-    look = {"s": size, "linewidths": 0, "rasterized": True, "zorder": 2}
-    axes.scatter(*flat[order, :2].T, c=colour[order], **look)
+    look = {"s": size[order], "c": colour[order], "linewidths": 0, "rasterized": True, "zorder": 2}
+    axes.scatter(*flat[order, :2].T, **look)
     space(axes, frame_mm)
 
 
@@ -82,15 +83,15 @@ def coloured(values: NDArray, top: float) -> NDArray:
     return MAP(Normalize(0, top)(values))[:, :3]
 
 
-def outline(axes: Axes, vertices_m: NDArray, faces: NDArray, view: View) -> None:
-    """Dashed edges between triangles that face the viewer and triangles that do not."""
-    flat = view.project(vertices_m)[:, :2]
-    a, b, c = (flat[faces[:, k]] for k in range(3))
-    facing = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0] > 0
-    sides = np.sort(faces[facing][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    edges, count = np.unique(sides, axis=0, return_counts=True)
-    loop = _chained(edges[count == 1])
-    axes.plot(*flat[loop].T, color=BLACK, lw=0.9, ls=(0, (4, 2.5)), zorder=4)
+def outline(axes: Axes, vertices_m: NDArray, faces: NDArray, view: View, frame_mm: NDArray) -> None:
+    """Dash the outline of a surface."""
+    picture = render_surface(vertices_m, faces, view, frame_mm, width_px=OUTLINE_PX)
+    rows, columns = picture.shape[:2]
+    left, right, bottom, top = frame_mm
+    x = left + (right - left) * (np.arange(columns) + 0.5) / columns
+    y = top - (top - bottom) * (np.arange(rows) + 0.5) / rows
+    look = {"colors": BLACK, "linewidths": 0.9, "linestyles": [(0, (4, 2.5))], "zorder": 4}
+    axes.contour(x, y, picture[..., 3], [0.5], **look)
 
 
 def photo_panel(axes: Axes, photo: NDArray) -> None:
@@ -152,21 +153,3 @@ def displacement_bar(
     orientation = "horizontal" if place else "vertical"
     scale = ScalarMappable(Normalize(0, top_mm), MAP)
     figure.colorbar(scale, cax=axes, label="Displacement (mm)", orientation=orientation)
-
-
-def _chained(edges: NDArray) -> NDArray:
-    """Vertices of the longest chain of edges, closed where it closes."""
-    neighbours: dict[int, list[int]] = {}
-    for one, other in edges:
-        neighbours.setdefault(int(one), []).append(int(other))
-        neighbours.setdefault(int(other), []).append(int(one))
-    chains = []
-    while neighbours:
-        chain = [next(iter(neighbours))]
-        while chain[-1] in neighbours and neighbours[chain[-1]]:
-            here, after = chain[-1], neighbours[chain[-1]].pop()
-            neighbours[after].remove(here)
-            chain.append(after)
-        neighbours = {vertex: others for vertex, others in neighbours.items() if others}
-        chains.append(chain)
-    return np.array(max(chains, key=len))
