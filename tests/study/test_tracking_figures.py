@@ -4,7 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import trimesh
-from palpate.study import force_direction, rigid_slide, style, tracking_dots, tracking_figures
+from palpate.study import (
+    force_direction,
+    rigid_slide,
+    style,
+    tracking_dots,
+    tracking_figures,
+    tracking_panels,
+)
 from palpate.study.tracking_views import Surface, View, render_surface, view_from
 from palpate.surface.pose import to_camera
 from palpate.surface.template import Template, refine_template
@@ -173,7 +180,11 @@ def drawn(ball, tmp_path, name):
 def test_figures_name_panels_units_and_provenance_and_repeat_their_bytes(
     ball, tmp_path, monkeypatch
 ):
+    def coarse(*args, width_px, **options):
+        return render_surface(*args, width_px=min(width_px, 60), **options)
+
     monkeypatch.setitem(style.SETTINGS, "savefig.dpi", 40)
+    monkeypatch.setattr(tracking_panels, "render_surface", coarse)
     with style.journal():
         found = drawn(ball, tmp_path, "a")
         drawn(ball, tmp_path, "b")
@@ -190,7 +201,7 @@ def test_figures_name_panels_units_and_provenance_and_repeat_their_bytes(
 @pytest.fixture
 def errors():
     rows = [
-        {"object": "foam_block", "sensor": sensor, "capture": f"{k:02d}", "tracker": tracker,
+        {"object": "foam_ball", "sensor": sensor, "capture": f"{k:02d}", "tracker": tracker,
          "frames": frames, "displacement_mean_dent_mm": size * k, "provenance": "simulated",
          "displacement_mean_all_mm": size * k / 5}
         for sensor in ("bumblebee", "kinect") for k in (1, 2, 3)
@@ -208,7 +219,8 @@ def test_dots_and_medians_of_every_tracker(errors):
     assert len(lines[0].get_xdata()) == 3
     assert lines[3].get_ydata()[0] == pytest.approx(1.0)
     assert figure.axes[0].get_yscale() == "log"
-    assert {"Error in the dent (mm)", "a", "simulated captures"} <= texts(figure)
+    words = {"Error in the dent (mm)", "a", "Ball, Kinect", "simulated captures"}
+    assert words <= texts(figure)
     style.plt.close(figure)
 
 

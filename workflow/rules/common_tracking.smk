@@ -5,6 +5,8 @@ from types import SimpleNamespace
 BALL, EAR = "foam_ball", "ear"
 # The point of Figure 5.6 lies at an end of the block.
 END_POINT = "17"
+# Trackers whose surfaces the figures show.
+DRAWN_TRACKERS = {"study", "unrefined", "single_view"}
 
 
 def tracked_of(name):
@@ -71,6 +73,8 @@ def options_shown(captures, tracker):
 def tracking_figure_outputs():
     """Figures of tracked surfaces that the run has captures for."""
     names = []
+    if not DRAWN_TRACKERS <= set(config["tracking"]["trackers"]):
+        return []
     if block_shown("figure_5_5"):
         names += ["figure_5_5", "figure_5_7"]
     if at_the_end():

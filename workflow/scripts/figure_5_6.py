@@ -42,7 +42,7 @@ def main(snakemake):
     slides = rigid_slide.Slides(SHIFTS_M, left)
     with style.journal():
         figure = rigid_slide.figure_5_6(
-            snakemake.params.captures[0], recorded.template, shown, slides, note=NOTE
+            snakemake.params.captures[0], recorded.template, shown, slides, note=note_of(options)
         )
         with whole_file(snakemake.output.png) as png, whole_file(snakemake.output.svg) as svg:
             style.save(figure, png, svg)
@@ -56,8 +56,13 @@ TITLES = {
 NOTE = (
     f"Cloud cut to {1e3 * KEPT_M[0]:g} to {1e3 * KEPT_M[1]:g} mm from the block's end;"
     f" a, b, c: first pose shifted {1e3 * SHOWN_M:g} mm; black: template.\nPairs are sought within"
-    " dr only: points farther off than dr, added ones too, pull nothing back."
 )
+
+
+def note_of(options):
+    """What was cut, shifted and sought, in words under the figure."""
+    reach = f" dr = {1e3 * options['largest_distance_m']:g} mm only"
+    return f"{NOTE}{reach}: points farther off, added ones too, pull nothing back."
 
 
 def standing(snakemake, recorded):

@@ -147,7 +147,7 @@ def figure_5_6(
     chart.set(xlabel="First pose shifted along the block (mm)", ylabel="Slide in the end (mm)")
     chart.legend(loc="upper left", fontsize=SMALL, handlelength=1.3)
     low, high = chart.get_ylim()
-    chart.set_ylim(low, high + 0.45 * (high - low))
+    chart.set_ylim(low, high + 0.22 * (high - low))
     named(chart, "abcdef"[rows], "slide")
     figure.text(0.02, 0.012, note, fontsize=SMALL)
     label_provenance(figure, {capture["provenance"]})

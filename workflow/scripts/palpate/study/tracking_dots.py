@@ -23,8 +23,10 @@ ROWS = {
     "displacement_mean_dent_mm": "Error in the dent (mm)",
     "displacement_mean_all_mm": "Error over all (mm)",
 }
-NAMES = {"none": "none", "study": "study", "elastic": "elastic"}
 COLOURS = (GREY, BLUE, ORANGE, GREEN)
+NOTE = (
+    "mean error of displacement in the most pressed frame, by tracker; dot: capture, line: median"
+)
 SPREAD = 0.32
 MEDIAN_HALF_WIDTH = 0.4
 
@@ -51,17 +53,16 @@ def tracking_accuracy(table: pd.DataFrame) -> Figure:
         2, len(groups), figsize=size, sharey="row", sharex=True, squeeze=False
     )
     letters = iter("abcdefghijklmnopqrstuvwxyz")
-    for row, (column, label) in zip(axes, ROWS.items(), strict=True):
+    for k, (row, (column, label)) in enumerate(zip(axes, ROWS.items(), strict=True)):
         for panel, ((name, sensor), group) in zip(row, groups, strict=True):
             _dots(panel, group, column)
             title = f"{name.replace('foam_', '').capitalize()}, {sensor_name(sensor)}"
-            named(panel, next(letters), title if row is axes[0] else "")
+            named(panel, next(letters), title if k == 0 else "")
         row[0].set_ylabel(label)
         _decades(row[0])
     figure.align_ylabels(axes[:, 0])
     figure.tight_layout(rect=(0, 0.05, 1, 0.98))
-    note = "Tracker below each column; a dot for each capture, line: median; most pressed frame"
-    figure.text(0.02, 0.012, note, fontsize=6.5)
+    figure.text(0.02, 0.012, NOTE, fontsize=6.5)
     label_provenance(figure, set(deepest["provenance"]))
     return figure
 
@@ -77,7 +78,7 @@ def _dots(panel: Axes, group: pd.DataFrame, column: str) -> None:
         panel.plot(k + aside, values, "o", ms=3.2, mew=0, color=colour, alpha=0.85)
         ends = [k - MEDIAN_HALF_WIDTH, k + MEDIAN_HALF_WIDTH]
         panel.plot(ends, [np.median(values)] * 2, color=BLACK, lw=1.1, zorder=3)
-    panel.set_xticks(range(len(names)), [NAMES.get(name, name) for name in names], rotation=30)
+    panel.set_xticks(range(len(names)), names, rotation=30)
     panel.set_xlim(-0.6, len(names) - 0.4)
     panel.grid(axis="y", lw=0.4, color="0.9")
     panel.set_axisbelow(True)
