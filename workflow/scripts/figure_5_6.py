@@ -55,14 +55,14 @@ TITLES = {
 }
 NOTE = (
     f"Cloud cut to {1e3 * KEPT_M[0]:g} to {1e3 * KEPT_M[1]:g} mm from the block's end;"
-    f" a, b, c: first pose shifted {1e3 * SHOWN_M:g} mm; black: template.\nPairs are sought within"
+    f" a, b, c: first pose shifted {1e3 * SHOWN_M:g} mm; black: template.\nEach vertex pairs with the nearest point within"
 )
 
 
 def note_of(options):
     """What was cut, shifted and sought, in words under the figure."""
-    reach = f" dr = {1e3 * options['largest_distance_m']:g} mm only"
-    return f"{NOTE}{reach}: points farther off, added ones too, pull nothing back."
+    reach = f" dr = {1e3 * options['largest_distance_m']:g} mm"
+    return f"{NOTE}{reach}: on flat faces any shift stays, with added points too."
 
 
 def standing(snakemake, recorded):
