@@ -55,7 +55,8 @@ TITLES = {
 }
 NOTE = (
     f"Cloud cut to {1e3 * KEPT_M[0]:g} to {1e3 * KEPT_M[1]:g} mm from the block's end;"
-    f" a, b, c: first pose shifted {1e3 * SHOWN_M:g} mm; black: template.\nEach vertex pairs with the nearest point within"
+    f" a, b, c: first pose shifted {1e3 * SHOWN_M:g} mm; black: template.\n"
+    "Each vertex pairs with the nearest point within"
 )
 
 
