@@ -202,10 +202,9 @@ def test_figures_name_panels_units_and_provenance_and_repeat_their_bytes(
 def errors():
     rows = [
         {"object": "foam_ball", "sensor": sensor, "capture": f"{k:02d}", "tracker": tracker,
-         "frames": frames, "displacement_mean_dent_mm": size * k, "provenance": "simulated",
+         "displacement_mean_dent_mm": size * k, "provenance": "simulated",
          "displacement_mean_all_mm": size * k / 5}
         for sensor in ("bumblebee", "kinect") for k in (1, 2, 3)
-        for frames in ("deepest", "contact")
         for tracker, size in (("none", 2.0), ("study", 0.5), ("elastic", 0.3))
     ]  # fmt: skip
     return pd.DataFrame(rows)
@@ -224,6 +223,6 @@ def test_dots_and_medians_of_every_tracker(errors):
     style.plt.close(figure)
 
 
-def test_errors_without_a_most_pressed_frame_are_refused(errors):
-    with pytest.raises(ValueError, match="table: expected most pressed frames"):
-        tracking_dots.tracking_accuracy(errors[errors["frames"] == "contact"])
+def test_errors_of_no_capture_are_refused(errors):
+    with pytest.raises(ValueError, match="table: expected captures, found none"):
+        tracking_dots.tracking_accuracy(errors[:0])

@@ -118,7 +118,9 @@ class Files:
     def tips(self, tips_m):
         tips = tips_m @ POSE[:3, :3].T + POSE[:3, 3]
         names = ("tip_x_m", "tip_y_m", "tip_z_m")
-        table = pd.DataFrame(dict(zip(names, tips.T, strict=True)))
+        table = pd.DataFrame(
+            {"time_s": np.arange(len(tips)) / 6} | dict(zip(names, tips.T, strict=True))
+        )
         write_table(self.folder / "probe_pose.csv", table)
 
     def forces(self, newtons):
@@ -135,7 +137,7 @@ def execute(root, tmp_path, capfd):
         made = tmp_path / "made"
         job = SimpleNamespace(
             rule=script,
-            wildcards=Named(object="hill", sensor="kinect", capture="01"),
+            wildcards=Named(object="hill", sensor="kinect", capture="01", tracker="study"),
             log=tmp_path / "log.txt",
             input=Named(**{name: str(path) for name, path in inputs.items()}),
             output=Named(**{name: str(made / file) for name, file in outputs.items()}),
@@ -192,7 +194,11 @@ def track(execute, files, root):
         return execute(
             "track",
             inputs={name: files.folder / file for name, file in inputs.items()},
-            outputs={"tracked": "tracked-study.npz"},
+            outputs={
+                "tracked": "tracked-study.npz",
+                "series": "tracked-study.vtkhdf",
+                "description": "tracked-study.json",
+            },
             params={
                 "probe": {"indenter": {"radius_m": RADIUS}},
                 "options": config["tracking"]["trackers"]["study"],

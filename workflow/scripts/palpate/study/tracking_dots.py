@@ -42,12 +42,11 @@ def tracking_accuracy(table: pd.DataFrame) -> Figure:
     Raises
     ------
     ValueError
-        If it holds no most pressed frame.
+        If it holds no capture.
     """
-    deepest = table[table["frames"] == "deepest"]
-    if deepest.empty:
-        raise ValueError("table: expected most pressed frames, found none")
-    groups = list(deepest.groupby(["object", "sensor"], sort=False))
+    if table.empty:
+        raise ValueError("table: expected captures, found none")
+    groups = list(table.groupby(["object", "sensor"], sort=False))
     size = (PAGE_IN, 4.2)
     figure, axes = plt.subplots(
         2, len(groups), figsize=size, sharey="row", sharex=True, squeeze=False
@@ -63,7 +62,7 @@ def tracking_accuracy(table: pd.DataFrame) -> Figure:
     figure.align_ylabels(axes[:, 0])
     figure.tight_layout(rect=(0, 0.05, 1, 0.98))
     figure.text(0.02, 0.012, NOTE, fontsize=6.5)
-    label_provenance(figure, set(deepest["provenance"]))
+    label_provenance(figure, set(table["provenance"]))
     return figure
 
 
