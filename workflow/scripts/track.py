@@ -29,7 +29,8 @@ def main(snakemake):
         snakemake.wildcards.tracker,
     )
     recorded, times = recording(inputs, snakemake.params.probe["indenter"]["radius_m"])
-    tracked = track_capture(recorded, options)
+    with naming(inputs.clouds, "cloud", "frame"), naming(inputs.pose, "tips"):
+        tracked = track_capture(recorded, options)
     for k, residual in enumerate(tracked.residual_m):
         logging.info("frame %d: residual %.3f mm", k, residual * 1e3)
     described = json.dumps(describe(tracked, tracker=tracker, options=options), indent=2) + "\n"
@@ -61,7 +62,7 @@ def recording(inputs, radius_m):
     with naming(inputs.force):
         forces = columns_of(read_table(inputs.force), FORCE, frames=len(clouds))
     alignment = load_alignment(inputs.alignment)
-    with naming(inputs.pose, "tip"), naming(inputs.alignment, "contact_frame"):
+    with naming(inputs.pose, "tip"), naming(inputs.alignment, "contact"):
         require_contact(alignment, template, tips, largest_gap_m=2 * radius_m)
     solid = read_solid(inputs.solid)
     support = spec["support"]

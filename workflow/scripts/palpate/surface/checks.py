@@ -201,6 +201,10 @@ def require_contact(
         last, found = len(tips_m) - 1, alignment.contact_frame
         raise ValueError(f"contact_frame: expected 0 to {last}, found {found}")
     closest = ClosestPoints(template.vertices_m, template.faces)
+    away = float(closest.distance(alignment.contact_point_m[None])[0])
+    if away > largest_gap_m:
+        expected = f"within {largest_gap_m * MM:.1f} mm of the template"
+        raise ValueError(f"contact_point_m: expected {expected}, found {away * MM:.1f} mm")
     nearest = closest.distance(to_object(alignment.camera_from_object, tips_m)).min()
     if nearest > largest_gap_m:
         expected = f"within {largest_gap_m * MM:.1f} mm of the template in some frame"
