@@ -1,7 +1,6 @@
 """What a script ends with over input that it can't use: one line that names file and field."""
 
 import json
-import logging
 import os
 import runpy
 from types import SimpleNamespace
@@ -18,30 +17,13 @@ from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.surface.tracked import Tracked, save_tracked
 from skfem import MeshTet
+from stand_in import Named
 
 SIZE = 0.1
 RADIUS = 0.00622
 TOP = np.array([0.05, 0.05, SIZE])
 PROBE = {"indenter": {"radius_m": RADIUS}}
 SUPPORT = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 1e-3}
-
-
-class Named(list):
-    """Values by place and by name, as Snakemake's own lists are."""
-
-    def __init__(self, **values):
-        super().__init__(values.values())
-        self.__dict__ |= values
-
-
-@pytest.fixture(autouse=True)
-def handlers():
-    """Scripts take the root logger over; its handlers' streams are closed afterwards."""
-    logger = logging.getLogger()
-    kept, level = logger.handlers[:], logger.level
-    yield
-    logger.handlers[:] = kept
-    logger.setLevel(level)
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """What alignment and tracking end with over input that does not fit: one line, nothing written."""
 
 import json
-import logging
 import runpy
 from types import SimpleNamespace
 
@@ -16,6 +15,7 @@ from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignme
 from palpate.vision.clouds import Cloud, pack_clouds
 from palpate.vision.foreground import save_masks
 from skfem import MeshTet
+from stand_in import Named
 from trimesh.sample import sample_surface
 
 RADIUS = 0.00622
@@ -25,27 +25,6 @@ HEIGHTS = np.array([0.015, 0.004, -0.001, -0.003])
 NOISE_M = 0.0005
 # The object's frame is the camera's, turned: the camera looks straight down from 0.6 m.
 POSE = np.array([[1.0, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0.6], [0, 0, 0, 1]])
-
-
-class Named(list):
-    """Values by place and by name, as Snakemake's own lists are."""
-
-    def __init__(self, **values):
-        super().__init__(values.values())
-        self.__dict__ |= values
-
-    def get(self, name, default=None):
-        return self.__dict__.get(name, default)
-
-
-@pytest.fixture(autouse=True)
-def handlers():
-    """Scripts take the root logger over; its handlers' streams are closed afterwards."""
-    logger = logging.getLogger()
-    kept, level = logger.handlers[:], logger.level
-    yield
-    logger.handlers[:] = kept
-    logger.setLevel(level)
 
 
 def height_m(x, y):

@@ -7,17 +7,15 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 
 from palpate.study.style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, label_provenance
 from palpate.study.tracking_panels import cloud_panel, named, panels, scale_bar
 from palpate.study.tracking_views import MILLIMETRES, View
-from palpate.surface.pose import data_weights, to_camera, to_object
-from palpate.surface.template import Template, vertex_normals
+from palpate.surface.pose import CONVERGED_M, nearest_step, to_camera, to_object
+from palpate.surface.template import Template
 
 STEPS = 200
-STILL_M = 1e-7
-FEWEST, BAR_ROOM_MM = 6, 35
+BAR_ROOM_MM = 35
 
 
 @dataclass(frozen=True)
@@ -66,20 +64,12 @@ def align_to_nearest(
     ValueError
         If hardly a vertex has a point near it.
     """
-    tree, least = cKDTree(cloud_m), np.cos(np.deg2rad(largest_normal_deg))
+    tree, least = cKDTree(cloud_m), float(np.cos(np.deg2rad(largest_normal_deg)))
     for _ in range(STEPS):
-        placed = to_camera(pose, template.vertices_m)
-        directions = vertex_normals(placed, template.faces)
-        found = data_weights(placed, directions, tree, normals, largest_distance_m, least)
-        source, target = placed[found[0]], cloud_m[found[1][found[0]]]
-        if len(source) < FEWEST:
-            raise ValueError(f"cloud_m: expected points near the template, found {len(source)}")
-        turn, _ = Rotation.align_vectors(target - target.mean(0), source - source.mean(0))
-        step = np.eye(4)
-        step[:3, :3] = turn.as_matrix()
-        step[:3, 3] = target.mean(0) - step[:3, :3] @ source.mean(0)
-        pose = step @ pose
-        if np.linalg.norm(to_camera(step, placed) - placed, axis=1).max() < STILL_M:
+        pose, moved_m = nearest_step(template, pose, tree, normals, largest_distance_m, least)
+        if np.isnan(moved_m):
+            raise ValueError("cloud_m: expected points near the template, found hardly any")
+        if moved_m < CONVERGED_M:
             break
     return pose
 

@@ -152,20 +152,13 @@ def align_rigidly(
     ValueError
         If too little of the cloud lies near the template.
     """
-    tree = cKDTree(cloud_m)
-    least_cosine = np.cos(np.deg2rad(largest_normal_deg))
+    limits = largest_distance_m, float(np.cos(np.deg2rad(largest_normal_deg)))
+    tree, moved_m = cKDTree(cloud_m), np.inf
     for _ in range(ALIGNMENT_STEPS):
-        placed = to_camera(pose, template.vertices_m)
-        directions = vertex_normals(placed, template.faces)
-        weights, nearest, _ = data_weights(
-            placed, directions, tree, normals, largest_distance_m, least_cosine
-        )
-        if weights.sum() < FEWEST_PAIRS:
+        # Without pairs the way is not a number, and there is nothing to go on with.
+        if not moved_m >= CONVERGED_M:
             break
-        step = _kabsch(placed[weights], cloud_m[nearest[weights]])
-        pose = step @ pose
-        if _moved(step, placed) < CONVERGED_M:
-            break
+        pose, moved_m = nearest_step(template, pose, tree, normals, *limits)
     pose = _polished(template, cloud_m, pose, largest_distance_m, standing)
     distance = ClosestPoints(template.vertices_m, template.faces).distance(to_object(pose, cloud_m))
     near = (distance < largest_distance_m).mean()
@@ -175,6 +168,46 @@ def align_rigidly(
             f" template, found {near:.0%}; is it the right template, unit and point?"
         )
     return pose
+
+
+def nearest_step(
+    template: Template,
+    pose: NDArray,
+    tree: cKDTree,
+    normals: NDArray,
+    largest_distance_m: float,
+    least_cosine: float,
+) -> tuple[NDArray, float]:
+    """One step of Eq. 4.24: pair template vertices with their nearest points, and move onto them.
+
+    Parameters
+    ----------
+    template : Template
+    pose : (4, 4) array
+        camera_from_object before the step.
+    tree : cKDTree
+        Of the data points, camera frame.
+    normals : (k, 3) array
+        Their unit normals.
+    largest_distance_m, least_cosine : float
+        dr and the cosine of the angle threshold.
+
+    Returns
+    -------
+    pose : (4, 4) array
+        As it was where fewer than six pairs count.
+    moved_m : float
+        Largest way of a vertex; not a number where fewer than six pairs count [m].
+    """
+    placed = to_camera(pose, template.vertices_m)
+    directions = vertex_normals(placed, template.faces)
+    weights, nearest, _ = data_weights(
+        placed, directions, tree, normals, largest_distance_m, least_cosine
+    )
+    if weights.sum() < FEWEST_PAIRS:
+        return pose, float("nan")
+    step = _kabsch(placed[weights], tree.data[nearest[weights]])
+    return step @ pose, _moved(step, placed)
 
 
 def data_weights(
