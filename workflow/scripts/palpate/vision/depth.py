@@ -24,8 +24,16 @@ SURFACE_TOLERANCE_PX = 0.75
 DAMPING = 4.0
 # Of an image only this much around what is wanted is matched.
 SURROUNDINGS_PX = 40
-# Matched windows may differ in colour by noise [grey levels], and by what a shift explains [px].
-COLOUR_TOLERANCE, COLOUR_SHIFT_PX = 1.0, 0.25
+# Matched windows may differ in colour by this [grey levels], by what a shift explains [px], and by
+# multiples of what is usual between the two cameras.
+COLOUR_TOLERANCE, COLOUR_SHIFT_PX, COLOUR_DEVIATIONS = 1.0, 0.25, 6.0
+# A step of colour exceeds the spread within the window by this factor; textures with nothing in
+# common leave more variance than either has.
+COLOUR_STEP, UNLIKE_TEXTURE = 1.5, 1.1
+# Around a highlight the image is darker: in so many windows' width.
+HIGHLIGHT_SURROUNDINGS = 5
+# Standard deviation of normal noise by its median magnitude.
+DEVIATION_BY_MEDIAN = 1.4826
 # Central difference of fourth order.
 DERIVATIVE = np.array([[1, -8, 0, 8, -1]], dtype=np.float32) / 12
 
@@ -107,18 +115,20 @@ def stereo_disparity(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
     if options["subpixel"] == "least_squares":
         disparity = refined_disparity(left, right, disparity, options["window_px"])
     if colours[0].ndim == 3:
-        agree = colours_agree(*colours, disparity, options["window_px"])
-        disparity = np.where(agree, disparity, np.float32(np.nan))
+        false = highlights(*colours, disparity, options["window_px"])
+        disparity = np.where(false, np.float32(np.nan), disparity)
     return disparity.astype(float)
 
 
-def colours_agree(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
-    """Whether matched windows have the same colour, (h, w) bool.
+def highlights(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
+    """Where highlights are matched in place of the surface, (h, w) bool.
 
     Grey values match highlights with each other, and these lie where the lamp's mirror image
     does, far behind a glossy surface. White light adds as much to each channel, so differences of
-    channels show the surface alone, and there mismatched surfaces differ. What a shift within the
-    precision of a match explains is no difference.
+    channels show the surface alone, and there mismatched surfaces differ. What two cameras'
+    colours usually differ by, or a shift within the precision of a match explains, is no such
+    difference, nor is what differs smoothly in brightness where the texture agrees; and a highlight
+    is brighter than its surroundings.
 
     Parameters
     ----------
@@ -133,16 +143,23 @@ def colours_agree(left: NDArray, right: NDArray, disparity: NDArray, window_px: 
     if not valid.any():
         return valid
     shift = np.where(valid, disparity, 0).astype(np.float32)
-    agree = valid.copy()
+    differ = np.zeros_like(valid)
     for one, other in ((0, 1), (1, 2), (0, 2)):
         here, there = (
             cv2.subtract(i[..., one], i[..., other], dtype=cv2.CV_32F) for i in (left, right)
         )
         rest = _warped(there, shift) - here
-        gap = np.abs(_mean(rest - np.median(rest[valid]), valid, window_px))
-        slope = np.sqrt(np.maximum(_mean(_derivative(here) ** 2, valid, window_px), 0))
-        agree &= gap < COLOUR_TOLERANCE + COLOUR_SHIFT_PX * slope
-    return agree
+        gap, variance = _moments(rest - np.median(rest[valid]), valid, window_px)
+        texture = _moments(here, valid, window_px)[1]
+        steepness = _mean(_derivative(here) ** 2 + _derivative(here.T).T ** 2, valid, window_px)
+        usual = DEVIATION_BY_MEDIAN * np.median(np.abs(gap[valid]))
+        tolerance = max(COLOUR_TOLERANCE, COLOUR_DEVIATIONS * usual)
+        far = np.abs(gap) >= tolerance + COLOUR_SHIFT_PX * np.sqrt(np.maximum(steepness, 0))
+        step = gap**2 > COLOUR_STEP**2 * variance
+        differ |= far & (step | (variance > UNLIKE_TEXTURE * texture))
+    grey = _grey(left).astype(np.float32)
+    near, wide = (cv2.blur(grey, (n, n)) for n in (window_px, HIGHLIGHT_SURROUNDINGS * window_px))
+    return valid & differ & (near > wide)
 
 
 def refined_disparity(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
@@ -275,6 +292,12 @@ def _mean(image: NDArray, valid: NDArray, window_px: int) -> NDArray:
     """Mean over the valid pixels of each window, (h, w); 0 where there are none."""
     size, weight = (window_px, window_px), valid.astype(np.float32)
     return cv2.blur(image * weight, size) / np.maximum(cv2.blur(weight, size), 1e-3)
+
+
+def _moments(image: NDArray, valid: NDArray, window_px: int) -> tuple[NDArray, NDArray]:
+    """Mean and variance over the valid pixels of each window, (h, w) each."""
+    mean, square = (_mean(power, valid, window_px) for power in (image, image**2))
+    return mean, np.maximum(square - mean**2, 0)
 
 
 def _derivative(image: NDArray) -> NDArray:
