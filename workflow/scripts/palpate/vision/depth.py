@@ -6,6 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.vision.highlights import highlights
+from palpate.vision.windows import derivative, grey, local_plane, mean, warped
+
 MILLIMETRES = 1000.0
 # Both matchers count disparity in sixteenths of a pixel, and search multiples of 16 pixels.
 SUBPIXELS = 16
@@ -24,18 +27,6 @@ SURFACE_TOLERANCE_PX = 0.75
 DAMPING = 4.0
 # Of an image only this much around what is wanted is matched.
 SURROUNDINGS_PX = 40
-# Matched windows may differ in colour by this [grey levels], by what a shift explains [px], and by
-# multiples of what is usual between the two cameras.
-COLOUR_TOLERANCE, COLOUR_SHIFT_PX, COLOUR_DEVIATIONS = 1.0, 0.25, 6.0
-# A step of colour exceeds the spread within the window by this factor; textures with nothing in
-# common leave more variance than either has.
-COLOUR_STEP, UNLIKE_TEXTURE = 1.5, 1.1
-# Around a highlight the image is darker: in so many windows' width.
-HIGHLIGHT_SURROUNDINGS = 5
-# Standard deviation of normal noise by its median magnitude.
-DEVIATION_BY_MEDIAN = 1.4826
-# Central difference of fourth order.
-DERIVATIVE = np.array([[1, -8, 0, 8, -1]], dtype=np.float32) / 12
 
 
 def kinect_depth(counts: NDArray, spec: Mapping) -> NDArray:
@@ -109,7 +100,7 @@ def stereo_disparity(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
     options, colours = sensor["stereo"], (left, right)
     _require("stereo.method", options["method"], tuple(UNIQUENESS_PERCENT))
     _require("stereo.subpixel", options["subpixel"], ("matcher", "least_squares"))
-    left, right = _grey(left), _grey(right)
+    left, right = grey(left), grey(right)
     disparity = _matched_both_ways(left, right, options, *_search_range(sensor))
     disparity = _without_speckles(disparity, options["speckle_size_px"])
     if options["subpixel"] == "least_squares":
@@ -118,48 +109,6 @@ def stereo_disparity(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
         false = highlights(*colours, disparity, options["window_px"])
         disparity = np.where(false, np.float32(np.nan), disparity)
     return disparity.astype(float)
-
-
-def highlights(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
-    """Where highlights are matched in place of the surface, (h, w) bool.
-
-    Grey values match highlights with each other, and these lie where the lamp's mirror image
-    does, far behind a glossy surface. White light adds as much to each channel, so differences of
-    channels show the surface alone, and there mismatched surfaces differ. What two cameras'
-    colours usually differ by, or a shift within the precision of a match explains, is no such
-    difference, nor is what differs smoothly in brightness where the texture agrees; and a highlight
-    is brighter than its surroundings.
-
-    Parameters
-    ----------
-    left, right : (h, w, 3) uint8 arrays
-        Rectified pair.
-    disparity : (h, w) array
-        Of the left image [px]; NaN where nothing matches.
-    window_px : int
-        Side of the window, odd [px].
-    """
-    valid = np.isfinite(disparity)
-    if not valid.any():
-        return valid
-    shift = np.where(valid, disparity, 0).astype(np.float32)
-    differ = np.zeros_like(valid)
-    for one, other in ((0, 1), (1, 2), (0, 2)):
-        here, there = (
-            cv2.subtract(i[..., one], i[..., other], dtype=cv2.CV_32F) for i in (left, right)
-        )
-        rest = _warped(there, shift) - here
-        gap, variance = _moments(rest - np.median(rest[valid]), valid, window_px)
-        texture = _moments(here, valid, window_px)[1]
-        steepness = _mean(_derivative(here) ** 2 + _derivative(here.T).T ** 2, valid, window_px)
-        usual = DEVIATION_BY_MEDIAN * np.median(np.abs(gap[valid]))
-        tolerance = max(COLOUR_TOLERANCE, COLOUR_DEVIATIONS * usual)
-        far = np.abs(gap) >= tolerance + COLOUR_SHIFT_PX * np.sqrt(np.maximum(steepness, 0))
-        step = gap**2 > COLOUR_STEP**2 * variance
-        differ |= far & (step | (variance > UNLIKE_TEXTURE * texture))
-    grey = _grey(left).astype(np.float32)
-    near, wide = (cv2.blur(grey, (n, n)) for n in (window_px, HIGHLIGHT_SURROUNDINGS * window_px))
-    return valid & differ & (near > wide)
 
 
 def refined_disparity(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
@@ -185,11 +134,11 @@ def refined_disparity(left: NDArray, right: NDArray, disparity: NDArray, window_
     """
     valid = np.isfinite(disparity)
     matched = np.where(valid, disparity, 0).astype(np.float32)
-    surface = _local_plane(matched, valid, window_px)
-    apart = _mean(np.abs(matched - surface), valid, window_px)
+    surface = np.where(valid, local_plane(matched, valid, window_px), 0)
+    apart = mean(np.abs(matched - surface), valid, window_px)
     found = surface + _offset(left, right, surface, valid, window_px)
     for _ in range(REFINEMENT_STEPS - 1):
-        surface = _local_plane(found, valid, window_px)
+        surface = np.where(valid, local_plane(found, valid, window_px), 0)
         found = surface + _offset(left, right, surface, valid, window_px)
     kept = (apart < SURFACE_TOLERANCE_PX) & (np.abs(found - matched) < SURFACE_TOLERANCE_PX)
     return np.where(kept & valid, found, np.float32(np.nan))
@@ -248,60 +197,14 @@ def _offset(
     left: NDArray, right: NDArray, surface: NDArray, valid: NDArray, window_px: int
 ) -> NDArray:
     """Disparity beyond the surface that each window's grey values ask for, (h, w) [px]."""
-    left, warped = left.astype(np.float32), _warped(right, surface)
-    slope = (_derivative(left) + _derivative(warped)) / 2
-    rest = warped - left
-    mean_slope, mean_rest = (_mean(image, valid, window_px) for image in (slope, rest))
-    variance = _mean(slope * slope, valid, window_px) - mean_slope**2
-    covariance = _mean(slope * rest, valid, window_px) - mean_slope * mean_rest
+    left, there = left.astype(np.float32), warped(right, surface)
+    slope = (derivative(left) + derivative(there)) / 2
+    rest = there - left
+    mean_slope, mean_rest = (mean(image, valid, window_px) for image in (slope, rest))
+    variance = mean(slope * slope, valid, window_px) - mean_slope**2
+    covariance = mean(slope * rest, valid, window_px) - mean_slope * mean_rest
     # Beyond a pixel the linearisation says nothing but the direction.
     return np.clip(covariance / (variance + DAMPING), -1, 1)
-
-
-def _warped(right: NDArray, disparity: NDArray) -> NDArray:
-    """Right image as the left camera would see it, (h, w)."""
-    height, width = right.shape
-    column = np.arange(width, dtype=np.float32) - disparity
-    row = np.broadcast_to(np.arange(height, dtype=np.float32)[:, None], column.shape)
-    image = right.astype(np.float32)
-    return cv2.remap(image, column, row.copy(), cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-
-
-def _local_plane(disparity: NDArray, valid: NDArray, window_px: int) -> NDArray:
-    """Value at the centre of the least-squares plane through each window, (h, w) [px]."""
-    one = np.ones(window_px, dtype=np.float32)
-    x = np.arange(window_px, dtype=np.float32) - window_px // 2
-    weight = valid.astype(np.float32)
-    powers = ((one, one), (x, one), (one, x), (x * x, one), (x, x), (one, x * x))
-    n, nx, ny, nxx, nxy, nyy = (_window_sum(weight, *power) for power in powers)
-    d, dx, dy = (_window_sum(disparity * weight, *power) for power in powers[:3])
-    # Cramer's rule for the constant term; what has no plane is taken out by the tolerance later.
-    minors = nxx * nyy - nxy * nxy, nx * nyy - nxy * ny, nx * nxy - nxx * ny
-    determinant = n * minors[0] - nx * minors[1] + ny * minors[2]
-    constant = d * minors[0] - dx * minors[1] + dy * minors[2]
-    return np.where(valid, constant / np.maximum(determinant, 1e-6), 0).astype(np.float32)
-
-
-def _window_sum(image: NDArray, along: NDArray, down: NDArray) -> NDArray:
-    """Sum over each window with separable weights, by the number of its pixels, (h, w)."""
-    area = np.float32(len(along) * len(down))
-    return cv2.sepFilter2D(image, cv2.CV_32F, along, down, borderType=cv2.BORDER_CONSTANT) / area
-
-
-def _mean(image: NDArray, valid: NDArray, window_px: int) -> NDArray:
-    """Mean over the valid pixels of each window, (h, w); 0 where there are none."""
-    size, weight = (window_px, window_px), valid.astype(np.float32)
-    return cv2.blur(image * weight, size) / np.maximum(cv2.blur(weight, size), 1e-3)
-
-
-def _moments(image: NDArray, valid: NDArray, window_px: int) -> tuple[NDArray, NDArray]:
-    """Mean and variance over the valid pixels of each window, (h, w) each."""
-    mean, square = (_mean(power, valid, window_px) for power in (image, image**2))
-    return mean, np.maximum(square - mean**2, 0)
-
-
-def _derivative(image: NDArray) -> NDArray:
-    return cv2.filter2D(image, cv2.CV_32F, DERIVATIVE)
 
 
 def _surroundings(wanted: NDArray, reach_px: int) -> tuple[slice, slice]:
@@ -322,10 +225,6 @@ def _search_range(sensor: Mapping) -> tuple[int, int]:
     product = sensor["color"]["fx_px"] * sensor["stereo"]["baseline_m"]
     first = int(product / farthest_m)
     return first, int(np.ceil((product / nearest_m - first) / SEARCH_STEP)) * SEARCH_STEP
-
-
-def _grey(image: NDArray) -> NDArray:
-    return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
 
 
 def _require(name: str, value: str, known: tuple[str, ...]) -> None:
