@@ -219,3 +219,15 @@ def test_a_search_that_cannot_start(home, change, line):
     options = yaml.safe_load((home / "config/config.yaml").read_text())["minimise"] | change
     with pytest.raises(ValueError, match=f"config/config.yaml: minimise.*{line}"):
         opened(home, minimise=options)
+
+
+@pytest.mark.parametrize("block", ["tracking", "minimise"])
+def test_options_of_an_object_that_is_nowhere(home, block):
+    options = yaml.safe_load((home / "config/config.yaml").read_text())[block]
+    options["objects"] = options["objects"] | {"foam_bal": {}}
+    line = f"config/config.yaml: {block}.objects: expected one of .*foam_ball.*, found foam_bal$"
+    with pytest.raises(ValueError, match=line):
+        opened(home, **{block: options})
+    (home / "raw/foam_bal").mkdir(parents=True)
+    with pytest.raises(ValueError, match="raw/foam_bal/object.yaml: file: expected YAML"):
+        opened(home, **{block: options})

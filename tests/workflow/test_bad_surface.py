@@ -456,3 +456,46 @@ def test_frames_without_foreground(files, execute, sensors, frames):
         params={"sensor": sensors["kinect"], "probe": {}, "frames": None, "options": {}},
     )
     assert f"{files.folder}/mask.npz: mask: expected 4 frames, found 3" in line
+
+
+# The table.
+@pytest.fixture
+def made_clouds(files, execute, sensors):
+    def made():
+        return execute(
+            "clouds",
+            inputs={"plane": files.folder / "plane.json"},
+            outputs={"clouds": "clouds.npz"},
+            params={"sensor": sensors["kinect"]},
+        )
+
+    return made
+
+
+def test_a_support_that_faces_nowhere(files, align):
+    files.describe()
+    path = files.folder / "object.yaml"
+    path.write_text(path.read_text().replace("- 0\n  - 0\n  - 1\n", "- 0\n  - 0\n  - 0\n"))
+    expected = "support.plane_normal: expected a direction, found [0.0, 0.0, 0.0]"
+    assert f"{path}: {expected}" in align()
+
+
+@pytest.mark.parametrize(
+    ("content", "line"),
+    [
+        ('{"normal": [0, 0, -1', "file: expected JSON, found none"),
+        ("[0, 0, -1, 0.6]", "normal: expected three numbers, found nothing"),
+        ('{"offset_m": 0.6}', "normal: expected three numbers, found nothing"),
+        ('{"normal": [0, -1], "offset_m": 0.6}', "normal: expected three numbers, found [0, -1]"),
+        ('{"normal": [0, 0, NaN], "offset_m": 0}', "normal: expected three numbers, found [0, 0,"),
+        ('{"normal": [0, 0, 0], "offset_m": 0.6}', "normal: expected a unit vector, found [0.0"),
+        ('{"normal": [0, 0, -1]}', "offset_m: expected a number, found nothing"),
+        ('{"normal": [0, 0, -1], "offset_m": "low"}', "offset_m: expected a number, found low"),
+    ],
+    ids=["cut", "list", "no normal", "flat", "nan", "zero", "no offset", "text"],
+)
+@pytest.mark.parametrize("which", ["align", "made_clouds"])
+def test_a_table_that_is_damaged(request, files, content, line, which):
+    path = files.folder / "plane.json"
+    path.write_text(content)
+    assert f"{path}: {line}" in request.getfixturevalue(which)()

@@ -9,7 +9,7 @@ from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
 from palpate.capture.schema import load_yaml, validate
 
 from house.lab_checks import lab_problems, says_simulated
-from house.search_checks import impossible_search
+from house.search_checks import impossible_search, unknown_objects
 from house.sensor_checks import (
     ambiguous_boards,
     bent_transforms,
@@ -179,6 +179,9 @@ def open_house(config: Mapping, *, source: str) -> House:
     problems += unknown_probe(config["experiments"]["probe"], probes, source)
     selection = config["study"]["captures"]
     problems += _unknown_captures(config["study"], simulated, source)
+    problems += unknown_objects(
+        config, {*_objects_in(paths["raw"]), *(lab or {}).get("objects", {})}, source
+    )
     wanted = sorted(
         capture
         for capture in found | simulated

@@ -1,6 +1,6 @@
-"""Whether the search for the moduli can start where the configuration says."""
+"""Whether the search for the moduli can start, and for objects that there are."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 
 def impossible_search(options: Mapping, source: str) -> list[str]:
@@ -30,3 +30,25 @@ def impossible_search(options: Mapping, source: str) -> list[str]:
     if sorted(set(ratios)) != list(ratios):
         problems.append(f"{source}: minimise.profile_poisson_ratios: expected increasing numbers")
     return problems
+
+
+def unknown_objects(config: Mapping, others: Collection[str], source: str) -> list[str]:
+    """Find options of single objects whose object is nowhere: a slip of the pen takes no effect.
+
+    Parameters
+    ----------
+    config : mapping
+        The configuration; objects that ``study.captures`` names are known too, since a run of
+        dropped captures keeps their options.
+    others : collection of str
+        Names of the objects in raw/ and of the lab.
+    source : str
+        File named in messages.
+    """
+    known = sorted({*others, *config["study"]["captures"]})
+    return [
+        f"{source}: {block}.objects: expected one of {', '.join(known)}, found {name}"
+        for block in ("tracking", "minimise")
+        for name in config[block]["objects"]
+        if name not in known
+    ]

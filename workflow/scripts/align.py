@@ -1,8 +1,6 @@
 """Align the template with the first frame of a capture."""
 
-import json
 import logging
-from pathlib import Path
 
 import numpy as np
 from job import naming, run
@@ -22,6 +20,7 @@ from palpate.surface.template import read_template
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
+from palpate.vision.support_plane import read_plane
 
 
 def main(snakemake):
@@ -42,7 +41,8 @@ def main(snakemake):
     with naming(inputs.pose):
         tips = columns_of(read_table(inputs.pose), TIP, frames=len(force))
     radius = params.probe["indenter"]["radius_m"]
-    standing = standing_of(spec["support"], point, plane, tips[onset], indenter_radius_m=radius)
+    with naming(inputs.object):
+        standing = standing_of(spec["support"], point, plane, tips[onset], indenter_radius_m=radius)
     options = dict(params.options)
     limits = AlignmentLimits(**options.pop("limits"))
     with (
@@ -67,12 +67,6 @@ def main(snakemake):
     logging.info("cloud to template: %.3f mm rms", alignment.residual.rms_m * 1e3)
     with whole_file(snakemake.output.alignment) as part:
         save_alignment(part, alignment)
-
-
-def read_plane(path: str) -> np.ndarray:
-    """Plane of support_plane.json, shape (4,)."""
-    plane = json.loads(Path(path).read_text(encoding="utf-8"))
-    return np.array([*plane["normal"], plane["offset_m"]])
 
 
 run(main, snakemake)

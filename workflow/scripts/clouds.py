@@ -1,8 +1,6 @@
 """Clouds of the object at the chosen frames of a capture, or at all."""
 
-import json
 import logging
-from pathlib import Path
 
 import numpy as np
 from frames import all_streams, sensor_of
@@ -12,6 +10,7 @@ from palpate.capture.tables import read_frames, read_table
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.clouds import object_cloud, pack_clouds, probe_places, scene_points
 from palpate.vision.foreground import load_masks
+from palpate.vision.support_plane import read_plane
 
 
 def main(snakemake):
@@ -50,12 +49,6 @@ def require_frames(inputs, masks, poses):
     if len(empty):
         expected = f"frame {empty[0]}: mask: expected foreground"
         raise ValueError(f"{inputs.mask}: {expected}, found none ({len(empty)} such frames)")
-
-
-def read_plane(path: str) -> np.ndarray:
-    """Plane of support_plane.json, shape (4,)."""
-    plane = json.loads(Path(path).read_text(encoding="utf-8"))
-    return np.array([*plane["normal"], plane["offset_m"]])
 
 
 run(main, snakemake)

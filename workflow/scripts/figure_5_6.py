@@ -1,8 +1,5 @@
 """Figure 5.6: rigid alignment that slides along the block without added points."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 from job import run
 from palpate.capture.files import whole_file
@@ -12,6 +9,7 @@ from palpate.surface.alignment import standing_of
 from palpate.surface.augment import undeformed_points
 from palpate.surface.pose import align_rigidly, to_camera, to_object
 from palpate.surface.template import refine_template, vertex_normals
+from palpate.vision.support_plane import read_plane
 from tracking_inputs import last_frames, recordings_of
 
 SHIFTS_M = np.array([-60, -40, -20, -10, 0, 10, 20, 40, 60]) / 1000
@@ -70,8 +68,7 @@ def standing(snakemake, recorded):
     """What table and touched point tell of the block's place."""
     declared = load_yaml(snakemake.input.object[0])
     point = declared["points"][snakemake.params.captures[0]["point"]]["position_m"]
-    plane = json.loads(Path(snakemake.input.planes[0]).read_text(encoding="utf-8"))
-    plane = np.array([*plane["normal"], plane["offset_m"]])
+    plane = read_plane(snakemake.input.planes[0])
     tip = recorded.tips_m[recorded.alignment.contact_frame]
     radius = recorded.indenter_radius_m
     return standing_of(recorded.support, point, plane, tip, indenter_radius_m=radius)

@@ -2,22 +2,21 @@
 
 import json
 import logging
-from pathlib import Path
 
-import numpy as np
 from job import run
 from palpate.capture.files import whole_file
 from palpate.capture.tables import read_force, read_table, write_table
 from palpate.vision.force import check_direction, frame_wrenches
 from palpate.vision.press import press_clock
 from palpate.vision.probe import AXIS, marker_transforms
+from palpate.vision.support_plane import read_plane
 
 
 def main(snakemake):
     """Write the wrench about the tip, camera frame, and the clocks' offset."""
     source, params = snakemake.input, snakemake.params
     poses, record = read_table(source.pose), read_force(source.capture)
-    plane = json.loads(Path(source.plane).read_text(encoding="utf-8"))
+    plane = read_plane(source.plane)
     options = dict(params.options)
     prior_std_s = options.pop("clock_offset_std_s")
     clock = press_clock(
@@ -29,7 +28,7 @@ def main(snakemake):
         poses["time_s"].to_numpy(),
         marker_transforms(poses),
         params.probe,
-        up=np.array(plane["normal"]),
+        up=plane[:3],
         clock_offset_s=clock.offset_s,
         **options,
     )

@@ -128,10 +128,18 @@ def standing_of(
     tip_m : (3,) array
         Centre of the sphere when the force begins, camera frame [m].
     indenter_radius_m : float
+
+    Raises
+    ------
+    ValueError
+        If the support's normal has no direction.
     """
+    normal = np.array(support["plane_normal"], dtype=float)
+    if not 0 < np.linalg.norm(normal) < np.inf:
+        raise ValueError(f"support.plane_normal: expected a direction, found {normal.tolist()}")
     return Standing(
         plane,
-        support_normal=np.array(support["plane_normal"], dtype=float),
+        support_normal=normal,
         support_point_m=np.array(support["plane_point_m"], dtype=float),
         point_m=np.asarray(point_m, dtype=float),
         touched_m=tip_m - indenter_radius_m * plane[:3],

@@ -1,11 +1,16 @@
 """The table, from the depth of the empty scene."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
 SAMPLES = 20_000
 TRIALS = 300
 FEWEST_POINTS = 100
+# Files are rounded by whoever writes them; a normal of another length is none.
+UNIT_TOLERANCE = 1e-3
 
 
 def fit_support_plane(
@@ -48,6 +53,42 @@ def fit_support_plane(
 def height_above(plane: NDArray, points_m: NDArray) -> NDArray:
     """Signed distance of points from a plane, positive on the camera's side, shape (n,) [m]."""
     return points_m @ plane[:3] + plane[3]
+
+
+def read_plane(path: str | Path) -> NDArray:
+    """Read a support_plane.json.
+
+    Returns
+    -------
+    (4,) array
+        Unit normal and offset [m], as `fit_support_plane` gives them.
+
+    Raises
+    ------
+    ValueError
+        Naming file and field, if the file is no JSON, or the normal or the offset is not there.
+    """
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path}: file: expected JSON, found none ({error})") from None
+    fields = content if isinstance(content, dict) else {}
+    normal = _numbers(path, fields, "normal", (3,), "three numbers")
+    offset = _numbers(path, fields, "offset_m", (), "a number")
+    if not abs(np.linalg.norm(normal) - 1) < UNIT_TOLERANCE:
+        raise ValueError(f"{path}: normal: expected a unit vector, found {normal.tolist()}")
+    return np.append(normal, offset)
+
+
+def _numbers(path: str | Path, fields: dict, name: str, shape: tuple, expected: str) -> NDArray:
+    found = fields.get(name, "nothing")
+    try:
+        values = np.array(found, dtype=float)
+    except (TypeError, ValueError):
+        values = np.array(np.nan)
+    if values.shape != shape or not np.isfinite(values).all():
+        raise ValueError(f"{path}: {name}: expected {expected}, found {found}")
+    return values
 
 
 def _through(a: NDArray, b: NDArray, c: NDArray) -> NDArray:
