@@ -4,8 +4,10 @@ BIN := .venv/bin
 SNAKEMAKE := $(BIN)/snakemake --profile workflow/profiles/default
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
+# Figures of a full run that README.md shows.
+PICTURES := tracked_surface
 
-.PHONY: results sample test lint bench check lock sample-captures clean
+.PHONY: results sample test lint bench check lock pictures sample-captures clean
 
 results: .venv/installed
 	$(SNAKEMAKE)
@@ -27,6 +29,10 @@ lint: .venv/installed
 
 bench: .venv/installed
 	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python tests/bench.py results/bench.csv $(sections)
+
+# From the last `make results`: docs/pictures holds copies, nothing drawn by hand.
+pictures:
+	cp $(PICTURES:%=results/figures/%.png) docs/pictures/
 
 # The committed captures of tests/sample, made anew by the virtual lab.
 sample-captures: .venv/installed
