@@ -14,6 +14,7 @@ include: "workflow/rules/common_simulation.smk"
 include: "workflow/rules/common_hertz.smk"
 include: "workflow/rules/common_hertz_figures.smk"
 include: "workflow/rules/common_tracking.smk"
+include: "workflow/rules/common_diagrams.smk"
 include: "workflow/rules/lab.smk"
 include: "workflow/rules/calibration.smk"
 include: "workflow/rules/preprocess.smk"
@@ -26,6 +27,7 @@ include: "workflow/rules/elasticity.smk"
 include: "workflow/rules/simulation.smk"
 include: "workflow/rules/study.smk"
 include: "workflow/rules/tracking_figures.smk"
+include: "workflow/rules/diagrams.smk"
 
 
 rule all:

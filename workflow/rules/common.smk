@@ -241,5 +241,6 @@ def study_outputs():
         checks += seeing_outputs()
     figures += [f"{RESULTS}/figures/figure_4_{n}.png" for n in diagrams()]
     figures += hertz_figure_outputs() + diagram_outputs() + tracking_figure_outputs()
+    figures += rig_outputs()
     tables += hertz_outputs() + simulation_outputs()
     return [*tables, *figures, *checks, f"{RESULTS}/summary.csv"]

@@ -1,0 +1,53 @@
+# Diagrams of the sensors and views of the rig, drawn from what is configured.
+rule figure_4_2:
+    output:
+        png=results("figures/figure_4_2.png"),
+        svg=results("figures/figure_4_2.svg"),
+    log:
+        results("logs/figure_4_2.log"),
+    benchmark:
+        results("benchmarks/figure_4_2.tsv")
+    params:
+        code=code("figure_4_2"),
+        sensor=HOUSE.sensors.get(dot_sensor()),
+        depth_m=drawn_depth(dot_sensor()),
+    message:
+        "Figure 4.2: triangulation of the dot pattern"
+    script:
+        "../scripts/figure_4_2.py"
+
+
+rule figure_4_3:
+    output:
+        png=results("figures/figure_4_3.png"),
+        svg=results("figures/figure_4_3.svg"),
+    log:
+        results("logs/figure_4_3.log"),
+    benchmark:
+        results("benchmarks/figure_4_3.tsv")
+    params:
+        code=code("figure_4_3"),
+        sensor=HOUSE.sensors.get(of_kind("stereo")),
+        depth_m=drawn_depth(of_kind("stereo")),
+    message:
+        "Figure 4.3: triangulation of the stereo pair"
+    script:
+        "../scripts/figure_4_3.py"
+
+
+rule figure_4_8:
+    output:
+        png=results("figures/figure_4_8.png"),
+        svg=results("figures/figure_4_8.svg"),
+    log:
+        results("logs/figure_4_8.log"),
+    benchmark:
+        results("benchmarks/figure_4_8.tsv")
+    params:
+        code=code("figure_4_8"),
+        sensor=HOUSE.sensors.get(pinhole_sensor()),
+        depth_m=drawn_depth(pinhole_sensor()),
+    message:
+        "Figure 4.8: pinhole camera model"
+    script:
+        "../scripts/figure_4_8.py"
