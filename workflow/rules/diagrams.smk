@@ -1,4 +1,21 @@
 # Diagrams of the sensors and views of the rig, drawn from what is configured.
+rule figure_1_1:
+    output:
+        png=results("figures/figure_1_1.png"),
+        svg=results("figures/figure_1_1.svg"),
+    log:
+        results("logs/figure_1_1.log"),
+    benchmark:
+        results("benchmarks/figure_1_1.tsv")
+    params:
+        code=code("figure_1_1"),
+        rules=way_to_parameters,
+    message:
+        "Figure 1.1: from capture to parameters"
+    script:
+        "../scripts/figure_1_1.py"
+
+
 rule figure_4_2:
     output:
         png=results("figures/figure_4_2.png"),
