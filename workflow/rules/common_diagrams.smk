@@ -3,6 +3,8 @@ from snakemake.io import strip_wildcard_constraints
 
 # Depth of a drawn point where no placement is configured, in nearest depths of the sensor.
 DRAWN_AWAY = 1.5
+# Point of the block that the setups of Figure 4.7 show pressed.
+SHOWN_POINT = "11"
 
 
 def of_kind(kind):
@@ -105,12 +107,61 @@ def recording_name(path):
     return "capture" if str(path) in captures else Path(str(path)).name
 
 
+def setups():
+    """Each sensor that the lab puts before the study's block, with the probe on it."""
+    block = config["study"]["block"]
+    if not placements(block):
+        return []
+    spec = HOUSE.lab["objects"][block]
+    points = spec["object"]["points"]
+    point = config["study"]["figure_points"].get("figure_4_7", SHOWN_POINT)
+    return [
+        {
+            "sensor": HOUSE.sensors[name],
+            "probe": HOUSE.probes[spec["object"]["probe"]],
+            "size_m": spec["shape"]["size_m"],
+            "point_m": points.get(point, points[min(points)])["position_m"],
+            "placement": placement,
+        }
+        for name, placement in sorted(placements(block).items())
+        if "size_m" in spec["shape"]
+    ]
+
+
+def devices():
+    """Stereo head, structured-light sensor and laser scanner, where all are configured."""
+    found = {setup["sensor"]["kind"]: setup for setup in setups()}
+    if not found or {"stereo", "structured_light"} - set(found):
+        return {}
+    spec = HOUSE.lab["objects"][config["study"]["block"]]
+    placed = {
+        kind: {"sensor": s["sensor"], "distance_m": s["placement"]["distance_m"]}
+        for kind, s in found.items()
+    }
+    if "scan" not in spec:
+        return {}
+    scan = spec["scan"] | {"size_m": spec["shape"]["size_m"]}
+    return {
+        "stereo": placed["stereo"],
+        "dots": placed["structured_light"],
+        "scan": scan,
+    }
+
+
+def drawn_probe():
+    """Probe that Figure 4.5 shows: the first, by name."""
+    return HOUSE.probes[min(HOUSE.probes)]
+
+
 def rig_outputs():
     """Figures of the rig and its optics that the configured sensors give."""
     made = {
         "figure_1_1": bool(HOUSE.tracked),
+        "figure_4_1": bool(devices()),
         "figure_4_2": dot_sensor(),
         "figure_4_3": of_kind("stereo"),
+        "figure_4_5": bool(HOUSE.probes),
+        "figure_4_7": bool(setups()),
         "figure_4_8": pinhole_sensor(),
     }
     return [f"{RESULTS}/figures/{name}.png" for name, there in made.items() if there]

@@ -16,6 +16,23 @@ rule figure_1_1:
         "../scripts/figure_1_1.py"
 
 
+rule figure_4_1:
+    output:
+        png=results("figures/figure_4_1.png"),
+        svg=results("figures/figure_4_1.svg"),
+    log:
+        results("logs/figure_4_1.log"),
+    benchmark:
+        results("benchmarks/figure_4_1.tsv")
+    params:
+        code=code("figure_4_1"),
+        devices=devices(),
+    message:
+        "Figure 4.1: depth devices"
+    script:
+        "../scripts/figure_4_1.py"
+
+
 rule figure_4_2:
     output:
         png=results("figures/figure_4_2.png"),
@@ -50,6 +67,40 @@ rule figure_4_3:
         "Figure 4.3: triangulation of the stereo pair"
     script:
         "../scripts/figure_4_3.py"
+
+
+rule figure_4_5:
+    output:
+        png=results("figures/figure_4_5.png"),
+        svg=results("figures/figure_4_5.svg"),
+    log:
+        results("logs/figure_4_5.log"),
+    benchmark:
+        results("benchmarks/figure_4_5.tsv")
+    params:
+        code=code("figure_4_5"),
+        probe=drawn_probe(),
+    message:
+        "Figure 4.5: force sensor and indenter"
+    script:
+        "../scripts/figure_4_5.py"
+
+
+rule figure_4_7:
+    output:
+        png=results("figures/figure_4_7.png"),
+        svg=results("figures/figure_4_7.svg"),
+    log:
+        results("logs/figure_4_7.log"),
+    benchmark:
+        results("benchmarks/figure_4_7.tsv")
+    params:
+        code=code("figure_4_7"),
+        setups=setups(),
+    message:
+        "Figure 4.7: capture setups"
+    script:
+        "../scripts/figure_4_7.py"
 
 
 rule figure_4_8:
