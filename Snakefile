@@ -15,6 +15,7 @@ include: "workflow/rules/common_hertz.smk"
 include: "workflow/rules/common_hertz_figures.smk"
 include: "workflow/rules/common_tracking.smk"
 include: "workflow/rules/common_diagrams.smk"
+include: "workflow/rules/common_comparison.smk"
 include: "workflow/rules/lab.smk"
 include: "workflow/rules/calibration.smk"
 include: "workflow/rules/preprocess.smk"
@@ -28,6 +29,7 @@ include: "workflow/rules/simulation.smk"
 include: "workflow/rules/study.smk"
 include: "workflow/rules/tracking_figures.smk"
 include: "workflow/rules/diagrams.smk"
+include: "workflow/rules/comparison.smk"
 
 
 rule all:

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.study import figures, hertz_tables, style, tables
+from palpate.study import figures, hertz_tables, moduli_tables, style, tables
 
 CAPTURES = [
     {"object": "foam_block", "sensor": s, "capture": c, "point": c[:2], "provenance": p}
@@ -111,10 +111,24 @@ def test_table_5_2(hertz, root):
 
 def test_table_5_3(minima, root):
     published = pd.read_csv(root / "config/published/table_5_3.csv")
-    table = tables.table_5_3(minima, published, block="foam_block")
+    table = moduli_tables.moduli_table(minima, published, name="foam_block")
     kinect = table[table["sensor"] == "kinect"].iloc[0]
     assert kinect["published_youngs_modulus_pa"] == 35499
     assert kinect["youngs_modulus_pa"] == 20000
+    assert kinect["point"] == 8
+    assert not any(name.startswith("true_") for name in table)
+
+
+def test_a_table_without_points_stands_beside_every_point(minima, root):
+    published = pd.read_csv(root / "config/published/table_5_4.csv")
+    ball = minima.assign(object="foam_ball")
+    true = {"youngs_modulus_pa": 25e4, "poisson_ratio": 0.4, "reduced_modulus_pa": 3e5}
+    table = moduli_tables.moduli_table(ball, published, name="foam_ball", material=true)
+    printed = table.set_index("sensor")["published_youngs_modulus_pa"]
+    assert printed.to_dict() == {"bumblebee": 325370, "kinect": 372530}
+    assert (table["true_youngs_modulus_pa"] == 25e4).all()
+    assert "published_reduced_modulus_pa" not in table
+    assert moduli_tables.moduli_table(ball, published, name="ear").empty
 
 
 def test_summary_has_a_row_for_each_method(hertz, minima, squares):

@@ -19,7 +19,8 @@ rule table_5_3:
         code=code("table_5_3"),
         captures=table_5_3_captures(),
         errors=ERRORS,
-        block=config["study"]["block"],
+        name=config["study"]["block"],
+        title="Table 5.3: E (Pa), nu and E* (Pa) of the block from error minimisation",
     message:
         "Table 5.3: E and nu of the block"
     script:

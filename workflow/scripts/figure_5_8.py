@@ -1,4 +1,4 @@
-"""Figure 5.8: Lame parameters and error of the minimisation against iteration."""
+"""Figures 5.8, 5.9, 5.14 and 5.17: Lame parameters and error against iteration."""
 
 from job import run
 from palpate.capture.files import whole_file
@@ -11,7 +11,9 @@ def main(snakemake):
     params = snakemake.params
     with style.journal():
         minima = read_all(snakemake.input.results)
-        figure = figures.figure_5_8(params.captures, minima, error=params.error)
+        figure = figures.figure_5_8(
+            params.captures, minima, error=params.error, iterations=params.get("iterations")
+        )
         with whole_file(snakemake.output.png) as png, whole_file(snakemake.output.svg) as svg:
             style.save(figure, png, svg)
 

@@ -1,10 +1,10 @@
-"""Table 5.3: E, nu and E* of the block's points from error minimisation."""
+"""Tables 5.3 to 5.5: E, nu and E* of an object's points from error minimisation."""
 
 import pandas as pd
 from job import run
 from palpate.capture.files import whole_file
-from palpate.study import tables
-from study_inputs import minima_by_key
+from palpate.study import moduli_tables, tables
+from study_inputs import minima_by_key, read_one
 
 
 def main(snakemake):
@@ -13,10 +13,10 @@ def main(snakemake):
     minima = minima_by_key(params.captures, params.errors, snakemake.input.results)
     ours = tables.minimum_table(params.captures, minima)
     published = pd.read_csv(snakemake.input.published)
-    table = tables.rounded(tables.table_5_3(ours, published, block=params.block))
-    title = "Table 5.3: E (Pa), nu and E* (Pa) from error minimisation"
+    material = read_one(snakemake.input.get("material"))
+    table = moduli_tables.moduli_table(ours, published, name=params.name, material=material)
     with whole_file(snakemake.output.csv) as csv, whole_file(snakemake.output.md) as md:
-        tables.write(table, csv, md, title=title)
+        tables.write(tables.rounded(table), csv, md, title=params.title)
 
 
 run(main, snakemake)

@@ -19,14 +19,37 @@ from palpate.study.style import (
 MILLIMETRES, KILOPASCALS = 1e3, 1e-3
 
 
-def figure_5_8(captures: Sequence[Mapping], minima: Sequence[Mapping], *, error: str) -> Figure:
-    """Lame parameters and error against iteration, a column per sensor (Fig. 5.8)."""
+def figure_5_8(
+    captures: Sequence[Mapping],
+    minima: Sequence[Mapping],
+    *,
+    error: str,
+    iterations: int | None = None,
+) -> Figure:
+    """Lame parameters and error against iteration, a column per sensor.
+
+    Parameters
+    ----------
+    captures : sequence of mapping
+    minima : sequence of mapping
+        minimise-<error>.json of each capture.
+    error : str
+        Error option.
+    iterations : int, optional
+        Show no more than so many of the first iterations.
+
+    Returns
+    -------
+    Figure
+        Figures 5.8, 5.9, 5.14 and 5.17.
+    """
     count = len(minima)
     size = (max(COLUMN_IN, PAGE_IN * count / 2), 4.6)
     figure, axes = plt.subplots(3, count, figsize=size, sharex=True, squeeze=False)
     for column, capture, minimum in zip(axes.T, captures, minima, strict=True):
-        _trace_panels(column, minimum["trace"])
-        column[0].set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
+        _trace_panels(column, minimum["trace"][:iterations])
+        place = f"{capture['object'].replace('_', ' ')}, point {capture['point']}"
+        column[0].set_title(f"{sensor_name(capture['sensor'])}: {place}")
     for panel, label in zip(axes[:, 0], ("λ (kPa)", "μ (kPa)", "Error (mm)"), strict=True):
         panel.set_ylabel(label)
     figure.align_ylabels(axes[:, 0])

@@ -70,26 +70,6 @@ def least_squares_table(
     return pd.DataFrame(rows)
 
 
-def table_5_3(minima: pd.DataFrame, published: pd.DataFrame, *, block: str) -> pd.DataFrame:
-    """E, nu and E* of the block's points per error option, beside Table 5.3."""
-    ours = minima[(minima["object"] == block) & (minima["capture"] == minima["point"])].copy()
-    ours["point"] = ours["point"].astype(int)
-    keys = ["sensor", "point", "error"]
-    values = [
-        "youngs_modulus_pa",
-        "poisson_ratio",
-        "reduced_modulus_pa",
-        "hertz_reduced_modulus_pa",
-    ]
-    beside = published.rename(columns={name: f"published_{name}" for name in values})
-    merged = ours.merge(beside, on=keys, how="left")
-    ends = ["poisson_ratio_low", "poisson_ratio_high"]
-    nu = [*ends, "poisson_ratio_verdict", "poisson_ratio_reason"]
-    printed = [f"published_{name}" for name in values]
-    columns = [*keys, *values, "at_bound", *nu, *printed, "provenance"]
-    return merged.sort_values(["sensor", "error", "point"])[columns].reset_index(drop=True)
-
-
 def summary(hertz: pd.DataFrame, minima: pd.DataFrame, squares: pd.DataFrame) -> pd.DataFrame:
     """One row for each object, sensor, capture and method.
 

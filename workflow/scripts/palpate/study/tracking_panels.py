@@ -143,7 +143,12 @@ def legend(figure: Figure, entries: Sequence[tuple[str, str]], height: float) ->
 
 
 def displacement_bar(
-    figure: Figure, beside: NDArray, top_mm: float, *, place: tuple | None = None
+    figure: Figure,
+    beside: NDArray,
+    top_mm: float,
+    *,
+    place: tuple | None = None,
+    label: str = "Displacement (mm)",
 ) -> None:
     """Bar of the displacement's colours at the right of panels, or lying at a place."""
     boxes = [panel.get_position() for panel in np.ravel(beside)]
@@ -152,4 +157,4 @@ def displacement_bar(
     axes = figure.add_axes(place or (*standing, 0.7 * (high - low)))
     orientation = "horizontal" if place else "vertical"
     scale = ScalarMappable(Normalize(0, top_mm), MAP)
-    figure.colorbar(scale, cax=axes, label="Displacement (mm)", orientation=orientation)
+    figure.colorbar(scale, cax=axes, label=label, orientation=orientation)

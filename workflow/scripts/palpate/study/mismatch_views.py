@@ -1,0 +1,88 @@
+"""Mismatch on objects that need more than one view: Figures 5.15 and 5.18."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patheffects import Normal, Stroke
+from numpy.typing import NDArray
+
+from palpate.study.style import BLACK, PAGE_IN, SMALL, label_provenance, sensor_name
+from palpate.study.surface_figures import Mismatch
+from palpate.study.tracking_panels import (
+    coloured,
+    displacement_bar,
+    named,
+    panels,
+    scale_bar,
+    surface_panel,
+)
+from palpate.study.tracking_views import MILLIMETRES, View
+
+HALF_TURN_DEG = 180.0
+RIGHT, ROOM_IN = 0.87, 0.62
+HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
+
+
+def mismatch_views(
+    captures: Sequence[Mapping], shown: Sequence[Mismatch], views: Sequence[View]
+) -> Figure:
+    """Mismatch of tracked and computed deformation from two sides, a row per sensor.
+
+    Parameters
+    ----------
+    captures : sequence of mapping
+    shown : sequence of Mismatch
+        Of each capture, in its object frame.
+    views : sequence of View
+        From where each capture's camera stood; the second column shows the far side.
+
+    Returns
+    -------
+    Figure
+        Figures 5.15 and 5.18.
+    """
+    turned = [(view, _behind(view)) for view in views]
+    figure, axes = panels(len(captures), 2, _height_in(shown, views), right=RIGHT)
+    top = max(float(one.mismatch_m.max()) for one in shown) * MILLIMETRES
+    letters = iter("abcdefghijkl")
+    for row, capture, one, sides in zip(axes, captures, shown, turned, strict=True):
+        name = sensor_name(capture["sensor"])
+        titles = (f"{name}: from the camera", "from behind")
+        for panel, view, title in zip(row, sides, titles, strict=True):
+            _panel(panel, one, view, top)
+            named(panel, next(letters), title)
+        _cross(row[0], sides[0].project(one.contact_m[None])[0])
+        _numbers(row[1], one.mismatch_m * MILLIMETRES)
+    displacement_bar(figure, axes, top, label="Mismatch (mm)")
+    figure.text(0.02, 0.012, "cross: contact", fontsize=SMALL)
+    label_provenance(figure, {capture["provenance"] for capture in captures})
+    return figure
+
+
+def _behind(view: View) -> View:
+    return View(view.azimuth_deg + HALF_TURN_DEG, view.elevation_deg)
+
+
+def _height_in(shown: Sequence[Mismatch], views: Sequence[View]) -> float:
+    """Height of the figure whose panels fit the objects' proportions."""
+    frames = [view.frame(one.nodes_m) for one, view in zip(shown, views, strict=True)]
+    shapes = [(frame[3] - frame[2]) / (frame[1] - frame[0]) for frame in frames]
+    return PAGE_IN * RIGHT / 2 * max(shapes) * 1.1 * len(shown) + ROOM_IN
+
+
+def _panel(axes: Axes, one: Mismatch, view: View, top_mm: float) -> None:
+    frame = view.frame(one.nodes_m)
+    colours = coloured(one.mismatch_m * MILLIMETRES, top_mm)
+    surface_panel(axes, one.nodes_m, one.triangles, view, frame, colours=colours, edges=True)
+    scale_bar(axes, 20, frame)
+
+
+def _cross(axes: Axes, place: NDArray) -> None:
+    axes.plot(*place[:2], "+", color=BLACK, ms=9, mew=1.3, zorder=6, path_effects=HALO)
+
+
+def _numbers(axes: Axes, mismatch_mm: NDArray) -> None:
+    text = f"median {np.median(mismatch_mm):.2f} mm, largest {mismatch_mm.max():.1f} mm"
+    axes.annotate(text, (1, 0), xycoords="axes fraction", ha="right", va="top", fontsize=SMALL)
