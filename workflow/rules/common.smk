@@ -243,5 +243,5 @@ def study_outputs():
     figures += hertz_figure_outputs() + diagram_outputs() + tracking_figure_outputs()
     figures += rig_outputs()
     tables += hertz_outputs() + simulation_outputs()
-    tables += estimate_outputs()
+    tables += estimate_outputs() + comparison_outputs()
     return [*tables, *figures, *checks, f"{RESULTS}/summary.csv"]

@@ -172,3 +172,60 @@ rule figure_5_18:
         "Figure 5.18: mismatch on the ear"
     script:
         "../scripts/mismatch_views.py"
+
+
+rule comparison:
+    input:
+        tables=compared_tables(),
+        minima=minima_of(traced_captures(), ERRORS[:1]),
+        solids=[results(f"{c['object']}/solid.vtu") for c in solids_counted()],
+        linear=linear_on_exact_data(),
+        materials=[material_of(name) for name in MADE_MATERIALS],
+        simulated=simulation_truth(),
+        published=printed_tables(),
+    output:
+        csv=results("tables/comparison.csv"),
+        md=results("tables/comparison.md"),
+    log:
+        results("logs/comparison.log"),
+    benchmark:
+        results("benchmarks/comparison.tsv")
+    params:
+        code=code("comparison"),
+        captures=traced_captures(),
+        error=ERRORS[0],
+        solids=solids_counted(),
+        materials=MADE_MATERIALS,
+        calibrated=calibrated_by_lab(),
+    message:
+        "Every printed number of the study beside ours"
+    script:
+        "../scripts/comparison.py"
+
+
+rule findings:
+    input:
+        tables=compared_tables(),
+        minima=minima_of(traced_captures(), ERRORS[:1]),
+        linear=linear_on_exact_data(),
+        workspaces=[
+            results(f"sensors/{sensor}/workspace.csv")
+            for sensor in workspace_sensors()
+        ],
+        published=printed_tables(),
+    output:
+        csv=results("tables/findings.csv"),
+        md=results("tables/findings.md"),
+    log:
+        results("logs/findings.log"),
+    benchmark:
+        results("benchmarks/findings.tsv")
+    params:
+        code=code("findings"),
+        captures=traced_captures(),
+        error=ERRORS[0],
+        workspaces=workspace_sensors(),
+    message:
+        "The study's findings held against ours"
+    script:
+        "../scripts/findings.py"

@@ -44,17 +44,19 @@ def mismatch_views(
         Figures 5.15 and 5.18.
     """
     turned = [(view, _behind(view)) for view in views]
-    figure, axes = panels(len(captures), 2, _height_in(shown, views), right=RIGHT)
+    frames = [_frames(one, sides) for one, sides in zip(shown, turned, strict=True)]
+    figure, axes = panels(len(captures), 2, _height_in(frames), right=RIGHT)
     top = max(float(one.mismatch_m.max()) for one in shown) * MILLIMETRES
     letters = iter("abcdefghijkl")
-    for row, capture, one, sides in zip(axes, captures, shown, turned, strict=True):
+    parts = zip(axes, captures, shown, turned, frames, strict=True)
+    for row, capture, one, sides, framed in parts:
         name = sensor_name(capture["sensor"])
         titles = (f"{name}: from the camera", "from behind")
-        for panel, view, title in zip(row, sides, titles, strict=True):
-            _panel(panel, one, view, top)
+        for panel, view, frame, title in zip(row, sides, framed, titles, strict=True):
+            _panel(panel, one, view, frame, top)
             named(panel, next(letters), title)
         _cross(row[0], sides[0].project(one.contact_m[None])[0])
-        _numbers(row[1], one.mismatch_m * MILLIMETRES)
+        _numbers(row[1], one.mismatch_m[np.unique(one.triangles)] * MILLIMETRES)
     displacement_bar(figure, axes, top, label="Mismatch (mm)")
     figure.text(0.02, 0.012, "cross: contact", fontsize=SMALL)
     label_provenance(figure, {capture["provenance"] for capture in captures})
@@ -65,15 +67,21 @@ def _behind(view: View) -> View:
     return View(view.azimuth_deg + HALF_TURN_DEG, view.elevation_deg)
 
 
-def _height_in(shown: Sequence[Mismatch], views: Sequence[View]) -> float:
+def _frames(one: Mismatch, sides: Sequence[View]) -> list[NDArray]:
+    """Frames of one size about the object in each view, (4,) arrays [mm]."""
+    tight = np.array([view.frame(one.nodes_m) for view in sides])
+    centre = (tight[:, ::2] + tight[:, 1::2]) / 2
+    half = np.max(tight[:, 1::2] - tight[:, ::2], axis=0) / 2
+    return list(np.stack([centre - half, centre + half], axis=2).reshape(-1, 4))
+
+
+def _height_in(frames: Sequence[Sequence[NDArray]]) -> float:
     """Height of the figure whose panels fit the objects' proportions."""
-    frames = [view.frame(one.nodes_m) for one, view in zip(shown, views, strict=True)]
-    shapes = [(frame[3] - frame[2]) / (frame[1] - frame[0]) for frame in frames]
-    return PAGE_IN * RIGHT / 2 * max(shapes) * 1.1 * len(shown) + ROOM_IN
+    shapes = [(frame[3] - frame[2]) / (frame[1] - frame[0]) for frame, _ in frames]
+    return PAGE_IN * RIGHT / 2 * max(shapes) * 1.1 * len(frames) + ROOM_IN
 
 
-def _panel(axes: Axes, one: Mismatch, view: View, top_mm: float) -> None:
-    frame = view.frame(one.nodes_m)
+def _panel(axes: Axes, one: Mismatch, view: View, frame: NDArray, top_mm: float) -> None:
     colours = coloured(one.mismatch_m * MILLIMETRES, top_mm)
     surface_panel(axes, one.nodes_m, one.triangles, view, frame, colours=colours, edges=True)
     scale_bar(axes, 20, frame)

@@ -7,6 +7,8 @@ import numpy as np
 import pandas as pd
 
 CAPTURE = ["object", "sensor", "capture", "point"]
+# From here on numbers stand without an exponent.
+LARGE = 1e4
 SIMULATED_NOTE = "Rows marked simulated come from the virtual lab, not from recordings."
 PUBLISHED_NOTE = "Columns published_* are the study's printed values."
 
@@ -159,4 +161,6 @@ def write(
 def _cell(value: object) -> str:
     if value is None or value is pd.NA or (isinstance(value, float) and np.isnan(value)):
         return ""
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    if not isinstance(value, float):
+        return str(value)
+    return f"{value:.0f}" if LARGE <= abs(value) < np.inf else f"{value:.4g}"

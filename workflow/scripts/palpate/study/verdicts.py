@@ -1,0 +1,123 @@
+"""Rules that decide whether numbers bear a statement out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import stats
+
+LEVEL = 0.05
+LEAST_PRINTED_P = 1e-6
+HOLDS, FAILS, OPEN = "holds", "does not hold", "not decided"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a check found: numbers in words, and whether they bear the statement out.
+
+    Attributes
+    ----------
+    evidence : str
+    holds : bool or None
+        None where the numbers do not decide.
+    """
+
+    evidence: str
+    holds: bool | None
+
+    @property
+    def verdict(self) -> str:
+        """``holds``, ``does not hold`` or ``not decided``."""
+        return OPEN if self.holds is None else HOLDS if self.holds else FAILS
+
+
+def sign_test(larger: ArrayLike, smaller: ArrayLike, *, what: str = "pairs") -> Outcome:
+    """Whether one of paired values is larger than the other more often than by chance.
+
+    Parameters
+    ----------
+    larger, smaller : (n,) arrays
+        Paired values; equal ones and those with a missing value do not count.
+    what : str, optional
+        What a pair is called in the evidence.
+
+    Returns
+    -------
+    Outcome
+        Open where even n of n pairs would not give p below `LEVEL`.
+
+    Raises
+    ------
+    ValueError
+        If the arrays differ in length.
+    """
+    one, other = np.asarray(larger, dtype=float), np.asarray(smaller, dtype=float)
+    if one.shape != other.shape:
+        raise ValueError(f"smaller: expected {len(one)} values, found {len(other)}")
+    known = np.isfinite(one) & np.isfinite(other) & (one != other)
+    n, k = int(known.sum()), int((one > other)[known].sum())
+    if n == 0:
+        return Outcome(f"no {what}", None)
+    p = float(stats.binomtest(k, n, alternative="greater").pvalue)
+    text = f"{k} of {n} {what}, {_p(p)}; medians {_median(one)} and {_median(other)}"
+    return Outcome(text, None if 0.5**n >= LEVEL else p < LEVEL)
+
+
+def rank_test(larger: ArrayLike, smaller: ArrayLike, *, least_ratio: float) -> Outcome:
+    """Whether one group's values are larger than another's, and by enough to matter.
+
+    Parameters
+    ----------
+    larger, smaller : (n,) and (m,) arrays
+        Two groups of positive values.
+    least_ratio : float
+        Least ratio of the medians that counts as a difference.
+
+    Returns
+    -------
+    Outcome
+        One-sided Mann-Whitney test; open where so few values could never give p below `LEVEL`.
+    """
+    one, other = np.asarray(larger, dtype=float), np.asarray(smaller, dtype=float)
+    if min(len(one), len(other)) == 0 or _least_p(len(one), len(other)) >= LEVEL:
+        return Outcome(f"only {len(one)} and {len(other)} values", None)
+    p = float(stats.mannwhitneyu(one, other, alternative="greater").pvalue)
+    ratio = float(np.median(one) / np.median(other))
+    return Outcome(f"ratio of medians {ratio:.3f}, {_p(p)}", p < LEVEL and ratio >= least_ratio)
+
+
+def trend_test(x: ArrayLike, y: ArrayLike) -> Outcome:
+    """Whether y grows with x: Spearman's rank correlation, one-sided."""
+    if len(x) < 5:
+        return Outcome(f"only {len(x)} values", None)
+    found = stats.spearmanr(x, y, alternative="greater")
+    rho, p = float(found.statistic), float(found.pvalue)
+    if not np.isfinite(rho):
+        return Outcome("no spread", None)
+    return Outcome(f"rank correlation {rho:.2f}, {_p(p)}", p < LEVEL)
+
+
+def every(outcomes: Sequence[tuple[str, Outcome]]) -> Outcome:
+    """Join named outcomes: one that fails decides, then one that is open."""
+    if not outcomes:
+        return Outcome("nothing to compare", None)
+    text = "; ".join(f"{name}: {one.evidence}" for name, one in outcomes)
+    found = [one.holds for _, one in outcomes]
+    holds = False if False in found else None if None in found else True
+    return Outcome(text, holds)
+
+
+def _least_p(n: int, m: int) -> float:
+    """Least p that the Mann-Whitney test of so many values can give."""
+    return 1 / comb(n + m, n)
+
+
+def _median(values: np.ndarray) -> str:
+    value = float(np.nanmedian(values))
+    return f"{value:.0f}" if value >= 1000 else f"{value:.3g}"
+
+
+def _p(p: float) -> str:
+    return f"p = {p:.2g}" if p >= LEAST_PRINTED_P else f"p < {LEAST_PRINTED_P:g}"
