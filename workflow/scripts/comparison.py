@@ -10,8 +10,9 @@ from study_inputs import read_all, read_one
 
 TITLE = "Every printed number of the study beside ours"
 NOTES = (
-    "published is the study's printed value, ratio is ours over it. What the study prints without naming a sensor or point stands"
-    " beside each of ours. true is what the virtual lab was given; instantaneous moduli.",
+    "published is the study's printed value, ratio is ours over it. What the study prints"
+    " without naming a sensor or point stands beside each of ours. true is what the virtual lab"
+    " was given; instantaneous moduli.",
 )
 
 

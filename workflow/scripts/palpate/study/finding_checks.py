@@ -42,7 +42,9 @@ def repeatable(repeats: pd.DataFrame) -> Outcome:
     if len(values) < 3:
         return Outcome(f"only {len(values)} attempts", None)
     spread = values.std(ddof=1) / values.mean()
-    return Outcome(f"{100 * spread:.1f} % of the mean over {len(values)} attempts", spread < SPREAD)
+    return Outcome(
+        f"{100 * spread:.1f} % of the mean over {len(values)} attempts", bool(spread < SPREAD)
+    )
 
 
 def larger_by_displacement(estimates: pd.DataFrame, *, quantity: str) -> Outcome:
@@ -172,7 +174,7 @@ def linear_method_upset_by_noise(noise: pd.DataFrame) -> Outcome:
         for name in names
     ]
     text = f"off by {100 * off[0]:.0f} % (linear) and {100 * off[1]:.1f} % (minimisation)"
-    return Outcome(text, off[0] > CLOSE > off[1])
+    return Outcome(text, bool(off[0] > CLOSE > off[1]))
 
 
 def deepest_axis_worst(tip: pd.DataFrame) -> Outcome:
