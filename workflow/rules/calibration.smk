@@ -17,28 +17,72 @@ rule camera_calibration:
         "../scripts/camera_calibration.py"
 
 
-rule calibration_report:
+rule table_4_1:
+    input:
+        calibration=sensor_files("calibration", "calibration.json")[:1],
+        published=published("table_4_1"),
+    output:
+        csv=results("tables/table_4_1.csv"),
+        md=results("tables/table_4_1.md"),
+    log:
+        results("logs/table_4_1.log"),
+    benchmark:
+        results("benchmarks/table_4_1.tsv")
+    params:
+        code=code("calibration_report"),
+        artefact="table_4_1",
+    message:
+        "Table 4.1: optics of both cameras"
+    script:
+        "../scripts/calibration_report.py"
+
+
+rule figure_4_9:
     input:
         calibration=sensor_files("calibration", "calibration.json")[:1],
         pairs=raw_of_sensors("calibration")[:1],
-        table_4_1=published("table_4_1"),
-        equation_4_12=published("equation_4_12"),
     output:
-        table_csv=results("tables/table_4_1.csv"),
-        table_md=results("tables/table_4_1.md"),
-        equation_csv=results("tables/equation_4_12.csv"),
-        equation_md=results("tables/equation_4_12.md"),
-        figure_4_9_png=results("figures/figure_4_9.png"),
-        figure_4_9_svg=results("figures/figure_4_9.svg"),
-        figure_4_10_png=results("figures/figure_4_10.png"),
-        figure_4_10_svg=results("figures/figure_4_10.svg"),
+        png=results("figures/figure_4_9.png"),
+        svg=results("figures/figure_4_9.svg"),
     log:
-        results("logs/calibration_report.log"),
+        results("logs/figure_4_9.log"),
     benchmark:
-        results("benchmarks/calibration_report.tsv")
+        results("benchmarks/figure_4_9.tsv")
     params:
         code=code("calibration_report"),
+        artefact="figure_4_9",
     message:
-        "Table 4.1, Equation 4.12, Figures 4.9 and 4.10: calibration"
+        "Figure 4.9: a pair of calibration pictures"
     script:
         "../scripts/calibration_report.py"
+
+
+use rule table_4_1 as equation_4_12 with:
+    input:
+        calibration=sensor_files("calibration", "calibration.json")[:1],
+        published=published("equation_4_12"),
+    output:
+        csv=results("tables/equation_4_12.csv"),
+        md=results("tables/equation_4_12.md"),
+    log:
+        results("logs/equation_4_12.log"),
+    benchmark:
+        results("benchmarks/equation_4_12.tsv")
+    params:
+        artefact="equation_4_12",
+    message:
+        "Equation 4.12: from the infrared to the colour camera"
+
+
+use rule figure_4_9 as figure_4_10 with:
+    output:
+        png=results("figures/figure_4_10.png"),
+        svg=results("figures/figure_4_10.svg"),
+    log:
+        results("logs/figure_4_10.log"),
+    benchmark:
+        results("benchmarks/figure_4_10.tsv")
+    params:
+        artefact="figure_4_10",
+    message:
+        "Figure 4.10: poses of the board"

@@ -65,9 +65,12 @@ def read_experiments():
 def seeing_outputs():
     """Tables and figures of Chapter 4, where their experiments are there."""
     made = {
-        "calibration": ["tables/table_4_1.csv"],
-        "workspace": ["tables/table_4_2.csv"],
-        "cd_case": ["tables/cd_case.csv"],
+        "calibration": ["tables/table_4_1.csv", "tables/equation_4_12.csv"]
+        + [f"figures/figure_4_{n}.png" for n in (9, 10)],
+        "workspace": ["tables/table_4_2.csv"]
+        + [f"figures/figure_4_{n}.png" for n in range(14, 20)],
+        "cd_case": ["tables/cd_case.csv"]
+        + [f"figures/figure_4_{n}.png" for n in (13, 20, 21)],
         "loading": ["figures/figure_4_6.png"],
     }
     files = [file for name in made if sensors_of(name) for file in made[name]]

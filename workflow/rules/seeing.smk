@@ -20,30 +20,6 @@ rule workspace_error:
         "../scripts/workspace_error.py"
 
 
-rule workspace_report:
-    input:
-        tables=sensor_files("workspace", "workspace.csv"),
-        published=published("table_4_2"),
-    output:
-        csv=results("tables/table_4_2.csv"),
-        md=results("tables/table_4_2.md"),
-        png=expand(results("figures/figure_4_{n}.png"), n=[14, 15, 16, 17, 18, 19]),
-        svg=expand(results("figures/figure_4_{n}.svg"), n=[14, 15, 16, 17, 18, 19]),
-    log:
-        results("logs/workspace_report.log"),
-    benchmark:
-        results("benchmarks/workspace_report.tsv")
-    params:
-        code=code("workspace_report"),
-        names=sensors_of("workspace"),
-        sensors=HOUSE.sensors,
-        provenance=experiment_provenance("workspace"),
-    message:
-        "Table 4.2, Figures 4.14 to 4.19: the workspace"
-    script:
-        "../scripts/workspace_report.py"
-
-
 rule loading_test:
     input:
         loading=raw("sensors/{sensor}/loading"),
@@ -117,32 +93,6 @@ rule cd_case:
         "Tip around the CD case, {wildcards.sensor}"
     script:
         "../scripts/cd_case.py"
-
-
-rule cd_case_report:
-    input:
-        paths=sensor_files("cd_case", "cd_case_path.csv"),
-        places=sensor_files("cd_case", "cd_case.json"),
-        clouds=sensor_files("cd_case", "cd_case_cloud.npz"),
-        cases=raw_of_sensors("cd_case"),
-    output:
-        csv=results("tables/cd_case.csv"),
-        md=results("tables/cd_case.md"),
-        png=expand(results("figures/figure_4_{n}.png"), n=[13, 20, 21]),
-        svg=expand(results("figures/figure_4_{n}.svg"), n=[13, 20, 21]),
-    log:
-        results("logs/cd_case_report.log"),
-    benchmark:
-        results("benchmarks/cd_case_report.tsv")
-    params:
-        code=code("cd_case_report"),
-        names=sensors_of("cd_case"),
-        sensors=HOUSE.sensors,
-        provenance=experiment_provenance("cd_case"),
-    message:
-        "Figures 4.13, 4.20, 4.21: tracing the CD case"
-    script:
-        "../scripts/cd_case_report.py"
 
 
 rule figure_4_11:

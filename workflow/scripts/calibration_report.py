@@ -1,43 +1,42 @@
-"""Table 4.1, Equation 4.12, Figures 4.9 and 4.10."""
+"""Table 4.1, Equation 4.12, Figures 4.9 and 4.10: one of them."""
 
 from pathlib import Path
 
 import pandas as pd
+from artefact_files import draw, write_table
 from job import run
-from palpate.capture.files import whole_file
 from palpate.capture.images import read_image
 from palpate.capture.tables import read_frames
-from palpate.study import calibration, style, tables
+from palpate.study import calibration
 from study_inputs import read_all
+
+TITLES = {
+    "table_4_1": "Table 4.1: focal lengths and principal points (px)",
+    "equation_4_12": "Equation 4.12: transform from the infrared to the colour camera",
+}
 
 
 def main(snakemake):
-    """Write the tables and draw the figures."""
-    source, output = snakemake.input, snakemake.output
+    """Write the table or draw the figure that the rule is named after."""
+    source, output, name = snakemake.input, snakemake.output, snakemake.params.artefact
     (result,) = read_all(source.calibration)
-    table = calibration.table_4_1(result, pd.read_csv(source.table_4_1))
-    title = "Table 4.1: focal lengths and principal points (px)"
-    with whole_file(output.table_csv) as csv, whole_file(output.table_md) as md:
-        tables.write(table, csv, md, title=title)
-    equation = calibration.equation_4_12(result, pd.read_csv(source.equation_4_12))
-    title = "Equation 4.12: transform from the infrared to the colour camera"
-    with whole_file(output.equation_csv) as csv, whole_file(output.equation_md) as md:
-        tables.write(equation, csv, md, title=title)
-    view = sorted(result["pair_errors_px"])[0]
-    folder, frames = Path(source.pairs[0]), read_frames(source.pairs[0])
+    if name in TITLES:
+        table = getattr(calibration, name)(result, pd.read_csv(source.published))
+        write_table(output, table, title=TITLES[name])
+    elif name == "figure_4_9":
+        draw(output, lambda: calibration.figure_4_9(result, *pair_of(source.pairs[0], result)))
+    else:
+        draw(output, lambda: calibration.figure_4_10(result))
+
+
+def pair_of(folder, result):
+    """First pair of pictures that the calibration used, by stream, and its name."""
+    view, frames = sorted(result["pair_errors_px"])[0], read_frames(folder)
     images = {
-        stream: read_image(folder / str(frames[stream].iloc[int(view)]), "mono8")
+        stream: read_image(Path(folder) / str(frames[stream].iloc[int(view)]), "mono8")
         for stream in ("infrared", "color")
     }
-    with style.journal():
-        figures = {
-            "4_9": calibration.figure_4_9(result, images, view),
-            "4_10": calibration.figure_4_10(result),
-        }
-        for name, figure in figures.items():
-            png, svg = output[f"figure_{name}_png"], output[f"figure_{name}_svg"]
-            with whole_file(png) as whole_png, whole_file(svg) as whole_svg:
-                style.save(figure, whole_png, whole_svg)
+    return images, view
 
 
 run(main, snakemake)

@@ -1,38 +1,36 @@
-"""Figures 4.13, 4.20 and 4.21, and how far the traced path lies from the case."""
+"""Figures 4.13, 4.20 and 4.21, or how far the traced path lies from the case."""
 
 import json
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from artefact_files import draw, write_table
 from frames import Stream
 from job import run
-from palpate.capture.files import whole_file
-from palpate.study import probe_figures, style, tables
+from palpate.study import probe_figures
+
+TITLE = "Tracing the CD case (Section 4.2.4): the tip's centre against the case's outline (mm)"
 
 
 def main(snakemake):
-    """Write the table and draw the figures."""
+    """Write the table or draw the figure that the rule is named after."""
     source, params, output = snakemake.input, snakemake.params, snakemake.output
     paths = by_sensor(params, source.paths, pd.read_csv)
     places = by_sensor(params, source.places, read_json)
-    clouds = by_sensor(params, source.clouds, read_cloud)
-    table = pd.DataFrame([row(name, paths[name], places[name]) for name in params.names])
-    table["provenance"] = table["sensor"].map(params.provenance)
-    title = "Tracing the CD case (Section 4.2.4): the tip's centre against the case's outline (mm)"
-    with whole_file(output.csv) as csv, whole_file(output.md) as md:
-        tables.write(table, csv, md, title=title)
     provenance = set(params.provenance.values())
-    frames = Stream(Path(source.cases[0]) / "trace", params.sensors[params.names[0]])
-    with style.journal():
-        figures = {
-            "figure_4_13": probe_figures.figure_4_13(paths, provenance),
-            "figure_4_20": probe_figures.figure_4_20(frames[len(frames) // 3], provenance),
-            "figure_4_21": probe_figures.figure_4_21(paths, clouds, places, provenance),
-        }
-        for png, svg in zip(output.png, output.svg, strict=True):
-            with whole_file(png) as whole_png, whole_file(svg) as whole_svg:
-                style.save(figures[Path(png).stem], whole_png, whole_svg)
+    if params.artefact == "cd_case_table":
+        table = pd.DataFrame([row(name, paths[name], places[name]) for name in params.names])
+        table["provenance"] = table["sensor"].map(params.provenance)
+        write_table(output, table, title=TITLE)
+    elif params.artefact == "figure_4_13":
+        draw(output, lambda: probe_figures.figure_4_13(paths, provenance))
+    elif params.artefact == "figure_4_20":
+        frames = Stream(Path(source.cases[0]) / "trace", params.sensors[params.names[0]])
+        draw(output, lambda: probe_figures.figure_4_20(frames[len(frames) // 3], provenance))
+    else:
+        clouds = by_sensor(params, source.clouds, read_cloud)
+        draw(output, lambda: probe_figures.figure_4_21(paths, clouds, places, provenance))
 
 
 def row(name, path, place):

@@ -1,33 +1,33 @@
-"""Table 4.2 and Figures 4.14 to 4.19."""
-
-from pathlib import Path
+"""Table 4.2 and Figures 4.14 to 4.19: one of them."""
 
 import pandas as pd
+from artefact_files import draw, write_table
 from job import run
-from palpate.capture.files import whole_file
-from palpate.study import style, tables, workspace, workspace_figures
+from palpate.study import workspace, workspace_figures
+
+TITLE = "Table 4.2: mean standard deviation of the resting tip over the workspace (cm)"
 
 
 def main(snakemake):
-    """Write the table and draw the figures."""
+    """Write the table or draw the figure that the rule is named after."""
     source, params, output = snakemake.input, snakemake.params, snakemake.output
     found = {
         name: pd.read_csv(path) for name, path in zip(params.names, source.tables, strict=True)
     }
-    used = {
+    if params.artefact == "table_4_2":
+        table = workspace.table_4_2(found, thresholds(params), pd.read_csv(source.published))
+        table["provenance"] = table["sensor"].map(params.provenance)
+        write_table(output, table, title=TITLE)
+    else:
+        make = getattr(workspace_figures, params.artefact)
+        draw(output, lambda: make(found, set(params.provenance.values())))
+
+
+def thresholds(params):
+    """Threshold of each sensor's file."""
+    return {
         name: params.sensors[name]["marker"]["reprojection_threshold_px"] for name in params.names
     }
-    table = workspace.table_4_2(found, used, pd.read_csv(source.published))
-    table["provenance"] = table["sensor"].map(params.provenance)
-    title = "Table 4.2: mean standard deviation of the resting tip over the workspace (cm)"
-    with whole_file(output.csv) as csv, whole_file(output.md) as md:
-        tables.write(table, csv, md, title=title)
-    with style.journal():
-        for png, svg in zip(output.png, output.svg, strict=True):
-            draw = getattr(workspace_figures, Path(png).stem)
-            figure = draw(found, set(params.provenance.values()))
-            with whole_file(png) as whole_png, whole_file(svg) as whole_svg:
-                style.save(figure, whole_png, whole_svg)
 
 
 run(main, snakemake)
