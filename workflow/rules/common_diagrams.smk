@@ -148,6 +148,11 @@ def devices():
     }
 
 
+def clouds_shown():
+    """Captures whose clouds Figure 4.4 shows: those of the tracked block of Figure 5.5."""
+    return block_shown("figure_5_5")
+
+
 def drawn_probe():
     """Probe that Figure 4.5 shows: the first, by name."""
     return HOUSE.probes[min(HOUSE.probes)]
@@ -160,6 +165,7 @@ def rig_outputs():
         "figure_4_1": bool(devices()),
         "figure_4_2": dot_sensor(),
         "figure_4_3": of_kind("stereo"),
+        "figure_4_4": bool(clouds_shown()),
         "figure_4_5": bool(HOUSE.probes),
         "figure_4_7": bool(setups()),
         "figure_4_8": pinhole_sensor(),

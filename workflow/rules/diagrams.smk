@@ -69,6 +69,27 @@ rule figure_4_3:
         "../scripts/figure_4_3.py"
 
 
+rule figure_4_4:
+    input:
+        clouds=files_of(clouds_shown(), "clouds.npz"),
+        alignments=files_of(clouds_shown(), "alignment.json"),
+    output:
+        png=results("figures/figure_4_4.png"),
+        svg=results("figures/figure_4_4.svg"),
+    log:
+        results("logs/figure_4_4.log"),
+    benchmark:
+        results("benchmarks/figure_4_4.tsv")
+    params:
+        code=code("figure_4_4"),
+        captures=clouds_shown(),
+        neighbours=config["clouds"]["normal_neighbours"],
+    message:
+        "Figure 4.4: plane through a vertex and its neighbours"
+    script:
+        "../scripts/figure_4_4.py"
+
+
 rule figure_4_5:
     output:
         png=results("figures/figure_4_5.png"),
