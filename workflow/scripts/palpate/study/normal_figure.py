@@ -130,7 +130,7 @@ def figure_4_4(captures: Sequence[Mapping], planes: Sequence[tuple[Cloud, PlaneF
     count = len(captures)
     for k, (capture, (cloud, fit)) in enumerate(zip(captures, planes, strict=True)):
         left, width = (k + 0.15) / count, 0.8 / count
-        space = figure.add_axes((left - 0.1 / count, 0.42, width + 0.12 / count, 0.47))
+        space = figure.add_axes((left - 0.1 / count, 0.45, width + 0.12 / count, 0.41))
         _draw_space(space, cloud, fit, key=k == 0)
         entitle(space, sensor_name(capture["sensor"]), "abcdef"[k])
         side = figure.add_axes((left, 0.12, width, 0.26))
@@ -163,7 +163,7 @@ def _draw_space(axes: Axes, cloud: Cloud, fit: PlaneFit, *, key: bool) -> None:
     axes.plot([low[0], low[0] + 5], [low[1] - 1] * 2, color="black", lw=2)
     axes.text(low[0] + 2.5, low[1] - 1.5, "5 mm", ha="center", va="top", fontsize=7)
     if key:
-        place = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.94), "ncols": 3}
+        place = {"loc": "upper center", "bbox_to_anchor": (0.5, 1.0), "ncols": 3}
         axes.figure.legend(*axes.get_legend_handles_labels(), handletextpad=0.3, **place)
 
 

@@ -169,7 +169,7 @@ def _draw_scans(axes: Axes, scan: Mapping) -> None:
         axes.plot(*(flat * directions).T, "^", color=colour, ms=4.5, ls="none", label=words)
     title = f"{len(turns) * len(scan['elevations_deg'])} views of {distance:.1f} m"
     reach = 1.05 * distance
-    _plan(axes, ((-reach, reach), (-1.6 * reach, reach)))
+    _plan(axes, ((-reach, reach), (-1.75 * reach, 1.25 * reach)))
     look = {"fontsize": SMALL, "title_fontsize": 7, "handletextpad": 0.2, "borderaxespad": 0}
     axes.legend(loc="lower center", title=title, **look)
 
