@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares, minimize
-from scipy.stats import norm as normal
-from scipy.stats import t as student
+from scipy.special import ndtri, stdtrit
 
 from palpate.estimate.hertz_laws import parabola_force
 from palpate.estimate.hertz_scatter import deviation, effective_samples
@@ -163,8 +162,8 @@ def fit_known_contact(
     slope = (modulus(shift) - modulus(-shift)) / (2 * shift) if shift > 0 else 0.0
     std = float(np.hypot(scatter, slope * depth_std_m))
     level = (1 + CONFIDENCE) / 2
-    of_scatter = student.ppf(level, len(residual) - 1) * scatter
-    width = float(np.hypot(of_scatter, normal.ppf(level) * slope * depth_std_m)) / E_star
+    of_scatter = stdtrit(len(residual) - 1, level) * scatter
+    width = float(np.hypot(of_scatter, ndtri(level) * slope * depth_std_m)) / E_star
     interval = (E_star * float(np.exp(-width)), E_star * float(np.exp(width)))
     return KnownContactFit(E_star, std, interval, count, _rms(residual))
 
@@ -255,7 +254,7 @@ def _contact_fit(
     variance = deviation(best.fun[:-1], len(best.x)) ** 2
     covariance = np.linalg.pinv(best.jac.T @ best.jac) * variance
     std = np.sqrt(np.diag(covariance))
-    width = student.ppf((1 + CONFIDENCE) / 2, freedom) * std[0]
+    width = stdtrit(freedom, (1 + CONFIDENCE) / 2) * std[0]
     E_star = float(np.exp(best.x[0])) * modulus
     # Exact data leave no residual, and then no correlation.
     product = float(std[0] * std[1])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from palpate.estimate.least_squares import FORCE_TERM, LeastSquaresFit
 from palpate.estimate.minimise import Cost
@@ -85,7 +85,7 @@ def poisson_profile(
     nus, found = _with_minimum(nus, [profile(nu) for nu in nus], profile)
     interval = None
     if fit.error_rise_m is not None:
-        quantile = student.ppf((1 + CONFIDENCE) / 2, fit.patches - 2)
+        quantile = stdtrit(fit.patches - 2, (1 + CONFIDENCE) / 2)
         rise_m = float(quantile**2) * fit.error_rise_m
         interval = _interval(nus, [error for _, error in found], profile, rise_m)
     return PoissonProfile(

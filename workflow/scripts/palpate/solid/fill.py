@@ -6,11 +6,11 @@ import tempfile
 from dataclasses import dataclass, field
 
 import numpy as np
-import open3d as o3d
 import pytetwild
 import trimesh
 from numpy.typing import NDArray
 
+from palpate.open3d_core import o3d
 from palpate.solid.mesh import SolidMesh, solid_mesh
 from palpate.solid.quality import surface_gap
 from palpate.solid.sizing import Support, edge_field, support_edge

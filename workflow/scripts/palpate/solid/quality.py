@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import open3d as o3d
 from numpy.typing import NDArray
 
+from palpate.open3d_core import o3d
 from palpate.solid.mesh import EDGES, SolidMesh, element_volumes
 
 # The two corners off each edge of EDGES.

@@ -4,15 +4,22 @@ PARDISO of MKL was faster than SciPy's SuperLU at all sizes that occur here (tes
 SuperLU stays for machines without MKL.
 """
 
+import os
+import sys
 import weakref
 from collections.abc import Callable
 from copy import copy
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
+
+# Where pip puts MKL. Left to itself the wrapper asks compilers and walks all of the environment.
+for _library in sorted(Path(sys.prefix, "lib").glob("libmkl_rt.so*"))[:1]:
+    os.environ.setdefault("PYPARDISO_MKL_RT", str(_library))
 
 try:
     from pypardiso import PyPardisoSolver

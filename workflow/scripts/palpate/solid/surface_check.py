@@ -1,10 +1,10 @@
 """What a surface must be before tetrahedra can fill it."""
 
 import numpy as np
-import open3d as o3d
 import trimesh
 from numpy.typing import NDArray
 
+from palpate.open3d_core import o3d
 from palpate.solid.quality import scene_of
 
 # Heights below this share of an edge are touching, not cutting.

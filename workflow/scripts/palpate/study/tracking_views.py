@@ -3,10 +3,10 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-import open3d as o3d
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
+from palpate.open3d_core import o3d
 from palpate.surface.template import vertex_normals
 
 MILLIMETRES = 1e3

@@ -1,8 +1,9 @@
 """Closest points of a triangle mesh."""
 
 import numpy as np
-import open3d as o3d
 from numpy.typing import NDArray
+
+from palpate.open3d_core import o3d
 
 
 class ClosestPoints:

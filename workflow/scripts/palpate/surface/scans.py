@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import open3d as o3d
 import pyvista as pv
 import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from palpate.open3d_core import o3d
 from palpate.surface.template import METRES
 
 # Joint point-to-plane registration of all views: reach of a correspondence in each step [m].

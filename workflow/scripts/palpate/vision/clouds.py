@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import open3d as o3d
 import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.open3d_core import o3d
 from palpate.vision.arrays import read_arrays
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth
