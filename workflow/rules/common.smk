@@ -131,6 +131,13 @@ def kept_mesh(wildcards):
     return str(kept) if kept.is_file() else []
 
 
+def first_cloud_of(wildcards):
+    """Clouds that begin with a capture's first; of tracked captures all are made anyway."""
+    tracked = {(c.object, c.sensor, c.capture) for c in HOUSE.tracked}
+    name = "clouds.npz" if tuple(wildcards) in tracked else "rest_cloud.npz"
+    return of_capture(name)
+
+
 def per_capture(pattern):
     """Files of all captures of the run."""
     return _expanded(pattern, HOUSE.captures)

@@ -44,7 +44,7 @@ rule align:
     input:
         object=raw("{object}/object.yaml"),
         template=template_of,
-        cloud=of_capture("rest_cloud.npz"),
+        cloud=first_cloud_of,
         pose=of_capture("probe_pose.csv"),
         force=of_capture("force.csv"),
         plane=results("{object}/{sensor}/support_plane.json"),

@@ -13,6 +13,7 @@ from palpate.vision.arrays import read_arrays
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth
 from palpate.vision.marker import board_points
+from palpate.vision.pieces import largest_piece
 from palpate.vision.probe import AXIS, TIP, marker_transforms
 from palpate.vision.support_plane import height_above
 
@@ -139,7 +140,7 @@ def object_cloud(
     cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(kept))
     cloud = cloud.voxel_down_sample(voxel_m)
     cloud, _ = cloud.remove_statistical_outlier(outlier_neighbours, outlier_ratio)
-    cloud = _largest_cluster(cloud, cluster_gap_m)
+    cloud = cloud.select_by_index(largest_piece(np.asarray(cloud.points), cluster_gap_m))
     cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(normal_neighbours))
     cloud.orient_normals_towards_camera_location(np.zeros(3))
     return Cloud(np.asarray(cloud.points), np.asarray(cloud.normals))
@@ -232,11 +233,6 @@ def read_clouds(path: str | Path) -> list[Cloud]:
         expected = f"whole numbers rising from 0 to {len(points)}"
         raise ValueError(f"{path}: frame_start: expected {expected}, found others")
     return unpack_clouds(arrays)
-
-
-def _largest_cluster(cloud: o3d.geometry.PointCloud, gap_m: float) -> o3d.geometry.PointCloud:
-    labels = np.asarray(cloud.cluster_dbscan(gap_m, min_points=1))
-    return cloud.select_by_index(np.flatnonzero(labels == np.bincount(labels).argmax()))
 
 
 def _deprojected(depth_m: NDArray, camera: PinholeCamera, range_m: tuple) -> NDArray:
