@@ -11,10 +11,12 @@ PICTURES := tracked_surface
 
 results: .venv/installed
 	$(SNAKEMAKE)
+	$(BIN)/python workflow/house/resources.py raw results
 	$(BIN)/python workflow/house/closing.py results
 
 sample: .venv/installed
 	$(SAMPLE)
+	$(BIN)/python workflow/house/resources.py tests/sample/raw results/sample
 	$(BIN)/python workflow/house/closing.py results/sample
 
 test: .venv/installed

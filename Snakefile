@@ -31,6 +31,7 @@ include: "workflow/rules/study.smk"
 include: "workflow/rules/tracking_figures.smk"
 include: "workflow/rules/diagrams.smk"
 include: "workflow/rules/comparison.smk"
+include: "workflow/rules/progress.smk"
 
 
 rule all:

@@ -1,0 +1,62 @@
+"""What a run shows on the terminal."""
+
+import io
+import logging
+
+import pytest
+from house.progress import be_brief
+
+
+@pytest.fixture
+def terminal():
+    """A logger with a terminal, and what it shows."""
+    logger, shown = logging.Logger("run", logging.INFO), io.StringIO()
+    logger.addHandler(logging.StreamHandler(shown))
+    return logger, shown
+
+
+def job(logger, message):
+    logger.info(None, extra={"event": "job_info", "rule_msg": message})
+
+
+def progress(logger, done, total):
+    logger.info(f"{done}/{total}", extra={"event": "progress", "done": done, "total": total})
+
+
+def test_a_job_is_one_line_with_the_steps_done(terminal):
+    logger, shown = terminal
+    be_brief(logger, 4)
+    job(logger, "Clouds of pad, kinect, 08")
+    logger.info("Finished", extra={"event": "job_finished"})
+    progress(logger, 1, 4)
+    logger.info("Select jobs to execute...")
+    job(logger, "Hertz fit of pad, kinect, 08")
+    job(logger, None)
+    lines = shown.getvalue().splitlines()
+    assert len(lines) == 2
+    assert lines[0].endswith("0 of 4 steps (0%) done  Clouds of pad, kinect, 08")
+    assert lines[1].endswith("1 of 4 steps (25%) done  Hertz fit of pad, kinect, 08")
+
+
+def test_errors_and_the_last_step_are_shown(terminal):
+    logger, shown = terminal
+    be_brief(logger, 1)
+    logger.error("Error in rule clouds", extra={"event": "job_error"})
+    progress(logger, 1, 1)
+    assert shown.getvalue().splitlines() == ["Error in rule clouds", "1/1"]
+
+
+def test_a_verbose_run_and_the_log_file_keep_everything(terminal, tmp_path):
+    logger, shown = terminal
+    file = logging.FileHandler(tmp_path / "log")
+    logger.addHandler(file)
+    be_brief(logger, 1)
+    logger.info("Select jobs to execute...")
+    file.close()
+    assert not shown.getvalue()
+    assert "Select jobs" in (tmp_path / "log").read_text()
+    logger.handlers[:] = [logging.StreamHandler(shown)]
+    logger.setLevel(logging.DEBUG)
+    be_brief(logger, 1)
+    logger.info("Select jobs to execute...")
+    assert "Select jobs" in shown.getvalue()
