@@ -62,7 +62,5 @@ def test_closing_lines_of_recordings_are_not_called_simulated(tmp_path):
 
 
 def test_closing_lines_need_a_summary(tmp_path):
-    with pytest.raises(
-        ValueError, match=r"summary\.csv: expected the summary of a run"
-    ):
+    with pytest.raises(ValueError, match=r"summary\.csv: expected the summary of a run"):
         closing_lines(tmp_path)

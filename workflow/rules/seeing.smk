@@ -9,6 +9,7 @@ rule workspace_error:
         results("logs/workspace_error/{sensor}.log"),
     benchmark:
         results("benchmarks/workspace_error/{sensor}.tsv")
+    priority: 10
     params:
         code=code("workspace_error"),
         content=experiment_content("workspace"),

@@ -11,6 +11,7 @@ rule template:
         results("benchmarks/template/{object}.tsv")
     wildcard_constraints:
         object=one_of(SCANNED),
+    priority: 10
     params:
         code=code("template"),
         content=scans_content,
