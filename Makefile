@@ -6,17 +6,20 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
 # Figures of a full run that README.md shows.
 PICTURES := tracked_surface
+REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
 .PHONY: results sample test lint bench check lock pictures sample-captures clean
 
 results: .venv/installed
 	$(SNAKEMAKE)
 	$(BIN)/python workflow/house/resources.py raw results
+	$(SNAKEMAKE) $(REPORT) results/report.html
 	$(BIN)/python workflow/house/closing.py results
 
 sample: .venv/installed
 	$(SAMPLE)
 	$(BIN)/python workflow/house/resources.py tests/sample/raw results/sample
+	$(SAMPLE) $(REPORT) results/sample/report.html
 	$(BIN)/python workflow/house/closing.py results/sample
 
 test: .venv/installed

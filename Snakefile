@@ -16,6 +16,7 @@ include: "workflow/rules/common_hertz_figures.smk"
 include: "workflow/rules/common_tracking.smk"
 include: "workflow/rules/common_diagrams.smk"
 include: "workflow/rules/common_comparison.smk"
+include: "workflow/rules/common_report.smk"
 include: "workflow/rules/lab.smk"
 include: "workflow/rules/calibration.smk"
 include: "workflow/rules/preprocess.smk"
@@ -32,6 +33,7 @@ include: "workflow/rules/tracking_figures.smk"
 include: "workflow/rules/diagrams.smk"
 include: "workflow/rules/comparison.smk"
 include: "workflow/rules/progress.smk"
+include: "workflow/rules/report.smk"
 
 
 rule all:

@@ -1,53 +1,23 @@
 """Snakemake itself: discovery, refusals before any job, re-runs, and the sample end to end."""
 
 import json
-import os
 import re
 import shutil
-import subprocess
-import sys
 
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from sample_run import LEFT_BEHIND, snakemake
 
 pytestmark = pytest.mark.workflow
-LEFT_BEHIND = shutil.ignore_patterns(
-    ".git", ".venv", "results", "raw", ".snakemake", "__pycache__", ".*_cache"
-)
-
-
 EXPERIMENT_FIGURES = (6, 9, 10, 13, 14, 15, 16, 17, 18, 19, 20, 21)
 EXPERIMENT_TABLES = ("table_4_1", "equation_4_12", "table_4_2", "cd_case", "sensor_accuracy")
-
-
-def snakemake(folder, *arguments):
-    command = [sys.executable, "-m", "snakemake", "--profile", "workflow/profiles/default"]
-    return subprocess.run(
-        [*command, *arguments],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"},
-    )
 
 
 def counted(done):
     """Rules of a dry-run's job statistics."""
     return set(re.findall(r"^(\w+) +\d+$", done.stdout + done.stderr, re.MULTILINE))
-
-
-@pytest.fixture(scope="module")
-def copy(root, tmp_path_factory):
-    """A copy of the project in which the sample ran once."""
-    folder = tmp_path_factory.mktemp("palpate") / "main"
-    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
-    shutil.copytree(root / "tests/sample/raw", folder / "tests/sample/raw", dirs_exist_ok=True)
-    done = snakemake(folder, "--configfile", "tests/sample/config.yaml")
-    assert done.returncode == 0, done.stderr[-3000:]
-    return folder
 
 
 def test_dry_run_of_the_study(root, tmp_path):

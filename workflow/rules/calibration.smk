@@ -42,7 +42,7 @@ rule figure_4_9:
         calibration=sensor_files("calibration", "calibration.json")[:1],
         pairs=raw_of_sensors("calibration")[:1],
     output:
-        png=results("figures/figure_4_9.png"),
+        png=captioned(results("figures/figure_4_9.png")),
         svg=results("figures/figure_4_9.svg"),
     log:
         results("logs/figure_4_9.log"),
@@ -76,7 +76,7 @@ use rule table_4_1 as equation_4_12 with:
 
 use rule figure_4_9 as figure_4_10 with:
     output:
-        png=results("figures/figure_4_10.png"),
+        png=captioned(results("figures/figure_4_10.png")),
         svg=results("figures/figure_4_10.svg"),
     log:
         results("logs/figure_4_10.log"),

@@ -233,6 +233,11 @@ def diagrams():
 
 
 def study_outputs():
+    """Tables, figures and summary of the run, and the pages made from them."""
+    return with_report(tables_and_figures())
+
+
+def tables_and_figures():
     """Tables, figures and summary of the run."""
     tables, figures, accuracy = [], ["figure_5_2"], []
     if table_5_3_captures():

@@ -75,7 +75,7 @@ rule figure_5_9:
     input:
         results=files_of(shown("figure_5_8"), f"minimise-{ERRORS[0]}.json"),
     output:
-        png=results("figures/figure_5_9.png"),
+        png=captioned(results("figures/figure_5_9.png")),
         svg=results("figures/figure_5_9.svg"),
     log:
         results("logs/figure_5_9.log"),
@@ -96,7 +96,7 @@ rule figure_5_14:
     input:
         results=files_of(tracked_of(BALL), f"minimise-{ERRORS[0]}.json"),
     output:
-        png=results("figures/figure_5_14.png"),
+        png=captioned(results("figures/figure_5_14.png")),
         svg=results("figures/figure_5_14.svg"),
     log:
         results("logs/figure_5_14.log"),
@@ -117,7 +117,7 @@ rule figure_5_15:
         mismatches=files_of(tracked_of(BALL), f"mismatch-{ERRORS[0]}.vtu"),
         tracked=files_of(tracked_of(BALL), f"tracked-{TRACKER}.npz"),
     output:
-        png=results("figures/figure_5_15.png"),
+        png=captioned(results("figures/figure_5_15.png")),
         svg=results("figures/figure_5_15.svg"),
     log:
         results("logs/figure_5_15.log"),
@@ -137,7 +137,7 @@ rule figure_5_17:
     input:
         results=files_of(tracked_of(EAR), f"minimise-{ERRORS[0]}.json"),
     output:
-        png=results("figures/figure_5_17.png"),
+        png=captioned(results("figures/figure_5_17.png")),
         svg=results("figures/figure_5_17.svg"),
     log:
         results("logs/figure_5_17.log"),
@@ -158,7 +158,7 @@ rule figure_5_18:
         mismatches=files_of(tracked_of(EAR), f"mismatch-{ERRORS[0]}.vtu"),
         tracked=files_of(tracked_of(EAR), f"tracked-{TRACKER}.npz"),
     output:
-        png=results("figures/figure_5_18.png"),
+        png=captioned(results("figures/figure_5_18.png")),
         svg=results("figures/figure_5_18.svg"),
     log:
         results("logs/figure_5_18.log"),

@@ -1,7 +1,7 @@
 # Diagrams of the sensors and views of the rig, drawn from what is configured.
 rule figure_1_1:
     output:
-        png=results("figures/figure_1_1.png"),
+        png=captioned(results("figures/figure_1_1.png")),
         svg=results("figures/figure_1_1.svg"),
     log:
         results("logs/figure_1_1.log"),
@@ -18,7 +18,7 @@ rule figure_1_1:
 
 rule figure_4_1:
     output:
-        png=results("figures/figure_4_1.png"),
+        png=captioned(results("figures/figure_4_1.png")),
         svg=results("figures/figure_4_1.svg"),
     log:
         results("logs/figure_4_1.log"),
@@ -35,7 +35,7 @@ rule figure_4_1:
 
 rule figure_4_2:
     output:
-        png=results("figures/figure_4_2.png"),
+        png=captioned(results("figures/figure_4_2.png")),
         svg=results("figures/figure_4_2.svg"),
     log:
         results("logs/figure_4_2.log"),
@@ -53,7 +53,7 @@ rule figure_4_2:
 
 rule figure_4_3:
     output:
-        png=results("figures/figure_4_3.png"),
+        png=captioned(results("figures/figure_4_3.png")),
         svg=results("figures/figure_4_3.svg"),
     log:
         results("logs/figure_4_3.log"),
@@ -74,7 +74,7 @@ rule figure_4_4:
         clouds=files_of(clouds_shown(), "clouds.npz"),
         alignments=files_of(clouds_shown(), "alignment.json"),
     output:
-        png=results("figures/figure_4_4.png"),
+        png=captioned(results("figures/figure_4_4.png")),
         svg=results("figures/figure_4_4.svg"),
     log:
         results("logs/figure_4_4.log"),
@@ -92,7 +92,7 @@ rule figure_4_4:
 
 rule figure_4_5:
     output:
-        png=results("figures/figure_4_5.png"),
+        png=captioned(results("figures/figure_4_5.png")),
         svg=results("figures/figure_4_5.svg"),
     log:
         results("logs/figure_4_5.log"),
@@ -109,7 +109,7 @@ rule figure_4_5:
 
 rule figure_4_7:
     output:
-        png=results("figures/figure_4_7.png"),
+        png=captioned(results("figures/figure_4_7.png")),
         svg=results("figures/figure_4_7.svg"),
     log:
         results("logs/figure_4_7.log"),
@@ -126,7 +126,7 @@ rule figure_4_7:
 
 rule figure_4_8:
     output:
-        png=results("figures/figure_4_8.png"),
+        png=captioned(results("figures/figure_4_8.png")),
         svg=results("figures/figure_4_8.svg"),
     log:
         results("logs/figure_4_8.log"),

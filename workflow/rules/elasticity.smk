@@ -29,7 +29,7 @@ rule poisson_profiles:
     input:
         results=per_tracked(of_capture("minimise-{error}.json"), error=ERRORS),
     output:
-        png=results("figures/poisson_profiles.png"),
+        png=captioned(results("figures/poisson_profiles.png")),
         svg=results("figures/poisson_profiles.svg"),
     log:
         results("logs/poisson_profiles.log"),

@@ -29,7 +29,7 @@ rule lab_fidelity:
     output:
         csv=results("tables/lab_fidelity.csv"),
         md=results("tables/lab_fidelity.md"),
-        png=results("figures/lab_fidelity.png"),
+        png=captioned(results("figures/lab_fidelity.png")),
         svg=results("figures/lab_fidelity.svg"),
     log:
         results("logs/lab_fidelity.log"),

@@ -7,7 +7,7 @@ rule figure_5_1:
         recorded=seen_raw("figure_5_1", "{object}/{sensor}/{capture}"),
         optics=grid_optics(),
     output:
-        png=results("figures/figure_5_1.png"),
+        png=captioned(results("figures/figure_5_1.png")),
         svg=results("figures/figure_5_1.svg"),
     log:
         results("logs/figure_5_1.log"),
@@ -27,7 +27,7 @@ rule figure_5_2:
     input:
         fits=files_of(shown("figure_5_2"), "hertz.json"),
     output:
-        png=results("figures/figure_5_2.png"),
+        png=captioned(results("figures/figure_5_2.png")),
         svg=results("figures/figure_5_2.svg"),
     log:
         results("logs/figure_5_2.log"),
@@ -47,7 +47,7 @@ rule figure_5_3:
         fits=files_of(repeated(), "hertz.json"),
         published=published("table_5_1"),
     output:
-        png=results("figures/figure_5_3.png"),
+        png=captioned(results("figures/figure_5_3.png")),
         svg=results("figures/figure_5_3.svg"),
     log:
         results("logs/figure_5_3.log"),
@@ -67,7 +67,7 @@ rule figure_5_4:
         fits=files_of(over_the_block(), "hertz.json"),
         published=published("table_5_2"),
     output:
-        png=results("figures/figure_5_4.png"),
+        png=captioned(results("figures/figure_5_4.png")),
         svg=results("figures/figure_5_4.svg"),
     log:
         results("logs/figure_5_4.log"),
@@ -87,7 +87,7 @@ rule figure_a_1:
     input:
         fits=files_of(over_the_block("bumblebee"), "hertz.json"),
     output:
-        png=results("figures/figure_a_1.png"),
+        png=captioned(results("figures/figure_a_1.png")),
         svg=results("figures/figure_a_1.svg"),
     log:
         results("logs/figure_a_1.log"),
@@ -106,7 +106,7 @@ rule figure_a_2:
     input:
         fits=files_of(over_the_block("kinect"), "hertz.json"),
     output:
-        png=results("figures/figure_a_2.png"),
+        png=captioned(results("figures/figure_a_2.png")),
         svg=results("figures/figure_a_2.svg"),
     log:
         results("logs/figure_a_2.log"),
@@ -123,7 +123,7 @@ rule figure_a_2:
 
 rule figure_3_1:
     output:
-        png=results("figures/figure_3_1.png"),
+        png=captioned(results("figures/figure_3_1.png")),
         svg=results("figures/figure_3_1.svg"),
     log:
         results("logs/figure_3_1.log"),
@@ -139,7 +139,7 @@ rule figure_3_1:
 
 rule figure_3_2:
     output:
-        png=results("figures/figure_3_2.png"),
+        png=captioned(results("figures/figure_3_2.png")),
         svg=results("figures/figure_3_2.svg"),
     log:
         results("logs/figure_3_2.log"),
@@ -157,7 +157,7 @@ rule figure_3_8:
     input:
         steps=f"{RAW}/simulations/foam_block.npz",
     output:
-        png=results("figures/figure_3_8.png"),
+        png=captioned(results("figures/figure_3_8.png")),
         svg=results("figures/figure_3_8.svg"),
     log:
         results("logs/figure_3_8.log"),

@@ -53,7 +53,7 @@ rule figure_4_6:
         frames=sensor_files("loading", "loading.csv"),
         forces=sensor_files("loading", "loading_force.csv"),
     output:
-        png=results("figures/figure_4_6.png"),
+        png=captioned(results("figures/figure_4_6.png")),
         svg=results("figures/figure_4_6.svg"),
     log:
         results("logs/figure_4_6.log"),
@@ -103,7 +103,7 @@ rule figure_4_11:
         background=seen_raw("figure_4_11", "{object}/{sensor}/background"),
         capture=seen_raw("figure_4_11", "{object}/{sensor}/{capture}"),
     output:
-        png=results("figures/figure_4_11.png"),
+        png=captioned(results("figures/figure_4_11.png")),
         svg=results("figures/figure_4_11.svg"),
     log:
         results("logs/figure_4_11.log"),
@@ -124,7 +124,7 @@ rule figure_4_12:
     input:
         pose=seen_in("figure_4_12", "{object}/{sensor}/{capture}/probe_pose.csv"),
     output:
-        png=results("figures/figure_4_12.png"),
+        png=captioned(results("figures/figure_4_12.png")),
         svg=results("figures/figure_4_12.svg"),
     log:
         results("logs/figure_4_12.log"),

@@ -26,7 +26,7 @@ rule figure_4_14:
     input:
         tables=sensor_files("workspace", "workspace.csv"),
     output:
-        png=results("figures/figure_4_14.png"),
+        png=captioned(results("figures/figure_4_14.png")),
         svg=results("figures/figure_4_14.svg"),
     log:
         results("logs/figure_4_14.log"),
@@ -45,7 +45,7 @@ rule figure_4_14:
 
 use rule figure_4_14 as figure_4_15 with:
     output:
-        png=results("figures/figure_4_15.png"),
+        png=captioned(results("figures/figure_4_15.png")),
         svg=results("figures/figure_4_15.svg"),
     log:
         results("logs/figure_4_15.log"),
@@ -59,7 +59,7 @@ use rule figure_4_14 as figure_4_15 with:
 
 use rule figure_4_14 as figure_4_16 with:
     output:
-        png=results("figures/figure_4_16.png"),
+        png=captioned(results("figures/figure_4_16.png")),
         svg=results("figures/figure_4_16.svg"),
     log:
         results("logs/figure_4_16.log"),
@@ -73,7 +73,7 @@ use rule figure_4_14 as figure_4_16 with:
 
 use rule figure_4_14 as figure_4_17 with:
     output:
-        png=results("figures/figure_4_17.png"),
+        png=captioned(results("figures/figure_4_17.png")),
         svg=results("figures/figure_4_17.svg"),
     log:
         results("logs/figure_4_17.log"),
@@ -87,7 +87,7 @@ use rule figure_4_14 as figure_4_17 with:
 
 use rule figure_4_14 as figure_4_18 with:
     output:
-        png=results("figures/figure_4_18.png"),
+        png=captioned(results("figures/figure_4_18.png")),
         svg=results("figures/figure_4_18.svg"),
     log:
         results("logs/figure_4_18.log"),
@@ -101,7 +101,7 @@ use rule figure_4_14 as figure_4_18 with:
 
 use rule figure_4_14 as figure_4_19 with:
     output:
-        png=results("figures/figure_4_19.png"),
+        png=captioned(results("figures/figure_4_19.png")),
         svg=results("figures/figure_4_19.svg"),
     log:
         results("logs/figure_4_19.log"),
@@ -142,7 +142,7 @@ rule figure_4_13:
         clouds=sensor_files("cd_case", "cd_case_cloud.npz"),
         cases=raw_of_sensors("cd_case"),
     output:
-        png=results("figures/figure_4_13.png"),
+        png=captioned(results("figures/figure_4_13.png")),
         svg=results("figures/figure_4_13.svg"),
     log:
         results("logs/figure_4_13.log"),
@@ -162,7 +162,7 @@ rule figure_4_13:
 
 use rule figure_4_13 as figure_4_20 with:
     output:
-        png=results("figures/figure_4_20.png"),
+        png=captioned(results("figures/figure_4_20.png")),
         svg=results("figures/figure_4_20.svg"),
     log:
         results("logs/figure_4_20.log"),
@@ -176,7 +176,7 @@ use rule figure_4_13 as figure_4_20 with:
 
 use rule figure_4_13 as figure_4_21 with:
     output:
-        png=results("figures/figure_4_21.png"),
+        png=captioned(results("figures/figure_4_21.png")),
         svg=results("figures/figure_4_21.svg"),
     log:
         results("logs/figure_4_21.log"),

@@ -113,7 +113,7 @@ rule simulation_noise:
     output:
         csv=results("tables/simulation_noise.csv"),
         md=results("tables/simulation_noise.md"),
-        png=results("figures/simulation_noise.png"),
+        png=captioned(results("figures/simulation_noise.png")),
         svg=results("figures/simulation_noise.svg"),
     log:
         results("logs/simulation_noise.log"),
@@ -158,7 +158,7 @@ rule figure_3_3:
         tracked=files_of(shown("figure_3_3"), f"tracked-{TRACKER}.npz")[0],
         fit=seen_in("figure_3_3", "{object}/{sensor}/{capture}/hertz.json"),
     output:
-        png=results("figures/figure_3_3.png"),
+        png=captioned(results("figures/figure_3_3.png")),
         svg=results("figures/figure_3_3.svg"),
     log:
         results("logs/figure_3_3.log"),
@@ -178,7 +178,7 @@ rule figure_3_4:
     input:
         steps=SIMULATED_STEPS,
     output:
-        png=results("figures/figure_3_4.png"),
+        png=captioned(results("figures/figure_3_4.png")),
         svg=results("figures/figure_3_4.svg"),
     log:
         results("logs/figure_3_4.log"),
@@ -198,7 +198,7 @@ rule figure_3_5:
         published=published("simulation"),
         truth=simulation_truth(),
     output:
-        png=results("figures/figure_3_5.png"),
+        png=captioned(results("figures/figure_3_5.png")),
         svg=results("figures/figure_3_5.svg"),
     log:
         results("logs/figure_3_5.log"),
@@ -218,7 +218,7 @@ rule figure_3_6:
         published=published("simulation"),
         truth=simulation_truth(),
     output:
-        png=results("figures/figure_3_6.png"),
+        png=captioned(results("figures/figure_3_6.png")),
         svg=results("figures/figure_3_6.svg"),
     log:
         results("logs/figure_3_6.log"),
@@ -238,7 +238,7 @@ rule figure_3_7:
         published=published("simulation"),
         truth=simulation_truth(),
     output:
-        png=results("figures/figure_3_7.png"),
+        png=captioned(results("figures/figure_3_7.png")),
         svg=results("figures/figure_3_7.svg"),
     log:
         results("logs/figure_3_7.log"),
@@ -258,7 +258,7 @@ rule figure_3_9:
         published=published("simulation"),
         truth=simulation_truth(),
     output:
-        png=results("figures/figure_3_9.png"),
+        png=captioned(results("figures/figure_3_9.png")),
         svg=results("figures/figure_3_9.svg"),
     log:
         results("logs/figure_3_9.log"),
@@ -277,7 +277,7 @@ rule figure_3_10:
         steps=SIMULATED_STEPS,
         mismatch=results("simulation/mismatch-tracked-displacement.vtu"),
     output:
-        png=results("figures/figure_3_10.png"),
+        png=captioned(results("figures/figure_3_10.png")),
         svg=results("figures/figure_3_10.svg"),
     log:
         results("logs/figure_3_10.log"),

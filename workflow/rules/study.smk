@@ -99,7 +99,7 @@ rule figure_5_8:
     input:
         results=files_of(shown("figure_5_8"), f"minimise-{ERRORS[0]}.json"),
     output:
-        png=results("figures/figure_5_8.png"),
+        png=captioned(results("figures/figure_5_8.png")),
         svg=results("figures/figure_5_8.svg"),
     log:
         results("logs/figure_5_8.log"),
@@ -120,7 +120,7 @@ rule figure_5_10:
         mismatches=files_of(shown("figure_5_10"), f"mismatch-{ERRORS[0]}.vtu"),
         tracked=files_of(shown("figure_5_10"), f"tracked-{TRACKER}.npz"),
     output:
-        png=results("figures/figure_5_10.png"),
+        png=captioned(results("figures/figure_5_10.png")),
         svg=results("figures/figure_5_10.svg"),
     log:
         results("logs/figure_5_10.log"),
@@ -142,7 +142,7 @@ rule tracked_surface:
         fits=files_of(shown("tracked_surface"), "hertz.json"),
         recorded=recordings_of(shown("tracked_surface")),
     output:
-        png=results("figures/tracked_surface.png"),
+        png=captioned(results("figures/tracked_surface.png")),
         svg=results("figures/tracked_surface.svg"),
     log:
         results("logs/tracked_surface.log"),

@@ -6,7 +6,7 @@ rule figure_5_5:
         recorded=recordings_of(block_shown("figure_5_5")),
         optics=calibrations_of(block_shown("figure_5_5")),
     output:
-        png=results("figures/figure_5_5.png"),
+        png=captioned(results("figures/figure_5_5.png")),
         svg=results("figures/figure_5_5.svg"),
     log:
         results("logs/figure_5_5.log"),
@@ -32,7 +32,7 @@ rule figure_5_6:
             for c in at_the_end()
         ],
     output:
-        png=results("figures/figure_5_6.png"),
+        png=captioned(results("figures/figure_5_6.png")),
         svg=results("figures/figure_5_6.svg"),
     log:
         results("logs/figure_5_6.log"),
@@ -55,7 +55,7 @@ rule figure_5_7:
         tracked=files_of(block_shown("figure_5_7"), "tracked-study.npz"),
         unrefined=files_of(block_shown("figure_5_7"), "tracked-unrefined.npz"),
     output:
-        png=results("figures/figure_5_7.png"),
+        png=captioned(results("figures/figure_5_7.png")),
         svg=results("figures/figure_5_7.svg"),
     log:
         results("logs/figure_5_7.log"),
@@ -76,7 +76,7 @@ rule figure_5_11:
         **recorded_files(tracked_of(BALL)),
         tracked=files_of(tracked_of(BALL), "tracked-study.npz"),
     output:
-        png=results("figures/figure_5_11.png"),
+        png=captioned(results("figures/figure_5_11.png")),
         svg=results("figures/figure_5_11.svg"),
     log:
         results("logs/figure_5_11.log"),
@@ -98,7 +98,7 @@ rule figure_5_12:
         **recorded_files(tracked_of(BALL)),
         tracked=files_of(tracked_of(BALL), "tracked-study.npz"),
     output:
-        png=results("figures/figure_5_12.png"),
+        png=captioned(results("figures/figure_5_12.png")),
         svg=results("figures/figure_5_12.svg"),
     log:
         results("logs/figure_5_12.log"),
@@ -123,7 +123,7 @@ rule figure_5_13:
         tracked=files_of(tracked_of(BALL), "tracked-study.npz"),
         single_view=files_of(tracked_of(BALL), "tracked-single_view.npz"),
     output:
-        png=results("figures/figure_5_13.png"),
+        png=captioned(results("figures/figure_5_13.png")),
         svg=results("figures/figure_5_13.svg"),
     log:
         results("logs/figure_5_13.log"),
@@ -145,7 +145,7 @@ rule figure_5_16:
         recorded=recordings_of(tracked_of(EAR)),
         optics=calibrations_of(tracked_of(EAR)),
     output:
-        png=results("figures/figure_5_16.png"),
+        png=captioned(results("figures/figure_5_16.png")),
         svg=results("figures/figure_5_16.svg"),
     log:
         results("logs/figure_5_16.log"),
@@ -166,7 +166,7 @@ rule tracking_accuracy_figure:
     input:
         table=results("tables/tracking_accuracy.csv"),
     output:
-        png=results("figures/tracking_accuracy.png"),
+        png=captioned(results("figures/tracking_accuracy.png")),
         svg=results("figures/tracking_accuracy.svg"),
     log:
         results("logs/tracking_accuracy_figure.log"),
