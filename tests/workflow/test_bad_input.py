@@ -206,7 +206,7 @@ def write_forces(path, newtons):
     write_table(path, pd.DataFrame({"fx_n": 0 * force, "fy_n": 0 * force, "fz_n": -force}))
 
 
-def fitted(run, root, folder, box, depths, newtons, **options):
+def fitted(run, root, folder, box, depths, newtons, *, axes=("fx_n", "fy_n", "fz_n"), **options):
     """Run the Hertz fit on a press into the top of the box."""
     box.export(folder / "template.ply")
     residual = AlignmentResidual(0.0, 0.0, 0.0, 0.0, 1)
@@ -217,6 +217,7 @@ def fitted(run, root, folder, box, depths, newtons, **options):
         folder / "probe_pose.csv", pd.DataFrame(poses | {"raw_tip_std_along_m": 0 * tips[:, 0]})
     )
     write_forces(folder / "force.csv", newtons)
+    write_table(folder / "force.csv", pd.read_csv(folder / "force.csv")[list(axes)])
     inputs = {
         "object": describe(folder / "object.yaml"),
         "template": folder / "template.ply",
@@ -232,6 +233,11 @@ def fitted(run, root, folder, box, depths, newtons, **options):
 def test_a_force_that_never_begins(run, root, tmp_path, box):
     line = fitted(run, root, tmp_path, box, [-1e-3, 0, 1e-3], [0.0, 0.01, 0.02])
     assert f"{tmp_path}/force.csv: force: expected above 0.1 N, found at most 0.02 N" in line
+
+
+def test_a_force_without_a_component(run, root, tmp_path, box):
+    line = fitted(run, root, tmp_path, box, [0, 1e-3], [0.0, 1.0], axes=("fx_n", "fz_n"))
+    assert f"{tmp_path}/force.csv: fy_n: expected a column, found none" in line
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from palpate.estimate.hertz_laws import contact_law
 from palpate.estimate.hertz_models import Press, fit_models, recommended
 from palpate.estimate.hertz_range import check_contact, hertz_range, indentation_depth
 from palpate.surface.alignment import load_alignment, thickness_along
+from palpate.surface.checks import columns_of
 from palpate.surface.template import read_template
 from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP
@@ -61,8 +62,10 @@ def read_press(snakemake):
     """Read the samples, where they begin and end, and what they rest on."""
     inputs, radius = snakemake.input, snakemake.params.probe["indenter"]["radius_m"]
     poses = read_table(inputs.pose)
-    tips = poses[TIP].to_numpy(float)
-    force = np.linalg.norm(read_table(inputs.force)[FORCE], axis=1)
+    with naming(inputs.force):
+        force = np.linalg.norm(columns_of(read_table(inputs.force), FORCE), axis=1)
+    with naming(inputs.pose):
+        tips = columns_of(poses, TIP, frames=len(force))
     unit = load_yaml(inputs.object)["template"]["unit"]
     template = read_template(inputs.template, unit=unit)
     alignment = load_alignment(inputs.alignment)

@@ -14,6 +14,7 @@ from palpate.estimate.fit import fit_moduli
 from palpate.estimate.objective import Objective
 from palpate.estimate.problem import pose_problem
 from palpate.solid.mesh import read_solid, write_solid
+from palpate.surface.checks import columns_of
 from palpate.surface.tracked import load_tracked
 from palpate.vision.force import FORCE
 
@@ -48,7 +49,8 @@ def read_problem(snakemake, fit):
     """Read the inverse problem of the deepest frame of the Hertz fit."""
     inputs, options, frame = snakemake.input, snakemake.params.options, fit["range"]["last_frame"]
     solid, tracked = read_solid(inputs.solid), load_tracked(inputs.tracked)
-    force = read_table(inputs.force).loc[frame, FORCE].to_numpy(float)
+    with naming(inputs.force):
+        force = columns_of(read_table(inputs.force), FORCE)[frame]
     with naming(inputs.object, "support", "contact"):
         return pose_problem(
             solid,
