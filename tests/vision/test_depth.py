@@ -102,7 +102,9 @@ def test_what_one_camera_sees_is_left_out(sensors, method, subpixel):
     assert np.nanmax(rest) < 1
 
 
-@pytest.mark.parametrize(("option", "known"), [("method", "block"), ("subpixel", "matcher")])
+@pytest.mark.parametrize(
+    ("option", "known"), [("method", "block"), ("subpixel", "matcher"), ("highlights", "drop")]
+)
 def test_unknown_stereo_option(sensors, option, known):
     sensor = sensors["bumblebee"]
     sensor = dict(sensor, stereo=dict(sensor["stereo"], **{option: "best"}))
@@ -223,6 +225,9 @@ def test_a_highlight_is_a_hole(sensors):
     assert np.isfinite(found[20:180, 150:300]).mean() > 0.95
     found = stereo_disparity(*coloured_pair(highlight_px=100), sensor)
     assert np.isfinite(found[there]).mean() > 0.95
+    kept = dict(sensor, stereo=dict(sensor["stereo"], highlights="keep"))
+    as_grey = (np.isfinite(fooled[there]), np.isfinite(stereo_disparity(*pair, kept)[there]))
+    assert np.array_equal(*as_grey)
 
 
 def test_only_what_is_wanted_is_matched(sensors):

@@ -100,12 +100,13 @@ def stereo_disparity(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
     options, colours = sensor["stereo"], (left, right)
     _require("stereo.method", options["method"], tuple(UNIQUENESS_PERCENT))
     _require("stereo.subpixel", options["subpixel"], ("matcher", "least_squares"))
+    _require("stereo.highlights", options["highlights"], ("drop", "keep"))
     left, right = grey(left), grey(right)
     disparity = _matched_both_ways(left, right, options, *_search_range(sensor))
     disparity = _without_speckles(disparity, options["speckle_size_px"])
     if options["subpixel"] == "least_squares":
         disparity = refined_disparity(left, right, disparity, options["window_px"])
-    if colours[0].ndim == 3:
+    if options["highlights"] == "drop" and colours[0].ndim == 3:
         false = highlights(*colours, disparity, options["window_px"])
         disparity = np.where(false, np.float32(np.nan), disparity)
     return disparity.astype(float)

@@ -17,6 +17,8 @@ SURROUNDINGS, BRIGHTNESS, SATURATION = 11, 1.1, 0.9
 WIDTH_PX, REACH_PX = 5, 7
 # Off the plane of what is left in so many windows' width, by so much, it is no part of a surface.
 PLANE, OFF_PLANE_PX = 3, 0.5
+# A plane needs this part of its window.
+LEAST_AROUND = 0.02
 # Neighbours on one surface differ by less, and it keeps together without a rim of this width; one
 # that is a highlight by this part goes as a whole.
 SURFACE_STEP_PX, SURFACE_RIM_PX, LARGEST_PART = 1.0, 3, 0.3
@@ -29,7 +31,8 @@ def highlights(left: NDArray, right: NDArray, disparity: NDArray, window_px: int
 
     Grey values match highlights with each other, and these lie where the lamp's mirror image
     does, far behind a glossy surface. So they are bright and pale, their disparity is not that of
-    the surface around them, and the colours that lie beneath them differ (`colours_differ`).
+    the surface around them, and the colours that lie beneath them differ (`colours_differ`). Where
+    nothing is left around to compare the disparity with, the rest decides.
 
     Parameters
     ----------
@@ -48,8 +51,10 @@ def highlights(left: NDArray, right: NDArray, disparity: NDArray, window_px: int
     core = cv2.erode(seeds.astype(np.uint8), np.ones((WIDTH_PX, WIDTH_PX)))
     side = WIDTH_PX + 2 * REACH_PX
     doubtful = valid & (cv2.dilate(core, np.ones((side, side))) > 0)
-    surface = local_plane(matched, valid & ~doubtful, PLANE * window_px)
-    found = doubtful & (np.abs(matched - surface) > OFF_PLANE_PX)
+    around = valid & ~doubtful
+    surface = local_plane(matched, around, PLANE * window_px)
+    told = mean(around.astype(np.float32), np.ones_like(valid), PLANE * window_px) > LEAST_AROUND
+    found = doubtful & (~told | (np.abs(matched - surface) > OFF_PLANE_PX))
     return _whole_surfaces(found, matched, valid, window_px)
 
 
