@@ -1,5 +1,6 @@
 """Figure 4.1: the depth devices of the rig, and where they stand."""
 
+import itertools
 from collections.abc import Mapping
 
 import matplotlib.pyplot as plt
@@ -16,6 +17,7 @@ from palpate.study.style import (
     ARROW,
     BLACK,
     BLUE,
+    GREEN,
     GREY,
     ORANGE,
     PAGE_IN,
@@ -147,7 +149,7 @@ def _draw_view(axes: Axes, device: Mapping) -> None:
     axes.plot(0, distance, "o", color=BLACK, ms=3.5)
     halo = {"path_effects": [HALO, Normal()], "fontsize": 7}
     beside(axes, (0, distance), f"object, {distance:.2f} m", (0.2, 1), 8, **halo)
-    ranged = f"range {near:g} to {far:g} m"
+    ranged = f"range {near:g} to {far:g} m" + (", cut" if far > PLAN_M else "")
     beside(axes, (0, min(far, PLAN_M)), ranged, (0, -1), 7, **halo)
     _plan(axes, ((-1.0, 1.0), (-0.35, PLAN_M + 0.2)))
     axes.legend(loc="lower center", fontsize=SMALL, handletextpad=0.2, borderaxespad=0)
@@ -159,12 +161,15 @@ def _draw_scans(axes: Axes, scan: Mapping) -> None:
     axes.add_patch(Rectangle(-size[:2] / 2, *size[:2], fc=GREY, ec=BLACK, lw=0.7))
     turns = np.deg2rad(scan["turns_deg"])
     directions = np.column_stack([np.sin(turns), -np.cos(turns)])
-    for elevation, colour in zip(scan["elevations_deg"], (BLUE, ORANGE), strict=False):
+    colours = itertools.cycle((BLUE, ORANGE, GREEN))
+    for elevation, colour in zip(scan["elevations_deg"], colours, strict=False):
         flat = distance * np.cos(np.deg2rad(elevation)) * (0.94 if elevation < 0 else 1.0)
         for place in flat * directions:
             axes.plot(*np.array([place, 0.55 * place]).T, color=colour, lw=0.5)
         words = (
-            f"{abs(elevation):g}° above" if elevation > 0 else f"{abs(elevation):g}°, turned over"
+            f"{abs(elevation):g}° above"
+            if elevation > 0
+            else f"{abs(elevation):g}°, turned over, drawn nearer"
         )
         axes.plot(*(flat * directions).T, "^", color=colour, ms=4.5, ls="none", label=words)
     title = f"{len(turns) * len(scan['elevations_deg'])} views of {distance:.1f} m"
