@@ -234,7 +234,15 @@ def diagrams():
 
 def study_outputs():
     """Tables, figures and summary of the run, and the pages made from them."""
-    return with_report(tables_and_figures())
+    outputs = tables_and_figures()
+    return with_report(outputs) + second_forms(outputs)
+
+
+def second_forms(outputs):
+    """A figure's vector drawing and a table's Markdown, so that these too are made anew if lost."""
+    drawings = [p.removesuffix(".png") + ".svg" for p in outputs if p.endswith(".png")]
+    texts = [p.removesuffix(".csv") + ".md" for p in outputs if "/tables/" in p]
+    return drawings + texts
 
 
 def tables_and_figures():
