@@ -6,8 +6,14 @@ from pathlib import Path
 
 
 def read_all(paths: Sequence[str]) -> list[dict]:
-    """Read JSON files."""
-    return [json.loads(Path(path).read_text(encoding="utf-8")) for path in paths]
+    """Read JSON files.
+
+    Raises
+    ------
+    ValueError
+        If a file is damaged; the message names it.
+    """
+    return [_read(path) for path in paths]
 
 
 def minima_by_key(captures: Sequence[Mapping], errors: Sequence[str], paths: Sequence[str]) -> dict:
@@ -22,4 +28,11 @@ def minima_by_key(captures: Sequence[Mapping], errors: Sequence[str], paths: Seq
 
 def read_one(path: str | Sequence[str]) -> dict | None:
     """Read a JSON file that a rule may do without."""
-    return json.loads(Path(path).read_text(encoding="utf-8")) if path else None
+    return _read(path) if path else None
+
+
+def _read(path: str) -> dict:
+    try:
+        return json.loads(Path(path).read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path}: file: expected JSON, found {error}") from None

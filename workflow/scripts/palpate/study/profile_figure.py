@@ -1,6 +1,7 @@
 """What a deformation says of Poisson's ratio: error and modulus along the valley of the error."""
 
 from collections.abc import Mapping, Sequence
+from string import ascii_lowercase
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -9,6 +10,7 @@ from matplotlib.figure import Figure
 
 from palpate.study.style import (
     BLUE,
+    COLUMN_IN,
     ERROR_NAMES,
     GREY,
     ORANGE,
@@ -20,7 +22,6 @@ from palpate.study.style import (
 
 KILOPASCALS, PERCENT = 1e-3, 100.0
 COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
-DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
 # Curves end where their error is this much above the least: the rest says nothing more.
 HIGHEST_PERCENT = 12.0
 
@@ -28,7 +29,9 @@ HIGHEST_PERCENT = 12.0
 def poisson_profiles(
     captures: Sequence[Mapping], minima: Mapping[tuple[str, str, str, str], Mapping]
 ) -> Figure:
-    """Profile of the error over nu and the E that belongs to it, a column per error option.
+    """Profile of the error over nu and the E that belongs to it.
+
+    A column per object, two rows per error option.
 
     Parameters
     ----------
@@ -38,30 +41,48 @@ def poisson_profiles(
         minimise-<error>.json by (object, sensor, capture, error).
     """
     errors = sorted({key[3] for key in minima}, reverse=True)
+    objects = list(dict.fromkeys(capture["object"] for capture in captures))
     figure, axes = plt.subplots(
-        2, len(errors), figsize=(PAGE_IN, 4.6), sharex=True, sharey="row", squeeze=False
+        *(2 * len(errors), len(objects)),
+        figsize=(min(COLUMN_IN * len(objects), PAGE_IN), 2.0 * 2 * len(errors)),
+        sharex=True,
+        squeeze=False,
     )
-    points = sorted({capture["point"] for capture in captures})
-    for column, error, letters in zip(axes.T, errors, ("ac", "bd"), strict=False):
-        for capture in captures:
-            key = (capture["object"], capture["sensor"], capture["capture"], error)
-            look = {
-                "color": COLOURS.get(capture["sensor"], GREY),
-                "ls": DASHES[points.index(capture["point"]) % len(DASHES)],
-                "label": f"{sensor_name(capture['sensor'])}, point {capture['point']}",
-            }
-            _curves(column, minima[key]["profile"], look)
-        column[0].set_title(f"Error of {ERROR_NAMES[error]}")
-        column[1].set_xlabel("Poisson's ratio")
-        for panel, letter in zip(column, letters, strict=True):
-            panel_letter(panel, letter)
-    axes[0, 0].set_ylabel("Error above its least (%)")
-    axes[0, 0].set_ylim(0, HIGHEST_PERCENT)
-    axes[1, 0].set_ylabel("Best E for it (kPa)")
-    axes[1, 0].set_ylim(bottom=0)
+    for k, name in enumerate(objects):
+        mine = [capture for capture in captures if capture["object"] == name]
+        for row, error in enumerate(errors):
+            pair = axes[2 * row : 2 * row + 2, k]
+            _draw_object(pair, mine, [minima[(*_key(c), error)]["profile"] for c in mine])
+            pair[0].set_title(f"{name.replace('_', ' ')}\n{ERROR_NAMES[error]}", weight="normal")
+        axes[-1, k].set_xlabel("Poisson's ratio")
+        axes[1, k].legend(loc="lower left", fontsize=6.5, handlelength=1.2)
+    for panel, letter in zip(axes.flat, ascii_lowercase, strict=False):
+        panel_letter(panel, letter)
+    for row in axes[::2, 0]:
+        row.set_ylabel("Error above\nits least (%)")
+    for row in axes[1::2, 0]:
+        row.set_ylabel("Best E for it (kPa)")
     axes[0, 0].set_xlim(0, 0.5)
-    axes[1, 0].legend(loc="upper right", ncols=2, fontsize=6.5)
     return finished(figure, {capture["provenance"] for capture in captures})
+
+
+def _key(capture: Mapping) -> tuple[str, str, str]:
+    return capture["object"], capture["sensor"], capture["capture"]
+
+
+def _draw_object(
+    pair: Sequence[Axes], captures: Sequence[Mapping], profiles: Sequence[Mapping]
+) -> None:
+    """Curves of one object's captures, named by sensor."""
+    sensors = [capture["sensor"] for capture in captures]
+    for capture, sensor, profile in zip(captures, sensors, profiles, strict=True):
+        first = capture is captures[sensors.index(sensor)]
+        count = sensors.count(sensor)
+        name = f"{sensor_name(sensor)}, {count} capture{'s' if count > 1 else ''}"
+        look = {"color": COLOURS.get(sensor, GREY), "label": name if first else None}
+        _curves(pair, profile, look)
+    pair[0].set_ylim(0, HIGHEST_PERCENT)
+    pair[1].set_ylim(bottom=0)
 
 
 def _curves(column: Sequence[Axes], profile: Mapping, look: Mapping) -> None:
