@@ -23,7 +23,12 @@ def published(root):
 
 def summary_row(method, sensor="kinect", point="08", name="foam_block", **values):
     known = {"object": name, "sensor": sensor, "capture": point, "point": point}
-    blank = {"youngs_modulus_pa": None, "poisson_ratio": None, "reduced_modulus_pa": None}
+    blank = {
+        "poisson_ratio_verdict": "",
+        "youngs_modulus_pa": None,
+        "poisson_ratio": None,
+        "reduced_modulus_pa": None,
+    }
     return known | blank | {"method": method, "provenance": "simulated"} | values
 
 
@@ -96,8 +101,8 @@ def test_attempts_keep_their_names(published):
     found = compared(published, {"table_5_1": table})
     assert one(found, artefact="table_5_1", point="11-a02")["published"] == 26600
     assert one(found, artefact="table_5_1", point="11-a02")["ours"] == 28269
-    assert one(found, quantity="reduced_modulus_mean")["published"] == 30844
-    assert one(found, quantity="reduced_modulus_std")[["published", "ours"]].tolist() == [2693, 413]
+    assert one(found, quantity="reduced_modulus_mean")["published"] == 30800
+    assert one(found, quantity="reduced_modulus_std")[["published", "ours"]].tolist() == [2700, 413]
 
 
 def test_translations_are_in_metres(published):

@@ -104,6 +104,12 @@ def workspace_sensors():
     return sensors_of("workspace") if config["only"] is None else []
 
 
+def shrunk_balls():
+    """Captures of the ball that are tracked from one view and from turned clouds."""
+    both = {"study", "single_view"} <= set(config["tracking"]["trackers"])
+    return tracked_of(BALL) if both else []
+
+
 def comparison_outputs():
     """Comparison and findings."""
     return [results("tables/comparison.csv"), results("tables/findings.csv")]

@@ -212,6 +212,9 @@ rule findings:
             results(f"sensors/{sensor}/workspace.csv")
             for sensor in workspace_sensors()
         ],
+        fits=files_of(shrunk_balls(), "hertz.json"),
+        single_view=files_of(shrunk_balls(), "tracked-single_view.npz"),
+        turned=files_of(shrunk_balls(), "tracked-study.npz"),
         published=printed_tables(),
     output:
         csv=results("tables/findings.csv"),
@@ -225,6 +228,7 @@ rule findings:
         captures=traced_captures(),
         error=ERRORS[0],
         workspaces=workspace_sensors(),
+        balls=shrunk_balls(),
     message:
         "The study's findings held against ours"
     script:

@@ -57,7 +57,7 @@ def estimates(summary: pd.DataFrame) -> pd.DataFrame:
     -------
     DataFrame
         ``object, sensor, point, error, youngs_modulus_pa, poisson_ratio, reduced_modulus_pa,
-        hertz_reduced_modulus_pa, provenance``.
+        hertz_reduced_modulus_pa, poisson_ratio_verdict, provenance``.
     """
     single = summary[summary["capture"] == summary["point"]]
     keys = ["object", "sensor", "point"]
@@ -65,7 +65,7 @@ def estimates(summary: pd.DataFrame) -> pd.DataFrame:
     hertz = hertz.rename(columns={"reduced_modulus_pa": "hertz_reduced_modulus_pa"})
     found = single[single["method"].str.startswith(MINIMISED)]
     found = found.assign(error=found["method"].str.removeprefix(MINIMISED))
-    columns = [*keys, "error", *printed.MODULI_UNITS, "provenance"]
+    columns = [*keys, "error", *printed.MODULI_UNITS, "poisson_ratio_verdict", "provenance"]
     return found.merge(hertz, on=keys)[columns].reset_index(drop=True)
 
 

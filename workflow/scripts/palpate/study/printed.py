@@ -134,14 +134,11 @@ def _tip(table: pd.DataFrame) -> list[dict]:
 def _repeats(table: pd.DataFrame) -> list[dict]:
     place = {"object": BLOCK, "sensor": REPEATED_SENSOR}
     moduli = table["reduced_modulus_pa"]
-    rows = [
+    return [
         row("table_5_1", "reduced_modulus", "Pa", value,
             point=f"{REPEATED_POINT}-a{int(attempt):02d}", **place)
         for attempt, value in zip(table["attempt"], moduli, strict=True)
     ]  # fmt: skip
-    place |= {"point": REPEATED_POINT}
-    rows.append(row("table_5_1", "reduced_modulus_mean", "Pa", round(moduli.mean()), **place))
-    return [*rows, row("table_5_1", "reduced_modulus_std", "Pa", round(moduli.std()), **place)]
 
 
 def _points(table: pd.DataFrame) -> list[dict]:

@@ -11,6 +11,8 @@ from scipy import stats
 LEVEL = 0.05
 LEAST_PRINTED_P = 1e-6
 HOLDS, FAILS, OPEN = "holds", "does not hold", "not decided"
+# Of findings that simulated captures exclude by how they are made.
+UNTESTABLE = "not testable here"
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,9 @@ class Outcome:
         return OPEN if self.holds is None else HOLDS if self.holds else FAILS
 
 
-def sign_test(larger: ArrayLike, smaller: ArrayLike, *, what: str = "pairs") -> Outcome:
+def sign_test(
+    larger: ArrayLike, smaller: ArrayLike, *, what: str = "pairs", unit: str = ""
+) -> Outcome:
     """Whether one of paired values is larger than the other more often than by chance.
 
     Parameters
@@ -42,11 +46,13 @@ def sign_test(larger: ArrayLike, smaller: ArrayLike, *, what: str = "pairs") -> 
         Paired values; equal ones and those with a missing value do not count.
     what : str, optional
         What a pair is called in the evidence.
+    unit : str, optional
+        Of the values, for the evidence.
 
     Returns
     -------
     Outcome
-        Open where even n of n pairs would not give p below `LEVEL`.
+        Holds at p below `LEVEL`, does not hold where the opposite has p below `LEVEL`.
 
     Raises
     ------
@@ -60,9 +66,12 @@ def sign_test(larger: ArrayLike, smaller: ArrayLike, *, what: str = "pairs") -> 
     n, k = int(known.sum()), int((one > other)[known].sum())
     if n == 0:
         return Outcome(f"no {what}", None)
-    p = float(stats.binomtest(k, n, alternative="greater").pvalue)
-    text = f"{k} of {n} {what}, {_p(p)}; medians {_median(one)} and {_median(other)}"
-    return Outcome(text, None if 0.5**n >= LEVEL else p < LEVEL)
+    p, opposite = (
+        float(stats.binomtest(k, n, alternative=side).pvalue) for side in ("greater", "less")
+    )
+    medians = " and ".join(f"{_median(values[known])} {unit}".strip() for values in (one, other))
+    text = f"{k} of {n} {what}, {_p(p, opposite)}; medians {medians}"
+    return Outcome(text, _either(p, opposite))
 
 
 def rank_test(larger: ArrayLike, smaller: ArrayLike, *, least_ratio: float) -> Outcome:
@@ -78,25 +87,29 @@ def rank_test(larger: ArrayLike, smaller: ArrayLike, *, least_ratio: float) -> O
     Returns
     -------
     Outcome
-        One-sided Mann-Whitney test; open where so few values could never give p below `LEVEL`.
+        One-sided Mann-Whitney test. Does not hold where the same test finds the first group
+        smaller than ``least_ratio`` times the second, that is, excludes so large a difference.
     """
     one, other = np.asarray(larger, dtype=float), np.asarray(smaller, dtype=float)
     if min(len(one), len(other)) == 0 or _least_p(len(one), len(other)) >= LEVEL:
         return Outcome(f"only {len(one)} and {len(other)} values", None)
     p = float(stats.mannwhitneyu(one, other, alternative="greater").pvalue)
+    less = float(stats.mannwhitneyu(one, least_ratio * other, alternative="less").pvalue)
     ratio = float(np.median(one) / np.median(other))
-    return Outcome(f"ratio of medians {ratio:.3f}, {_p(p)}", p < LEVEL and ratio >= least_ratio)
+    text = f"ratio of medians {ratio:.3f}, {_p(p)}; p of a ratio below {least_ratio:g}: {less:.2g}"
+    return Outcome(text, _either(p if ratio >= least_ratio else 1.0, less))
 
 
 def trend_test(x: ArrayLike, y: ArrayLike) -> Outcome:
-    """Whether y grows with x: Spearman's rank correlation, one-sided."""
+    """Whether y grows with x: Spearman's rank correlation, one-sided either way."""
     if len(x) < 5:
         return Outcome(f"only {len(x)} values", None)
     found = stats.spearmanr(x, y, alternative="greater")
     rho, p = float(found.statistic), float(found.pvalue)
     if not np.isfinite(rho):
         return Outcome("no spread", None)
-    return Outcome(f"rank correlation {rho:.2f}, {_p(p)}", p < LEVEL)
+    opposite = float(stats.spearmanr(x, y, alternative="less").pvalue)
+    return Outcome(f"rank correlation {rho:.2f}, {_p(p, opposite)}", _either(p, opposite))
 
 
 def every(outcomes: Sequence[tuple[str, Outcome]]) -> Outcome:
@@ -109,6 +122,11 @@ def every(outcomes: Sequence[tuple[str, Outcome]]) -> Outcome:
     return Outcome(text, holds)
 
 
+def _either(p: float, opposite: float) -> bool | None:
+    """True or False where the statement or its opposite has p below `LEVEL`."""
+    return True if p < LEVEL else False if opposite < LEVEL else None
+
+
 def _least_p(n: int, m: int) -> float:
     """Least p that the Mann-Whitney test of so many values can give."""
     return 1 / comb(n + m, n)
@@ -119,5 +137,7 @@ def _median(values: np.ndarray) -> str:
     return f"{value:.0f}" if value >= 1000 else f"{value:.3g}"
 
 
-def _p(p: float) -> str:
-    return f"p = {p:.2g}" if p >= LEAST_PRINTED_P else f"p < {LEAST_PRINTED_P:g}"
+def _p(p: float, opposite: float = 0.0) -> str:
+    """P value in words; that of the opposite too where the first decides nothing."""
+    text = f"p = {p:.2g}" if p >= LEAST_PRINTED_P else f"p < {LEAST_PRINTED_P:g}"
+    return text if p < LEVEL or not opposite else f"{text}, of the opposite {_p(opposite)}"
