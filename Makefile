@@ -12,13 +12,13 @@ REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
 results: .venv/installed
 	$(SNAKEMAKE)
-	$(BIN)/python workflow/house/resources.py raw results
+	PYTHONPATH=workflow/scripts $(BIN)/python workflow/house/resources.py raw results
 	$(SNAKEMAKE) $(REPORT) results/report.html
 	$(BIN)/python workflow/house/closing.py results
 
 sample: .venv/installed
 	$(SAMPLE)
-	$(BIN)/python workflow/house/resources.py tests/sample/raw results/sample
+	PYTHONPATH=workflow/scripts $(BIN)/python workflow/house/resources.py tests/sample/raw results/sample
 	$(SAMPLE) $(REPORT) results/sample/report.html
 	$(BIN)/python workflow/house/closing.py results/sample
 

@@ -1,5 +1,9 @@
 """Time and memory of a run by rule."""
 
+import os
+import subprocess
+import sys
+
 import pytest
 from house.resources import gigabytes, markdown, resource_table
 
@@ -53,3 +57,13 @@ def test_bad_benchmarks_are_refused(tmp_path):
     (tmp_path / "clouds.tsv").write_text("s\tmax_rss\n1\t2\n")
     with pytest.raises(ValueError, match=r"clouds\.tsv: cpu_time: expected a column, found none"):
         resource_table(tmp_path)
+
+
+def test_a_run_that_left_nothing_ends_in_one_line(root, tmp_path):
+    command = [sys.executable, root / "workflow/house/resources.py", tmp_path, tmp_path]
+    library = os.environ | {"PYTHONPATH": str(root / "workflow/scripts")}
+    done = subprocess.run(command, capture_output=True, text=True, env=library, check=False)
+    assert done.returncode == 1
+    line = f"error: resources: {tmp_path}/benchmarks: expected benchmarks of a run, found none\n"
+    assert done.stderr == line
+    assert not (tmp_path / "tables").exists()

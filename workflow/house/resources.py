@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
+from palpate.capture.files import whole_file
 
 LAB_RULES = "lab_"
 # A report on the lab's errors, not a part of the lab.
@@ -107,9 +108,13 @@ def main(raw: Path, results: Path) -> None:
     sizes = [f"`{folder}/` holds {gigabytes(folder):.2f} GB." for folder in (raw, results)]
     place = results / "tables"
     place.mkdir(exist_ok=True)
-    table.to_csv(place / "resources.csv", index=False, lineterminator="\n")
-    (place / "resources.md").write_text(markdown(table, sizes), encoding="utf-8")
+    with whole_file(place / "resources.csv") as csv, whole_file(place / "resources.md") as md:
+        table.to_csv(csv, index=False, lineterminator="\n")
+        md.write_text(markdown(table, sizes), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[1:]))
+    try:
+        main(*map(Path, sys.argv[1:]))
+    except (OSError, ValueError) as error:
+        sys.exit(f"error: resources: {error}")

@@ -19,7 +19,7 @@ from palpate.study.transform_chain import (
 STONE, STEEL, DARK_STEEL, RUBBER = "#A9A29A", "#C3C9CF", "#8E979F", "#4A4F55"
 BODY, LENS, GLASS = "#5A6068", "#22262B", "#7FA6C9"
 WHITE, INK = "#F2F2F2", "#3A3A3A"
-# Outer sizes [m] of the housings after their makers' data sheets: width, height, length.
+# Housings as drawn [m]: about the devices' width, height, length; nothing is computed from them.
 HOUSINGS = {"stereo": (0.157, 0.036, 0.0474), "structured_light": (0.282, 0.038, 0.063)}
 SCANNER_M = (0.213, 0.413, 0.271)
 BOARD_MARGIN_M, BOARD_M = 0.016, 0.003

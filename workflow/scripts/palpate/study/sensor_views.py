@@ -66,7 +66,7 @@ def figure_4_1(stereo: Mapping, dots: Mapping, scan: Mapping) -> Figure:
             _draw_view(plan, device)
         else:
             _draw_scans(plan, device)
-    note = "top: housings after their makers' outer sizes, each to its own scale;"
+    note = "top: housings sketched at about their size, each to its own scale;"
     note += " bottom: seen from above, as configured"
     figure.text(0.5, 0.004, note, ha="center", va="bottom", fontsize=SMALL, color="0.35")
     return figure
