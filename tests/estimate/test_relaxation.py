@@ -1,0 +1,105 @@
+"""Relaxation of a press, forward and back."""
+
+import numpy as np
+import pytest
+from palpate.estimate.relaxation import (
+    elastic_force,
+    elastic_force_derivatives,
+    relaxed_force,
+    relaxed_share,
+)
+
+PRONY = {"fractions": [0.1, 0.05, 0.2], "times_s": [0.2, 1.0, 5.0]}
+
+
+def history(seed, n=40):
+    """Return jittered times and a force that rises and holds."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(n) / 6 + rng.uniform(-0.02, 0.02, n)
+    return time, np.clip(time - 1, 0, 2) ** 1.5 + 0.01 * rng.normal(size=n)
+
+
+@pytest.mark.parametrize("columns", [None, 3])
+def test_inverse_gives_back_the_elastic_force(columns):
+    time, force = history(1)
+    if columns:
+        force = np.stack([history(seed)[1] for seed in range(columns)], axis=1)
+    relaxed = relaxed_force(time, force, **PRONY)
+    assert np.abs(relaxed - force).max() > 0.1
+    assert elastic_force(time, relaxed, **PRONY) == pytest.approx(force, abs=1e-12)
+
+
+def test_step_relaxes_as_the_series():
+    time = np.array([0.0, 0.1, 0.35, 2.0, 30.0])
+    found = relaxed_force(time, np.full(5, 3.0), **PRONY)
+    assert found == pytest.approx(3 * (1 - relaxed_share(time, **PRONY)), rel=1e-13)
+    assert relaxed_share(1e9, **PRONY) == pytest.approx(0.35)
+
+
+def test_ramp_is_exact_whatever_the_sampling():
+    """A ramp of unit rate gives t (1 - g) + g tau (1 - exp(-t/tau))."""
+    time = np.sort(np.random.default_rng(2).uniform(0, 4, 7))
+    time[0], g, tau = 0, 0.3, 0.7
+    found = relaxed_force(time, time, fractions=[g], times_s=[tau])
+    assert found == pytest.approx(time * (1 - g) - g * tau * np.expm1(-time / tau), rel=1e-12)
+
+
+def test_forward_and_back_are_linear():
+    time, one = history(3)
+    other = history(4)[1]
+    for function in (relaxed_force, elastic_force):
+        whole = function(time, 2 * one - 3 * other, **PRONY)
+        parts = 2 * function(time, one, **PRONY) - 3 * function(time, other, **PRONY)
+        assert whole == pytest.approx(parts, abs=1e-12)
+
+
+def test_smooth_force_converges_at_second_order():
+    errors, counts = [], np.array([20, 40, 80, 160])
+    fine = np.linspace(0, 3, 20001)
+    exact = relaxed_force(fine, np.sin(fine), **PRONY)[-1]
+    for count in counts:
+        time = np.linspace(0, 3, count + 1)
+        errors.append(abs(relaxed_force(time, np.sin(time), **PRONY)[-1] - exact))
+    order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    assert order == pytest.approx(2, abs=0.1)
+
+
+def test_derivatives_are_those_of_finite_differences():
+    time, force = history(5)
+    found, step = elastic_force_derivatives(time, force, **PRONY), 1e-5
+    for term in range(3):
+        ends = []
+        for sign in (1, -1):
+            fractions = np.array(PRONY["fractions"])
+            fractions[term] += sign * step
+            ends.append(elastic_force(time, force, fractions=fractions, times_s=PRONY["times_s"]))
+        assert found[:, term] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-8)
+
+
+def test_no_terms_leave_the_force():
+    time, force = history(6)
+    assert np.array_equal(elastic_force(time, force, fractions=[], times_s=[]), force)
+    assert np.array_equal(relaxed_force(time, force, fractions=[], times_s=[]), force)
+
+
+@pytest.mark.parametrize(
+    ("changed", "line"),
+    [
+        ({"time_s": [0, 2, 1]}, "time_s: expected increasing times"),
+        ({"force_n": [0, 1]}, r"force_n: expected one row for each of 3, found \(2,\)"),
+        ({"force_n": [0, 1, np.nan]}, "force_n: expected finite forces"),
+        ({"times_s": [0]}, "times_s: expected positive times"),
+        ({"fractions": [0.1, 0.2]}, "fractions: expected one for each of 1 times"),
+        ({"fractions": [1]}, "fractions: expected a sum below 1, found 1"),
+    ],
+)
+def test_bad_input_is_named(changed, line):
+    given = {"time_s": [0, 1, 2], "force_n": [0, 1, 1], "fractions": [0.1], "times_s": [1]}
+    given |= changed
+    with pytest.raises(ValueError, match=line):
+        elastic_force(given.pop("time_s"), given.pop("force_n"), **given)
+
+
+def test_derivatives_take_one_history():
+    with pytest.raises(ValueError, match="force_n: expected shape"):
+        elastic_force_derivatives([0, 1], np.ones((2, 2)), fractions=[0.1], times_s=[1])
