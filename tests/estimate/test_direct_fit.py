@@ -1,0 +1,110 @@
+"""Direct estimate on presses whose moduli are known."""
+
+import numpy as np
+import pytest
+from palpate.estimate.direct_fit import fit_direct
+from palpate.estimate.direct_interval import bootstrap, intervals, profile_over_nu
+from palpate.estimate.direct_press import DirectPress, Parameters
+from palpate.estimate.press_model import PressModel
+from palpate.estimate.relaxation import relaxed_force
+
+RADIUS_M = 0.006
+OPTIONS = {
+    "relaxation_times_s": [0.3, 3.0],
+    "fraction_std": 0.1,
+    "gain_std": 0.01,
+    "poisson_ratio_bounds": [0.0, 0.49],
+    "youngs_modulus_bounds_pa": [1e2, 1e8],
+    "model_std": {"log_youngs_modulus": 0.0, "nu": 0.0},
+}
+START = Parameters(1e4, 0.2, 0.0, np.zeros(2), 0.0, 0.0)
+
+
+def model_of(cell_m, law="made_up", stiffening=0.0):
+    """Force like Hertz's; a surface that sinks less far off, and rises with nu."""
+    nus, depth = np.array([0.0, 0.2, 0.35, 0.45, 0.49]), np.linspace(0, 0.009, 13)
+    force = 4 / 3 * np.sqrt(RADIUS_M) * depth**1.5 * (1 + stiffening * depth / 0.009)
+    r = np.linalg.norm(cell_m, axis=1)
+    motion = [
+        -depth[:, None] * RADIUS_M / r * (1 - (0.5 + 2 * nu**2) * (r / 0.1)) for nu in nus
+    ]
+    return PressModel(law, nus, depth, force / (1 - nus[:, None] ** 2), np.array(motion))
+
+
+def press_of(E, nu, seed, *, noise=1.0, shares=(0.08, 0.05), frames=24, deepest_m=0.007):
+    """A capture of 24 frames: rest, press, hold."""
+    rng = np.random.default_rng(seed)
+    cell = np.column_stack([rng.uniform(-0.08, 0.08, (400, 2)), np.zeros(400)])
+    cell = cell[np.linalg.norm(cell, axis=1) > 0.015]
+    model = model_of(cell)
+    time = np.arange(frames) / 6
+    depth = deepest_m * np.clip((time - 1.0) / 1.8, 0, 1)
+    elastic = E * model.force(depth, nu)
+    force = relaxed_force(time, elastic, fractions=shares, times_s=[0.3, 3.0])
+    force = force + noise * rng.normal(0, 0.003 * force.max(), frames)
+    used = np.flatnonzero(depth > 0.0005)
+    motion = model.motion(depth[used], nu)
+    motion = motion + noise * rng.normal(0, 5e-5, motion.shape)
+    offset = noise * rng.normal(0, 1e-4)
+    measured = depth[used] + offset + noise * rng.normal(0, 8e-5, len(used))
+    patch = np.unique((cell[:, :2] // 0.02).astype(int), axis=0, return_inverse=True)[1].ravel()
+    return DirectPress(
+        time_s=time,
+        force_n=force,
+        frames=used,
+        depth_m=measured,
+        speed_m_s=np.gradient(depth, time)[used],
+        depth_std_m=8e-5,
+        offset_std_m=1e-4,
+        clock_std_s=0.01,
+        force_std_n=0.003 * force.max(),
+        contact_m=np.zeros(3),
+        cell_m=cell,
+        normal=np.tile([0.0, 0, 1], (len(cell), 1)),
+        moved_m=motion,
+        moved_std_m=np.full(motion.shape, 5e-5),
+        patch=patch,
+        models={"made_up": model},
+    )
+
+
+def test_exact_data_give_the_moduli_back():
+    press = press_of(25e3, 0.3, 1, noise=0.0)
+    options = OPTIONS | {"fraction_std": 10.0}
+    found = fit_direct([press], "made_up", options, START).parameters[0]
+    assert found.youngs_modulus_pa == pytest.approx(25e3, rel=2e-3)
+    assert found.poisson_ratio == pytest.approx(0.3, abs=1e-3)
+    assert found.fractions == pytest.approx([0.08, 0.05], abs=5e-3)
+
+
+def test_captures_together_know_more_than_one():
+    presses = [press_of(60e3, 0.4, seed) for seed in range(6)]
+    widths = []
+    for chosen in (presses[:1], presses):
+        best = fit_direct(chosen, "made_up", OPTIONS, START)
+        samples = bootstrap(chosen, best, OPTIONS, draws=200, seed=3)
+        widths.append(samples[:, :2].std(axis=0))
+    assert (widths[1] < 0.7 * widths[0]).all()
+    assert best.parameters[0].poisson_ratio == pytest.approx(0.4, abs=4 * widths[1][1])
+
+
+def test_intervals_cover_about_as_often_as_they_say():
+    hits = np.zeros(2)
+    runs = 60
+    for seed in range(runs):
+        press = press_of(25e3, 0.3, 100 + seed)
+        best = fit_direct([press], "made_up", OPTIONS, START)
+        samples = bootstrap([press], best, OPTIONS, draws=200, seed=seed)
+        profile = profile_over_nu([press], best, OPTIONS, [0.2, 0.3, 0.4])
+        found = intervals(best, samples, profile, OPTIONS, patches=int(press.patch.max()) + 1)
+        for k, (name, truth) in enumerate((("youngs_modulus_pa", 25e3), ("poisson_ratio", 0.3))):
+            hits[k] += found[name].low <= truth <= found[name].high
+    # Of 60 runs at 95 %, fewer than 51 have a chance of one in a thousand.
+    assert (hits >= 51).all(), hits
+    print(hits)
+
+
+def test_too_few_frames():
+    press = press_of(25e3, 0.3, 1, frames=9)
+    with pytest.raises(ValueError, match="frames: expected at least 4 in contact"):
+        fit_direct([press], "made_up", OPTIONS, START)

@@ -1,0 +1,39 @@
+# Files of the direct estimate: of one capture, or of all of an object with one sensor.
+def of_one(wildcards):
+    """The capture itself."""
+    return [wildcards.capture]
+
+
+def of_all(wildcards):
+    """Tracked captures of an object with a sensor, in order."""
+    return [
+        c.capture
+        for c in HOUSE.tracked
+        if (c.object, c.sensor) == (wildcards.object, wildcards.sensor)
+    ]
+
+
+def direct_files(captures):
+    """Inputs of a direct estimate, files of one kind in the order of the captures."""
+
+    def each(name):
+        def files(wildcards):
+            folder = results(f"{wildcards.object}/{wildcards.sensor}")
+            return [f"{folder}/{capture}/{name}" for capture in captures(wildcards)]
+
+        return files
+
+    def lookups(wildcards):
+        points = [capture.partition("-")[0] for capture in captures(wildcards)]
+        return [results(f"{wildcards.object}/indentation-{p}.npz") for p in points]
+
+    return {
+        "object": raw("{object}/object.yaml"),
+        "template": template_of,
+        "alignments": each("alignment.json"),
+        "poses": each("probe_pose.csv"),
+        "forces": each("force.csv"),
+        "clocks": each("clock.json"),
+        "motions": each("motion.npz"),
+        "lookups": lookups,
+    }

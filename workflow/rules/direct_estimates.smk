@@ -1,0 +1,66 @@
+rule surface_motion:
+    input:
+        object=raw("{object}/object.yaml"),
+        template=template_of,
+        alignment=of_capture("alignment.json"),
+        clouds=of_capture("clouds.npz"),
+        pose=of_capture("probe_pose.csv"),
+        force=of_capture("force.csv"),
+    output:
+        motion=of_capture("motion.npz"),
+    log:
+        results("logs/surface_motion/{object}-{sensor}-{capture}.log"),
+    benchmark:
+        results("benchmarks/surface_motion/{object}-{sensor}-{capture}.tsv")
+    params:
+        code=code("surface_motion"),
+        probe=probe_spec,
+        sensor=sensor_spec,
+        onset_force_n=config["hertz"]["onset_force_n"],
+        options=config["direct"]["observation"],
+    message:
+        "Motion of the surface of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
+    script:
+        "../scripts/surface_motion.py"
+
+
+rule direct:
+    input:
+        **direct_files(of_one),
+    output:
+        estimate=of_capture("direct.json"),
+    log:
+        results("logs/direct/{object}-{sensor}-{capture}.log"),
+    benchmark:
+        results("benchmarks/direct/{object}-{sensor}-{capture}.tsv")
+    params:
+        code=code("direct"),
+        probe=probe_spec,
+        captures=of_one,
+        seed=config["seed"],
+        options=config["direct"]["fit"],
+    message:
+        "Direct estimate of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
+    script:
+        "../scripts/direct.py"
+
+
+rule direct_object:
+    input:
+        **direct_files(of_all),
+    output:
+        estimate=results("{object}/{sensor}/direct.json"),
+    log:
+        results("logs/direct_object/{object}-{sensor}.log"),
+    benchmark:
+        results("benchmarks/direct_object/{object}-{sensor}.tsv")
+    params:
+        code=code("direct"),
+        probe=probe_spec,
+        captures=of_all,
+        seed=config["seed"],
+        options=config["direct"]["fit"],
+    message:
+        "Direct estimate of {wildcards.object}, {wildcards.sensor}: all captures together"
+    script:
+        "../scripts/direct.py"

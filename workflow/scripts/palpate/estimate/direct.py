@@ -1,0 +1,259 @@
+"""E and nu straight from clouds and forces, by the law that the press itself prefers."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.estimate.direct_fit import Solution, check_count, fit_direct
+from palpate.estimate.direct_interval import (
+    Interval,
+    Profile,
+    bootstrap,
+    intervals,
+    profile_over_nu,
+    verdict_of_nu,
+)
+from palpate.estimate.direct_press import DirectPress, Parameters
+from palpate.estimate.relaxation import elastic_force
+
+LINEAR = "linear"
+START_POISSON_RATIOS = (0.1, 0.3, 0.45)
+
+
+@dataclass(frozen=True)
+class LawEvidence:
+    """What the captures say of one law.
+
+    Attributes
+    ----------
+    law : str
+    youngs_modulus_pa, poisson_ratio : float
+    cost : float
+        Twice the negative logarithm of the posterior density at the minimum.
+    modulus_slope, modulus_slope_std : float
+        Of log E, frame by frame, over the depth in radii: 0 for the right law.
+    """
+
+    law: str
+    youngs_modulus_pa: float
+    poisson_ratio: float
+    cost: float
+    modulus_slope: float
+    modulus_slope_std: float
+
+
+@dataclass(frozen=True)
+class DirectEstimate:
+    """Moduli of captures of one object, with what they rest on.
+
+    Attributes
+    ----------
+    solution : Solution
+        Of the best law.
+    moduli : dict of str to Interval
+    profile : Profile
+    laws : tuple of LawEvidence
+    choices : dict of str to (float, float)
+        E [Pa] and nu of other choices of what is compared.
+    criterion : str
+        Why these laws were tried.
+    """
+
+    solution: Solution
+    moduli: dict[str, Interval]
+    profile: Profile
+    laws: tuple[LawEvidence, ...]
+    choices: dict[str, tuple[float, float]]
+    criterion: str
+
+
+def estimate_direct(
+    presses: Sequence[DirectPress], options: Mapping, *, radius_m: float, seed: int
+) -> DirectEstimate:
+    """Estimate the moduli of an object from one or more of its captures.
+
+    Parameters
+    ----------
+    presses : sequence of DirectPress
+        With the same laws.
+    options : mapping
+        Of `fit_direct` and `intervals`, with ``linear_depth``, ``draws``,
+        ``profile_poisson_ratios`` and ``law_margin``.
+    radius_m : float
+        Of the sphere.
+    seed : int
+        Of the bootstrap.
+
+    Raises
+    ------
+    ValueError
+        If fewer frames than unknowns are compared.
+    """
+    check_count(presses, options)
+    laws, criterion = laws_to_try(presses, options, radius_m=radius_m)
+    found = {law: best_of_starts(presses, law, options) for law in laws}
+    order = sorted(found, key=lambda law: found[law].cost)
+    best = found[order[0]]
+    close = [law for law in order if found[law].cost - best.cost <= options["law_margin"]]
+    results = [_judged(presses, found[law], options, seed) for law in close]
+    choices = other_choices(presses, best, options, radius_m=radius_m)
+    moduli = _joined_moduli([moduli for moduli, _ in results], choices, options)
+    evidence = tuple(law_evidence(presses, found[law], options, radius_m) for law in order)
+    return DirectEstimate(best, moduli, results[0][1], evidence, choices, criterion)
+
+
+def laws_to_try(
+    presses: Sequence[DirectPress], options: Mapping, *, radius_m: float
+) -> tuple[list[str], str]:
+    """Linear solid for shallow presses, finite strain for others, with the reason in words.
+
+    Beyond ``linear_depth`` radii the contact's own strain is no longer small; below it the linear
+    solid is as right, and the laws can't be told apart.
+    """
+    known = list(presses[0].models)
+    deepest = max(float(press.depth_m.max()) for press in presses) / radius_m
+    limit = options["linear_depth"]
+    shallow = deepest <= limit and LINEAR in known
+    laws = [LINEAR] if shallow else [law for law in known if law != LINEAR]
+    kind = "linear solid" if shallow else "finite strain"
+    return laws, f"depth over radius {deepest:.2f}; {kind}, as linear_depth is {limit:g}"
+
+
+def best_of_starts(presses: Sequence[DirectPress], law: str, options: Mapping) -> Solution:
+    """Least cost from starts over the range of Poisson's ratios."""
+    found = []
+    for nu in START_POISSON_RATIOS:
+        start = _start(presses[0], law, nu, len(options["relaxation_times_s"]))
+        found.append(fit_direct(presses, law, options, start))
+    first = min(found, key=lambda solution: solution.cost)
+    # Costs of fits with scales of their own can't be compared.
+    again = [
+        fit_direct(presses, law, options, solution.parameters[0], scales=first.scales)
+        for solution in found
+    ]
+    return min(again, key=lambda solution: solution.cost)
+
+
+def law_evidence(
+    presses: Sequence[DirectPress], solution: Solution, options: Mapping, radius_m: float
+) -> LawEvidence:
+    """How constant E is over the depth under a law (weighted line through all frames)."""
+    depths, logs, stds = [], [], []
+    for press, p in zip(presses, solution.parameters, strict=True):
+        model = press.models[solution.law]
+        force = elastic_force(
+            press.time_s,
+            press.force_n,
+            fractions=p.fractions,
+            times_s=options["relaxation_times_s"],
+        )[press.frames]
+        depth = press.depth_m + p.offset_m + p.clock_s * press.speed_m_s
+        inside = (depth > 0) & (force > 0)
+        unit = model.force(depth[inside], p.poisson_ratio)
+        depths.append(depth[inside] / radius_m)
+        logs.append(np.log(force[inside] / unit))
+        # Force goes with the depth's power 3/2.
+        stds.append(1.5 * press.depth_std_m / depth[inside])
+    x, y, std = map(np.concatenate, (depths, logs, stds))
+    slope, slope_std = _line(x, y, std)
+    first = solution.parameters[0]
+    E, nu = first.youngs_modulus_pa, first.poisson_ratio
+    return LawEvidence(solution.law, E, nu, solution.cost, slope, slope_std)
+
+
+def other_choices(
+    presses: Sequence[DirectPress], best: Solution, options: Mapping, *, radius_m: float
+) -> dict[str, tuple[float, float]]:
+    """Moduli with other cells, without the hold, and with relaxation held more loosely."""
+    start = best.parameters[0]
+    variants = {
+        "cells_farther_off": ([_farther(press, 0.5 * radius_m) for press in presses], options),
+        "near_cells": ([_nearer(press) for press in presses], options),
+        "looser_relaxation": (presses, dict(options) | {"fraction_std": 2 * options["fraction_std"]}),
+        "stiffer_relaxation": (presses, dict(options) | {"fraction_std": options["fraction_std"] / 2}),
+    }
+    found = {}
+    for name, (chosen, changed) in variants.items():
+        p = fit_direct(chosen, best.law, changed, start, scales=best.scales).parameters[0]
+        found[name] = (p.youngs_modulus_pa, p.poisson_ratio)
+    return found
+
+
+def _start(press: DirectPress, law: str, nu: float, terms: int) -> Parameters:
+    unit = press.models[law].force(np.maximum(press.depth_m, 0), nu)
+    force = press.force_n[press.frames]
+    E = float((force @ unit) / max(float(unit @ unit), 1e-300))
+    return Parameters(max(E, 1.0), nu, 0.0, np.full(terms, 0.02), 0.0, 0.0)
+
+
+def _judged(presses, solution: Solution, options: Mapping, seed: int):
+    samples = bootstrap(presses, solution, options, draws=options["draws"], seed=seed)
+    profile = profile_over_nu(presses, solution, options, options["profile_poisson_ratios"])
+    patches = sum(len(np.unique(press.patch[press.seen.any(axis=0)])) for press in presses)
+    return intervals(solution, samples, profile, options, patches=patches), profile
+
+
+def _joined_moduli(results: list[dict], choices: Mapping, options: Mapping) -> dict[str, Interval]:
+    """Intervals that hold those of all laws that the captures don't tell from the best.
+
+    The spread over the other choices is added in quadrature.
+    """
+    E, nu = np.array(list(choices.values())).T
+    here = results[0]
+    spread = {
+        "poisson_ratio": float(np.sqrt(np.mean((nu - here["poisson_ratio"].value) ** 2))),
+    }
+    log_E = np.log(E / here["youngs_modulus_pa"].value)
+    log_star = log_E - np.log((1 - nu**2) / (1 - here["poisson_ratio"].value ** 2))
+    for name in ("youngs_modulus_pa", "youngs_modulus_1s_pa"):
+        spread[name] = float(np.sqrt(np.mean(log_E**2)))
+    spread["reduced_modulus_pa"] = float(np.sqrt(np.mean(log_star**2)))
+    return {name: _wider(name, results, spread[name], options) for name in here}
+
+
+def _wider(name: str, results: list[dict], spread: float, options: Mapping) -> Interval:
+    first = results[0][name]
+    low = min(result[name].low for result in results)
+    high = max(result[name].high for result in results)
+    if name == "poisson_ratio":
+        low = first.value - np.hypot(first.value - low, 2 * spread)
+        high = first.value + np.hypot(high - first.value, 2 * spread)
+        low, high = np.clip([low, high], *options["poisson_ratio_bounds"])
+        verdict = verdict_of_nu(low, high, options["poisson_ratio_bounds"])
+        return Interval(first.value, float(low), float(high), verdict)
+    low = first.value * np.exp(-np.hypot(np.log(first.value / low), 2 * spread))
+    high = first.value * np.exp(np.hypot(np.log(high / first.value), 2 * spread))
+    return Interval.of_modulus(first.value, float(low), float(high))
+
+
+def _farther(press: DirectPress, by_m: float) -> DirectPress:
+    """Without the cells next to the contact."""
+    centre = press.contact_m
+    away = np.linalg.norm(press.cell_m - centre, axis=1)
+    return _without(press, away < away.min() + by_m)
+
+
+def _nearer(press: DirectPress) -> DirectPress:
+    """Without the farther half of the cells."""
+    away = np.linalg.norm(press.cell_m - press.contact_m, axis=1)
+    return _without(press, away > (away.min() + away.max()) / 2)
+
+
+def _without(press: DirectPress, out: NDArray) -> DirectPress:
+    moved = np.where(out, np.nan, press.moved_m)
+    return replace(press, moved_m=moved)
+
+
+def _line(x: NDArray, y: NDArray, std: NDArray) -> tuple[float, float]:
+    """Slope of a weighted line and its deviation, from the scatter where that is larger."""
+    if len(x) < 3 or np.ptp(x) == 0:
+        return 0.0, float("inf")
+    weight = std**-2
+    mean = np.average(x, weights=weight)
+    spread = float(weight @ (x - mean) ** 2)
+    slope = float(weight @ ((x - mean) * (y - np.average(y, weights=weight)))) / spread
+    rest = y - np.average(y, weights=weight) - slope * (x - mean)
+    scatter = max(1.0, float(weight @ rest**2) / (len(x) - 2))
+    return slope, float(np.sqrt(scatter / spread))

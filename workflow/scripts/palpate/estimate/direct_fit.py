@@ -1,0 +1,298 @@
+"""Joint robust least squares of (log E, nu) and nuisances over all frames of captures."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from palpate.estimate.direct_press import (
+    ROBUST,
+    DirectPress,
+    Linearised,
+    Parameters,
+    linearised,
+    residuals,
+    robust_scale,
+    robust_weights,
+)
+
+ITERATIONS = 40
+ROUNDS = 3
+# Steps of log E and nu are held to these; below the last numbers they have converged.
+LARGEST_STEP = np.array([0.5, 0.1])
+SMALLEST_STEP = np.array([1e-5, 1e-5])
+OWN = 2
+
+
+@dataclass(frozen=True)
+class Scales:
+    """What residuals of a capture are divided by, beside their stated deviations.
+
+    Attributes
+    ----------
+    motion, depth : float
+        Scatter of motions and depths over what was stated, the latter at least 1.
+    sharing : float
+        Motions that err together: by so much the mean of a patch scatters more than it would if
+        they were independent (variance).
+    """
+
+    motion: float = 1.0
+    depth: float = 1.0
+    sharing: float = 1.0
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Contributions of a capture to the normal equations, by patch and by frame.
+
+    Attributes
+    ----------
+    motion_matrix, motion_slope : (b, q, q), (b, q) arrays
+    depth_matrix, depth_slope : (k, q, q), (k, q) arrays
+    """
+
+    motion_matrix: NDArray
+    motion_slope: NDArray
+    depth_matrix: NDArray
+    depth_slope: NDArray
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Least cost of captures under one law.
+
+    Attributes
+    ----------
+    law : str
+    parameters : tuple of Parameters
+        Of each capture; moduli, gain and fractions are the same in all.
+    cost : float
+        Twice the negative logarithm of the posterior density, up to a constant.
+    scales : tuple of Scales
+        Of each capture.
+    blocks : tuple of Blocks
+        At the minimum.
+    iterations : int
+    """
+
+    law: str
+    parameters: tuple[Parameters, ...]
+    cost: float
+    scales: tuple[Scales, ...]
+    blocks: tuple[Blocks, ...]
+    iterations: int
+
+    @property
+    def vector(self) -> NDArray:
+        """(log E, nu, gain, fractions, and offset and clock of each capture)."""
+        own = [p.vector[-OWN:] for p in self.parameters]
+        return np.concatenate([self.parameters[0].vector[:-OWN], *own])
+
+
+def fit_direct(
+    presses: Sequence[DirectPress],
+    law: str,
+    options: Mapping,
+    start: Parameters,
+    *,
+    scales: Sequence[Scales] | None = None,
+    fixed_poisson_ratio: float | None = None,
+) -> Solution:
+    """Minimise over the moduli and the nuisances of all captures.
+
+    Parameters
+    ----------
+    presses : sequence of DirectPress
+    law : str
+    options : mapping
+        ``relaxation_times_s``; deviations ``fraction_std`` and ``gain_std`` of the nuisances'
+        priors about 0; ``poisson_ratio_bounds``.
+    start : Parameters
+        Where all captures start.
+    scales : sequence of Scales, optional
+        Kept as they are; found from the residuals by default.
+    fixed_poisson_ratio : float, optional
+
+    Raises
+    ------
+    ValueError
+        If fewer values than unknowns are compared.
+    """
+    check_count(presses, options)
+    given = scales is not None
+    scales = tuple(scales) if given else (Scales(),) * len(presses)
+    parameters = (start,) * len(presses)
+    if fixed_poisson_ratio is not None:
+        parameters = tuple(replace(p, poisson_ratio=fixed_poisson_ratio) for p in parameters)
+    for _ in range(1 if given else ROUNDS):
+        joint = _Joint(presses, law, options, fixed_poisson_ratio is not None)
+        parameters, blocks, iterations = joint.minimise(parameters, scales)
+        if not given:
+            scales = joint.scales_at(parameters, scales)
+    blocks = joint.blocks_at(parameters, scales)
+    cost = joint.cost(parameters, scales)
+    return Solution(law, parameters, cost, scales, blocks, iterations)
+
+
+def check_count(presses: Sequence[DirectPress], options: Mapping) -> None:
+    """Refuse captures with fewer compared frames than unknowns of their own and shared ones."""
+    unknowns = 2 + len(options["relaxation_times_s"])
+    for press in presses:
+        if len(press.frames) < unknowns:
+            raise ValueError(
+                f"frames: expected at least {unknowns} in contact, as many as there are moduli and"
+                f" relaxing shares, found {len(press.frames)}"
+            )
+
+
+class _Joint:
+    """Normal equations of all captures."""
+
+    def __init__(self, presses, law: str, options: Mapping, fixed: bool) -> None:
+        self.presses, self.law, self.options, self.fixed = presses, law, options, fixed
+        self.times_s = np.array(options["relaxation_times_s"], dtype=float)
+        self.shared = 3 + len(self.times_s)
+        self.size = self.shared + OWN * len(presses)
+        self.prior_std = prior_deviations(presses, options)
+        self.low, self.high = parameter_bounds(len(presses), options)
+
+    def places(self, number: int) -> NDArray:
+        own = self.shared + OWN * number + np.arange(OWN)
+        return np.concatenate([np.arange(self.shared), own])
+
+    def minimise(self, parameters, scales):
+        for iteration in range(1, ITERATIONS + 1):
+            blocks = self.blocks_at(parameters, scales)
+            matrix, slope = self.normal_equations(parameters, blocks)
+            step = self.step(matrix, slope, _joined(parameters))
+            parameters = self._moved(parameters, step, scales)
+            if (np.abs(step[:2]) < SMALLEST_STEP).all():
+                break
+        return parameters, blocks, iteration
+
+    def _moved(self, parameters, step, scales):
+        """Take the step, halved until it does not raise the cost."""
+        before = self.cost(parameters, scales)
+        for part in 0.5 ** np.arange(6):
+            moved = split(np.clip(_joined(parameters) + part * step, self.low, self.high), self)
+            if self.cost(moved, scales) <= before + 1e-9 * abs(before):
+                return moved
+        return parameters
+
+    def linearised(self, parameters) -> list[Linearised]:
+        return [
+            linearised(press, self.law, p, times_s=self.times_s)
+            for press, p in zip(self.presses, parameters, strict=True)
+        ]
+
+    def blocks_at(self, parameters, scales) -> tuple[Blocks, ...]:
+        lines = self.linearised(parameters)
+        return tuple(map(_blocks, self.presses, lines, scales))
+
+    def normal_equations(self, parameters, blocks) -> tuple[NDArray, NDArray]:
+        matrix, slope = np.zeros((self.size, self.size)), np.zeros(self.size)
+        for number, block in enumerate(blocks):
+            at = self.places(number)
+            part = block.motion_matrix.sum(axis=0) + block.depth_matrix.sum(axis=0)
+            matrix[np.ix_(at, at)] += part
+            slope[at] += block.motion_slope.sum(axis=0) + block.depth_slope.sum(axis=0)
+        known = np.isfinite(self.prior_std)
+        matrix[known, known] += self.prior_std[known] ** -2
+        slope[known] += _joined(parameters)[known] / self.prior_std[known] ** 2
+        return matrix, slope
+
+    def step(self, matrix, slope, vector) -> NDArray:
+        low, high = self.low - vector, self.high - vector
+        low[:2] = np.maximum(low[:2], -LARGEST_STEP)
+        high[:2] = np.minimum(high[:2], LARGEST_STEP)
+        if self.fixed:
+            low[1], high[1] = -1e-12, 1e-12
+        return bounded_solution(matrix, -slope, low, high)
+
+    def cost(self, parameters, scales) -> float:
+        known = np.isfinite(self.prior_std)
+        total = float(((_joined(parameters)[known] / self.prior_std[known]) ** 2).sum())
+        for press, p, scale in zip(self.presses, parameters, scales, strict=True):
+            gaps = residuals(press, self.law, p, times_s=self.times_s)
+            total += float((gaps.depth**2).sum()) / scale.depth**2
+            soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion)) ** 2) - 1
+            total += 2 * ROBUST**2 * float(soft.sum()) / scale.sharing
+        return total
+
+    def scales_at(self, parameters, scales) -> tuple[Scales, ...]:
+        """Scatter and sharing as the residuals show them."""
+        found = []
+        for press, line in zip(self.presses, self.linearised(parameters), strict=True):
+            gaps = line.residuals
+            unit = Scales(motion=robust_scale(gaps.motion))
+            depth = max(1.0, robust_scale(gaps.depth - np.median(gaps.depth)))
+            sharing = _sharing(_blocks(press, line, unit))
+            found.append(Scales(unit.motion, depth, sharing))
+        return tuple(found)
+
+
+def bounded_solution(matrix: NDArray, right: NDArray, low: NDArray, high: NDArray) -> NDArray:
+    """Minimum of x' M x / 2 - b' x within bounds, for positive definite M."""
+    scale = 1 / np.sqrt(np.diag(matrix))
+    root = np.linalg.cholesky(matrix * scale * scale[:, None] + 1e-12 * np.eye(len(matrix)))
+    target = np.linalg.solve(root, right * scale)
+    low, high = np.minimum(low, 0) / scale, np.maximum(high, 0) / scale
+    tiny = 1e-12 * (1 + np.abs(low))
+    found = lsq_linear(root.T, target, bounds=(low - tiny, high + tiny), method="bvls")
+    return found.x * scale
+
+
+def prior_deviations(presses: Sequence[DirectPress], options: Mapping) -> NDArray:
+    """Deviation of each unknown's prior about 0; infinite where there is none."""
+    fractions = [options["fraction_std"]] * len(options["relaxation_times_s"])
+    own = [std for press in presses for std in (press.offset_std_m, press.clock_std_s)]
+    return np.array([np.inf, np.inf, options["gain_std"], *fractions, *own])
+
+
+def parameter_bounds(captures: int, options: Mapping) -> tuple[NDArray, NDArray]:
+    """Least and greatest value of each unknown."""
+    terms = len(options["relaxation_times_s"])
+    low_nu, high_nu = options["poisson_ratio_bounds"]
+    low_E, high_E = np.log(options["youngs_modulus_bounds_pa"])
+    most = 0.95 / max(terms, 1)
+    wide = [np.inf] * (OWN * captures)
+    low = [low_E, low_nu, -np.inf, *[0.0] * terms, *(-x for x in wide)]
+    return np.array(low), np.array([high_E, high_nu, np.inf, *[most] * terms, *wide])
+
+
+def split(vector: NDArray, joint: _Joint) -> tuple[Parameters, ...]:
+    """Parameters of each capture from the joint vector."""
+    return tuple(Parameters.of(vector[joint.places(k)]) for k in range(len(joint.presses)))
+
+
+def _joined(parameters: Sequence[Parameters]) -> NDArray:
+    own = [p.vector[-OWN:] for p in parameters]
+    return np.concatenate([parameters[0].vector[:-OWN], *own])
+
+
+def _blocks(press: DirectPress, line: Linearised, scale: Scales) -> Blocks:
+    gaps, slope = line.residuals.motion, line.motion_slope
+    weight = robust_weights(gaps, scale.motion) / (scale.motion**2 * scale.sharing)
+    patch = np.broadcast_to(press.patch, press.seen.shape)[press.seen]
+    count, q = int(press.patch.max()) + 1, slope.shape[1]
+    order = np.argsort(patch, kind="stable")
+    bounds = np.searchsorted(patch[order], np.arange(count + 1))
+    matrix, total = np.zeros((count, q, q)), np.zeros((count, q))
+    for b, (first, last) in enumerate(zip(bounds[:-1], bounds[1:], strict=True)):
+        part = order[first:last]
+        weighted = weight[part, None] * slope[part]
+        matrix[b], total[b] = weighted.T @ slope[part], weighted.T @ gaps[part]
+    depth, by = line.residuals.depth / scale.depth, line.depth_slope / scale.depth
+    outer = by[:, :, None] * by[:, None, :]
+    return Blocks(matrix, total, outer, by * depth[:, None])
+
+
+def _sharing(blocks: Blocks) -> float:
+    """Variance of patches' slopes over that of independent motions, along E and nu; at least 1."""
+    matrix = blocks.motion_matrix.sum(axis=0)[:2, :2]
+    scores = blocks.motion_slope[:, :2]
+    ratio = np.trace(np.linalg.pinv(matrix, hermitian=True) @ (scores.T @ scores)) / 2
+    return max(1.0, float(ratio))

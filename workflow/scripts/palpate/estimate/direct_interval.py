@@ -1,0 +1,207 @@
+"""How far the direct estimate can be trusted: block bootstrap, profile over nu, verdicts."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from palpate.estimate.direct_fit import (
+    OWN,
+    Solution,
+    bounded_solution,
+    fit_direct,
+    parameter_bounds,
+    prior_deviations,
+)
+from palpate.estimate.direct_press import DirectPress
+from palpate.estimate.relaxation import relaxed_share
+
+CONFIDENCE = 0.95
+# An interval of nu narrower than this tells materials apart: cork, foam, rubber.
+NARROW_NU = 0.2
+# And one of E that is not wider than by this factor from end to end.
+NARROW_E = 1.5
+# Ends of an interval this close to the range's are at its bound.
+AT_BOUND = 0.005
+ONE_SECOND_S = 1.0
+VERDICTS = ("identified", "bounded", "not identified")
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Estimate of one quantity with its 95 % interval and what it is worth."""
+
+    value: float
+    low: float
+    high: float
+    verdict: str
+
+    @staticmethod
+    def of_modulus(value: float, low: float, high: float) -> "Interval":
+        """Judge the interval of a modulus [Pa]."""
+        return Interval(value, low, high, "identified" if high / low <= NARROW_E else "bounded")
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Least cost and best E for each Poisson's ratio."""
+
+    poisson_ratios: tuple[float, ...]
+    costs: tuple[float, ...]
+    youngs_moduli_pa: tuple[float, ...]
+
+
+def profile_over_nu(
+    presses: Sequence[DirectPress], best: Solution, options: Mapping, poisson_ratios: Sequence
+) -> Profile:
+    """Fit all else at each Poisson's ratio, with the scales of the best fit."""
+    inside = [nu for nu in poisson_ratios if _within(nu, options["poisson_ratio_bounds"])]
+    best_nu = best.parameters[0].poisson_ratio
+    order = sorted(inside, key=lambda nu: abs(nu - best_nu))
+    starts, rows = {best_nu: best.parameters[0]}, {}
+    for nu in order:
+        start = starts[min(starts, key=lambda known: abs(known - nu))]
+        found = fit_direct(
+            presses, best.law, options, start, scales=best.scales, fixed_poisson_ratio=nu
+        )
+        starts[nu] = found.parameters[0]
+        rows[nu] = (found.cost, found.parameters[0].youngs_modulus_pa)
+    rows[best_nu] = (best.cost, best.parameters[0].youngs_modulus_pa)
+    nus = sorted(rows)
+    return Profile(tuple(nus), *(tuple(rows[nu][k] for nu in nus) for k in (0, 1)))
+
+
+def bootstrap(
+    presses: Sequence[DirectPress], best: Solution, options: Mapping, *, draws: int, seed: int
+) -> NDArray:
+    """Unknowns that other patches and frames of the same kind would have given, (draws, size).
+
+    Patches of the surface, with all their frames, and frames of the depth are drawn with
+    replacement, and the nuisances' priors are moved by their deviations; the normal equations,
+    linear about the minimum, are solved within the bounds.
+    """
+    rng = np.random.default_rng(seed)
+    vector, low, high = best.vector, *parameter_bounds(len(presses), options)
+    std = prior_deviations(presses, options)
+    known = np.isfinite(std)
+    shared = len(vector) - OWN * len(presses)
+    samples = np.empty((draws, len(vector)))
+    for draw in range(draws):
+        matrix, slope = np.zeros((len(vector),) * 2), np.zeros(len(vector))
+        matrix[known, known] = std[known] ** -2
+        slope[known] = vector[known] / std[known] ** 2 + rng.normal(0, 1 / std[known])
+        for k, block in enumerate(best.blocks):
+            at = np.concatenate([np.arange(shared), shared + OWN * k + np.arange(OWN)])
+            for A, c in _parts(block):
+                counts = _drawn(rng, len(A))
+                matrix[np.ix_(at, at)] += np.tensordot(counts, A, 1)
+                slope[at] += counts @ c
+        matrix[0, 0] += 1e-9
+        matrix[1, 1] += 1e-9
+        samples[draw] = vector + bounded_solution(matrix, -slope, low - vector, high - vector)
+    return samples
+
+
+def intervals(
+    best: Solution, samples: NDArray, profile: Profile, options: Mapping, *, patches: int
+) -> dict[str, Interval]:
+    """Moduli with their intervals and verdicts.
+
+    An interval holds what the bootstrap gives, widened for few patches and by the model's own
+    error, and for Poisson's ratio also all that the profile does not tell from the best.
+
+    Parameters
+    ----------
+    best : Solution
+    samples : (n, size) array
+        Of `bootstrap`.
+    profile : Profile
+    options : mapping
+        ``model_std`` (of log E and nu), ``poisson_ratio_bounds``, ``relaxation_times_s``.
+    patches : int
+        Independent parts of the surface.
+    """
+    p = best.parameters[0]
+    quantile = float(stdtrit(max(patches - 3, 2), (1 + CONFIDENCE) / 2))
+    widen = quantile / 1.96
+    times = options["relaxation_times_s"]
+    model_E, model_nu = options["model_std"]["log_youngs_modulus"], options["model_std"]["nu"]
+    bounds = options["poisson_ratio_bounds"]
+    nu_low, nu_high = _spread(samples[:, 1], p.poisson_ratio, widen, quantile * model_nu)
+    told = _not_told(profile, quantile**2)
+    nu_low, nu_high = min(nu_low, told[0]), max(nu_high, told[1])
+    nu_low, nu_high = np.clip([nu_low, nu_high], *bounds)
+    nu = Interval(p.poisson_ratio, float(nu_low), float(nu_high), verdict_of_nu(nu_low, nu_high, bounds))
+    E = _of_log(samples[:, 0], np.log(p.youngs_modulus_pa), widen, quantile * model_E)
+    share = [relaxed_share(ONE_SECOND_S, fractions=np.minimum(s, 0.3), times_s=times) for s in samples[:, 3:-OWN][:, : len(times)]]
+    after = samples[:, 0] + np.log1p(-np.array(share))
+    here = float(relaxed_share(ONE_SECOND_S, fractions=p.fractions, times_s=times))
+    E1 = _of_log(after, np.log(p.youngs_modulus_pa * (1 - here)), widen, quantile * model_E)
+    stars = samples[:, 0] - np.log1p(-samples[:, 1] ** 2)
+    star = p.youngs_modulus_pa / (1 - p.poisson_ratio**2)
+    E_star = _of_log(stars, np.log(star), widen, quantile * model_E)
+    return {
+        "youngs_modulus_pa": E,
+        "poisson_ratio": nu,
+        "reduced_modulus_pa": E_star,
+        "youngs_modulus_1s_pa": E1,
+    }
+
+
+def _within(nu: float, bounds: Sequence[float]) -> bool:
+    return bounds[0] <= nu <= bounds[1]
+
+
+def _parts(block) -> list[tuple[NDArray, NDArray]]:
+    seen = block.motion_matrix.any(axis=(1, 2))
+    return [
+        (block.motion_matrix[seen], block.motion_slope[seen]),
+        (block.depth_matrix, block.depth_slope),
+    ]
+
+
+def _drawn(rng: np.random.Generator, count: int) -> NDArray:
+    """How often each of so many blocks is drawn."""
+    return rng.multinomial(count, np.full(count, 1 / count)).astype(float) if count else np.zeros(0)
+
+
+def _spread(values: NDArray, best: float, widen: float, model: float) -> tuple[float, float]:
+    tail = 100 * (1 - CONFIDENCE) / 2
+    low, high = np.percentile(values, [tail, 100 - tail])
+    below = np.hypot(max(best - low, 0) * widen, model)
+    return best - below, best + np.hypot(max(high - best, 0) * widen, model)
+
+
+def _of_log(logs: NDArray, best: float, widen: float, model: float) -> Interval:
+    low, high = np.exp(_spread(logs, best, widen, model))
+    return Interval.of_modulus(float(np.exp(best)), float(low), float(high))
+
+
+def _not_told(profile: Profile, rise: float) -> tuple[float, float]:
+    """Ends of the Poisson's ratios whose cost is within a rise of the least, linear between."""
+    nus, costs = np.array(profile.poisson_ratios), np.array(profile.costs)
+    over = costs - costs.min() - rise
+    inside = np.flatnonzero(over <= 0)
+    ends = []
+    for first, step in ((inside[0], -1), (inside[-1], 1)):
+        other = first + step
+        if not 0 <= other < len(nus):
+            ends.append(float(nus[first]))
+            continue
+        # The cost is about quadratic: its root is about linear.
+        inner, outer = np.sqrt(max(over[first] + rise, 0)), np.sqrt(over[other] + rise)
+        part = (np.sqrt(rise) - inner) / (outer - inner)
+        ends.append(float(nus[first] + part * (nus[other] - nus[first])))
+    return ends[0], ends[1]
+
+
+def verdict_of_nu(low: float, high: float, bounds: Sequence[float]) -> str:
+    """Inside the range and narrow; reaching one end of it, or wide; reaching both."""
+    at_low, at_high = low <= bounds[0] + AT_BOUND, high >= bounds[1] - AT_BOUND
+    if at_low and at_high:
+        return "not identified"
+    if at_low or at_high or high - low > NARROW_NU:
+        return "bounded"
+    return "identified"

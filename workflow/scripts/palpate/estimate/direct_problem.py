@@ -1,0 +1,198 @@
+"""From a capture's motion, poses and forces to what the direct estimate compares."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.estimate.direct_press import DirectPress
+from palpate.estimate.hertz_range import force_onset
+from palpate.estimate.observation import SurfaceMotion
+from palpate.estimate.press_model import press_model
+from palpate.estimate.scatter import surface_patches
+from palpate.solid.indentation import IndentationModel
+from palpate.solid.patch import hertz_contact_radius
+from palpate.surface.alignment import Alignment
+from palpate.surface.distance import ClosestPoints
+from palpate.surface.pose import to_object
+
+# A sphere is led to the surface from so far outside [m], until it is as near as this.
+OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200
+FROM_MEDIAN = 1.4826
+# A press may go this much deeper than its look-up.
+BEYOND = 1.03
+
+
+@dataclass(frozen=True)
+class Pressing:
+    """What pose and force files say of one capture.
+
+    Attributes
+    ----------
+    time_s : (f,) array
+        Of the frames [s].
+    tips_m : (f, 3) array
+        Centre of the sphere, camera frame [m].
+    forces_n : (f, 3) array
+        On the object, camera frame [N].
+    tip_std_m, clock_std_s : float
+        Deviations of a tip along the probe's axis [m], and of the clocks' difference [s].
+    """
+
+    time_s: NDArray
+    tips_m: NDArray
+    forces_n: NDArray
+    tip_std_m: float
+    clock_std_s: float
+
+
+def direct_press(
+    pressing: Pressing,
+    motion: SurfaceMotion,
+    alignment: Alignment,
+    template: ClosestPoints,
+    lookup: IndentationModel,
+    options: Mapping,
+) -> DirectPress:
+    """Collect what the direct estimate compares of one capture.
+
+    Parameters
+    ----------
+    pressing : Pressing
+    motion : SurfaceMotion
+    alignment : Alignment
+    template : ClosestPoints
+        Undeformed surface, object frame.
+    lookup : IndentationModel
+        Of the pressed point.
+    options : mapping
+        ``onset_force_n``, ``least_force_share``, ``nearest_radii``, ``farthest_m``, ``patch_m``.
+
+    Raises
+    ------
+    ValueError
+        If the tip never touches, force and depth contradict each other, the press is deeper than
+        the look-up, or no cell is left.
+    """
+    turn = alignment.camera_from_object[:3, :3]
+    force = pressing.forces_n @ (turn @ lookup.direction)
+    tips = to_object(alignment.camera_from_object, pressing.tips_m)
+    depth = press_depth(template, tips, lookup.direction, radius_m=lookup.radius_m)
+    onset = force_onset(force, onset_force_n=options["onset_force_n"])
+    check_press(depth, force, onset, deepest_m=float(lookup.depth_m[-1]))
+    frames = np.arange(onset, len(force))
+    frames = frames[force[frames] > options["least_force_share"] * force.max()]
+    axis = tips[frames].mean(axis=0)
+    chosen = _outside(motion, axis, lookup, depth[frames].max(), options)
+    models = {
+        law: press_model(lookup, law, motion.cell_m[chosen], motion.normal[chosen])
+        for law in lookup.laws
+    }
+    rest = force[: max(onset - 1, 2)]
+    tip_std = pressing.tip_std_m
+    return DirectPress(
+        time_s=pressing.time_s,
+        force_n=force,
+        frames=frames,
+        depth_m=depth[frames],
+        speed_m_s=np.gradient(depth, pressing.time_s)[frames],
+        depth_std_m=tip_std,
+        offset_std_m=float(np.hypot(tip_std, options["offset_std_m"])),
+        clock_std_s=pressing.clock_std_s,
+        force_std_n=float(max(FROM_MEDIAN * np.median(np.abs(rest - np.median(rest))), 1e-4)),
+        contact_m=axis,
+        cell_m=motion.cell_m[chosen],
+        normal=motion.normal[chosen],
+        moved_m=motion.moved_m[np.ix_(frames, chosen)],
+        moved_std_m=motion.std_m[np.ix_(frames, chosen)],
+        patch=surface_patches(motion.cell_m[chosen], size_m=options["patch_m"]),
+        models=models,
+    )
+
+
+def press_depth(
+    surface: ClosestPoints, tips_m: NDArray, direction: NDArray, *, radius_m: float
+) -> NDArray:
+    """Way of a sphere along the press since it first touches the undeformed surface, (f,) [m].
+
+    Parameters
+    ----------
+    surface : ClosestPoints
+        Object frame.
+    tips_m : (f, 3) array
+        Centres of the sphere, object frame [m].
+    direction : (3,) array
+        Unit vector of the press, into the object.
+    radius_m : float
+
+    Returns
+    -------
+    (f,) array
+        Negative before the touch.
+
+    Raises
+    ------
+    ValueError
+        If a way along the press does not meet the surface.
+    """
+    start = tips_m - OUTSIDE_M * direction
+    way = np.zeros(len(tips_m))
+    for _ in range(MARCHES):
+        gap = surface.distance(start + way[:, None] * direction) - radius_m
+        way += gap
+        if np.abs(gap).max() < TOUCHING_M or way.max() > 3 * OUTSIDE_M:
+            break
+    lost = np.flatnonzero(~(way < 3 * OUTSIDE_M))
+    if len(lost):
+        raise ValueError(
+            f"tip: expected a way along the press that meets the surface, found none in frame"
+            f" {lost[0]}"
+        )
+    return OUTSIDE_M - way
+
+
+def check_press(depth_m: NDArray, force_n: NDArray, onset: int, *, deepest_m: float) -> None:
+    """Refuse a press whose force and depth contradict each other.
+
+    Raises
+    ------
+    ValueError
+        If the sphere never is below the surface, the force rises where it is not, the work of the
+        press is not positive, or it goes deeper than known.
+    """
+    inside = depth_m[onset:]
+    if not inside.max() > 0:
+        raise ValueError(
+            "depth: expected the tip below the undeformed surface while there is force, found it"
+            f" {-inside.max() * 1e3:.1f} mm above at its deepest"
+        )
+    peak = int(np.argmax(force_n))
+    if depth_m[peak] <= 0:
+        raise ValueError(
+            f"force: expected its peak while the tip presses, found it in frame {peak},"
+            f" {-depth_m[peak] * 1e3:.1f} mm above the surface"
+        )
+    loading = slice(max(onset - 1, 0), int(np.argmax(depth_m)) + 1)
+    work_j = float(np.trapezoid(force_n[loading], depth_m[loading]))
+    if not work_j > 0:
+        raise ValueError(
+            f"force: expected a press that does work on the object, found {work_j:.2g} J up to the"
+            " deepest frame"
+        )
+    if inside.max() > BEYOND * deepest_m:
+        raise ValueError(
+            f"depth: expected at most {deepest_m * 1e3:.1f} mm, as deep as the look-up (direct."
+            f"model.deepest_m), found {inside.max() * 1e3:.1f} mm"
+        )
+
+
+def _outside(motion: SurfaceMotion, axis: NDArray, lookup, deepest_m: float, options) -> NDArray:
+    """Cells far enough from the contact for the sensor, and near enough to move."""
+    a = hertz_contact_radius(indenter_radius_m=lookup.radius_m, depth_m=max(deepest_m, 1e-6))
+    way = motion.cell_m - axis
+    across = way - (way @ lookup.direction)[:, None] * lookup.direction
+    distance = np.linalg.norm(across, axis=1)
+    nearest = options["nearest_radii"] * a + options["nearest_m"]
+    straight = np.linalg.norm(way, axis=1)
+    return np.flatnonzero((distance > nearest) & (straight < options["farthest_m"]))

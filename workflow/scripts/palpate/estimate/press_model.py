@@ -1,0 +1,146 @@
+"""What a press of a given depth does to cells of the surface, by law, from a look-up."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+from scipy.spatial import cKDTree
+
+from palpate.solid.indentation import IndentationModel, poisson_weights
+from palpate.surface.distance import ClosestPoints
+
+# Hertz: force to the power 2/3 is about linear in depth, which interpolates well.
+FORCE_POWER = 2 / 3
+# Of the search for the material point that comes to lie on a cell's normal.
+ROUNDS = 3
+# Neighbours that tell how the surface bends, and normals too different to be of one face.
+NEIGHBOURS, SAME_FACE = 8, np.cos(np.deg2rad(40))
+
+
+@dataclass(frozen=True)
+class PressModel:
+    """Force and surface motion of one law over depth and Poisson's ratio, at E = 1.
+
+    Attributes
+    ----------
+    law : str
+    poisson_ratios : (p,) array
+    depth_m : (k,) array
+        From 0 [m].
+    force_per_modulus_m2 : (p, k) array
+        F / E.
+    motion_m : (p, k, c) array
+        Signed distance of the deformed from the undeformed surface, along each cell's normal [m].
+    """
+
+    law: str
+    poisson_ratios: NDArray
+    depth_m: NDArray
+    force_per_modulus_m2: NDArray
+    motion_m: NDArray
+
+    def depth(self, force_per_modulus_m2: NDArray, nu: float) -> NDArray:
+        """Depth at which the object returns a force, (n,) [m]; linear in F^(2/3) beyond the table.
+
+        Parameters
+        ----------
+        force_per_modulus_m2 : (n,) array
+            Elastic force over Young's modulus, at least 0.
+        nu : float
+        """
+        straight = self._power(nu)
+        wanted = np.maximum(force_per_modulus_m2, 0) ** FORCE_POWER
+        curve = PchipInterpolator(straight, self.depth_m)
+        last = straight[-1]
+        beyond = np.maximum(wanted - last, 0) * curve.derivative()(last)
+        return curve(np.minimum(wanted, last)) + beyond
+
+    def force(self, depth_m: NDArray, nu: float) -> NDArray:
+        """Elastic force over Young's modulus at depths, (n,) [m^2]; zero before contact."""
+        curve = PchipInterpolator(self.depth_m, self._power(nu))
+        depth = np.clip(depth_m, 0, self.depth_m[-1])
+        return np.maximum(curve(depth), 0) ** (1 / FORCE_POWER)
+
+    def motion(self, depth_m: NDArray, nu: float) -> NDArray:
+        """Motion of each cell at depths, (n, c) [m]; that of the deepest beyond the table."""
+        table = np.tensordot(self._weights(nu), self.motion_m, axes=1)
+        return PchipInterpolator(self.depth_m, table)(np.clip(depth_m, 0, self.depth_m[-1]))
+
+    def _weights(self, nu: float) -> NDArray:
+        return poisson_weights(self.poisson_ratios, nu)
+
+    def _power(self, nu: float) -> NDArray:
+        return self._weights(nu) @ self.force_per_modulus_m2**FORCE_POWER
+
+
+def press_model(
+    lookup: IndentationModel, law: str, cell_m: NDArray, normal: NDArray
+) -> PressModel:
+    """Take one law's force, and the motion of cells, from a look-up.
+
+    A cell's motion is where its normal meets the deformed surface. The material point that comes
+    to lie there is sought on the undeformed surface, which bends as the cells' normals turn.
+
+    Parameters
+    ----------
+    lookup : IndentationModel
+    law : str
+    cell_m, normal : (c, 3) arrays
+        Places on the undeformed surface, object frame [m], and outward unit normals.
+
+    Raises
+    ------
+    ValueError
+        If the look-up does not hold the law.
+    """
+    if law not in lookup.laws:
+        raise ValueError(f"law: expected one of {', '.join(lookup.laws)}, found {law}")
+    number = lookup.laws.index(law)
+    surface = ClosestPoints(lookup.surface_rest_m, lookup.surface_faces)
+    bend = shape_operators(cell_m, normal)
+    fields = lookup.surface_displacement_m[number]
+    motion = [
+        [_motion(surface, field.astype(float), cell_m, normal, bend) for field in ladder]
+        for ladder in fields
+    ]
+    return PressModel(
+        law,
+        np.asarray(lookup.poisson_ratios, dtype=float),
+        np.asarray(lookup.depth_m, dtype=float),
+        np.asarray(lookup.force_per_modulus_m2[number], dtype=float),
+        np.array(motion),
+    )
+
+
+def shape_operators(cell_m: NDArray, normal: NDArray) -> NDArray:
+    """How the normal turns along the surface at each cell, (c, 3, 3) [1/m]; 0 where it is flat.
+
+    Least squares over the nearest cells of the same face, symmetric and in the tangent plane.
+    """
+    count = min(NEIGHBOURS + 1, len(cell_m))
+    _, near = cKDTree(cell_m).query(cell_m, k=count)
+    step = cell_m[near] - cell_m[:, None]
+    turn = normal[near] - normal[:, None]
+    same = (normal[near] @ normal[:, :, None])[..., 0] > SAME_FACE
+    tangent = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+    step, turn = (np.einsum("cij,cnj->cni", tangent, x * same[..., None]) for x in (step, turn))
+    gram = np.einsum("cni,cnj->cij", step, step)
+    cross = np.einsum("cni,cnj->cij", turn, step)
+    size = np.trace(gram, axis1=1, axis2=2)[:, None, None]
+    bend = cross @ np.linalg.pinv(gram + 1e-300 * np.eye(3), rcond=1e-3, hermitian=True)
+    return np.where(size > 0, (bend + bend.swapaxes(1, 2)) / 2, 0.0)
+
+
+def _motion(
+    surface: ClosestPoints, displacement: NDArray, cell_m: NDArray, normal: NDArray, bend: NDArray
+) -> NDArray:
+    slide = np.zeros_like(cell_m)
+    for _ in range(ROUNDS):
+        sag = np.einsum("ci,cij,cj->c", slide, bend, slide) / 2
+        start = slide - sag[:, None] * normal
+        _, triangle, weights = surface(cell_m + start)
+        moved = surface.interpolate(displacement, triangle, weights)
+        along = (moved * normal).sum(axis=1)
+        slide = -(moved - along[:, None] * normal)
+    return along - sag
