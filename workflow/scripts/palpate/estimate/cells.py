@@ -1,0 +1,186 @@
+"""Cells of an undeformed surface, and which of them a probe leaves in sight."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from palpate.surface.distance import ClosestPoints
+from palpate.surface.template import Template
+
+# Points off a crease have no foot of their own: their way from the foot is not along its normal.
+CREASE_COSINE, CREASE_M = 0.87, 0.0005
+# A cell's points have normals like its own.
+ALIKE_COSINE = 0.8
+
+
+@dataclass(frozen=True)
+class Feet:
+    """Points on the undeformed surface, k of them.
+
+    Attributes
+    ----------
+    foot_m, normal : (k, 3) arrays
+        Closest places of the surface [m] and its unit normals there.
+    distance_m : (k,) array
+        Of the points from there along the normal, positive outside [m].
+    """
+
+    foot_m: NDArray
+    normal: NDArray
+    distance_m: NDArray
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Places of the undeformed surface, c of them.
+
+    Attributes
+    ----------
+    cell_m, normal : (c, 3) arrays
+        Object frame [m], unit normals outward.
+    """
+
+    cell_m: NDArray
+    normal: NDArray
+
+    def numbers(self, feet: Feet, *, reach_m: float) -> NDArray:
+        """Cell of each foot (k,); -1 where none within reach faces the same way."""
+        distance, number = cKDTree(self.cell_m).query(feet.foot_m)
+        alike = (self.normal[number] * feet.normal).sum(axis=1) > ALIKE_COSINE
+        return np.where(alike & (distance < reach_m), number, -1)
+
+
+@dataclass(frozen=True)
+class ProbeInView:
+    """Where the probe is and from where the surface must be seen past it, object frame.
+
+    Attributes
+    ----------
+    eyes_m : (e, 3) array
+        Cameras, and the projector of one that projects [m].
+    tip_m, axis : (f, 3) arrays
+        Centre of the sphere [m] and pressing direction in each frame.
+    """
+
+    eyes_m: NDArray
+    tip_m: NDArray
+    axis: NDArray
+
+    def clearance(self, places_m: NDArray, frame: int, *, along_m: tuple[float, float]) -> NDArray:
+        """Least distance of the lines of sight from a part of the probe's axis, (c,) [m].
+
+        Parameters
+        ----------
+        places_m : (c, 3) array
+            Of the surface [m].
+        frame : int
+        along_m : (low, high)
+            The part, from the tip upwards [m].
+        """
+        axis = -self.axis[frame] / np.linalg.norm(self.axis[frame])
+        ends = self.tip_m[frame] + np.outer(along_m, axis)
+        each = [segment_distance(places_m, eye, *ends) for eye in self.eyes_m]
+        return np.min(each, axis=0)
+
+
+def segment_distance(starts: NDArray, end: NDArray, first: NDArray, last: NDArray) -> NDArray:
+    """Least distances of segments that share an end from another segment, shape (c,) [m].
+
+    Parameters
+    ----------
+    starts : (c, 3) array
+    end, first, last : (3,) arrays
+        Common end, and the ends of the other segment [m].
+    """
+    d1, d2, r = end - starts, last - first, starts - first
+    a, b, c = (d1 * d1).sum(axis=1), d1 @ d2, (d1 * r).sum(axis=1)
+    e, f = d2 @ d2, r @ d2
+    across = np.maximum(a * e - b * b, 1e-12 * a * e)
+    s = np.clip((b * f - c * e) / across, 0, 1)
+    t = np.clip((b * s + f) / e, 0, 1)
+    s = np.clip((b * t - c) / a, 0, 1)
+    gap = r + s[:, None] * d1 - t[:, None] * d2
+    return np.linalg.norm(gap, axis=1)
+
+
+class RestSurface:
+    """The undeformed template, to find the feet of points on it.
+
+    Parameters
+    ----------
+    template : Template
+    """
+
+    def __init__(self, template: Template) -> None:
+        self.closest = ClosestPoints(template.vertices_m, template.faces)
+        a, b, c = (template.vertices_m[template.faces[:, k]] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        self.face_normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+    def feet(
+        self,
+        points_m: NDArray,
+        normals: NDArray,
+        *,
+        largest_distance_m: float,
+        largest_normal_deg: float,
+    ) -> Feet:
+        """Feet of the points that belong to the surface.
+
+        Parameters
+        ----------
+        points_m, normals : (n, 3) arrays
+            Object frame [m].
+        largest_distance_m, largest_normal_deg : float
+            Points farther away, or turned more against the surface, are left out.
+        """
+        foot, triangle, _ = self.closest(points_m)
+        normal, gap = self.face_normal[triangle], points_m - foot
+        along, length = (gap * normal).sum(axis=1), np.linalg.norm(gap, axis=1)
+        kept = length < largest_distance_m
+        kept &= (normal * normals).sum(axis=1) > np.cos(np.deg2rad(largest_normal_deg))
+        kept &= (np.abs(along) > CREASE_COSINE * length) | (length < CREASE_M)
+        return Feet(foot[kept], normal[kept], np.copysign(length, along)[kept])
+
+
+def cells_of(feet: Sequence[Feet], centre_m: NDArray, *, spacing_m: float) -> Cells:
+    """Cells where points were seen, at the means of their feet.
+
+    Seeds are taken from the first frame, the nearest to a centre first, each at least a spacing
+    from the others; every foot belongs to the nearest of them.
+
+    Parameters
+    ----------
+    feet : sequence of Feet
+        Of frames.
+    centre_m : (3,) array
+        Object frame [m].
+    spacing_m : float
+    """
+    seeds = _seeds(feet[0], centre_m, spacing_m)
+    every = Feet(
+        *(np.concatenate([getattr(one, name) for one in feet]) for name in Feet.__annotations__)
+    )
+    number = seeds.numbers(every, reach_m=spacing_m)
+    kept, count = number >= 0, len(seeds.cell_m)
+    places, normals = (
+        np.stack([np.bincount(number[kept], part[kept, k], count) for k in range(3)], axis=1)
+        for part in (every.foot_m, every.normal)
+    )
+    points = np.bincount(number[kept], minlength=count)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return Cells(places / points[:, None], normals / length)
+
+
+def _seeds(feet: Feet, centre_m: NDArray, spacing_m: float) -> Cells:
+    order = np.argsort(np.linalg.norm(feet.foot_m - centre_m, axis=1), kind="stable")
+    places = feet.foot_m[order]
+    tree, free, chosen = cKDTree(places), np.ones(len(places), dtype=bool), []
+    for k, place in enumerate(places):
+        if free[k]:
+            chosen.append(k)
+            free[tree.query_ball_point(place, spacing_m)] = False
+    return Cells(places[chosen], feet.normal[order][chosen])
