@@ -17,7 +17,7 @@ OPTIONS = {
     "youngs_modulus_bounds_pa": [1e2, 1e8],
     "model_std": {"log_youngs_modulus": 0.0, "nu": 0.0},
 }
-START = Parameters(1e4, 0.2, 0.0, np.zeros(2), 0.0, 0.0)
+START = Parameters(1e4, 0.2, 0.0, np.zeros(2), 0.0, 0.0, 0.0)
 
 
 def model_of(cell_m, law="made_up", stiffening=0.0):
@@ -62,7 +62,9 @@ def press_of(E, nu, seed, *, noise=1.0, shares=(0.08, 0.05), frames=24, deepest_
         cell_m=cell,
         normal=np.tile([0.0, 0, 1], (len(cell), 1)),
         moved_m=motion,
+        noise_std_m=np.full(motion.shape, 5e-5),
         moved_std_m=np.full(motion.shape, 5e-5),
+        shift_std_m=2e-5,
         patch=patch,
         models={"made_up": model},
     )
@@ -82,7 +84,7 @@ def test_captures_together_know_more_than_one():
     widths = []
     for chosen in (presses[:1], presses):
         best = fit_direct(chosen, "made_up", OPTIONS, START)
-        samples = bootstrap(chosen, best, OPTIONS, draws=200, seed=3)
+        samples = bootstrap(best, OPTIONS, draws=200, seed=3)
         widths.append(samples[:, :2].std(axis=0))
     assert (widths[1] < 0.7 * widths[0]).all()
     assert best.parameters[0].poisson_ratio == pytest.approx(0.4, abs=4 * widths[1][1])
@@ -94,8 +96,8 @@ def test_intervals_cover_about_as_often_as_they_say():
     for seed in range(runs):
         press = press_of(25e3, 0.3, 100 + seed)
         best = fit_direct([press], "made_up", OPTIONS, START)
-        samples = bootstrap([press], best, OPTIONS, draws=200, seed=seed)
-        profile = profile_over_nu([press], best, OPTIONS, [0.2, 0.3, 0.4])
+        samples = bootstrap(best, OPTIONS, draws=200, seed=seed)
+        profile = profile_over_nu(best, OPTIONS, [0.2, 0.3, 0.4])
         found = intervals(best, samples, profile, OPTIONS, patches=int(press.patch.max()) + 1)
         for k, (name, truth) in enumerate((("youngs_modulus_pa", 25e3), ("poisson_ratio", 0.3))):
             hits[k] += found[name].low <= truth <= found[name].high

@@ -262,6 +262,6 @@ def tables_and_figures():
     figures += [f"{RESULTS}/figures/figure_4_{n}.png" for n in diagrams()]
     figures += hertz_figure_outputs() + diagram_outputs() + tracking_figure_outputs()
     figures += rig_outputs()
-    tables += hertz_outputs() + simulation_outputs()
+    tables += hertz_outputs() + simulation_outputs() + direct_outputs()
     tables += estimate_outputs() + comparison_outputs()
     return [*tables, *figures, *checks, f"{RESULTS}/summary.csv"]

@@ -37,3 +37,27 @@ def direct_files(captures):
         "motions": each("motion.npz"),
         "lookups": lookups,
     }
+
+
+def tracked_groups():
+    """Objects and sensors whose captures are estimated together, as tables name them."""
+    found = {(c["object"], c["sensor"]): c for c in HOUSE.described(tracked=True)}
+    return [
+        {name: c[name] for name in ("object", "sensor", "provenance")}
+        for _, c in sorted(found.items())
+    ]
+
+
+def joint_estimates():
+    """Estimate from all captures of each object with each sensor."""
+    return [
+        results(f"{g['object']}/{g['sensor']}/direct.json") for g in tracked_groups()
+    ]
+
+
+def direct_outputs():
+    """Accuracy of all estimates, where the lab made any of what was estimated."""
+    if not HOUSE.described(simulated=True, tracked=True):
+        return []
+    names = ["accuracy", "accuracy_summary"]
+    return [results(f"tables/{name}.csv") for name in names]

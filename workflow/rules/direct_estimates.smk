@@ -64,3 +64,24 @@ rule direct_object:
         "Direct estimate of {wildcards.object}, {wildcards.sensor}: all captures together"
     script:
         "../scripts/direct.py"
+
+
+rule accuracy:
+    input:
+        summary=results("summary.csv"),
+        materials=lab_materials(),
+    output:
+        csv=results("tables/accuracy.csv"),
+        md=results("tables/accuracy.md"),
+        summary=results("tables/accuracy_summary.csv"),
+        summary_md=results("tables/accuracy_summary.md"),
+    log:
+        results("logs/accuracy.log"),
+    benchmark:
+        results("benchmarks/accuracy.tsv")
+    params:
+        code=code("accuracy"),
+    message:
+        "E and nu of all methods against the lab's truth"
+    script:
+        "../scripts/accuracy.py"

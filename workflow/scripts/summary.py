@@ -2,7 +2,7 @@
 
 from job import run
 from palpate.capture.files import whole_file
-from palpate.study import hertz_tables, tables
+from palpate.study import direct_tables, hertz_tables, tables
 from study_inputs import minima_by_key, read_all
 
 
@@ -15,7 +15,13 @@ def main(snakemake):
         table(params.tracked, minima)
         for table in (tables.minimum_table, tables.least_squares_table)
     ]
-    whole = tables.summary(hertz, *searched)
+    direct = direct_tables.direct_rows(
+        params.tracked,
+        read_all(snakemake.input.direct),
+        params.groups,
+        read_all(snakemake.input.joint),
+    )
+    whole = tables.summary(hertz, *searched, direct)
     with whole_file(snakemake.output.csv) as part:
         tables.rounded(whole).to_csv(part, index=False, lineterminator="\n")
 

@@ -97,10 +97,10 @@ def estimate_direct(
     order = sorted(found, key=lambda law: found[law].cost)
     best = found[order[0]]
     close = [law for law in order if found[law].cost - best.cost <= options["law_margin"]]
-    results = [_judged(presses, found[law], options, seed) for law in close]
-    choices = other_choices(presses, best, options, radius_m=radius_m)
+    results = [_judged(found[law], options, seed) for law in close]
+    choices = other_choices(best, options, radius_m=radius_m)
     moduli = _joined_moduli([moduli for moduli, _ in results], choices, options)
-    evidence = tuple(law_evidence(presses, found[law], options, radius_m) for law in order)
+    evidence = tuple(law_evidence(found[law], options, radius_m) for law in order)
     return DirectEstimate(best, moduli, results[0][1], evidence, choices, criterion)
 
 
@@ -130,18 +130,16 @@ def best_of_starts(presses: Sequence[DirectPress], law: str, options: Mapping) -
     first = min(found, key=lambda solution: solution.cost)
     # Costs of fits with scales of their own can't be compared.
     again = [
-        fit_direct(presses, law, options, solution.parameters[0], scales=first.scales)
+        fit_direct(first.presses, law, options, solution.parameters[0], scales=first.scales)
         for solution in found
     ]
     return min(again, key=lambda solution: solution.cost)
 
 
-def law_evidence(
-    presses: Sequence[DirectPress], solution: Solution, options: Mapping, radius_m: float
-) -> LawEvidence:
+def law_evidence(solution: Solution, options: Mapping, radius_m: float) -> LawEvidence:
     """How constant E is over the depth under a law (weighted line through all frames)."""
     depths, logs, stds = [], [], []
-    for press, p in zip(presses, solution.parameters, strict=True):
+    for press, p in zip(solution.presses, solution.parameters, strict=True):
         model = press.models[solution.law]
         force = elastic_force(
             press.time_s,
@@ -164,10 +162,10 @@ def law_evidence(
 
 
 def other_choices(
-    presses: Sequence[DirectPress], best: Solution, options: Mapping, *, radius_m: float
+    best: Solution, options: Mapping, *, radius_m: float
 ) -> dict[str, tuple[float, float]]:
-    """Moduli with other cells, without the hold, and with relaxation held more loosely."""
-    start = best.parameters[0]
+    """Moduli with other cells, and with relaxation held more and less loosely."""
+    start, presses = best.parameters[0], best.presses
     variants = {
         "cells_farther_off": ([_farther(press, 0.5 * radius_m) for press in presses], options),
         "near_cells": ([_nearer(press) for press in presses], options),
@@ -185,12 +183,13 @@ def _start(press: DirectPress, law: str, nu: float, terms: int) -> Parameters:
     unit = press.models[law].force(np.maximum(press.depth_m, 0), nu)
     force = press.force_n[press.frames]
     E = float((force @ unit) / max(float(unit @ unit), 1e-300))
-    return Parameters(max(E, 1.0), nu, 0.0, np.full(terms, 0.02), 0.0, 0.0)
+    return Parameters(max(E, 1.0), nu, 0.0, np.full(terms, 0.02), 0.0, 0.0, 0.0)
 
 
-def _judged(presses, solution: Solution, options: Mapping, seed: int):
-    samples = bootstrap(presses, solution, options, draws=options["draws"], seed=seed)
-    profile = profile_over_nu(presses, solution, options, options["profile_poisson_ratios"])
+def _judged(solution: Solution, options: Mapping, seed: int):
+    presses = solution.presses
+    samples = bootstrap(solution, options, draws=options["draws"], seed=seed)
+    profile = profile_over_nu(solution, options, options["profile_poisson_ratios"])
     patches = sum(len(np.unique(press.patch[press.seen.any(axis=0)])) for press in presses)
     return intervals(solution, samples, profile, options, patches=patches), profile
 

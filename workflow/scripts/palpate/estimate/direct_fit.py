@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from palpate.estimate.direct_press import (
+    OWN,
     ROBUST,
     DirectPress,
     Linearised,
@@ -16,6 +17,7 @@ from palpate.estimate.direct_press import (
     residuals,
     robust_scale,
     robust_weights,
+    with_pattern,
 )
 
 ITERATIONS = 40
@@ -23,7 +25,6 @@ ROUNDS = 3
 # Steps of log E and nu are held to these; below the last numbers they have converged.
 LARGEST_STEP = np.array([0.5, 0.1])
 SMALLEST_STEP = np.array([1e-5, 1e-5])
-OWN = 2
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,8 @@ class Solution:
         Of each capture.
     blocks : tuple of Blocks
         At the minimum.
-    iterations : int
+    presses : tuple of DirectPress
+        With the deviations that were found.
     """
 
     law: str
@@ -83,7 +85,7 @@ class Solution:
     cost: float
     scales: tuple[Scales, ...]
     blocks: tuple[Blocks, ...]
-    iterations: int
+    presses: tuple[DirectPress, ...]
 
     @property
     def vector(self) -> NDArray:
@@ -113,7 +115,7 @@ def fit_direct(
     start : Parameters
         Where all captures start.
     scales : sequence of Scales, optional
-        Kept as they are; found from the residuals by default.
+        Kept as they are, with the deviations of the motions; found from the residuals by default.
     fixed_poisson_ratio : float, optional
 
     Raises
@@ -127,14 +129,14 @@ def fit_direct(
     parameters = (start,) * len(presses)
     if fixed_poisson_ratio is not None:
         parameters = tuple(replace(p, poisson_ratio=fixed_poisson_ratio) for p in parameters)
-    for _ in range(1 if given else ROUNDS):
-        joint = _Joint(presses, law, options, fixed_poisson_ratio is not None)
-        parameters, blocks, iterations = joint.minimise(parameters, scales)
-        if not given:
-            scales = joint.scales_at(parameters, scales)
-    blocks = joint.blocks_at(parameters, scales)
-    cost = joint.cost(parameters, scales)
-    return Solution(law, parameters, cost, scales, blocks, iterations)
+    joint = _Joint(presses, law, options, fixed_poisson_ratio is not None)
+    for _ in range(0 if given else ROUNDS):
+        parameters = joint.minimise(parameters, scales)
+        joint = joint.with_patterns(parameters)
+        scales = joint.scales_at(parameters)
+    parameters = joint.minimise(parameters, scales)
+    blocks, cost = joint.blocks_at(parameters, scales), joint.cost(parameters, scales)
+    return Solution(law, parameters, cost, scales, blocks, joint.presses)
 
 
 def check_count(presses: Sequence[DirectPress], options: Mapping) -> None:
@@ -152,7 +154,7 @@ class _Joint:
     """Normal equations of all captures."""
 
     def __init__(self, presses, law: str, options: Mapping, fixed: bool) -> None:
-        self.presses, self.law, self.options, self.fixed = presses, law, options, fixed
+        self.presses, self.law, self.options, self.fixed = tuple(presses), law, options, fixed
         self.times_s = np.array(options["relaxation_times_s"], dtype=float)
         self.shared = 3 + len(self.times_s)
         self.size = self.shared + OWN * len(presses)
@@ -164,14 +166,20 @@ class _Joint:
         return np.concatenate([np.arange(self.shared), own])
 
     def minimise(self, parameters, scales):
-        for iteration in range(1, ITERATIONS + 1):
+        for _ in range(ITERATIONS):
             blocks = self.blocks_at(parameters, scales)
             matrix, slope = self.normal_equations(parameters, blocks)
             step = self.step(matrix, slope, _joined(parameters))
             parameters = self._moved(parameters, step, scales)
             if (np.abs(step[:2]) < SMALLEST_STEP).all():
                 break
-        return parameters, blocks, iteration
+        return parameters
+
+    def with_patterns(self, parameters) -> "_Joint":
+        """The same with the deviations of the motions that these parameters leave."""
+        pairs = zip(self.presses, parameters, strict=True)
+        presses = [with_pattern(press, self.law, p, times_s=self.times_s) for press, p in pairs]
+        return _Joint(presses, self.law, self.options, self.fixed)
 
     def _moved(self, parameters, step, scales):
         """Take the step, halved until it does not raise the cost."""
@@ -222,7 +230,7 @@ class _Joint:
             total += 2 * ROBUST**2 * float(soft.sum()) / scale.sharing
         return total
 
-    def scales_at(self, parameters, scales) -> tuple[Scales, ...]:
+    def scales_at(self, parameters) -> tuple[Scales, ...]:
         """Scatter and sharing as the residuals show them."""
         found = []
         for press, line in zip(self.presses, self.linearised(parameters), strict=True):
@@ -248,7 +256,7 @@ def bounded_solution(matrix: NDArray, right: NDArray, low: NDArray, high: NDArra
 def prior_deviations(presses: Sequence[DirectPress], options: Mapping) -> NDArray:
     """Deviation of each unknown's prior about 0; infinite where there is none."""
     fractions = [options["fraction_std"]] * len(options["relaxation_times_s"])
-    own = [std for press in presses for std in (press.offset_std_m, press.clock_std_s)]
+    own = [std for press in presses for std in (press.offset_std_m, press.clock_std_s, press.shift_std_m)]
     return np.array([np.inf, np.inf, options["gain_std"], *fractions, *own])
 
 

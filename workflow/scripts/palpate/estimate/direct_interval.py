@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from palpate.estimate.direct_fit import (
-    OWN,
     Solution,
     bounded_solution,
     fit_direct,
     parameter_bounds,
     prior_deviations,
 )
-from palpate.estimate.direct_press import DirectPress
+from palpate.estimate.direct_press import OWN
 from palpate.estimate.relaxation import relaxed_share
 
 CONFIDENCE = 0.95
@@ -53,9 +52,7 @@ class Profile:
     youngs_moduli_pa: tuple[float, ...]
 
 
-def profile_over_nu(
-    presses: Sequence[DirectPress], best: Solution, options: Mapping, poisson_ratios: Sequence
-) -> Profile:
+def profile_over_nu(best: Solution, options: Mapping, poisson_ratios: Sequence) -> Profile:
     """Fit all else at each Poisson's ratio, with the scales of the best fit."""
     inside = [nu for nu in poisson_ratios if _within(nu, options["poisson_ratio_bounds"])]
     best_nu = best.parameters[0].poisson_ratio
@@ -64,7 +61,7 @@ def profile_over_nu(
     for nu in order:
         start = starts[min(starts, key=lambda known: abs(known - nu))]
         found = fit_direct(
-            presses, best.law, options, start, scales=best.scales, fixed_poisson_ratio=nu
+            best.presses, best.law, options, start, scales=best.scales, fixed_poisson_ratio=nu
         )
         starts[nu] = found.parameters[0]
         rows[nu] = (found.cost, found.parameters[0].youngs_modulus_pa)
@@ -73,16 +70,14 @@ def profile_over_nu(
     return Profile(tuple(nus), *(tuple(rows[nu][k] for nu in nus) for k in (0, 1)))
 
 
-def bootstrap(
-    presses: Sequence[DirectPress], best: Solution, options: Mapping, *, draws: int, seed: int
-) -> NDArray:
+def bootstrap(best: Solution, options: Mapping, *, draws: int, seed: int) -> NDArray:
     """Unknowns that other patches and frames of the same kind would have given, (draws, size).
 
     Patches of the surface, with all their frames, and frames of the depth are drawn with
     replacement, and the nuisances' priors are moved by their deviations; the normal equations,
     linear about the minimum, are solved within the bounds.
     """
-    rng = np.random.default_rng(seed)
+    rng, presses = np.random.default_rng(seed), best.presses
     vector, low, high = best.vector, *parameter_bounds(len(presses), options)
     std = prior_deviations(presses, options)
     known = np.isfinite(std)

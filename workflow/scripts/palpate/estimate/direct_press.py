@@ -1,20 +1,24 @@
 """One capture in the direct estimate: what it measured, and what moduli and nuisances predict."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 from palpate.estimate.press_model import PressModel
 from palpate.estimate.relaxation import elastic_force
 
-# Of finite differences, by log E, nu, gain, the fractions, the depth's offset [m], the clock's [s].
+# Of finite differences: log E, nu, gain and fractions; each capture's own, in metres and seconds.
 STEP = 1e-4
-STEPS = {"offset_m": 1e-6, "clock_s": 1e-4}
+OWN_STEPS = {"offset_m": 1e-6, "clock_s": 1e-4, "shift_m": 1e-6}
+OWN = len(OWN_STEPS)
 # Deviations beyond which a residual counts with its size alone.
 ROBUST = 2.0
 FROM_MEDIAN = 1.4826
+# Groups of motions of like size, from which the pattern's share is found.
+PATTERN_PARTS = 12
 
 
 @dataclass(frozen=True)
@@ -37,12 +41,17 @@ class DirectPress:
         Of force clock minus camera clock [s].
     force_std_n : float
         Of the force from frame to frame [N].
+    shift_std_m : float
+        Of what the camera is off by in common while the object is pressed [m].
     contact_m : (3,) array
         Middle of the contact, object frame [m].
     cell_m, normal : (c, 3) arrays
         Cells of the undeformed surface outside of the contact, object frame [m], and normals.
-    moved_m, moved_std_m : (k, c) arrays
-        Motion along the normals in the compared frames and its deviation [m]; NaN: not seen.
+    moved_m, noise_std_m : (k, c) arrays
+        Motion along the normals in the compared frames and the deviation of a frame's own noise
+        [m]; NaN: not seen.
+    moved_std_m : (k, c) array
+        Deviation that the fit divides by [m].
     patch : (c,) int array
         Part of the surface that a cell belongs to; errors of different parts are independent.
     models : dict of str to PressModel
@@ -58,10 +67,12 @@ class DirectPress:
     offset_std_m: float
     clock_std_s: float
     force_std_n: float
+    shift_std_m: float
     contact_m: NDArray
     cell_m: NDArray
     normal: NDArray
     moved_m: NDArray
+    noise_std_m: NDArray
     moved_std_m: NDArray
     patch: NDArray
     models: dict[str, PressModel]
@@ -84,8 +95,8 @@ class Parameters:
         Relative error of the camera's distances along the normals.
     fractions : (p,) array
         Shares of the modulus that relax.
-    offset_m, clock_s : float
-        Errors of the depth [m] and of the clock [s].
+    offset_m, clock_s, shift_m : float
+        Errors of the depth [m] and of the clock [s], and what all motions have in common [m].
     """
 
     youngs_modulus_pa: float
@@ -94,18 +105,20 @@ class Parameters:
     fractions: NDArray
     offset_m: float
     clock_s: float
+    shift_m: float
 
     @property
     def vector(self) -> NDArray:
-        """(log E, nu, gain, fractions, offset, clock)."""
+        """(log E, nu, gain, fractions, offset, clock, shift)."""
         shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, self.gain]
-        return np.array([*shared, *self.fractions, self.offset_m, self.clock_s])
+        own = [getattr(self, name) for name in OWN_STEPS]
+        return np.array([*shared, *self.fractions, *own])
 
     @staticmethod
     def of(vector: NDArray) -> "Parameters":
         """Read a vector as `vector` writes it."""
         E, nu, gain = float(np.exp(vector[0])), float(vector[1]), float(vector[2])
-        return Parameters(E, nu, gain, vector[3:-2], float(vector[-2]), float(vector[-1]))
+        return Parameters(E, nu, gain, vector[3:-OWN], *map(float, vector[-OWN:]))
 
 
 @dataclass(frozen=True)
@@ -151,7 +164,7 @@ def residuals(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray)
     depth = model.depth(unit, nu)
     measured = press.depth_m + of.offset_m + of.clock_s * press.speed_m_s
     std = np.hypot(press.depth_std_m, press.force_std_n / E * _softness(model, unit, nu))
-    motion = (1 + of.gain) * model.motion(depth, nu)
+    motion = (1 + of.gain) * model.motion(depth, nu) + of.shift_m
     gap = ((press.moved_m - motion) / press.moved_std_m)[press.seen]
     return Residuals((depth - measured) / std, gap)
 
@@ -160,7 +173,7 @@ def linearised(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray
     """Residuals and their derivatives, by forward differences."""
     start, here = of.vector, residuals(press, law, of, times_s=times_s)
     steps = np.full(len(start), STEP)
-    steps[-2:] = STEPS["offset_m"], STEPS["clock_s"]
+    steps[-OWN:] = list(OWN_STEPS.values())
     columns = []
     for k, step in enumerate(steps):
         moved = start.copy()
@@ -171,6 +184,28 @@ def linearised(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray
         )
     depth, motion = (np.stack(part, axis=1) for part in zip(*columns, strict=True))
     return Linearised(here, depth, motion)
+
+
+def with_pattern(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray) -> DirectPress:
+    """Deviations as the residuals show them: of each frame's noise, and of what moves.
+
+    A sensor's fixed pattern cancels where nothing moves; where the surface moves it does not, with
+    a variance about in proportion to the motion. Both shares are found by least squares.
+    """
+    gaps = residuals(press, law, of, times_s=times_s).motion * press.moved_std_m[press.seen]
+    noise = press.noise_std_m[press.seen] ** 2
+    size = np.abs(press.moved_m[press.seen] - gaps)
+    order = np.argsort(size)
+    parts = [part for part in np.array_split(order, PATTERN_PARTS) if len(part)]
+    rows = [(np.mean(noise[part]), np.mean(size[part])) for part in parts]
+    found = [robust_scale(gaps[part]) ** 2 for part in parts]
+    weight = 1 / np.maximum(found, 1e-18)
+    table = np.array(rows) * weight[:, None]
+    (of_noise, of_motion), _ = nnls(table, found * weight)
+    variance = of_noise * press.noise_std_m**2
+    motion = np.full(press.moved_m.shape, np.nan)
+    motion[press.seen] = size
+    return replace(press, moved_std_m=np.sqrt(variance + of_motion * motion))
 
 
 def robust_weights(gaps: NDArray, scale: float) -> NDArray:

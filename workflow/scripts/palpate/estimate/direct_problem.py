@@ -67,7 +67,8 @@ def direct_press(
     lookup : IndentationModel
         Of the pressed point.
     options : mapping
-        ``onset_force_n``, ``least_force_share``, ``nearest_radii``, ``farthest_m``, ``patch_m``.
+        ``onset_force_n``, ``least_force_share``, ``nearest_radii``, ``farthest_m``, ``patch_m``,
+        ``offset_std_m``, ``shift_std_m``.
 
     Raises
     ------
@@ -91,6 +92,7 @@ def direct_press(
     }
     rest = force[: max(onset - 1, 2)]
     tip_std = pressing.tip_std_m
+    noise = np.hypot(motion.std_m[np.ix_(frames, chosen)], motion.rest_std_m[chosen])
     return DirectPress(
         time_s=pressing.time_s,
         force_n=force,
@@ -101,11 +103,13 @@ def direct_press(
         offset_std_m=float(np.hypot(tip_std, options["offset_std_m"])),
         clock_std_s=pressing.clock_std_s,
         force_std_n=float(max(FROM_MEDIAN * np.median(np.abs(rest - np.median(rest))), 1e-4)),
+        shift_std_m=options["shift_std_m"],
         contact_m=axis,
         cell_m=motion.cell_m[chosen],
         normal=motion.normal[chosen],
         moved_m=motion.moved_m[np.ix_(frames, chosen)],
-        moved_std_m=motion.std_m[np.ix_(frames, chosen)],
+        noise_std_m=noise,
+        moved_std_m=noise,
         patch=surface_patches(motion.cell_m[chosen], size_m=options["patch_m"]),
         models=models,
     )

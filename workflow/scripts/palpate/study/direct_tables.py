@@ -135,6 +135,7 @@ def _row(capture: Mapping, found: Mapping, *, method: str, recommended: bool) ->
     row |= {
         "law": found["law"],
         "captures": len(found["captures"]),
+        "frames": sum(found["frames"]),
         "motion_scale": float(np.median([r["motion_scale"] for r in residuals])),
         "motion_sharing": float(np.median([r["motion_sharing"] for r in residuals])),
         "depth_scale": float(np.median([r["depth_scale"] for r in residuals])),

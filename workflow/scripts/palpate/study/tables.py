@@ -7,6 +7,9 @@ import numpy as np
 import pandas as pd
 
 CAPTURE = ["object", "sensor", "capture", "point"]
+JUDGED = ("youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa")
+# Of the direct estimate: law, captures and frames in it, residuals over what was stated.
+DIAGNOSTICS = ("law", "captures", "frames", "motion_scale", "motion_sharing", "depth_scale")
 # From here on numbers stand without an exponent.
 LARGE = 1e4
 SIMULATED_NOTE = "Rows marked simulated come from the virtual lab, not from recordings."
@@ -72,13 +75,18 @@ def least_squares_table(
     return pd.DataFrame(rows)
 
 
-def summary(hertz: pd.DataFrame, minima: pd.DataFrame, squares: pd.DataFrame) -> pd.DataFrame:
-    """One row for each object, sensor, capture and method.
+def summary(
+    hertz: pd.DataFrame, minima: pd.DataFrame, squares: pd.DataFrame, direct: pd.DataFrame
+) -> pd.DataFrame:
+    """One row for each object, sensor, capture and method, and for all captures together.
+
+    Intervals are at 95 %. A modulus without one has the verdict ``not judged``.
 
     Parameters
     ----------
-    hertz, minima, squares : DataFrame
-        Of `hertz_tables.hertz_table`, `minimum_table` and `least_squares_table`.
+    hertz, minima, squares, direct : DataFrame
+        Of `hertz_tables.hertz_table`, `minimum_table`, `least_squares_table` and
+        `direct_tables.direct_rows`.
     """
     study = hertz[[*CAPTURE, "reduced_modulus_pa", "provenance"]].assign(method="hertz")
     others = [
@@ -98,24 +106,47 @@ def summary(hertz: pd.DataFrame, minima: pd.DataFrame, squares: pd.DataFrame) ->
     columns = [
         *CAPTURE,
         "method",
+        "recommended",
         "youngs_modulus_pa",
+        "youngs_modulus_low_pa",
+        "youngs_modulus_high_pa",
         "youngs_modulus_std_pa",
+        "youngs_modulus_verdict",
+        "youngs_modulus_1s_pa",
+        "youngs_modulus_1s_low_pa",
+        "youngs_modulus_1s_high_pa",
+        "youngs_modulus_1s_verdict",
         "poisson_ratio",
-        "poisson_ratio_std",
         "poisson_ratio_low",
         "poisson_ratio_high",
+        "poisson_ratio_std",
         "poisson_ratio_verdict",
         "poisson_ratio_reason",
         "reduced_modulus_pa",
         "reduced_modulus_low_pa",
         "reduced_modulus_high_pa",
+        "reduced_modulus_verdict",
         "at_bound",
+        *DIAGNOSTICS,
         "provenance",
     ]
-    tables = (study, *others, *searched)
+    tables = (study, *others, *searched, direct)
     rows = [table.reindex(columns=columns).astype(object) for table in tables]
     whole = pd.concat(rows, ignore_index=True)
+    whole["recommended"] = whole["recommended"].fillna(False).astype(bool)
+    for name in JUDGED:
+        _judge(whole, name)
     return whole.sort_values([*CAPTURE, "method"]).reset_index(drop=True)
+
+
+def _judge(whole: pd.DataFrame, name: str) -> None:
+    """Say of a modulus without a verdict whether it has an interval, in place."""
+    stem, verdict = name.removesuffix("_pa"), f"{name.removesuffix('_pa')}_verdict"
+    low = f"{stem}_low" + ("_pa" if stem != name else "")
+    open_question = whole[name].notna() & whole[verdict].isna()
+    whole.loc[open_question, verdict] = np.where(
+        whole.loc[open_question, low].notna(), "interval", "not judged"
+    )
 
 
 def rounded(table: pd.DataFrame) -> pd.DataFrame:

@@ -1,0 +1,56 @@
+"""From captures to what the direct estimate compares."""
+
+import numpy as np
+import pytest
+import trimesh
+from palpate.estimate.direct_problem import check_press, press_depth
+from palpate.surface.distance import ClosestPoints
+
+DOWN = np.array([0.0, 0.0, -1.0])
+RADIUS_M = 0.006
+
+
+def box():
+    mesh = trimesh.creation.box(extents=(0.1, 0.1, 0.04))
+    return ClosestPoints(mesh.vertices, mesh.faces)
+
+
+def test_depth_counts_from_the_first_touch():
+    tips = np.array([[0.01, 0.0, 0.02 + RADIUS_M - d] for d in (-0.003, 0.0, 0.004, 0.009)])
+    depth = press_depth(box(), tips, DOWN, radius_m=RADIUS_M)
+    assert depth == pytest.approx([-0.003, 0.0, 0.004, 0.009], abs=1e-6)
+
+
+def test_depth_beside_an_edge_counts_from_the_edge():
+    beyond = 0.003
+    height = np.sqrt(RADIUS_M**2 - beyond**2)
+    tips = np.array([[0.05 + beyond, 0.0, 0.02 + height - 0.002]])
+    assert press_depth(box(), tips, DOWN, radius_m=RADIUS_M) == pytest.approx([0.002], abs=1e-5)
+
+
+def test_a_sphere_that_passes_by_meets_no_surface():
+    tips = np.array([[0.2, 0.0, 0.03]])
+    with pytest.raises(ValueError, match="tip: expected a way along the press that meets"):
+        press_depth(box(), tips, DOWN, radius_m=RADIUS_M)
+
+
+def press(depth_mm, force_n):
+    return np.array(depth_mm) * 1e-3, np.array(force_n, dtype=float)
+
+
+def test_a_sound_press_passes():
+    check_press(*press([-2, -1, 1, 2, 3, 3], [0, 0, 0.2, 0.6, 1, 0.9]), 2, deepest_m=0.005)
+
+
+@pytest.mark.parametrize(
+    ("depth_mm", "force_n", "message"),
+    [
+        ([-4, -3, -2, -2], [0, 0, 1, 1], "depth: expected the tip below the undeformed surface"),
+        ([-1, 1, 2, -1], [0, 0.2, 0.3, 2], "force: expected its peak while the tip presses"),
+        ([-1, -2, 1, 3], [0, -1, -5, 0.2], "force: expected a press that does work"),
+        ([-1, 1, 4, 9], [0, 0.2, 1, 3], "depth: expected at most 5.0 mm, as deep as the look-up"),
+    ],
+)
+def test_force_and_depth_that_contradict_each_other(depth_mm, force_n, message):
+    with pytest.raises(ValueError, match=message):
+        check_press(*press(depth_mm, force_n), 1, deepest_m=0.005)
