@@ -25,9 +25,7 @@ def model_of(cell_m, law="made_up", stiffening=0.0):
     nus, depth = np.array([0.0, 0.2, 0.35, 0.45, 0.49]), np.linspace(0, 0.009, 13)
     force = 4 / 3 * np.sqrt(RADIUS_M) * depth**1.5 * (1 + stiffening * depth / 0.009)
     r = np.linalg.norm(cell_m, axis=1)
-    motion = [
-        -depth[:, None] * RADIUS_M / r * (1 - (0.5 + 2 * nu**2) * (r / 0.1)) for nu in nus
-    ]
+    motion = [-depth[:, None] * RADIUS_M / r * (1 - (0.5 + 2 * nu**2) * (r / 0.1)) for nu in nus]
     return PressModel(law, nus, depth, force / (1 - nus[:, None] ** 2), np.array(motion))
 
 

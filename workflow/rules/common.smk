@@ -252,6 +252,7 @@ def tables_and_figures():
         tables = [f"{RESULTS}/tables/table_5_3.csv"]
     if HOUSE.tracked:
         figures += ["figure_5_8", "figure_5_10", "tracked_surface", "poisson_profiles"]
+        figures += ["direct_moduli"]
     figures = [f"{RESULTS}/figures/{name}.png" for name in figures]
     if HOUSE.described(simulated=True, tracked=True):
         names = ["pipeline_accuracy", "tracking_accuracy"]

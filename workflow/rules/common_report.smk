@@ -25,6 +25,8 @@ KIND_OF = {
     "simulation_noise": CHAPTERS["3"],
     "simulation_tracking": CHAPTERS["3"],
     "table_5_3_all": CHAPTERS["5"],
+    "accuracy": KINDS["accuracy"],
+    "accuracy_summary": KINDS["accuracy"],
     "hertz_accuracy": KINDS["accuracy"],
     "lab_fidelity": KINDS["accuracy"],
     "pipeline_accuracy": KINDS["accuracy"],

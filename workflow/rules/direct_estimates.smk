@@ -85,3 +85,25 @@ rule accuracy:
         "E and nu of all methods against the lab's truth"
     script:
         "../scripts/accuracy.py"
+
+
+rule direct_moduli:
+    input:
+        direct=per_tracked(of_capture("direct.json")),
+        joint=joint_estimates(),
+        materials=lab_materials(),
+    output:
+        png=captioned(results("figures/direct_moduli.png")),
+        svg=results("figures/direct_moduli.svg"),
+    log:
+        results("logs/direct_moduli.log"),
+    benchmark:
+        results("benchmarks/direct_moduli.tsv")
+    params:
+        code=code("direct_moduli"),
+        captures=HOUSE.described(tracked=True),
+        groups=tracked_groups(),
+    message:
+        "Figure of the direct estimates"
+    script:
+        "../scripts/direct_moduli.py"

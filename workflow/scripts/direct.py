@@ -36,9 +36,7 @@ def described(found, presses, params):
             "fractions": first.fractions.tolist(),
         },
         "gain": first.gain,
-        "nuisances": [
-            {"offset_m": p.offset_m, "clock_s": p.clock_s} for p in best.parameters
-        ],
+        "nuisances": [{"offset_m": p.offset_m, "clock_s": p.clock_s} for p in best.parameters],
         "residuals": [summed(*of) for of in zip(presses, best.scales, strict=True)],
         "laws": [asdict(law) for law in found.laws],
         "profile": asdict(found.profile),

@@ -28,7 +28,10 @@ def main(snakemake):
     """Write motion.npz."""
     inputs, params = snakemake.input, snakemake.params
     unit = load_yaml(inputs.object)["template"]["unit"]
-    template, alignment = read_template(inputs.template, unit=unit), load_alignment(inputs.alignment)
+    template, alignment = (
+        read_template(inputs.template, unit=unit),
+        load_alignment(inputs.alignment),
+    )
     poses = read_table(inputs.pose)
     with naming(inputs.force):
         force = np.linalg.norm(columns_of(read_table(inputs.force), FORCE), axis=1)

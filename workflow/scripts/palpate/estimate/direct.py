@@ -169,8 +169,14 @@ def other_choices(
     variants = {
         "cells_farther_off": ([_farther(press, 0.5 * radius_m) for press in presses], options),
         "near_cells": ([_nearer(press) for press in presses], options),
-        "looser_relaxation": (presses, dict(options) | {"fraction_std": 2 * options["fraction_std"]}),
-        "stiffer_relaxation": (presses, dict(options) | {"fraction_std": options["fraction_std"] / 2}),
+        "looser_relaxation": (
+            presses,
+            dict(options) | {"fraction_std": 2 * options["fraction_std"]},
+        ),
+        "stiffer_relaxation": (
+            presses,
+            dict(options) | {"fraction_std": options["fraction_std"] / 2},
+        ),
     }
     found = {}
     for name, (chosen, changed) in variants.items():

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -256,7 +257,11 @@ def bounded_solution(matrix: NDArray, right: NDArray, low: NDArray, high: NDArra
 def prior_deviations(presses: Sequence[DirectPress], options: Mapping) -> NDArray:
     """Deviation of each unknown's prior about 0; infinite where there is none."""
     fractions = [options["fraction_std"]] * len(options["relaxation_times_s"])
-    own = [std for press in presses for std in (press.offset_std_m, press.clock_std_s, press.shift_std_m)]
+    own = [
+        std
+        for press in presses
+        for std in (press.offset_std_m, press.clock_std_s, press.shift_std_m)
+    ]
     return np.array([np.inf, np.inf, options["gain_std"], *fractions, *own])
 
 
@@ -289,7 +294,7 @@ def _blocks(press: DirectPress, line: Linearised, scale: Scales) -> Blocks:
     order = np.argsort(patch, kind="stable")
     bounds = np.searchsorted(patch[order], np.arange(count + 1))
     matrix, total = np.zeros((count, q, q)), np.zeros((count, q))
-    for b, (first, last) in enumerate(zip(bounds[:-1], bounds[1:], strict=True)):
+    for b, (first, last) in enumerate(pairwise(bounds)):
         part = order[first:last]
         weighted = weight[part, None] * slope[part]
         matrix[b], total[b] = weighted.T @ slope[part], weighted.T @ gaps[part]

@@ -128,13 +128,18 @@ def intervals(
     told = _not_told(profile, quantile**2)
     nu_low, nu_high = min(nu_low, told[0]), max(nu_high, told[1])
     nu_low, nu_high = np.clip([nu_low, nu_high], *bounds)
-    nu = Interval(p.poisson_ratio, float(nu_low), float(nu_high), verdict_of_nu(nu_low, nu_high, bounds))
+    nu = Interval(
+        p.poisson_ratio, float(nu_low), float(nu_high), verdict_of_nu(nu_low, nu_high, bounds)
+    )
     E = _of_log(samples[:, 0], np.log(p.youngs_modulus_pa), widen, quantile * model_E)
-    share = [relaxed_share(ONE_SECOND_S, fractions=np.minimum(s, 0.3), times_s=times) for s in samples[:, 3:-OWN][:, : len(times)]]
+    share = [
+        relaxed_share(ONE_SECOND_S, fractions=np.minimum(s, 0.3), times_s=times)
+        for s in samples[:, 3:-OWN][:, : len(times)]
+    ]
     after = samples[:, 0] + np.log1p(-np.array(share))
     here = float(relaxed_share(ONE_SECOND_S, fractions=p.fractions, times_s=times))
     E1 = _of_log(after, np.log(p.youngs_modulus_pa * (1 - here)), widen, quantile * model_E)
-    stars = samples[:, 0] - np.log1p(-samples[:, 1] ** 2)
+    stars = samples[:, 0] - np.log1p(-(samples[:, 1] ** 2))
     star = p.youngs_modulus_pa / (1 - p.poisson_ratio**2)
     E_star = _of_log(stars, np.log(star), widen, quantile * model_E)
     return {

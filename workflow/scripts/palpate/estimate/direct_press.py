@@ -15,7 +15,7 @@ STEP = 1e-4
 OWN_STEPS = {"offset_m": 1e-6, "clock_s": 1e-4, "shift_m": 1e-6}
 OWN = len(OWN_STEPS)
 # Deviations beyond which a residual counts with its size alone.
-ROBUST = 2.0
+ROBUST = 8.0
 FROM_MEDIAN = 1.4826
 # Groups of motions of like size, from which the pattern's share is found.
 PATTERN_PARTS = 12
@@ -179,9 +179,7 @@ def linearised(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray
         moved = start.copy()
         moved[k] += step
         there = residuals(press, law, Parameters.of(moved), times_s=times_s)
-        columns.append(
-            ((there.depth - here.depth) / step, (there.motion - here.motion) / step)
-        )
+        columns.append(((there.depth - here.depth) / step, (there.motion - here.motion) / step))
     depth, motion = (np.stack(part, axis=1) for part in zip(*columns, strict=True))
     return Linearised(here, depth, motion)
 

@@ -74,9 +74,7 @@ class PressModel:
         return self._weights(nu) @ self.force_per_modulus_m2**FORCE_POWER
 
 
-def press_model(
-    lookup: IndentationModel, law: str, cell_m: NDArray, normal: NDArray
-) -> PressModel:
+def press_model(lookup: IndentationModel, law: str, cell_m: NDArray, normal: NDArray) -> PressModel:
     """Take one law's force, and the motion of cells, from a look-up.
 
     A cell's motion is where its normal meets the deformed surface. The material point that comes

@@ -106,7 +106,10 @@ def coverage_table(accuracy: pd.DataFrame) -> pd.DataFrame:
     """
     keys = ["object", "sensor", "method"]
     groups = [*accuracy.groupby(keys, sort=True)]
-    groups += [(("all", sensor, method), part) for (sensor, method), part in accuracy.groupby(["sensor", "method"])]
+    groups += [
+        (("all", sensor, method), part)
+        for (sensor, method), part in accuracy.groupby(["sensor", "method"])
+    ]
     groups += [(("all", "all", method), part) for method, part in accuracy.groupby("method")]
     rows = []
     for names, part in groups:
@@ -119,7 +122,9 @@ def coverage_table(accuracy: pd.DataFrame) -> pd.DataFrame:
             row[f"{stem}_rms_error"] = float(np.sqrt((errors**2).mean())) if len(errors) else None
             row[f"{stem}_coverage"] = float(covered.mean()) if len(covered) else None
         known = part["poisson_ratio_verdict"].dropna()
-        row["poisson_ratio_identified"] = float((known == "identified").mean()) if len(known) else None
+        row["poisson_ratio_identified"] = (
+            float((known == "identified").mean()) if len(known) else None
+        )
         rows.append(row | {"provenance": part["provenance"].iloc[0]})
     return pd.DataFrame(rows)
 
