@@ -11,25 +11,26 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from palpate.estimate.cells import Cells, Feet, ProbeInView, RestSurface, cells_of
+from palpate.estimate.motion_noise import (
+    FROM_MEDIAN,
+    SMOOTH_REACH_M,
+    correlation_length,
+    pattern_growth,
+)
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 from palpate.surface.template import Template
 
-# Normal distribution: standard deviation over median absolute deviation.
-FROM_MEDIAN = 1.4826
 # Points of a cell farther from its median than so many deviations are left out.
 CLIP = 3.0
 # A cell's own few frames at rest, against the deviation of all cells: worth so many frames.
 POOLED_FRAMES = 6.0
-# Steps and end of the correlogram [m].
-LAG_M, LAGS = 0.002, 20
-# An unseen part of the surface around the contact that is at least as large as this is too much.
-LEAST_SEEN = 0.5
 # Length of a probe above its tip [m].
 SHAFT_M = 0.25
+# The surface counts as pressed in frames in which it moved at least this part of the farthest.
+PRESSED_PART = 0.8
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class ObservationOptions:
     fewest_rest_frames : int
         In which a cell is seen.
     near_m : float
-        Part of the surface around the contact of which the camera must see half [m].
+        The camera must see some of the surface this near to the contact [m].
     """
 
     spacing_m: float = 0.004
@@ -96,7 +97,10 @@ class SurfaceMotion:
     rest_frames : (r,) int array
         Frames at rest.
     correlation_m : float
-        Distance over which the noise of two cells loses all but 1/e of its correlation [m].
+        L of the noise's correlation exp(-(distance / L)^2) between cells [m].
+    pattern_m : float
+        Beside its noise the motion m carries what the sensor's pattern has become, of the variance
+        pattern_m * abs(m) and the covariance pattern_m * min(abs(m), abs(m')) of two frames [m].
     """
 
     cell_m: NDArray
@@ -108,6 +112,7 @@ class SurfaceMotion:
     points: NDArray
     rest_frames: NDArray
     correlation_m: float
+    pattern_m: float
 
 
 def frames_at_rest(
@@ -187,9 +192,8 @@ def surface_motion(
     if not seen.any():
         expected = f"cells seen in {options.fewest_rest_frames} frames at rest"
         raise ValueError(f"clouds: expected {expected}, found none")
-    return _motion(
-        Cells(cells.cell_m[seen], cells.normal[seen]), height[:, seen], points[:, seen], frames
-    )
+    cells = Cells(cells.cell_m[seen], cells.normal[seen])
+    return _motion(cells, height[:, seen], points[:, seen], frames, alignment.contact_point_m)
 
 
 def probe_in_view(
@@ -238,7 +242,8 @@ def load_motion(path: str | Path) -> SurfaceMotion:
         if arrays[name].shape != (shape[1], 3):
             expected = (shape[1], 3)
             raise ValueError(f"{path}: {name}: expected shape {expected}, found others")
-    return SurfaceMotion(**arrays | {"correlation_m": float(arrays["correlation_m"])})
+    lengths = {name: float(arrays[name]) for name in ("correlation_m", "pattern_m")}
+    return SurfaceMotion(**arrays | lengths)
 
 
 def _feet(
@@ -329,63 +334,48 @@ def _hidden(
     return near | (points < options.fewest_part * usual)
 
 
-def _motion(cells: Cells, height: NDArray, points: NDArray, frames: NDArray) -> SurfaceMotion:
+def _motion(
+    cells: Cells, height: NDArray, points: NDArray, frames: NDArray, contact_m: NDArray
+) -> SurfaceMotion:
     base = np.nanmean(height[frames], axis=0)
     moved = height - base
-    noise = moved[frames]
-    seen = np.isfinite(noise)
-    freedom = seen.sum(axis=0) - 1
-    squares = np.nansum(noise**2, axis=0)
-    usual = np.median(squares / freedom)
-    variance = (POOLED_FRAMES * usual + squares) / (POOLED_FRAMES + freedom)
-    frame_std = np.where(np.isfinite(moved), np.sqrt(variance), np.nan)
-    rest_std = np.sqrt(variance / seen.sum(axis=0))
-    length = correlation_length(cells.cell_m, noise / np.sqrt(variance))
+    variance, own = _noise_variance(moved[frames])
+    rest_variance = variance / own
+    std = np.where(np.isfinite(moved), np.sqrt(variance), np.nan)
+    pressed = _pressed(cells, moved, contact_m)
+    counts = np.maximum(np.isfinite(moved[pressed]).sum(axis=0), 1)
+    mean = np.where(np.isfinite(moved[pressed]), moved[pressed], 0).sum(axis=0) / counts
+    mean[~np.isfinite(moved[pressed]).any(axis=0)] = np.nan
     return SurfaceMotion(
-        cells.cell_m, cells.normal, moved, frame_std, base, rest_std, points, frames, length
+        cell_m=cells.cell_m,
+        normal=cells.normal,
+        moved_m=moved,
+        std_m=std,
+        rest_height_m=base,
+        rest_std_m=np.sqrt(rest_variance),
+        points=points,
+        rest_frames=frames,
+        correlation_m=correlation_length(cells.cell_m, moved[frames] / np.sqrt(variance)),
+        pattern_m=pattern_growth(cells.cell_m, mean, variance / counts + rest_variance, contact_m),
     )
 
 
-def correlogram(places_m: NDArray, noise: NDArray) -> tuple[NDArray, NDArray]:
-    """Correlation of noise over distance.
+def _noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
+    """Variance of each cell's noise at rest [m^2], and its number of frames, both (c,).
 
-    Parameters
-    ----------
-    places_m : (c, 3) array
-    noise : (f, c) array
-        Of each place in frames; not a number where there is none.
-
-    Returns
-    -------
-    distance_m, correlation : (k,) arrays
-        Middles of the steps [m]; not a number where no two places are that far apart.
+    A cell's own few frames are taken together with what is usual.
     """
-    pairs = cKDTree(places_m).query_pairs(LAG_M * LAGS, output_type="ndarray")
-    apart = np.linalg.norm(np.subtract(*places_m[pairs.T]), axis=1)
-    product = noise[:, pairs[:, 0]] * noise[:, pairs[:, 1]]
-    step = np.minimum((apart / LAG_M).astype(int), LAGS - 1)
-    known = np.isfinite(product)
-    sums = np.bincount(step, np.where(known, product, 0).sum(axis=0), LAGS)
-    counts = np.bincount(step, known.sum(axis=0), LAGS)
-    covariance = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
-    return (np.arange(LAGS) + 0.5) * LAG_M, covariance / np.nanmean(noise**2)
+    own = np.isfinite(noise).sum(axis=0)
+    squares = np.nansum(noise**2, axis=0)
+    usual = np.mean(squares) / np.mean(own - 1)
+    return (POOLED_FRAMES * usual + squares) / (POOLED_FRAMES + own - 1), own
 
 
-def correlation_length(places_m: NDArray, noise: NDArray) -> float:
-    """Distance over which noise loses all but 1/e of its correlation, exp(-(d/L)^2), [m].
-
-    Parameters
-    ----------
-    places_m : (c, 3) array
-    noise : (f, c) array
-    """
-    distance, correlation = correlogram(places_m, noise)
-    known = np.isfinite(correlation)
-    if not known.any():
-        return 0.0
-    lengths = np.linspace(LAG_M / 2, LAG_M * LAGS, 200)
-    model = np.exp(-((distance[known] / lengths[:, None]) ** 2))
-    return float(lengths[np.argmin(((model - correlation[known]) ** 2).sum(axis=1))])
+def _pressed(cells: Cells, moved: NDArray, contact_m: NDArray) -> NDArray:
+    """Frames in which the surface around the contact is moved the farthest, (k,)."""
+    near = np.linalg.norm(cells.cell_m - contact_m, axis=1) < SMOOTH_REACH_M
+    way = np.where(np.isfinite(moved), np.abs(moved), 0)[:, near].mean(axis=1)
+    return np.flatnonzero(way >= PRESSED_PART * way.max())
 
 
 def _require_seen(
