@@ -1,4 +1,4 @@
-"""Cells of an undeformed surface, and which of them a probe leaves in sight."""
+"""Cells of an undeformed surface, and the points that are seen on them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -51,59 +51,6 @@ class Cells:
         distance, number = cKDTree(self.cell_m).query(feet.foot_m)
         alike = (self.normal[number] * feet.normal).sum(axis=1) > ALIKE_COSINE
         return np.where(alike & (distance < reach_m), number, -1)
-
-
-@dataclass(frozen=True)
-class ProbeInView:
-    """Where the probe is and from where the surface must be seen past it, object frame.
-
-    Attributes
-    ----------
-    eyes_m : (e, 3) array
-        Cameras, and the projector of one that projects [m].
-    tip_m, axis : (f, 3) arrays
-        Centre of the sphere [m] and pressing direction in each frame.
-    """
-
-    eyes_m: NDArray
-    tip_m: NDArray
-    axis: NDArray
-
-    def clearance(self, places_m: NDArray, frame: int, *, along_m: tuple[float, float]) -> NDArray:
-        """Least distance of the lines of sight from a part of the probe's axis, (c,) [m].
-
-        Parameters
-        ----------
-        places_m : (c, 3) array
-            Of the surface [m].
-        frame : int
-        along_m : (low, high)
-            The part, from the tip upwards [m].
-        """
-        axis = -self.axis[frame] / np.linalg.norm(self.axis[frame])
-        ends = self.tip_m[frame] + np.outer(along_m, axis)
-        each = [segment_distance(places_m, eye, *ends) for eye in self.eyes_m]
-        return np.min(each, axis=0)
-
-
-def segment_distance(starts: NDArray, end: NDArray, first: NDArray, last: NDArray) -> NDArray:
-    """Least distances of segments that share an end from another segment, shape (c,) [m].
-
-    Parameters
-    ----------
-    starts : (c, 3) array
-    end, first, last : (3,) arrays
-        Common end, and the ends of the other segment [m].
-    """
-    d1, d2, r = end - starts, last - first, starts - first
-    a, b, c = (d1 * d1).sum(axis=1), d1 @ d2, (d1 * r).sum(axis=1)
-    e, f = d2 @ d2, r @ d2
-    across = np.maximum(a * e - b * b, 1e-12 * a * e)
-    s = np.clip((b * f - c * e) / across, 0, 1)
-    t = np.clip((b * s + f) / e, 0, 1)
-    s = np.clip((b * t - c) / a, 0, 1)
-    gap = r + s[:, None] * d1 - t[:, None] * d2
-    return np.linalg.norm(gap, axis=1)
 
 
 class RestSurface:

@@ -17,7 +17,7 @@ SMOOTH_REACH_M = 0.06
 ROUGHEST = 4.0
 FROM_MEDIAN = 1.4826
 # Powers of the distance from the contact, and multiples of the azimuth, of a smooth motion.
-POWERS, MULTIPLES = (1, 0, -1, -2), (1, 2)
+POWERS, MULTIPLES = (0, -1, -2), (1,)
 
 
 def correlogram(places_m: NDArray, noise: NDArray) -> tuple[NDArray, NDArray]:
@@ -33,7 +33,8 @@ def correlogram(places_m: NDArray, noise: NDArray) -> tuple[NDArray, NDArray]:
     Returns
     -------
     distance_m, correlation : (20,) arrays
-        Middles of steps of 2 mm [m]; not a number where no two places are that far apart.
+        In steps of 2 mm, their mean distances [m]; not a number where no two places are that far
+        apart.
     """
     pairs = cKDTree(places_m).query_pairs(LAG_M * LAGS, output_type="ndarray")
     apart = np.linalg.norm(places_m[pairs[:, 0]] - places_m[pairs[:, 1]], axis=1)
@@ -41,8 +42,9 @@ def correlogram(places_m: NDArray, noise: NDArray) -> tuple[NDArray, NDArray]:
     step = np.minimum((apart / LAG_M).astype(int), LAGS - 1)
     sums = np.bincount(step, np.nansum(product, axis=0), LAGS)
     counts = np.bincount(step, np.isfinite(product).sum(axis=0), LAGS)
+    distance = np.bincount(step, apart, LAGS) / np.maximum(np.bincount(step, minlength=LAGS), 1)
     covariance = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
-    return (np.arange(LAGS) + 0.5) * LAG_M, covariance / np.nanmean(noise**2)
+    return np.where(counts > 0, distance, np.nan), covariance / np.nanmean(noise**2)
 
 
 def correlation_length(places_m: NDArray, noise: NDArray) -> float:
@@ -100,17 +102,19 @@ def pattern_growth(
     for _ in range(2):
         if kept.sum() <= 2 * terms.shape[1]:
             return 0.0
-        solution, *_ = np.linalg.lstsq(terms[kept], moved[kept], rcond=None)
+        weight = 1 / np.sqrt(variance[kept])
+        solution, *_ = np.linalg.lstsq(weight[:, None] * terms[kept], weight * moved[kept])
         rough = moved - terms @ solution
         kept = np.abs(rough) < ROUGHEST * FROM_MEDIAN * np.median(np.abs(rough[kept]))
     freedom = kept.sum() / (kept.sum() - terms.shape[1])
-    way = np.abs(terms @ solution)[kept]
-    excess = freedom * rough[kept] ** 2 - variance[kept]
+    # Squares scatter as their expectation: noisy cells tell little.
+    way = np.abs(terms @ solution)[kept] / variance[kept]
+    excess = freedom * rough[kept] ** 2 / variance[kept] - 1
     return float(max((way * excess).sum() / (way**2).sum(), 0.0))
 
 
 def _smooth_terms(offset_m: NDArray) -> NDArray:
-    """Terms of a smooth motion around the contact, (c, 20)."""
+    """Terms of a smooth motion around the contact, (c, 9)."""
     _, _, directions = np.linalg.svd(offset_m, full_matrices=False)
     x, y = directions[:2] @ offset_m.T
     r, azimuth = np.linalg.norm(offset_m, axis=1) / SMOOTH_REACH_M, np.arctan2(y, x)

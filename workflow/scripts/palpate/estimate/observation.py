@@ -11,70 +11,19 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
-from palpate.estimate.cells import Cells, Feet, ProbeInView, RestSurface, cells_of
-from palpate.estimate.motion_noise import (
-    FROM_MEDIAN,
-    SMOOTH_REACH_M,
-    correlation_length,
-    pattern_growth,
-)
+from palpate.estimate.cell_heights import ObservationOptions, cell_heights, frame_feet
+from palpate.estimate.cells import Cells, Feet, RestSurface, cells_of
+from palpate.estimate.motion_noise import SMOOTH_REACH_M, correlation_length, pattern_growth
+from palpate.estimate.sight_lines import ProbeInView, facing_cells, hidden_cells
 from palpate.surface.alignment import Alignment
-from palpate.surface.pose import to_object
 from palpate.surface.template import Template
 
-# Points of a cell farther from its median than so many deviations are left out.
-CLIP = 3.0
 # A cell's own few frames at rest, against the deviation of all cells: worth so many frames.
 POOLED_FRAMES = 6.0
-# Length of a probe above its tip [m].
-SHAFT_M = 0.25
 # The surface counts as pressed in frames in which it moved at least this part of the farthest.
 PRESSED_PART = 0.8
-
-
-@dataclass(frozen=True)
-class ObservationOptions:
-    """Which cells are made, and which points count.
-
-    Attributes
-    ----------
-    spacing_m : float
-        Least distance of two cells' seeds [m].
-    reach_m : float
-        Farthest cell from the contact [m].
-    largest_distance_m : float
-        Points farther from the undeformed surface belong to something else [m].
-    largest_normal_deg : float
-        So do those whose normals are turned more against its own.
-    largest_view_deg : float
-        Cells that an eye sees more from the side are left out.
-    clear_m, shaft_clear_m : float
-        Lines of sight keep this distance from the probe's axis: up to `shaft_from_m` above the
-        tip, and above it [m]. Nearer by, windows hold both probe and surface.
-    shaft_from_m : float
-    fewest_points : float
-        Of a cell in a frame; with fewer it was not seen.
-    fewest_part : float
-        Nor with less than this part of its mean count at rest.
-    fewest_rest_frames : int
-        In which a cell is seen.
-    near_m : float
-        The camera must see some of the surface this near to the contact [m].
-    """
-
-    spacing_m: float = 0.004
-    reach_m: float = 0.1
-    largest_distance_m: float = 0.012
-    largest_normal_deg: float = 60.0
-    largest_view_deg: float = 70.0
-    clear_m: float = 0.015
-    shaft_clear_m: float = 0.035
-    shaft_from_m: float = 0.05
-    fewest_points: float = 2
-    fewest_part: float = 0.5
-    fewest_rest_frames: int = 3
-    near_m: float = 0.04
 
 
 @dataclass(frozen=True)
@@ -180,40 +129,20 @@ def surface_motion(
         expected = f"some at rest and one place of the probe for each of {len(clouds)}"
         raise ValueError(f"frames: expected {expected}, found {len(frames)}, {len(probe.tip_m)}")
     surface = RestSurface(template)
-    feet = [_feet(surface, alignment, cloud, options) for cloud in clouds]
+    feet = [frame_feet(surface, alignment, cloud, options) for cloud in clouds]
     at_rest = [feet[k] for k in frames]
-    _require_seen(surface, alignment, at_rest[0], options)
-    cells = _facing(
+    _require_seen(at_rest[0], alignment, options)
+    cells = facing_cells(
         cells_of(at_rest, alignment.contact_point_m, spacing_m=options.spacing_m), probe, options
     )
-    height, points = _heights(cells, feet, options)
-    height[_hidden(cells, points, probe, frames, options)] = np.nan
+    height, points = cell_heights(cells, feet, options)
+    height[hidden_cells(cells, points, probe, frames, options)] = np.nan
     seen = np.isfinite(height[frames]).sum(axis=0) >= options.fewest_rest_frames
     if not seen.any():
         expected = f"cells seen in {options.fewest_rest_frames} frames at rest"
         raise ValueError(f"clouds: expected {expected}, found none")
     cells = Cells(cells.cell_m[seen], cells.normal[seen])
     return _motion(cells, height[:, seen], points[:, seen], frames, alignment.contact_point_m)
-
-
-def probe_in_view(
-    alignment: Alignment, tips_m: NDArray, axes: NDArray, *, eyes_m: NDArray
-) -> ProbeInView:
-    """The probe in the object frame.
-
-    Parameters
-    ----------
-    alignment : Alignment
-    tips_m, axes : (f, 3) arrays
-        Centre of the sphere [m] and pressing direction, camera frame.
-    eyes_m : (e, 3) array
-        Cameras and projectors, camera frame [m]: those of a stereo head (0, 0, 0) and
-        (baseline, 0, 0); of structured light the infrared camera and, a baseline aside, the
-        projector.
-    """
-    pose = alignment.camera_from_object
-    eyes, tips = (to_object(pose, np.asarray(part, dtype=float)) for part in (eyes_m, tips_m))
-    return ProbeInView(eyes, tips, np.asarray(axes, dtype=float) @ pose[:3, :3])
 
 
 def save_motion(path: str | Path, motion: SurfaceMotion) -> None:
@@ -246,94 +175,6 @@ def load_motion(path: str | Path) -> SurfaceMotion:
     return SurfaceMotion(**arrays | lengths)
 
 
-def _feet(
-    surface: RestSurface,
-    alignment: Alignment,
-    cloud: tuple[NDArray, NDArray],
-    options: ObservationOptions,
-) -> Feet:
-    pose = alignment.camera_from_object
-    points, normals = to_object(pose, cloud[0]), cloud[1] @ pose[:3, :3]
-    offset = np.linalg.norm(points - alignment.contact_point_m, axis=1)
-    near = offset < options.reach_m + options.largest_distance_m
-    feet = surface.feet(
-        points[near],
-        normals[near],
-        largest_distance_m=options.largest_distance_m,
-        largest_normal_deg=options.largest_normal_deg,
-    )
-    inside = np.linalg.norm(feet.foot_m - alignment.contact_point_m, axis=1) < options.reach_m
-    return Feet(feet.foot_m[inside], feet.normal[inside], feet.distance_m[inside])
-
-
-def _facing(cells: Cells, probe: ProbeInView, options: ObservationOptions) -> Cells:
-    """Cells that no eye sees too much from the side."""
-    least = np.cos(np.deg2rad(options.largest_view_deg))
-    kept = np.ones(len(cells.cell_m), dtype=bool)
-    for eye in probe.eyes_m:
-        view = eye - cells.cell_m
-        kept &= (view * cells.normal).sum(axis=1) > least * np.linalg.norm(view, axis=1)
-    return Cells(cells.cell_m[kept], cells.normal[kept])
-
-
-def _heights(
-    cells: Cells, feet: Sequence[Feet], options: ObservationOptions
-) -> tuple[NDArray, NDArray]:
-    """Clipped mean distance of each frame's points in each cell [m], and their number, (f, c)."""
-    numbers = [cells.numbers(one, reach_m=options.spacing_m) for one in feet]
-    middle = np.array(
-        [
-            _medians(n, one.distance_m, len(cells.cell_m))
-            for n, one in zip(numbers, feet, strict=True)
-        ]
-    )
-    rest = [one.distance_m - m[n] for n, m, one in zip(numbers, middle, feet, strict=True)]
-    used = np.concatenate([r[n >= 0] for n, r in zip(numbers, rest, strict=True)])
-    limit = CLIP * FROM_MEDIAN * np.median(np.abs(used))
-    height, points = np.full(middle.shape, np.nan), np.zeros(middle.shape, dtype=np.int64)
-    for k, one in enumerate(feet):
-        kept = (numbers[k] >= 0) & (np.abs(rest[k]) <= limit)
-        points[k] = np.bincount(numbers[k][kept], minlength=middle.shape[1])
-        sums = np.bincount(numbers[k][kept], one.distance_m[kept], middle.shape[1])
-        seen = points[k] >= options.fewest_points
-        height[k, seen] = sums[seen] / points[k, seen]
-    return height, points
-
-
-def _medians(numbers: NDArray, values: NDArray, count: int) -> NDArray:
-    """Median of the values in each cell (c,); not a number where there are none."""
-    kept = numbers >= 0
-    order = np.lexsort((values[kept], numbers[kept]))
-    sorted_values = values[kept][order]
-    size = np.bincount(numbers[kept], minlength=count)
-    first = np.cumsum(size) - size
-    last = max(len(sorted_values) - 1, 0)
-    low, high = (np.minimum(first + half, last) for half in ((size - 1) // 2, size // 2))
-    found = (sorted_values[low] + sorted_values[high]) / 2 if len(sorted_values) else 0.0
-    return np.where(size > 0, found, np.nan)
-
-
-def _hidden(
-    cells: Cells,
-    points: NDArray,
-    probe: ProbeInView,
-    rest_frames: NDArray,
-    options: ObservationOptions,
-) -> NDArray:
-    """Which cells the probe or its shadow hides or comes too near, (f, c)."""
-    lower, upper = (0.0, options.shaft_from_m), (options.shaft_from_m, SHAFT_M)
-    near = np.array(
-        [
-            (probe.clearance(cells.cell_m, k, along_m=lower) < options.clear_m)
-            | (probe.clearance(cells.cell_m, k, along_m=upper) < options.shaft_clear_m)
-            for k in range(len(points))
-        ]
-    )
-    counted = np.where(near, np.nan, points)[rest_frames]
-    usual = np.nansum(counted, axis=0) / np.maximum(np.isfinite(counted).sum(axis=0), 1)
-    return near | (points < options.fewest_part * usual)
-
-
 def _motion(
     cells: Cells, height: NDArray, points: NDArray, frames: NDArray, contact_m: NDArray
 ) -> SurfaceMotion:
@@ -343,9 +184,9 @@ def _motion(
     rest_variance = variance / own
     std = np.where(np.isfinite(moved), np.sqrt(variance), np.nan)
     pressed = _pressed(cells, moved, contact_m)
-    counts = np.maximum(np.isfinite(moved[pressed]).sum(axis=0), 1)
-    mean = np.where(np.isfinite(moved[pressed]), moved[pressed], 0).sum(axis=0) / counts
-    mean[~np.isfinite(moved[pressed]).any(axis=0)] = np.nan
+    counts = np.isfinite(moved[pressed]).sum(axis=0)
+    mean = np.where(counts > 0, np.nansum(moved[pressed], axis=0) / np.maximum(counts, 1), np.nan)
+    mean_variance = variance / np.maximum(counts, 1) + rest_variance
     return SurfaceMotion(
         cell_m=cells.cell_m,
         normal=cells.normal,
@@ -356,7 +197,7 @@ def _motion(
         points=points,
         rest_frames=frames,
         correlation_m=correlation_length(cells.cell_m, moved[frames] / np.sqrt(variance)),
-        pattern_m=pattern_growth(cells.cell_m, mean, variance / counts + rest_variance, contact_m),
+        pattern_m=pattern_growth(cells.cell_m, mean, mean_variance, contact_m),
     )
 
 
@@ -367,7 +208,7 @@ def _noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
     """
     own = np.isfinite(noise).sum(axis=0)
     squares = np.nansum(noise**2, axis=0)
-    usual = np.mean(squares) / np.mean(own - 1)
+    usual = np.median(squares / chi2.ppf(0.5, own - 1))
     return (POOLED_FRAMES * usual + squares) / (POOLED_FRAMES + own - 1), own
 
 
@@ -378,9 +219,7 @@ def _pressed(cells: Cells, moved: NDArray, contact_m: NDArray) -> NDArray:
     return np.flatnonzero(way >= PRESSED_PART * way.max())
 
 
-def _require_seen(
-    surface: RestSurface, alignment: Alignment, feet: Feet, options: ObservationOptions
-) -> None:
+def _require_seen(feet: Feet, alignment: Alignment, options: ObservationOptions) -> None:
     """Refuse a capture whose camera does not see the surface around the contact."""
     offset = np.linalg.norm(feet.foot_m - alignment.contact_point_m, axis=1)
     if not (offset < options.near_m).any():

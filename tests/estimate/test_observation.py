@@ -1,0 +1,191 @@
+"""Motion of the surface from clouds: what cancels, what is left, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from palpate.estimate.cell_heights import ObservationOptions
+from palpate.estimate.observation import (
+    frames_at_rest,
+    load_motion,
+    save_motion,
+    surface_motion,
+)
+from palpate.estimate.sight_lines import probe_in_view
+from palpate.surface.alignment import Alignment, AlignmentResidual
+from palpate.surface.template import Template
+from scipy.spatial.transform import Rotation
+from trimesh.creation import box
+
+TOP_M = 0.02
+REST, PRESSED = 6, 4
+FRAMES = REST + PRESSED
+# The camera looks down on the block from the front, half a metre away.
+EYE_M = np.array([0.0, -0.35, 0.37])
+STEP_M = 0.0019
+
+
+def pose():
+    """camera_from_object."""
+    forward = np.array([0, 0, TOP_M]) - EYE_M
+    z = forward / np.linalg.norm(forward)
+    x = np.array([1.0, 0, 0])
+    turn = np.stack([x, np.cross(z, x), z])
+    found = np.eye(4)
+    found[:3, :3], found[:3, 3] = turn, -turn @ EYE_M
+    return found
+
+
+def template():
+    block = box((0.3, 0.16, 2 * TOP_M))
+    return Template(np.asarray(block.vertices), np.asarray(block.faces))
+
+
+def alignment(camera_from_object=None):
+    found = pose() if camera_from_object is None else camera_from_object
+    return Alignment(found, np.array([0, 0, TOP_M]), REST, AlignmentResidual(0.0, 0.0, 0.0, 0.0, 1))
+
+
+def dent(places_m):
+    """Motion of the surface once pressed [m]: a few tenths of a millimetre at 20 mm."""
+    return -8e-6 / (np.linalg.norm(places_m, axis=1) + 0.002)
+
+
+def clouds(*, std_m=0.0, bias_m=0.0, seed=3, pressed=dent):
+    """Frames at rest and pressed, camera frame, of a jittered grid on the top."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.arange(-0.09, 0.09, STEP_M), np.arange(-0.07, 0.07, STEP_M))
+    grid, frames = np.column_stack([x.ravel(), y.ravel()]), []
+    for k in range(FRAMES):
+        flat = grid + rng.uniform(-0.3, 0.3, grid.shape) * STEP_M
+        wave = bias_m * np.sin(flat[:, 0] / 0.01)
+        height = TOP_M + wave + (pressed(flat) if k >= REST else 0)
+        points = np.column_stack([flat, height + std_m * rng.standard_normal(len(flat))])
+        frames.append(in_camera(points))
+    return frames
+
+
+def in_camera(points):
+    camera = pose()
+    normals = np.broadcast_to(camera[:3, 2], points.shape)
+    return points @ camera[:3, :3].T + camera[:3, 3], normals
+
+
+def probe(aligned=None):
+    """A probe that stands upright: clear at first, then in the dent."""
+    tips = np.tile([0.0, 0.0, TOP_M + 0.006], (FRAMES, 1))
+    tips[: REST - 2, 2] += 0.02
+    points, axes = in_camera(tips)[0], np.tile(-pose()[:3, 2], (FRAMES, 1))
+    return probe_in_view(aligned or alignment(), points, axes, eyes_m=[[0, 0, 0], [0.1, 0, 0]])
+
+
+def motion(frames, aligned=None, **options):
+    aligned = aligned or alignment()
+    chosen = ObservationOptions(**{"reach_m": 0.06} | options)
+    return surface_motion(template(), aligned, frames, probe(aligned), np.arange(REST), chosen)
+
+
+def test_motion_is_that_of_the_surface():
+    """Cells stand at the mean of their points, so that slopes cost nothing."""
+    found = motion(clouds())
+    expected = dent(found.cell_m[:, :2])
+    assert np.isfinite(found.moved_m[REST:]).sum() > 1000
+    assert found.normal == pytest.approx(np.tile([0, 0, 1], (len(found.normal), 1)), abs=1e-6)
+    assert np.nanmax(np.abs(found.moved_m[:REST])) < 1e-7
+    error = found.moved_m[REST:] - expected
+    assert abs(np.nanmean(error)) < 1e-6
+    assert np.nanstd(error) < 0.03 * np.ptp(expected)
+
+
+def test_fixed_errors_cancel():
+    """Of template, calibration and alignment alike."""
+    shifted = pose()
+    shifted[:3, :3] = Rotation.from_rotvec([0.002, -0.001, 0]).as_matrix() @ shifted[:3, :3]
+    shifted[:3, 3] += [0, 0, 0.0004]
+    exact = motion(clouds(bias_m=3e-4))
+    off = motion(clouds(bias_m=3e-4), alignment(shifted))
+    for found in (exact, off):
+        error = found.moved_m[REST:] - dent(found.cell_m[:, :2])
+        assert abs(np.nanmean(error)) < 4e-6
+    assert np.nanstd(off.rest_height_m) > 1e-4
+
+
+def test_stated_deviations_are_those_of_the_motion():
+    found = motion(clouds(std_m=3e-4))
+    error = found.moved_m[REST:] - dent(found.cell_m[:, :2])
+    stated = np.hypot(found.std_m, found.rest_std_m)[REST:]
+    assert np.sqrt(np.nanmean((error / stated) ** 2)) == pytest.approx(1, abs=0.12)
+    assert found.correlation_m < 0.003
+    assert found.pattern_m < 2e-5
+
+
+def test_outliers_of_a_cell_are_left_out():
+    frames = clouds(std_m=1e-4)
+    rng = np.random.default_rng(5)
+    spoiled = []
+    for points, normals in frames:
+        away = (rng.random(len(points)) < 0.03)[:, None] * 0.004 * normals
+        spoiled.append((points + away, normals))
+    error = motion(spoiled).moved_m - motion(frames).moved_m
+    assert abs(np.nanmean(error[REST:])) < 1.5e-5
+
+
+def test_cells_behind_the_probe_or_beside_it_are_not_seen():
+    found = motion(clouds())
+    x, y = found.cell_m[:, 0], found.cell_m[:, 1]
+    beside, behind = np.hypot(x, y) < 0.012, (np.abs(x) < 0.008) & (y > 0) & (y < 0.05)
+    assert np.isnan(found.moved_m[REST:, beside | behind]).all()
+    assert np.isfinite(found.moved_m[REST:, (y < -0.025) & (y > -0.05)]).mean() > 0.9
+    # The second camera stands on the right: what it does not see is not there either.
+    reach = [np.isnan(found.moved_m[-1, (np.sign(x) == side) & (y > 0)]).mean() for side in (-1, 1)]
+    assert reach[0] > 1.3 * reach[1]
+
+
+def test_a_cell_that_loses_its_points_is_not_seen():
+    frames = clouds()
+    full = motion(frames)
+    points, normals = frames[-1]
+    flat = (points - pose()[:3, 3]) @ pose()[:3, :3]
+    kept = ~((flat[:, 0] > 0.03) & (flat[:, 0] < 0.045))
+    frames[-1] = points[kept], normals[kept]
+    lost = motion(frames)
+    x = full.cell_m[:, 0]
+    assert np.isnan(lost.moved_m[-1, (x > 0.032) & (x < 0.043)]).all()
+    assert np.isfinite(lost.moved_m[-2, (x > 0.032) & (x < 0.043)]).mean() > 0.7
+
+
+def test_a_motion_is_read_as_it_was_written(tmp_path):
+    found, path = motion(clouds(std_m=1e-4)), tmp_path / "motion.npz"
+    save_motion(path, found)
+    again = load_motion(path)
+    for name in vars(found):
+        np.testing.assert_array_equal(getattr(again, name), getattr(found, name))
+    save_motion(path, replace(found, std_m=found.std_m[1:]))
+    with pytest.raises(ValueError, match="std_m: expected shape"):
+        load_motion(path)
+    np.savez(path, cell_m=found.cell_m)
+    with pytest.raises(ValueError, match="normal: expected an array, found none"):
+        load_motion(path)
+
+
+def test_rest_ends_with_the_touch():
+    depth = np.array([-0.015, -0.01, -0.003, -0.0003, 0.0002, 0.001, -0.01])
+    force = np.array([0.0, 0.01, 0.0, 0.02, 0.03, 0.5, 0.0])
+    assert frames_at_rest(depth, force, onset_force_n=0.1).tolist() == [0, 1, 2]
+    assert frames_at_rest(depth, 0 * force, onset_force_n=0.1).tolist() == [0, 1, 2, 6]
+    with pytest.raises(ValueError, match="frames: expected frames before the force's onset"):
+        frames_at_rest(depth + 0.02, force, onset_force_n=0.1)
+
+
+def test_captures_that_are_refused():
+    frames = clouds()
+    with pytest.raises(ValueError, match="frames: expected some at rest"):
+        surface_motion(template(), alignment(), frames, probe(), [])
+    with pytest.raises(ValueError, match="one place of the probe for each of 9, found 6, 10"):
+        surface_motion(template(), alignment(), frames[1:], probe(), np.arange(REST))
+    elsewhere = alignment()
+    elsewhere = replace(elsewhere, contact_point_m=np.array([0.145, 0, TOP_M]))
+    with pytest.raises(ValueError, match="within 0.04 m of the contact in view, found none of it"):
+        motion(frames, elsewhere)
+    with pytest.raises(ValueError, match="clouds: expected cells seen in 3 frames at rest"):
+        motion(frames, clear_m=0.5)

@@ -1,0 +1,122 @@
+"""Which cells of a surface are seen past the probe.
+
+A window that holds probe and surface finds neither, and what only one of a stereo head's cameras
+sees, or the projector does not light, is filled in from its surroundings.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.estimate.cell_heights import ObservationOptions
+from palpate.estimate.cells import Cells
+from palpate.surface.alignment import Alignment
+from palpate.surface.pose import to_object
+
+# Length of a probe above its tip [m].
+SHAFT_M = 0.25
+
+
+@dataclass(frozen=True)
+class ProbeInView:
+    """Where the probe is and from where the surface must be seen past it, object frame.
+
+    Attributes
+    ----------
+    eyes_m : (e, 3) array
+        Cameras, and the projector of one that projects [m].
+    tip_m, axis : (f, 3) arrays
+        Centre of the sphere [m] and pressing direction in each frame.
+    """
+
+    eyes_m: NDArray
+    tip_m: NDArray
+    axis: NDArray
+
+    def clearance(self, places_m: NDArray, frame: int, *, along_m: tuple[float, float]) -> NDArray:
+        """Least distance of the lines of sight from a part of the probe's axis, (c,) [m].
+
+        Parameters
+        ----------
+        places_m : (c, 3) array
+            Of the surface [m].
+        frame : int
+        along_m : (low, high)
+            The part, from the tip upwards [m].
+        """
+        axis = -self.axis[frame] / np.linalg.norm(self.axis[frame])
+        ends = self.tip_m[frame] + np.outer(along_m, axis)
+        each = [segment_distance(places_m, eye, *ends) for eye in self.eyes_m]
+        return np.min(each, axis=0)
+
+
+def probe_in_view(
+    alignment: Alignment, tips_m: NDArray, axes: NDArray, *, eyes_m: NDArray
+) -> ProbeInView:
+    """The probe in the object frame.
+
+    Parameters
+    ----------
+    alignment : Alignment
+    tips_m, axes : (f, 3) arrays
+        Centre of the sphere [m] and pressing direction, camera frame.
+    eyes_m : (e, 3) array
+        Cameras and projectors, camera frame [m]: those of a stereo head (0, 0, 0) and
+        (baseline, 0, 0); of structured light the infrared camera and, a baseline aside, the
+        projector.
+    """
+    pose = alignment.camera_from_object
+    eyes, tips = (to_object(pose, np.asarray(part, dtype=float)) for part in (eyes_m, tips_m))
+    return ProbeInView(eyes, tips, np.asarray(axes, dtype=float) @ pose[:3, :3])
+
+
+def segment_distance(starts: NDArray, end: NDArray, first: NDArray, last: NDArray) -> NDArray:
+    """Least distances of segments that share an end from another segment, shape (c,) [m].
+
+    Parameters
+    ----------
+    starts : (c, 3) array
+    end, first, last : (3,) arrays
+        Common end, and the ends of the other segment [m].
+    """
+    d1, d2, r = end - starts, last - first, starts - first
+    a, b, c = (d1 * d1).sum(axis=1), d1 @ d2, (d1 * r).sum(axis=1)
+    e, f = d2 @ d2, r @ d2
+    across = np.maximum(a * e - b * b, 1e-12 * a * e)
+    s = np.clip((b * f - c * e) / across, 0, 1)
+    t = np.clip((b * s + f) / e, 0, 1)
+    s = np.clip((b * t - c) / a, 0, 1)
+    gap = r + s[:, None] * d1 - t[:, None] * d2
+    return np.linalg.norm(gap, axis=1)
+
+
+def facing_cells(cells: Cells, probe: ProbeInView, options: ObservationOptions) -> Cells:
+    """Cells that no eye sees too much from the side."""
+    least = np.cos(np.deg2rad(options.largest_view_deg))
+    kept = np.ones(len(cells.cell_m), dtype=bool)
+    for eye in probe.eyes_m:
+        view = eye - cells.cell_m
+        kept &= (view * cells.normal).sum(axis=1) > least * np.linalg.norm(view, axis=1)
+    return Cells(cells.cell_m[kept], cells.normal[kept])
+
+
+def hidden_cells(
+    cells: Cells,
+    points: NDArray,
+    probe: ProbeInView,
+    rest_frames: NDArray,
+    options: ObservationOptions,
+) -> NDArray:
+    """Which cells the probe or its shadow hides or comes too near, (f, c)."""
+    lower, upper = (0.0, options.shaft_from_m), (options.shaft_from_m, SHAFT_M)
+    near = np.array(
+        [
+            (probe.clearance(cells.cell_m, k, along_m=lower) < options.clear_m)
+            | (probe.clearance(cells.cell_m, k, along_m=upper) < options.shaft_clear_m)
+            for k in range(len(points))
+        ]
+    )
+    counted = np.where(near, np.nan, points)[rest_frames]
+    usual = np.nansum(counted, axis=0) / np.maximum(np.isfinite(counted).sum(axis=0), 1)
+    return near | (points < options.fewest_part * usual)
