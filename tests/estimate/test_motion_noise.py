@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from palpate.estimate.motion_noise import correlation_length, correlogram, pattern_growth
-from palpate.estimate.sight_lines import segment_distance
 
 
 @pytest.fixture
@@ -52,18 +51,3 @@ def test_too_few_cells_tell_of_no_pattern(places):
     moved = np.full(len(places), np.nan)
     moved[:10] = -1e-4
     assert pattern_growth(places, moved, np.full(len(places), 1e-10), np.zeros(3)) == 0
-
-
-def test_distance_of_a_line_of_sight():
-    """Across, past an end, and against brute force."""
-    first, last = np.array([0, 0, 0.0]), np.array([0, 0, 1.0])
-    end, starts = np.array([2.0, 1, 0.5]), np.array([[-2.0, 1, 0.5], [2, 1, 3], [2, 1, 0.5001]])
-    assert segment_distance(starts, end, first, last) == pytest.approx([1, 5**0.5, 5**0.5])
-    rng = np.random.default_rng(1)
-    starts, ends = rng.standard_normal((20, 3)), rng.standard_normal((3, 3))
-    share = np.linspace(0, 1, 401)
-    other = ends[1] + share[:, None] * (ends[2] - ends[1])
-    for start, found in zip(starts, segment_distance(starts, *ends), strict=True):
-        line = start + share[:, None] * (ends[0] - start)
-        least = np.linalg.norm(line[:, None] - other[None], axis=-1).min()
-        assert found == pytest.approx(least, abs=4e-3)

@@ -4,6 +4,7 @@ A window that holds probe and surface finds neither, and what only one of a ster
 sees, or the projector does not light, is filled in from its surroundings.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,6 +70,31 @@ def probe_in_view(
     pose = alignment.camera_from_object
     eyes, tips = (to_object(pose, np.asarray(part, dtype=float)) for part in (eyes_m, tips_m))
     return ProbeInView(eyes, tips, np.asarray(axes, dtype=float) @ pose[:3, :3])
+
+
+def eyes_of(sensor: Mapping) -> NDArray:
+    """From where a sensor must see a surface past the probe, camera frame, (e, 3) [m].
+
+    Parameters
+    ----------
+    sensor : mapping
+        The sensor's file: both cameras of a stereo head, else the depth camera, and with its
+        baseline the projector of structured light, which is taken to stand on its right.
+
+    Raises
+    ------
+    ValueError
+        If the sensor is of a kind that this does not know.
+    """
+    kind = sensor["kind"]
+    if kind == "stereo":
+        return np.array([[0, 0, 0], [sensor["stereo"]["baseline_m"], 0, 0]], dtype=float)
+    if kind not in ("structured_light", "depth"):
+        raise ValueError(f"kind: expected stereo, structured_light or depth, found {kind}")
+    depth = sensor["depth"]
+    places = [0.0] + ([depth["baseline_m"]] if kind == "structured_light" else [])
+    transform = np.array(depth["color_from_depth"], dtype=float)
+    return transform[:3, 3] + np.outer(places, transform[:3, 0])
 
 
 def segment_distance(starts: NDArray, end: NDArray, first: NDArray, last: NDArray) -> NDArray:

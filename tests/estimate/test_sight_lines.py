@@ -1,0 +1,43 @@
+"""Lines of sight past the probe."""
+
+import numpy as np
+import pytest
+from palpate.estimate.sight_lines import ProbeInView, eyes_of, segment_distance
+
+
+def test_distance_of_a_line_of_sight():
+    """Across, past an end, and against brute force."""
+    first, last = np.array([0, 0, 0.0]), np.array([0, 0, 1.0])
+    end, starts = np.array([2.0, 1, 0.5]), np.array([[-2.0, 1, 0.5], [2, 1, 3], [2, 1, 0.5001]])
+    assert segment_distance(starts, end, first, last) == pytest.approx([1, 5**0.5, 5**0.5])
+    rng = np.random.default_rng(1)
+    starts, ends = rng.standard_normal((20, 3)), rng.standard_normal((3, 3))
+    share = np.linspace(0, 1, 401)
+    other = ends[1] + share[:, None] * (ends[2] - ends[1])
+    for start, found in zip(starts, segment_distance(starts, *ends), strict=True):
+        line = start + share[:, None] * (ends[0] - start)
+        least = np.linalg.norm(line[:, None] - other[None], axis=-1).min()
+        assert found == pytest.approx(least, abs=4e-3)
+
+
+def test_clearance_is_that_of_the_worst_eye_and_of_a_part_of_the_probe():
+    eyes = np.array([[0.0, -1, 0.0], [1.0, 0, 0]])
+    probe = ProbeInView(eyes, np.zeros((2, 3)) + [0, 0, 0.01], np.tile([0, 0, -2.0], (2, 1)))
+    places = np.array([[0.03, 0.2, 0.0], [-0.2, 0.02, 0.0], [0.3, -0.3, 0.0]])
+    found = probe.clearance(places, 1, along_m=(0.0, 0.05))
+    lines = [np.hypot(0.03 / np.hypot(0.03, 1.2), 0.01), np.hypot(0.02 / np.hypot(0.02, 1.2), 0.01)]
+    assert found[:2] == pytest.approx(lines, rel=0.01)
+    assert found[2] > 0.2
+    assert probe.clearance(places, 1, along_m=(0.1, 0.2))[:2] == pytest.approx(0.11, rel=0.04)
+
+
+def test_eyes_of_sensors():
+    turned = np.array([[0.0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]])
+    depth = {"baseline_m": 0.075, "color_from_depth": turned.tolist()}
+    light = eyes_of({"kind": "structured_light", "depth": depth})
+    assert light == pytest.approx(np.array([[0.1, 0.2, 0.3], [0.1, 0.275, 0.3]]))
+    assert eyes_of({"kind": "depth", "depth": depth}) == pytest.approx(light[:1])
+    stereo = eyes_of({"kind": "stereo", "stereo": {"baseline_m": 0.12}})
+    assert stereo == pytest.approx(np.array([[0, 0, 0], [0.12, 0, 0]]))
+    with pytest.raises(ValueError, match="kind: expected stereo, structured_light or depth, found"):
+        eyes_of({"kind": "laser"})
