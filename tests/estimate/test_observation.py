@@ -141,6 +141,15 @@ def test_cells_behind_the_probe_or_beside_it_are_not_seen():
     assert reach[0] > 1.3 * reach[1]
 
 
+def test_nothing_is_seen_past_a_probe_that_was_not_found():
+    lost = probe()
+    lost.tip_m[-1] = np.nan
+    chosen = ObservationOptions(reach_m=0.06)
+    found = surface_motion(template(), alignment(), clouds(), lost, np.arange(REST), chosen)
+    assert np.isnan(found.moved_m[-1]).all()
+    assert np.isfinite(found.moved_m[-2]).mean() > 0.3
+
+
 def test_a_cell_that_loses_its_points_is_not_seen():
     frames = clouds()
     full = motion(frames)

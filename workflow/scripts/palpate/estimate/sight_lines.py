@@ -92,7 +92,8 @@ def eyes_of(sensor: Mapping) -> NDArray:
     if kind not in ("structured_light", "depth"):
         raise ValueError(f"kind: expected stereo, structured_light or depth, found {kind}")
     depth = sensor["depth"]
-    places = [0.0] + ([depth["baseline_m"]] if kind == "structured_light" else [])
+    projects = kind == "structured_light" and "baseline_m" in depth
+    places = [0.0, depth["baseline_m"]] if projects else [0.0]
     transform = np.array(depth["color_from_depth"], dtype=float)
     return transform[:3, 3] + np.outer(places, transform[:3, 0])
 
@@ -136,13 +137,14 @@ def hidden_cells(
 ) -> NDArray:
     """Which cells the probe or its shadow hides or comes too near, (f, c)."""
     lower, upper = (0.0, options.shaft_from_m), (options.shaft_from_m, SHAFT_M)
-    near = np.array(
+    # A probe that was not found is nowhere clear.
+    clear = np.array(
         [
-            (probe.clearance(cells.cell_m, k, along_m=lower) < options.clear_m)
-            | (probe.clearance(cells.cell_m, k, along_m=upper) < options.shaft_clear_m)
+            (probe.clearance(cells.cell_m, k, along_m=lower) >= options.clear_m)
+            & (probe.clearance(cells.cell_m, k, along_m=upper) >= options.shaft_clear_m)
             for k in range(len(points))
         ]
     )
-    counted = np.where(near, np.nan, points)[rest_frames]
+    counted = np.where(clear, points, np.nan)[rest_frames]
     usual = np.nansum(counted, axis=0) / np.maximum(np.isfinite(counted).sum(axis=0), 1)
-    return near | (points < options.fewest_part * usual)
+    return ~clear | (points < options.fewest_part * usual)
