@@ -97,16 +97,16 @@ def _near(mesh: SolidMesh, centre_m: NDArray, axis: NDArray, reach_m: float) -> 
 def _integral(corners: NDArray, axis: NDArray, order: int) -> NDArray:
     """Integral of pressure times each shape function over a triangle; lengths over a."""
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max()
-    points = _parts(int(np.ceil(edge / FINENESS)))
+    points = face_parts(int(np.ceil(edge / FINENESS)))
     place = points @ corners
     height = place @ axis
     r2 = (place * place).sum(axis=1) - height**2
     pressure = np.sqrt(np.maximum(1 - r2, 0)) * (np.abs(height) <= 1)
     across = abs(np.cross(corners[1] - corners[0], corners[2] - corners[0]) @ axis) / 2
-    return across * pressure @ _shapes(points, order) / len(points)
+    return across * pressure @ face_shapes(points, order) / len(points)
 
 
-def _shapes(points: NDArray, order: int) -> NDArray:
+def face_shapes(points: NDArray, order: int) -> NDArray:
     """Shape functions of the triangle of three or six nodes at barycentric points (p, 3)."""
     if order == 1:
         return points
@@ -115,7 +115,7 @@ def _shapes(points: NDArray, order: int) -> NDArray:
 
 
 @lru_cache(maxsize=64)
-def _parts(count: int) -> NDArray:
+def face_parts(count: int) -> NDArray:
     """Points of equal weight in a triangle cut into count^2 equal ones: barycentric, (p, 3)."""
     i, j = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")
     upright = np.stack([i, j], axis=-1)[i + j < count]

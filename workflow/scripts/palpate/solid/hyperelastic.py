@@ -1,0 +1,93 @@
+"""Energy, forces and tangent of ten-node tetrahedra of a hyperelastic law at finite strain."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.solid.laws import Law
+from palpate.solid.mesh import SolidMesh, element_volumes
+from palpate.solid.stiffness import QUADRATURE, block_pattern, shape_gradients
+
+# No quadrature point may be squeezed below this share of its volume by a step.
+LEAST_VOLUME = 0.02
+
+
+class HyperelasticSolid:
+    """A solid of Young's modulus 1 whose law and Poisson's ratio may change.
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+        n nodes, m straight-sided elements of either order.
+    law : Law
+    nu : float
+        Poisson's ratio.
+    """
+
+    def __init__(self, mesh: SolidMesh, law: Law, nu: float) -> None:
+        self.mesh, self.law, self.nu = mesh, law, nu
+        points = QUADRATURE[mesh.order]
+        self._gradients = shape_gradients(mesh, points)
+        volumes = element_volumes(mesh.nodes_m, mesh.corners)
+        self._weights = np.repeat(volumes[:, None] / len(points), len(points), axis=1)
+        self._place, self.columns, self.starts = block_pattern(mesh.tetrahedra, len(mesh.nodes_m))
+        size = len(mesh.nodes_m)
+        rows = np.repeat(np.arange(size), np.diff(self.starts))
+        self._keys = rows * size + self.columns
+
+    def least_volume(self, x: NDArray) -> float:
+        """Least ratio of volumes, after to before, at node positions x (n, 3) [m]."""
+        return float(np.linalg.det(self._deformation(x)).min())
+
+    def energy(self, x: NDArray) -> float:
+        """Energy over Young's modulus [m^3]; infinite where an element is nearly flat."""
+        F = self._deformation(x)
+        if np.linalg.det(F).min() <= LEAST_VOLUME:
+            return np.inf
+        return float((self._weights * self.law.energy(F, self.nu)).sum())
+
+    def forces(self, x: NDArray) -> NDArray:
+        """Gradient of the energy, shape (n, 3) [m^2]."""
+        P = self._weights[..., None, None] * self.law.stress(self._deformation(x), self.nu)
+        pull = np.einsum("eqaJ,eqiJ->eia", P, self._gradients, optimize=True)
+        nodes = self.mesh.tetrahedra.ravel()
+        return np.stack(
+            [np.bincount(nodes, pull[..., a].ravel(), len(x)) for a in range(3)], axis=1
+        )
+
+    def blocks(self, x: NDArray, *, positive: bool = False) -> NDArray:
+        """Second derivative of the energy as blocks in the places of `block_of`, (k, 3, 3) [m].
+
+        Parameters
+        ----------
+        x : (n, 3) array
+            Node positions [m].
+        positive : bool, optional
+            Leave out what makes the second derivative negative at a quadrature point.
+        """
+        A = self.law.tangent(self._deformation(x), self.nu)
+        if positive:
+            A = _positive_part(A)
+        A *= self._weights[..., None, None, None, None]
+        m, q, k, _ = self._gradients.shape
+        right = np.matmul(A.reshape(m, q, 27, 3), self._gradients.swapaxes(2, 3))
+        # From (q, a, J, b, j) to rows (q, J) and columns (a, b, j).
+        right = right.reshape(m, q, 3, 3, 3, k).swapaxes(2, 3).reshape(m, 3 * q, 9 * k)
+        left = self._gradients.transpose(0, 2, 1, 3).reshape(m, k, 3 * q)
+        whole = np.matmul(left, right).reshape(m, k, 9, k).swapaxes(2, 3)
+        return (self._place @ whole.reshape(-1, 9)).reshape(-1, 3, 3)
+
+    def block_of(self, rows: NDArray, columns: NDArray) -> NDArray:
+        """Places of the blocks of pairs of nodes that share an element."""
+        return np.searchsorted(self._keys, rows * len(self.mesh.nodes_m) + columns)
+
+    def _deformation(self, x: NDArray) -> NDArray:
+        """Deformation gradient (Eq. 3.4) at the quadrature points, shape (m, q, 3, 3)."""
+        corners = x[self.mesh.tetrahedra].swapaxes(1, 2)
+        return np.matmul(corners[:, None], self._gradients)
+
+
+def _positive_part(A: NDArray) -> NDArray:
+    flat = A.reshape(*A.shape[:-4], 9, 9)
+    values, vectors = np.linalg.eigh(flat)
+    kept = vectors * np.maximum(values, 0)[..., None, :]
+    return np.matmul(kept, vectors.swapaxes(-1, -2)).reshape(A.shape)

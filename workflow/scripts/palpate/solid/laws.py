@@ -1,0 +1,146 @@
+"""Hyperelastic laws of soft solids, for Young's modulus 1: energy, stress, second derivative."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+# Below it the volumetric term of `blatz_ko` is taken at its limit, 2 ln J.
+LEAST_EXPONENT = 1e-9
+
+
+@dataclass(frozen=True)
+class Law:
+    """Energy density W of the deformation gradient F, and its derivatives.
+
+    All take F of shape (..., 3, 3) with positive determinant and Poisson's ratio, are for Young's
+    modulus 1, and are objective and isotropic.
+
+    Attributes
+    ----------
+    name : str
+    energy : callable
+        W, shape (...).
+    stress : callable
+        First Piola-Kirchhoff stress P = dW/dF, shape (..., 3, 3).
+    tangent : callable
+        A = dP/dF, shape (..., 3, 3, 3, 3): of row and column of P, then of F.
+    """
+
+    name: str
+    energy: Callable[[NDArray, float], NDArray]
+    stress: Callable[[NDArray, float], NDArray]
+    tangent: Callable[[NDArray, float], NDArray]
+
+
+def unit_lame(nu: float) -> tuple[float, float]:
+    """Lame parameters (lam, mu) of Young's modulus 1.
+
+    Raises
+    ------
+    ValueError
+        If Poisson's ratio is not from 0 to below 0.5.
+    """
+    if not 0 <= nu < 0.5:
+        raise ValueError(f"nu: expected from 0 to below 0.5, found {nu:g}")
+    return nu / ((1 + nu) * (1 - 2 * nu)), 1 / (2 * (1 + nu))
+
+
+def _neo_hookean_energy(F: NDArray, nu: float) -> NDArray:
+    lam, mu = unit_lame(nu)
+    J = np.linalg.det(F)
+    return 0.5 * mu * ((F**2).sum(axis=(-2, -1)) - 3) - mu * np.log(J) + 0.5 * lam * (J - 1) ** 2
+
+
+def _neo_hookean_stress(F: NDArray, nu: float) -> NDArray:
+    lam, mu = unit_lame(nu)
+    J, g = _volume_and_cofactor(F)
+    return mu * (F - g) + (lam * (J - 1) * J)[..., None, None] * g
+
+
+def _neo_hookean_tangent(F: NDArray, nu: float) -> NDArray:
+    lam, mu = unit_lame(nu)
+    J, g = _volume_and_cofactor(F)
+    A = _scaled(mu - lam * (J - 1) * J, _crossed(g, g))
+    A += _scaled(lam * (2 * J - 1) * J, _outer(g, g))
+    for i in range(3):
+        for k in range(3):
+            A[..., i, k, i, k] += mu
+    return A
+
+
+def _blatz_ko_energy(F: NDArray, nu: float) -> NDArray:
+    _, mu = unit_lame(nu)
+    J, g = _volume_and_cofactor(F)
+    beta = _exponent(nu)
+    volume = np.expm1(2 * beta * np.log(J)) / beta if beta > LEAST_EXPONENT else 2 * np.log(J)
+    return 0.5 * mu * ((g**2).sum(axis=(-2, -1)) - 3 + volume)
+
+
+def _blatz_ko_stress(F: NDArray, nu: float) -> NDArray:
+    _, mu = unit_lame(nu)
+    J, g = _volume_and_cofactor(F)
+    return mu * ((J ** (2 * _exponent(nu)))[..., None, None] * g - g @ _turned(g) @ g)
+
+
+def _blatz_ko_tangent(F: NDArray, nu: float) -> NDArray:
+    _, mu = unit_lame(nu)
+    J, g = _volume_and_cofactor(F)
+    beta = _exponent(nu)
+    power = J ** (2 * beta)
+    left, right = g @ _turned(g), _turned(g) @ g
+    cubed = left @ g
+    A = _scaled(2 * beta * power, _outer(g, g)) - _scaled(power, _crossed(g, g))
+    A += _crossed(g, cubed) + _crossed(cubed, g)
+    A += left[..., :, None, :, None] * right[..., None, :, None, :]
+    return mu * A
+
+
+def _exponent(nu: float) -> float:
+    return nu / (1 - 2 * nu)
+
+
+def _volume_and_cofactor(F: NDArray) -> tuple[NDArray, NDArray]:
+    """J = det F and F^-T."""
+    return np.linalg.det(F), _turned(np.linalg.inv(F))
+
+
+def _turned(matrix: NDArray) -> NDArray:
+    return np.swapaxes(matrix, -1, -2)
+
+
+def _scaled(factor: NDArray, tensor: NDArray) -> NDArray:
+    return np.asarray(factor)[..., None, None, None, None] * tensor
+
+
+def _outer(a: NDArray, b: NDArray) -> NDArray:
+    """a_iJ b_kL in the place iJkL."""
+    return a[..., :, :, None, None] * b[..., None, None, :, :]
+
+
+def _crossed(a: NDArray, b: NDArray) -> NDArray:
+    """a_iL b_kJ in the place iJkL."""
+    return a[..., :, None, None, :] * np.swapaxes(b, -1, -2)[..., None, :, :, None]
+
+
+# Eq. 2.2: mu/2 (I1 - 3) - mu ln J + lam/2 (J - 1)^2.
+NEO_HOOKEAN = Law("neo_hookean", _neo_hookean_energy, _neo_hookean_stress, _neo_hookean_tangent)
+# P. J. Blatz and W. L. Ko, Trans. Soc. Rheol. 6, 223 (1962), f = 0, for any Poisson's ratio:
+# mu/2 (tr C^-1 - 3 + (J^(2 beta) - 1) / beta) with beta = nu / (1 - 2 nu); the foam law of Hill
+# and Storakers with the single exponent -2.
+BLATZ_KO = Law("blatz_ko", _blatz_ko_energy, _blatz_ko_stress, _blatz_ko_tangent)
+LAWS = {law.name: law for law in (NEO_HOOKEAN, BLATZ_KO)}
+
+
+def named_law(name: str) -> Law:
+    """Law of a name.
+
+    Raises
+    ------
+    ValueError
+        If there is none of that name.
+    """
+    if name not in LAWS:
+        raise ValueError(f"law: expected one of {', '.join(LAWS)}, found {name}")
+    return LAWS[name]

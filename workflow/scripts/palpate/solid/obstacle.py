@@ -1,0 +1,148 @@
+"""Rigid obstacles that a solid's surface may touch: penalty energy, forces and tangent."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.solid.mesh import SolidMesh
+from palpate.solid.patch import face_parts, face_shapes
+
+
+@dataclass(frozen=True)
+class SurfacePoints:
+    """Quadrature points on faces of a solid's surface.
+
+    Attributes
+    ----------
+    faces : (f, 6) int array
+        Nodes of the faces.
+    shapes : (q, 6) array
+        Shape functions at the points of a face.
+    areas_m2 : (f, q) array
+        Undeformed area of each point [m^2].
+    """
+
+    faces: NDArray
+    shapes: NDArray
+    areas_m2: NDArray
+
+    def places(self, x: NDArray) -> NDArray:
+        """Where the points are at node positions x (n, 3), shape (f, q, 3) [m]."""
+        return np.matmul(self.shapes, x[self.faces])
+
+
+def surface_points(mesh: SolidMesh, faces: NDArray, *, parts: int) -> SurfacePoints:
+    """Quadrature points on faces, each cut into parts^2 triangles of three points.
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+    faces : (f, 3) or (f, 6) int array
+        Some of `mesh.surface_faces()`.
+    parts : int
+        Parts of an edge.
+    """
+    corners = mesh.nodes_m[faces[:, :3]]
+    double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inside = face_parts(parts)
+    areas = np.linalg.norm(double, axis=1)[:, None] / (2 * len(inside))
+    return SurfacePoints(
+        faces, face_shapes(inside, mesh.order), np.repeat(areas, len(inside), axis=1)
+    )
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Penetrations of an obstacle where it is touched.
+
+    Attributes
+    ----------
+    places : (k, 3) array
+        Of the quadrature points in touch [m].
+    depth_m : (k,) array
+        How far they are inside the obstacle, above 0 [m].
+    normals : (k, 3) array
+        Out of the obstacle.
+    curvature : (k,) array
+        Of the obstacle's surface at the points, positive if convex [1/m].
+    """
+
+    points: tuple[NDArray, NDArray]
+    depth_m: NDArray
+    normals: NDArray
+    curvature: NDArray
+
+
+def sphere_touch(places_m: NDArray, centre_m: NDArray, radius_m: float) -> Touch:
+    """Points (f, q, 3) inside a sphere."""
+    away = places_m - centre_m
+    length = np.sqrt((away**2).sum(axis=-1))
+    points = np.nonzero(length < radius_m)
+    inside = length[points]
+    return Touch(points, radius_m - inside, away[points] / inside[:, None], 1 / inside)
+
+
+def plane_touch(places_m: NDArray, point_m: NDArray, normal: NDArray) -> Touch:
+    """Points (f, q, 3) beneath a plane; its normal of length 1."""
+    height = (places_m - point_m) @ normal
+    points = np.nonzero(height < 0)
+    depth = -height[points]
+    return Touch(points, depth, np.repeat(normal[None], len(depth), axis=0), np.zeros(len(depth)))
+
+
+def touch_energy(touch: Touch, surface: SurfacePoints, penalty_per_m: float) -> float:
+    """Energy of the penetration over Young's modulus [m^3]."""
+    return float(0.5 * penalty_per_m * (surface.areas_m2[touch.points] @ touch.depth_m**2))
+
+
+def touch_forces(touch: Touch, surface: SurfacePoints, penalty_per_m: float, size: int) -> NDArray:
+    """Gradient of the energy at n nodes, shape (n, 3) [m^2]; points into the obstacle."""
+    faces, inside = touch.points
+    pressure = penalty_per_m * surface.areas_m2[touch.points] * touch.depth_m
+    pull = -pressure[:, None, None] * (
+        surface.shapes[inside][:, :, None] * touch.normals[:, None, :]
+    )
+    nodes = surface.faces[faces].ravel()
+    return np.stack([np.bincount(nodes, pull[..., a].ravel(), size) for a in range(3)], axis=1)
+
+
+def touch_blocks(
+    touch: Touch,
+    surface: SurfacePoints,
+    penalty_per_m: float,
+    *,
+    positive: bool = False,
+    stick_per_m: NDArray | float = 0.0,
+) -> tuple[NDArray, NDArray]:
+    """Second derivative of the energy for the faces in touch.
+
+    Parameters
+    ----------
+    touch, surface, penalty_per_m
+        As in `touch_energy`.
+    positive : bool, optional
+        Leave out the turning of the normal, which makes it negative.
+    stick_per_m : (k,) array or float, optional
+        Stiffness across the normal, which holds the points sideways [1/m].
+
+    Returns
+    -------
+    faces : (t,) int array
+        Numbers of the faces in touch.
+    blocks : (t, 6, 6, 3, 3) array
+        [m].
+    """
+    faces, number = np.unique(touch.points[0], return_inverse=True)
+    nn = touch.normals[:, :, None] * touch.normals[:, None, :]
+    across = stick_per_m - (0.0 if positive else penalty_per_m * touch.depth_m * touch.curvature)
+    across = np.broadcast_to(across, len(touch.depth_m))
+    stiff = penalty_per_m * nn + across[:, None, None] * (np.eye(3) - nn)
+    stiff *= surface.areas_m2[touch.points][:, None, None]
+    count = surface.shapes.shape[1]
+    pairs = np.einsum("qi,qj->qij", surface.shapes, surface.shapes).reshape(-1, count * count)
+    # Sum over the points of each face: one dense product, with zeros where none touches.
+    dense = np.zeros((len(faces), len(surface.shapes), 9))
+    dense[number, touch.points[1]] = stiff.reshape(-1, 9)
+    blocks = np.matmul(pairs.T, dense)
+    return faces, blocks.reshape(-1, count, count, 3, 3)
