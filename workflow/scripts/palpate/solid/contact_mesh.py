@@ -1,11 +1,13 @@
 """Ten-node mesh for one pressed point: fine at the contact, without what does not move."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from palpate.solid.boundary import support_nodes
-from palpate.solid.mesh import SolidMesh, quadratic
+from palpate.solid.mesh import SolidMesh
 from palpate.solid.patch import hertz_patch
 from palpate.solid.refine import refine_near
 from palpate.solid.sizing import Support
@@ -66,33 +68,47 @@ def moving_nodes(
     return np.linalg.norm(u.reshape(-1, 3), axis=1) > share * depth
 
 
-def moving_part(mesh: SolidMesh, moving: NDArray) -> tuple[NDArray, NDArray]:
-    """Elements with a moving node, and which nodes of them are held because others were left out.
+def fine_mesh(mesh: SolidMesh, places: tuple["Fineness", ...]) -> SolidMesh:
+    """Four-node elements refined at places, as `refine_near` does it."""
+    for place in places:
+        mesh = refine_near(
+            mesh,
+            place.point_m,
+            radius_m=place.radius_m,
+            edge_m=place.edge_m,
+            growth=place.growth,
+        )
+    return mesh
 
-    Parameters
+
+@dataclass(frozen=True)
+class Fineness:
+    """How fine a mesh is around a point.
+
+    Attributes
     ----------
-    mesh : SolidMesh
-    moving : (n,) bool array
-
-    Returns
-    -------
-    elements : (m,) bool array
-    still : (n,) bool array
-        Nodes of elements that were left out.
+    point_m : (3,) array
+        [m].
+    radius_m : float
+        Elements within it are refined [m].
+    edge_m, growth : float
+        Longest edges at the point [m], or this part of the distance from it.
     """
-    elements = moving[mesh.tetrahedra].any(axis=1)
-    still = np.zeros(len(mesh.nodes_m), dtype=bool)
-    still[mesh.tetrahedra[~elements]] = True
-    return elements, still
+
+    point_m: NDArray
+    radius_m: float
+    edge_m: float
+    growth: float
 
 
-def fine_mesh(
-    mesh: SolidMesh, point_m: NDArray, *, edge_m: float, growth: float, radius_m: float
-) -> SolidMesh:
-    """Ten-node elements with edges of at most `edge_m` at a point, as `refine_near` takes them."""
-    return quadratic(refine_near(mesh, point_m, radius_m=radius_m, edge_m=edge_m, growth=growth))
+def foot_m(mesh: SolidMesh, support: Support) -> NDArray:
+    """Middle of the surface nodes that are nearest to the support, (3,) [m]."""
+    nodes = mesh.nodes_m[mesh.surface_nodes()]
+    heights = support.heights_m(nodes)
+    return nodes[heights <= heights.min() + support.tolerance_m].mean(axis=0)
 
 
-def nearest_values(values: NDArray, from_m: NDArray, to_m: NDArray) -> NDArray:
-    """Values of the nearest of the points they are given at."""
-    return values[cKDTree(from_m).query(to_m)[1]]
+def moving_elements(whole: SolidMesh, coarse: SolidMesh, moving: NDArray) -> NDArray:
+    """Elements of a finer mesh with a node whose nearest one of a coarser mesh moves, (m,) bool."""
+    nearest = cKDTree(coarse.nodes_m).query(whole.nodes_m)[1]
+    return moving[nearest][whole.tetrahedra].any(axis=1)

@@ -11,13 +11,13 @@ from palpate.solid.hyperelastic import HyperelasticSolid
 from palpate.solid.obstacle import (
     SurfacePoints,
     Touch,
-    plane_touch,
     sphere_touch,
     touch_blocks,
     touch_energy,
     touch_forces,
 )
 from palpate.solid.solve import factorise
+from palpate.solid.standing import Table
 
 # Newton's steps end when none moves a node farther; what is left is a square of it.
 SMALLEST_STEP_M = 4e-6
@@ -27,6 +27,8 @@ SHRINKING = 0.3
 NEAR_M = 5e-5
 # From steps of this size on the sphere is moved on by what its skin gives.
 SETTLED_M = 2e-4
+# The skin's energy grows with this power of the force; known from two forces that differ enough.
+HERTZ_POWER, POWERS, MORE = 4 / 3, (1.0, 3.0), 1.02
 HALVINGS = 12
 # Part of the slope that a step's gain in energy must reach.
 ARMIJO = 1e-4
@@ -44,6 +46,8 @@ class State:
         Of the sphere on the solid, over Young's modulus [m^2].
     given_m : float
         What the sphere's skin gave of the depth [m].
+    skin_m3 : float
+        Complementary energy of the skin over Young's modulus [m^3].
     steps : int
         Newton's steps that it took.
     """
@@ -51,7 +55,13 @@ class State:
     x_m: NDArray
     force_m2: NDArray
     given_m: float
+    skin_m3: float
     steps: int
+
+    @staticmethod
+    def at_rest(nodes_m: NDArray) -> "State":
+        """Before the sphere touches."""
+        return State(nodes_m, np.zeros(3), 0.0, 0.0, 0)
 
 
 class PressedSolid:
@@ -84,7 +94,7 @@ class PressedSolid:
         direction: NDArray,
         radius_m: float,
         penalty_per_m: float,
-        table: "Table | None" = None,
+        table: Table | None = None,
     ) -> None:
         self.solid, self.free, self.reach, self.table = solid, free, reach, table
         self.touch_m, self.direction = touch_m, direction
@@ -100,7 +110,7 @@ class PressedSolid:
         self._table_pairs = _pairs(solid, table.surface) if table else None
         self._factors = None
 
-    def equilibrium(self, start_m: NDArray, depth_m: float, *, given_m: float = 0.0) -> State:
+    def equilibrium(self, start_m: NDArray, depth_m: float, *, last: State) -> State:
         """Find the equilibrium at a depth, from node positions near it.
 
         The sphere's skin gives way; it goes deeper by what that takes of the depth.
@@ -111,15 +121,17 @@ class PressedSolid:
             [m].
         depth_m : float
             Way of the sphere since the first touch [m].
-        given_m : float, optional
-            Guess of what the skin takes [m].
+        last : State
+            At a lesser depth.
 
         Raises
         ------
         ValueError
             If it isn't found in as many steps as are tried.
         """
-        x, given, largest = start_m, given_m, np.inf
+        x, given, largest = start_m, last.given_m, np.inf
+        if self.table:
+            self.table.settle(x)
         for step in range(1, STEPS + 1):
             centre = self.centre_m(depth_m + given)
             forces, before = self._forces(x, centre), largest
@@ -132,9 +144,9 @@ class PressedSolid:
             x = x + part * move
             largest = np.abs(part * move).max()
             if part == 1.0 and largest < SMALLEST_STEP_M:
-                return State(x, self.sphere_force(x, centre), given, step)
+                return State(x, self.sphere_force(x, centre), given, self._skin(x, centre), step)
             if part == 1.0 and largest < SETTLED_M:
-                given = self._given(x, centre)
+                given = self._given(x, centre, last)
         raise ValueError(
             f"equilibrium: expected steps below {SMALLEST_STEP_M:g} m after {STEPS},"
             f" found {largest:.2g} m"
@@ -144,16 +156,24 @@ class PressedSolid:
         """Centre of the sphere that would be at a depth if nothing gave way [m]."""
         return self.touch_m + (depth_m - self.radius_m) * self.direction
 
-    def _given(self, x: NDArray, centre_m: NDArray) -> float:
+    def _given(self, x: NDArray, centre_m: NDArray, last: State) -> float:
         """Depth that the sphere's skin takes, to the first order of its compliance [m].
 
-        At a given force the skin's complementary energy Q adds dQ/dF to the depth; in Hertz's
-        contact Q grows with the force's power 4/3.
+        At a given force F the skin's complementary energy Q adds dQ/dF to the depth; Q grows with
+        a power of F, in Hertz's contact with 4/3.
         """
-        touch = self._touch(x, centre_m)
-        weights = self.reach.areas_m2[touch.points] * touch.depth_m
-        along = float(weights @ (touch.normals @ self.direction))
-        return 2 / 3 * float(weights @ touch.depth_m) / along if along > 0 else 0.0
+        force = float(self.sphere_force(x, centre_m) @ self.direction)
+        before = float(last.force_m2 @ self.direction)
+        energy, power = self._skin(x, centre_m), HERTZ_POWER
+        if force <= 0:
+            return 0.0
+        if before > 0 and force > MORE * before:
+            power = np.log(energy / last.skin_m3) / np.log(force / before)
+        return float(np.clip(power, *POWERS)) * energy / force
+
+    def _skin(self, x: NDArray, centre_m: NDArray) -> float:
+        """Complementary energy of the sphere's skin over Young's modulus [m^3]."""
+        return touch_energy(self._touch(x, centre_m), self.reach, self.penalty_per_m)
 
     def sphere_force(self, x: NDArray, centre_m: NDArray) -> NDArray:
         """Force of the sphere on the solid over Young's modulus, (3,) [m^2]."""
@@ -201,6 +221,8 @@ class PressedSolid:
         if self.table:
             faces, extra = self.table.blocks(x)
             _add(blocks, self._table_pairs[faces], extra)
+            pinned = np.array([self.table.pinned])
+            blocks[self.solid.block_of(pinned, pinned)] += self.table.pin
         size = len(self._chosen)
         return sparse.csr_matrix((blocks.ravel()[self._take], *self._pattern), shape=(size, size))
 
@@ -216,69 +238,6 @@ class PressedSolid:
             part /= 2
         logging.debug("no part of a step lowers the energy")
         return part
-
-
-@dataclass
-class Table:
-    """A plane that points of the surface stand on; where they touched, they stick.
-
-    Attributes
-    ----------
-    surface : SurfacePoints
-        That may touch.
-    point_m, normal : (3,) arrays
-        Of the plane; the normal has length 1.
-    penalty_per_m : float
-        Pressure per penetration over Young's modulus, and shear per sliding [1/m].
-    anchors_m : (f, q, 3) array
-        Where the points touched first; NaN where they have not yet [m].
-    """
-
-    surface: SurfacePoints
-    point_m: NDArray
-    normal: NDArray
-    penalty_per_m: float
-    anchors_m: NDArray
-
-    def energy(self, x: NDArray) -> float:
-        """Energy over Young's modulus [m^3]."""
-        touch, slid, stiff = self._state(x)
-        sliding = 0.5 * (stiff * self.surface.areas_m2[touch.points]) @ (slid**2).sum(axis=1)
-        return touch_energy(touch, self.surface, self.penalty_per_m) + float(sliding)
-
-    def forces(self, x: NDArray) -> NDArray:
-        """Gradient of the energy, shape (n, 3) [m^2]."""
-        touch, slid, stiff = self._state(x)
-        faces, inside = touch.points
-        shear = (stiff * self.surface.areas_m2[touch.points])[:, None] * slid
-        pull = self.surface.shapes[inside][:, :, None] * shear[:, None, :]
-        nodes = self.surface.faces[faces].ravel()
-        sides = [np.bincount(nodes, pull[..., a].ravel(), len(x)) for a in range(3)]
-        return touch_forces(touch, self.surface, self.penalty_per_m, len(x)) + np.stack(sides, 1)
-
-    def blocks(self, x: NDArray) -> tuple[NDArray, NDArray]:
-        """Faces in touch and their second derivatives, as `touch_blocks` gives them."""
-        touch, _, stiff = self._state(x)
-        return touch_blocks(touch, self.surface, self.penalty_per_m, stick_per_m=stiff)
-
-    def settle(self, x: NDArray) -> None:
-        """Let the points that touch by now stick where they are; free those that left."""
-        touch, _, _ = self._state(x)
-        anchors = np.full_like(self.anchors_m, np.nan)
-        places = self.surface.places(x)[touch.points]
-        old = self.anchors_m[touch.points]
-        anchors[touch.points] = np.where(np.isnan(old), places, old)
-        self.anchors_m = anchors
-
-    def _state(self, x: NDArray) -> tuple[Touch, NDArray, NDArray]:
-        """Touch, how far its points slid from where they stuck (k, 3), stiffness against it."""
-        places = self.surface.places(x)
-        touch = plane_touch(places, self.point_m, self.normal)
-        slid = places[touch.points] - self.anchors_m[touch.points]
-        sticks = ~np.isnan(slid[:, 0])
-        slid = np.where(sticks[:, None], slid, 0.0)
-        slid = slid - (slid @ self.normal)[:, None] * self.normal
-        return touch, slid, np.where(sticks, self.penalty_per_m, 0.0)
 
 
 def _pairs(solid: HyperelasticSolid, surface: SurfacePoints) -> NDArray:

@@ -1,0 +1,260 @@
+"""A solid made ready for a press: mesh, what holds it, where the sphere touches first."""
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.solid.boundary import support_nodes
+from palpate.solid.contact_mesh import (
+    Fineness,
+    fine_mesh,
+    foot_m,
+    moving_elements,
+    moving_nodes,
+)
+from palpate.solid.hyperelastic import HyperelasticSolid
+from palpate.solid.laws import named_law
+from palpate.solid.mesh import SolidMesh, quadratic
+from palpate.solid.obstacle import surface_points
+from palpate.solid.pressing import PressedSolid
+from palpate.solid.sizing import Support
+from palpate.solid.smooth_surface import SmoothSurface, bent_to
+from palpate.solid.standing import standing_table
+from palpate.solid.touching import facing_faces, first_touch, thickness_m
+
+CONTACTS = ("bonded", "resting")
+# Parts of a face's edge for the contact's quadrature; its border runs through the faces.
+PARTS = 4
+# Of a resting solid: faces this part of the greatest depth above the table may come down to it.
+TABLE_REACH = 0.3
+
+
+@dataclass(frozen=True)
+class PressOptions:
+    """How fine a press is computed.
+
+    Attributes
+    ----------
+    edge_m, growth, refine_radius_m : float
+        Longest edges at the contact, or this part of the distance from it, and how far around the
+        point elements are refined [m].
+    foot_edge_m, foot_growth, foot_radius_m : float
+        The same where a resting solid stands.
+    still_share : float
+        Of bonded solids, nodes that a linear press moves by less than this part of its depth are
+        held.
+    penalty_per_m : float
+        Of the contacts: pressure per penetration over Young's modulus [1/m].
+    largest_gap_m : float
+        Of the point from the surface along the direction [m].
+    """
+
+    edge_m: float = 0.0022
+    growth: float = 0.7
+    refine_radius_m: float = 0.03
+    foot_edge_m: float = 0.005
+    foot_growth: float = 1.0
+    foot_radius_m: float = 0.02
+    still_share: float = 0.002
+    penalty_per_m: float = 3e4
+    largest_gap_m: float = 0.005
+
+
+@dataclass(frozen=True)
+class PressSetup:
+    """A solid ready to be pressed along a line.
+
+    Attributes
+    ----------
+    whole : SolidMesh
+        Ten-node elements of all of the solid, n nodes.
+    moved : SolidMesh
+        Those that move, m nodes.
+    nodes : (m,) int array
+        Numbers in the whole of the moved nodes.
+    free : (m, 3) bool array
+        Directions in which these may move.
+    touch_m, direction : (3,) arrays
+        Place of the sphere's tip when it touches first [m]; its way, of length 1.
+    radius_m, deepest_m : float
+        Of the sphere [m].
+    support : Support
+    contact : str
+        "bonded" or "resting".
+    options : PressOptions
+    """
+
+    whole: SolidMesh
+    moved: SolidMesh
+    nodes: NDArray
+    free: NDArray
+    touch_m: NDArray
+    direction: NDArray
+    radius_m: float
+    deepest_m: float
+    support: Support
+    contact: str
+    options: PressOptions
+
+    def pressed(self, law: str, nu: float) -> PressedSolid:
+        """Mechanics of a law and Poisson's ratio."""
+        penalty, table = self.options.penalty_per_m, None
+        faces = facing_faces(
+            self.moved,
+            self.touch_m,
+            self.direction,
+            radius_m=self.radius_m,
+            deepest_m=self.deepest_m,
+        )
+        if self.contact == "resting":
+            reach = TABLE_REACH * self.deepest_m
+            table = standing_table(self.moved, self.support, reach_m=reach, penalty_per_m=penalty)
+        return PressedSolid(
+            HyperelasticSolid(self.moved, named_law(law), nu),
+            self.free,
+            surface_points(self.moved, faces, parts=PARTS),
+            touch_m=self.touch_m,
+            direction=self.direction,
+            radius_m=self.radius_m,
+            penalty_per_m=penalty,
+            table=table,
+        )
+
+    def first_start(self, depth_m: float) -> NDArray:
+        """Guess of the node positions (m, 3) at the first depth [m].
+
+        A resting solid goes down by half of the depth, for both its contacts to bear.
+        """
+        if self.contact == "bonded":
+            return self.moved.nodes_m
+        normal = np.asarray(self.support.normal, dtype=float)
+        return self.moved.nodes_m - depth_m / 2 * normal / np.linalg.norm(normal)
+
+    def displacement(self, x: NDArray) -> NDArray:
+        """Displacement of all nodes (n, 3) at positions of the moved ones [m]."""
+        u = np.zeros_like(self.whole.nodes_m)
+        u[self.nodes] = x - self.moved.nodes_m
+        return u
+
+
+def press_setup(
+    mesh: SolidMesh,
+    support: Support,
+    point_m: NDArray,
+    direction: NDArray,
+    *,
+    radius_m: float,
+    deepest_m: float,
+    contact: str,
+    surface: SmoothSurface | None,
+    options: PressOptions,
+) -> PressSetup:
+    """Refine a solid for a press and find what holds it and where the sphere touches.
+
+    Parameters
+    ----------
+    As `palpate.solid.indentation_table.indentation_model` has them.
+
+    Raises
+    ------
+    ValueError
+        If the contact is unknown, the direction has no length, the depth is not within the
+        thickness, or the point is off the surface.
+    """
+    if contact not in CONTACTS:
+        raise ValueError(f"contact: expected one of {', '.join(CONTACTS)}, found {contact}")
+    point_m, direction = np.asarray(point_m, dtype=float), _unit(direction)
+    _check_depth(thickness_m(mesh, point_m, direction), deepest_m)
+    whole = _fine(mesh, support, point_m, contact, surface, options)
+    touch = _touch(whole, point_m, direction, radius_m, deepest_m, options)
+    if contact == "bonded":
+        coarse = quadratic(mesh)
+        moving = moving_nodes(
+            coarse, support, touch, direction, radius_m=radius_m, share=options.still_share
+        )
+        elements = moving_elements(whole, coarse, moving)
+    else:
+        elements = np.ones(len(whole.tetrahedra), dtype=bool)
+    moved, nodes, free = _cut(whole, elements, _held(whole, support, contact))
+    logging.info("%d nodes move in %d directions", len(nodes), free.sum())
+    return PressSetup(
+        whole, moved, nodes, free, touch, direction, radius_m, deepest_m, support, contact, options
+    )
+
+
+def _unit(direction: NDArray) -> NDArray:
+    length = np.linalg.norm(direction)
+    if not 0 < length < np.inf:
+        raise ValueError(f"direction: expected one with a length, found {list(direction)}")
+    return np.asarray(direction, dtype=float) / length
+
+
+def _check_depth(thickness: float, deepest_m: float) -> None:
+    if not 0 < deepest_m < thickness:
+        raise ValueError(
+            f"deepest_m: expected above 0 and below the thickness of {thickness:.3g} m,"
+            f" found {deepest_m:g}"
+        )
+
+
+def _fine(
+    mesh: SolidMesh,
+    support: Support,
+    point_m: NDArray,
+    contact: str,
+    surface: SmoothSurface | None,
+    options: PressOptions,
+) -> SolidMesh:
+    o = options
+    places = [Fineness(point_m, o.refine_radius_m, o.edge_m, o.growth)]
+    if contact == "resting":
+        foot = foot_m(mesh, support)
+        places.append(Fineness(foot, o.foot_radius_m, o.foot_edge_m, o.foot_growth))
+    fine = fine_mesh(mesh, tuple(places))
+    return quadratic(bent_to(fine, surface) if surface else fine)
+
+
+def _touch(
+    whole: SolidMesh,
+    point_m: NDArray,
+    direction: NDArray,
+    radius_m: float,
+    deepest_m: float,
+    options: PressOptions,
+) -> NDArray:
+    faces = facing_faces(whole, point_m, direction, radius_m=radius_m, deepest_m=deepest_m)
+    gap = first_touch(whole.nodes_m, faces, point_m, direction, radius_m=radius_m)
+    if abs(gap) > options.largest_gap_m:
+        raise ValueError(
+            f"point_m: expected within {options.largest_gap_m:g} m of the surface,"
+            f" found {abs(gap):.3g} m along the direction"
+        )
+    return point_m + gap * direction
+
+
+def _held(whole: SolidMesh, support: Support, contact: str) -> NDArray:
+    """Nodes that the support holds, (n,) bool."""
+    held = np.zeros(len(whole.nodes_m), dtype=bool)
+    if contact == "bonded":
+        held[
+            support_nodes(
+                whole,
+                plane_point_m=support.point_m,
+                plane_normal=support.normal,
+                tolerance_m=support.tolerance_m,
+            )
+        ] = True
+    return held
+
+
+def _cut(whole: SolidMesh, elements: NDArray, held: NDArray) -> tuple[SolidMesh, NDArray, NDArray]:
+    """The elements that move, the numbers of their nodes, and where these are free."""
+    held = held.copy()
+    held[whole.tetrahedra[~elements]] = True
+    nodes = np.unique(whole.tetrahedra[elements])
+    number = np.full(len(whole.nodes_m), -1)
+    number[nodes] = np.arange(len(nodes))
+    moved = SolidMesh(whole.nodes_m[nodes], number[whole.tetrahedra[elements]])
+    return moved, nodes, np.repeat(~held[nodes][:, None], 3, axis=1)

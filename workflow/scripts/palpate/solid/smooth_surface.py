@@ -1,0 +1,136 @@
+"""A template's facets as a smooth surface, and a solid bent to it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.open3d_core import o3d
+from palpate.solid.mesh import SolidMesh, element_volumes
+from palpate.solid.quality import scene_of
+from palpate.solid.solve import factorise
+from palpate.solid.stiffness import combined, elastic_stiffness
+
+# Facets that meet at a greater angle meet at an edge of the object.
+CREASE_DEG = 35.0
+SIDES = np.array([[0, 1], [1, 2], [2, 0]])
+# No element may lose more than this part of its volume.
+LEAST_VOLUME = 0.2
+# Moves below it leave the solid as it is [m].
+NO_MOVE_M = 1e-7
+
+
+class SmoothSurface:
+    """Six-node triangles over a template's facets, with the curvature that its normals tell.
+
+    The middle of an edge rises along the mean of its ends' normals by ((n_b - n_a) (b - a)) / 8,
+    which is exact on a sphere up to the fourth power of the edge; at creases edges stay straight.
+
+    Parameters
+    ----------
+    vertices_m, faces : (n, 3), (m, 3) arrays
+        Closed surface, outward [m].
+    """
+
+    def __init__(self, vertices_m: NDArray, faces: NDArray) -> None:
+        self._origin = vertices_m.mean(axis=0)
+        self._corners = vertices_m[faces] - self._origin
+        self._rises = _edge_rises(vertices_m, faces)
+        self._scene = scene_of(vertices_m - self._origin, faces)
+
+    def nearest(self, points_m: NDArray) -> NDArray:
+        """Points (k, 3) put on the surface by way of the nearest point of its facets [m]."""
+        query = o3d.core.Tensor((points_m - self._origin).astype(np.float32))
+        found = self._scene.compute_closest_points(query, nthreads=1)
+        face, (u, v) = found["primitive_ids"].numpy(), found["primitive_uvs"].numpy().T
+        weights = np.stack([1 - u - v, u, v], axis=1).astype(float)
+        flat = np.einsum("ki,kia->ka", weights, self._corners[face])
+        bends = 4 * weights[:, SIDES[:, 0]] * weights[:, SIDES[:, 1]]
+        return self._origin + flat + np.einsum("ke,kea->ka", bends, self._rises[face])
+
+
+def bent_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
+    """Solid whose surface nodes lie on a smooth surface; the inside follows as an elastic solid.
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+        Four-node elements.
+    surface : SmoothSurface
+
+    Returns
+    -------
+    SolidMesh
+        The mesh itself where nothing moves.
+
+    Raises
+    ------
+    ValueError
+        If an element would lose too much of its volume.
+    """
+    outer = mesh.surface_nodes()
+    u = np.zeros_like(mesh.nodes_m)
+    u[outer] = surface.nearest(mesh.nodes_m[outer]) - mesh.nodes_m[outer]
+    if np.abs(u).max() < NO_MOVE_M:
+        return mesh
+    inner = np.setdiff1d(np.arange(len(u)), outer)
+    free, given = ((3 * nodes[:, None] + np.arange(3)).ravel() for nodes in (inner, outer))
+    K = combined(*elastic_stiffness(mesh), 0.5, 0.5)
+    right = -(K[free][:, given] @ u.ravel()[given])
+    u.reshape(-1)[free] = factorise(K[free][:, free])(right)
+    bent = SolidMesh(mesh.nodes_m + u, mesh.tetrahedra)
+    before, after = (element_volumes(m.nodes_m, m.tetrahedra) for m in (mesh, bent))
+    if (after / before).min() < LEAST_VOLUME:
+        raise ValueError(
+            f"mesh: expected elements that keep {LEAST_VOLUME:g} of their volume on the smooth"
+            f" surface, found {(after / before).min():.2g}"
+        )
+    return bent
+
+
+def _edge_rises(vertices_m: NDArray, faces: NDArray) -> NDArray:
+    """How far the middles of the faces' edges rise, shape (m, 3, 3) [m]."""
+    normals = _corner_normals(vertices_m, faces)
+    a, b = (vertices_m[faces[:, SIDES[:, k]]] for k in (0, 1))
+    na, nb = (normals[:, SIDES[:, k]] for k in (0, 1))
+    mean = na + nb
+    mean /= np.linalg.norm(mean, axis=-1, keepdims=True)
+    rises = ((nb - na) * (b - a)).sum(axis=-1, keepdims=True) / 8 * mean
+    pairs = np.sort(faces[:, SIDES].reshape(-1, 2), axis=1)
+    _, number, count = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
+    number = number.ravel()
+    flat = rises.reshape(-1, 3)
+    sums = np.stack([np.bincount(number, flat[:, k]) for k in range(3)], axis=1)
+    means = sums / count[:, None]
+    face_normals = _unit(np.cross(a[:, 1] - a[:, 0], a[:, 2] - a[:, 0]))
+    facing = np.repeat(face_normals, 3, axis=0)
+    joint = np.stack([np.bincount(number, facing[:, k]) for k in range(3)], axis=1)
+    # Of two facets at an angle t the normals' sum has the length 2 cos(t/2).
+    smooth = np.linalg.norm(joint, axis=1) > 2 * np.cos(np.radians(CREASE_DEG) / 2)
+    return np.where(smooth[:, None], means, 0.0)[number].reshape(-1, 3, 3)
+
+
+def _corner_normals(vertices_m: NDArray, faces: NDArray) -> NDArray:
+    """Normal of each face's corner: mean of the faces around it that meet without a crease."""
+    corners = vertices_m[faces]
+    double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = _unit(double)
+    angles = _corner_angles(corners)
+    order = np.argsort(faces.ravel(), kind="stable")
+    starts = np.searchsorted(faces.ravel()[order], np.arange(len(vertices_m) + 1))
+    least = np.cos(np.radians(CREASE_DEG))
+    found = np.zeros((len(faces), 3, 3))
+    for vertex in range(len(vertices_m)):
+        around = order[starts[vertex] : starts[vertex + 1]]
+        mine, corner = around // 3, around % 3
+        near = normals[mine] @ normals[mine].T >= least
+        found[mine, corner] = (near * angles[mine, corner]) @ normals[mine]
+    return _unit(found)
+
+
+def _corner_angles(corners: NDArray) -> NDArray:
+    onward = _unit(np.roll(corners, -1, axis=1) - corners)
+    back = _unit(np.roll(corners, 1, axis=1) - corners)
+    return np.arccos(np.clip((onward * back).sum(axis=-1), -1, 1))
+
+
+def _unit(vectors: NDArray) -> NDArray:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)

@@ -1,0 +1,143 @@
+"""A plane that a solid stands on without being bonded to it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.solid.mesh import SolidMesh
+from palpate.solid.obstacle import (
+    SurfacePoints,
+    Touch,
+    plane_touch,
+    surface_points,
+    touch_blocks,
+    touch_energy,
+    touch_forces,
+)
+from palpate.solid.sizing import Support
+
+# Stiffness that holds one node sideways, over Young's modulus; elements have a hundredth [m].
+PIN_M = 1.0
+# Parts of an edge for the quadrature: the border of what stands runs through the faces.
+PARTS = 4
+
+
+@dataclass
+class Table:
+    """A plane that points of the surface press; where they touched it, they stick.
+
+    Nothing keeps a round object from rolling off under a frictionless sphere but the hand's
+    friction, so that one node is held sideways.
+
+    Attributes
+    ----------
+    surface : SurfacePoints
+        That may touch.
+    point_m, normal : (3,) arrays
+        Of the plane; the normal has length 1.
+    penalty_per_m : float
+        Pressure per penetration over Young's modulus, and shear per sliding [1/m].
+    pinned : int
+        Node that is held sideways.
+    pinned_m : (3,) array
+        Where [m].
+    anchors_m : (f, q, 3) array
+        Where the points touched first; NaN where they have not yet [m].
+    """
+
+    surface: SurfacePoints
+    point_m: NDArray
+    normal: NDArray
+    penalty_per_m: float
+    pinned: int
+    pinned_m: NDArray
+    anchors_m: NDArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.anchors_m = np.full((*self.surface.areas_m2.shape, 3), np.nan)
+
+    @property
+    def pin(self) -> NDArray:
+        """Stiffness of the held node over Young's modulus, (3, 3) [m]."""
+        return PIN_M * (np.eye(3) - np.outer(self.normal, self.normal))
+
+    def energy(self, x: NDArray) -> float:
+        """Energy over Young's modulus [m^3]."""
+        touch, slid, stiff = self._state(x)
+        sliding = 0.5 * (stiff * self.surface.areas_m2[touch.points]) @ (slid**2).sum(axis=1)
+        off = x[self.pinned] - self.pinned_m
+        held = 0.5 * off @ self.pin @ off
+        return touch_energy(touch, self.surface, self.penalty_per_m) + float(sliding + held)
+
+    def forces(self, x: NDArray) -> NDArray:
+        """Gradient of the energy, shape (n, 3) [m^2]."""
+        touch, slid, stiff = self._state(x)
+        faces, inside = touch.points
+        shear = (stiff * self.surface.areas_m2[touch.points])[:, None] * slid
+        pull = self.surface.shapes[inside][:, :, None] * shear[:, None, :]
+        nodes = self.surface.faces[faces].ravel()
+        forces = touch_forces(touch, self.surface, self.penalty_per_m, len(x))
+        forces += np.stack([np.bincount(nodes, pull[..., a].ravel(), len(x)) for a in range(3)], 1)
+        forces[self.pinned] += self.pin @ (x[self.pinned] - self.pinned_m)
+        return forces
+
+    def blocks(self, x: NDArray) -> tuple[NDArray, NDArray]:
+        """Faces in touch and their second derivatives, as `touch_blocks` gives them."""
+        touch, _, stiff = self._state(x)
+        return touch_blocks(touch, self.surface, self.penalty_per_m, stick_per_m=stiff)
+
+    def settle(self, x: NDArray) -> None:
+        """Let the points that touch by now stick where they are; free those that left."""
+        places = self.surface.places(x)
+        touch = plane_touch(places, self.point_m, self.normal)
+        anchors = np.full_like(self.anchors_m, np.nan)
+        old = self.anchors_m[touch.points]
+        anchors[touch.points] = np.where(np.isnan(old), places[touch.points], old)
+        self.anchors_m = anchors
+
+    def _state(self, x: NDArray) -> tuple[Touch, NDArray, NDArray]:
+        """Touch, how far its points slid from where they stuck (k, 3), stiffness against it."""
+        places = self.surface.places(x)
+        touch = plane_touch(places, self.point_m, self.normal)
+        slid = places[touch.points] - self.anchors_m[touch.points]
+        sticks = ~np.isnan(slid[:, 0])
+        slid = np.where(sticks[:, None], slid, 0.0)
+        slid = slid - (slid @ self.normal)[:, None] * self.normal
+        return touch, slid, np.where(sticks, self.penalty_per_m, 0.0)
+
+
+def standing_table(
+    mesh: SolidMesh, support: Support, *, reach_m: float, penalty_per_m: float
+) -> Table:
+    """Table at the lowest point of a solid.
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+        Ten-node elements.
+    support : Support
+        Its normal; the plane is moved along it until it touches the solid.
+    reach_m : float
+        Faces below this height may come down to the table [m].
+    penalty_per_m : float
+        As `Table` has it.
+    """
+    normal = np.asarray(support.normal, dtype=float)
+    normal = normal / np.linalg.norm(normal)
+    faces = mesh.surface_faces()
+    corners = mesh.nodes_m[faces[:, :3]]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    heights = corners @ normal
+    lowest = float(heights.min())
+    low = (heights.min(axis=1) < lowest + reach_m) & (across @ normal < 0)
+    middle = mesh.nodes_m.mean(axis=0)
+    pinned = int(np.argmin(np.linalg.norm(mesh.nodes_m - middle, axis=1)))
+    return Table(
+        surface=surface_points(mesh, faces[low], parts=PARTS),
+        point_m=lowest * normal,
+        normal=normal,
+        penalty_per_m=penalty_per_m,
+        pinned=pinned,
+        pinned_m=mesh.nodes_m[pinned],
+    )
