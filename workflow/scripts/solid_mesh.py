@@ -18,6 +18,7 @@ from palpate.surface.template import read_template
 
 # A kept mesh of another object is farther from the template than its own ever is.
 LARGEST_GAP = 0.02
+SUPPORT = ("plane_point_m", "plane_normal", "tolerance_m")
 
 
 def main(snakemake):
@@ -35,7 +36,7 @@ def main(snakemake):
             f" template, found {quality.largest_gap_m:.2g} m"
         )
     with naming(inputs.object):
-        support_nodes(solid, **spec["support"])
+        support_nodes(solid, **{name: spec["support"][name] for name in SUPPORT})
     report(quality)
     with whole_file(snakemake.output.solid) as part:
         write_solid(part, solid)

@@ -15,7 +15,7 @@ SIDES = np.array([[0, 1], [1, 2], [2, 0]])
 # No element may lose more than this part of its volume.
 LEAST_VOLUME = 0.2
 # Moves below it leave the solid as it is [m].
-NO_MOVE_M = 1e-7
+NO_MOVE_M = 1e-6
 
 
 class SmoothSurface:
@@ -113,7 +113,7 @@ def _corner_normals(vertices_m: NDArray, faces: NDArray) -> NDArray:
     corners = vertices_m[faces]
     double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = _unit(double)
-    angles = _corner_angles(corners)
+    weights = _corner_weights(corners)
     order = np.argsort(faces.ravel(), kind="stable")
     starts = np.searchsorted(faces.ravel()[order], np.arange(len(vertices_m) + 1))
     least = np.cos(np.radians(CREASE_DEG))
@@ -122,14 +122,16 @@ def _corner_normals(vertices_m: NDArray, faces: NDArray) -> NDArray:
         around = order[starts[vertex] : starts[vertex + 1]]
         mine, corner = around // 3, around % 3
         near = normals[mine] @ normals[mine].T >= least
-        found[mine, corner] = (near * angles[mine, corner]) @ normals[mine]
+        found[mine, corner] = (near * weights[mine, corner]) @ normals[mine]
     return _unit(found)
 
 
-def _corner_angles(corners: NDArray) -> NDArray:
-    onward = _unit(np.roll(corners, -1, axis=1) - corners)
-    back = _unit(np.roll(corners, 1, axis=1) - corners)
-    return np.arccos(np.clip((onward * back).sum(axis=-1), -1, 1))
+def _corner_weights(corners: NDArray) -> NDArray:
+    """Weights of a face's normal at its corners that are exact on spheres, (m, 3) (Max 1999)."""
+    onward = np.roll(corners, -1, axis=1) - corners
+    back = np.roll(corners, 1, axis=1) - corners
+    double = np.linalg.norm(np.cross(onward, back), axis=-1)
+    return double / ((onward**2).sum(axis=-1) * (back**2).sum(axis=-1))
 
 
 def _unit(vectors: NDArray) -> NDArray:

@@ -1,0 +1,111 @@
+"""The look-up's interpolation, its mirror image and its file."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from palpate.solid.indentation import (
+    IndentationModel,
+    load_indentation,
+    mirrored,
+    save_indentation,
+)
+from palpate.solid.indentation_table import POISSON_RATIOS, depth_ladder
+
+RATIOS = np.array(POISSON_RATIOS)
+
+
+def hertz(depth_m, nu):
+    return 4 / 3 / (1 - nu**2) * np.sqrt(0.006) * depth_m**1.5
+
+
+@pytest.fixture(scope="module")
+def model():
+    rng = np.random.default_rng(5)
+    depth = depth_ladder(0.009, 0.001)
+    force = hertz(depth, RATIOS[:, None])
+    move = (1 + RATIOS[:, None, None, None]) * depth[:, None, None] * rng.normal(size=(4, 3))
+    return IndentationModel(
+        point_m=np.array([0.01, 0.02, 0.03]),
+        direction=np.array([0.0, 0.6, -0.8]),
+        radius_m=0.006,
+        laws=("neo_hookean", "blatz_ko"),
+        poisson_ratios=RATIOS,
+        depth_m=depth,
+        force_per_modulus_m2=np.stack([force, 2 * force]),
+        surface_rest_m=rng.normal(size=(4, 3)),
+        surface_faces=np.array([[0, 1, 2], [1, 2, 3]]),
+        surface_displacement_m=np.stack([move, 2 * move]).astype(np.float32),
+    )
+
+
+def test_ladder_ends_at_the_deepest_and_is_finer_at_the_start():
+    depth = depth_ladder(0.0045, 0.001)
+    assert depth[[0, 1, -1]] == pytest.approx([0, 0.00025, 0.0045])
+    assert (np.diff(depth) > 0).all()
+    assert np.diff(depth).max() <= 0.001 + 1e-12
+
+
+@pytest.mark.parametrize("nu", [0.05, 0.2, 0.37, 0.46])
+def test_force_between_the_table_s_places(model, nu):
+    depth = np.linspace(0.0004, 0.009, 31)
+    found = model.force_per_modulus(depth, nu, "neo_hookean")
+    assert found == pytest.approx(hertz(depth, nu), rel=3e-3)
+    assert model.force_per_modulus(depth, nu, "blatz_ko") == pytest.approx(2 * found)
+
+
+def test_displacement_between_the_table_s_places(model):
+    found = model.displacement(np.array([[0.0007, 0.0033]]), 0.25, "neo_hookean")
+    assert found.shape == (1, 2, 4, 3)
+    last = model.surface_displacement_m[0, 0, -1] / 0.009
+    assert found[0, 1] == pytest.approx(1.25 * 0.0033 * last, rel=1e-5)
+
+
+def test_before_the_touch_nothing_moves(model):
+    assert model.force_per_modulus(-0.001, 0.3, "blatz_ko") == 0
+    assert np.abs(model.displacement(-0.001, 0.3, "blatz_ko")).max() == 0
+
+
+def test_mirror_image_twice_is_the_model(model):
+    point, normal = np.array([0.1, 0.2, 0.3]), np.array([0.6, 0.8, 0.0])
+    once = mirrored(model, point, normal)
+    twice = mirrored(once, point, normal)
+    assert (once.point_m - point) @ normal == pytest.approx(-(model.point_m - point) @ normal)
+    assert once.direction @ normal == pytest.approx(-model.direction @ normal)
+    for name, wanted in vars(model).items():
+        if name not in ("laws", "radius_m"):
+            assert np.allclose(getattr(twice, name), wanted, rtol=1e-6, atol=1e-8)
+
+
+def test_file_keeps_the_model(model, tmp_path):
+    save_indentation(tmp_path / "a.npz", model)
+    found = load_indentation(tmp_path / "a.npz")
+    for name, wanted in vars(model).items():
+        assert np.array_equal(getattr(found, name), wanted), name
+    save_indentation(tmp_path / "b.npz", found)
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+def test_bad_arguments(model):
+    with pytest.raises(ValueError, match="law: expected one of neo_hookean, blatz_ko, found ogden"):
+        model.force_per_modulus(0.001, 0.3, "ogden")
+    with pytest.raises(ValueError, match="depth_m: expected at most 0.009, found 0.01"):
+        model.force_per_modulus(0.01, 0.3, "blatz_ko")
+    with pytest.raises(ValueError, match="nu: expected from 0 to 0.49, found 0.495"):
+        model.displacement(0.001, 0.495, "blatz_ko")
+    with pytest.raises(ValueError, match="deepest_m: expected above 1.5 steps of 0.001 m"):
+        depth_ladder(0.0015, 0.001)
+
+
+def test_bad_files(model, tmp_path):
+    path = tmp_path / "a.npz"
+    path.write_bytes(b"nothing")
+    with pytest.raises(ValueError, match="a.npz: file: expected an indentation look-up"):
+        load_indentation(path)
+    arrays = vars(model) | {"laws": np.array(model.laws)}
+    np.savez(path, **{name: arrays[name] for name in arrays if name != "depth_m"})
+    with pytest.raises(ValueError, match="a.npz: depth_m: expected an array, found none"):
+        load_indentation(path)
+    save_indentation(path, replace(model, poisson_ratios=RATIOS[:2]))
+    with pytest.raises(ValueError, match="a.npz: force_per_modulus_m2: expected shape"):
+        load_indentation(path)

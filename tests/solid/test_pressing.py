@@ -1,0 +1,119 @@
+"""Presses of small solids: Hertz's force, balance, mirror symmetry, and what is refused."""
+
+import numpy as np
+import pytest
+from palpate.solid.indentation_table import indentation_model
+from palpate.solid.mesh import quadratic, solid_mesh
+from palpate.solid.press_setup import PressOptions, press_setup
+from palpate.solid.pressing import State
+from palpate.solid.sizing import Support
+from palpate.solid.touching import facing_faces, first_touch, thickness_m
+from skfem import MeshTet
+
+RADIUS = 0.02
+DOWN = np.array([0.0, 0.0, -1.0])
+FLOOR = Support(np.zeros(3), np.array([0.0, 0.0, 1.0]), 1e-4)
+TOP = np.array([0.05, 0.05, 0.1])
+OPTIONS = PressOptions(edge_m=0.006, growth=0.8, refine_radius_m=0.05, foot_edge_m=0.03)
+
+
+@pytest.fixture(scope="module")
+def mesh():
+    cube = MeshTet().refined(2)
+    return solid_mesh(0.1 * cube.p.T, cube.t.T)
+
+
+@pytest.fixture(scope="module")
+def bonded(mesh):
+    return indentation_model(
+        mesh,
+        FLOOR,
+        TOP,
+        DOWN,
+        radius_m=RADIUS,
+        deepest_m=0.004,
+        laws=("neo_hookean",),
+        poisson_ratios=(0.25, 0.3),
+        step_m=0.002,
+        options=OPTIONS,
+    )
+
+
+def test_force_is_hertz_s_and_grows(bonded):
+    depth = bonded.depth_m[3:]
+    hertz = 4 / 3 / (1 - 0.3**2) * np.sqrt(RADIUS) * depth**1.5
+    ratio = bonded.force_per_modulus(depth, 0.3, "neo_hookean") / hertz
+    # A layer five spheres thick is a little stiffer, finite strain a little softer.
+    assert ratio == pytest.approx(1.03, abs=0.06)
+    assert (np.diff(bonded.force_per_modulus_m2, axis=-1) > 0).all()
+    assert (bonded.force_per_modulus_m2[..., 0] == 0).all()
+
+
+def test_surface_under_the_sphere_goes_as_deep_as_it(bonded):
+    top = np.argmin(np.linalg.norm(bonded.surface_rest_m - TOP, axis=1))
+    for k, depth in enumerate(bonded.depth_m):
+        moved = bonded.surface_displacement_m[0, 1, k, top] @ DOWN
+        assert moved == pytest.approx(depth, rel=0.02)
+    bottom = bonded.surface_rest_m[:, 2] == 0
+    assert (bonded.surface_displacement_m[..., bottom, :] == 0).all()
+
+
+def test_resting_solid_bears_the_force_on_its_table(mesh):
+    setup = press_setup(
+        mesh,
+        FLOOR,
+        TOP,
+        DOWN,
+        radius_m=RADIUS,
+        deepest_m=0.004,
+        contact="resting",
+        surface=None,
+        options=OPTIONS,
+    )
+    pressed = setup.pressed("neo_hookean", 0.3)
+    state = pressed.equilibrium(
+        setup.first_start(0.001), 0.001, last=State.at_rest(setup.moved.nodes_m)
+    )
+    table = -pressed.table.forces(state.x_m).sum(axis=0)
+    assert table[2] == pytest.approx(-state.force_m2[2], rel=1e-3)
+    assert np.abs(table[:2]).max() < 1e-2 * table[2]
+    hertz = 4 / 3 / (1 - 0.3**2) * np.sqrt(RADIUS) * 0.001**1.5
+    assert 0.85 < state.force_m2 @ DOWN / hertz < 1.05
+
+
+def test_first_touch_of_a_plane_and_of_a_slope(mesh):
+    whole = quadratic(mesh)
+    faces = facing_faces(whole, TOP, DOWN, radius_m=RADIUS, deepest_m=0.004)
+    assert len(faces)
+    above = first_touch(whole.nodes_m, faces, TOP + [0, 0, 0.003], DOWN, radius_m=RADIUS)
+    assert above == pytest.approx(0.003)
+    slope = whole.nodes_m + np.outer(whole.nodes_m[:, 0] - 0.05, [0, 0, 0.75])
+    found = first_touch(slope, faces, TOP, DOWN, radius_m=RADIUS)
+    # A plane of slope 3/4 is touched R (sqrt(1 + 9/16) - 1) before its height on the line.
+    assert found == pytest.approx(-0.25 * RADIUS, abs=2e-4)
+    assert thickness_m(mesh, TOP, DOWN) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"contact": "glued"}, "contact: expected one of bonded, resting, found glued"),
+        ({"deepest_m": 0.2}, "deepest_m: expected above 0 and below the thickness of 0.1 m"),
+        ({"direction": np.zeros(3)}, "direction: expected one with a length"),
+        ({"point_m": TOP + [0, 0, 0.02]}, "point_m: expected within 0.005 m of the surface"),
+        ({"point_m": TOP + [0.3, 0, 0]}, "point_m: expected a line through the solid"),
+    ],
+)
+def test_bad_input(mesh, change, message):
+    given = {"point_m": TOP, "direction": DOWN, "deepest_m": 0.004, "contact": "bonded"} | change
+    with pytest.raises(ValueError, match=message):
+        press_setup(
+            mesh,
+            FLOOR,
+            given.pop("point_m"),
+            given.pop("direction"),
+            radius_m=RADIUS,
+            surface=None,
+            options=OPTIONS,
+            **given,
+        )

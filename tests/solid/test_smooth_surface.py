@@ -1,0 +1,93 @@
+"""Facets made smooth, solids bent to them, and mirrors of a surface."""
+
+import numpy as np
+import pytest
+import trimesh
+from palpate.solid.mesh import solid_mesh
+from palpate.solid.mirror import images_of_points, mirrors_of
+from palpate.solid.refine import refine_near
+from palpate.solid.smooth_surface import SmoothSurface, bent_to
+
+UP = np.array([0.0, 0, 1])
+
+
+def flat_points(mesh):
+    weights = np.random.default_rng(4).dirichlet(np.ones(3), size=len(mesh.faces))
+    return np.einsum("mk,mka->ma", weights, mesh.triangles)
+
+
+def test_sphere_s_facets_come_near_it_with_the_fourth_power_of_their_edges():
+    errors = []
+    for level in (2, 3, 4):
+        ball = trimesh.creation.icosphere(level, radius=0.06)
+        smooth = SmoothSurface(np.array(ball.vertices), np.array(ball.faces))
+        radius = np.linalg.norm(smooth.nearest(flat_points(ball)), axis=1)
+        errors.append(np.abs(radius - 0.06).max())
+    order = np.polyfit(np.arange(3), -np.log2(errors), 1)[0]
+    assert order > 3.5
+    assert errors[0] < 1e-4
+
+
+def test_box_keeps_its_sides_and_edges():
+    box = trimesh.creation.box((0.1, 0.2, 0.05)).subdivide()
+    points = flat_points(box)
+    found = SmoothSurface(np.array(box.vertices), np.array(box.faces)).nearest(points)
+    assert np.abs(found - points).max() < 1e-7
+
+
+def test_refined_ball_comes_nearer_to_its_sphere():
+    ball = trimesh.creation.icosphere(2, radius=0.06)
+    count = len(ball.vertices)
+    # Elements from the facets to the centre.
+    spokes = np.column_stack([ball.faces, np.full(len(ball.faces), count)])
+    coarse = solid_mesh(np.vstack([ball.vertices, np.zeros(3)]), spokes)
+    mesh = refine_near(coarse, np.zeros(3), radius_m=0.1, edge_m=0.014)
+    bent = bent_to(mesh, SmoothSurface(np.array(ball.vertices), np.array(ball.faces)))
+    away = [
+        np.abs(np.linalg.norm(m.nodes_m[m.surface_nodes()], axis=1) - 0.06).max()
+        for m in (mesh, bent)
+    ]
+    assert away[1] < 0.05 * away[0]
+    assert bent.volume_m3 > mesh.volume_m3
+
+
+def test_solid_on_its_surface_stays(block):
+    corners = trimesh.creation.box(bounds=[block.nodes_m.min(axis=0), block.nodes_m.max(axis=0)])
+    smooth = SmoothSurface(np.array(corners.vertices), np.array(corners.faces))
+    assert bent_to(block, smooth) is block
+
+
+def test_solid_far_from_the_surface_is_refused(block):
+    small = trimesh.creation.icosphere(2, radius=0.01)
+    smooth = SmoothSurface(np.array(small.vertices), np.array(small.faces))
+    with pytest.raises(ValueError, match="mesh: expected elements that keep 0.2 of their volume"):
+        bent_to(block, smooth)
+
+
+def test_block_has_two_mirrors_and_its_points_images():
+    box = trimesh.creation.box((0.6, 0.15, 0.05)).subdivide()
+    shift = np.array([0.01, 0.02, 0.025])
+    mirrors = mirrors_of(box.vertices + shift, np.array(box.faces), UP, tolerance_m=1e-5)
+    assert len(mirrors) == 2
+    places = {"a": [-0.2, 0.05, 0.05], "b": [0.2, 0.05, 0.05], "c": [0.2, -0.05, 0.05]}
+    places = {name: np.array(place) + [0.01, 0.02, 0] for name, place in places.items()}
+    places["d"] = np.array([0.0, 0.0, 0.05])
+    found = images_of_points(places, mirrors, tolerance_m=1e-6)
+    assert {name: (source, len(chain)) for name, (source, chain) in found.items()} == {
+        "a": ("a", 0),
+        "b": ("a", 1),
+        "c": ("a", 2),
+        "d": ("d", 0),
+    }
+    moved = places["a"]
+    for mirror in found["c"][1]:
+        moved = mirror.image(moved)
+    assert moved == pytest.approx(places["c"])
+
+
+def test_lopsided_surface_has_one_mirror():
+    box = trimesh.creation.box((0.6, 0.15, 0.05))
+    vertices = np.array(box.vertices)
+    vertices[:, 1] *= np.where(vertices[:, 0] > 0, 1.1, 1.0)
+    mirrors = mirrors_of(vertices, np.array(box.faces), UP, tolerance_m=1e-4)
+    assert [mirror.normal.tolist() for mirror in mirrors] == [[0, 1, 0]]
