@@ -8,17 +8,12 @@ from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
 from palpate.estimate.hertz_range import indentation_depth
-from palpate.estimate.observation import (
-    ObservationOptions,
-    frames_at_rest,
-    probe_in_view,
-    save_motion,
-    surface_motion,
-)
+from palpate.estimate.cell_heights import ObservationOptions
+from palpate.estimate.observation import frames_at_rest, save_motion, surface_motion
+from palpate.estimate.sight_lines import eyes_of, probe_in_view
 from palpate.surface.alignment import load_alignment
 from palpate.surface.checks import columns_of
 from palpate.surface.template import read_template
-from palpate.vision.camera import eyes_of
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import AXIS, TIP

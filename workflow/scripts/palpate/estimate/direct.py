@@ -93,7 +93,7 @@ def estimate_direct(
     """
     check_count(presses, options)
     laws, criterion = laws_to_try(presses, options, radius_m=radius_m)
-    found = {law: best_of_starts(presses, law, options) for law in laws}
+    found = compared(presses, laws, options)
     order = sorted(found, key=lambda law: found[law].cost)
     best = found[order[0]]
     close = [law for law in order if found[law].cost - best.cost <= options["law_margin"]]
@@ -119,6 +119,23 @@ def laws_to_try(
     laws = [LINEAR] if shallow else [law for law in known if law != LINEAR]
     kind = "linear solid" if shallow else "finite strain"
     return laws, f"depth over radius {deepest:.2f}; {kind}, as linear_depth is {limit:g}"
+
+
+def compared(
+    presses: Sequence[DirectPress], laws: Sequence[str], options: Mapping
+) -> dict[str, Solution]:
+    """Each law's least cost, with the deviations that the tightest law leaves.
+
+    Costs of fits that were each divided by deviations of their own can't be compared.
+    """
+    found = {law: best_of_starts(presses, law, options) for law in laws}
+    tightest = min(found.values(), key=lambda solution: solution.spread)
+    return {
+        law: fit_direct(
+            tightest.presses, law, options, solution.parameters[0], scales=tightest.scales
+        )
+        for law, solution in found.items()
+    }
 
 
 def best_of_starts(presses: Sequence[DirectPress], law: str, options: Mapping) -> Solution:

@@ -89,6 +89,15 @@ class Solution:
     presses: tuple[DirectPress, ...]
 
     @property
+    def spread(self) -> float:
+        """Mean logarithm of the deviations that the residuals were divided by, depths' and all."""
+        total = 0.0
+        for press, scale in zip(self.presses, self.scales, strict=True):
+            motion = np.log(press.moved_std_m[press.seen]).mean() + np.log(scale.motion)
+            total += motion + np.log(scale.sharing) / 2 + np.log(scale.depth)
+        return float(total) / len(self.presses)
+
+    @property
     def vector(self) -> NDArray:
         """(log E, nu, gain, fractions, and offset and clock of each capture)."""
         own = [p.vector[-OWN:] for p in self.parameters]

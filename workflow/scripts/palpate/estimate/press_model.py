@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import BarycentricInterpolator, PchipInterpolator
 from scipy.spatial import cKDTree
 
-from palpate.solid.indentation import IndentationModel, poisson_weights
+from palpate.solid.indentation import IndentationModel
 from palpate.surface.distance import ClosestPoints
 
 # Hertz: force to the power 2/3 is about linear in depth, which interpolates well.
@@ -68,7 +68,8 @@ class PressModel:
         return PchipInterpolator(self.depth_m, table)(np.clip(depth_m, 0, self.depth_m[-1]))
 
     def _weights(self, nu: float) -> NDArray:
-        return poisson_weights(self.poisson_ratios, nu)
+        ratios = self.poisson_ratios
+        return BarycentricInterpolator(ratios, np.eye(len(ratios)))(nu)
 
     def _power(self, nu: float) -> NDArray:
         return self._weights(nu) @ self.force_per_modulus_m2**FORCE_POWER

@@ -95,23 +95,6 @@ def camera_from_spec(spec: Mapping) -> PinholeCamera:
     return PinholeCamera(spec["width_px"], spec["height_px"], **optics, distortion=distortion)
 
 
-def eyes_of(sensor: Mapping) -> NDArray:
-    """Where a depth sensor looks or shines from: cameras and projector, (e, 3), camera frame [m].
-
-    Parameters
-    ----------
-    sensor : mapping
-        Specification of the sensor. Of a stereo head both cameras; else the camera of the depth
-        images and, a baseline along its x axis, the projector.
-    """
-    if "stereo" in sensor:
-        return np.array([[0.0, 0.0, 0.0], [sensor["stereo"]["baseline_m"], 0.0, 0.0]])
-    depth = sensor["depth"]
-    pose = np.array(depth.get("color_from_depth", np.eye(4)), dtype=float)
-    apart = np.array([depth.get("baseline_m", 0.0), 0.0, 0.0])
-    return np.array([pose[:3, 3], pose[:3, 3] + pose[:3, :3] @ apart])
-
-
 def with_calibration(sensor: Mapping, calibration: Mapping) -> dict:
     """A sensor's specification with the optics that its own pictures of a board gave.
 
