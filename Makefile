@@ -3,12 +3,13 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 SNAKEMAKE := $(BIN)/snakemake --profile workflow/profiles/default
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+VALIDATION := $(SNAKEMAKE) --configfile config/validation.yaml
 SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
 # Figures of a full run that README.md shows.
 PICTURES := tracked_surface
 REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
-.PHONY: results sample test lint bench check lock pictures sample-captures clean
+.PHONY: results sample validation test lint bench check lock pictures sample-captures clean
 
 results: .venv/installed
 	$(SNAKEMAKE)
@@ -21,6 +22,10 @@ sample: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python workflow/house/resources.py tests/sample/raw results/sample
 	$(SAMPLE) $(REPORT) results/sample/report.html
 	$(BIN)/python workflow/house/closing.py results/sample
+
+# Other materials than the study's, which nothing is tuned on.
+validation: .venv/installed
+	$(VALIDATION) -- validation
 
 test: .venv/installed
 	$(BIN)/python -m pytest

@@ -18,6 +18,7 @@ include: "workflow/rules/common_diagrams.smk"
 include: "workflow/rules/common_comparison.smk"
 include: "workflow/rules/common_direct.smk"
 include: "workflow/rules/common_report.smk"
+include: "workflow/rules/common_validation.smk"
 include: "workflow/rules/lab.smk"
 include: "workflow/rules/calibration.smk"
 include: "workflow/rules/preprocess.smk"
@@ -36,6 +37,7 @@ include: "workflow/rules/diagrams.smk"
 include: "workflow/rules/comparison.smk"
 include: "workflow/rules/progress.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/validation.smk"
 
 
 rule all:
