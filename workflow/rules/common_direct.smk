@@ -1,7 +1,71 @@
-# Options of the direct estimation.
+# Options and files of the direct estimation: of one capture, or of all of an object with one sensor.
 MODEL = {k: v for k, v in config["direct"]["model"].items() if k != "objects"}
 
 
 def model_options(wildcards):
     """Options of an object's look-ups."""
     return MODEL | config["direct"]["model"]["objects"].get(wildcards.object, {})
+
+
+def of_one(wildcards):
+    """The capture itself."""
+    return [wildcards.capture]
+
+
+def of_all(wildcards):
+    """Tracked captures of an object with a sensor, in order."""
+    return [
+        c.capture
+        for c in HOUSE.tracked
+        if (c.object, c.sensor) == (wildcards.object, wildcards.sensor)
+    ]
+
+
+def direct_files(captures):
+    """Inputs of a direct estimate, files of one kind in the order of the captures."""
+
+    def each(name):
+        def files(wildcards):
+            folder = results(f"{wildcards.object}/{wildcards.sensor}")
+            return [f"{folder}/{capture}/{name}" for capture in captures(wildcards)]
+
+        return files
+
+    def lookups(wildcards):
+        points = [capture.partition("-")[0] for capture in captures(wildcards)]
+        return [results(f"{wildcards.object}/indentation-{p}.npz") for p in points]
+
+    return {
+        "object": raw("{object}/object.yaml"),
+        "template": template_of,
+        "alignments": each("alignment.json"),
+        "poses": each("probe_pose.csv"),
+        "forces": each("force.csv"),
+        "clocks": each("clock.json"),
+        "motions": each("motion.npz"),
+        "lookups": lookups,
+    }
+
+
+def tracked_groups():
+    """Objects and sensors whose captures are estimated together, as tables name them."""
+    found = {(c["object"], c["sensor"]): c for c in HOUSE.described(tracked=True)}
+    return [
+        {name: c[name] for name in ("object", "sensor", "provenance")}
+        for _, c in sorted(found.items())
+    ]
+
+
+def joint_estimates():
+    """Estimate from all captures of each object with each sensor."""
+    return [
+        results(f"{g['object']}/{g['sensor']}/direct.json") for g in tracked_groups()
+    ]
+
+
+def direct_outputs():
+    """Accuracy of all estimates, where the lab made any of what was estimated."""
+    if not HOUSE.described(simulated=True, tracked=True):
+        return []
+    names = ["accuracy", "accuracy_summary"]
+    return [results(f"tables/{name}.csv") for name in names]
