@@ -113,6 +113,14 @@ class House:
             for c in chosen
         ]
 
+    def description_of(self, name: str) -> Mapping:
+        """object.yaml of an object, or what the lab is to write into it."""
+        return (
+            self.lab["objects"][name]["object"]
+            if self.made_by_lab(name)
+            else self.object_files[name]
+        )
+
     def lab_point(self, name: str, point: str) -> str:
         """Point of an object of the lab whose mechanics a point shares: its first mirror image."""
         spec = self.lab["objects"][name]

@@ -1,3 +1,5 @@
+from house.mirrors import first_images
+
 # Options and files of the direct estimation: of one capture, or of all of an object with one sensor.
 MODEL = {k: v for k, v in config["direct"]["model"].items() if k != "objects"}
 
@@ -5,6 +7,22 @@ MODEL = {k: v for k, v in config["direct"]["model"].items() if k != "objects"}
 def model_options(wildcards):
     """Options of an object's look-ups."""
     return MODEL | config["direct"]["model"]["objects"].get(wildcards.object, {})
+
+
+def mirrors_of(wildcards):
+    """Normals of the mirrors that lead from a point's first image to it."""
+    spec = HOUSE.description_of(wildcards.object)
+    _, chain = first_images(spec).get(wildcards.point, (None, []))
+    return [spec["mirrors"][number] for number in chain]
+
+
+def image_of(wildcards):
+    """Look-up of the first point that a point is a mirror image of, if it is one."""
+    images = first_images(HOUSE.description_of(wildcards.object))
+    first, _ = images.get(wildcards.point, (wildcards.point, []))
+    if first == wildcards.point:
+        return []
+    return results(f"{wildcards.object}/indentation-{first}.npz")
 
 
 def of_one(wildcards):

@@ -4,6 +4,7 @@ rule indentation:
         object=raw("{object}/object.yaml"),
         template=template_of,
         solid=results("{object}/solid.vtu"),
+        image=image_of,
     output:
         model=results("{object}/indentation-{point}.npz"),
     log:
@@ -14,6 +15,7 @@ rule indentation:
         code=code("indentation"),
         probe=probe_spec,
         options=model_options,
+        mirrors=mirrors_of,
     message:
         "Look-up of {wildcards.object}, pressed at {wildcards.point}"
     script:

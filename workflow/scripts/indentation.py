@@ -4,26 +4,53 @@ import numpy as np
 from job import naming, run
 from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
-from palpate.solid.indentation import save_indentation
+from palpate.solid.indentation import load_indentation, mirrored, save_indentation
 from palpate.solid.indentation_table import indentation_model
 from palpate.solid.mesh import read_solid
+from palpate.solid.mirror import Mirror, require_image
 from palpate.solid.press_setup import PressOptions
 from palpate.solid.sizing import Support
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.template import read_template
 
+# How far a mirrored template may be from itself: scans and their meshes agree to about that [m].
+IMAGE_TOLERANCE_M = 0.001
 FINENESS = ("edge_m", "growth", "refine_radius_m")
 
 
 def main(snakemake):
     """Write the look-up."""
-    inputs, options = snakemake.input, snakemake.params.options
-    spec, mesh = load_yaml(inputs.object), read_solid(inputs.solid)
+    inputs = snakemake.input
+    spec = load_yaml(inputs.object)
     template = read_template(inputs.template, unit=spec["template"]["unit"])
+    if inputs.image:
+        with naming(inputs.object, "mirrors"):
+            model = image_model(inputs.image, spec, template, snakemake.params.mirrors)
+    else:
+        model = pressed_model(snakemake, spec, template)
+    with whole_file(snakemake.output.model) as part:
+        save_indentation(part, model)
+
+
+def image_model(path, spec, template, normals):
+    """Look-up of a mirror image of another point, in an object that is its own image."""
+    model, through = load_indentation(path), np.array(spec["support"]["plane_point_m"], float)
+    for normal in normals:
+        unit = np.array(normal, float) / np.linalg.norm(normal)
+        mirror = Mirror(through, unit)
+        require_image(mirror, template.vertices_m, template.faces, tolerance_m=IMAGE_TOLERANCE_M)
+        model = mirrored(model, mirror.point_m, mirror.normal)
+    return model
+
+
+def pressed_model(snakemake, spec, template):
+    """Press the object at the declared point."""
+    inputs, options = snakemake.input, snakemake.params.options
+    mesh = read_solid(inputs.solid)
     support, point = spec["support"], declared_point(inputs.object, spec, snakemake.wildcards.point)
     normal = np.array(support["plane_normal"], dtype=float)
     with naming(inputs.object):
-        model = indentation_model(
+        return indentation_model(
             mesh,
             Support(np.array(support["plane_point_m"], float), normal, support["tolerance_m"]),
             np.array(point["position_m"], dtype=float),
@@ -37,8 +64,6 @@ def main(snakemake):
             step_m=options["step_m"],
             options=PressOptions(**{name: options[name] for name in FINENESS}),
         )
-    with whole_file(snakemake.output.model) as part:
-        save_indentation(part, model)
 
 
 def declared_point(path, spec, name):

@@ -7,8 +7,8 @@ from job import naming, run
 from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
-from palpate.estimate.hertz_range import indentation_depth
 from palpate.estimate.cell_heights import ObservationOptions
+from palpate.estimate.hertz_range import indentation_depth
 from palpate.estimate.observation import frames_at_rest, save_motion, surface_motion
 from palpate.estimate.sight_lines import eyes_of, probe_in_view
 from palpate.surface.alignment import load_alignment
