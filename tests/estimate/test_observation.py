@@ -169,6 +169,9 @@ def test_a_motion_is_read_as_it_was_written(tmp_path):
     again = load_motion(path)
     for name in vars(found):
         np.testing.assert_array_equal(getattr(again, name), getattr(found, name))
+    again_path = tmp_path / "again.part"
+    save_motion(again_path, motion(clouds(std_m=1e-4)))
+    assert again_path.read_bytes() == path.read_bytes()
     save_motion(path, replace(found, std_m=found.std_m[1:]))
     with pytest.raises(ValueError, match="std_m: expected shape"):
         load_motion(path)

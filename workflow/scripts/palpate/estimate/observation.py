@@ -147,7 +147,9 @@ def surface_motion(
 
 def save_motion(path: str | Path, motion: SurfaceMotion) -> None:
     """Write a motion as NPZ."""
-    np.savez_compressed(path, **{one.name: getattr(motion, one.name) for one in fields(motion)})
+    arrays = {one.name: getattr(motion, one.name) for one in fields(motion)}
+    with Path(path).open("wb") as stream:
+        np.savez_compressed(stream, **arrays)
 
 
 def load_motion(path: str | Path) -> SurfaceMotion:
