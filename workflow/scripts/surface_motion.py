@@ -10,9 +10,10 @@ from palpate.capture.tables import read_table
 from palpate.estimate.cell_heights import ObservationOptions
 from palpate.estimate.hertz_range import indentation_depth
 from palpate.estimate.observation import frames_at_rest, save_motion, surface_motion
-from palpate.estimate.sight_lines import eyes_of, probe_in_view
+from palpate.estimate.sight_lines import clearance, eyes_of, probe_in_view
 from palpate.surface.alignment import load_alignment
 from palpate.surface.checks import columns_of
+from palpate.surface.pose import to_camera
 from palpate.surface.template import read_template
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
@@ -38,7 +39,15 @@ def main(snakemake):
         rest = frames_at_rest(depth, force, onset_force_n=params.onset_force_n)
     clouds = [(cloud.points_m, cloud.normals) for cloud in read_clouds(inputs.clouds)]
     probe = probe_in_view(alignment, tips, axes, eyes_m=eyes_of(params.sensor))
-    options = ObservationOptions(**params.options)
+    options = dict(params.options)
+    options["clear_m"] = clearance(
+        params.sensor,
+        float(np.linalg.norm(to_camera(alignment.camera_from_object, alignment.contact_point_m))),
+        radius_m=radius,
+        windows=options.pop("clear_windows"),
+        otherwise_m=options["clear_m"],
+    )
+    options = ObservationOptions(**options)
     with naming(inputs.clouds, "clouds", "frames"):
         motion = surface_motion(template, alignment, clouds, probe, rest, options)
     logging.info("%d cells, %d frames at rest", motion.moved_m.shape[1], len(rest))

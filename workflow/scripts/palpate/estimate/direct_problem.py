@@ -20,8 +20,6 @@ from palpate.surface.pose import to_object
 # A sphere is led to the surface from so far outside [m], until it is as near as this.
 OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200
 FROM_MEDIAN = 1.4826
-# A press may go this much deeper than its look-up.
-BEYOND = 1.03
 
 
 @dataclass(frozen=True)
@@ -67,23 +65,29 @@ def direct_press(
     lookup : IndentationModel
         Of the pressed point.
     options : mapping
-        ``onset_force_n``, ``least_force_share``, ``nearest_radii``, ``farthest_m``, ``patch_m``,
+        ``force_deviations``, ``least_force_share``, ``nearest_radii``, ``farthest_m``, ``patch_m``,
         ``offset_std_m``, ``shift_std_m``.
 
     Raises
     ------
     ValueError
-        If the tip never touches, force and depth contradict each other, the press is deeper than
-        the look-up, or no cell is left.
+        If the tip never touches, force and depth contradict each other, or no frame or cell is
+        left.
     """
     turn = alignment.camera_from_object[:3, :3]
     force = pressing.forces_n @ (turn @ lookup.direction)
     tips = to_object(alignment.camera_from_object, pressing.tips_m)
     depth = press_depth(template, tips, lookup.direction, radius_m=lookup.radius_m)
-    onset = force_onset(force, onset_force_n=options["onset_force_n"])
-    check_press(depth, force, onset, deepest_m=float(lookup.depth_m[-1]))
-    frames = np.arange(onset, len(force))
-    frames = frames[force[frames] > options["least_force_share"] * force.max()]
+    least = least_force(force, options)
+    onset = force_onset(force, onset_force_n=least)
+    check_press(depth, force, onset)
+    frames = np.flatnonzero((force > least) & (depth <= lookup.depth_m[-1]))
+    frames = frames[frames >= onset]
+    if not len(frames):
+        raise ValueError(
+            f"depth: expected frames in contact within the look-up's {lookup.depth_m[-1] * 1e3:.1f}"
+            f" mm (direct.model.deepest_m), found none"
+        )
     axis = tips[frames].mean(axis=0)
     chosen = _outside(motion, axis, lookup, depth[frames].max(), options)
     models = {
@@ -113,6 +117,21 @@ def direct_press(
         patch=surface_patches(motion.cell_m[chosen], size_m=options["patch_m"]),
         models=models,
     )
+
+
+def least_force(force_n: NDArray, options: Mapping) -> float:
+    """Force from which on frames are compared: above the noise, and enough of the peak [N].
+
+    Parameters
+    ----------
+    force_n : (f,) array
+        Of all frames, the first unloaded [N].
+    options : mapping
+        ``least_force_share``, ``force_deviations``.
+    """
+    early = force_n[: max(int(np.argmax(force_n)) // 2, 2)]
+    noise = FROM_MEDIAN * float(np.median(np.abs(early - np.median(early))))
+    return max(options["force_deviations"] * noise, options["least_force_share"] * force_n.max())
 
 
 def press_depth(
@@ -156,14 +175,14 @@ def press_depth(
     return OUTSIDE_M - way
 
 
-def check_press(depth_m: NDArray, force_n: NDArray, onset: int, *, deepest_m: float) -> None:
+def check_press(depth_m: NDArray, force_n: NDArray, onset: int) -> None:
     """Refuse a press whose force and depth contradict each other.
 
     Raises
     ------
     ValueError
-        If the sphere never is below the surface, the force rises where it is not, the work of the
-        press is not positive, or it goes deeper than known.
+        If the sphere never is below the surface, the force rises where it is not, or the work of
+        the press is not positive.
     """
     inside = depth_m[onset:]
     if not inside.max() > 0:
@@ -184,11 +203,6 @@ def check_press(depth_m: NDArray, force_n: NDArray, onset: int, *, deepest_m: fl
             f"force: expected a press that does work on the object, found {work_j:.2g} J up to the"
             " deepest frame"
         )
-    if inside.max() > BEYOND * deepest_m:
-        raise ValueError(
-            f"depth: expected at most {deepest_m * 1e3:.1f} mm, as deep as the look-up (direct."
-            f"model.deepest_m), found {inside.max() * 1e3:.1f} mm"
-        )
 
 
 def _outside(motion: SurfaceMotion, axis: NDArray, lookup, deepest_m: float, options) -> NDArray:
@@ -199,4 +213,10 @@ def _outside(motion: SurfaceMotion, axis: NDArray, lookup, deepest_m: float, opt
     distance = np.linalg.norm(across, axis=1)
     nearest = options["nearest_radii"] * a + options["nearest_m"]
     straight = np.linalg.norm(way, axis=1)
-    return np.flatnonzero((distance > nearest) & (straight < options["farthest_m"]))
+    chosen = np.flatnonzero((distance > nearest) & (straight < options["farthest_m"]))
+    if not len(chosen):
+        raise ValueError(
+            f"cells: expected some from {nearest * 1e3:.0f} to {options['farthest_m'] * 1e3:.0f} mm"
+            " from the contact, found none"
+        )
+    return chosen

@@ -98,6 +98,32 @@ def eyes_of(sensor: Mapping) -> NDArray:
     return transform[:3, 3] + np.outer(places, transform[:3, 0])
 
 
+def clearance(
+    sensor: Mapping, distance_m: float, *, radius_m: float, windows: float, otherwise_m: float
+) -> float:
+    """How far from the probe's axis a line of sight must pass at the tip [m].
+
+    A stereo window that holds a part of the tip sees the tip: so many of its widths beside it.
+
+    Parameters
+    ----------
+    sensor : mapping
+        The sensor's file.
+    distance_m : float
+        Of the contact from the camera [m].
+    radius_m : float
+        Of the tip [m].
+    windows : float
+    otherwise_m : float
+        For sensors whose windows are their makers' secret [m].
+    """
+    if sensor["kind"] != "stereo":
+        return otherwise_m
+    return (
+        radius_m + windows * sensor["stereo"]["window_px"] * distance_m / sensor["color"]["fx_px"]
+    )
+
+
 def segment_distance(starts: NDArray, end: NDArray, first: NDArray, last: NDArray) -> NDArray:
     """Least distances of segments that share an end from another segment, shape (c,) [m].
 
