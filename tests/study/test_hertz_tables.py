@@ -21,6 +21,7 @@ def model(indenter, contact, modulus, half_width):
         "indenter": indenter,
         "support": "half_space",
         "contact": contact,
+        "relaxation": "none",
         "reduced_modulus_pa": modulus,
         "reduced_modulus_interval_pa": [modulus - half_width, modulus + half_width],
     }
@@ -84,7 +85,8 @@ def test_pattern_of_the_published_values_is_their_own(root):
 
 def test_accuracy_against_a_known_truth():
     captures = [capture("kinect", name) for name in ("01", "02", "03")]
-    material = {"reduced_modulus_pa": 25000.0, "relaxation": {"fractions": [0.08, 0.07]}}
+    terms = {"fractions": [0.08, 0.07], "times_s": [0.3, 3.0]}
+    material = {"reduced_modulus_pa": 25000.0, "relaxation": terms}
     fits = [fit(value) for value in (25000, 25400, 27500)]
     table = hertz_tables.accuracy_table(captures, fits, {"foam_block": material})
     assert len(table) == 6
@@ -96,3 +98,28 @@ def test_accuracy_against_a_known_truth():
     assert short.loc["recommended", "captures"] == 3
     spread = np.std([1, 1.016, 1.1], ddof=1)
     assert short.loc["recommended", "ratio_standard_deviation"] == pytest.approx(spread, abs=1e-4)
+
+
+def test_a_model_with_relaxation_is_judged_after_a_while_too():
+    """The modulus of a term of 0.2 at 1 s is 1 - 0.2 (1 - 1/e) of itself after 1 s."""
+    left = 1 - 0.2 * (1 - np.exp(-1))
+    material = {"reduced_modulus_pa": 25000.0, "relaxation": {"fractions": [0.2], "times_s": [1.0]}}
+    known, half_width = fit(25000), 500.0
+    later = {
+        "relaxation": "prony",
+        "later_s": 1.0,
+        "later_reduced_modulus_pa": 25000 * left + 2 * half_width,
+        "later_reduced_modulus_interval_pa": [25000 * left + half_width, 25000.0],
+    }
+    known["models"].append(model("sneddon", "weighted", 24000, half_width) | later)
+    known["recommended"] = known["models"][-1]
+    table = hertz_tables.accuracy_table(
+        [capture("kinect", "01")], [known], {"foam_block": material}
+    )
+    assert table["recommended"].tolist() == [False, False, True]
+    assert table["later_ratio"].tolist()[:2] == pytest.approx([np.nan] * 2, nan_ok=True)
+    best = hertz_tables.accuracy_summary(table).iloc[-1]
+    assert best["relaxation"] == "recommended"
+    assert best["median_ratio"] == pytest.approx(24 / 25)
+    assert best["median_later_ratio"] == pytest.approx(1 + 1000 / (25000 * left), abs=1e-4)
+    assert best["share_of_later_intervals_that_cover"] == 0

@@ -20,6 +20,7 @@ def model(indenter, contact, modulus):
         "indenter": indenter,
         "support": "half_space",
         "contact": contact,
+        "relaxation": "none",
         "reduced_modulus_pa": modulus,
         "reduced_modulus_interval_pa": [modulus - 500, modulus + 500],
     }

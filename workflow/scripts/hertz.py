@@ -10,8 +10,14 @@ from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
 from palpate.estimate.hertz import RESIDUALS, fit_free_contact, fit_study
 from palpate.estimate.hertz_laws import contact_law
-from palpate.estimate.hertz_models import Press, fit_models, recommended
-from palpate.estimate.hertz_range import check_contact, hertz_range, indentation_depth
+from palpate.estimate.hertz_models import Press, fit_held, fit_models, recommended
+from palpate.estimate.hertz_range import (
+    check_contact,
+    hertz_range,
+    indentation_depth,
+)
+from palpate.estimate.hertz_record import held_record
+from palpate.estimate.hertz_relaxation import Beliefs
 from palpate.surface.alignment import load_alignment, thickness_along
 from palpate.surface.checks import columns_of
 from palpate.surface.template import read_template
@@ -22,17 +28,17 @@ from palpate.vision.probe import ALONG_STD, TIP
 def main(snakemake):
     """Write hertz.json."""
     options = snakemake.params.options
-    press, stop, samples = read_press(snakemake)
+    press, record, chosen, samples = read_press(snakemake)
     with naming(snakemake.input.force):
-        models = fitted_press(press, options)
-    frames = {"first_frame": press.onset, "last_frame": stop}
+        models = fitted_press(press, record, options)
+    frames = {"first_frame": chosen.start, "last_frame": chosen.stop}
     result = {"range": frames, "samples": samples} | models
     with whole_file(snakemake.output.fit) as part:
         part.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
 
 
-def fitted_press(press, options):
-    """Fit every model to the samples of a press."""
+def fitted_press(press, record, options):
+    """Fit every model to the samples of a press, and the recommended one to its hold too."""
     law = contact_law(
         "parabola", "half_space", radius_m=press.radius_m, thickness_m=press.thickness_m, nu=0.0
     )
@@ -40,6 +46,10 @@ def fitted_press(press, options):
     models = fit_models(
         press, nu=options["assumed_poisson_ratio"], series=options["layer_series"], **fitted
     )
+    relaxation = {"verdict": "too few samples"}
+    if record is not None:
+        row, relaxation = held_press(press, record, models, options)
+        models.append(row)
     used = slice(press.onset, None)
     depth, force = press.depth_m[used], press.force_n[used]
     return {
@@ -54,16 +64,31 @@ def fitted_press(press, options):
         "assumed_poisson_ratio": options["assumed_poisson_ratio"],
         "layer_series": options["layer_series"],
         "models": models,
+        "relaxation": relaxation,
         "recommended": recommended(press, models),
     }
 
 
+def held_press(press, record, models, options):
+    """Fit the recommended model with relaxation."""
+    return fit_held(
+        press,
+        record,
+        recommended(press, models),
+        nu=options["assumed_poisson_ratio"],
+        series=options["layer_series"],
+        beliefs=Beliefs(**options["relaxation"]),
+    )
+
+
 def read_press(snakemake):
-    """Read the samples, where they begin and end, and what they rest on."""
+    """Read the press, the same with its hold, its range and all samples."""
     inputs, radius = snakemake.input, snakemake.params.probe["indenter"]["radius_m"]
     poses = read_table(inputs.pose)
     with naming(inputs.force):
-        force = np.linalg.norm(columns_of(read_table(inputs.force), FORCE), axis=1)
+        table = read_table(inputs.force)
+        forces, time = columns_of(table, FORCE), columns_of(table, ["time_s"])[:, 0]
+        force = np.linalg.norm(forces, axis=1)
     with naming(inputs.pose):
         tips = columns_of(poses, TIP, frames=len(force))
     unit = load_yaml(inputs.object)["template"]["unit"]
@@ -74,7 +99,9 @@ def read_press(snakemake):
         chosen = hertz_range(force, onset_force_n=snakemake.params.options["onset_force_n"])
     with naming(inputs.pose):
         check_contact(depth, chosen.start)
-    std = np.hypot(np.nanmedian(poses[ALONG_STD]), alignment.residual.contact_mean_m)
+    own = float(np.nanmedian(poses[ALONG_STD]))
+    std = float(np.hypot(own, alignment.residual.contact_mean_m))
+    of_depth = {"frame_std_m": own, "contact_std_m": std}
     with naming(inputs.template):
         thickness = pressed_thickness(template, alignment, tips, chosen)
     press = Press(
@@ -83,9 +110,10 @@ def read_press(snakemake):
         onset=chosen.start,
         radius_m=radius,
         thickness_m=thickness,
-        depth_std_m=float(std),
+        depth_std_m=std,
     )
-    return press, chosen.stop, {"depth_m": depth.tolist(), "force_n": force.tolist()}
+    record = held_record(time, depth, forces, chosen, **of_depth)
+    return press, record, chosen, {"depth_m": depth.tolist(), "force_n": force.tolist()}
 
 
 def pressed_thickness(template, alignment, tips_m, chosen):

@@ -9,9 +9,11 @@ from study_inputs import read_all
 
 TITLE = "Hertz models against the virtual lab's truth"
 NOTES = (
-    "The truth of median_ratio and of the intervals is the instantaneous E*; the material relaxes"
-    " while it is pressed, which no model here takes into account, and intervals cover scatter and"
-    " the stated error of the depth alone."
+    "The truth of median_ratio and of the intervals is the instantaneous E*, that of the later"
+    " columns E* the time later_s after a step (hertz.relaxation.at_s)."
+    " The material relaxes while it is pressed: models with relaxation prony allow for it and their"
+    " intervals hold the stated errors of depth, force and contact law; intervals of the others"
+    " cover scatter and the stated error of the depth alone."
     " The study's fit is the parabola on a half-space with known contact.",
 )
 

@@ -1,13 +1,28 @@
-"""All models of a press side by side, and the one that its geometry recommends."""
+"""All models of a press side by side, and the one that its geometry and its hold recommend."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.hertz import ContactFit, KnownContactFit, fit_free_contact, fit_known_contact
+from palpate.estimate.hertz import (
+    ContactFit,
+    KnownContactFit,
+    Law,
+    fit_free_contact,
+    fit_known_contact,
+)
 from palpate.estimate.hertz_laws import INDENTERS, LARGEST_CHI, SUPPORTS, contact_law
+from palpate.estimate.hertz_record import Record
+from palpate.estimate.hertz_relaxation import (
+    Beliefs,
+    RelaxationFit,
+    fit_relaxation,
+    verdict,
+    with_other_shares,
+)
+from palpate.estimate.relaxation_prior import relaxation_times
 
 # Contact at the surface; wherever the force says; or at the surface within its stated deviation.
 CONTACTS = ("known", "free", "weighted")
@@ -15,6 +30,8 @@ CONTACTS = ("known", "free", "weighted")
 SHALLOW = 0.1
 # Poisson's ratios of all that people press, from cork to rubber.
 POISSON_RATIOS = (0.0, 0.499)
+# The fit with relaxation is repeated with the prior's share scaled, to show what the prior decides.
+SHARE_FACTORS = (0.5, 2.0)
 
 
 @dataclass(frozen=True)
@@ -69,7 +86,7 @@ def fit_models(
     Returns
     -------
     list of dict
-        ``indenter, support, contact``, the fit's fields, and for layers
+        ``indenter, support, contact``, ``relaxation`` (none), the fit's fields, and for layers
         ``reduced_modulus_range_pa``, the moduli at Poisson's ratios 0 and 0.499. A layer that is
         thinner than the series holds for has none.
     """
@@ -80,7 +97,8 @@ def fit_models(
         for support in supports:
             for contact in CONTACTS:
                 name = {"indenter": indenter, "support": support, "contact": contact}
-                row = name | vars(fit_model(press, **name, nu=nu, **options))
+                row = name | {"relaxation": "none"}
+                row |= vars(fit_model(press, **name, nu=nu, **options))
                 if support != "half_space":
                     ends = [fit_model(press, **name, nu=end, **options) for end in POISSON_RATIOS]
                     row["reduced_modulus_range_pa"] = sorted(e.reduced_modulus_pa for e in ends)
@@ -100,14 +118,7 @@ def fit_model(
     series: str,
 ) -> ContactFit | KnownContactFit:
     """Fit one model, with the contact point ``known``, ``free`` or ``weighted``."""
-    law = contact_law(
-        indenter,
-        support,
-        radius_m=press.radius_m,
-        thickness_m=press.thickness_m,
-        nu=nu,
-        series=series,
-    )
+    law = _law(press, {"indenter": indenter, "support": support}, nu=nu, series=series)
     if contact != "known":
         return fit_free_contact(
             press.depth_m,
@@ -123,12 +134,67 @@ def fit_model(
     )
 
 
+def fit_held(
+    press: Press,
+    record: Record,
+    model: Mapping,
+    *,
+    nu: float,
+    series: str,
+    beliefs: Beliefs,
+) -> tuple[dict, dict]:
+    """Fit a model with relaxation to a press and its hold.
+
+    Parameters
+    ----------
+    press : Press
+    record : Record
+        Of the same press, from the approach to the end of the hold.
+    model : mapping
+        The same model without relaxation, of `fit_models`, contact weighted.
+    nu, series
+        As in `fit_models`.
+    beliefs : Beliefs
+
+    Returns
+    -------
+    row : dict
+        As one of `fit_models`: with ``relaxation`` prony where the probe was held for the shortest
+        relaxation time at least, else ``unheld``: the modulus without relaxation, its interval
+        widened by what relaxation may have taken.
+    block : dict
+        ``verdict``, ``held_s``, the prior, the fit's fields, and ``other_shares``.
+    """
+    times = relaxation_times(record.time_s[press.onset :])
+    held_s = float(record.time_s[-1] - record.time_s[record.deepest])
+    held = held_s >= times[0]
+
+    def fit(poisson_ratio: float) -> RelaxationFit:
+        law = _law(press, model, nu=poisson_ratio, series=series)
+        return fit_relaxation(record, law, times_s=times, beliefs=beliefs)
+
+    found = fit(nu)
+    law = _law(press, model, nu=nu, series=series)
+    given = {"times_s": times, "beliefs": beliefs, "factors": SHARE_FACTORS}
+    block = {"verdict": verdict(found, held=held), "held_s": held_s}
+    block |= {"share_scale": beliefs.share, "law_std": beliefs.law_std} | asdict(found)
+    block["other_shares"] = with_other_shares(record, law, **given)
+    if not held:
+        return _widened(model, found), block
+    row = {name: model[name] for name in ("indenter", "support", "contact")}
+    row |= {"relaxation": "prony"} | asdict(found)
+    if model["support"] != "half_space":
+        row["reduced_modulus_range_pa"] = sorted(fit(p).reduced_modulus_pa for p in POISSON_RATIOS)
+    return row, block
+
+
 def recommended(press: Press, models: Sequence[Mapping]) -> dict:
-    """Choose a model by the press's geometry.
+    """Choose a model by the press's geometry and by what of it was held.
 
     Sneddon's sphere beyond a depth of a tenth of the radius, else the paraboloid; the bonded layer
     where the series holds, since everything downstream takes the support as fixed, else the
-    half-space; and the weighted contact, since it leaves neither the surface nor the force unused.
+    half-space; the weighted contact, since it leaves neither the surface nor the force unused; and
+    relaxation allowed for wherever it was fitted.
 
     Returns
     -------
@@ -138,9 +204,31 @@ def recommended(press: Press, models: Sequence[Mapping]) -> dict:
     indenter = "sneddon" if press.depth_over_radius > SHALLOW else "parabola"
     support = "bonded" if press.chi <= LARGEST_CHI else "half_space"
     wanted = (indenter, support, "weighted")
-    best = next(m for m in models if (m["indenter"], m["support"], m["contact"]) == wanted)
+    # What allows for relaxation follows its own model without.
+    best = [m for m in models if (m["indenter"], m["support"], m["contact"]) == wanted][-1]
     rule = (
         f"depth over radius {press.depth_over_radius:.2f}, chi {press.chi:.2f};"
-        f" sneddon above {SHALLOW:g}, bonded up to chi {LARGEST_CHI:g}, contact weighted"
+        f" sneddon above {SHALLOW:g}, bonded up to chi {LARGEST_CHI:g}, contact weighted,"
+        f" relaxation {best['relaxation']}"
     )
     return dict(best) | {"rule": rule}
+
+
+def _law(press: Press, model: Mapping, *, nu: float, series: str) -> Law:
+    return contact_law(
+        model["indenter"],
+        model["support"],
+        radius_m=press.radius_m,
+        thickness_m=press.thickness_m,
+        nu=nu,
+        series=series,
+    )
+
+
+def _widened(model: Mapping, found: RelaxationFit) -> dict:
+    """Effective modulus whose interval reaches to the instantaneous one's ends."""
+    ends = [*model["reduced_modulus_interval_pa"], *found.reduced_modulus_interval_pa]
+    return dict(model) | {
+        "relaxation": "unheld",
+        "reduced_modulus_interval_pa": (min(ends), max(ends)),
+    }

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from palpate.estimate.relaxation import relaxed_share
 from palpate.study.tables import CAPTURE
 
 ROWS_OF_BLOCK = 3
@@ -17,7 +18,15 @@ MODULI = [
 ]
 SPREAD = {"mean": lambda x: x.mean(), "standard deviation (n-1)": lambda x: x.std(ddof=1)}
 FEWEST_FOR_CORRELATION = 3
-MODEL = ["indenter", "support", "contact"]
+LATER = [
+    "later_reduced_modulus_pa",
+    "later_low_pa",
+    "later_high_pa",
+    "true_later_reduced_modulus_pa",
+    "later_ratio",
+    "later_covers",
+]
+MODEL = ["indenter", "support", "contact", "relaxation"]
 
 
 def hertz_table(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> pd.DataFrame:
@@ -159,27 +168,23 @@ def accuracy_table(
     Returns
     -------
     DataFrame
-        One row per capture and model; ``ratio`` of found and true E*, whether the interval
-        ``covers`` the truth, and which model is the ``recommended`` one.
+        One row per capture and model; ``ratio`` of found and true instantaneous E*, whether the
+        interval ``covers`` the truth, the same some time after a step (``later``) for models that
+        allow for relaxation, and which model is the ``recommended`` one.
     """
     rows = []
     for capture, fit in zip(captures, fits, strict=True):
         material = materials[capture["object"]]
-        true, relaxed = material["reduced_modulus_pa"], relaxed_modulus(material)
+        true = material["reduced_modulus_pa"]
         chosen = [fit["recommended"][name] for name in MODEL]
         for model in fit["models"]:
-            found, (low, high) = model["reduced_modulus_pa"], model["reduced_modulus_interval_pa"]
             rows.append(
                 {name: capture[name] for name in CAPTURE}
                 | {name: model[name] for name in MODEL}
+                | _against(model["reduced_modulus_pa"], model["reduced_modulus_interval_pa"], true)
+                | {"true_relaxed_reduced_modulus_pa": relaxed_modulus(material)}
+                | _later_against(model, material)
                 | {
-                    "reduced_modulus_pa": found,
-                    "low_pa": low,
-                    "high_pa": high,
-                    "true_reduced_modulus_pa": true,
-                    "true_relaxed_reduced_modulus_pa": relaxed,
-                    "ratio": round(found / true, 4),
-                    "covers": low <= true <= high,
                     "recommended": [model[name] for name in MODEL] == chosen,
                     "provenance": capture["provenance"],
                 }
@@ -187,16 +192,39 @@ def accuracy_table(
     return pd.DataFrame(rows)
 
 
-def relaxed_modulus(material: Mapping) -> float:
-    """Reduced modulus that is left when a material has relaxed [Pa]; material.json."""
-    lost = sum(material.get("relaxation", {}).get("fractions", ()))
-    return material["reduced_modulus_pa"] * (1 - lost)
+def _against(found: float, interval: Sequence[float], true: float) -> dict:
+    low, high = interval
+    return {
+        "reduced_modulus_pa": found,
+        "low_pa": low,
+        "high_pa": high,
+        "true_reduced_modulus_pa": true,
+        "ratio": round(found / true, 4),
+        "covers": low <= true <= high,
+    }
+
+
+def _later_against(model: Mapping, material: Mapping) -> dict:
+    """Modulus after a while against the truth; empty for a model that knows of none."""
+    if "later_s" not in model:
+        return {"later_s": np.nan} | dict.fromkeys(LATER, np.nan)
+    after = model["later_s"]
+    found, interval = model["later_reduced_modulus_pa"], model["later_reduced_modulus_interval_pa"]
+    against = _against(found, interval, relaxed_modulus(material, after))
+    return {"later_s": after} | dict(zip(LATER, against.values(), strict=True))
+
+
+def relaxed_modulus(material: Mapping, after_s: float = np.inf) -> float:
+    """Reduced modulus that is left some time after a step, or in the end [Pa]; material.json."""
+    terms = material.get("relaxation", {"fractions": [], "times_s": []})
+    return material["reduced_modulus_pa"] * float(1 - relaxed_share(after_s, **terms))
 
 
 def accuracy_summary(accuracy: pd.DataFrame) -> pd.DataFrame:
     """Per sensor and model: median ratio, its spread, and the share of intervals that cover.
 
-    The truth is the instantaneous E*; the ratio to what is left when it has relaxed stands beside.
+    The truth is the instantaneous E*; the ratio to what is left when it has relaxed stands beside,
+    and, for models that allow for relaxation, the modulus a stated time after a step.
     The study's fit is the paraboloid on a half-space with known contact. Rows of the recommended
     models, whichever they are, come last.
     """
@@ -215,6 +243,10 @@ def accuracy_summary(accuracy: pd.DataFrame) -> pd.DataFrame:
                     "median_ratio_to_relaxed": round(float(relaxed.median()), 4),
                     "ratio_standard_deviation": round(float(ratio.std(ddof=1)), 4),
                     "share_of_intervals_that_cover": round(float(group["covers"].mean()), 3),
+                    "median_later_ratio": round(float(group["later_ratio"].median()), 4),
+                    "share_of_later_intervals_that_cover": round(
+                        float(group["later_covers"].astype(float).mean()), 3
+                    ),
                     "provenance": group["provenance"].iloc[0],
                 }
             )

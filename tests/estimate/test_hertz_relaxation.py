@@ -1,0 +1,215 @@
+"""Instantaneous modulus of presses that relax: prior, record, fit, verdicts and models."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from palpate.estimate.hertz_laws import contact_law
+from palpate.estimate.hertz_models import Press, fit_held, fit_models, recommended
+from palpate.estimate.hertz_range import HertzRange
+from palpate.estimate.hertz_record import Record, held_record, hold_end
+from palpate.estimate.hertz_relaxation import (
+    Beliefs,
+    fit_relaxation,
+    verdict,
+    with_other_shares,
+)
+from palpate.estimate.relaxation import relaxed_force, relaxed_share
+from palpate.estimate.relaxation_prior import amplitude_grid, relaxation_times
+
+R, TRUTH, ONSET, DEEPEST = 0.00622, 27473.0, 9, 18
+TERMS = {"fractions": [0.1, 0.08], "times_s": [0.33, 2.0]}
+BELIEFS = Beliefs(share=0.3, none=0.1, law_std=0.02, at_s=1.0)
+LAW = contact_law("sneddon", "bonded", radius_m=R, thickness_m=0.0475, nu=0.3)
+
+
+def record(*, terms=TERMS, frame_std_m=5e-5, contact_m=0.0, force_std_n=0.005, seed=None):
+    """Nine frames of approach, nine of loading to 7.5 mm, seven held; noisy with a seed."""
+    time = np.arange(25) / 6
+    depth = np.clip((time - 1.45) * 0.005, -0.01, 0.0075)
+    force = TRUTH * relaxed_force(time, LAW(depth), **terms)
+    if seed is not None:
+        rng = np.random.default_rng(seed)
+        depth = depth + rng.normal(0, frame_std_m, 25)
+        force = force + rng.normal(0, force_std_n, 25)
+        contact_m += rng.normal(0, 1e-4)
+    return Record(time, depth + contact_m, force, DEEPEST, frame_std_m, 1e-4, force_std_n)
+
+
+def fitted(ours, *, beliefs=BELIEFS):
+    times = relaxation_times(ours.time_s[ONSET:])
+    return fit_relaxation(ours, LAW, times_s=times, beliefs=beliefs)
+
+
+def until_deepest(ours):
+    end = DEEPEST + 1
+    cut = {name: getattr(ours, name)[:end] for name in ("time_s", "depth_m", "force_n")}
+    return replace(ours, **cut)
+
+
+def test_precise_samples_give_modulus_share_and_contact():
+    ours = record(frame_std_m=1e-6, force_std_n=1e-4, contact_m=3e-5)
+    sure = replace(BELIEFS, law_std=1e-5)
+    given = {"times_s": np.array(TERMS["times_s"]), "beliefs": sure}
+    fit = fit_relaxation(ours, LAW, **given)
+    assert fit.reduced_modulus_pa == pytest.approx(TRUTH, rel=0.01)
+    assert fit.contact_depth_m == pytest.approx(3e-5, abs=5e-6)
+    later = TRUTH * (1 - relaxed_share(1.0, **TERMS))
+    assert fit.later_reduced_modulus_pa == pytest.approx(later, rel=0.01)
+    elastic = TRUTH * LAW(ours.depth_m[DEEPEST] - 3e-5)
+    assert fit.relaxed_share == pytest.approx(1 - ours.force_n[DEEPEST] / elastic, abs=0.01)
+
+
+@pytest.mark.parametrize("terms", [TERMS, {"fractions": [], "times_s": []}])
+def test_intervals_hold_the_truth_as_often_as_they_say(terms):
+    """Splits and times are not the fit's own, so that intervals may hold it more often."""
+    sure = replace(BELIEFS, law_std=1e-3)
+    found = [fitted(record(terms=terms, seed=seed), beliefs=sure) for seed in range(40)]
+    later = TRUTH * (1 - relaxed_share(1.0, **terms))
+    now = [low <= TRUTH <= high for low, high in (f.reduced_modulus_interval_pa for f in found)]
+    after = [
+        low <= later <= high for low, high in (f.later_reduced_modulus_interval_pa for f in found)
+    ]
+    assert np.mean(now) >= 0.9
+    assert np.mean(after) >= 0.9
+    centre = np.median([f.reduced_modulus_pa for f in found])
+    assert centre == pytest.approx(TRUTH, rel=0.03)
+    assert np.median([f.chi_square_per_sample for f in found]) == pytest.approx(1, abs=0.35)
+
+
+def test_interval_is_wide_without_a_hold():
+    held = record(seed=1)
+    widths = []
+    for ours in (held, until_deepest(held)):
+        low, high = fitted(ours).reduced_modulus_interval_pa
+        assert low < TRUTH < high
+        widths.append(high / low - 1)
+    assert widths[1] > 1.3 * widths[0]
+
+
+def test_noise_beyond_what_is_stated_widens_the_interval():
+    ours = record(seed=2, frame_std_m=2e-4)
+    honest, boast = fitted(ours), fitted(replace(ours, frame_std_m=5e-5))
+    assert honest.chi_square_per_sample < 2 < boast.chi_square_per_sample
+    low, high = boast.reduced_modulus_interval_pa
+    assert low < TRUTH < high
+
+
+def test_the_prior_decides_little_where_the_record_says_much():
+    def spread(ours):
+        times = relaxation_times(ours.time_s[ONSET:])
+        given = {"times_s": times, "beliefs": BELIEFS, "factors": (0.5, 2.0)}
+        low, high = (row["reduced_modulus_pa"] for row in with_other_shares(ours, LAW, **given))
+        return high / low - 1
+
+    assert 0 <= spread(record(seed=3)) < 0.02
+    assert spread(until_deepest(record(seed=3, frame_std_m=3e-4))) > 0.03
+
+
+def test_verdicts():
+    relaxes, rigid = fitted(record(seed=4)), fitted(record(terms={"fractions": [], "times_s": []}))
+    assert verdict(relaxes, held=True) == "relaxes"
+    assert verdict(rigid, held=True) == "none seen"
+    assert verdict(replace(rigid, log_evidence=-0.5), held=True) == "undecided"
+    assert verdict(relaxes, held=False) == "no hold"
+
+
+def test_scale_of_force_and_modulus_is_free():
+    """Newton or kilonewton, the same shares: E* scales with the force."""
+    ours = record(seed=5)
+    bigger = replace(ours, force_n=1e3 * ours.force_n, force_std_n=1e3 * ours.force_std_n)
+    one, other = fitted(ours), fitted(bigger)
+    assert other.reduced_modulus_pa == pytest.approx(1e3 * one.reduced_modulus_pa, rel=1e-9)
+    assert other.relaxed_share == pytest.approx(one.relaxed_share, rel=1e-9)
+
+
+def test_times_span_the_contact():
+    times = relaxation_times(np.arange(16) / 6)
+    assert len(times) == 3
+    assert times[[0, -1]] == pytest.approx([1 / 3, 2.5])
+    assert np.ptp(np.diff(np.log(times))) == pytest.approx(0, abs=1e-12)
+    assert len(relaxation_times(np.arange(4) / 6)) == 2
+    assert len(relaxation_times(np.arange(4000) / 100)) == 4
+
+
+def test_prior_is_half_normal_in_the_whole_and_even_in_the_parts():
+    grid = amplitude_grid(3, scale=0.2)
+    assert grid.sum(1).mean() == pytest.approx(0.2 * np.sqrt(2 / np.pi), rel=0.02)
+    parts = grid / grid.sum(1, keepdims=True)
+    assert parts.mean(0) == pytest.approx([1 / 3] * 3, abs=0.01)
+    # The variance of a part is (1/3)(2/3)/4 for a Dirichlet distribution of three ones.
+    assert parts.var(0) == pytest.approx([1 / 18] * 3, rel=0.15)
+    assert (grid >= 0).all()
+
+
+def test_hold_ends_when_the_probe_rises():
+    depth = np.r_[np.linspace(-1, 8, 10), 8.02, 7.9, 8.0, 7.0, 3.0, 8.0] * 1e-3
+    assert hold_end(depth, 9, frame_std_m=5e-5) == 13
+    assert hold_end(depth, 9, frame_std_m=3e-4) == 14
+    assert hold_end(depth[:13], 9, frame_std_m=5e-5) == 13
+
+
+def forces(ours, *, seed=6):
+    rng, direction = np.random.default_rng(seed), np.array([0.6, 0.0, 0.8])
+    return np.outer(ours.force_n, direction) + rng.normal(0, 0.005, (25, 3))
+
+
+def test_record_takes_the_force_along_the_press():
+    ours, chosen = record(), HertzRange(ONSET, DEEPEST)
+    given = {"frame_std_m": 5e-5, "contact_std_m": 1e-4}
+    found = held_record(ours.time_s, ours.depth_m, forces(ours), chosen, **given)
+    assert found.force_n == pytest.approx(ours.force_n, abs=0.02)
+    # Magnitudes would be positive at rest.
+    assert (found.force_n[:8] < 0).any()
+    assert found.force_std_n == pytest.approx(0.005, rel=0.4)
+    assert (found.deepest, len(found.time_s)) == (DEEPEST, 25)
+    early = HertzRange(3, DEEPEST)
+    assert held_record(ours.time_s, ours.depth_m, forces(ours), early, **given) is None
+
+
+def held(ours):
+    depth, force = ours.depth_m[: DEEPEST + 1], ours.force_n[: DEEPEST + 1]
+    press = Press(depth, force, ONSET, R, 0.0475, ours.contact_std_m)
+    common = {"nu": 0.3, "series": "consistent"}
+    models = fit_models(press, baseline=False, residual="force", **common)
+    base = recommended(press, models)
+    row, block = fit_held(press, ours, base, beliefs=BELIEFS, **common)
+    return base, row, block, recommended(press, [*models, row])
+
+
+def test_held_press_recommends_the_fit_with_relaxation():
+    base, row, block, best = held(record(seed=7))
+    assert (base["relaxation"], row["relaxation"], best["relaxation"]) == ("none", "prony", "prony")
+    assert "relaxation prony" in best["rule"]
+    assert block["verdict"] == "relaxes"
+    assert block["held_s"] == pytest.approx(1.0)
+    assert base["reduced_modulus_pa"] < 0.95 * TRUTH
+    assert best["reduced_modulus_pa"] == pytest.approx(TRUTH, rel=0.04)
+    low, high = best["reduced_modulus_range_pa"]
+    assert low < best["reduced_modulus_pa"] < high
+    assert [other["share"] for other in block["other_shares"]] == [0.15, 0.6]
+
+
+def test_press_without_a_hold_keeps_the_effective_modulus_with_a_wider_interval():
+    base, row, block, best = held(until_deepest(record(seed=8)))
+    assert (row["relaxation"], best["relaxation"], block["verdict"]) == ("unheld",) * 2 + (
+        "no hold",
+    )
+    assert best["reduced_modulus_pa"] == base["reduced_modulus_pa"] < 0.95 * TRUTH
+    assert base["reduced_modulus_interval_pa"][1] < TRUTH < best["reduced_modulus_interval_pa"][1]
+
+
+def test_bad_input_is_named():
+    ours, times = record(), np.array([0.3, 1.0])
+    for name in ("frame_std_m", "contact_std_m", "force_std_n"):
+        with pytest.raises(ValueError, match=f"{name}: expected above 0, found 0"):
+            fit_relaxation(replace(ours, **{name: 0.0}), LAW, times_s=times, beliefs=BELIEFS)
+    air = replace(ours, depth_m=ours.depth_m - 0.007)
+    with pytest.raises(ValueError, match="depth_m: expected at least 4 samples in contact"):
+        fit_relaxation(replace(air, depth_m=air.depth_m - 1), LAW, times_s=times, beliefs=BELIEFS)
+    with pytest.raises(ValueError, match="time_s: expected at least 4 samples in contact, found 3"):
+        relaxation_times(np.arange(3.0))
+    with pytest.raises(ValueError, match="terms: expected 1 or more, found 0"):
+        amplitude_grid(0, scale=0.3)
+    with pytest.raises(ValueError, match="scale: expected a share above 0 and up to 1, found 2"):
+        amplitude_grid(2, scale=2.0)
