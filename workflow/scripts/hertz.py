@@ -10,6 +10,7 @@ from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
 from palpate.estimate.hertz import RESIDUALS, fit_free_contact, fit_study
 from palpate.estimate.hertz_laws import contact_law
+from palpate.estimate.hertz_mixture import Beliefs
 from palpate.estimate.hertz_models import Press, fit_held, fit_models, recommended
 from palpate.estimate.hertz_range import (
     check_contact,
@@ -17,7 +18,6 @@ from palpate.estimate.hertz_range import (
     indentation_depth,
 )
 from palpate.estimate.hertz_record import held_record
-from palpate.estimate.hertz_relaxation import Beliefs
 from palpate.surface.alignment import load_alignment, thickness_along
 from palpate.surface.checks import columns_of
 from palpate.surface.template import read_template
@@ -48,8 +48,8 @@ def fitted_press(press, record, options):
     )
     relaxation = {"verdict": "too few samples"}
     if record is not None:
-        row, relaxation = held_press(press, record, models, options)
-        models.append(row)
+        rows, relaxation = held_press(press, record, models, options)
+        models += rows
     used = slice(press.onset, None)
     depth, force = press.depth_m[used], press.force_n[used]
     return {

@@ -1,7 +1,7 @@
 """All models of a press side by side, and the one that its geometry and its hold recommend."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +14,15 @@ from palpate.estimate.hertz import (
     fit_known_contact,
 )
 from palpate.estimate.hertz_laws import INDENTERS, LARGEST_CHI, SUPPORTS, contact_law
+from palpate.estimate.hertz_mixture import Beliefs
 from palpate.estimate.hertz_record import Record
 from palpate.estimate.hertz_relaxation import (
-    Beliefs,
     RelaxationFit,
     fit_relaxation,
     verdict,
     with_other_shares,
 )
+from palpate.estimate.hertz_strain import finite_strain_factor
 from palpate.estimate.relaxation_prior import relaxation_times
 
 # Contact at the surface; wherever the force says; or at the surface within its stated deviation.
@@ -32,6 +33,14 @@ SHALLOW = 0.1
 POISSON_RATIOS = (0.0, 0.499)
 # The fit with relaxation is repeated with the prior's share scaled, to show what the prior decides.
 SHARE_FACTORS = (0.5, 2.0)
+BY_RATIO = (
+    "reduced_modulus_pa",
+    "reduced_modulus_interval_pa",
+    "later_reduced_modulus_pa",
+    "later_reduced_modulus_interval_pa",
+)
+# Poisson's ratios that the fit with relaxation takes for equally likely.
+HELD_POISSON_RATIOS = tuple((np.arange(8) / 16 + 1 / 32).tolist())
 
 
 @dataclass(frozen=True)
@@ -142,8 +151,10 @@ def fit_held(
     nu: float,
     series: str,
     beliefs: Beliefs,
-) -> tuple[dict, dict]:
-    """Fit a model with relaxation to a press and its hold.
+) -> tuple[list[dict], dict]:
+    """Fit a model with relaxation and finite strain to a press and its hold.
+
+    Finite strain makes the law depend on Poisson's ratio far more than a layer does.
 
     Parameters
     ----------
@@ -158,34 +169,38 @@ def fit_held(
 
     Returns
     -------
-    row : dict
-        As one of `fit_models`: with ``relaxation`` prony where the probe was held for the shortest
-        relaxation time at least, else ``unheld``: the modulus without relaxation, its interval
-        widened by what relaxation may have taken.
+    rows : list of dict
+        As those of `fit_models`. Where the probe was held for the shortest relaxation time at
+        least, ``relaxation`` is prony_assumed_nu, which takes nu for granted, then prony, to which
+        ratios from 0 to 0.5 are equally likely. Else one row, unheld: the modulus without
+        relaxation, its interval widened by what relaxation and nu may have done.
     block : dict
-        ``verdict``, ``held_s``, the prior, the fit's fields, and ``other_shares``.
+        ``verdict``, ``held_s``, the beliefs, the fit's fields, ``other_shares``, and
+        ``by_poisson_ratio``, the modulus for whoever knows nu.
     """
     times = relaxation_times(record.time_s[press.onset :])
     held_s = float(record.time_s[-1] - record.time_s[record.deepest])
     held = held_s >= times[0]
-
-    def fit(poisson_ratio: float) -> RelaxationFit:
-        law = _law(press, model, nu=poisson_ratio, series=series)
-        return fit_relaxation(record, law, times_s=times, beliefs=beliefs)
-
-    found = fit(nu)
-    law = _law(press, model, nu=nu, series=series)
-    given = {"times_s": times, "beliefs": beliefs, "factors": SHARE_FACTORS}
+    laws = {at: _strained(press, model, nu=at, series=series) for at in HELD_POISSON_RATIOS}
+    given = {"times_s": times, "beliefs": beliefs}
+    found = fit_relaxation(record, laws, **given)
+    single = {at: fit_relaxation(record, {at: law}, **given) for at, law in laws.items()}
     block = {"verdict": verdict(found, held=held), "held_s": held_s}
-    block |= {"share_scale": beliefs.share, "law_std": beliefs.law_std} | asdict(found)
-    block["other_shares"] = with_other_shares(record, law, **given)
+    block |= vars(beliefs) | vars(found)
+    block["other_shares"] = with_other_shares(record, laws, **given, factors=SHARE_FACTORS)
+    block["by_poisson_ratio"] = [
+        {"poisson_ratio": at} | {name: getattr(fit, name) for name in BY_RATIO}
+        for at, fit in single.items()
+    ]
     if not held:
-        return _widened(model, found), block
-    row = {name: model[name] for name in ("indenter", "support", "contact")}
-    row |= {"relaxation": "prony"} | asdict(found)
-    if model["support"] != "half_space":
-        row["reduced_modulus_range_pa"] = sorted(fit(p).reduced_modulus_pa for p in POISSON_RATIOS)
-    return row, block
+        return [_widened(model, found)], block
+    assumed = {nu: _strained(press, model, nu=nu, series=series)}
+    names = {name: model[name] for name in ("indenter", "support", "contact")}
+    ends = sorted(fit.reduced_modulus_pa for fit in single.values())
+    known = names | {"relaxation": "prony_assumed_nu"}
+    known |= vars(fit_relaxation(record, assumed, **given))
+    unknown = names | {"relaxation": "prony"} | vars(found)
+    return [known, unknown | {"reduced_modulus_range_pa": [ends[0], ends[-1]]}], block
 
 
 def recommended(press: Press, models: Sequence[Mapping]) -> dict:
@@ -223,6 +238,16 @@ def _law(press: Press, model: Mapping, *, nu: float, series: str) -> Law:
         nu=nu,
         series=series,
     )
+
+
+def _strained(press: Press, model: Mapping, *, nu: float, series: str) -> Law:
+    """Contact law with finite strain."""
+    law = _law(press, model, nu=nu, series=series)
+
+    def strained(depth_m: NDArray) -> NDArray:
+        return law(depth_m) * finite_strain_factor(depth_m / press.radius_m, nu)
+
+    return strained
 
 
 def _widened(model: Mapping, found: RelaxationFit) -> dict:
