@@ -210,6 +210,16 @@ def test_press_without_a_hold_keeps_the_effective_modulus_with_a_wider_interval(
     assert base["reduced_modulus_interval_pa"][1] < TRUTH < best["reduced_modulus_interval_pa"][1]
 
 
+def test_press_no_deeper_than_its_errors_gets_an_interval_that_says_so():
+    """Depths of 7.5 mm by 1.2 mm: a part of 0.24 in E*, and 1.96 of it in the interval."""
+    base, (row,), block, best = held(replace(record(seed=12), contact_std_m=1.2e-3))
+    assert (block["verdict"], best["relaxation"]) == ("too shallow", "shallow")
+    assert best["reduced_modulus_pa"] == base["reduced_modulus_pa"]
+    low, high = row["reduced_modulus_interval_pa"]
+    assert high / low > np.exp(2 * 1.9 * 1.5 * 1.2 / 7.6)
+    assert low < TRUTH < high
+
+
 def test_laws_of_other_ratios_widen_the_interval_and_are_told_apart_by_precise_samples():
     laws = {nu: law_of(nu) for nu in (0.05, 0.3, 0.45)}
     noisy, precise = record(seed=9, frame_std_m=2e-4), record(frame_std_m=1e-6, force_std_n=1e-4)

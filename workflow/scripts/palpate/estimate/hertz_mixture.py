@@ -21,6 +21,8 @@ from palpate.estimate.relaxation_prior import amplitude_grid
 ROUNDS = 12
 # The contact is moved by no more than this part of the deepest depth in one round.
 LARGEST_MOVE = 0.1
+# Nor beyond this part of it.
+LATEST = 0.9
 CONVERGED = 1e-6
 STEP = 1e-6
 
@@ -108,6 +110,7 @@ def settled(record: Record, law: Law, times_s: NDArray, beliefs: Beliefs) -> Mix
         mean = mixture.weights @ mixture.found
         move = float(mean[1]) - contact
         contact += float(np.clip(move, -LARGEST_MOVE * deepest, LARGEST_MOVE * deepest))
+        contact = min(contact, LATEST * deepest)
         modulus = max(float(mean[0]), 0.1 * modulus)
         if abs(move) < CONVERGED * deepest:
             break

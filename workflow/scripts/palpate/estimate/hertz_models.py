@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from palpate.estimate.hertz import (
+    CONFIDENCE,
     ContactFit,
     KnownContactFit,
     Law,
@@ -17,7 +19,6 @@ from palpate.estimate.hertz_laws import INDENTERS, LARGEST_CHI, SUPPORTS, contac
 from palpate.estimate.hertz_mixture import Beliefs
 from palpate.estimate.hertz_record import Record
 from palpate.estimate.hertz_relaxation import (
-    RelaxationFit,
     fit_relaxation,
     verdict,
     with_other_shares,
@@ -31,6 +32,8 @@ CONTACTS = ("known", "free", "weighted")
 SHALLOW = 0.1
 # Poisson's ratios of all that people press, from cork to rubber.
 POISSON_RATIOS = (0.0, 0.499)
+# A press less deep than so many deviations of its depth tells neither relaxation nor its contact.
+SHALLOWEST = 8.0
 # The fit with relaxation is repeated with the prior's share scaled, to show what the prior decides.
 SHARE_FACTORS = (0.5, 2.0)
 BY_RATIO = (
@@ -172,8 +175,9 @@ def fit_held(
     rows : list of dict
         As those of `fit_models`. Where the probe was held for the shortest relaxation time at
         least, ``relaxation`` is prony_assumed_nu, which takes nu for granted, then prony, to which
-        ratios from 0 to 0.5 are equally likely. Else one row, unheld: the modulus without
-        relaxation, its interval widened by what relaxation and nu may have done.
+        ratios from 0 to 0.5 are equally likely. Else one row, unheld, or shallow where the
+        deepest depth is less than eight of its deviations: the modulus without relaxation, its
+        interval widened by what relaxation and nu, and the depth's error, may have done.
     block : dict
         ``verdict``, ``held_s``, the beliefs, the fit's fields, ``other_shares``, and
         ``by_poisson_ratio``, the modulus for whoever knows nu.
@@ -185,15 +189,23 @@ def fit_held(
     given = {"times_s": times, "beliefs": beliefs}
     found = fit_relaxation(record, laws, **given)
     single = {at: fit_relaxation(record, {at: law}, **given) for at, law in laws.items()}
-    block = {"verdict": verdict(found, held=held), "held_s": held_s}
+    shallow = float(record.depth_m.max()) < SHALLOWEST * _depth_std(record)
+    said = "too shallow" if shallow else verdict(found, held=held)
+    block = {"verdict": said, "held_s": held_s}
     block |= vars(beliefs) | vars(found)
     block["other_shares"] = with_other_shares(record, laws, **given, factors=SHARE_FACTORS)
     block["by_poisson_ratio"] = [
         {"poisson_ratio": at} | {name: getattr(fit, name) for name in BY_RATIO}
         for at, fit in single.items()
     ]
+    if shallow:
+        return [
+            _widened(
+                model, "shallow", (*found.reduced_modulus_interval_pa, *_depth_ends(model, record))
+            )
+        ], block
     if not held:
-        return [_widened(model, found)], block
+        return [_widened(model, "unheld", found.reduced_modulus_interval_pa)], block
     assumed = {nu: _strained(press, model, nu=nu, series=series)}
     names = {name: model[name] for name in ("indenter", "support", "contact")}
     ends = sorted(fit.reduced_modulus_pa for fit in single.values())
@@ -250,10 +262,20 @@ def _strained(press: Press, model: Mapping, *, nu: float, series: str) -> Law:
     return strained
 
 
-def _widened(model: Mapping, found: RelaxationFit) -> dict:
-    """Effective modulus whose interval reaches to the instantaneous one's ends."""
-    ends = [*model["reduced_modulus_interval_pa"], *found.reduced_modulus_interval_pa]
-    return dict(model) | {
-        "relaxation": "unheld",
-        "reduced_modulus_interval_pa": (min(ends), max(ends)),
-    }
+def _depth_std(record: Record) -> float:
+    """Standard deviation of one depth, its own error and the common one together [m]."""
+    return float(np.hypot(record.frame_std_m, record.contact_std_m))
+
+
+def _depth_ends(model: Mapping, record: Record) -> tuple[float, float]:
+    """Ends of the modulus, which goes with the depth's power -3/2, by the depth's error alone."""
+    part = 1.5 * _depth_std(record) / max(float(record.depth_m.max()), _depth_std(record))
+    width = float(np.exp(ndtri((1 + CONFIDENCE) / 2) * part))
+    return model["reduced_modulus_pa"] / width, model["reduced_modulus_pa"] * width
+
+
+def _widened(model: Mapping, relaxation: str, others: Sequence[float]) -> dict:
+    """Effective modulus whose interval reaches to other ends too."""
+    ends = [*model["reduced_modulus_interval_pa"], *others]
+    interval = (min(ends), max(ends))
+    return dict(model) | {"relaxation": relaxation, "reduced_modulus_interval_pa": interval}
