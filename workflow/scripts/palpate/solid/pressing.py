@@ -131,7 +131,7 @@ class PressedSolid:
         """
         x, given, largest = start_m, last.given_m, np.inf
         if self.table:
-            self.table.settle(x)
+            self.table.settle(last.x_m if last.steps else x)
         for step in range(1, STEPS + 1):
             centre = self.centre_m(depth_m + given)
             forces, before = self._forces(x, centre), largest
@@ -140,7 +140,9 @@ class PressedSolid:
             if move is None or np.abs(move).max() > SHRINKING * before:
                 self._refactorise(x, centre)
                 move = self._solved(forces)
-            part = self._allowed(x, centre, move, forces)
+            # Small steps that don't shrink go to and fro between two sets of touching points.
+            free = np.abs(move).max() < min(NEAR_M, max(before / 2, SMALLEST_STEP_M))
+            part = 1.0 if free else self._allowed(x, centre, move, forces)
             x = x + part * move
             largest = np.abs(part * move).max()
             if part == 1.0 and largest < SMALLEST_STEP_M:
@@ -228,8 +230,6 @@ class PressedSolid:
 
     def _allowed(self, x: NDArray, centre_m: NDArray, move: NDArray, forces: NDArray) -> float:
         """Part of a step that lowers the energy enough."""
-        if np.abs(move).max() < NEAR_M:
-            return 1.0
         before, slope, part = self._energy(x, centre_m), float((forces * move).sum()), 1.0
         for _ in range(HALVINGS):
             gain = self._energy(x + part * move, centre_m) - before
