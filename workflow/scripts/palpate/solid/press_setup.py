@@ -110,7 +110,9 @@ class PressSetup:
         )
         if self.contact == "resting":
             reach = TABLE_REACH * self.deepest_m
-            table = standing_table(self.moved, self.support, reach_m=reach, penalty_per_m=penalty)
+            table = standing_table(
+                self.moved, self.support, self.touch_m, reach_m=reach, penalty_per_m=penalty
+            )
         return PressedSolid(
             HyperelasticSolid(self.moved, named_law(law), nu),
             self.free,

@@ -223,8 +223,8 @@ class PressedSolid:
         if self.table:
             faces, extra = self.table.blocks(x)
             _add(blocks, self._table_pairs[faces], extra)
-            pinned = np.array([self.table.pinned])
-            blocks[self.solid.block_of(pinned, pinned)] += self.table.pin
+            pinned = self.table.pinned
+            blocks[self.solid.block_of(pinned, pinned)] += self.table.pins_m
         size = len(self._chosen)
         return sparse.csr_matrix((blocks.ravel()[self._take], *self._pattern), shape=(size, size))
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.obstacle import (
@@ -17,8 +18,10 @@ from palpate.solid.obstacle import (
 )
 from palpate.solid.sizing import Support
 
-# Stiffness that holds one node sideways, over Young's modulus; elements have a hundredth [m].
+# Stiffness that holds a node sideways, over Young's modulus; elements have a hundredth [m].
 PIN_M = 1.0
+# Nodes held: how far down from the touch to the table, as parts of the way.
+PINNED = (0.35, 0.65)
 # Parts of an edge for the quadrature: the border of what stands runs through the faces.
 PARTS = 4
 
@@ -28,7 +31,8 @@ class Table:
     """A plane that points of the surface press; where they touched it, they stick.
 
     Nothing keeps a round object from rolling off under a frictionless sphere but the hand's
-    friction, so that one node is held sideways.
+    friction, and nothing from spinning: two nodes on the line of the press are held sideways, and
+    one far from it against turning around it.
 
     Attributes
     ----------
@@ -38,10 +42,12 @@ class Table:
         Of the plane; the normal has length 1.
     penalty_per_m : float
         Pressure per penetration over Young's modulus, and shear per sliding [1/m].
-    pinned : int
-        Node that is held sideways.
-    pinned_m : (3,) array
+    pinned : (p,) int array
+        Nodes that are held.
+    pinned_m : (p, 3) array
         Where [m].
+    pins_m : (p, 3, 3) array
+        Stiffness that holds them over Young's modulus [m].
     anchors_m : (f, q, 3) array
         Where the points touched first; NaN where they have not yet [m].
     """
@@ -50,24 +56,19 @@ class Table:
     point_m: NDArray
     normal: NDArray
     penalty_per_m: float
-    pinned: int
+    pinned: NDArray
     pinned_m: NDArray
+    pins_m: NDArray
     anchors_m: NDArray = field(init=False)
 
     def __post_init__(self) -> None:
         self.anchors_m = np.full((*self.surface.areas_m2.shape, 3), np.nan)
 
-    @property
-    def pin(self) -> NDArray:
-        """Stiffness of the held node over Young's modulus, (3, 3) [m]."""
-        return PIN_M * (np.eye(3) - np.outer(self.normal, self.normal))
-
     def energy(self, x: NDArray) -> float:
         """Energy over Young's modulus [m^3]."""
         touch, slid, stiff = self._state(x)
         sliding = 0.5 * (stiff * self.surface.areas_m2[touch.points]) @ (slid**2).sum(axis=1)
-        off = x[self.pinned] - self.pinned_m
-        held = 0.5 * off @ self.pin @ off
+        held = 0.5 * (self._pulls(x) * (x[self.pinned] - self.pinned_m)).sum()
         return touch_energy(touch, self.surface, self.penalty_per_m) + float(sliding + held)
 
     def forces(self, x: NDArray) -> NDArray:
@@ -79,7 +80,7 @@ class Table:
         nodes = self.surface.faces[faces].ravel()
         forces = touch_forces(touch, self.surface, self.penalty_per_m, len(x))
         forces += np.stack([np.bincount(nodes, pull[..., a].ravel(), len(x)) for a in range(3)], 1)
-        forces[self.pinned] += self.pin @ (x[self.pinned] - self.pinned_m)
+        forces[self.pinned] += self._pulls(x)
         return forces
 
     def blocks(self, x: NDArray) -> tuple[NDArray, NDArray]:
@@ -96,6 +97,10 @@ class Table:
         anchors[touch.points] = np.where(np.isnan(old), places[touch.points], old)
         self.anchors_m = anchors
 
+    def _pulls(self, x: NDArray) -> NDArray:
+        """Gradient of the held nodes' energy, shape (p, 3) [m^2]."""
+        return np.einsum("pab,pb->pa", self.pins_m, x[self.pinned] - self.pinned_m)
+
     def _state(self, x: NDArray) -> tuple[Touch, NDArray, NDArray]:
         """Touch, how far its points slid from where they stuck (k, 3), stiffness against it."""
         places = self.surface.places(x)
@@ -108,7 +113,12 @@ class Table:
 
 
 def standing_table(
-    mesh: SolidMesh, support: Support, *, reach_m: float, penalty_per_m: float
+    mesh: SolidMesh,
+    support: Support,
+    touch_m: NDArray,
+    *,
+    reach_m: float,
+    penalty_per_m: float,
 ) -> Table:
     """Table at the lowest point of a solid.
 
@@ -118,6 +128,8 @@ def standing_table(
         Ten-node elements.
     support : Support
         Its normal; the plane is moved along it until it touches the solid.
+    touch_m : (3,) array
+        Where the solid is pressed [m].
     reach_m : float
         Faces below this height may come down to the table [m].
     penalty_per_m : float
@@ -131,8 +143,14 @@ def standing_table(
     heights = corners @ normal
     lowest = float(heights.min())
     low = (heights.min(axis=1) < lowest + reach_m) & (across @ normal < 0)
-    middle = mesh.nodes_m.mean(axis=0)
-    pinned = int(np.argmin(np.linalg.norm(mesh.nodes_m - middle, axis=1)))
+    height = touch_m @ normal - lowest
+    line = touch_m - np.outer(PINNED, height * normal)
+    away = mesh.nodes_m - touch_m
+    beside = away - np.outer(away @ normal, normal)
+    far = int(np.argmax((beside**2).sum(axis=1)))
+    around = np.cross(normal, beside[far] / np.linalg.norm(beside[far]))
+    pinned = np.append(cKDTree(mesh.nodes_m).query(line)[1], far)
+    sideways = np.eye(3) - np.outer(normal, normal)
     return Table(
         surface=surface_points(mesh, faces[low], parts=PARTS),
         point_m=lowest * normal,
@@ -140,4 +158,5 @@ def standing_table(
         penalty_per_m=penalty_per_m,
         pinned=pinned,
         pinned_m=mesh.nodes_m[pinned],
+        pins_m=PIN_M * np.stack([sideways, sideways, np.outer(around, around)]),
     )
