@@ -51,9 +51,9 @@ class PressOptions:
         Of the point from the surface along the direction [m].
     """
 
-    edge_m: float = 0.0022
-    growth: float = 0.7
-    refine_radius_m: float = 0.03
+    edge_m: float = 0.0025
+    growth: float = 0.8
+    refine_radius_m: float = 0.025
     foot_edge_m: float = 0.005
     foot_growth: float = 1.0
     foot_radius_m: float = 0.02
