@@ -1,14 +1,6 @@
 from house.mirrors import first_images
 
 # Options and files of the direct estimation: of one capture, or of all of an object with one sensor.
-MODEL = {k: v for k, v in config["direct"]["model"].items() if k != "objects"}
-
-
-def model_options(wildcards):
-    """Options of an object's look-ups."""
-    return MODEL | config["direct"]["model"]["objects"].get(wildcards.object, {})
-
-
 def mirrors_of(wildcards):
     """Normals of the mirrors that lead from a point's first image to it."""
     spec = HOUSE.description_of(wildcards.object)

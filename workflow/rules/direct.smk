@@ -14,7 +14,7 @@ rule indentation:
     params:
         code=code("indentation"),
         probe=probe_spec,
-        options=model_options,
+        options=config["direct"]["model"],
         mirrors=mirrors_of,
     message:
         "Look-up of {wildcards.object}, pressed at {wildcards.point}"

@@ -15,7 +15,8 @@ from palpate.surface.template import read_template
 
 # How far a mirrored template may be from itself: scans and their meshes agree to about that [m].
 IMAGE_TOLERANCE_M = 0.001
-FINENESS = ("edge_m", "growth", "refine_radius_m")
+# Steps of a shallow look-up are finer than configured.
+FEWEST_STEPS = 6
 
 
 def main(snakemake):
@@ -49,6 +50,8 @@ def pressed_model(snakemake, spec, template):
     mesh = read_solid(inputs.solid)
     support, point = spec["support"], declared_point(inputs.object, spec, snakemake.wildcards.point)
     normal = np.array(support["plane_normal"], dtype=float)
+    # Hertz's contact radius goes with the root of the depth, and so do the elements under it.
+    deepest = spec.get("deepest_m", options["deepest_m"])
     with naming(inputs.object):
         return indentation_model(
             mesh,
@@ -56,13 +59,17 @@ def pressed_model(snakemake, spec, template):
             np.array(point["position_m"], dtype=float),
             np.array(point.get("direction", -normal), dtype=float),
             radius_m=snakemake.params.probe["indenter"]["radius_m"],
-            deepest_m=options["deepest_m"],
+            deepest_m=deepest,
             contact=support.get("contact", "bonded"),
             surface=SmoothSurface(template.vertices_m, template.faces),
             laws=tuple(options["laws"]),
             poisson_ratios=tuple(options["poisson_ratios"]),
-            step_m=options["step_m"],
-            options=PressOptions(**{name: options[name] for name in FINENESS}),
+            step_m=min(options["step_m"], deepest / FEWEST_STEPS),
+            options=PressOptions(
+                edge_m=options["edge_m"] * min(1.0, (deepest / options["deepest_m"]) ** 0.5),
+                growth=options["growth"],
+                refine_radius_m=options["refine_radius_m"],
+            ),
         )
 
 

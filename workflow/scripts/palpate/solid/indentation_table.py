@@ -1,11 +1,14 @@
 """Make the look-up of one pressed point by finite elements."""
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.solid.boundary import support_nodes
 from palpate.solid.indentation import IndentationModel
+from palpate.solid.linear_press import linear_presses
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.press_setup import PressOptions, PressSetup, press_setup
 from palpate.solid.pressing import PressedSolid, State
@@ -20,6 +23,7 @@ CUTS = 3
 LEAST_START = 0.1
 # Triangles of a face's corners and middles.
 QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+LINEAR = "linear"
 LAW_NAMES = ("neo_hookean", "blatz_ko")
 POISSON_RATIOS = (0.0, 0.15, 0.3, 0.42, 0.49)
 
@@ -92,6 +96,9 @@ def indentation_model(
         equilibrium at the first depths.
     """
     depths = depth_ladder(deepest_m, step_m)
+    finite = tuple(law for law in laws if law != LINEAR)
+    if not finite:
+        raise ValueError(f"laws: expected one of finite strain beside {LINEAR}, found none")
     setup = press_setup(
         mesh,
         support,
@@ -104,13 +111,49 @@ def indentation_model(
         options=options or PressOptions(),
     )
     ladders: dict[tuple[str, int], list[State]] = {}
-    for law in laws:
+    for law in finite:
         for number, nu in enumerate(poisson_ratios):
             near = [ladders.get((law, n)) for n in (number - 1, number - 2)]
             # A law's first ladder starts from that of the law before it.
-            near[0] = near[0] or ladders.get((laws[0], number))
+            near[0] = near[0] or ladders.get((finite[0], number))
             ladders[law, number] = ladder(setup, law, nu, depths, near)
-    return _model(setup, ladders, laws, poisson_ratios, depths)
+    model = _model(setup, ladders, finite, poisson_ratios, depths)
+    return _with_linear(setup, model) if LINEAR in laws else model
+
+
+def _with_linear(setup: PressSetup, model: IndentationModel) -> IndentationModel:
+    """The same with the linear solid as one more law, if the support holds its nodes."""
+    if setup.contact != "bonded":
+        logging.info("a resting solid has no linear law: its support grows with the force")
+        return model
+    mesh, support = setup.whole, setup.support
+    nodes = support_nodes(
+        mesh,
+        plane_point_m=support.point_m,
+        plane_normal=support.normal,
+        tolerance_m=support.tolerance_m,
+    )
+    held = np.zeros(len(mesh.nodes_m), dtype=bool)
+    held[nodes] = True
+    forces, fields = linear_presses(
+        mesh,
+        held,
+        setup.touch_m,
+        setup.direction,
+        radius_m=setup.radius_m,
+        depth_m=model.depth_m[1:],
+        poisson_ratios=model.poisson_ratios,
+    )
+    surface = np.unique(mesh.surface_faces())
+    moves = np.zeros((1, *model.surface_displacement_m.shape[1:]), dtype=np.float32)
+    moves[0, :, 1:] = fields[:, :, surface]
+    forces = np.pad(forces, ((0, 0), (1, 0)))[None]
+    return replace(
+        model,
+        laws=(*model.laws, LINEAR),
+        force_per_modulus_m2=np.concatenate([model.force_per_modulus_m2, forces]),
+        surface_displacement_m=np.concatenate([model.surface_displacement_m, moves]),
+    )
 
 
 def ladder(
