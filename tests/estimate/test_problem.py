@@ -1,5 +1,7 @@
 """From a tracked surface to the inverse problem: elements and loads, against a finer solid."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from palpate.estimate.minimise import minimise_error
@@ -75,7 +77,7 @@ def posed(root, tracked, **options):
 
 
 def recovered(problem):
-    full = Objective(problem.mesh, problem.sets, problem.measurement, option="displacement")
+    full = problem.objective("displacement")
     found = minimise_error(ReducedObjective(full), (2e4, 0.2), OPTIONS)
     return found.youngs_modulus_pa, found.poisson_ratio
 
@@ -99,7 +101,35 @@ def test_ten_node_elements_and_pressure_are_right_where_the_study_is_not(root, t
     assert abs(nu_study - NU) > 2 * abs(nu_better - NU)
 
 
+def test_the_contact_is_left_out_by_its_radius(root, tracked):
+    options = {"element_order": 1, "force_rule": "conserve"}
+    problem = posed(root, tracked, leave_out_radii=1.5, **options)
+    away = np.linalg.norm(problem.mesh.nodes_m - POINT, axis=1)
+    radius = hertz_contact_radius(**PRESS)
+    assert (
+        0
+        < len(problem.left_out)
+        == np.count_nonzero(away[problem.mesh.surface_nodes()] < 1.5 * radius)
+    )
+    assert posed(root, tracked, **options).left_out is None
+
+
+def test_corotational_strain_takes_small_turns_for_none(root, tracked):
+    """The surface is a linear solid's: strain after its turns is of second order beside it."""
+    options = {"element_order": 1, "force_rule": "hertz_patch", "leave_out_radii": 1.5}
+    small = replace(
+        tracked, vertices_m=tracked.rest_m + 0.01 * (tracked.vertices_m - tracked.rest_m)
+    )
+    linear, turned = (
+        recovered(posed(root, small, strain=strain, **options))
+        for strain in ("linear", "corotational")
+    )
+    assert turned == pytest.approx(linear, rel=0.01)
+
+
 def test_bad_input(root, tracked):
+    with pytest.raises(ValueError, match="strain: expected one of linear, corotational, found no"):
+        posed(root, tracked, element_order=1, force_rule="conserve", strain="none")
     with pytest.raises(ValueError, match="element_order: expected 1 or 2, found 3"):
         posed(root, tracked, element_order=3, force_rule="conserve")
     with pytest.raises(ValueError, match="force_rule: expected one of conserve, area_ratio"):

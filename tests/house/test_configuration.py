@@ -212,8 +212,11 @@ def test_numbers_that_no_device_has(home, file, old, new, line):
             "start_poisson_ratios: expected within poisson_ratio_bounds, 0 to 0.499, found 0.4995",
         ),
         ({"profile_poisson_ratios": [0.1, 0.3, 0.2]}, "expected increasing numbers"),
+        ({"steps": {"other": {"tracker": "elastik"}}}, "steps.other.tracker: .* found elastik"),
+        ({"steps": {"far": {"leave_out_radii": -1}}}, "steps.far.leave_out_radii: expected"),
+        ({"strain": "logarithmic"}, "strain: expected one of"),
     ],
-    ids=["bounds", "start", "profile"],
+    ids=["bounds", "start", "profile", "tracker", "radii", "strain"],
 )
 def test_a_search_that_cannot_start(home, change, line):
     options = yaml.safe_load((home / "config/config.yaml").read_text())["minimise"] | change

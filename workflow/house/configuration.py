@@ -9,7 +9,7 @@ from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
 from palpate.capture.schema import load_yaml, validate
 
 from house.lab_checks import lab_problems, says_simulated
-from house.search_checks import impossible_search, unknown_objects
+from house.search_checks import impossible_search, unknown_objects, unknown_step_trackers
 from house.sensor_checks import (
     ambiguous_boards,
     bent_transforms,
@@ -158,6 +158,7 @@ def open_house(config: Mapping, *, source: str) -> House:
         raise ValueError("\n".join(problems))
     problems += impossible_search(config["minimise"], source)
     problems += tracker_problems(config["tracking"], source)
+    problems += unknown_step_trackers(config, source)
     paths = config["paths"]
     sensors = _named_files(paths["sensors"], "sensor", problems)
     probes = _named_files(paths["probes"], "probe", problems)

@@ -96,8 +96,8 @@ def tracker_options(wildcards):
     return options_of(config["tracking"], wildcards.tracker, wildcards.object)
 
 
-# Of the error minimisation, without what single objects have of their own.
-SEARCH = {k: v for k, v in config["minimise"].items() if k != "objects"}
+# Of the error minimisation, without what single objects and the table of steps have of their own.
+SEARCH = {k: v for k, v in config["minimise"].items() if k not in ("objects", "steps")}
 
 
 def load_and_search(wildcards):
@@ -255,14 +255,14 @@ def tables_and_figures():
         figures += ["direct_moduli"]
     figures = [f"{RESULTS}/figures/{name}.png" for name in figures]
     if HOUSE.described(simulated=True, tracked=True):
-        names = ["pipeline_accuracy", "tracking_accuracy"]
+        names = ["pipeline_accuracy", "tracking_accuracy", "minimise_steps"]
         accuracy = [f"{RESULTS}/tables/{name}.csv" for name in names]
     checks = [*accuracy, *fidelity_outputs()]
     if config["only"] is None:
         checks += seeing_outputs()
     figures += [f"{RESULTS}/figures/figure_4_{n}.png" for n in diagrams()]
     figures += hertz_figure_outputs() + diagram_outputs() + tracking_figure_outputs()
-    figures += rig_outputs()
+    figures += rig_outputs() + minimise_steps_figures()
     tables += hertz_outputs() + simulation_outputs() + direct_outputs()
     tables += estimate_outputs() + comparison_outputs()
     return [*tables, *figures, *checks, f"{RESULTS}/summary.csv"]

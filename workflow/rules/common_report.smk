@@ -29,6 +29,7 @@ KIND_OF = {
     "accuracy_summary": KINDS["accuracy"],
     "hertz_accuracy": KINDS["accuracy"],
     "lab_fidelity": KINDS["accuracy"],
+    "minimise_steps": KINDS["accuracy"],
     "pipeline_accuracy": KINDS["accuracy"],
     "sensor_accuracy": KINDS["accuracy"],
     "tracking_accuracy": KINDS["accuracy"],

@@ -1,11 +1,13 @@
 """Error between tracked and computed deformation and force (Eq. 3.31-3.33)."""
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.solid.boundary import NodeSets
+from palpate.solid.corotation import rotation_loads
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import elastic_stiffness
@@ -42,20 +44,44 @@ class Objective:
     measurement : Measurement
     option : {"force_displacement", "displacement"}
         Both terms of Eq. 3.31, or the displacement term alone.
+    left_out : int array, optional
+        Surface nodes whose displacement is not compared.
+    rotations : (m, p, 3, 3) array, optional
+        Of co-rotational strain, as `palpate.solid.corotation.element_rotations` gives them;
+        without them strain is linear (Eq. 3.4).
+
+    Raises
+    ------
+    ValueError
+        If the option is unknown, a surface node has no displacement, nothing moved or pressed, or
+        no node is left to compare.
     """
 
     def __init__(
-        self, mesh: SolidMesh, sets: NodeSets, measurement: Measurement, *, option: str
+        self,
+        mesh: SolidMesh,
+        sets: NodeSets,
+        measurement: Measurement,
+        *,
+        option: str,
+        left_out: NDArray | None = None,
+        rotations: NDArray | None = None,
     ) -> None:
         if option not in OPTIONS:
             raise ValueError(f"error: expected one of {', '.join(OPTIONS)}, found {option}")
         self.option, self.sets = option, sets
-        self.K1, self.K2 = elastic_stiffness(mesh)
+        self.K1, self.K2 = elastic_stiffness(mesh, rotations)
+        self.rotated = rotations is not None
+        # Loads of the rotations: K u = f + lam b1 + mu b2.
+        self.b1, self.b2 = (
+            rotation_loads(mesh, rotations) if self.rotated else np.zeros((2, mesh.nodes_m.size))
+        )
         self.surface = np.sort(np.concatenate([sets.contact, sets.free, sets.support]))
         self.u = measurement.displacement_m.copy()
         self.u[sets.support] = 0
         if not np.isfinite(self.u[self.surface]).all():
             raise ValueError("displacement: expected numbers at all surface nodes, found NaN")
+        self.compared = _compared(self.surface, sets, left_out)
         self.f = measurement.force_n
         self.largest_m = float(np.linalg.norm(self.u[self.surface], axis=1).max())
         if self.largest_m == 0 or measurement.total_force_n == 0:
@@ -69,7 +95,18 @@ class Objective:
             _blocks(K, self.free_dofs, self.interior_dofs, self.surface_dofs)
             for K in (self.K1, self.K2)
         ]
+        # Reduced models by their settings, which objectives of the same system may have in common.
+        self.displacement_models: dict = {}
+        self.interior_models: dict = {}
         self.evaluations = 0
+
+    def with_option(self, option: str) -> "Objective":
+        """The same objective for another error option; both share what does not depend on it."""
+        if option not in OPTIONS:
+            raise ValueError(f"error: expected one of {', '.join(OPTIONS)}, found {option}")
+        other = copy(self)
+        other.option, other.evaluations = option, 0
+        return other
 
     def __call__(self, lam: float, mu: float) -> float:
         """Evaluate Eq. 3.31 for the option [m]."""
@@ -83,23 +120,30 @@ class Objective:
         """Displacement that the measured force causes, shape (n, 3) [m]."""
         u = np.zeros(self.u.size)
         K = self._combined("free", lam, mu)
-        u[self.free_dofs] = factorise(K)(self.f.ravel()[self.free_dofs])
+        right = self.f.ravel() + lam * self.b1 + mu * self.b2
+        u[self.free_dofs] = factorise(K)(right[self.free_dofs])
         return u.reshape(-1, 3)
 
     def displacement_errors(self, lam: float, mu: float) -> NDArray:
-        """Mismatch of each surface node (terms of Eq. 3.33), shape (k,) [m]."""
-        gap = self.displacement(lam, mu)[self.surface] - self.u[self.surface]
+        """Mismatch of each surface node that is compared (terms of Eq. 3.33), shape (k,) [m]."""
+        gap = self.displacement(lam, mu)[self.compared] - self.u[self.compared]
         return np.linalg.norm(gap, axis=1)
 
-    def force_errors(self, lam: float, mu: float) -> NDArray:
-        """Mismatch of the force at each node but the support's (terms of Eq. 3.32) [N]."""
+    def completed(self, lam: float, mu: float) -> NDArray:
+        """Tracked displacement with that of interior nodes solved for (Eq. 3.30), (n, 3) [m]."""
         u = np.zeros(self.u.size)
         known = self.u[self.surface].ravel()
         u[self.surface_dofs] = known
         if len(self.interior_dofs):
-            right = -self._combined("coupling", lam, mu) @ known
+            loads = (lam * self.b1 + mu * self.b2)[self.interior_dofs]
+            right = loads - self._combined("coupling", lam, mu) @ known
             u[self.interior_dofs] = factorise(self._combined("interior", lam, mu))(right)
-        f = (lam * (self.K1 @ u) + mu * (self.K2 @ u)).reshape(-1, 3)
+        return u.reshape(-1, 3)
+
+    def force_errors(self, lam: float, mu: float) -> NDArray:
+        """Mismatch of the force at each node but the support's (terms of Eq. 3.32) [N]."""
+        u = self.completed(lam, mu).ravel()
+        f = (lam * (self.K1 @ u - self.b1) + mu * (self.K2 @ u - self.b2)).reshape(-1, 3)
         kept = np.setdiff1d(np.arange(len(f)), self.sets.support)
         return np.linalg.norm((f - self.f)[kept], axis=1)
 
@@ -110,6 +154,14 @@ class Objective:
 def dofs(nodes: NDArray) -> NDArray:
     """Degrees of freedom of nodes, 3 * node + axis."""
     return (3 * nodes[:, None] + np.arange(3)).ravel()
+
+
+def _compared(surface: NDArray, sets: NodeSets, left_out: NDArray | None) -> NDArray:
+    """Surface nodes whose displacement counts."""
+    kept = surface if left_out is None else np.setdiff1d(surface, left_out)
+    if not len(np.setdiff1d(kept, sets.support)):
+        raise ValueError("left_out: expected surface nodes to compare off the support, found none")
+    return kept
 
 
 def _blocks(K, free: NDArray, interior: NDArray, surface: NDArray) -> dict:

@@ -1,5 +1,7 @@
 """The objective of Eq. 3.31 by reduced models: the same error, thousands of times faster."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,10 +38,12 @@ class ReducedObjective:
         self.poisson_ratios, self.shifts = poisson_ratios, shifts
         self.evaluations = 0
         settings = {"poisson_ratios": poisson_ratios, "shifts": shifts}
-        self.models = {"displacement": _displacement_model(full, settings)}
+        model = _kept(full.displacement_models, _displacement_model, full, settings)
+        self.models = {"displacement": model}
         self._terms = [_displacement_term(full, self.models["displacement"])]
         if self.option == "force_displacement":
-            self.models["interior"] = _interior_model(full, settings)
+            model = _kept(full.interior_models, _interior_model, full, settings)
+            self.models["interior"] = model
             self._terms.append(_force_term(full, self.models["interior"]))
 
     def __call__(self, lam: float, mu: float) -> float:
@@ -114,11 +118,15 @@ class _DisplacementTerm(_Term):
     def __init__(self, *arguments):
         super().__init__(*arguments)
         self._factors = np.full(len(self.model.poles) + 1, -1.0)
+        self._rotated = self.model.lam_load.any() or self.model.mu_load.any()
 
     def factors(self, lam: float, mu: float) -> NDArray:
         # In place: at a dozen modes a new array costs more than its arithmetic.
         factors, model = self._factors, self.model
         c = factors[:-1]
+        if self._rotated:
+            c[:] = model.amplitudes(lam, mu)
+            return factors
         np.multiply(model.poles, lam, out=c)
         np.add(c, mu, out=c)
         np.divide(model.load, c, out=c)
@@ -129,7 +137,7 @@ class _DisplacementTerm(_Term):
 
 
 class _ForceTerm(_Term):
-    """Columns [K1 modes, K2 modes, K1 u, K2 u, measured force], u the tracked displacement."""
+    """Columns [K1 modes, K2 modes, K1 u - b1, K2 u - b2, measured force], u as tracked."""
 
     def __init__(self, *arguments):
         super().__init__(*arguments)
@@ -155,18 +163,27 @@ class _ForceTerm(_Term):
         return np.vstack([first, second, constant])
 
 
+def _kept(models: dict, make: Callable, full: Objective, settings: dict) -> ReducedModel | None:
+    """A model that the objective has already, or a new one."""
+    key = tuple(settings.values())
+    if key not in models:
+        models[key] = make(full, settings)
+    return models[key]
+
+
 def _displacement_model(full: Objective, settings: dict) -> ReducedModel:
     A1, A2 = (block["free"] for block in full.blocks)
-    return reduced_model(A1, A2, load=full.f.ravel()[full.free_dofs], **settings)
+    b1, b2, f = (b.ravel()[full.free_dofs] for b in (full.b1, full.b2, full.f))
+    return reduced_model(A1, A2, lam_load=b1, mu_load=b2, load=f, **settings)
 
 
 def _displacement_term(full: Objective, model: ReducedModel) -> _Term:
     """Gaps of the surface; those of the support are zero, and count in the mean alone."""
-    nodes = np.setdiff1d(full.surface, full.sets.support)
+    nodes = np.setdiff1d(full.compared, full.sets.support)
     modes = np.zeros((full.u.size, len(model.poles)))
     modes[full.free_dofs] = model.modes
     columns = np.column_stack([modes, full.u.ravel()])[dofs(nodes)]
-    return _DisplacementTerm(columns, 1 / len(full.surface), nodes, model)
+    return _DisplacementTerm(columns, 1 / len(full.compared), nodes, model)
 
 
 def _interior_model(full: Objective, settings: dict) -> ReducedModel | None:
@@ -174,7 +191,10 @@ def _interior_model(full: Objective, settings: dict) -> ReducedModel | None:
     if not len(full.interior_dofs):
         return None
     known = full.u.ravel()[full.surface_dofs]
-    loads = [-(block["coupling"] @ known) for block in full.blocks]
+    loads = [
+        b[full.interior_dofs] - block["coupling"] @ known
+        for b, block in zip((full.b1, full.b2), full.blocks, strict=True)
+    ]
     A1, A2 = (block["interior"] for block in full.blocks)
     return reduced_model(A1, A2, lam_load=loads[0], mu_load=loads[1], **settings)
 
@@ -189,7 +209,9 @@ def _force_term(full: Objective, model: ReducedModel | None) -> _Term:
     modes = np.zeros((full.u.size, len(model.poles) if model else 0))
     if model:
         modes[full.interior_dofs] = model.modes
-    parts = [K @ modes for K in stiffness] + [(K @ known)[:, None] for K in stiffness]
+    loads = [b[rows] for b in (full.b1, full.b2)]
+    parts = [K @ modes for K in stiffness]
+    parts += [(K @ known - b)[:, None] for K, b in zip(stiffness, loads, strict=True)]
     columns = np.hstack([*parts, full.f.ravel()[rows][:, None]])
     return _ForceTerm(columns, full.force_weight / full.force_nodes, nodes, model)
 

@@ -130,11 +130,12 @@ def reduced_model(
     b1, b2, f = (np.zeros(n) if b is None else np.asarray(b, float) for b in loads)
     if not any(np.any(b) for b in (b1, b2, f)):
         raise ValueError("load: expected a load that is not zero, found zero")
-    solve, columns = None, []
+    # By amplitude r b1 + b2 and f are apart: f stands beside moduli of any size.
+    solve, columns, zero = None, [], np.zeros(n)
     for r in (ratios := _ratios(poisson_ratios, shifts)):
         K = combined(A1, A2, r, 1.0)
         solve = solve.refactorise(K) if solve else factorise(K)
-        columns += _moments(A1, b1, b2 + f, r, solve, moments)
+        columns += [x for b in ((b1, b2), (zero, f)) for x in _moments(A1, *b, r, solve, moments)]
     V = _orthonormal(columns)
     poles, Q = eigh(V.T @ (A1 @ V), V.T @ (A2 @ V))
     U = V @ Q
@@ -171,6 +172,8 @@ def _moments(
     A1: sparse.spmatrix, b1: NDArray, b2: NDArray, r: float, solve: Callable, count: int
 ) -> list[NDArray]:
     """Directions of the solution at mu = 1, lam = r, and of its derivatives with respect to r."""
+    if not (np.any(b1) or np.any(b2)):
+        return []
     x = solve(r * b1 + b2)
     columns, slope = [x], b1 - A1 @ x
     for _ in range(count - 1):
