@@ -1,5 +1,6 @@
 from house.mirrors import first_images
 
+
 # Options and files of the direct estimation: of one capture, or of all of an object with one sensor.
 def mirrors_of(wildcards):
     """Normals of the mirrors that lead from a point's first image to it."""
