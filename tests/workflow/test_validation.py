@@ -104,8 +104,8 @@ def test_dry_run(root, tmp_path):
     assert done.returncode == 0, done.stderr[-3000:]
     text = done.stdout + done.stderr
     counts = dict(re.findall(r"^(\w+) +(\d+)$", text, re.MULTILINE))
-    same = {"lab_capture", "clouds", "align", "force", "probe_pose"}
+    same = {"lab_capture", "clouds", "align", "force", "probe_pose", "direct"}
     assert {counts[rule] for rule in same} == {counts["lab_capture"]}
     assert int(counts["lab_capture"]) >= 60
     assert counts["lab_contact"] == counts["solid_mesh"]
-    assert not {"track", "minimise", "summary", "table_5_3"} & set(counts)
+    assert not {"track", "minimise", "summary", "accuracy", "table_5_3"} & set(counts)
