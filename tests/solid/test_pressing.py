@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from palpate.solid.contact_mesh import moving_nodes
 from palpate.solid.indentation_table import indentation_model
 from palpate.solid.mesh import quadratic, solid_mesh
 from palpate.solid.press_setup import PressOptions, press_setup
@@ -78,6 +79,15 @@ def test_resting_solid_bears_the_force_on_its_table(mesh):
     assert np.abs(table[:2]).max() < 1e-2 * table[2]
     hertz = 4 / 3 / (1 - 0.3**2) * np.sqrt(RADIUS) * 0.001**1.5
     assert 0.85 < state.force_m2 @ DOWN / hertz < 1.05
+
+
+def test_press_of_a_long_block_moves_its_neighbourhood(block):
+    point = np.array([-0.05, 0.0, 0.0475])
+    moving = moving_nodes(block, FLOOR, point, DOWN, radius_m=0.006, share=2e-3)
+    away = np.linalg.norm(block.nodes_m - point, axis=1)
+    assert not moving[away > 0.15].any()
+    assert moving[(away < 0.04) & (block.nodes_m[:, 2] > 0.01)].all()
+    assert not moving[block.nodes_m[:, 2] == 0].any()
 
 
 def test_first_touch_of_a_plane_and_of_a_slope(mesh):

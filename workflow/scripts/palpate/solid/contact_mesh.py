@@ -68,19 +68,6 @@ def moving_nodes(
     return np.linalg.norm(u.reshape(-1, 3), axis=1) > share * depth
 
 
-def fine_mesh(mesh: SolidMesh, places: tuple["Fineness", ...]) -> SolidMesh:
-    """Four-node elements refined at places, as `refine_near` does it."""
-    for place in places:
-        mesh = refine_near(
-            mesh,
-            place.point_m,
-            radius_m=place.radius_m,
-            edge_m=place.edge_m,
-            growth=place.growth,
-        )
-    return mesh
-
-
 @dataclass(frozen=True)
 class Fineness:
     """How fine a mesh is around a point.
@@ -99,6 +86,19 @@ class Fineness:
     radius_m: float
     edge_m: float
     growth: float
+
+
+def fine_mesh(mesh: SolidMesh, places: tuple[Fineness, ...]) -> SolidMesh:
+    """Four-node elements refined at places, as `refine_near` does it."""
+    for place in places:
+        mesh = refine_near(
+            mesh,
+            place.point_m,
+            radius_m=place.radius_m,
+            edge_m=place.edge_m,
+            growth=place.growth,
+        )
+    return mesh
 
 
 def foot_m(mesh: SolidMesh, support: Support) -> NDArray:

@@ -58,8 +58,8 @@ class Touch:
 
     Attributes
     ----------
-    places : (k, 3) array
-        Of the quadrature points in touch [m].
+    points : tuple of two (k,) int arrays
+        Faces of the points in touch, and their numbers within the faces.
     depth_m : (k,) array
         How far they are inside the obstacle, above 0 [m].
     normals : (k, 3) array
