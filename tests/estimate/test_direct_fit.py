@@ -1,7 +1,10 @@
 """Direct estimate on presses whose moduli are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from palpate.estimate.direct import estimate_direct, laws_to_try
 from palpate.estimate.direct_fit import fit_direct
 from palpate.estimate.direct_interval import bootstrap, intervals, profile_over_nu
 from palpate.estimate.direct_press import DirectPress, Parameters
@@ -16,6 +19,10 @@ OPTIONS = {
     "poisson_ratio_bounds": [0.0, 0.49],
     "youngs_modulus_bounds_pa": [1e2, 1e8],
     "model_std": {"log_youngs_modulus": 0.0, "nu": 0.0},
+    "linear_depth": 0.1,
+    "law_margin": 6.0,
+    "draws": 200,
+    "profile_poisson_ratios": [0.0, 0.2, 0.35, 0.49],
 }
 START = Parameters(1e4, 0.2, 0.0, np.zeros(2), 0.0, 0.0, 0.0)
 
@@ -29,18 +36,30 @@ def model_of(cell_m, law="made_up", stiffening=0.0):
     return PressModel(law, nus, depth, force / (1 - nus[:, None] ** 2), np.array(motion))
 
 
-def press_of(E, nu, seed, *, noise=1.0, shares=(0.08, 0.05), frames=24, deepest_m=0.007):
+def press_of(
+    E,
+    nu,
+    seed,
+    *,
+    noise=1.0,
+    shares=(0.08, 0.05),
+    frames=24,
+    deepest_m=0.007,
+    start_s=1.0,
+    least_m=5e-4,
+    kept=None,
+):
     """A capture of 24 frames: rest, press, hold."""
     rng = np.random.default_rng(seed)
     cell = np.column_stack([rng.uniform(-0.08, 0.08, (400, 2)), np.zeros(400)])
     cell = cell[np.linalg.norm(cell, axis=1) > 0.015]
     model = model_of(cell)
     time = np.arange(frames) / 6
-    depth = deepest_m * np.clip((time - 1.0) / 1.8, 0, 1)
+    depth = deepest_m * np.clip((time - start_s) / 1.8, 0, 1)
     elastic = E * model.force(depth, nu)
     force = relaxed_force(time, elastic, fractions=shares, times_s=[0.3, 3.0])
     force = force + noise * rng.normal(0, 0.003 * force.max(), frames)
-    used = np.flatnonzero(depth > 0.0005)
+    used = np.flatnonzero(depth > least_m)[:kept]
     motion = model.motion(depth[used], nu)
     motion = motion + noise * rng.normal(0, 5e-5, motion.shape)
     offset = noise * rng.normal(0, 1e-4)
@@ -90,21 +109,47 @@ def test_captures_together_know_more_than_one():
 
 def test_intervals_cover_about_as_often_as_they_say():
     hits = np.zeros(2)
-    runs = 60
+    runs = 30
     for seed in range(runs):
         press = press_of(25e3, 0.3, 100 + seed)
         best = fit_direct([press], "made_up", OPTIONS, START)
-        samples = bootstrap(best, OPTIONS, draws=200, seed=seed)
+        samples = bootstrap(best, OPTIONS, draws=100, seed=seed)
         profile = profile_over_nu(best, OPTIONS, [0.2, 0.3, 0.4])
         found = intervals(best, samples, profile, OPTIONS, patches=int(press.patch.max()) + 1)
         for k, (name, truth) in enumerate((("youngs_modulus_pa", 25e3), ("poisson_ratio", 0.3))):
             hits[k] += found[name].low <= truth <= found[name].high
-    # Of 60 runs at 95 %, fewer than 51 have a chance of one in a thousand.
-    assert (hits >= 51).all(), hits
-    print(hits)
+    # Of 30 runs at 95 %, fewer than 25 have a chance of three in a thousand.
+    assert (hits >= 25).all(), hits
 
 
 def test_too_few_frames():
-    press = press_of(25e3, 0.3, 1, frames=9)
-    with pytest.raises(ValueError, match="frames: expected at least 4 in contact"):
+    press = press_of(25e3, 0.3, 1, frames=7, start_s=0.3)
+    with pytest.raises(ValueError, match="frames: expected at least 8, as many as"):
         fit_direct([press], "made_up", OPTIONS, START)
+
+
+@pytest.mark.parametrize("press", [{"kept": 1}, {"deepest_m": 4e-4, "least_m": 5e-5}])
+def test_one_frame_or_a_small_depth_does_not_tell_nu(press):
+    press = press_of(25e3, 0.3, 1, **press)
+    found = estimate_direct([press], OPTIONS, radius_m=RADIUS_M, seed=1).moduli["poisson_ratio"]
+    assert found.verdict == "not identified"
+    assert (found.low, found.high) == pytest.approx((0.0, 0.49))
+
+
+def test_the_law_that_the_press_prefers():
+    press = press_of(25e3, 0.3, 1)
+    cells = press.cell_m
+    models = {"stiffer": model_of(cells, "stiffer", 1.5), "made_up": press.models["made_up"]}
+    found = estimate_direct([replace(press, models=models)], OPTIONS, radius_m=RADIUS_M, seed=1)
+    assert found.solution.law == "made_up"
+    slopes = {law.law: law.modulus_slope / law.modulus_slope_std for law in found.laws}
+    assert abs(slopes["made_up"]) < 2 < abs(slopes["stiffer"])
+
+
+def test_shallow_presses_take_the_linear_solid():
+    press = press_of(25e3, 0.3, 1, deepest_m=5e-4, least_m=5e-5)
+    models = press.models | {"linear": model_of(press.cell_m, "linear")}
+    press = replace(press, models=models)
+    assert laws_to_try([press], OPTIONS, radius_m=RADIUS_M)[0] == ["linear"]
+    deep = replace(press_of(25e3, 0.3, 1), models=models)
+    assert laws_to_try([deep], OPTIONS, radius_m=RADIUS_M)[0] == ["made_up"]

@@ -89,7 +89,7 @@ def estimate_direct(
     Raises
     ------
     ValueError
-        If fewer frames than unknowns are compared.
+        If a record has fewer frames than unknowns.
     """
     check_count(presses, options)
     laws, criterion = laws_to_try(presses, options, radius_m=radius_m)

@@ -131,7 +131,7 @@ def fit_direct(
     Raises
     ------
     ValueError
-        If fewer values than unknowns are compared.
+        If a record has fewer frames than unknowns.
     """
     check_count(presses, options)
     given = scales is not None
@@ -150,13 +150,18 @@ def fit_direct(
 
 
 def check_count(presses: Sequence[DirectPress], options: Mapping) -> None:
-    """Refuse captures with fewer compared frames than unknowns of their own and shared ones."""
-    unknowns = 2 + len(options["relaxation_times_s"])
+    """Refuse records with fewer frames than a capture has unknowns.
+
+    Raises
+    ------
+    ValueError
+    """
+    unknowns = 3 + len(options["relaxation_times_s"]) + OWN
     for press in presses:
-        if len(press.frames) < unknowns:
+        if len(press.time_s) < unknowns:
             raise ValueError(
-                f"frames: expected at least {unknowns} in contact, as many as there are moduli and"
-                f" relaxing shares, found {len(press.frames)}"
+                f"frames: expected at least {unknowns}, as many as there are unknowns (moduli,"
+                f" relaxing shares, nuisances), found {len(press.time_s)}"
             )
 
 

@@ -127,6 +127,9 @@ def intervals(
     nu_low, nu_high = _spread(samples[:, 1], p.poisson_ratio, widen, quantile * model_nu)
     told = _not_told(profile, quantile**2)
     nu_low, nu_high = min(nu_low, told[0]), max(nu_high, told[1])
+    # Fewer frames than moduli and relaxing shares: what they say of nu is the priors'.
+    if sum(len(press.frames) for press in best.presses) < 2 + len(times):
+        nu_low, nu_high = bounds
     nu_low, nu_high = np.clip([nu_low, nu_high], *bounds)
     nu = Interval(
         p.poisson_ratio, float(nu_low), float(nu_high), verdict_of_nu(nu_low, nu_high, bounds)
