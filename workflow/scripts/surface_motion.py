@@ -51,8 +51,8 @@ def main(snakemake):
     with naming(inputs.clouds, "clouds", "frames"):
         motion = surface_motion(template, alignment, clouds, probe, rest, options)
     logging.info("%d cells, %d frames at rest", motion.moved_m.shape[1], len(rest))
-    with whole_file(snakemake.output.motion) as part, part.open("wb") as stream:
-        save_motion(stream, motion)
+    with whole_file(snakemake.output.motion) as part:
+        save_motion(part, motion)
 
 
 run(main, snakemake)
