@@ -7,7 +7,7 @@ import pytest
 from palpate.estimate.direct import estimate_direct, laws_to_try
 from palpate.estimate.direct_fit import fit_direct
 from palpate.estimate.direct_interval import bootstrap, intervals, profile_over_nu
-from palpate.estimate.direct_press import DirectPress, Parameters
+from palpate.estimate.direct_press import DirectPress, Parameters, linearised, residuals
 from palpate.estimate.press_model import PressModel
 from palpate.estimate.relaxation import relaxed_force
 
@@ -60,7 +60,7 @@ def press_of(
     force = relaxed_force(time, elastic, fractions=shares, times_s=[0.3, 3.0])
     force = force + noise * rng.normal(0, 0.003 * force.max(), frames)
     used = np.flatnonzero(depth > least_m)[:kept]
-    motion = model.motion(depth[used], nu)
+    motion, _ = model.motion(depth[used], nu)
     motion = motion + noise * rng.normal(0, 5e-5, motion.shape)
     offset = noise * rng.normal(0, 1e-4)
     measured = depth[used] + offset + noise * rng.normal(0, 8e-5, len(used))
@@ -94,6 +94,26 @@ def test_exact_data_give_the_moduli_back():
     assert found.youngs_modulus_pa == pytest.approx(25e3, rel=2e-3)
     assert found.poisson_ratio == pytest.approx(0.3, abs=1e-3)
     assert found.fractions == pytest.approx([0.08, 0.05], abs=5e-3)
+
+
+def test_derivatives_are_those_of_the_residuals():
+    press = press_of(25e3, 0.3, 1)
+    of = Parameters(24e3, 0.28, 0.01, np.array([0.05, 0.03]), 1e-4, 2e-3, 1e-5)
+    times = np.array(OPTIONS["relaxation_times_s"])
+    # Deviations of the depth depend on the parameters a little, which is left out.
+    press = replace(press, force_std_n=1e-9)
+    line = linearised(press, "made_up", of, times_s=times)
+    steps = [1e-5] * 5 + [1e-7, 1e-4, 1e-7]
+    for k, step in enumerate(steps):
+        ends = []
+        for sign in (-1, 1):
+            vector = of.vector
+            vector[k] += sign * step
+            ends.append(residuals(press, "made_up", Parameters.of(vector), times_s=times))
+        for name in ("depth", "motion"):
+            slope = (getattr(ends[1], name) - getattr(ends[0], name)) / (2 * step)
+            found = getattr(line, f"{name}_slope")[:, k]
+            assert np.abs(found - slope).max() <= 2e-3 * np.abs(slope).max() + 1e-5
 
 
 def test_captures_together_know_more_than_one():

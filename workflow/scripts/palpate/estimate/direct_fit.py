@@ -25,7 +25,7 @@ ITERATIONS = 40
 ROUNDS = 3
 # Steps of log E and nu are held to these; below the last numbers they have converged.
 LARGEST_STEP = np.array([0.5, 0.1])
-SMALLEST_STEP = np.array([1e-5, 1e-5])
+SMALLEST_STEP = np.array([2e-5, 2e-5])
 
 
 @dataclass(frozen=True)
@@ -185,8 +185,8 @@ class _Joint:
             blocks = self.blocks_at(parameters, scales)
             matrix, slope = self.normal_equations(parameters, blocks)
             step = self.step(matrix, slope, _joined(parameters))
-            parameters = self._moved(parameters, step, scales)
-            if (np.abs(step[:2]) < SMALLEST_STEP).all():
+            before, parameters = parameters, self._moved(parameters, step, scales)
+            if parameters is before or (np.abs(step[:2]) < SMALLEST_STEP).all():
                 break
         return parameters
 

@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from palpate.estimate.press_model import PressModel
-from palpate.estimate.relaxation import elastic_force
+from palpate.estimate.relaxation import elastic_force, elastic_force_derivatives
 
-# Of finite differences: log E, nu, gain and fractions; each capture's own, in metres and seconds.
+# Of the difference that gives the derivative by nu.
 STEP = 1e-4
-OWN_STEPS = {"offset_m": 1e-6, "clock_s": 1e-4, "shift_m": 1e-6}
-OWN = len(OWN_STEPS)
+# Unknowns that each capture has for itself.
+OWN_NAMES = ("offset_m", "clock_s", "shift_m")
+OWN = len(OWN_NAMES)
 # Deviations beyond which a residual counts with its size alone.
 ROBUST = 8.0
 FROM_MEDIAN = 1.4826
@@ -111,7 +112,7 @@ class Parameters:
     def vector(self) -> NDArray:
         """(log E, nu, gain, fractions, offset, clock, shift)."""
         shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, self.gain]
-        own = [getattr(self, name) for name in OWN_STEPS]
+        own = [getattr(self, name) for name in OWN_NAMES]
         return np.array([*shared, *self.fractions, *own])
 
     @staticmethod
@@ -144,8 +145,27 @@ class Linearised:
     motion_slope: NDArray
 
 
-def residuals(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray) -> Residuals:
-    """Compare a capture with what its measured force makes of the object.
+@dataclass(frozen=True)
+class Predicted:
+    """What parameters make of a capture's force: depths (k,), motions (k, c), and their slopes.
+
+    Attributes
+    ----------
+    unit_m2, depth_m, softness_per_m : (k,) arrays
+        Elastic force over E [m^2], depth [m] and its derivative by the former [1/m].
+    motion_m, motion_slope : (k, c) arrays
+        Without gain and shift [m], and by the depth.
+    """
+
+    unit_m2: NDArray
+    depth_m: NDArray
+    softness_per_m: NDArray
+    motion_m: NDArray
+    motion_slope: NDArray
+
+
+def predicted(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray) -> Predicted:
+    """Depth and motion that a capture's measured force makes of the object.
 
     The force's history gives the elastic force, that over E the depth, and the depth the motion of
     the surface: the force, with few parts in a thousand of error, is what is least in doubt.
@@ -158,30 +178,63 @@ def residuals(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray)
     times_s : (p,) array
         Relaxation times [s].
     """
-    model, E, nu = press.models[law], of.youngs_modulus_pa, of.poisson_ratio
+    model, nu = press.models[law], of.poisson_ratio
     elastic = elastic_force(press.time_s, press.force_n, fractions=of.fractions, times_s=times_s)
-    unit = elastic[press.frames] / E
-    depth = model.depth(unit, nu)
-    measured = press.depth_m + of.offset_m + of.clock_s * press.speed_m_s
-    std = np.hypot(press.depth_std_m, press.force_std_n / E * _softness(model, unit, nu))
-    motion = (1 + of.gain) * model.motion(depth, nu) + of.shift_m
-    gap = ((press.moved_m - motion) / press.moved_std_m)[press.seen]
-    return Residuals((depth - measured) / std, gap)
+    unit = elastic[press.frames] / of.youngs_modulus_pa
+    depth, softness = model.depth(unit, nu)
+    return Predicted(unit, depth, softness, *model.motion(depth, nu))
+
+
+def residuals(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray) -> Residuals:
+    """Compare a capture with what its measured force makes of the object."""
+    return _residuals(press, of, predicted(press, law, of, times_s=times_s))
 
 
 def linearised(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray) -> Linearised:
-    """Residuals and their derivatives, by forward differences."""
-    start, here = of.vector, residuals(press, law, of, times_s=times_s)
-    steps = np.full(len(start), STEP)
-    steps[-OWN:] = list(OWN_STEPS.values())
-    columns = []
-    for k, step in enumerate(steps):
-        moved = start.copy()
-        moved[k] += step
-        there = residuals(press, law, Parameters.of(moved), times_s=times_s)
-        columns.append(((there.depth - here.depth) / step, (there.motion - here.motion) / step))
-    depth, motion = (np.stack(part, axis=1) for part in zip(*columns, strict=True))
-    return Linearised(here, depth, motion)
+    """Residuals and their derivatives: by nu as a difference, else exact but for the deviations'.
+
+    Columns are in the order of `Parameters.vector`.
+    """
+    here = predicted(press, law, of, times_s=times_s)
+    there = predicted(
+        press, law, replace(of, poisson_ratio=of.poisson_ratio + STEP), times_s=times_s
+    )
+    by_fraction = elastic_force_derivatives(
+        press.time_s, press.force_n, fractions=of.fractions, times_s=times_s
+    )[press.frames]
+    by_fraction = here.softness_per_m[:, None] * by_fraction / of.youngs_modulus_pa
+    by_log_E = -here.softness_per_m * here.unit_m2
+    zero, one = np.zeros(len(press.frames)), np.ones(len(press.frames))
+    by_nu = (there.depth_m - here.depth_m) / STEP
+    # Depth: by log E, nu, gain, fractions; then the measured depth's offset, clock and shift.
+    depth = np.column_stack([by_log_E, by_nu, zero, by_fraction, -one, -press.speed_m_s, zero])
+    gain = 1 + of.gain
+    motion = [
+        gain * here.motion_slope * by_log_E[:, None],
+        gain * (there.motion_m - here.motion_m) / STEP,
+        here.motion_m,
+        *(gain * here.motion_slope * column[:, None] for column in by_fraction.T),
+        np.zeros_like(here.motion_m),
+        np.zeros_like(here.motion_m),
+        np.ones_like(here.motion_m),
+    ]
+    divided = [(-column / press.moved_std_m)[press.seen] for column in motion]
+    std = depth_std(press, of, here)
+    return Linearised(_residuals(press, of, here), depth / std[:, None], np.stack(divided, axis=1))
+
+
+def depth_std(press: DirectPress, of: Parameters, here: Predicted) -> NDArray:
+    """Deviation of each depth residual: of the tip, and of the force that gives the depth [m]."""
+    return np.hypot(
+        press.depth_std_m, press.force_std_n / of.youngs_modulus_pa * here.softness_per_m
+    )
+
+
+def _residuals(press: DirectPress, of: Parameters, here: Predicted) -> Residuals:
+    measured = press.depth_m + of.offset_m + of.clock_s * press.speed_m_s
+    motion = (1 + of.gain) * here.motion_m + of.shift_m
+    gap = ((press.moved_m - motion) / press.moved_std_m)[press.seen]
+    return Residuals((here.depth_m - measured) / depth_std(press, of, here), gap)
 
 
 def with_pattern(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray) -> DirectPress:
@@ -214,9 +267,3 @@ def robust_weights(gaps: NDArray, scale: float) -> NDArray:
 def robust_scale(gaps: NDArray) -> float:
     """Deviation of the middle of the gaps; 1 without any."""
     return max(FROM_MEDIAN * float(np.median(np.abs(gaps))), 1e-9) if len(gaps) else 1.0
-
-
-def _softness(model: PressModel, unit: NDArray, nu: float) -> NDArray:
-    """Depth for each unit of F / E, (n,) [1/m]."""
-    step = 1e-3 * np.maximum(unit, 1e-3 * unit.max())
-    return (model.depth(unit + step, nu) - model.depth(unit, nu)) / step

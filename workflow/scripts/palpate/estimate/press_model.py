@@ -1,10 +1,11 @@
 """What a press of a given depth does to cells of the surface, by law, from a look-up."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BarycentricInterpolator, PchipInterpolator
+from scipy.interpolate import BarycentricInterpolator, CubicSpline, PchipInterpolator
 from scipy.spatial import cKDTree
 
 from palpate.solid.indentation import IndentationModel
@@ -12,6 +13,8 @@ from palpate.surface.distance import ClosestPoints
 
 # Hertz: force to the power 2/3 is about linear in depth, which interpolates well.
 FORCE_POWER = 2 / 3
+# Of the largest force: below it the root's slope has no end.
+LEAST_FORCE = 1e-6
 # Of the search for the material point that comes to lie on a cell's normal.
 ROUNDS = 3
 # Neighbours that tell how the surface bends, and normals too different to be of one face.
@@ -40,21 +43,28 @@ class PressModel:
     force_per_modulus_m2: NDArray
     motion_m: NDArray
 
-    def depth(self, force_per_modulus_m2: NDArray, nu: float) -> NDArray:
-        """Depth at which the object returns a force, (n,) [m]; linear in F^(2/3) beyond the table.
+    def depth(self, force_per_modulus_m2: NDArray, nu: float) -> tuple[NDArray, NDArray]:
+        """Depth at which the object returns a force, and its slope; linear in F^(2/3) beyond.
 
         Parameters
         ----------
         force_per_modulus_m2 : (n,) array
-            Elastic force over Young's modulus, at least 0.
+            Elastic force over Young's modulus, above 0.
         nu : float
+
+        Returns
+        -------
+        depth_m, slope_per_m : (n,) arrays
+            Depth [m] and its derivative by F / E [1/m].
         """
         straight = self._power(nu)
-        wanted = np.maximum(force_per_modulus_m2, 0) ** FORCE_POWER
+        force = np.maximum(force_per_modulus_m2, LEAST_FORCE * self.force_per_modulus_m2.max())
+        wanted = force**FORCE_POWER
         curve = PchipInterpolator(straight, self.depth_m)
-        last = straight[-1]
-        beyond = np.maximum(wanted - last, 0) * curve.derivative()(last)
-        return curve(np.minimum(wanted, last)) + beyond
+        inside = np.minimum(wanted, straight[-1])
+        by_power = curve.derivative()(inside)
+        depth = curve(inside) + (wanted - inside) * by_power
+        return depth, by_power * FORCE_POWER * wanted / force
 
     def force(self, depth_m: NDArray, nu: float) -> NDArray:
         """Elastic force over Young's modulus at depths, (n,) [m^2]; zero before contact."""
@@ -62,10 +72,20 @@ class PressModel:
         depth = np.clip(depth_m, 0, self.depth_m[-1])
         return np.maximum(curve(depth), 0) ** (1 / FORCE_POWER)
 
-    def motion(self, depth_m: NDArray, nu: float) -> NDArray:
-        """Motion of each cell at depths, (n, c) [m]; that of the deepest beyond the table."""
+    def motion(self, depth_m: NDArray, nu: float) -> tuple[NDArray, NDArray]:
+        """Motion of each cell at depths (n, c) [m], and its derivative by the depth (n, c).
+
+        Cubic splines over depth; the deepest's motion beyond the table.
+        """
+        depth = np.clip(depth_m, 0, self.depth_m[-1])
         table = np.tensordot(self._weights(nu), self.motion_m, axes=1)
-        return PchipInterpolator(self.depth_m, table)(np.clip(depth_m, 0, self.depth_m[-1]))
+        inside = (depth_m < self.depth_m[-1])[:, None]
+        return self._basis(depth) @ table, inside * (self._basis(depth, 1) @ table)
+
+    @cached_property
+    def _basis(self) -> CubicSpline:
+        """Splines that are 1 at one depth of the table and 0 at the others."""
+        return CubicSpline(self.depth_m, np.eye(len(self.depth_m)))
 
     def _weights(self, nu: float) -> NDArray:
         ratios = self.poisson_ratios
