@@ -135,7 +135,7 @@ def test_intervals_cover_about_as_often_as_they_say():
         best = fit_direct([press], "made_up", OPTIONS, START)
         samples = bootstrap(best, OPTIONS, draws=100, seed=seed)
         profile = profile_over_nu(best, OPTIONS, [0.2, 0.3, 0.4])
-        found = intervals(best, samples, profile, OPTIONS, patches=int(press.patch.max()) + 1)
+        found = intervals(best, samples, profile, OPTIONS)
         for k, (name, truth) in enumerate((("youngs_modulus_pa", 25e3), ("poisson_ratio", 0.3))):
             hits[k] += found[name].low <= truth <= found[name].high
     # Of 30 runs at 95 %, fewer than 25 have a chance of three in a thousand.

@@ -5,7 +5,7 @@ from dataclasses import asdict
 
 import numpy as np
 from direct_inputs import read_presses
-from job import run
+from job import naming, run
 from palpate.capture.files import whole_file
 from palpate.estimate.direct import estimate_direct
 
@@ -15,7 +15,8 @@ def main(snakemake):
     params = snakemake.params
     presses = read_presses(snakemake.input, params)
     radius = params.probe["indenter"]["radius_m"]
-    found = estimate_direct(presses, params.options, radius_m=radius, seed=params.seed)
+    with naming(", ".join(snakemake.input.poses), "frames"):
+        found = estimate_direct(presses, params.options, radius_m=radius, seed=params.seed)
     with whole_file(snakemake.output.estimate) as part:
         text = json.dumps(described(found, presses, params), indent=2)
         part.write_text(text + "\n", encoding="utf-8")

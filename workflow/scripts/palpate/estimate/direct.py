@@ -209,12 +209,10 @@ def _start(press: DirectPress, law: str, nu: float, terms: int) -> Parameters:
     return Parameters(max(E, 1.0), nu, 0.0, np.full(terms, 0.02), 0.0, 0.0, 0.0)
 
 
-def _judged(solution: Solution, options: Mapping, seed: int):
-    presses = solution.presses
+def _judged(solution: Solution, options: Mapping, seed: int) -> tuple[dict, Profile]:
     samples = bootstrap(solution, options, draws=options["draws"], seed=seed)
     profile = profile_over_nu(solution, options, options["profile_poisson_ratios"])
-    patches = sum(len(np.unique(press.patch[press.seen.any(axis=0)])) for press in presses)
-    return intervals(solution, samples, profile, options, patches=patches), profile
+    return intervals(solution, samples, profile, options), profile
 
 
 def _joined_moduli(results: list[dict], choices: Mapping, options: Mapping) -> dict[str, Interval]:

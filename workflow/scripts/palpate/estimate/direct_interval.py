@@ -25,6 +25,10 @@ NARROW_E = 1.5
 # Ends of an interval this close to the range's are at its bound.
 AT_BOUND = 0.005
 ONE_SECOND_S = 1.0
+# Of the normal distribution, at the same confidence.
+NORMAL_QUANTILE = 1.96
+# Fewer patches don't tell their own scatter.
+FEWEST_PATCHES = 4.0
 VERDICTS = ("identified", "bounded", "not identified")
 
 
@@ -99,8 +103,34 @@ def bootstrap(best: Solution, options: Mapping, *, draws: int, seed: int) -> NDA
     return samples
 
 
+def effective_patches(best: Solution, options: Mapping) -> float:
+    """How many patches tell nu, as the inverse of their shares' sum of squares.
+
+    A patch's share is what it adds to the information along the direction in which nu moves with
+    all else following: far from the contact there are many patches that say next to nothing.
+    """
+    size = len(best.vector)
+    matrix = np.zeros((size, size))
+    std = prior_deviations(best.presses, options)
+    known = np.isfinite(std)
+    matrix[known, known] = std[known] ** -2
+    shared, places = size - OWN * len(best.presses), []
+    for k, block in enumerate(best.blocks):
+        places.append(np.concatenate([np.arange(shared), shared + OWN * k + np.arange(OWN)]))
+        part = block.motion_matrix.sum(axis=0) + block.depth_matrix.sum(axis=0)
+        matrix[np.ix_(places[-1], places[-1])] += part
+    along = np.linalg.pinv(matrix, hermitian=True)[1]
+    shares = np.concatenate(
+        [
+            np.einsum("i,bij,j->b", along[at], block.motion_matrix, along[at])
+            for at, block in zip(places, best.blocks, strict=True)
+        ]
+    )
+    return float(shares.sum() ** 2 / max(float((shares**2).sum()), 1e-300))
+
+
 def intervals(
-    best: Solution, samples: NDArray, profile: Profile, options: Mapping, *, patches: int
+    best: Solution, samples: NDArray, profile: Profile, options: Mapping
 ) -> dict[str, Interval]:
     """Moduli with their intervals and verdicts.
 
@@ -115,12 +145,12 @@ def intervals(
     profile : Profile
     options : mapping
         ``model_std`` (of log E and nu), ``poisson_ratio_bounds``, ``relaxation_times_s``.
-    patches : int
-        Independent parts of the surface.
     """
     p = best.parameters[0]
-    quantile = float(stdtrit(max(patches - 3, 2), (1 + CONFIDENCE) / 2))
-    widen = quantile / 1.96
+    patches = max(effective_patches(best, options), FEWEST_PATCHES)
+    quantile = float(stdtrit(patches - 1, (1 + CONFIDENCE) / 2))
+    # Patches drawn with replacement scatter too little by this.
+    widen = quantile / NORMAL_QUANTILE * np.sqrt(patches / (patches - 1))
     times = options["relaxation_times_s"]
     model_E, model_nu = options["model_std"]["log_youngs_modulus"], options["model_std"]["nu"]
     bounds = options["poisson_ratio_bounds"]
