@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 from palpate.solid.mesh import solid_mesh
-from palpate.solid.mirror import images_of_points, mirrors_of
+from palpate.solid.mirror import Mirror, require_image
 from palpate.solid.refine import refine_near
 from palpate.solid.smooth_surface import SmoothSurface, bent_to
 
@@ -64,30 +64,19 @@ def test_solid_far_from_the_surface_is_refused(block):
         bent_to(block, smooth)
 
 
-def test_block_has_two_mirrors_and_its_points_images():
+def test_block_is_its_own_image_in_two_mirrors():
     box = trimesh.creation.box((0.6, 0.15, 0.05)).subdivide()
     shift = np.array([0.01, 0.02, 0.025])
-    mirrors = mirrors_of(box.vertices + shift, np.array(box.faces), UP, tolerance_m=1e-5)
-    assert len(mirrors) == 2
-    places = {"a": [-0.2, 0.05, 0.05], "b": [0.2, 0.05, 0.05], "c": [0.2, -0.05, 0.05]}
-    places = {name: np.array(place) + [0.01, 0.02, 0] for name, place in places.items()}
-    places["d"] = np.array([0.0, 0.0, 0.05])
-    found = images_of_points(places, mirrors, tolerance_m=1e-6)
-    assert {name: (source, len(chain)) for name, (source, chain) in found.items()} == {
-        "a": ("a", 0),
-        "b": ("a", 1),
-        "c": ("a", 2),
-        "d": ("d", 0),
-    }
-    moved = places["a"]
-    for mirror in found["c"][1]:
-        moved = mirror.image(moved)
-    assert moved == pytest.approx(places["c"])
+    for normal in np.eye(3)[:2]:
+        mirror = Mirror(shift, normal)
+        require_image(mirror, box.vertices + shift, np.array(box.faces), tolerance_m=1e-5)
+    assert mirror.image(np.array([0.1, 0.05, 0.0])) == pytest.approx([0.1, -0.01, 0.0])
 
 
-def test_lopsided_surface_has_one_mirror():
+def test_lopsided_surface_is_refused():
     box = trimesh.creation.box((0.6, 0.15, 0.05))
     vertices = np.array(box.vertices)
     vertices[:, 1] *= np.where(vertices[:, 0] > 0, 1.1, 1.0)
-    mirrors = mirrors_of(vertices, np.array(box.faces), UP, tolerance_m=1e-4)
-    assert [mirror.normal.tolist() for mirror in mirrors] == [[0, 1, 0]]
+    require_image(Mirror(np.zeros(3), np.eye(3)[1]), vertices, box.faces, tolerance_m=1e-5)
+    with pytest.raises(ValueError, match="mirrors: expected planes in which the template"):
+        require_image(Mirror(np.zeros(3), np.eye(3)[0]), vertices, box.faces, tolerance_m=1e-4)

@@ -43,10 +43,13 @@ def press(root, tmp_path):
                 object=str(tmp_path / "object.yaml"),
                 template=str(tmp_path / "template.ply"),
                 solid=str(tmp_path / "solid.vtu"),
+                image=[],
             ),
             output=Named(model=str(tmp_path / "model.npz")),
             params=Named(
-                probe={"indenter": {"radius_m": RADIUS}}, options=config | coarse | few | options
+                mirrors=[],
+                probe={"indenter": {"radius_m": RADIUS}},
+                options=config | coarse | few | options,
             ),
         )
         runpy.run_path(str(root / "workflow/scripts/indentation.py"), {"snakemake": job})
