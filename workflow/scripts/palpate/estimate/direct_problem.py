@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.estimate.creases import crease_distance
 from palpate.estimate.direct_press import DirectPress
 from palpate.estimate.hertz_range import force_onset
 from palpate.estimate.observation import SurfaceMotion
@@ -66,7 +67,7 @@ def direct_press(
         Of the pressed point.
     options : mapping
         ``force_deviations``, ``least_force_share``, ``nearest_radii``, ``farthest_m``, ``patch_m``,
-        ``offset_std_m``, ``shift_std_m``.
+        ``crease_m``, ``offset_std_m``, ``shift_std_m``.
 
     Raises
     ------
@@ -89,7 +90,9 @@ def direct_press(
             f" mm (direct.model.deepest_m), found none"
         )
     axis = tips[frames].mean(axis=0)
-    chosen = _outside(motion, axis, lookup, depth[frames].max(), options)
+    creases = crease_distance(template.vertices, template.faces, motion.cell_m)
+    smooth = creases > options["crease_m"]
+    chosen = _outside(motion, axis, lookup, depth[frames].max(), smooth, options)
     models = {
         law: press_model(lookup, law, motion.cell_m[chosen], motion.normal[chosen])
         for law in lookup.laws
@@ -205,15 +208,22 @@ def check_press(depth_m: NDArray, force_n: NDArray, onset: int) -> None:
         )
 
 
-def _outside(motion: SurfaceMotion, axis: NDArray, lookup, deepest_m: float, options) -> NDArray:
-    """Cells far enough from the contact for the sensor, and near enough to move."""
+def _outside(
+    motion: SurfaceMotion,
+    axis: NDArray,
+    lookup: IndentationModel,
+    deepest_m: float,
+    smooth: NDArray,
+    options: Mapping,
+) -> NDArray:
+    """Cells away from creases, far enough from the contact and near enough to move."""
     a = hertz_contact_radius(indenter_radius_m=lookup.radius_m, depth_m=max(deepest_m, 1e-6))
     way = motion.cell_m - axis
     across = way - (way @ lookup.direction)[:, None] * lookup.direction
     distance = np.linalg.norm(across, axis=1)
     nearest = options["nearest_radii"] * a + options["nearest_m"]
     straight = np.linalg.norm(way, axis=1)
-    chosen = np.flatnonzero((distance > nearest) & (straight < options["farthest_m"]))
+    chosen = np.flatnonzero(smooth & (distance > nearest) & (straight < options["farthest_m"]))
     if not len(chosen):
         raise ValueError(
             f"cells: expected some from {nearest * 1e3:.0f} to {options['farthest_m'] * 1e3:.0f} mm"
