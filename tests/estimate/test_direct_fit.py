@@ -18,6 +18,7 @@ OPTIONS = {
     "gain_std": 0.01,
     "poisson_ratio_bounds": [0.0, 0.49],
     "youngs_modulus_bounds_pa": [1e2, 1e8],
+    "force_std": 0.0,
     "model_std": {"log_youngs_modulus": 0.0, "nu": 0.0},
     "linear_depth": 0.1,
     "law_margin": 6.0,
@@ -69,6 +70,7 @@ def press_of(
         time_s=time,
         force_n=force,
         frames=used,
+        frames_beyond=0,
         depth_m=measured,
         speed_m_s=np.gradient(depth, time)[used],
         depth_std_m=8e-5,
@@ -82,6 +84,7 @@ def press_of(
         noise_std_m=np.full(motion.shape, 5e-5),
         moved_std_m=np.full(motion.shape, 5e-5),
         shift_std_m=2e-5,
+        patch_m=0.02,
         patch=patch,
         models={"made_up": model},
     )

@@ -29,6 +29,7 @@ def described(found, presses, params):
     return {
         "captures": list(params.captures),
         "frames": [len(press.frames) for press in presses],
+        "frames_beyond_lookup": [press.frames_beyond for press in presses],
         "law": best.law,
         "criterion": found.criterion,
         **moduli,

@@ -11,15 +11,18 @@ from palpate.estimate.direct_interval import (
     Interval,
     Profile,
     bootstrap,
+    few_frames,
     intervals,
     profile_over_nu,
     verdict_of_nu,
 )
-from palpate.estimate.direct_press import DirectPress, Parameters
+from palpate.estimate.direct_press import DirectPress, Parameters, predicted
 from palpate.estimate.relaxation import elastic_force
 
 LINEAR = "linear"
 START_POISSON_RATIOS = (0.1, 0.3, 0.45)
+# Deviations from which on a slope of E over the depth is not chance.
+CERTAIN = 2.0
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,8 @@ class LawEvidence:
         Twice the negative logarithm of the posterior density at the minimum.
     modulus_slope, modulus_slope_std : float
         Of log E, frame by frame, over the depth in radii: 0 for the right law.
+    depth_spread : float
+        Standard deviation of the depths in radii.
     """
 
     law: str
@@ -42,6 +47,13 @@ class LawEvidence:
     cost: float
     modulus_slope: float
     modulus_slope_std: float
+    depth_spread: float
+
+    @property
+    def misfit(self) -> float:
+        """What the slope makes of log E over the depths, if it is not 0 by chance; else 0."""
+        certain = abs(self.modulus_slope) > CERTAIN * self.modulus_slope_std
+        return abs(self.modulus_slope) * self.depth_spread if certain else 0.0
 
 
 @dataclass(frozen=True)
@@ -99,8 +111,10 @@ def estimate_direct(
     close = [law for law in order if found[law].cost - best.cost <= options["law_margin"]]
     results = [_judged(found[law], options, seed) for law in close]
     choices = other_choices(best, options, radius_m=radius_m)
-    moduli = _joined_moduli([moduli for moduli, _ in results], choices, options)
     evidence = tuple(law_evidence(found[law], options, radius_m) for law in order)
+    moduli = _joined_moduli([moduli for moduli, _ in results], choices, evidence[0], options)
+    if few_frames(best, options):
+        moduli = {name: _at_best_bounded(found) for name, found in moduli.items()}
     return DirectEstimate(best, moduli, results[0][1], evidence, choices, criterion)
 
 
@@ -110,15 +124,31 @@ def laws_to_try(
     """Linear solid for shallow presses, finite strain for others, with the reason in words.
 
     Beyond ``linear_depth`` radii the contact's own strain is no longer small; below it the linear
-    solid is as right, and the laws can't be told apart.
+    solid is as right, and the laws can't be told apart. The depth is that of the linear solid's
+    own fit, as the measured one may be off by more than the limit.
+
+    Raises
+    ------
+    ValueError
+        If the press is deep and no law of finite strain is known.
     """
-    known = list(presses[0].models)
-    deepest = max(float(press.depth_m.max()) for press in presses) / radius_m
+    finite = [law for law in presses[0].models if law != LINEAR]
     limit = options["linear_depth"]
-    shallow = deepest <= limit and LINEAR in known
-    laws = [LINEAR] if shallow else [law for law in known if law != LINEAR]
+    if LINEAR not in presses[0].models:
+        return finite, "finite strain, as there is no linear solid of this object"
+    found = best_of_starts(presses, LINEAR, options)
+    deepest = max(_deepest(*of, options) for of in zip(presses, found.parameters, strict=True))
+    shallow = deepest / radius_m <= limit
+    if not (shallow or finite):
+        raise ValueError(f"laws: expected one of finite strain for deep presses, found {LINEAR}")
     kind = "linear solid" if shallow else "finite strain"
-    return laws, f"depth over radius {deepest:.2f}; {kind}, as linear_depth is {limit:g}"
+    reason = f"depth over radius {deepest / radius_m:.2f}; {kind}, as linear_depth is {limit:g}"
+    return [LINEAR] if shallow else finite, reason
+
+
+def _deepest(press: DirectPress, of: Parameters, options: Mapping) -> float:
+    times = np.array(options["relaxation_times_s"], dtype=float)
+    return float(predicted(press, LINEAR, of, times_s=times).depth_m.max())
 
 
 def compared(
@@ -175,7 +205,7 @@ def law_evidence(solution: Solution, options: Mapping, radius_m: float) -> LawEv
     slope, slope_std = _line(x, y, std)
     first = solution.parameters[0]
     E, nu = first.youngs_modulus_pa, first.poisson_ratio
-    return LawEvidence(solution.law, E, nu, solution.cost, slope, slope_std)
+    return LawEvidence(solution.law, E, nu, solution.cost, slope, slope_std, float(np.std(x)))
 
 
 def other_choices(
@@ -215,44 +245,51 @@ def _judged(solution: Solution, options: Mapping, seed: int) -> tuple[dict, Prof
     return intervals(solution, samples, profile, options), profile
 
 
-def _joined_moduli(results: list[dict], choices: Mapping, options: Mapping) -> dict[str, Interval]:
+def _joined_moduli(
+    results: list[dict], choices: Mapping, best: LawEvidence, options: Mapping
+) -> dict[str, Interval]:
     """Intervals that hold those of all laws that the captures don't tell from the best.
 
-    The spread over the other choices is added in quadrature.
+    The largest change among the other choices, and what E drifts by over the depth under the best
+    law, are added in quadrature.
     """
     E, nu = np.array(list(choices.values())).T
     here = results[0]
-    spread = {
-        "poisson_ratio": float(np.sqrt(np.mean((nu - here["poisson_ratio"].value) ** 2))),
-    }
     log_E = np.log(E / here["youngs_modulus_pa"].value)
     log_star = log_E - np.log((1 - nu**2) / (1 - here["poisson_ratio"].value ** 2))
-    for name in ("youngs_modulus_pa", "youngs_modulus_1s_pa"):
-        spread[name] = float(np.sqrt(np.mean(log_E**2)))
-    spread["reduced_modulus_pa"] = float(np.sqrt(np.mean(log_star**2)))
-    return {name: _wider(name, results, spread[name], options) for name in here}
+    changes = {
+        "poisson_ratio": np.abs(nu - here["poisson_ratio"].value).max(),
+        "youngs_modulus_pa": np.hypot(np.abs(log_E).max(), 2 * best.misfit),
+        "youngs_modulus_1s_pa": np.hypot(np.abs(log_E).max(), 2 * best.misfit),
+        "reduced_modulus_pa": np.hypot(np.abs(log_star).max(), 2 * best.misfit),
+    }
+    return {name: _wider(name, results, float(changes[name]), options) for name in here}
 
 
-def _wider(name: str, results: list[dict], spread: float, options: Mapping) -> Interval:
+def _wider(name: str, results: list[dict], change: float, options: Mapping) -> Interval:
     first = results[0][name]
     low = min(result[name].low for result in results)
     high = max(result[name].high for result in results)
     if name == "poisson_ratio":
-        low = first.value - np.hypot(first.value - low, 2 * spread)
-        high = first.value + np.hypot(high - first.value, 2 * spread)
+        low = first.value - np.hypot(first.value - low, change)
+        high = first.value + np.hypot(high - first.value, change)
         low, high = np.clip([low, high], *options["poisson_ratio_bounds"])
         verdict = verdict_of_nu(low, high, options["poisson_ratio_bounds"])
         return Interval(first.value, float(low), float(high), verdict)
-    low = first.value * np.exp(-np.hypot(np.log(first.value / low), 2 * spread))
-    high = first.value * np.exp(np.hypot(np.log(high / first.value), 2 * spread))
+    low = first.value * np.exp(-np.hypot(np.log(first.value / low), change))
+    high = first.value * np.exp(np.hypot(np.log(high / first.value), change))
     return Interval.of_modulus(first.value, float(low), float(high))
+
+
+def _at_best_bounded(found: Interval) -> Interval:
+    return replace(found, verdict="bounded") if found.verdict == "identified" else found
 
 
 def _farther(press: DirectPress, by_m: float) -> DirectPress:
     """Without the cells next to the contact."""
-    centre = press.contact_m
-    away = np.linalg.norm(press.cell_m - centre, axis=1)
-    return _without(press, away < away.min() + by_m)
+    away = np.linalg.norm(press.cell_m - press.contact_m, axis=1)
+    nearest = away[press.seen.any(axis=0)].min()
+    return _without(press, away < nearest + by_m)
 
 
 def _nearer(press: DirectPress) -> DirectPress:

@@ -140,6 +140,7 @@ def fit_direct(
     if fixed_poisson_ratio is not None:
         parameters = tuple(replace(p, poisson_ratio=fixed_poisson_ratio) for p in parameters)
     joint = _Joint(presses, law, options, fixed_poisson_ratio is not None)
+    parameters = split(np.clip(_joined(parameters), joint.low, joint.high), joint)
     for _ in range(0 if given else ROUNDS):
         parameters = joint.minimise(parameters, scales)
         joint = joint.with_patterns(parameters)

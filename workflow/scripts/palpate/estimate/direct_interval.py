@@ -29,7 +29,8 @@ ONE_SECOND_S = 1.0
 NORMAL_QUANTILE = 1.96
 # Fewer patches don't tell their own scatter.
 FEWEST_PATCHES = 4.0
-VERDICTS = ("identified", "bounded", "not identified")
+# Fewer captures don't tell how much they scatter.
+FEWEST_CAPTURES = 6
 
 
 @dataclass(frozen=True)
@@ -49,11 +50,12 @@ class Interval:
 
 @dataclass(frozen=True)
 class Profile:
-    """Least cost and best E for each Poisson's ratio."""
+    """Least cost and best moduli for each Poisson's ratio, instantaneous and after a second."""
 
     poisson_ratios: tuple[float, ...]
     costs: tuple[float, ...]
     youngs_moduli_pa: tuple[float, ...]
+    youngs_moduli_1s_pa: tuple[float, ...]
 
 
 def profile_over_nu(best: Solution, options: Mapping, poisson_ratios: Sequence) -> Profile:
@@ -68,18 +70,19 @@ def profile_over_nu(best: Solution, options: Mapping, poisson_ratios: Sequence) 
             best.presses, best.law, options, start, scales=best.scales, fixed_poisson_ratio=nu
         )
         starts[nu] = found.parameters[0]
-        rows[nu] = (found.cost, found.parameters[0].youngs_modulus_pa)
-    rows[best_nu] = (best.cost, best.parameters[0].youngs_modulus_pa)
+        rows[nu] = (found.cost, *_both_moduli(found, options))
+    rows[best_nu] = (best.cost, *_both_moduli(best, options))
     nus = sorted(rows)
-    return Profile(tuple(nus), *(tuple(rows[nu][k] for nu in nus) for k in (0, 1)))
+    return Profile(tuple(nus), *(tuple(rows[nu][k] for nu in nus) for k in range(3)))
 
 
 def bootstrap(best: Solution, options: Mapping, *, draws: int, seed: int) -> NDArray:
     """Unknowns that other patches and frames of the same kind would have given, (draws, size).
 
     Patches of the surface, with all their frames, and frames of the depth are drawn with
-    replacement, and the nuisances' priors are moved by their deviations; the normal equations,
-    linear about the minimum, are solved within the bounds.
+    replacement, of captures that are not few the captures too, and the nuisances' priors are moved
+    by their deviations; the normal equations, linear about the minimum, are solved within the
+    bounds.
     """
     rng, presses = np.random.default_rng(seed), best.presses
     vector, low, high = best.vector, *parameter_bounds(len(presses), options)
@@ -91,10 +94,11 @@ def bootstrap(best: Solution, options: Mapping, *, draws: int, seed: int) -> NDA
         matrix, slope = np.zeros((len(vector),) * 2), np.zeros(len(vector))
         matrix[known, known] = std[known] ** -2
         slope[known] = vector[known] / std[known] ** 2 + rng.normal(0, 1 / std[known])
+        often = _drawn(rng, len(presses)) if len(presses) >= FEWEST_CAPTURES else None
         for k, block in enumerate(best.blocks):
             at = np.concatenate([np.arange(shared), shared + OWN * k + np.arange(OWN)])
             for A, c in _parts(block):
-                counts = _drawn(rng, len(A))
+                counts = _drawn(rng, len(A)) * (1.0 if often is None else often[k])
                 matrix[np.ix_(at, at)] += np.tensordot(counts, A, 1)
                 slope[at] += counts @ c
         matrix[0, 0] += 1e-9
@@ -146,41 +150,74 @@ def intervals(
     options : mapping
         ``model_std`` (of log E and nu), ``poisson_ratio_bounds``, ``relaxation_times_s``.
     """
-    p = best.parameters[0]
     patches = max(effective_patches(best, options), FEWEST_PATCHES)
     quantile = float(stdtrit(patches - 1, (1 + CONFIDENCE) / 2))
     # Patches drawn with replacement scatter too little by this.
     widen = quantile / NORMAL_QUANTILE * np.sqrt(patches / (patches - 1))
-    times = options["relaxation_times_s"]
-    model_E, model_nu = options["model_std"]["log_youngs_modulus"], options["model_std"]["nu"]
-    bounds = options["poisson_ratio_bounds"]
-    nu_low, nu_high = _spread(samples[:, 1], p.poisson_ratio, widen, quantile * model_nu)
     told = _not_told(profile, quantile**2)
-    nu_low, nu_high = min(nu_low, told[0]), max(nu_high, told[1])
-    # Fewer frames than moduli and relaxing shares: what they say of nu is the priors'.
-    if sum(len(press.frames) for press in best.presses) < 2 + len(times):
-        nu_low, nu_high = bounds
-    nu_low, nu_high = np.clip([nu_low, nu_high], *bounds)
-    nu = Interval(
-        p.poisson_ratio, float(nu_low), float(nu_high), verdict_of_nu(nu_low, nu_high, bounds)
-    )
-    E = _of_log(samples[:, 0], np.log(p.youngs_modulus_pa), widen, quantile * model_E)
-    share = [
-        relaxed_share(ONE_SECOND_S, fractions=np.minimum(s, 0.3), times_s=times)
-        for s in samples[:, 3:-OWN][:, : len(times)]
-    ]
-    after = samples[:, 0] + np.log1p(-np.array(share))
-    here = float(relaxed_share(ONE_SECOND_S, fractions=p.fractions, times_s=times))
-    E1 = _of_log(after, np.log(p.youngs_modulus_pa * (1 - here)), widen, quantile * model_E)
-    stars = samples[:, 0] - np.log1p(-(samples[:, 1] ** 2))
-    star = p.youngs_modulus_pa / (1 - p.poisson_ratio**2)
-    E_star = _of_log(stars, np.log(star), widen, quantile * model_E)
-    return {
-        "youngs_modulus_pa": E,
-        "poisson_ratio": nu,
-        "reduced_modulus_pa": E_star,
-        "youngs_modulus_1s_pa": E1,
+    nu = _nu_interval(best, samples, told, widen, quantile, options)
+    spread = {
+        "youngs_modulus_pa": samples[:, 0],
+        "reduced_modulus_pa": samples[:, 0] - np.log1p(-(samples[:, 1] ** 2)),
+        "youngs_modulus_1s_pa": samples[:, 0] + _log_left(samples, options),
     }
+    model = quantile * np.hypot(options["model_std"]["log_youngs_modulus"], options["force_std"])
+    accepted = _accepted(profile, told)
+    found = {name: _of_log(logs, accepted[name], widen, model) for name, logs in spread.items()}
+    return found | {"poisson_ratio": nu}
+
+
+def few_frames(best: Solution, options: Mapping) -> bool:
+    """Whether there are fewer compared frames than moduli and relaxing shares."""
+    frames = sum(len(press.frames) for press in best.presses)
+    return frames < 2 + len(options["relaxation_times_s"])
+
+
+def _nu_interval(
+    best: Solution, samples: NDArray, told, widen: float, quantile: float, options: Mapping
+) -> Interval:
+    bounds, value = options["poisson_ratio_bounds"], best.parameters[0].poisson_ratio
+    low, high = _spread(samples[:, 1], value, widen, quantile * options["model_std"]["nu"])
+    low, high = min(low, told[0]), max(high, told[1])
+    # What so few frames say of nu is the priors'.
+    if few_frames(best, options):
+        low, high = bounds
+    low, high = np.clip([low, high], *bounds)
+    return Interval(value, float(low), float(high), verdict_of_nu(low, high, bounds))
+
+
+def _accepted(profile: Profile, told: tuple[float, float]) -> dict[str, NDArray]:
+    """Logarithms of moduli of the best nu and of those that the profile does not tell from it."""
+    nus = np.array(profile.poisson_ratios)
+    best = int(np.argmin(profile.costs))
+    at = np.array([nus[best], *told, *nus[(nus >= told[0]) & (nus <= told[1])]])
+    log_E, log_later = (
+        np.interp(at, nus, np.log(moduli))
+        for moduli in (profile.youngs_moduli_pa, profile.youngs_moduli_1s_pa)
+    )
+    star = log_E - np.log1p(-(at**2))
+    return {
+        "youngs_modulus_pa": log_E,
+        "reduced_modulus_pa": star,
+        "youngs_modulus_1s_pa": log_later,
+    }
+
+
+def _both_moduli(solution: Solution, options: Mapping) -> tuple[float, float]:
+    """E at once and after a second [Pa]."""
+    p = solution.parameters[0]
+    share = relaxed_share(
+        ONE_SECOND_S, fractions=p.fractions, times_s=options["relaxation_times_s"]
+    )
+    return p.youngs_modulus_pa, float(p.youngs_modulus_pa * (1 - share))
+
+
+def _log_left(samples: NDArray, options: Mapping) -> NDArray:
+    """Logarithm of what a second leaves of the modulus, for each draw."""
+    times = options["relaxation_times_s"]
+    fractions = samples[:, 3 : 3 + len(times)]
+    share = [relaxed_share(ONE_SECOND_S, fractions=row, times_s=times) for row in fractions]
+    return np.log1p(-np.array(share))
 
 
 def _within(nu: float, bounds: Sequence[float]) -> bool:
@@ -207,9 +244,11 @@ def _spread(values: NDArray, best: float, widen: float, model: float) -> tuple[f
     return best - below, best + np.hypot(max(high - best, 0) * widen, model)
 
 
-def _of_log(logs: NDArray, best: float, widen: float, model: float) -> Interval:
-    low, high = np.exp(_spread(logs, best, widen, model))
-    return Interval.of_modulus(float(np.exp(best)), float(low), float(high))
+def _of_log(logs: NDArray, accepted: NDArray, widen: float, model: float) -> Interval:
+    """Interval of a modulus: what is drawn, and what belongs to the accepted Poisson's ratios."""
+    low, high = _spread(logs, accepted[0], widen, model)
+    low, high = np.exp([min(low, accepted.min()), max(high, accepted.max())])
+    return Interval.of_modulus(float(np.exp(accepted[0])), float(low), float(high))
 
 
 def _not_told(profile: Profile, rise: float) -> tuple[float, float]:

@@ -7,8 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from palpate.estimate.motion_noise import correlation_length
 from palpate.estimate.press_model import PressModel
 from palpate.estimate.relaxation import elastic_force, elastic_force_derivatives
+from palpate.estimate.scatter import surface_patches
 
 # Of the difference that gives the derivative by nu.
 STEP = 1e-4
@@ -20,6 +22,8 @@ ROBUST = 8.0
 FROM_MEDIAN = 1.4826
 # Groups of motions of like size, from which the pattern's share is found.
 PATTERN_PARTS = 12
+# Larger parts would be too few to tell their scatter [m].
+LARGEST_PATCH_M = 0.04
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,8 @@ class DirectPress:
         Times of all frames [s] and force along the press in them [N].
     frames : (k,) int array
         Frames in contact that are compared.
+    frames_beyond : int
+        Frames that are not, as they are deeper than the look-up.
     depth_m, speed_m_s : (k,) arrays
         Way of the sphere since its first touch in them [m], and its speed [m/s].
     depth_std_m : float
@@ -53,6 +59,8 @@ class DirectPress:
         [m]; NaN: not seen.
     moved_std_m : (k, c) array
         Deviation that the fit divides by [m].
+    patch_m : float
+        Least size of the parts of the surface whose errors are independent [m].
     patch : (c,) int array
         Part of the surface that a cell belongs to; errors of different parts are independent.
     models : dict of str to PressModel
@@ -62,6 +70,7 @@ class DirectPress:
     time_s: NDArray
     force_n: NDArray
     frames: NDArray
+    frames_beyond: int
     depth_m: NDArray
     speed_m_s: NDArray
     depth_std_m: float
@@ -75,6 +84,7 @@ class DirectPress:
     moved_m: NDArray
     noise_std_m: NDArray
     moved_std_m: NDArray
+    patch_m: float
     patch: NDArray
     models: dict[str, PressModel]
 
@@ -152,7 +162,8 @@ class Predicted:
     Attributes
     ----------
     unit_m2, depth_m, softness_per_m : (k,) arrays
-        Elastic force over E [m^2], depth [m] and its derivative by the former [1/m].
+        Elastic force over E [m^2], depth when it was measured [m], its derivative by the former
+        [1/m].
     motion_m, motion_slope : (k, c) arrays
         Without gain and shift [m], and by the depth.
     """
@@ -182,7 +193,9 @@ def predicted(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray)
     elastic = elastic_force(press.time_s, press.force_n, fractions=of.fractions, times_s=times_s)
     unit = elastic[press.frames] / of.youngs_modulus_pa
     depth, softness = model.depth(unit, nu)
-    return Predicted(unit, depth, softness, *model.motion(depth, nu))
+    # The camera saw the surface a little earlier or later than the force was read.
+    seen_at = depth - of.clock_s * press.speed_m_s
+    return Predicted(unit, depth, softness, *model.motion(seen_at, nu))
 
 
 def residuals(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray) -> Residuals:
@@ -215,7 +228,7 @@ def linearised(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray
         here.motion_m,
         *(gain * here.motion_slope * column[:, None] for column in by_fraction.T),
         np.zeros_like(here.motion_m),
-        np.zeros_like(here.motion_m),
+        -gain * here.motion_slope * press.speed_m_s[:, None],
         np.ones_like(here.motion_m),
     ]
     divided = [(-column / press.moved_std_m)[press.seen] for column in motion]
@@ -256,7 +269,19 @@ def with_pattern(press: DirectPress, law: str, of: Parameters, *, times_s: NDArr
     variance = of_noise * press.noise_std_m**2
     motion = np.full(press.moved_m.shape, np.nan)
     motion[press.seen] = size
-    return replace(press, moved_std_m=np.sqrt(variance + of_motion * motion))
+    pressed = replace(press, moved_std_m=np.sqrt(variance + of_motion * motion))
+    left = np.full(press.moved_m.shape, np.nan)
+    left[press.seen] = gaps
+    return replace(pressed, patch=_patches(pressed, left))
+
+
+def _patches(press: DirectPress, left_m: NDArray) -> NDArray:
+    """Patches at least as large as residuals err together: twice their correlation's length."""
+    seen = press.seen.any(axis=0)
+    mean = np.nanmean((left_m / press.moved_std_m)[:, seen], axis=0)
+    length = correlation_length(press.cell_m[seen], mean[None])
+    size = min(max(press.patch_m, 2 * length), LARGEST_PATCH_M)
+    return surface_patches(press.cell_m, size_m=size)
 
 
 def robust_weights(gaps: NDArray, scale: float) -> NDArray:

@@ -21,6 +21,8 @@ from palpate.surface.pose import to_object
 # A sphere is led to the surface from so far outside [m], until it is as near as this.
 OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200
 FROM_MEDIAN = 1.4826
+# Of a contact from the point that its look-up was made for [m].
+LARGEST_AWAY_M = 0.015
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ def direct_press(
         If the tip never touches, force and depth contradict each other, or no frame or cell is
         left.
     """
+    check_belonging(pressing, motion, alignment, lookup)
     turn = alignment.camera_from_object[:3, :3]
     force = pressing.forces_n @ (turn @ lookup.direction)
     tips = to_object(alignment.camera_from_object, pressing.tips_m)
@@ -93,6 +96,10 @@ def direct_press(
     creases = crease_distance(template.vertices, template.faces, motion.cell_m)
     smooth = creases > options["crease_m"]
     chosen = _outside(motion, axis, lookup, depth[frames].max(), smooth, options)
+    if not np.isfinite(motion.moved_m[np.ix_(frames, chosen)]).any():
+        raise ValueError(
+            "cells: expected some that are seen while the tip presses, found all hidden"
+        )
     models = {
         law: press_model(lookup, law, motion.cell_m[chosen], motion.normal[chosen])
         for law in lookup.laws
@@ -104,6 +111,7 @@ def direct_press(
         time_s=pressing.time_s,
         force_n=force,
         frames=frames,
+        frames_beyond=int(((force > least) & (depth > lookup.depth_m[-1])).sum()),
         depth_m=depth[frames],
         speed_m_s=np.gradient(depth, pressing.time_s)[frames],
         depth_std_m=tip_std,
@@ -117,6 +125,7 @@ def direct_press(
         moved_m=motion.moved_m[np.ix_(frames, chosen)],
         noise_std_m=noise,
         moved_std_m=noise,
+        patch_m=options["patch_m"],
         patch=surface_patches(motion.cell_m[chosen], size_m=options["patch_m"]),
         models=models,
     )
@@ -176,6 +185,34 @@ def press_depth(
             f" {lost[0]}"
         )
     return OUTSIDE_M - way
+
+
+def check_belonging(
+    pressing: Pressing, motion: SurfaceMotion, alignment: Alignment, lookup: IndentationModel
+) -> None:
+    """Refuse poses, forces, motion and look-up of different recordings or points.
+
+    Raises
+    ------
+    ValueError
+        If they have different numbers of frames, a pose or force is no number, or the contact is
+        far from the look-up's point.
+    """
+    counts = {len(pressing.time_s), len(pressing.forces_n), len(motion.moved_m)}
+    if len(counts) > 1:
+        raise ValueError(
+            f"frames: expected as many in poses, forces and motion, found {sorted(counts)}"
+        )
+    if not (np.isfinite(pressing.tips_m).all() and np.isfinite(pressing.forces_n).all()):
+        raise ValueError("tip: expected numbers in all frames, found NaN or infinity")
+    if not pressing.tip_std_m > 0:
+        raise ValueError(f"tip: expected a deviation above 0 m, found {pressing.tip_std_m}")
+    away = float(np.linalg.norm(alignment.contact_point_m - lookup.point_m))
+    if away > LARGEST_AWAY_M:
+        raise ValueError(
+            f"contact: expected within {LARGEST_AWAY_M * 1e3:g} mm of the look-up's point, found"
+            f" {away * 1e3:.1f} mm away"
+        )
 
 
 def check_press(depth_m: NDArray, force_n: NDArray, onset: int) -> None:

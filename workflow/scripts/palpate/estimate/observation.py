@@ -5,6 +5,8 @@ sensor's fixed pattern are wrong by is therefore the same in every frame, and go
 the frames at rest; noise is left, and what the sensor does to a surface that moves.
 """
 
+import zipfile
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -160,11 +162,15 @@ def load_motion(path: str | Path) -> SurfaceMotion:
     ValueError
         If an array is missing, or of another number of frames or cells than the rest.
     """
-    with np.load(path, allow_pickle=False) as data:
-        missing = [one.name for one in fields(SurfaceMotion) if one.name not in data.files]
-        if missing:
-            raise ValueError(f"{path}: {missing[0]}: expected an array, found none")
-        arrays = {one.name: data[one.name] for one in fields(SurfaceMotion)}
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            arrays = {name: data[name] for name in data.files}
+    except (ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error) as error:
+        reason = " ".join(str(error).split())
+        raise ValueError(f"{path}: file: expected a surface's motion ({reason})") from None
+    missing = [one.name for one in fields(SurfaceMotion) if one.name not in arrays]
+    if missing:
+        raise ValueError(f"{path}: {missing[0]}: expected an array, found none")
     shape = arrays["moved_m"].shape
     for name in ("std_m", "points"):
         if arrays[name].shape != shape or len(shape) != 2:
@@ -173,6 +179,9 @@ def load_motion(path: str | Path) -> SurfaceMotion:
         if arrays[name].shape != (shape[1], 3):
             expected = (shape[1], 3)
             raise ValueError(f"{path}: {name}: expected shape {expected}, found others")
+    for name in ("rest_std_m", "rest_height_m"):
+        if arrays[name].shape != shape[1:]:
+            raise ValueError(f"{path}: {name}: expected shape {shape[1:]}, found others")
     lengths = {name: float(arrays[name]) for name in ("correlation_m", "pattern_m")}
     return SurfaceMotion(**arrays | lengths)
 
