@@ -126,7 +126,9 @@ def test_captures_together_know_more_than_one():
         best = fit_direct(chosen, "made_up", OPTIONS, START)
         samples = bootstrap(best, OPTIONS, draws=200, seed=3)
         widths.append(samples[:, :2].std(axis=0))
-    assert (widths[1] < 0.7 * widths[0]).all()
+    # What relaxes, and so E, is held by a prior that captures share; nu by each capture's own.
+    assert widths[1][0] < widths[0][0]
+    assert widths[1][1] < 0.7 * widths[0][1]
     assert best.parameters[0].poisson_ratio == pytest.approx(0.4, abs=4 * widths[1][1])
 
 
