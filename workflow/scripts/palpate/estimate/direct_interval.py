@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from palpate.estimate.direct_blocks import bounded_solution
 from palpate.estimate.direct_fit import (
     Solution,
-    bounded_solution,
     fit_direct,
     parameter_bounds,
     prior_deviations,

@@ -20,6 +20,8 @@ from palpate.study.style import (
 )
 
 KILOPASCALS = 1e-3
+# Of captures on an axis.
+MOST_NAMES = 12
 COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
 ROWS = {
     "youngs_modulus_pa": ("E (kPa)", KILOPASCALS),
@@ -110,15 +112,8 @@ def _name_captures(panel: Axes, places: Sequence) -> None:
     ticks = [
         (place, "all" if together else capture["capture"]) for place, capture, _, together in places
     ]
-    shown = (
-        ticks
-        if len(ticks) < 12
-        else [
-            tick
-            for k, tick in enumerate(ticks)
-            if tick[1] == "all" or tick[1] in ("01", "08", "16")
-        ]
-    )
+    every = -(-len(ticks) // MOST_NAMES)
+    shown = [tick for k, tick in enumerate(ticks) if tick[1] == "all" or k % every == 0]
     panel.set_xticks(*zip(*shown, strict=True))
     panel.tick_params(axis="x", labelrotation=90, labelsize=6.5)
     panel.set_xlabel("capture")
