@@ -203,7 +203,8 @@ def test_a_contact_far_from_the_solid(run, root, tmp_path, box, cube, kept):
 
 def write_forces(path, newtons):
     force = np.asarray(newtons, dtype=float)
-    write_table(path, pd.DataFrame({"fx_n": 0 * force, "fy_n": 0 * force, "fz_n": -force}))
+    time = {"time_s": np.arange(len(force)) / 6}
+    write_table(path, pd.DataFrame(time | {"fx_n": 0 * force, "fy_n": 0 * force, "fz_n": -force}))
 
 
 def fitted(run, root, folder, box, depths, newtons, *, axes=("fx_n", "fy_n", "fz_n"), **options):
@@ -217,7 +218,8 @@ def fitted(run, root, folder, box, depths, newtons, *, axes=("fx_n", "fy_n", "fz
         folder / "probe_pose.csv", pd.DataFrame(poses | {"raw_tip_std_along_m": 0 * tips[:, 0]})
     )
     write_forces(folder / "force.csv", newtons)
-    write_table(folder / "force.csv", pd.read_csv(folder / "force.csv")[list(axes)])
+    kept = pd.read_csv(folder / "force.csv")[["time_s", *axes]]
+    write_table(folder / "force.csv", kept)
     inputs = {
         "object": describe(folder / "object.yaml"),
         "template": folder / "template.ply",

@@ -6,6 +6,7 @@ from string import ascii_lowercase
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from palpate.study.direct_tables import truth_of
 from palpate.study.style import (
@@ -67,14 +68,14 @@ def direct_moduli(
             if name in materials:
                 truth = truth_of(materials[name])[quantity] * scale
                 panel.axhline(truth, color=BLACK, lw=0.8, ls="--", zorder=0, label="truth")
-        column[0].set_title(name.replace("_", " "))
+        column[0].set_title(name.replace("_", " "), pad=14)
         column[-1].set_ylim(0, 0.5)
         _name_captures(column[-1], places)
     for panel, letter in zip(axes.flat, ascii_lowercase, strict=False):
         panel_letter(panel, letter)
     for row, (label, _) in zip(axes, ROWS.values(), strict=True):
         row[0].set_ylabel(label)
-    _legend(axes[0, 0], groups, bool(materials))
+    _legend(figure, groups, bool(materials))
     return finished(figure, {capture["provenance"] for capture in captures})
 
 
@@ -121,24 +122,15 @@ def _name_captures(panel: Axes, places: Sequence) -> None:
     panel.set_xlim(min(ends) - 1, max(ends) + 1)
 
 
-def _legend(panel: Axes, groups: Sequence[Mapping], truth: bool) -> None:
+def _legend(figure: Figure, groups: Sequence[Mapping], truth: bool) -> None:
     sensors = dict.fromkeys(group["sensor"] for group in groups)
+    dot = {"marker": "o", "ms": 3}
     handles = [
-        plt.Line2D(
-            [],
-            [],
-            color=COLOURS.get(sensor, GREY),
-            marker="o",
-            ms=3,
-            lw=0.9,
-            label=sensor_name(sensor),
-        )
+        Line2D([], [], color=COLOURS.get(sensor, GREY), lw=0.9, label=sensor_name(sensor), **dot)
         for sensor in sensors
     ]
-    handles.append(plt.Line2D([], [], color=GREY, marker="D", ms=5, lw=2.2, label="all together"))
-    handles.append(
-        plt.Line2D([], [], color=GREY, marker="o", mfc="white", ms=3, lw=0, label="not narrow")
-    )
+    handles.append(Line2D([], [], color=GREY, marker="D", ms=5, lw=2.2, label="all together"))
+    handles.append(Line2D([], [], color=GREY, mfc="white", lw=0, label="not identified", **dot))
     if truth:
-        handles.append(plt.Line2D([], [], color=BLACK, lw=0.8, ls="--", label="truth"))
-    panel.legend(handles=handles, fontsize=6, ncols=2, loc="best", handlelength=1.4)
+        handles.append(Line2D([], [], color=BLACK, lw=0.8, ls="--", label="truth"))
+    figure.legend(handles=handles, ncols=len(handles), loc="upper center", handlelength=1.6)
