@@ -97,7 +97,8 @@ def _draw(panel: Axes, places: Sequence, quantity: str, scale: float) -> None:
         value, low, high = (scale * found[quantity][end] for end in ("value", "low", "high"))
         colour = COLOURS.get(capture["sensor"], GREY)
         known = found[quantity]["verdict"] == "identified"
-        panel.plot([place, place], [low, high], color=colour, lw=2.2 if together else 0.9)
+        width = 2.2 if together else 0.9
+        panel.plot([place] * 2, [low, high], color=colour, lw=width, solid_capstyle="butt")
         panel.plot(
             place,
             value,
@@ -133,4 +134,5 @@ def _legend(figure: Figure, groups: Sequence[Mapping], truth: bool) -> None:
     handles.append(Line2D([], [], color=GREY, mfc="white", lw=0, label="not identified", **dot))
     if truth:
         handles.append(Line2D([], [], color=BLACK, lw=0.8, ls="--", label="truth"))
-    figure.legend(handles=handles, ncols=len(handles), loc="upper center", handlelength=1.6)
+    place = {"loc": "lower left", "bbox_to_anchor": (0.05, -0.005)}
+    figure.legend(handles=handles, ncols=len(handles), fontsize=7, handlelength=1.6, **place)
