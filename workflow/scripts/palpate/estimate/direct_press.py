@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from palpate.estimate.hertz_range import FROM_MEDIAN
 from palpate.estimate.motion_noise import correlation_length
 from palpate.estimate.press_model import PressModel
 from palpate.estimate.relaxation import elastic_force, elastic_force_derivatives
@@ -19,7 +20,6 @@ OWN_NAMES = ("offset_m", "clock_s", "shift_m")
 OWN = len(OWN_NAMES)
 # Deviations beyond which a residual counts with its size alone.
 ROBUST = 8.0
-FROM_MEDIAN = 1.4826
 # Groups of motions of like size, from which the pattern's share is found.
 PATTERN_PARTS = 12
 # Larger parts would be too few to tell their scatter [m].

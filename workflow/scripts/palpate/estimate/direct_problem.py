@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from palpate.estimate.creases import crease_distance
 from palpate.estimate.direct_press import DirectPress
-from palpate.estimate.hertz_range import force_onset
+from palpate.estimate.hertz_range import FROM_MEDIAN, force_onset
 from palpate.estimate.observation import SurfaceMotion
 from palpate.estimate.press_model import press_model
 from palpate.estimate.scatter import surface_patches
@@ -20,7 +20,6 @@ from palpate.surface.pose import to_object
 
 # A sphere is led to the surface from so far outside [m], until it is as near as this.
 OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200
-FROM_MEDIAN = 1.4826
 # Of a contact from the point that its look-up was made for [m].
 LARGEST_AWAY_M = 0.015
 

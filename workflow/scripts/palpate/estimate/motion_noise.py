@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from palpate.estimate.hertz_range import FROM_MEDIAN
+
 # Steps and end of the correlogram [m].
 LAG_M, LAGS = 0.002, 20
 # The motion is smooth over this part of the surface around the contact [m].
 SMOOTH_REACH_M = 0.06
 # Cells rougher than so many deviations were seen wrongly, and tell nothing of the pattern.
 ROUGHEST = 4.0
-FROM_MEDIAN = 1.4826
 # Powers of the distance from the contact, and multiples of the azimuth, of a smooth motion.
 POWERS, MULTIPLES = (0, -1, -2), (1,)
 
