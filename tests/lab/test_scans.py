@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 import trimesh
 from palpate.lab.scanner import NOISE_M, scan_views, write_scans
+from palpate.solid.surface_check import cutting_triangles
+from palpate.surface import scans
 from palpate.surface.distance import ClosestPoints
-from palpate.surface.scans import read_scans, register, template_from_scans
+from palpate.surface.scans import read_scans, register, template_from_scans, unfolded
 
 RADII = np.array([0.05, 0.035, 0.03])
 VIEWS = [(turn, elevation) for elevation in (35, -35) for turn in range(0, 360, 60)]
@@ -67,3 +69,25 @@ def test_views_that_do_not_overlap_or_close_are_refused(views, tmp_path):
         template_from_scans(few, vertices=1000, spacing_m=0.002)
     with pytest.raises(ValueError, match="scans"):
         read_scans(tmp_path / "none")
+
+
+def test_a_fold_is_smoothed_away_and_the_rest_stays():
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    folded = ball.copy()
+    folded.vertices[100] += 1.6 * (
+        ball.vertices[ball.vertex_neighbors[100][0]] - ball.vertices[100]
+    )
+    assert len(cutting_triangles(folded.vertices, folded.faces))
+    mended = unfolded(folded)
+    assert not len(cutting_triangles(mended.vertices, mended.faces))
+    moved = np.linalg.norm(mended.vertices - ball.vertices, axis=1) > 1e-12
+    assert moved.sum() <= 20
+    assert np.allclose(np.linalg.norm(mended.vertices, axis=1), 1, atol=0.1)
+
+
+def test_a_surface_that_stays_folded_is_told(monkeypatch):
+    monkeypatch.setattr(scans, "UNFOLDING_ROUNDS", 1)
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    ball.vertices[100] *= -1.5
+    with pytest.raises(ValueError, match="scans: expected a surface that does not cut itself"):
+        unfolded(ball)

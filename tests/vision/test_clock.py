@@ -73,3 +73,24 @@ def test_a_long_hold_is_no_press_at_another_time():
         force_time, force, time_s, seen, np.full(time_s.size, 3e-4), prior_std_s=PRIOR_S
     )
     assert abs(found.offset_s) < 3 * found.std_s
+
+
+@pytest.mark.parametrize(("depth_m", "share"), [(0.008, 0.7), (0.002, 0.0), (0.0015, 0.3)])
+def test_a_shallow_press_or_a_relaxing_material_is_no_press_at_another_time(depth_m, share):
+    step = 0.01
+    force_time = np.arange(-0.3, 4.9, step)
+    frame_time = np.arange(0, 4.6, 1 / 6)
+
+    def way(t):
+        return 0.02 * np.clip(t - 0.5, 0, 0.6) / 0.6 + depth_m * np.clip((t - 1.1) / 1.8, 0, 1)
+
+    elastic = 6e3 * np.maximum(way(force_time) - 0.02, 0) ** 1.5
+    held = np.zeros(len(elastic))
+    for k, rise in enumerate(np.diff(elastic)):
+        held[k + 1] = held[k] * np.exp(-step / 1.0) + rise
+    rng = np.random.default_rng(4)
+    force = (1 - share) * elastic + share * held + rng.normal(0, 0.01, elastic.size)
+    seen = way(frame_time) + rng.normal(0, 1e-4, frame_time.size)
+    std = np.full(frame_time.size, 1e-4)
+    found = clock_offset(force_time, force, frame_time, seen, std, prior_std_s=PRIOR_S)
+    assert abs(found.offset_s) < 3 * found.std_s

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, nnls
 from scipy.signal import lfilter
 
 # A soft object's force is F = k x^1.5 (1 + c x), Hertz's law and its first departure, relaxing with
@@ -24,7 +24,8 @@ SMALLEST_NOISE_N = 1e-3
 SEARCHED_S, SEARCH_STEP_S, FARTHEST_S, MUCH_WORSE = 1.0, 0.02, 0.1, 0.98
 PRESSED = 0.1
 SMALLEST_FORCE_N = 0.05
-# Guesses of the contact, as parts of the way that the tip takes.
+# Where the contact may be, as parts of the way that the tip takes, and guesses to start from.
+CONTACTS = tuple(np.arange(0.3, 0.96, 0.05))
 CONTACT_GUESSES = (0.4, 0.6, 0.8)
 
 
@@ -99,25 +100,37 @@ def _check_near(
     force_time_s: NDArray, force_n: NDArray, frame_time_s: NDArray, depth_m: NDArray
 ) -> None:
     """Refuse records whose force rises at another time than the tip goes down."""
-    span = np.ptp(depth_m)
-    contacts = [depth_m.min() + part * span for part in CONTACT_GUESSES]
+    lowest, span = depth_m.min(), np.ptp(depth_m)
+    elastic = [np.maximum(depth_m - lowest - part * span, 0) ** 1.5 for part in CONTACTS]
+    presses = [_relaxing(frame_time_s, press) for press in elastic]
     shifts = np.arange(-SEARCHED_S, SEARCHED_S + SEARCH_STEP_S / 2, SEARCH_STEP_S)
-    likeness = []
-    for shift in shifts:
-        force = np.interp(frame_time_s + shift, force_time_s, force_n)
-        likeness.append(
-            max(
-                np.corrcoef(force, np.maximum(depth_m - contact, 0) ** 1.5)[0, 1]
-                for contact in contacts
-            )
-        )
-    best = int(np.nanargmax(likeness))
+    forces = [np.interp(frame_time_s + shift, force_time_s, force_n) for shift in shifts]
+    likeness = [max(_likeness(force, press) for press in presses) for force in forces]
+    best = int(np.argmax(likeness))
     still = likeness[int(np.argmin(np.abs(shifts)))]
     if abs(shifts[best]) > FARTHEST_S and still < MUCH_WORSE * likeness[best]:
         raise ValueError(
             f"force.csv: time_s: expected the clock of frames.csv within {FARTHEST_S:g} s,"
             f" found the press about {shifts[best]:+.2f} s away"
         )
+
+
+def _relaxing(time_s: NDArray, elastic: NDArray) -> NDArray:
+    """Ways (n, 1 + r) in which a force may follow an elastic one: at once, or relaxing."""
+    step_s = np.diff(time_s)[:, None] / np.array(RELAXATION_S)
+    decay, entered = np.exp(-step_s), -np.expm1(-step_s) / step_s
+    held = np.zeros((len(time_s), len(RELAXATION_S)))
+    for frame, rise in enumerate(np.diff(elastic)):
+        held[frame + 1] = held[frame] * decay[frame] + rise * entered[frame]
+    return np.column_stack([elastic, held])
+
+
+def _likeness(force_n: NDArray, ways: NDArray) -> float:
+    """Correlation of a force with what is most like it, all parts pressing."""
+    force_n, ways = force_n - force_n.mean(), ways - ways.mean(axis=0)
+    if not force_n.any():
+        return 0.0
+    return float(np.sqrt(max(1 - (nnls(ways, force_n)[1] / np.linalg.norm(force_n)) ** 2, 0)))
 
 
 # Parameters are of order one: offset, log stiffness, contact, curvature, relaxation, baseline.
