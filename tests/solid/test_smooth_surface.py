@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.solid.mesh import solid_mesh
+from palpate.solid.mesh import element_volumes, solid_mesh
 from palpate.solid.mirror import Mirror, require_image
 from palpate.solid.refine import refine_near
-from palpate.solid.smooth_surface import SmoothSurface, bent_to
+from palpate.solid.smooth_surface import LEAST_VOLUME, SmoothSurface, bent_to
 
 UP = np.array([0.0, 0, 1])
 
@@ -62,6 +62,23 @@ def test_solid_far_from_the_surface_is_refused(block):
     smooth = SmoothSurface(np.array(small.vertices), np.array(small.faces))
     with pytest.raises(ValueError, match="mesh: expected elements that keep 0.2 of their volume"):
         bent_to(block, smooth)
+
+
+def test_an_element_that_the_surface_would_flatten_is_moved_less():
+    ball = trimesh.creation.icosphere(2, radius=0.06)
+    count = len(ball.vertices)
+    spokes = np.column_stack([ball.faces, np.full(len(ball.faces), count)])
+    # A low roof over two facets, which the smooth sphere would all but flatten.
+    (a, b), (left, right) = ball.face_adjacency_edges[0], ball.face_adjacency_unshared[0]
+    middle = ball.vertices[[a, b]].mean(axis=0)
+    over = middle * 1.12
+    nodes = np.vstack([ball.vertices, np.zeros(3), over])
+    sliver = [[a, left, b, count + 1], [a, right, b, count + 1]]
+    solid = solid_mesh(nodes, np.vstack([spokes, sliver]))
+    assert len(solid.tetrahedra) == len(spokes) + 2
+    bent = bent_to(solid, SmoothSurface(np.array(ball.vertices), np.array(ball.faces)))
+    before, after = (element_volumes(m.nodes_m, m.tetrahedra) for m in (solid, bent))
+    assert (after / before).min() >= LEAST_VOLUME
 
 
 def test_block_is_its_own_image_in_two_mirrors():

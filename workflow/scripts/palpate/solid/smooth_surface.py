@@ -1,5 +1,7 @@
 """A template's facets as a smooth surface, and a solid bent to it."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,9 @@ CREASE_DEG = 35.0
 SIDES = np.array([[0, 1], [1, 2], [2, 0]])
 # No element may lose more than this part of its volume.
 LEAST_VOLUME = 0.2
+# Where it would, the surface's moves are halved, this often and at this part of the nodes at most.
+HALVINGS = 6
+MOST_HALVED = 0.05
 # Moves below it leave the solid as it is [m].
 NO_MOVE_M = 1e-6
 
@@ -64,26 +69,46 @@ def bent_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
     Raises
     ------
     ValueError
-        If an element would lose too much of its volume.
+        If an element loses too much of its volume however little is moved.
     """
     outer = mesh.surface_nodes()
-    u = np.zeros_like(mesh.nodes_m)
-    u[outer] = surface.nearest(mesh.nodes_m[outer]) - mesh.nodes_m[outer]
-    if np.abs(u).max() < NO_MOVE_M:
+    moves = surface.nearest(mesh.nodes_m[outer]) - mesh.nodes_m[outer]
+    if np.abs(moves).max() < NO_MOVE_M:
         return mesh
-    inner = np.setdiff1d(np.arange(len(u)), outer)
+    follow = _following(mesh, outer)
+    before = element_volumes(mesh.nodes_m, mesh.tetrahedra)
+    halved = np.zeros(len(outer), dtype=bool)
+    for _ in range(HALVINGS):
+        bent = SolidMesh(mesh.nodes_m + follow(moves), mesh.tetrahedra)
+        kept = element_volumes(bent.nodes_m, bent.tetrahedra) / before
+        if kept.min() >= LEAST_VOLUME:
+            return bent
+        # Flat elements of surface nodes alone collapse first: there facets stay flatter.
+        collapsed = np.isin(outer, mesh.tetrahedra[kept < LEAST_VOLUME])
+        halved |= collapsed
+        if halved.mean() > MOST_HALVED:
+            break
+        moves[collapsed] /= 2
+    raise ValueError(
+        f"mesh: expected elements that keep {LEAST_VOLUME:g} of their volume on the smooth"
+        f" surface, found {kept.min():.2g}"
+    )
+
+
+def _following(mesh: SolidMesh, outer: NDArray) -> Callable[[NDArray], NDArray]:
+    """How all nodes move (n, 3) with the outer ones (k, 3), as an elastic solid."""
+    inner = np.setdiff1d(np.arange(len(mesh.nodes_m)), outer)
     free, given = ((3 * nodes[:, None] + np.arange(3)).ravel() for nodes in (inner, outer))
     K = combined(*elastic_stiffness(mesh), 0.5, 0.5)
-    right = -(K[free][:, given] @ u.ravel()[given])
-    u.reshape(-1)[free] = factorise(K[free][:, free])(right)
-    bent = SolidMesh(mesh.nodes_m + u, mesh.tetrahedra)
-    before, after = (element_volumes(m.nodes_m, m.tetrahedra) for m in (mesh, bent))
-    if (after / before).min() < LEAST_VOLUME:
-        raise ValueError(
-            f"mesh: expected elements that keep {LEAST_VOLUME:g} of their volume on the smooth"
-            f" surface, found {(after / before).min():.2g}"
-        )
-    return bent
+    solve, coupling = factorise(K[free][:, free]), K[free][:, given]
+
+    def follow(moves_m: NDArray) -> NDArray:
+        u = np.zeros_like(mesh.nodes_m)
+        u[outer] = moves_m
+        u.reshape(-1)[free] = -solve(coupling @ moves_m.ravel())
+        return u
+
+    return follow
 
 
 def _edge_rises(vertices_m: NDArray, faces: NDArray) -> NDArray:
