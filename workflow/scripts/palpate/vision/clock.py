@@ -19,9 +19,10 @@ DEPTH_STD_M = 1e-4
 NEAR_FRAME_S = 0.03
 FEWEST_PRESSED, FEWEST_SAMPLES = 4, 10
 SMALLEST_NOISE_N = 1e-3
-# Offsets that are searched for a press at quite another time, what of them is told, and how much
-# less alike force and depth must then be as recorded.
-SEARCHED_S, SEARCH_STEP_S, FARTHEST_S, MUCH_WORSE = 1.0, 0.02, 0.1, 0.98
+# Offsets that are searched for a press at quite another time, and what of them is told.
+SEARCHED_S, SEARCH_STEP_S, FARTHEST_S = 1.0, 0.02, 0.1
+# Misfits are the errors' own up to this multiple.
+BY_CHANCE = 1.5
 PRESSED = 0.1
 SMALLEST_FORCE_N = 0.05
 # Where the contact may be, as parts of the way that the tip takes, and guesses to start from.
@@ -79,9 +80,9 @@ def clock_offset(
         return ClockOffset(0.0, prior_std_s)
     if (at_frames > PRESSED * at_frames.max()).sum() < FEWEST_PRESSED:
         return ClockOffset(0.0, prior_std_s)
-    _check_near(force_time_s, force_n, frame_time_s, depth_m)
-    noise = max(np.diff(force).std() / np.sqrt(2), SMALLEST_NOISE_N)
     depth_std_m = np.hypot(depth_std_m, DEPTH_STD_M)
+    noise = max(np.diff(force).std() / np.sqrt(2), SMALLEST_NOISE_N)
+    _check_near(force_time_s, force_n, frame_time_s, depth_m, depth_std_m, noise)
     press = _Press(time_s, force, noise, frame_time_s, depth_m, depth_std_m)
     span = depth_m.max() - depth_m.min()
     starts = [press.start(depth_m.min() + part * span) for part in CONTACT_GUESSES]
@@ -97,22 +98,50 @@ def clock_offset(
 
 
 def _check_near(
-    force_time_s: NDArray, force_n: NDArray, frame_time_s: NDArray, depth_m: NDArray
+    force_time_s: NDArray,
+    force_n: NDArray,
+    frame_time_s: NDArray,
+    depth_m: NDArray,
+    depth_std_m: NDArray,
+    noise_n: float,
 ) -> None:
     """Refuse records whose force rises at another time than the tip goes down."""
     lowest, span = depth_m.min(), np.ptp(depth_m)
-    elastic = [np.maximum(depth_m - lowest - part * span, 0) ** 1.5 for part in CONTACTS]
-    presses = [_relaxing(frame_time_s, press) for press in elastic]
+    depths = [np.maximum(depth_m - lowest - part * span, 0) for part in CONTACTS]
+    presses = [_Ways.of(frame_time_s, depth, depth_std_m, noise_n) for depth in depths]
     shifts = np.arange(-SEARCHED_S, SEARCHED_S + SEARCH_STEP_S / 2, SEARCH_STEP_S)
     forces = [np.interp(frame_time_s + shift, force_time_s, force_n) for shift in shifts]
-    likeness = [max(_likeness(force, press) for press in presses) for force in forces]
-    best = int(np.argmax(likeness))
-    still = likeness[int(np.argmin(np.abs(shifts)))]
-    if abs(shifts[best]) > FARTHEST_S and still < MUCH_WORSE * likeness[best]:
+    misfits = [min(ways.misfit(force) for ways in presses) for force in forces]
+    best, still = int(np.argmin(misfits)), misfits[int(np.argmin(np.abs(shifts)))]
+    if abs(shifts[best]) > FARTHEST_S and still > BY_CHANCE * max(misfits[best], 1):
         raise ValueError(
             f"force.csv: time_s: expected the clock of frames.csv within {FARTHEST_S:g} s,"
             f" found the press about {shifts[best]:+.2f} s away"
         )
+
+
+@dataclass(frozen=True)
+class _Ways:
+    """Ways (n, k) in which a force may follow depths, and what errors both have."""
+
+    presses: NDArray
+    depth_m: NDArray
+    depth_std_m: NDArray
+    noise_n: float
+
+    @classmethod
+    def of(cls, time_s: NDArray, depth_m: NDArray, *errors: NDArray | float) -> "_Ways":
+        """Hertz's law and its departure for a thin object, at once or relaxing."""
+        deeper = depth_m**1.5 * depth_m / max(depth_m.max(), SCALE_M)
+        presses = np.column_stack([_relaxing(time_s, depth_m**1.5), deeper])
+        return cls(presses, depth_m, *errors)
+
+    def misfit(self, force_n: NDArray) -> float:
+        """Misfit of a force, as multiple of what the errors make of it."""
+        parts, misfit = nnls(self.presses - self.presses.mean(axis=0), force_n - force_n.mean())
+        slope = 1.5 * (self.presses @ parts) / np.maximum(self.depth_m, self.depth_std_m)
+        expected = np.hypot(slope * self.depth_std_m, self.noise_n)
+        return float(misfit / np.hypot(np.linalg.norm(expected), SMALLEST_FORCE_N))
 
 
 def _relaxing(time_s: NDArray, elastic: NDArray) -> NDArray:
@@ -123,14 +152,6 @@ def _relaxing(time_s: NDArray, elastic: NDArray) -> NDArray:
     for frame, rise in enumerate(np.diff(elastic)):
         held[frame + 1] = held[frame] * decay[frame] + rise * entered[frame]
     return np.column_stack([elastic, held])
-
-
-def _likeness(force_n: NDArray, ways: NDArray) -> float:
-    """Correlation of a force with what is most like it, all parts pressing."""
-    force_n, ways = force_n - force_n.mean(), ways - ways.mean(axis=0)
-    if not force_n.any():
-        return 0.0
-    return float(np.sqrt(max(1 - (nnls(ways, force_n)[1] / np.linalg.norm(force_n)) ** 2, 0)))
 
 
 # Parameters are of order one: offset, log stiffness, contact, curvature, relaxation, baseline.
