@@ -21,8 +21,8 @@ FEWEST_PRESSED, FEWEST_SAMPLES = 4, 10
 SMALLEST_NOISE_N = 1e-3
 # Offsets that are searched for a press at quite another time, and what of them is told.
 SEARCHED_S, SEARCH_STEP_S, FARTHEST_S = 1.0, 0.02, 0.1
-# Misfits are the errors' own up to this multiple.
-BY_CHANCE = 1.5
+# Misfits may by chance be this multiple of the best, which counts as this large at least.
+BY_CHANCE, LEAST_MISFIT = 1.5, 2 / 3
 PRESSED = 0.1
 SMALLEST_FORCE_N = 0.05
 # Where the contact may be, as parts of the way that the tip takes, and guesses to start from.
@@ -113,7 +113,7 @@ def _check_near(
     forces = [np.interp(frame_time_s + shift, force_time_s, force_n) for shift in shifts]
     misfits = [min(ways.misfit(force) for ways in presses) for force in forces]
     best, still = int(np.argmin(misfits)), misfits[int(np.argmin(np.abs(shifts)))]
-    if abs(shifts[best]) > FARTHEST_S and still > BY_CHANCE * max(misfits[best], 1):
+    if abs(shifts[best]) > FARTHEST_S and still > BY_CHANCE * max(misfits[best], LEAST_MISFIT):
         raise ValueError(
             f"force.csv: time_s: expected the clock of frames.csv within {FARTHEST_S:g} s,"
             f" found the press about {shifts[best]:+.2f} s away"
