@@ -22,7 +22,7 @@ SMALLEST_NOISE_N = 1e-3
 # Offsets that are searched for a press at quite another time, and what of them is told.
 SEARCHED_S, SEARCH_STEP_S, FARTHEST_S = 1.0, 0.02, 0.1
 # Misfits may by chance be this multiple of the best, which counts as this large at least.
-BY_CHANCE, LEAST_MISFIT = 1.5, 2 / 3
+BY_CHANCE, LEAST_MISFIT = 1.6, 2 / 3
 PRESSED = 0.1
 SMALLEST_FORCE_N = 0.05
 # Where the contact may be, as parts of the way that the tip takes, and guesses to start from.
