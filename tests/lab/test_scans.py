@@ -63,6 +63,19 @@ def test_a_template_is_closed_and_near_the_truth(bean, views, tmp_path):
     assert mesh.volume == pytest.approx(bean.volume, rel=0.01)
 
 
+def test_normals_that_a_grazing_view_turned_over_leave_no_bumps():
+    rng, radius_m = np.random.default_rng(1), 0.05
+    views = []
+    for _ in range(2):
+        normals = rng.standard_normal((12_000, 3))
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        rim = (np.abs(normals[:, 0]) < 0.2) & (rng.random(len(normals)) < 0.1)
+        views.append((radius_m * normals, np.where(rim[:, None], -normals, normals)))
+    mesh = template_from_scans(views, vertices=800, spacing_m=0.004)
+    away = np.linalg.norm(mesh.vertices, axis=1) - radius_m
+    assert np.abs(away).max() < 4e-4
+
+
 def test_views_that_do_not_overlap_or_close_are_refused(views, tmp_path):
     few = [(view.points_m, view.normals) for view in views[:2]]
     with pytest.raises(ValueError, match="scans: "):

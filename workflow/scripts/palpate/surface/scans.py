@@ -24,6 +24,10 @@ NEIGHBOURS = 16
 # Scale of the average over neighbours, in grid spacings.
 SMOOTHING = 0.8
 PADDING = 4
+# Samples so near, and so little off a plane, are of its sheet, in grid spacings.
+VOTE_REACH, SHEET = 1.5, 0.5
+# Mean cosine between a sample's normal and those of its sheet.
+LEAST_AGREEMENT = 0.5
 LEAST_OVERLAP = 0.2
 # Thinning may fold flat parts over: vertices that are smoothed until no triangle cuts another.
 UNFOLDING_ROUNDS = 20
@@ -81,13 +85,15 @@ def template_from_scans(
         If a view does not overlap the others or no closed surface comes out.
     """
     thinned = [_thinned(points, normals, spacing_m / 2) for points, normals in views]
-    placed = register(thinned)
-    points, normals = _thinned(
+    placed = register([view[:2] for view in thinned])
+    merged = _thinned(
         np.concatenate([points for points, _ in placed]),
         np.concatenate([normals for _, normals in placed]),
         spacing_m,
+        np.concatenate([counts for _, _, counts in thinned]),
     )
-    return _decimated(implicit_surface(points, normals, spacing_m), vertices)
+    points, normals, counts = _not_outvoted(*merged, spacing_m)
+    return _decimated(implicit_surface(points, normals, spacing_m, counts), vertices)
 
 
 def register(
@@ -186,7 +192,9 @@ def _check_overlap(shares: NDArray) -> None:
         )
 
 
-def implicit_surface(points_m: NDArray, normals: NDArray, spacing_m: float) -> trimesh.Trimesh:
+def implicit_surface(
+    points_m: NDArray, normals: NDArray, spacing_m: float, weights: NDArray | None = None
+) -> trimesh.Trimesh:
     """Zero level of distances to local tangent planes, averaged over neighbours (IMLS).
 
     Parameters
@@ -195,14 +203,17 @@ def implicit_surface(points_m: NDArray, normals: NDArray, spacing_m: float) -> t
         Oriented samples of a closed surface.
     spacing_m : float
         Edge of the grid [m].
+    weights : (n,) array, optional
+        Of the samples; 1 by default.
     """
+    weights = np.ones(len(points_m)) if weights is None else weights
     low = points_m.min(axis=0) - PADDING * spacing_m
     counts = np.ceil((points_m.max(axis=0) + PADDING * spacing_m - low) / spacing_m).astype(int) + 1
     axes = [low[k] + spacing_m * np.arange(counts[k]) for k in range(3)]
     # VTK counts along x first.
     z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
     nodes = np.stack([x, y, z], axis=-1).reshape(-1, 3)
-    values = _plane_distance(nodes, points_m, normals, SMOOTHING * spacing_m)
+    values = _plane_distance(nodes, points_m, normals, weights, SMOOTHING * spacing_m)
     grid = pv.ImageData(dimensions=tuple(counts), spacing=(spacing_m,) * 3, origin=tuple(low))
     contour = grid.contour([0.0], scalars=values, method="flying_edges")
     contour = contour.connectivity("largest").extract_surface(algorithm="dataset_surface")
@@ -215,26 +226,54 @@ def implicit_surface(points_m: NDArray, normals: NDArray, spacing_m: float) -> t
     return mesh
 
 
-def _thinned(points: NDArray, normals: NDArray, edge: float) -> tuple[NDArray, NDArray]:
-    """Means over voxels of points that face about the same way."""
+def _thinned(
+    points: NDArray, normals: NDArray, edge: float, counts: NDArray | None = None
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Means over voxels of points that face about the same way, and how many points they have."""
+    counts = np.ones(len(points)) if counts is None else counts
     side = np.argmax(np.abs(normals), axis=1)
     side = 2 * side + (np.take_along_axis(normals, side[:, None], axis=1)[:, 0] > 0)
     cells = np.floor((points - points.min(axis=0)) / edge).astype(np.int64)
     sizes = cells.max(axis=0) + 1
     keys = ((cells[:, 0] * sizes[1] + cells[:, 1]) * sizes[2] + cells[:, 2]) * 6 + side
-    _, group, count = np.unique(keys, return_inverse=True, return_counts=True)
+    _, group = np.unique(keys, return_inverse=True)
+    total = np.bincount(group, counts)
     means = [
-        np.stack([np.bincount(group, values[:, k]) for k in range(3)], axis=1) / count[:, None]
+        np.stack([np.bincount(group, counts * values[:, k]) for k in range(3)], axis=1)
+        / total[:, None]
         for values in (points, normals)
     ]
-    return means[0], means[1] / np.linalg.norm(means[1], axis=1, keepdims=True)
+    return means[0], means[1] / np.linalg.norm(means[1], axis=1, keepdims=True), total
 
 
-def _plane_distance(nodes: NDArray, points: NDArray, normals: NDArray, scale: float) -> NDArray:
+def _not_outvoted(
+    points: NDArray, normals: NDArray, counts: NDArray, spacing_m: float
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Samples that face about as those of the same sheet do.
+
+    At the rim of a view rays graze the surface, and noise turns normals away or to the other side.
+    Samples vote on those that lie in their plane; the other side of a thin part does not.
+    """
+    pairs = cKDTree(points).query_pairs(VOTE_REACH * spacing_m, output_type="ndarray").T
+    agreed, votes = counts.copy(), counts.copy()
+    for i, j in (pairs, pairs[::-1]):
+        offset = np.abs(((points[j] - points[i]) * normals[j]).sum(axis=1))
+        voting = np.where(offset < SHEET * spacing_m, counts[j], 0.0)
+        agreement = (normals[i] * normals[j]).sum(axis=1)
+        agreed += np.bincount(i, voting * agreement, len(points))
+        votes += np.bincount(i, voting, len(points))
+    kept = agreed > LEAST_AGREEMENT * votes
+    return points[kept], normals[kept], counts[kept]
+
+
+def _plane_distance(
+    nodes: NDArray, points: NDArray, normals: NDArray, counts: NDArray, scale: float
+) -> NDArray:
     away, near = cKDTree(points).query(nodes, k=NEIGHBOURS)
     offsets = np.einsum("nki,nki->nk", nodes[:, None] - points[near], normals[near])
     # Relative to the nearest sample, so that weights far from the surface don't vanish.
     weights = np.exp(-(away**2 - away[:, :1] ** 2) / (2 * scale**2 + away[:, :1] ** 2))
+    weights = weights * counts[near]
     return (weights * offsets).sum(axis=1) / weights.sum(axis=1)
 
 
