@@ -28,15 +28,34 @@ def drop(root, home, name="foam_block"):
 
 def test_the_lab_alone(home):
     house = opened(home)
-    assert len(house.simulated) == 55
+    assert len(house.simulated) == 67
     # Of the lab's recordings the study takes those that it names, and tracks all but the attempts.
     assert {c.object for c in house.captures} == {"ear", "foam_ball", "foam_block"}
-    assert len(house.captures) == 18 + 18 + 16 + 3
+    assert len(house.captures) == 18 + 18 + 16 + 15
     assert len([c for c in house.captures if c.capture.startswith("11-a")]) == 16
     attempts = {c for c in house.captures if "-" in c.capture}
     assert set(house.tracked) == set(house.captures) - attempts
-    assert len(house.described()) == 55
+    assert len(house.described()) == 67
     assert len(house.described(simulated=True, tracked=True)) == 39
+    # Repeated presses of ball and ear are estimated directly; the block's attempts are Hertz's.
+    again = {c for c in attempts if c.object != "foam_block"}
+    assert set(house.direct) == set(house.tracked) | again
+    assert len(house.described(direct=True)) == 39 + 12
+
+
+def test_what_is_tracked_is_estimated_where_nothing_else_is_said(home):
+    study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
+    del study["direct"]
+    house = opened(home, study=study)
+    assert house.direct == house.tracked
+
+
+def test_the_study_estimates_what_it_does_not_use(home):
+    study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
+    study["captures"]["ear"] = {"bumblebee": ["01"]}
+    said = r"study.direct.ear.bumblebee: expected some of study.captures, found 01-a01"
+    with pytest.raises(ValueError, match=said):
+        opened(home, study=study)
 
 
 def test_the_study_names_recordings_that_nobody_makes(home):
@@ -135,7 +154,8 @@ def test_a_recorded_object_is_kept(root, home):
     assert not {c for c in house.simulated if c.object == "foam_block"}
     block = [c for c in house.captures if c.object == "foam_block"]
     assert len(block) == 2
-    assert house.tracked == house.captures
+    assert set(block) <= set(house.tracked)
+    assert house.direct == house.captures
 
 
 def test_only_one_object_is_checked_when_only_it_is_wanted(root, home):

@@ -42,6 +42,8 @@ class House:
         Captures that the run uses, dropped in or to be made by the lab, sorted.
     tracked : tuple of CaptureId
         Those of them whose surfaces are tracked and whose errors are minimised.
+    direct : tuple of CaptureId
+        Those that E and nu are estimated of directly: the tracked, and repeated presses.
     simulated : frozenset of CaptureId
         All that the lab makes on demand.
     object_files : mapping
@@ -54,6 +56,7 @@ class House:
     lab: Mapping | None
     captures: tuple[CaptureId, ...]
     tracked: tuple[CaptureId, ...]
+    direct: tuple[CaptureId, ...]
     simulated: frozenset[CaptureId]
     object_files: Mapping[str, Mapping]
 
@@ -90,7 +93,9 @@ class House:
         key = "scans" if "scans" in template else "file"
         return key, template[key]
 
-    def described(self, *, simulated: bool = False, tracked: bool = False) -> list[dict[str, str]]:
+    def described(
+        self, *, simulated: bool = False, tracked: bool = False, direct: bool = False
+    ) -> list[dict[str, str]]:
         """Describe the captures of the run, as tables name them.
 
         Parameters
@@ -99,8 +104,10 @@ class House:
             True: just those that the lab makes.
         tracked : bool, optional
             True: just those whose surfaces are tracked.
+        direct : bool, optional
+            True: just those that are estimated directly.
         """
-        wanted = self.tracked if tracked else self.captures
+        wanted = self.direct if direct else self.tracked if tracked else self.captures
         chosen = [c for c in wanted if c in self.simulated] if simulated else wanted
         return [
             {
@@ -198,6 +205,8 @@ def open_house(config: Mapping, *, source: str) -> House:
     )
     surfaces = config["study"]["tracked"]
     tracked = [c for c in wanted if c not in simulated or _selected(c, surfaces)]
+    estimated = _estimated(config["study"])
+    direct = [c for c in wanted if c not in simulated or _selected(c, estimated)]
     problems += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
     if not wanted and not problems:
         problems.append(_nothing_found(paths, config["only"]))
@@ -206,8 +215,21 @@ def open_house(config: Mapping, *, source: str) -> House:
     names = {capture.object for capture in wanted} - {capture.object for capture in simulated}
     files = {name: load_yaml(Path(paths["raw"]) / name / "object.yaml") for name in sorted(names)}
     return House(
-        paths, sensors, probes, lab, tuple(wanted), tuple(tracked), frozenset(simulated), files
+        paths,
+        sensors,
+        probes,
+        lab,
+        tuple(wanted),
+        tuple(tracked),
+        tuple(direct),
+        frozenset(simulated),
+        files,
     )
+
+
+def _estimated(study: Mapping) -> Mapping:
+    """Selection of what is estimated directly: the tracked, where nothing else is said."""
+    return {**study["tracked"], **study.get("direct", {})}
 
 
 def _selected(capture: CaptureId, selection: Mapping) -> bool:
@@ -223,11 +245,12 @@ def _unknown_captures(study: Mapping, simulated: set[CaptureId], source: str) ->
     allowed = {
         "captures": (simulated, "recordings of the lab"),
         "tracked": (used, "some of study.captures"),
+        "direct": (used, "some of study.captures"),
     }
     return [
         f"{source}: study.{part}.{name}.{sensor}: expected {words}, found {capture}"
         for part, (known, words) in allowed.items()
-        for name, sensors in study[part].items()
+        for name, sensors in study.get(part, {}).items()
         if name in names
         for sensor, captures in sensors.items()
         for capture in captures

@@ -132,9 +132,9 @@ def kept_mesh(wildcards):
 
 
 def first_cloud_of(wildcards):
-    """Clouds that begin with a capture's first; of tracked captures all are made anyway."""
-    tracked = {(c.object, c.sensor, c.capture) for c in HOUSE.tracked}
-    name = "clouds.npz" if tuple(wildcards) in tracked else "rest_cloud.npz"
+    """Clouds that begin with a capture's first; of others than Hertz's all are made anyway."""
+    direct = {(c.object, c.sensor, c.capture) for c in HOUSE.direct}
+    name = "clouds.npz" if tuple(wildcards) in direct else "rest_cloud.npz"
     return of_capture(name)
 
 
@@ -146,6 +146,11 @@ def per_capture(pattern):
 def per_tracked(pattern, **choices):
     """Files of the captures whose surfaces are tracked; choices multiply them."""
     return _expanded(pattern, HOUSE.tracked, **choices)
+
+
+def per_direct(pattern):
+    """Files of the captures that are estimated directly."""
+    return _expanded(pattern, HOUSE.direct)
 
 
 def _expanded(pattern, captures, **choices):

@@ -24,10 +24,10 @@ def of_one(wildcards):
 
 
 def of_all(wildcards):
-    """Tracked captures of an object with a sensor, in order."""
+    """Captures of an object with a sensor that are estimated directly, in order."""
     return [
         c.capture
-        for c in HOUSE.tracked
+        for c in HOUSE.direct
         if (c.object, c.sensor) == (wildcards.object, wildcards.sensor)
     ]
 
@@ -58,9 +58,9 @@ def direct_files(captures):
     }
 
 
-def tracked_groups():
+def direct_groups():
     """Objects and sensors whose captures are estimated together, as tables name them."""
-    found = {(c["object"], c["sensor"]): c for c in HOUSE.described(tracked=True)}
+    found = {(c["object"], c["sensor"]): c for c in HOUSE.described(direct=True)}
     return [
         {name: c[name] for name in ("object", "sensor", "provenance")}
         for _, c in sorted(found.items())
@@ -70,13 +70,13 @@ def tracked_groups():
 def joint_estimates():
     """Estimate from all captures of each object with each sensor."""
     return [
-        results(f"{g['object']}/{g['sensor']}/direct.json") for g in tracked_groups()
+        results(f"{g['object']}/{g['sensor']}/direct.json") for g in direct_groups()
     ]
 
 
 def direct_outputs():
     """Accuracy of all estimates, where the lab made any of what was estimated."""
-    if not HOUSE.described(simulated=True, tracked=True):
+    if not HOUSE.described(simulated=True, direct=True):
         return []
     names = ["accuracy", "accuracy_summary"]
     return [results(f"tables/{name}.csv") for name in names]

@@ -113,7 +113,7 @@ rule accuracy:
 
 rule direct_moduli:
     input:
-        direct=per_tracked(of_capture("direct.json")),
+        direct=per_direct(of_capture("direct.json")),
         joint=joint_estimates(),
         materials=lab_materials(),
     output:
@@ -125,8 +125,8 @@ rule direct_moduli:
         results("benchmarks/direct_moduli.tsv")
     params:
         code=code("direct_moduli"),
-        captures=HOUSE.described(tracked=True),
-        groups=tracked_groups(),
+        captures=HOUSE.described(direct=True),
+        groups=direct_groups(),
     message:
         "Figure of the direct estimates"
     script:

@@ -31,7 +31,7 @@ rule summary:
     input:
         fits=per_capture(of_capture("hertz.json")),
         results=per_tracked(of_capture("minimise-{error}.json"), error=ERRORS),
-        direct=per_tracked(of_capture("direct.json")),
+        direct=per_direct(of_capture("direct.json")),
         joint=joint_estimates(),
     output:
         csv=results("summary.csv"),
@@ -43,7 +43,8 @@ rule summary:
         code=code("summary"),
         captures=HOUSE.described(),
         tracked=HOUSE.described(tracked=True),
-        groups=tracked_groups(),
+        estimated=HOUSE.described(direct=True),
+        groups=direct_groups(),
         errors=ERRORS,
     message:
         "Summary: every object, sensor, capture and method"

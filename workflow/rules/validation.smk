@@ -22,7 +22,7 @@ rule validation_estimates:
         code=code("summary"),
         captures=HOUSE.described(),
         tracked=HOUSE.described(),
-        groups=tracked_groups(),
+        groups=direct_groups(),
         errors=[],
     message:
         "Estimates of every capture, without the error minimisation"

@@ -16,7 +16,7 @@ def main(snakemake):
         for table in (tables.minimum_table, tables.least_squares_table)
     ]
     direct = direct_tables.direct_rows(
-        params.tracked,
+        params.estimated,
         read_all(snakemake.input.direct),
         params.groups,
         read_all(snakemake.input.joint),
