@@ -31,14 +31,14 @@ def test_kept_blocks(root, name):
 
 
 def test_kept_ball(root):
-    """Fills the template of its laser scans, which is a millimetre off the sphere at the top."""
+    """Fills the template of its laser scans."""
     mesh = read_solid(root / "config/meshes/foam_ball.vtu")
     ball = trimesh.creation.icosphere(subdivisions=5, radius=0.0614)
     ball.apply_translation([0, 0, 0.0614])
     quality = mesh_quality(mesh, ball.vertices, ball.faces)
     assert quality.nodes == pytest.approx(642, rel=0.03)
-    assert quality.volume_m3 == pytest.approx(ball.volume, rel=0.02)
-    assert quality.largest_gap_m < 0.003
+    assert quality.volume_m3 == pytest.approx(ball.volume, rel=0.025)
+    assert quality.largest_gap_m < 0.001
     assert quality.least_radius_ratio > 0.15
     assert quality.least_dihedral_deg > 10
     assert self_intersection(mesh.nodes_m, mesh.surface_triangles()) is None
