@@ -5,9 +5,10 @@ import pytest
 import trimesh
 from palpate.lab.scanner import NOISE_M, scan_views, write_scans
 from palpate.solid.surface_check import cutting_triangles
-from palpate.surface import scans
+from palpate.surface import unfold
 from palpate.surface.distance import ClosestPoints
-from palpate.surface.scans import read_scans, register, template_from_scans, unfolded
+from palpate.surface.scans import read_scans, register, template_from_scans
+from palpate.surface.unfold import unfolded
 
 RADII = np.array([0.05, 0.035, 0.03])
 VIEWS = [(turn, elevation) for elevation in (35, -35) for turn in range(0, 360, 60)]
@@ -99,7 +100,7 @@ def test_a_fold_is_smoothed_away_and_the_rest_stays():
 
 
 def test_a_surface_that_stays_folded_is_told(monkeypatch):
-    monkeypatch.setattr(scans, "UNFOLDING_ROUNDS", 1)
+    monkeypatch.setattr(unfold, "UNFOLDING_ROUNDS", 1)
     ball = trimesh.creation.icosphere(subdivisions=3)
     ball.vertices[100] *= -1.5
     with pytest.raises(ValueError, match="scans: expected a surface that does not cut itself"):

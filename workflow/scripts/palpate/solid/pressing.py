@@ -21,6 +21,8 @@ from palpate.solid.standing import Table
 
 # Newton's steps end when none moves a node farther; what is left is a square of it.
 SMALLEST_STEP_M = 4e-6
+# Of the depth, where that is less.
+SMALLEST_PART = 0.004
 STEPS = 40
 # Old factors are kept while each step is at most this part of the one before.
 SHRINKING = 0.3
@@ -130,6 +132,7 @@ class PressedSolid:
             If it isn't found in as many steps as are tried.
         """
         x, given, largest = start_m, last.given_m, np.inf
+        smallest = min(SMALLEST_STEP_M, SMALLEST_PART * depth_m)
         if self.table:
             self.table.settle(last.x_m if last.steps else x)
         for step in range(1, STEPS + 1):
@@ -141,17 +144,16 @@ class PressedSolid:
                 self._refactorise(x, centre)
                 move = self._solved(forces)
             # Small steps that don't shrink go to and fro between two sets of touching points.
-            free = np.abs(move).max() < min(NEAR_M, max(before / 2, SMALLEST_STEP_M))
+            free = np.abs(move).max() < min(NEAR_M, max(before / 2, smallest))
             part = 1.0 if free else self._allowed(x, centre, move, forces)
             x = x + part * move
             largest = np.abs(part * move).max()
-            if part == 1.0 and largest < SMALLEST_STEP_M:
+            if part == 1.0 and largest < smallest:
                 return State(x, self.sphere_force(x, centre), given, self._skin(x, centre), step)
             if part == 1.0 and largest < SETTLED_M:
                 given = self._given(x, centre, last)
         raise ValueError(
-            f"equilibrium: expected steps below {SMALLEST_STEP_M:g} m after {STEPS},"
-            f" found {largest:.2g} m"
+            f"equilibrium: expected steps below {smallest:g} m after {STEPS}, found {largest:.2g} m"
         )
 
     def centre_m(self, depth_m: float) -> NDArray:

@@ -11,9 +11,9 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from palpate.open3d_core import o3d
-from palpate.solid.surface_check import cutting_triangles
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.template import METRES
+from palpate.surface.unfold import unfolded
 
 # Joint point-to-plane registration of all views: reach of a correspondence in each step [m].
 REACHES_M = (*6 * (0.006,), *4 * (0.003,), *4 * (0.0015,), *4 * (0.001,))
@@ -30,8 +30,6 @@ VOTE_REACH, SHEET = 1.5, 0.5
 # Mean cosine between a sample's normal and those of its sheet.
 LEAST_AGREEMENT = 0.5
 LEAST_OVERLAP = 0.2
-# Thinning may fold flat parts over: vertices that are smoothed until no triangle cuts another.
-UNFOLDING_ROUNDS = 20
 
 
 def read_scans(folder: str | Path, *, unit: str = "m") -> list[tuple[NDArray, NDArray]]:
@@ -291,36 +289,3 @@ def _decimated(mesh: trimesh.Trimesh, vertices: int) -> trimesh.Trimesh:
     if not result.is_watertight or result.volume <= 0:
         raise ValueError("scans: expected a closed surface after decimation, found an open one")
     return unfolded(result)
-
-
-def unfolded(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Smooth a closed surface where its triangles cut each other, and nowhere else.
-
-    Parameters
-    ----------
-    mesh : trimesh.Trimesh
-
-    Returns
-    -------
-    trimesh.Trimesh
-        With the same triangles; the same surface if none of them cut.
-
-    Raises
-    ------
-    ValueError
-        If the surface still cuts itself when smoothing has had its rounds.
-    """
-    mesh = mesh.copy()
-    for _ in range(UNFOLDING_ROUNDS):
-        cutting = cutting_triangles(mesh.vertices, mesh.faces)
-        if not len(cutting):
-            return mesh
-        moved = np.unique(mesh.faces[np.unique(cutting)])
-        vertices = mesh.vertices.copy()
-        vertices[moved] = [mesh.vertices[mesh.vertex_neighbors[k]].mean(axis=0) for k in moved]
-        mesh.vertices = vertices
-    first, second = cutting[0]
-    raise ValueError(
-        "scans: expected a surface that does not cut itself,"
-        f" found triangles {first} and {second} that do"
-    )
