@@ -1,4 +1,4 @@
-"""Command line of the capture format: ``python -m palpate.capture check raw/<object>``."""
+"""Command line of the capture format: ``check`` an object, ``import`` a recording."""
 
 import argparse
 import sys
@@ -6,13 +6,18 @@ from pathlib import Path
 
 from palpate.capture.check import SCHEMA, check_object
 from palpate.capture.discover import BACKGROUND, NOT_SENSORS, folders
+from palpate.capture.importing import command
 from palpate.capture.schema import load_yaml, validate
 from palpate.capture.tables import read_force, read_frames
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Check an object's folder; the exit status is 1 when anything is wrong."""
+    """Check an object's folder or import a recording; the exit status is 1 if that fails."""
     options = _parser().parse_args(arguments)
+    return options.work(options)
+
+
+def _check(options: argparse.Namespace) -> int:
     sensors, problems = _specifications(options.sensors, "sensor")
     probes, more = _specifications(options.probes, "probe")
     problems += more
@@ -20,6 +25,15 @@ def main(arguments: list[str] | None = None) -> int:
     problems = problems or check_object(options.folder, sensors, probes)
     print("\n".join(problems or _found(options.folder)))
     return 1 if problems else 0
+
+
+def _import(options: argparse.Namespace) -> int:
+    try:
+        print("\n".join(command.run(options)))
+    except (ValueError, OSError) as error:
+        print(" ".join(str(error).split()), file=sys.stderr)
+        return 1
+    return 0
 
 
 def _specifications(folder: Path, kind: str) -> tuple[dict, list[str]]:
@@ -45,6 +59,10 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("folder", type=Path, help="raw/<object>")
     check.add_argument("--sensors", type=Path, default=Path("config/sensors"))
     check.add_argument("--probes", type=Path, default=Path("config/probes"))
+    check.set_defaults(work=_check)
+    recording = commands.add_parser("import", help="make a capture of a recording")
+    command.add_options(recording)
+    recording.set_defaults(work=_import)
     return parser
 
 

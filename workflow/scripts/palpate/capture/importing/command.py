@@ -1,0 +1,113 @@
+"""Command line of the import: ``python -m palpate.capture import <recording> <capture>``."""
+
+import argparse
+import re
+from pathlib import Path
+
+from palpate.capture.discover import BACKGROUND, CAPTURE_NAME, NOT_OBJECTS, NOT_SENSORS
+from palpate.capture.importing.recording import Recording
+from palpate.capture.importing.ros import BagRecording, Names, read_force_bag
+from palpate.capture.importing.sensor_file import RANGE_M
+from palpate.capture.importing.tum import (
+    DEPTH_FACTOR,
+    WRENCH_LIST,
+    TumRecording,
+    is_tum,
+    read_wrenches,
+)
+from palpate.capture.importing.write import Target, import_recording
+from palpate.capture.tables import FORCE, read_table
+
+SENSOR_NAME = re.compile("[a-z][a-z0-9_]*")
+OBJECT_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_]*")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Options of the import."""
+    add = parser.add_argument
+    add("recording", type=Path, help="a .bag, .mcap or .db3, a ROS 2 folder, or one with rgb.txt")
+    add("target", type=Path, help="raw/<object>/<sensor>/<capture>, which must not exist yet")
+    add("--background", action="store_true", help="frames without object and probe, and no force")
+    add("--sensors", type=Path, default=Path("config/sensors"), help="folder of the sensor files")
+    add("--force", type=Path, metavar="FILE", help="force of the same clock: .csv, .txt or a bag")
+    for name in ("color", "depth", "wrench", "color-info", "depth-info"):
+        add(f"--{name}", metavar="TOPIC", help=f"topic of {name}, where it is not plain by itself")
+    add("--registered", action="store_true", help="depth lies in the colour camera's frame")
+    add("--receive-clock", action="store_true", help="a Wrench without stamp: time of receipt")
+    add("--trust-sensor-file", action="store_true", help="an existing file's optics are right")
+    add("--range", type=float, nargs=2, metavar=("NEAR_M", "FAR_M"), default=RANGE_M,
+        help="of a new sensor file [m]")  # fmt: skip
+    add("--depth-factor", type=float, default=DEPTH_FACTOR, help="rgb.txt: counts in a metre")
+    add("--intrinsics", type=float, nargs=4, metavar=("FX", "FY", "CX", "CY"),
+        help="rgb.txt: of the colour camera [px], depth registered to it")  # fmt: skip
+
+
+def run(options: argparse.Namespace) -> list[str]:
+    """Import a recording: lines on what was written.
+
+    Raises
+    ------
+    ValueError
+        If the recording, the target or an option is wrong.
+    """
+    target = _target(options)
+    own_force = options.force is None and not options.background
+    if options.background and options.force is not None:
+        raise ValueError(f"--force: expected none with --background, found {options.force}")
+    recording = _recording(options, force=own_force)
+    force = None
+    if options.force is not None:
+        force = _force(options.force, _names(options))
+    elif own_force and isinstance(recording, TumRecording):
+        beside = options.recording / FORCE
+        force = _force(beside if beside.is_file() else options.recording / WRENCH_LIST, Names())
+    return import_recording(recording, target, force=force)
+
+
+def _target(options: argparse.Namespace) -> Target:
+    folder = options.target
+    if options.background and folder.name != BACKGROUND:
+        folder = folder / BACKGROUND
+    name, sensor, subject = (part.name for part in (folder, folder.parent, folder.parent.parent))
+    if name == BACKGROUND and not options.background:
+        raise ValueError(f"{folder}: capture: expected --background for this name, found no option")
+    if name != BACKGROUND and not CAPTURE_NAME.fullmatch(name):
+        raise ValueError(f"{folder}: capture: expected a name like 08 or 08-a03, found {name}")
+    known = SENSOR_NAME.fullmatch(sensor) and sensor not in NOT_SENSORS
+    if not known or not OBJECT_NAME.fullmatch(subject) or subject in NOT_OBJECTS:
+        expected = "raw/<object>/<sensor>/<capture>, names in small letters, digits and _"
+        raise ValueError(f"{folder}: target: expected {expected}, found {subject}/{sensor}")
+    sensor_file = options.sensors / f"{sensor}.yaml"
+    return Target(
+        folder, sensor_file, options.background, tuple(options.range), options.trust_sensor_file
+    )
+
+
+def _recording(options: argparse.Namespace, *, force: bool) -> Recording:
+    if is_tum(options.recording):
+        return TumRecording(
+            options.recording, depth_factor=options.depth_factor, intrinsics_px=options.intrinsics
+        )
+    return BagRecording(options.recording, _names(options), force=force)
+
+
+def _names(options: argparse.Namespace) -> Names:
+    return Names(
+        color=options.color,
+        depth=options.depth,
+        wrench=options.wrench,
+        color_info=options.color_info,
+        depth_info=options.depth_info,
+        registered=options.registered,
+        receive_clock=options.receive_clock,
+    )
+
+
+def _force(path: Path, names: Names) -> tuple:
+    """Table of force.csv and notes on it from a file beside the recording."""
+    if path.suffix == ".csv":
+        table = read_table(path)
+        if "time_s" not in table.columns or not len(table):
+            raise ValueError(f"{path}: columns: expected time_s and samples, found none")
+        return table, ()
+    return read_wrenches(path) if path.suffix == ".txt" else read_force_bag(path, names)

@@ -1,0 +1,106 @@
+"""The sensor's file of an imported recording: made from its optics, or held to them."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import yaml
+
+from palpate.capture.files import whole_file
+from palpate.capture.importing.optics import agree
+from palpate.capture.importing.recording import Content
+from palpate.capture.schema import load_yaml, validate
+
+SCHEMA = Path(__file__).resolve().parents[5] / "config" / "schemas" / "sensor.schema.yaml"
+# Depth cameras differ; what is seen is bounded by mask and table, not by this.
+RANGE_M = (0.1, 10.0)
+# The study's for its Kinect (Section 4.2.3).
+REPROJECTION_THRESHOLD_PX = 0.45
+HEAD = """\
+# Made by an import: the optics are those that the recording states. range_m and
+# reprojection_threshold_px are no part of recordings: look them over.
+"""
+
+
+def sensor_of(
+    path: Path, content: Content, rate_hz: float, *, range_m=RANGE_M, trusted: bool = False
+) -> tuple[dict, bool]:
+    """Specification of a recording's sensor: its file's, or a new one.
+
+    Parameters
+    ----------
+    path : Path
+        ``config/sensors/<sensor>.yaml``.
+    content : Content
+        What the recording holds.
+    rate_hz : float
+        Frames per second.
+    range_m : pair of floats, optional
+        Nearest and farthest depth of a new file [m].
+    trusted : bool, optional
+        Whether the file's optics are right whatever the recording states.
+
+    Returns
+    -------
+    spec : dict
+    new : bool
+        Whether the file is to be written.
+
+    Raises
+    ------
+    ValueError
+        If the file is wrong or contradicts the recording, or there is neither file nor optics.
+    """
+    if path.exists():
+        spec = load_yaml(path)
+        _require_valid(spec, path)
+        _check_streams(spec, content, path)
+        if not trusted and spec.get("optics", "stated") == "stated":
+            _check_optics(spec, content.cameras or {}, path)
+        return spec, False
+    if content.cameras is None:
+        expected = "a sensor file, or optics in the recording (camera_info, --intrinsics)"
+        raise ValueError(f"{path}: file: expected {expected}, found neither")
+    spec = {
+        "sensor": path.stem,
+        "kind": "depth",
+        "frame_rate_hz": float(f"{rate_hz:.4g}"),
+        "range_m": [float(value) for value in range_m],
+        **content.cameras,
+        "marker": {"reprojection_threshold_px": REPROJECTION_THRESHOLD_PX},
+    }
+    _require_valid(spec, path)
+    return spec, True
+
+
+def write_sensor(path: Path, spec: Mapping) -> None:
+    """Write a sensor's file whole or not at all."""
+    text = yaml.safe_dump(dict(spec), sort_keys=False, default_flow_style=None, width=100)
+    with whole_file(path) as part:
+        part.write_text(HEAD + text, encoding="utf-8")
+
+
+def _require_valid(spec: object, path: Path) -> None:
+    problems = validate(spec, SCHEMA, str(path))
+    if problems:
+        raise ValueError(problems[0])
+
+
+def _check_streams(spec: Mapping, content: Content, path: Path) -> None:
+    if spec["kind"] != "depth":
+        found = f"{spec['kind']} (another name in raw/ gives it a file of its own)"
+        raise ValueError(f"{path}: kind: expected depth, as the recording is, found {found}")
+    for kind in ("color", "depth"):
+        form = getattr(content, kind).form
+        sizes = {"width_px": form.width_px, "height_px": form.height_px, "encoding": form.stored}
+        for name, expected in sizes.items():
+            if spec[kind][name] != expected:
+                line = f"expected {expected}, as the recording has it, found {spec[kind][name]}"
+                raise ValueError(f"{path}: {kind}.{name}: {line}")
+
+
+def _check_optics(spec: Mapping, cameras: Mapping, path: Path) -> None:
+    for kind, found in cameras.items():
+        difference = agree(spec[kind], found)
+        if difference:
+            hint = "(--trust-sensor-file takes the file's)"
+            raise ValueError(f"{path}: {kind}.{difference} {hint}")

@@ -1,0 +1,112 @@
+"""Which topics of a bag are meant: by their types, by their names, or because a person says so."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from palpate.capture.importing.bags import (
+    CAMERA_INFO,
+    COMPRESSED,
+    IMAGE,
+    WRENCH,
+    WRENCH_STAMPED,
+    Bag,
+    shown,
+)
+from palpate.capture.importing.pixels import Form, form_of
+
+# image_transport puts these behind the name of the plain image.
+CODECS = ("compressed", "compressedDepth")
+# Layout of the RealSense SDK's recorder: <stream>/image/data, <stream>/info/camera_info.
+REALSENSE_DATA = "/image/data"
+REALSENSE_INFO = "/info/camera_info"
+
+
+@dataclass(frozen=True)
+class Names:
+    """Topics that a person named, and what was said of them.
+
+    Parameters
+    ----------
+    color, depth, wrench, color_info, depth_info : str, optional
+        Topics; found by their types if not given.
+    registered : bool
+        Whether depth is known to be registered to colour.
+    receive_clock : bool
+        Whether a wrench without a stamp may take the time of its receipt.
+    """
+
+    color: str | None = None
+    depth: str | None = None
+    wrench: str | None = None
+    color_info: str | None = None
+    depth_info: str | None = None
+    registered: bool = False
+    receive_clock: bool = False
+
+
+def image_forms(bag: Bag) -> dict[str, Form]:
+    """Form of the first image of each image topic; those that no capture can keep are left out."""
+    forms = {}
+    for name in bag.topics(IMAGE, COMPRESSED):
+        message = bag.first(name)
+        try:
+            forms[name] = form_of(message)
+        except ValueError:
+            continue
+    return forms
+
+
+def wrench_topic(bag: Bag, names: Names) -> str:
+    """Topic of the wrench.
+
+    Raises
+    ------
+    ValueError
+        If there is none, several, or one that has no stamps.
+    """
+    found = list(bag.topics(WRENCH_STAMPED, WRENCH))
+    name = _chosen(bag, "wrench", found, names.wrench, "WrenchStamped")
+    if bag.topics()[name].type == WRENCH and not names.receive_clock:
+        expected = f"{WRENCH_STAMPED} (--receive-clock takes the times of receipt)"
+        raise ValueError(f"{bag.path}: {shown(name)}: type: expected {expected}, found {WRENCH}")
+    return name
+
+
+def color_topic(bag: Bag, forms: Mapping[str, Form], asked: str | None) -> str:
+    """Topic of the colour images; refuses if there is none or several."""
+    color = [name for name, form in forms.items() if not form.is_depth]
+    # Depth cameras often record their infrared image, which is grey, as well.
+    coloured = [name for name in color if forms[name].stored != "mono8"]
+    found = color if asked else coloured or color
+    return _chosen(bag, "color", found, asked, "Image or CompressedImage of rgb8, bgr8 or mono8")
+
+
+def depth_topic(bag: Bag, forms: Mapping[str, Form], asked: str | None) -> str:
+    """Topic of the depth images; refuses if there is none or several."""
+    found = [name for name, form in forms.items() if form.is_depth]
+    return _chosen(bag, "depth", found, asked, "Image or CompressedImage of 16UC1 or 32FC1")
+
+
+def _chosen(bag: Bag, what: str, found: list[str], asked: str | None, kind: str) -> str:
+    if asked in found or (not asked and len(found) == 1):
+        return asked or found[0]
+    listed = ", ".join(map(shown, found)) or "none"
+    if asked:
+        held = bag.topics().get(asked)
+        here = f"{held.type} that can't serve" if held else "no such topic"
+        expected = f"a topic of {kind} ({listed})"
+        raise ValueError(f"{bag.path}: --{what} {shown(asked)}: expected {expected}, found {here}")
+    which = f", named by --{what}" if found else ""
+    raise ValueError(f"{bag.path}: {what}: expected one topic of {kind}{which}, found {listed}")
+
+
+def info_topic(bag: Bag, image: str, asked: str | None) -> str | None:
+    """CameraInfo that belongs to an image topic by its name."""
+    infos = bag.topics(CAMERA_INFO)
+    if asked:
+        return _chosen(bag, "camera_info", list(infos), asked, CAMERA_INFO)
+    parts = image.split("/")
+    base = parts[:-1] if parts[-1] in CODECS else parts
+    names = ["/".join([*base[:-1], "camera_info"]), image.removesuffix(REALSENSE_DATA)]
+    names[1] += REALSENSE_INFO
+    return next((name for name in names if name in infos), None)

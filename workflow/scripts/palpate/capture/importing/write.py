@@ -1,0 +1,221 @@
+"""Make a capture of a recording: whole, checked, or not at all."""
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from palpate.capture.check import FEWEST_BACKGROUND_FRAMES, check_capture, check_frames
+from palpate.capture.files import whole_folder
+from palpate.capture.images import write_image
+from palpate.capture.importing.pairing import Pairs, paired
+from palpate.capture.importing.pixels import MILLIMETRES, millimetres
+from palpate.capture.importing.recording import NANOSECONDS, Content, Picture, Recording
+from palpate.capture.importing.sensor_file import RANGE_M, sensor_of, write_sensor
+from palpate.capture.tables import image_streams, write_force, write_frames
+
+LOWEST_FORCE_RATE_HZ = 100
+# Table of force.csv, and notes on it.
+ForceTable = tuple[pd.DataFrame, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where a capture is to stand.
+
+    Parameters
+    ----------
+    folder : Path
+        ``raw/<object>/<sensor>/<capture>`` or ``.../background``; must not exist.
+    sensor_file : Path
+        ``config/sensors/<sensor>.yaml``; made if it does not exist.
+    background : bool
+        Whether the frames show the scene without object and probe, and have no force.
+    range_m : pair of floats
+        Nearest and farthest depth of a new sensor file [m].
+    trusted : bool
+        Whether optics of an existing sensor file are right whatever the recording states.
+    """
+
+    folder: Path
+    sensor_file: Path
+    background: bool = False
+    range_m: tuple[float, float] = RANGE_M
+    trusted: bool = False
+
+
+def import_recording(
+    recording: Recording,
+    target: Target,
+    *,
+    force: tuple[pd.DataFrame, tuple[str, ...]] | None = None,
+) -> list[str]:
+    """Write a recording as a capture.
+
+    Parameters
+    ----------
+    recording : Recording
+    target : Target
+    force : table of force.csv and notes on it, optional
+        If the recording itself holds no wrench.
+
+    Returns
+    -------
+    list of str
+        What was found and written, and what was left out and why, a line each.
+
+    Raises
+    ------
+    ValueError
+        If the recording makes no capture; nothing is left behind then.
+    """
+    with _leaving_nothing(target.folder), whole_folder(target.folder, replace=False) as part:
+        content = _surveyed(recording)
+        table, notes = force or (content.force, ())
+        table = None if target.background else table
+        frames, covered = _frames(content, table)
+        rate_hz = _rate_hz(content.color.times_ns[frames.color])
+        sensor, new = sensor_of(
+            target.sensor_file, content, rate_hz, range_m=target.range_m, trusted=target.trusted
+        )
+        beyond = _write(part, recording, content, frames)
+        if table is not None:
+            write_force(part, table)
+        _require_right(part, target, sensor)
+        if new:
+            write_sensor(target.sensor_file, sensor)
+    made = [f"{target.sensor_file}: written, from the recording's optics"] if new else []
+    notes = [*content.notes, *notes, *covered, *_depth_notes(beyond)]
+    return [_headline(target, content, frames, table), *notes, *made]
+
+
+def _surveyed(recording: Recording) -> Content:
+    with _bar("looking", recording.messages()) as bar:
+        return recording.survey(bar.update)
+
+
+def _frames(content: Content, force: pd.DataFrame | None) -> tuple[Pairs, list[str]]:
+    """Pairs of images that make the frames, and notes on what makes none."""
+    pairs = paired(content.color.times_ns, content.depth.times_ns)
+    notes = [
+        *_unpaired(content.color.name, content.color.times_ns, pairs.color, "depth", pairs),
+        *_unpaired(content.depth.name, content.depth.times_ns, pairs.depth, "color", pairs),
+    ]
+    if force is None:
+        return pairs, notes
+    times_s = content.color.times_ns[pairs.color] / NANOSECONDS
+    start_s, end_s = force["time_s"].iloc[[0, -1]]
+    kept = (times_s >= start_s) & (times_s <= end_s)
+    if len(kept) and not kept.any():
+        expected = f"samples during the frames' {times_s[0]:.3f} to {times_s[-1]:.3f} s"
+        raise ValueError(
+            f"force: time_s: expected {expected}, found {start_s:.3f} to {end_s:.3f} s"
+        )
+    if not kept.all():
+        before, after = int((times_s < start_s).sum()), int((times_s > end_s).sum())
+        notes.append(f"frames: {before} before the first and {after} after the last force sample,"
+                     " left out")  # fmt: skip
+    rate_hz = (len(force) - 1) / (end_s - start_s) if end_s > start_s else 0.0
+    if rate_hz < LOWEST_FORCE_RATE_HZ:
+        notes.append(f"force: {rate_hz:.3g} samples a second; below {LOWEST_FORCE_RATE_HZ} the"
+                     " force of a frame is poorly known")  # fmt: skip
+    chosen = Pairs(pairs.color[kept], pairs.depth[kept], pairs.within_ns, pairs.farthest_ns)
+    return chosen, notes
+
+
+def _unpaired(
+    name: str, times_ns: NDArray, used: NDArray, other: str, pairs: Pairs
+) -> Iterator[str]:
+    left = np.setdiff1d(np.arange(len(times_ns)), used)
+    if len(left):
+        first_s = times_ns[left[0]] / NANOSECONDS
+        within = f"within half a frame ({pairs.within_ns / 1e6:.1f} ms)"
+        count = f"{len(left)} of {len(times_ns)} images"
+        line = f"{name}: {count} have no {other} image {within}, left out"
+        yield f"{line}, the first at {first_s:.3f} s"
+
+
+def _write(part: Path, recording: Recording, content: Content, frames: Pairs) -> int:
+    """Write frames.csv and the images; gives the number of depths that are too far for 16 bits."""
+    count = len(frames.color)
+    names = {kind: [f"{kind}/{k:06d}.png" for k in range(count)] for kind in ("color", "depth")}
+    times_s = content.color.times_ns[frames.color] / NANOSECONDS
+    write_frames(part, pd.DataFrame({"frame": np.arange(count), "time_s": times_s, **names}))
+    place = {
+        kind: dict(zip(used.tolist(), range(count), strict=True))
+        for kind, used in (("color", frames.color), ("depth", frames.depth))
+    }
+    for kind in names:
+        (part / kind).mkdir()
+    beyond = 0
+    with _bar("writing", 2 * count) as bar:
+        for picture in _chosen(recording.pictures(), place):
+            path = part / names[picture.stream][place[picture.stream][picture.index]]
+            beyond += _write_picture(path, picture, content)
+            bar.update()
+    return beyond
+
+
+def _chosen(pictures: Iterable[Picture], place: dict[str, dict[int, int]]) -> Iterator[Picture]:
+    return (picture for picture in pictures if picture.index in place[picture.stream])
+
+
+def _write_picture(path: Path, picture: Picture, content: Content) -> int:
+    pixels, beyond = picture.pixels, 0
+    if picture.stream == "depth":
+        pixels, beyond = millimetres(pixels, content.depth_unit_m)
+    write_image(path, pixels, getattr(content, picture.stream).form.stored)
+    return beyond
+
+
+def _require_right(part: Path, target: Target, sensor: dict) -> None:
+    """Hold what was written to the capture format before it gets its name."""
+    if target.background:
+        fewest = FEWEST_BACKGROUND_FRAMES
+        problems, _ = check_frames(part, image_streams(sensor), fewest=fewest)
+    else:
+        problems = check_capture(part, sensor)
+    if problems:
+        raise ValueError(problems[0].replace(str(part), str(target.folder)))
+
+
+@contextmanager
+def _leaving_nothing(folder: Path) -> Iterator[None]:
+    """Take the folders above away again that an import made and left empty."""
+    missing = [parent for parent in folder.parents if not parent.exists()]
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):
+            for parent in missing:
+                parent.rmdir()
+        raise
+
+
+def _bar(doing: str, total: int) -> tqdm:
+    """Progress on a terminal, and on nothing else."""
+    return tqdm(total=total or None, desc=doing, unit="", disable=None, leave=False)
+
+
+def _rate_hz(times_ns: NDArray) -> float:
+    if len(times_ns) < 2:
+        raise ValueError(f"frames: expected at least 3 pairs of images, found {len(times_ns)}")
+    return float(NANOSECONDS / np.median(np.diff(times_ns)))
+
+
+def _depth_notes(beyond: int) -> list[str]:
+    far = f"depth: {beyond} pixels beyond {65535 / MILLIMETRES:.3f} m, left out (0)"
+    return [far] if beyond else []
+
+
+def _headline(target: Target, content: Content, frames: Pairs, force: pd.DataFrame | None) -> str:
+    times_s = content.color.times_ns[frames.color] / NANOSECONDS
+    line = f"{target.folder}: {len(times_s)} frames over {times_s[-1] - times_s[0]:.2f} s"
+    line += f" ({content.color.name}, {content.depth.name};"
+    line += f" stamps apart by at most {frames.farthest_ns / 1e6:.1f} ms)"
+    return line if force is None else f"{line}, {len(force)} force samples"
