@@ -42,6 +42,11 @@ uint8 is_bigendian
 uint32 step
 uint8[] data
 float32 depth_units"""
+# What ROS 1 defines outside of its common messages.
+ROS1_TYPES = (
+    (REALSENSE_FIELDS, REALSENSE_IMAGE),
+    ("geometry_msgs/TransformStamped[] transforms", TRANSFORMS),
+)
 REALSENSE_MARK = slice(12, 17), b"\x01\x00\x00\x001"
 EXTENSIONS = {".bag": "ROS 1", ".mcap": "ROS 2", ".db3": "ROS 2"}
 LONGEST_NAME = 100
@@ -73,7 +78,8 @@ class Bag:
         self.path, self._reader, self._ros1 = path, reader, ros1
         self._store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
         if ros1:
-            self._store.register(get_types_from_msg(REALSENSE_FIELDS, REALSENSE_IMAGE))
+            for fields, name in ROS1_TYPES:
+                self._store.register(get_types_from_msg(fields, name))
 
     def topics(self, *types: str) -> dict[str, Topic]:
         """Topics that hold messages of some types (of any, if none is given), by name."""

@@ -7,11 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from palpate.capture.importing.lens import NO_DISTORTION, five_coefficients
 from palpate.capture.importing.pixels import Form
 
-NO_DISTORTION = [0.0] * 5
-# Names of the model of Brown and Conrady with k1, k2, p1, p2, k3, which is OpenCV's.
-BROWN_CONRADY = ("plumb_bob", "radtan", "brown_conrady", "brownconrady")
 # Camera drivers of ROS call images so whose distortion has been taken out.
 RECTIFIED = "image_rect"
 DECIMALS = 9
@@ -54,11 +52,11 @@ def camera_block(info: Any, form: Form, *, rectified: bool) -> dict:
         found = f"{info.width} x {info.height}"
         expected = f"{form.width_px} x {form.height_px}"
         raise ValueError(f"camera_info: expected {expected} pixels as the images, found {found}")
-    distortion = _distortion(info.distortion_model, D)
-    if rectified and any(distortion):
-        K, distortion = np.delete(P, [3, 7, 11]), NO_DISTORTION
+    if rectified and np.any(D):
+        K, D = np.delete(P, [3, 7, 11]), np.array([])
     if not (np.isfinite(K).all() and K[0] > 0 and K[4] > 0):
         raise ValueError(f"camera_info: K: expected focal lengths above 0, found {K[0]}, {K[4]}")
+    distortion = five_coefficients(info.distortion_model, D, K, form)
     return plain_block(form, [K[0], K[4], K[2], K[5]], distortion)
 
 
@@ -142,19 +140,6 @@ def chained(transforms: Iterable[Any], target: str, source: str) -> NDArray:
 def rows(transform: NDArray) -> list[list[float]]:
     """A transform as a sensor's file has it."""
     return [[round(float(value), DECIMALS) + 0.0 for value in row] for row in transform]
-
-
-def _distortion(model: str, coefficients: NDArray) -> list[float]:
-    if not np.any(coefficients):
-        return NO_DISTORTION
-    plain = model.lower().replace(" ", "_")
-    if plain not in BROWN_CONRADY or np.any(coefficients[5:]) or len(coefficients) < 4:
-        expected = "plumb_bob with at most 5 coefficients, or rectified images"
-        found = f"{model} with {len(coefficients)}"
-        raise ValueError(f"camera_info: distortion_model: expected {expected}, found {found}")
-    if not np.isfinite(coefficients).all():
-        raise ValueError("camera_info: D: expected finite numbers, found others")
-    return [*map(float, coefficients[:5]), 0.0][:5]
 
 
 def _numbers(info: Any, name: str) -> NDArray:
