@@ -1,0 +1,270 @@
+"""Recordings as other software would have written them, made of one short film."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from rosbags import rosbag1, rosbag2
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+COLOR, DEPTH, WRENCH = "/camera/color/image_raw", "/camera/depth/image_raw", "/ft_sensor/wrench"
+COLOR_INFO, DEPTH_INFO = "/camera/color/camera_info", "/camera/depth/camera_info"
+COLOR_FRAME, DEPTH_FRAME, BODY_FRAME = "color_optical", "depth_optical", "camera_link"
+DISTORTION = (0.02, -0.05, 0.001, -0.002, 0.01)
+NANOSECONDS = 10**9
+ENCODINGS = {("uint8", 3): "rgb8", ("uint8", 1): "mono8", ("uint16", 1): "16UC1"}
+ENCODINGS[("float32", 1)] = "32FC1"
+# Quaternion and translation [m] of each camera in the camera's body.
+COLOR_POSE = (0.5, -0.5, 0.5, -0.5), (0.01, 0.02, 0.03)
+DEPTH_POSE = (0.49, -0.51, 0.49, -0.5097058), (0.01, 0.045, 0.028)
+
+
+@dataclass(frozen=True)
+class Film:
+    """Images, wrenches and their stamps [ns]; optics as (fx, fy, cx, cy) [px]."""
+
+    color: list[NDArray]
+    depth: list[NDArray]
+    color_ns: NDArray
+    depth_ns: NDArray
+    wrench: NDArray
+    wrench_ns: NDArray
+    color_optics: tuple
+    depth_optics: tuple
+
+
+def stand_in(frames=6, size=(48, 64), *, rate_hz=30, start_s=1_700_000_000):
+    """A small film of noise with a wrench of 1 kHz around it."""
+    random = np.random.default_rng(3)
+    step = NANOSECONDS // rate_hz
+    color_ns = start_s * NANOSECONDS + np.arange(frames) * step
+    wrench_ns = np.arange(color_ns[0] - 10**8, color_ns[-1] + 10**8, 10**6)
+    return Film(
+        [random.integers(0, 255, (*size, 3), dtype=np.uint8) for _ in range(frames)],
+        [random.integers(400, 900, size, dtype=np.uint16) for _ in range(frames)],
+        color_ns,
+        color_ns + step // 10,
+        random.normal(size=(len(wrench_ns), 6)),
+        wrench_ns,
+        (60.5, 61.25, 31.0, 23.5),
+        (70.5, 71.25, 32.0, 24.5),
+    )
+
+
+class Messages:
+    """Messages of one ROS."""
+
+    def __init__(self, *, ros1):
+        self.ros1 = ros1
+        self.store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
+        if ros1:
+            fields = "geometry_msgs/TransformStamped[] transforms"
+            self.store.register(get_types_from_msg(fields, "tf2_msgs/msg/TFMessage"))
+
+    def make(self, name, **fields):
+        return self.store.types[name](**fields)
+
+    def header(self, stamp_ns, frame):
+        seconds, rest = divmod(int(stamp_ns), NANOSECONDS)
+        stamp = self.make("builtin_interfaces/msg/Time", sec=seconds, nanosec=rest)
+        extra = {"seq": 0} if self.ros1 else {}
+        return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame, **extra)
+
+    def image(self, pixels, stamp_ns, frame, encoding=None):
+        pixels = np.ascontiguousarray(pixels)
+        channels = 1 if pixels.ndim == 2 else pixels.shape[2]
+        return self.make(
+            "sensor_msgs/msg/Image",
+            header=self.header(stamp_ns, frame),
+            height=pixels.shape[0],
+            width=pixels.shape[1],
+            encoding=encoding or ENCODINGS[(pixels.dtype.name, channels)],
+            is_bigendian=0,
+            step=pixels.strides[0],
+            data=np.frombuffer(pixels.tobytes(), np.uint8),
+        )
+
+    def compressed(self, data, stamp_ns, frame, kind):
+        header = self.header(stamp_ns, frame)
+        data = np.frombuffer(data, np.uint8)
+        return self.make("sensor_msgs/msg/CompressedImage", header=header, format=kind, data=data)
+
+    def info(self, size, optics, stamp_ns, frame, distortion=(), model="plumb_bob"):
+        fx, fy, cx, cy = optics
+        K = np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1], float)
+        P = np.array([fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0], float)
+        arrays = {"D": np.array(distortion, float), "K": K, "R": np.eye(3).ravel(), "P": P}
+        if not self.ros1:
+            arrays = {name.lower(): value for name, value in arrays.items()}
+        roi = self.make(
+            "sensor_msgs/msg/RegionOfInterest",
+            x_offset=0,
+            y_offset=0,
+            height=0,
+            width=0,
+            do_rectify=False,
+        )
+        header = self.header(stamp_ns, frame)
+        size = {"height": size[0], "width": size[1]}
+        rest = {"distortion_model": model, "binning_x": 0, "binning_y": 0, "roi": roi}
+        return self.make("sensor_msgs/msg/CameraInfo", header=header, **size, **rest, **arrays)
+
+    def wrench(self, values, stamp_ns=None):
+        force, torque = (self.vector(part) for part in (values[:3], values[3:]))
+        plain = self.make("geometry_msgs/msg/Wrench", force=force, torque=torque)
+        if stamp_ns is None:
+            return plain
+        header = self.header(stamp_ns, "tool")
+        return self.make("geometry_msgs/msg/WrenchStamped", header=header, wrench=plain)
+
+    def vector(self, values):
+        names = dict(zip("xyz", map(float, values), strict=True))
+        return self.make("geometry_msgs/msg/Vector3", **names)
+
+    def transform(self, pose):
+        quaternion = dict(zip("xyzw", map(float, pose[0]), strict=True))
+        rotation = self.make("geometry_msgs/msg/Quaternion", **quaternion)
+        translation = self.vector(pose[1])
+        name = "geometry_msgs/msg/Transform"
+        return self.make(name, rotation=rotation, translation=translation)
+
+    def transforms(self, stamp_ns):
+        stamped = [
+            self.make(
+                "geometry_msgs/msg/TransformStamped",
+                header=self.header(stamp_ns, BODY_FRAME),
+                child_frame_id=frame,
+                transform=self.transform(pose),
+            )
+            for frame, pose in ((COLOR_FRAME, COLOR_POSE), (DEPTH_FRAME, DEPTH_POSE))
+        ]
+        return self.make("tf2_msgs/msg/TFMessage", transforms=stamped)
+
+
+def camera_messages(film, messages, *, registered=False):
+    """(topic, received [ns], message) of a camera driver and a force sensor's driver."""
+    start = int(film.wrench_ns[0])
+    size, depth_size = film.color[0].shape[:2], film.depth[0].shape
+    frame = COLOR_FRAME if registered else DEPTH_FRAME
+    color = messages.info(size, film.color_optics, start, COLOR_FRAME, DISTORTION)
+    depth = messages.info(depth_size, film.depth_optics, start, frame, [0.0] * 5)
+    found = [(COLOR_INFO, start, color), (DEPTH_INFO, start, depth)]
+    found.append(("/tf_static", start, messages.transforms(start)))
+    for image, stamp in zip(film.color, film.color_ns, strict=True):
+        found.append((COLOR, stamp + 5_000_000, messages.image(image, stamp, COLOR_FRAME)))
+    for image, stamp in zip(film.depth, film.depth_ns, strict=True):
+        found.append((DEPTH, stamp + 9_000_000, messages.image(image, stamp, frame)))
+    for values, stamp in zip(film.wrench, film.wrench_ns, strict=True):
+        found.append((WRENCH, stamp + 100_000, messages.wrench(values, stamp)))
+    return sorted(found, key=lambda item: item[1])
+
+
+def write_ros1(path, found, messages, compression=None):
+    """A bag of ROS 1."""
+    writer = rosbag1.Writer(path)
+    if compression:
+        writer.set_compression(compression)
+    with writer as bag:
+        topics = {}
+        for topic, received_ns, message in found:
+            name = message.__msgtype__
+            if topic not in topics:
+                topics[topic] = bag.add_connection(topic, name, typestore=messages.store)
+            data = messages.store.serialize_ros1(message, name)
+            bag.write(topics[topic], int(received_ns), data)
+    return path
+
+
+def write_ros2(path, found, messages, plugin=StoragePlugin.SQLITE3, compression=None):
+    """A bag of ROS 2, a folder."""
+    writer = rosbag2.Writer(path, version=9, storage_plugin=plugin)
+    if compression:
+        writer.set_compression(*compression)
+    with writer as bag:
+        topics = {}
+        for topic, received_ns, message in found:
+            name = message.__msgtype__
+            if topic not in topics:
+                topics[topic] = bag.add_connection(topic, name, typestore=messages.store)
+            bag.write(topics[topic], int(received_ns), messages.store.serialize_cdr(message, name))
+    return path
+
+
+def write_realsense(path, film, *, unit_m=0.001, marked=True):
+    """A recording of the RealSense SDK: newer ones mark headers and append the depth's unit."""
+    messages = Messages(ros1=True)
+    store = messages.store
+    streams = {
+        "/device_0/sensor_1/Color_0": (film.color, film.color_ns, "rgb8", film.color_optics, 0.0),
+        "/device_0/sensor_0/Depth_0": (film.depth, film.depth_ns, "mono16", film.depth_optics, 1.0),
+        "/device_0/sensor_0/Infrared_1": (film.depth, film.depth_ns, "8UC1", film.depth_optics, 0),
+    }
+    poses = {"Color_0": ((0.0, 0.0, 0.0, 1.0), (0.015, 0.0, 0.0))}
+    poses["Depth_0"] = ((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    found = []
+    unit = messages.make("std_msgs/msg/Float32", data=unit_m)
+    found.append(("/device_0/sensor_0/option/Depth Units/value", 1, "std_msgs/msg/Float32", unit))
+    for stem, (images, stamps, encoding, optics, counted) in streams.items():
+        size = images[0].shape[:2]
+        info = messages.info(size, optics, 0, "", [0.0] * 5, "Brown Conrady")
+        found.append((f"{stem}/info/camera_info", 1, info.__msgtype__, info))
+        if stem.rpartition("/")[2] in poses:
+            pose = messages.transform(poses[stem.rpartition("/")[2]])
+            found.append((f"{stem}/tf/0", 1, pose.__msgtype__, pose))
+        for image, stamp in zip(images, stamps, strict=True):
+            pixels = image.astype(np.uint8) if encoding == "8UC1" else image
+            one = messages.image(pixels, stamp, "1" if marked else "0", encoding)
+            tail = np.float32(counted * unit_m).tobytes() if marked else b""
+            # The recorder's own clock starts at zero.
+            found.append(
+                (f"{stem}/image/data", int(stamp - stamps[0]) + 2, one.__msgtype__, (one, tail))
+            )
+    found.sort(key=lambda item: item[1])
+    with rosbag1.Writer(path) as bag:
+        topics = {}
+        for topic, received_ns, name, message in found:
+            if topic not in topics:
+                topics[topic] = bag.add_connection(topic, name, typestore=store)
+            plain, tail = message if isinstance(message, tuple) else (message, b"")
+            data = bytes(store.serialize_ros1(plain, name)) + tail
+            bag.write(topics[topic], received_ns, data)
+    return path
+
+
+def write_tum(folder, film, *, factor=5000, wrench=True):
+    """A folder as the benchmark of the TU Munich lays it out."""
+    folder = Path(folder)
+    for kind, images, stamps, name in (
+        (
+            "rgb",
+            [cv2.cvtColor(image, cv2.COLOR_RGB2BGR) for image in film.color],
+            film.color_ns,
+            "rgb.txt",
+        ),
+        (
+            "depth",
+            [image * np.uint16(factor // 1000) for image in film.depth],
+            film.depth_ns,
+            "depth.txt",
+        ),
+    ):
+        (folder / kind).mkdir(parents=True)
+        lines = ["# timestamp filename"]
+        for image, stamp in zip(images, stamps, strict=True):
+            file = f"{kind}/{seconds(stamp)}.png"
+            cv2.imwrite(str(folder / file), image)
+            lines.append(f"{seconds(stamp)} {file}")
+        (folder / name).write_text("\n".join(lines) + "\n")
+    if wrench:
+        rows = zip(film.wrench_ns, film.wrench, strict=True)
+        lines = [f"{seconds(stamp)} {' '.join(map(repr, map(float, row)))}" for stamp, row in rows]
+        (folder / "wrench.txt").write_text("\n".join(lines) + "\n")
+    return folder
+
+
+def seconds(stamp_ns):
+    """A stamp as text [s], exact."""
+    return f"{int(stamp_ns) // NANOSECONDS}.{int(stamp_ns) % NANOSECONDS:09d}"
