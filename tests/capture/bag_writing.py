@@ -36,15 +36,20 @@ class Film:
     depth_optics: tuple
 
 
-def stand_in(frames=6, size=(48, 64), *, rate_hz=30, start_s=1_700_000_000):
-    """A small film of noise with a wrench of 1 kHz around it."""
+def stand_in(frames=6, size=(48, 64), *, rate_hz=30, start_s=1_700_000_000, plain=False):
+    """A small film of noise (or of one grey) with a wrench of 1 kHz around it."""
     random = np.random.default_rng(3)
+    drawn = range(1 if plain else frames)
+    color = [random.integers(0, 255, (*size, 3), dtype=np.uint8) for _ in drawn]
+    depth = [random.integers(400, 900, size, dtype=np.uint16) for _ in drawn]
+    if plain:
+        color, depth = [np.full_like(color[0], 90)] * frames, [np.full_like(depth[0], 700)] * frames
     step = NANOSECONDS // rate_hz
     color_ns = start_s * NANOSECONDS + np.arange(frames) * step
     wrench_ns = np.arange(color_ns[0] - 10**8, color_ns[-1] + 10**8, 10**6)
     return Film(
-        [random.integers(0, 255, (*size, 3), dtype=np.uint8) for _ in range(frames)],
-        [random.integers(400, 900, size, dtype=np.uint16) for _ in range(frames)],
+        color,
+        depth,
         color_ns,
         color_ns + step // 10,
         random.normal(size=(len(wrench_ns), 6)),
