@@ -5,9 +5,11 @@ import re
 import struct
 from dataclasses import replace
 
+import lz4.frame
 import numpy as np
 import pytest
 import yaml
+from backports import zstd
 from bag_writing import (
     COLOR,
     COLOR_INFO,
@@ -129,7 +131,7 @@ CHANGES = {
     "a named topic of another type": (
         None,
         ["--depth", WRENCH],
-        "--depth /ft_sensor/wrench: expected a topic of Image .* WrenchStamped that can't serve",
+        "--depth /ft_sensor/wrench: expected a topic of .* found geometry_msgs/msg/WrenchStamped",
     ),
     "a wrong range": (None, ["--range", "0", "3"], "range_m.0: expected a number > 0, found 0"),
     "no force file": (None, ["--force", "none.csv"], "none.csv: file: expected a CSV table"),
@@ -296,13 +298,23 @@ def test_damaged_bytes_never_make_a_traceback(kind, film, tmp_path, capsys):
     assert refusals > 3
 
 
-def test_chunks_that_unpack_without_end():
-    unpacked = bag_bounds._ROS1_WAYS["bz2"]
-    assert unpacked(bz2.compress(b"plain")) == b"plain"
-    with pytest.raises(ValueError, match="a chunk that is cut or unpacks to more than 268435456"):
-        unpacked(bz2.compress(bytes(bag_bounds.LARGEST_BYTES + 2)))
+@pytest.mark.parametrize(
+    ("table", "name", "packed"),
+    [
+        ("_ROS1_WAYS", "bz2", bz2.compress),
+        ("_ROS1_WAYS", "lz4", lz4.frame.compress),
+        ("_MCAP_WAYS", "lz4", lz4.frame.compress),
+        ("_MCAP_WAYS", "zstd", zstd.compress),
+    ],
+)
+def test_chunks_that_unpack_without_end(table, name, packed, monkeypatch):
+    monkeypatch.setattr(bag_bounds, "LARGEST_BYTES", 1000)
+    unpacked = getattr(bag_bounds, table)[name]
+    assert unpacked(packed(bytes(1000))) == bytes(1000)
+    with pytest.raises(ValueError, match="a chunk that is cut or unpacks to more than 1000"):
+        unpacked(packed(bytes(10**6)))
     with pytest.raises(ValueError, match="a chunk that is cut"):
-        unpacked(bz2.compress(b"plain")[:-3])
+        unpacked(packed(bytes(1000))[:-3])
 
 
 def test_chunk_larger_than_the_file(film, tmp_path, capsys):
@@ -344,6 +356,14 @@ def test_folders_packed_as_a_whole_are_refused(film, tmp_path, capsys):
     assert_like("metadata.yaml: compression_mode: expected none .* found file", line)
 
 
+def test_messages_that_the_bag_promised(film, tmp_path, capsys):
+    recording = bag_of(tmp_path, film, ros1=False)
+    metadata = recording / "metadata.yaml"
+    metadata.write_text(metadata.read_text().replace("message_count: 6\n", "message_count: 7\n"))
+    line = refused(capsys, tmp_path, recording)
+    assert_like("film: messages: expected 381, as the bag states, found 379", line)
+
+
 def test_a_known_name_for_another_type(film, tmp_path, capsys):
     """A type that only goes by the name of one of ROS would be misread."""
     bag = bag_of(tmp_path, film)
@@ -371,7 +391,8 @@ def test_nothing_to_import(tmp_path, capsys):
     )
     assert_like("found nothing", refused(capsys, tmp_path, tmp_path / "none.mcap"))
     assert_like("a folder without them", refused(capsys, tmp_path, tmp_path))
-    line = refused(capsys, tmp_path, tmp_path, "--background", "--force", "a.csv")
+    options = ["--background", "--force", "a.csv"]
+    line = refused(capsys, tmp_path, tmp_path, *options, target="raw/block/camera")
     assert_like("--force: expected none with --background", line)
 
 

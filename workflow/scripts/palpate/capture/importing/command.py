@@ -75,7 +75,7 @@ def _target(options: argparse.Namespace) -> Target:
         raise ValueError(f"{folder}: capture: expected a name like 08 or 08-a03, found {name}")
     known = SENSOR_NAME.fullmatch(sensor) and sensor not in NOT_SENSORS
     if not known or not OBJECT_NAME.fullmatch(subject) or subject in NOT_OBJECTS:
-        expected = "raw/<object>/<sensor>/<capture>, names in small letters, digits and _"
+        expected = "raw/<object>/<sensor>/<capture>, a sensor in small letters"
         raise ValueError(f"{folder}: target: expected {expected}, found {subject}/{sensor}")
     sensor_file = options.sensors / f"{sensor}.yaml"
     return Target(

@@ -160,7 +160,9 @@ def agree(stated: Mapping, found: Mapping) -> str | None:
             continue
         difference = np.abs(np.subtract(stated[name], found[name], dtype=float)).max()
         if not difference <= tolerance:
-            return f"{name}: expected {_short(found[name])}{unit}, found {_short(stated[name])}"
+            return (
+                f"{name}: expected {_short(found[name])}{unit}, found {_short(stated[name])}{unit}"
+            )
     return None
 
 

@@ -63,14 +63,18 @@ class BagRecording:
     def survey(self, tick: Progress) -> Content:
         """Look through the bag once; see `Recording`."""
         stamps: dict[str, list[int]] = {name: [] for name in self._forms}
-        samples = Samples(self._names)
+        samples, count = Samples(self._names), 0
         with open_bag(self.path) as bag:
             for topic, received_ns, message in bag.messages(self._wanted()):
                 if topic in stamps:
                     stamps[topic].append(stamp_ns(message.header))
                 else:
                     samples.add(message, received_ns)
+                count += 1
                 tick()
+            if count != self._count:
+                expected = f"{self._count}, as the bag states"
+                raise ValueError(f"{self.path}: messages: expected {expected}, found {count}")
             cameras = self._cameras(bag)
             unit_m = _depth_unit_m(bag, self._depth, self._forms[self._depth])
         color, depth = (
