@@ -88,7 +88,8 @@ def _recording(options: argparse.Namespace, *, force: bool) -> Recording:
         return TumRecording(
             options.recording, depth_factor=options.depth_factor, intrinsics_px=options.intrinsics
         )
-    return BagRecording(options.recording, _names(options), force=force)
+    stated = not options.trust_sensor_file
+    return BagRecording(options.recording, _names(options), force=force, stated_optics=stated)
 
 
 def _names(options: argparse.Namespace) -> Names:

@@ -1,5 +1,6 @@
 """Recordings in bags: what their messages say."""
 
+from array import array
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -43,14 +44,18 @@ class BagRecording:
     names : Names
     force : bool
         Whether it is to have a wrench.
+    stated_optics : bool, optional
+        Whether what it says of its cameras is to be read.
     """
 
-    def __init__(self, path: Path, names: Names, *, force: bool) -> None:
-        self.path, self._names = path, names
+    def __init__(
+        self, path: Path, names: Names, *, force: bool, stated_optics: bool = True
+    ) -> None:
+        self.path, self._names, self._stated_optics = path, names, stated_optics
         with open_bag(path) as bag:
-            forms = image_forms(bag)
-            self._color = color_topic(bag, forms, names.color)
-            self._depth = depth_topic(bag, forms, names.depth)
+            forms, others = image_forms(bag)
+            self._color = color_topic(bag, forms, names.color, others)
+            self._depth = depth_topic(bag, forms, names.depth, others)
             self._wrench = wrench_topic(bag, names) if force else None
             counts = bag.topics()
         self._forms = {name: forms[name] for name in (self._color, self._depth)}
@@ -62,7 +67,7 @@ class BagRecording:
 
     def survey(self, tick: Progress) -> Content:
         """Look through the bag once; see `Recording`."""
-        stamps: dict[str, list[int]] = {name: [] for name in self._forms}
+        stamps = {name: array("q") for name in self._forms}
         samples, count = Samples(self._names), 0
         with open_bag(self.path) as bag:
             for topic, received_ns, message in bag.messages(self._wanted()):
@@ -75,7 +80,7 @@ class BagRecording:
             if count != self._count:
                 expected = f"{self._count}, as the bag states"
                 raise ValueError(f"{self.path}: messages: expected {expected}, found {count}")
-            cameras = self._cameras(bag)
+            cameras = self._cameras(bag) if self._stated_optics else None
             unit_m = _depth_unit_m(bag, self._depth, self._forms[self._depth])
         color, depth = (
             Stream(shown(name), self._forms[name], np.array(times, dtype=np.int64))
@@ -137,8 +142,7 @@ class Samples:
 
     def __init__(self, names: Names) -> None:
         self._names = names
-        self._times_ns: list[int] = []
-        self._values: list[tuple[float, ...]] = []
+        self._times_ns, self._values = array("q"), array("d")
 
     def add(self, message: Any, received_ns: int) -> None:
         """Take one message of type WrenchStamped, or Wrench with its time of receipt."""
@@ -146,7 +150,7 @@ class Samples:
         self._times_ns.append(stamp_ns(message.header) if stamped else received_ns)
         wrench = message.wrench if stamped else message
         force, torque = wrench.force, wrench.torque
-        self._values.append((force.x, force.y, force.z, torque.x, torque.y, torque.z))
+        self._values.extend((force.x, force.y, force.z, torque.x, torque.y, torque.z))
 
     def table(self) -> tuple:
         """Table of force.csv and notes on it; see `force_table`."""

@@ -1,6 +1,6 @@
 """Which topics of a bag are meant: by their types, by their names, or because a person says so."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from palpate.capture.importing.bags import (
@@ -44,16 +44,16 @@ class Names:
     receive_clock: bool = False
 
 
-def image_forms(bag: Bag) -> dict[str, Form]:
-    """Form of the first image of each image topic; those that no capture can keep are left out."""
-    forms = {}
+def image_forms(bag: Bag) -> tuple[dict[str, Form], list[str]]:
+    """Form of the first image of each image topic, and what those hold that no capture can keep."""
+    forms, others = {}, []
     for name in bag.topics(IMAGE, COMPRESSED):
         message = bag.first(name)
         try:
             forms[name] = form_of(message)
-        except ValueError:
-            continue
-    return forms
+        except ValueError as error:
+            others.append(f"{shown(name)} of {shown(str(error).rpartition('found ')[2])}")
+    return forms, others
 
 
 def wrench_topic(bag: Bag, names: Names) -> str:
@@ -72,25 +72,38 @@ def wrench_topic(bag: Bag, names: Names) -> str:
     return name
 
 
-def color_topic(bag: Bag, forms: Mapping[str, Form], asked: str | None) -> str:
+def color_topic(
+    bag: Bag, forms: Mapping[str, Form], asked: str | None, others: Sequence[str] = ()
+) -> str:
     """Topic of the colour images; refuses if there is none or several."""
     color = [name for name, form in forms.items() if not form.is_depth]
     # Depth cameras often record their infrared image, which is grey, as well.
     coloured = [name for name in color if forms[name].stored != "mono8"]
     found = color if asked else coloured or color
-    return _chosen(bag, "color", found, asked, "Image or CompressedImage of rgb8, bgr8 or mono8")
+    kind = "Image or CompressedImage of rgb8, bgr8 or mono8"
+    return _chosen(bag, "color", found, asked, kind, others)
 
 
-def depth_topic(bag: Bag, forms: Mapping[str, Form], asked: str | None) -> str:
+def depth_topic(
+    bag: Bag, forms: Mapping[str, Form], asked: str | None, others: Sequence[str] = ()
+) -> str:
     """Topic of the depth images; refuses if there is none or several."""
     found = [name for name, form in forms.items() if form.is_depth]
-    return _chosen(bag, "depth", found, asked, "Image or CompressedImage of 16UC1 or 32FC1")
+    kind = "Image or CompressedImage of 16UC1 or 32FC1"
+    return _chosen(bag, "depth", found, asked, kind, others)
 
 
-def _chosen(bag: Bag, what: str, found: list[str], asked: str | None, kind: str) -> str:
+def _chosen(
+    bag: Bag,
+    what: str,
+    found: list[str],
+    asked: str | None,
+    kind: str,
+    others: Sequence[str] = (),
+) -> str:
     if asked in found or (not asked and len(found) == 1):
         return asked or found[0]
-    listed = ", ".join(map(shown, found)) or "none"
+    listed = ", ".join(map(shown, found)) or " but ".join(["none", *others[:1]])
     if asked:
         held = bag.topics().get(asked)
         here = f"{held.type} that can't serve" if held else "no such topic"

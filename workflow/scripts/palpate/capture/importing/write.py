@@ -53,7 +53,7 @@ def import_recording(
     recording: Recording,
     target: Target,
     *,
-    force: tuple[pd.DataFrame, tuple[str, ...]] | None = None,
+    force: ForceTable | None = None,
 ) -> list[str]:
     """Write a recording as a capture.
 
