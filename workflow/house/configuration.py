@@ -1,6 +1,7 @@
 """Everything people write, read and checked once before the first job."""
 
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -145,7 +146,7 @@ class House:
         return any(capture.object == name for capture in self.simulated)
 
 
-def open_house(config: Mapping, *, source: str) -> House:
+def open_house(config: Mapping, *, source: str, files: bool = True) -> House:
     """Read and check what people write, and find the captures of the run.
 
     Parameters
@@ -154,6 +155,8 @@ def open_house(config: Mapping, *, source: str) -> House:
         The merged configuration of the workflow.
     source : str
         File named in messages about it.
+    files : bool, optional
+        False: tables and images of captures are not opened, as jobs are to check them.
 
     Raises
     ------
@@ -187,9 +190,10 @@ def open_house(config: Mapping, *, source: str) -> House:
         if chosen(name) and _is_the_labs(name, paths["raw"], found, problems)
         for capture in _recordings(name, spec, paths["lab"], sensors, probes, problems)
     }
+    made, there = _by_object(simulated), _by_object(found)
     for name in sorted(filter(chosen, _objects_in(paths["raw"]))):
-        if not _still_the_labs(name, found, simulated):
-            problems += check_object(Path(paths["raw"]) / name, sensors, probes)
+        if not _still_the_labs(made.get(name, set()), there.get(name, set())):
+            problems += check_object(Path(paths["raw"]) / name, sensors, probes, files=files)
     if config["only"] is None:
         problems += dropped_experiments(Path(paths["raw"]) / "sensors", sensors, lab)
     problems += unknown_probe(config["experiments"]["probe"], probes, source)
@@ -339,9 +343,15 @@ def _objects_in(raw: str) -> set[str]:
     }
 
 
-def _still_the_labs(name: str, found: set[CaptureId], simulated: set[CaptureId]) -> bool:
+def _by_object(captures: Iterable[CaptureId]) -> dict[str, set[CaptureId]]:
+    groups = defaultdict(set)
+    for capture in captures:
+        groups[capture.object].add(capture)
+    return groups
+
+
+def _still_the_labs(made: set[CaptureId], there: set[CaptureId]) -> bool:
     """Whether the lab alone fills an object's folder, or has still to complete it."""
-    made, there = ({c for c in group if c.object == name} for group in (simulated, found))
     return bool(made) and (there <= made or bool(made - there))
 
 

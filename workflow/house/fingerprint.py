@@ -1,6 +1,8 @@
 """Fingerprint of a folder that people drop in, so that a changed image re-runs what uses it."""
 
 import hashlib
+import os
+from collections.abc import Iterator
 from pathlib import Path
 
 
@@ -20,16 +22,23 @@ def folder_fingerprint(folder: str | Path) -> str:
     str
         Sixteen hexadecimal digits.
     """
-    folder = Path(folder)
-    files = sorted(path for path in folder.rglob("*") if _counts(path, folder))
     digest = hashlib.sha256()
-    for path in files:
-        status = path.stat()
-        entry = f"{path.relative_to(folder)} {status.st_size} {status.st_mtime_ns}\n"
+    for parts, status in sorted(_files(str(folder), ()), key=lambda file: file[0]):
+        entry = f"{'/'.join(parts)} {status.st_size} {status.st_mtime_ns}\n"
         digest.update(entry.encode())
     return digest.hexdigest()[:16]
 
 
-def _counts(path: Path, folder: Path) -> bool:
-    hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
-    return path.is_file() and not hidden
+def _files(folder: str, parts: tuple[str, ...]) -> Iterator[tuple[tuple, os.stat_result]]:
+    """Visible files below a folder; a linked folder is not entered."""
+    try:
+        entries = list(os.scandir(folder))
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    for entry in entries:
+        if entry.name.startswith("."):
+            continue
+        if entry.is_dir(follow_symlinks=False):
+            yield from _files(entry.path, (*parts, entry.name))
+        elif entry.is_file():
+            yield (*parts, entry.name), entry.stat()

@@ -1,5 +1,6 @@
 # Discovery, checks and paths shared by the rules. Nothing here computes a result.
 import sys
+from functools import cache
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -30,6 +31,7 @@ TRACKER = config["tracking"]["estimate_from"]
 LAB_OBJECTS = sorted({capture.object for capture in HOUSE.simulated})
 # The lab can press all its objects, even those of whose names people dropped recordings.
 MODELLED = sorted(HOUSE.lab["objects"]) if HOUSE.lab else []
+DIRECT = {(c.object, c.sensor, c.capture) for c in HOUSE.direct}
 SCANNED = [name for name in HOUSE.objects if HOUSE.template_source(name)[0] == "scans"]
 
 
@@ -78,9 +80,13 @@ def content(folder):
     def fingerprint(wildcards):
         if HOUSE.made_by_lab(wildcards.object):
             return "lab"
-        return folder_fingerprint(folder.format(**wildcards))
+        return _fingerprint(folder.format(**wildcards))
 
     return fingerprint
+
+
+# Several rules read the same folder; while the workflow is read it does not change.
+_fingerprint = cache(folder_fingerprint)
 
 
 def sensor_spec(wildcards):
@@ -133,8 +139,7 @@ def kept_mesh(wildcards):
 
 def first_cloud_of(wildcards):
     """Clouds that begin with a capture's first; of others than Hertz's all are made anyway."""
-    direct = {(c.object, c.sensor, c.capture) for c in HOUSE.direct}
-    name = "clouds.npz" if tuple(wildcards) in direct else "rest_cloud.npz"
+    name = "clouds.npz" if tuple(wildcards) in DIRECT else "rest_cloud.npz"
     return of_capture(name)
 
 

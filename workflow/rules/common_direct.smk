@@ -25,11 +25,17 @@ def of_one(wildcards):
 
 def of_all(wildcards):
     """Captures of an object with a sensor that are estimated directly, in order."""
-    return [
-        c.capture
-        for c in HOUSE.direct
-        if (c.object, c.sensor) == (wildcards.object, wildcards.sensor)
-    ]
+    return list(_direct_with().get((wildcards.object, wildcards.sensor), ()))
+
+
+@cache
+def _direct_with():
+    """Captures that are estimated directly, by object and sensor."""
+    groups = {}
+    for capture in HOUSE.direct:
+        key = capture.object, capture.sensor
+        groups.setdefault(key, []).append(capture.capture)
+    return groups
 
 
 def direct_files(captures):

@@ -24,9 +24,12 @@ FEWEST_FRAMES = 3
 # The background model takes its statistics from one half, its thresholds from the other.
 FEWEST_BACKGROUND_FRAMES = 4
 FEWEST_FORCE_SAMPLES = 10
+MISSING_TABLE = "{}: file: expected a CSV table, found nothing"
 
 
-def check_object(folder: str | Path, sensors: Mapping, probes: Mapping) -> list[str]:
+def check_object(
+    folder: str | Path, sensors: Mapping, probes: Mapping, *, files: bool = True
+) -> list[str]:
     """Check all that was dropped in for one object.
 
     Parameters
@@ -35,6 +38,8 @@ def check_object(folder: str | Path, sensors: Mapping, probes: Mapping) -> list[
         ``raw/<object>``.
     sensors, probes : mapping
         Specifications by name.
+    files : bool, optional
+        False: of captures only what can be told without opening their tables and images.
 
     Returns
     -------
@@ -45,8 +50,13 @@ def check_object(folder: str | Path, sensors: Mapping, probes: Mapping) -> list[
     problems, spec = _check_object_file(folder, probes)
     probe = probes.get((spec or {}).get("probe"))
     for sensor_folder in folders(folder):
-        if sensor_folder.name not in NOT_SENSORS:
-            problems += _check_sensor(sensor_folder, sensors, (spec or {}).get("points"), probe)
+        if sensor_folder.name in NOT_SENSORS:
+            continue
+        problems += _check_sensor(sensor_folder, sensors, (spec or {}).get("points"))
+        if sensor_folder.name in sensors:
+            check = _check_content if files else _check_tables_are_there
+            for capture in folders(sensor_folder):
+                problems += check(capture, sensors[sensor_folder.name], probe)
     return problems
 
 
@@ -112,9 +122,7 @@ def _check_template(folder: Path, source: Path, template: Mapping) -> list[str]:
     return []
 
 
-def _check_sensor(
-    folder: Path, sensors: Mapping, points: Mapping | None, probe: Mapping | None
-) -> list[str]:
+def _check_sensor(folder: Path, sensors: Mapping, points: Mapping | None) -> list[str]:
     if folder.name not in sensors:
         known = ", ".join(sorted(sensors))
         return [f"{folder}: sensor: expected one of {known}, found {folder.name}"]
@@ -123,9 +131,18 @@ def _check_sensor(
         problems.append(f"{folder / BACKGROUND}: folder: expected background frames, found nothing")
     for capture in folders(folder):
         if capture.name != BACKGROUND:
-            problems += _check_name(capture, points) + _check_gauge(capture, probe)
-        problems += check_capture(capture, sensors[folder.name])
+            problems += _check_name(capture, points)
     return problems
+
+
+def _check_content(capture: Path, sensor: Mapping, probe: Mapping | None) -> list[str]:
+    gauge = [] if capture.name == BACKGROUND else _check_gauge(capture, probe)
+    return gauge + check_capture(capture, sensor)
+
+
+def _check_tables_are_there(capture: Path, _: Mapping, __: Mapping | None) -> list[str]:
+    names = [FRAMES] if capture.name == BACKGROUND else [FRAMES, FORCE]
+    return [MISSING_TABLE.format(path) for name in names if not (path := capture / name).is_file()]
 
 
 def _check_name(capture: Path, points: Mapping | None) -> list[str]:
@@ -176,8 +193,9 @@ def _check_stream(
 ) -> list[str]:
     """Check a stream's images; what is wrong with many of them alike is one line."""
     alike: dict[str, list[str]] = {}
+    root = folder.resolve()
     for name in names:
-        problem = _image_problem(folder, name, spec)
+        problem = _image_problem(folder, root, name, spec)
         if problem:
             alike.setdefault(problem, []).append(name)
     lines = []
@@ -188,9 +206,9 @@ def _check_stream(
     return lines
 
 
-def _image_problem(folder: Path, name: str, spec: Mapping) -> str | None:
+def _image_problem(folder: Path, root: Path, name: str, spec: Mapping) -> str | None:
     path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
+    if not path.resolve().is_relative_to(root):
         return f"expected files of this folder, found {name}"
     if not path.is_file():
         return "expected an image, found nothing"

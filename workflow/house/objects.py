@@ -1,0 +1,87 @@
+"""Each object of raw/ as a run of its own, for more objects than one run of Snakemake can hold."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from house.fingerprint import folder_fingerprint
+
+# What an object's results come from, beside its captures and the configuration.
+PROJECT = ("Snakefile", "workflow/rules", "workflow/scripts", "workflow/house", "config/published")
+
+
+def object_config(config: Mapping, name: str, results: str) -> dict:
+    """Give the configuration of the ordinary workflow for one object.
+
+    Parameters
+    ----------
+    config : mapping
+        Configuration of all.
+    name : str
+        The object.
+    results : str
+        Folder of its results.
+
+    Returns
+    -------
+    dict
+        The same, but for the one object, its folder of results, and no virtual lab: what stands
+        in raw/ is taken as it is.
+    """
+    whole = json.loads(json.dumps(config))
+    whole["paths"] |= {"results": results, "lab": None}
+    return whole | {"only": name}
+
+
+def project_digest(root: str | Path) -> str:
+    """Digest the text of the workflow and its library.
+
+    Parameters
+    ----------
+    root : path
+        Folder of the project.
+
+    Returns
+    -------
+    str
+        Sixteen hexadecimal digits.
+    """
+    digest = hashlib.sha256()
+    for place in (Path(root) / name for name in PROJECT):
+        files = [place] if place.is_file() else sorted(place.rglob("*"))
+        for path in files:
+            if path.is_file() and path.suffix != ".pyc":
+                digest.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def value_digest(value: Any) -> str:
+    """Digest plain values, sixteen hexadecimal digits; a run keeps it for each of its jobs."""
+    text = json.dumps(value, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def kept_files(name: str, sensors: Mapping, paths: Mapping) -> dict[str, str]:
+    """Fingerprints of what stands outside an object's folder and its results depend on.
+
+    Parameters
+    ----------
+    name : str
+        The object.
+    sensors : mapping
+        Specifications by name, of the sensors that filmed it.
+    paths : mapping
+        Folders of the run.
+    """
+    folders = {
+        f"sensors/{sensor}": Path(paths["raw"]) / "sensors" / sensor / "calibration"
+        for sensor, spec in sensors.items()
+        if spec.get("optics") == "calibration"
+    }
+    prints = {key: folder_fingerprint(folder) for key, folder in folders.items()}
+    mesh = Path(paths["meshes"]) / f"{name}.vtu"
+    if mesh.is_file():
+        prints["mesh"] = hashlib.sha256(mesh.read_bytes()).hexdigest()[:16]
+    return prints

@@ -1,0 +1,18 @@
+# Every object of raw/ as one job, which runs the ordinary workflow on it: docs/cluster.md.
+from snakemake.utils import min_version
+
+min_version("9.0")
+
+
+configfile: "config/config.yaml"
+
+
+include: "rules/common_objects.smk"
+include: "rules/objects.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        f"{RESULTS}/objects.csv",
+    localrule: True

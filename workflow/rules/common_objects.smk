@@ -1,0 +1,103 @@
+# What the rules that take each object as one job share.
+import sys
+from functools import cache
+from pathlib import Path
+
+from snakemake.exceptions import WorkflowError
+
+PROJECT = Path(workflow.basedir).parent
+sys.path[:0] = [str(PROJECT / "workflow" / part) for part in ("", "scripts")]
+
+from house.configuration import open_house
+from house.digest import code_digest
+from house.fingerprint import folder_fingerprint
+from house.objects import kept_files, object_config, project_digest, value_digest
+
+# Files that an object's run makes; its configuration makes the others where somebody wants them.
+WANTED = ("summary.csv", "figures/direct_moduli.png", "figures/tracked_surface.png")
+
+config["paths"]["lab"] = None
+try:
+    HOUSE = open_house(config, source="config/config.yaml", files=False)
+except ValueError as error:
+    raise WorkflowError(str(error)) from None
+
+RAW = HOUSE.paths["raw"]
+RESULTS = HOUSE.paths["results"]
+DIGEST = project_digest(PROJECT)
+
+
+wildcard_constraints:
+    object="[^/]+",
+
+
+def of_object(name):
+    return f"{RESULTS}/objects/{{object}}{name}"
+
+
+def per_object(pattern):
+    """A file of each object."""
+    return expand(pattern, object=HOUSE.objects)
+
+
+def code(script):
+    """Digest of the library modules that a script of the workflow imports."""
+    return code_digest(PROJECT / "workflow" / "scripts" / f"{script}.py")
+
+
+def sensor_specs(wildcards):
+    names = sorted({capture.sensor for capture in _captures()[wildcards.object]})
+    return {name: HOUSE.sensors[name] for name in names}
+
+
+def probe_specs(wildcards):
+    name = HOUSE.object_files[wildcards.object]["probe"]
+    return {name: HOUSE.probes[name]}
+
+
+@cache
+def _captures():
+    """Captures of each object."""
+    found = {name: [] for name in HOUSE.objects}
+    for capture in HOUSE.captures:
+        found[capture.object].append(capture)
+    return found
+
+
+def content(wildcards):
+    """Fingerprint of all that was dropped for an object."""
+    return _fingerprint(f"{RAW}/{wildcards.object}")
+
+
+_fingerprint = cache(folder_fingerprint)
+
+
+def config_of(wildcards):
+    """Configuration of the ordinary workflow for an object."""
+    name = wildcards.object
+    return object_config(config, name, f"{RESULTS}/objects/{name}")
+
+
+def origin(wildcards):
+    """Digest of what an object's results follow from, beside its captures and options."""
+    sensors = sensor_specs(wildcards)
+    kept = kept_files(wildcards.object, sensors, HOUSE.paths)
+    return value_digest([DIGEST, sensors, probe_specs(wildcards), kept])
+
+
+# Of one core: what the largest job of an object's takes, see workflow/profiles/slurm.
+CORE_MB = 1500
+# On one core that has nothing else to do, with a margin of two (docs/cluster.md).
+LOOKUP_MINUTES, CAPTURE_MINUTES, BASE_MINUTES = 6, 3, 10
+
+
+def memory(wildcards, threads, attempt):
+    return CORE_MB * threads * 2 ** (attempt - 1)
+
+
+def minutes(wildcards, threads, attempt):
+    """Time of an object: a look-up of each point, and a film of each capture."""
+    captures = _captures()[wildcards.object]
+    work = CAPTURE_MINUTES * len(captures)
+    work += LOOKUP_MINUTES * len({capture.point for capture in captures})
+    return int(BASE_MINUTES + work / threads) * 2 ** (attempt - 1)

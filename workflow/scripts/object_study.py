@@ -1,0 +1,76 @@
+"""One object, by the ordinary workflow: a Snakemake of its own on the node where this job runs."""
+
+import fcntl
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import yaml
+from job import run
+from palpate.capture.files import whole_file
+
+ROOT = Path(__file__).resolve().parents[2]
+PROFILE = ROOT / "workflow" / "profiles" / "slurm"
+
+
+def main(snakemake):
+    """Run the object, and hand on its summary.csv."""
+    folder = Path(snakemake.params.folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    with alone(folder / ".running") as lock:
+        with whole_file(folder / "config.yaml") as part:
+            text = yaml.safe_dump(snakemake.params.config, sort_keys=False, allow_unicode=True)
+            part.write_text(text, encoding="utf-8")
+        done = subprocess.run(
+            command(snakemake, folder),
+            stdout=sys.stdout,
+            stderr=sys.stdout,
+            # The lock outlives this process as long as the run it guards.
+            pass_fds=(lock,),
+            env={k: v for k, v in os.environ.items() if k != "SNAKEMAKE_PROFILE"},
+            check=False,
+        )
+    if done.returncode:
+        raise ValueError(first_error(Path(str(snakemake.log))))
+    with whole_file(snakemake.output.summary) as part:
+        shutil.copyfile(folder / "summary.csv", part)
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[int]:
+    """Hold a lock while the block runs; the kernel lets it go, however the job ends."""
+    with path.open("a", encoding="utf-8") as stream:
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ValueError(
+                f"{path}: lock: expected no other run of this object, found one at work"
+            ) from None
+        yield stream.fileno()
+
+
+def command(snakemake: object, folder: Path) -> list[str]:
+    """Give the command of the object's own run, within this job's cores and memory."""
+    job = snakemake.resources
+    # Snakemake's lock is one for all objects; that of the folder stands in for it.
+    return [
+        *(sys.executable, "-m", "snakemake", "--nolock", "--executor", "local", "--retries", "0"),
+        *("--snakefile", str(ROOT / "Snakefile"), "--workflow-profile", str(PROFILE)),
+        *("--configfile", str(folder / "config.yaml"), "--cores", str(snakemake.threads)),
+        *("--resources", f"mem_mb={job.mem_mb}"),
+        *("--", *(str(folder / name) for name in snakemake.params.wanted)),
+    ]
+
+
+def first_error(log: Path) -> str:
+    """What the object's run says went wrong first."""
+    text = log.read_text(encoding="utf-8", errors="replace").splitlines()
+    found = [line.removeprefix("error: ") for line in text if line.startswith("error: ")]
+    return f"{found[0]} ({log})" if found else f"{log}: run: expected moduli, found a failed job"
+
+
+run(main, snakemake)
