@@ -40,6 +40,7 @@ include: "workflow/rules/comparison.smk"
 include: "workflow/rules/progress.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/validation.smk"
+include: "workflow/rules/local.smk"
 
 
 rule all:

@@ -17,7 +17,10 @@ from house.trackers import options_of
 from palpate.capture.discover import CAPTURE_NAME
 
 try:
-    HOUSE = open_house(config, source="config/config.yaml")
+    # Jobs on a cluster's nodes read the workflow again; captures were checked before the first.
+    HOUSE = open_house(
+        config, source="config/config.yaml", files=not workflow.remote_exec
+    )
 except ValueError as error:
     raise WorkflowError(str(error)) from None
 
