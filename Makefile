@@ -9,7 +9,8 @@ SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
 PICTURES := tracked_surface
 REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
-.PHONY: results sample validation test lint bench check lock pictures sample-captures clean
+.PHONY: results sample validation test lint bench check lock pictures sample-captures \
+  slurm-resources clean
 
 results: .venv/installed
 	$(SNAKEMAKE)
@@ -43,6 +44,11 @@ bench: .venv/installed
 # From the last `make results`: docs/pictures holds copies, nothing drawn by hand.
 pictures:
 	cp $(PICTURES:%=results/figures/%.png) docs/pictures/
+
+# What the SLURM profile asks for, from the benchmarks of the last `make results`.
+slurm-resources: .venv/installed
+	PYTHONPATH=workflow/scripts:workflow $(BIN)/python workflow/house/slurm.py \
+	  results/benchmarks workflow/profiles/slurm/config.yaml
 
 # The committed captures of tests/sample, made anew by the virtual lab.
 sample-captures: .venv/installed

@@ -1,0 +1,63 @@
+"""Each object as a run of its own: what is told before, and what a second look finds changed."""
+
+import shutil
+
+import pytest
+import yaml
+from sample_run import LEFT_BEHIND, snakemake
+
+pytestmark = pytest.mark.workflow
+OBJECTS = ("--snakefile", "workflow/objects.smk", "--configfile", "run.yaml")
+
+
+@pytest.fixture
+def project(root, tmp_path):
+    """The project with two objects of one capture each."""
+    folder = tmp_path / "main"
+    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
+    block = root / "tests/sample/raw/foam_block"
+    spec = yaml.safe_load((block / "object.yaml").read_text())
+    for name in ("cushion", "sponge"):
+        target = folder / "raw" / name
+        shutil.copytree(block / "kinect", target / "kinect")
+        shutil.copy(block / "template.ply", target)
+        (target / "object.yaml").write_text(yaml.safe_dump(spec | {"object": name}))
+    (folder / "run.yaml").write_text("paths: {sensors: tests/sample/sensors}\n")
+    return folder
+
+
+def test_one_job_an_object(project):
+    done = snakemake(project, *OBJECTS, "--dry-run")
+    assert done.returncode == 0, done.stderr[-3000:]
+    text = done.stdout + done.stderr
+    assert "object_study           2" in text and "object_check           2" in text
+    assert "track" not in text
+
+
+def test_what_needs_no_image_is_told_before_any_job(project):
+    (project / "raw/cushion/kinect/08/force.csv").unlink()
+    (project / "raw/sponge/kinect/08").rename(project / "raw/sponge/kinect/99")
+    done = snakemake(project, *OBJECTS, "--dry-run")
+    assert done.returncode != 0
+    text = done.stdout + done.stderr
+    assert "raw/cushion/kinect/08/force.csv: file: expected a CSV table, found nothing" in text
+    assert "raw/sponge/kinect/99: point: expected one of" in text
+
+
+def test_no_object_runs_while_any_capture_is_wrong(project):
+    image = project / "raw/sponge/kinect/08/depth/000003.png"
+    whole = image.read_bytes()
+    image.write_bytes(whole[:-20])
+    target = "results/objects/checked.txt"
+    done = snakemake(project, *OBJECTS, "--", target)
+    assert done.returncode != 0
+    wrong = "depth/000003.png: depth: expected a whole PNG image, found a truncated one"
+    assert wrong in done.stderr and "the first of 1 lines on 1 of 2 objects" in done.stderr
+    assert not (project / target).exists()
+    image.write_bytes(whole)
+    done = snakemake(project, *OBJECTS, "--", target)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert (project / target).read_text() == "2 objects: nothing wrong\n"
+    # Only the mended object was looked into again.
+    assert "Checking the captures of sponge" in done.stdout + done.stderr
+    assert "Checking the captures of cushion" not in done.stdout + done.stderr

@@ -1,0 +1,77 @@
+"""The workflow through SLURM's real daemons on this machine, with the bytes of a plain run."""
+
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+from sample_run import LEFT_BEHIND, SAMPLE
+from slurm_machine import CORES, missing, slurm
+
+pytestmark = [
+    pytest.mark.workflow,
+    pytest.mark.skipif(
+        bool(missing()),
+        reason=f"no SLURM here: {', '.join(missing())} (Debian: apt-get install slurm-wlm munge)",
+    ),
+]
+# The whole sample, submitted job by job, takes more than four minutes of processor time: this is
+# the part up to the Hertz fit of one capture, three entries of the queue.
+KINECT = "results/sample/foam_block/kinect"
+TARGET = f"{KINECT}/08/hertz.json"
+COMPARED = ("mask.npz", "probe_pose.csv", "force.csv", "clouds.npz", "alignment.json", "hertz.json")
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    folder = tmp_path / "slurm"
+    folder.mkdir()
+    with slurm(folder) as env:
+        yield env | {"PYTHONDONTWRITEBYTECODE": "1"}
+
+
+def on_slurm(folder, env, *arguments):
+    """Run Snakemake with the SLURM profile, as a user would; no accounting, so squeue tells."""
+    command = [sys.executable, "-m", "snakemake", "--profile", "none"]
+    command += ["--workflow-profile", "workflow/profiles/slurm", "--retries", "0"]
+    command += ["--slurm-status-command", "squeue", "--slurm-no-account", "--latency-wait", "30"]
+    command += ["--slurm-init-seconds-before-status-checks", "3"]
+    return subprocess.run(
+        [*command, *arguments], cwd=folder, env=env, capture_output=True, text=True, check=False
+    )
+
+
+def submitted(done):
+    """Entries of the queue that a run made."""
+    return len(re.findall(r"has been submitted with SLURM jobid", done.stdout + done.stderr))
+
+
+@pytest.fixture
+def fresh(root, tmp_path):
+    """A copy of the project in which nothing ran yet."""
+    folder = tmp_path / "main"
+    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
+    shutil.copytree(root / "tests/sample/raw", folder / "tests/sample/raw", dirs_exist_ok=True)
+    return folder
+
+
+def test_a_chain_gives_the_bytes_of_a_plain_run(copy, fresh, cluster):
+    done = on_slurm(fresh, cluster, *SAMPLE, "--", TARGET)
+    assert done.returncode == 0, (done.stdout + done.stderr)[-5000:]
+    assert submitted(done) == 3
+    for name in COMPARED:
+        ours, plain = (folder / KINECT / "08" / name for folder in (fresh, copy))
+        assert ours.read_bytes() == plain.read_bytes(), name
+
+
+def test_a_bad_capture_is_told_by_its_own_job(fresh, cluster):
+    image = fresh / "tests/sample/raw/foam_block/kinect/08/depth/000003.png"
+    image.write_bytes(image.read_bytes()[:-20])
+    arguments = ("--snakefile", "workflow/objects.smk", *SAMPLE)
+    done = on_slurm(fresh, cluster, *arguments, "--set-threads", f"object_study={CORES}")
+    assert done.returncode != 0
+    # The check alone: no object's run was submitted.
+    assert submitted(done) == 1, (done.stdout + done.stderr)[-5000:]
+    log = (fresh / "results/sample/logs/objects_checked.log").read_text()
+    assert "depth/000003.png: depth: expected a whole PNG image, found a truncated one" in log
