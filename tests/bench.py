@@ -13,6 +13,7 @@ import pandas as pd
 import trimesh
 from bench_estimate import estimate_rows
 from bench_lab import lab_rows
+from bench_scale import scale_rows
 from bench_solid import solid_rows
 from bench_tracking import tracking_rows
 from bench_vision import vision_rows
@@ -51,6 +52,7 @@ SECTIONS = {
     "tracking": tracking_rows,
     "vision": lambda: vision_rows(ratio),
     "lab": lambda: lab_rows(ratio),
+    "scale": scale_rows,
 }
 
 

@@ -1,12 +1,18 @@
 """What Snakemake costs before the first job, with as many objects as a cluster is for.
 
+``make bench sections=scale`` times the dry-run of 1,000 objects, 36,000 captures.
+
 ``python tests/bench_scale.py <folder> <objects>`` writes a raw/ tree of that many objects, each
 with two sensors and 18 points, as hard links of the sample's files: valid captures of 24 frames.
 """
 
 import os
+import resource
 import shutil
+import subprocess
 import sys
+import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +25,8 @@ POINTS = tuple(f"{k:02}" for k in range(1, 19))
 FRAMES = 24
 # A file of ext4 has no more names than this.
 LINKS = 60_000
+OBJECTS = 1_000
+ROOT = Path(__file__).resolve().parents[1]
 
 
 def write_tree(raw: Path, objects: int, *, points: tuple[str, ...] = POINTS) -> int:
@@ -80,6 +88,36 @@ def _model(folder: Path, sensor: str) -> Path:
 
 def _linked(source: Path, target: Path) -> None:
     shutil.copytree(source, target, copy_function=os.link)
+
+
+def scale_rows(objects: int = OBJECTS) -> list[tuple]:
+    """Clock, processor and memory of the dry-run of many objects, each as one job."""
+    with tempfile.TemporaryDirectory(dir=os.environ.get("TMPDIR")) as name:
+        folder = Path(name)
+        captures = write_tree(folder / "raw", objects)
+        seconds, processor_s, memory_gb = _dry_run(folder)
+    what = f"dry-run of {objects} objects, {captures} captures"
+    return [
+        (f"{what}: clock", seconds, "s", "180 s"),
+        (f"{what}: processor", processor_s, "s", "180 s"),
+        (f"{what}: peak memory", memory_gb, "GB", "4 GB"),
+    ]
+
+
+def _dry_run(folder: Path) -> tuple[float, float, float]:
+    """Clock [s], processor [s] and peak memory [GB] of the dry-run over a raw/ tree."""
+    paths = {"raw": str(folder / "raw"), "results": str(folder / "results")}
+    paths["sensors"] = "tests/sample/sensors"
+    (folder / "run.yaml").write_text(yaml.safe_dump({"paths": paths}))
+    command = [sys.executable, "-m", "snakemake", "--snakefile", "workflow/objects.smk"]
+    command += ["--configfile", str(folder / "run.yaml"), "--cores", "2", "--dry-run"]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    start = time.perf_counter()
+    subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    seconds = time.perf_counter() - start
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return seconds, processor_s, after.ru_maxrss / 1e6
 
 
 if __name__ == "__main__":

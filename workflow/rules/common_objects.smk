@@ -86,7 +86,7 @@ def origin(wildcards):
 
 
 # Of one core: what the largest job of an object's takes, see workflow/profiles/slurm.
-CORE_MB = 1500
+CORE_MB = 1600
 # On one core that has nothing else to do, with a margin of two (docs/cluster.md).
 LOOKUP_MINUTES, CAPTURE_MINUTES, BASE_MINUTES = 6, 3, 10
 
