@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from house.objects import kept_files, object_config, project_digest, value_digest
+from house.objects import MANY, kept_files, project_digest, too_many, value_digest
+from object_config import object_config
 
 
 @pytest.fixture
@@ -50,3 +51,14 @@ def test_files_outside_the_object_count(tmp_path):
     Path(paths["meshes"]).mkdir()
     (Path(paths["meshes"]) / "cushion.vtu").write_bytes(b"mesh")
     assert set(kept_files("cushion", sensors, paths)) == {"sensors/kinect", "mesh"}
+
+
+def test_many_captures_are_told(tmp_path):
+    config = {"only": None, "paths": {"raw": str(tmp_path / "raw")}}
+    for number in range(MANY):
+        (tmp_path / f"raw/cushion/kinect/{number}").mkdir(parents=True)
+    assert too_many(config) is None
+    (tmp_path / "raw/sponge/kinect/01").mkdir(parents=True)
+    assert f"{MANY + 1} captures" in too_many(config)
+    assert too_many(config | {"only": "cushion"}) is None
+    assert too_many({"paths": 3}) is None

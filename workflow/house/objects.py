@@ -6,33 +6,35 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from palpate.capture.discover import discover
+
 from house.fingerprint import folder_fingerprint
+
+# More captures than this are ten thousand jobs and more in one run of Snakemake.
+MANY = 1_000
 
 # What an object's results come from, beside its captures and the configuration.
 PROJECT = ("Snakefile", "workflow/rules", "workflow/scripts", "workflow/house", "config/published")
 
 
-def object_config(config: Mapping, name: str, results: str) -> dict:
-    """Give the configuration of the ordinary workflow for one object.
+def too_many(config: Mapping) -> str | None:
+    """Say when a run has more captures than the ordinary workflow is for; None when it has not.
 
     Parameters
     ----------
     config : mapping
-        Configuration of all.
-    name : str
-        The object.
-    results : str
-        Folder of its results.
-
-    Returns
-    -------
-    dict
-        The same, but for the one object, its folder of results, and no virtual lab: what stands
-        in raw/ is taken as it is.
+        As merged, not yet checked.
     """
-    whole = json.loads(json.dumps(config))
-    whole["paths"] |= {"results": results, "lab": None}
-    return whole | {"only": name}
+    paths = config.get("paths")
+    if config.get("only") is not None or not isinstance(paths, Mapping):
+        return None
+    captures = len(discover(str(paths.get("raw"))))
+    if captures <= MANY:
+        return None
+    return (
+        f"{captures} captures in {paths['raw']}: one run of all takes long to begin;"
+        " `snakemake -s workflow/objects.smk` takes each object as one job (docs/cluster.md)"
+    )
 
 
 def project_digest(root: str | Path) -> str:

@@ -4,6 +4,7 @@ from functools import cache
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.logging import logger
 
 sys.path[:0] = [
     str(Path(workflow.basedir) / "workflow" / part) for part in ("", "scripts")
@@ -13,9 +14,12 @@ from house.configuration import open_house
 from house.digest import code_digest
 from house.fingerprint import folder_fingerprint
 from house.lab_checks import is_simulated
+from house.objects import too_many
 from house.trackers import options_of
 from palpate.capture.discover import CAPTURE_NAME
 
+if workflow.is_main_process and (words := too_many(config)):
+    logger.warning(words)
 try:
     # Jobs on a cluster's nodes read the workflow again; captures were checked before the first.
     HOUSE = open_house(

@@ -11,7 +11,8 @@ sys.path[:0] = [str(PROJECT / "workflow" / part) for part in ("", "scripts")]
 from house.configuration import open_house
 from house.digest import code_digest
 from house.fingerprint import folder_fingerprint
-from house.objects import kept_files, object_config, project_digest, value_digest
+from house.objects import kept_files, project_digest, value_digest
+from object_config import object_config
 
 # Files that an object's run makes; its configuration makes the others where somebody wants them.
 WANTED = ("summary.csv", "figures/direct_moduli.png", "figures/tracked_surface.png")
@@ -72,17 +73,12 @@ def content(wildcards):
 _fingerprint = cache(folder_fingerprint)
 
 
-def config_of(wildcards):
-    """Configuration of the ordinary workflow for an object."""
-    name = wildcards.object
-    return object_config(config, name, f"{RESULTS}/objects/{name}")
-
-
 def origin(wildcards):
-    """Digest of what an object's results follow from, beside its captures and options."""
-    sensors = sensor_specs(wildcards)
-    kept = kept_files(wildcards.object, sensors, HOUSE.paths)
-    return value_digest([DIGEST, sensors, probe_specs(wildcards), kept])
+    """Digest of what an object's results follow from, beside its captures."""
+    sensors, name = sensor_specs(wildcards), wildcards.object
+    options = object_config(config, name, of_object("").format(object=name))
+    kept = kept_files(name, sensors, HOUSE.paths)
+    return value_digest([DIGEST, options, sensors, probe_specs(wildcards), kept])
 
 
 # Of one core: what the largest job of an object's takes, see workflow/profiles/slurm.

@@ -53,7 +53,6 @@ rule object_study:
         mem_mb=memory,
         runtime=minutes,
     params:
-        config=config_of,
         origin=origin,
         content=content,
         folder=of_object(""),

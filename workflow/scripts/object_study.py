@@ -11,6 +11,7 @@ from pathlib import Path
 
 import yaml
 from job import run
+from object_config import object_config
 from palpate.capture.files import whole_file
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -23,7 +24,8 @@ def main(snakemake):
     folder.mkdir(parents=True, exist_ok=True)
     with alone(folder / ".running") as lock:
         with whole_file(folder / "config.yaml") as part:
-            text = yaml.safe_dump(snakemake.params.config, sort_keys=False, allow_unicode=True)
+            own = object_config(snakemake.config, snakemake.wildcards.object, str(folder))
+            text = yaml.safe_dump(own, sort_keys=False, allow_unicode=True)
             part.write_text(text, encoding="utf-8")
         done = subprocess.run(
             command(snakemake, folder),
