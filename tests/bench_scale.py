@@ -3,7 +3,7 @@
 ``make bench sections=scale`` times the dry-run of 1,000 objects, 36,000 captures.
 
 ``python tests/bench_scale.py <folder> <objects>`` writes a raw/ tree of that many objects, each
-with two sensors and 18 points, as hard links of the sample's files: valid captures of 24 frames.
+with two sensors and 18 points, as hard links of copies of the sample's files: valid captures of 24 frames.
 """
 
 import os
@@ -64,16 +64,17 @@ def write_tree(raw: Path, objects: int, *, points: tuple[str, ...] = POINTS) -> 
         shutil.copy(SAMPLE / "template.ply", folder)
         for sensor, model in models.items():
             (folder / sensor).mkdir()
-            _linked(SAMPLE / sensor / "background", folder / sensor / "background")
+            _linked(model.with_name(f"{model.name}_background"), folder / sensor / "background")
             for point in points:
                 _linked(model, folder / sensor / point)
     return objects * len(points) * len(SENSORS)
 
 
 def _model(folder: Path, sensor: str) -> Path:
-    """One capture of as many frames as the study's, from the sample's shorter one."""
+    """One capture of as many frames as the study's, from the sample's shorter one; a background."""
     source = SAMPLE / sensor / "08"
     shutil.copytree(source, folder)
+    shutil.copytree(source.with_name("background"), folder.with_name(f"{folder.name}_background"))
     table = pd.read_csv(source / "frames.csv")
     times = table["time_s"].to_numpy()
     longer = pd.DataFrame({"frame": range(FRAMES)})
