@@ -3,7 +3,7 @@
 ``make bench sections=scale`` times the dry-run of 1,000 objects, 36,000 captures.
 
 ``python tests/bench_scale.py <folder> <objects>`` writes a raw/ tree of that many objects, each
-with two sensors and 18 points, as hard links of copies of the sample's files: valid captures of 24 frames.
+with two sensors and 18 points: valid captures of 24 frames, hard links of copies of the sample's.
 """
 
 import os
