@@ -1,5 +1,6 @@
 """SLURM on this one machine, under a folder of its own: real daemons, no accounting."""
 
+import ctypes
 import getpass
 import os
 import shutil
@@ -14,7 +15,8 @@ NEEDED = ("munged", "slurmctld", "slurmd", "sbatch", "srun", "squeue", "sinfo", 
 # Daemons stand there, and not every user's PATH has it.
 PATH = os.pathsep.join([os.environ.get("PATH", ""), "/usr/sbin", "/sbin"])
 CORES = 2
-SECONDS = 30
+SECONDS = 60
+PR_SET_PDEATHSIG = 1
 CONFIGURATION = """\
 ClusterName=palpate
 SlurmctldHost={host}(127.0.0.1)
@@ -123,8 +125,18 @@ def _munge_options(folder):
 def _start(folder, env, *command):
     with (folder / f"{command[0]}.out").open("w") as stream:
         return subprocess.Popen(
-            command, env=env, stdout=stream, stderr=stream, start_new_session=True
+            command,
+            env=env,
+            stdout=stream,
+            stderr=stream,
+            start_new_session=True,
+            preexec_fn=_end_with_the_tests,
         )
+
+
+def _end_with_the_tests():
+    """A test run that is killed cannot stop its daemons: the kernel does."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def _sinfo(env):
