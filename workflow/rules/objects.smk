@@ -8,6 +8,9 @@ rule object_check:
         f"{RESULTS}/logs/object_check/{{object}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/object_check/{{object}}.tsv"
+    resources:
+        mem_mb=600,
+        runtime=5,
     params:
         code=code("object_check"),
         content=content,
