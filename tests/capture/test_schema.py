@@ -14,7 +14,7 @@ from palpate.capture.schema import load_yaml, validate
         ),
         (
             lambda s: s["color"].update(fx_px=-1),
-            "k.yaml: color.fx_px: expected a number > 0, found -1",
+            "k.yaml: color.fx_px: expected a number >= 10, found -1",
         ),
         (lambda s: s.pop("range_m"), "k.yaml: range_m: expected a value, found nothing"),
         (

@@ -118,7 +118,7 @@ def validate(value: Any, schema: str | Path, source: str) -> list[str]:
         One line for each problem: file, field, expected, found.
     """
     errors = _validator(Path(schema)).iter_errors(value)
-    lines = [line for error in errors for line in _lines(error, source)]
+    lines = [line for error in errors if _says_more(error) for line in _lines(error, source)]
     lines += _beyond_json(value, source, "")
     return sorted(dict.fromkeys(lines))
 
@@ -152,6 +152,12 @@ def _beyond_json(value: Any, source: str, field: str) -> Iterator[str]:
             yield from _beyond_json(content, source, f"{field}.{index}".lstrip("."))
     elif isinstance(value, float) and not math.isfinite(value):
         yield _line(source, field, "", "a finite number", str(value))
+
+
+def _says_more(error: jsonschema.ValidationError) -> bool:
+    """Whether an error says more than that a number is none, which has its own line."""
+    endless = isinstance(error.instance, float) and not math.isfinite(error.instance)
+    return not (endless and error.validator in LIMITS)
 
 
 def _lines(error: jsonschema.ValidationError, source: str) -> list[str]:

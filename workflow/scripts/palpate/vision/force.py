@@ -13,6 +13,8 @@ GRAVITY_M_S2 = 9.81
 FEWEST_UNLOADED = 10
 SMALLEST_PRESS_N, LARGEST_ANGLE_DEG = 0.2, 60.0
 SATURATION = 0.999
+# No hand presses harder; a record in millinewtons does.
+STRONGEST_HAND_N = 500.0
 # A live gauge's noise crosses a step of the converter long before this time is over.
 STILL_S = 1.0
 GAUGES = ["v0", "v1", "v2", "v3", "v4", "v5"]
@@ -99,7 +101,7 @@ def frame_wrenches(
 
 
 def check_direction(table: pd.DataFrame, axis: NDArray) -> None:
-    """Refuse a force that does not push where the probe points, at its peak.
+    """Refuse a force that no hand has, or that does not push where the probe points, at its peak.
 
     Parameters
     ----------
@@ -111,11 +113,16 @@ def check_direction(table: pd.DataFrame, axis: NDArray) -> None:
     Raises
     ------
     ValueError
-        If the largest force lies more than 60 degrees off the pressing direction.
+        If the largest force exceeds 500 N or lies more than 60 degrees off the pressing direction.
     """
     force = table[FORCE].to_numpy(float)
     size = np.linalg.norm(force, axis=1)
     peak = int(np.argmax(size))
+    if not size[peak] <= STRONGEST_HAND_N:
+        raise ValueError(
+            f"force.csv: expected at most {STRONGEST_HAND_N:g} N from a hand, found"
+            f" {size[peak]:.4g} N (newtons, and the unit of the gauges' calibration?)"
+        )
     if size[peak] < SMALLEST_PRESS_N:
         return
     angle = np.degrees(np.arccos(np.clip(force[peak] @ axis[peak] / size[peak], -1, 1)))
