@@ -35,12 +35,13 @@ class Refused(Exception):  # noqa: N818 - an end, no error
 
 def jobs(place: Place) -> list[dict]:
     """Jobs from the images to the Hertz fit, in order."""
-    config, raw, out = place.config, place.object, place.results
+    config, raw = place.config, _only(place.folder / "raw", "object.yaml")
+    capture, background = _only(raw / SENSOR, "force.csv"), raw / SENSOR / "background"
+    out = place.folder / "results" / OBJECT / SENSOR / CAPTURE
     sensor = _spec(place.folder / f"sensors/{SENSOR}.yaml")
     probe = _spec(place.folder / "probes" / f"{_spec(raw / 'object.yaml')['probe']}.yaml")
     spec = _spec(raw / "object.yaml")
     template = raw / spec["template"].get("file", "template.ply")
-    capture, background = raw / SENSOR / CAPTURE, raw / SENSOR / "background"
     model, plane = out.parent / "background.npz", out.parent / "support_plane.json"
     pose, force, mask = out / "probe_pose.csv", out / "force.csv", out / "mask.npz"
     cloud, alignment = out / "rest_cloud.npz", out / "alignment.json"
@@ -66,6 +67,11 @@ def jobs(place: Place) -> list[dict]:
         _job("hertz", alike | {"alignment": alignment}, {"fit": out / "hertz.json"}, probe=probe,
              options=config["hertz"]),
     ]  # fmt: skip
+
+
+def _only(folder: Path, having: str) -> Path:
+    """The one folder with a file; mutations may have given it another name."""
+    return next(path for path in sorted(folder.iterdir()) if (path / having).is_file())
 
 
 def _spec(path: Path) -> dict:

@@ -1,6 +1,5 @@
 """Results that were damaged after they were made, and who reads them."""
 
-# ruff: noqa: E731
 import io
 import json
 import zipfile
@@ -52,6 +51,14 @@ def _archive(change: Callable[[str, bytes], bytes | None]):
     return apply
 
 
+def _first_of(content: bytes) -> str:
+    return zipfile.ZipFile(io.BytesIO(content)).namelist()[0]
+
+
+def _without(lost: str) -> Callable[[str, bytes], bytes | None]:
+    return lambda name, member: None if name == lost else member
+
+
 def _pickle(name: str, member: bytes) -> bytes:
     made = io.BytesIO()
     np.save(made, np.array([{"a": print}], dtype=object), allow_pickle=True)
@@ -82,9 +89,7 @@ ARCHIVES = {
     "a bit flipped in the middle": lambda c: c[: len(c) // 2]
     + bytes([c[len(c) // 2] ^ 4]) + c[len(c) // 2 + 1 :],
     "no members": _archive(lambda n, m: None),
-    "the first member lost": lambda c: _archive(
-        lambda n, m, first=zipfile.ZipFile(io.BytesIO(c)).namelist()[0]: None if n == first else m
-    )(c),
+    "the first member lost": lambda c: _archive(_without(_first_of(c)))(c),
     "pickles inside": _archive(_pickle),
     "shapes of 10^12": _archive(lambda n, m: _npy("(1000000000000,)")),
     "shapes of 10^30": _archive(lambda n, m: _npy("(10,) * 30" if 0 else f"({10**30},)")),

@@ -1,6 +1,5 @@
 """Numbers that a schema takes: other units, other clocks, other captures, other probes."""
 
-# ruff: noqa: E731
 import numpy as np
 import pandas as pd
 import trimesh
@@ -94,6 +93,7 @@ def _swapped(table):
     table[["fx_n", "fz_n"]] = table[["fz_n", "fx_n"]].to_numpy()
 
 
+THRESHOLD = ("marker", "reprojection_threshold_px")
 PROBE, SENSOR = "probes/nano25_sphere.yaml", "sensors/kinect.yaml"
 SMALL = "a factor this near to 1 fits the depth and the declared point; weigh the probe to see it"
 
@@ -299,8 +299,8 @@ def _optics() -> list[Mutation]:
         ("frame rate of 1e6", _yaml(SENSOR, "frame_rate_hz", value=1e6)),
         ("distortion of 1e6", _yaml(SENSOR, "color", "distortion", value=[1e6, 0, 0, 0, 0])),
         ("distortion of 0.3", _yaml(SENSOR, "color", "distortion", value=[0.3, 0, 0, 0, 0])),
-        ("threshold of 1e-9 px", _yaml(SENSOR, "marker", value={"reprojection_threshold_px": 1e-9})),
-        ("threshold of 1e9 px", _yaml(SENSOR, "marker", value={"reprojection_threshold_px": 1e9})),
+        ("threshold of 1e-9 px", _yaml(SENSOR, *THRESHOLD, value=1e-9)),
+        ("threshold of 1e9 px", _yaml(SENSOR, *THRESHOLD, value=1e9)),
         ("said to be a stereo head", _yaml(SENSOR, "kind", value="stereo")),
     ]  # fmt: skip
     return [Mutation("physics", name, SENSOR, change) for name, change in cases]

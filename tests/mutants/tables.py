@@ -1,6 +1,5 @@
 """Tables of a capture: how they are written, and what stands in them."""
 
-# ruff: noqa: E731
 import numpy as np
 import pandas as pd
 

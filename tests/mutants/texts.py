@@ -1,6 +1,5 @@
 """YAML that is none, that grows when it is read, or that wants to be more than values."""
 
-# ruff: noqa: E731
 import json
 import os
 

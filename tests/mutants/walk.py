@@ -1,6 +1,5 @@
 """Every field of the files that people write: dropped, or of another type or size."""
 
-# ruff: noqa: E731
 import copy
 import random
 from collections.abc import Iterator

@@ -73,3 +73,12 @@ def test_a_long_hold_is_no_press_at_another_time():
         force_time, force, time_s, seen, np.full(time_s.size, 3e-4), prior_std_s=PRIOR_S
     )
     assert abs(found.offset_s) < 3 * found.std_s
+
+
+def test_a_force_that_does_not_follow_the_depth():
+    force_time, force, frame_time, depth, std = tap(0.0, stiffness=3e3, rate_hz=6)
+    order = np.random.default_rng(2).permutation(len(depth))
+    with pytest.raises(
+        ValueError, match=r"follows the tip's depth, .* at least 0.8, found 0\.[0-7]"
+    ):
+        clock_offset(force_time, force, frame_time, depth[order], std, prior_std_s=PRIOR_S)

@@ -30,6 +30,7 @@ LIMITS = {
 LONGEST_VALUE = 60
 # What people write by hand stays far below; aliases can make a short file hold billions of values.
 LARGEST_BYTES, MOST_VALUES = 1_000_000, 100_000
+MERGE = "tag:yaml.org,2002:merge"
 # What PyYAML's constructors raise over tagged values that are none: !!float abc, 2020-13-45.
 NO_VALUES = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
 
@@ -40,6 +41,8 @@ class _UniqueKeys(yaml.SafeLoader):
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
         seen = set()
         for name, _ in node.value:
+            if name.tag == MERGE:
+                continue
             key = self.construct_object(name, deep=deep)
             if isinstance(key, Hashable) and key in seen:
                 raise yaml.YAMLError(f"key {key} is given twice")

@@ -1,8 +1,8 @@
 """Names and values as they may stand in a message: on one line, and no longer than people read."""
 
-LONGEST_LINE = 480
+LONGEST_LINE = 720
 # Of a line that is too long: how much of its beginning and of its end is kept.
-HEAD, TAIL = 300, 160
+HEAD, TAIL = 400, 300
 
 
 def one_line(text: str) -> str:

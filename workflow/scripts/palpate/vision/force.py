@@ -12,6 +12,8 @@ AVERAGED_S = 0.01
 GRAVITY_M_S2 = 9.81
 FEWEST_UNLOADED = 10
 SMALLEST_PRESS_N, LARGEST_ANGLE_DEG = 0.2, 60.0
+# Of the torque's noise, of the weight and of the tip's place; the study's captures have 0.4 mm.
+LEVER_ERROR_M = 0.005
 SATURATION = 0.999
 # No hand presses harder; a record in millinewtons does.
 STRONGEST_HAND_N = 500.0
@@ -130,6 +132,38 @@ def check_direction(table: pd.DataFrame, axis: NDArray) -> None:
         raise ValueError(
             f"force.csv: expected the press of {size[peak]:.2f} N along the probe, found it"
             f" {angle:.0f} degrees off (order, sign and calibration of the channels?)"
+        )
+
+
+def check_lever(table: pd.DataFrame, radius_m: float) -> None:
+    """Refuse a wrench whose force passes beside the sphere, at its peak.
+
+    Pressure and friction act on the sphere's surface: about its centre their torque is at most the
+    radius times the force, whatever they are.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of `frame_wrenches`.
+    radius_m : float
+        Of the sphere.
+
+    Raises
+    ------
+    ValueError
+        If the force's line passes the centre at more than the radius and 5 mm.
+    """
+    wrench = table[WRENCH].to_numpy(float)
+    size = np.linalg.norm(wrench[:, :3], axis=1)
+    peak = int(np.argmax(size))
+    if size[peak] < SMALLEST_PRESS_N:
+        return
+    lever_m = float(np.linalg.norm(wrench[peak, 3:]) / size[peak])
+    if lever_m > radius_m + LEVER_ERROR_M:
+        raise ValueError(
+            f"force.csv: expected a force within {(radius_m + LEVER_ERROR_M) * 1e3:.1f} mm of the"
+            f" sphere's centre, found its line {lever_m * 1e3:.1f} mm away (units of torque and"
+            " force, calibration of the gauges, force_from_tip?)"
         )
 
 
