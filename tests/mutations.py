@@ -18,7 +18,7 @@ sys.path[:0] = [str(HERE / part) for part in ("", "workflow", "../workflow", "..
 
 import job  # noqa: E402, F401 - one thread
 from mutants.corpus import corpus, drawn  # noqa: E402
-from mutants.judge import Verdict, judge, right_moduli, row_of  # noqa: E402
+from mutants.judge import Verdict, judge, right_moduli, row_of, warm_up  # noqa: E402
 from mutants.place import Mutation, make_bases  # noqa: E402
 
 
@@ -45,6 +45,7 @@ def judged(chosen: Sequence[Mutation]) -> Iterator[Verdict]:
     with tempfile.TemporaryDirectory(prefix="mutations-") as folder:
         work = Path(folder)
         bases = make_bases(work)
+        warm_up(bases[True])
         right = right_moduli(bases, work) if any(not one.job for one in chosen) else {}
         for one in chosen:
             verdict = judge(one, bases[one.volts], work, right.get(one.volts))

@@ -2,7 +2,7 @@
 
 import pytest
 from mutants.corpus import corpus, drawn
-from mutants.judge import judge, right_moduli
+from mutants.judge import judge, right_moduli, warm_up
 from mutants.place import make_bases
 
 KINDS = ("picture", "background", "table", "YAML", "name", "template", "field")
@@ -24,7 +24,9 @@ def work(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def bases(work):
-    return make_bases(work)
+    made = make_bases(work)
+    warm_up(made[True])
+    return made
 
 
 @pytest.fixture(scope="module")

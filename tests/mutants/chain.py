@@ -28,6 +28,14 @@ from mutants.place import CAPTURE, OBJECT, ROOT, SENSOR, Place
 
 SCRIPTS = ROOT / "workflow/scripts"
 
+# What of a capture a job reads, where that is not all.
+READ = {
+    "mask": lambda file: file.name != "force.csv",
+    "probe_pose": lambda file: file.name != "force.csv",
+    "clouds": lambda file: file.name != "force.csv",
+    "force": lambda file: file.suffix != ".png",
+}
+
 
 class Refused(Exception):  # noqa: N818 - an end, no error
     """A job ended with its line."""
@@ -140,7 +148,7 @@ def _key(job: dict, base: Path) -> str:
     digest.update(json.dumps(job["params"], sort_keys=True, default=str).encode())
     for name, path in sorted(job["inputs"].items()):
         digest.update(name.encode())
-        for file in _files(path):
+        for file in filter(READ.get(job["script"], bool), _files(path)):
             digest.update(str(file.relative_to(base)).encode() + file.read_bytes())
     return digest.hexdigest()
 

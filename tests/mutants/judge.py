@@ -207,6 +207,16 @@ def _shown(lines: list[str]) -> str:
     return lines[0] + more
 
 
+def warm_up(base: Path) -> None:
+    """Check an unspoilt place once, so that no child compiles schemas of its own."""
+    here = Path.cwd()
+    os.chdir(base)
+    try:
+        open_house(Place(base).config, source="config/config.yaml")
+    finally:
+        os.chdir(here)
+
+
 def right_moduli(bases: Mapping[bool, Path], work: Path) -> dict[bool, dict[str, float]]:
     """Moduli of the unspoilt captures, with volts and with a wrench."""
     found = {}
