@@ -1,6 +1,7 @@
 """The tables of a capture: frames.csv and force.csv."""
 
 import re
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -60,18 +61,21 @@ def read_table(path: str | Path) -> pd.DataFrame:
     ------
     ValueError
         If the file is missing or is no table, a column is given twice, or rows are longer than the
-        header, which pandas would take for an index and shift all columns by one.
+        header, whose first cells pandas by itself takes for an index: all columns shift by one.
     """
     if not is_file(Path(path)):
         raise ValueError(one_line(f"{path}: file: expected a CSV table, found nothing"))
     try:
-        table = pd.read_csv(path, low_memory=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # of cells that are left out
+            table = pd.read_csv(path, low_memory=False, index_col=False)
+    except pd.errors.ParserWarning:
+        expected = "expected as many cells as column names, found more"
+        raise ValueError(one_line(f"{path}: rows: {expected}")) from None
     except (ValueError, OverflowError) as error:
         reason = " ".join(str(error).split())
         line = f"{path}: file: expected a CSV table, found none ({reason})"
         raise ValueError(one_line(line)) from None
-    if not isinstance(table.index, pd.RangeIndex):
-        raise ValueError(f"{path}: rows: expected as many cells as column names, found more")
     for name in table.columns:
         if TWICE.fullmatch(str(name)) and str(name).rpartition(".")[0] in table.columns:
             found = f"found {str(name).rpartition('.')[0]} twice"

@@ -41,7 +41,11 @@ def read_npz(path: str | Path, *, what: str = "an NPZ file of arrays") -> dict[s
     """
     try:
         with np.load(path, allow_pickle=False) as data:
-            return {name: data[name] for name in data.files}
+            arrays = {name: data[name] for name in data.files}
+        wrong = [name for name, array in arrays.items() if not isinstance(array, np.ndarray)]
+        if wrong:
+            raise ValueError(f"{wrong[0]} is no array")
+        return arrays
     except NO_ARCHIVE as error:
         reason = " ".join(str(error).split())
         raise ValueError(f"{path}: file: expected {what}, found none ({reason})") from None

@@ -47,6 +47,8 @@ def read_arrays(path: str | Path, names: Sequence[str]) -> dict[str, NDArray]:
         with np.load(path, allow_pickle=False) as data:
             missing = [name for name in names if name not in data.files]
             arrays = {} if missing else {name: data[name] for name in names}
+        if wrong := [name for name, one in arrays.items() if not isinstance(one, np.ndarray)]:
+            raise ValueError(f"{wrong[0]} is no array")
     except NO_ARCHIVE as error:
         reason = " ".join(str(error).split())
         raise ValueError(f"{path}: file: expected an NPZ file of arrays, found {reason}") from None
