@@ -3,7 +3,7 @@
 import copy
 
 import pytest
-from house.sensor_checks import bent_transforms, dead_gauges, impossible_optics
+from house.sensor_checks import bent_transforms, dead_gauges, impossible_optics, unlike_tips
 
 PATHS = {"sensors": "sensors", "probes": "probes"}
 
@@ -37,3 +37,12 @@ def test_a_shift_in_millimetres(sensors, probe):
     probe["marker_from_force"][0][3] = 30.0
     (line,) = bent_transforms({"a": probe}, {}, PATHS)
     assert line.endswith("expected a rotation and a shift, found a shift of 30 m (metres?)")
+
+
+@pytest.mark.parametrize("factor", [0.1, 0.5, 2])
+def test_a_sphere_of_another_size_than_the_tip(probe, factor):
+    assert unlike_tips({"a": probe}, "probes") == []
+    probe = copy.deepcopy(probe)
+    probe["indenter"]["radius_m"] *= factor
+    (line,) = unlike_tips({"a": probe}, "probes")
+    assert line.startswith("probes/a.yaml: exclusion.tip_radius_m: expected indenter.radius_m")

@@ -20,6 +20,7 @@ from house.sensor_checks import (
     impossible_optics,
     missing_calibrations,
     unknown_probe,
+    unlike_tips,
 )
 from house.trackers import tracker_problems
 
@@ -173,6 +174,7 @@ def open_house(config: Mapping, *, source: str) -> House:
         problems += lab_problems(lab, sensors, paths["lab"])
     problems += ambiguous_boards(probes, paths["probes"]) + impossible_optics(sensors, paths)
     problems += bent_transforms(probes, sensors, paths) + dead_gauges(probes, paths["probes"])
+    problems += unlike_tips(probes, paths["probes"])
     found = set(discover(Path(paths["raw"])))
 
     def chosen(name: str) -> bool:

@@ -13,6 +13,8 @@ from house.lab_checks import says_simulated
 ROTATION_TOLERANCE = 1e-4
 # Parts of one probe, or of one sensor, are nearer to each other [m].
 LONGEST_SHIFT_M = 2.0
+# What depth images blur around a tip [m].
+TIP_MARGIN_M = 0.002
 
 
 def dropped_experiments(folder: Path, sensors: Mapping, lab: Mapping | None) -> list[str]:
@@ -98,6 +100,22 @@ def dead_gauges(probes: Mapping, folder: str) -> list[str]:
         if rank < len(rows):
             place = f"{Path(folder) / name}.yaml: gauge.calibration"
             lines.append(f"{place}: expected six independent rows, found {rank}")
+    return lines
+
+
+def unlike_tips(probes: Mapping, folder: str) -> list[str]:
+    """Spheres whose radius does not go with what of a cloud is the tip: the wrong unit, a diameter.
+
+    The force at a depth says nothing of it: a tenth of the radius makes E three times as large.
+    """
+    lines = []
+    for name, probe in probes.items():
+        radius_m, tip_m = probe["indenter"]["radius_m"], probe["exclusion"]["tip_radius_m"]
+        widest_m = 2 * radius_m + TIP_MARGIN_M
+        if not radius_m <= tip_m <= widest_m:
+            expected = f"indenter.radius_m {radius_m:g} to {widest_m:g}"
+            place = f"{Path(folder) / name}.yaml: exclusion.tip_radius_m"
+            lines.append(f"{place}: expected {expected}, found {tip_m:g}")
     return lines
 
 

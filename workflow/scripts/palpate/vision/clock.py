@@ -116,16 +116,16 @@ def _check_near(
         )
     best = int(np.nanargmax(likeness))
     still = likeness[int(np.argmin(np.abs(shifts)))]
-    if abs(shifts[best]) > FARTHEST_S and still < MUCH_WORSE * likeness[best]:
-        raise ValueError(
-            f"force.csv: time_s: expected the clock of frames.csv within {FARTHEST_S:g} s,"
-            f" found the press about {shifts[best]:+.2f} s away"
-        )
     if not likeness[best] >= LEAST_ALIKE:
         raise ValueError(
             "force.csv: expected a force that follows the tip's depth, with a correlation of at"
             f" least {LEAST_ALIKE:g}, found {likeness[best]:.2f} (another capture's record, or"
             " frames in another order?)"
+        )
+    if abs(shifts[best]) > FARTHEST_S and still < MUCH_WORSE * likeness[best]:
+        raise ValueError(
+            f"force.csv: time_s: expected the clock of frames.csv within {FARTHEST_S:g} s,"
+            f" found the press about {shifts[best]:+.2f} s away"
         )
 
 
