@@ -26,6 +26,8 @@ def main() -> int:
     """Judge the wanted mutations."""
     options = _parser().parse_args()
     chosen = [one for one in corpus() if re.search(options.match, one.key)]
+    if options.check:
+        chosen = [one for one in chosen if not one.job]
     if options.count:
         chosen = drawn(chosen, min(options.count, len(chosen)), seed=options.seed)
     options.table.parent.mkdir(parents=True, exist_ok=True)
@@ -33,22 +35,25 @@ def main() -> int:
     with options.table.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.DictWriter(stream, Verdict.__dataclass_fields__, lineterminator="\n")
         writer.writeheader()
-        for verdict in judged(chosen):
+        for verdict in judged(chosen, check_only=options.check):
             verdicts.append(verdict)
             writer.writerow(row_of(verdict))
             stream.flush()
     return _told(verdicts)
 
 
-def judged(chosen: Sequence[Mutation]) -> Iterator[Verdict]:
+def judged(chosen: Sequence[Mutation], *, check_only: bool = False) -> Iterator[Verdict]:
     """Verdicts on mutations, one after the other; the bad ones are shown at once."""
     with tempfile.TemporaryDirectory(prefix="mutations-") as folder:
         work = Path(folder)
         bases = make_bases(work)
         warm_up(bases[True])
-        right = right_moduli(bases, work) if any(not one.job for one in chosen) else {}
+        deep = not check_only and any(not one.job for one in chosen)
+        right = right_moduli(bases, work) if deep else {}
         for one in chosen:
-            verdict = judge(one, bases[one.volts], work, right.get(one.volts))
+            verdict = judge(
+                one, bases[one.volts], work, right.get(one.volts), check_only=check_only
+            )
             if not verdict.good:
                 sys.stderr.write(f"{verdict.outcome}: {verdict.mutation}: {verdict.line}\n")
             yield verdict
@@ -68,6 +73,7 @@ def _told(verdicts: list[Verdict]) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("table", type=Path, help="where the table goes, results/mutations.csv")
+    parser.add_argument("--check", action="store_true", help="just the check before the first job")
     parser.add_argument("--match", default="", help="just those whose names match this expression")
     parser.add_argument("--count", type=int, help="just so many, drawn")
     parser.add_argument("--seed", type=int, default=1)
