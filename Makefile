@@ -10,7 +10,7 @@ PICTURES := tracked_surface
 REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
 .PHONY: results sample validation test lint bench check lock pictures sample-captures \
-  slurm-resources clean
+  slurm-resources mutations audit clean
 
 results: .venv/installed
 	$(SNAKEMAKE)
@@ -40,6 +40,16 @@ lint: .venv/installed
 
 bench: .venv/installed
 	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python tests/bench.py results/bench.csv $(sections)
+
+# Spoilt captures, files and results (docs/reliability.md); with='--count 100' takes some of them.
+mutations: .venv/installed
+	$(ONE_THREAD) $(BIN)/python tests/mutations.py results/mutations.csv $(with)
+
+# What is installed against the lock; then known vulnerabilities, where their database is in reach.
+audit: .venv/installed
+	$(BIN)/python workflow/house/audit.py environment.lock results/audit.csv --files
+	-$(PYTHON) -m venv results/.pip-audit && results/.pip-audit/bin/pip install --quiet pip-audit \
+	  && results/.pip-audit/bin/pip-audit --strict --disable-pip --require-hashes -r environment.lock
 
 # From the last `make results`: docs/pictures holds copies, nothing drawn by hand.
 pictures:

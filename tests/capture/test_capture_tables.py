@@ -8,6 +8,7 @@ from palpate.capture.tables import (
     number_text,
     read_force,
     read_frames,
+    read_table,
     write_force,
     write_frames,
 )
@@ -81,3 +82,32 @@ def test_streams_of_each_kind():
     assert image_streams({**spec, "kind": "stereo"}) == {"left": color, "right": color}
     for kind in ("structured_light", "depth"):
         assert image_streams({**spec, "kind": kind}) == spec
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("time_s,v0\n0,1,2\n1,2,3\n", "rows: expected as many cells as column names, found more"),
+        ("time_s,v0,time_s\n0,1,2\n", "columns: expected each name once, found time_s twice"),
+        ('time_s,v0\n0,"1\n', "file: expected a CSV table, found none"),
+    ],
+)
+def test_a_table_whose_columns_are_unsure(tmp_path, text, words):
+    path = tmp_path / "force.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=f"force.csv: {words}"):
+        read_table(path)
+
+
+def test_a_comma_at_the_end_of_rows_shifts_no_column(tmp_path):
+    (tmp_path / "force.csv").write_text("time_s,v0\n0,1,\n1,2,\n")
+    table = read_table(tmp_path / "force.csv")
+    assert table.to_dict("list") == {"time_s": [0, 1], "v0": [1, 2]}
+
+
+def test_other_line_ends_are_the_same_table(tmp_path):
+    text = "time_s,v0\n0,1.25\n1,2.5\n"
+    for name, content in (("a", text), ("b", text.replace("\n", "\r\n")), ("c", "\ufeff" + text)):
+        (tmp_path / name).write_bytes(content.encode())
+    assert read_table(tmp_path / "a").equals(read_table(tmp_path / "b"))
+    assert read_table(tmp_path / "a").equals(read_table(tmp_path / "c"))

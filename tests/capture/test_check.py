@@ -189,6 +189,59 @@ def shallow_image(folder):
     write_image(folder / KINECT / "depth/000001.png", np.zeros((480, 640), np.uint8), "mono8")
 
 
+def repeat_image(folder):
+    images = folder / KINECT / "color"
+    shutil.copy(images / "000004.png", images / "000005.png")
+
+
+def name_image_twice(folder):
+    change_csv(
+        folder / KINECT / "frames.csv",
+        lambda t: t.loc.__setitem__((5, "depth"), "depth/000004.png"),
+    )
+
+
+def name_an_endless_file(folder):
+    change_csv(
+        folder / KINECT / "frames.csv", lambda t: t.loc.__setitem__((2, "color"), "x" * 5000)
+    )
+
+
+def link_image_to_itself(folder):
+    path = folder / KINECT / "color/000002.png"
+    path.unlink()
+    path.symlink_to(path.name)
+
+
+def link_image_elsewhere(folder):
+    path = folder / KINECT / "color/000002.png"
+    path.unlink()
+    path.symlink_to("/etc/hostname")
+
+
+def name_two_lines(folder):
+    change_csv(folder / KINECT / "frames.csv", lambda t: t.loc.__setitem__((2, "color"), "a\nb"))
+
+
+def template_of_another_kind(folder):
+    path = folder / "object.yaml"
+    path.write_text(path.read_text().replace("template.ply", "template.glb"))
+
+
+def tiny_normal(folder):
+    path = folder / "object.yaml"
+    spec = yaml.safe_load(path.read_text())
+    spec["points"]["08"]["direction"] = [0, 0, -1e-320]
+    path.write_text(yaml.safe_dump(spec))
+
+
+def point_in_millimetres(folder):
+    path = folder / "object.yaml"
+    spec = yaml.safe_load(path.read_text())
+    spec["points"]["08"]["position_m"] = [-0.05, 0.0, 47.5]
+    path.write_text(yaml.safe_dump(spec))
+
+
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
@@ -224,6 +277,15 @@ def shallow_image(folder):
         (lose_gauge, ["force.csv: columns: expected time_s and v0..v5 or fx_n..tz_nm"]),
         (word_in_force, ["force.csv: v1: expected finite numbers, found abc in data row 3"]),
         (small_image, ["color/000001.png", "expected 640 x 480 pixels, found 64 x 48"]),
+        (repeat_image, ["frames.csv: color: expected another image in each frame, found color/0"]),
+        (name_image_twice, ["frames.csv: depth: expected another image", "the same as depth/0"]),
+        (name_an_endless_file, ["color: expected an image, found a name that no file can have"]),
+        (link_image_to_itself, ["color: expected an image, found a name that no file can have"]),
+        (link_image_elsewhere, ["color: expected files of this folder, found color/000002.png"]),
+        (name_two_lines, ["a\\nb: color: expected an image, found nothing"]),
+        (template_of_another_kind, ["template.file: expected a file .ply", "found template.glb"]),
+        (tiny_normal, ["points.08.direction: expected a direction, found [0, 0, -1e-320]"]),
+        (point_in_millimetres, ["points.08.position_m.2: expected a number <= 10, found 47.5"]),
         (shallow_image, ["depth/000001.png", "expected 16-bit kinect_disparity, found 8 bits"]),
     ],
 )
@@ -234,6 +296,15 @@ def test_one_clear_line(block, specifications, spoil, words):
     assert "\n" not in problems[0]
     for word in words:
         assert word in problems[0]
+
+
+@pytest.mark.parametrize("name", ["lab", "Tables", "logs"])
+def test_names_that_results_use(block, specifications, name):
+    path = block / "object.yaml"
+    path.write_text(path.read_text().replace("object: foam_block", f"object: {name}"))
+    problems = check_object(block.rename(block.with_name(name)), *specifications)
+    assert len(problems) == 1
+    assert "object.yaml: object: expected none of benchmarks, figures, lab" in problems[0]
 
 
 def test_all_problems_at_once(block, specifications):

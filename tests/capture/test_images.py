@@ -82,3 +82,24 @@ def test_wrong_size_and_depth_are_found(tmp_path):
 def test_unknown_encoding_is_refused(tmp_path):
     with pytest.raises(ValueError, match="encoding: expected one of"):
         write_image(tmp_path / "a.png", np.zeros((6, 8), np.uint8), "jpeg")
+
+
+@pytest.mark.parametrize("part", [0.1, 0.5, 0.9])
+def test_an_image_whose_checksum_does_not_fit(tmp_path, part):
+    image = np.random.default_rng(0).integers(0, 255, (48, 64)).astype(np.uint8)
+    write_image(tmp_path / "a.png", image, "mono8")
+    content = bytearray((tmp_path / "a.png").read_bytes())
+    content[int(len(content) * part)] ^= 0x10
+    (tmp_path / "a.png").write_bytes(content)
+    with pytest.raises(ValueError, match="a.png: image: expected a whole PNG"):
+        read_image(tmp_path / "a.png", "mono8")
+
+
+def test_an_image_that_was_cut_and_given_an_end(tmp_path):
+    image = np.random.default_rng(0).integers(0, 255, (48, 64)).astype(np.uint8)
+    write_image(tmp_path / "a.png", image, "mono8")
+    content = (tmp_path / "a.png").read_bytes()
+    (tmp_path / "a.png").write_bytes(content[: len(content) // 2] + content[-12:])
+    assert png_problem(tmp_path / "a.png", 64, 48, "mono8") is None
+    with pytest.raises(ValueError, match="a.png: image: expected a whole PNG"):
+        read_image(tmp_path / "a.png", "mono8")

@@ -14,7 +14,7 @@ from palpate.capture.schema import load_yaml, validate
         ),
         (
             lambda s: s["color"].update(fx_px=-1),
-            "k.yaml: color.fx_px: expected a number > 0, found -1",
+            "k.yaml: color.fx_px: expected a number >= 10, found -1",
         ),
         (lambda s: s.pop("range_m"), "k.yaml: range_m: expected a value, found nothing"),
         (
@@ -75,3 +75,53 @@ def test_duplicate_keys_and_tags_are_refused(tmp_path):
     path.write_text("a: !!python/object/apply:os.getcwd []\n")
     with pytest.raises(ValueError, match="expected plain YAML"):
         load_yaml(path)
+
+
+def laughs(rows):
+    before = 'a0: &a0 ["ha"]\n'
+    return before + "".join(
+        f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, rows)
+    )
+
+
+def merges(rows):
+    return "a0: &a0 {k: 1}\n" + "".join(
+        f"a{k}: &a{k} {{<<: [*a{k - 1}, *a{k - 1}]}}\n" for k in range(1, rows)
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (laughs(12), "more than 100000 values"),
+        (merges(40), "more than 100000 values"),
+        ("a: &a [*a]\n", "or one that holds itself"),
+        ("a: " + "[" * 20_000, "recursion"),
+        ("a: !!python/object/apply:os.system ['ls']\n", "could not determine a constructor"),
+        ("a: !!float abc\n", "abc"),
+        ("a: !!bool maybe\n", "maybe"),
+        ("a: 2020-13-45\n", "month"),
+        (f"a: {'9' * 5000}\n", "4300"),
+        ("a: 1\na: 2\n", "key a is given twice"),
+        ("#" * 1_100_000, "expected YAML of at most 1000000 bytes, found 1100000"),
+    ],
+)
+def test_yaml_that_is_more_than_plain_values(tmp_path, text, words):
+    path = tmp_path / "object.yaml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=r"object.yaml: file: expected ") as refused:
+        load_yaml(path)
+    assert words in str(refused.value)
+    assert str(refused.value).isprintable()
+
+
+def test_aliases_of_people_are_read(tmp_path):
+    path = tmp_path / "lab.yaml"
+    path.write_text("\ufeffa: &a {x: 1}\r\nb: *a\r\nc: {<<: *a, y: 2}\r\n")
+    assert load_yaml(path) == {"a": {"x": 1}, "b": {"x": 1}, "c": {"x": 1, "y": 2}}
+
+
+def test_a_pattern_holds_for_the_whole_text(root):
+    schema = root / "config/schemas/object.schema.yaml"
+    lines = validate({"object": "foam\n"}, schema, "object.yaml")
+    assert any(line.startswith("object.yaml: object: expected a text like") for line in lines)

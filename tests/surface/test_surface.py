@@ -196,3 +196,43 @@ def test_templates_that_are_refused(tmp_path):
     box.export(tmp_path / "open.ply")
     with pytest.raises(ValueError, match="expected a closed surface, found open edges"):
         read_template(tmp_path / "open.ply", unit="m")
+
+
+def spoilt(content, change):
+    head, _, body = content.partition(b"end_header\n")
+    return change(head) + b"end_header\n" + body
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda c: c[:-40],
+        lambda c: c[:5],
+        lambda c: b"",
+        lambda c: spoilt(c, lambda h: h.replace(b"vertex 8", b"vertex 1000000000000")),
+        lambda c: spoilt(c, lambda h: h.replace(b"vertex 8", b"vertex -8")),
+        lambda c: spoilt(c, lambda h: h.replace(b"float x", b"quark x")),
+        lambda c: spoilt(c, lambda h: h.replace(b"binary_little_endian", b"ascii")),
+    ],
+    ids=["cut", "cut in the header", "empty", "promised", "negative", "unknown type", "ascii"],
+)
+def test_a_damaged_template_is_one_line(tmp_path, change):
+    path = tmp_path / "template.ply"
+    path.write_bytes(change(trimesh.creation.box((0.1, 0.1, 0.1)).export(file_type="ply")))
+    with pytest.raises(ValueError, match="template.ply: template: expected ") as refused:
+        read_template(path, unit="m")
+    assert "\n" not in str(refused.value)
+
+
+def test_a_template_of_another_kind(tmp_path):
+    (tmp_path / "a.gltf").write_text('{"buffers": [{"uri": "../secret"}]}')
+    with pytest.raises(ValueError, match="a.gltf: template: expected a file of ply, stl, obj, off"):
+        read_template(tmp_path / "a.gltf", unit="m")
+
+
+def test_a_template_with_a_vertex_nowhere(tmp_path):
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    box.vertices[3] = np.nan
+    box.export(tmp_path / "a.ply")
+    with pytest.raises(ValueError, match="a.ply: template: expected finite vertices"):
+        read_template(tmp_path / "a.ply", unit="m")

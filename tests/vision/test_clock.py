@@ -94,3 +94,12 @@ def test_a_shallow_press_or_a_relaxing_material_is_no_press_at_another_time(dept
     std = np.full(frame_time.size, 1e-4)
     found = clock_offset(force_time, force, frame_time, seen, std, prior_std_s=PRIOR_S)
     assert abs(found.offset_s) < 3 * found.std_s
+
+
+def test_a_force_that_does_not_follow_the_depth():
+    force_time, force, frame_time, depth, std = tap(0.0, stiffness=3e3, rate_hz=6)
+    order = np.random.default_rng(2).permutation(len(depth))
+    with pytest.raises(
+        ValueError, match=r"follows the tip's depth, .* at least 0.8, found 0\.[0-7]"
+    ):
+        clock_offset(force_time, force, frame_time, depth[order], std, prior_std_s=PRIOR_S)

@@ -8,6 +8,7 @@ from palpate.vision.force import (
     WRENCH,
     block_mean,
     check_direction,
+    check_lever,
     frame_wrenches,
     local_lines,
     match_nearest,
@@ -153,3 +154,24 @@ def test_a_press_that_does_not_push_along_the_probe(press, probe):
 def test_a_bias_window_as_long_as_the_record(press, probe):
     with pytest.raises(ValueError, match="twice as long as the bias window of 1.5 s, found 2 s"):
         wrenches(press, probe, [1.0], bias_window_s=1.5)
+
+
+def pressed(newtons, lever_m=0.0):
+    force = np.outer(newtons, [0.0, 0.0, 1.0])
+    torque = np.outer(newtons, [lever_m, 0.0, 0.0])
+    return pd.DataFrame(np.hstack([force, torque]), columns=WRENCH)
+
+
+def test_a_force_that_no_hand_has():
+    axis = np.tile([0.0, 0.0, 1.0], (2, 1))
+    check_direction(pressed([0.0, 499.0]), axis)
+    for newtons in (1740.0, np.nan):
+        with pytest.raises(ValueError, match="at most 500 N from a hand, found (1740|nan) N"):
+            check_direction(pressed([0.0, newtons]), axis)
+
+
+def test_a_force_that_passes_beside_the_sphere():
+    check_lever(pressed([0.0, 2.0], lever_m=0.006), 0.00622)
+    check_lever(pressed([0.0, 0.1], lever_m=0.2), 0.00622)
+    with pytest.raises(ValueError, match="within 11.2 mm of the sphere's centre, found .* 80.0 mm"):
+        check_lever(pressed([0.0, 2.0], lever_m=0.08), 0.00622)

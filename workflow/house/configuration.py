@@ -8,16 +8,20 @@ from pathlib import Path
 from palpate.capture.check import check_object
 from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
 from palpate.capture.schema import load_yaml, validate
+from palpate.capture.words import one_line
 
 from house.lab_checks import lab_problems, says_simulated
+from house.path_checks import path_problems
 from house.search_checks import impossible_search, unknown_objects, unknown_step_trackers
 from house.sensor_checks import (
     ambiguous_boards,
     bent_transforms,
+    dead_gauges,
     dropped_experiments,
     impossible_optics,
     missing_calibrations,
     unknown_probe,
+    unlike_tips,
 )
 from house.trackers import tracker_problems
 
@@ -166,6 +170,7 @@ def open_house(config: Mapping, *, source: str, files: bool = True) -> House:
     problems = validate(config, SCHEMAS / "config.schema.yaml", source)
     if problems:
         raise ValueError("\n".join(problems))
+    problems += path_problems(config["paths"], source)
     problems += impossible_search(config["minimise"], source)
     problems += tracker_problems(config["tracking"], source)
     problems += unknown_step_trackers(config, source)
@@ -174,11 +179,12 @@ def open_house(config: Mapping, *, source: str, files: bool = True) -> House:
     probes = _named_files(paths["probes"], "probe", problems)
     lab = _lab(paths["lab"], problems)
     if problems:
-        raise ValueError("\n".join(problems))
+        raise ValueError("\n".join(map(one_line, problems)))
     if lab is not None:
         problems += lab_problems(lab, sensors, paths["lab"])
     problems += ambiguous_boards(probes, paths["probes"]) + impossible_optics(sensors, paths)
-    problems += bent_transforms(probes, sensors, paths)
+    problems += bent_transforms(probes, sensors, paths) + dead_gauges(probes, paths["probes"])
+    problems += unlike_tips(probes, paths["probes"])
     found = set(discover(Path(paths["raw"])))
 
     def chosen(name: str) -> bool:
@@ -215,7 +221,7 @@ def open_house(config: Mapping, *, source: str, files: bool = True) -> House:
     if not wanted and not problems:
         problems.append(_nothing_found(paths, config["only"]))
     if problems:
-        raise ValueError("\n".join(problems))
+        raise ValueError("\n".join(map(one_line, problems)))
     names = {capture.object for capture in wanted} - {capture.object for capture in simulated}
     files = {name: load_yaml(Path(paths["raw"]) / name / "object.yaml") for name in sorted(names)}
     return House(

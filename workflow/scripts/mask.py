@@ -2,7 +2,7 @@
 
 import numpy as np
 from frames import Stream
-from job import run
+from job import naming, run
 from palpate.capture.files import whole_file
 from palpate.vision.background import load_model
 from palpate.vision.foreground import Classifier, save_masks
@@ -17,6 +17,14 @@ def main(snakemake):
     options.pop("false_positive_rate")
     largest_shift_px = options.pop("largest_shift_px")
     model = load_model(snakemake.input.model)
+    with naming(snakemake.input.capture, "mask", "image", "camera"):
+        masks = found_masks(snakemake, model, largest_shift_px, options)
+    with whole_file(snakemake.output.mask) as part:
+        save_masks(part, masks)
+
+
+def found_masks(snakemake, model, largest_shift_px, options):
+    """Foreground of each frame, (f, h, w); refused where it can't be the object's."""
     classify = Classifier(model, **options)
     frames = Stream(snakemake.input.capture, snakemake.params.sensor)
     masks = np.stack([classify(image) for image in frames])
@@ -31,8 +39,7 @@ def main(snakemake):
     empty = np.flatnonzero(~masks.any(axis=(1, 2)))
     if len(empty):
         raise ValueError(f"mask: expected foreground in each frame, found none in {empty[0]}")
-    with whole_file(snakemake.output.mask) as part:
-        save_masks(part, masks)
+    return masks
 
 
 run(main, snakemake)

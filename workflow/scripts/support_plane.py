@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 from frames import all_streams, sensor_of
-from job import run
+from job import naming, run
 from palpate.capture.files import whole_file
 from palpate.vision.clouds import scene_points
 from palpate.vision.support_plane import fit_support_plane
@@ -14,11 +14,12 @@ def main(snakemake):
     """Write the table's plane, camera frame."""
     sensor = sensor_of(snakemake)
     images = next(all_streams(snakemake.input.background, sensor))
-    plane = fit_support_plane(
-        scene_points(images, sensor),
-        inlier_distance_m=snakemake.params.options["inlier_distance_m"],
-        rng=np.random.default_rng(snakemake.params.seed),
-    )
+    with naming(snakemake.input.background, "background"):
+        plane = fit_support_plane(
+            scene_points(images, sensor),
+            inlier_distance_m=snakemake.params.options["inlier_distance_m"],
+            rng=np.random.default_rng(snakemake.params.seed),
+        )
     result = {"normal": plane[:3].tolist(), "offset_m": float(plane[3])}
     with whole_file(snakemake.output.plane) as part:
         part.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")

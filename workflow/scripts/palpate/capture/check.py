@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
-from palpate.capture.discover import BACKGROUND, CAPTURE_NAME, NOT_SENSORS, folders
-from palpate.capture.images import png_problem
-from palpate.capture.schema import load_yaml, validate
+from palpate.capture.columns import all_finite, check_increasing, check_numbers, read_columns
+from palpate.capture.discover import BACKGROUND, CAPTURE_NAME, NOT_SENSORS, TAKEN, folders
+from palpate.capture.pictures import check_frames, check_repeated
+from palpate.capture.schema import is_file, load_yaml, validate
 from palpate.capture.tables import (
     FORCE,
     FRAMES,
@@ -16,8 +16,8 @@ from palpate.capture.tables import (
     WRENCH_COLUMNS,
     image_streams,
     number_text,
-    read_table,
 )
+from palpate.capture.words import one_line
 
 SCHEMA = Path(__file__).resolve().parents[4] / "config" / "schemas" / "object.schema.yaml"
 FEWEST_FRAMES = 3
@@ -25,6 +25,10 @@ FEWEST_FRAMES = 3
 FEWEST_BACKGROUND_FRAMES = 4
 FEWEST_FORCE_SAMPLES = 10
 MISSING_TABLE = "{}: file: expected a CSV table, found nothing"
+# Largest component of a vector that stands for a direction.
+LENGTHS = (1e-9, 1e9)
+# Surfaces alone: scenes and archives may name other files.
+MESHES = (".ply", ".stl", ".obj", ".off")
 
 
 def check_object(
@@ -57,7 +61,7 @@ def check_object(
             check = _check_content if files else _check_tables_are_there
             for capture in folders(sensor_folder):
                 problems += check(capture, sensors[sensor_folder.name], probe)
-    return problems
+    return [one_line(problem) for problem in problems]
 
 
 def check_capture(folder: str | Path, sensor: Mapping) -> list[str]:
@@ -79,8 +83,10 @@ def check_capture(folder: str | Path, sensor: Mapping) -> list[str]:
     fewest = FEWEST_BACKGROUND_FRAMES if folder.name == BACKGROUND else FEWEST_FRAMES
     problems, frames = check_frames(folder, image_streams(sensor), fewest=fewest)
     if folder.name != BACKGROUND:
+        if frames is not None and not problems:
+            problems += check_repeated(folder, frames, image_streams(sensor))
         problems += _check_force(folder, frames)
-    return problems
+    return [one_line(problem) for problem in problems]
 
 
 def _check_object_file(folder: Path, probes: Mapping) -> tuple[list[str], Mapping | None]:
@@ -98,10 +104,27 @@ def _check_object_file(folder: Path, probes: Mapping) -> tuple[list[str], Mappin
     if spec["probe"] not in probes:
         known = ", ".join(sorted(probes))
         problems.append(f"{path}: probe: expected one of {known}, found {spec['probe']}")
-    if not any(spec["support"]["plane_normal"]):
-        problems.append(f"{path}: support.plane_normal: expected a direction, found zeros")
+    if spec["object"].casefold() in TAKEN:
+        known = ", ".join(TAKEN)
+        problems.append(f"{path}: object: expected none of {known}, found {spec['object']}")
+    problems += _check_directions(path, spec)
     problems += _check_template(folder, path, spec["template"])
     return problems, spec
+
+
+def _check_directions(path: Path, spec: Mapping) -> list[str]:
+    """Vectors that point nowhere, or so far that their length overflows."""
+    named = {"support.plane_normal": spec["support"]["plane_normal"]}
+    named |= {f"mirrors.{k}": vector for k, vector in enumerate(spec.get("mirrors", []))}
+    for point, block in spec["points"].items():
+        if "direction" in block:
+            named[f"points.{point}.direction"] = block["direction"]
+    shortest, longest = LENGTHS
+    return [
+        f"{path}: {name}: expected a direction, found {vector if any(vector) else 'zeros'}"
+        for name, vector in named.items()
+        if not shortest <= max(map(abs, vector)) <= longest
+    ]
 
 
 def _check_template(folder: Path, source: Path, template: Mapping) -> list[str]:
@@ -114,7 +137,10 @@ def _check_template(folder: Path, source: Path, template: Mapping) -> list[str]:
         if not any(path.glob("*.ply")):
             return [f"{path}: scans: expected PLY files, found none"]
         return []
-    if not path.is_file():
+    if path.suffix.lower() not in MESHES:
+        expected = f"a file {', '.join(MESHES)}"
+        return [f"{source}: template.file: expected {expected}, found {name}"]
+    if not is_file(path):
         return [f"{path}: template: expected a closed surface, found nothing"]
     with path.open("rb") as stream:
         if path.suffix.lower() == ".ply" and stream.read(3) != b"ply":
@@ -167,54 +193,6 @@ def _check_gauge(capture: Path, probe: Mapping | None) -> list[str]:
     return [f"{path}: columns: expected {expected}, found v0..v5"]
 
 
-def check_frames(
-    folder: Path, streams: Mapping[str, Mapping], *, fewest: int
-) -> tuple[list[str], pd.DataFrame | None]:
-    """Check frames.csv and the images of its streams: problems, and the table if it can be read."""
-    path = folder / FRAMES
-    table, problems = read_columns(path, ["frame", "time_s", *streams])
-    if table is None:
-        return problems, None
-    if len(table) < fewest:
-        problems.append(f"{path}: rows: expected at least {fewest}, found {len(table)}")
-    problems += check_numbers(path, table, ["frame", "time_s"])
-    problems += _check_whole(path, table, "frame")
-    problems += _check_increasing(path, table, "frame")
-    problems += _check_increasing(path, table, "time_s")
-    for stream, spec in streams.items():
-        problems += _check_filled(path, table, stream)
-        names = [str(name) for name in table[stream].dropna()]
-        problems += _check_stream(folder, path, stream, names, spec)
-    return problems, table
-
-
-def _check_stream(
-    folder: Path, source: Path, stream: str, names: list[str], spec: Mapping
-) -> list[str]:
-    """Check a stream's images; what is wrong with many of them alike is one line."""
-    alike: dict[str, list[str]] = {}
-    root = folder.resolve()
-    for name in names:
-        problem = _image_problem(folder, root, name, spec)
-        if problem:
-            alike.setdefault(problem, []).append(name)
-    lines = []
-    for problem, wrong in alike.items():
-        more = f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""
-        place = source if "files of this folder" in problem else folder / wrong[0]
-        lines.append(f"{place}: {stream}: {problem}{more}")
-    return lines
-
-
-def _image_problem(folder: Path, root: Path, name: str, spec: Mapping) -> str | None:
-    path = folder / name
-    if not path.resolve().is_relative_to(root):
-        return f"expected files of this folder, found {name}"
-    if not path.is_file():
-        return "expected an image, found nothing"
-    return png_problem(path, spec["width_px"], spec["height_px"], spec["encoding"])
-
-
 def _check_force(folder: Path, frames: pd.DataFrame | None) -> list[str]:
     path = folder / FORCE
     table, problems = read_columns(path, ["time_s"])
@@ -230,12 +208,12 @@ def _check_force(folder: Path, frames: pd.DataFrame | None) -> list[str]:
             f"{path}: rows: expected at least {FEWEST_FORCE_SAMPLES}, found {len(table)}"
         )
     problems += check_numbers(path, table, ["time_s", *sorted(columns)])
-    problems += _check_increasing(path, table, "time_s")
+    problems += check_increasing(path, table, "time_s")
     return problems or _check_overlap(path, table, frames)
 
 
 def _check_overlap(path: Path, force: pd.DataFrame, frames: pd.DataFrame | None) -> list[str]:
-    if frames is None or not len(frames) or not _all_finite(frames["time_s"]):
+    if frames is None or not len(frames) or not all_finite(frames["time_s"]):
         return []
     first, last = frames["time_s"].iloc[[0, -1]]
     start, end = force["time_s"].iloc[[0, -1]]
@@ -245,67 +223,3 @@ def _check_overlap(path: Path, force: pd.DataFrame, frames: pd.DataFrame | None)
     return [
         f"{path}: time_s: expected {expected}, found {number_text(start)} to {number_text(end)} s"
     ]
-
-
-def read_columns(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[str]]:
-    """Read a table that must have some columns: the table or None, and what is wrong."""
-    try:
-        table = read_table(path)
-    except ValueError as error:
-        return None, [str(error)]
-    missing = [name for name in columns if name not in table.columns]
-    if missing:
-        found = ", ".join(map(str, table.columns))
-        return None, [f"{path}: columns: expected {', '.join(missing)}, found {found}"]
-    return table, []
-
-
-def check_numbers(path: Path, table: pd.DataFrame, columns: list[str]) -> list[str]:
-    """One line for each of some columns that holds anything but finite numbers."""
-    problems = []
-    for name in columns:
-        values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
-        wrong = np.flatnonzero(~np.isfinite(values))
-        if len(wrong):
-            row, found = wrong[0], table[name].iloc[wrong[0]]
-            problems.append(
-                f"{path}: {name}: expected finite numbers, found {found} in data row {row + 1}"
-                f" ({len(wrong)} such)"
-            )
-    return problems
-
-
-def _check_whole(path: Path, table: pd.DataFrame, name: str) -> list[str]:
-    if not _all_finite(table[name]):
-        return []
-    values = pd.to_numeric(table[name]).to_numpy(dtype=float)
-    wrong = np.flatnonzero(values != np.round(values))
-    if not len(wrong):
-        return []
-    row = wrong[0]
-    found = f"{number_text(values[row])} in data row {row + 1}"
-    return [f"{path}: {name}: expected whole numbers, found {found}"]
-
-
-def _check_filled(path: Path, table: pd.DataFrame, name: str) -> list[str]:
-    blank = np.flatnonzero(table[name].isna())
-    if not len(blank):
-        return []
-    return [f"{path}: {name}: expected a file, found nothing in data row {blank[0] + 1}"]
-
-
-def _check_increasing(path: Path, table: pd.DataFrame, name: str) -> list[str]:
-    if not _all_finite(table[name]):
-        return []
-    values = pd.to_numeric(table[name]).to_numpy(dtype=float)
-    wrong = np.flatnonzero(np.diff(values) <= 0)
-    if not len(wrong):
-        return []
-    row = wrong[0]
-    before, after = number_text(values[row]), number_text(values[row + 1])
-    found = f"{before} then {after} in data row {row + 2}"
-    return [f"{path}: {name}: expected increasing values, found {found}"]
-
-
-def _all_finite(column: pd.Series) -> bool:
-    return bool(np.isfinite(pd.to_numeric(column, errors="coerce").to_numpy(dtype=float)).all())

@@ -6,9 +6,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from palpate.capture.check import check_capture, check_frames, check_numbers, read_columns
+from palpate.capture.check import check_capture
+from palpate.capture.columns import check_numbers, read_columns
+from palpate.capture.pictures import check_frames
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import image_streams
+from palpate.capture.words import one_line
 
 FEWEST_REPEATS, FEWEST_PAIRS = 2, 6
 GRID = ["point", "row", "column", "x_m", "y_m"]
@@ -36,7 +39,8 @@ def check_experiment(folder: str | Path, sensor: Mapping) -> list[str]:
     if folder.name not in CHECKS:
         known = ", ".join(sorted(CHECKS))
         return [f"{folder}: experiment: expected one of {known}, found {folder.name}"]
-    return _recording(folder) + CHECKS[folder.name](folder, sensor)
+    problems = _recording(folder) + CHECKS[folder.name](folder, sensor)
+    return [one_line(problem) for problem in problems]
 
 
 def _recording(folder: Path) -> list[str]:

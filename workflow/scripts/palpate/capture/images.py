@@ -1,6 +1,7 @@
 """Images of a capture: what the numbers mean is the sensor's encoding."""
 
 import struct
+import zlib
 from pathlib import Path
 
 import cv2
@@ -47,7 +48,10 @@ def read_image(path: str | Path, encoding: str) -> NDArray:
 
 def read_samples(path: str | Path, encoding: str) -> NDArray:
     """Read an image as the camera sampled it: like `read_image`, but a mosaic stays (h, w)."""
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    content = Path(path).read_bytes()
+    whole = chunks_are_whole(content)
+    pixels = np.frombuffer(content, dtype=np.uint8)
+    image = cv2.imdecode(pixels, cv2.IMREAD_UNCHANGED) if whole else None
     if image is None:
         raise ValueError(f"{path}: image: expected a whole PNG, found one that can't be decoded")
     bits, colour_types = _form(encoding)
@@ -58,6 +62,23 @@ def read_samples(path: str | Path, encoding: str) -> NDArray:
         expected = f"{bits} bits, {channels} channels"
         raise ValueError(f"{path}: {encoding}: expected {expected}, found {found}")
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB) if encoding == "rgb8" else image
+
+
+def chunks_are_whole(content: bytes) -> bool:
+    """Whether each chunk of a PNG fits its checksum: OpenCV fills up what it can't decode."""
+    place = len(PNG_SIGNATURE)
+    while place + 12 <= len(content):
+        (length,) = struct.unpack_from(">I", content, place)
+        end = place + 8 + length
+        if end + 4 > len(content):
+            return False
+        (checksum,) = struct.unpack_from(">I", content, end)
+        if zlib.crc32(content[place + 4 : end]) != checksum:
+            return False
+        if content[place + 4 : place + 8] == b"IEND":
+            return content.startswith(PNG_SIGNATURE)
+        place = end + 4
+    return False
 
 
 def demosaic(samples: NDArray, encoding: str) -> NDArray:

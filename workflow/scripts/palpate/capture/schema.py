@@ -1,14 +1,18 @@
 """Read YAML that people write, and hold it to a JSON schema."""
 
 import math
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Hashable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import jsonschema.protocols
+import jsonschema.validators
 import yaml
+
+from palpate.capture.words import one_line
 
 TYPE_NAMES = {
     "null": "null",
@@ -24,16 +28,25 @@ LIMITS = {
     "exclusiveMaximum": "<",
 }
 LONGEST_VALUE = 60
+# What people write by hand stays far below; aliases can make a short file hold billions of values.
+LARGEST_BYTES, MOST_VALUES = 1_000_000, 100_000
+MERGE = "tag:yaml.org,2002:merge"
+# What PyYAML's constructors raise over tagged values that are none: !!float abc, 2020-13-45.
+NO_VALUES = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
 
 
 class _UniqueKeys(yaml.SafeLoader):
     """Safe loader that refuses a key given twice."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
-        keys = [self.construct_object(key, deep=deep) for key, _ in node.value]
-        for key in keys:
-            if keys.count(key) > 1:
+        seen = set()
+        for name, _ in node.value:
+            if name.tag == MERGE:
+                continue
+            key = self.construct_object(name, deep=deep)
+            if isinstance(key, Hashable) and key in seen:
                 raise yaml.YAMLError(f"key {key} is given twice")
+            seen |= {key} if isinstance(key, Hashable) else set()
         return super().construct_mapping(node, deep)
 
 
@@ -43,16 +56,51 @@ def load_yaml(path: str | Path) -> Any:
     Raises
     ------
     ValueError
-        If the file is missing, is no YAML, or gives a key twice.
+        If the file is missing, is no YAML, gives a key twice, or holds more than people write.
     """
     path = Path(path)
-    if not path.is_file():
-        raise ValueError(f"{path}: file: expected YAML, found nothing")
+    if not is_file(path):
+        raise ValueError(one_line(f"{path}: file: expected YAML, found nothing"))
+    if path.stat().st_size > LARGEST_BYTES:
+        found = f"expected YAML of at most {LARGEST_BYTES} bytes, found {path.stat().st_size}"
+        raise ValueError(one_line(f"{path}: file: {found}"))
     try:
-        return yaml.load(path.read_text(encoding="utf-8"), Loader=_UniqueKeys)
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        reason = " ".join(str(error).split())
-        raise ValueError(f"{path}: file: expected plain YAML, found none ({reason})") from None
+        return _plain(path.read_text(encoding="utf-8-sig"))
+    except (yaml.YAMLError, *NO_VALUES) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        line = f"{path}: file: expected plain YAML, found none ({reason})"
+        raise ValueError(one_line(line)) from None
+
+
+def is_file(path: Path) -> bool:
+    """Whether a file stands there; False for names that no file can have."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def _plain(text: str) -> Any:
+    loader = _UniqueKeys(text)
+    try:
+        node = loader.get_single_node()
+        if node is None:
+            return None
+        if _values(node, {}) > MOST_VALUES:
+            raise yaml.YAMLError(f"more than {MOST_VALUES} values, or one that holds itself")
+        return loader.construct_document(node)
+    finally:
+        loader.dispose()
+
+
+def _values(node: yaml.Node, known: dict[int, int]) -> int:
+    """Values below a node, those behind aliases as often as they are named."""
+    if id(node) not in known:
+        known[id(node)] = MOST_VALUES  # of a node that holds itself
+        parts = node.value if isinstance(node, yaml.CollectionNode) else ()
+        flat = (one for part in parts for one in (part if isinstance(part, tuple) else (part,)))
+        known[id(node)] = 1 + sum(_values(one, known) for one in flat)
+    return known[id(node)]
 
 
 def validate(value: Any, schema: str | Path, source: str) -> list[str]:
@@ -73,14 +121,23 @@ def validate(value: Any, schema: str | Path, source: str) -> list[str]:
         One line for each problem: file, field, expected, found.
     """
     errors = _validator(Path(schema)).iter_errors(value)
-    lines = [line for error in errors for line in _lines(error, source)]
+    lines = [line for error in errors if _says_more(error) for line in _lines(error, source)]
     lines += _beyond_json(value, source, "")
     return sorted(dict.fromkeys(lines))
 
 
 @cache
 def _validator(schema: Path) -> jsonschema.protocols.Validator:
-    return jsonschema.Draft202012Validator(load_yaml(schema))
+    kind = jsonschema.validators.extend(jsonschema.Draft202012Validator, {"pattern": _pattern})
+    return kind(load_yaml(schema))
+
+
+def _pattern(
+    validator: jsonschema.protocols.Validator, pattern: str, instance: Any, schema: Mapping
+) -> Iterator[jsonschema.ValidationError]:
+    """Hold the whole of a text to a pattern: Python's $ passes over a newline at the end."""
+    if isinstance(instance, str) and not re.fullmatch(pattern, instance):
+        yield jsonschema.ValidationError(f"{instance!r} is not like {pattern!r}")
 
 
 def _beyond_json(value: Any, source: str, field: str) -> Iterator[str]:
@@ -100,6 +157,12 @@ def _beyond_json(value: Any, source: str, field: str) -> Iterator[str]:
         yield _line(source, field, "", "a finite number", str(value))
 
 
+def _says_more(error: jsonschema.ValidationError) -> bool:
+    """Whether an error says more than that a number is none, which has its own line."""
+    endless = isinstance(error.instance, float) and not math.isfinite(error.instance)
+    return not (endless and error.validator in LIMITS)
+
+
 def _lines(error: jsonschema.ValidationError, source: str) -> list[str]:
     field = ".".join(str(part) for part in error.absolute_path)
     if error.validator == "additionalProperties":
@@ -114,7 +177,7 @@ def _lines(error: jsonschema.ValidationError, source: str) -> list[str]:
 
 def _line(source: str, field: str, key: str, expected: str, found: str) -> str:
     name = ".".join(part for part in (field, key) if part) or "content"
-    return f"{source}: {name}: expected {expected}, found {found}"
+    return one_line(f"{source}: {name}: expected {expected}, found {found}")
 
 
 def _expected(error: jsonschema.ValidationError) -> str:

@@ -1,11 +1,15 @@
 """The tables of a capture: frames.csv and force.csv."""
 
+import re
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
 
 from palpate.capture.files import whole_file
+from palpate.capture.schema import is_file
+from palpate.capture.words import one_line
 
 FRAMES = "frames.csv"
 FORCE = "force.csv"
@@ -13,6 +17,8 @@ GAUGE_COLUMNS = ("v0", "v1", "v2", "v3", "v4", "v5")
 WRENCH_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 # From here on nine significant digits are coarser than a microsecond: clocks that count from 1970.
 LARGE = 1000.0
+# What pandas makes of the second column of a name.
+TWICE = re.compile(r".*\.[0-9]+", re.DOTALL)
 STREAMS = {
     "stereo": ("left", "right"),
     "structured_light": ("color", "depth"),
@@ -54,15 +60,27 @@ def read_table(path: str | Path) -> pd.DataFrame:
     Raises
     ------
     ValueError
-        If the file is missing or is no table.
+        If the file is missing or is no table, a column is given twice, or rows are longer than the
+        header, whose first cells pandas by itself takes for an index: all columns shift by one.
     """
-    if not Path(path).is_file():
-        raise ValueError(f"{path}: file: expected a CSV table, found nothing")
+    if not is_file(Path(path)):
+        raise ValueError(one_line(f"{path}: file: expected a CSV table, found nothing"))
     try:
-        return pd.read_csv(path)
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # of cells that are left out
+            table = pd.read_csv(path, low_memory=False, index_col=False)
+    except pd.errors.ParserWarning:
+        expected = "expected as many cells as column names, found more"
+        raise ValueError(one_line(f"{path}: rows: {expected}")) from None
+    except (ValueError, OverflowError) as error:
         reason = " ".join(str(error).split())
-        raise ValueError(f"{path}: file: expected a CSV table, found none ({reason})") from None
+        line = f"{path}: file: expected a CSV table, found none ({reason})"
+        raise ValueError(one_line(line)) from None
+    for name in table.columns:
+        if TWICE.fullmatch(str(name)) and str(name).rpartition(".")[0] in table.columns:
+            found = f"found {str(name).rpartition('.')[0]} twice"
+            raise ValueError(one_line(f"{path}: columns: expected each name once, {found}"))
+    return table
 
 
 def write_table(path: str | Path, table: pd.DataFrame) -> None:

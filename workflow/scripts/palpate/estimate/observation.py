@@ -5,8 +5,6 @@ sensor's fixed pattern are wrong by is therefore the same in every frame, and go
 the frames at rest; noise is left, and what the sensor does to a surface that moves.
 """
 
-import zipfile
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -19,6 +17,7 @@ from palpate.estimate.cell_heights import ObservationOptions, cell_heights, fram
 from palpate.estimate.cells import Cells, Feet, RestSurface, cells_of
 from palpate.estimate.motion_noise import SMOOTH_REACH_M, correlation_length, pattern_growth
 from palpate.estimate.sight_lines import ProbeInView, facing_cells, hidden_cells
+from palpate.solid.npz import read_npz
 from palpate.surface.alignment import Alignment
 from palpate.surface.template import Template
 
@@ -162,12 +161,7 @@ def load_motion(path: str | Path) -> SurfaceMotion:
     ValueError
         If an array is missing, or of another number of frames or cells than the rest.
     """
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            arrays = {name: data[name] for name in data.files}
-    except (ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error) as error:
-        reason = " ".join(str(error).split())
-        raise ValueError(f"{path}: file: expected a surface's motion ({reason})") from None
+    arrays = read_npz(path, what="a surface's motion")
     missing = [one.name for one in fields(SurfaceMotion) if one.name not in arrays]
     if missing:
         raise ValueError(f"{path}: {missing[0]}: expected an array, found none")

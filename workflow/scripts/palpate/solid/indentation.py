@@ -1,12 +1,13 @@
 """Look-up of one pressed point: force and surface over depth, Poisson's ratio and law."""
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BarycentricInterpolator, CubicSpline, PchipInterpolator
+
+from palpate.solid.npz import read_npz
 
 # In this power of the force Hertz's contact is straight over depth.
 STRAIGHT = 2 / 3
@@ -151,12 +152,7 @@ def load_indentation(path: str | Path) -> IndentationModel:
     ValueError
         If the file is no such archive, or an array is missing or of another shape.
     """
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            arrays = {name: data[name] for name in data.files}
-    except (ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
-        reason = " ".join(str(error).split())
-        raise ValueError(f"{path}: file: expected an indentation look-up ({reason})") from None
+    arrays = read_npz(path, what="an indentation look-up")
     _check_shapes(path, arrays)
     plain = {
         "radius_m": float(arrays["radius_m"]),

@@ -195,7 +195,7 @@ def load_alignment(path: str | Path) -> Alignment:
     """
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{path}: file: expected JSON, found none ({error})") from None
     if not isinstance(content, dict):
         raise ValueError(f"{path}: file: expected fields, found {type(content).__name__}")

@@ -1,7 +1,5 @@
 """The simulated frames of Section 3.3.2, and the tracker on them."""
 
-import zipfile
-import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.solid.mesh import SolidMesh, solid_mesh
+from palpate.solid.npz import read_npz
 from palpate.surface.data_points import Frame, TrackerOptions
 from palpate.surface.template import Template
 from palpate.surface.track import track_frames
@@ -156,14 +155,8 @@ def read_steps(path: str | Path) -> SimulatedSteps:
 
 
 def _read_fields(path: str | Path) -> dict[str, NDArray]:
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            fields = {name: data[name] for name in FIELDS if name in data.files}
-    except (zipfile.BadZipFile, zlib.error, EOFError, TypeError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        raise ValueError(
-            f"{path}: file: expected an NPZ of plain arrays, found none ({reason})"
-        ) from None
+    arrays = read_npz(path, what="an NPZ of plain arrays")
+    fields = {name: arrays[name] for name in FIELDS if name in arrays}
     missing = [name for name in FIELDS if name not in fields]
     if missing:
         raise ValueError(f"{path}: expected {', '.join(FIELDS)}, found no {missing[0]}")

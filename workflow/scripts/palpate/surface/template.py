@@ -13,6 +13,8 @@ from trimesh.graph import connected_component_labels
 METRES = {"m": 1.0, "mm": 0.001}
 # Objects that one depth camera and a hand-held probe can measure [m].
 PLAUSIBLE_SIZE_M = (0.01, 3.0)
+# Kinds of files with a surface, and how they are read without what else they may name.
+MESHES = {"ply": {}, "stl": {}, "obj": {"skip_materials": True}, "off": {}}
 PASSES = 12
 # Vertices whose distances to all others are held at a time.
 CHUNK = 256
@@ -54,7 +56,7 @@ def read_template(path: str | Path, *, unit: str) -> Template:
     ValueError
         If it is no closed surface of one piece, or its size says that the unit is wrong.
     """
-    mesh = trimesh.load(path, force="mesh", process=True)
+    mesh = _load_mesh(Path(path))
     if not len(mesh.faces):
         raise ValueError(f"{path}: template: expected a triangle mesh, found no faces")
     if not mesh.is_watertight:
@@ -70,6 +72,30 @@ def read_template(path: str | Path, *, unit: str) -> Template:
         expected = f"an object of {low} to {high} m"
         raise ValueError(f"{path}: template.unit: expected {expected}, found {size:g} m ({unit})")
     return Template(np.asarray(mesh.vertices) * METRES[unit], np.asarray(mesh.faces))
+
+
+def _load_mesh(path: Path) -> trimesh.Trimesh:
+    """Load a surface, and nothing else that a file may name; other ends of trimesh are one line."""
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in MESHES:
+        known = ", ".join(MESHES)
+        raise ValueError(f"{path}: template: expected a file of {known}, found {kind or 'another'}")
+    try:
+        with path.open("rb") as stream:
+            mesh = trimesh.load_mesh(stream, file_type=kind, process=True, **MESHES[kind])
+        whole = isinstance(mesh, trimesh.Trimesh) and np.isfinite(mesh.vertices).all()
+        size = len(mesh.vertices) if whole else 0
+        whole = whole and (not mesh.faces.size or 0 <= mesh.faces.min() <= mesh.faces.max() < size)
+    except (OSError, MemoryError):
+        raise
+    except Exception as error:  # its readers raise whatever a damaged file leads to
+        reason = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        raise ValueError(f"{path}: template: expected a mesh, found none ({reason})") from None
+    if not whole:
+        raise ValueError(
+            f"{path}: template: expected finite vertices and faces of them, found others"
+        )
+    return mesh
 
 
 def unique_edges(faces: NDArray) -> NDArray:

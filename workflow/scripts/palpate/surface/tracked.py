@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.solid.npz import read_npz
+
 
 @dataclass(frozen=True)
 class Tracked:
@@ -55,9 +57,20 @@ def save_tracked(path: str | Path, tracked: Tracked) -> None:
 
 
 def load_tracked(path: str | Path) -> Tracked:
-    """Read tracked.npz; files without a prior have none."""
-    with np.load(path, allow_pickle=False) as data:
-        arrays = {name: data[name] for name in data.files}
+    """Read tracked.npz; files without a prior have none.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged or lacks an array, or vertices are of another number than the rest's.
+    """
+    arrays = read_npz(path)
+    missing = [one for one in Tracked.__dataclass_fields__ if one not in {*arrays, "prior"}]
+    if missing:
+        raise ValueError(f"{path}: {missing[0]}: expected an array, found none")
+    moved, rest = arrays["vertices_m"].shape, arrays["rest_m"].shape
+    if len(moved) != 3 or moved[1:] != rest or arrays["contact_frame"].shape:
+        raise ValueError(f"{path}: vertices_m: expected frames of shape {rest}, found {moved}")
     plain = {"contact_frame": int(arrays["contact_frame"]), "prior": str(arrays.get("prior", ""))}
     return Tracked(**arrays | plain)
 

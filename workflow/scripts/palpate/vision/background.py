@@ -1,16 +1,19 @@
 """Background subtraction with brightness and chromaticity apart (Horprasert, Section 4.2.1)."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.vision.arrays import read_arrays
+
 # A pixel that never changes still has the error of its quantisation.
 QUANTISATION_STD = 1 / np.sqrt(12)
 SMALLEST = 1e-6
 FEWEST_FRAMES = 4
+THRESHOLDS = ("brightness_threshold", "threshold")
 # Bins of the distortions of background pixels: a step is 0.6 %, finer than a threshold needs.
 BIN_EDGES = np.concatenate([[0.0], np.geomspace(1e-3, 1e6, 3600), [np.inf]])
 
@@ -104,11 +107,24 @@ def save_model(path: str | Path, model: BackgroundModel) -> None:
 
 
 def load_model(path: str | Path) -> BackgroundModel:
-    """Read a model that `save_model` wrote."""
-    with np.load(path, allow_pickle=False) as data:
-        arrays = {name: data[name] for name in data.files}
-    thresholds = {name: float(arrays.pop(name)) for name in ("brightness_threshold", "threshold")}
-    return BackgroundModel(**arrays, **thresholds)
+    """Read a model that `save_model` wrote.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, or its arrays do not belong together or hold no numbers.
+    """
+    arrays = read_arrays(path, [one.name for one in fields(BackgroundModel)])
+    shape = arrays["mean"].shape
+    if len(shape) != 3:
+        raise ValueError(f"{path}: mean: expected shape (h, w, c), found {shape}")
+    shapes = dict.fromkeys(THRESHOLDS, ()) | {"std": shape, "mean": shape}
+    for name, array in arrays.items():
+        if array.dtype.kind not in "fiu" or not np.isfinite(array).all():
+            raise ValueError(f"{path}: {name}: expected finite numbers, found others")
+        if array.shape != (wanted := shapes.get(name, shape[:2])):
+            raise ValueError(f"{path}: {name}: expected shape {wanted}, found {array.shape}")
+    return BackgroundModel(**arrays | {name: float(arrays[name]) for name in THRESHOLDS})
 
 
 def _moments(frames: Sequence[NDArray]) -> tuple[NDArray, NDArray]:

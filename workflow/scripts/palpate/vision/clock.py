@@ -23,6 +23,8 @@ SMALLEST_NOISE_N = 1e-3
 SEARCHED_S, SEARCH_STEP_S, FARTHEST_S = 1.0, 0.02, 0.1
 # Misfits may by chance be this multiple of the best, which counts as this large at least.
 BY_CHANCE, LEAST_MISFIT = 1.6, 2 / 3
+# Least correlation of a force with what a press makes of the depths.
+LEAST_ALIKE = 0.8
 PRESSED = 0.1
 SMALLEST_FORCE_N = 0.05
 # Where the contact may be, as parts of the way that the tip takes, and guesses to start from.
@@ -113,6 +115,13 @@ def _check_near(
     forces = [np.interp(frame_time_s + shift, force_time_s, force_n) for shift in shifts]
     misfits = [min(ways.misfit(force) for ways in presses) for force in forces]
     best, still = int(np.argmin(misfits)), misfits[int(np.argmin(np.abs(shifts)))]
+    alike = max(ways.likeness(forces[best]) for ways in presses)
+    if alike < LEAST_ALIKE and misfits[best] > BY_CHANCE:
+        raise ValueError(
+            "force.csv: expected a force that follows the tip's depth, with a correlation of at"
+            f" least {LEAST_ALIKE:g}, found {alike:.2f} (another capture's record, or frames in"
+            " another order?)"
+        )
     if abs(shifts[best]) > FARTHEST_S and still > BY_CHANCE * max(misfits[best], LEAST_MISFIT):
         raise ValueError(
             f"force.csv: time_s: expected the clock of frames.csv within {FARTHEST_S:g} s,"
@@ -138,10 +147,18 @@ class _Ways:
 
     def misfit(self, force_n: NDArray) -> float:
         """Misfit of a force, as multiple of what the errors make of it."""
-        parts, misfit = nnls(self.presses - self.presses.mean(axis=0), force_n - force_n.mean())
+        parts, misfit = self._fit(force_n)
         slope = 1.5 * (self.presses @ parts) / np.maximum(self.depth_m, self.depth_std_m)
         expected = np.hypot(slope * self.depth_std_m, self.noise_n)
         return float(misfit / np.hypot(np.linalg.norm(expected), SMALLEST_FORCE_N))
+
+    def likeness(self, force_n: NDArray) -> float:
+        """Correlation of a force with the way that is most like it."""
+        part = self._fit(force_n)[1] / max(np.linalg.norm(force_n - force_n.mean()), 1e-12)
+        return float(np.sqrt(max(1 - part**2, 0)))
+
+    def _fit(self, force_n: NDArray) -> tuple[NDArray, float]:
+        return nnls(self.presses - self.presses.mean(axis=0), force_n - force_n.mean())
 
 
 def _relaxing(time_s: NDArray, elastic: NDArray) -> NDArray:

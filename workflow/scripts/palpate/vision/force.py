@@ -12,7 +12,11 @@ AVERAGED_S = 0.01
 GRAVITY_M_S2 = 9.81
 FEWEST_UNLOADED = 10
 SMALLEST_PRESS_N, LARGEST_ANGLE_DEG = 0.2, 60.0
+# Of the torque's noise, of the weight and of the tip's place; the study's captures have 0.4 mm.
+LEVER_ERROR_M = 0.005
 SATURATION = 0.999
+# No hand presses harder; a record in millinewtons does.
+STRONGEST_HAND_N = 500.0
 # A live gauge's noise crosses a step of the converter long before this time is over.
 STILL_S = 1.0
 GAUGES = ["v0", "v1", "v2", "v3", "v4", "v5"]
@@ -99,7 +103,7 @@ def frame_wrenches(
 
 
 def check_direction(table: pd.DataFrame, axis: NDArray) -> None:
-    """Refuse a force that does not push where the probe points, at its peak.
+    """Refuse a force that no hand has, or that does not push where the probe points, at its peak.
 
     Parameters
     ----------
@@ -111,11 +115,16 @@ def check_direction(table: pd.DataFrame, axis: NDArray) -> None:
     Raises
     ------
     ValueError
-        If the largest force lies more than 60 degrees off the pressing direction.
+        If the largest force exceeds 500 N or lies more than 60 degrees off the pressing direction.
     """
     force = table[FORCE].to_numpy(float)
     size = np.linalg.norm(force, axis=1)
     peak = int(np.argmax(size))
+    if not size[peak] <= STRONGEST_HAND_N:
+        raise ValueError(
+            f"force.csv: expected at most {STRONGEST_HAND_N:g} N from a hand, found"
+            f" {size[peak]:.4g} N (newtons, and the unit of the gauges' calibration?)"
+        )
     if size[peak] < SMALLEST_PRESS_N:
         return
     angle = np.degrees(np.arccos(np.clip(force[peak] @ axis[peak] / size[peak], -1, 1)))
@@ -123,6 +132,38 @@ def check_direction(table: pd.DataFrame, axis: NDArray) -> None:
         raise ValueError(
             f"force.csv: expected the press of {size[peak]:.2f} N along the probe, found it"
             f" {angle:.0f} degrees off (order, sign and calibration of the channels?)"
+        )
+
+
+def check_lever(table: pd.DataFrame, radius_m: float) -> None:
+    """Refuse a wrench whose force passes beside the sphere, at its peak.
+
+    Pressure and friction act on the sphere's surface: about its centre their torque is at most the
+    radius times the force, whatever they are.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of `frame_wrenches`.
+    radius_m : float
+        Of the sphere.
+
+    Raises
+    ------
+    ValueError
+        If the force's line passes the centre at more than the radius and 5 mm.
+    """
+    wrench = table[WRENCH].to_numpy(float)
+    size = np.linalg.norm(wrench[:, :3], axis=1)
+    peak = int(np.argmax(size))
+    if size[peak] < SMALLEST_PRESS_N:
+        return
+    lever_m = float(np.linalg.norm(wrench[peak, 3:]) / size[peak])
+    if lever_m > radius_m + LEVER_ERROR_M:
+        raise ValueError(
+            f"force.csv: expected a force within {(radius_m + LEVER_ERROR_M) * 1e3:.1f} mm of the"
+            f" sphere's centre, found its line {lever_m * 1e3:.1f} mm away (units of torque and"
+            " force, calibration of the gauges, force_from_tip?)"
         )
 
 

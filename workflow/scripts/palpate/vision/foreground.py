@@ -158,6 +158,17 @@ def save_masks(path: str | Path, masks: NDArray) -> None:
 
 
 def load_masks(path: str | Path) -> NDArray:
-    """Read the masks that `save_masks` wrote, (f, h, w) bool."""
+    """Read the masks that `save_masks` wrote, (f, h, w) bool.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, or holds other bits than the masks' shape asks for.
+    """
     data = read_arrays(path, ("mask", "shape"))
+    packed, shape = data["mask"], data["shape"]
+    whole = shape.shape == (3,) and shape.dtype.kind == "i" and packed.dtype == np.uint8
+    if not whole or packed.shape != (*shape[:2], -(-shape[2] // 8)):
+        found = f"{packed.dtype} {packed.shape} for {shape.tolist()}"
+        raise ValueError(f"{path}: mask: expected the bits of (frames, h, w), found {found}")
     return np.unpackbits(data["mask"], axis=-1, count=data["shape"][-1]).astype(bool)

@@ -70,7 +70,7 @@ def read_plane(path: str | Path) -> NDArray:
     """
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{path}: file: expected JSON, found none ({error})") from None
     fields = content if isinstance(content, dict) else {}
     normal = _numbers(path, fields, "normal", (3,), "three numbers")

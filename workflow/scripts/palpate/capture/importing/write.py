@@ -10,13 +10,14 @@ import pandas as pd
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from palpate.capture.check import FEWEST_BACKGROUND_FRAMES, check_capture, check_frames
+from palpate.capture.check import FEWEST_BACKGROUND_FRAMES, check_capture
 from palpate.capture.files import whole_folder
 from palpate.capture.images import write_image
 from palpate.capture.importing.pairing import Pairs, paired
 from palpate.capture.importing.pixels import MILLIMETRES, millimetres
 from palpate.capture.importing.recording import NANOSECONDS, Content, Picture, Recording
 from palpate.capture.importing.sensor_file import RANGE_M, sensor_of, write_sensor
+from palpate.capture.pictures import check_frames
 from palpate.capture.tables import image_streams, write_force, write_frames
 
 LOWEST_FORCE_RATE_HZ = 100

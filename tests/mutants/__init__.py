@@ -1,0 +1,1 @@
+"""Mutations of the sample's captures and files, and what the workflow makes of them."""
