@@ -6,6 +6,7 @@ from pathlib import Path
 
 from palpate.capture.check import check_object
 from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
+from palpate.capture.fingerprint import stamps_below
 from palpate.capture.schema import load_yaml, validate
 
 from house.lab_checks import lab_problems, says_simulated
@@ -46,6 +47,8 @@ class House:
         All that the lab makes on demand.
     object_files : mapping
         object.yaml by name, of the objects that people recorded.
+    seen : mapping
+        Stamps of what stood in ``raw/`` before it was checked, by path.
     """
 
     paths: Mapping[str, str]
@@ -56,6 +59,7 @@ class House:
     tracked: tuple[CaptureId, ...]
     simulated: frozenset[CaptureId]
     object_files: Mapping[str, Mapping]
+    seen: Mapping[str, str]
 
     @property
     def objects(self) -> list[str]:
@@ -160,6 +164,7 @@ def open_house(config: Mapping, *, source: str) -> House:
     problems += tracker_problems(config["tracking"], source)
     problems += unknown_step_trackers(config, source)
     paths = config["paths"]
+    seen = stamps_below(paths["raw"])
     sensors = _named_files(paths["sensors"], "sensor", problems)
     probes = _named_files(paths["probes"], "probe", problems)
     lab = _lab(paths["lab"], problems)
@@ -206,7 +211,15 @@ def open_house(config: Mapping, *, source: str) -> House:
     names = {capture.object for capture in wanted} - {capture.object for capture in simulated}
     files = {name: load_yaml(Path(paths["raw"]) / name / "object.yaml") for name in sorted(names)}
     return House(
-        paths, sensors, probes, lab, tuple(wanted), tuple(tracked), frozenset(simulated), files
+        paths,
+        sensors,
+        probes,
+        lab,
+        tuple(wanted),
+        tuple(tracked),
+        frozenset(simulated),
+        files,
+        seen,
     )
 
 

@@ -1,4 +1,5 @@
 # Discovery, checks and paths shared by the rules. Nothing here computes a result.
+import os
 import sys
 from pathlib import Path
 
@@ -10,11 +11,14 @@ sys.path[:0] = [
 
 from house.configuration import open_house
 from house.digest import code_digest
-from house.fingerprint import folder_fingerprint
 from house.lab_checks import is_simulated
+from house.run_lock import OWNER
 from house.trackers import options_of
 from palpate.capture.discover import CAPTURE_NAME
+from palpate.capture.fingerprint import folder_fingerprint
 
+# Jobs end when this process does.
+os.environ[OWNER] = str(os.getpid())
 try:
     HOUSE = open_house(config, source="config/config.yaml")
 except ValueError as error:
@@ -72,13 +76,18 @@ def code(script):
     return code_digest(Path(workflow.basedir) / "workflow" / "scripts" / f"{script}.py")
 
 
+def fingerprint_of(folder):
+    """Fingerprint of a dropped folder, as it was before the checks."""
+    return HOUSE.seen.get(str(Path(folder))) or folder_fingerprint(folder)
+
+
 def content(folder):
     """Fingerprint of a dropped folder of captures; the lab's follow from its configuration."""
 
     def fingerprint(wildcards):
         if HOUSE.made_by_lab(wildcards.object):
             return "lab"
-        return folder_fingerprint(folder.format(**wildcards))
+        return fingerprint_of(folder.format(**wildcards))
 
     return fingerprint
 
@@ -122,7 +131,7 @@ def scans_content(wildcards):
     """Fingerprint of dropped scans; the lab's follow from its configuration."""
     if HOUSE.made_by_lab(wildcards.object):
         return "lab"
-    return folder_fingerprint(scans_of(wildcards))
+    return fingerprint_of(scans_of(wildcards))
 
 
 def kept_mesh(wildcards):
