@@ -9,7 +9,7 @@ import fcntl
 import json
 import os
 import socket
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from palpate.capture.files import remove_parts, whole_file
@@ -27,7 +27,13 @@ _descriptors: list[int] = []
 
 
 def begin_run(
-    jobs: Iterable, running: Iterable, *, results: str, raw: str, seen: Mapping[str, str]
+    jobs: Iterable,
+    running: Iterable,
+    *,
+    results: str,
+    raw: str,
+    seen: Mapping[str, str],
+    warn: Callable[[str], None],
 ) -> None:
     """Lock what a run writes into, remove what killed jobs left there, and write down its inputs.
 
@@ -39,6 +45,8 @@ def begin_run(
         Folders of the run; ``raw`` is locked if the lab writes into it.
     seen : mapping
         Stamps of dropped inputs by path, from before they were checked.
+    warn : callable
+        Is told, in one line, of a file system that has no locks.
 
     Raises
     ------
@@ -51,7 +59,7 @@ def begin_run(
     written = {str(path) for job in running for path in job.output}
     folders = [results, *([raw] if any(_below(path, raw) for path in written) else [])]
     for folder in folders:
-        lock_folder(folder)
+        lock_folder(folder, warn=warn)
     for folder in folders:
         remove_parts(folder)
     inputs = {path: seen.get(str(Path(path))) or stamp(path) for path in sorted(used)}
@@ -61,8 +69,8 @@ def begin_run(
     os.environ[INPUTS] = str(begun)
 
 
-def lock_folder(folder: str | Path) -> None:
-    """Hold a folder until this process ends.
+def lock_folder(folder: str | Path, *, warn: Callable[[str], None]) -> None:
+    """Hold a folder until this process ends; see `begin_run` for the parameters.
 
     Raises
     ------
@@ -73,7 +81,7 @@ def lock_folder(folder: str | Path) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-        _lock(descriptor, folder)
+        _lock(descriptor, folder, warn)
         os.ftruncate(descriptor, 0)
         os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}\n".encode())
     except OSError as error:
@@ -82,7 +90,7 @@ def lock_folder(folder: str | Path) -> None:
     _descriptors.append(descriptor)
 
 
-def _lock(descriptor: int, folder: str | Path) -> None:
+def _lock(descriptor: int, folder: str | Path, warn: Callable[[str], None]) -> None:
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -92,12 +100,9 @@ def _lock(descriptor: int, folder: str | Path) -> None:
             f"{folder}: expected no other run at work, found one ({holder or 'just begun'})"
         ) from None
     except OSError as error:
-        os.close(descriptor)
-        if error.errno in NO_LOCKS:
-            raise ValueError(
-                f"{folder}: expected a file system with locks (flock), found none"
-            ) from error
-        raise
+        if error.errno not in NO_LOCKS:
+            raise
+        warn(f"{folder}: this file system has no locks; see that no other run works on it")
 
 
 def _below(path: str, folder: str) -> bool:

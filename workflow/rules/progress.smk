@@ -14,6 +14,7 @@ onstart:
             results=RESULTS,
             raw=RAW,
             seen=HOUSE.seen,
+            warn=logger.warning,
         )
     except ValueError as error:
         raise WorkflowError(str(error)) from None
