@@ -11,10 +11,13 @@ from types import SimpleNamespace
 import pytest
 from house import run_lock
 
-HOLD = (
-    "import sys, time; from house.run_lock import lock_folder; lock_folder(sys.argv[1], warn=print); \
-print('held', flush=True); time.sleep(60)"
-)
+HOLD = """
+import sys, time
+from house.run_lock import lock_folder
+lock_folder(sys.argv[1], warn=print)
+print("held", flush=True)
+time.sleep(60)
+"""
 
 
 @pytest.fixture
