@@ -9,7 +9,10 @@ SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
 PICTURES := tracked_surface
 REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
-.PHONY: results sample validation test lint bench check lock pictures sample-captures clean
+# Of `make faults`.
+kills := 50
+
+.PHONY: results sample validation test faults lint bench check lock pictures sample-captures clean
 
 results: .venv/installed
 	$(SNAKEMAKE)
@@ -29,6 +32,10 @@ validation: .venv/installed
 
 test: .venv/installed
 	$(BIN)/python -m pytest
+
+# Runs of the sample, killed again and again at random moments; half an hour on two quiet cores.
+faults: .venv/installed
+	$(BIN)/python tests/faults.py results/faults.md --kills $(kills) $(if $(targets),--targets $(targets))
 
 lint: .venv/installed
 	$(BIN)/ruff check .
