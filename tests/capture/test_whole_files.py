@@ -58,8 +58,18 @@ def test_what_a_killed_writer_left_is_removed(root, tmp_path):
     )
     assert sorted(name[-5:] for name in os.listdir(deep)) == ["a.csv", "b-dir"]
     (deep / "kept.csv").touch()
-    remove_parts(tmp_path)
+    remove_parts(tmp_path, unless="lock")
     assert os.listdir(deep) == ["kept.csv"]
+
+
+def test_parts_of_another_run_stay(tmp_path):
+    for place in (tmp_path, tmp_path / "other"):
+        place.mkdir(exist_ok=True)
+        (place / "lock").touch()
+        (place / ".part-0-a.csv").touch()
+    remove_parts(tmp_path, unless="lock")
+    assert sorted(os.listdir(tmp_path)) == ["lock", "other"]
+    assert sorted(os.listdir(tmp_path / "other")) == [".part-0-a.csv", "lock"]
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])

@@ -61,7 +61,7 @@ def begin_run(
     for folder in folders:
         lock_folder(folder, warn=warn)
     for folder in folders:
-        remove_parts(folder)
+        remove_parts(folder, unless=LOCK)
     inputs = {path: seen.get(str(Path(path))) or stamp(path) for path in sorted(used)}
     begun = Path(results) / BEGUN
     with whole_file(begun) as part:

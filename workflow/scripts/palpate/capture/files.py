@@ -85,12 +85,22 @@ def _part_of(path: Path) -> Iterator[Path]:
         _remove(part)
 
 
-def remove_parts(folder: str | Path) -> None:
+def remove_parts(folder: str | Path, *, unless: str) -> None:
     """Remove what writers that were killed left behind in a folder and below it.
 
     Nobody may be writing there.
+
+    Parameters
+    ----------
+    folder : path
+    unless : str
+        Folders below that hold a file of this name are passed over: others may write there.
     """
-    for place, folders, files in os.walk(folder):
+    top = Path(folder)
+    for place, folders, files in os.walk(top):
+        if unless in files and Path(place) != top:
+            folders.clear()
+            continue
         for name in [*folders, *files]:
             if name.startswith(PART):
                 _remove(Path(place, name))
