@@ -19,6 +19,8 @@ for _variable in (
     "OPENCV_FOR_THREADS_NUM",
 ):
     os.environ[_variable] = "1"
+# Before the script's other imports, which take seconds.
+end_with_run()
 
 
 def run(main: Callable, snakemake: object) -> None:
@@ -35,7 +37,6 @@ def run(main: Callable, snakemake: object) -> None:
     snakemake : object
         The job, as Snakemake hands it to scripts.
     """
-    end_with_run()
     # Lines that a full disk has no space for are told at the end, once.
     logging.raiseExceptions = False
     refused = None
