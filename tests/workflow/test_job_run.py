@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -24,7 +25,11 @@ def orphan(root):
     owner = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
     child = subprocess.Popen(
         [sys.executable, "-c", SLEEP],
-        env=os.environ | {"PYTHONPATH": str(root / "workflow/scripts"), OWNER: str(owner.pid)},
+        env=os.environ
+        | {
+            "PYTHONPATH": str(root / "workflow/scripts"),
+            OWNER: f"{owner.pid} {socket.gethostname()}",
+        },
         stdout=subprocess.PIPE,
         text=True,
     )
@@ -49,6 +54,15 @@ def test_a_job_without_a_run_is_left_alone(monkeypatch):
     monkeypatch.delenv(OWNER, raising=False)
     monkeypatch.setattr(job_run.threading, "Thread", None)
     job_run.end_with_run()
+
+
+def test_a_run_of_another_machine_is_not_watched(monkeypatch):
+    watched = []
+    monkeypatch.setenv(OWNER, "1 elsewhere")
+    monkeypatch.setattr(job_run.threading.Thread, "start", lambda self: watched.extend(self._args))
+    job_run.own_run()
+    assert watched == [[os.getppid()]]
+    assert os.environ[OWNER] == f"{os.getpid()} {socket.gethostname()}"
 
 
 @pytest.fixture

@@ -18,7 +18,6 @@ from palpate.capture.fingerprint import stamp
 LOCK = ".run.lock"
 BEGUN = ".run.json"
 # What jobs find in their environment: see workflow/scripts/job_run.py.
-OWNER = "PALPATE_RUN_PID"
 INPUTS = "PALPATE_RUN_INPUTS"
 NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 LONGEST_HOLDER = 200

@@ -1,5 +1,4 @@
 # Discovery, checks and paths shared by the rules. Nothing here computes a result.
-import os
 import sys
 from pathlib import Path
 
@@ -12,13 +11,12 @@ sys.path[:0] = [
 from house.configuration import open_house
 from house.digest import code_digest
 from house.lab_checks import is_simulated
-from house.run_lock import OWNER
 from house.trackers import options_of
+from job_run import own_run
 from palpate.capture.discover import CAPTURE_NAME
 from palpate.capture.fingerprint import folder_fingerprint
 
-# Jobs end when this process does.
-os.environ[OWNER] = str(os.getpid())
+own_run()
 try:
     HOUSE = open_house(config, source="config/config.yaml")
 except ValueError as error:

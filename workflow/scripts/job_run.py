@@ -3,29 +3,38 @@
 import json
 import os
 import select
+import socket
 import threading
 import time
 from pathlib import Path
 
 from palpate.capture.fingerprint import stamp
 
-# Set by workflow/house/run_lock.py and the Snakefile.
+# Process and host of the Snakemake that runs a job; file of what stood there when its run began.
 OWNER = "PALPATE_RUN_PID"
 INPUTS = "PALPATE_RUN_INPUTS"
 POLL_S = 1.0
+
+
+def own_run() -> None:
+    """Make this process the one that jobs end with; it ends with the job that it is part of."""
+    end_with_run()
+    os.environ[OWNER] = f"{os.getpid()} {socket.gethostname()}"
 
 
 def end_with_run() -> None:
     """End this process as soon as the run's Snakemake, or this process's parent, has ended.
 
     Without it a job would go on after ``kill -9`` of its run, and write its results at some time
-    into those of the next. A job that no run started is left alone.
+    into those of the next. A process that no run started is left alone; on the node of a cluster it
+    is the node's own Snakemake that counts.
     """
     if OWNER not in os.environ:
         return
-    owners = sorted({int(os.environ[OWNER]), os.getppid()})
+    owner, host = os.environ[OWNER].split(" ", 1)
+    here = {int(owner)} if host == socket.gethostname() else set()
     wait = _wait if hasattr(os, "pidfd_open") else _poll
-    threading.Thread(target=wait, args=(owners,), daemon=True).start()
+    threading.Thread(target=wait, args=(sorted(here | {os.getppid()}),), daemon=True).start()
 
 
 def _wait(owners: list[int]) -> None:
