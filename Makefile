@@ -56,7 +56,7 @@ sample-captures: .venv/installed
 	$(SNAKEMAKE) --configfile tests/sample/lab_config.yaml -- lab
 	rm -rf tests/sample/raw
 	cp -r results/sample_lab/raw tests/sample/raw
-	find tests/sample/raw -name '.snakemake_timestamp' -delete
+	find tests/sample/raw -type f -name '.*' -delete
 
 lock:
 	uv pip compile --python-version 3.11 --generate-hashes --no-header --no-emit-index-url \
