@@ -19,6 +19,7 @@ import sys
 import tempfile
 import threading
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -37,6 +38,9 @@ JOB_SCRIPT = re.compile(r"\.snakemake/scripts/tmp\w+\.(\w+)\.py$")
 STARTED = re.compile(r"^\d+:\d\d:\d\d  (\d+) of (\d+) steps")
 # A kill falls this long after a job began, at most; one in six while the run is still starting.
 LATEST_S, IN_START = 6.0, 1 / 6
+# Share of the runs that are struck again while they deal with a job that was killed.
+TWICE = 0.6
+ERROR = "Error in rule"
 ORPHANS_END_S = 30.0
 GIVE_UP_S = 1800.0
 
@@ -72,7 +76,6 @@ class Run:
             stderr=subprocess.PIPE,
             text=True,
             start_new_session=True,
-            env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"},
         )
         self.reader = threading.Thread(target=self._read, daemon=True)
         self.reader.start()
@@ -107,6 +110,15 @@ class Run:
         status = self.process.wait(timeout=GIVE_UP_S)
         self.reader.join(timeout=5)
         return status
+
+    def said(self, words: str, *, within_s: float) -> bool:
+        """Whether a line begins with some words, or does so in a time."""
+        end = time.monotonic() + within_s
+        while time.monotonic() < end:
+            if any(line.startswith(words) for line in self.lines):
+                return True
+            time.sleep(0.1)
+        return False
 
     def ended_within(self, seconds: float) -> bool:
         """Whether the run ends by itself in a time."""
@@ -161,7 +173,8 @@ def strike(run: Run, kind: str, rng: random.Random) -> tuple[list[str], list[psu
     jobs = run.jobs()
     rules = [_rule_of(job) for job in jobs]
     if kind == "job" and jobs:
-        rng.choice(jobs).kill()
+        with suppress(psutil.NoSuchProcess):
+            rng.choice(jobs).kill()
         return rules, []
     if kind == "group":
         os.killpg(run.process.pid, signal.SIGKILL)
@@ -170,13 +183,23 @@ def strike(run: Run, kind: str, rng: random.Random) -> tuple[list[str], list[psu
     return rules, jobs
 
 
+def record(run: Run, kind: str, kills: list[Kill], *, attempt: int, rng: random.Random) -> None:
+    """Strike, and write down what came of it."""
+    moment, done = run.age_s, run.done
+    running, orphans = strike(run, kind, rng)
+    told = outcome_of(run, kind, orphans)
+    kills.append(Kill(len(kills) + 1, attempt, kind, moment, done, running, told))
+    print(f"{kills[-1]}", flush=True)
+
+
 def outcome_of(run: Run, kind: str, orphans: list[psutil.Process]) -> str:
-    """How a run that was struck ended, and when the last of its jobs did."""
+    """What a run said of a killed job, or when the last of its jobs ended after it was killed."""
     start = time.monotonic()
-    status = run.wait()
     if kind == "job":
-        said = [line for line in run.lines if line.startswith("Error in rule")]
-        return f"run ended with {status}, " + (said[0].rstrip(":") if said else "no word of it")
+        run.said(ERROR, within_s=ORPHANS_END_S)
+        said = [line for line in run.lines if line.startswith(ERROR)]
+        return said[-1].rstrip(":") if said else "it had just ended"
+    run.wait()
     _, alive = psutil.wait_procs(orphans, timeout=ORPHANS_END_S)
     if alive:
         return f"{len(alive)} jobs lived on for {ORPHANS_END_S:.0f} s"
@@ -199,13 +222,15 @@ def one_pass(folder, targets, kills, *, attempt, budget, rng) -> str:
             stuck = 0
         if not wanted or run.ended_within(0 if early else rng.uniform(0, LATEST_S)):
             return "" if run.wait() == 0 else "\n".join(run.lines[-30:])
-        kind = KINDS[len(kills) % len(KINDS)]
-        kind = "snakemake" if kind == "job" and not run.jobs() else kind
-        moment, done = run.age_s, run.done
-        running, orphans = strike(run, kind, rng)
-        told = outcome_of(run, kind, orphans)
-        kills.append(Kill(len(kills) + 1, attempt, kind, moment, done, running, told))
-        print(f"{kills[-1]}", flush=True)
+        done = run.done
+        if rng.random() < TWICE and run.jobs():
+            record(run, "job", kills, attempt=attempt, rng=rng)
+            run.ended_within(rng.uniform(0, LATEST_S / 3))
+        if run.process.poll() is None and len(kills) < budget:
+            kind = KINDS[len(kills) % len(KINDS)]
+            kind = "snakemake" if kind == "job" and not run.jobs() else kind
+            record(run, kind, kills, attempt=attempt, rng=rng)
+        run.wait()
         left = done.rpartition(" ")[2]
         stuck = stuck + 1 if left == last and left != "-" else 0
         last = left
