@@ -2,8 +2,10 @@
 
 import errno
 import os
+import random
 import subprocess
 import sys
+import time
 
 import pytest
 from palpate.capture.files import remove_parts, whole_file, whole_folder
@@ -18,6 +20,34 @@ with whole_folder(place / "b-dir") as folder, whole_file(place / "a.csv") as a:
     a.write_text("half")
     os._exit(9)
 """
+
+
+WRITES = """
+import sys
+from palpate.capture.files import whole_file
+for k in range(10**9):
+    with whole_file(sys.argv[1]) as part:
+        part.write_text(str(k % 10) * 300_000)
+    if not k:
+        print("on", flush=True)
+"""
+
+
+def test_a_writer_killed_at_any_moment_leaves_a_whole_file(root, tmp_path):
+    rng = random.Random(0)
+    for _ in range(6):
+        writer = subprocess.Popen(
+            [sys.executable, "-c", WRITES, str(tmp_path / "a.txt")],
+            env=os.environ | {"PYTHONPATH": str(root / "workflow/scripts")},
+            stdout=subprocess.PIPE,
+        )
+        with writer.stdout as stream:
+            assert stream.readline() == b"on\n"
+            time.sleep(rng.uniform(0, 0.05))
+            writer.kill()
+            writer.wait()
+        text = (tmp_path / "a.txt").read_text()
+        assert text == text[0] * 300_000
 
 
 def test_two_writers_never_mix(tmp_path):
