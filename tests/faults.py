@@ -40,7 +40,6 @@ STARTED = re.compile(r"^\d+:\d\d:\d\d  (\d+) of (\d+) steps")
 LATEST_S, IN_START = 6.0, 1 / 6
 # Share of the runs that are struck again while they deal with a job that was killed.
 TWICE = 0.6
-ERROR = "Error in rule"
 ORPHANS_END_S = 30.0
 GIVE_UP_S = 1800.0
 
@@ -111,14 +110,9 @@ class Run:
         self.reader.join(timeout=5)
         return status
 
-    def said(self, words: str, *, within_s: float) -> bool:
-        """Whether a line begins with some words, or does so in a time."""
-        end = time.monotonic() + within_s
-        while time.monotonic() < end:
-            if any(line.startswith(words) for line in self.lines):
-                return True
-            time.sleep(0.1)
-        return False
+    def errors(self) -> list[str]:
+        """What it said of jobs that failed."""
+        return [line for line in self.lines if line.startswith("Error in rule")]
 
     def ended_within(self, seconds: float) -> bool:
         """Whether the run ends by itself in a time."""
@@ -185,20 +179,21 @@ def strike(run: Run, kind: str, rng: random.Random) -> tuple[list[str], list[psu
 
 def record(run: Run, kind: str, kills: list[Kill], *, attempt: int, rng: random.Random) -> None:
     """Strike, and write down what came of it."""
-    moment, done = run.age_s, run.done
+    moment, done, errors = run.age_s, run.done, run.errors()
     running, orphans = strike(run, kind, rng)
-    told = outcome_of(run, kind, orphans)
+    told = outcome_of(run, kind, orphans, after=len(errors))
     kills.append(Kill(len(kills) + 1, attempt, kind, moment, done, running, told))
     print(f"{kills[-1]}", flush=True)
 
 
-def outcome_of(run: Run, kind: str, orphans: list[psutil.Process]) -> str:
+def outcome_of(run: Run, kind: str, orphans: list[psutil.Process], *, after: int) -> str:
     """What a run said of a killed job, or when the last of its jobs ended after it was killed."""
     start = time.monotonic()
     if kind == "job":
-        run.said(ERROR, within_s=ORPHANS_END_S)
-        said = [line for line in run.lines if line.startswith(ERROR)]
-        return said[-1].rstrip(":") if said else "it had just ended"
+        while len(run.errors()) == after and time.monotonic() < start + ORPHANS_END_S:
+            run.ended_within(0.1)
+        told = run.errors()[after:]
+        return told[-1].rstrip(":") if told else "it had just ended"
     run.wait()
     _, alive = psutil.wait_procs(orphans, timeout=ORPHANS_END_S)
     if alive:
