@@ -191,7 +191,9 @@ def outcome_of(run: Run, kind: str, orphans: list[psutil.Process], *, after: int
     start = time.monotonic()
     if kind == "job":
         while len(run.errors()) == after and time.monotonic() < start + ORPHANS_END_S:
-            run.ended_within(0.1)
+            if run.ended_within(0.1):
+                run.wait()
+                break
         told = run.errors()[after:]
         return told[-1].rstrip(":") if told else "it had just ended"
     run.wait()
