@@ -9,7 +9,10 @@ SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
 PICTURES := tracked_surface
 REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
-.PHONY: results sample validation test lint bench check lock pictures sample-captures \
+# Of `make faults`.
+kills := 50
+
+.PHONY: results sample validation test faults lint bench check lock pictures sample-captures \
   slurm-resources mutations audit clean
 
 results: .venv/installed
@@ -30,6 +33,10 @@ validation: .venv/installed
 
 test: .venv/installed
 	$(BIN)/python -m pytest
+
+# Runs of the sample, killed again and again at random moments; half an hour on two quiet cores.
+faults: .venv/installed
+	$(BIN)/python tests/faults.py results/faults.md --kills $(kills) $(if $(targets),--targets $(targets))
 
 lint: .venv/installed
 	$(BIN)/ruff check .
@@ -65,7 +72,7 @@ sample-captures: .venv/installed
 	$(SNAKEMAKE) --configfile tests/sample/lab_config.yaml -- lab
 	rm -rf tests/sample/raw
 	cp -r results/sample_lab/raw tests/sample/raw
-	find tests/sample/raw -name '.snakemake_timestamp' -delete
+	find tests/sample/raw -type f -name '.*' -delete
 
 lock:
 	uv pip compile --python-version 3.11 --generate-hashes --no-header --no-emit-index-url \

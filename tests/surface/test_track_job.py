@@ -50,7 +50,11 @@ elif sys.argv[2:] == ["writing"]:
 class Wildcards(list):
     tracker = job.pop("tracker")
 
-job = {name: SimpleNamespace(**part) if isinstance(part, dict) else part
+class Named(SimpleNamespace):
+    def __iter__(self):
+        return iter(vars(self).values())
+
+job = {name: Named(**part) if isinstance(part, dict) else part
        for name, part in job.items()}
 snakemake = SimpleNamespace(**job, wildcards=Wildcards([Wildcards.tracker]))
 runpy.run_path(job["script"], init_globals={"snakemake": snakemake})

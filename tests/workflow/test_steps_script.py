@@ -13,6 +13,7 @@ from palpate.capture.tables import write_table
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.tracked import Tracked, save_tracked
 from skfem import MeshTet
+from stand_in import Named
 
 SIZE, TOP = 0.1, np.array([0.05, 0.05, 0.1])
 STEPS = {
@@ -55,11 +56,11 @@ def rows(root, tmp_path):
         rule="minimise_steps",
         wildcards=[],
         log=tmp_path / "log.txt",
-        input=SimpleNamespace(
+        input=Named(
             tracked=[str(tmp_path / f"{name}.npz") for name in ("study", "other")],
             **{name: str(tmp_path / file) for name, file in inputs.items()},
         ),
-        output=SimpleNamespace(result=str(tmp_path / "steps.json")),
+        output=Named(result=str(tmp_path / "steps.json")),
         params=SimpleNamespace(
             probe={"indenter": {"radius_m": 0.00622}},
             solid=config["solid"] | {"refine_edge_m": 0.02},

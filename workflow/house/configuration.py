@@ -7,6 +7,7 @@ from pathlib import Path
 
 from palpate.capture.check import check_object
 from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
+from palpate.capture.fingerprint import stamps_below
 from palpate.capture.schema import load_yaml, validate
 from palpate.capture.words import one_line
 
@@ -53,6 +54,8 @@ class House:
         All that the lab makes on demand.
     object_files : mapping
         object.yaml by name, of the objects that people recorded.
+    seen : mapping
+        Stamps of what stood in ``raw/`` before it was checked, by path.
     """
 
     paths: Mapping[str, str]
@@ -64,6 +67,7 @@ class House:
     direct: tuple[CaptureId, ...]
     simulated: frozenset[CaptureId]
     object_files: Mapping[str, Mapping]
+    seen: Mapping[str, str]
 
     @property
     def objects(self) -> list[str]:
@@ -175,6 +179,7 @@ def open_house(config: Mapping, *, source: str, files: bool = True) -> House:
     problems += tracker_problems(config["tracking"], source)
     problems += unknown_step_trackers(config, source)
     paths = config["paths"]
+    seen = stamps_below(paths["raw"], only=config["only"])
     sensors = _named_files(paths["sensors"], "sensor", problems)
     probes = _named_files(paths["probes"], "probe", problems)
     lab = _lab(paths["lab"], problems)
@@ -234,6 +239,7 @@ def open_house(config: Mapping, *, source: str, files: bool = True) -> House:
         tuple(direct),
         frozenset(simulated),
         files,
+        seen,
     )
 
 

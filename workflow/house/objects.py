@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.capture.discover import discover
-
-from house.fingerprint import folder_fingerprint
+from palpate.capture.fingerprint import folder_fingerprint
 
 # More captures than this are ten thousand jobs and more in one run of Snakemake.
 MANY = 1_000

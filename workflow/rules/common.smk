@@ -12,14 +12,16 @@ sys.path[:0] = [
 
 from house.configuration import open_house
 from house.digest import code_digest
-from house.fingerprint import folder_fingerprint
 from house.lab_checks import is_simulated
 from house.objects import too_many
 from house.trackers import options_of
+from job_run import own_run
 from palpate.capture.discover import CAPTURE_NAME
+from palpate.capture.fingerprint import folder_fingerprint
 
 if workflow.is_main_process and (words := too_many(config)):
     logger.warning(words)
+own_run()
 try:
     # Jobs on a cluster's nodes read the workflow again; captures were checked before the first.
     HOUSE = open_house(
@@ -81,19 +83,24 @@ def code(script):
     return code_digest(Path(workflow.basedir) / "workflow" / "scripts" / f"{script}.py")
 
 
+# Several rules read the same folder; while the workflow is read it does not change.
+_fingerprint = cache(folder_fingerprint)
+
+
+def fingerprint_of(folder):
+    """Fingerprint of a dropped folder, as it was before the checks."""
+    return HOUSE.seen.get(str(Path(folder))) or _fingerprint(str(folder))
+
+
 def content(folder):
     """Fingerprint of a dropped folder of captures; the lab's follow from its configuration."""
 
     def fingerprint(wildcards):
         if HOUSE.made_by_lab(wildcards.object):
             return "lab"
-        return _fingerprint(folder.format(**wildcards))
+        return fingerprint_of(folder.format(**wildcards))
 
     return fingerprint
-
-
-# Several rules read the same folder; while the workflow is read it does not change.
-_fingerprint = cache(folder_fingerprint)
 
 
 def sensor_spec(wildcards):
@@ -135,7 +142,7 @@ def scans_content(wildcards):
     """Fingerprint of dropped scans; the lab's follow from its configuration."""
     if HOUSE.made_by_lab(wildcards.object):
         return "lab"
-    return folder_fingerprint(scans_of(wildcards))
+    return fingerprint_of(scans_of(wildcards))
 
 
 def kept_mesh(wildcards):

@@ -10,7 +10,7 @@ sys.path[:0] = [str(PROJECT / "workflow" / part) for part in ("", "scripts")]
 
 from house.configuration import open_house
 from house.digest import code_digest
-from house.fingerprint import folder_fingerprint
+from palpate.capture.fingerprint import folder_fingerprint
 from house.objects import kept_files, project_digest, value_digest
 from object_config import object_config
 

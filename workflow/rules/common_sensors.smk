@@ -27,7 +27,7 @@ def experiment_content(experiment):
     def fingerprint(wildcards):
         if f"{wildcards.sensor}/{experiment}" in HOUSE.lab_experiments:
             return "lab"
-        return folder_fingerprint(f"{RAW}/sensors/{wildcards.sensor}/{experiment}")
+        return fingerprint_of(f"{RAW}/sensors/{wildcards.sensor}/{experiment}")
 
     return fingerprint
 

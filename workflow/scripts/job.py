@@ -7,6 +7,9 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
+from typing import TextIO
+
+from job_run import Inputs, end_with_run
 
 # One thread whatever is exported: sums in another order would change the results' bytes.
 for _variable in (
@@ -16,13 +19,16 @@ for _variable in (
     "OPENCV_FOR_THREADS_NUM",
 ):
     os.environ[_variable] = "1"
+# Before the script's other imports, which take seconds.
+end_with_run()
 
 
 def run(main: Callable, snakemake: object) -> None:
     """Run a script's main function with its output in the rule's log.
 
-    Bad input (a `ValueError` or a file that can't be read) ends the job with one line on the
-    terminal and in the log; any other exception is a defect and keeps its traceback.
+    Bad input (a `ValueError` or a file that can't be read or written) ends the job with one line
+    on the terminal and in the log, and so does input that is changed while the job reads it; any
+    other exception is a defect and keeps its traceback. The job ends when its run does.
 
     Parameters
     ----------
@@ -31,21 +37,58 @@ def run(main: Callable, snakemake: object) -> None:
     snakemake : object
         The job, as Snakemake hands it to scripts.
     """
+    # Lines that a full disk has no space for are told at the end, once.
+    logging.raiseExceptions = False
+    refused = None
+    try:
+        with _log(snakemake) as stream:
+            try:
+                _on_steady_inputs(main, snakemake)
+            except (ValueError, OSError) as error:
+                refused = _line(error, snakemake)
+                stream.write(refused)
+            except Exception:
+                traceback.print_exc(file=stream)
+                raise
+    except OSError as error:
+        refused = refused or _line(
+            OSError(error.errno, error.strerror, str(snakemake.log)), snakemake
+        )
+    if refused:
+        sys.stderr.write(refused)
+        sys.exit(1)
+
+
+def _on_steady_inputs(main: Callable, snakemake: object) -> None:
+    """Run the main function; what it made of inputs that changed meanwhile is taken away."""
+    inputs = Inputs(snakemake.input)
+    try:
+        main(snakemake)
+    except (ValueError, OSError):
+        inputs.require_unchanged()
+        raise
+    try:
+        inputs.require_unchanged()
+    except ValueError:
+        for path in map(Path, snakemake.output):
+            if path.is_file():
+                path.unlink()
+        raise
+
+
+def _line(error: Exception, snakemake: object) -> str:
+    place = "/".join([snakemake.rule, *map(str, snakemake.wildcards)])
+    return f"error: {place}: {' '.join(str(error).split())}\n"
+
+
+@contextmanager
+def _log(snakemake: object) -> Iterator[TextIO]:
+    """Everything that is logged or printed goes into the rule's log."""
     log = Path(str(snakemake.log))
     log.parent.mkdir(parents=True, exist_ok=True)
     with log.open("w", encoding="utf-8") as stream, redirect_stdout(stream):
         logging.basicConfig(stream=stream, level=logging.INFO, format="%(message)s", force=True)
-        try:
-            main(snakemake)
-        except (ValueError, OSError) as error:
-            place = "/".join([snakemake.rule, *map(str, snakemake.wildcards)])
-            line = f"error: {place}: {' '.join(str(error).split())}"
-            stream.write(line + "\n")
-            sys.stderr.write(line + "\n")
-            sys.exit(1)
-        except Exception:
-            traceback.print_exc(file=stream)
-            raise
+        yield stream
 
 
 @contextmanager

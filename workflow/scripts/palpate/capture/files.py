@@ -1,15 +1,23 @@
 """Files and folders that are written whole or not at all."""
 
+import errno
 import os
+import secrets
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+# Begins the hidden name under which a file or folder stands until it is whole.
+PART = ".part-"
+NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
+
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
     """Give a path to write to; it becomes ``path`` when the block ends without an error.
+
+    The content is on the disk before it gets its name, so that a power cut leaves all or nothing.
 
     Parameters
     ----------
@@ -19,16 +27,18 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     Yields
     ------
     Path
-        A hidden sibling with the same ending.
+        A hidden sibling with the same ending, which no other writer of the file shares.
+
+    Raises
+    ------
+    OSError
+        That names the file if there is no space for it.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".part-{path.name}")
-    try:
+    with _part_of(path) as part:
         yield part
+        _to_disk(part)
         os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -45,30 +55,94 @@ def whole_folder(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
     Yields
     ------
     Path
-        A hidden sibling folder.
+        A hidden sibling folder, which no other writer of the folder shares.
 
     Raises
     ------
     ValueError
         If something stands there that is not to be replaced.
+    OSError
+        That names the folder if there is no space for it.
     """
     path = Path(path)
     if not replace:
         _check_free(path)
-    part = path.with_name(f".part-{path.name}")
-    shutil.rmtree(part, ignore_errors=True)
-    part.mkdir(parents=True)
-    try:
+    with _part_of(path) as part:
+        part.mkdir()
         yield part
+        for file in part.rglob("*"):
+            _to_disk(file)
         if replace:
-            shutil.rmtree(path, ignore_errors=True)
+            _set_aside(path)
         else:
             _check_free(path)
         os.replace(part, path)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
 
 
 def _check_free(path: Path) -> None:
     if os.path.lexists(path):
         raise ValueError(f"{path}: folder: expected nothing there yet, found something")
+
+
+@contextmanager
+def _part_of(path: Path) -> Iterator[Path]:
+    """A hidden sibling of a file or folder; it is gone after the block, whatever happens."""
+    part = _sibling(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield part
+    except OSError as error:
+        if error.errno in NO_SPACE and error.filename in (None, str(part)):
+            raise OSError(error.errno, error.strerror, str(path)) from error
+        raise
+    finally:
+        _remove(part)
+
+
+def remove_parts(folder: str | Path, *, unless: str) -> None:
+    """Remove what writers that were killed left behind in a folder and below it.
+
+    Nobody may be writing there.
+
+    Parameters
+    ----------
+    folder : path
+    unless : str
+        Folders below that hold a file of this name are passed over: others may write there.
+    """
+    top = Path(folder)
+    for place, folders, files in os.walk(top):
+        if unless in files and Path(place) != top:
+            folders.clear()
+            continue
+        for name in [*folders, *files]:
+            if name.startswith(PART):
+                _remove(Path(place, name))
+        folders[:] = [name for name in folders if not name.startswith(PART)]
+
+
+def _sibling(path: Path) -> Path:
+    return path.with_name(f"{PART}{secrets.token_hex(4)}-{path.name}")
+
+
+def _set_aside(path: Path) -> None:
+    """Take a folder away at once: one that is half removed must never stand under its name."""
+    aside = _sibling(path)
+    if path.is_dir():
+        os.replace(path, aside)
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def _to_disk(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _remove(part: Path) -> None:
+    if part.is_dir():
+        shutil.rmtree(part, ignore_errors=True)
+    else:
+        part.unlink(missing_ok=True)

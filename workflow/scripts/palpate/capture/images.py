@@ -96,6 +96,8 @@ def write_image(path: str | Path, image: NDArray, encoding: str) -> None:
     ------
     ValueError
         If the array does not fit the encoding.
+    OSError
+        If the file can't be written.
     """
     bits, colour_types = _form(encoding)
     shape_fits = image.shape[2:] == ((3,) if colour_types == (2,) else ()) and image.ndim > 1
@@ -103,8 +105,8 @@ def write_image(path: str | Path, image: NDArray, encoding: str) -> None:
         found = f"{image.dtype} {image.shape}"
         raise ValueError(f"{path}: {encoding}: expected uint{bits} of its shape, found {found}")
     pixels = cv2.cvtColor(image, cv2.COLOR_RGB2BGR) if encoding == "rgb8" else image
-    if not cv2.imwrite(str(path), pixels):
-        raise ValueError(f"{path}: image: expected a place that can be written, found none")
+    # Python writes the file: OpenCV doesn't say why it can't.
+    Path(path).write_bytes(cv2.imencode(".png", pixels)[1])
 
 
 def mosaic_rggb(rgb: NDArray) -> NDArray:

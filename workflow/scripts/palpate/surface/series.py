@@ -4,6 +4,7 @@ VTKHDF, version 2, is HDF5 with a group of steps; VTK's own writer makes it. It 
 precision, 0.03 micrometres over half a metre, and times of steps likewise: tracked.npz is exact.
 """
 
+import os
 import re
 import time
 from pathlib import Path
@@ -21,6 +22,9 @@ from palpate.surface.pose import to_object
 from palpate.surface.tracked import Tracked
 
 COMPRESSION_LEVEL = 6
+# Of one step: two vectors, a length and a flag; three corners and an offset.
+VERTEX_BYTES, FACE_BYTES = 29, 32
+AMPLE, OVERHEAD_BYTES = 2, 4_000_000
 # Message 0x0012 of an HDF5 object header: 8 bytes, any flags, version 1, seconds since 1970.
 MODIFIED = re.compile(rb"(\x12\x00\x08\x00.\x00\x00\x00\x01\x00\x00\x00)(.{4})", re.DOTALL)
 
@@ -60,6 +64,7 @@ def save_series(path: str | Path, tracked: Tracked, *, time_s: NDArray, tips_m: 
     writer.SetChunkSize(max(len(tracked.template_m), 1))
     if not Path(path).parent.is_dir():
         raise OSError(f"{path}: expected a folder to write into, found none")
+    _require_space(Path(path), tracked)
     started = int(time.time())
     if not writer.Write():
         raise OSError(f"{path}: the time series could not be written")
@@ -138,6 +143,16 @@ def _cells(faces: NDArray) -> vtkCellArray:
         numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(corners, deep=True)
     )
     return cells
+
+
+def _require_space(path: Path, tracked: Tracked) -> None:
+    """Ask for more than the file needs: VTK's writer tells nobody of a full disk, or never ends."""
+    if not hasattr(os, "posix_fallocate"):
+        return
+    frames, vertices = tracked.vertices_m.shape[:2]
+    step = vertices * VERTEX_BYTES + len(tracked.faces) * FACE_BYTES
+    with path.open("wb") as stream:
+        os.posix_fallocate(stream.fileno(), 0, OVERHEAD_BYTES + AMPLE * frames * step)
 
 
 def _without_times(path: Path, started: int, ended: int) -> None:

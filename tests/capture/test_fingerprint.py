@@ -1,7 +1,7 @@
 """The fingerprint of a folder changes with its files and not with hidden ones."""
 
 import pytest
-from house.fingerprint import folder_fingerprint
+from palpate.capture.fingerprint import folder_fingerprint
 
 
 @pytest.fixture
