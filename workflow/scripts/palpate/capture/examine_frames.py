@@ -13,8 +13,8 @@ from palpate.capture.images import read_image
 from palpate.capture.tables import FRAMES, image_streams
 
 DETECTION = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
-# Frames in which the board is hidden are bridged, but not many of them.
-FEWEST_WITH_BOARD = 0.5
+# Frames in a row in which a hidden board is bridged.
+LONGEST_LOST = 2
 # A frame's grey levels.
 DARKEST, BRIGHTEST = 15, 240
 # Grey levels that tell a thing from the background, and parts of the picture it takes.
@@ -88,13 +88,22 @@ def _timing(folder: Path, frames: pd.DataFrame, shape: tuple[int, int]) -> Findi
 def _board(folder: Path, greys: Sequence[NDArray], marker: Mapping) -> Findings:
     """In how many frames the probe's checkerboard is seen whole."""
     size = tuple(marker["inner_corners"])
-    seen = sum(bool(cv2.findChessboardCorners(grey, size, flags=DETECTION)[0]) for grey in greys)
-    text = f"board in {seen} of {len(greys)} frames"
-    if seen >= FEWEST_WITH_BOARD * len(greys):
-        return Findings(found=(text,))
-    expected = f"the probe's board ({size[0]} x {size[1]} inner corners) whole in most frames"
-    line = f"{folder}: frames: expected {expected}, found it in {seen} of {len(greys)}"
-    return Findings(wrong=() if seen else (line,), doubts=(line,) if seen else (), found=(text,))
+    seen = [bool(cv2.findChessboardCorners(grey, size, flags=DETECTION)[0]) for grey in greys]
+    text = f"board in {sum(seen)} of {len(seen)} frames"
+    expected = f"the probe's board ({size[0]} x {size[1]} inner corners) whole"
+    if not any(seen):
+        line = f"{folder}: frames: expected {expected}, found it in none of {len(seen)}"
+        return Findings((line,), found=(text,))
+    doubts = [
+        f"{folder}: frames: expected {expected} in the {end} frame, found none"
+        for end, there in (("first", seen[0]), ("last", seen[-1]))
+        if not there
+    ]
+    longest = max(len(run) for run in "".join("x." [there] for there in seen).split("."))
+    if longest > LONGEST_LOST:
+        found = f"none in {longest} frames in a row"
+        doubts.append(f"{folder}: frames: expected {expected} in most frames, found {found}")
+    return Findings(doubts=tuple(doubts), found=(text,))
 
 
 def _light(folder: Path, grey: NDArray) -> Findings:
