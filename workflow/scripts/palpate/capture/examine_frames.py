@@ -99,7 +99,7 @@ def _board(folder: Path, greys: Sequence[NDArray], marker: Mapping) -> Findings:
         for end, there in (("first", seen[0]), ("last", seen[-1]))
         if not there
     ]
-    longest = max(len(run) for run in "".join("x." [there] for there in seen).split("."))
+    longest = max(len(run) for run in "".join("x."[there] for there in seen).split("."))
     if longest > LONGEST_LOST:
         found = f"none in {longest} frames in a row"
         doubts.append(f"{folder}: frames: expected {expected} in most frames, found {found}")
