@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import matplotlib.pyplot as plt
 import numpy as np
+import trimesh
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
@@ -161,8 +162,10 @@ def _section_panel(axes: Axes, view: TrackedView) -> None:
         (view.rest_m, GREY, (0, (4, 2)), "undeformed"),
         (view.deformed_m, BLUE, "-", "tracked"),
     ):
-        x, z = _section(vertices, view.faces, centre)
-        axes.plot(x * MILLIMETRES, z * MILLIMETRES, color=colour, ls=style, label=label)
+        lines = [line * MILLIMETRES for line in _section(vertices, view.faces, centre)]
+        for first, (x, z) in enumerate(lines):
+            name = "_nolegend_" if first else label
+            axes.plot(x, z, color=colour, ls=style, label=name)
     offset = view.cloud_m - centre
     slab = (np.abs(offset[:, 1]) < SECTION_HALF_WIDTH_M) & (np.abs(offset[:, 0]) < DETAIL_M)
     points = offset[slab] * MILLIMETRES
@@ -173,18 +176,11 @@ def _section_panel(axes: Axes, view: TrackedView) -> None:
     axes.set_ylabel("Height (mm)")
 
 
-def _section(vertices: NDArray, faces: NDArray, centre: NDArray) -> tuple[NDArray, NDArray]:
-    """Upper profile where a surface crosses the plane y = the contact's, sorted along x."""
-    offset = vertices - centre
-    edges = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
-    a, b = offset[edges[:, 0]], offset[edges[:, 1]]
-    crosses = (a[:, 1] > 0) != (b[:, 1] > 0)
-    a, b = a[crosses], b[crosses]
-    part = (a[:, 1] / (a[:, 1] - b[:, 1]))[:, None]
-    points = a + part * (b - a)
-    upper = points[points[:, 2] > -0.5 * np.ptp(vertices[:, 2])]
-    order = np.argsort(upper[:, 0])
-    return upper[order, 0], upper[order, 2]
+def _section(vertices: NDArray, faces: NDArray, centre: NDArray) -> list[NDArray]:
+    """Lines (2, k) in x and z where a surface crosses the plane y = the contact's."""
+    mesh = trimesh.Trimesh(vertices - centre, faces, process=False)
+    cut = mesh.section(plane_origin=[0, 0, 0], plane_normal=[0, 1, 0])
+    return [] if cut is None else [line[:, [0, 2]].T for line in cut.discrete]
 
 
 def _unit(vectors: NDArray) -> NDArray:
