@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import matplotlib.pyplot as plt
 import numpy as np
-import trimesh
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
@@ -177,10 +176,34 @@ def _section_panel(axes: Axes, view: TrackedView) -> None:
 
 
 def _section(vertices: NDArray, faces: NDArray, centre: NDArray) -> list[NDArray]:
-    """Lines (2, k) in x and z where a surface crosses the plane y = the contact's."""
-    mesh = trimesh.Trimesh(vertices - centre, faces, process=False)
-    cut = mesh.section(plane_origin=[0, 0, 0], plane_normal=[0, 1, 0])
-    return [] if cut is None else [line[:, [0, 2]].T for line in cut.discrete]
+    """Closed lines (2, k) in x and z where a surface crosses the plane y = the contact's."""
+    offset = vertices - centre
+    sides = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    edges, of_face = np.unique(sides, axis=0, return_inverse=True)
+    a, b = offset[edges[:, 0]], offset[edges[:, 1]]
+    crosses = (a[:, 1] > 0) != (b[:, 1] > 0)
+    part = (a[crosses, 1] / (a - b)[crosses, 1])[:, None]
+    places = np.zeros((len(edges), 2))
+    places[crosses] = (a[crosses] + part * (b - a)[crosses])[:, [0, 2]]
+    of_face = of_face.reshape(-1, 3)
+    cut = of_face[crosses[of_face].sum(axis=1) == 2]
+    links = cut[crosses[cut]].reshape(-1, 2)
+    return [places[line].T for line in _closed_lines(links)]
+
+
+def _closed_lines(links: NDArray) -> list[list[int]]:
+    """Walks along pairs of neighbours, each of whom has two, back to where they began."""
+    neighbours: dict[int, list[int]] = {}
+    for one, other in links.tolist():
+        neighbours.setdefault(one, []).append(other)
+        neighbours.setdefault(other, []).append(one)
+    lines = []
+    while neighbours:
+        line = [min(neighbours)]
+        while around := neighbours.pop(line[-1], None):
+            line.append(next((n for n in around if n in neighbours), line[0]))
+        lines.append(line)
+    return lines
 
 
 def _unit(vectors: NDArray) -> NDArray:
