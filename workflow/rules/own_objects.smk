@@ -31,7 +31,7 @@ rule own_moduli:
         joint=together_of,
         materials=[],
     output:
-        png=results("{object}/figures/moduli.png"),
+        png=captioned(results("{object}/figures/moduli.png")),
         svg=results("{object}/figures/moduli.svg"),
     log:
         results("logs/own_moduli/{object}.log"),
@@ -53,7 +53,7 @@ rule own_hertz_fit:
     input:
         fits=each(fitted_of, "hertz.json"),
     output:
-        png=results("{object}/figures/hertz_fit.png"),
+        png=captioned(results("{object}/figures/hertz_fit.png")),
         svg=results("{object}/figures/hertz_fit.svg"),
     log:
         results("logs/own_hertz_fit/{object}.log"),
@@ -77,7 +77,7 @@ rule own_surface:
         fits=each(first_of, "hertz.json"),
         recorded=recorded_of,
     output:
-        png=results("{object}/figures/surface.png"),
+        png=captioned(results("{object}/figures/surface.png")),
         svg=results("{object}/figures/surface.svg"),
     log:
         results("logs/own_surface/{object}.log"),
