@@ -69,11 +69,10 @@ def test_one_row_is_recommended_and_it_is_near_the_truth(results, root):
     assert set(table["capture"]) == {"back", "back-a02", "all"}
     material = truth(root)
     E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
-    # A small film with a coarse look-up: what it comes to, not how well the method can do.
-    assert 0.6 * E < advised["youngs_modulus_pa"] < 1.6 * E
-    assert 0.75 < advised["reduced_modulus_pa"] / (E / (1 - nu**2)) < 1.33
-    assert 0 <= advised["poisson_ratio_low"] <= advised["poisson_ratio_high"] <= 0.49
-    assert advised["poisson_ratio_verdict"] in ("identified", "bounded", "not identified")
+    # The solid is another one in each run.
+    assert 0.8 * E < advised["youngs_modulus_pa"] < 1.2 * E
+    assert 0.85 < advised["reduced_modulus_pa"] / (E / (1 - nu**2)) < 1.15
+    assert advised["poisson_ratio_low"] - 0.05 < nu < advised["poisson_ratio_high"] + 0.05
 
 
 def test_the_run_is_the_objects_alone(results):
