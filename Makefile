@@ -13,7 +13,7 @@ REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 kills := 50
 
 .PHONY: results sample validation test faults lint bench check lock pictures sample-captures \
-  slurm-resources mutations audit clean
+  own-object-captures slurm-resources mutations audit clean
 
 results: .venv/installed
 	$(SNAKEMAKE)
@@ -73,6 +73,21 @@ sample-captures: .venv/installed
 	rm -rf tests/sample/raw
 	cp -r results/sample_lab/raw tests/sample/raw
 	find tests/sample/raw -type f -name '.*' -delete
+
+# Everything that is wrong with what was dropped into raw/, and what is there: all objects, or one.
+check: .venv/installed
+	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python -m palpate.capture check \
+	  $(object:%=raw/%)
+
+# The committed captures of tests/own_object, made anew: a mesh of another origin than ours, under
+# a name and of a material that nothing else names.
+own-object-captures: .venv/installed
+	$(SNAKEMAKE) --configfile tests/own_object/lab_config.yaml -- lab
+	rm -rf tests/own_object/raw
+	mkdir -p tests/own_object/raw/toy_cow
+	cd results/own_object_lab/raw/toy_cow && \
+	  cp -r object.yaml template.ply bench_cam $(CURDIR)/tests/own_object/raw/toy_cow
+	find tests/own_object/raw -name '.snakemake_timestamp' -delete
 
 lock:
 	uv pip compile --python-version 3.11 --generate-hashes --no-header --no-emit-index-url \

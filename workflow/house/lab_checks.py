@@ -10,6 +10,7 @@ NEEDED = {
     "block": {"contact": ("growth", "reach_m")},
     "ball": {"contact": ("spacing_m", "table_friction"), "object": ("paint",)},
     "ear": {"contact": ("spacing_m",), "object": ("paint",)},
+    "mesh": {"contact": ("spacing_m",), "object": ("paint",)},
 }
 
 
@@ -100,13 +101,27 @@ def _point(field: str, spec: Mapping, point: np.ndarray) -> Iterator[str]:
         if np.linalg.norm(point - [0, 0, 2 * thickness]) > ON_SURFACE_M:
             yield f"{place} top, found {point.tolist()}"
     else:
-        from palpate.lab.ear import ear_distance
-
         thickness = point[2]
-        if abs(float(ear_distance(point[None])[0])) > ON_SURFACE_M:
+        try:
+            off = _off_surface(shape, point)
+        except ValueError as error:
+            yield f"shape.file: {error}"
+            return
+        if off > ON_SURFACE_M:
             yield f"{place} surface, found {point.tolist()}"
     if not deepest < thickness:
         yield f"contact.deepest_m: expected less than {thickness} (its thickness), found {deepest}"
+
+
+def _off_surface(shape: Mapping, point: np.ndarray) -> float:
+    """Distance of a point from the surface of an ear or of a drawn mesh [m]."""
+    if shape["kind"] == "ear":
+        from palpate.lab.ear import ear_distance as distance
+    else:
+        from palpate.lab.closed_mesh import ClosedMesh
+
+        distance = ClosedMesh(shape["file"])
+    return abs(float(distance(point[None])[0]))
 
 
 def _experiment(name: str, options: Mapping, lab: Mapping, sensors: Mapping) -> Iterator[str]:

@@ -259,7 +259,7 @@ def diagrams():
 def study_outputs():
     """Tables, figures and summary of the run, and the pages made from them."""
     outputs = tables_and_figures()
-    return with_report(outputs) + second_forms(outputs)
+    return with_report(outputs) + second_forms(outputs) + own_outputs()
 
 
 def second_forms(outputs):
@@ -270,7 +270,9 @@ def second_forms(outputs):
 
 
 def tables_and_figures():
-    """Tables, figures and summary of the run."""
+    """Tables, figures and summary of the run; of people's own objects see own_outputs."""
+    if all_own():
+        return [*own_sensor_outputs(), results("summary.csv")]
     tables, figures, accuracy = [], ["figure_5_2"], []
     if table_5_3_captures():
         tables = [f"{RESULTS}/tables/table_5_3.csv"]

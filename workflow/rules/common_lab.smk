@@ -17,6 +17,11 @@ def lab_shape(wildcards):
     return HOUSE.lab["objects"][wildcards.object]["shape"]
 
 
+def drawn_form(wildcards):
+    """File of the mesh that is an object's form, if one is."""
+    return lab_shape(wildcards).get("file", [])
+
+
 def laser_spec(wildcards):
     """The laser scanner, its views of an object, and the seed."""
     scan = HOUSE.lab["objects"][wildcards.object]["scan"]

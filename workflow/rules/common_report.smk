@@ -14,6 +14,7 @@ KINDS = {
     "comparison": "Beside the study",
     "accuracy": "Accuracy of the simulated captures",
     "beyond": "Beyond the study",
+    "own": "Other objects",
     "run": "This run",
 }
 KIND_OF = {
@@ -33,6 +34,9 @@ KIND_OF = {
     "pipeline_accuracy": KINDS["accuracy"],
     "sensor_accuracy": KINDS["accuracy"],
     "tracking_accuracy": KINDS["accuracy"],
+    "moduli": KINDS["own"],
+    "hertz_fit": KINDS["own"],
+    "surface": KINDS["own"],
     "configuration": KINDS["run"],
     "summary": KINDS["run"],
 }
@@ -59,6 +63,8 @@ def title_of(file, caption):
         or chapter_of(caption.stem) == KINDS["run"]
     ):
         return re.sub(r"^(\w+ \w\.)(\d:)", rf"\1{HAIR_SPACE}\2", title)
+    if chapter_of(caption.stem) == KINDS["own"]:
+        return f"{{object}}: {title}"
     return f"{title} ({'figure' if file.endswith('.png') else 'table'})"
 
 

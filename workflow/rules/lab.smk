@@ -2,6 +2,8 @@
 
 
 rule lab_contact:
+    input:
+        form=drawn_form,
     output:
         ladder=truth("{object}/contact-{point}.npz"),
     log:
@@ -40,6 +42,8 @@ rule lab_object:
 
 
 rule lab_template:
+    input:
+        form=drawn_form,
     output:
         template=raw("{object}/template.ply"),
     log:
@@ -58,6 +62,8 @@ rule lab_template:
 
 
 rule lab_scans:
+    input:
+        form=drawn_form,
     output:
         scans=directory(raw("{object}/scans")),
     log:
@@ -77,6 +83,8 @@ rule lab_scans:
 
 
 rule lab_background:
+    input:
+        form=drawn_form,
     output:
         background=directory(raw("{object}/{sensor}/background")),
     log:
@@ -98,6 +106,7 @@ rule lab_background:
 
 rule lab_capture:
     input:
+        form=drawn_form,
         ladder=ladder_of,
     output:
         capture=directory(raw("{object}/{sensor}/{capture}")),

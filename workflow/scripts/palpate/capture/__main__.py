@@ -1,18 +1,18 @@
-"""Command line of the capture format: ``check`` an object, ``import`` a recording."""
+"""Command line of the capture format: ``check`` objects, ``import`` a recording."""
 
 import argparse
 import sys
 from pathlib import Path
 
-from palpate.capture.check import SCHEMA, check_object
-from palpate.capture.discover import BACKGROUND, NOT_SENSORS, folders
+from palpate.capture.check import SCHEMA
+from palpate.capture.discover import NOT_OBJECTS, folders
+from palpate.capture.examine import examine_object
 from palpate.capture.importing import command
 from palpate.capture.schema import load_yaml, validate
-from palpate.capture.tables import read_force, read_frames
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Check an object's folder or import a recording; the exit status is 1 if that fails."""
+    """Check objects' folders or import a recording; the exit status is 1 if that fails."""
     options = _parser().parse_args(arguments)
     return options.work(options)
 
@@ -22,9 +22,28 @@ def _check(options: argparse.Namespace) -> int:
     probes, more = _specifications(options.probes, "probe")
     problems += more
     # Captures are held to their sensor's file; with a wrong one there is nothing to hold them to.
-    problems = problems or check_object(options.folder, sensors, probes)
-    print("\n".join(problems or _found(options.folder)))
-    return 1 if problems else 0
+    if problems:
+        print("\n".join(problems))
+        return 1
+    objects = options.folders or _objects(options.raw)
+    if not objects:
+        print(f"{options.raw}: folder: expected objects (<object>/object.yaml), found none")
+        return 1
+    return max(_checked(folder, sensors, probes) for folder in objects)
+
+
+def _checked(folder: Path, sensors: dict, probes: dict) -> int:
+    """Say what an object's folder holds; 1 when anything is wrong with it."""
+    findings = examine_object(folder, sensors, probes)
+    lines = list(findings.wrong) or [f"{folder}: nothing wrong"]
+    lines += [f"  {line}" for line in findings.found]
+    lines += [f"worth a look: {line}" for line in findings.doubts]
+    print("\n".join(lines))
+    return 1 if findings.wrong else 0
+
+
+def _objects(raw: Path) -> list[Path]:
+    return [folder for folder in folders(raw) if folder.name not in NOT_OBJECTS]
 
 
 def _import(options: argparse.Namespace) -> int:
@@ -55,8 +74,9 @@ def _specifications(folder: Path, kind: str) -> tuple[dict, list[str]]:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m palpate.capture")
     commands = parser.add_subparsers(required=True)
-    check = commands.add_parser("check", help="say all that is wrong with an object's captures")
-    check.add_argument("folder", type=Path, help="raw/<object>")
+    check = commands.add_parser("check", help="say all that is wrong with objects' captures")
+    check.add_argument("folders", type=Path, nargs="*", help="raw/<object>; else all in raw/")
+    check.add_argument("--raw", type=Path, default=Path("raw"))
     check.add_argument("--sensors", type=Path, default=Path("config/sensors"))
     check.add_argument("--probes", type=Path, default=Path("config/probes"))
     check.set_defaults(work=_check)
@@ -64,22 +84,6 @@ def _parser() -> argparse.ArgumentParser:
     command.add_options(recording)
     recording.set_defaults(work=_import)
     return parser
-
-
-def _found(folder: Path) -> list[str]:
-    """Describe what is there, a line for each capture."""
-    lines = [f"{folder}: nothing wrong"]
-    for sensor in folders(folder):
-        if sensor.name in NOT_SENSORS:
-            continue
-        for capture in folders(sensor):
-            frames = read_frames(capture)
-            seconds = frames["time_s"].iloc[-1] - frames["time_s"].iloc[0]
-            line = f"  {sensor.name}/{capture.name}: {len(frames)} frames over {seconds:.2f} s"
-            if capture.name != BACKGROUND:
-                line += f", {len(read_force(capture))} force samples"
-            lines.append(line)
-    return lines
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from palpate.lab.surface_look import look_at_hits
 
 WINDOW_PX = 9
 LARGEST_COUNT = 2046
+MILLIMETRES, LARGEST_U16 = 1000.0, 65535
 DISTORTION_CELLS = (6, 8)
 # Dots of the projected pattern: part of the cells that are lit, cell and blur on the image.
 DOT_SHARE, DOT_CELL_PX, DOT_BLUR_PX = 0.12, 1.0, 0.75
@@ -63,21 +64,30 @@ class KinectDepth:
         self.references: dict[int, NDArray] = {}
 
     def image(self, scene: Scene, rng: np.random.Generator) -> NDArray:
-        """Normalised disparity of Eq. 4.2, (h, w) uint16."""
+        """Normalised disparity of Eq. 4.2, or millimetres, (h, w) uint16."""
         disparity, strength = self.true_signal(scene)
         seen = np.isfinite(disparity)
+        millimetres = self.spec["encoding"] == "millimetre"
+        nothing = 0 if millimetres else self.spec["no_reading"]
         if not seen.any():
-            return np.full(self.shape, self.spec["no_reading"], dtype=np.uint16)
+            return np.full(self.shape, nothing, dtype=np.uint16)
         infrared = self.infrared(disparity, strength, rng)
         found, score = self._match(infrared, disparity[seen].min(), disparity[seen].max())
-        counts = (found + self.distortion_px - self.spec["disparity_offset_px"]) / self.spec[
-            "disparity_scale"
-        ]
         depth = self.product / np.maximum(found, 1e-6)
-        valid = (score > self.options["correlation"]) & (counts >= 0) & (counts <= LARGEST_COUNT)
+        found = found + self.distortion_px
+        counts = self._millimetres(found) if millimetres else self._counts(found)
+        valid = (score > self.options["correlation"]) & (counts >= 0)
+        valid &= counts <= (LARGEST_U16 if millimetres else LARGEST_COUNT)
         valid &= (depth > self.range_m[0]) & (depth < self.range_m[1])
         rounded = np.round(np.where(valid, counts, 0)).astype(np.uint16)
-        return np.where(valid, rounded, self.spec["no_reading"]).astype(np.uint16)
+        return np.where(valid, rounded, nothing).astype(np.uint16)
+
+    def _millimetres(self, disparity_px: NDArray) -> NDArray:
+        return MILLIMETRES * self.product / np.maximum(disparity_px, 1e-6)
+
+    def _counts(self, disparity_px: NDArray) -> NDArray:
+        """Normalised disparity of Eq. 4.2."""
+        return (disparity_px - self.spec["disparity_offset_px"]) / self.spec["disparity_scale"]
 
     def true_signal(self, scene: Scene) -> tuple[NDArray, NDArray]:
         """Exact disparity f b / Z [px], NaN where nothing is seen, and the light that returns."""

@@ -1,4 +1,4 @@
-"""The forms of the lab's objects: block, ball, ear."""
+"""The forms of the lab's objects: block, ball, ear, and any closed mesh."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.lab.block import block_model, box_surface
+from palpate.lab.closed_mesh import ClosedMesh
 from palpate.lab.ear import EAR_BOX_M, ear_distance, uncut_ear_distance
-from palpate.lab.level_set import boundary_surface, level_set_mesh, slope
+from palpate.lab.level_set import Distance, boundary_surface, level_set_mesh, slope
 from palpate.lab.model import Model
 from palpate.lab.obstacle import Table
 from palpate.lab.tetrahedra import interpolation, tetrahedral_solid
@@ -116,21 +117,9 @@ class Ear:
         """Discretise for a press at a point that faces up."""
         point = np.asarray(point_m, dtype=float)
         _check_point(point, ear_distance, options["deepest_m"])
-        planes = [(2, 0.0)]
-        margin = 2 * options["spacing_m"]
-        high = np.array(EAR_BOX_M) / [2, 2, 1] + margin
-        solid, mesh = tetrahedral_solid(
-            uncut_ear_distance,
-            (high * [-1, -1, 0], high),
-            planes,
-            [(point, options["element_m"])],
-            spacing_m=options["spacing_m"],
-            reaches={"top": (point, REACH_M)},
-        )
-        fixed = np.repeat(solid.nodes_m[:, 2:] < 1e-9, 3, axis=1)
-        rest, faces = self.surface()
-        matrix = interpolation(mesh, solid, rest)
-        return Model(solid, fixed, (), 1.0, rest, faces, lambda u: matrix @ u)
+        high = np.array(EAR_BOX_M) / [2, 2, 1] + 2 * options["spacing_m"]
+        box = high * [-1, -1, 0], high
+        return _bonded(uncut_ear_distance, box, point, options, self.surface())
 
     def surface(self) -> tuple[NDArray, NDArray]:
         """Closed surface of about 20,000 vertices."""
@@ -140,6 +129,35 @@ class Ear:
         )
 
 
+@dataclass(frozen=True)
+class Drawn:
+    """Object whose form a closed mesh gives; the table cuts it flat and holds it.
+
+    Attributes
+    ----------
+    file : str
+        Of the mesh, object frame [m].
+    surface_m : float
+        About the edge of the surface's triangles.
+    """
+
+    file: str
+    surface_m: float
+
+    def model(self, point_m: NDArray, options: Mapping) -> Model:
+        """Discretise for a press at a point that faces up."""
+        point, distance = np.asarray(point_m, dtype=float), ClosedMesh(self.file)
+        _check_point(point, distance, options["deepest_m"])
+        box = _above_table(distance, 2 * options["spacing_m"])
+        return _bonded(distance, box, point, options, self.surface())
+
+    def surface(self) -> tuple[NDArray, NDArray]:
+        """Closed surface."""
+        distance = ClosedMesh(self.file)
+        box = _above_table(distance, 2 * self.surface_m)
+        return boundary_surface(*level_set_mesh(distance, *box, self.surface_m))
+
+
 def shape_of(spec: Mapping) -> Shape:
     """Form of an object of lab.yaml, from its ``shape`` block."""
     shape = spec["shape"]
@@ -147,7 +165,36 @@ def shape_of(spec: Mapping) -> Shape:
         return Block(tuple(shape["size_m"]))
     if shape["kind"] == "ball":
         return Ball(shape["radius_m"])
+    if shape["kind"] == "mesh":
+        return Drawn(shape["file"], shape["surface_m"])
     return Ear()
+
+
+def _above_table(mesh: ClosedMesh, margin_m: float) -> tuple[NDArray, NDArray]:
+    """Corners of the box around a mesh above the table."""
+    return np.array([*mesh.low_m[:2] - margin_m, 0.0]), mesh.high_m + margin_m
+
+
+def _bonded(
+    distance: Distance,
+    box_m: tuple[NDArray, NDArray],
+    point: NDArray,
+    options: Mapping,
+    surface: tuple[NDArray, NDArray],
+) -> Model:
+    """Discretise a form that the table z = 0 cuts and holds."""
+    solid, mesh = tetrahedral_solid(
+        distance,
+        box_m,
+        [(2, 0.0)],
+        [(point, options["element_m"])],
+        spacing_m=options["spacing_m"],
+        reaches={"top": (point, REACH_M)},
+    )
+    fixed = np.repeat(solid.nodes_m[:, 2:] < 1e-9, 3, axis=1)
+    rest, faces = surface
+    matrix = interpolation(mesh, solid, rest)
+    return Model(solid, fixed, (), 1.0, rest, faces, lambda u: matrix @ u)
 
 
 def _check_point(point: NDArray, distance: object, deepest_m: float) -> None:

@@ -161,8 +161,10 @@ def _section_panel(axes: Axes, view: TrackedView) -> None:
         (view.rest_m, GREY, (0, (4, 2)), "undeformed"),
         (view.deformed_m, BLUE, "-", "tracked"),
     ):
-        x, z = _section(vertices, view.faces, centre)
-        axes.plot(x * MILLIMETRES, z * MILLIMETRES, color=colour, ls=style, label=label)
+        lines = [line * MILLIMETRES for line in _section(vertices, view.faces, centre)]
+        for first, (x, z) in enumerate(lines):
+            name = "_nolegend_" if first else label
+            axes.plot(x, z, color=colour, ls=style, label=name)
     offset = view.cloud_m - centre
     slab = (np.abs(offset[:, 1]) < SECTION_HALF_WIDTH_M) & (np.abs(offset[:, 0]) < DETAIL_M)
     points = offset[slab] * MILLIMETRES
@@ -173,18 +175,35 @@ def _section_panel(axes: Axes, view: TrackedView) -> None:
     axes.set_ylabel("Height (mm)")
 
 
-def _section(vertices: NDArray, faces: NDArray, centre: NDArray) -> tuple[NDArray, NDArray]:
-    """Upper profile where a surface crosses the plane y = the contact's, sorted along x."""
+def _section(vertices: NDArray, faces: NDArray, centre: NDArray) -> list[NDArray]:
+    """Closed lines (2, k) in x and z where a surface crosses the plane y = the contact's."""
     offset = vertices - centre
-    edges = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+    sides = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    edges, of_face = np.unique(sides, axis=0, return_inverse=True)
     a, b = offset[edges[:, 0]], offset[edges[:, 1]]
     crosses = (a[:, 1] > 0) != (b[:, 1] > 0)
-    a, b = a[crosses], b[crosses]
-    part = (a[:, 1] / (a[:, 1] - b[:, 1]))[:, None]
-    points = a + part * (b - a)
-    upper = points[points[:, 2] > -0.5 * np.ptp(vertices[:, 2])]
-    order = np.argsort(upper[:, 0])
-    return upper[order, 0], upper[order, 2]
+    part = (a[crosses, 1] / (a - b)[crosses, 1])[:, None]
+    places = np.zeros((len(edges), 2))
+    places[crosses] = (a[crosses] + part * (b - a)[crosses])[:, [0, 2]]
+    of_face = of_face.reshape(-1, 3)
+    cut = of_face[crosses[of_face].sum(axis=1) == 2]
+    links = cut[crosses[cut]].reshape(-1, 2)
+    return [places[line].T for line in _closed_lines(links)]
+
+
+def _closed_lines(links: NDArray) -> list[list[int]]:
+    """Walks along pairs of neighbours, each of whom has two, back to where they began."""
+    neighbours: dict[int, list[int]] = {}
+    for one, other in links.tolist():
+        neighbours.setdefault(one, []).append(other)
+        neighbours.setdefault(other, []).append(one)
+    lines = []
+    while neighbours:
+        line = [min(neighbours)]
+        while around := neighbours.pop(line[-1], None):
+            line.append(next((n for n in around if n in neighbours), line[0]))
+        lines.append(line)
+    return lines
 
 
 def _unit(vectors: NDArray) -> NDArray:

@@ -17,6 +17,7 @@ th { position: sticky; top: 0; background: #fff; border-bottom: 2px solid #1a1a1
 th, td { padding: .25em .8em .25em 0; }
 td { border-bottom: 1px solid #ddd; white-space: nowrap; }
 td.number { text-align: right; }
+img { max-width: min(100%, 62em); height: auto; }
 pre { background: #f4f4f4; padding: .8em; overflow-x: auto; }
 """
 NUMBER = re.compile(r"<td>(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)</td>")

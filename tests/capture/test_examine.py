@@ -1,0 +1,315 @@
+"""The long look into captures: what people get wrong in files that are right by their format."""
+
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+import trimesh
+import yaml
+from palpate.capture.__main__ import main
+from palpate.capture.examine import examine_object
+from palpate.capture.examine_force import examine_force
+from palpate.capture.examine_frames import examine_frames
+from palpate.capture.examine_template import examine_template
+from palpate.capture.images import write_image
+
+SIDE = 0.08
+WRENCH = ["fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm"]
+MARKER = {"inner_corners": [4, 3], "square_m": 0.02}
+SIZE = {"width_px": 200, "height_px": 160}
+SENSOR = {
+    "kind": "depth",
+    "range_m": [0.4, 3.0],
+    "color": SIZE | {"encoding": "mono8"},
+    "depth": SIZE | {"encoding": "millimetre"},
+}
+
+
+@pytest.fixture
+def cube(tmp_path):
+    """Folder of a cube on the table, 8 cm wide, and its object.yaml."""
+    box = trimesh.creation.box((SIDE,) * 3).subdivide().subdivide()
+    box.apply_translation([0, 0, SIDE / 2])
+    box.export(tmp_path / "template.ply")
+    spec = {
+        "template": {"file": "template.ply", "unit": "m", "vertices": 100},
+        "support": {
+            "plane_point_m": [0, 0, 0],
+            "plane_normal": [0, 0, 1],
+            "tolerance_m": 0.001,
+        },
+        "points": {"top": {"position_m": [0.01, 0.0, SIDE]}},
+    }
+    return tmp_path, spec
+
+
+def test_a_right_template_is_described(cube):
+    found = examine_template(*cube)
+    assert not found.wrong and not found.doubts
+    text = " ".join(found.found)
+    assert "closed, 98 vertices, 80 x 80 x 80 mm, 512 cm3" in text
+    # The bottom's 64 square centimetres are held.
+    assert "bonded, 64 cm2" in text
+    assert "points: top; at most 0.0 mm off" in text
+
+
+def test_a_template_turned_inside_out_is_the_same_object(cube):
+    folder, spec = cube
+    mesh = trimesh.load(folder / "template.ply")
+    mesh.invert()
+    mesh.export(folder / "template.ply")
+    assert examine_template(folder, spec).doubts == ()
+
+
+def millimetres(folder, spec):
+    mesh = trimesh.load(folder / "template.ply")
+    mesh.apply_scale(1000).export(folder / "template.ply")
+
+
+def opened(folder, spec):
+    mesh = trimesh.load(folder / "template.ply")
+    mesh.update_faces(np.arange(len(mesh.faces)) > 0)
+    mesh.export(folder / "template.ply")
+
+
+def doubled(folder, spec):
+    mesh = trimesh.load(folder / "template.ply")
+    other = mesh.copy().apply_translation([1, 0, 0])
+    (mesh + other).export(folder / "template.ply")
+
+
+def no_mesh(folder, spec):
+    (folder / "template.ply").write_text("ply\nnothing\n")
+
+
+def off_the_surface(folder, spec):
+    spec["points"]["top"]["position_m"] = [0, 0, SIDE + 0.02]
+
+
+def below_the_table(folder, spec):
+    spec["support"]["plane_point_m"] = [0, 0, 0.02]
+
+
+def above_the_table(folder, spec):
+    spec["support"]["plane_point_m"] = [0, 0, -0.003]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (millimetres, "template.unit: expected an object of 0.01 to 3 m, found 80 m (is its unit"),
+        (opened, "template: expected a closed surface, found 3 open edges"),
+        (doubled, "template: expected one piece, found 2"),
+        (no_mesh, "template: expected a mesh, found none"),
+        (off_the_surface, "points.top.position_m: expected within 5 mm of the template, found 20"),
+        (below_the_table, "support: expected the template above the plane, found it 20.0 mm below"),
+        (above_the_table, "support: expected surface within 1 mm of the plane, found 3.0 mm"),
+    ],
+)
+def test_one_line_for_each_wrong_template(cube, spoil, words):
+    folder, spec = cube
+    spoil(folder, spec)
+    (line,) = examine_template(folder, spec).wrong
+    assert words in line
+    assert line.startswith(str(folder))
+
+
+def test_a_press_along_the_surface_is_doubtful(cube):
+    folder, spec = cube
+    spec["points"]["top"]["direction"] = [1, 0, -0.2]
+    (line,) = examine_template(folder, spec).doubts
+    assert "points.top.direction: expected a press within 45 degrees" in line
+    assert line.endswith("found 79")
+
+
+def test_scans_are_counted(cube):
+    folder, spec = cube
+    (folder / "scans").mkdir()
+    (folder / "scans/a.ply").touch()
+    spec["template"] = {"scans": "scans", "unit": "m", "vertices": 100, "spacing_m": 0.001}
+    assert examine_template(folder, spec).found == ("template: of 1 scans",)
+
+
+def pressed(*, rate=500, peak=2.0, start=1.0, seconds=4.0, noise=0.01):
+    """A record that rests, ramps up and holds; the sensor hangs upside down."""
+    time = np.arange(0, seconds, 1 / rate)
+    table = pd.DataFrame({"time_s": time})
+    noisy = noise * np.random.default_rng(3).standard_normal((len(time), 6))
+    table[WRENCH] = noisy + [0, 0, 0.3, 0, 0, 0]
+    table["fz_n"] -= peak * np.clip((time - start) / 1.5, 0, 1)
+    return table
+
+
+FRAMES_S = np.linspace(0, 3.9, 20)
+
+
+def test_a_right_press_is_described(tmp_path):
+    found = examine_force(tmp_path, pressed(), FRAMES_S, {})
+    assert not found.wrong and not found.doubts
+    (text,) = found.found
+    assert "force 500 Hz" in text
+    assert "peak 2.0" in text
+
+
+def test_volts_are_weighed_by_the_gauges(tmp_path, probe):
+    wrench = pressed()
+    volts = wrench[WRENCH].to_numpy() @ np.linalg.inv(np.array(probe["gauge"]["calibration"])).T
+    table = pd.DataFrame(volts, columns=[f"v{k}" for k in range(6)])
+    table.insert(0, "time_s", wrench["time_s"])
+    found = examine_force(tmp_path, table, FRAMES_S, probe)
+    assert "peak 2.0" in found.found[0]
+    table.loc[7, "v4"] = -10.0
+    (line,) = examine_force(tmp_path, table, FRAMES_S, probe).wrong
+    assert "force.csv: v4: expected volts within 10 V, found it at its limit" in line
+
+
+@pytest.mark.parametrize(
+    ("record", "words"),
+    [
+        (pressed(peak=0.01), "force.csv: force: expected a press of more than 0.1 N over the"),
+        (pressed(peak=-2.0), "force.csv: fz: expected a press to lower it (z points to the tip"),
+    ],
+)
+def test_no_press_and_a_pull(tmp_path, record, words):
+    (line,) = examine_force(tmp_path, record, FRAMES_S, {}).wrong
+    assert words in line
+
+
+@pytest.mark.parametrize(
+    ("record", "words"),
+    [
+        (pressed(start=0.0), "force: expected an unloaded probe for the first 0.5 s"),
+        (pressed(rate=50), "time_s: expected 100 Hz or more, found 50 Hz"),
+        (pressed(start=3.5), "frames: expected at least 5 in the press, found 2"),
+        (
+            pressed().rename(columns={"fx_n": "fz_n", "fz_n": "fx_n"}),
+            "force: expected a press along the probe's axis z",
+        ),
+    ],
+)
+def test_doubtful_presses(tmp_path, record, words):
+    lines = examine_force(tmp_path, record, FRAMES_S, {}).doubts
+    assert any(words in line for line in lines)
+
+
+def board(shape=(160, 200), square=20):
+    """Grey picture of 5 x 4 squares with a white rim."""
+    rows, columns = np.indices(shape)
+    i, j = (rows - 40) // square, (columns - 50) // square
+    on_board = (i >= 0) & (i < 4) & (j >= 0) & (j < 5)
+    return np.where(on_board & ((i + j) % 2 == 0), 20, 200).astype(np.uint8)
+
+
+@pytest.fixture
+def film(tmp_path):
+    """Six frames of a board, 0.8 m away, and their table."""
+    rows = []
+    for k in range(6):
+        write_image(tmp_path / f"c{k}.png", board(), "mono8")
+        write_image(tmp_path / f"d{k}.png", np.full((160, 200), 800, np.uint16), "millimetre")
+        rows.append({"frame": k, "time_s": k / 10, "color": f"c{k}.png", "depth": f"d{k}.png"})
+    return tmp_path, pd.DataFrame(rows)
+
+
+def examined(film, background=None):
+    return examine_frames(*film, SENSOR, marker=MARKER, background=background)
+
+
+def test_a_right_film_is_described(film):
+    found = examined(film, np.full((160, 200), 200, np.uint8))
+    assert not found.wrong and not found.doubts
+    text = ", ".join(found.found)
+    assert "6 frames over 0.50 s (10.0 Hz), 200 x 160 px" in text
+    assert "board in 6 of 6 frames" in text
+    assert "depth in 100%, 0.80 m" in text
+
+
+def test_a_hidden_board(film):
+    folder, _ = film
+    blank = np.full((160, 200), 120, np.uint8)
+    for k in (2, 3, 4, 5):
+        write_image(folder / f"c{k}.png", blank, "mono8")
+    last, run = examined(film).doubts
+    assert "whole in the last frame, found none" in last
+    assert "found none in 4 frames in a row" in run
+    for k in (0, 1):
+        write_image(folder / f"c{k}.png", blank, "mono8")
+    (line,) = examined(film).wrong
+    assert "board (4 x 3 inner corners) whole, found it in none of 6" in line
+
+
+def test_gaps_light_and_background(film):
+    folder, table = film
+    table.loc[3:, "time_s"] += 1.0
+    assert "expected frames about 0.100 s apart, found a gap of 1.10 s" in examined(film).doubts[0]
+    table["time_s"] = np.arange(6) / 10
+    (line,) = examined(film, board()).doubts
+    assert "expected object and probe, which the background must not hold" in line
+    (line,) = examined(film, np.full((160, 200), 90, np.uint8)).doubts
+    assert "expected the background's scene (same place, same light)" in line
+    write_image(folder / "c0.png", (board() // 20).astype(np.uint8), "mono8")
+    assert any("grey levels of 15 to 240" in line for line in examined(film).doubts)
+
+
+def test_depths_out_of_range(film):
+    folder, _ = film
+    write_image(folder / "d0.png", np.full((160, 200), 8000, np.uint16), "millimetre")
+    (line,) = examined(film).wrong
+    assert "depth: expected 0.4 to 3 m (the sensor's range_m), found 8 m in the middle" in line
+    write_image(folder / "d0.png", np.zeros((160, 200), np.uint16), "millimetre")
+    (line,) = examined(film).wrong
+    assert "depth: expected readings in the middle, found none" in line
+
+
+@pytest.fixture
+def own(root, tmp_path):
+    """The own object's folder with its first capture alone."""
+    folder = tmp_path / "raw/toy_cow"
+    ignored = shutil.ignore_patterns("back-a02")
+    return shutil.copytree(root / "tests/own_object/raw/toy_cow", folder, ignore=ignored)
+
+
+def specifications(root):
+    return [
+        {
+            p.stem: yaml.safe_load(p.read_text())
+            for p in (root / "tests/own_object" / kind).glob("*")
+        }
+        for kind in ("sensors", "probes")
+    ]
+
+
+def test_an_object_is_examined_as_a_whole(root, own, capsys):
+    options = [f"--{kind}={root}/tests/own_object/{kind}" for kind in ("sensors", "probes")]
+    assert main(["check", f"--raw={own.parent}", *options]) == 0
+    told = capsys.readouterr().out
+    assert f"{own}: nothing wrong" in told
+    assert "bench_cam/back: 12 frames" in told
+    assert "worth a look" not in told
+    path = own / "object.yaml"
+    path.write_text(path.read_text().replace("unit: m", "unit: mm"))
+    (own / "bench_cam/back/force.csv").unlink()
+    assert main(["check", f"--raw={own.parent}", *options]) == 1
+    told = capsys.readouterr().out
+    assert "template.unit: expected" in told
+    assert "force.csv: file: expected a CSV table, found nothing" in told
+
+
+def test_contents_wait_for_a_right_description(root, own):
+    (own / "object.yaml").write_text("object: cow\n")
+    found = examine_object(own, *specifications(root))
+    assert found.wrong and not found.found
+
+
+def test_a_sensor_without_captures(root, own):
+    shutil.rmtree(own / "bench_cam/back")
+    found = examine_object(own, *specifications(root))
+    (line,) = found.wrong
+    assert "bench_cam: folder: expected captures, found none" in line
+
+
+def test_an_empty_raw(root, tmp_path, capsys):
+    options = [f"--{kind}={root}/tests/own_object/{kind}" for kind in ("sensors", "probes")]
+    assert main(["check", f"--raw={tmp_path}", *options]) == 1
+    assert "folder: expected objects (<object>/object.yaml), found none" in capsys.readouterr().out

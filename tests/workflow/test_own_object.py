@@ -1,0 +1,110 @@
+"""An object that nothing names, dropped in as a person would: found, estimated, shown."""
+
+import re
+import shutil
+
+import pandas as pd
+import pytest
+import yaml
+from sample_run import LEFT_BEHIND, snakemake
+
+pytestmark = pytest.mark.workflow
+NAME, SENSOR = "toy_cow", "bench_cam"
+# Only the look-up is coarser than the configuration's.
+COARSE = ("--configfile", "tests/own_object/config.yaml")
+
+
+def counted(done):
+    """Rules of a dry-run's job statistics."""
+    return set(re.findall(r"^(\w+) +\d+$", done.stdout + done.stderr, re.MULTILINE))
+
+
+@pytest.fixture(scope="module")
+def dropped(root, tmp_path_factory):
+    """A copy of the project into which a person has put camera, probe and object."""
+    folder = tmp_path_factory.mktemp("own") / "main"
+    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
+    source = root / "tests/own_object"
+    shutil.copytree(source / "raw", folder / "raw")
+    for kind in ("sensors", "probes"):
+        shutil.copytree(source / kind, folder / "config" / kind, dirs_exist_ok=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def results(dropped):
+    """Results of the run of just that object."""
+    done = snakemake(dropped, *COARSE, "--config", f"only={NAME}")
+    assert done.returncode == 0, done.stderr[-3000:]
+    return dropped / "results"
+
+
+def truth(root):
+    lab = yaml.safe_load((root / "tests/own_object/lab.yaml").read_text())
+    return lab["objects"][NAME]["material"]
+
+
+def test_nothing_names_it(root):
+    files = [
+        *root.glob("config/*.yaml"),
+        *root.glob("config/meshes/*"),
+        *root.glob("workflow/**/*"),
+    ]
+    texts = [f.read_bytes() for f in files if f.is_file() and f.suffix not in (".pyc", ".vtu")]
+    assert not any(name.encode() in text for text in texts for name in (NAME, SENSOR))
+
+
+def test_the_study_runs_beside_it(dropped):
+    done = snakemake(dropped, "--dry-run")
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert {"own_report", "table_5_3", "lab_capture"} <= counted(done)
+
+
+def test_one_row_is_recommended_and_it_is_near_the_truth(results, root):
+    table = pd.read_csv(results / f"{NAME}/summary.csv", dtype={"capture": str})
+    (advised,) = table[table["recommended"]].to_dict("records")
+    assert advised["method"] == "direct_joint"
+    # Every capture that lies there is taken.
+    assert advised["captures"] == 2
+    assert set(table["capture"]) == {"back", "back-a02", "all"}
+    material = truth(root)
+    E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
+    # The solid is another one in each run.
+    assert 0.8 * E < advised["youngs_modulus_pa"] < 1.2 * E
+    assert 0.85 < advised["reduced_modulus_pa"] / (E / (1 - nu**2)) < 1.15
+    assert advised["poisson_ratio_low"] - 0.05 < nu < advised["poisson_ratio_high"] + 0.05
+
+
+def test_the_run_is_the_objects_alone(results):
+    whole = (results / "summary.csv").read_bytes()
+    assert whole == (results / f"{NAME}/summary.csv").read_bytes()
+    assert not (results / "tables").exists()
+    assert not (results / "figures").exists()
+    assert not (results / "lab").exists()
+
+
+def test_its_page_shows_it(results):
+    page = (results / f"{NAME}/report.html").read_text()
+    assert page.count('<img src="data:image/png;base64,') == 3
+    assert "Rows marked simulated come from the virtual lab" in page
+    assert "direct, all captures together" in page
+    assert "http" not in re.sub(r"base64,[^\"]*", "", page)
+    for name in ("moduli", "hertz_fit", "surface"):
+        assert (results / f"{NAME}/figures/{name}.png").stat().st_size > 20_000
+        assert (results / f"{NAME}/figures/{name}.svg").stat().st_size > 5_000
+    assert "Toy cow" in (results / "objects.html").read_text()
+
+
+def test_a_further_capture_costs_just_itself(results, dropped):
+    more = dropped / f"raw/{NAME}/{SENSOR}/back-a03"
+    shutil.copytree(more.with_name("back"), more)
+    try:
+        done = snakemake(dropped, *COARSE, "--dry-run", "--config", f"only={NAME}")
+    finally:
+        shutil.rmtree(more)
+    told = done.stdout + done.stderr
+    assert {"clouds", "track", "direct", "direct_object", "own_report"} <= counted(done)
+    assert not {"indentation", "solid_mesh", "background_model"} & counted(done)
+    assert not re.search(r"Tracking toy_cow, bench_cam, back(-a02)? ", told)
+    done = snakemake(dropped, *COARSE, "--config", f"only={NAME}")
+    assert "Nothing to be done" in done.stdout + done.stderr

@@ -1,0 +1,78 @@
+"""A long look into an object's folder: all that is wrong, what is doubtful, what is there.
+
+`palpate.capture.check` holds the files to the format, which the workflow does before each run.
+This looks at what they hold: template, board, force, depth.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from numpy.typing import NDArray
+
+from palpate.capture.check import check_capture, check_object
+from palpate.capture.discover import BACKGROUND, NOT_SENSORS, folders
+from palpate.capture.examine_force import examine_force
+from palpate.capture.examine_frames import examine_frames, grey_frame
+from palpate.capture.examine_template import examine_template
+from palpate.capture.findings import Findings
+from palpate.capture.schema import load_yaml
+from palpate.capture.tables import WRENCH_COLUMNS, image_streams, read_force, read_frames
+
+
+def examine_object(folder: str | Path, sensors: Mapping, probes: Mapping) -> Findings:
+    """Look into all that was dropped in for one object.
+
+    Parameters
+    ----------
+    folder : path
+        ``raw/<object>``.
+    sensors, probes : mapping
+        Specifications by name.
+
+    Returns
+    -------
+    Findings
+        Lines on contents just of those files that are right by their format.
+    """
+    folder = Path(folder)
+    wrong = check_object(folder, sensors, probes)
+    result = Findings(tuple(wrong))
+    of_sensors = tuple(str(place) for place in folders(folder) if place.name not in NOT_SENSORS)
+    if any(not line.startswith(of_sensors) for line in wrong):
+        return result
+    spec = load_yaml(folder / "object.yaml")
+    result += examine_template(folder, spec)
+    for place in folders(folder):
+        if place.name not in NOT_SENSORS and place.name in sensors:
+            result += _sensor(place, sensors[place.name], probes[spec["probe"]])
+    return result
+
+
+def _sensor(folder: Path, sensor: Mapping, probe: Mapping) -> Findings:
+    """Look into one sensor's background and captures."""
+    background, result = _background(folder / BACKGROUND, sensor), Findings()
+    captures = [place for place in folders(folder) if place.name != BACKGROUND]
+    if not captures:
+        result += Findings((f"{folder}: folder: expected captures, found none",))
+    for capture in captures:
+        if not check_capture(capture, sensor):
+            result += _capture(capture, sensor, probe, background)
+    return result
+
+
+def _capture(folder: Path, sensor: Mapping, probe: Mapping, background: NDArray | None) -> Findings:
+    frames, force = read_frames(folder), read_force(folder)
+    found = examine_frames(folder, frames, sensor, marker=probe["marker"], background=background)
+    # Volts without the gauges' calibration are a fault of format.
+    if "gauge" in probe or WRENCH_COLUMNS[0] in force.columns:
+        found += examine_force(folder, force, frames["time_s"].to_numpy(float), probe)
+    text = f"{folder.parent.name}/{folder.name}: {', '.join(found.found)}"
+    return Findings(found.wrong, found.doubts, (text,))
+
+
+def _background(folder: Path, sensor: Mapping) -> NDArray | None:
+    """One grey frame of a background, where there is a right one."""
+    if not folder.is_dir() or check_capture(folder, sensor):
+        return None
+    stream = next(iter(image_streams(sensor)))
+    return grey_frame(folder / read_frames(folder)[stream].iloc[0], sensor)
