@@ -8,7 +8,7 @@ import errno
 import fcntl
 import json
 import os
-import socket
+import platform
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
@@ -82,7 +82,7 @@ def lock_folder(folder: str | Path, *, warn: Callable[[str], None]) -> None:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
         _lock(descriptor, folder, warn)
         os.ftruncate(descriptor, 0)
-        os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}\n".encode())
+        os.write(descriptor, f"process {os.getpid()} on {platform.node()}\n".encode())
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise ValueError(f"{folder}: expected a folder to write into, found {reason}") from error

@@ -2,8 +2,8 @@
 
 import json
 import os
+import platform
 import select
-import socket
 import threading
 import time
 from pathlib import Path
@@ -19,7 +19,7 @@ POLL_S = 1.0
 def own_run() -> None:
     """Make this process the one that jobs end with; it ends with the job that it is part of."""
     end_with_run()
-    os.environ[OWNER] = f"{os.getpid()} {socket.gethostname()}"
+    os.environ[OWNER] = f"{os.getpid()} {platform.node()}"
 
 
 def end_with_run() -> None:
@@ -32,7 +32,7 @@ def end_with_run() -> None:
     if OWNER not in os.environ:
         return
     owner, host = os.environ[OWNER].split(" ", 1)
-    here = {int(owner)} if host == socket.gethostname() else set()
+    here = {int(owner)} if host == platform.node() else set()
     wait = _wait if hasattr(os, "pidfd_open") else _poll
     threading.Thread(target=wait, args=(sorted(here | {os.getppid()}),), daemon=True).start()
 
