@@ -98,6 +98,20 @@ def test_what_an_interrupted_lab_left_is_its_own_to_complete(home):
     assert "ear" in {capture.object for capture in opened(home).simulated}
 
 
+def test_a_recording_in_the_labs_object_is_not_taken_for_simulated(home):
+    folder = home / "raw/ear/bumblebee/01"
+    folder.mkdir(parents=True)
+    (folder / ".snakemake_timestamp").touch()
+    (home / "raw/ear/object.yaml").write_text("provenance: simulated\n")
+    opened(home)
+    (home / "raw/ear/bumblebee/01-a77").mkdir()
+    line = (
+        "ear/bumblebee/01-a77: capture: expected the lab's alone in an object that .*lab.yaml makes"
+    )
+    with pytest.raises(ValueError, match=line):
+        opened(home)
+
+
 def test_experiments_that_people_dropped_are_theirs(root, home):
     assert len(opened(home).lab_experiments) == 9
     dropped = home / "raw/sensors/kinect/loading"

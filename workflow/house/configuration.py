@@ -202,6 +202,7 @@ def open_house(config: Mapping, *, source: str, files: bool = True) -> House:
         for capture in _recordings(name, spec, paths["lab"], sensors, probes, problems)
     }
     made, there = _by_object(simulated), _by_object(found)
+    problems += _dropped_among(made, there, paths)
     for name in sorted(filter(chosen, _objects_in(paths["raw"]))):
         if not _still_the_labs(made.get(name, set()), there.get(name, set())):
             problems += check_object(Path(paths["raw"]) / name, sensors, probes, files=files)
@@ -360,6 +361,20 @@ def _by_object(captures: Iterable[CaptureId]) -> dict[str, set[CaptureId]]:
     for capture in captures:
         groups[capture.object].add(capture)
     return groups
+
+
+def _dropped_among(
+    made: Mapping[str, set[CaptureId]], there: Mapping[str, set[CaptureId]], paths: Mapping
+) -> list[str]:
+    """Captures that people dropped into an object of the lab, which would pass for simulated."""
+    strange = sorted(c for name in made for c in there.get(name, set()) - made[name])
+    folders = [Path(paths["raw"], c.object, c.sensor, c.capture) for c in strange]
+    return [
+        f"{folder}: capture: expected the lab's alone in an object that {paths['lab']} makes,"
+        " found another (give recordings an object of their own)"
+        for folder in folders
+        if not (folder / MADE_BY_A_RULE).is_file()
+    ]
 
 
 def _still_the_labs(made: set[CaptureId], there: set[CaptureId]) -> bool:

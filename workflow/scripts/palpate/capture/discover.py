@@ -9,7 +9,8 @@ NOT_SENSORS = ("scans",)
 # Recordings about the sensors, and simulations: no objects.
 NOT_OBJECTS = ("sensors", "simulations")
 # Folders of results/ that are no object's, whatever the case of their letters.
-TAKEN = ("benchmarks", "figures", "lab", "logs", "pages", "sensors", "simulation", "tables")
+TAKEN = ("benchmarks", "figures", "lab", "logs", "objects", "pages")
+TAKEN += ("sample", "sensors", "simulation", "tables")
 # A point, or a point and an attempt: 08, 11-a03.
 CAPTURE_NAME = re.compile("[A-Za-z0-9]+(-a[0-9]+)?")
 
