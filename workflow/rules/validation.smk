@@ -21,7 +21,8 @@ rule validation_estimates:
     params:
         code=code("summary"),
         captures=HOUSE.described(),
-        tracked=HOUSE.described(),
+        tracked=[],
+        estimated=HOUSE.described(),
         groups=direct_groups(),
         errors=[],
     message:
