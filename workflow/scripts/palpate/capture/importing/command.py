@@ -2,11 +2,17 @@
 
 import argparse
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 from palpate.capture.discover import BACKGROUND, CAPTURE_NAME, NOT_OBJECTS, NOT_SENSORS
 from palpate.capture.importing.recording import Recording
-from palpate.capture.importing.ros import BagRecording, Names, read_force_bag
+from palpate.capture.importing.ros import (
+    SMALLEST_UNIT_M,
+    BagRecording,
+    Names,
+    read_force_bag,
+)
 from palpate.capture.importing.sensor_file import RANGE_M
 from palpate.capture.importing.tum import (
     DEPTH_FACTOR,
@@ -16,6 +22,7 @@ from palpate.capture.importing.tum import (
     read_wrenches,
 )
 from palpate.capture.importing.write import Target, import_recording
+from palpate.capture.schema import load_yaml
 from palpate.capture.tables import FORCE, read_table
 
 SENSOR_NAME = re.compile("[a-z][a-z0-9_]*")
@@ -37,6 +44,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--trust-sensor-file", action="store_true", help="an existing file's optics are right")
     add("--range", type=float, nargs=2, metavar=("NEAR_M", "FAR_M"), default=RANGE_M,
         help="of a new sensor file [m]")  # fmt: skip
+    add("--depth-unit", type=float, metavar="METRES", help="bags: what one count of depth is [m]")
     add("--depth-factor", type=float, default=DEPTH_FACTOR, help="rgb.txt: counts in a metre")
     add("--intrinsics", type=float, nargs=4, metavar=("FX", "FY", "CX", "CY"),
         help="rgb.txt: of the colour camera [px], depth registered to it")  # fmt: skip
@@ -51,6 +59,7 @@ def run(options: argparse.Namespace) -> list[str]:
         If the recording, the target or an option is wrong.
     """
     target = _target(options)
+    _require_recorded(target.folder)
     own_force = options.force is None and not options.background
     if options.background and options.force is not None:
         raise ValueError(f"--force: expected none with --background, found {options.force}")
@@ -83,11 +92,28 @@ def _target(options: argparse.Namespace) -> Target:
     )
 
 
+def _require_recorded(folder: Path) -> None:
+    """Keep recordings out of an object that the virtual lab makes, and may make again."""
+    path = folder.parent.parent / "object.yaml"
+    if not path.exists():
+        return
+    spec = load_yaml(path)
+    if isinstance(spec, Mapping) and spec.get("provenance") == "simulated":
+        raise ValueError(f"{path}: provenance: expected recorded, found simulated (the virtual"
+                         " lab's object: name yours differently)")  # fmt: skip
+
+
 def _recording(options: argparse.Namespace, *, force: bool) -> Recording:
     if is_tum(options.recording):
+        if options.depth_unit is not None:
+            expected = "--depth-factor for rgb.txt"
+            raise ValueError(f"--depth-unit: expected {expected}, found {options.depth_unit:g}")
         return TumRecording(
             options.recording, depth_factor=options.depth_factor, intrinsics_px=options.intrinsics
         )
+    if options.depth_unit is not None and not SMALLEST_UNIT_M <= options.depth_unit <= 1:
+        expected = "between a micrometre and a metre"
+        raise ValueError(f"--depth-unit: expected {expected}, found {options.depth_unit:g} m")
     stated = not options.trust_sensor_file
     return BagRecording(options.recording, _names(options), force=force, stated_optics=stated)
 
@@ -101,6 +127,7 @@ def _names(options: argparse.Namespace) -> Names:
         depth_info=options.depth_info,
         registered=options.registered,
         receive_clock=options.receive_clock,
+        depth_unit_m=options.depth_unit,
     )
 
 
