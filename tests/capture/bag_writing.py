@@ -199,7 +199,7 @@ def write_ros2(path, found, messages, plugin=StoragePlugin.SQLITE3, compression=
     return path
 
 
-def write_realsense(path, film, *, unit_m=0.001, marked=True, option="Depth Units"):
+def write_realsense(path, film, *, unit_m=0.001, marked=True, option="Depth Units", clock=None):
     """A recording of the RealSense SDK: newer ones mark headers and append the depth's unit."""
     messages = Messages(ros1=True)
     store = messages.store
@@ -222,6 +222,11 @@ def write_realsense(path, film, *, unit_m=0.001, marked=True, option="Depth Unit
         if stem.rpartition("/")[2] in poses:
             pose = messages.transform(poses[stem.rpartition("/")[2]])
             found.append((f"{stem}/tf/0", 1, pose.__msgtype__, pose))
+        if clock:
+            pair = messages.make(
+                "diagnostic_msgs/msg/KeyValue", key="timestamp_domain", value=clock
+            )
+            found.append((f"{stem}/image/metadata", 2, pair.__msgtype__, pair))
         for image, stamp in zip(images, stamps, strict=True):
             pixels = image.astype(np.uint8) if encoding == "8UC1" else image
             one = messages.image(pixels, stamp, "1" if marked else "0", encoding)

@@ -378,6 +378,18 @@ def test_depth_units_of_a_realsense_without_the_option(marked, tmp_path, capsys)
     assert np.array_equal(depth, np.rint(film.depth[0] / 2))
 
 
+@pytest.mark.parametrize("clock", ["Hardware Clock", "Global Time"])
+def test_force_of_another_clock(clock, tmp_path, capsys):
+    film = stand_in()
+    bag = write_realsense(tmp_path / "film.bag", film, clock=clock)
+    late = replace(film, wrench_ns=film.wrench_ns + 5 * 10**8)
+    options = ["--force", str(wrench_file(tmp_path, late)), "--force-offset", "-0.5"]
+    assert bring(bag, tmp_path / "raw/block/camera/08", *options) == 0
+    assert_same(tmp_path / "raw/block/camera/08", film)
+    told = "another clock than the computer's (Hardware Clock): force of the computer's clock needs"
+    assert (told in capsys.readouterr().out) == (clock == "Hardware Clock")
+
+
 @pytest.mark.parametrize("kind", [ros1, tum], ids=lambda kind: kind.__name__)
 def test_images_that_repeat_the_one_before_are_left_out(kind, tmp_path, capsys):
     film = stand_in(frames=9)

@@ -3,6 +3,7 @@
 import argparse
 import re
 from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 
 from palpate.capture.discover import BACKGROUND, CAPTURE_NAME, NOT_OBJECTS, NOT_SENSORS
@@ -36,7 +37,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("target", type=Path, help="raw/<object>/<sensor>/<capture>, which must not exist yet")
     add("--background", action="store_true", help="frames without object and probe, and no force")
     add("--sensors", type=Path, default=Path("config/sensors"), help="folder of the sensor files")
-    add("--force", type=Path, metavar="FILE", help="force of the same clock: .csv, .txt or a bag")
+    add(
+        "--force",
+        type=Path,
+        metavar="FILE",
+        help="force, by the images' clock: .csv, .txt or a bag",
+    )
+    add("--force-offset", type=float, metavar="SECONDS", default=0.0,
+        help="added to the force's times, where its clock is another")  # fmt: skip
     for name in ("color", "depth", "wrench", "color-info", "depth-info"):
         add(f"--{name}", metavar="TOPIC", help=f"topic of {name}, where it is not plain by itself")
     add("--registered", action="store_true", help="depth lies in the colour camera's frame")
@@ -63,6 +71,8 @@ def run(options: argparse.Namespace) -> list[str]:
     own_force = options.force is None and not options.background
     if options.background and options.force is not None:
         raise ValueError(f"--force: expected none with --background, found {options.force}")
+    if not isfinite(options.force_offset):
+        raise ValueError(f"--force-offset: expected seconds, found {options.force_offset}")
     recording = _recording(options, force=own_force)
     force = None
     if options.force is not None:
@@ -70,7 +80,7 @@ def run(options: argparse.Namespace) -> list[str]:
     elif own_force and isinstance(recording, TumRecording):
         beside = options.recording / FORCE
         force = _force(beside if beside.is_file() else options.recording / WRENCH_LIST, Names())
-    return import_recording(recording, target, force=force)
+    return import_recording(recording, target, force=force, force_offset_s=options.force_offset)
 
 
 def _target(options: argparse.Namespace) -> Target:

@@ -2,13 +2,23 @@
 
 from array import array
 from collections.abc import Callable, Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from palpate.capture.importing import optics
-from palpate.capture.importing.bags import FLOAT, TEXT, TRANSFORM, TRANSFORMS, Bag, open_bag, shown
+from palpate.capture.importing.bags import (
+    FLOAT,
+    KEY_VALUE,
+    TEXT,
+    TRANSFORM,
+    TRANSFORMS,
+    Bag,
+    open_bag,
+    shown,
+)
 from palpate.capture.importing.pixels import MILLIMETRES, Form, pixels_of
 from palpate.capture.importing.recording import (
     NANOSECONDS,
@@ -32,6 +42,10 @@ from palpate.capture.importing.topics import (
 # Names of ROS 2 have no blanks.
 REALSENSE_UNITS = ("/option/Depth Units/value", "/option/Depth_Units/value")
 STATIC = "tf_static"
+# Beside its images it keeps what it knows of each: pairs of names and values.
+REALSENSE_METADATA = "/image/metadata"
+PAIRS_OF_A_FRAME = 100
+COMPUTER_CLOCKS = "System Time", "Global Time"
 METRES = "32FC1"
 SMALLEST_UNIT_M = 1e-6
 
@@ -82,6 +96,7 @@ class BagRecording:
             if count != self._count:
                 expected = f"{self._count}, as the bag states"
                 raise ValueError(f"{self.path}: messages: expected {expected}, found {count}")
+            clock_notes = _clock_notes(bag, self._color)
             cameras = self._cameras(bag) if self._stated_optics else None
             unit_m = self._names.depth_unit_m
             if unit_m is None:
@@ -91,7 +106,8 @@ class BagRecording:
             for name, times in stamps.items()
         )
         force, notes = samples.table() if self._wrench else (None, ())
-        return Content(color, depth, unit_m, force, cameras, notes + _unit_notes(unit_m, depth))
+        notes += (*_unit_notes(unit_m, depth), *clock_notes)
+        return Content(color, depth, unit_m, force, cameras, notes)
 
     def pictures(self) -> Iterator[Picture]:
         """All images one by one."""
@@ -225,6 +241,19 @@ def _unit_notes(unit_m: float, depth: Stream) -> tuple[str, ...]:
         return ()
     step = "floating-point depths" if depth.form.encoding == METRES else f"{unit_m * 1e6:g} um"
     return (f"depth: {step} were rounded to whole millimetres",)
+
+
+def _clock_notes(bag: Bag, image: str) -> tuple[str, ...]:
+    """Tell of stamps that a RealSense recording states to be of the camera's own clock."""
+    topic = f"{image.removesuffix(REALSENSE_DATA)}{REALSENSE_METADATA}"
+    if not image.endswith(REALSENSE_DATA) or topic not in bag.topics(KEY_VALUE):
+        return ()
+    pairs = (message for _, _, message in islice(bag.messages([topic]), PAIRS_OF_A_FRAME))
+    domain = next((pair.value for pair in pairs if pair.key == "timestamp_domain"), None)
+    if domain in (None, *COMPUTER_CLOCKS):
+        return ()
+    return (f"{shown(image)}: stamps are of another clock than the computer's ({shown(domain)}):"
+            " force of the computer's clock needs --force-offset",)  # fmt: skip
 
 
 def _told(bag: Bag, topic: str, work: Callable[[], Any]) -> Any:

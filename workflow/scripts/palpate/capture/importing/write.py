@@ -56,6 +56,7 @@ def import_recording(
     target: Target,
     *,
     force: ForceTable | None = None,
+    force_offset_s: float = 0.0,
 ) -> list[str]:
     """Write a recording as a capture.
 
@@ -65,6 +66,8 @@ def import_recording(
     target : Target
     force : table of force.csv and notes on it, optional
         If the recording itself holds no wrench.
+    force_offset_s : float, optional
+        What brings the force's clock to that of the images [s]; it is added.
 
     Returns
     -------
@@ -80,6 +83,8 @@ def import_recording(
         content = _surveyed(recording)
         table, notes = force or (content.force, ())
         table = None if target.background else table
+        if table is not None and force_offset_s:
+            table = table.assign(time_s=table["time_s"] + force_offset_s)
         frames, covered = _frames(content, table)
         rate_hz = _rate_hz(content.color.times_ns[frames.color])
         sensor, new = sensor_of(
