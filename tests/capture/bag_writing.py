@@ -37,13 +37,14 @@ class Film:
 
 
 def stand_in(frames=6, size=(48, 64), *, rate_hz=30, start_s=1_700_000_000, plain=False):
-    """A small film of noise (or of one grey) with a wrench of 1 kHz around it."""
+    """A small film of noise (or of a grey for each frame) with a wrench of 1 kHz around it."""
     random = np.random.default_rng(3)
-    drawn = range(1 if plain else frames)
-    color = [random.integers(0, 255, (*size, 3), dtype=np.uint8) for _ in drawn]
-    depth = [random.integers(400, 900, size, dtype=np.uint16) for _ in drawn]
     if plain:
-        color, depth = [np.full_like(color[0], 90)] * frames, [np.full_like(depth[0], 700)] * frames
+        color = [np.broadcast_to(np.uint8(k), (*size, 3)) for k in range(frames)]
+        depth = [np.broadcast_to(np.uint16(700 + k), size) for k in range(frames)]
+    else:
+        color = [random.integers(0, 255, (*size, 3), dtype=np.uint8) for _ in range(frames)]
+        depth = [random.integers(400, 900, size, dtype=np.uint16) for _ in range(frames)]
     step = NANOSECONDS // rate_hz
     color_ns = start_s * NANOSECONDS + np.arange(frames) * step
     wrench_ns = np.arange(color_ns[0] - 10**8, color_ns[-1] + 10**8, 10**6)
@@ -198,7 +199,7 @@ def write_ros2(path, found, messages, plugin=StoragePlugin.SQLITE3, compression=
     return path
 
 
-def write_realsense(path, film, *, unit_m=0.001, marked=True):
+def write_realsense(path, film, *, unit_m=0.001, marked=True, option="Depth Units", clock=None):
     """A recording of the RealSense SDK: newer ones mark headers and append the depth's unit."""
     messages = Messages(ros1=True)
     store = messages.store
@@ -210,8 +211,10 @@ def write_realsense(path, film, *, unit_m=0.001, marked=True):
     poses = {"Color_0": ((0.0, 0.0, 0.0, 1.0), (0.015, 0.0, 0.0))}
     poses["Depth_0"] = ((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
     found = []
-    unit = messages.make("std_msgs/msg/Float32", data=unit_m)
-    found.append(("/device_0/sensor_0/option/Depth Units/value", 1, "std_msgs/msg/Float32", unit))
+    if option:
+        unit = messages.make("std_msgs/msg/Float32", data=unit_m)
+        name = f"/device_0/sensor_0/option/{option}/value"
+        found.append((name, 1, "std_msgs/msg/Float32", unit))
     for stem, (images, stamps, encoding, optics, counted) in streams.items():
         size = images[0].shape[:2]
         info = messages.info(size, optics, 0, "", [0.0] * 5, "Brown Conrady")
@@ -219,6 +222,11 @@ def write_realsense(path, film, *, unit_m=0.001, marked=True):
         if stem.rpartition("/")[2] in poses:
             pose = messages.transform(poses[stem.rpartition("/")[2]])
             found.append((f"{stem}/tf/0", 1, pose.__msgtype__, pose))
+        if clock:
+            pair = messages.make(
+                "diagnostic_msgs/msg/KeyValue", key="timestamp_domain", value=clock
+            )
+            found.append((f"{stem}/image/metadata", 2, pair.__msgtype__, pair))
         for image, stamp in zip(images, stamps, strict=True):
             pixels = image.astype(np.uint8) if encoding == "8UC1" else image
             one = messages.image(pixels, stamp, "1" if marked else "0", encoding)

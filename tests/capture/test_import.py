@@ -17,6 +17,7 @@ from bag_writing import (
     COLOR_POSE,
     DEPTH,
     DEPTH_FRAME,
+    DEPTH_INFO,
     DEPTH_POSE,
     NANOSECONDS,
     WRENCH,
@@ -167,6 +168,10 @@ def test_the_samples_capture_passes_the_check(kind, film, root, tmp_path, capsys
     shutil.copytree(
         root / "tests/sample/raw/foam_block", block, ignore=shutil.ignore_patterns("kinect", "bum*")
     )
+    described = block / "object.yaml"
+    described.write_text(
+        described.read_text().replace("provenance: simulated", "provenance: recorded")
+    )
     sensors = tmp_path / "sensors"
     options = options_for(kind, tmp_path, film)
     recording = kind(tmp_path, film)
@@ -175,8 +180,7 @@ def test_the_samples_capture_passes_the_check(kind, film, root, tmp_path, capsys
     capsys.readouterr()
     probes = root / "config/probes"
     assert main(["check", str(block), "--sensors", str(sensors), "--probes", str(probes)]) == 0
-    count = f"camera/08: {len(film.color)} frames over 1.33 s, {len(film.wrench)} force samples"
-    assert count in capsys.readouterr().out
+    assert f"{block}: nothing wrong" in capsys.readouterr().out
     assert_same(block / "camera/08", film)
     assert not (block / "camera/background/force.csv").exists()
 
@@ -219,7 +223,12 @@ def test_a_plane_is_where_it_stood(metres, tmp_path):
     depth_m = distance_m / (rays @ normal)
     depth_m[10:20, 10:20] = np.nan
     depth = depth_m.astype(np.float32) if metres else np.nan_to_num(np.rint(1000 * depth_m))
-    film = replace(film, depth=[depth if metres else depth.astype(np.uint16)] * len(film.depth))
+    if not metres:
+        depth = depth.astype(np.uint16)
+    depths = [depth.copy() for _ in film.depth]
+    for k, image in enumerate(depths):
+        image[0, :k] = 0
+    film = replace(film, depth=depths)
     target = tmp_path / "raw/block/camera/08"
     bag = write_ros1(tmp_path / "film.bag", camera_messages(film, messages), messages)
     assert bring(bag, target) == 0
@@ -319,6 +328,83 @@ def test_depth_units_of_a_realsense(tmp_path, capsys):
     assert "100 um were rounded to whole millimetres" in capsys.readouterr().out
     depth = read_image(tmp_path / "raw/block/camera/08/depth/000000.png", "millimetre")
     assert np.array_equal(depth, np.rint(film.depth[0] / 10))
+
+
+def realsense_of_ros2(path, film, unit):
+    """What the SDK writes where names have no blanks and options are texts."""
+    messages = Messages(ros1=False)
+    stems = {COLOR: "/device_0/sensor_1/Color_0", DEPTH: "/device_0/sensor_0/Depth_0"}
+    infos = {COLOR_INFO: stems[COLOR], DEPTH_INFO: stems[DEPTH]}
+    names = {topic: f"{stem}/image/data" for topic, stem in stems.items()}
+    names |= {topic: f"{stem}/info/camera_info" for topic, stem in infos.items()}
+    found = [
+        (names.get(topic, topic), time, message)
+        for topic, time, message in camera_messages(film, messages)
+        if topic != "/tf_static"
+    ]
+    if unit:
+        text = messages.make("std_msgs/msg/String", data=unit)
+        found.append(("/device_0/sensor_0/option/Depth_Units/value", found[-1][1], text))
+    return write_ros2(path / "film", found, messages)
+
+
+@pytest.mark.parametrize("unit", ["0.0001", None, "mm"])
+def test_depth_units_of_a_realsense_in_ros2(unit, tmp_path, capsys):
+    film = stand_in()
+    bag, target = realsense_of_ros2(tmp_path, film, unit), tmp_path / "raw/block/camera/08"
+    status = bring(bag, target, "--registered")
+    if unit != "0.0001":
+        assert status == 1
+        expected = "between a micrometre" if unit else "the recording or --depth-unit <metres>"
+        line = capsys.readouterr().err
+        assert f"Depth_0/image/data: depth units: expected {expected}" in line
+        assert bring(bag, target, "--registered", "--depth-unit", "0.0001") == 0
+    depth = read_image(target / "depth/000000.png", "millimetre")
+    assert np.array_equal(depth, np.rint(film.depth[0] / 10))
+
+
+@pytest.mark.parametrize("marked", [False, True])
+def test_depth_units_of_a_realsense_without_the_option(marked, tmp_path, capsys):
+    film = stand_in()
+    bag = write_realsense(tmp_path / "film.bag", film, unit_m=0.0005, marked=marked, option=None)
+    target = tmp_path / "raw/block/camera/08"
+    options = ["--force", str(wrench_file(tmp_path, film))]
+    status = bring(bag, target, *options)
+    if not marked:
+        assert status == 1
+        assert "depth units: expected the recording or --depth-unit" in capsys.readouterr().err
+        assert bring(bag, target, *options, "--depth-unit", "0.0005") == 0
+    depth = read_image(target / "depth/000000.png", "millimetre")
+    assert np.array_equal(depth, np.rint(film.depth[0] / 2))
+
+
+@pytest.mark.parametrize("clock", ["Hardware Clock", "Global Time"])
+def test_force_of_another_clock(clock, tmp_path, capsys):
+    film = stand_in()
+    bag = write_realsense(tmp_path / "film.bag", film, clock=clock)
+    late = replace(film, wrench_ns=film.wrench_ns + 5 * 10**8)
+    options = ["--force", str(wrench_file(tmp_path, late)), "--force-offset", "-0.5"]
+    assert bring(bag, tmp_path / "raw/block/camera/08", *options) == 0
+    assert_same(tmp_path / "raw/block/camera/08", film)
+    told = "another clock than the computer's (Hardware Clock): force of the computer's clock needs"
+    assert (told in capsys.readouterr().out) == (clock == "Hardware Clock")
+
+
+@pytest.mark.parametrize("kind", [ros1, tum], ids=lambda kind: kind.__name__)
+def test_images_that_repeat_the_one_before_are_left_out(kind, tmp_path, capsys):
+    film = stand_in(frames=9)
+    color, depth = list(film.color), list(film.depth)
+    color[3] = color[4] = color[2]
+    depth[6] = depth[5]
+    target = tmp_path / "raw/block/camera/08"
+    options = options_for(kind, tmp_path, film)
+    assert bring(kind(tmp_path, replace(film, color=color, depth=depth)), target, *options) == 0
+    told = "frames: 3 of 9 repeat an image of the frame before, left out, the first (color) at"
+    assert f"{told} {film.color_ns[3] / NANOSECONDS:.3f} s" in capsys.readouterr().out
+    kept = [0, 1, 2, 5, 7, 8]
+    images = {name: [getattr(film, name)[k] for k in kept] for name in ("color", "depth")}
+    assert_same(target, replace(film, **images, color_ns=film.color_ns[kept]))
+    assert len(list(target.rglob("*.png"))) == 2 * len(kept)
 
 
 def test_depth_too_far_for_the_file_is_told(tmp_path, capsys):

@@ -5,6 +5,7 @@ import re
 import struct
 from dataclasses import replace
 
+import cv2
 import lz4.frame
 import numpy as np
 import pytest
@@ -186,6 +187,33 @@ def test_two_topics_that_could_be_meant(film, tmp_path, capsys):
 )
 def test_places_that_are_no_captures(target, line, film, tmp_path, capsys):
     assert_like(line, refused(capsys, tmp_path, bag_of(tmp_path, film), target=target))
+
+
+def test_an_object_that_the_lab_makes(film, tmp_path, capsys):
+    (tmp_path / "raw/block").mkdir(parents=True)
+    described = tmp_path / "raw/block/object.yaml"
+    described.write_text("object: block\nprovenance: simulated\n")
+    bag = bag_of(tmp_path, film)
+    line = refused(capsys, tmp_path, bag)
+    assert_like("block/object.yaml: provenance: expected recorded, found simulated", line)
+    described.write_text("object: block\nprovenance: recorded\n")
+    arguments = ["import", str(bag), str(tmp_path / "raw/block/camera/08")]
+    assert main([*arguments, "--sensors", str(tmp_path / "sensors")]) == 0
+
+
+def test_a_film_that_stands_still(film, tmp_path, capsys):
+    still = replace(film, depth=[film.depth[0]] * len(film.depth))
+    line = refused(capsys, tmp_path, bag_of(tmp_path, still))
+    assert_like("frames: expected at least 3 that differ from the one before, found 1 of 6", line)
+
+
+@pytest.mark.parametrize("unit", ["0", "nan", "2"])
+def test_depth_units_that_are_none(unit, film, tmp_path, capsys):
+    line = refused(capsys, tmp_path, bag_of(tmp_path, film), "--depth-unit", unit)
+    assert_like("--depth-unit: expected between a micrometre and a metre, found", line)
+    folder = write_tum(tmp_path / "folder", film)
+    line = refused(capsys, tmp_path, folder, "--depth-unit", "0.001")
+    assert_like("--depth-unit: expected --depth-factor for rgb.txt, found 0.001", line)
 
 
 def test_what_stands_there_is_kept(film, tmp_path, capsys):
@@ -439,21 +467,22 @@ def test_transforms_go_through_the_tree():
 
 
 def test_inverse_lens_of_a_realsense():
-    """What the fitted coefficients bend, the device's own polynomial straightens."""
-    inverse = np.array([-0.0567, 0.0665, 0.0006, 0.0002, -0.0214])
-    k1, k2, p1, p2, k3 = five_coefficients("Inverse Brown Conrady", inverse, K, FORM)
+    """The SDK takes rays to the image with its five, all but as OpenCV does with the same."""
+    stated = np.array([-0.0567, 0.0665, 0.0006, 0.0002, -0.0214])
+    found = five_coefficients("Inverse Brown Conrady", stated, K, FORM)
+    assert found == stated.tolist()
     x, y = np.random.default_rng(1).uniform(-0.5, 0.5, (2, 50))
-
-    def bent(x, y, k1, k2, p1, p2, k3):
-        r2 = x**2 + y**2
-        f = 1 + k1 * r2 + k2 * r2**2 + k3 * r2**3
-        return (
-            x * f + 2 * p1 * x * y + p2 * (r2 + 2 * x**2),
-            y * f + 2 * p2 * x * y + p1 * (r2 + 2 * y**2),
-        )
-
-    back = bent(*bent(x, y, k1, k2, p1, p2, k3), *inverse)
-    assert np.abs(np.array(back) - [x, y]).max() * K[0] < 0.05
+    k1, k2, p1, p2, k3 = stated
+    r2 = x**2 + y**2
+    u, v = (part * (1 + k1 * r2 + k2 * r2**2 + k3 * r2**3) for part in (x, y))
+    u, v = (
+        u + 2 * p1 * u * v + p2 * (r2 + 2 * u**2),
+        v + 2 * p2 * u * v + p1 * (r2 + 2 * v**2),
+    )
+    rays = np.column_stack([x, y, np.ones(50)])
+    pixels, _ = cv2.projectPoints(rays, *np.zeros((2, 3)), K.reshape(3, 3), np.array(found))
+    expected = np.column_stack([K[0] * u + K[2], K[4] * v + K[5]])
+    np.testing.assert_allclose(pixels.reshape(-1, 2), expected, rtol=0, atol=0.05)
 
 
 def test_lenses_that_five_coefficients_can_not_follow():

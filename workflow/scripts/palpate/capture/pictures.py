@@ -1,8 +1,8 @@
 """What is wrong with frames.csv and the images that it names, one line each."""
 
-from collections.abc import Iterable, Mapping
-from filecmp import cmp
-from itertools import combinations
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from hashlib import file_digest
 from pathlib import Path
 
 import pandas as pd
@@ -71,20 +71,27 @@ def _image_problem(folder: Path, name: str, spec: Mapping) -> str | None:
 def check_repeated(folder: Path, frames: pd.DataFrame, streams: Iterable[str]) -> list[str]:
     """Check that no two frames show one image: noise makes each another, so a copy is no new frame.
 
-    Only files of one size are compared, so that next to nothing is read.
+    Only files that share their size with others are read, once each.
     """
     problems = []
     for stream in streams:
-        alike: dict[int, list[str]] = {}
-        for name in map(str, frames[stream]):
-            alike.setdefault((folder / name).stat().st_size, []).append(name)
-        pairs = (pair for same in alike.values() for pair in combinations(same, 2))
-        found = next((pair for pair in pairs if _one_image(folder, *pair)), None)
+        found = _first_repeated(folder, list(map(str, frames[stream])))
         if found:
             expected = f"expected another image in each frame, found {found[1]} the same as"
             problems.append(f"{folder / FRAMES}: {stream}: {expected} {found[0]}")
     return problems
 
 
-def _one_image(folder: Path, first: str, second: str) -> bool:
-    return first == second or cmp(folder / first, folder / second, shallow=False)
+def _first_repeated(folder: Path, names: Sequence[str]) -> tuple[str, str] | None:
+    """The first file with the content of one before it, behind that one."""
+    sizes = [(folder / name).stat().st_size for name in names]
+    counts = Counter(sizes)
+    seen: dict[bytes, str] = {}
+    for name, size in zip(names, sizes, strict=True):
+        if counts[size] > 1:
+            with (folder / name).open("rb") as stream:
+                digest = file_digest(stream, "sha256").digest()
+            if digest in seen:
+                return seen[digest], name
+            seen[digest] = name
+    return None

@@ -30,6 +30,8 @@ WRENCH_STAMPED = "geometry_msgs/msg/WrenchStamped"
 TRANSFORM = "geometry_msgs/msg/Transform"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 FLOAT = "std_msgs/msg/Float32"
+TEXT = "std_msgs/msg/String"
+KEY_VALUE = "diagnostic_msgs/msg/KeyValue"
 LARGEST_METADATA_BYTES = 2**24
 # Recordings of the RealSense SDK mark the header and put the depth's unit behind the pixels, under
 # the name and digest of the plain type.

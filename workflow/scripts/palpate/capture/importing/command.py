@@ -2,11 +2,18 @@
 
 import argparse
 import re
+from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 
 from palpate.capture.discover import BACKGROUND, CAPTURE_NAME, NOT_OBJECTS, NOT_SENSORS
 from palpate.capture.importing.recording import Recording
-from palpate.capture.importing.ros import BagRecording, Names, read_force_bag
+from palpate.capture.importing.ros import (
+    SMALLEST_UNIT_M,
+    BagRecording,
+    Names,
+    read_force_bag,
+)
 from palpate.capture.importing.sensor_file import RANGE_M
 from palpate.capture.importing.tum import (
     DEPTH_FACTOR,
@@ -16,6 +23,7 @@ from palpate.capture.importing.tum import (
     read_wrenches,
 )
 from palpate.capture.importing.write import Target, import_recording
+from palpate.capture.schema import load_yaml
 from palpate.capture.tables import FORCE, read_table
 
 SENSOR_NAME = re.compile("[a-z][a-z0-9_]*")
@@ -29,7 +37,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("target", type=Path, help="raw/<object>/<sensor>/<capture>, which must not exist yet")
     add("--background", action="store_true", help="frames without object and probe, and no force")
     add("--sensors", type=Path, default=Path("config/sensors"), help="folder of the sensor files")
-    add("--force", type=Path, metavar="FILE", help="force of the same clock: .csv, .txt or a bag")
+    add(
+        "--force",
+        type=Path,
+        metavar="FILE",
+        help="force, by the images' clock: .csv, .txt or a bag",
+    )
+    add("--force-offset", type=float, metavar="SECONDS", default=0.0,
+        help="added to the force's times, where its clock is another")  # fmt: skip
     for name in ("color", "depth", "wrench", "color-info", "depth-info"):
         add(f"--{name}", metavar="TOPIC", help=f"topic of {name}, where it is not plain by itself")
     add("--registered", action="store_true", help="depth lies in the colour camera's frame")
@@ -37,6 +52,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--trust-sensor-file", action="store_true", help="an existing file's optics are right")
     add("--range", type=float, nargs=2, metavar=("NEAR_M", "FAR_M"), default=RANGE_M,
         help="of a new sensor file [m]")  # fmt: skip
+    add("--depth-unit", type=float, metavar="METRES", help="bags: what one count of depth is [m]")
     add("--depth-factor", type=float, default=DEPTH_FACTOR, help="rgb.txt: counts in a metre")
     add("--intrinsics", type=float, nargs=4, metavar=("FX", "FY", "CX", "CY"),
         help="rgb.txt: of the colour camera [px], depth registered to it")  # fmt: skip
@@ -51,9 +67,12 @@ def run(options: argparse.Namespace) -> list[str]:
         If the recording, the target or an option is wrong.
     """
     target = _target(options)
+    _require_recorded(target.folder)
     own_force = options.force is None and not options.background
     if options.background and options.force is not None:
         raise ValueError(f"--force: expected none with --background, found {options.force}")
+    if not isfinite(options.force_offset):
+        raise ValueError(f"--force-offset: expected seconds, found {options.force_offset}")
     recording = _recording(options, force=own_force)
     force = None
     if options.force is not None:
@@ -61,7 +80,7 @@ def run(options: argparse.Namespace) -> list[str]:
     elif own_force and isinstance(recording, TumRecording):
         beside = options.recording / FORCE
         force = _force(beside if beside.is_file() else options.recording / WRENCH_LIST, Names())
-    return import_recording(recording, target, force=force)
+    return import_recording(recording, target, force=force, force_offset_s=options.force_offset)
 
 
 def _target(options: argparse.Namespace) -> Target:
@@ -83,11 +102,28 @@ def _target(options: argparse.Namespace) -> Target:
     )
 
 
+def _require_recorded(folder: Path) -> None:
+    """Keep recordings out of an object that the virtual lab makes, and may make again."""
+    path = folder.parent.parent / "object.yaml"
+    if not path.exists():
+        return
+    spec = load_yaml(path)
+    if isinstance(spec, Mapping) and spec.get("provenance") == "simulated":
+        raise ValueError(f"{path}: provenance: expected recorded, found simulated (the virtual"
+                         " lab's object: name yours differently)")  # fmt: skip
+
+
 def _recording(options: argparse.Namespace, *, force: bool) -> Recording:
     if is_tum(options.recording):
+        if options.depth_unit is not None:
+            expected = "--depth-factor for rgb.txt"
+            raise ValueError(f"--depth-unit: expected {expected}, found {options.depth_unit:g}")
         return TumRecording(
             options.recording, depth_factor=options.depth_factor, intrinsics_px=options.intrinsics
         )
+    if options.depth_unit is not None and not SMALLEST_UNIT_M <= options.depth_unit <= 1:
+        expected = "between a micrometre and a metre"
+        raise ValueError(f"--depth-unit: expected {expected}, found {options.depth_unit:g} m")
     stated = not options.trust_sensor_file
     return BagRecording(options.recording, _names(options), force=force, stated_optics=stated)
 
@@ -101,6 +137,7 @@ def _names(options: argparse.Namespace) -> Names:
         depth_info=options.depth_info,
         registered=options.registered,
         receive_clock=options.receive_clock,
+        depth_unit_m=options.depth_unit,
     )
 
 

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 from palpate.capture.importing.pixels import Form
 
 NO_DISTORTION = [0.0] * 5
-# Names of the model of Brown and Conrady with k1, k2, p1, p2, k3, which is OpenCV's.
-BROWN_CONRADY = ("plumb_bob", "radtan", "brown_conrady")
-# The same polynomial, but from the image to the undistorted rays: Intel's for colour cameras.
-INVERSE = "inverse_brown_conrady"
+# Names of the model of Brown and Conrady with k1, k2, p1, p2, k3, which is OpenCV's. RealSense
+# calls that of its colour cameras inverse, yet takes rays to the image with it (rs2_project).
+BROWN_CONRADY = ("plumb_bob", "radtan", "brown_conrady", "inverse_brown_conrady")
 RATIONAL = "rational_polynomial"
+RATIONAL_COUNTS = 8, 12, 14
 # A twentieth of a pixel is less than a marker's corner is known by.
 LARGEST_MISFIT_PX = 0.05
 STEPS = 25
@@ -49,13 +49,12 @@ def five_coefficients(model: str, coefficients: NDArray, K: NDArray, form: Form)
         raise ValueError("camera_info: D: expected finite numbers, found others")
     if plain in BROWN_CONRADY and len(coefficients) in (4, 5):
         return [*map(float, coefficients), 0.0][:5]
-    known = {INVERSE: (5,), RATIONAL: (8, 12, 14)}
-    if len(coefficients) not in known.get(plain, ()):
-        names = ", ".join((*BROWN_CONRADY, *known))
+    if plain != RATIONAL or len(coefficients) not in RATIONAL_COUNTS:
+        names = ", ".join((*BROWN_CONRADY, RATIONAL))
         expected = f"one of {names} with its number of coefficients (or rectified images)"
         found = f"{model} with {len(coefficients)}"
         raise ValueError(f"camera_info: distortion_model: expected {expected}, found {found}")
-    fitted, misfit_px = _fitted(*_rays(plain, coefficients, K, form), focal_px=float(K[0]))
+    fitted, misfit_px = _fitted(*_rays(coefficients, K, form), focal_px=float(K[0]))
     if not misfit_px <= LARGEST_MISFIT_PX:
         expected = f"one that k1, k2, p1, p2, k3 follow within {LARGEST_MISFIT_PX} px"
         found = f"{model} at {misfit_px:.2g} px (record rectified images)"
@@ -63,13 +62,11 @@ def five_coefficients(model: str, coefficients: NDArray, K: NDArray, form: Form)
     return fitted
 
 
-def _rays(model: str, coefficients: NDArray, K: NDArray, form: Form) -> tuple[NDArray, NDArray]:
-    """Normalised image points (n, 2) on a grid over the image, and their undistorted rays."""
+def _rays(coefficients: NDArray, K: NDArray, form: Form) -> tuple[NDArray, NDArray]:
+    """Normalised image points (n, 2) that cover the image, and their undistorted rays."""
     across = np.linspace(0, form.width_px - 1, STEPS), np.linspace(0, form.height_px - 1, STEPS)
     pixels = np.stack(np.meshgrid(*across), axis=-1).reshape(-1, 2)
     seen = (pixels - K[[2, 5]]) / K[[0, 4]]
-    if model == INVERSE:
-        return seen, seen + _terms(seen) @ coefficients
     rays, edge = BEYOND * seen, np.abs(seen).max(axis=0)
     bent, _ = cv2.projectPoints(
         np.column_stack([rays, np.ones(len(rays))]), *np.zeros((2, 3)), np.eye(3), coefficients

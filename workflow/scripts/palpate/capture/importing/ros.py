@@ -2,13 +2,23 @@
 
 from array import array
 from collections.abc import Callable, Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from palpate.capture.importing import optics
-from palpate.capture.importing.bags import FLOAT, TRANSFORM, TRANSFORMS, Bag, open_bag, shown
+from palpate.capture.importing.bags import (
+    FLOAT,
+    KEY_VALUE,
+    TEXT,
+    TRANSFORM,
+    TRANSFORMS,
+    Bag,
+    open_bag,
+    shown,
+)
 from palpate.capture.importing.pixels import MILLIMETRES, Form, pixels_of
 from palpate.capture.importing.recording import (
     NANOSECONDS,
@@ -29,9 +39,15 @@ from palpate.capture.importing.topics import (
 )
 
 # In recordings of the RealSense SDK: <stream>/tf/<reference>, <sensor>/option/<name>/value.
-REALSENSE_UNIT = "/option/Depth Units/value"
+# Names of ROS 2 have no blanks.
+REALSENSE_UNITS = ("/option/Depth Units/value", "/option/Depth_Units/value")
 STATIC = "tf_static"
+# Beside its images it keeps what it knows of each: pairs of names and values.
+REALSENSE_METADATA = "/image/metadata"
+PAIRS_OF_A_FRAME = 100
+COMPUTER_CLOCKS = "System Time", "Global Time"
 METRES = "32FC1"
+SMALLEST_UNIT_M = 1e-6
 
 
 class BagRecording:
@@ -80,14 +96,18 @@ class BagRecording:
             if count != self._count:
                 expected = f"{self._count}, as the bag states"
                 raise ValueError(f"{self.path}: messages: expected {expected}, found {count}")
+            clock_notes = _clock_notes(bag, self._color)
             cameras = self._cameras(bag) if self._stated_optics else None
-            unit_m = _depth_unit_m(bag, self._depth, self._forms[self._depth])
+            unit_m = self._names.depth_unit_m
+            if unit_m is None:
+                unit_m = _depth_unit_m(bag, self._depth, self._forms[self._depth])
         color, depth = (
             Stream(shown(name), self._forms[name], np.array(times, dtype=np.int64))
             for name, times in stamps.items()
         )
         force, notes = samples.table() if self._wrench else (None, ())
-        return Content(color, depth, unit_m, force, cameras, notes + _unit_notes(unit_m, depth))
+        notes += (*_unit_notes(unit_m, depth), *clock_notes)
+        return Content(color, depth, unit_m, force, cameras, notes)
 
     def pictures(self) -> Iterator[Picture]:
         """All images one by one."""
@@ -191,18 +211,27 @@ def _depth_unit_m(bag: Bag, depth: str, form: Form) -> float:
         return 1.0
     message = bag.first(depth)
     if unit_m := getattr(message, "depth_units", 0.0):
-        return _checked_unit(bag, depth, float(unit_m))
+        return _checked_unit(bag, depth, unit_m)
+    if not depth.endswith(REALSENSE_DATA):
+        return 1 / MILLIMETRES
     sensor = depth.removesuffix(REALSENSE_DATA).rpartition("/")[0]
-    if sensor + REALSENSE_UNIT in bag.topics(FLOAT):
-        return _checked_unit(bag, depth, float(bag.first(sensor + REALSENSE_UNIT).data))
-    return 1 / MILLIMETRES
+    options = bag.topics(FLOAT, TEXT)
+    for name in (sensor + option for option in REALSENSE_UNITS):
+        if name in options:
+            return _checked_unit(bag, depth, bag.first(name).data)
+    expected = "the recording or --depth-unit <metres> to state them"
+    raise ValueError(f"{bag.path}: {shown(depth)}: depth units: expected {expected}, found none")
 
 
-def _checked_unit(bag: Bag, depth: str, unit_m: float) -> float:
-    if not 1e-6 <= unit_m <= 1:
+def _checked_unit(bag: Bag, depth: str, stated: float | str) -> float:
+    try:
+        unit_m = float(stated)
+    except ValueError:
+        unit_m = np.nan
+    if not SMALLEST_UNIT_M <= unit_m <= 1:
         expected = "between a micrometre and a metre"
         raise ValueError(f"{bag.path}: {shown(depth)}: depth units: expected {expected},"
-                         f" found {unit_m:g} m")  # fmt: skip
+                         f" found {shown(stated)} m")  # fmt: skip
     # The bag has it as a float of 32 bits.
     return float(f"{unit_m:.6g}")
 
@@ -210,8 +239,21 @@ def _checked_unit(bag: Bag, depth: str, unit_m: float) -> float:
 def _unit_notes(unit_m: float, depth: Stream) -> tuple[str, ...]:
     if unit_m >= 1 / MILLIMETRES and depth.form.encoding != METRES:
         return ()
-    step = "floating-point metres" if depth.form.encoding == METRES else f"{unit_m * 1e6:g} um"
+    step = "floating-point depths" if depth.form.encoding == METRES else f"{unit_m * 1e6:g} um"
     return (f"depth: {step} were rounded to whole millimetres",)
+
+
+def _clock_notes(bag: Bag, image: str) -> tuple[str, ...]:
+    """Tell of stamps that a RealSense recording states to be of the camera's own clock."""
+    topic = f"{image.removesuffix(REALSENSE_DATA)}{REALSENSE_METADATA}"
+    if not image.endswith(REALSENSE_DATA) or topic not in bag.topics(KEY_VALUE):
+        return ()
+    pairs = (message for _, _, message in islice(bag.messages([topic]), PAIRS_OF_A_FRAME))
+    domain = next((pair.value for pair in pairs if pair.key == "timestamp_domain"), None)
+    if domain in (None, *COMPUTER_CLOCKS):
+        return ()
+    return (f"{shown(image)}: stamps are of another clock than the computer's ({shown(domain)}):"
+            " force of the computer's clock needs --force-offset",)  # fmt: skip
 
 
 def _told(bag: Bag, topic: str, work: Callable[[], Any]) -> Any:

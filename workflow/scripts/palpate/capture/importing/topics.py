@@ -33,6 +33,8 @@ class Names:
         Whether depth is known to be registered to colour.
     receive_clock : bool
         Whether a wrench without a stamp may take the time of its receipt.
+    depth_unit_m : float, optional
+        What one count of the depth images is [m], whatever the recording states.
     """
 
     color: str | None = None
@@ -42,6 +44,7 @@ class Names:
     depth_info: str | None = None
     registered: bool = False
     receive_clock: bool = False
+    depth_unit_m: float | None = None
 
 
 def image_forms(bag: Bag) -> tuple[dict[str, Form], list[str]]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +10,13 @@ import pandas as pd
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from palpate.capture.check import FEWEST_BACKGROUND_FRAMES, check_capture
+from palpate.capture.check import FEWEST_BACKGROUND_FRAMES, FEWEST_FRAMES, check_capture
 from palpate.capture.files import whole_folder
 from palpate.capture.images import write_image
 from palpate.capture.importing.pairing import Pairs, paired
 from palpate.capture.importing.pixels import MILLIMETRES, millimetres
 from palpate.capture.importing.recording import NANOSECONDS, Content, Picture, Recording
+from palpate.capture.importing.repeats import digest, left_out, notes_on, repeating
 from palpate.capture.importing.sensor_file import RANGE_M, sensor_of, write_sensor
 from palpate.capture.pictures import check_frames
 from palpate.capture.tables import image_streams, write_force, write_frames
@@ -55,6 +56,7 @@ def import_recording(
     target: Target,
     *,
     force: ForceTable | None = None,
+    force_offset_s: float = 0.0,
 ) -> list[str]:
     """Write a recording as a capture.
 
@@ -64,6 +66,8 @@ def import_recording(
     target : Target
     force : table of force.csv and notes on it, optional
         If the recording itself holds no wrench.
+    force_offset_s : float, optional
+        What brings the force's clock to that of the images [s]; it is added.
 
     Returns
     -------
@@ -79,19 +83,21 @@ def import_recording(
         content = _surveyed(recording)
         table, notes = force or (content.force, ())
         table = None if target.background else table
+        if table is not None and force_offset_s:
+            table = table.assign(time_s=table["time_s"] + force_offset_s)
         frames, covered = _frames(content, table)
         rate_hz = _rate_hz(content.color.times_ns[frames.color])
         sensor, new = sensor_of(
             target.sensor_file, content, rate_hz, range_m=target.range_m, trusted=target.trusted
         )
-        beyond = _write(part, recording, content, frames)
+        frames, left = _write(part, recording, content, frames)
         if table is not None:
             write_force(part, table)
         _require_right(part, target, sensor)
         if new:
             write_sensor(target.sensor_file, sensor)
     made = [f"{target.sensor_file}: written, from the recording's optics"] if new else []
-    notes = [*content.notes, *notes, *covered, *_depth_notes(beyond)]
+    notes = [*content.notes, *notes, *covered, *left]
     return [_headline(target, content, frames, table), *notes, *made]
 
 
@@ -141,37 +147,58 @@ def _unpaired(
         yield f"{line}, the first at {first_s:.3f} s"
 
 
-def _write(part: Path, recording: Recording, content: Content, frames: Pairs) -> int:
-    """Write frames.csv and the images; gives the number of depths that are too far for 16 bits."""
+def _write(
+    part: Path, recording: Recording, content: Content, frames: Pairs
+) -> tuple[Pairs, list[str]]:
+    """Write frames.csv and the images; gives the frames that were kept, and notes on others."""
     count = len(frames.color)
     names = {kind: [f"{kind}/{k:06d}.png" for k in range(count)] for kind in ("color", "depth")}
     times_s = content.color.times_ns[frames.color] / NANOSECONDS
-    write_frames(part, pd.DataFrame({"frame": np.arange(count), "time_s": times_s, **names}))
+    digests, beyond = _write_pictures(part, recording, content, frames, names)
+    repeats = repeating(digests)
+    left_out(part, names, repeats)
+    kept = int(count - repeats.sum())
+    if kept < FEWEST_FRAMES and kept < count:
+        raise ValueError(f"frames: expected at least {FEWEST_FRAMES} that differ from the one"
+                         f" before, found {kept} of {count}")  # fmt: skip
+    columns = {kind: files[:kept] for kind, files in names.items()}
+    table = {"frame": np.arange(kept), "time_s": times_s[~repeats], **columns}
+    write_frames(part, pd.DataFrame(table))
+    notes = [*notes_on(repeats, digests, times_s), *_depth_notes(int(beyond[~repeats].sum()))]
+    return replace(frames, color=frames.color[~repeats], depth=frames.depth[~repeats]), notes
+
+
+def _write_pictures(
+    part: Path,
+    recording: Recording,
+    content: Content,
+    frames: Pairs,
+    names: dict[str, list[str]],
+) -> tuple[dict[str, list[bytes]], NDArray]:
+    """Write the images; gives their digests, and how many depths of each are beyond 16 bits."""
+    count = len(frames.color)
     place = {
         kind: dict(zip(used.tolist(), range(count), strict=True))
         for kind, used in (("color", frames.color), ("depth", frames.depth))
     }
     for kind in names:
         (part / kind).mkdir()
-    beyond = 0
+    digests = {kind: [b""] * count for kind in names}
+    beyond = np.zeros(count, dtype=int)
     with _bar("writing", 2 * count) as bar:
         for picture in _chosen(recording.pictures(), place):
-            path = part / names[picture.stream][place[picture.stream][picture.index]]
-            beyond += _write_picture(path, picture, content)
+            kind, k = picture.stream, place[picture.stream][picture.index]
+            pixels = picture.pixels
+            if kind == "depth":
+                pixels, beyond[k] = millimetres(pixels, content.depth_unit_m)
+            digests[kind][k] = digest(pixels)
+            write_image(part / names[kind][k], pixels, getattr(content, kind).form.stored)
             bar.update()
-    return beyond
+    return digests, beyond
 
 
 def _chosen(pictures: Iterable[Picture], place: dict[str, dict[int, int]]) -> Iterator[Picture]:
     return (picture for picture in pictures if picture.index in place[picture.stream])
-
-
-def _write_picture(path: Path, picture: Picture, content: Content) -> int:
-    pixels, beyond = picture.pixels, 0
-    if picture.stream == "depth":
-        pixels, beyond = millimetres(pixels, content.depth_unit_m)
-    write_image(path, pixels, getattr(content, picture.stream).form.stored)
-    return beyond
 
 
 def _require_right(part: Path, target: Target, sensor: dict) -> None:
