@@ -26,7 +26,7 @@ def captures_of(wildcards):
 
 def groups_of(wildcards):
     """Object and sensors whose captures are estimated together."""
-    return [g for g in tracked_groups() if g["object"] == wildcards.object]
+    return [g for g in direct_groups() if g["object"] == wildcards.object]
 
 
 def first_of(wildcards):
