@@ -77,3 +77,13 @@ def test_a_second_run_is_refused_in_one_line(project):
     assert text.count(line) == 1 and "Traceback" not in done.stderr
     assert "Checking the captures" not in done.stdout + done.stderr
     assert not (folder / "checked.txt").exists()
+
+
+def test_an_objects_own_run_knows_how_its_page_is_made(project):
+    (project / "run.yaml").write_text(
+        "only: cushion\npaths: {sensors: tests/sample/sensors, lab: null}\n"
+    )
+    page = "results/cushion/report.html"
+    done = snakemake(project, "--configfile", "run.yaml", "--dry-run", "--", page)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert "own_report " in done.stdout + done.stderr
