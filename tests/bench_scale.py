@@ -15,6 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pandas as pd
 import yaml
@@ -82,9 +83,17 @@ def _model(folder: Path, sensor: str) -> Path:
     for stream in SENSORS[sensor]:
         longer[stream] = [f"{stream}/{k:06}.png" for k in range(FRAMES)]
         for k in range(len(table), FRAMES):
-            shutil.copy(source / table[stream][k % len(table)], folder / longer[stream][k])
+            name = source / table[stream][k % len(table)]
+            _changed(name, folder / longer[stream][k], by=k // len(table))
     longer.to_csv(folder / "frames.csv", index=False)
     return folder
+
+
+def _changed(source: Path, target: Path, *, by: int) -> None:
+    """Copy an image with one pixel changed: no sensor takes the same image twice."""
+    image = cv2.imread(str(source), cv2.IMREAD_UNCHANGED)
+    image[0, 0] ^= by
+    cv2.imwrite(str(target), image)
 
 
 def _linked(source: Path, target: Path) -> None:

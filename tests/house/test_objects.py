@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from house.objects import MANY, kept_files, project_digest, too_many, value_digest
+from house.objects import MANY, kept_files, project_digest, studied, too_many, value_digest
 from object_config import object_config
 
 
@@ -31,6 +31,11 @@ def test_digest_follows_the_project(root, tmp_path):
     assert project_digest(tmp_path) == first
     (tmp_path / "workflow/scripts/mask.py").write_text("MOST_FOREGROUND = 0.9\n")
     assert project_digest(tmp_path) != first
+
+
+def test_the_studys_objects(config):
+    config["study"] |= {"block": "brick", "captures": {"slab": {}}}
+    assert studied(config) == {"brick", "slab", "foam_ball", "ear"}
 
 
 def test_digest_of_values_has_no_order():

@@ -41,7 +41,8 @@ def holder(root, tmp_path):
 def free(monkeypatch):
     """Let go of this process's locks after a test."""
     monkeypatch.setattr(run_lock, "_descriptors", [])
-    monkeypatch.delenv(run_lock.INPUTS, raising=False)
+    for name in (run_lock.INPUTS, run_lock.RUN):
+        monkeypatch.setenv(name, "")
     yield
     for descriptor in run_lock._descriptors:
         os.close(descriptor)
@@ -92,9 +93,11 @@ def test_a_run_writes_down_what_it_did_not_make(tmp_path, monkeypatch):
         warn=print,
     )
     written = json.loads((tmp_path / os.environ[run_lock.INPUTS]).read_text())
-    assert written["raw/08"] == "seen"
-    assert written["raw/object.yaml"].startswith("8 ")
-    assert set(written) == {"raw/08", "raw/object.yaml"}
+    inputs = written["inputs"]
+    assert inputs["raw/08"] == "seen"
+    assert inputs["raw/object.yaml"].startswith("8 ")
+    assert set(inputs) == {"raw/08", "raw/object.yaml"}
+    assert written["run"] == os.environ[run_lock.RUN] != ""
     assert sorted(os.listdir("results")) == [run_lock.BEGUN, run_lock.LOCK]
     assert not (tmp_path / "raw" / run_lock.LOCK).exists()
 
@@ -104,3 +107,24 @@ def test_a_run_of_the_lab_holds_raw_too(tmp_path, monkeypatch):
     lab = SimpleNamespace(input=[], output=["raw/block/object.yaml"])
     run_lock.begin_run([lab], [lab], results="results", raw="raw", seen={}, warn=print)
     assert (tmp_path / "raw" / run_lock.LOCK).exists()
+
+
+def test_each_run_has_a_number_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    numbers = set()
+    for folder in ("results", "results/objects"):
+        run_lock.begin_run([], [], results=folder, raw="raw", seen={}, warn=print)
+        numbers.add(os.environ[run_lock.RUN])
+    assert len(numbers) == 2
+
+
+def test_parts_of_the_objects_runs_are_not_an_ordinary_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run_lock.begin_run([], [], results="results/objects", raw="raw", seen={}, warn=print)
+    kept = [tmp_path / f"results/objects/{name}.part-0-a.csv" for name in ("", "cushion/")]
+    gone = tmp_path / "results/block/.part-0-a.csv"
+    for path in (*kept, gone):
+        path.parent.mkdir(exist_ok=True)
+        path.touch()
+    run_lock.begin_run([], [], results="results", raw="raw", seen={}, warn=print)
+    assert all(path.exists() for path in kept) and not gone.exists()

@@ -12,25 +12,45 @@ from types import SimpleNamespace
 import job_run
 import pytest
 from job import run
-from job_run import INPUTS, OWNER, Inputs
+from job_run import INPUTS, OWNER, RUN, Inputs, Run
 from stand_in import Named
 
-SLEEP = "import job_run, time; job_run.end_with_run(); print('on', flush=True); time.sleep(60)"
+SLEEP = """
+import job_run, os, sys, time
+job_run.SUPERSEDED_S = 0.1
+def refused(pid):
+    raise OSError(24, "Too many open files")
+if "refused" in sys.argv:
+    os.pidfd_open = refused
+job_run.end_with_run()
+print("on", flush=True)
+time.sleep(60)
+"""
 ENDS_S = 20.0
 
 
-@pytest.fixture
-def orphan(root):
+def began(path, number):
+    """What a run writes down when it begins."""
+    path.write_text(json.dumps({"run": number, "inputs": {}}))
+    return path
+
+
+@pytest.fixture(params=["", "refused"], ids=["descriptors", "no descriptors"])
+def orphan(root, tmp_path, request):
     """A process that stands for a job, and one that stands for its run."""
+    begun = began(tmp_path / ".run.json", "1")
     owner = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
     child = subprocess.Popen(
-        [sys.executable, "-c", SLEEP],
+        [sys.executable, "-c", SLEEP, request.param],
         env=os.environ
         | {
             "PYTHONPATH": str(root / "workflow/scripts"),
             OWNER: f"{owner.pid} {socket.gethostname()}",
+            INPUTS: str(begun),
+            RUN: "1",
         },
         stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
     )
     assert child.stdout.readline() == "on\n"
@@ -39,6 +59,7 @@ def orphan(root):
         process.kill()
         process.wait()
     child.stdout.close()
+    child.stderr.close()
 
 
 def test_a_job_ends_with_its_run(orphan):
@@ -50,6 +71,25 @@ def test_a_job_ends_with_its_run(orphan):
     assert child.wait(timeout=ENDS_S) == 1
 
 
+def test_a_job_ends_when_another_run_begins(orphan, tmp_path):
+    child = orphan[1]
+    time.sleep(0.5)
+    assert child.poll() is None
+    began(tmp_path / "new", "22").replace(tmp_path / ".run.json")
+    assert child.wait(timeout=ENDS_S) == 1
+    line = f"error: {tmp_path}/.run.json: expected run 1, found run 22 begun since\n"
+    assert child.stderr.read() == line
+
+
+@pytest.mark.parametrize("text", [None, "", "{}", "[]", '{"run": "1", "inputs": {}}'])
+def test_a_run_that_is_the_last_goes_on(text, tmp_path, monkeypatch):
+    monkeypatch.setattr(job_run.os, "_exit", lambda code: pytest.fail("ended"))
+    if text is not None:
+        (tmp_path / ".run.json").write_text(text)
+    Run(tmp_path / ".run.json", "1").end_if_superseded()
+    Run(tmp_path / ".run.json", "").end_if_superseded()
+
+
 def test_a_job_without_a_run_is_left_alone(monkeypatch):
     monkeypatch.delenv(OWNER, raising=False)
     monkeypatch.setattr(job_run.threading, "Thread", None)
@@ -59,7 +99,9 @@ def test_a_job_without_a_run_is_left_alone(monkeypatch):
 def test_a_run_of_another_machine_is_not_watched(monkeypatch):
     watched = []
     monkeypatch.setenv(OWNER, "1 elsewhere")
-    monkeypatch.setattr(job_run.threading.Thread, "start", lambda self: watched.extend(self._args))
+    monkeypatch.setattr(
+        job_run.threading.Thread, "start", lambda self: watched.append(self._args[0])
+    )
     job_run.own_run()
     assert watched == [[os.getppid()]]
     assert os.environ[OWNER] == f"{os.getpid()} {socket.gethostname()}"
@@ -97,7 +139,9 @@ def test_a_file_replaced_by_one_of_its_size_and_time(capture):
 
 
 def test_a_capture_changed_since_the_run_began(capture, tmp_path, monkeypatch):
-    (tmp_path / "run.json").write_text(json.dumps({str(capture): "another"}))
+    (tmp_path / "run.json").write_text(
+        json.dumps({"run": "1", "inputs": {str(capture): "another"}})
+    )
     monkeypatch.setenv(INPUTS, str(tmp_path / "run.json"))
     with pytest.raises(ValueError, match="08: expected as it was when the run began, found"):
         Inputs([str(capture)])

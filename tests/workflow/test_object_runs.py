@@ -1,9 +1,11 @@
 """Each object as a run of its own: what is told before, and what a second look finds changed."""
 
+import fcntl
 import shutil
 
 import pytest
 import yaml
+from house.run_lock import LOCK
 from sample_run import LEFT_BEHIND, snakemake
 
 pytestmark = pytest.mark.workflow
@@ -61,3 +63,27 @@ def test_no_object_runs_while_any_capture_is_wrong(project):
     # Only the mended object was looked into again.
     assert "Checking the captures of sponge" in done.stdout + done.stderr
     assert "Checking the captures of cushion" not in done.stdout + done.stderr
+
+
+def test_a_second_run_is_refused_in_one_line(project):
+    folder = project / "results/objects"
+    folder.mkdir(parents=True)
+    with (folder / LOCK).open("w") as stream:
+        fcntl.flock(stream, fcntl.LOCK_EX)
+        done = snakemake(project, *OBJECTS, "--", "results/objects/checked.txt")
+    assert done.returncode != 0
+    line = "results/objects: expected no other run at work, found one (just begun)"
+    text = [one.strip() for one in (done.stdout + done.stderr).splitlines()]
+    assert text.count(line) == 1 and "Traceback" not in done.stderr
+    assert "Checking the captures" not in done.stdout + done.stderr
+    assert not (folder / "checked.txt").exists()
+
+
+def test_an_objects_own_run_knows_how_its_page_is_made(project):
+    (project / "run.yaml").write_text(
+        "only: cushion\npaths: {sensors: tests/sample/sensors, lab: null}\n"
+    )
+    page = "results/cushion/report.html"
+    done = snakemake(project, "--configfile", "run.yaml", "--dry-run", "--", page)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert "own_report " in done.stdout + done.stderr

@@ -164,7 +164,8 @@ def open_house(config: Mapping, *, source: str, files: bool = True) -> House:
     source : str
         File named in messages about it.
     files : bool, optional
-        False: tables and images of captures are not opened, as jobs are to check them.
+        False: tables and images of captures are not opened, as jobs are to check them, and nothing
+        is stamped.
 
     Raises
     ------
@@ -179,7 +180,7 @@ def open_house(config: Mapping, *, source: str, files: bool = True) -> House:
     problems += tracker_problems(config["tracking"], source)
     problems += unknown_step_trackers(config, source)
     paths = config["paths"]
-    seen = stamps_below(paths["raw"], only=config["only"])
+    seen = stamps_below(paths["raw"], only=config["only"]) if files else {}
     sensors = _named_files(paths["sensors"], "sensor", problems)
     probes = _named_files(paths["probes"], "probe", problems)
     lab = _lab(paths["lab"], problems)

@@ -12,6 +12,9 @@ from palpate.capture.fingerprint import folder_fingerprint
 # More captures than this are ten thousand jobs and more in one run of Snakemake.
 MANY = 1_000
 
+# Objects of the study beside its block.
+BALL, EAR = "foam_ball", "ear"
+
 # What an object's results come from, beside its captures and the configuration.
 PROJECT = ("Snakefile", "workflow/rules", "workflow/scripts", "workflow/house", "config/published")
 
@@ -34,6 +37,12 @@ def too_many(config: Mapping) -> str | None:
         f"{captures} captures in {paths['raw']}: one run of all takes long to begin;"
         " `snakemake -s workflow/objects.smk` takes each object as one job (docs/cluster.md)"
     )
+
+
+def studied(config: Mapping) -> set[str]:
+    """Names of the study's objects: any other is of people's own, and gets a page of its own."""
+    study = config["study"]
+    return {study["block"], BALL, EAR, *study["captures"]}
 
 
 def project_digest(root: str | Path) -> str:

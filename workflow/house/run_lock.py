@@ -9,6 +9,7 @@ import fcntl
 import json
 import os
 import platform
+import secrets
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
@@ -19,6 +20,7 @@ LOCK = ".run.lock"
 BEGUN = ".run.json"
 # What jobs find in their environment: see workflow/scripts/job_run.py.
 INPUTS = "PALPATE_RUN_INPUTS"
+RUN = "PALPATE_RUN_ID"
 NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 LONGEST_HOLDER = 200
 # Of the locks of this process: closed by its end and by nothing else.
@@ -63,9 +65,11 @@ def begin_run(
         remove_parts(folder, unless=LOCK)
     inputs = {path: seen.get(str(Path(path))) or stamp(path) for path in sorted(used)}
     begun = Path(results) / BEGUN
+    run = secrets.token_hex(8)
     with whole_file(begun) as part:
-        part.write_text(json.dumps(inputs, indent=1) + "\n", encoding="utf-8")
-    os.environ[INPUTS] = str(begun)
+        text = json.dumps({"run": run, "inputs": inputs}, indent=1)
+        part.write_text(text + "\n", encoding="utf-8")
+    os.environ |= {INPUTS: str(begun), RUN: run}
 
 
 def lock_folder(folder: str | Path, *, warn: Callable[[str], None]) -> None:

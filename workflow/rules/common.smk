@@ -13,7 +13,7 @@ sys.path[:0] = [
 from house.configuration import open_house
 from house.digest import code_digest
 from house.lab_checks import is_simulated
-from house.objects import too_many
+from house.objects import BALL, EAR, studied, too_many
 from house.trackers import options_of
 from job_run import own_run
 from palpate.capture.discover import CAPTURE_NAME

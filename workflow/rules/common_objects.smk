@@ -4,6 +4,7 @@ from functools import cache
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.logging import logger
 
 PROJECT = Path(workflow.basedir).parent
 sys.path[:0] = [str(PROJECT / "workflow" / part) for part in ("", "scripts")]
@@ -11,12 +12,12 @@ sys.path[:0] = [str(PROJECT / "workflow" / part) for part in ("", "scripts")]
 from house.configuration import open_house
 from house.digest import code_digest
 from palpate.capture.fingerprint import folder_fingerprint
-from house.objects import kept_files, project_digest, value_digest
+from house.objects import kept_files, project_digest, studied, value_digest
+from house.run_lock import begin_run
+from job_run import own_run
 from object_config import object_config
 
-# Files that an object's run makes; its configuration makes the others where somebody wants them.
-WANTED = ("summary.csv", "figures/direct_moduli.png", "figures/tracked_surface.png")
-
+own_run()
 config["paths"]["lab"] = None
 try:
     HOUSE = open_house(config, source="config/config.yaml", files=False)
@@ -25,6 +26,7 @@ except ValueError as error:
 
 RAW = HOUSE.paths["raw"]
 RESULTS = HOUSE.paths["results"]
+STUDIED = studied(config)
 DIGEST = project_digest(PROJECT)
 
 
@@ -34,6 +36,29 @@ wildcard_constraints:
 
 def of_object(name):
     return f"{RESULTS}/objects/{{object}}{name}"
+
+
+def wanted(wildcards):
+    """What an object's run makes; its configuration makes the rest where somebody wants it."""
+    if wildcards.object in STUDIED:
+        return [
+            "summary.csv",
+            "figures/direct_moduli.png",
+            "figures/tracked_surface.png",
+        ]
+    return ["summary.csv", f"{wildcards.object}/report.html"]
+
+
+def begin_objects():
+    """Hold what this run writes into; each object's own run holds that object's folder."""
+    begin_run(
+        workflow.dag.jobs,
+        workflow.dag.needrun_jobs(),
+        results=f"{RESULTS}/objects",
+        raw=RAW,
+        seen=HOUSE.seen,
+        warn=logger.warning,
+    )
 
 
 def per_object(pattern):

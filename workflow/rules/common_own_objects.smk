@@ -1,6 +1,6 @@
 # Objects of people's own: what is made of each, with nothing said of it in any configuration.
 # Objects of the study: its tables and figures are theirs, even of dropped recordings.
-STUDIED = {config["study"]["block"], BALL, EAR, *config["study"]["captures"]}
+STUDIED = studied(config)
 OWN_OBJECTS = sorted(
     {capture.object for capture in HOUSE.captures} - STUDIED - set(LAB_OBJECTS)
 )
@@ -26,7 +26,7 @@ def captures_of(wildcards):
 
 def groups_of(wildcards):
     """Object and sensors whose captures are estimated together."""
-    return [g for g in tracked_groups() if g["object"] == wildcards.object]
+    return [g for g in direct_groups() if g["object"] == wildcards.object]
 
 
 def first_of(wildcards):

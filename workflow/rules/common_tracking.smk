@@ -2,7 +2,6 @@
 from types import SimpleNamespace
 
 # Objects of Sections 5.2.2 and 5.2.3.
-BALL, EAR = "foam_ball", "ear"
 # The point of Figure 5.6 lies at an end of the block.
 END_POINT = "17"
 # Trackers whose surfaces the figures show.

@@ -1,4 +1,11 @@
 # All captures are checked before the first object's run; then each object is a run of its own.
+onstart:
+    try:
+        begin_objects()
+    except ValueError as error:
+        raise WorkflowError(str(error)) from None
+
+
 rule object_check:
     input:
         object=f"{RAW}/{{object}}/object.yaml",
@@ -59,7 +66,7 @@ rule object_study:
         origin=origin,
         content=content,
         folder=of_object(""),
-        wanted=WANTED,
+        wanted=wanted,
     message:
         "Object {wildcards.object}: all its captures"
     script:

@@ -1,16 +1,15 @@
 """One object, by the ordinary workflow: a Snakemake of its own on the node where this job runs."""
 
-import fcntl
 import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 
 import yaml
 from job import run
+from job_run import owned
 from object_config import object_config
 from palpate.capture.files import whole_file
 
@@ -22,45 +21,28 @@ def main(snakemake):
     """Run the object, and hand on its summary.csv."""
     folder = Path(snakemake.params.folder)
     folder.mkdir(parents=True, exist_ok=True)
-    with alone(folder / ".running") as lock:
-        with whole_file(folder / "config.yaml") as part:
-            own = object_config(snakemake.config, snakemake.wildcards.object, str(folder))
-            text = yaml.safe_dump(own, sort_keys=False, allow_unicode=True)
-            part.write_text(text, encoding="utf-8")
-        done = subprocess.run(
-            command(snakemake, folder),
-            stdout=sys.stdout,
-            stderr=sys.stdout,
-            # The lock outlives this process as long as the run it guards.
-            pass_fds=(lock,),
-            env={k: v for k, v in os.environ.items() if k != "SNAKEMAKE_PROFILE"},
-            check=False,
-        )
+    with whole_file(folder / "config.yaml") as part:
+        own = object_config(snakemake.config, snakemake.wildcards.object, str(folder))
+        text = yaml.safe_dump(own, sort_keys=False, allow_unicode=True)
+        part.write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        command(snakemake, folder),
+        stdout=sys.stdout,
+        stderr=sys.stdout,
+        env=owned({k: v for k, v in os.environ.items() if k != "SNAKEMAKE_PROFILE"}),
+        check=False,
+    )
     if done.returncode:
         raise ValueError(first_error(Path(str(snakemake.log))))
     with whole_file(snakemake.output.summary) as part:
         shutil.copyfile(folder / "summary.csv", part)
 
 
-@contextmanager
-def alone(path: Path) -> Iterator[int]:
-    """Hold a lock while the block runs; the kernel lets it go, however the job ends."""
-    with path.open("a", encoding="utf-8") as stream:
-        try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise ValueError(
-                f"{path}: lock: expected no other run of this object, found one at work"
-            ) from None
-        yield stream.fileno()
-
-
 def command(snakemake: object, folder: Path) -> list[str]:
     """Give the command of the object's own run, within this job's cores and memory."""
     job = snakemake.resources
-    # Snakemake's lock is one for all objects; that of the folder stands in for it.
     return [
-        *(sys.executable, "-m", "snakemake", "--nolock", "--executor", "local", "--retries", "0"),
+        *(sys.executable, "-m", "snakemake", "--executor", "local", "--retries", "0"),
         *("--snakefile", str(ROOT / "Snakefile"), "--workflow-profile", str(PROFILE)),
         *("--configfile", str(folder / "config.yaml"), "--cores", str(snakemake.threads)),
         *("--resources", f"mem_mb={job.mem_mb}"),
@@ -72,6 +54,8 @@ def first_error(log: Path) -> str:
     """What the object's run says went wrong first."""
     text = log.read_text(encoding="utf-8", errors="replace").splitlines()
     found = [line.removeprefix("error: ") for line in text if line.startswith("error: ")]
+    # What stops a run before its first job stands indented below the name of the exception.
+    found += [below.strip() for line, below in pairwise(text) if line.startswith("WorkflowError")]
     return f"{found[0]} ({log})" if found else f"{log}: run: expected moduli, found a failed job"
 
 
