@@ -154,7 +154,8 @@ def _stuck(table):
 def _clocks() -> list[Mutation]:
     near = "within what two clocks may be apart; the press itself corrects it"
     drift = "a press at another pace looks like one of another depth to a clock that runs fast"
-    told = {"force +0.02 s late": near, "force at 1.1 speed": drift}
+    slow = "at three frames a second nothing shows a tenth of a second"
+    told = {"force +0.02 s late": near, "force at 1.1 speed": drift, "force +0.1 s late": slow}
     cases = [
         ("both clocks in ms", _times(1e3)),
         ("both clocks in us", _times(1e6)),

@@ -46,7 +46,11 @@ def replaced(value, path: tuple, new):
     part = changed
     for key in path[:-1]:
         part = part[key]
-    part[path[-1]] = new
+    # The sample's own options may be a shorter list.
+    if isinstance(part, list) and path[-1] >= len(part):
+        part.append(new)
+    else:
+        part[path[-1]] = new
     return changed
 
 

@@ -180,12 +180,12 @@ def open_house(config: Mapping, *, source: str, files: bool = True) -> House:
     problems += tracker_problems(config["tracking"], source)
     problems += unknown_step_trackers(config, source)
     paths = config["paths"]
-    seen = stamps_below(paths["raw"], only=config["only"]) if files else {}
     sensors = _named_files(paths["sensors"], "sensor", problems)
     probes = _named_files(paths["probes"], "probe", problems)
     lab = _lab(paths["lab"], problems)
     if problems:
         raise ValueError("\n".join(map(one_line, problems)))
+    seen = stamps_below(paths["raw"], only=config["only"]) if files else {}
     if lab is not None:
         problems += lab_problems(lab, sensors, paths["lab"])
     problems += ambiguous_boards(probes, paths["probes"]) + impossible_optics(sensors, paths)

@@ -42,8 +42,15 @@ def _files(folder: str, parts: tuple[str, ...]) -> Iterator[tuple[tuple, os.stat
             continue
         if entry.is_dir(follow_symlinks=False):
             yield from _files(entry.path, (*parts, entry.name))
-        elif entry.is_file():
+        elif _is_file(entry):
             yield (*parts, entry.name), entry.stat()
+
+
+def _is_file(entry: os.DirEntry) -> bool:
+    try:
+        return entry.is_file()
+    except OSError:  # a link to itself, which the check of captures tells of
+        return False
 
 
 def stamp(path: str | Path) -> str:

@@ -205,13 +205,15 @@ def _check_gaps(poses: list[MarkerPose | None], largest: int, threshold_px: floa
         )
     if lost and (lost[0] == 0 or lost[-1] == len(poses) - 1):
         edge = lost[0] if lost[0] == 0 else lost[-1]
-        raise ValueError(f"marker: expected in the first and last frame, lost in frame {edge}")
+        raise ValueError(
+            f"marker: expected in the first and last frame, found it lost in frame {edge}"
+        )
     runs = np.split(np.array(lost, dtype=int), np.flatnonzero(np.diff(lost) > 1) + 1)
     longest = max(runs, key=len)
     if len(longest) > largest:
         raise ValueError(
             f"marker: expected to be lost for at most {largest} frames at a time,"
-            f" lost in frames {longest[0]} to {longest[-1]}"
+            f" found it lost in frames {longest[0]} to {longest[-1]}"
         )
 
 
