@@ -132,5 +132,7 @@ def corpus() -> list[Mutation]:
                 place.write(path, change(path.read_bytes()))
 
             short = file.rpartition("/")[2]
+            if (short, name) == ("mask.npz", "NaN for numbers"):
+                continue  # bits alone
             found.append(Mutation("result", f"{short}: {name}", short, spoil, job=job))
     return found
