@@ -58,10 +58,11 @@ def begin_run(
     made = {str(path) for job in jobs for path in job.output}
     used = {str(path) for job in running for path in job.input} - made
     written = {str(path) for job in running for path in job.output}
-    folders = [results, *([raw] if any(_below(path, raw) for path in written) else [])]
-    for folder in folders:
+    made_raw = {Path(path).relative_to(raw).parts[0] for path in written if _below(path, raw)}
+    for folder in [results, *([raw] if made_raw else [])]:
         lock_folder(folder, warn=warn)
-    for folder in folders:
+    # What people import into other folders of raw/ at this time is theirs.
+    for folder in [results, *(Path(raw) / name for name in sorted(made_raw))]:
         remove_parts(folder, unless=LOCK)
     inputs = {path: seen.get(str(Path(path))) or stamp(path) for path in sorted(used)}
     begun = Path(results) / BEGUN
