@@ -17,6 +17,7 @@ rule own_summary:
         code=code("summary"),
         captures=captures_of,
         tracked=captures_of,
+        estimated=captures_of,
         groups=groups_of,
         errors=ERRORS,
     message:
