@@ -17,7 +17,7 @@ from palpate.estimate.cell_heights import ObservationOptions, cell_heights, fram
 from palpate.estimate.cells import Cells, Feet, RestSurface, cells_of
 from palpate.estimate.motion_noise import SMOOTH_REACH_M, correlation_length, pattern_growth
 from palpate.estimate.sight_lines import ProbeInView, facing_cells, hidden_cells
-from palpate.solid.npz import read_npz
+from palpate.npz import read_npz
 from palpate.surface.alignment import Alignment
 from palpate.surface.template import Template
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BarycentricInterpolator, CubicSpline, PchipInterpolator
 
-from palpate.solid.npz import read_npz
+from palpate.npz import read_npz
 
 # In this power of the force Hertz's contact is straight over depth.
 STRAIGHT = 2 / 3

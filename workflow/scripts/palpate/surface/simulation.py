@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.npz import read_npz
 from palpate.solid.mesh import SolidMesh, solid_mesh
-from palpate.solid.npz import read_npz
 from palpate.surface.data_points import Frame, TrackerOptions
 from palpate.surface.template import Template
 from palpate.surface.track import track_frames

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.npz import read_npz
+from palpate.npz import read_npz
 
 
 @dataclass(frozen=True)

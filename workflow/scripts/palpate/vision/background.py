@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.vision.arrays import read_arrays
+from palpate.npz import read_arrays
 
 # A pixel that never changes still has the error of its quantisation.
 QUANTISATION_STD = 1 / np.sqrt(12)

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.npz import read_arrays
 from palpate.open3d_core import o3d
-from palpate.vision.arrays import read_arrays
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth
 from palpate.vision.marker import board_points

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.vision.arrays import read_arrays
+from palpate.npz import read_arrays
 from palpate.vision.background import (
     SMALLEST,
     BackgroundModel,

@@ -1,8 +1,9 @@
-"""All arrays of an NPZ file, or a line that says why it is none."""
+"""Arrays of an NPZ file, or a line that says why it is none; for all rooms."""
 
 import struct
 import zipfile
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,11 @@ def read_npz(path: str | Path, *, what: str = "an NPZ file of arrays") -> dict[s
     what : str, optional
         What was expected, for the message.
 
+    Returns
+    -------
+    dict
+        By name.
+
     Raises
     ------
     ValueError
@@ -49,3 +55,18 @@ def read_npz(path: str | Path, *, what: str = "an NPZ file of arrays") -> dict[s
     except NO_ARCHIVE as error:
         reason = " ".join(str(error).split())
         raise ValueError(f"{path}: file: expected {what}, found none ({reason})") from None
+
+
+def read_arrays(path: str | Path, names: Sequence[str]) -> dict[str, NDArray]:
+    """Read arrays that must be there from an NPZ file; see `read_npz`.
+
+    Raises
+    ------
+    ValueError
+        If the file is none, or lacks an array.
+    """
+    arrays = read_npz(path)
+    missing = [name for name in names if name not in arrays]
+    if missing:
+        raise ValueError(f"{path}: {missing[0]}: expected an array, found none")
+    return arrays

@@ -5,7 +5,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from palpate.solid.npz import read_npz
+from palpate.npz import read_npz
 
 
 def archive(path, member):
