@@ -48,8 +48,8 @@ def judged(chosen: Sequence[Mutation], *, check_only: bool = False) -> Iterator[
         work = Path(folder)
         bases = make_bases(work)
         warm_up(bases[True])
-        deep = not check_only and any(not one.job for one in chosen)
-        right = right_moduli(bases, work) if deep else {}
+        deep = set() if check_only else {one.volts for one in chosen if not one.job}
+        right = right_moduli({volts: bases[volts] for volts in sorted(deep)}, work)
         for one in chosen:
             verdict = judge(
                 one, bases[one.volts], work, right.get(one.volts), check_only=check_only
