@@ -3,10 +3,18 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.solid.mesh import element_volumes, solid_mesh
+from palpate.solid.mesh import element_volumes, quadratic, solid_mesh
 from palpate.solid.mirror import Mirror, require_image
 from palpate.solid.refine import refine_near
-from palpate.solid.smooth_surface import LEAST_VOLUME, SmoothSurface, bent_to
+from palpate.solid.smooth_surface import (
+    LEAST_VOLUME,
+    WATCHED,
+    SmoothSurface,
+    bent_to,
+    corner_normals,
+    curved_to,
+)
+from palpate.solid.stiffness import QUADRATURE, combined, elastic_stiffness, point_volumes
 
 UP = np.array([0.0, 0, 1])
 
@@ -97,3 +105,53 @@ def test_lopsided_surface_is_refused():
     require_image(Mirror(np.zeros(3), np.eye(3)[1]), vertices, box.faces, tolerance_m=1e-5)
     with pytest.raises(ValueError, match="mirrors: expected planes in which the template"):
         require_image(Mirror(np.zeros(3), np.eye(3)[0]), vertices, box.faces, tolerance_m=1e-4)
+
+
+def spoked_ball(level):
+    """Ten-node elements from the facets of a ball to its centre, and the ball."""
+    ball = trimesh.creation.icosphere(level, radius=0.06)
+    spokes = np.column_stack([ball.faces, np.full(len(ball.faces), len(ball.vertices))])
+    return quadratic(solid_mesh(np.vstack([ball.vertices, np.zeros(3)]), spokes)), ball
+
+
+def test_curved_elements_fill_a_ball_with_the_fourth_power_of_their_edges():
+    exact, errors = 4 / 3 * np.pi * 0.06**3, []
+    for level in (2, 3, 4):
+        mesh, ball = spoked_ball(level)
+        curved = curved_to(mesh, SmoothSurface(np.array(ball.vertices), np.array(ball.faces)))
+        assert curved.nodes_m[mesh.corners] == pytest.approx(mesh.nodes_m[mesh.corners])
+        errors.append(abs(point_volumes(curved, QUADRATURE[2]).sum() / exact - 1))
+        assert errors[-1] < 0.1 * abs(mesh.volume_m3 / exact - 1)
+    assert np.polyfit(np.arange(3), -np.log2(errors), 1)[0] > 3.5
+
+
+def test_curved_elements_keep_rigid_motions_and_straight_strains():
+    mesh, ball = spoked_ball(1)
+    curved = curved_to(mesh, SmoothSurface(np.array(ball.vertices), np.array(ball.faces)))
+    K = combined(*elastic_stiffness(curved), 1.0, 0.7)
+    turn = np.cross([0.3, -0.2, 0.5], curved.nodes_m)
+    assert np.abs(K @ turn.ravel()).max() < 1e-10 * np.abs(K).max()
+    stretch = curved.nodes_m * [1e-2, 0, 0]
+    # Its energy is that of the strain, for its volume.
+    energy = stretch.ravel() @ K @ stretch.ravel() / 2
+    volume = point_volumes(curved, QUADRATURE[2]).sum()
+    assert energy == pytest.approx(volume * (1.0 / 2 + 0.7) * 1e-4, rel=1e-9)
+
+
+def test_an_element_that_curving_would_fold_stays_straight():
+    ball = trimesh.creation.icosphere(2, radius=0.06)
+    facet = ball.vertices[ball.faces[0]]
+    # Flat under one facet, while the sphere rises over it.
+    apex = facet.mean(axis=0) * (1 - 2e-4)
+    flat = quadratic(solid_mesh(np.vstack([facet, apex]), np.arange(4)[None]))
+    curved = curved_to(flat, SmoothSurface(np.array(ball.vertices), np.array(ball.faces)))
+    assert (point_volumes(curved, WATCHED) > 0).all()
+
+
+def test_normals_of_a_balls_corners_point_from_its_middle():
+    ball = trimesh.creation.icosphere(2, radius=0.06)
+    normals = corner_normals(np.array(ball.vertices), np.array(ball.faces))
+    exact = ball.vertices[ball.faces] / 0.06
+    assert np.abs(normals - exact).max() < 1e-3
+    facets = np.abs(ball.face_normals[:, None] - exact).max()
+    assert np.abs(normals - exact).max() < 0.05 * facets

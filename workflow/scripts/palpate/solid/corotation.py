@@ -7,8 +7,8 @@ displacement as Eq. 3.4, but zero for a solid that turns as R does, which Eq. 3.
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.mesh import SolidMesh, element_volumes
-from palpate.solid.stiffness import QUADRATURE, shape_gradients
+from palpate.solid.mesh import SolidMesh
+from palpate.solid.stiffness import QUADRATURE, point_volumes, shape_gradients
 
 
 def element_rotations(mesh: SolidMesh, displacement_m: NDArray) -> NDArray:
@@ -64,7 +64,7 @@ def rotation_loads(mesh: SolidMesh, rotations: NDArray) -> tuple[NDArray, NDArra
     """
     points = QUADRATURE[mesh.order]
     gradients = shape_gradients(mesh, points)
-    weight = (element_volumes(mesh.nodes_m, mesh.corners) / len(points))[:, None, None, None]
+    weight = point_volumes(mesh, points)[:, :, None, None]
     S = (rotations + np.swapaxes(rotations, -1, -2)) / 2 - np.eye(3)
     volumetric = np.trace(S, axis1=-2, axis2=-1)[..., None, None] * rotations
     return tuple(

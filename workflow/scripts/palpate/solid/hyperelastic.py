@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.solid.laws import Law
-from palpate.solid.mesh import SolidMesh, element_volumes
-from palpate.solid.stiffness import QUADRATURE, block_pattern, shape_gradients
+from palpate.solid.mesh import SolidMesh
+from palpate.solid.stiffness import QUADRATURE, block_pattern, point_volumes, shape_gradients
 
 # No quadrature point may be squeezed below this share of its volume by a step.
 LEAST_VOLUME = 0.02
@@ -17,7 +17,7 @@ class HyperelasticSolid:
     Parameters
     ----------
     mesh : SolidMesh
-        n nodes, m straight-sided elements of either order.
+        n nodes, m elements of either order.
     law : Law
     nu : float
         Poisson's ratio.
@@ -27,8 +27,7 @@ class HyperelasticSolid:
         self.mesh, self.law, self.nu = mesh, law, nu
         points = QUADRATURE[mesh.order]
         self._gradients = shape_gradients(mesh, points)
-        volumes = element_volumes(mesh.nodes_m, mesh.corners)
-        self._weights = np.repeat(volumes[:, None] / len(points), len(points), axis=1)
+        self._weights = point_volumes(mesh, points)
         self._place, self.columns, self.starts = block_pattern(mesh.tetrahedra, len(mesh.nodes_m))
         size = len(mesh.nodes_m)
         rows = np.repeat(np.arange(size), np.diff(self.starts))

@@ -20,7 +20,7 @@ from palpate.solid.mesh import SolidMesh, quadratic
 from palpate.solid.obstacle import surface_points
 from palpate.solid.pressing import PressedSolid
 from palpate.solid.sizing import Support
-from palpate.solid.smooth_surface import SmoothSurface, bent_to
+from palpate.solid.smooth_surface import SmoothSurface, bent_to, curved_to
 from palpate.solid.standing import standing_table
 from palpate.solid.touching import facing_faces, first_touch, thickness_m
 
@@ -215,7 +215,9 @@ def _fine(
         foot = foot_m(mesh, support)
         places.append(Fineness(foot, o.foot_radius_m, o.foot_edge_m, o.foot_growth))
     fine = fine_mesh(mesh, tuple(places))
-    return quadratic(bent_to(fine, surface) if surface else fine)
+    if surface is None:
+        return quadratic(fine)
+    return curved_to(quadratic(bent_to(fine, surface)), surface)
 
 
 def _touch(

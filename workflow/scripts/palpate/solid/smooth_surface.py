@@ -9,7 +9,7 @@ from palpate.open3d_core import o3d
 from palpate.solid.mesh import SolidMesh, element_volumes
 from palpate.solid.quality import scene_of
 from palpate.solid.solve import factorise
-from palpate.solid.stiffness import combined, elastic_stiffness
+from palpate.solid.stiffness import QUADRATURE, combined, elastic_stiffness, point_volumes
 
 # Facets that meet at a greater angle meet at an edge of the object.
 CREASE_DEG = 35.0
@@ -19,6 +19,8 @@ LEAST_VOLUME = 0.2
 # Where it would, the surface's moves are halved, this often and at this part of the nodes at most.
 HALVINGS = 6
 MOST_HALVED = 0.05
+# Where elements must not fold: the quadrature's points and the corners.
+WATCHED = np.concatenate([QUADRATURE[2], np.eye(4)])
 # Moves below it leave the solid as it is [m].
 NO_MOVE_M = 1e-6
 
@@ -95,6 +97,32 @@ def bent_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
     )
 
 
+def curved_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
+    """Ten-node elements whose outer sides are curved as a smooth surface is.
+
+    Between corners that lie on a ball of radius R, straight edges of length h cut off h^2 / (8 R):
+    what a coarse mesh stands on begins that much lower.
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+        Ten-node elements whose corners are on the surface (`bent_to`).
+    surface : SmoothSurface
+    """
+    middles = np.unique(mesh.surface_faces()[:, 3:])
+    nodes = mesh.nodes_m.copy()
+    nodes[middles] = surface.nearest(nodes[middles])
+    whole = element_volumes(mesh.nodes_m, mesh.corners)[:, None]
+    for _ in range(HALVINGS):
+        curved = SolidMesh(nodes, mesh.tetrahedra)
+        kept = len(WATCHED) * point_volumes(curved, WATCHED) / whole
+        folded = np.unique(mesh.tetrahedra[kept.min(axis=1) < LEAST_VOLUME])
+        if not len(folded):
+            return curved
+        nodes[folded] = mesh.nodes_m[folded]
+    return mesh
+
+
 def _following(mesh: SolidMesh, outer: NDArray) -> Callable[[NDArray], NDArray]:
     """How all nodes move (n, 3) with the outer ones (k, 3), as an elastic solid."""
     inner = np.setdiff1d(np.arange(len(mesh.nodes_m)), outer)
@@ -113,7 +141,7 @@ def _following(mesh: SolidMesh, outer: NDArray) -> Callable[[NDArray], NDArray]:
 
 def _edge_rises(vertices_m: NDArray, faces: NDArray) -> NDArray:
     """How far the middles of the faces' edges rise, shape (m, 3, 3) [m]."""
-    normals = _corner_normals(vertices_m, faces)
+    normals = corner_normals(vertices_m, faces)
     a, b = (vertices_m[faces[:, SIDES[:, k]]] for k in (0, 1))
     na, nb = (normals[:, SIDES[:, k]] for k in (0, 1))
     mean = na + nb
@@ -133,8 +161,19 @@ def _edge_rises(vertices_m: NDArray, faces: NDArray) -> NDArray:
     return np.where(smooth[:, None], means, 0.0)[number].reshape(-1, 3, 3)
 
 
-def _corner_normals(vertices_m: NDArray, faces: NDArray) -> NDArray:
-    """Normal of each face's corner: mean of the faces around it that meet without a crease."""
+def corner_normals(vertices_m: NDArray, faces: NDArray) -> NDArray:
+    """Normal of each face's corner: mean of the faces around it that meet without a crease.
+
+    Parameters
+    ----------
+    vertices_m, faces : (n, 3), (m, 3) arrays
+        Closed surface, outward [m].
+
+    Returns
+    -------
+    (m, 3, 3) array
+        Of length 1.
+    """
     corners = vertices_m[faces]
     double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = _unit(double)

@@ -140,7 +140,7 @@ def standing_table(
     faces = mesh.surface_faces()
     corners = mesh.nodes_m[faces[:, :3]]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    heights = corners @ normal
+    heights = mesh.nodes_m[faces] @ normal
     lowest = float(heights.min())
     low = (heights.min(axis=1) < lowest + reach_m) & (across @ normal < 0)
     height = touch_m @ normal - lowest

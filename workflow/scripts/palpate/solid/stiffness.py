@@ -36,10 +36,10 @@ def elastic_stiffness(
     gradients = shape_gradients(mesh, points)
     if rotations is not None:
         gradients = gradients @ np.swapaxes(rotations, -1, -2)
-    weight = element_volumes(mesh.nodes_m, mesh.corners) / len(points)
+    weight = point_volumes(mesh, points)
     elements, count, nodes, _ = gradients.shape
     flat = gradients.reshape(elements, count, 3 * nodes)
-    G = np.matmul(flat.transpose(0, 2, 1), weight[:, None, None] * flat)
+    G = np.matmul(flat.transpose(0, 2, 1), weight[:, :, None] * flat)
     G1 = G.reshape(elements, nodes, 3, nodes, 3).transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)
     G2 = G1.transpose(0, 2, 1) + np.trace(G1, axis1=1, axis2=2)[:, None, None] * np.eye(3)
     place, columns, starts = block_pattern(mesh.tetrahedra, len(mesh.nodes_m))
@@ -86,12 +86,41 @@ def shape_gradients(mesh: SolidMesh, points: NDArray) -> NDArray:
     (m, p, k, 3) array
         [1/m].
     """
-    corners = mesh.nodes_m[mesh.corners]
-    inner = np.linalg.inv(corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
-    linear = np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
     if mesh.order == 1:
+        corners = mesh.nodes_m[mesh.corners]
+        inner = np.linalg.inv(corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
+        linear = np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
         return np.repeat(linear[:, None], len(points), axis=1)
-    return np.matmul(_slopes(points), linear[:, None])
+    return np.matmul(_sides_slopes(points), np.linalg.inv(_jacobians(mesh, points)))
+
+
+def point_volumes(mesh: SolidMesh, points: NDArray) -> NDArray:
+    """Volume that each of equal points of an element stands for, (m, p) [m^3].
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+        m elements.
+    points : (p, 4) array
+        Barycentric coordinates.
+    """
+    if mesh.order == 1:
+        whole = np.repeat(element_volumes(mesh.nodes_m, mesh.corners)[:, None], len(points), axis=1)
+    else:
+        whole = np.linalg.det(_jacobians(mesh, points)) / 6
+    return whole / len(points)
+
+
+def _jacobians(mesh: SolidMesh, points: NDArray) -> NDArray:
+    """Derivatives of the place by the last three barycentric coordinates, (m, p, 3, 3) [m]."""
+    places = mesh.nodes_m[mesh.tetrahedra].swapaxes(1, 2)
+    return np.matmul(places[:, None], _sides_slopes(points))
+
+
+def _sides_slopes(points: NDArray) -> NDArray:
+    """Derivatives of the ten shape functions by the last three coordinates, (p, 10, 3)."""
+    slopes = _slopes(points)
+    return slopes[..., 1:] - slopes[..., :1]
 
 
 def shape_values(points: NDArray, order: int) -> NDArray:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.patch import face_parts
+from palpate.solid.patch import face_parts, face_shapes
 
 # Faces this many radii around the sphere's line may come into touch.
 AROUND = 2.2
@@ -62,7 +62,8 @@ def first_touch(
     ValueError
         If it touches no face.
     """
-    places = np.matmul(face_parts(PARTS), nodes_m[faces[:, :3]]).reshape(-1, 3)
+    shapes = face_shapes(face_parts(PARTS), 1 if faces.shape[1] == 3 else 2)
+    places = np.matmul(shapes, nodes_m[faces]).reshape(-1, 3)
     places = np.concatenate([places, nodes_m[faces[:, :3]].reshape(-1, 3)]) - point_m
     along = places @ direction
     beside2 = (places**2).sum(axis=1) - along**2
