@@ -50,7 +50,7 @@ class ObservationOptions:
     reach_m: float = 0.1
     largest_distance_m: float = 0.012
     largest_normal_deg: float = 60.0
-    largest_view_deg: float = 70.0
+    largest_view_deg: float = 60.0
     clear_m: float = 0.018
     shaft_clear_m: float = 0.045
     shaft_from_m: float = 0.05

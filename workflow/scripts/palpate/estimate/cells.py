@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from palpate.solid.smooth_surface import corner_normals
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.template import Template
 
@@ -23,7 +24,8 @@ class Feet:
     Attributes
     ----------
     foot_m, normal : (k, 3) arrays
-        Closest places of the surface [m] and its unit normals there.
+        Closest places of the surface [m] and unit normals there, of the smooth surface that its
+        facets stand for.
     distance_m : (k,) array
         Of the points from there along the normal, positive outside [m].
     """
@@ -63,9 +65,9 @@ class RestSurface:
 
     def __init__(self, template: Template) -> None:
         self.closest = ClosestPoints(template.vertices_m, template.faces)
-        a, b, c = (template.vertices_m[template.faces[:, k]] for k in range(3))
-        normal = np.cross(b - a, c - a)
-        self.face_normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+        # A ball's facets are turned by degrees against it: a motion along their normals would be
+        # wrong by as much of what the object sinks.
+        self.corner_normal = corner_normals(template.vertices_m, template.faces)
 
     def feet(
         self,
@@ -84,8 +86,10 @@ class RestSurface:
         largest_distance_m, largest_normal_deg : float
             Points farther away, or turned more against the surface, are left out.
         """
-        foot, triangle, _ = self.closest(points_m)
-        normal, gap = self.face_normal[triangle], points_m - foot
+        foot, triangle, weights = self.closest(points_m)
+        normal = np.einsum("nk,nka->na", weights, self.corner_normal[triangle])
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        gap = points_m - foot
         along, length = (gap * normal).sum(axis=1), np.linalg.norm(gap, axis=1)
         kept = length < largest_distance_m
         kept &= (normal * normals).sum(axis=1) > np.cos(np.deg2rad(largest_normal_deg))
