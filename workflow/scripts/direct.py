@@ -38,7 +38,7 @@ def described(found, presses, params):
             "fractions": first.fractions.tolist(),
         },
         "gain": first.gain,
-        "nuisances": [{"offset_m": p.offset_m, "clock_s": p.clock_s} for p in best.parameters],
+        "nuisances": [nuisances(p) for p in best.parameters],
         "residuals": [summed(*of) for of in zip(presses, best.scales, strict=True)],
         "laws": [asdict(law) for law in found.laws],
         "profile": asdict(found.profile),
@@ -46,6 +46,18 @@ def described(found, presses, params):
             name: {"youngs_modulus_pa": E, "poisson_ratio": nu}
             for name, (E, nu) in found.choices.items()
         },
+    }
+
+
+def nuisances(p):
+    """What a capture has for itself."""
+    sunk, *rocked = p.settled.tolist()
+    return {
+        "offset_m": p.offset_m,
+        "clock_s": p.clock_s,
+        "shift_m": p.shift_m,
+        "sunk_m": sunk,
+        "rocked_rad": rocked,
     }
 
 

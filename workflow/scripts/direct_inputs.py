@@ -20,8 +20,8 @@ from palpate.vision.probe import ALONG_STD, TIP
 
 def read_presses(inputs, params):
     """Read each capture; files of one kind go in the captures' order."""
-    unit = load_yaml(inputs.object)["template"]["unit"]
-    template = read_template(inputs.template, unit=unit)
+    spec = load_yaml(inputs.object)
+    template = read_template(inputs.template, unit=spec["template"]["unit"])
     surface = ClosestPoints(template.vertices_m, template.faces)
     lookups = {path: load_indentation(path) for path in dict.fromkeys(inputs.lookups)}
     presses = []
@@ -38,6 +38,7 @@ def read_presses(inputs, params):
                 load_alignment(inputs.alignments[k]),
                 surface,
                 lookups[lookup],
+                spec["support"],
                 params.options,
             )
         presses.append(press)
@@ -51,10 +52,12 @@ def read_pressing(pose, force, clock):
         forces = columns_of(read_table(force), FORCE)
     with naming(pose):
         tips = columns_of(poses, TIP, frames=len(forces))
+    clocks = json.loads(Path(clock).read_text(encoding="utf-8"))
     return Pressing(
         time_s=poses["time_s"].to_numpy(float),
         tips_m=tips,
         forces_n=forces,
         tip_std_m=float(np.nanmedian(poses[ALONG_STD])),
-        clock_std_s=float(json.loads(Path(clock).read_text(encoding="utf-8"))["std_s"]),
+        clock_offset_s=float(clocks["offset_s"]),
+        clock_std_s=float(clocks["prior_std_s"]),
     )

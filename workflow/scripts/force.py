@@ -43,7 +43,7 @@ def main(snakemake):
         )
         check_direction(table, poses[AXIS].to_numpy(float))
         check_lever(table, radius_m)
-    found = {"offset_s": clock.offset_s, "std_s": clock.std_s}
+    found = {"offset_s": clock.offset_s, "std_s": clock.std_s, "prior_std_s": prior_std_s}
     with whole_file(snakemake.output.clock) as part:
         part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     write_table(snakemake.output.force, table)

@@ -19,6 +19,7 @@ from palpate.estimate.direct_interval import (
 )
 from palpate.estimate.direct_press import DirectPress, Parameters, predicted
 from palpate.estimate.relaxation import elastic_force
+from palpate.estimate.settling import MOTIONS
 
 LINEAR = "linear"
 START_POISSON_RATIOS = (0.1, 0.3, 0.45)
@@ -213,7 +214,7 @@ def _start(press: DirectPress, law: str, nu: float, terms: int) -> Parameters:
     unit = press.models[law].force(np.maximum(press.depth_m, 0), nu)
     force = press.force_n[press.frames]
     E = float((force @ unit) / max(float(unit @ unit), 1e-300))
-    return Parameters(max(E, 1.0), nu, 0.0, np.full(terms, 0.02), 0.0, 0.0, 0.0)
+    return Parameters(max(E, 1.0), nu, 0.0, np.full(terms, 0.02), 0.0, 0.0, 0.0, np.zeros(MOTIONS))
 
 
 def _judged(solution: Solution, options: Mapping, seed: int) -> tuple[dict, Profile]:

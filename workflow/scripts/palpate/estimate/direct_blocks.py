@@ -1,13 +1,13 @@
 """Contributions of captures to the normal equations, by patch of the surface and by frame."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from palpate.estimate.direct_press import DirectPress, Linearised, robust_weights
+from palpate.estimate.direct_deviations import robust_weights
+from palpate.estimate.direct_press import DirectPress, Linearised
 
 
 @dataclass(frozen=True)
@@ -50,13 +50,14 @@ def blocks_of(press: DirectPress, line: Linearised, scale: Scales) -> Blocks:
     weight = robust_weights(gaps, scale.motion) / (scale.motion**2 * scale.sharing)
     patch = np.broadcast_to(press.patch, press.seen.shape)[press.seen]
     count, q = int(press.patch.max()) + 1, slope.shape[1]
+    # One after the other: sums of matrix products hang on where in memory their rows lie.
     order = np.argsort(patch, kind="stable")
-    bounds = np.searchsorted(patch[order], np.arange(count + 1))
+    there, first = np.unique(patch[order], return_index=True)
+    weighted = weight[order, None] * slope[order]
+    products = weighted[:, :, None] * slope[order, None, :]
     matrix, total = np.zeros((count, q, q)), np.zeros((count, q))
-    for b, (first, last) in enumerate(pairwise(bounds)):
-        part = order[first:last]
-        weighted = weight[part, None] * slope[part]
-        matrix[b], total[b] = weighted.T @ slope[part], weighted.T @ gaps[part]
+    matrix[there] = np.add.reduceat(products, first, axis=0)
+    total[there] = np.add.reduceat(weighted * gaps[order, None], first, axis=0)
     depth, by = line.residuals.depth / scale.depth, line.depth_slope / scale.depth
     outer = by[:, :, None] * by[:, None, :]
     return Blocks(matrix, total, outer, by * depth[:, None])

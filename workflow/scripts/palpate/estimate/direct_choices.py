@@ -18,20 +18,20 @@ def other_choices(
     variants = {
         "cells_farther_off": ([_farther(press, 0.5 * radius_m) for press in presses], options),
         "near_cells": ([_nearer(press) for press in presses], options),
-        "looser_relaxation": (
-            presses,
-            dict(options) | {"fraction_std": 2 * options["fraction_std"]},
-        ),
-        "stiffer_relaxation": (
-            presses,
-            dict(options) | {"fraction_std": options["fraction_std"] / 2},
-        ),
+        "looser_relaxation": (presses, _relaxing(options, 2.0)),
+        "stiffer_relaxation": (presses, _relaxing(options, 0.5)),
     }
     found = {}
     for name, (chosen, changed) in variants.items():
         p = fit_direct(chosen, best.law, changed, start, scales=best.scales).parameters[0]
         found[name] = (p.youngs_modulus_pa, p.poisson_ratio)
     return found
+
+
+def _relaxing(options: Mapping, times: float) -> dict:
+    """Options with the priors of what relaxes so many times as wide."""
+    wider = {name: times * options[name] for name in ("fraction_std", "fraction_step_std")}
+    return dict(options) | wider
 
 
 def _farther(press: DirectPress, by_m: float) -> DirectPress:

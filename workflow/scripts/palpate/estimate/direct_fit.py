@@ -7,18 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct_blocks import Blocks, Scales, blocks_of, bounded_solution, sharing_of
+from palpate.estimate.direct_deviations import ROBUST, robust_scale, with_pattern
 from palpate.estimate.direct_press import (
     OWN,
-    ROBUST,
     DirectPress,
     Linearised,
     Parameters,
     linearised,
     residuals,
-    robust_scale,
-    with_pattern,
 )
+from palpate.estimate.settling import MOTIONS
 
+# Deviation of motions that do not happen [m, rad].
+UNMOVED = 1e-12
 ITERATIONS = 40
 ROUNDS = 3
 # Steps of log E and nu are held to these; below the last numbers they have converged.
@@ -63,7 +64,7 @@ class Solution:
 
     @property
     def vector(self) -> NDArray:
-        """(log E, nu, gain, fractions, and offset and clock of each capture)."""
+        """(log E, nu, gain, fractions, and what each capture has for itself)."""
         own = [p.vector[-OWN:] for p in self.parameters]
         return np.concatenate([self.parameters[0].vector[:-OWN], *own])
 
@@ -85,7 +86,8 @@ def fit_direct(
     law : str
     options : mapping
         ``relaxation_times_s``; deviations ``fraction_std`` and ``gain_std`` of the nuisances'
-        priors about 0; ``poisson_ratio_bounds``.
+        priors about 0, and ``fraction_step_std`` of neighbouring shares' difference;
+        ``poisson_ratio_bounds``.
     start : Parameters
         Where all captures start.
     scales : sequence of Scales, optional
@@ -121,8 +123,9 @@ def check_count(presses: Sequence[DirectPress], options: Mapping) -> None:
     ------
     ValueError
     """
-    unknowns = 3 + len(options["relaxation_times_s"]) + OWN
     for press in presses:
+        free = OWN - int((press.settling.std == 0).sum())
+        unknowns = 3 + len(options["relaxation_times_s"]) + free
         if len(press.time_s) < unknowns:
             raise ValueError(
                 f"frames: expected at least {unknowns}, as many as there are unknowns (moduli,"
@@ -138,7 +141,7 @@ class _Joint:
         self.times_s = np.array(options["relaxation_times_s"], dtype=float)
         self.shared = 3 + len(self.times_s)
         self.size = self.shared + OWN * len(presses)
-        self.prior_std = prior_deviations(presses, options)
+        self.prior = prior_of(presses, options)
         self.low, self.high = parameter_bounds(len(presses), options)
 
     def places(self, number: int) -> NDArray:
@@ -187,9 +190,8 @@ class _Joint:
             part = block.motion_matrix.sum(axis=0) + block.depth_matrix.sum(axis=0)
             matrix[np.ix_(at, at)] += part
             slope[at] += block.motion_slope.sum(axis=0) + block.depth_slope.sum(axis=0)
-        known = np.isfinite(self.prior_std)
-        matrix[known, known] += self.prior_std[known] ** -2
-        slope[known] += _joined(parameters)[known] / self.prior_std[known] ** 2
+        matrix += self.prior.information
+        slope += self.prior.rows.T @ self.prior.gaps(_joined(parameters))
         return matrix, slope
 
     def step(self, matrix, slope, vector) -> NDArray:
@@ -201,8 +203,7 @@ class _Joint:
         return bounded_solution(matrix, -slope, low, high)
 
     def cost(self, parameters, scales) -> float:
-        known = np.isfinite(self.prior_std)
-        total = float(((_joined(parameters)[known] / self.prior_std[known]) ** 2).sum())
+        total = float((self.prior.gaps(_joined(parameters)) ** 2).sum())
         for press, p, scale in zip(self.presses, parameters, scales, strict=True):
             gaps = residuals(press, self.law, p, times_s=self.times_s)
             total += float((gaps.depth**2).sum()) / scale.depth**2
@@ -222,15 +223,53 @@ class _Joint:
         return tuple(found)
 
 
-def prior_deviations(presses: Sequence[DirectPress], options: Mapping) -> NDArray:
-    """Deviation of each unknown's prior about 0; infinite where there is none."""
-    fractions = [options["fraction_std"]] * len(options["relaxation_times_s"])
-    own = [
-        std
-        for press in presses
-        for std in (press.offset_std_m, press.clock_std_s, press.shift_std_m)
-    ]
-    return np.array([np.inf, np.inf, options["gain_std"], *fractions, *own])
+@dataclass(frozen=True)
+class Prior:
+    """What is known of the unknowns beforehand, as equations of errors of deviation 1.
+
+    Attributes
+    ----------
+    rows : (r, size) array
+    values : (r,) array
+    """
+
+    rows: NDArray
+    values: NDArray
+
+    def gaps(self, vector: NDArray) -> NDArray:
+        """How far unknowns are from what was expected, in deviations, (r,)."""
+        return self.rows @ vector - self.values
+
+    @property
+    def information(self) -> NDArray:
+        """Inverse covariance, (size, size)."""
+        return self.rows.T @ self.rows
+
+
+def prior_of(presses: Sequence[DirectPress], options: Mapping) -> Prior:
+    """Priors of the unknowns of captures, in the order of `Solution.vector`.
+
+    Soft matter relaxes over many decades of time (power laws), so neighbouring times have about
+    the same share: without this the shortest, of which a press tells the least, takes up whatever
+    else is wrong.
+    """
+    terms = len(options["relaxation_times_s"])
+    stds = [options["gain_std"], *[options["fraction_std"]] * terms]
+    means = [0.0] * len(stds)
+    for press in presses:
+        means += [0.0, press.clock_expected_s, 0.0, *[0.0] * MOTIONS]
+        stds += [press.offset_std_m, press.clock_std_s, press.shift_std_m]
+        # What does not move at all is held by a deviation that is nothing beside any motion.
+        stds += list(np.maximum(press.settling.std, UNMOVED))
+    free = 2
+    rows = np.zeros((len(stds) + max(terms - 1, 0), free + len(stds)))
+    rows[np.arange(len(stds)), free + np.arange(len(stds))] = 1 / np.array(stds)
+    for k in range(terms - 1):
+        at = free + 1 + k
+        rows[len(stds) + k, [at, at + 1]] = np.array([1, -1]) / options["fraction_step_std"]
+    values = np.zeros(len(rows))
+    values[: len(means)] = np.array(means) / np.array(stds)
+    return Prior(rows, values)
 
 
 def parameter_bounds(captures: int, options: Mapping) -> tuple[NDArray, NDArray]:

@@ -12,7 +12,7 @@ from palpate.estimate.direct_fit import (
     Solution,
     fit_direct,
     parameter_bounds,
-    prior_deviations,
+    prior_of,
 )
 from palpate.estimate.direct_press import OWN
 from palpate.estimate.relaxation import relaxed_share
@@ -86,14 +86,12 @@ def bootstrap(best: Solution, options: Mapping, *, draws: int, seed: int) -> NDA
     """
     rng, presses = np.random.default_rng(seed), best.presses
     vector, low, high = best.vector, *parameter_bounds(len(presses), options)
-    std = prior_deviations(presses, options)
-    known = np.isfinite(std)
+    prior = prior_of(presses, options)
     shared = len(vector) - OWN * len(presses)
     samples = np.empty((draws, len(vector)))
     for draw in range(draws):
-        matrix, slope = np.zeros((len(vector),) * 2), np.zeros(len(vector))
-        matrix[known, known] = std[known] ** -2
-        slope[known] = vector[known] / std[known] ** 2 + rng.normal(0, 1 / std[known])
+        matrix = prior.information
+        slope = prior.rows.T @ (prior.gaps(vector) + rng.normal(size=len(prior.rows)))
         often = _drawn(rng, len(presses)) if len(presses) >= FEWEST_CAPTURES else None
         for k, block in enumerate(best.blocks):
             at = np.concatenate([np.arange(shared), shared + OWN * k + np.arange(OWN)])
@@ -114,10 +112,7 @@ def effective_patches(best: Solution, options: Mapping) -> float:
     all else following: far from the contact there are many patches that say next to nothing.
     """
     size = len(best.vector)
-    matrix = np.zeros((size, size))
-    std = prior_deviations(best.presses, options)
-    known = np.isfinite(std)
-    matrix[known, known] = std[known] ** -2
+    matrix = prior_of(best.presses, options).information
     shared, places = size - OWN * len(best.presses), []
     for k, block in enumerate(best.blocks):
         places.append(np.concatenate([np.arange(shared), shared + OWN * k + np.arange(OWN)]))

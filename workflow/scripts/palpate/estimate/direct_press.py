@@ -5,25 +5,15 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
-from palpate.estimate.hertz_range import FROM_MEDIAN
-from palpate.estimate.motion_noise import correlation_length
 from palpate.estimate.press_model import PressModel
 from palpate.estimate.relaxation import elastic_force, elastic_force_derivatives
-from palpate.estimate.scatter import surface_patches
+from palpate.estimate.settling import MOTIONS, Settling
 
 # Of the difference that gives the derivative by nu.
 STEP = 1e-4
-# Unknowns that each capture has for itself.
-OWN_NAMES = ("offset_m", "clock_s", "shift_m")
-OWN = len(OWN_NAMES)
-# Deviations beyond which a residual counts with its size alone.
-ROBUST = 8.0
-# Groups of motions of like size, from which the pattern's share is found.
-PATTERN_PARTS = 12
-# Larger parts would be too few to tell their scatter [m].
-LARGEST_PATCH_M = 0.04
+# Unknowns that each capture has for itself: offset, clock, shift, and how the object settles.
+OWN = 3 + MOTIONS
 
 
 @dataclass(frozen=True)
@@ -44,8 +34,10 @@ class DirectPress:
         Standard deviation of the depth from frame to frame [m].
     offset_std_m : float
         Of an error that all depths share [m].
-    clock_std_s : float
-        Of force clock minus camera clock [s].
+    clock_expected_s, clock_std_s : float
+        What the forces' clock offset is too large by if the clocks agree, and the deviation of the
+        clocks' difference [s]. How far they differ is found with the moduli: what the press told
+        of it before rests on a simpler contact, and the same record would count twice.
     force_std_n : float
         Of the force from frame to frame [N].
     shift_std_m : float
@@ -63,6 +55,7 @@ class DirectPress:
         Least size of the parts of the surface whose errors are independent [m].
     patch : (c,) int array
         Part of the surface that a cell belongs to; errors of different parts are independent.
+    settling : Settling
     models : dict of str to PressModel
         By law.
     """
@@ -75,6 +68,7 @@ class DirectPress:
     speed_m_s: NDArray
     depth_std_m: float
     offset_std_m: float
+    clock_expected_s: float
     clock_std_s: float
     force_std_n: float
     shift_std_m: float
@@ -86,7 +80,14 @@ class DirectPress:
     moved_std_m: NDArray
     patch_m: float
     patch: NDArray
+    settling: Settling
     models: dict[str, PressModel]
+
+    @cached_property
+    def load(self) -> NDArray:
+        """Force in the compared frames as part of the greatest in them, (k,)."""
+        force = self.force_n[self.frames]
+        return force / force.max()
 
     @cached_property
     def seen(self) -> NDArray:
@@ -108,6 +109,8 @@ class Parameters:
         Shares of the modulus that relax.
     offset_m, clock_s, shift_m : float
         Errors of the depth [m] and of the clock [s], and what all motions have in common [m].
+    settled : (3,) array
+        Motions of the object on its support under the greatest force (`Settling`) [m, rad, rad].
     """
 
     youngs_modulus_pa: float
@@ -117,19 +120,21 @@ class Parameters:
     offset_m: float
     clock_s: float
     shift_m: float
+    settled: NDArray
 
     @property
     def vector(self) -> NDArray:
-        """(log E, nu, gain, fractions, offset, clock, shift)."""
+        """(log E, nu, gain, fractions, offset, clock, shift, settled)."""
         shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, self.gain]
-        own = [getattr(self, name) for name in OWN_NAMES]
-        return np.array([*shared, *self.fractions, *own])
+        own = [self.offset_m, self.clock_s, self.shift_m]
+        return np.array([*shared, *self.fractions, *own, *self.settled])
 
     @staticmethod
     def of(vector: NDArray) -> "Parameters":
         """Read a vector as `vector` writes it."""
         E, nu, gain = float(np.exp(vector[0])), float(vector[1]), float(vector[2])
-        return Parameters(E, nu, gain, vector[3:-OWN], *map(float, vector[-OWN:]))
+        own, settled = vector[-OWN:-MOTIONS], vector[-MOTIONS:]
+        return Parameters(E, nu, gain, vector[3:-OWN], *map(float, own), settled)
 
 
 @dataclass(frozen=True)
@@ -219,17 +224,21 @@ def linearised(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray
     by_log_E = -here.softness_per_m * here.unit_m2
     zero, one = np.zeros(len(press.frames)), np.ones(len(press.frames))
     by_nu = (there.depth_m - here.depth_m) / STEP
-    # Depth: by log E, nu, gain, fractions; then the measured depth's offset, clock and shift.
-    depth = np.column_stack([by_log_E, by_nu, zero, by_fraction, -one, -press.speed_m_s, zero])
+    # Depth: by log E, nu, gain, fractions; the measured depth's offset, clock, shift; settling.
+    settled = press.load[:, None] * press.settling.tip_m
+    depth = np.column_stack(
+        [by_log_E, by_nu, zero, by_fraction, -one, -press.speed_m_s, zero, settled]
+    )
     gain = 1 + of.gain
     motion = [
         gain * here.motion_slope * by_log_E[:, None],
         gain * (there.motion_m - here.motion_m) / STEP,
-        here.motion_m,
+        here.motion_m + _settled(press, of),
         *(gain * here.motion_slope * column[:, None] for column in by_fraction.T),
         np.zeros_like(here.motion_m),
         -gain * here.motion_slope * press.speed_m_s[:, None],
         np.ones_like(here.motion_m),
+        *(gain * press.load[:, None] * column for column in press.settling.cells_m.T),
     ]
     divided = [(-column / press.moved_std_m)[press.seen] for column in motion]
     std = depth_std(press, of, here)
@@ -245,50 +254,12 @@ def depth_std(press: DirectPress, of: Parameters, here: Predicted) -> NDArray:
 
 def _residuals(press: DirectPress, of: Parameters, here: Predicted) -> Residuals:
     measured = press.depth_m + of.offset_m + of.clock_s * press.speed_m_s
-    motion = (1 + of.gain) * here.motion_m + of.shift_m
+    motion = (1 + of.gain) * (here.motion_m + _settled(press, of)) + of.shift_m
     gap = ((press.moved_m - motion) / press.moved_std_m)[press.seen]
-    return Residuals((here.depth_m - measured) / depth_std(press, of, here), gap)
+    depth = here.depth_m + press.load * (press.settling.tip_m @ of.settled)
+    return Residuals((depth - measured) / depth_std(press, of, here), gap)
 
 
-def with_pattern(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray) -> DirectPress:
-    """Deviations as the residuals show them: of each frame's noise, and of what moves.
-
-    A sensor's fixed pattern cancels where nothing moves; where the surface moves it does not, with
-    a variance about in proportion to the motion. Both shares are found by least squares.
-    """
-    gaps = residuals(press, law, of, times_s=times_s).motion * press.moved_std_m[press.seen]
-    noise = press.noise_std_m[press.seen] ** 2
-    size = np.abs(press.moved_m[press.seen] - gaps)
-    order = np.argsort(size)
-    parts = [part for part in np.array_split(order, PATTERN_PARTS) if len(part)]
-    rows = [(np.mean(noise[part]), np.mean(size[part])) for part in parts]
-    found = [robust_scale(gaps[part]) ** 2 for part in parts]
-    weight = 1 / np.maximum(found, 1e-18)
-    table = np.array(rows) * weight[:, None]
-    (of_noise, of_motion), _ = nnls(table, found * weight)
-    variance = of_noise * press.noise_std_m**2
-    motion = np.full(press.moved_m.shape, np.nan)
-    motion[press.seen] = size
-    pressed = replace(press, moved_std_m=np.sqrt(variance + of_motion * motion))
-    left = np.full(press.moved_m.shape, np.nan)
-    left[press.seen] = gaps
-    return replace(pressed, patch=_patches(pressed, left))
-
-
-def _patches(press: DirectPress, left_m: NDArray) -> NDArray:
-    """Patches at least as large as residuals err together: twice their correlation's length."""
-    seen = press.seen.any(axis=0)
-    mean = np.nanmean((left_m / press.moved_std_m)[:, seen], axis=0)
-    length = correlation_length(press.cell_m[seen], mean[None])
-    size = min(max(press.patch_m, 2 * length), LARGEST_PATCH_M)
-    return surface_patches(press.cell_m, size_m=size)
-
-
-def robust_weights(gaps: NDArray, scale: float) -> NDArray:
-    """Weights of squares that make them soft absolute values beyond `ROBUST` deviations."""
-    return 1 / np.sqrt(1 + (gaps / (ROBUST * scale)) ** 2)
-
-
-def robust_scale(gaps: NDArray) -> float:
-    """Deviation of the middle of the gaps; 1 without any."""
-    return max(FROM_MEDIAN * float(np.median(np.abs(gaps))), 1e-9) if len(gaps) else 1.0
+def _settled(press: DirectPress, of: Parameters) -> NDArray:
+    """Motion of the cells that the object's settling adds, (k, c) [m]."""
+    return press.load[:, None] * (press.settling.cells_m @ of.settled)

@@ -12,6 +12,7 @@ from palpate.estimate.hertz_range import FROM_MEDIAN, force_onset
 from palpate.estimate.observation import SurfaceMotion
 from palpate.estimate.press_model import press_model
 from palpate.estimate.scatter import surface_patches
+from palpate.estimate.settling import settling_of
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.patch import hertz_contact_radius
 from palpate.surface.alignment import Alignment
@@ -36,14 +37,18 @@ class Pressing:
         Centre of the sphere, camera frame [m].
     forces_n : (f, 3) array
         On the object, camera frame [N].
-    tip_std_m, clock_std_s : float
-        Deviations of a tip along the probe's axis [m], and of the clocks' difference [s].
+    tip_std_m : float
+        Deviation of a tip along the probe's axis [m].
+    clock_offset_s, clock_std_s : float
+        Force clock minus camera clock as the forces take it, and its deviation from 0 before a
+        press tells more [s].
     """
 
     time_s: NDArray
     tips_m: NDArray
     forces_n: NDArray
     tip_std_m: float
+    clock_offset_s: float
     clock_std_s: float
 
 
@@ -53,6 +58,7 @@ def direct_press(
     alignment: Alignment,
     template: ClosestPoints,
     lookup: IndentationModel,
+    support: Mapping,
     options: Mapping,
 ) -> DirectPress:
     """Collect what the direct estimate compares of one capture.
@@ -66,9 +72,11 @@ def direct_press(
         Undeformed surface, object frame.
     lookup : IndentationModel
         Of the pressed point.
+    support : mapping
+        What the object stands on, as object.yaml has it.
     options : mapping
         ``force_deviations``, ``least_force_share``, ``nearest_radii``, ``farthest_m``, ``patch_m``,
-        ``crease_m``, ``offset_std_m``, ``shift_std_m``.
+        ``crease_m``, ``offset_std_m``, ``shift_std_m``, ``sinking_std_m``, ``rocking_std_rad``.
 
     Raises
     ------
@@ -115,6 +123,7 @@ def direct_press(
         speed_m_s=np.gradient(depth, pressing.time_s)[frames],
         depth_std_m=tip_std,
         offset_std_m=float(np.hypot(tip_std, options["offset_std_m"])),
+        clock_expected_s=pressing.clock_offset_s,
         clock_std_s=pressing.clock_std_s,
         force_std_n=float(max(FROM_MEDIAN * np.median(np.abs(rest - np.median(rest))), 1e-4)),
         shift_std_m=options["shift_std_m"],
@@ -126,6 +135,14 @@ def direct_press(
         moved_std_m=noise,
         patch_m=options["patch_m"],
         patch=surface_patches(motion.cell_m[chosen], size_m=options["patch_m"]),
+        settling=settling_of(
+            motion.cell_m[chosen],
+            motion.normal[chosen],
+            support=support,
+            contact_m=axis,
+            direction=lookup.direction,
+            options=options,
+        ),
         models=models,
     )
 

@@ -1,0 +1,72 @@
+"""How an object that only stands goes down and rocks on its foot, beside what a model knows of it.
+
+What is bonded does not. The shape of a foot that nobody saw, and how much of it sticks, move the
+whole of a ball by hundredths of a millimetre, which is what a tenth of Poisson's ratio makes.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+# Sinking, and rocking about two axes.
+MOTIONS = 3
+RESTING = "resting"
+
+
+@dataclass(frozen=True)
+class Settling:
+    """Rigid motions of an object on its support when it bears the greatest force.
+
+    Attributes
+    ----------
+    cells_m : (c, 3) array
+        Of the cells along their normals, for a unit of each motion: 1 m, and 1 rad twice.
+    tip_m : (3,) array
+        Of the contact along the press.
+    std : (3,) array
+        Deviations of the motions about 0 [m, rad, rad]; 0 where there is none.
+    """
+
+    cells_m: NDArray
+    tip_m: NDArray
+    std: NDArray
+
+
+def settling_of(
+    cell_m: NDArray,
+    normal: NDArray,
+    *,
+    support: Mapping,
+    contact_m: NDArray,
+    direction: NDArray,
+    options: Mapping,
+) -> Settling:
+    """Rigid motions about the foot under a contact.
+
+    Parameters
+    ----------
+    cell_m, normal : (c, 3) arrays
+        Object frame [m], unit normals outward.
+    support : mapping
+        ``plane_point_m``, ``plane_normal`` and ``contact``, as object.yaml has them.
+    contact_m, direction : (3,) arrays
+        Middle of the contact [m]; way of the press, of length 1.
+    options : mapping
+        ``sinking_std_m``, ``rocking_std_rad``.
+    """
+    up = np.array(support["plane_normal"], dtype=float)
+    up /= np.linalg.norm(up)
+    foot = contact_m - ((contact_m - np.array(support["plane_point_m"], float)) @ up) * up
+    across = np.linalg.svd(up[None])[2][1:]
+    std = [options["sinking_std_m"], *[options["rocking_std_rad"]] * 2]
+    resting = support.get("contact", "bonded") == RESTING
+
+    def along(place: NDArray, way: NDArray) -> NDArray:
+        turns = [(np.cross(axis, place - foot) * way).sum(axis=-1) for axis in across]
+        return np.stack([-way @ up, *turns], axis=-1)
+
+    return Settling(
+        along(cell_m, normal), along(contact_m, direction), np.array(std) * (1.0 if resting else 0)
+    )
