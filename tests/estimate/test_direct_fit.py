@@ -4,15 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.estimate.direct import estimate_direct, laws_to_try
+from palpate.estimate.direct import estimate_direct, law_evidence, laws_to_try
 from palpate.estimate.direct_blocks import Scales, blocks_of
 from palpate.estimate.direct_deviations import LEAST_NOISE, robust_weights, variance_parts
-from palpate.estimate.direct_fit import fit_direct
-from palpate.estimate.direct_interval import bootstrap, intervals, profile_over_nu
+from palpate.estimate.direct_fit import fit_direct, prior_of
+from palpate.estimate.direct_interval import (
+    bootstrap,
+    effective_patches,
+    intervals,
+    profile_over_nu,
+)
 from palpate.estimate.direct_press import DirectPress, Parameters, linearised, residuals
 from palpate.estimate.press_model import PressModel
 from palpate.estimate.relaxation import relaxed_force
-from palpate.estimate.settling import settling_of
+from palpate.estimate.settling import rocking_axes, settling_of
 
 RADIUS_M = 0.006
 OPTIONS = {
@@ -172,6 +177,59 @@ def test_what_settles_is_no_modulus():
     assert free.settled == pytest.approx(settled, rel=0.25)
     assert np.abs(held.settled).max() < 1e-9
     assert abs(free.poisson_ratio - 0.3) < 0.02 < abs(held.poisson_ratio - 0.3)
+
+
+def test_settling_does_not_make_the_modulus_drift_over_the_depth():
+    settled, press = np.array([1e-4, 0.0, 0.0]), press_of(25e3, 0.3, 1, noise=0.0, support=STANDING)
+    cells = press.moved_m + press.load[:, None] * (press.settling.cells_m @ settled)
+    sunk = replace(press, moved_m=cells, depth_m=press.depth_m + press.load * settled[0])
+    best = fit_direct([sunk], "made_up", OPTIONS, START)
+    evidence = law_evidence(best, OPTIONS, RADIUS_M)
+    assert abs(evidence.modulus_slope) * evidence.depth_spread < 2e-3
+
+
+def test_patches_that_tell_nu_do_not_hang_on_motions_that_do_not_happen():
+    best = fit_direct([press_of(25e3, 0.3, 1)], "made_up", OPTIONS, START)
+    wide = effective_patches(best, OPTIONS)
+    block = best.blocks[0]
+    other = replace(
+        best, blocks=(replace(block, motion_matrix=block.motion_matrix * (1 + 1e-13)),)
+    )
+    assert effective_patches(other, OPTIONS) == pytest.approx(wide, rel=1e-6)
+    kept = slice(0, -3)
+    information = prior_of(best.presses, OPTIONS).information[kept, kept]
+    information += block.motion_matrix.sum(axis=0)[kept, kept]
+    information += block.depth_matrix.sum(axis=0)[kept, kept]
+    along = np.linalg.inv(information)[1]
+    shares = np.einsum("i,bij,j->b", along, block.motion_matrix[:, kept, kept], along)
+    assert wide == pytest.approx(shares.sum() ** 2 / (shares**2).sum(), rel=1e-4)
+
+
+def test_what_stands_sinks_along_its_support_and_rocks_about_its_foot():
+    cells = np.array([[0.0, 0.0, 0.1], [0.03, 0.0, 0.05], [0.0, 0.04, 0.02]])
+    normals = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.6, 0.8]])
+    ground = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 2.0], "contact": "resting"}
+    options = {"sinking_std_m": 1e-5, "rocking_std_rad": 2e-4}
+    top, down = np.array([0.0, 0, 0.1]), np.array([0.0, 0, -1])
+    given = {"support": ground, "options": options}
+    found = settling_of(cells, normals, contact_m=top, direction=down, **given)
+    assert found.cells_m[:, 0] == pytest.approx([-1, 0, -0.8])
+    assert found.tip_m == pytest.approx([1, 0, 0])
+    # Turned by a small angle about each axis, cells move across it as far as they are high.
+    for k, axis in enumerate(rocking_axes(np.array([0.0, 0, 1]))):
+        turned = np.cross(axis, cells)
+        assert found.cells_m[:, 1 + k] == pytest.approx((turned * normals).sum(axis=1))
+    assert found.std == pytest.approx([1e-5, 2e-4, 2e-4])
+    # Pressed from the side it does not sink along the press, and rocks by its height.
+    side = np.array([0.03, 0.0, 0.05])
+    found = settling_of(cells, normals, contact_m=side, direction=np.array([-1.0, 0, 0]), **given)
+    assert found.tip_m[0] == pytest.approx(0)
+    assert np.linalg.norm(found.tip_m[1:]) == pytest.approx(0.05)
+    bonded = {**ground, "contact": "bonded"}
+    found = settling_of(
+        cells, normals, support=bonded, contact_m=top, direction=down, options=options
+    )
+    assert not found.std.any()
 
 
 def test_shares_of_neighbouring_times_hold_together():

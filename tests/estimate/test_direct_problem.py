@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 from palpate.estimate.direct_problem import check_press, press_depth
-from palpate.surface.distance import ClosestPoints
+from palpate.solid.smooth_surface import SmoothSurface
 
 DOWN = np.array([0.0, 0.0, -1.0])
 RADIUS_M = 0.006
@@ -12,13 +12,22 @@ RADIUS_M = 0.006
 
 def box():
     mesh = trimesh.creation.box(extents=(0.1, 0.1, 0.04))
-    return ClosestPoints(mesh.vertices, mesh.faces)
+    return SmoothSurface(np.array(mesh.vertices), np.array(mesh.faces))
 
 
 def test_depth_counts_from_the_first_touch():
     tips = np.array([[0.01, 0.0, 0.02 + RADIUS_M - d] for d in (-0.003, 0.0, 0.004, 0.009)])
     depth = press_depth(box(), tips, DOWN, radius_m=RADIUS_M)
     assert depth == pytest.approx([-0.003, 0.0, 0.004, 0.009], abs=1e-6)
+
+
+def test_a_ball_of_few_facets_is_touched_where_the_ball_is():
+    mesh = trimesh.creation.icosphere(3, radius=0.06)
+    ball = SmoothSurface(np.array(mesh.vertices), np.array(mesh.faces))
+    beside = np.array([-0.0008, 0.0, 0.0005, 0.002])
+    touch = np.sqrt((0.06 + RADIUS_M) ** 2 - beside**2)
+    tips = np.column_stack([beside, np.zeros(4), touch - 0.004])
+    assert press_depth(ball, tips, DOWN, radius_m=RADIUS_M) == pytest.approx([0.004] * 4, abs=5e-6)
 
 
 def test_depth_beside_an_edge_counts_from_the_edge():

@@ -10,9 +10,9 @@ from palpate.capture.tables import read_table
 from palpate.estimate.direct_problem import Pressing, direct_press
 from palpate.estimate.observation import load_motion
 from palpate.solid.indentation import load_indentation
+from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.alignment import load_alignment
 from palpate.surface.checks import columns_of
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.template import read_template
 from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP
@@ -22,7 +22,7 @@ def read_presses(inputs, params):
     """Read each capture; files of one kind go in the captures' order."""
     spec = load_yaml(inputs.object)
     template = read_template(inputs.template, unit=spec["template"]["unit"])
-    surface = ClosestPoints(template.vertices_m, template.faces)
+    surface = SmoothSurface(template.vertices_m, template.faces)
     lookups = {path: load_indentation(path) for path in dict.fromkeys(inputs.lookups)}
     presses = []
     for k, lookup in enumerate(inputs.lookups):

@@ -197,6 +197,7 @@ def law_evidence(solution: Solution, options: Mapping, radius_m: float) -> LawEv
             times_s=options["relaxation_times_s"],
         )[press.frames]
         depth = press.depth_m + p.offset_m + p.clock_s * press.speed_m_s
+        depth = depth - press.load * (press.settling.tip_m @ p.settled)
         inside = (depth > 0) & (force > 0)
         unit = model.force(depth[inside], p.poisson_ratio)
         depths.append(depth[inside] / radius_m)

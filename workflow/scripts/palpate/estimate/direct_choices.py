@@ -20,6 +20,8 @@ def other_choices(
         "near_cells": ([_nearer(press) for press in presses], options),
         "looser_relaxation": (presses, _relaxing(options, 2.0)),
         "stiffer_relaxation": (presses, _relaxing(options, 0.5)),
+        "uneven_relaxation": (presses, dict(options) | {"fraction_step_std": 1.0}),
+        "looser_gain": (presses, dict(options) | {"gain_std": 2 * options["gain_std"]}),
     }
     found = {}
     for name, (chosen, changed) in variants.items():

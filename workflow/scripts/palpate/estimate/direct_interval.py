@@ -118,7 +118,10 @@ def effective_patches(best: Solution, options: Mapping) -> float:
         places.append(np.concatenate([np.arange(shared), shared + OWN * k + np.arange(OWN)]))
         part = block.motion_matrix.sum(axis=0) + block.depth_matrix.sum(axis=0)
         matrix[np.ix_(places[-1], places[-1])] += part
-    along = np.linalg.pinv(matrix, hermitian=True)[1]
+    # Deviations differ by many orders, which an inverse by eigenvalues would not survive.
+    scale = 1 / np.sqrt(np.diag(matrix))
+    scaled = matrix * scale * scale[:, None] + 1e-12 * np.eye(len(matrix))
+    along = scale * np.linalg.solve(scaled, scale * (np.arange(len(matrix)) == 1))
     shares = np.concatenate(
         [
             np.einsum("i,bij,j->b", along[at], block.motion_matrix, along[at])

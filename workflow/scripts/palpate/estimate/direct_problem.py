@@ -15,8 +15,8 @@ from palpate.estimate.scatter import surface_patches
 from palpate.estimate.settling import settling_of
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.patch import hertz_contact_radius
+from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.alignment import Alignment
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.pose import to_object
 
 # A sphere is led to the surface from so far outside [m], until it is as near as this.
@@ -56,7 +56,7 @@ def direct_press(
     pressing: Pressing,
     motion: SurfaceMotion,
     alignment: Alignment,
-    template: ClosestPoints,
+    template: SmoothSurface,
     lookup: IndentationModel,
     support: Mapping,
     options: Mapping,
@@ -68,7 +68,7 @@ def direct_press(
     pressing : Pressing
     motion : SurfaceMotion
     alignment : Alignment
-    template : ClosestPoints
+    template : SmoothSurface
         Undeformed surface, object frame.
     lookup : IndentationModel
         Of the pressed point.
@@ -100,7 +100,7 @@ def direct_press(
             f" mm (direct.model.deepest_m), found none"
         )
     axis = tips[frames].mean(axis=0)
-    creases = crease_distance(template.vertices, template.faces, motion.cell_m)
+    creases = crease_distance(template.vertices_m, template.faces, motion.cell_m)
     smooth = creases > options["crease_m"]
     chosen = _outside(motion, axis, lookup, depth[frames].max(), smooth, options)
     if not np.isfinite(motion.moved_m[np.ix_(frames, chosen)]).any():
@@ -163,13 +163,13 @@ def least_force(force_n: NDArray, options: Mapping) -> float:
 
 
 def press_depth(
-    surface: ClosestPoints, tips_m: NDArray, direction: NDArray, *, radius_m: float
+    surface: SmoothSurface, tips_m: NDArray, direction: NDArray, *, radius_m: float
 ) -> NDArray:
     """Way of a sphere along the press since it first touches the undeformed surface, (f,) [m].
 
     Parameters
     ----------
-    surface : ClosestPoints
+    surface : SmoothSurface
         Object frame.
     tips_m : (f, 3) array
         Centres of the sphere, object frame [m].

@@ -34,6 +34,13 @@ class Settling:
     std: NDArray
 
 
+def rocking_axes(up: NDArray) -> NDArray:
+    """Two axes across the support's normal (3,), (2, 3): up x object's x, and up x that."""
+    first = np.cross(up, [1.0, 0, 0]) if abs(up[0]) < 0.9 else np.cross(up, [0, 1.0, 0])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(up, first)])
+
+
 def settling_of(
     cell_m: NDArray,
     normal: NDArray,
@@ -55,11 +62,17 @@ def settling_of(
         Middle of the contact [m]; way of the press, of length 1.
     options : mapping
         ``sinking_std_m``, ``rocking_std_rad``.
+
+    Returns
+    -------
+    Settling
+        In proportion to the measured force: of a foot of the same relaxing material that is a
+        tenth off while it relaxes by a tenth.
     """
     up = np.array(support["plane_normal"], dtype=float)
     up /= np.linalg.norm(up)
     foot = contact_m - ((contact_m - np.array(support["plane_point_m"], float)) @ up) * up
-    across = np.linalg.svd(up[None])[2][1:]
+    across = rocking_axes(up)
     std = [options["sinking_std_m"], *[options["rocking_std_rad"]] * 2]
     resting = support.get("contact", "bonded") == RESTING
 

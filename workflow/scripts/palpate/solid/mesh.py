@@ -35,7 +35,7 @@ UNREADABLE = (
 
 @dataclass(frozen=True)
 class SolidMesh:
-    """Tetrahedra of positive volume with straight sides.
+    """Tetrahedra of positive volume; sides are straight but where `curved_to` bent them.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class SolidMesh:
 
     @property
     def volume_m3(self) -> float:
-        """Volume of the mesh [m^3]."""
+        """Volume of the elements as their corners have it, with straight sides [m^3]."""
         return float(element_volumes(self.nodes_m, self.tetrahedra).sum())
 
     def surface_faces(self) -> NDArray:
