@@ -92,7 +92,8 @@ def test_a_read_only_folder_is_refused_before_any_job(folder):
         subprocess.run(["mount", "-o", "remount,ro,bind", str(results)], check=True)
         lines = refusal(folder)
         assert (
-            "results/sample: expected a folder to write into, found read-only file system" in lines
+            "error: results/sample: expected a folder to write into, found read-only file system"
+            in lines
         )
         assert not any(faults.STARTED.match(line) for line in lines)
         assert not os.listdir(results)

@@ -72,9 +72,10 @@ def test_a_second_run_is_refused_in_one_line(project):
         fcntl.flock(stream, fcntl.LOCK_EX)
         done = snakemake(project, *OBJECTS, "--", "results/objects/checked.txt")
     assert done.returncode != 0
-    line = "results/objects: expected no other run at work, found one (just begun)"
+    line = "error: results/objects: expected no other run at work, found one (just begun)"
     text = [one.strip() for one in (done.stdout + done.stderr).splitlines()]
     assert text.count(line) == 1 and "Traceback" not in done.stderr
+    assert text[-1] == line and "Job stats:" not in text
     assert "Checking the captures" not in done.stdout + done.stderr
     assert not (folder / "checked.txt").exists()
 
