@@ -179,14 +179,29 @@ def test_two_topics_that_could_be_meant(film, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("target", "line"),
     [
-        ("raw/block/camera/08-b", "capture: expected a name like 08 or 08-a03, found 08-b"),
-        ("raw/block/scans/08", "target: expected raw/<object>/<sensor>/<capture>"),
-        ("raw/sensors/camera/08", "target: expected raw/<object>/<sensor>/<capture>"),
+        (
+            "raw/block/camera/08-b",
+            r"camera/08-b: capture: expected a name like 08 or 08-a03 .*, found 08-b$",
+        ),
+        ("raw/block/scans/08", r"scans/08: sensor: expected a name of small .*, found scans$"),
+        ("raw/block/My Cam/08", r"08: sensor: expected .*, like bench_cam, found My Cam$"),
+        ("raw/sensors/camera/08", r"08: object: expected a name of letters.*, found sensors$"),
+        ("raw/My Cow/camera/08", r"08: object: expected .*, like toy_cow, found My Cow$"),
         ("raw/block/camera/background", "capture: expected --background for this name"),
     ],
 )
 def test_places_that_are_no_captures(target, line, film, tmp_path, capsys):
     assert_like(line, refused(capsys, tmp_path, bag_of(tmp_path, film), target=target))
+
+
+@pytest.mark.parametrize("target", ["08", "camera/08"])
+def test_a_target_of_too_few_folders(target, film, tmp_path, capsys, monkeypatch):
+    bag = bag_of(tmp_path, film)
+    monkeypatch.chdir(tmp_path)
+    assert main(["import", str(bag), target]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    expected = "expected raw/<object>/<sensor>/<capture>, like raw/toy_cow/bench_cam/08"
+    assert line == f"{target}: target: {expected}, found {target}"
 
 
 def test_an_object_that_the_lab_makes(film, tmp_path, capsys):
