@@ -53,8 +53,12 @@ def _sensor(
     place: SensorFolder, right: frozenset[Path], sensor: Mapping, probe: Mapping
 ) -> Findings:
     """Look into one sensor's background and captures, as far as they are right by their format."""
-    background = _background(place.background, sensor) if place.background in right else None
-    result = Findings()
+    background, result = None, Findings()
+    if place.background in right:
+        try:
+            background = _background(place.background, sensor)
+        except ValueError as error:
+            result += Findings((str(error),))
     if not place.captures:
         result += Findings((f"{place.folder}: folder: expected captures, found none",))
     for capture in place.captures:
@@ -64,8 +68,11 @@ def _sensor(
 
 
 def _capture(folder: Path, sensor: Mapping, probe: Mapping, background: NDArray | None) -> Findings:
-    frames, force = read_frames(folder), read_force(folder)
-    found = examine_frames(folder, frames, sensor, marker=probe["marker"], background=background)
+    frames, force, marker = read_frames(folder), read_force(folder), probe["marker"]
+    try:
+        found = examine_frames(folder, frames, sensor, marker=marker, background=background)
+    except ValueError as error:  # of an image that can't be decoded
+        found = Findings((str(error),))
     # Volts without the gauges' calibration are a fault of format.
     if "gauge" in probe or WRENCH_COLUMNS[0] in force.columns:
         found += examine_force(folder, force, frames["time_s"].to_numpy(float), probe)
