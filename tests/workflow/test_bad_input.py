@@ -3,6 +3,7 @@
 import json
 import os
 import runpy
+import shutil
 from types import SimpleNamespace
 
 import meshio
@@ -260,6 +261,21 @@ def test_a_press_that_begins_off_the_surface(run, root, tmp_path, box):
     depths = np.linspace(-0.02, -0.01, 5)
     line = fitted(run, root, tmp_path, box, depths, [0, 0.5, 1, 1.5, 2])
     assert f"{tmp_path}/probe_pose.csv: depth: expected the tip within 5 mm" in line
+
+
+def test_depth_images_in_another_order(run, root, tmp_path):
+    source = root / "tests/own_object"
+    capture = shutil.copytree(source / "raw/toy_cow/bench_cam/back", tmp_path / "back")
+    table = pd.read_csv(capture / "frames.csv")
+    table["depth"] = table["depth"].to_numpy()[::-1]
+    table.to_csv(capture / "frames.csv", index=False)
+    specs = {
+        name: yaml.safe_load((source / f"{name}s/bench_{end}.yaml").read_text())
+        for name, end in (("sensor", "cam"), ("probe", "probe"))
+    }
+    inputs = {"capture": capture, "optics": None}
+    line = run("clouds", inputs=inputs, outputs=["clouds"], params=specs | {"frames": None})
+    assert f"{capture}/frames.csv: depth: expected the board where color shows it" in line
 
 
 def test_an_alignment_without_a_force(run, tmp_path, box):

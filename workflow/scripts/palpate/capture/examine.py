@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from palpate.capture.check import checked_object
 from palpate.capture.discover import SensorFolder
 from palpate.capture.examine_force import examine_force
-from palpate.capture.examine_frames import examine_frames, grey_frame
+from palpate.capture.examine_frames import examine_frames
+from palpate.capture.examine_order import grey_frame
 from palpate.capture.examine_template import examine_template
 from palpate.capture.findings import Findings
 from palpate.capture.schema import load_yaml

@@ -8,7 +8,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.capture.examine_order import board_corners, depth_m, examine_order
+from palpate.capture.examine_order import (
+    board_corners,
+    depth_m,
+    examine_order,
+    grey_frame,
+)
 from palpate.capture.findings import Findings
 from palpate.capture.images import read_image
 from palpate.capture.tables import FRAMES, image_streams
@@ -62,12 +67,6 @@ def examine_frames(
     if "depth" in frames:
         found += _depths(folder, frames["depth"], sensor)
     return found + examine_order(folder, frames, corners, sensor, marker)
-
-
-def grey_frame(path: Path, sensor: Mapping) -> NDArray:
-    """Read a frame of the reference camera as grey levels, (h, w) uint8."""
-    image = read_image(path, sensor["color"]["encoding"])
-    return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) if image.ndim == 3 else image
 
 
 def _timing(folder: Path, frames: pd.DataFrame, shape: tuple[int, int]) -> Findings:

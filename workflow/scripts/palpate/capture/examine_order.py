@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from palpate.capture.findings import Findings
 from palpate.capture.images import read_image
-from palpate.capture.tables import FRAMES, image_streams
+from palpate.capture.tables import FRAMES, image_streams, read_frames
 
 DETECTION = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 # With fewer frames chance could do it.
@@ -111,6 +111,23 @@ def examine_order(
     return Findings((f"{folder / FRAMES}: {stream}: expected {expected}, {line}",))
 
 
+def wrong_order(folder: str | Path, sensor: Mapping, marker: Mapping) -> str | None:
+    """Say that a capture's second stream is in another order than its first; None when it is not.
+
+    See `examine_order` for the parameters.
+    """
+    folder, first = Path(folder), next(iter(image_streams(sensor)))
+    frames = read_frames(folder)
+    corners = [board_corners(grey_frame(folder / name, sensor), marker) for name in frames[first]]
+    return next(iter(examine_order(folder, frames, corners, sensor, marker).wrong), None)
+
+
+def grey_frame(path: Path, sensor: Mapping) -> NDArray:
+    """Read a frame of a colour or grey camera as grey levels, (h, w) uint8."""
+    image = read_image(path, sensor["color"]["encoding"])
+    return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) if image.ndim == 3 else image
+
+
 def board_corners(grey: NDArray, marker: Mapping) -> NDArray | None:
     """Inner corners of the probe's board in an (h, w) image, (n, 2) [px]; None if any is hidden."""
     found, corners = cv2.findChessboardCorners(
@@ -141,9 +158,7 @@ def _rows(
     """Mean row of the board in both rectified images of each frame, two (n,) [px]."""
     pairs = []
     for path, corners in zip(paths, corners_px, strict=True):
-        image = read_image(path, sensor["color"]["encoding"])
-        grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) if image.ndim == 3 else image
-        others = board_corners(grey, marker)
+        others = board_corners(grey_frame(path, sensor), marker)
         if others is not None:
             pairs.append((corners[:, 1].mean(), others[:, 1].mean()))
     return tuple(np.array(pairs).reshape(-1, 2).T)
