@@ -113,9 +113,9 @@ def test_two_topics_that_could_be_meant(film, tmp_path, capsys):
             r"camera/08-b: capture: expected a name like 08 or 08-a03 .*, found 08-b$",
         ),
         ("raw/block/scans/08", r"scans/08: sensor: expected a name of small .*, found scans$"),
-        ("raw/block/My Cam/08", r"08: sensor: expected .*, like bench_cam, found My Cam$"),
+        ("raw/block/My Cam/08", r"08: sensor: expected .*, like d435, found My Cam$"),
         ("raw/sensors/camera/08", r"08: object: expected a name of letters.*, found sensors$"),
-        ("raw/My Cow/camera/08", r"08: object: expected .*, like toy_cow, found My Cow$"),
+        ("raw/My Cow/camera/08", r"08: object: expected .*, like red_sponge, found My Cow$"),
         ("raw/block/camera/background", "capture: expected --background for this name"),
     ],
 )
@@ -129,7 +129,7 @@ def test_a_target_of_too_few_folders(target, film, tmp_path, capsys, monkeypatch
     monkeypatch.chdir(tmp_path)
     assert main(["import", str(bag), target]) == 1
     (line,) = capsys.readouterr().err.splitlines()
-    expected = "expected raw/<object>/<sensor>/<capture>, like raw/toy_cow/bench_cam/08"
+    expected = "expected raw/<object>/<sensor>/<capture>, like raw/red_sponge/d435/08"
     assert line == f"{target}: target: {expected}, found {target}"
 
 

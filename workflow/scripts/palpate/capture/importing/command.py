@@ -108,14 +108,14 @@ def _target(options: argparse.Namespace) -> Target:
 def _require_target(target: Path, subject: str, sensor: str) -> None:
     """Hold the folders above a capture to names that an object and a sensor can have."""
     if not subject or not sensor:
-        expected = "raw/<object>/<sensor>/<capture>, like raw/toy_cow/bench_cam/08"
+        expected = "raw/<object>/<sensor>/<capture>, like raw/red_sponge/d435/08"
         raise ValueError(f"{target}: target: expected {expected}, found {target}")
     if not SENSOR_NAME.fullmatch(sensor) or sensor in NOT_SENSORS:
-        expected = "a name of small letters, digits and _ other than scans, like bench_cam"
+        expected = "a name of small letters, digits and _ other than scans, like d435"
         raise ValueError(f"{target}: sensor: expected {expected}, found {sensor}")
     if not OBJECT_NAME.fullmatch(subject) or subject in NOT_OBJECTS:
         others = " and ".join(NOT_OBJECTS)
-        expected = f"a name of letters, digits and _ other than {others}, like toy_cow"
+        expected = f"a name of letters, digits and _ other than {others}, like red_sponge"
         raise ValueError(f"{target}: object: expected {expected}, found {subject}")
 
 
