@@ -36,6 +36,20 @@ def test_one_job_an_object(project):
     assert "track" not in text
 
 
+@pytest.mark.parametrize(
+    ("option", "line"),
+    [
+        ("paths=3", "config/config.yaml: paths: expected a mapping, found 3"),
+        ("only=", "--config only=: expected a value, found nothing"),
+    ],
+)
+def test_a_wrong_option_is_one_clear_line(project, option, line):
+    done = snakemake(project, *OBJECTS, "--dry-run", "--config", option)
+    assert done.returncode == 1
+    (told,) = [one for one in done.stderr.splitlines() if not one.startswith("Using")]
+    assert told.startswith(f"error: {line}")
+
+
 def test_what_needs_no_image_is_told_before_any_job(project):
     (project / "raw/cushion/kinect/08/force.csv").unlink()
     (project / "raw/sponge/kinect/08").rename(project / "raw/sponge/kinect/99")

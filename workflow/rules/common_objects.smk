@@ -22,7 +22,9 @@ own_run()
 try:
     if workflow.is_main_process:
         require_values(workflow.config_settings.config)
-    config["paths"]["lab"] = None
+    # What else it may be is refused by its schema.
+    if isinstance(config["paths"], dict):
+        config["paths"]["lab"] = None
     HOUSE = open_house(config, source="config/config.yaml", files=False)
 except ValueError as error:
     refuse(error)
