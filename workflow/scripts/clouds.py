@@ -17,11 +17,11 @@ from palpate.vision.support_plane import read_plane
 def main(snakemake):
     """Write the clouds with normals, camera frame."""
     sensor, params = sensor_of(snakemake), snakemake.params
-    if params.frames is None:
-        require_order(snakemake.input.capture, sensor, params.probe)
     camera, plane = camera_from_spec(sensor["color"]), read_plane(snakemake.input.plane)
     masks, poses = load_masks(snakemake.input.mask), read_table(snakemake.input.pose)
     require_frames(snakemake.input, masks, poses)
+    if params.frames is None:
+        require_order(snakemake.input.capture, sensor, params.probe)
     places, exclusion = probe_places(poses, params.probe), params.probe["exclusion"]
     frames = range(len(masks)) if params.frames is None else params.frames
     clouds = []
