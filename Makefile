@@ -77,7 +77,7 @@ sample-captures: .venv/installed
 # Everything that is wrong with what was dropped into raw/, and what is there: all objects, or one.
 check: .venv/installed
 	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python -m palpate.capture check \
-	  $(object:%=raw/%)
+	  $(if $(object),'raw/$(subst ','\'',$(object))')
 
 # The committed captures of tests/own_object, made anew: a mesh of another origin than ours, under
 # a name and of a material that nothing else names.

@@ -1,7 +1,7 @@
 """Captures are found by looking into raw/, and by nothing else."""
 
 import pytest
-from palpate.capture.discover import CAPTURE_NAME, CaptureId, discover
+from palpate.capture.discover import CAPTURE_NAME, CaptureId, discover, sensor_folders
 
 
 def test_finds_captures_in_order_and_passes_over_the_rest(tmp_path):
@@ -26,8 +26,19 @@ def test_finds_captures_in_order_and_passes_over_the_rest(tmp_path):
     ]
 
 
+def test_what_stands_in_an_objects_folder(tmp_path):
+    for name in ("kinect/background", "kinect/b2", "kinect/A1", "kinect/.part-x", "zed/1", "scans"):
+        (tmp_path / name).mkdir(parents=True)
+    kinect, zed = sensor_folders(tmp_path)
+    assert kinect.folder == tmp_path / "kinect" and kinect.has_background
+    assert [place.name for place in kinect.contents] == ["background", "A1", "b2"]
+    assert zed.contents == zed.captures == (tmp_path / "zed/1",)
+    assert not zed.has_background and zed.background == tmp_path / "zed/background"
+
+
 def test_nothing_where_there_is_no_folder(tmp_path):
     assert discover(tmp_path / "raw") == []
+    assert sensor_folders(tmp_path / "raw") == ()
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import pytest
 import trimesh
 import yaml
 from palpate.capture.__main__ import main
+from palpate.capture.check import check_capture
 from palpate.capture.examine import examine_object
 from palpate.capture.examine_force import examine_force
 from palpate.capture.examine_frames import examine_frames
@@ -313,3 +314,21 @@ def test_an_empty_raw(root, tmp_path, capsys):
     options = [f"--{kind}={root}/tests/own_object/{kind}" for kind in ("sensors", "probes")]
     assert main(["check", f"--raw={tmp_path}", *options]) == 1
     assert "folder: expected objects (<object>/object.yaml), found none" in capsys.readouterr().out
+
+
+def test_each_folder_is_opened_once(root, tmp_path, probe, monkeypatch):
+    folder = tmp_path / "foam_block"
+    shutil.copytree(root / "tests/sample/raw/foam_block", folder)
+    sensors = {
+        path.stem: yaml.safe_load(path.read_text())
+        for path in (root / "tests/sample/sensors").glob("*.yaml")
+    }
+    opened = []
+
+    def counted(place, sensor):
+        opened.append(place)
+        return check_capture(place, sensor)
+
+    monkeypatch.setattr("palpate.capture.check.check_capture", counted)
+    assert not examine_object(folder, sensors, {probe["probe"]: probe}).wrong
+    assert len(opened) == len(set(opened)) == 4

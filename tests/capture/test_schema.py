@@ -1,5 +1,7 @@
 """Messages about YAML that people write."""
 
+import re
+
 import pytest
 import yaml
 from palpate.capture.schema import load_yaml, validate
@@ -124,4 +126,32 @@ def test_aliases_of_people_are_read(tmp_path):
 def test_a_pattern_holds_for_the_whole_text(root):
     schema = root / "config/schemas/object.schema.yaml"
     lines = validate({"object": "foam\n"}, schema, "object.yaml")
-    assert any(line.startswith("object.yaml: object: expected a text like") for line in lines)
+    assert any(
+        line.startswith("object.yaml: object: expected a name of letters, digits and _, like")
+        for line in lines
+    )
+
+
+def patterns(node):
+    """Schemas below a schema that hold a text to a pattern."""
+    if isinstance(node, dict):
+        if isinstance(node.get("pattern"), str):
+            yield node
+        for below in node.values():
+            yield from patterns(below)
+    elif isinstance(node, list):
+        for below in node:
+            yield from patterns(below)
+
+
+def test_patterns_are_told_in_words_with_an_example(root):
+    found = [
+        one
+        for path in sorted(root.glob("config/schemas/*.yaml"))
+        for one in patterns(load_yaml(path))
+    ]
+    assert len(found) >= 7
+    for one in found:
+        words, _, example = one["description"].rpartition(", like ")
+        assert words.startswith("a name of ")
+        assert re.fullmatch(one["pattern"], example)

@@ -120,3 +120,22 @@ def test_a_block_that_writes_nothing_leaves_what_was_there(tmp_path):
     with pytest.raises(FileNotFoundError), whole_file(tmp_path / "a.csv"):
         pass
     assert (tmp_path / "a.csv").read_text() == "old"
+
+
+def test_files_are_whole_or_absent(tmp_path):
+    with pytest.raises(RuntimeError), whole_file(tmp_path / "a.csv") as part:
+        part.write_text("half")
+        raise RuntimeError
+    with pytest.raises(RuntimeError), whole_folder(tmp_path / "b") as part:
+        (part / "c").write_text("half")
+        raise RuntimeError
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_folder_stands_when_it_is_complete(tmp_path):
+    with whole_folder(tmp_path / "b") as part:
+        (part / "c").write_text("whole")
+        assert part.name.startswith(".")
+        assert not (tmp_path / "b").exists()
+    assert [path.name for path in tmp_path.iterdir()] == ["b"]
+    assert (tmp_path / "b/c").read_text() == "whole"

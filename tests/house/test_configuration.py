@@ -198,7 +198,8 @@ def test_unknown_names_in_the_lab(home):
 
 
 def test_unknown_object(home):
-    with pytest.raises(ValueError, match="only: expected an object of raw/ or of the lab"):
+    line = r"^only: expected an object of raw/ or of the lab \(ear, foam_.*\), found nothing$"
+    with pytest.raises(ValueError, match=line):
         opened(home, only="nothing")
 
 

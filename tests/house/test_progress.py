@@ -4,7 +4,7 @@ import io
 import logging
 
 import pytest
-from house.progress import be_brief
+from house.progress import ENDING, ENDS, Plan, be_brief
 
 
 @pytest.fixture
@@ -60,3 +60,41 @@ def test_a_verbose_run_and_the_log_file_keep_everything(terminal, tmp_path):
     be_brief(logger, 1)
     logger.info("Select jobs to execute...")
     assert "Select jobs" in shown.getvalue()
+
+
+def test_a_run_that_is_asked_to_end_says_once_how_it_goes_on(terminal):
+    logger, shown = terminal
+    be_brief(logger, 4)
+    logger.info(ENDING)
+    logger.info(ENDING)
+    assert shown.getvalue().splitlines() == [ENDS]
+
+
+def said_of_a_plan(logger):
+    logger.info("Building DAG of jobs...")
+    logger.info("Using shell: /bin/bash")
+    logger.info("Provided cores: 2", extra={"event": "resources_info"})
+    logger.info("Job stats:", extra={"event": "run_info"})
+
+
+def test_the_table_of_jobs_waits_for_the_runs_beginning(terminal, tmp_path):
+    logger, shown = terminal
+    logger.addHandler(logging.FileHandler(tmp_path / "log"))
+    plan = Plan(logger, begins=lambda: True)
+    said_of_a_plan(logger)
+    assert shown.getvalue() == "Building DAG of jobs...\n"
+    assert len((tmp_path / "log").read_text().splitlines()) == 4
+    plan.show()
+    logger.info("Job stats: more", extra={"event": "run_info"})
+    told = shown.getvalue().splitlines()
+    assert told[1:] == [
+        "Using shell: /bin/bash", "Provided cores: 2", "Job stats:", "Job stats: more"
+    ]  # fmt: skip
+    logger.handlers[1].close()
+
+
+def test_a_dry_run_shows_its_table_at_once(terminal):
+    logger, shown = terminal
+    Plan(logger, begins=lambda: False)
+    said_of_a_plan(logger)
+    assert len(shown.getvalue().splitlines()) == 4

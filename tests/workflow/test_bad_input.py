@@ -3,6 +3,7 @@
 import json
 import os
 import runpy
+import shutil
 from types import SimpleNamespace
 
 import meshio
@@ -16,6 +17,7 @@ from palpate.capture.tables import write_table
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.surface.tracked import Tracked, save_tracked
+from palpate.vision.foreground import save_masks
 from skfem import MeshTet
 from stand_in import Named
 
@@ -260,6 +262,26 @@ def test_a_press_that_begins_off_the_surface(run, root, tmp_path, box):
     depths = np.linspace(-0.02, -0.01, 5)
     line = fitted(run, root, tmp_path, box, depths, [0, 0.5, 1, 1.5, 2])
     assert f"{tmp_path}/probe_pose.csv: depth: expected the tip within 5 mm" in line
+
+
+def test_depth_images_in_another_order(run, root, tmp_path):
+    source = root / "tests/own_object"
+    capture = shutil.copytree(source / "raw/toy_cow/bench_cam/back", tmp_path / "back")
+    table = pd.read_csv(capture / "frames.csv")
+    table["depth"] = table["depth"].to_numpy()[::-1]
+    table.to_csv(capture / "frames.csv", index=False)
+    specs = {
+        name: yaml.safe_load((source / f"{name}s/bench_{end}.yaml").read_text())
+        for name, end in (("sensor", "cam"), ("probe", "probe"))
+    }
+    inputs = {"capture": capture, "optics": None}
+    inputs |= {name: tmp_path / name for name in ("mask.npz", "pose.csv", "plane.json")}
+    inputs = {name.partition(".")[0]: path for name, path in inputs.items()}
+    save_masks(inputs["mask"], np.ones((len(table), 4, 4), bool))
+    write_table(inputs["pose"], pd.DataFrame({"tip_x_m": np.zeros(len(table))}))
+    inputs["plane"].write_text(json.dumps({"normal": [0, 0, 1], "offset_m": 0}))
+    line = run("clouds", inputs=inputs, outputs=["clouds"], params=specs | {"frames": None})
+    assert f"{capture}/frames.csv: depth: expected the board where color shows it" in line
 
 
 def test_an_alignment_without_a_force(run, tmp_path, box):

@@ -13,6 +13,7 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 import faults
+from house.progress import ENDS, GOES_ON
 
 pytestmark = pytest.mark.workflow
 KINECT = "results/sample/foam_block/kinect"
@@ -72,6 +73,15 @@ def test_kills_of_each_kind(whole, folder):
     assert faults.leftovers(folder) == []
 
 
+def test_a_run_that_is_asked_to_end_says_how_it_goes_on(whole, folder):
+    run = faults.Run(folder, TARGETS)
+    assert run.begun.wait(faults.GIVE_UP_S)
+    run.process.terminate()
+    assert run.wait() == 1
+    assert run.lines.count(ENDS) == 1 and run.lines.count(GOES_ON) == 1
+    assert finished(folder) == whole[0]
+
+
 def test_a_full_disk_is_one_line_and_then_a_plain_run_finishes(whole, folder):
     results = folder / "results/sample"
     results.mkdir(parents=True)
@@ -92,7 +102,8 @@ def test_a_read_only_folder_is_refused_before_any_job(folder):
         subprocess.run(["mount", "-o", "remount,ro,bind", str(results)], check=True)
         lines = refusal(folder)
         assert (
-            "results/sample: expected a folder to write into, found read-only file system" in lines
+            "error: results/sample: expected a folder to write into, found read-only file system"
+            in lines
         )
         assert not any(faults.STARTED.match(line) for line in lines)
         assert not os.listdir(results)

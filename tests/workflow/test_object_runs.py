@@ -36,6 +36,20 @@ def test_one_job_an_object(project):
     assert "track" not in text
 
 
+@pytest.mark.parametrize(
+    ("option", "line"),
+    [
+        ("paths=3", "config/config.yaml: paths: expected a mapping, found 3"),
+        ("only=", "--config only=: expected a value, found nothing"),
+    ],
+)
+def test_a_wrong_option_is_one_clear_line(project, option, line):
+    done = snakemake(project, *OBJECTS, "--dry-run", "--config", option)
+    assert done.returncode == 1
+    (told,) = [one for one in done.stderr.splitlines() if not one.startswith("Using")]
+    assert told.startswith(f"error: {line}")
+
+
 def test_what_needs_no_image_is_told_before_any_job(project):
     (project / "raw/cushion/kinect/08/force.csv").unlink()
     (project / "raw/sponge/kinect/08").rename(project / "raw/sponge/kinect/99")
@@ -72,9 +86,10 @@ def test_a_second_run_is_refused_in_one_line(project):
         fcntl.flock(stream, fcntl.LOCK_EX)
         done = snakemake(project, *OBJECTS, "--", "results/objects/checked.txt")
     assert done.returncode != 0
-    line = "results/objects: expected no other run at work, found one (just begun)"
+    line = "error: results/objects: expected no other run at work, found one (just begun)"
     text = [one.strip() for one in (done.stdout + done.stderr).splitlines()]
     assert text.count(line) == 1 and "Traceback" not in done.stderr
+    assert text[-1] == line and "Job stats:" not in text
     assert "Checking the captures" not in done.stdout + done.stderr
     assert not (folder / "checked.txt").exists()
 

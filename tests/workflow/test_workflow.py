@@ -166,10 +166,31 @@ def test_bad_captures_are_refused_before_any_job(root, tmp_path, spoil, words):
     assert not (folder / "results").exists()
 
 
-def test_a_wrong_option_is_one_clear_line(root):
-    done = snakemake(root, "--dry-run", "--config", "seed=now")
-    assert done.returncode != 0
-    assert "config/config.yaml: seed: expected an integer, found 'now'" in done.stdout + done.stderr
+# What Snakemake says of its own files before it reads the workflow.
+ITS_OWN = ("Using profile", "Config file ")
+
+
+@pytest.mark.parametrize("look", [["--dry-run"], ["--quiet", "all"]], ids=["dry", "quiet"])
+@pytest.mark.parametrize(
+    ("option", "line"),
+    [
+        ("seed=now", "config/config.yaml: seed: expected an integer, found 'now'"),
+        ("only=nix", "only: expected an object of raw/ or of the lab (ear, foam_ball, foam_block)"
+         ", found nix"),
+        ("only=", "--config only=: expected a value, found nothing (leave it out for what the"
+         " configuration says)"),
+    ],
+    ids=["value", "object", "empty"],
+)  # fmt: skip
+def test_a_wrong_option_is_one_clear_line_and_nothing_else(root, tmp_path, look, option, line):
+    folder = tmp_path / "main"
+    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
+    done = snakemake(folder, *look, "--config", option)
+    assert done.returncode == 1
+    told = (done.stdout + done.stderr).splitlines()
+    assert [one for one in told if not one.startswith(ITS_OWN)] == [f"error: {line}"]
+    assert f"error: {line}" in done.stderr
+    assert not (folder / "results").exists()
 
 
 def test_a_recorded_object_is_never_the_labs(root, tmp_path):

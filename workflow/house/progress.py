@@ -5,11 +5,21 @@ Snakemake's own log file, in ``.snakemake/log``, keeps everything.
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 # Said at each start and end of a job, beside its message and the count of those done.
 CHATTER = ("job_started", "job_finished", "resources_info")
 CHOOSING = "Select jobs to execute..."
+# Said again and again from SIGTERM until the jobs that run are done.
+ENDING = "Will exit after finishing currently running jobs (scheduler)."
+ENDS = "Asked to end: jobs that run are finished, no new ones begin; the same command then goes on."
+# Said of a run before it begins: what it may use, and the table of its jobs.
+PLAN = ("resources_info", "run_info")
+SHELL = "Using shell: "
+# Of a run that ends before all is done: by a signal, by Ctrl-C or by a job that failed.
+GOES_ON = (
+    "Not all is done; what is done is kept, and the same command goes on where this run stopped."
+)
 
 
 class Terminal(logging.Formatter):
@@ -31,6 +41,7 @@ class Terminal(logging.Formatter):
         super().__init__()
         self.usual, self.steps, self.done = usual, steps, 0
         self.clock, self.start = clock, clock()
+        self.ending = False
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether a record is shown; those on progress are counted."""
@@ -40,10 +51,15 @@ class Terminal(logging.Formatter):
             return self.done == self.steps
         if event == "job_info" and not record.rule_msg:
             return False
+        if record.msg == ENDING:
+            again, self.ending = self.ending, True
+            return not again
         return event not in CHATTER and record.msg != CHOOSING
 
     def format(self, record: logging.LogRecord) -> str:
-        """One line for a job's start; of the rest what Snakemake makes of it."""
+        """One line for a job's start and the run's end; of the rest what Snakemake makes of it."""
+        if record.msg == ENDING:
+            return ENDS
         if str(getattr(record, "event", "")) != "job_info":
             return self.usual.format(record)
         minutes, seconds = divmod(int(self.clock() - self.start), 60)
@@ -51,6 +67,40 @@ class Terminal(logging.Formatter):
         share = self.done / self.steps if self.steps else 0.0
         count = f"{self.done} of {self.steps} steps ({share:.0%}) done"
         return f"{hours}:{minutes:02d}:{seconds:02d}  {count}  {record.rule_msg}"
+
+
+class Plan:
+    """Holds back on the terminal what is said of a run before it begins: it may be refused.
+
+    Parameters
+    ----------
+    logger : logging.Logger
+        Snakemake's, once it has its handlers.
+    begins : callable
+        Whether the run is one that begins at all, and then calls `show`.
+    """
+
+    def __init__(self, logger: logging.Logger, *, begins: Callable[[], bool]) -> None:
+        self.begins = begins
+        self.handlers, self.held = list(_terminals(logger)), []
+        for handler in self.handlers:
+            handler.addFilter(self.filter)
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether a record is shown at once; others are kept."""
+        of_plan = str(getattr(record, "event", "")) in PLAN or str(record.msg).startswith(SHELL)
+        if not of_plan or not self.begins():
+            return True
+        if record not in self.held:
+            self.held.append(record)
+        return False
+
+    def show(self) -> None:
+        """Show what was held back; from now on all is shown at once."""
+        for handler in self.handlers:
+            handler.removeFilter(self.filter)
+            for record in self.held:
+                handler.handle(record)
 
 
 def be_brief(logger: logging.Logger, steps: int) -> None:
@@ -65,9 +115,15 @@ def be_brief(logger: logging.Logger, steps: int) -> None:
     """
     if logger.level < logging.INFO:
         return
+    for handler in _terminals(logger):
+        terminal = Terminal(handler.formatter or logging.Formatter(), steps)
+        handler.setFormatter(terminal)
+        handler.addFilter(terminal.filter)
+
+
+def _terminals(logger: logging.Logger) -> Iterator[logging.Handler]:
+    """Handlers of a logger that write to no file."""
     for handler in logger.handlers:
         to_file = isinstance(handler, logging.FileHandler)
         if isinstance(handler, logging.StreamHandler) and not to_file:
-            terminal = Terminal(handler.formatter or logging.Formatter(), steps)
-            handler.setFormatter(terminal)
-            handler.addFilter(terminal.filter)
+            yield handler

@@ -14,6 +14,7 @@ from house.configuration import open_house
 from house.digest import code_digest
 from house.lab_checks import is_simulated
 from house.objects import BALL, EAR, studied, too_many
+from house.refusal import refuse, require_values
 from house.trackers import options_of
 from job_run import own_run
 from palpate.capture.discover import CAPTURE_NAME
@@ -23,12 +24,14 @@ if workflow.is_main_process and (words := too_many(config)):
     logger.warning(words)
 own_run()
 try:
+    if workflow.is_main_process:
+        require_values(workflow.config_settings.config)
     # Jobs on a cluster's nodes read the workflow again; captures were checked before the first.
     HOUSE = open_house(
         config, source="config/config.yaml", files=not workflow.remote_exec
     )
 except ValueError as error:
-    raise WorkflowError(str(error)) from None
+    refuse(error)
 
 RAW = HOUSE.paths["raw"]
 RESULTS = HOUSE.paths["results"]
@@ -42,6 +45,11 @@ LAB_OBJECTS = sorted({capture.object for capture in HOUSE.simulated})
 MODELLED = sorted(HOUSE.lab["objects"]) if HOUSE.lab else []
 DIRECT = {(c.object, c.sensor, c.capture) for c in HOUSE.direct}
 SCANNED = [name for name in HOUSE.objects if HOUSE.template_source(name)[0] == "scans"]
+
+
+def run_begins():
+    """Whether this Snakemake begins a run (onstart), and doesn't just look or do one job of one."""
+    return not workflow.dryrun and not workflow.execution_settings.no_hooks
 
 
 def raw(path):

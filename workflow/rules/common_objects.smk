@@ -3,7 +3,6 @@ import sys
 from functools import cache
 from pathlib import Path
 
-from snakemake.exceptions import WorkflowError
 from snakemake.logging import logger
 
 PROJECT = Path(workflow.basedir).parent
@@ -13,16 +12,22 @@ from house.configuration import open_house
 from house.digest import code_digest
 from palpate.capture.fingerprint import folder_fingerprint
 from house.objects import kept_files, project_digest, studied, value_digest
+from house.progress import GOES_ON, Plan
+from house.refusal import refuse, require_values
 from house.run_lock import begin_run
 from job_run import own_run
 from object_config import object_config
 
 own_run()
-config["paths"]["lab"] = None
 try:
+    if workflow.is_main_process:
+        require_values(workflow.config_settings.config)
+    # What else it may be is refused by its schema.
+    if isinstance(config["paths"], dict):
+        config["paths"]["lab"] = None
     HOUSE = open_house(config, source="config/config.yaml", files=False)
 except ValueError as error:
-    raise WorkflowError(str(error)) from None
+    refuse(error)
 
 RAW = HOUSE.paths["raw"]
 RESULTS = HOUSE.paths["results"]
@@ -47,6 +52,11 @@ def wanted(wildcards):
             "figures/tracked_surface.png",
         ]
     return ["summary.csv", f"{wildcards.object}/report.html"]
+
+
+def run_begins():
+    """Whether this Snakemake begins a run (onstart), and doesn't just look or do one job of one."""
+    return not workflow.dryrun and not workflow.execution_settings.no_hooks
 
 
 def begin_objects():

@@ -1,9 +1,17 @@
 # All captures are checked before the first object's run; then each object is a run of its own.
+PLAN = Plan(logger, begins=run_begins)
+
+
 onstart:
     try:
         begin_objects()
     except ValueError as error:
-        raise WorkflowError(str(error)) from None
+        refuse(error)
+    PLAN.show()
+
+
+onerror:
+    logger.info(GOES_ON)
 
 
 rule object_check:

@@ -1,12 +1,13 @@
 # What holds for a run as a whole: nobody else works on its results, and a person sees it go on.
 from snakemake.logging import logger
 
-from house.progress import be_brief
+from house.progress import GOES_ON, Plan, be_brief
 from house.run_lock import begin_run
+
+PLAN = Plan(logger, begins=run_begins)
 
 
 onstart:
-    be_brief(logger, len(workflow.dag))
     try:
         begin_run(
             workflow.dag.jobs,
@@ -17,4 +18,10 @@ onstart:
             warn=logger.warning,
         )
     except ValueError as error:
-        raise WorkflowError(str(error)) from None
+        refuse(error)
+    PLAN.show()
+    be_brief(logger, len(workflow.dag))
+
+
+onerror:
+    logger.info(GOES_ON)

@@ -5,6 +5,7 @@ import logging
 import numpy as np
 from frames import all_streams, sensor_of
 from job import naming, run
+from palpate.capture.examine_order import wrong_order
 from palpate.capture.files import whole_file
 from palpate.capture.tables import read_frames, read_table
 from palpate.vision.camera import camera_from_spec
@@ -19,6 +20,8 @@ def main(snakemake):
     camera, plane = camera_from_spec(sensor["color"]), read_plane(snakemake.input.plane)
     masks, poses = load_masks(snakemake.input.mask), read_table(snakemake.input.pose)
     require_frames(snakemake.input, masks, poses)
+    if params.frames is None:
+        require_order(snakemake.input.capture, sensor, params.probe)
     places, exclusion = probe_places(poses, params.probe), params.probe["exclusion"]
     frames = range(len(masks)) if params.frames is None else params.frames
     clouds = []
@@ -37,6 +40,13 @@ def main(snakemake):
         clouds.append(cloud)
     with whole_file(snakemake.output.clouds) as part, part.open("wb") as stream:
         np.savez_compressed(stream, **pack_clouds(clouds))
+
+
+def require_order(capture, sensor, probe):
+    """Refuse depth images, or right ones of a stereo head, of other moments than their frames'."""
+    problem = wrong_order(capture, sensor, probe["marker"])
+    if problem:
+        raise ValueError(problem)
 
 
 def require_frames(inputs, masks, poses):

@@ -1,12 +1,20 @@
 """Check what people drop into ``raw/``: everything that is wrong, one line each."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
 
 from palpate.capture.columns import all_finite, check_increasing, check_numbers, read_columns
-from palpate.capture.discover import BACKGROUND, CAPTURE_NAME, NOT_SENSORS, TAKEN, folders
+from palpate.capture.discover import (
+    BACKGROUND,
+    CAPTURE_NAME,
+    CAPTURE_WORDS,
+    TAKEN,
+    SensorFolder,
+    sensor_folders,
+)
 from palpate.capture.pictures import check_frames, check_repeated
 from palpate.capture.schema import is_file, load_yaml, validate
 from palpate.capture.tables import (
@@ -31,6 +39,25 @@ LENGTHS = (1e-9, 1e9)
 MESHES = (".ply", ".stl", ".obj", ".off")
 
 
+@dataclass(frozen=True)
+class Checked:
+    """What a check of an object's folder comes to.
+
+    Attributes
+    ----------
+    problems : tuple of str
+        One line for each.
+    listed : tuple of SensorFolder
+        What stood in the folder.
+    right : frozenset of Path
+        Captures and backgrounds whose files are right by their format, of those that were opened.
+    """
+
+    problems: tuple[str, ...]
+    listed: tuple[SensorFolder, ...]
+    right: frozenset[Path]
+
+
 def check_object(
     folder: str | Path, sensors: Mapping, probes: Mapping, *, files: bool = True
 ) -> list[str]:
@@ -50,18 +77,32 @@ def check_object(
     list of str
         One line for each problem; empty when all is right.
     """
+    return list(checked_object(folder, sensors, probes, files=files).problems)
+
+
+def checked_object(
+    folder: str | Path, sensors: Mapping, probes: Mapping, *, files: bool = True
+) -> Checked:
+    """Check all that was dropped in for one object, and hand on what was listed for it.
+
+    See `check_object` for the parameters.
+    """
     folder = Path(folder)
     problems, spec = _check_object_file(folder, probes)
     probe = probes.get((spec or {}).get("probe"))
-    for sensor_folder in folders(folder):
-        if sensor_folder.name in NOT_SENSORS:
+    listed, right = sensor_folders(folder), set()
+    for place in listed:
+        problems += _check_sensor(place, sensors, (spec or {}).get("points"))
+        if place.folder.name not in sensors:
             continue
-        problems += _check_sensor(sensor_folder, sensors, (spec or {}).get("points"))
-        if sensor_folder.name in sensors:
-            check = _check_content if files else _check_tables_are_there
-            for capture in folders(sensor_folder):
-                problems += check(capture, sensors[sensor_folder.name], probe)
-    return [one_line(problem) for problem in problems]
+        for capture in place.contents:
+            if not files:
+                problems += _check_tables_are_there(capture)
+                continue
+            lines = check_capture(capture, sensors[place.folder.name])
+            problems += _check_gauge(capture, probe) + lines
+            right |= set() if lines else {capture}
+    return Checked(tuple(map(one_line, problems)), listed, frozenset(right))
 
 
 def check_capture(folder: str | Path, sensor: Mapping) -> list[str]:
@@ -148,32 +189,27 @@ def _check_template(folder: Path, source: Path, template: Mapping) -> list[str]:
     return []
 
 
-def _check_sensor(folder: Path, sensors: Mapping, points: Mapping | None) -> list[str]:
-    if folder.name not in sensors:
+def _check_sensor(place: SensorFolder, sensors: Mapping, points: Mapping | None) -> list[str]:
+    name = place.folder.name
+    if name not in sensors:
         known = ", ".join(sorted(sensors))
-        return [f"{folder}: sensor: expected one of {known}, found {folder.name}"]
+        return [f"{place.folder}: sensor: expected one of {known}, found {name}"]
     problems = []
-    if not (folder / BACKGROUND).is_dir():
-        problems.append(f"{folder / BACKGROUND}: folder: expected background frames, found nothing")
-    for capture in folders(folder):
-        if capture.name != BACKGROUND:
-            problems += _check_name(capture, points)
+    if not place.has_background:
+        problems.append(f"{place.background}: folder: expected background frames, found nothing")
+    for capture in place.captures:
+        problems += _check_name(capture, points)
     return problems
 
 
-def _check_content(capture: Path, sensor: Mapping, probe: Mapping | None) -> list[str]:
-    gauge = [] if capture.name == BACKGROUND else _check_gauge(capture, probe)
-    return gauge + check_capture(capture, sensor)
-
-
-def _check_tables_are_there(capture: Path, _: Mapping, __: Mapping | None) -> list[str]:
+def _check_tables_are_there(capture: Path) -> list[str]:
     names = [FRAMES] if capture.name == BACKGROUND else [FRAMES, FORCE]
     return [MISSING_TABLE.format(path) for name in names if not (path := capture / name).is_file()]
 
 
 def _check_name(capture: Path, points: Mapping | None) -> list[str]:
     if not CAPTURE_NAME.fullmatch(capture.name):
-        return [f"{capture}: capture: expected a name like 08 or 08-a03, found {capture.name}"]
+        return [f"{capture}: capture: expected {CAPTURE_WORDS}, found {capture.name}"]
     point = capture.name.partition("-")[0]
     if points is None or point in points:
         return []
@@ -183,7 +219,7 @@ def _check_name(capture: Path, points: Mapping | None) -> list[str]:
 
 def _check_gauge(capture: Path, probe: Mapping | None) -> list[str]:
     """Volts say nothing without the gauges' calibration."""
-    if probe is None or "gauge" in probe:
+    if capture.name == BACKGROUND or probe is None or "gauge" in probe:
         return []
     path = capture / FORCE
     table, _ = read_columns(path, ["time_s"])

@@ -13,6 +13,9 @@ TAKEN = ("benchmarks", "figures", "lab", "logs", "objects", "pages")
 TAKEN += ("sample", "sensors", "simulation", "tables")
 # A point, or a point and an attempt: 08, 11-a03.
 CAPTURE_NAME = re.compile("[A-Za-z0-9]+(-a[0-9]+)?")
+CAPTURE_WORDS = (
+    "a name like 08 or 08-a03 (the point's letters and digits; again there: -a, a number)"
+)
 
 
 @dataclass(frozen=True, order=True)
@@ -32,6 +35,42 @@ class CaptureId:
     def attempt(self) -> str:
         """Attempt at the point, the part of the name after a hyphen; empty for the only one."""
         return self.capture.partition("-")[2]
+
+
+@dataclass(frozen=True)
+class SensorFolder:
+    """What stands in ``raw/<object>/<sensor>/``.
+
+    Attributes
+    ----------
+    folder : Path
+    captures : tuple of Path
+        Its captures' folders, sorted.
+    background : Path
+        Where frames without the object are to stand.
+    has_background : bool
+    """
+
+    folder: Path
+    captures: tuple[Path, ...]
+    background: Path
+    has_background: bool
+
+    @property
+    def contents(self) -> tuple[Path, ...]:
+        """Background, where there is one, and captures."""
+        return (*[self.background] * self.has_background, *self.captures)
+
+
+def sensor_folders(folder: str | Path) -> tuple[SensorFolder, ...]:
+    """List what stands in an object's folder, by sensor."""
+    return tuple(_listed(place) for place in folders(folder) if place.name not in NOT_SENSORS)
+
+
+def _listed(folder: Path) -> SensorFolder:
+    found = folders(folder)
+    captures = tuple(place for place in found if place.name != BACKGROUND)
+    return SensorFolder(folder, captures, folder / BACKGROUND, len(captures) < len(found))
 
 
 def discover(raw: str | Path) -> list[CaptureId]:

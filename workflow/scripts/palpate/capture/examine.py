@@ -9,10 +9,11 @@ from pathlib import Path
 
 from numpy.typing import NDArray
 
-from palpate.capture.check import check_capture, check_object
-from palpate.capture.discover import BACKGROUND, NOT_SENSORS, folders
+from palpate.capture.check import checked_object
+from palpate.capture.discover import SensorFolder
 from palpate.capture.examine_force import examine_force
-from palpate.capture.examine_frames import examine_frames, grey_frame
+from palpate.capture.examine_frames import examine_frames
+from palpate.capture.examine_order import grey_frame
 from palpate.capture.examine_template import examine_template
 from palpate.capture.findings import Findings
 from palpate.capture.schema import load_yaml
@@ -35,34 +36,44 @@ def examine_object(folder: str | Path, sensors: Mapping, probes: Mapping) -> Fin
         Lines on contents just of those files that are right by their format.
     """
     folder = Path(folder)
-    wrong = check_object(folder, sensors, probes)
-    result = Findings(tuple(wrong))
-    of_sensors = tuple(str(place) for place in folders(folder) if place.name not in NOT_SENSORS)
-    if any(not line.startswith(of_sensors) for line in wrong):
+    checked = checked_object(folder, sensors, probes)
+    result = Findings(checked.problems)
+    of_sensors = tuple(str(place.folder) for place in checked.listed)
+    if any(not line.startswith(of_sensors) for line in checked.problems):
         return result
     spec = load_yaml(folder / "object.yaml")
     result += examine_template(folder, spec)
-    for place in folders(folder):
-        if place.name not in NOT_SENSORS and place.name in sensors:
-            result += _sensor(place, sensors[place.name], probes[spec["probe"]])
+    for place in checked.listed:
+        if place.folder.name in sensors:
+            sensor, probe = sensors[place.folder.name], probes[spec["probe"]]
+            result += _sensor(place, checked.right, sensor, probe)
     return result
 
 
-def _sensor(folder: Path, sensor: Mapping, probe: Mapping) -> Findings:
-    """Look into one sensor's background and captures."""
-    background, result = _background(folder / BACKGROUND, sensor), Findings()
-    captures = [place for place in folders(folder) if place.name != BACKGROUND]
-    if not captures:
-        result += Findings((f"{folder}: folder: expected captures, found none",))
-    for capture in captures:
-        if not check_capture(capture, sensor):
+def _sensor(
+    place: SensorFolder, right: frozenset[Path], sensor: Mapping, probe: Mapping
+) -> Findings:
+    """Look into one sensor's background and captures, as far as they are right by their format."""
+    background, result = None, Findings()
+    if place.background in right:
+        try:
+            background = _background(place.background, sensor)
+        except ValueError as error:
+            result += Findings((str(error),))
+    if not place.captures:
+        result += Findings((f"{place.folder}: folder: expected captures, found none",))
+    for capture in place.captures:
+        if capture in right:
             result += _capture(capture, sensor, probe, background)
     return result
 
 
 def _capture(folder: Path, sensor: Mapping, probe: Mapping, background: NDArray | None) -> Findings:
-    frames, force = read_frames(folder), read_force(folder)
-    found = examine_frames(folder, frames, sensor, marker=probe["marker"], background=background)
+    frames, force, marker = read_frames(folder), read_force(folder), probe["marker"]
+    try:
+        found = examine_frames(folder, frames, sensor, marker=marker, background=background)
+    except ValueError as error:  # of an image that can't be decoded
+        found = Findings((str(error),))
     # Volts without the gauges' calibration are a fault of format.
     if "gauge" in probe or WRENCH_COLUMNS[0] in force.columns:
         found += examine_force(folder, force, frames["time_s"].to_numpy(float), probe)
@@ -70,9 +81,7 @@ def _capture(folder: Path, sensor: Mapping, probe: Mapping, background: NDArray 
     return Findings(found.wrong, found.doubts, (text,))
 
 
-def _background(folder: Path, sensor: Mapping) -> NDArray | None:
-    """One grey frame of a background, where there is a right one."""
-    if not folder.is_dir() or check_capture(folder, sensor):
-        return None
+def _background(folder: Path, sensor: Mapping) -> NDArray:
+    """One grey frame of a background."""
     stream = next(iter(image_streams(sensor)))
     return grey_frame(folder / read_frames(folder)[stream].iloc[0], sensor)

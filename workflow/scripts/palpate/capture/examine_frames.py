@@ -8,11 +8,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.capture.examine_order import (
+    board_corners,
+    depth_m,
+    examine_order,
+    grey_frame,
+)
 from palpate.capture.findings import Findings
 from palpate.capture.images import read_image
 from palpate.capture.tables import FRAMES, image_streams
 
-DETECTION = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 # Frames in a row in which a hidden board is bridged.
 LONGEST_LOST = 2
 # A frame's grey levels.
@@ -23,7 +28,6 @@ LEAST_CHANGED, MOST_CHANGED = 0.003, 0.6
 # Times the usual time between frames.
 LONGEST_GAP = 3.0
 LEAST_DEPTH_SHARE = 0.3
-MILLIMETRES = 1e3
 
 
 def examine_frames(
@@ -55,19 +59,14 @@ def examine_frames(
     """
     stream = next(iter(image_streams(sensor)))
     greys = [grey_frame(folder / name, sensor) for name in frames[stream]]
+    corners = [board_corners(grey, marker) for grey in greys]
     found = _timing(folder, frames, greys[0].shape)
-    found += _board(folder, greys, marker) + _light(folder, greys[0])
+    found += _board(folder, corners, marker) + _light(folder, greys[0])
     if background is not None:
         found += _against_background(folder, greys[0], background)
     if "depth" in frames:
         found += _depths(folder, frames["depth"], sensor)
-    return found
-
-
-def grey_frame(path: Path, sensor: Mapping) -> NDArray:
-    """Read a frame of the reference camera as grey levels, (h, w) uint8."""
-    image = read_image(path, sensor["color"]["encoding"])
-    return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) if image.ndim == 3 else image
+    return found + examine_order(folder, frames, corners, sensor, marker)
 
 
 def _timing(folder: Path, frames: pd.DataFrame, shape: tuple[int, int]) -> Findings:
@@ -85,10 +84,9 @@ def _timing(folder: Path, frames: pd.DataFrame, shape: tuple[int, int]) -> Findi
     return Findings(doubts=doubts, found=(text,))
 
 
-def _board(folder: Path, greys: Sequence[NDArray], marker: Mapping) -> Findings:
+def _board(folder: Path, corners: Sequence[NDArray | None], marker: Mapping) -> Findings:
     """In how many frames the probe's checkerboard is seen whole."""
-    size = tuple(marker["inner_corners"])
-    seen = [bool(cv2.findChessboardCorners(grey, size, flags=DETECTION)[0]) for grey in greys]
+    size, seen = marker["inner_corners"], [found is not None for found in corners]
     text = f"board in {sum(seen)} of {len(seen)} frames"
     expected = f"the probe's board ({size[0]} x {size[1]} inner corners) whole"
     if not any(seen):
@@ -131,7 +129,7 @@ def _against_background(folder: Path, grey: NDArray, background: NDArray) -> Fin
 
 def _depths(folder: Path, names: Sequence[str], sensor: Mapping) -> Findings:
     """Depths of the first frame's middle against the sensor's range."""
-    depth = _depth_m(read_image(folder / names.iloc[0], sensor["depth"]["encoding"]), sensor)
+    depth = depth_m(read_image(folder / names.iloc[0], sensor["depth"]["encoding"]), sensor)
     h, w = depth.shape
     middle = depth[h // 4 : -(h // 4), w // 4 : -(w // 4)]
     known = np.isfinite(middle)
@@ -148,15 +146,3 @@ def _depths(folder: Path, names: Sequence[str], sensor: Mapping) -> Findings:
         expected = f"readings in {LEAST_DEPTH_SHARE:.0%} of the middle or more"
         doubts = (f"{folder}: depth: expected {expected}, found {share:.0%}",)
     return Findings(doubts=doubts, found=(f"depth in {share:.0%}, {typical:.2f} m",))
-
-
-def _depth_m(counts: NDArray, sensor: Mapping) -> NDArray:
-    """Depths by the sensor's encoding, NaN where there is none [m]."""
-    spec = sensor["depth"]
-    if spec["encoding"] == "millimetre":
-        return np.where(counts > 0, counts / MILLIMETRES, np.nan)
-    disparity = spec["disparity_scale"] * counts.astype(float) + spec["disparity_offset_px"]
-    known = (counts != spec["no_reading"]) & (disparity > 0)
-    return np.where(
-        known, spec["fx_px"] * spec["baseline_m"] / np.where(known, disparity, 1), np.nan
-    )

@@ -194,7 +194,8 @@ def _expected(error: jsonschema.ValidationError) -> str:
     if rule == "const":
         return str(value)
     if rule == "pattern":
-        return f"a text like {value}"
+        # Each pattern of the schemas says beside it, in words, what it lets through.
+        return error.schema.get("description", f"a text like {value}")
     return f"what the schema's {rule} asks for ({_short(value)})"
 
 

@@ -6,7 +6,13 @@ from collections.abc import Mapping
 from math import isfinite
 from pathlib import Path
 
-from palpate.capture.discover import BACKGROUND, CAPTURE_NAME, NOT_OBJECTS, NOT_SENSORS
+from palpate.capture.discover import (
+    BACKGROUND,
+    CAPTURE_NAME,
+    CAPTURE_WORDS,
+    NOT_OBJECTS,
+    NOT_SENSORS,
+)
 from palpate.capture.importing.recording import Recording
 from palpate.capture.importing.ros import (
     SMALLEST_UNIT_M,
@@ -88,18 +94,29 @@ def _target(options: argparse.Namespace) -> Target:
     if options.background and folder.name != BACKGROUND:
         folder = folder / BACKGROUND
     name, sensor, subject = (part.name for part in (folder, folder.parent, folder.parent.parent))
+    _require_target(options.target, subject, sensor)
     if name == BACKGROUND and not options.background:
         raise ValueError(f"{folder}: capture: expected --background for this name, found no option")
     if name != BACKGROUND and not CAPTURE_NAME.fullmatch(name):
-        raise ValueError(f"{folder}: capture: expected a name like 08 or 08-a03, found {name}")
-    known = SENSOR_NAME.fullmatch(sensor) and sensor not in NOT_SENSORS
-    if not known or not OBJECT_NAME.fullmatch(subject) or subject in NOT_OBJECTS:
-        expected = "raw/<object>/<sensor>/<capture>, a sensor in small letters"
-        raise ValueError(f"{folder}: target: expected {expected}, found {subject}/{sensor}")
+        raise ValueError(f"{folder}: capture: expected {CAPTURE_WORDS}, found {name}")
     sensor_file = options.sensors / f"{sensor}.yaml"
     return Target(
         folder, sensor_file, options.background, tuple(options.range), options.trust_sensor_file
     )
+
+
+def _require_target(target: Path, subject: str, sensor: str) -> None:
+    """Hold the folders above a capture to names that an object and a sensor can have."""
+    if not subject or not sensor:
+        expected = "raw/<object>/<sensor>/<capture>, like raw/red_sponge/d435/08"
+        raise ValueError(f"{target}: target: expected {expected}, found {target}")
+    if not SENSOR_NAME.fullmatch(sensor) or sensor in NOT_SENSORS:
+        expected = "a name of small letters, digits and _ other than scans, like d435"
+        raise ValueError(f"{target}: sensor: expected {expected}, found {sensor}")
+    if not OBJECT_NAME.fullmatch(subject) or subject in NOT_OBJECTS:
+        others = " and ".join(NOT_OBJECTS)
+        expected = f"a name of letters, digits and _ other than {others}, like red_sponge"
+        raise ValueError(f"{target}: object: expected {expected}, found {subject}")
 
 
 def _require_recorded(folder: Path) -> None:

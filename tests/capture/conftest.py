@@ -1,0 +1,30 @@
+"""What tests of captures share."""
+
+import shutil
+
+import pytest
+import yaml
+from bag_writing import stand_in
+
+
+@pytest.fixture(scope="session")
+def specifications(root):
+    def named(folder):
+        return {path.stem: yaml.safe_load(path.read_text()) for path in folder.glob("*.yaml")}
+
+    return named(root / "tests/sample/sensors"), named(root / "config/probes")
+
+
+@pytest.fixture
+def block(root, tmp_path):
+    """The sample's block with the Kinect's capture alone."""
+    folder = tmp_path / "foam_block"
+    source = root / "tests/sample/raw/foam_block"
+    shutil.copytree(source, folder, ignore=shutil.ignore_patterns("bumblebee"))
+    return folder
+
+
+@pytest.fixture
+def film():
+    """A small film of noise."""
+    return stand_in()

@@ -1,0 +1,141 @@
+"""What tests of the import share: recordings of each kind, imports and their refusals."""
+
+import re
+
+import numpy as np
+import pandas as pd
+from bag_writing import (
+    NANOSECONDS,
+    Messages,
+    camera_messages,
+    write_realsense,
+    write_ros1,
+    write_ros2,
+    write_tum,
+)
+from palpate.capture.__main__ import main
+from palpate.capture.images import read_image
+from palpate.capture.tables import WRENCH_COLUMNS, read_force, read_frames
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+
+
+def ros1(path, film):
+    messages = Messages(ros1=True)
+    return write_ros1(path / "film.bag", camera_messages(film, messages), messages)
+
+
+def ros1_lz4(path, film):
+    messages, lz4 = Messages(ros1=True), Writer1.CompressionFormat.LZ4
+    return write_ros1(path / "film.bag", camera_messages(film, messages), messages, lz4)
+
+
+def sqlite3(path, film):
+    messages = Messages(ros1=False)
+    return write_ros2(path / "film", camera_messages(film, messages), messages)
+
+
+def mcap_folder(path, film):
+    messages, zstd = Messages(ros1=False), (CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    found = camera_messages(film, messages)
+    return write_ros2(path / "film", found, messages, StoragePlugin.MCAP, zstd)
+
+
+def mcap_file(path, film):
+    return next(mcap_folder(path, film).glob("*.mcap"))
+
+
+def db3_file(path, film):
+    return next(sqlite3(path, film).glob("*.db3"))
+
+
+def realsense(path, film):
+    return write_realsense(path / "film.bag", film)
+
+
+def realsense_of_old(path, film):
+    return write_realsense(path / "film.bag", film, marked=False)
+
+
+def tum(path, film):
+    return write_tum(path / "film", film)
+
+
+def bring(recording, target, *options, sensors=None):
+    sensors = sensors or target.parents[3] / "sensors"
+    return main(["import", str(recording), str(target), "--sensors", str(sensors), *options])
+
+
+def wrench_file(path, film):
+    """Wrenches for a recording that can't hold any."""
+    table = pd.DataFrame(film.wrench, columns=list(WRENCH_COLUMNS))
+    table.insert(0, "time_s", film.wrench_ns / NANOSECONDS)
+    table.to_csv(path / "wrench.csv", index=False)
+    return path / "wrench.csv"
+
+
+def options_for(kind, path, film):
+    if kind in (realsense, realsense_of_old):
+        return ["--force", str(wrench_file(path, film))]
+    return ["--intrinsics", *map(str, film.color_optics)] if kind is tum else []
+
+
+def assert_same(folder, film):
+    frames, force = read_frames(folder), read_force(folder)
+    assert len(frames) == len(film.color)
+    np.testing.assert_allclose(frames["time_s"], film.color_ns / NANOSECONDS, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(force["time_s"], film.wrench_ns / NANOSECONDS, rtol=0, atol=1e-6)
+    found = force[list(WRENCH_COLUMNS)].to_numpy()
+    np.testing.assert_allclose(found, film.wrench, rtol=1e-8, atol=1e-12)
+    for row, color, depth in zip(frames.itertuples(), film.color, film.depth, strict=True):
+        assert np.array_equal(read_image(folder / row.color, "rgb8"), color)
+        assert np.array_equal(read_image(folder / row.depth, "millimetre"), depth)
+
+
+def bag_of(path, film, change=None, *, ros1=True, **options):
+    """A bag with each (topic, time, message) changed, or left out where nothing comes back."""
+    messages = Messages(ros1=ros1)
+    found = camera_messages(film, messages)
+    if change:
+        changed = (change(*item, messages) for item in found)
+        found = [item for item in changed if item is not None]
+    write = write_ros1 if ros1 else write_ros2
+    return write(path / ("film.bag" if ros1 else "film"), found, messages, **options)
+
+
+def without(*topics):
+    return lambda topic, time, message, _: None if topic in topics else (topic, time, message)
+
+
+def with_message(wanted, work):
+    def change(topic, time, message, messages):
+        return (topic, time, work(message, messages) if topic == wanted else message)
+
+    return change
+
+
+def attributes(**values):
+    def work(message, _):
+        for name, value in values.items():
+            setattr(message, name, value)
+        return message
+
+    return work
+
+
+def refused(capsys, tmp_path, recording, *options, target="raw/block/camera/08"):
+    """The one line of a refused import, after which nothing stands where nothing stood."""
+    before = sorted(tmp_path.rglob("*"))
+    arguments = ["import", str(recording), str(tmp_path / target), *options]
+    capsys.readouterr()
+    assert main([*arguments, "--sensors", str(tmp_path / "sensors")]) == 1
+    said = capsys.readouterr()
+    assert not said.out
+    lines = said.err.strip().splitlines()
+    assert len(lines) == 1
+    assert sorted(tmp_path.rglob("*")) == before
+    return lines[0]
+
+
+def assert_like(pattern, line):
+    assert re.search(pattern, line), line

@@ -1,0 +1,117 @@
+"""Whether depth, or the other image of a stereo head, is of the colour's moments."""
+
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from palpate.capture.examine import examine_object
+from palpate.capture.examine_order import disagreement
+
+FRAMES = 24
+TIME = np.linspace(0, 1, FRAMES)
+# Rest, press and hold [mm].
+PRESS_MM = 8 * np.clip((TIME - 0.3) / 0.4, 0, 1)
+ORDERS = {
+    "shuffled": np.random.default_rng(5).permutation(FRAMES),
+    "reversed": np.arange(FRAMES)[::-1],
+    "halves exchanged": np.roll(np.arange(FRAMES), FRAMES // 2),
+}
+
+
+def noisy(values, level, seed=0):
+    return values + np.random.default_rng(seed).normal(scale=level, size=len(values))
+
+
+@pytest.mark.parametrize("name", ORDERS)
+def test_a_motion_in_another_order(name):
+    found = disagreement(noisy(PRESS_MM, 0.1), noisy(PRESS_MM, 0.4, 1)[ORDERS[name]] + 30)
+    assert found.given > 3 and found.resorted < 0.5
+
+
+@pytest.mark.parametrize("level", [0.1, 0.5, 1, 2, 4, 8, 16])
+def test_noise_of_any_size_is_no_order(level):
+    for seed in range(200):
+        assert disagreement(PRESS_MM, noisy(PRESS_MM, level, seed)) is None
+
+
+def test_one_frame_that_is_far_off_is_no_order():
+    for at in range(FRAMES):
+        assert disagreement(TIME * 8, noisy(TIME * 8, 0.3) + 12 * (np.arange(FRAMES) == at)) is None
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        0 * PRESS_MM,
+        0.2 * PRESS_MM,
+        5 * PRESS_MM,
+        np.roll(PRESS_MM, 2),
+        PRESS_MM + 90 * (TIME > 0.9),
+    ],
+    ids=["still", "another scale", "too large", "late", "off the board at the end"],
+)
+def test_what_is_wrong_in_other_ways_is_no_order(other):
+    assert disagreement(PRESS_MM, noisy(other, 0.3)) is None
+
+
+def test_a_board_at_rest_tells_nothing():
+    rest = noisy(0 * PRESS_MM, 0.1)
+    assert disagreement(rest, noisy(rest, 0.5)[ORDERS["shuffled"]]) is None
+    few = slice(None, None, 4)
+    assert disagreement(PRESS_MM[few], PRESS_MM[few][::-1]) is None
+
+
+PLACES = {
+    "sample": ("tests/sample/raw/foam_block", "tests/sample/sensors", "config/probes"),
+    "own": ("tests/own_object/raw/toy_cow", "tests/own_object/sensors", "tests/own_object/probes"),
+}
+
+
+def examined(root, folder, place):
+    return examine_object(folder, *(by_name(root / part) for part in PLACES[place][1:]))
+
+
+def by_name(folder):
+    return {path.stem: yaml.safe_load(path.read_text()) for path in folder.glob("*.yaml")}
+
+
+def permute(table, stream):
+    names = table[stream].to_numpy()
+    table[stream] = names[np.random.default_rng(5).permutation(len(names))]
+
+
+@pytest.mark.parametrize(
+    ("place", "capture", "stream", "line"),
+    [
+        ("sample", "kinect/08", "depth", "depth: expected the board where color shows it"),
+        ("own", "bench_cam/back", "depth", "depth: expected the board where color shows it"),
+        ("sample", "bumblebee/08", "right", "right: expected the board where left shows it"),
+    ],
+)
+def test_a_capture_whose_second_images_are_permuted(root, tmp_path, place, capture, stream, line):
+    source = root / PLACES[place][0]
+    folder = shutil.copytree(source, tmp_path / source.name)
+    assert not examined(root, folder, place).wrong
+    path = folder / capture / "frames.csv"
+    table = pd.read_csv(path)
+    permute(table, stream)
+    table.to_csv(path, index=False)
+    (wrong,) = examined(root, folder, place).wrong
+    assert wrong.startswith(f"{path}: {line}, frame by frame, found it ")
+
+
+def test_an_image_that_can_not_be_decoded_is_one_line(root, tmp_path):
+    source = root / PLACES["own"][0]
+    folder = shutil.copytree(source, tmp_path / source.name)
+    names = ("back/color/000004.png", "background/color/000000.png")
+    spoilt = [folder / "bench_cam" / name for name in names]
+    for path in spoilt:
+        content = bytearray(path.read_bytes())
+        content[len(content) // 2] ^= 255
+        path.write_bytes(content)
+    found = examined(root, folder, "own")
+    expected = [f"{path}: image: expected a whole PNG" for path in spoilt]
+    assert sorted(line.partition(", found")[0] for line in found.wrong) == sorted(expected)
+    assert any("bench_cam/back-a02: 12 frames" in line for line in found.found)

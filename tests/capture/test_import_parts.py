@@ -1,0 +1,106 @@
+"""Pairs, transforms, lenses and pictures by themselves."""
+
+import cv2
+import numpy as np
+import pytest
+from bag_writing import Messages
+from palpate.capture.importing.lens import five_coefficients
+from palpate.capture.importing.optics import chained, matrix
+from palpate.capture.importing.pairing import paired
+from palpate.capture.importing.pixels import Form, file_form, form_of, millimetres
+
+FORM = Form(1280, 720, "rgb8")
+K = np.array([640.0, 0, 645, 0, 640, 361, 0, 0, 1])
+
+
+def test_pairs_are_mutual_and_within_half_a_frame():
+    color = np.array([0, 100, 200, 300, 400, 500])
+    depth = np.array([10, 112, 390, 405, 540, 900])
+    pairs = paired(color, depth)
+    assert pairs.color.tolist() == [0, 1, 4, 5]
+    assert pairs.depth.tolist() == [0, 1, 3, 4]
+    assert (pairs.within_ns, pairs.farthest_ns) == (50, 40)
+
+
+def test_pairs_halfway_and_out_of_order():
+    times = np.arange(6) * 100
+    pairs = paired(times, times + 50)
+    assert pairs.color.tolist() == pairs.depth.tolist() == [0, 1, 2, 3, 4, 5]
+    order = np.array([3, 0, 5, 1, 4, 2])
+    pairs = paired(times[order], times)
+    assert times[order][pairs.color].tolist() == times.tolist()
+    assert times[pairs.depth].tolist() == times.tolist()
+
+
+def test_stamps_that_do_not_move():
+    with pytest.raises(ValueError, match="color: stamps: expected times that move, found 0"):
+        paired(np.zeros(5, int), np.arange(5))
+    with pytest.raises(ValueError, match="depth: expected at least 2 images, found 1"):
+        paired(np.arange(5), np.arange(1))
+
+
+def test_transforms_go_through_the_tree():
+    messages = Messages(ros1=False)
+    found = messages.transforms(0).transforms
+    with pytest.raises(ValueError, match="tf_static: expected a way from frame depth_optical to x"):
+        chained(found, "x", "depth_optical")
+    there = chained(found, "color_optical", "/depth_optical")
+    back = chained(found, "depth_optical", "color_optical")
+    np.testing.assert_allclose(there @ back, np.eye(4), atol=1e-12)
+    with pytest.raises(ValueError, match="transform: expected a unit quaternion and metres"):
+        matrix(messages.transform(((0, 0, 0, 0), (0, 0, 0))))
+
+
+def test_inverse_lens_of_a_realsense():
+    """The SDK takes rays to the image with its five, all but as OpenCV does with the same."""
+    stated = np.array([-0.0567, 0.0665, 0.0006, 0.0002, -0.0214])
+    found = five_coefficients("Inverse Brown Conrady", stated, K, FORM)
+    assert found == stated.tolist()
+    x, y = np.random.default_rng(1).uniform(-0.5, 0.5, (2, 50))
+    k1, k2, p1, p2, k3 = stated
+    r2 = x**2 + y**2
+    u, v = (part * (1 + k1 * r2 + k2 * r2**2 + k3 * r2**3) for part in (x, y))
+    u, v = (
+        u + 2 * p1 * u * v + p2 * (r2 + 2 * u**2),
+        v + 2 * p2 * u * v + p1 * (r2 + 2 * v**2),
+    )
+    rays = np.column_stack([x, y, np.ones(50)])
+    pixels, _ = cv2.projectPoints(rays, *np.zeros((2, 3)), K.reshape(3, 3), np.array(found))
+    expected = np.column_stack([K[0] * u + K[2], K[4] * v + K[5]])
+    np.testing.assert_allclose(pixels.reshape(-1, 2), expected, rtol=0, atol=0.05)
+
+
+def test_lenses_that_five_coefficients_can_not_follow():
+    wild = np.array([0.0757, -2.48, 0.0007, -0.0002, 1.454, -0.045, -2.296, 1.379])
+    with pytest.raises(ValueError, match="D: expected finite numbers"):
+        five_coefficients("plumb_bob", np.array([np.nan] * 5), K, FORM)
+    with pytest.raises(ValueError, match="follow within 0.05 px, found rational_polynomial at"):
+        five_coefficients("rational_polynomial", wild, K, FORM)
+    plain = np.array([0.1, -0.05, 0.001, 0.002, 0.01, 0, 0, 0])
+    found = five_coefficients("rational_polynomial", plain, K, FORM)
+    np.testing.assert_allclose(found, plain[:5], atol=1e-7)
+
+
+def test_pictures_that_are_none():
+    with pytest.raises(ValueError, match="image: expected PNG or JPEG, found neither"):
+        file_form(b"GIF89a" + bytes(100))
+    messages = Messages(ros1=False)
+    image = messages.image(np.zeros((48, 64), np.uint8), 0, "")
+    image.width = 2**31
+    with pytest.raises(ValueError, match="image: expected 16 to 16384 pixels, found 2147483648"):
+        form_of(image)
+    image.encoding = "64FC1"
+    with pytest.raises(ValueError, match="encoding: expected one of .* found 64FC1"):
+        form_of(image)
+    codec = messages.compressed(bytes(20), 0, "", "32FC1; compressedDepth png")
+    with pytest.raises(ValueError, match="format: expected 16UC1; compressedDepth png"):
+        form_of(codec)
+
+
+def test_millimetres_round_to_the_nearest():
+    metres = np.array([[0.5004, 0.5006, np.nan, 65.535, 65.536, -0.1]], np.float32)
+    values, beyond = millimetres(metres, 1.0)
+    assert values.tolist() == [[500, 501, 0, 65535, 0, 0]]
+    assert beyond == 1
+    counts = np.array([[5000, 5004, 0]], np.uint16)
+    assert millimetres(counts, 1 / 5000)[0].tolist() == [[1000, 1001, 0]]

@@ -1,0 +1,45 @@
+"""How a run ends that can't begin: one line for each thing that is wrong, and nothing else."""
+
+import sys
+from collections.abc import Mapping
+from typing import NoReturn
+
+
+def refuse(error: ValueError) -> NoReturn:
+    """End Snakemake with an error's lines, as jobs end with theirs, and the exit status 1.
+
+    An exception would be shown with its name and with lines of the workflow's code, and with
+    ``--quiet all`` not at all.
+
+    Parameters
+    ----------
+    error : ValueError
+        Its text has one line for each thing that is wrong.
+
+    Raises
+    ------
+    SystemExit
+        Always.
+    """
+    sys.stderr.write("".join(f"error: {line}\n" for line in str(error).splitlines()))
+    raise SystemExit(1) from None
+
+
+def require_values(given: Mapping) -> None:
+    """Hold what stands after ``--config`` to having values: an empty one would mean none is wanted.
+
+    Parameters
+    ----------
+    given : mapping
+        The command line's entries alone.
+
+    Raises
+    ------
+    ValueError
+        With one line for each entry that is empty.
+    """
+    empty = [name for name, value in given.items() if value is None]
+    if empty:
+        hint = "leave it out for what the configuration says"
+        lines = [f"--config {name}=: expected a value, found nothing ({hint})" for name in empty]
+        raise ValueError("\n".join(lines))
