@@ -192,9 +192,7 @@ def test_patches_that_tell_nu_do_not_hang_on_motions_that_do_not_happen():
     best = fit_direct([press_of(25e3, 0.3, 1)], "made_up", OPTIONS, START)
     wide = effective_patches(best, OPTIONS)
     block = best.blocks[0]
-    other = replace(
-        best, blocks=(replace(block, motion_matrix=block.motion_matrix * (1 + 1e-13)),)
-    )
+    other = replace(best, blocks=(replace(block, motion_matrix=block.motion_matrix * (1 + 1e-13)),))
     assert effective_patches(other, OPTIONS) == pytest.approx(wide, rel=1e-6)
     kept = slice(0, -3)
     information = prior_of(best.presses, OPTIONS).information[kept, kept]

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.solid.mesh import element_volumes, quadratic, solid_mesh
+from palpate.solid.mesh import SolidMesh, element_volumes, quadratic, solid_mesh
 from palpate.solid.mirror import Mirror, require_image
 from palpate.solid.refine import refine_near
 from palpate.solid.smooth_surface import (
     LEAST_VOLUME,
-    WATCHED,
     SmoothSurface,
     bent_to,
     corner_normals,
@@ -138,14 +137,42 @@ def test_curved_elements_keep_rigid_motions_and_straight_strains():
     assert energy == pytest.approx(volume * (1.0 / 2 + 0.7) * 1e-4, rel=1e-9)
 
 
-def test_an_element_that_curving_would_fold_stays_straight():
+def test_a_solid_that_curving_would_fold_is_refused():
     ball = trimesh.creation.icosphere(2, radius=0.06)
     facet = ball.vertices[ball.faces[0]]
     # Flat under one facet, while the sphere rises over it.
     apex = facet.mean(axis=0) * (1 - 2e-4)
     flat = quadratic(solid_mesh(np.vstack([facet, apex]), np.arange(4)[None]))
-    curved = curved_to(flat, SmoothSurface(np.array(ball.vertices), np.array(ball.faces)))
-    assert (point_volumes(curved, WATCHED) > 0).all()
+    smooth = SmoothSurface(np.array(ball.vertices), np.array(ball.faces))
+    with pytest.raises(ValueError, match="expected at most 0.05 of the outer edges"):
+        curved_to(flat, smooth)
+
+
+def test_few_edges_off_the_surface_stay_straight():
+    mesh, ball = spoked_ball(3)
+    nodes = mesh.nodes_m.copy()
+    low = mesh.surface_faces()[0, 0]
+    nodes[low] *= 0.99
+    smooth = SmoothSurface(np.array(ball.vertices), np.array(ball.faces))
+    corners = SolidMesh(nodes[: len(ball.vertices) + 1], mesh.corners)
+    dented = quadratic(corners)
+    curved = curved_to(dented, smooth)
+    moved = np.linalg.norm(curved.nodes_m - dented.nodes_m, axis=1) > 1e-6
+    faces = dented.surface_faces()
+    sides = faces[:, :3][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    at_low = (sides == low).any(axis=1)
+    middles = faces[:, 3:].ravel()
+    assert not moved[middles[at_low]].any()
+    assert moved[middles[~at_low]].all()
+
+
+def test_a_facet_without_an_area_has_no_say_in_the_normals():
+    box = trimesh.creation.box((0.1, 0.2, 0.05))
+    vertices = np.vstack([box.vertices, box.vertices[box.faces[0, :2]].mean(axis=0)])
+    faces = np.vstack([box.faces, [*box.faces[0, :2], len(box.vertices)]])
+    normals = corner_normals(vertices, faces)
+    assert normals[:-1] == pytest.approx(corner_normals(np.array(box.vertices), box.faces))
+    assert np.isfinite(normals).all()
 
 
 def test_normals_of_a_balls_corners_point_from_its_middle():
