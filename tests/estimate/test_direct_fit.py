@@ -14,7 +14,13 @@ from palpate.estimate.direct_interval import (
     intervals,
     profile_over_nu,
 )
-from palpate.estimate.direct_press import DirectPress, Parameters, linearised, residuals
+from palpate.estimate.direct_press import (
+    OWN,
+    DirectPress,
+    Parameters,
+    linearised,
+    residuals,
+)
 from palpate.estimate.press_model import PressModel
 from palpate.estimate.relaxation import relaxed_force
 from palpate.estimate.settling import rocking_axes, settling_of
@@ -177,6 +183,21 @@ def test_what_settles_is_no_modulus():
     assert free.settled == pytest.approx(settled, rel=0.25)
     assert np.abs(held.settled).max() < 1e-9
     assert abs(free.poisson_ratio - 0.3) < 0.02 < abs(held.poisson_ratio - 0.3)
+
+
+def test_captures_on_one_foot_know_no_more_of_it_than_one():
+    options = OPTIONS | {"gain_std": 1e-3}
+    moved = []
+    for count in (1, 4):
+        presses = [press_of(60e3, 0.4, 3, support=STANDING) for _ in range(count)]
+        prior = prior_of(presses, options)
+        # What all sink by in common, at the cost of one deviation.
+        common = np.zeros(prior.rows.shape[1])
+        shared = len(common) - OWN * count
+        common[[shared + OWN * k + 3 for k in range(count)]] = 1e-4
+        expected = prior.gaps(np.zeros(len(common)))
+        moved.append(((prior.gaps(common) - expected) ** 2).sum())
+    assert moved == pytest.approx([1, 1])
 
 
 def test_settling_does_not_make_the_modulus_drift_over_the_depth():

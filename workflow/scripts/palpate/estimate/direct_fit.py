@@ -249,18 +249,20 @@ class Prior:
 def prior_of(presses: Sequence[DirectPress], options: Mapping) -> Prior:
     """Priors of the unknowns of captures, in the order of `Solution.vector`.
 
-    Soft matter relaxes over many decades of time (power laws), so neighbouring times have about
-    the same share: without this the shortest, of which a press tells the least, takes up whatever
-    else is wrong.
+    Soft tissue and foam relax over many decades of time, with a flat spectrum (Fung's
+    quasi-linear viscoelasticity, 1981), so neighbouring times have about the same share: without
+    this the shortest, of which a press tells the least, takes up what else is wrong. `other_choices` leaves it out.
     """
     terms = len(options["relaxation_times_s"])
     stds = [options["gain_std"], *[options["fraction_std"]] * terms]
     means = [0.0] * len(stds)
+    # One foot settles alike in all captures: their mean keeps the deviation of one.
+    alike = np.sqrt(sum(bool(press.settling.std.any()) for press in presses))
     for press in presses:
         means += [0.0, press.clock_expected_s, 0.0, *[0.0] * MOTIONS]
         stds += [press.offset_std_m, press.clock_std_s, press.shift_std_m]
         # What does not move at all is held by a deviation that is nothing beside any motion.
-        stds += list(np.maximum(press.settling.std, UNMOVED))
+        stds += list(np.maximum(alike * press.settling.std, UNMOVED))
     free = 2
     rows = np.zeros((len(stds) + max(terms - 1, 0), free + len(stds)))
     rows[np.arange(len(stds)), free + np.arange(len(stds))] = 1 / np.array(stds)
