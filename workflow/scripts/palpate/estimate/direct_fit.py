@@ -251,7 +251,8 @@ def prior_of(presses: Sequence[DirectPress], options: Mapping) -> Prior:
 
     Soft tissue and foam relax over many decades of time, with a flat spectrum (Fung's
     quasi-linear viscoelasticity, 1981), so neighbouring times have about the same share: without
-    this the shortest, of which a press tells the least, takes up what else is wrong. `other_choices` leaves it out.
+    this the shortest, of which a press tells the least, takes up what else is wrong.
+    `other_choices` leaves it out.
     """
     terms = len(options["relaxation_times_s"])
     stds = [options["gain_std"], *[options["fraction_std"]] * terms]
