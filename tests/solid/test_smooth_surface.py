@@ -6,6 +6,7 @@ import trimesh
 from palpate.solid.mesh import SolidMesh, element_volumes, quadratic, solid_mesh
 from palpate.solid.mirror import Mirror, require_image
 from palpate.solid.refine import refine_near
+from palpate.solid.sizing import Support
 from palpate.solid.smooth_surface import (
     LEAST_VOLUME,
     SmoothSurface,
@@ -13,6 +14,7 @@ from palpate.solid.smooth_surface import (
     corner_normals,
     curved_to,
 )
+from palpate.solid.standing import standing_table
 from palpate.solid.stiffness import QUADRATURE, combined, elastic_stiffness, point_volumes
 
 UP = np.array([0.0, 0, 1])
@@ -182,3 +184,21 @@ def test_normals_of_a_balls_corners_point_from_its_middle():
     assert np.abs(normals - exact).max() < 1e-3
     facets = np.abs(ball.face_normals[:, None] - exact).max()
     assert np.abs(normals - exact).max() < 0.05 * facets
+
+
+def test_a_table_touches_a_curved_ball_at_its_lowest_point():
+    # Turned, so that a facet and not a corner is the lowest.
+    ball = trimesh.creation.icosphere(2, radius=0.06)
+    turn = trimesh.geometry.align_vectors(ball.face_normals[0], -UP)
+    ball.apply_transform(turn)
+    spokes = np.column_stack([ball.faces, np.full(len(ball.faces), len(ball.vertices))])
+    mesh = quadratic(solid_mesh(np.vstack([ball.vertices, np.zeros(3)]), spokes))
+    smooth = SmoothSurface(np.array(ball.vertices), np.array(ball.faces))
+    support = Support(-0.06 * UP, UP, 1e-3)
+    lowest = [
+        standing_table(one, support, 0.06 * UP, reach_m=0.002, penalty_per_m=3e4).point_m[2]
+        for one in (mesh, curved_to(mesh, smooth))
+    ]
+    # Between a facet's middle, which the six nodes do not hold, and its edges' middles.
+    assert abs(lowest[1] + 0.06) < 0.5 * abs(lowest[0] + 0.06)
+    assert lowest[1] == pytest.approx(-0.06, abs=4e-4)
