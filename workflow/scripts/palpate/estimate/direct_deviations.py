@@ -42,8 +42,8 @@ def with_pattern(press: DirectPress, law: str, of: Parameters, *, times_s: NDArr
 def variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
     """Shares of parts of a variance that gaps with wide tails are most likely to have.
 
-    Student's t by Fisher's scoring, with as many steps whatever the gaps are: shares that hung on
-    the order of the gaps would differ where nothing but the last bit does.
+    Student's t (Lange, Little and Taylor 1989) by Fisher's scoring, with as many steps whatever the
+    gaps are: shares that hung on the gaps' order would differ where only the last bit does.
 
     Parameters
     ----------

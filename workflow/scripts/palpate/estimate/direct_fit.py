@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -240,14 +241,14 @@ class Prior:
         """How far unknowns are from what was expected, in deviations, (r,)."""
         return self.rows @ vector - self.values
 
-    @property
+    @cached_property
     def information(self) -> NDArray:
         """Inverse covariance, (size, size)."""
         return self.rows.T @ self.rows
 
 
 def prior_of(presses: Sequence[DirectPress], options: Mapping) -> Prior:
-    """Priors of the unknowns of captures, in the order of `Solution.vector`.
+    """Priors of the unknowns of captures, in the order of `Solution.vector`; none of log E and nu.
 
     Soft tissue and foam relax over many decades of time, with a flat spectrum (Fung's
     quasi-linear viscoelasticity, 1981), so neighbouring times have about the same share: without

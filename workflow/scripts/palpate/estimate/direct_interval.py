@@ -90,7 +90,7 @@ def bootstrap(best: Solution, options: Mapping, *, draws: int, seed: int) -> NDA
     shared = len(vector) - OWN * len(presses)
     samples = np.empty((draws, len(vector)))
     for draw in range(draws):
-        matrix = prior.information
+        matrix = prior.information.copy()
         slope = prior.rows.T @ (prior.gaps(vector) + rng.normal(size=len(prior.rows)))
         often = _drawn(rng, len(presses)) if len(presses) >= FEWEST_CAPTURES else None
         for k, block in enumerate(best.blocks):
@@ -112,7 +112,7 @@ def effective_patches(best: Solution, options: Mapping) -> float:
     all else following: far from the contact there are many patches that say next to nothing.
     """
     size = len(best.vector)
-    matrix = prior_of(best.presses, options).information
+    matrix = prior_of(best.presses, options).information.copy()
     shared, places = size - OWN * len(best.presses), []
     for k, block in enumerate(best.blocks):
         places.append(np.concatenate([np.arange(shared), shared + OWN * k + np.arange(OWN)]))

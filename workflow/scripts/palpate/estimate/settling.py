@@ -1,7 +1,7 @@
 """How an object that only stands goes down and rocks on its foot, beside what a model knows of it.
 
 What is bonded does not. The shape of a foot that nobody saw, and how much of it sticks, move the
-whole of a ball by hundredths of a millimetre, which is what a tenth of Poisson's ratio makes.
+whole of a ball by a hundredth of a millimetre or two; a tenth of Poisson's ratio moves it by three.
 """
 
 from collections.abc import Mapping
