@@ -82,8 +82,10 @@ def test_a_run_writes_down_what_it_did_not_make(tmp_path, monkeypatch):
     (tmp_path / "raw" / "object.yaml").write_text("unit: m\n")
     (tmp_path / "results").mkdir()
     (tmp_path / "results" / ".part-0-a.csv").touch()
-    made = SimpleNamespace(input=["raw/object.yaml", "raw/08"], output=["results/a.csv"])
-    last = SimpleNamespace(input=["results/a.csv"], output=["results/b.csv"])
+    written = {"log": ["results/a.log"], "benchmark": "results/a.tsv"}
+    made = SimpleNamespace(input=["raw/object.yaml", "raw/08"], output=["results/a.csv"], **written)
+    read = ["results/a.csv", *written["log"], written["benchmark"]]
+    last = SimpleNamespace(input=read, output=["results/b.csv"], log=[], benchmark=None)
     run_lock.begin_run(
         [made, last],
         iter([made, last]),
@@ -92,19 +94,19 @@ def test_a_run_writes_down_what_it_did_not_make(tmp_path, monkeypatch):
         seen={"raw/08": "seen"},
         warn=print,
     )
-    written = json.loads((tmp_path / os.environ[run_lock.INPUTS]).read_text())
-    inputs = written["inputs"]
+    begun = json.loads((tmp_path / os.environ[run_lock.INPUTS]).read_text())
+    inputs = begun["inputs"]
     assert inputs["raw/08"] == "seen"
     assert inputs["raw/object.yaml"].startswith("8 ")
     assert set(inputs) == {"raw/08", "raw/object.yaml"}
-    assert written["run"] == os.environ[run_lock.RUN] != ""
+    assert begun["run"] == os.environ[run_lock.RUN] != ""
     assert sorted(os.listdir("results")) == [run_lock.BEGUN, run_lock.LOCK]
     assert not (tmp_path / "raw" / run_lock.LOCK).exists()
 
 
 def test_a_run_of_the_lab_holds_raw_too(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    lab = SimpleNamespace(input=[], output=["raw/block/object.yaml"])
+    lab = SimpleNamespace(input=[], output=["raw/block/object.yaml"], log=[], benchmark=None)
     run_lock.begin_run([lab], [lab], results="results", raw="raw", seen={}, warn=print)
     assert (tmp_path / "raw" / run_lock.LOCK).exists()
 

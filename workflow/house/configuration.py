@@ -1,6 +1,6 @@
 """Everything people write, read and checked once before the first job."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from palpate.capture.check import check_object
@@ -181,12 +181,33 @@ def _named_files(folder: str, kind: str, problems: list[str]) -> dict[str, Mappi
 
 
 def _lab(path: str | None, problems: list[str]) -> Mapping | None:
-    return None if path is None else _checked(Path(path), SCHEMAS / "lab.schema.yaml", problems)
+    schema = SCHEMAS / "lab.schema.yaml"
+    return None if path is None else _checked(Path(path), schema, problems, read=_like_another)
 
 
-def _checked(path: Path, schema: Path, problems: list[str]) -> Mapping | None:
+def _like_another(path: Path) -> object:
+    """Content of a file; where it says nothing, that of the file that it is ``like``."""
+    spec = load_yaml(path)
+    if not isinstance(spec, Mapping) or not isinstance(spec.get("like"), str):
+        return spec
+    other = load_yaml(Path(spec["like"]))
+    if not isinstance(other, Mapping):
+        raise ValueError(f"{spec['like']}: expected a mapping, found {other}")
+    return _changed(other, {key: value for key, value in spec.items() if key != "like"})
+
+
+def _changed(before: Mapping, changes: Mapping) -> dict:
+    """Mapping with the changes of another, block by block."""
+    both = before.keys() & changes.keys()
+    blocks = {k for k in both if isinstance(before[k], Mapping) and isinstance(changes[k], Mapping)}
+    return {**before, **changes} | {key: _changed(before[key], changes[key]) for key in blocks}
+
+
+def _checked(
+    path: Path, schema: Path, problems: list[str], *, read: Callable[[Path], object] = load_yaml
+) -> Mapping | None:
     try:
-        spec = load_yaml(path)
+        spec = read(path)
     except ValueError as error:
         problems.append(str(error))
         return None

@@ -55,7 +55,7 @@ def begin_run(
         If a folder can't be written to, or another run works on it.
     """
     running = list(running)
-    made = {str(path) for job in jobs for path in job.output}
+    made = {path for job in jobs for path in _made_by(job)}
     used = {str(path) for job in running for path in job.input} - made
     written = {str(path) for job in running for path in job.output}
     made_raw = {Path(path).relative_to(raw).parts[0] for path in written if _below(path, raw)}
@@ -71,6 +71,12 @@ def begin_run(
         text = json.dumps({"run": run, "inputs": inputs}, indent=1)
         part.write_text(text + "\n", encoding="utf-8")
     os.environ |= {INPUTS: str(begun), RUN: run}
+
+
+def _made_by(job: object) -> set[str]:
+    """Every file that a job writes: rules read each other's benchmarks and logs too."""
+    benchmark = [job.benchmark] if job.benchmark else []
+    return {str(path) for path in (*job.output, *job.log, *benchmark)}
 
 
 def lock_folder(folder: str | Path, *, warn: Callable[[str], None]) -> None:

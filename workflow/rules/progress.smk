@@ -19,6 +19,9 @@ onstart:
         )
     except ValueError as error:
         refuse(error)
+    if workflow.local_exec:
+        # With a rate limit each pass of the scheduler starts a clock that makes another pass.
+        workflow.scheduler.job_rate_limiter = None
     PLAN.show()
     be_brief(logger, len(workflow.dag))
 
