@@ -58,7 +58,8 @@ def minima(snakemake, fit, changes, tracked, kept):
     share_models(first, problem, kept)
     for error in params.errors:
         full = first.with_option(error)
-        moduli = fit_moduli(full, fit["study"]["reduced_modulus_pa"], options, nodes_m=nodes_m)
+        start_pa = fit["study"]["reduced_modulus_pa"]
+        moduli = fit_moduli(full, start_pa, options, nodes_m=nodes_m, norms=("length",))
         rows.append(
             {"error": error, "nodes": len(nodes_m)}
             | {name: getattr(moduli.minimum, name) for name in MINIMUM}

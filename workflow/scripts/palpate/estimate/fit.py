@@ -49,7 +49,14 @@ class ModuliFit:
     reduced_model: ReducedAccuracy
 
 
-def fit_moduli(full: Objective, E_star: float, options: Mapping, *, nodes_m: NDArray) -> ModuliFit:
+def fit_moduli(
+    full: Objective,
+    E_star: float,
+    options: Mapping,
+    *,
+    nodes_m: NDArray,
+    norms: Sequence[str] = NORMS,
+) -> ModuliFit:
     """Search the moduli from Hertz's start, as the study does and with derivatives.
 
     Parameters
@@ -63,6 +70,8 @@ def fit_moduli(full: Objective, E_star: float, options: Mapping, *, nodes_m: NDA
         ``patch_m``.
     nodes_m : (n, 3) array
         Nodes of the solid [m].
+    norms : sequence of str, optional
+        Of the least squares; "length", which judges the profile, among them.
 
     Raises
     ------
@@ -88,7 +97,7 @@ def fit_moduli(full: Objective, E_star: float, options: Mapping, *, nodes_m: NDA
     bounds = {name: options[name] for name in ("youngs_modulus_bounds_pa", "poisson_ratio_bounds")}
     surface = {"nodes_m": nodes_m, "least_patch_m": options["patch_m"]}
     fits = {
-        norm: fit_least_squares(objective, start, norm=norm, **surface, **bounds) for norm in NORMS
+        norm: fit_least_squares(objective, start, norm=norm, **surface, **bounds) for norm in norms
     }
     profile = poisson_profile(
         objective,
