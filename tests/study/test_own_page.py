@@ -3,6 +3,7 @@
 import pandas as pd
 import pytest
 from palpate.study.own_page import own_page, press_of
+from palpate.study.tables import AT_BOUND_NOTE
 
 ADVISED = {
     "object": "toy",
@@ -37,8 +38,12 @@ HERTZ |= {"recommended": False, "reduced_modulus_pa": 41000.0, "provenance": "re
 PRESS = {"sensor": "my_cam", "capture": "1"}
 
 
-def page(pictures=None, **changes):
-    rows = pd.DataFrame([HERTZ, ADVISED | changes])
+SEARCHED = HERTZ | {"method": "minimise_displacement", "youngs_modulus_pa": 1e8}
+SEARCHED |= {"poisson_ratio": 0.0, "reduced_modulus_pa": 1e8}
+
+
+def page(pictures=None, at_bound=False, **changes):
+    rows = pd.DataFrame([HERTZ, SEARCHED | {"at_bound": at_bound}, ADVISED | changes])
     return own_page("toy", rows, [PRESS], pictures or {})
 
 
@@ -60,6 +65,13 @@ def test_just_the_verdicts_that_occur_are_explained():
 def test_a_surface_unlike_the_model_is_told():
     assert "by 4.2 times what its noise explains" in page(motion_scale=4.2)
     assert "unlike the model" not in page()
+
+
+def test_a_search_that_ended_at_a_bound_is_told():
+    text = page(at_bound=True)
+    assert "| 100000.0 (at a bound) |  | 0.00 (at a bound) | 100000.0 (at a bound) |" in text
+    assert text.count("(at a bound)") == 3 and AT_BOUND_NOTE in text
+    assert "at a bound" not in page() and AT_BOUND_NOTE not in page()
 
 
 def test_simulated_captures_are_told_and_recorded_ones_not():

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from palpate.study.style import sensor_name
-from palpate.study.tables import SIMULATED_NOTE
+from palpate.study.tables import AT_BOUND_NOTE, SIMULATED_NOTE, bound_mark
 
 KILOPASCALS, MILLIMETRES = 1e-3, 1e3
 MODULI = {
@@ -80,7 +80,10 @@ def own_page(
     lines += ["## How stiff", "", *_advised(advised), "", *_meanings(advised), *_doubts(advised)]
     lines += _pictures(pictures)
     lines += ["", "## Captures", "", *_table(presses), "", "## All estimates", ""]
-    lines += _table([_estimate(row) for row in summary.to_dict("records")])
+    rows = summary.to_dict("records")
+    lines += _table([_estimate(row) for row in rows])
+    if any(bound_mark(row) for row in rows):
+        lines += ["", AT_BOUND_NOTE]
     return "\n".join(lines) + "\n"
 
 
@@ -124,7 +127,7 @@ def _judged(row: Mapping, quantity: str) -> str:
 
 
 def _value(row: Mapping, quantity: str) -> str:
-    """Value with its interval, moduli in kPa."""
+    """Value with its interval, moduli in kPa; whether a bound ended the search for it."""
     stem, end = quantity.removesuffix("_pa"), "_pa" if quantity.endswith("_pa") else ""
     scale, places = (KILOPASCALS, 1) if end else (1.0, 2)
     value, low, high = (row.get(key) for key in (quantity, f"{stem}_low{end}", f"{stem}_high{end}"))
@@ -132,8 +135,8 @@ def _value(row: Mapping, quantity: str) -> str:
         return ""
     text = f"{scale * value:.{places}f}"
     if pd.isna(low):
-        return text
-    return f"{text} ({scale * low:.{places}f} to {scale * high:.{places}f})"
+        return text + bound_mark(row)
+    return f"{text}{bound_mark(row)} ({scale * low:.{places}f} to {scale * high:.{places}f})"
 
 
 def _meanings(rows: pd.DataFrame) -> list[str]:
