@@ -90,12 +90,15 @@ def test_a_summary_without_a_recommended_row():
 
 def test_what_a_capture_held():
     fit = {
-        "samples": {"force_n": [0.0, 2.1], "depth_m": [-0.001, 0.0055]},
-        "depth_over_radius": 0.9,
+        "samples": {"force_n": [0.0, 2.1], "depth_m": [-0.001, 0.0046]},
+        "depth_over_radius": 0.77,
+        "radius_m": 0.006,
     }
-    residuals = [{"cells": 80, "motion_scale": 1.26}]
-    row = press_of(PRESS, fit, {"frames": [9], "residuals": residuals})
+    direct = {"frames": [9], "nuisances": [{"offset_m": 0.00104}]}
+    direct["residuals"] = [{"cells": 80, "motion_scale": 1.26}]
+    row = press_of(PRESS, fit, direct)
     assert row["peak force (N)"] == "2.10"
-    assert row["greatest depth (mm)"] == "5.5"
+    assert row["greatest depth (mm)"] == "5.6" and row["of it fitted offset (mm)"] == "1.0"
+    assert row["depth over radius"] == "0.94"
     assert row["frames"] == "2" and row["frames compared"] == "9"
     assert row["motion's noise over expected"] == "1.3"

@@ -94,18 +94,21 @@ def press_of(capture: Mapping, fit: Mapping, direct: Mapping) -> dict[str, str]:
     ----------
     capture : mapping
     fit, direct : mapping
-        Its hertz.json and direct.json.
+        Its hertz.json and direct.json. The depth is that of the tip as it was recorded, and the
+        constant error of it that the direct estimate found.
     """
-    force, depth = fit["samples"]["force_n"], fit["samples"]["depth_m"]
-    residual = direct["residuals"][0]
+    force, residual = fit["samples"]["force_n"], direct["residuals"][0]
+    offset = direct["nuisances"][0]["offset_m"]
+    depth = max(fit["samples"]["depth_m"]) + offset
     return {
         "sensor": sensor_name(capture["sensor"]),
         "capture": str(capture["capture"]),
         "frames": str(len(force)),
         "frames compared": str(direct["frames"][0]),
         "peak force (N)": f"{max(force):.2f}",
-        "greatest depth (mm)": f"{max(depth) * MILLIMETRES:.1f}",
-        "depth over radius": f"{fit['depth_over_radius']:.2f}",
+        "greatest depth (mm)": f"{depth * MILLIMETRES:.1f}",
+        "of it fitted offset (mm)": f"{offset * MILLIMETRES:.1f}",
+        "depth over radius": f"{depth / fit['radius_m']:.2f}",
         "places of the surface": str(residual["cells"]),
         "motion's noise over expected": f"{residual['motion_scale']:.1f}",
     }
