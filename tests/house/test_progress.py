@@ -23,7 +23,7 @@ def progress(logger, done, total):
     logger.info(f"{done}/{total}", extra={"event": "progress", "done": done, "total": total})
 
 
-def test_a_job_is_one_line_with_the_steps_done(terminal):
+def test_a_job_that_begins_is_one_line_beside_the_steps_done(terminal):
     logger, shown = terminal
     be_brief(logger, 4)
     job(logger, "Clouds of pad, kinect, 08")
@@ -34,8 +34,8 @@ def test_a_job_is_one_line_with_the_steps_done(terminal):
     job(logger, None)
     lines = shown.getvalue().splitlines()
     assert len(lines) == 2
-    assert lines[0].endswith("0 of 4 steps (0%) done  Clouds of pad, kinect, 08")
-    assert lines[1].endswith("1 of 4 steps (25%) done  Hertz fit of pad, kinect, 08")
+    assert lines[0].endswith("0 of 4 steps (0%) done, now: Clouds of pad, kinect, 08")
+    assert lines[1].endswith("1 of 4 steps (25%) done, now: Hertz fit of pad, kinect, 08")
 
 
 def test_errors_and_the_last_step_are_shown(terminal):

@@ -74,7 +74,9 @@ def test_table_stands_beside_the_truth(table):
 def test_summary_takes_medians_over_captures(table):
     short = steps_summary(table)
     assert len(short) == 7 * 2
-    assert (short["captures"] == 2).all()
+    assert (short["captures"] == 2).all() and (short["captures_at_bound"] == 0).all()
+    at_bound = steps_summary(table.assign(at_bound=table["capture"] == "01"))
+    assert (at_bound["captures_at_bound"] == 1).all()
     assert short["youngs_modulus_ratio"].to_numpy() == pytest.approx(1.0)
     assert short["poisson_ratio_largest_error"].to_numpy() == pytest.approx(0.1)
     relaxed = relaxed_modulus(MATERIAL, 1.0)

@@ -99,6 +99,12 @@ def test_moduli_carry_interval_and_verdict():
     assert rows[2]["verdict"] == "not identified (gaps agree over the surface)"
 
 
+def test_a_minimum_at_a_bound_says_so():
+    row = objects_page.moduli(FIT, {"displacement": MINIMUM | {"at_bound": True}})[2]
+    assert row["E_kpa"] == "20.0 (at a bound)" and row["nu"] == "0.25 (at a bound)"
+    assert row["reduced_kpa"] == "21.3 (at a bound)"
+
+
 def test_title_and_provenance():
     assert view()["title"] == "Foam block, point 08, Kinect"
     assert view()["provenance"] == "simulated"

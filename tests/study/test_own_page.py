@@ -3,6 +3,7 @@
 import pandas as pd
 import pytest
 from palpate.study.own_page import own_page, press_of
+from palpate.study.tables import AT_BOUND_NOTE
 
 ADVISED = {
     "object": "toy",
@@ -37,8 +38,12 @@ HERTZ |= {"recommended": False, "reduced_modulus_pa": 41000.0, "provenance": "re
 PRESS = {"sensor": "my_cam", "capture": "1"}
 
 
-def page(pictures=None, **changes):
-    rows = pd.DataFrame([HERTZ, ADVISED | changes])
+SEARCHED = HERTZ | {"method": "minimise_displacement", "youngs_modulus_pa": 1e8}
+SEARCHED |= {"poisson_ratio": 0.0, "reduced_modulus_pa": 1e8}
+
+
+def page(pictures=None, at_bound=False, **changes):
+    rows = pd.DataFrame([HERTZ, SEARCHED | {"at_bound": at_bound}, ADVISED | changes])
     return own_page("toy", rows, [PRESS], pictures or {})
 
 
@@ -62,6 +67,13 @@ def test_a_surface_unlike_the_model_is_told():
     assert "unlike the model" not in page()
 
 
+def test_a_search_that_ended_at_a_bound_is_told():
+    text = page(at_bound=True)
+    assert "| 100000.0 (at a bound) |  | 0.00 (at a bound) | 100000.0 (at a bound) |" in text
+    assert text.count("(at a bound)") == 3 and AT_BOUND_NOTE in text
+    assert "at a bound" not in page() and AT_BOUND_NOTE not in page()
+
+
 def test_simulated_captures_are_told_and_recorded_ones_not():
     assert "virtual lab" in page(provenance="simulated")
     assert "virtual lab" not in page()
@@ -78,12 +90,15 @@ def test_a_summary_without_a_recommended_row():
 
 def test_what_a_capture_held():
     fit = {
-        "samples": {"force_n": [0.0, 2.1], "depth_m": [-0.001, 0.0055]},
-        "depth_over_radius": 0.9,
+        "samples": {"force_n": [0.0, 2.1], "depth_m": [-0.001, 0.0046]},
+        "depth_over_radius": 0.77,
+        "radius_m": 0.006,
     }
-    residuals = [{"cells": 80, "motion_scale": 1.26}]
-    row = press_of(PRESS, fit, {"frames": [9], "residuals": residuals})
+    direct = {"frames": [9], "nuisances": [{"offset_m": 0.00104}]}
+    direct["residuals"] = [{"cells": 80, "motion_scale": 1.26}]
+    row = press_of(PRESS, fit, direct)
     assert row["peak force (N)"] == "2.10"
-    assert row["greatest depth (mm)"] == "5.5"
+    assert row["greatest depth (mm)"] == "5.6" and row["of it fitted offset (mm)"] == "1.0"
+    assert row["depth over radius"] == "0.94"
     assert row["frames"] == "2" and row["frames compared"] == "9"
     assert row["motion's noise over expected"] == "1.3"

@@ -239,6 +239,7 @@ def test_simulation_table(published):
         "error_option": "displacement",
         "data": "tracked",
         "evaluations": 99,
+        "at_bound": False,
     }
     linear = {name: {"estimates": [estimate(LAM, MU)]} for name in ("exact", "tracked")}
     table = simulation_tables.simulation_table(linear, [minimum], published, TRUTH)
@@ -318,6 +319,15 @@ def test_trace_figures_name_their_units_and_lines(published, draw):
     assert labels[:2] == ["λ (kPa)", "μ (kPa)"] and labels[2][-1] == ")"
     texts = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert texts[-2:] == ["true 80.7 kPa", "published -21.5 kPa"]
+    plt.close(figure)
+
+
+def test_a_minimum_at_a_bound_says_so_in_its_figure():
+    trace = [step | {"error_m": 1e-4} for step in estimate(LAM, MU)["trace"]]
+    with journal():
+        figure = simulation_figures.minimisation_trace({"trace": trace, "at_bound": True}, [])
+    texts = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert texts == ["found 80.7 kPa (at a bound)"]
     plt.close(figure)
 
 

@@ -132,6 +132,28 @@ def test_a_table_without_points_stands_beside_every_point(minima, root):
     assert moduli_tables.moduli_table(ball, published, name="ear").empty
 
 
+@pytest.mark.parametrize("read", [lambda found: found, lambda found: found.astype(str)])
+def test_a_minimum_at_a_bound_says_so(minima, read):
+    minima["at_bound"] = minima["sensor"] == "kinect"
+    lines = tables.to_markdown(read(minima), title="Minima", notes=[]).splitlines()
+    assert tables.AT_BOUND_NOTE in lines
+    for line in lines:
+        marked = 3 if line.startswith("| foam_block | kinect") else 0
+        assert line.count("(at a bound)") == marked
+    minima["at_bound"] = False
+    assert "at a bound" not in tables.to_markdown(minima, title="Minima", notes=[]).lower()
+
+
+def test_accuracy_of_a_minimum_at_a_bound_says_so():
+    from palpate.study.accuracy import _moduli
+
+    material = {"youngs_modulus_pa": 2e4, "poisson_ratio": 0.3, "reduced_modulus_pa": 2.2e4}
+    results = {"hertz": fit(25000.0), "minima": {"displacement": minimum(1e8, 0.0)}}
+    results["minima"]["displacement"]["at_bound"] = True
+    text = tables.to_markdown(pd.DataFrame(_moduli(material, results)), title="", notes=[])
+    assert text.count("(at a bound)") == 3 and "| 100000000 (at a bound) |" in text
+
+
 def test_summary_has_a_row_for_each_method(hertz, minima, squares):
     summary = tables.summary(hertz, minima, squares, pd.DataFrame())
     assert len(summary) == 5 * len(CAPTURES)
@@ -175,13 +197,14 @@ def test_figures_repeat_and_carry_their_label(tmp_path):
     shown = CAPTURES[::2]
     for k in "ab":
         with style.journal():
-            results = [minimum(2e4, 0.25), minimum(3e4, 0.2)]
+            results = [minimum(2e4, 0.25), minimum(3e4, 0.2) | {"at_bound": True}]
             figure = figures.figure_5_8(shown, results, error="displacement")
             style.save(figure, tmp_path / f"{k}.png", tmp_path / f"{k}.svg")
     for ending in ("png", "svg"):
         one, other = ((tmp_path / f"{k}.{ending}").read_bytes() for k in "ab")
         assert one == other
-    assert "simulated captures" in (tmp_path / "a.svg").read_text()
+    drawn = (tmp_path / "a.svg").read_text()
+    assert "simulated captures" in drawn and drawn.count("(at a bound)") == 1
 
 
 def test_accuracy_of_a_known_error():

@@ -33,6 +33,13 @@ def template():
 
 
 @pytest.fixture(scope="module")
+def drawn():
+    """The same block by its corners alone, as a person draws it."""
+    mesh = trimesh.creation.box(SIZE)
+    return Template(mesh.vertices + [0, 0, SIZE[2] / 2], np.asarray(mesh.faces))
+
+
+@pytest.fixture(scope="module")
 def pose():
     """A camera in front of the block, 45 degrees up."""
     turn = Rotation.from_euler("x", 135, degrees=True).as_matrix()
@@ -91,15 +98,22 @@ def test_a_cloud_that_misses_is_refused(template, pose):
         )
 
 
-def test_refined_template_stays_closed(template):
-    fine = refine_template(template, POINT, radius_m=0.02, edge_m=0.0025)
+@pytest.mark.parametrize("rough", ["template", "drawn"])
+@pytest.mark.parametrize("radius_m", [0.001, 0.02])
+def test_refined_template_is_fine_around_the_contact(rough, radius_m, request):
+    fine = refine_template(request.getfixturevalue(rough), POINT, radius_m=radius_m, edge_m=0.0025)
     mesh = trimesh.Trimesh(fine.vertices_m, fine.faces, process=False)
     assert mesh.is_watertight
     assert mesh.volume == pytest.approx(np.prod(SIZE))
-    edges = unique_edges(fine.faces)
-    near = (np.linalg.norm(fine.vertices_m - POINT, axis=1) < 0.02)[edges].any(axis=1)
-    lengths = np.linalg.norm(np.diff(fine.vertices_m[edges], axis=1)[:, 0], axis=1)
-    assert lengths[near].max() <= 0.0025
+    closest = trimesh.triangles.closest_point(mesh.triangles, np.tile(POINT, (len(fine.faces), 1)))
+    near = np.linalg.norm(closest - POINT, axis=1) < radius_m
+    lengths = np.linalg.norm(np.diff(mesh.triangles[:, [0, 1, 2, 0]], axis=1), axis=-1)
+    assert near.any() and lengths[near].max() <= 0.0025
+
+
+def test_an_edge_length_out_of_reach(template):
+    with pytest.raises(ValueError, match="edge_m: expected at most 1e-09 m after 40 passes, found"):
+        refine_template(template, POINT, radius_m=1e-6, edge_m=1e-9)
 
 
 def test_neighbourhoods(template):
@@ -111,11 +125,14 @@ def test_neighbourhoods(template):
         neighbourhoods(template, reach=1, measure="cones")
 
 
-@pytest.mark.parametrize(("data_term", "part_left"), [("point", 1.0), ("plane", 0.9)])
-def test_a_dent_is_tracked(template, pose, data_term, part_left):
+@pytest.mark.parametrize(
+    ("rough", "data_term", "part_left"),
+    [("template", "point", 1.0), ("template", "plane", 0.9), ("drawn", "plane", 0.9)],
+)
+def test_a_dent_is_tracked(template, pose, rough, data_term, part_left, request):
     """Against no tracking at all, in the dent; distances to points drag vertices sideways."""
     rng = np.random.default_rng(1)
-    fine = refine_template(template, POINT, radius_m=0.02, edge_m=0.0025)
+    fine = refine_template(request.getfixturevalue(rough), POINT, radius_m=0.02, edge_m=0.0025)
     rest = to_camera(pose, fine.vertices_m)
     dense = refine_template(template, POINT, radius_m=0.03, edge_m=0.002)
     frames = []

@@ -205,11 +205,14 @@ def test_the_expected_region_gives_the_same_corners(probe):
     assert expected_region(last + 5000, None, image.shape) is None
 
 
-def test_corners_come_in_the_boards_order_whichever_way_up(probe):
-    for turn in (0.0, np.pi):
+@pytest.mark.parametrize("inner_corners", [[4, 3], [5, 4]])
+def test_corners_come_in_the_boards_order_whichever_way_up(inner_corners):
+    """Black corner squares at the upper edge, or at the left of a board that begins with odd."""
+    marker = {"inner_corners": inner_corners, "square_m": 0.02}
+    for turn in (0.0, 0.5 * np.pi, np.pi):
         pose = pose_of([0, 0, turn], [0.0, 0.0, 0.6])
-        corners = find_corners(board_image(pose, probe["marker"]), probe["marker"])
-        points = board_points(probe["marker"]) @ pose[:3, :3].T + pose[:3, 3]
+        corners = find_corners(board_image(pose, marker), marker)
+        points = board_points(marker) @ pose[:3, :3].T + pose[:3, 3]
         assert np.abs(corners - CAMERA.project(points)).max() < 0.15
 
 

@@ -66,7 +66,7 @@ class Terminal(logging.Formatter):
         hours, minutes = divmod(minutes, 60)
         share = self.done / self.steps if self.steps else 0.0
         count = f"{self.done} of {self.steps} steps ({share:.0%}) done"
-        return f"{hours}:{minutes:02d}:{seconds:02d}  {count}  {record.rule_msg}"
+        return f"{hours}:{minutes:02d}:{seconds:02d}  {count}, now: {record.rule_msg}"
 
 
 class Plan:

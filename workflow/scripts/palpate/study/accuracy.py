@@ -130,9 +130,12 @@ def _moduli(material: Mapping, results: Mapping) -> list[dict]:
         for name in ("study", "free_contact")
     ]
     for error, minimum in results["minima"].items():
-        rows.append(_row(f"{error}_youngs_modulus", minimum["youngs_modulus_pa"], "Pa", E))
-        rows.append(_row(f"{error}_poisson_ratio", minimum["poisson_ratio"], "", nu))
-        rows.append(_row(f"{error}_reduced_modulus", minimum["reduced_modulus_pa"], "Pa", E_star))
+        found = [
+            _row(f"{error}_youngs_modulus", minimum["youngs_modulus_pa"], "Pa", E),
+            _row(f"{error}_poisson_ratio", minimum["poisson_ratio"], "", nu),
+            _row(f"{error}_reduced_modulus", minimum["reduced_modulus_pa"], "Pa", E_star),
+        ]
+        rows += [row | {"at_bound": minimum["at_bound"]} for row in found]
     return rows
 
 

@@ -15,6 +15,7 @@ from palpate.study.style import (
     label_provenance,
     sensor_name,
 )
+from palpate.study.tables import bound_mark
 
 MILLIMETRES, KILOPASCALS = 1e3, 1e-3
 
@@ -49,7 +50,7 @@ def figure_5_8(
     for column, capture, minimum in zip(axes.T, captures, minima, strict=True):
         _trace_panels(column, minimum["trace"][:iterations])
         place = f"{capture['object'].replace('_', ' ')}, point {capture['point']}"
-        column[0].set_title(f"{sensor_name(capture['sensor'])}: {place}")
+        column[0].set_title(f"{sensor_name(capture['sensor'])}: {place}{bound_mark(minimum)}")
     for panel, label in zip(axes[:, 0], ("λ (kPa)", "μ (kPa)", "Error (mm)"), strict=True):
         panel.set_ylabel(label)
     figure.align_ylabels(axes[:, 0])

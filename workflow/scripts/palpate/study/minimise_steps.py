@@ -73,7 +73,7 @@ def steps_summary(table: pd.DataFrame) -> pd.DataFrame:
     -------
     DataFrame
         Median E over the relaxed truth and its largest deviation from 1, median and largest
-        error of nu, by object; ``captures`` of them.
+        error of nu, by object; ``captures`` of them, and how many of those ended at a bound.
     """
     keys = ["object", "error", "kind", "step"]
     rows = []
@@ -83,6 +83,7 @@ def steps_summary(table: pd.DataFrame) -> pd.DataFrame:
             dict(zip(keys, key, strict=True))
             | {
                 "captures": len(group),
+                "captures_at_bound": int(group["at_bound"].sum()),
                 "youngs_modulus_ratio": group["youngs_modulus_ratio"].median(),
                 "relaxed_modulus_ratio": ratio.median(),
                 "relaxed_modulus_largest_deviation": (ratio - 1).abs().max(),

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.study.style import ERROR_NAMES, sensor_name
+from palpate.study.tables import bound_mark
 from palpate.surface.pose import to_object
 from palpate.surface.tracked import Tracked
 
@@ -143,9 +144,10 @@ def moduli(fit: Mapping, minima: Mapping[str, Mapping]) -> list[dict[str, str]]:
         _row("Recommended contact model", advised["reduced_modulus_pa"], f" ({low} to {high})"),
     ]
     for error, minimum in minima.items():
-        row = _row(f"Minimisation, {ERROR_NAMES[error]} error", minimum["reduced_modulus_pa"])
-        row["E_kpa"] = _kpa(minimum["youngs_modulus_pa"])
-        row["nu"] = f"{minimum['poisson_ratio']:.2f}"
+        mark, method = bound_mark(minimum), f"Minimisation, {ERROR_NAMES[error]} error"
+        row = _row(method, minimum["reduced_modulus_pa"], mark)
+        row["E_kpa"] = _kpa(minimum["youngs_modulus_pa"]) + mark
+        row["nu"] = f"{minimum['poisson_ratio']:.2f}{mark}"
         rows.append(row | {"verdict": _verdict(minimum)})
     return rows
 
@@ -193,8 +195,8 @@ def _verdict(minimum: Mapping) -> str:
     return f"{verdict} ({reason})" if reason else verdict
 
 
-def _row(method: str, reduced_modulus_pa: float, interval: str = NOTHING) -> dict[str, str]:
-    reduced = _kpa(reduced_modulus_pa) + interval
+def _row(method: str, reduced_modulus_pa: float, remark: str = NOTHING) -> dict[str, str]:
+    reduced = _kpa(reduced_modulus_pa) + remark
     return {
         "method": method,
         "E_kpa": NOTHING,

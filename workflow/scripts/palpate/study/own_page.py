@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from palpate.study.style import sensor_name
-from palpate.study.tables import SIMULATED_NOTE
+from palpate.study.tables import AT_BOUND_NOTE, SIMULATED_NOTE, bound_mark
 
 KILOPASCALS, MILLIMETRES = 1e-3, 1e3
 MODULI = {
@@ -80,7 +80,10 @@ def own_page(
     lines += ["## How stiff", "", *_advised(advised), "", *_meanings(advised), *_doubts(advised)]
     lines += _pictures(pictures)
     lines += ["", "## Captures", "", *_table(presses), "", "## All estimates", ""]
-    lines += _table([_estimate(row) for row in summary.to_dict("records")])
+    rows = summary.to_dict("records")
+    lines += _table([_estimate(row) for row in rows])
+    if any(bound_mark(row) for row in rows):
+        lines += ["", AT_BOUND_NOTE]
     return "\n".join(lines) + "\n"
 
 
@@ -91,18 +94,21 @@ def press_of(capture: Mapping, fit: Mapping, direct: Mapping) -> dict[str, str]:
     ----------
     capture : mapping
     fit, direct : mapping
-        Its hertz.json and direct.json.
+        Its hertz.json and direct.json. The depth is that of the tip as it was recorded, and the
+        constant error of it that the direct estimate found.
     """
-    force, depth = fit["samples"]["force_n"], fit["samples"]["depth_m"]
-    residual = direct["residuals"][0]
+    force, residual = fit["samples"]["force_n"], direct["residuals"][0]
+    offset = direct["nuisances"][0]["offset_m"]
+    depth = max(fit["samples"]["depth_m"]) + offset
     return {
         "sensor": sensor_name(capture["sensor"]),
         "capture": str(capture["capture"]),
         "frames": str(len(force)),
         "frames compared": str(direct["frames"][0]),
         "peak force (N)": f"{max(force):.2f}",
-        "greatest depth (mm)": f"{max(depth) * MILLIMETRES:.1f}",
-        "depth over radius": f"{fit['depth_over_radius']:.2f}",
+        "greatest depth (mm)": f"{depth * MILLIMETRES:.1f}",
+        "of it fitted offset (mm)": f"{offset * MILLIMETRES:.1f}",
+        "depth over radius": f"{depth / fit['radius_m']:.2f}",
         "places of the surface": str(residual["cells"]),
         "motion's noise over expected": f"{residual['motion_scale']:.1f}",
     }
@@ -124,7 +130,7 @@ def _judged(row: Mapping, quantity: str) -> str:
 
 
 def _value(row: Mapping, quantity: str) -> str:
-    """Value with its interval, moduli in kPa."""
+    """Value with its interval, moduli in kPa; whether a bound ended the search for it."""
     stem, end = quantity.removesuffix("_pa"), "_pa" if quantity.endswith("_pa") else ""
     scale, places = (KILOPASCALS, 1) if end else (1.0, 2)
     value, low, high = (row.get(key) for key in (quantity, f"{stem}_low{end}", f"{stem}_high{end}"))
@@ -132,8 +138,8 @@ def _value(row: Mapping, quantity: str) -> str:
         return ""
     text = f"{scale * value:.{places}f}"
     if pd.isna(low):
-        return text
-    return f"{text} ({scale * low:.{places}f} to {scale * high:.{places}f})"
+        return text + bound_mark(row)
+    return f"{text}{bound_mark(row)} ({scale * low:.{places}f} to {scale * high:.{places}f})"
 
 
 def _meanings(rows: pd.DataFrame) -> list[str]:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.study.style import BLACK, BLUE, GREEN, ORANGE, PAGE_IN, entitle, finished
+from palpate.study.tables import bound_mark
 
 KILOPASCALS, MILLIMETRES = 1e-3, 1e3
 PALETTE = (BLUE, ORANGE, GREEN, "#CC79A7", "#56B4E9", "#E69F00")
@@ -99,7 +100,7 @@ def minimisation_trace(result: Mapping, lines: Sequence[KnownValue]) -> Figure:
     figure, axes = _three("Error (mm)")
     _draw(axes, result["trace"], "error_m", MILLIMETRES, color=BLUE, label="found")
     axes[2].set_ylim(bottom=0)
-    _known(axes, lines)
+    _known(axes, lines, mark=bound_mark(result))
     for panel in axes[:2]:
         _show_later(panel)
     return _titled(figure, axes, misfit="Error")
@@ -150,7 +151,7 @@ def _draw(axes: Sequence[Axes], trace: Sequence[Mapping], last: str, scale: floa
         panel.margins(x=0.02)
 
 
-def _known(axes: Sequence[Axes], lines: Sequence[KnownValue]) -> None:
+def _known(axes: Sequence[Axes], lines: Sequence[KnownValue], *, mark: str = "") -> None:
     for line in lines:
         look = {
             "color": BLACK,
@@ -164,7 +165,7 @@ def _known(axes: Sequence[Axes], lines: Sequence[KnownValue]) -> None:
     for panel in axes[:2]:
         drawn = panel.get_lines()
         if drawn[0].get_label() == "found":
-            drawn[0].set_label(f"found {drawn[0].get_ydata()[-1]:.1f} kPa")
+            drawn[0].set_label(f"found {drawn[0].get_ydata()[-1]:.1f} kPa{mark}")
             _under(panel, drawn)
         elif lines:
             _under(panel, drawn[-len(lines) :])

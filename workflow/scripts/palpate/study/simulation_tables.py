@@ -72,7 +72,7 @@ def simulation_table(
     """
     rows = [_linear_row(data, result["estimates"]) for data, result in linear.items()]
     rows += [
-        {name: minimum[name] for name in [*MODULI, "data", "evaluations", "converged"]}
+        {name: minimum[name] for name in [*MODULI, "data", "evaluations", "converged", "at_bound"]}
         | {"method": f"minimise_{minimum['error_option']}", "iterations": len(minimum["trace"])}
         for minimum in minima
     ]
@@ -85,7 +85,7 @@ def simulation_table(
     last = [f"{kind}_{name}" for kind in ("true", "published") for name in MODULI]
     table["evaluations"] = table["evaluations"].astype("Int64")
     table["youngs_modulus_ratio"] = table["youngs_modulus_ratio"].round(6)
-    return table[[*first, "converged", *last]].assign(provenance="simulated")
+    return table[[*first, "converged", "at_bound", *last]].assign(provenance="simulated")
 
 
 def tracking_errors(steps: SimulatedSteps, tracked: Tracked) -> dict[str, float]:
@@ -176,7 +176,7 @@ def noise_table(found: Sequence[Mapping], true: Mapping | None) -> pd.DataFrame:
 def _linear_row(data: str, estimates: Sequence[Mapping]) -> dict:
     first = estimates[0]
     row = {name: first[name] for name in [*MODULI, "iterations", "converged"]}
-    return row | {"method": "linear_method", "data": data, "evaluations": None}
+    return row | {"method": "linear_method", "data": data, "evaluations": None, "at_bound": None}
 
 
 def _printed(published: pd.DataFrame) -> pd.DataFrame:

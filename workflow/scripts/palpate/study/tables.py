@@ -13,6 +13,11 @@ DIAGNOSTICS = ("law", "captures", "frames", "motion_scale", "motion_sharing", "d
 # From here on numbers stand without an exponent.
 LARGE = 1e4
 SIMULATED_NOTE = "Rows marked simulated come from the virtual lab, not from recordings."
+AT_BOUND = " (at a bound)"
+AT_BOUND_NOTE = (
+    "At a bound: the search ran to an end of the range that it may use (minimise in config.yaml);"
+    " its numbers are that end's, not the object's."
+)
 PUBLISHED_NOTE = "Columns published_* are the study's printed values."
 
 
@@ -162,12 +167,19 @@ def rounded(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def to_markdown(table: pd.DataFrame, *, title: str, notes: Sequence[str]) -> str:
-    """Write a table in Markdown, with its title and what must be said of its rows."""
+    """Write a table in Markdown, with its title and what must be said of its rows.
+
+    Moduli of a search that ended at a bound say so.
+    """
+    if any(bound_mark(row) for row in table.to_dict("records")):
+        notes = [*notes, AT_BOUND_NOTE]
     lines = [f"# {title}", "", *(f"{note}" for note in notes), ""]
     lines.append("| " + " | ".join(table.columns) + " |")
     lines.append("|" + "---|" * len(table.columns))
-    for row in table.itertuples(index=False):
-        lines.append("| " + " | ".join(_cell(value) for value in row) + " |")
+    for row in table.to_dict("records"):
+        mark = bound_mark(row)
+        cells = (_cell(value) + mark * (name in (*JUDGED, "value")) for name, value in row.items())
+        lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
 
@@ -187,6 +199,17 @@ def write(
         notes.append(PUBLISHED_NOTE)
     table.to_csv(csv, index=False, lineterminator="\n")
     Path(md).write_text(to_markdown(table, title=title, notes=notes), encoding="utf-8")
+
+
+def bound_mark(row: Mapping) -> str:
+    """What stands behind the moduli of a row or result: nothing, or that they are a bound's.
+
+    Parameters
+    ----------
+    row : mapping
+        Its ``at_bound``, if it has one, may be read from CSV as text.
+    """
+    return AT_BOUND if str(row.get("at_bound")) == "True" else ""
 
 
 def _cell(value: object) -> str:

@@ -9,13 +9,15 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import dijkstra
 from trimesh.graph import connected_component_labels
+from trimesh.triangles import closest_point
 
 METRES = {"m": 1.0, "mm": 0.001}
 # Objects that one depth camera and a hand-held probe can measure [m].
 PLAUSIBLE_SIZE_M = (0.01, 3.0)
 # Kinds of files with a surface, and how they are read without what else they may name.
 MESHES = {"ply": {}, "stl": {}, "obj": {"skip_materials": True}, "off": {}}
-PASSES = 12
+# Two passes halve an edge: so many take the longest plausible one to a few micrometres.
+PASSES = 40
 # Vertices whose distances to all others are held at a time.
 CHUNK = 256
 
@@ -129,15 +131,26 @@ def refine_template(
     point_m : (3,) array
         Contact point, object frame [m].
     radius_m, edge_m : float
-        Triangles with a vertex within the radius get edges of at most edge_m [m].
+        Triangles that come within the radius get edges of at most edge_m [m]; those of a box
+        that is drawn by its corners may have no vertex there.
+
+    Raises
+    ------
+    ValueError
+        If edges stay longer after as many passes as are tried.
     """
     vertices, faces = template.vertices_m, template.faces
-    for _ in range(PASSES):
-        near = np.linalg.norm(vertices - point_m, axis=1) < radius_m
+    for passes in range(PASSES + 1):
         longest = _edge_lengths(vertices, faces).max(axis=1)
-        chosen = near[faces].any(axis=1) & (longest > edge_m)
+        chosen = longest > edge_m
+        # In edges, as trimesh's zero is of triangles about that large.
+        corners = (vertices[faces[chosen]] - point_m) / edge_m
+        chosen[chosen] = _from_origin(corners) < radius_m / edge_m
         if not chosen.any():
             break
+        if passes == PASSES:
+            expected = f"at most {edge_m:g} m after {PASSES} passes"
+            raise ValueError(f"edge_m: expected {expected}, found {longest[chosen].max():.3g} m")
         vertices, faces = _bisect(vertices, faces, chosen)
     return Template(vertices, faces)
 
@@ -178,6 +191,11 @@ def _reached(graph: sparse.csr_matrix, sources: NDArray, limit: float) -> sparse
     """Vertices within a distance of some; a part at a time, since distances come as full rows."""
     distance = dijkstra(graph, directed=False, indices=sources, limit=limit)
     return sparse.csr_matrix(np.isfinite(distance))
+
+
+def _from_origin(triangles: NDArray) -> NDArray:
+    """Distances of triangles (m, 3, 3) from the origin, shape (m,)."""
+    return np.linalg.norm(closest_point(triangles, np.zeros((len(triangles), 3))), axis=1)
 
 
 def _edge_lengths(vertices: NDArray, faces: NDArray) -> NDArray:
