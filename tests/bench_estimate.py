@@ -3,6 +3,7 @@
 import time
 
 import numpy as np
+from floor import floor
 from palpate.estimate.least_squares import fit_least_squares
 from palpate.estimate.minimise import hertz_start, minimise_error
 from palpate.estimate.moduli import lame_from_engineering, reduced_modulus
@@ -66,10 +67,8 @@ def problem(count: int):
     triangle = contact_triangle(mesh, middle, largest_distance_m=0.02)
     sets = node_sets(
         mesh,
+        floor(1e-6),
         contact_nodes=triangle,
-        support_plane_point_m=[0, 0, 0],
-        support_plane_normal=[0, 0, 1],
-        tolerance_m=1e-6,
     )
     press = {"indenter_radius_m": 0.00622, "depth_m": 0.008}
     force = np.array([0.0, 0.0, -2.0])

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from floor import floor
 from numpy.typing import NDArray
 from palpate.estimate.objective import Measurement, Objective
 from palpate.solid.boundary import NodeSets, node_sets
@@ -61,10 +62,8 @@ def pressed(mesh: SolidMesh, point_m: list[float]) -> Pressed:
     forces = nodal_force(mesh, triangle, force, rule="conserve", turn_to_normal=True, **press)
     sets = node_sets(
         mesh,
+        floor(1e-3),
         contact_nodes=triangle,
-        support_plane_point_m=[0, 0, 0],
-        support_plane_normal=[0, 0, 1],
-        tolerance_m=1e-3,
     )
     blank = np.zeros_like(forces)
     blank[triangle] = 1e-3

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from floor import floor
 from palpate.estimate.direct import estimate_direct, law_evidence, laws_to_try
 from palpate.estimate.direct_blocks import Scales, blocks_of
 from palpate.estimate.direct_deviations import LEAST_NOISE, robust_weights, variance_parts
@@ -24,6 +25,7 @@ from palpate.estimate.direct_press import (
 from palpate.estimate.press_model import PressModel
 from palpate.estimate.relaxation import relaxed_force
 from palpate.estimate.settling import rocking_axes, settling_of
+from palpate.solid.support import Support
 
 RADIUS_M = 0.006
 OPTIONS = {
@@ -41,7 +43,7 @@ OPTIONS = {
     "profile_poisson_ratios": [0.0, 0.2, 0.35, 0.49],
 }
 START = Parameters(1e4, 0.2, 0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(3))
-STANDING = {"plane_point_m": [0, 0, -0.05], "plane_normal": [0, 0, 1], "contact": "resting"}
+STANDING = floor(1e-3, height_m=-0.05, contact="resting")
 
 
 def model_of(cell_m, law="made_up", stiffening=0.0):
@@ -122,7 +124,7 @@ def press_of(
         shift_std_m=2e-5,
         patch_m=0.02,
         patch=patch,
-        settling=settling(cell, support or {**STANDING, "contact": "bonded"}),
+        settling=settling(cell, support or replace(STANDING, contact="bonded")),
         models={"made_up": model},
     )
 
@@ -227,7 +229,7 @@ def test_patches_that_tell_nu_do_not_hang_on_motions_that_do_not_happen():
 def test_what_stands_sinks_along_its_support_and_rocks_about_its_foot():
     cells = np.array([[0.0, 0.0, 0.1], [0.03, 0.0, 0.05], [0.0, 0.04, 0.02]])
     normals = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.6, 0.8]])
-    ground = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 2.0], "contact": "resting"}
+    ground = Support(np.zeros(3), np.array([0, 0, 2.0]), 1e-3, "resting")
     options = {"sinking_std_m": 1e-5, "rocking_std_rad": 2e-4}
     top, down = np.array([0.0, 0, 0.1]), np.array([0.0, 0, -1])
     given = {"support": ground, "options": options}
@@ -244,7 +246,7 @@ def test_what_stands_sinks_along_its_support_and_rocks_about_its_foot():
     found = settling_of(cells, normals, contact_m=side, direction=np.array([-1.0, 0, 0]), **given)
     assert found.tip_m[0] == pytest.approx(0)
     assert np.linalg.norm(found.tip_m[1:]) == pytest.approx(0.05)
-    bonded = {**ground, "contact": "bonded"}
+    bonded = replace(ground, contact="bonded")
     found = settling_of(
         cells, normals, support=bonded, contact_m=top, direction=down, options=options
     )

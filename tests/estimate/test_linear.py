@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from floor import floor
 from palpate.estimate.linear import LinearSystem, linear_method
 from palpate.estimate.objective import Measurement
 from palpate.lab.simulated_block import load_block
@@ -30,10 +31,8 @@ def exact(root):
     mesh = solid_mesh(steps["nodes_m"], steps["tetrahedra"])
     sets = node_sets(
         mesh,
+        floor(1e-6),
         contact_nodes=steps["triangle"],
-        support_plane_point_m=[0, 0, 0],
-        support_plane_normal=[0, 0, 1],
-        tolerance_m=1e-6,
     )
     f, whole = steps["force_n"][-1], steps["displacement_m"][-1]
     u = whole.copy()

@@ -11,6 +11,7 @@ from palpate.solid.boundary import node_sets
 from palpate.solid.finite_strain import NeoHookean
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.solve import factorise
+from palpate.solid.support import Support
 from pressed import OPTIONS
 from skfem import MeshTet
 
@@ -43,13 +44,8 @@ def beam():
     tip = np.flatnonzero(mesh.nodes_m[:, 0] > 0.3 - 1e-9)
     f = np.zeros_like(mesh.nodes_m)
     f[tip] = [0, 0, -0.05 / len(tip)]
-    sets = node_sets(
-        mesh,
-        contact_nodes=tip,
-        support_plane_point_m=[0, 0, 0],
-        support_plane_normal=[1, 0, 0],
-        tolerance_m=1e-6,
-    )
+    wall = Support(np.zeros(3), np.array([1.0, 0, 0]), 1e-6)
+    sets = node_sets(mesh, wall, contact_nodes=tip)
     free = np.repeat(mesh.nodes_m[:, 0] > 1e-9, 3)
     x = newton(NeoHookean(mesh, *lame_from_engineering(E, NU)), f, np.flatnonzero(free))
     u = x - mesh.nodes_m

@@ -13,9 +13,9 @@ from palpate.solid.obstacle import (
     touch_energy,
     touch_forces,
 )
-from palpate.solid.sizing import Support
 from palpate.solid.standing import standing_table
 from palpate.solid.stiffness import combined, elastic_stiffness
+from palpate.solid.support import Support
 from scipy import sparse
 
 PENALTY = 1e4

@@ -2,18 +2,18 @@
 
 import numpy as np
 import pytest
+from floor import floor
 from palpate.solid.contact_mesh import moving_nodes
 from palpate.solid.indentation_table import indentation_model
 from palpate.solid.mesh import quadratic, solid_mesh
 from palpate.solid.press_setup import PressOptions, press_setup
 from palpate.solid.pressing import State
-from palpate.solid.sizing import Support
 from palpate.solid.touching import facing_faces, first_touch, thickness_m
 from skfem import MeshTet
 
 RADIUS = 0.02
 DOWN = np.array([0.0, 0.0, -1.0])
-FLOOR = Support(np.zeros(3), np.array([0.0, 0.0, 1.0]), 1e-4)
+FLOOR = floor(1e-4)
 TOP = np.array([0.05, 0.05, 0.1])
 OPTIONS = PressOptions(edge_m=0.008, growth=1.0, refine_radius_m=0.05, foot_edge_m=0.03)
 
@@ -61,12 +61,11 @@ def test_surface_under_the_sphere_goes_as_deep_as_it(bonded):
 def test_resting_solid_bears_the_force_on_its_table(mesh):
     setup = press_setup(
         mesh,
-        FLOOR,
+        floor(1e-4, contact="resting"),
         TOP,
         DOWN,
         radius_m=RADIUS,
         deepest_m=0.004,
-        contact="resting",
         surface=None,
         options=OPTIONS,
     )
@@ -106,7 +105,6 @@ def test_first_touch_of_a_plane_and_of_a_slope(mesh):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"contact": "glued"}, "contact: expected one of bonded, resting, found glued"),
         ({"deepest_m": 0.2}, "deepest_m: expected above 0 and below the thickness of 0.1 m"),
         ({"direction": np.zeros(3)}, "direction: expected one with a length"),
         ({"point_m": TOP + [0, 0, 0.02]}, "point_m: expected within 0.005 m of the surface"),
@@ -114,7 +112,7 @@ def test_first_touch_of_a_plane_and_of_a_slope(mesh):
     ],
 )
 def test_bad_input(mesh, change, message):
-    given = {"point_m": TOP, "direction": DOWN, "deepest_m": 0.004, "contact": "bonded"} | change
+    given = {"point_m": TOP, "direction": DOWN, "deepest_m": 0.004} | change
     with pytest.raises(ValueError, match=message):
         press_setup(
             mesh,

@@ -6,11 +6,11 @@ import trimesh
 from palpate.solid.fill import _Filler
 from palpate.solid.sizing import (
     SUPPORT_NODES,
-    Support,
     edge_field,
     support_edge,
     supported_area,
 )
+from palpate.solid.support import Support
 
 RADIUS_M = 0.05
 

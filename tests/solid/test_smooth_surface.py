@@ -6,7 +6,6 @@ import trimesh
 from palpate.solid.mesh import SolidMesh, element_volumes, quadratic, solid_mesh
 from palpate.solid.mirror import Mirror, require_image
 from palpate.solid.refine import refine_near
-from palpate.solid.sizing import Support
 from palpate.solid.smooth_surface import (
     LEAST_VOLUME,
     SmoothSurface,
@@ -16,6 +15,7 @@ from palpate.solid.smooth_surface import (
 )
 from palpate.solid.standing import standing_table
 from palpate.solid.stiffness import QUADRATURE, combined, elastic_stiffness, point_volumes
+from palpate.solid.support import Support
 
 UP = np.array([0.0, 0, 1])
 

@@ -13,6 +13,7 @@ import numpy as np
 import open3d as o3d
 import trimesh
 import yaml
+from floor import floor
 from numpy.typing import NDArray
 from palpate.lab.describe import box_template
 from palpate.lab.ladder import ContactLadder
@@ -110,7 +111,7 @@ def dented_block(
     recorded = Recorded(
         template=block_template(edge_m),
         solid=read_solid(ROOT / "config/meshes/foam_block.vtu"),
-        support={"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 0.001},
+        support=floor(0.001),
         clouds=clouds,
         tips_m=to_camera(pose, tips),
         forces_n=-ladder.force_at(depths)[:, None] * pose[:3, 2],

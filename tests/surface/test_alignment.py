@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from floor import floor
 from palpate.surface.alignment import (
     align_capture,
     load_alignment,
@@ -44,9 +45,8 @@ def alignment(template, pose):
     up = pose[:3, 2]
     heights = np.array([0.015, 0.004, -0.001, -0.006])
     tips = to_camera(pose, POINT + np.outer(heights + R, [0, 0, 1]))
-    support = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1]}
     plane = np.append(up, -up @ pose[:3, 3])
-    standing = standing_of(support, POINT, plane, tips[2], indenter_radius_m=R)
+    standing = standing_of(floor(1e-3), POINT, plane, tips[2], indenter_radius_m=R)
     return align_capture(
         template,
         (cloud[seen], normals[seen]),
@@ -79,9 +79,8 @@ def test_a_ball_does_not_roll_or_turn_over(pose):
     seen = (normals * cloud).sum(axis=1) < 0
     up, top = pose[:3, 2], np.array([0, 0, 0.12])
     tips = to_camera(pose, top + np.outer([0.015, -1e-3], [0, 0, 1]) + [0, 0, R])
-    support = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1]}
     plane = np.append(up, -up @ pose[:3, 3])
-    standing = standing_of(support, top, plane, tips[1], indenter_radius_m=R)
+    standing = standing_of(floor(1e-3), top, plane, tips[1], indenter_radius_m=R)
     cloud = cloud[seen], normals[seen]
     options = {"largest_distance_m": 0.012, "largest_normal_deg": 60}
     found = align_capture(ball, cloud, standing, tips, 1, **options)

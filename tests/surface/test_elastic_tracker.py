@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from floor import floor
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.capture import track_capture
@@ -196,9 +197,8 @@ def recorded(solid, template, pose, noise_m, swell=0.0):
         frames.append((to_camera(pose, points), normals @ pose[:3, :3].T))
     tips = to_camera(pose, np.array([sphere_at(depth).centre_m for depth in depths]))
     alignment = Alignment(pose, TOP_M, 2, AlignmentResidual(0.0, 0.0, 0.0, 0.0, 0))
-    support = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 1e-6}
     zeros = np.zeros((len(depths), 3))
-    return Recorded(template, solid, support, frames, tips, zeros, RADIUS_M, alignment)
+    return Recorded(template, solid, floor(1e-6), frames, tips, zeros, RADIUS_M, alignment)
 
 
 def test_a_press_is_followed(capture):

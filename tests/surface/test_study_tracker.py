@@ -8,6 +8,7 @@ import numpy as np
 import palpate.surface.hierarchy as hierarchy_module
 import pytest
 import trimesh
+from floor import floor
 from house.trackers import NEEDED, options_of, tracker_problems
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.stiffness import combined, elastic_stiffness
@@ -27,7 +28,7 @@ from scipy.spatial.transform import Rotation
 from skfem import MeshTet
 
 OPTIONS = TrackerOptions(1, 2, 0.5, 1, "rings", "point", 0.012, 60)
-SUPPORT = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 1e-6}
+SUPPORT = floor(1e-6)
 
 
 def ball(subdivisions, radius_m=0.05):

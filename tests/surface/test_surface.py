@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from floor import floor
 from palpate.lab.describe import box_template
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.augment import indenter_points
@@ -75,8 +76,7 @@ def test_initial_pose_and_alignment_from_any_yaw(template, pose):
     plane = plane if plane[3] > 0 else -plane
     standing = Standing(
         plane,
-        support_normal=np.array([0.0, 0.0, 1.0]),
-        support_point_m=np.zeros(3),
+        floor(1e-3),
         point_m=POINT,
         touched_m=to_camera(pose, POINT) + 0.002,
     )

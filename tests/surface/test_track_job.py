@@ -13,7 +13,6 @@ import yaml
 from house.trackers import options_of
 from palpate.capture.files import PART
 from palpate.capture.tables import write_table
-from palpate.lab.describe import box_template
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.surface.pose import to_camera
@@ -22,9 +21,10 @@ from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
 from skfem import MeshTet
 
-SUPPORT = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 0.001}
-SIZE_M = np.array([0.1, 0.1, 0.1])
-TOP_M = np.array([0.0, 0.0, 0.1])
+PLANE = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 0.004}
+SUPPORT = PLANE | {"contact": "resting"}
+BALL_M = 0.05
+TOP_M = np.array([0.0, 0.0, 2 * BALL_M])
 RADIUS_M = 0.00622
 DEPTHS_M = (-0.001, 0.001, 0.003)
 OUTPUTS = ("tracked.npz", "tracked.vtkhdf", "tracked.json")
@@ -64,19 +64,20 @@ runpy.run_path(job["script"], init_globals={"snakemake": snakemake})
 
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory):
-    """A small capture as the stages before leave it: a cube whose top is pressed."""
+    """A small capture as the stages before leave it: a loose ball whose top is pressed."""
     folder, rng = tmp_path_factory.mktemp("capture"), np.random.default_rng(0)
-    box = box_template(SIZE_M, 0.02)
-    box.export(folder / "template.ply")
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=BALL_M)
+    ball.apply_translation([0, 0, BALL_M])
+    ball.export(folder / "template.ply")
     spec = {"template": {"unit": "m"}, "support": SUPPORT}
     (folder / "object.yaml").write_text(yaml.safe_dump(spec))
     pose = np.diag([1.0, -1.0, -1.0, 1.0])
     pose[2, 3] = 0.6
     residual = AlignmentResidual(0.0, 0.0, 0.0, 0.0, 0)
     save_alignment(folder / "alignment.json", Alignment(pose, TOP_M, 1, residual))
-    mesh = MeshTet().refined(2)
-    write_solid(folder / "solid.vtu", solid_mesh(0.1 * (mesh.p.T - [0.5, 0.5, 0]), mesh.t.T))
-    clouds = [_cloud(box, pose, depth, rng) for depth in DEPTHS_M]
+    mesh = MeshTet.init_ball(2)
+    write_solid(folder / "solid.vtu", solid_mesh(BALL_M * (mesh.p.T + [0, 0, 1]), mesh.t.T))
+    clouds = [_cloud(ball, pose, depth, rng) for depth in DEPTHS_M]
     np.savez(folder / "clouds.npz", **pack_clouds(clouds))
     up = np.array([0.0, 0.0, 1.0])
     tips = to_camera(pose, np.array([TOP_M + up * (RADIUS_M - depth) for depth in DEPTHS_M]))
@@ -88,13 +89,15 @@ def inputs(tmp_path_factory):
     return {key: str(folder / name) for key, name in (names | {"force": "force.csv"}).items()}
 
 
-def _cloud(box, pose, depth, rng):
-    """Points of the top, with a dent under the sphere."""
-    points, faces = trimesh.sample.sample_surface(box, 6000, seed=int(rng.integers(1 << 30)))
-    top = points[box.face_normals[faces][:, 2] > 0.5]
-    away = np.linalg.norm(top[:, :2], axis=1)
-    top = top - np.column_stack([0 * away, 0 * away, max(depth, 0) / (1 + (away / 0.006) ** 2)])
-    return Cloud(to_camera(pose, top), np.tile([0.0, 0.0, -1.0], (len(top), 1)))
+def _cloud(ball, pose, depth, rng):
+    """Points of the upper half, with a dent under the sphere."""
+    points, faces = trimesh.sample.sample_surface(ball, 6000, seed=int(rng.integers(1 << 30)))
+    normals = ball.face_normals[faces]
+    seen = normals[:, 2] > 0
+    points, normals = points[seen], normals[seen]
+    away = np.linalg.norm(points[:, :2], axis=1)
+    points[:, 2] -= max(depth, 0) / (1 + (away / 0.006) ** 2)
+    return Cloud(to_camera(pose, points), normals @ pose[:3, :3].T)
 
 
 @pytest.fixture(scope="module", params=["study", "elastic"])
@@ -124,7 +127,7 @@ def start(root, tmp_path_factory, inputs, tracker):
             },
             "params": {
                 "probe": {"indenter": {"radius_m": RADIUS_M}},
-                "options": options_of(tracking, tracker, "cube"),
+                "options": options_of(tracking, tracker, "foam_ball"),
             },
         }
         (tmp_path / "job.json").write_text(json.dumps(job))

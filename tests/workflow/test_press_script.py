@@ -75,7 +75,7 @@ def test_table_of_a_cube(press, tmp_path):
         ({"point": "07"}, "object.yaml: points: expected one of 01, 02, found 07"),
         ({"point": "02"}, "object.yaml: point_m: expected within 0.005 m of the surface"),
         ({"deepest_m": 0.15}, "object.yaml: deepest_m: expected above 0 and below the thickness"),
-        ({"support": {"plane_normal": [0, 0, 0]}}, "object.yaml: direction: expected one with"),
+        ({"support": {"plane_normal": [0, 0, 0]}}, "object.yaml: support.plane_normal: expected"),
     ],
 )
 def test_bad_input(press, tmp_path, capfd, change, message):

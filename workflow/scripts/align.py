@@ -3,9 +3,9 @@
 import logging
 
 import numpy as np
+from declared import read_declared
 from job import naming, run
 from palpate.capture.files import whole_file
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
 from palpate.estimate.hertz_range import force_onset
 from palpate.surface.alignment import align_capture, save_alignment, standing_of
@@ -26,7 +26,7 @@ from palpate.vision.support_plane import read_plane
 def main(snakemake):
     """Write alignment.json."""
     inputs, params = snakemake.input, snakemake.params
-    spec = load_yaml(inputs.object)
+    spec, support = read_declared(inputs.object)
     point = spec["points"][snakemake.wildcards.capture.partition("-")[0]]["position_m"]
     with naming(inputs.force):
         force = columns_of(read_table(inputs.force), FORCE)
@@ -41,8 +41,7 @@ def main(snakemake):
     with naming(inputs.pose):
         tips = columns_of(read_table(inputs.pose), TIP, frames=len(force))
     radius = params.probe["indenter"]["radius_m"]
-    with naming(inputs.object):
-        standing = standing_of(spec["support"], point, plane, tips[onset], indenter_radius_m=radius)
+    standing = standing_of(support, point, plane, tips[onset], indenter_radius_m=radius)
     options = dict(params.options)
     limits = AlignmentLimits(**options.pop("limits"))
     with (

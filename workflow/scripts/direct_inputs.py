@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 
 import numpy as np
+from declared import read_declared
 from job import naming
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
 from palpate.estimate.direct_problem import Pressing, direct_press
 from palpate.estimate.observation import load_motion
@@ -20,7 +20,7 @@ from palpate.vision.probe import ALONG_STD, TIP
 
 def read_presses(inputs, params):
     """Read each capture; files of one kind go in the captures' order."""
-    spec = load_yaml(inputs.object)
+    spec, support = read_declared(inputs.object)
     template = read_template(inputs.template, unit=spec["template"]["unit"])
     surface = SmoothSurface(template.vertices_m, template.faces)
     lookups = {path: load_indentation(path) for path in dict.fromkeys(inputs.lookups)}
@@ -38,7 +38,7 @@ def read_presses(inputs, params):
                 load_alignment(inputs.alignments[k]),
                 surface,
                 lookups[lookup],
-                spec["support"],
+                support,
                 params.options,
             )
         presses.append(press)

@@ -6,6 +6,7 @@ from palpate.capture.files import whole_file
 from palpate.estimate.objective import Measurement, Objective
 from palpate.solid.boundary import node_sets
 from palpate.solid.mesh import solid_mesh
+from palpate.solid.support import Support
 from palpate.study import simplex, style
 
 # The first triangle, as the study's grid of starts has it: nu 0.25 at the Hertz modulus [Pa].
@@ -37,13 +38,8 @@ def objective(path):
         mesh = solid_mesh(data["nodes_m"], data["tetrahedra"])
         triangle, force = data["triangle"], data["force_n"][-1]
         displacement = data["displacement_m"][-1].copy()
-    sets = node_sets(
-        mesh,
-        contact_nodes=triangle,
-        support_plane_point_m=np.zeros(3),
-        support_plane_normal=np.array([0.0, 0.0, 1.0]),
-        tolerance_m=1e-6,
-    )
+    support = Support(np.zeros(3), np.array([0.0, 0.0, 1.0]), 1e-6)
+    sets = node_sets(mesh, support, contact_nodes=triangle)
     total = float(np.linalg.norm(force.sum(axis=0)))
     return Objective(mesh, sets, Measurement(displacement, force, total), option="displacement")
 

@@ -1,15 +1,14 @@
 """Look-up of one point of an object: force and surface over depth, Poisson's ratio and law."""
 
 import numpy as np
+from declared import read_declared
 from job import naming, run
 from palpate.capture.files import whole_file
-from palpate.capture.schema import load_yaml
 from palpate.solid.indentation import load_indentation, mirrored, save_indentation
 from palpate.solid.indentation_table import indentation_model
 from palpate.solid.mesh import read_solid
 from palpate.solid.mirror import Mirror, require_image
 from palpate.solid.press_setup import PressOptions
-from palpate.solid.sizing import Support
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.template import read_template
 
@@ -22,45 +21,43 @@ FEWEST_STEPS = 6
 def main(snakemake):
     """Write the look-up."""
     inputs = snakemake.input
-    spec = load_yaml(inputs.object)
+    spec, support = read_declared(inputs.object)
     template = read_template(inputs.template, unit=spec["template"]["unit"])
     if inputs.image:
         with naming(inputs.object, "mirrors"):
-            model = image_model(inputs.image, spec, template, snakemake.params.mirrors)
+            model = image_model(inputs.image, support, template, snakemake.params.mirrors)
     else:
-        model = pressed_model(snakemake, spec, template)
+        model = pressed_model(snakemake, spec, support, template)
     with whole_file(snakemake.output.model) as part:
         save_indentation(part, model)
 
 
-def image_model(path, spec, template, normals):
+def image_model(path, support, template, normals):
     """Look-up of a mirror image of another point, in an object that is its own image."""
-    model, through = load_indentation(path), np.array(spec["support"]["plane_point_m"], float)
+    model = load_indentation(path)
     for normal in normals:
         unit = np.array(normal, float) / np.linalg.norm(normal)
-        mirror = Mirror(through, unit)
+        mirror = Mirror(support.plane_point_m, unit)
         require_image(mirror, template.vertices_m, template.faces, tolerance_m=IMAGE_TOLERANCE_M)
         model = mirrored(model, mirror.point_m, mirror.normal)
     return model
 
 
-def pressed_model(snakemake, spec, template):
+def pressed_model(snakemake, spec, support, template):
     """Press the object at the declared point."""
     inputs, options = snakemake.input, snakemake.params.options
     mesh = read_solid(inputs.solid)
-    support, point = spec["support"], declared_point(inputs.object, spec, snakemake.wildcards.point)
-    normal = np.array(support["plane_normal"], dtype=float)
+    point = declared_point(inputs.object, spec, snakemake.wildcards.point)
     # Hertz's contact radius goes with the root of the depth, and so do the elements under it.
     deepest = spec.get("deepest_m", options["deepest_m"])
     with naming(inputs.object):
         return indentation_model(
             mesh,
-            Support(np.array(support["plane_point_m"], float), normal, support["tolerance_m"]),
+            support,
             np.array(point["position_m"], dtype=float),
-            np.array(point.get("direction", -normal), dtype=float),
+            np.array(point.get("direction", -support.plane_normal), dtype=float),
             radius_m=snakemake.params.probe["indenter"]["radius_m"],
             deepest_m=deepest,
-            contact=support.get("contact", "bonded"),
             surface=SmoothSurface(template.vertices_m, template.faces),
             laws=tuple(options["laws"]),
             poisson_ratios=tuple(options["poisson_ratios"]),

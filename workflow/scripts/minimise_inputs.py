@@ -1,7 +1,7 @@
 """What the scripts of the error minimisation share: the inverse problem of one capture."""
 
+from declared import read_declared
 from job import naming
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
 from palpate.estimate.problem import pose_problem
 from palpate.solid.mesh import read_solid
@@ -24,7 +24,7 @@ def read_problem(snakemake, fit, *, tracked, options, solid):
             force,
             frame,
             fit["samples"]["depth_m"][frame],
-            load_yaml(inputs.object)["support"],
+            read_declared(inputs.object)[1],
             indenter_radius_m=snakemake.params.probe["indenter"]["radius_m"],
             **{name: options[name] for name in LOAD},
             **solid,

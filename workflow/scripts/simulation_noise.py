@@ -4,6 +4,7 @@ import numpy as np
 from job import naming, run
 from palpate.capture.files import whole_file
 from palpate.estimate.simulation import pose_simulation
+from palpate.solid.support import read_support
 from palpate.study import simulation_figures, simulation_tables, style, tables
 from palpate.surface.simulation import read_steps
 from study_inputs import read_one
@@ -14,7 +15,7 @@ def main(snakemake):
     options, output = snakemake.params.options, snakemake.output
     steps, truth = read_steps(snakemake.input.steps), read_one(snakemake.input.truth)
     with naming(snakemake.input.steps):
-        problem = pose_simulation(steps, options["support"])
+        problem = pose_simulation(steps, read_support(options["support"]))
         rng = np.random.default_rng(snakemake.params.seed)
         found = drawn(problem, steps.triangle, options, snakemake.params.search, rng)
     table = simulation_tables.noise_table(found, truth)

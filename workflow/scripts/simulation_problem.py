@@ -2,6 +2,7 @@
 
 from job import naming
 from palpate.estimate.simulation import pose_simulation
+from palpate.solid.support import read_support
 from palpate.surface.simulation import read_steps
 from palpate.surface.tracked import load_tracked
 
@@ -11,4 +12,4 @@ def read_problem(steps, tracked, support):
     read = read_steps(steps)
     surface = load_tracked(tracked) if tracked else None
     with naming(tracked, "tracked"), naming(steps, "support", "contact"):
-        return read.triangle, pose_simulation(read, support, tracked=surface)
+        return read.triangle, pose_simulation(read, read_support(support), tracked=surface)

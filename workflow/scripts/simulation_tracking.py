@@ -6,6 +6,7 @@ import pandas as pd
 from job import naming, run
 from palpate.capture.files import whole_file
 from palpate.estimate.simulation import pose_simulation
+from palpate.solid.support import read_support
 from palpate.study import simulation_tables, tables
 from palpate.surface.data_points import TrackerOptions
 from palpate.surface.simulation import read_steps, track_steps
@@ -42,7 +43,7 @@ def row_of(steps, variant, options, search):
         steps, TrackerOptions(**tracking), cuts=variant["cuts"], corners=variant["corners"]
     )
     errors = simulation_tables.tracking_errors(steps, tracked)
-    problem = pose_simulation(steps, options["support"], tracked=tracked)
+    problem = pose_simulation(steps, read_support(options["support"]), tracked=tracked)
     found = simulation_tables.every_method(
         problem, steps.triangle, linear=options["linear"], search=search
     )

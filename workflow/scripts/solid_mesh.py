@@ -5,30 +5,28 @@ import logging
 from dataclasses import asdict
 
 import numpy as np
+from declared import read_declared
 from job import naming, run
 from palpate.capture.files import whole_file
-from palpate.capture.schema import load_yaml
 from palpate.solid.boundary import support_nodes
 from palpate.solid.fill import tetrahedralise
 from palpate.solid.mesh import read_solid, write_solid
 from palpate.solid.quality import mesh_quality
-from palpate.solid.sizing import Support
 from palpate.solid.surface_check import check_surface
 from palpate.surface.template import read_template
 
 # A kept mesh of another object is farther from the template than its own ever is.
 LARGEST_GAP = 0.02
-SUPPORT = ("plane_point_m", "plane_normal", "tolerance_m")
 
 
 def main(snakemake):
     """Write the solid mesh, object frame, and its quality."""
-    inputs, spec = snakemake.input, load_yaml(snakemake.input.object)
+    inputs, (spec, support) = snakemake.input, read_declared(snakemake.input.object)
     template = read_template(inputs.template, unit=spec["template"]["unit"])
     with naming(inputs.template):
         check_surface(template.vertices_m, template.faces)
     allowed = LARGEST_GAP * float(np.ptp(template.vertices_m, axis=0).max())
-    solid = kept_or_made(inputs, template, spec, allowed)
+    solid = kept_or_made(inputs, template, spec["template"], support, allowed)
     quality = mesh_quality(solid, template.vertices_m, template.faces)
     if quality.largest_gap_m > allowed:
         raise ValueError(
@@ -36,7 +34,7 @@ def main(snakemake):
             f" template, found {quality.largest_gap_m:.2g} m"
         )
     with naming(inputs.object):
-        support_nodes(solid, **{name: spec["support"][name] for name in SUPPORT})
+        support_nodes(solid, support)
     report(quality)
     with whole_file(snakemake.output.solid) as part:
         write_solid(part, solid)
@@ -44,23 +42,18 @@ def main(snakemake):
         part.write_text(json.dumps(asdict(quality), indent=2) + "\n", encoding="utf-8")
 
 
-def kept_or_made(inputs, template, spec, largest_gap_m):
+def kept_or_made(inputs, template, counts, support, largest_gap_m):
     """Read the kept mesh, or fill the template."""
     if inputs.kept:
         return read_solid(inputs.kept)
     logging.info("made anew; keep it to make results repeatable")
-    support, counts = spec["support"], spec["template"]
     with naming(inputs.template):
         return tetrahedralise(
             template.vertices_m,
             template.faces,
             vertices=counts.get("solid_vertices", counts["vertices"]),
             largest_gap_m=largest_gap_m,
-            support=Support(
-                np.array(support["plane_point_m"], dtype=float),
-                np.array(support["plane_normal"], dtype=float),
-                support["tolerance_m"],
-            ),
+            support=support,
         )
 
 

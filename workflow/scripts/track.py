@@ -4,9 +4,9 @@ import json
 import logging
 from pathlib import Path
 
+from declared import read_declared
 from job import naming, run
 from palpate.capture.files import whole_file
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment
@@ -47,7 +47,7 @@ def main(snakemake):
 
 def recording(inputs, radius_m):
     """Read and check what is tracked, and the frames' times [s]."""
-    spec = load_yaml(inputs.object)
+    spec, support = read_declared(inputs.object)
     clouds = [(cloud.points_m, cloud.normals) for cloud in read_clouds(inputs.clouds)]
     with naming(inputs.clouds):
         for k, (points, _) in enumerate(clouds):
@@ -65,7 +65,6 @@ def recording(inputs, radius_m):
     with naming(inputs.pose, "tip"), naming(inputs.alignment, "contact"):
         require_contact(alignment, template, tips, largest_gap_m=2 * radius_m)
     solid = read_solid(inputs.solid)
-    support = spec["support"]
     return Recorded(template, solid, support, clouds, tips, forces, radius_m, alignment), times
 
 

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from declared import read_declared
 from frames import Stream
 from numpy.typing import NDArray
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
 from palpate.solid.mesh import read_solid
 from palpate.study.tracking_views import Surface
@@ -88,11 +88,11 @@ def _photo(folder: str, sensor: Mapping, recorded: Recorded, frame: int) -> NDAr
 
 
 def _recorded(spec, template, solid, clouds, pose, force, alignment, probe) -> Recorded:
-    declared = load_yaml(spec)
+    declared, support = read_declared(spec)
     return Recorded(
         read_template(template, unit=declared["template"]["unit"]),
         read_solid(solid),
-        declared["support"],
+        support,
         [(cloud.points_m, cloud.normals) for cloud in read_clouds(clouds)],
         read_table(pose)[TIP].to_numpy(float),
         read_table(force)[FORCE].to_numpy(float),

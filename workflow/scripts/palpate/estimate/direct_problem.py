@@ -16,6 +16,7 @@ from palpate.estimate.settling import settling_of
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.patch import hertz_contact_radius
 from palpate.solid.smooth_surface import SmoothSurface
+from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 
@@ -58,7 +59,7 @@ def direct_press(
     alignment: Alignment,
     template: SmoothSurface,
     lookup: IndentationModel,
-    support: Mapping,
+    support: Support,
     options: Mapping,
 ) -> DirectPress:
     """Collect what the direct estimate compares of one capture.
@@ -72,8 +73,7 @@ def direct_press(
         Undeformed surface, object frame.
     lookup : IndentationModel
         Of the pressed point.
-    support : mapping
-        What the object stands on, as object.yaml has it.
+    support : Support
     options : mapping
         ``force_deviations``, ``least_force_share``, ``nearest_radii``, ``farthest_m``, ``patch_m``,
         ``crease_m``, ``offset_std_m``, ``shift_std_m``, ``sinking_std_m``, ``rocking_std_rad``.

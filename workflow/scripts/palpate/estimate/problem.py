@@ -1,6 +1,5 @@
 """From a tracked capture to the measurement that the objective compares with (Section 3.3.1)."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +13,7 @@ from palpate.solid.load import contact_triangle, nodal_force, outward_normal
 from palpate.solid.mesh import SolidMesh, quadratic
 from palpate.solid.patch import hertz_contact_radius, hertz_patch
 from palpate.solid.refine import refine_near
+from palpate.solid.support import Support
 from palpate.surface.tracked import Tracked
 from palpate.surface.transfer import to_solid
 
@@ -57,7 +57,7 @@ def pose_problem(
     force_n: NDArray,
     frame: int,
     depth_m: float,
-    support: Mapping,
+    support: Support,
     *,
     indenter_radius_m: float,
     refine_radius_m: float,
@@ -83,8 +83,7 @@ def pose_problem(
         Deformed frame.
     depth_m : float
         Indentation depth in it [m].
-    support : mapping
-        ``support`` block of object.yaml.
+    support : Support
     indenter_radius_m : float
     refine_radius_m, refine_edge_m : float
         Local refinement of the solid at the contact [m].
@@ -123,13 +122,7 @@ def pose_problem(
         indenter_radius_m=indenter_radius_m,
         depth_m=depth_m,
     )
-    sets = node_sets(
-        mesh,
-        contact_nodes=np.flatnonzero(forces.any(axis=1)),
-        support_plane_point_m=np.array(support["plane_point_m"], dtype=float),
-        support_plane_normal=np.array(support["plane_normal"], dtype=float),
-        tolerance_m=support["tolerance_m"],
-    )
+    sets = node_sets(mesh, support, contact_nodes=np.flatnonzero(forces.any(axis=1)))
     moved = (tracked.vertices_m[frame] - tracked.vertices_m[0]) @ turn
     displacement = to_solid(tracked.template_m, tracked.faces, moved, mesh)
     measurement = Measurement(displacement, forces, float(np.linalg.norm(force_n)))

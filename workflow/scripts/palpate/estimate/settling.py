@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.solid.support import Support
+
 # Sinking, and rocking about two axes.
 MOTIONS = 3
-RESTING = "resting"
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def settling_of(
     cell_m: NDArray,
     normal: NDArray,
     *,
-    support: Mapping,
+    support: Support,
     contact_m: NDArray,
     direction: NDArray,
     options: Mapping,
@@ -56,8 +57,7 @@ def settling_of(
     ----------
     cell_m, normal : (c, 3) arrays
         Object frame [m], unit normals outward.
-    support : mapping
-        ``plane_point_m``, ``plane_normal`` and ``contact``, as object.yaml has them.
+    support : Support
     contact_m, direction : (3,) arrays
         Middle of the contact [m]; way of the press, of length 1.
     options : mapping
@@ -69,17 +69,15 @@ def settling_of(
         In proportion to the measured force: of a foot of the same relaxing material that is a
         tenth off while it relaxes by a tenth.
     """
-    up = np.array(support["plane_normal"], dtype=float)
-    up /= np.linalg.norm(up)
-    foot = contact_m - ((contact_m - np.array(support["plane_point_m"], float)) @ up) * up
+    up = support.up
+    foot = contact_m - ((contact_m - support.plane_point_m) @ up) * up
     across = rocking_axes(up)
     std = [options["sinking_std_m"], *[options["rocking_std_rad"]] * 2]
-    resting = support.get("contact", "bonded") == RESTING
 
     def along(place: NDArray, way: NDArray) -> NDArray:
         turns = [(np.cross(axis, place - foot) * way).sum(axis=-1) for axis in across]
         return np.stack([-way @ up, *turns], axis=-1)
 
     return Settling(
-        along(cell_m, normal), along(contact_m, direction), np.array(std) * (1.0 if resting else 0)
+        along(cell_m, normal), along(contact_m, direction), np.array(std) * float(support.resting)
     )

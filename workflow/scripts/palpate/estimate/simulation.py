@@ -1,19 +1,18 @@
 """The inverse problem of the simulated block (Sections 3.3.2 to 3.3.4)."""
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.objective import Measurement
 from palpate.estimate.problem import Problem
 from palpate.solid.boundary import node_sets
+from palpate.solid.support import Support
 from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
 
 
 def pose_simulation(
-    steps: SimulatedSteps, support: Mapping, *, tracked: Tracked | None = None, frame: int = -1
+    steps: SimulatedSteps, support: Support, *, tracked: Tracked | None = None, frame: int = -1
 ) -> Problem:
     """Pose the inverse problem of one simulated frame.
 
@@ -23,8 +22,8 @@ def pose_simulation(
     Parameters
     ----------
     steps : SimulatedSteps
-    support : mapping
-        ``plane_point_m``, ``plane_normal``, ``tolerance_m`` of what holds the block.
+    support : Support
+        What holds the block.
     tracked : Tracked, optional
         Its vertices are the solid's surface nodes.
     frame : int, optional
@@ -45,13 +44,7 @@ def pose_simulation(
         moved = tracked.vertices_m[frame] - tracked.vertices_m[0]
     displacement = np.full(steps.mesh.nodes_m.shape, np.nan)
     displacement[nodes] = moved
-    sets = node_sets(
-        steps.mesh,
-        contact_nodes=steps.triangle,
-        support_plane_point_m=np.array(support["plane_point_m"], dtype=float),
-        support_plane_normal=np.array(support["plane_normal"], dtype=float),
-        tolerance_m=support["tolerance_m"],
-    )
+    sets = node_sets(steps.mesh, support, contact_nodes=steps.triangle)
     force = steps.force_n[frame]
     total = float(np.linalg.norm(force.sum(axis=0)))
     return Problem(steps.mesh, sets, Measurement(displacement, force, total))

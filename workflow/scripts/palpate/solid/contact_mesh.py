@@ -10,9 +10,9 @@ from palpate.solid.boundary import support_nodes
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.patch import hertz_patch
 from palpate.solid.refine import refine_near
-from palpate.solid.sizing import Support
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
+from palpate.solid.support import Support
 
 # Of the linear solution that tells how far a press reaches; nearly incompressible reaches farther.
 REACH_POISSON_RATIO = 0.45
@@ -50,12 +50,7 @@ def moving_nodes(
     """
     nu, contact = REACH_POISSON_RATIO, REACH_CONTACT * radius_m
     K1, K2 = elastic_stiffness(mesh)
-    held = support_nodes(
-        mesh,
-        plane_point_m=support.point_m,
-        plane_normal=support.normal,
-        tolerance_m=support.tolerance_m,
-    )
+    held = support_nodes(mesh, support)
     free = np.setdiff1d(
         np.arange(3 * len(mesh.nodes_m)), (3 * held[:, None] + np.arange(3)).ravel()
     )

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from palpate.open3d_core import o3d
 from palpate.solid.mesh import SolidMesh, solid_mesh
 from palpate.solid.quality import surface_gap
-from palpate.solid.sizing import Support, edge_field, support_edge
+from palpate.solid.sizing import edge_field, support_edge
+from palpate.solid.support import Support
 from palpate.solid.surface_check import check_surface
 
 log = logging.getLogger(__name__)

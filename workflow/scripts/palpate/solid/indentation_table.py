@@ -12,8 +12,8 @@ from palpate.solid.linear_press import linear_presses
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.press_setup import PressOptions, PressSetup, press_setup
 from palpate.solid.pressing import PressedSolid, State
-from palpate.solid.sizing import Support
 from palpate.solid.smooth_surface import SmoothSurface
+from palpate.solid.support import Support
 
 # First depths, as parts of the step: Hertz's contact begins steeply.
 BEGINNING = (0.25, 0.5, 1.0, 1.5)
@@ -54,7 +54,6 @@ def indentation_model(
     *,
     radius_m: float,
     deepest_m: float,
-    contact: str = "bonded",
     surface: SmoothSurface | None = None,
     laws: tuple[str, ...] = LAW_NAMES,
     poisson_ratios: tuple[float, ...] = POISSON_RATIOS,
@@ -68,14 +67,12 @@ def indentation_model(
     mesh : SolidMesh
         Four-node elements of the undeformed object.
     support : Support
-        Plane that it stands on.
+        Plane that it stands on. Nodes bonded to it don't move; a resting solid is held where it
+        presses the plane.
     point_m, direction : (3,) arrays
         Line of the press [m], into the object.
     radius_m, deepest_m : float
         Of the sphere; how far it goes since it touches [m].
-    contact : {"bonded", "resting"}, optional
-        Bonded nodes of the support don't move; a resting solid is held where it presses the
-        plane.
     surface : SmoothSurface, optional
         That the solid's surface is put on after refinement.
     laws, poisson_ratios : tuples, optional
@@ -106,7 +103,6 @@ def indentation_model(
         direction,
         radius_m=radius_m,
         deepest_m=deepest_m,
-        contact=contact,
         surface=surface,
         options=options or PressOptions(),
     )
@@ -123,18 +119,12 @@ def indentation_model(
 
 def _with_linear(setup: PressSetup, model: IndentationModel) -> IndentationModel:
     """The same with the linear solid as one more law, if the support holds its nodes."""
-    if setup.contact != "bonded":
+    if setup.support.resting:
         logging.info("a resting solid has no linear law: its support grows with the force")
         return model
     mesh, support = setup.whole, setup.support
-    nodes = support_nodes(
-        mesh,
-        plane_point_m=support.point_m,
-        plane_normal=support.normal,
-        tolerance_m=support.tolerance_m,
-    )
     held = np.zeros(len(mesh.nodes_m), dtype=bool)
-    held[nodes] = True
+    held[support_nodes(mesh, support)] = True
     forces, fields = linear_presses(
         mesh,
         held,

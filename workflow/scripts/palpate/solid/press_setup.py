@@ -19,12 +19,11 @@ from palpate.solid.laws import named_law
 from palpate.solid.mesh import SolidMesh, quadratic
 from palpate.solid.obstacle import surface_points
 from palpate.solid.pressing import PressedSolid
-from palpate.solid.sizing import Support
 from palpate.solid.smooth_surface import SmoothSurface, bent_to, curved_to
 from palpate.solid.standing import standing_table
+from palpate.solid.support import Support
 from palpate.solid.touching import facing_faces, first_touch, thickness_m
 
-CONTACTS = ("bonded", "resting")
 # Parts of a face's edge for the contact's quadrature; its border runs through the faces.
 PARTS = 4
 # Of a resting solid: faces this part of the greatest depth above the table may come down to it.
@@ -81,8 +80,6 @@ class PressSetup:
     radius_m, deepest_m : float
         Of the sphere [m].
     support : Support
-    contact : str
-        "bonded" or "resting".
     options : PressOptions
     """
 
@@ -95,7 +92,6 @@ class PressSetup:
     radius_m: float
     deepest_m: float
     support: Support
-    contact: str
     options: PressOptions
 
     def pressed(self, law: str, nu: float) -> PressedSolid:
@@ -108,7 +104,7 @@ class PressSetup:
             radius_m=self.radius_m,
             deepest_m=self.deepest_m,
         )
-        if self.contact == "resting":
+        if self.support.resting:
             reach = TABLE_REACH * self.deepest_m
             table = standing_table(
                 self.moved, self.support, self.touch_m, reach_m=reach, penalty_per_m=penalty
@@ -129,10 +125,9 @@ class PressSetup:
 
         A resting solid goes down by half of the depth, for both its contacts to bear.
         """
-        if self.contact == "bonded":
+        if not self.support.resting:
             return self.moved.nodes_m
-        normal = np.asarray(self.support.normal, dtype=float)
-        return self.moved.nodes_m - depth_m / 2 * normal / np.linalg.norm(normal)
+        return self.moved.nodes_m - depth_m / 2 * self.support.up
 
     def displacement(self, x: NDArray) -> NDArray:
         """Displacement of all nodes (n, 3) at positions of the moved ones [m]."""
@@ -149,7 +144,6 @@ def press_setup(
     *,
     radius_m: float,
     deepest_m: float,
-    contact: str,
     surface: SmoothSurface | None,
     options: PressOptions,
 ) -> PressSetup:
@@ -162,27 +156,25 @@ def press_setup(
     Raises
     ------
     ValueError
-        If the contact is unknown, the direction has no length, the depth is not within the
-        thickness, or the point is off the surface.
+        If the direction has no length, the depth is not within the thickness, or the point is off
+        the surface.
     """
-    if contact not in CONTACTS:
-        raise ValueError(f"contact: expected one of {', '.join(CONTACTS)}, found {contact}")
     point_m, direction = np.asarray(point_m, dtype=float), _unit(direction)
     _check_depth(thickness_m(mesh, point_m, direction), deepest_m)
-    whole = _fine(mesh, support, point_m, contact, surface, options)
+    whole = _fine(mesh, support, point_m, surface, options)
     touch = _touch(whole, point_m, direction, radius_m, deepest_m, options)
-    if contact == "bonded":
+    if support.resting:
+        elements = np.ones(len(whole.tetrahedra), dtype=bool)
+    else:
         coarse = quadratic(mesh)
         moving = moving_nodes(
             coarse, support, touch, direction, radius_m=radius_m, share=options.still_share
         )
         elements = moving_elements(whole, coarse, moving)
-    else:
-        elements = np.ones(len(whole.tetrahedra), dtype=bool)
-    moved, nodes, free = _cut(whole, elements, _held(whole, support, contact))
+    moved, nodes, free = _cut(whole, elements, _held(whole, support))
     logging.info("%d nodes move in %d directions", len(nodes), free.sum())
     return PressSetup(
-        whole, moved, nodes, free, touch, direction, radius_m, deepest_m, support, contact, options
+        whole, moved, nodes, free, touch, direction, radius_m, deepest_m, support, options
     )
 
 
@@ -205,13 +197,12 @@ def _fine(
     mesh: SolidMesh,
     support: Support,
     point_m: NDArray,
-    contact: str,
     surface: SmoothSurface | None,
     options: PressOptions,
 ) -> SolidMesh:
     o = options
     places = [Fineness(point_m, o.refine_radius_m, o.edge_m, o.growth)]
-    if contact == "resting":
+    if support.resting:
         foot = foot_m(mesh, support)
         places.append(Fineness(foot, o.foot_radius_m, o.foot_edge_m, o.foot_growth))
     fine = fine_mesh(mesh, tuple(places))
@@ -238,18 +229,11 @@ def _touch(
     return point_m + gap * direction
 
 
-def _held(whole: SolidMesh, support: Support, contact: str) -> NDArray:
+def _held(whole: SolidMesh, support: Support) -> NDArray:
     """Nodes that the support holds, (n,) bool."""
     held = np.zeros(len(whole.nodes_m), dtype=bool)
-    if contact == "bonded":
-        held[
-            support_nodes(
-                whole,
-                plane_point_m=support.point_m,
-                plane_normal=support.normal,
-                tolerance_m=support.tolerance_m,
-            )
-        ] = True
+    if not support.resting:
+        held[support_nodes(whole, support)] = True
     return held
 
 

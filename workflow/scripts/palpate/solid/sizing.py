@@ -9,6 +9,8 @@ from skfem import MeshTet
 from trimesh import triangles
 from trimesh.intersections import slice_faces_plane
 
+from palpate.solid.support import Support
+
 # Nodes wanted on the support, so that losing one or another does not let the object tilt.
 SUPPORT_NODES = 12
 # Wanted edge over distance from the support, once away from it.
@@ -17,30 +19,6 @@ GROWTH = 1.0
 LATTICE = 3**0.5 / 2
 # Most cells of the grid that the wanted edge is given on, along an axis.
 CELLS = 24
-
-
-@dataclass(frozen=True)
-class Support:
-    """Plane that an object stands on.
-
-    Attributes
-    ----------
-    point_m : (3,) array
-        A point of the plane [m].
-    normal : (3,) array
-        Its direction, of any length.
-    tolerance_m : float
-        Nodes of the surface within this distance of the plane are held [m].
-    """
-
-    point_m: NDArray
-    normal: NDArray
-    tolerance_m: float
-
-    def heights_m(self, points_m: NDArray) -> NDArray:
-        """Signed distances from the plane, shape (n,) [m], of points, shape (n, 3) [m]."""
-        normal = np.asarray(self.normal, dtype=float)
-        return (points_m - self.point_m) @ (normal / np.linalg.norm(normal))
 
 
 @dataclass(frozen=True)
@@ -63,10 +41,9 @@ class EdgeField:
 
 def supported_area(surface: trimesh.Trimesh, support: Support) -> float:
     """Area of a surface within the support's tolerance [m^2]."""
-    normal = np.asarray(support.normal, dtype=float) / np.linalg.norm(support.normal)
     vertices, faces = surface.vertices, surface.faces
-    for side in (normal, -normal):
-        origin = support.point_m - side * support.tolerance_m
+    for side in (support.up, -support.up):
+        origin = support.plane_point_m - side * support.tolerance_m
         # Trimesh.slice_plane does the same and needs shapely.
         vertices, faces, _ = slice_faces_plane(vertices, faces, side, origin)
     return float(triangles.area(vertices[faces]).sum())

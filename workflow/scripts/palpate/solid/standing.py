@@ -16,7 +16,7 @@ from palpate.solid.obstacle import (
     touch_energy,
     touch_forces,
 )
-from palpate.solid.sizing import Support
+from palpate.solid.support import Support
 
 # Stiffness that holds a node sideways, over Young's modulus; elements have a hundredth [m].
 PIN_M = 1.0
@@ -135,9 +135,7 @@ def standing_table(
     penalty_per_m : float
         As `Table` has it.
     """
-    normal = np.asarray(support.normal, dtype=float)
-    normal = normal / np.linalg.norm(normal)
-    faces = mesh.surface_faces()
+    normal, faces = support.up, mesh.surface_faces()
     corners = mesh.nodes_m[faces[:, :3]]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     heights = mesh.nodes_m[faces] @ normal

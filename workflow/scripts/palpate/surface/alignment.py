@@ -9,6 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from palpate.solid.support import Support
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.pose import Standing, align_rigidly, initial_pose, to_camera, to_object
 from palpate.surface.template import Template
@@ -113,14 +114,13 @@ def align_capture(
 
 
 def standing_of(
-    support: Mapping, point_m: NDArray, plane: NDArray, tip_m: NDArray, *, indenter_radius_m: float
+    support: Support, point_m: NDArray, plane: NDArray, tip_m: NDArray, *, indenter_radius_m: float
 ) -> Standing:
     """What object.yaml, the table and the first touch say of the object's place.
 
     Parameters
     ----------
-    support : mapping
-        ``support`` block of object.yaml.
+    support : Support
     point_m : (3,) array
         Declared point, object frame [m].
     plane : (4,) array
@@ -128,19 +128,10 @@ def standing_of(
     tip_m : (3,) array
         Centre of the sphere when the force begins, camera frame [m].
     indenter_radius_m : float
-
-    Raises
-    ------
-    ValueError
-        If the support's normal has no direction.
     """
-    normal = np.array(support["plane_normal"], dtype=float)
-    if not 0 < np.linalg.norm(normal) < np.inf:
-        raise ValueError(f"support.plane_normal: expected a direction, found {normal.tolist()}")
     return Standing(
         plane,
-        support_normal=normal,
-        support_point_m=np.array(support["plane_point_m"], dtype=float),
+        support,
         point_m=np.asarray(point_m, dtype=float),
         touched_m=tip_m - indenter_radius_m * plane[:3],
     )

@@ -143,27 +143,6 @@ def turned_copies(
     )
 
 
-def support_points(
-    template_m: NDArray, *, plane_point_m: NDArray, plane_normal: NDArray, tolerance_m: float
-) -> NDArray:
-    """Template vertices on the support's plane, which stay where they are.
-
-    Parameters
-    ----------
-    template_m : (n, 3) array
-        Undeformed, object frame [m].
-    plane_point_m, plane_normal : (3,) arrays
-        Object frame; normal of any length.
-    tolerance_m : float
-
-    Returns
-    -------
-    (k,) int array
-    """
-    normal = np.asarray(plane_normal) / np.linalg.norm(plane_normal)
-    return np.flatnonzero(np.abs((template_m - plane_point_m) @ normal) <= tolerance_m)
-
-
 def _sphere(radius_m: float) -> NDArray:
     """Directions spread evenly over a sphere (golden-angle spiral), about one every millimetre."""
     count = int(4 * np.pi * radius_m**2 / SPACING_M**2)

@@ -103,7 +103,7 @@ def _require_standing(
             expected = f"{what} within {largest * MM:g} mm of the table"
             where = f"{abs(height) * MM:.1f} mm {'below' if height < 0 else 'above'} it"
             raise ValueError(f"support: expected {expected}, found {where}")
-    cosine = np.clip(pose[:3, :3] @ standing.up @ standing.plane[:3], -1, 1)
+    cosine = np.clip(pose[:3, :3] @ standing.support.up @ standing.plane[:3], -1, 1)
     tilt = float(np.rad2deg(np.arccos(cosine)))
     if tilt > limits.largest_tilt_deg:
         expected = f"its plane within {limits.largest_tilt_deg:g} degrees of the table"

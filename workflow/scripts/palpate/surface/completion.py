@@ -3,7 +3,6 @@
 The study uses it to regularise: moduli are found anew in each frame and mean nothing.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +16,7 @@ from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import SolidMesh, element_volumes
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
+from palpate.solid.support import Support
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.pose import to_camera
 
@@ -108,8 +108,7 @@ class Completion:
     ----------
     mesh : SolidMesh
         Undeformed, object frame.
-    support : mapping
-        ``support`` block of object.yaml.
+    support : Support
     pose : (4, 4) array
         camera_from_object.
     rest_m, faces : (n, 3), (m, 3) arrays
@@ -124,7 +123,7 @@ class Completion:
     def __init__(
         self,
         mesh: SolidMesh,
-        support: Mapping,
+        support: Support,
         pose: NDArray,
         rest_m: NDArray,
         faces: NDArray,
@@ -133,12 +132,7 @@ class Completion:
         forces_n: NDArray,
         indenter_radius_m: float,
     ) -> None:
-        self.support = support_nodes(
-            mesh,
-            plane_point_m=np.asarray(support["plane_point_m"], dtype=float),
-            plane_normal=np.asarray(support["plane_normal"], dtype=float),
-            tolerance_m=support["tolerance_m"],
-        )
+        self.support = support_nodes(mesh, support)
         self.mesh = SolidMesh(to_camera(pose, mesh.nodes_m), mesh.tetrahedra)
         self.surface, nodes = mesh.surface_nodes(), self.mesh.nodes_m
         self.interior = np.ones(len(nodes), dtype=bool)

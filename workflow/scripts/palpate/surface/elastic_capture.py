@@ -253,13 +253,8 @@ def _tracker(recorded: Recorded, options: Mapping) -> tuple[Template, ElasticTra
         edge_m=options["solid_edge_m"],
         growth=options["solid_growth"],
     )
-    point = np.array(support["plane_point_m"], dtype=float)
-    normal = np.array(support["plane_normal"], dtype=float)
-    held = support_nodes(
-        solid, plane_point_m=point, plane_normal=normal, tolerance_m=support["tolerance_m"]
-    )
     chosen = {name: options[name] for name in ElasticOptions.__dataclass_fields__}
-    table = Table(point, normal / np.linalg.norm(normal))
+    held, table = support_nodes(solid, support), Table(support.plane_point_m, support.up)
     return template, ElasticTracker(template, solid, held, table, ElasticOptions(**chosen))
 
 

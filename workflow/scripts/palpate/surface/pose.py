@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from palpate.solid.support import Support
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.template import Template, vertex_normals
 
@@ -33,36 +34,29 @@ class Standing:
     ----------
     plane : (4,) array
         Table, camera frame; normal to the camera's side.
-    support_normal, support_point_m : (3,) arrays
-        The support's plane in the object frame; the normal points into the object.
+    support : Support
+        Object frame.
     point_m, touched_m : (3,) arrays
         Declared point, object frame, and where the probe touched, camera frame [m].
     """
 
     plane: NDArray
-    support_normal: NDArray
-    support_point_m: NDArray
+    support: Support
     point_m: NDArray
     touched_m: NDArray
 
-    @property
-    def up(self) -> NDArray:
-        """Unit normal of the support, object frame."""
-        up = np.asarray(self.support_normal, dtype=float)
-        return up / np.linalg.norm(up)
-
     def pose(self, yaw: float) -> NDArray:
         """Camera_from_object that stands on the table with the touched point, turned by a yaw."""
-        upright, _ = Rotation.align_vectors([self.plane[:3]], [self.up])
+        upright, _ = Rotation.align_vectors([self.plane[:3]], [self.support.up])
         pose = np.eye(4)
-        pose[:3, :3] = upright.as_matrix() @ Rotation.from_rotvec(yaw * self.up).as_matrix()
+        pose[:3, :3] = upright.as_matrix() @ Rotation.from_rotvec(yaw * self.support.up).as_matrix()
         pose[:3, 3] = self.touched_m - pose[:3, :3] @ self.point_m
         pose[:3, 3] -= self.height_m(pose) * self.plane[:3]
         return pose
 
     def height_m(self, pose: NDArray) -> float:
         """Height of the support above the table in a pose [m]."""
-        return float(to_camera(pose, self.support_point_m) @ self.plane[:3] + self.plane[3])
+        return float(to_camera(pose, self.support.plane_point_m) @ self.plane[:3] + self.plane[3])
 
     def equations(self, pose: NDArray) -> tuple[NDArray, NDArray]:
         """Weighted rows (7, 6) and right side of a step, by each one's standard deviation.
@@ -70,7 +64,7 @@ class Standing:
         The step, rotation vector and shift, moves points of the camera in the object frame.
         """
         normal, point = pose[:3, :3].T @ self.plane[:3], to_object(pose, self.touched_m)
-        support, none = np.asarray(self.support_point_m, dtype=float), np.zeros((3, 3))
+        support, none = self.support.plane_point_m, np.zeros((3, 3))
         rows = np.vstack(
             [
                 np.hstack([-_cross(point), np.eye(3)]) / TOUCH_STD_M,
@@ -81,7 +75,7 @@ class Standing:
         right = np.concatenate(
             [
                 (self.point_m - point) / TOUCH_STD_M,
-                (self.up - normal) / TILT_STD_RAD,
+                (self.support.up - normal) / TILT_STD_RAD,
                 [self.height_m(pose) / HEIGHT_STD_M],
             ]
         )

@@ -1,11 +1,12 @@
 """What one capture gives to a tracker."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from numpy.typing import NDArray
 
 from palpate.solid.mesh import SolidMesh
+from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment
 from palpate.surface.template import Template
 
@@ -20,8 +21,7 @@ class Recorded:
         Undeformed, object frame.
     solid : SolidMesh
         The object's solid mesh, object frame.
-    support : mapping
-        ``support`` block of object.yaml.
+    support : Support
     clouds : sequence of (points (n, 3) [m], normals (n, 3))
         One for each frame, camera frame.
     tips_m : (f, 3) array
@@ -35,7 +35,7 @@ class Recorded:
 
     template: Template
     solid: SolidMesh
-    support: Mapping
+    support: Support
     clouds: Sequence[tuple[NDArray, NDArray]]
     tips_m: NDArray
     forces_n: NDArray

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from palpate.surface.augment import (
     indenter_points,
     pressed_places,
-    support_points,
     turned_copies,
     undeformed_points,
 )
@@ -136,7 +135,7 @@ class AddedPoints:
         """
         recorded = self.recorded
         pose = recorded.alignment.camera_from_object
-        axis = pose[:3, :3] @ np.asarray(recorded.support["plane_normal"], dtype=float)
+        axis = pose[:3, :3] @ recorded.support.up
         centre = to_camera(pose, _centroid(recorded.template))
         return turned_copies(*cloud, centre_m=centre, axis=axis, copies=self.copies)
 
@@ -148,8 +147,8 @@ class AddedPoints:
             cloud = self.recorded.clouds[0][0]
             still = undeformed_points(self.rest_m, cloud, contact_m, reach_m=reach)
         if self.copies > 1:
-            resting = support_points(fine.vertices_m, **self.recorded.support)
-            still = np.union1d(still, resting)
+            held = np.flatnonzero(self.recorded.support.holds(fine.vertices_m))
+            still = np.union1d(still, held)
         return still
 
 

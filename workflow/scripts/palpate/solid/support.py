@@ -1,0 +1,79 @@
+"""The plane that an object stands on, and whether it sticks to it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+CONTACTS = ("bonded", "resting")
+
+
+@dataclass(frozen=True)
+class Support:
+    """Plane that an object stands on.
+
+    Attributes
+    ----------
+    plane_point_m : (3,) array
+        A point of the plane [m].
+    plane_normal : (3,) array
+        Into the object, of any length.
+    tolerance_m : float
+        What of the surface lies within this distance of the plane is held [m].
+    contact : {"bonded", "resting"}, optional
+        Whether the object sticks to the plane or stands on it loosely.
+
+    Raises
+    ------
+    ValueError
+        If the normal has no direction, or the contact is unknown.
+    """
+
+    plane_point_m: NDArray
+    plane_normal: NDArray
+    tolerance_m: float
+    contact: str = "bonded"
+
+    def __post_init__(self) -> None:
+        if not 0 < np.linalg.norm(self.plane_normal) < np.inf:
+            found = np.asarray(self.plane_normal, dtype=float).tolist()
+            raise ValueError(f"support.plane_normal: expected a direction, found {found}")
+        if self.contact not in CONTACTS:
+            expected = f"one of {', '.join(CONTACTS)}"
+            raise ValueError(f"support.contact: expected {expected}, found {self.contact}")
+
+    @property
+    def up(self) -> NDArray:
+        """Unit normal, (3,)."""
+        normal = np.asarray(self.plane_normal, dtype=float)
+        return normal / np.linalg.norm(normal)
+
+    @property
+    def resting(self) -> bool:
+        """Whether the object only stands there, and so may sink, rock and lift off."""
+        return self.contact == "resting"
+
+    def heights_m(self, points_m: NDArray) -> NDArray:
+        """Signed distances from the plane, shape (n,) [m], of points, shape (n, 3) [m]."""
+        return (points_m - self.plane_point_m) @ self.up
+
+    def holds(self, points_m: NDArray) -> NDArray:
+        """Which points, shape (n, 3) [m], lie on the plane, (n,) bool."""
+        return np.abs(self.heights_m(points_m)) <= self.tolerance_m
+
+
+def read_support(block: Mapping) -> Support:
+    """Take a ``support`` block of object.yaml or of the configuration.
+
+    Raises
+    ------
+    ValueError
+        As `Support` does.
+    """
+    return Support(
+        np.array(block["plane_point_m"], dtype=float),
+        np.array(block["plane_normal"], dtype=float),
+        block["tolerance_m"],
+        block.get("contact", Support.contact),
+    )
