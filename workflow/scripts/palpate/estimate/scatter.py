@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import pdist, squareform
 
 from palpate.estimate.moduli import lame_derivatives, lame_from_engineering
 from palpate.estimate.reduced_objective import ReducedObjective
@@ -101,11 +102,9 @@ def correlation_length(points_m: NDArray, gaps: NDArray, *, bin_m: float) -> flo
         cosine; bins with few pairs don't count. 0 where neighbours already differ.
     """
     units = gaps / np.maximum(np.linalg.norm(gaps, axis=1, keepdims=True), 1e-300)
-    first, second = np.triu_indices(len(points_m), 1)
-    distance = np.linalg.norm(points_m[first] - points_m[second], axis=1)
-    number = (distance / bin_m).astype(int)
+    number = (pdist(points_m) / bin_m).astype(int)
     counts = np.bincount(number)
-    cosine = np.bincount(number, (units[first] * units[second]).sum(axis=1))
+    cosine = np.bincount(number, squareform(units @ units.T, checks=False))
     length = 0.0
     for k in np.flatnonzero(counts >= PAIRS_PER_BIN):
         if cosine[k] < INDEPENDENT * counts[k]:
