@@ -134,7 +134,7 @@ def test_closing_of_a_recorded_object_of_ones_own(tmp_path):
     assert ": toy_cow/report.html, summary.csv" in lines[0]
     assert "  from 1 capture" in lines
     assert lines[-1].endswith("Hertz fit                     E* 25.0 kPa; 1 capture")
-    assert not [line for line in lines if "imulated" in line or line.startswith("Of the study")]
+    assert not [line for line in lines if "imulated" in line or line.startswith("This run makes")]
 
 
 def test_closing_says_where_nothing_is_recommended(tmp_path):
@@ -170,7 +170,7 @@ def test_closing_counts_the_studys_tables_and_figures(ball):
         names = [FILES[row["kind"]].format(row["id"]) for row in csv.DictReader(stream)]
     put(folder, *names[1:])
     lines = closing_lines(folder, wanted + names)
-    assert lines[1] == f"Of the study's {len(names)} tables and figures {len(names) - 1} are there."
+    assert lines[1] == "This run makes 61 of the study's 61 tables and figures; 60 are there."
 
 
 def test_closing_needs_the_runs_list(tmp_path, capsys):

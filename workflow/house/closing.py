@@ -109,13 +109,13 @@ def _places(wanted: list[str]) -> list[str]:
 
 
 def _artefacts(results: Path, wanted: list[str]) -> list[str]:
-    """How many of the study's tables and figures there are, of a run that makes any."""
+    """How many of the study's tables and figures a run makes, and how many are there."""
     with ARTEFACTS.open(newline="", encoding="utf-8") as stream:
         names = [FILES[row["kind"]].format(row["id"]) for row in csv.DictReader(stream)]
-    if not set(names) & set(wanted):
-        return []
-    there = sum((results / name).is_file() for name in names)
-    return [f"Of the study's {len(names)} tables and figures {there} are there."]
+    made = set(names) & set(wanted)
+    there = sum((results / name).is_file() for name in made)
+    count = f"{len(made)} of the study's {len(names)} tables and figures"
+    return [f"This run makes {count}; {there} are there."] if made else []
 
 
 def _title(name: str, sensor: str, rows: pd.DataFrame) -> str:
