@@ -112,7 +112,7 @@ class Run:
 
     def errors(self) -> list[str]:
         """What it said of jobs that failed."""
-        return [line for line in self.lines if line.startswith("Error in rule")]
+        return [line for line in self.lines if line.startswith("error: ")]
 
     def ended_within(self, seconds: float) -> bool:
         """Whether the run ends by itself in a time."""

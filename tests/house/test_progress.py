@@ -38,12 +38,50 @@ def test_a_job_that_begins_is_one_line_beside_the_steps_done(terminal):
     assert lines[1].endswith("1 of 4 steps (25%) done, now: Hertz fit of pad, kinect, 08")
 
 
-def test_errors_and_the_last_step_are_shown(terminal):
+def fails(logger, status, **where):
+    """What Snakemake says of a job that failed."""
+    error = f"RuleException:\nCalledProcessError in file a.smk, line 3:\nCommand 'b' {status}."
+    logger.error(error, extra={"event": "error"})
+    job = {"rule_name": "clouds", "output": ["08/clouds.npz"], "log": ["logs/08.log"]}
+    job |= {"event": "job_error", "aux": {}, "indent": False} | where
+    logger.error("Error in rule clouds", extra=job)
+    logger.info("Shutting down, this might take some time.")
+    logger.error("Exiting because a job execution failed. Look above for error messages")
+
+
+def test_of_a_job_that_failed_its_own_line_is_all(terminal):
     logger, shown = terminal
     be_brief(logger, 1)
-    logger.error("Error in rule clouds", extra={"event": "job_error"})
+    fails(logger, "returned non-zero exit status 1")
+    assert shown.getvalue() == ""
+
+
+@pytest.mark.parametrize(
+    "status", ["died with <Signals.SIGKILL: 9>", "returned non-zero exit status 137"]
+)
+def test_a_job_that_was_killed_is_one_line(terminal, status):
+    logger, shown = terminal
+    be_brief(logger, 1)
+    fails(logger, "returned non-zero exit status 1")
+    fails(logger, status)
+    (line,) = shown.getvalue().splitlines()
+    assert line.startswith("error: clouds: 08/clouds.npz: expected it to be made, found")
+    assert line.endswith("(log: logs/08.log)")
+
+
+def test_a_job_of_a_cluster_is_told_as_snakemake_does(terminal):
+    logger, shown = terminal
+    be_brief(logger, 1)
+    fails(logger, "returned non-zero exit status 1", aux={"external_jobid": 3})
+    assert shown.getvalue().splitlines() == ["Error in rule clouds"]
+
+
+def test_other_errors_and_the_last_step_are_shown(terminal):
+    logger, shown = terminal
+    be_brief(logger, 1)
+    logger.error("MissingOutputException in rule clouds", extra={"event": "error"})
     progress(logger, 1, 1)
-    assert shown.getvalue().splitlines() == ["Error in rule clouds", "1/1"]
+    assert shown.getvalue().splitlines() == ["MissingOutputException in rule clouds", "1/1"]
 
 
 def test_a_verbose_run_and_the_log_file_keep_everything(terminal, tmp_path):

@@ -9,6 +9,7 @@ import sys
 import time
 from types import SimpleNamespace
 
+import job as job_module
 import job_run
 import pytest
 from job import run
@@ -182,4 +183,51 @@ def test_a_log_without_space_is_one_line(capture, tmp_path, capfd):
     with pytest.raises(SystemExit):
         run(lambda snakemake: print("much"), job)
     (line,) = capfd.readouterr().err.splitlines()
-    assert line == "error: mask/08: [Errno 28] No space left on device: '/dev/full'"
+    assert (
+        line == "error: mask/08: [Errno 28] No space left on device: '/dev/full' (log: /dev/full)"
+    )
+
+
+SCRIPT = """
+from types import SimpleNamespace
+snakemake = SimpleNamespace(rule="mask", wildcards=["08"], log="logs/08.log", input=[], output=[])
+from job import run
+def main(snakemake):
+    print("seen")
+    {line}
+{before}
+run(main, snakemake)
+"""
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ({"line": "support_points()", "before": ""}, "NameError: name 'support_points' is not"),
+        ({"line": "", "before": "import nothing_such"}, "ModuleNotFoundError: No module named"),
+    ],
+    ids=["in main", "at an import"],
+)
+def test_a_defect_is_one_line_and_its_traceback_is_in_the_log(root, tmp_path, lines, said):
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT.format(**lines)],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(root / "workflow/scripts")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"error: mask/08: {said}")
+    assert line.endswith("(a defect; traceback in logs/08.log)")
+    log = (tmp_path / "logs/08.log").read_text()
+    assert "Traceback (most recent call last):" in log and log.endswith(f"{line}\n")
+
+
+def test_a_defect_outside_a_job_is_told_as_ever(capfd):
+    try:
+        raise TypeError("odd")
+    except TypeError as error:
+        job_module.tell_defect(type(error), error, error.__traceback__)
+    assert "Traceback" in capfd.readouterr().err

@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from sample_run import LEFT_BEHIND, snakemake
+from house.progress import GOES_ON
+from sample_run import LEFT_BEHIND, SAMPLE, snakemake
 
 pytestmark = pytest.mark.workflow
 EXPERIMENT_FIGURES = (6, 9, 10, 13, 14, 15, 16, 17, 18, 19, 20, 21)
@@ -164,6 +165,32 @@ def test_bad_captures_are_refused_before_any_job(root, tmp_path, spoil, words):
     assert sum(words in line for line in told.splitlines()) == 1
     assert "Traceback" not in told
     assert not (folder / "results").exists()
+
+
+def test_jobs_that_fail_are_one_line_each(root, tmp_path):
+    """A defect's traceback is in its log alone; a job that is killed is told of, too."""
+    folder = tmp_path / "main"
+    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
+    shutil.copytree(root / "tests/sample/raw", folder / "tests/sample/raw", dirs_exist_ok=True)
+    broken = {"background_model": "None.x", "support_plane": "import os; os.kill(os.getpid(), 9)"}
+    for name, line in broken.items():
+        path = folder / f"workflow/scripts/{name}.py"
+        path.write_text(re.sub(r"(def main.*)", rf"\1\n    {line}", path.read_text()))
+    place = "results/sample/foam_block/kinect"
+    made = [f"{place}/background.npz", f"{place}/support_plane.json"]
+    done = snakemake(folder, *SAMPLE, "--keep-going", "--", *made)
+    assert done.returncode == 1
+    log = "results/sample/logs/background_model/foam_block-kinect.log"
+    told = [line for line in done.stderr.splitlines() if line.startswith("error: ")]
+    assert sorted(told)[0] == (
+        "error: background_model/foam_block/kinect: AttributeError: 'NoneType' object has no"
+        f" attribute 'x' (a defect; traceback in {log})"
+    )
+    assert sorted(told)[1].startswith(f"error: support_plane: {made[1]}: expected it to be made")
+    assert len(told) == 2 and GOES_ON in done.stderr
+    for noise in ("Traceback", "CalledProcessError", "Error in rule", "Exiting"):
+        assert noise not in done.stdout + done.stderr
+    assert "Traceback" in (folder / log).read_text()
 
 
 # What Snakemake says of its own files before it reads the workflow.

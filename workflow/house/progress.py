@@ -10,6 +10,15 @@ from collections.abc import Callable, Iterator
 # Said at each start and end of a job, beside its message and the count of those done.
 CHATTER = ("job_started", "job_finished", "resources_info")
 CHOOSING = "Select jobs to execute..."
+# Said of a script that failed, just before its job's error and by the same thread; with this status
+# it said why itself (workflow/scripts/job.py), with any other it was killed.
+FAILED, SAID_WHY = "RuleException:\nCalledProcessError in file ", "returned non-zero exit status 1."
+# Said of the run that ends with it.
+NOISE = (
+    "Shutting down, this might take some time.",
+    "Exiting because a job execution failed.",
+    "WorkflowError:\nAt least one job did not complete successfully.",
+)
 # Said again and again from SIGTERM until the jobs that run are done.
 ENDING = "Will exit after finishing currently running jobs (scheduler)."
 ENDS = "Asked to end: jobs that run are finished, no new ones begin; the same command then goes on."
@@ -42,6 +51,8 @@ class Terminal(logging.Formatter):
         self.usual, self.steps, self.done = usual, steps, 0
         self.clock, self.start = clock, clock()
         self.ending = False
+        # By thread: whether the script that failed last did.
+        self.said_why: dict[int | None, bool] = {}
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether a record is shown; those on progress are counted."""
@@ -54,19 +65,41 @@ class Terminal(logging.Formatter):
         if record.msg == ENDING:
             again, self.ending = self.ending, True
             return not again
-        return event not in CHATTER and record.msg != CHOOSING
+        if str(record.msg).startswith(FAILED):
+            self.said_why[record.thread] = SAID_WHY in record.msg
+            return False
+        if event == "job_error" and _of_here(record):
+            return not self.said_why.pop(record.thread, False)
+        hidden = record.msg == CHOOSING or str(record.msg).startswith(NOISE)
+        return event not in CHATTER and not hidden
 
     def format(self, record: logging.LogRecord) -> str:
         """One line for a job's start and the run's end; of the rest what Snakemake makes of it."""
         if record.msg == ENDING:
             return ENDS
-        if str(getattr(record, "event", "")) != "job_info":
+        event = str(getattr(record, "event", ""))
+        if event == "job_error" and _of_here(record):
+            return _wordless(record)
+        if event != "job_info":
             return self.usual.format(record)
         minutes, seconds = divmod(int(self.clock() - self.start), 60)
         hours, minutes = divmod(minutes, 60)
         share = self.done / self.steps if self.steps else 0.0
         count = f"{self.done} of {self.steps} steps ({share:.0%}) done"
         return f"{hours}:{minutes:02d}:{seconds:02d}  {count}, now: {record.rule_msg}"
+
+
+def _of_here(record: logging.LogRecord) -> bool:
+    """Whether a job that failed ran on this terminal; a cluster's say nothing here themselves."""
+    return not record.aux and not record.indent
+
+
+def _wordless(record: logging.LogRecord) -> str:
+    what = ", ".join(record.output)
+    return (
+        f"error: {record.rule_name}: {what}: expected it to be made, found that its job ended"
+        f" without a word (killed, out of memory?) (log: {', '.join(record.log)})"
+    )
 
 
 class Plan:

@@ -12,7 +12,7 @@ from house.configuration import open_house
 from house.digest import code_digest
 from palpate.capture.fingerprint import folder_fingerprint
 from house.objects import kept_files, project_digest, studied, value_digest
-from house.progress import GOES_ON, Plan
+from house.progress import GOES_ON, Plan, be_brief
 from house.refusal import refuse, require_values
 from house.run_lock import begin_run
 from job_run import own_run

@@ -102,4 +102,5 @@ def with_report(outputs):
     pages = [f"{RESULTS}/pages/{name}.html" for name in tables_among(outputs)]
     pages += [f"{RESULTS}/pages/{name}.html" for name in ("summary", "configuration")]
     objects = [f"{RESULTS}/objects.html"] if HOUSE.tracked else []
-    return [*outputs, *pages, *objects]
+    # The list of all these, for the run's last lines (house/closing.py).
+    return [*outputs, *pages, *objects, f"{RESULTS}/wanted.txt"]

@@ -8,6 +8,7 @@ onstart:
     except ValueError as error:
         refuse(error)
     PLAN.show()
+    be_brief(logger, len(workflow.dag))
 
 
 onerror:

@@ -34,6 +34,7 @@ rule configuration:
         project="pyproject.toml",
     output:
         md=results("configuration.md"),
+        wanted=results("wanted.txt"),
     log:
         results("logs/configuration.log"),
     benchmark:
@@ -41,8 +42,9 @@ rule configuration:
     params:
         code=code("configuration"),
         config=config,
+        wanted=[str(Path(path).relative_to(RESULTS)) for path in study_outputs()],
     message:
-        "Configuration and versions of the run"
+        "Configuration and versions of the run, and what it makes"
     script:
         "../scripts/configuration.py"
 

@@ -1,4 +1,4 @@
-"""The run's configuration and versions."""
+"""The run's configuration and versions, and the list of what it makes."""
 
 import platform
 import tomllib
@@ -16,13 +16,15 @@ NAMED = (
 
 
 def main(snakemake):
-    """Write configuration.md."""
-    inputs = snakemake.input
+    """Write configuration.md and wanted.txt."""
+    inputs, params = snakemake.input, snakemake.params
     project = tomllib.loads(Path(inputs.project).read_text(encoding="utf-8"))["project"]
     versions = {"palpate": project["version"], "Python": platform.python_version()}
     versions |= pinned(Path(inputs.lock).read_text(encoding="utf-8"), NAMED)
     with whole_file(snakemake.output.md) as part:
-        part.write_text(describe(snakemake.params.config, versions), encoding="utf-8")
+        part.write_text(describe(params.config, versions), encoding="utf-8")
+    with whole_file(snakemake.output.wanted) as part:
+        part.write_text("".join(f"{name}\n" for name in params.wanted), encoding="utf-8")
 
 
 run(main, snakemake)

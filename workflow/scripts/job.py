@@ -5,8 +5,9 @@ import os
 import sys
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, redirect_stdout, suppress
 from pathlib import Path
+from types import TracebackType
 from typing import TextIO
 
 from job_run import Inputs, end_with_run
@@ -27,8 +28,8 @@ def run(main: Callable, snakemake: object) -> None:
     """Run a script's main function with its output in the rule's log.
 
     Bad input (a `ValueError` or a file that can't be read or written) ends the job with one line
-    on the terminal and in the log, and so does input that is changed while the job reads it; any
-    other exception is a defect and keeps its traceback. The job ends when its run does.
+    on the terminal and in the log, and so does input that is changed while the job reads it; of
+    any other exception see `tell_defect`. The job ends when its run does.
 
     Parameters
     ----------
@@ -47,9 +48,6 @@ def run(main: Callable, snakemake: object) -> None:
             except (ValueError, OSError) as error:
                 refused = _line(error, snakemake)
                 stream.write(refused)
-            except Exception:
-                traceback.print_exc(file=stream)
-                raise
     except OSError as error:
         refused = refused or _line(
             OSError(error.errno, error.strerror, str(snakemake.log)), snakemake
@@ -76,9 +74,38 @@ def _on_steady_inputs(main: Callable, snakemake: object) -> None:
         raise
 
 
-def _line(error: Exception, snakemake: object) -> str:
+def tell_defect(
+    kind: type[BaseException], error: BaseException, trace: TracebackType | None
+) -> None:
+    """Say in one line what ends a script that expected no such thing; its log has the traceback.
+
+    It stands for ``sys.excepthook``, so that imports that fail come here too.
+    """
+    snakemake = getattr(sys.modules["__main__"], "snakemake", None)
+    if snakemake is None:
+        sys.__excepthook__(kind, error, trace)
+        return
+    if not issubclass(kind, Exception):  # Ctrl-C: Snakemake says so once
+        return
+    lines = "".join(traceback.format_exception(kind, error, trace))
+    told = _line(
+        f"{kind.__name__}: {error}", snakemake, where=f"a defect; traceback in {snakemake.log}"
+    )
+    with suppress(OSError):
+        log = Path(str(snakemake.log))
+        log.parent.mkdir(parents=True, exist_ok=True)
+        with log.open("a", encoding="utf-8") as stream:
+            stream.write(lines + told)
+    sys.stderr.write(told)
+
+
+sys.excepthook = tell_defect
+
+
+def _line(error: object, snakemake: object, *, where: str = "") -> str:
     place = "/".join([snakemake.rule, *map(str, snakemake.wildcards)])
-    return f"error: {place}: {' '.join(str(error).split())}\n"
+    text = " ".join(str(error).split())
+    return f"error: {place}: {text} ({where or f'log: {snakemake.log}'})\n"
 
 
 @contextmanager

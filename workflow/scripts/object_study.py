@@ -56,7 +56,7 @@ def first_error(log: Path) -> str:
     found = [line.removeprefix("error: ") for line in text if line.startswith("error: ")]
     # What stops a run before its first job stands indented below the name of the exception.
     found += [below.strip() for line, below in pairwise(text) if line.startswith("WorkflowError")]
-    return f"{found[0]} ({log})" if found else f"{log}: run: expected moduli, found a failed job"
+    return found[0] if found else f"{log}: run: expected moduli, found a failed job"
 
 
 run(main, snakemake)
