@@ -5,27 +5,39 @@ SNAKEMAKE := $(BIN)/snakemake --profile workflow/profiles/default
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 VALIDATION := $(SNAKEMAKE) --configfile config/validation.yaml
 SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
+CUT := $(SNAKEMAKE) --configfile tests/cut/config.yaml
 # Figures of a full run that README.md shows.
 PICTURES := tracked_surface
 REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
+# What follows a run: captures $(1), results $(2), the run's command $(3).
+define after
+	PYTHONPATH=workflow/scripts $(BIN)/python workflow/house/resources.py $(1) $(2)
+	$(3) $(REPORT) $(2)/report.html
+	$(BIN)/python workflow/house/closing.py $(2)
+endef
+
 # Of `make faults`.
 kills := 50
 
-.PHONY: results sample validation test faults lint bench check lock pictures sample-captures \
+.PHONY: results sample cut validation test faults lint bench check lock pictures sample-captures \
   own-object-captures slurm-resources mutations audit clean
 
 results: .venv/installed
 	$(SNAKEMAKE)
-	PYTHONPATH=workflow/scripts $(BIN)/python workflow/house/resources.py raw results
-	$(SNAKEMAKE) $(REPORT) results/report.html
-	$(BIN)/python workflow/house/closing.py results
+	$(call after,raw,results,$(SNAKEMAKE))
 
 sample: .venv/installed
 	$(SAMPLE)
-	PYTHONPATH=workflow/scripts $(BIN)/python workflow/house/resources.py tests/sample/raw results/sample
-	$(SAMPLE) $(REPORT) results/sample/report.html
-	$(BIN)/python workflow/house/closing.py results/sample
+	$(call after,tests/sample/raw,results/sample,$(SAMPLE))
+
+# The study with every rule on few, small captures, from nothing: what this can't run, no run can.
+cut: .venv/installed
+	rm -rf results/cut
+	$(CUT)
+	$(call after,results/cut/captures,results/cut/results,$(CUT))
+	$(CUT) --config only=ear -- validation
+	$(BIN)/python -m pytest -m cut tests/cut
 
 # Other materials than the study's, which nothing is tuned on.
 validation: .venv/installed

@@ -43,6 +43,23 @@ def test_the_lab_alone(home):
     assert len(house.described(direct=True)) == 39 + 12
 
 
+def test_a_lab_like_another_says_only_what_is_different(home):
+    changes = {"like": "config/lab.yaml", "seed": 7, "objects": {"ear": {"motion": {"frames": 9}}}}
+    (home / "lab.yaml").write_text(yaml.safe_dump(changes))
+    paths = yaml.safe_load((home / "config/config.yaml").read_text())["paths"]
+    lab = opened(home, paths=paths | {"lab": "lab.yaml"}).lab
+    expected = yaml.safe_load((home / "config/lab.yaml").read_text())
+    expected["seed"], expected["objects"]["ear"]["motion"]["frames"] = 7, 9
+    assert lab == expected
+
+
+def test_a_lab_like_a_file_that_is_none(home):
+    (home / "lab.yaml").write_text("like: nowhere.yaml\n")
+    paths = yaml.safe_load((home / "config/config.yaml").read_text())["paths"]
+    with pytest.raises(ValueError, match="nowhere.yaml: file: expected YAML, found nothing"):
+        opened(home, paths=paths | {"lab": "lab.yaml"})
+
+
 def test_what_is_tracked_is_estimated_where_nothing_else_is_said(home):
     study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
     del study["direct"]
