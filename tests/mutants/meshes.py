@@ -68,10 +68,17 @@ def _as(suffix: str, *, name: str = ""):
     return spoil
 
 
+def _named(name: str):
+    def spoil(place: Place) -> None:
+        place.yaml(place.object / "object.yaml", lambda s: s["template"].update(file=name))
+
+    return spoil
+
+
 def _file(name: str, content: bytes):
     def spoil(place: Place) -> None:
         place.write(place.object / name, content)
-        place.yaml(place.object / "object.yaml", lambda s: s["template"].update(file=name))
+        _named(name)(place)
 
     return spoil
 
@@ -126,7 +133,7 @@ def corpus() -> list[Mutation]:
         "STL under the name of a PLY": _as("stl", name="template2.ply"),
         "PLY under the name of an STL": _as("ply", name="template.stl"),
         "an OBJ that names /etc/passwd": _file("a.obj", OBJ),
-        "object.yaml itself": _file("object.yaml", b""),
+        "object.yaml itself": _named("object.yaml"),
         "a text file": _file("a.txt", b"hello\n"),
         "no ending": _file("surface", b"ply\n"),
         "a pickle": _file("a.pkl", b"\x80\x04\x95."),

@@ -132,19 +132,25 @@ def _forces() -> list[Mutation]:
         values = np.random.default_rng(2).normal(size=(len(table), 6))
         table[GAUGES] = values
 
+    gauge = "a gauge's factor is part of the calibration: a known weight on the probe shows it"
     volts = [
         ("volts in mV", _scaled(GAUGES, 1e3)),
         ("volts in kV", _scaled(GAUGES, 1e-3)),
         ("gauges reversed", _force(lambda t: t.set_axis(["time_s", *GAUGES[::-1]], axis=1))),
         ("a gauge dead", _scaled(["v2"], 0.0)),
         ("a gauge stuck from the middle", _force(_stuck)),
-        ("a gauge saturated", _force(lambda t: t.assign(v1=(t["v1"] * 50).clip(-10, 10)))),
+        ("a gauge saturated", _force(lambda t: t.assign(v1=(t["v1"] * 5e4).clip(-10, 10)))),
+        ("a gauge amplified fifty-fold", _scaled(["v1"], 50.0)),
         ("noise for force", _force(noise)),
         ("sign of volts flipped", _scaled(GAUGES, -1.0)),
         ("force of the other sensor's capture", _of_bumblebee("force.csv")),
         ("frames of the other sensor's capture", _of_bumblebee("frames.csv")),
     ]
-    return found + [Mutation("physics", name, "force.csv", change) for name, change in volts]
+    told = {"a gauge amplified fifty-fold": gauge}
+    return found + [
+        Mutation("physics", name, "force.csv", change, told=told.get(name, ""))
+        for name, change in volts
+    ]
 
 
 def _stuck(table):
@@ -154,8 +160,13 @@ def _stuck(table):
 def _clocks() -> list[Mutation]:
     near = "within what two clocks may be apart; the press itself corrects it"
     drift = "a press at another pace looks like one of another depth to a clock that runs fast"
-    slow = "at three frames a second nothing shows a tenth of a second"
-    told = {"force +0.02 s late": near, "force at 1.1 speed": drift, "force +0.1 s late": slow}
+    slow = "at three frames a second nothing shows one or two tenths of a second"
+    told = {
+        "force +0.02 s late": near,
+        "force at 1.1 speed": drift,
+        "force +0.1 s late": slow,
+        "force +0.2 s late": slow,
+    }
     cases = [
         ("both clocks in ms", _times(1e3)),
         ("both clocks in us", _times(1e6)),
@@ -231,9 +242,8 @@ def _lengths() -> list[Mutation]:
         ("gauges all zero", PROBE, _yaml(PROBE, "gauge", "calibration", factor=0)),
         ("gauge's range 0.01 V", PROBE, _set(PROBE, 0.01, "gauge", "range_v")),
     ]
-    told = {
-        "force_from_tip: turned over": "",
-    }
+    near = "E follows the root of the radius: nothing else in a capture shows the sphere"
+    told = {"radius_m x 0.9": near, "radius_m x 1.1": near}
     return [Mutation("physics", n, f, c, told=told.get(n, "")) for n, f, c in cases]
 
 

@@ -149,8 +149,9 @@ def _rows() -> list[Mutation]:
         "force ends early": ("force.csv", lambda t: t.iloc[:2500]),
         "force starts late": ("force.csv", lambda t: t.iloc[600:]),
     }
+    told = {"every tenth force sample": "fewer readings have more noise, far below the interval"}
     return [
-        Mutation("table", words, name, _table(name, change))
+        Mutation("table", words, name, _table(name, change), told=told.get(words, ""))
         for words, (name, change) in cases.items()
     ]
 

@@ -8,6 +8,7 @@ from palpate.solid.indentation import (
     IndentationModel,
     load_indentation,
     mirrored,
+    ratio_weights,
     save_indentation,
 )
 from palpate.solid.indentation_table import POISSON_RATIOS, depth_ladder
@@ -52,6 +53,11 @@ def test_force_between_the_table_s_places(model, nu):
     found = model.force_per_modulus(depth, nu, "neo_hookean")
     assert found == pytest.approx(hertz(depth, nu), rel=3e-3)
     assert model.force_per_modulus(depth, nu, "blatz_ko") == pytest.approx(2 * found)
+
+
+def test_weights_have_the_same_bytes_each_time():
+    ratios = np.array([0.0, 0.15, 0.3, 0.42, 0.49])
+    assert len({ratio_weights(ratios, 0.29).tobytes() for _ in range(50)}) == 1
 
 
 def test_displacement_between_the_table_s_places(model):

@@ -150,6 +150,28 @@ def test_a_solid_that_curving_would_fold_is_refused():
         curved_to(flat, smooth)
 
 
+def test_what_folds_far_from_the_press_stays_as_it_is():
+    mesh, ball = spoked_ball(2)
+    # Horns in the lower half, which the smooth sphere would flatten.
+    corners = SolidMesh(mesh.nodes_m[: len(ball.vertices) + 1], mesh.corners)
+    low = np.flatnonzero(corners.nodes_m[:, 2] < -0.02)
+    rough = corners.nodes_m.copy()
+    rough[low] *= np.random.default_rng(3).uniform(1.5, 3.0, size=(len(low), 1))
+    dented = SolidMesh(rough, corners.tetrahedra)
+    smooth = SmoothSurface(np.array(ball.vertices), np.array(ball.faces))
+    with pytest.raises(ValueError, match="mesh: expected"):
+        curved_to(quadratic(bent_to(dented, smooth)), smooth)
+
+    def upper(points_m):
+        return points_m[:, 2] > 0.01
+
+    bent = bent_to(dented, smooth, upper)
+    curved = curved_to(quadratic(bent), smooth, upper)
+    top = curved.nodes_m[np.unique(curved.surface_faces())]
+    top = top[upper(top)]
+    assert smooth.distance(top).max() < 1e-6
+
+
 def test_few_edges_off_the_surface_stay_straight():
     mesh, ball = spoked_ball(3)
     nodes = mesh.nodes_m.copy()

@@ -1,5 +1,6 @@
 """Everything people write, read and checked once before the first job."""
 
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -170,7 +171,9 @@ def _object_files(
 
 def _named_files(folder: str, kind: str, problems: list[str]) -> dict[str, Mapping]:
     found = {}
-    for path in sorted(Path(folder).glob("*.yaml")):
+    # Of what can't be a folder's name neither.
+    files = Path(folder).glob("*.yaml") if os.path.isdir(folder) else ()
+    for path in sorted(files):
         spec = _checked(path, SCHEMAS / f"{kind}.schema.yaml", problems)
         if spec is not None and spec[kind] != path.stem:
             problems.append(f"{path}: {kind}: expected {path.stem}, found {spec[kind]}")

@@ -59,7 +59,8 @@ def _check_stream(
 def _image_problem(folder: Path, name: str, spec: Mapping) -> str | None:
     path = folder / name
     try:
-        if not path.resolve().is_relative_to(folder.resolve()):
+        # A path drops one of an address's slashes.
+        if "://" in name or not path.resolve().is_relative_to(folder.resolve()):
             return f"expected files of this folder, found {name}"
         if not path.is_file():
             return "expected an image, found nothing"

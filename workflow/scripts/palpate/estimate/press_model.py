@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BarycentricInterpolator, CubicSpline, PchipInterpolator
+from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.spatial import cKDTree
 
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.indentation import IndentationModel, ratio_weights
 from palpate.surface.distance import ClosestPoints
 
 # Hertz: force to the power 2/3 is about linear in depth, which interpolates well.
@@ -78,7 +78,7 @@ class PressModel:
         Cubic splines over depth; the deepest's motion beyond the table.
         """
         depth = np.clip(depth_m, 0, self.depth_m[-1])
-        table = np.tensordot(self._weights(nu), self.motion_m, axes=1)
+        table = np.tensordot(ratio_weights(self.poisson_ratios, nu), self.motion_m, axes=1)
         inside = (depth_m < self.depth_m[-1])[:, None]
         return self._basis(depth) @ table, inside * (self._basis(depth, 1) @ table)
 
@@ -87,12 +87,8 @@ class PressModel:
         """Splines that are 1 at one depth of the table and 0 at the others."""
         return CubicSpline(self.depth_m, np.eye(len(self.depth_m)))
 
-    def _weights(self, nu: float) -> NDArray:
-        ratios = self.poisson_ratios
-        return BarycentricInterpolator(ratios, np.eye(len(ratios)))(nu)
-
     def _power(self, nu: float) -> NDArray:
-        return self._weights(nu) @ self.force_per_modulus_m2**FORCE_POWER
+        return ratio_weights(self.poisson_ratios, nu) @ self.force_per_modulus_m2**FORCE_POWER
 
 
 def press_model(lookup: IndentationModel, law: str, cell_m: NDArray, normal: NDArray) -> PressModel:

@@ -82,6 +82,10 @@ class Fineness:
     edge_m: float
     growth: float
 
+    def holds(self, points_m: NDArray) -> NDArray:
+        """Which of points (k, 3) lie within its radius, as a mask (k,)."""
+        return np.linalg.norm(points_m - self.point_m, axis=1) < self.radius_m
+
 
 def fine_mesh(mesh: SolidMesh, places: tuple[Fineness, ...]) -> SolidMesh:
     """Four-node elements refined at places, as `refine_near` does it."""

@@ -76,7 +76,7 @@ class IndentationModel:
             If the law is not in the table, or depth or Poisson's ratio are beyond it.
         """
         depth = self._checked(depth_m, nu)
-        table = self._ratio_weights(nu) @ self.force_per_modulus_m2[self._law(law)]
+        table = ratio_weights(self.poisson_ratios, nu) @ self.force_per_modulus_m2[self._law(law)]
         straight = PchipInterpolator(self.depth_m, np.maximum(table, 0) ** STRAIGHT)
         return straight(depth) ** (1 / STRAIGHT)
 
@@ -92,7 +92,7 @@ class IndentationModel:
         """
         depth = self._checked(depth_m, nu)
         over_depth = CubicSpline(self.depth_m, np.eye(len(self.depth_m)), axis=0)(depth)
-        weights = self._ratio_weights(nu)[:, None] * over_depth[..., None, :]
+        weights = ratio_weights(self.poisson_ratios, nu)[:, None] * over_depth[..., None, :]
         table = self.surface_displacement_m[self._law(law)]
         return np.tensordot(weights, table, axes=2)
 
@@ -100,11 +100,6 @@ class IndentationModel:
         if law not in self.laws:
             raise ValueError(f"law: expected one of {', '.join(self.laws)}, found {law}")
         return self.laws.index(law)
-
-    def _ratio_weights(self, nu: float) -> NDArray:
-        """Lagrange's polynomials of the table's Poisson's ratios at one, shape (p,)."""
-        ratios = self.poisson_ratios
-        return BarycentricInterpolator(ratios, np.eye(len(ratios)))(nu)
 
     def _checked(self, depth_m: NDArray | float, nu: float) -> NDArray:
         """Depths from 0 on."""
@@ -115,6 +110,14 @@ class IndentationModel:
         if not least - 1e-9 <= nu <= greatest + 1e-9:
             raise ValueError(f"nu: expected from {least:g} to {greatest:g}, found {nu:g}")
         return np.clip(depth, 0, deepest)
+
+
+def ratio_weights(ratios: NDArray, nu: float) -> NDArray:
+    """Lagrange's polynomials of a table's Poisson's ratios at one, shape (p,).
+
+    The interpolator draws the order of its factors, and with it the last digits: always alike here.
+    """
+    return BarycentricInterpolator(ratios, np.eye(len(ratios)), rng=0)(nu)
 
 
 def mirrored(model: IndentationModel, point_m: NDArray, normal: NDArray) -> IndentationModel:

@@ -208,7 +208,11 @@ def _fine(
     fine = fine_mesh(mesh, tuple(places))
     if surface is None:
         return quadratic(fine)
-    return curved_to(quadratic(bent_to(fine, surface)), surface)
+
+    def smooth_at(points_m: NDArray) -> NDArray:
+        return np.any([p.holds(points_m) for p in places], axis=0)
+
+    return curved_to(quadratic(bent_to(fine, surface, smooth_at)), surface, smooth_at)
 
 
 def _touch(

@@ -17,7 +17,8 @@ CREASE_DEG = 35.0
 SIDES = np.array([[0, 1], [1, 2], [2, 0]])
 # No element may lose more than this part of its volume.
 LEAST_VOLUME = 0.2
-# Where it would, the surface's moves are halved, this often and at this part of the nodes at most.
+# Where it would, the surface's moves are halved, this often, and given up then; where a solid is to
+# be smooth, at this part of the nodes and edges at most.
 HALVINGS = 6
 MOST_HALVED = 0.05
 # Where elements must not fold: the quadrature's points and the corners.
@@ -62,7 +63,14 @@ class SmoothSurface:
         return np.linalg.norm(points_m - self.nearest(points_m), axis=1)
 
 
-def bent_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
+def everywhere(points_m: NDArray) -> NDArray:
+    """All of the points (k, 3), as a mask (k,)."""
+    return np.ones(len(points_m), dtype=bool)
+
+
+def bent_to(
+    mesh: SolidMesh, surface: SmoothSurface, smooth_at: Callable[[NDArray], NDArray] = everywhere
+) -> SolidMesh:
     """Solid whose surface nodes lie on a smooth surface; the inside follows as an elastic solid.
 
     Parameters
@@ -70,6 +78,8 @@ def bent_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
     mesh : SolidMesh
         Four-node elements.
     surface : SmoothSurface
+    smooth_at : callable
+        Which of some points (k, 3) lie where the solid must be smooth, as a mask (k,).
 
     Returns
     -------
@@ -79,7 +89,7 @@ def bent_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
     Raises
     ------
     ValueError
-        If an element loses too much of its volume however little is moved.
+        If too little could be moved where the solid must be smooth.
     """
     outer = mesh.surface_nodes()
     moves = surface.nearest(mesh.nodes_m[outer]) - mesh.nodes_m[outer]
@@ -87,8 +97,8 @@ def bent_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
         return mesh
     follow = _following(mesh, outer)
     before = element_volumes(mesh.nodes_m, mesh.tetrahedra)
-    halved = np.zeros(len(outer), dtype=bool)
-    for _ in range(HALVINGS):
+    halved, judged = np.zeros(len(outer), dtype=bool), smooth_at(mesh.nodes_m[outer])
+    for again in range(2 * HALVINGS):
         bent = SolidMesh(mesh.nodes_m + follow(moves), mesh.tetrahedra)
         kept = element_volumes(bent.nodes_m, bent.tetrahedra) / before
         if kept.min() >= LEAST_VOLUME:
@@ -96,16 +106,18 @@ def bent_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
         # Flat elements of surface nodes alone collapse first: there facets stay flatter.
         collapsed = np.isin(outer, mesh.tetrahedra[kept < LEAST_VOLUME])
         halved |= collapsed
-        if halved.mean() > MOST_HALVED:
+        if halved[judged].any() and halved[judged].mean() > MOST_HALVED:
             break
-        moves[collapsed] /= 2
+        moves[collapsed] *= 0.5 if again < HALVINGS else 0.0
     raise ValueError(
         f"mesh: expected elements that keep {LEAST_VOLUME:g} of their volume on the smooth"
         f" surface, found {kept.min():.2g}"
     )
 
 
-def curved_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
+def curved_to(
+    mesh: SolidMesh, surface: SmoothSurface, smooth_at: Callable[[NDArray], NDArray] = everywhere
+) -> SolidMesh:
     """Ten-node elements whose outer sides are curved as a smooth surface is.
 
     On a ball of radius R the middle of a straight edge of length h lies h^2 / (8 R) too deep: a
@@ -117,11 +129,13 @@ def curved_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
     mesh : SolidMesh
         Ten-node elements whose corners are on the surface (`bent_to`).
     surface : SmoothSurface
+    smooth_at : callable
+        Which of some points (k, 3) lie where the solid must be smooth, as a mask (k,).
 
     Raises
     ------
     ValueError
-        If many edges would have to stay straight.
+        If many edges would have to stay straight where the solid must be smooth.
     """
     faces = mesh.surface_faces()
     ends = np.unique(faces[:, :3])
@@ -133,6 +147,7 @@ def curved_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
     curved = ~off[sides].any(axis=2).ravel()[first]
     whole = element_volumes(mesh.nodes_m, mesh.corners)[:, None]
     places = surface.nearest(mesh.nodes_m[middles])
+    judged = smooth_at(mesh.nodes_m[middles])
     for _ in range(HALVINGS):
         nodes = mesh.nodes_m.copy()
         nodes[middles[curved]] = places[curved]
@@ -142,8 +157,12 @@ def curved_to(mesh: SolidMesh, surface: SmoothSurface) -> SolidMesh:
         if not (folded & curved).any():
             break
         curved &= ~folded
-    straight = 1 - curved.mean()
-    logging.info("%.2g of the outer edges stay straight", straight)
+    straight = 1 - curved[judged].mean() if judged.any() else 0.0
+    logging.info(
+        "%.2g of the outer edges stay straight, %.2g of those that count",
+        1 - curved.mean(),
+        straight,
+    )
     if straight > MOST_HALVED or (folded & curved).any():
         raise ValueError(
             f"mesh: expected at most {MOST_HALVED:g} of the outer edges that the smooth surface"
