@@ -3,9 +3,10 @@
 from pathlib import Path
 
 import numpy as np
-import open3d as o3d
 import trimesh
 from numpy.typing import NDArray
+
+from palpate.open3d_core import o3d
 
 
 class ClosedMesh:

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import open3d as o3d
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+
+from palpate.open3d_core import o3d
 
 # Konica Minolta VIVID 910: points of a view, and accuracy in x, y and z of the scanner. The maker
 # states limits; they are taken as standard deviations, which is no better than the device.

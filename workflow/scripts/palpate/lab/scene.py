@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import open3d as o3d
 from numpy.typing import NDArray
 
 from palpate.lab.paint import Paint
 from palpate.lab.part import OBJECT, TABLE, Finish, Part
 from palpate.lab.probe import Probe
 from palpate.lab.texture import TABLE_SIZE_M
+from palpate.open3d_core import o3d
 
 NO_FINISH = Finish((0.0, 0.0, 0.0), 0.0)
 
