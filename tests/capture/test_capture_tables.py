@@ -89,6 +89,7 @@ def test_streams_of_each_kind():
     [
         ("time_s,v0\n0,1,2\n1,2,3\n", "rows: expected as many cells as column names, found more"),
         ("time_s,v0,time_s\n0,1,2\n", "columns: expected each name once, found time_s twice"),
+        ("time_s" + ",v" * 5000 + "\n", "columns: expected at most 1000, found 5001"),
         ('time_s,v0\n0,"1\n', "file: expected a CSV table, found none"),
     ],
 )

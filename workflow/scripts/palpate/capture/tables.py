@@ -17,6 +17,8 @@ GAUGE_COLUMNS = ("v0", "v1", "v2", "v3", "v4", "v5")
 WRENCH_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 # From here on nine significant digits are coarser than a microsecond: clocks that count from 1970.
 LARGE = 1000.0
+# More take pandas minutes.
+MOST_COLUMNS = 1000
 # What pandas makes of the second column of a name.
 TWICE = re.compile(r".*\.[0-9]+", re.DOTALL)
 STREAMS = {
@@ -60,11 +62,16 @@ def read_table(path: str | Path) -> pd.DataFrame:
     Raises
     ------
     ValueError
-        If the file is missing or is no table, a column is given twice, or rows are longer than the
-        header, whose first cells pandas by itself takes for an index: all columns shift by one.
+        If the file is missing or is no table, it has too many columns or one twice, or rows are
+        longer than the header, whose first cells pandas by itself takes for an index: all columns
+        shift by one.
     """
     if not is_file(Path(path)):
         raise ValueError(one_line(f"{path}: file: expected a CSV table, found nothing"))
+    columns = _commas(path) + 1
+    if columns > MOST_COLUMNS:
+        expected = f"expected at most {MOST_COLUMNS}, found {columns}"
+        raise ValueError(one_line(f"{path}: columns: {expected}"))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)  # of cells that are left out
@@ -81,6 +88,12 @@ def read_table(path: str | Path) -> pd.DataFrame:
             found = f"found {str(name).rpartition('.')[0]} twice"
             raise ValueError(one_line(f"{path}: columns: expected each name once, {found}"))
     return table
+
+
+def _commas(path: str | Path) -> int:
+    """Commas in a table's first line."""
+    with Path(path).open("rb") as stream:
+        return stream.readline().count(b",")
 
 
 def write_table(path: str | Path, table: pd.DataFrame) -> None:
