@@ -146,7 +146,7 @@ def test_a_solid_that_curving_would_fold_is_refused():
     apex = facet.mean(axis=0) * (1 - 2e-4)
     flat = quadratic(solid_mesh(np.vstack([facet, apex]), np.arange(4)[None]))
     smooth = SmoothSurface(np.array(ball.vertices), np.array(ball.faces))
-    with pytest.raises(ValueError, match="expected at most 0.05 of the outer edges"):
+    with pytest.raises(ValueError, match="expected at most 0.05 of the outer edges off"):
         curved_to(flat, smooth)
 
 
@@ -170,6 +170,26 @@ def test_what_folds_far_from_the_press_stays_as_it_is():
     top = curved.nodes_m[np.unique(curved.surface_faces())]
     top = top[upper(top)]
     assert smooth.distance(top).max() < 1e-6
+    whole = element_volumes(dented.nodes_m, dented.tetrahedra)
+    assert (element_volumes(bent.nodes_m, bent.tetrahedra) / whole).min() >= LEAST_VOLUME
+    watched = np.concatenate([QUADRATURE[2], np.eye(4)])
+    kept = len(watched) * point_volumes(curved, watched)
+    flat = element_volumes(bent.nodes_m, bent.tetrahedra)
+    assert (kept / flat[:, None]).min() >= LEAST_VOLUME
+
+
+def test_a_side_that_curving_would_fold_stays_straight():
+    ball = trimesh.creation.icosphere(1, radius=0.06)
+    # Flat over one facet, in a solid around the ball: the sphere rises past its apex.
+    facet = ball.vertices[ball.faces[0]]
+    nodes = np.vstack([facet, facet.mean(axis=0) * 1.001])
+    flat = quadratic(solid_mesh(nodes, np.arange(4)[None]))
+    smooth = SmoothSurface(np.array(ball.vertices), np.array(ball.faces))
+    curved = curved_to(flat, smooth, lambda points_m: np.zeros(len(points_m), dtype=bool))
+    watched = np.concatenate([QUADRATURE[2], np.eye(4)])
+    whole = element_volumes(flat.nodes_m, flat.corners)
+    kept = len(watched) * point_volumes(curved, watched) / whole[:, None]
+    assert kept.min() >= LEAST_VOLUME
 
 
 def test_few_edges_off_the_surface_stay_straight():

@@ -199,9 +199,9 @@ def main(results: Path) -> int:
     except ValueError as error:
         sys.stderr.write(f"error: {error}\n")
         return 1
-    if (results / "summary.csv").is_file():
-        print("\n".join(closing_lines(results, wanted)), flush=True)
     lacking = missing(results, wanted)
+    if not _found(results / "summary.csv"):
+        print("\n".join(closing_lines(results, wanted)), flush=True)
     sys.stderr.write("".join(f"error: {line}\n" for line in lacking))
     return int(bool(lacking))
 
