@@ -1,6 +1,7 @@
 # Each target first makes .venv from environment.lock, when it is missing or older than the lock.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
+MODULE := PYTHONPATH=workflow/scripts $(BIN)/python -m palpate.run
 SNAKEMAKE := $(BIN)/snakemake --profile workflow/profiles/default
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 VALIDATION := $(SNAKEMAKE) --configfile config/validation.yaml
@@ -12,9 +13,9 @@ REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
 # What follows a run: captures $(1), results $(2), the run's command $(3).
 define after
-	PYTHONPATH=workflow/scripts $(BIN)/python workflow/house/resources.py $(1) $(2)
+	$(MODULE).resources $(1) $(2)
 	$(3) $(REPORT) $(2)/report.html
-	$(BIN)/python workflow/house/closing.py $(2)
+	$(MODULE).closing $(2)
 endef
 
 # Of `make faults`.
@@ -54,7 +55,7 @@ lint: .venv/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow
-	$(BIN)/python workflow/house/lint.py
+	$(BIN)/snakemake --lint --workflow-profile none
 	PYTHONPATH=workflow/scripts $(BIN)/lint-imports
 
 bench: .venv/installed
@@ -66,7 +67,8 @@ mutations: .venv/installed
 
 # What is installed against the lock; then known vulnerabilities, where their database is in reach.
 audit: .venv/installed
-	$(BIN)/python workflow/house/audit.py environment.lock results/audit.csv --files
+	$(BIN)/pip install --quiet --dry-run --no-deps --require-hashes -r environment.lock
+	$(BIN)/pip check
 	-$(PYTHON) -m venv results/.pip-audit && results/.pip-audit/bin/pip install --quiet pip-audit \
 	  && results/.pip-audit/bin/pip-audit --strict --disable-pip --require-hashes -r environment.lock
 
@@ -76,7 +78,7 @@ pictures:
 
 # What the SLURM profile asks for, from the benchmarks of the last `make results`.
 slurm-resources: .venv/installed
-	PYTHONPATH=workflow/scripts:workflow $(BIN)/python workflow/house/slurm.py \
+	$(MODULE).slurm \
 	  results/benchmarks workflow/profiles/slurm/config.yaml
 
 # The committed captures of tests/sample, made anew by the virtual lab.

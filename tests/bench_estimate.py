@@ -4,15 +4,15 @@ import time
 
 import numpy as np
 from floor import floor
-from palpate.estimate.least_squares import fit_least_squares
-from palpate.estimate.minimise import hertz_start, minimise_error
-from palpate.estimate.moduli import lame_from_engineering, reduced_modulus
-from palpate.estimate.objective import Measurement, Objective
-from palpate.estimate.reduced_objective import ReducedObjective
-from palpate.estimate.scatter import NORMS
+from palpate.estimate.minimise.least_squares import fit_least_squares
+from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.estimate.minimise.reduced_objective import ReducedObjective
+from palpate.estimate.minimise.scatter import NORMS
+from palpate.estimate.minimise.search import hertz_start, minimise_error
 from palpate.solid.boundary import node_sets
 from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import solid_mesh
+from palpate.solid.moduli import lame_from_engineering, reduced_modulus
 from palpate.solid.stiffness import combined, elastic_stiffness
 from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementTetP1, ElementVector, MeshTet

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from palpate.lab.block_mesh import block_mesh
-from palpate.lab.contact import ContactProblem
-from palpate.lab.material import neo_hookean
-from palpate.lab.obstacle import Sphere
-from palpate.lab.press import contact_problem, first_touch
-from palpate.lab.shapes import shape_of
 from scipy import sparse
 from scipy.optimize import least_squares
 from scipy.sparse.linalg import splu
+from virtual_lab.block_mesh import block_mesh
+from virtual_lab.contact import ContactProblem
+from virtual_lab.material import neo_hookean
+from virtual_lab.obstacle import Sphere
+from virtual_lab.press import contact_problem, first_touch
+from virtual_lab.shapes import shape_of
 
 ROOT = Path(__file__).resolve().parents[1]
 RADIUS_M = 0.00622

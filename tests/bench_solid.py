@@ -4,8 +4,8 @@ import time
 from pathlib import Path
 
 import numpy as np
-from palpate.estimate.moduli import lame_from_engineering
 from palpate.solid.mesh import SolidMesh, quadratic, read_solid
+from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.refine import refine_near
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness

@@ -14,18 +14,18 @@ import numpy as np
 import trimesh
 import yaml
 from numpy.typing import NDArray
-from palpate.study.tracking_accuracy import accuracy_rows, untracked
 from palpate.surface.capture import TRACKERS, track_capture
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.tracked import Tracked
 from scipy.spatial import Delaunay
+from thesis.accuracy.tracking import accuracy_rows, untracked
 from trimesh.registration import nricp_amberg, nricp_sumner
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "workflow"), str(ROOT / "tests/surface")]
 
 from dented import Dented, dented_block  # noqa: E402
-from house.trackers import options_of  # noqa: E402
+from palpate.run.trackers import options_of  # noqa: E402
 
 DEPTHS_M = (0.0, 0.002, 0.004, 0.006, 0.008)
 REGIONS = ("all", "observed", "unobserved", "dent")

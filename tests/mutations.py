@@ -14,9 +14,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE / part) for part in ("", "workflow", "../workflow", "../workflow/scripts")]
+sys.path[:0] = [str(HERE / part) for part in ("", "workflow", "../workflow/scripts")]
 
-import job  # noqa: E402, F401 - one thread
+import palpate.run.job  # noqa: E402, F401 - one thread
 from mutants.corpus import corpus, drawn  # noqa: E402
 from mutants.judge import Verdict, judge, right_moduli, row_of, warm_up  # noqa: E402
 from mutants.place import Mutation, make_bases  # noqa: E402

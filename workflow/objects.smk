@@ -7,12 +7,11 @@ min_version("9.0")
 configfile: "config/config.yaml"
 
 
-include: "rules/common_objects.smk"
 include: "rules/objects.smk"
 
 
 rule all:
     default_target: True
     input:
-        f"{RESULTS}/objects.csv",
+        RUN.results("objects.csv"),
     localrule: True

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from floor import floor
 from numpy.typing import NDArray
-from palpate.estimate.objective import Measurement, Objective
+from palpate.estimate.minimise.objective import Measurement, Objective
 from palpate.solid.boundary import NodeSets, node_sets
 from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import SolidMesh

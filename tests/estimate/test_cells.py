@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.estimate.cells import RestSurface
+from palpate.estimate.direct.samples import RestSurface
 from palpate.surface.template import Template
 
 RADIUS_M = 0.06

@@ -5,26 +5,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from floor import floor
-from palpate.estimate.direct import estimate_direct, law_evidence, laws_to_try
-from palpate.estimate.direct_blocks import Scales, blocks_of
-from palpate.estimate.direct_deviations import LEAST_NOISE, robust_weights, variance_parts
-from palpate.estimate.direct_fit import fit_direct, prior_of
-from palpate.estimate.direct_interval import (
-    bootstrap,
-    effective_patches,
-    intervals,
-    profile_over_nu,
-)
-from palpate.estimate.direct_press import (
+from palpate.estimate.direct.blocks import Scales, blocks_of
+from palpate.estimate.direct.deviations import LEAST_NOISE, robust_weights, variance_parts
+from palpate.estimate.direct.estimate import estimate_direct, law_evidence, laws_to_try
+from palpate.estimate.direct.fit import fit_direct, prior_of
+from palpate.estimate.direct.indentation import (
     OWN,
     DirectPress,
     Parameters,
     linearised,
     residuals,
 )
-from palpate.estimate.press_model import PressModel
-from palpate.estimate.relaxation import relaxed_force
-from palpate.estimate.settling import rocking_axes, settling_of
+from palpate.estimate.direct.interval import (
+    bootstrap,
+    effective_patches,
+    intervals,
+    profile_over_nu,
+)
+from palpate.estimate.direct.relaxation import relaxed_force
+from palpate.estimate.direct.support_motion import rocking_axes, settling_of
+from palpate.estimate.direct.table import PressModel
 from palpate.solid.support import Support
 
 RADIUS_M = 0.006

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.estimate.direct_problem import check_press, press_depth
+from palpate.estimate.direct.problem import check_press, press_depth
 from palpate.solid.smooth_surface import SmoothSurface
 
 DOWN = np.array([0.0, 0.0, -1.0])

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.hertz import hertz_force
-from palpate.estimate.hertz_laws import (
+from palpate.estimate.hertz.fit import hertz_force
+from palpate.estimate.hertz.laws import (
     contact_law,
     layer_factor,
     layer_moments,
@@ -11,7 +11,7 @@ from palpate.estimate.hertz_laws import (
     printed_layer_factor,
     sneddon_force,
 )
-from palpate.estimate.hertz_models import Press, fit_model, fit_models, recommended
+from palpate.estimate.hertz.models import Press, fit_model, fit_models, recommended
 from scipy.optimize import brentq, nnls
 from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, MeshQuad

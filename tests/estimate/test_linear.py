@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from floor import floor
-from palpate.estimate.linear import LinearSystem, linear_method
-from palpate.estimate.objective import Measurement
-from palpate.lab.simulated_block import load_block
+from palpate.estimate.minimise.linear import LinearSystem, linear_method
+from palpate.estimate.minimise.objective import Measurement
 from palpate.solid.boundary import node_sets
 from palpate.solid.mesh import solid_mesh
+from virtual_lab.simulated_block import load_block
 
 # Section 3.3.2: the study's simulated block.
 LAM, MU = 80685.0, 8965.0

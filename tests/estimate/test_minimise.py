@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.minimise import hertz_start, minimise_error
-from palpate.estimate.moduli import (
+from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.estimate.minimise.search import hertz_start, minimise_error
+from palpate.solid.moduli import (
     engineering_from_lame,
     lame_from_engineering,
     reduced_modulus,
 )
-from palpate.estimate.objective import Measurement, Objective
 from pressed import LAM, MU, OPTIONS
 
 

@@ -2,7 +2,11 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.motion_noise import correlation_length, correlogram, pattern_growth
+from palpate.estimate.direct.motion_noise import (
+    correlation_length,
+    correlogram,
+    pattern_growth,
+)
 
 
 @pytest.fixture

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.estimate.cell_heights import ObservationOptions
-from palpate.estimate.observation import (
+from palpate.estimate.direct.correspondences import probe_in_view
+from palpate.estimate.direct.motion import (
     frames_at_rest,
     load_motion,
     save_motion,
     surface_motion,
 )
-from palpate.estimate.sight_lines import probe_in_view
+from palpate.estimate.direct.sample_heights import ObservationOptions
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.template import Template
 from scipy.spatial.transform import Rotation

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from floor import floor
-from palpate.estimate.minimise import minimise_error
-from palpate.estimate.moduli import lame_from_engineering
-from palpate.estimate.objective import Measurement, Objective
-from palpate.estimate.problem import pose_problem
-from palpate.estimate.reduced_objective import ReducedObjective
+from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.estimate.minimise.problem import pose_problem
+from palpate.estimate.minimise.reduced_objective import ReducedObjective
+from palpate.estimate.minimise.search import minimise_error
 from palpate.solid.boundary import node_sets
 from palpate.solid.mesh import quadratic, read_solid
+from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.patch import hertz_contact_radius, hertz_patch
 from palpate.solid.refine import refine_near
 from palpate.surface.tracked import Tracked

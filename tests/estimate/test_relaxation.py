@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.relaxation import (
+from palpate.estimate.direct.relaxation import (
     elastic_force,
     elastic_force_derivatives,
     relaxed_force,

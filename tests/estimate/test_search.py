@@ -2,19 +2,19 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.fit import fit_moduli
-from palpate.estimate.least_squares import fit_least_squares
-from palpate.estimate.minimise import minimise_error
-from palpate.estimate.moduli import (
+from palpate.estimate.minimise.fit import fit_moduli
+from palpate.estimate.minimise.least_squares import fit_least_squares
+from palpate.estimate.minimise.profile import poisson_profile
+from palpate.estimate.minimise.reduced_objective import ReducedObjective
+from palpate.estimate.minimise.scatter import correlation_length, surface_patches
+from palpate.estimate.minimise.search import minimise_error
+from palpate.solid.mesh import solid_mesh
+from palpate.solid.moduli import (
     engineering_from_lame,
     lame_derivatives,
     lame_from_engineering,
     reduced_modulus,
 )
-from palpate.estimate.profile import poisson_profile
-from palpate.estimate.reduced_objective import ReducedObjective
-from palpate.estimate.scatter import correlation_length, surface_patches
-from palpate.solid.mesh import solid_mesh
 from pressed import BOUNDS, LAM, MU, OPTIONS, pressed
 from skfem import MeshTet
 

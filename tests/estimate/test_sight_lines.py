@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.sight_lines import ProbeInView, eyes_of, segment_distance
+from palpate.estimate.direct.correspondences import ProbeInView, eyes_of, segment_distance
 
 
 def test_distance_of_a_line_of_sight():

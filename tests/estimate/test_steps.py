@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.minimise import minimise_error
-from palpate.estimate.moduli import lame_from_engineering
-from palpate.estimate.objective import Measurement, Objective
-from palpate.estimate.problem import Problem, tracked_rotations
-from palpate.estimate.reduced_objective import ReducedObjective
+from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.estimate.minimise.problem import Problem, tracked_rotations
+from palpate.estimate.minimise.reduced_objective import ReducedObjective
+from palpate.estimate.minimise.search import minimise_error
 from palpate.solid.boundary import node_sets
 from palpate.solid.finite_strain import NeoHookean
 from palpate.solid.mesh import solid_mesh
+from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.solve import factorise
 from palpate.solid.support import Support
 from pressed import OPTIONS

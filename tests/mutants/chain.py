@@ -12,8 +12,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 # What the scripts import, once for all children.
-import palpate.estimate.hertz_record
-import palpate.estimate.hertz_relaxation
+import palpate.estimate.hertz.record
+import palpate.estimate.hertz.relaxation
 import palpate.surface.checks
 import palpate.vision.clouds
 import palpate.vision.foreground
@@ -26,7 +26,7 @@ from stand_in import Named
 
 from mutants.place import CAPTURE, OBJECT, ROOT, SENSOR, Place
 
-SCRIPTS = ROOT / "workflow/scripts"
+SCRIPTS = ROOT / "workflow/scripts/stages"
 
 # What of a capture a job reads, where that is not all.
 READ = {

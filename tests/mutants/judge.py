@@ -15,7 +15,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from house.configuration import open_house
+from palpate.run.configuration import open_run
+from virtual_lab.checks import lab_problems
 
 from mutants.chain import Refused, run_chain
 from mutants.kept import reader_of
@@ -156,7 +157,7 @@ def _ended(
     mutation.change(place)
     before = place.listing()
     try:
-        open_house(place.config, source="config/config.yaml")
+        open_run(place.config, source="config/config.yaml", check_lab=lab_problems)
     except ValueError as error:
         lines = str(error).splitlines()
         return ("refused by the check", _shown(lines)) if _clear(lines) else ("UNCLEAR", lines[0])
@@ -212,7 +213,7 @@ def warm_up(base: Path) -> None:
     here = Path.cwd()
     os.chdir(base)
     try:
-        open_house(Place(base).config, source="config/config.yaml")
+        open_run(Place(base).config, source="config/config.yaml", check_lab=lab_problems)
     finally:
         os.chdir(here)
 

@@ -5,13 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import trimesh
-from palpate.lab.ear import ear_distance
 from palpate.solid import fill
 from palpate.solid.fill import tetrahedralise
 from palpate.solid.mesh import SolidMesh, quadratic, read_solid, solid_mesh
 from palpate.solid.quality import dihedral_angles, mesh_quality, radius_ratios, surface_gap
 from palpate.solid.refine import refine_near
 from palpate.solid.surface_check import check_surface, self_intersection
+from virtual_lab.ear import ear_distance
 
 # Wanted nodes of the study's meshes and what must hold of each.
 KEPT = {"foam_block": 1201, "simulated_block": 265}

@@ -15,15 +15,15 @@ import trimesh
 import yaml
 from floor import floor
 from numpy.typing import NDArray
-from palpate.lab.describe import box_template
-from palpate.lab.ladder import ContactLadder
-from palpate.lab.press import press_object
-from palpate.lab.render import look_at
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.pose import to_camera
 from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template
+from virtual_lab.describe import box_template
+from virtual_lab.ladder import ContactLadder
+from virtual_lab.press import press_object
+from virtual_lab.render import look_at
 
 ROOT = Path(__file__).resolve().parents[2]
 SIZE_M = np.array([0.598, 0.150, 0.0475])

@@ -9,7 +9,7 @@ import palpate.surface.hierarchy as hierarchy_module
 import pytest
 import trimesh
 from floor import floor
-from house.trackers import NEEDED, options_of, tracker_problems
+from palpate.run.trackers import NEEDED, options_of, tracker_problems
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.stiffness import combined, elastic_stiffness
 from palpate.solid.surface_check import cutting_triangles

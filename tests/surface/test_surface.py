@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import trimesh
 from floor import floor
-from palpate.lab.describe import box_template
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.augment import indenter_points
 from palpate.surface.data_points import Frame, TrackerOptions
@@ -21,6 +20,7 @@ from palpate.surface.tracked import load_tracked, save_tracked
 from palpate.surface.transfer import to_solid
 from scipy.spatial.transform import Rotation
 from skfem import MeshTet
+from virtual_lab.describe import box_template
 
 SIZE = np.array([0.598, 0.150, 0.0475])
 POINT = np.array([-0.05, 0.0, 0.0475])

@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 import trimesh
 import yaml
-from house.trackers import options_of
 from palpate.capture.files import PART
 from palpate.capture.tables import write_table
+from palpate.run.trackers import options_of
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.surface.pose import to_camera
@@ -119,7 +119,7 @@ def start(root, tmp_path_factory, inputs, tracker):
         job = {
             "rule": "track",
             "tracker": tracker,
-            "script": str(root / "workflow/scripts/track.py"),
+            "script": str(root / "workflow/scripts/stages/track.py"),
             "log": str(tmp_path / f"{folder}.log"),
             "input": inputs,
             "output": {
@@ -159,7 +159,7 @@ def test_a_killed_job_runs_again_to_the_same_bytes(start, whole):
     assert list(broken.iterdir())
     done, broken = start("broken")
     assert done.returncode == 0, done.stderr
-    # What the killed writer left goes when the next run begins (house/run_lock.py).
+    # What the killed writer left goes when the next run begins (palpate/run/lock.py).
     left = sorted(path.name for path in broken.iterdir() if not path.name.startswith(PART))
     assert left == sorted(OUTPUTS)
     for name in OUTPUTS:

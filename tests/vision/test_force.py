@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.lab.wrench import gauge_record
 from palpate.vision.force import (
     WRENCH,
     block_mean,
@@ -14,6 +13,7 @@ from palpate.vision.force import (
     match_nearest,
 )
 from scipy.spatial.transform import Rotation
+from virtual_lab.wrench import gauge_record
 
 LAB = {
     "noise_v": 0.002,

@@ -12,8 +12,8 @@ import pandas as pd
 import pytest
 import trimesh
 import yaml
-from job import naming
 from palpate.capture.tables import write_table
+from palpate.run.job import naming
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.surface.tracked import Tracked, save_tracked
@@ -92,7 +92,7 @@ def test_a_job_uses_one_thread_whatever_is_exported(root, monkeypatch):
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     for name in names:
         monkeypatch.setenv(name, "8")
-    runpy.run_path(str(root / "workflow/scripts/job.py"))
+    runpy.run_path(str(root / "workflow/scripts/palpate/run/job.py"))
     assert [os.environ[name] for name in names] == ["1", "1", "1"]
 
 

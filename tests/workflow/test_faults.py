@@ -13,7 +13,7 @@ import pytest
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 import faults
-from house.progress import ENDS, GOES_ON
+from palpate.run.progress import ENDS, GOES_ON
 
 pytestmark = pytest.mark.workflow
 KINECT = "results/sample/foam_block/kinect"

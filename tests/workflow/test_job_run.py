@@ -9,11 +9,11 @@ import sys
 import time
 from types import SimpleNamespace
 
-import job as job_module
 import job_run
+import palpate.run.job as job_module
 import pytest
-from job import run
-from job_run import INPUTS, OWNER, RUN, Inputs, Run
+from palpate.run.job import run
+from palpate.run.job_run import INPUTS, OWNER, RUN, Inputs, Run
 from stand_in import Named
 
 SLEEP = """
@@ -191,7 +191,7 @@ def test_a_log_without_space_is_one_line(capture, tmp_path, capfd):
 SCRIPT = """
 from types import SimpleNamespace
 snakemake = SimpleNamespace(rule="mask", wildcards=["08"], log="logs/08.log", input=[], output=[])
-from job import run
+from palpate.run.job import run
 def main(snakemake):
     print("seen")
     {line}

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 import yaml
-from house.run_lock import LOCK
+from palpate.run.lock import LOCK
 from sample_run import LEFT_BEHIND, snakemake
 
 pytestmark = pytest.mark.workflow

@@ -52,7 +52,7 @@ def press(root, tmp_path):
                 options=config | coarse | few | options,
             ),
         )
-        runpy.run_path(str(root / "workflow/scripts/indentation.py"), {"snakemake": job})
+        runpy.run_path(str(root / "workflow/scripts/stages/indentation.py"), {"snakemake": job})
 
     return run
 

@@ -1,7 +1,6 @@
-"""The script of the steps: a row for each variant and error option, the true surface apart."""
+"""The steps of the error minimisation: rows by variant and error, the true surface apart."""
 
 import json
-import runpy
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +12,7 @@ from palpate.capture.tables import write_table
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.tracked import Tracked, save_tracked
 from skfem import MeshTet
-from stand_in import Named
+from thesis.chapter5.minimise_steps import make_minimise_steps
 
 SIZE, TOP = 0.1, np.array([0.05, 0.05, 0.1])
 STEPS = {
@@ -52,29 +51,20 @@ def rows(root, tmp_path):
     config = yaml.safe_load((root / "config/config.yaml").read_text())
     inputs = {"solid": "solid.vtu", "force": "force.csv", "fit": "hertz.json"}
     inputs |= {"object": "object.yaml", "truth": "truth.npz"}
-    job = SimpleNamespace(
-        rule="minimise_steps",
-        wildcards=[],
-        log=tmp_path / "log.txt",
-        input=Named(
-            tracked=[str(tmp_path / f"{name}.npz") for name in ("study", "other")],
-            **{name: str(tmp_path / file) for name, file in inputs.items()},
-        ),
-        output=Named(result=str(tmp_path / "steps.json")),
-        params=SimpleNamespace(
-            probe={"indenter": {"radius_m": 0.00622}},
-            solid=config["solid"] | {"refine_edge_m": 0.02},
-            options=config["minimise"],
-            steps=STEPS,
-            tracker="study",
-            trackers=["study", "other"],
-            errors=ERRORS,
-        ),
+    files = SimpleNamespace(
+        tracked=[str(tmp_path / f"{name}.npz") for name in ("study", "other")],
+        **{name: str(tmp_path / file) for name, file in inputs.items()},
     )
-    runpy.run_path(
-        str(root / "workflow/scripts/minimise_steps.py"), init_globals={"snakemake": job}
+    params = SimpleNamespace(
+        probe={"indenter": {"radius_m": 0.00622}},
+        solid=config["solid"] | {"refine_edge_m": 0.02},
+        options=config["minimise"],
+        steps=STEPS,
+        tracker="study",
+        trackers=["study", "other"],
+        errors=ERRORS,
     )
-    return json.loads((tmp_path / "steps.json").read_text())
+    return make_minimise_steps(files, params)["result"]
 
 
 def test_each_variant_has_a_row_for_each_error(rows):

@@ -6,8 +6,8 @@ import shutil
 import numpy as np
 import pytest
 import yaml
-from house.configuration import open_house
 from palpate.capture.schema import load_yaml
+from palpate.run.configuration import open_run
 from sample_run import LEFT_BEHIND, snakemake
 
 CONFIG = ("--configfile", "config/validation.yaml")
@@ -24,7 +24,7 @@ def materials(lab):
 
 
 @pytest.fixture(scope="module")
-def house(root, tmp_path_factory):
+def run(root, tmp_path_factory):
     """The set as a run of the workflow sees it."""
     config = yaml.safe_load((root / "config/config.yaml").read_text())
     ours = yaml.safe_load((root / "config/validation.yaml").read_text())
@@ -32,19 +32,19 @@ def house(root, tmp_path_factory):
     places = ("sensors", "probes", "meshes", "lab")
     merged["paths"] |= {name: str(root / merged["paths"][name]) for name in places}
     merged["paths"]["raw"] = str(tmp_path_factory.mktemp("raw"))
-    return open_house(merged, source="config/validation.yaml")
+    return open_run(merged, source="config/validation.yaml")
 
 
 def reduced_modulus(material):
     return material["youngs_modulus_pa"] / (1 - material["poisson_ratio"] ** 2)
 
 
-def test_captures_of_both_sensors_attempts_and_mirror_images(house, lab):
-    assert len(house.captures) == len(house.tracked) == len(house.simulated) >= 60
+def test_captures_of_both_sensors_attempts_and_mirror_images(run, lab):
+    assert len(run.captures) == len(run.tracked) == len(run.simulated) >= 60
     for name, spec in lab["objects"].items():
         if spec["shape"]["kind"] == "block":
-            assert house.lab_point(name, "02") == "01"
-            done = {(c.sensor, c.capture) for c in house.captures if c.object == name}
+            assert run.lab_point(name, "02") == "01"
+            done = {(c.sensor, c.capture) for c in run.captures if c.object == name}
             attempts = ("01", "01-a01", "02")
             assert done == {(s, a) for s in ("bumblebee", "kinect") for a in attempts}
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from house.progress import GOES_ON
+from palpate.run.progress import GOES_ON
 from sample_run import LEFT_BEHIND, SAMPLE, snakemake
 
 pytestmark = pytest.mark.workflow

@@ -1,175 +1,199 @@
 # The virtual lab: captures in the very format that people drop in, and their truth.
+from palpate.run.lab import LabRules
+
+LAB = LabRules(RUN)
+
+
+rule lab:
+    input:
+        LAB.outputs(),
 
 
 rule lab_contact:
     input:
-        form=drawn_form,
+        form=LAB.form,
     output:
-        ladder=truth("{object}/contact-{point}.npz"),
+        ladder=RUN.truth("{object}/contact-{point}.npz"),
     log:
-        results("logs/lab_contact/{object}-{point}.log"),
+        RUN.results("logs/lab_contact/{object}-{point}.log"),
     benchmark:
-        results("benchmarks/lab_contact/{object}-{point}.tsv")
+        RUN.results("benchmarks/lab_contact/{object}-{point}.tsv")
     wildcard_constraints:
-        object=one_of(MODELLED),
+        object=one_of(LAB.modelled),
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("lab_contact"),
-        spec=lab_mechanics,
-        probe=lab_probe,
+        code=code("lab/contact"),
+        spec=LAB.mechanics,
+        probe=LAB.probe,
     message:
         "Lab: pressing the sphere into {wildcards.object} at point {wildcards.point}"
     script:
-        "../scripts/lab_contact.py"
+        "../scripts/lab/contact.py"
 
 
 rule lab_object:
     output:
-        object=raw("{object}/object.yaml"),
-        material=truth("{object}/material.json"),
+        object=RUN.raw("{object}/object.yaml"),
+        material=RUN.truth("{object}/material.json"),
     log:
-        results("logs/lab_object/{object}.log"),
+        RUN.results("logs/lab_object/{object}.log"),
     benchmark:
-        results("benchmarks/lab_object/{object}.tsv")
+        RUN.results("benchmarks/lab_object/{object}.tsv")
     wildcard_constraints:
-        object=one_of(LAB_OBJECTS),
+        object=one_of(RUN.lab_objects),
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("lab_object"),
-        spec=lab_spec,
+        code=code("lab/object"),
+        spec=LAB.spec,
     message:
         "Lab: describing {wildcards.object}"
     script:
-        "../scripts/lab_object.py"
+        "../scripts/lab/object.py"
 
 
 rule lab_template:
     input:
-        form=drawn_form,
+        form=LAB.form,
     output:
-        template=raw("{object}/template.ply"),
+        template=RUN.raw("{object}/template.ply"),
     log:
-        results("logs/lab_template/{object}.log"),
+        RUN.results("logs/lab_template/{object}.log"),
     benchmark:
-        results("benchmarks/lab_template/{object}.tsv")
+        RUN.results("benchmarks/lab_template/{object}.tsv")
     wildcard_constraints:
-        object=one_of(set(LAB_OBJECTS) - set(SCANNED)),
+        object=one_of(LAB.templates),
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("lab_template"),
-        shape=lab_shape,
+        code=code("lab/template"),
+        shape=LAB.shape,
     message:
         "Lab: template of {wildcards.object}"
     script:
-        "../scripts/lab_template.py"
+        "../scripts/lab/template.py"
 
 
 rule lab_scans:
     input:
-        form=drawn_form,
+        form=LAB.form,
     output:
-        scans=directory(raw("{object}/scans")),
+        scans=directory(RUN.raw("{object}/scans")),
     log:
-        results("logs/lab_scans/{object}.log"),
+        RUN.results("logs/lab_scans/{object}.log"),
     benchmark:
-        results("benchmarks/lab_scans/{object}.tsv")
+        RUN.results("benchmarks/lab_scans/{object}.tsv")
     wildcard_constraints:
-        object=one_of(LAB_OBJECTS),
+        object=one_of(RUN.lab_objects),
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("lab_scans"),
-        laser=laser_spec,
-        shape=lab_shape,
+        code=code("lab/scans"),
+        laser=LAB.laser,
+        shape=LAB.shape,
     message:
         "Lab: scanning {wildcards.object} with the laser"
     script:
-        "../scripts/lab_scans.py"
+        "../scripts/lab/scans.py"
 
 
 rule lab_background:
     input:
-        form=drawn_form,
+        form=LAB.form,
     output:
-        background=directory(raw("{object}/{sensor}/background")),
+        background=directory(RUN.raw("{object}/{sensor}/background")),
     log:
-        results("logs/lab_background/{object}-{sensor}.log"),
+        RUN.results("logs/lab_background/{object}-{sensor}.log"),
     benchmark:
-        results("benchmarks/lab_background/{object}-{sensor}.tsv")
+        RUN.results("benchmarks/lab_background/{object}-{sensor}.tsv")
     wildcard_constraints:
-        object=one_of(LAB_OBJECTS),
+        object=one_of(RUN.lab_objects),
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("lab_background"),
-        common=lab_common,
-        spec=lab_spec,
-        sensor=sensor_spec,
+        code=code("lab/background"),
+        common=LAB.common,
+        spec=LAB.spec,
+        sensor=RUN.sensor_spec,
     message:
         "Lab: filming the empty table for {wildcards.object} with the {wildcards.sensor}"
     script:
-        "../scripts/lab_background.py"
+        "../scripts/lab/background.py"
 
 
 rule lab_capture:
     input:
-        form=drawn_form,
-        ladder=ladder_of,
+        form=LAB.form,
+        ladder=LAB.load_steps,
     output:
-        capture=directory(raw("{object}/{sensor}/{capture}")),
-        truth=truth("{object}/{sensor}/{capture}/truth.npz"),
+        capture=directory(RUN.raw("{object}/{sensor}/{capture}")),
+        truth=RUN.truth("{object}/{sensor}/{capture}/truth.npz"),
     log:
-        results("logs/lab_capture/{object}-{sensor}-{capture}.log"),
+        RUN.results("logs/lab_capture/{object}-{sensor}-{capture}.log"),
     benchmark:
-        results("benchmarks/lab_capture/{object}-{sensor}-{capture}.tsv")
+        RUN.results("benchmarks/lab_capture/{object}-{sensor}-{capture}.tsv")
     wildcard_constraints:
-        object=one_of(LAB_OBJECTS),
+        object=one_of(RUN.lab_objects),
         capture=r"(?!background$)[A-Za-z0-9]+(-a[0-9]+)?",
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("lab_capture"),
-        common=lab_common,
-        spec=lab_spec,
-        sensor=sensor_spec,
-        probe=probe_spec,
+        code=code("lab/capture"),
+        common=LAB.common,
+        spec=LAB.spec,
+        sensor=RUN.sensor_spec,
+        probe=RUN.probe_spec,
     message:
         "Lab: recording {wildcards.object}, point {wildcards.capture}, with the {wildcards.sensor}"
     script:
-        "../scripts/lab_capture.py"
+        "../scripts/lab/capture.py"
 
 
 rule lab_experiment:
     input:
-        ladder=experiment_ladder,
+        ladder=LAB.experiment_load_steps,
     output:
-        recording=directory(raw("sensors/{recording}")),
-        truth=truth("sensors/{recording}.npz"),
+        recording=directory(RUN.raw("sensors/{recording}")),
+        truth=RUN.truth("sensors/{recording}.npz"),
     log:
-        results("logs/lab_experiment/{recording}.log"),
+        RUN.results("logs/lab_experiment/{recording}.log"),
     benchmark:
-        results("benchmarks/lab_experiment/{recording}.tsv")
+        RUN.results("benchmarks/lab_experiment/{recording}.tsv")
     wildcard_constraints:
-        recording=one_of(HOUSE.lab_experiments),
+        recording=one_of(RUN.lab_experiments),
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("lab_experiment"),
-        common=lab_common,
-        experiment=experiment_spec,
-        sensor=experiment_sensor,
-        probe=experiment_probe,
+        code=code("lab/experiment"),
+        common=LAB.common,
+        experiment=LAB.experiment,
+        sensor=LAB.experiment_sensor,
+        probe=LAB.experiment_probe,
     message:
         "Lab: experiment {wildcards.recording}"
     script:
-        "../scripts/lab_experiment.py"
+        "../scripts/lab/experiment.py"
 
 
-if HOUSE.lab and "simulated_block" in HOUSE.lab:
+if LAB.simulates:
 
     rule lab_simulated_block:
         input:
-            mesh=simulated_mesh,
+            mesh=LAB.simulated_mesh,
         output:
-            steps=raw("simulations/foam_block.npz"),
-            truth=truth("simulations/foam_block.json"),
+            steps=RUN.raw("simulations/foam_block.npz"),
+            truth=RUN.truth("simulations/foam_block.json"),
         log:
-            results("logs/lab_simulated_block.log"),
+            RUN.results("logs/lab_simulated_block.log"),
         benchmark:
-            results("benchmarks/lab_simulated_block.tsv")
+            RUN.results("benchmarks/lab_simulated_block.tsv")
+        conda:
+            "../envs/palpate.yaml"
         params:
-            code=code("lab_simulated_block"),
-            spec=simulated_spec,
+            code=code("lab/simulated_block"),
+            spec=LAB.simulated_block,
         message:
             "Lab: linear FEM of the foam block of Section 3.3.2"
         script:
-            "../scripts/lab_simulated_block.py"
+            "../scripts/lab/simulated_block.py"

@@ -1,10 +1,54 @@
 # All captures are checked before the first object's run; then each object is a run of its own.
-PLAN = Plan(logger, begins=run_begins)
+import sys
+from pathlib import Path
+
+from snakemake.logging import logger
+
+PROJECT = Path(workflow.current_basedir).parent.parent
+SCRIPTS = str(PROJECT / "workflow" / "scripts")
+sys.path.insert(0, SCRIPTS)
+
+from palpate.run.configuration import open_run
+from palpate.run.digest import code
+from palpate.run.job_run import own_run
+from palpate.run.lock import begin_run
+from palpate.run.many import ManyObjects
+from palpate.run.progress import GOES_ON, Plan, be_brief
+from palpate.run.refusal import refuse, require_values
+
+own_run(SCRIPTS)
+try:
+    if workflow.is_main_process:
+        require_values(workflow.config_settings.config)
+    # What else it may be is refused by its schema.
+    if isinstance(config["paths"], dict):
+        config["paths"]["lab"] = None
+    RUN = open_run(config, source="config/config.yaml", files=False)
+except ValueError as error:
+    refuse(error)
+
+MANY = ManyObjects(RUN, PROJECT)
+PLAN = Plan(
+    logger,
+    begins=lambda: not workflow.dryrun and not workflow.execution_settings.no_hooks,
+)
+
+
+wildcard_constraints:
+    object="[^/]+",
 
 
 onstart:
     try:
-        begin_objects()
+        # Each object's own run holds that object's folder.
+        begin_run(
+            workflow.dag.jobs,
+            workflow.dag.needrun_jobs(),
+            results=RUN.results("objects"),
+            raw=RUN.paths["raw"],
+            seen=RUN.seen,
+            warn=logger.warning,
+        )
     except ValueError as error:
         refuse(error)
     PLAN.show()
@@ -17,84 +61,92 @@ onerror:
 
 rule object_check:
     input:
-        object=f"{RAW}/{{object}}/object.yaml",
+        object=RUN.raw("{object}/object.yaml"),
     output:
-        lines=of_object(".checked.txt"),
+        lines=MANY.of_object(".checked.txt"),
     log:
-        f"{RESULTS}/logs/object_check/{{object}}.log",
+        RUN.results("logs/object_check/{object}.log"),
     benchmark:
-        f"{RESULTS}/benchmarks/object_check/{{object}}.tsv"
+        RUN.results("benchmarks/object_check/{object}.tsv")
+    conda:
+        "../envs/palpate.yaml"
     resources:
         mem_mb=600,
         runtime=5,
     params:
-        code=code("object_check"),
-        content=content,
-        sensors=sensor_specs,
-        probes=probe_specs,
+        code=code("stages/object_check"),
+        content=MANY.content,
+        sensors=MANY.sensors,
+        probes=MANY.probes,
     message:
         "Checking the captures of {wildcards.object}"
     script:
-        "../scripts/object_check.py"
+        "../scripts/stages/object_check.py"
 
 
 rule objects_checked:
     input:
-        lines=per_object(of_object(".checked.txt")),
+        lines=MANY.each(".checked.txt"),
     output:
-        summary=f"{RESULTS}/objects/checked.txt",
+        summary=RUN.results("objects/checked.txt"),
     log:
-        f"{RESULTS}/logs/objects_checked.log",
+        RUN.results("logs/objects_checked.log"),
     benchmark:
-        f"{RESULTS}/benchmarks/objects_checked.tsv"
+        RUN.results("benchmarks/objects_checked.tsv")
     localrule: True
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("objects_checked"),
+        code=code("stages/objects_checked"),
     message:
         "Nothing is wrong with any capture"
     script:
-        "../scripts/objects_checked.py"
+        "../scripts/stages/objects_checked.py"
 
 
 rule object_study:
     input:
-        object=f"{RAW}/{{object}}/object.yaml",
-        lines=of_object(".checked.txt"),
-        checked=ancient(f"{RESULTS}/objects/checked.txt"),
+        object=RUN.raw("{object}/object.yaml"),
+        lines=MANY.of_object(".checked.txt"),
+        checked=ancient(RUN.results("objects/checked.txt")),
     output:
-        summary=of_object(".csv"),
+        summary=MANY.of_object(".csv"),
     log:
-        f"{RESULTS}/logs/object_study/{{object}}.log",
+        RUN.results("logs/object_study/{object}.log"),
     benchmark:
-        f"{RESULTS}/benchmarks/object_study/{{object}}.tsv"
+        RUN.results("benchmarks/object_study/{object}.tsv")
+    conda:
+        "../envs/palpate.yaml"
     threads: 4
     resources:
-        mem_mb=memory,
-        runtime=minutes,
+        mem_mb=MANY.memory_mb,
+        runtime=MANY.minutes,
     params:
-        origin=origin,
-        content=content,
-        folder=of_object(""),
-        wanted=wanted,
+        origin=MANY.origin,
+        content=MANY.content,
+        folder=MANY.of_object(""),
+        wanted=MANY.wanted,
     message:
         "Object {wildcards.object}: all its captures"
     script:
-        "../scripts/object_study.py"
+        "../scripts/stages/object_study.py"
 
 
 rule objects_summary:
     input:
-        summaries=per_object(of_object(".csv")),
+        summaries=MANY.each(".csv"),
     output:
-        csv=f"{RESULTS}/objects.csv",
+        csv=RUN.results("objects.csv"),
     log:
-        f"{RESULTS}/logs/objects_summary.log",
+        RUN.results("logs/objects_summary.log"),
     benchmark:
-        f"{RESULTS}/benchmarks/objects_summary.tsv"
+        RUN.results("benchmarks/objects_summary.tsv")
     localrule: True
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("objects_summary"),
+        code=code("stages/objects_summary"),
     message:
         "Summary of all objects"
     script:
-        "../scripts/objects_summary.py"
+        "../scripts/stages/objects_summary.py"

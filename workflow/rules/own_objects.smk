@@ -1,121 +1,164 @@
 # What a person gets of an object of their own: a summary, figures, and a page of them.
+from palpate.run.digest import function_code
+from palpate.run.own_objects import OwnObjects
+
+OWN = OwnObjects(RUN)
+
+
 rule own_summary:
     input:
-        fits=each(captures_of, "hertz.json"),
-        results=each(captures_of, *(f"minimise-{error}.json" for error in ERRORS)),
-        direct=each(captures_of, "direct.json"),
-        joint=together_of,
+        fits=OWN.files(OWN.captures, "hertz.json"),
+        results=OWN.files(OWN.captures, *RUN.minima),
+        direct=OWN.files(OWN.captures, "direct.json"),
+        joint=OWN.joint,
     output:
-        csv=results("{object}/summary.csv"),
+        csv=RUN.results("{object}/summary.csv"),
     log:
-        results("logs/own_summary/{object}.log"),
+        RUN.results("logs/own_summary/{object}.log"),
     benchmark:
-        results("benchmarks/own_summary/{object}.tsv")
+        RUN.results("benchmarks/own_summary/{object}.tsv")
     wildcard_constraints:
-        object=one_of(OWN_OBJECTS),
+        object=one_of(OWN.names),
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("summary"),
-        captures=captures_of,
-        tracked=captures_of,
-        estimated=captures_of,
-        groups=groups_of,
-        errors=ERRORS,
+        code=code("stages/summary"),
+        captures=OWN.captures,
+        tracked=OWN.captures,
+        estimated=OWN.captures,
+        groups=OWN.groups,
+        errors=RUN.errors,
     message:
         "Summary of {wildcards.object}: every sensor, capture and method"
     script:
-        "../scripts/summary.py"
+        "../scripts/stages/summary.py"
 
 
 rule own_moduli:
     input:
-        direct=each(captures_of, "direct.json"),
-        joint=together_of,
+        direct=OWN.files(OWN.captures, "direct.json"),
+        joint=OWN.joint,
         materials=[],
     output:
-        png=captioned(results("{object}/figures/moduli.png")),
-        svg=results("{object}/figures/moduli.svg"),
+        png=report(
+            RUN.results("{object}/figures/moduli.png"),
+            caption=CAPTION,
+            category="Other objects",
+            labels={"Result": "{object}: E and nu of an object"},
+        ),
+        svg=RUN.results("{object}/figures/moduli.svg"),
     log:
-        results("logs/own_moduli/{object}.log"),
+        RUN.results("logs/own_moduli/{object}.log"),
     benchmark:
-        results("benchmarks/own_moduli/{object}.tsv")
+        RUN.results("benchmarks/own_moduli/{object}.tsv")
     wildcard_constraints:
-        object=one_of(OWN_OBJECTS),
+        object=one_of(OWN.names),
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("direct_moduli"),
-        captures=captures_of,
-        groups=groups_of,
+        code=function_code("palpate.report.moduli_figure:make_direct_moduli"),
+        make="palpate.report.moduli_figure:make_direct_moduli",
+        title="E and nu of an object",
+        caption="Direct estimates straight from clouds and forces, with 95 % intervals: each capture, and all"
+        " captures with a sensor together (the recommended estimate). Open symbols are not identified.",
+        captures=OWN.captures,
+        groups=OWN.groups,
     message:
         "Figure of E and nu of {wildcards.object}"
     script:
-        "../scripts/direct_moduli.py"
+        "../scripts/stages/artefact.py"
 
 
 rule own_hertz_fit:
     input:
-        fits=each(fitted_of, "hertz.json"),
+        fits=OWN.files(OWN.fitted, "hertz.json"),
     output:
-        png=captioned(results("{object}/figures/hertz_fit.png")),
-        svg=results("{object}/figures/hertz_fit.svg"),
+        png=report(
+            RUN.results("{object}/figures/hertz_fit.png"),
+            caption=CAPTION,
+            category="Other objects",
+            labels={"Result": "{object}: Hertz fit of an object"},
+        ),
+        svg=RUN.results("{object}/figures/hertz_fit.svg"),
     log:
-        results("logs/own_hertz_fit/{object}.log"),
+        RUN.results("logs/own_hertz_fit/{object}.log"),
     benchmark:
-        results("benchmarks/own_hertz_fit/{object}.tsv")
+        RUN.results("benchmarks/own_hertz_fit/{object}.tsv")
     wildcard_constraints:
-        object=one_of(OWN_OBJECTS),
+        object=one_of(OWN.names),
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("figure_5_2"),
-        captures=fitted_of,
+        code=function_code("palpate.report.hertz_figures:make_hertz_fits"),
+        make="palpate.report.hertz_figures:make_hertz_fits",
+        title="Hertz fit of an object",
+        caption="Hertz model (Eq. 5.1) fitted to force (N) and depth (mm) of the first captures, with a contact"
+        " point that is free beside it, and what both leave (mN).",
+        captures=OWN.fitted,
     message:
         "Figure of the Hertz fit of {wildcards.object}"
     script:
-        "../scripts/figure_5_2.py"
+        "../scripts/stages/artefact.py"
 
 
 rule own_surface:
     input:
-        tracked=each(first_of, f"tracked-{TRACKER}.npz"),
-        clouds=each(first_of, "clouds.npz"),
-        fits=each(first_of, "hertz.json"),
-        recorded=recorded_of,
+        tracked=OWN.files(OWN.first, f"tracked-{RUN.tracker}.npz"),
+        clouds=OWN.files(OWN.first, "clouds.npz"),
+        fits=OWN.files(OWN.first, "hertz.json"),
+        recorded=OWN.recorded,
     output:
-        png=captioned(results("{object}/figures/surface.png")),
-        svg=results("{object}/figures/surface.svg"),
+        png=report(
+            RUN.results("{object}/figures/surface.png"),
+            caption=CAPTION,
+            category="Other objects",
+            labels={"Result": "{object}: Tracked surface of an object"},
+        ),
+        svg=RUN.results("{object}/figures/surface.svg"),
     log:
-        results("logs/own_surface/{object}.log"),
+        RUN.results("logs/own_surface/{object}.log"),
     benchmark:
-        results("benchmarks/own_surface/{object}.tsv")
+        RUN.results("benchmarks/own_surface/{object}.tsv")
     wildcard_constraints:
-        object=one_of(OWN_OBJECTS),
+        object=one_of(OWN.names),
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("tracked_surface"),
-        captures=first_of,
-        sensors=sensors_of_first,
+        code=function_code("palpate.report.surface_figures:make_tracked_surface"),
+        make="palpate.report.surface_figures:make_tracked_surface",
+        title="Tracked surface of an object",
+        caption="What the camera sees in the deepest frame of the first capture with each sensor, the tracked"
+        " surface, and a section through the dent (mm).",
+        captures=OWN.first,
+        sensors=OWN.sensors,
     message:
         "Figure of the tracked surface of {wildcards.object}"
     script:
-        "../scripts/tracked_surface.py"
+        "../scripts/stages/artefact.py"
 
 
 rule own_report:
     input:
-        summary=results("{object}/summary.csv"),
-        fits=each(captures_of, "hertz.json"),
-        direct=each(captures_of, "direct.json"),
-        moduli=results("{object}/figures/moduli.png"),
-        hertz_fit=results("{object}/figures/hertz_fit.png"),
-        surface=results("{object}/figures/surface.png"),
+        summary=RUN.results("{object}/summary.csv"),
+        fits=OWN.files(OWN.captures, "hertz.json"),
+        direct=OWN.files(OWN.captures, "direct.json"),
+        moduli=RUN.results("{object}/figures/moduli.png"),
+        hertz_fit=RUN.results("{object}/figures/hertz_fit.png"),
+        surface=RUN.results("{object}/figures/surface.png"),
     output:
-        page=results("{object}/report.html"),
+        page=RUN.results("{object}/report.html"),
     log:
-        results("logs/own_report/{object}.log"),
+        RUN.results("logs/own_report/{object}.log"),
     benchmark:
-        results("benchmarks/own_report/{object}.tsv")
+        RUN.results("benchmarks/own_report/{object}.tsv")
     wildcard_constraints:
-        object=one_of(OWN_OBJECTS),
+        object=one_of(OWN.names),
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("own_report"),
-        captures=captures_of,
+        code=code("stages/own_report"),
+        captures=OWN.captures,
     message:
         "Page of {wildcards.object}"
     script:
-        "../scripts/own_report.py"
+        "../scripts/stages/own_report.py"

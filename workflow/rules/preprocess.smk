@@ -1,160 +1,174 @@
 # Chapter 4: from images and gauge volts to masks, probe poses, forces and clouds.
 rule background_model:
     input:
-        background=raw("{object}/{sensor}/background"),
+        background=RUN.raw("{object}/{sensor}/background"),
     output:
-        model=results("{object}/{sensor}/background.npz"),
+        model=RUN.results("{object}/{sensor}/background.npz"),
     log:
-        results("logs/background_model/{object}-{sensor}.log"),
+        RUN.results("logs/background_model/{object}-{sensor}.log"),
     benchmark:
-        results("benchmarks/background_model/{object}-{sensor}.tsv")
+        RUN.results("benchmarks/background_model/{object}-{sensor}.tsv")
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("background_model"),
-        content=content(raw("{object}/{sensor}/background")),
-        sensor=sensor_spec,
+        code=code("stages/background_model"),
+        content=RUN.content(RUN.raw("{object}/{sensor}/background")),
+        sensor=RUN.sensor_spec,
         options=config["background"],
     message:
         "Background model of {wildcards.object}, {wildcards.sensor}"
     script:
-        "../scripts/background_model.py"
+        "../scripts/stages/background_model.py"
 
 
 rule support_plane:
     input:
-        background=raw("{object}/{sensor}/background"),
-        optics=optics_of,
+        background=RUN.raw("{object}/{sensor}/background"),
+        optics=RUN.optics_of,
     output:
-        plane=results("{object}/{sensor}/support_plane.json"),
+        plane=RUN.results("{object}/{sensor}/support_plane.json"),
     log:
-        results("logs/support_plane/{object}-{sensor}.log"),
+        RUN.results("logs/support_plane/{object}-{sensor}.log"),
     benchmark:
-        results("benchmarks/support_plane/{object}-{sensor}.tsv")
+        RUN.results("benchmarks/support_plane/{object}-{sensor}.tsv")
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("support_plane"),
-        content=content(raw("{object}/{sensor}/background")),
-        sensor=sensor_spec,
+        code=code("stages/support_plane"),
+        content=RUN.content(RUN.raw("{object}/{sensor}/background")),
+        sensor=RUN.sensor_spec,
         options=config["support_plane"],
         seed=config["seed"],
     message:
         "Table plane of {wildcards.object}, {wildcards.sensor}"
     script:
-        "../scripts/support_plane.py"
+        "../scripts/stages/support_plane.py"
 
 
 rule mask:
     input:
-        capture=raw("{object}/{sensor}/{capture}"),
-        model=results("{object}/{sensor}/background.npz"),
+        capture=RUN.raw("{object}/{sensor}/{capture}"),
+        model=RUN.results("{object}/{sensor}/background.npz"),
     output:
-        mask=of_capture("mask.npz"),
+        mask=RUN.of_capture("mask.npz"),
     log:
-        results("logs/mask/{object}-{sensor}-{capture}.log"),
+        RUN.results("logs/mask/{object}-{sensor}-{capture}.log"),
     benchmark:
-        results("benchmarks/mask/{object}-{sensor}-{capture}.tsv")
+        RUN.results("benchmarks/mask/{object}-{sensor}-{capture}.tsv")
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("mask"),
-        content=content(raw("{object}/{sensor}/{capture}")),
-        sensor=sensor_spec,
+        code=code("stages/mask"),
+        content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
+        sensor=RUN.sensor_spec,
         options=config["background"],
     message:
         "Foreground masks of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
-        "../scripts/mask.py"
+        "../scripts/stages/mask.py"
 
 
 rule probe_pose:
     input:
-        capture=raw("{object}/{sensor}/{capture}"),
-        optics=optics_of,
+        capture=RUN.raw("{object}/{sensor}/{capture}"),
+        optics=RUN.optics_of,
     output:
-        pose=of_capture("probe_pose.csv"),
+        pose=RUN.of_capture("probe_pose.csv"),
     log:
-        results("logs/probe_pose/{object}-{sensor}-{capture}.log"),
+        RUN.results("logs/probe_pose/{object}-{sensor}-{capture}.log"),
     benchmark:
-        results("benchmarks/probe_pose/{object}-{sensor}-{capture}.tsv")
+        RUN.results("benchmarks/probe_pose/{object}-{sensor}-{capture}.tsv")
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("probe_pose"),
-        content=content(raw("{object}/{sensor}/{capture}")),
-        sensor=sensor_spec,
-        probe=probe_spec,
+        code=code("stages/probe_pose"),
+        content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
+        sensor=RUN.sensor_spec,
+        probe=RUN.probe_spec,
         options=config["probe_pose"],
     message:
         "Probe poses of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
-        "../scripts/probe_pose.py"
+        "../scripts/stages/probe_pose.py"
 
 
 rule force:
     input:
-        capture=raw("{object}/{sensor}/{capture}"),
-        pose=of_capture("probe_pose.csv"),
-        plane=results("{object}/{sensor}/support_plane.json"),
+        capture=RUN.raw("{object}/{sensor}/{capture}"),
+        pose=RUN.of_capture("probe_pose.csv"),
+        plane=RUN.results("{object}/{sensor}/support_plane.json"),
     output:
-        force=of_capture("force.csv"),
-        clock=of_capture("clock.json"),
+        force=RUN.of_capture("force.csv"),
+        clock=RUN.of_capture("clock.json"),
     log:
-        results("logs/force/{object}-{sensor}-{capture}.log"),
+        RUN.results("logs/force/{object}-{sensor}-{capture}.log"),
     benchmark:
-        results("benchmarks/force/{object}-{sensor}-{capture}.tsv")
+        RUN.results("benchmarks/force/{object}-{sensor}-{capture}.tsv")
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("force"),
-        content=content(raw("{object}/{sensor}/{capture}")),
-        probe=probe_spec,
+        code=code("stages/force"),
+        content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
+        probe=RUN.probe_spec,
         options=config["force"],
     message:
         "Forces of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
-        "../scripts/force.py"
+        "../scripts/stages/force.py"
 
 
 # All frames of captures that are tracked; the first one is enough for an alignment.
 rule clouds:
     input:
-        capture=raw("{object}/{sensor}/{capture}"),
-        optics=optics_of,
-        mask=of_capture("mask.npz"),
-        pose=of_capture("probe_pose.csv"),
-        plane=results("{object}/{sensor}/support_plane.json"),
+        capture=RUN.raw("{object}/{sensor}/{capture}"),
+        optics=RUN.optics_of,
+        mask=RUN.of_capture("mask.npz"),
+        pose=RUN.of_capture("probe_pose.csv"),
+        plane=RUN.results("{object}/{sensor}/support_plane.json"),
     output:
-        clouds=of_capture("clouds.npz"),
+        clouds=RUN.of_capture("clouds.npz"),
     log:
-        results("logs/clouds/{object}-{sensor}-{capture}.log"),
+        RUN.results("logs/clouds/{object}-{sensor}-{capture}.log"),
     benchmark:
-        results("benchmarks/clouds/{object}-{sensor}-{capture}.tsv")
+        RUN.results("benchmarks/clouds/{object}-{sensor}-{capture}.tsv")
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("clouds"),
-        content=content(raw("{object}/{sensor}/{capture}")),
-        sensor=sensor_spec,
-        probe=probe_spec,
+        code=code("stages/clouds"),
+        content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
+        sensor=RUN.sensor_spec,
+        probe=RUN.probe_spec,
         options=config["clouds"],
         frames=None,
     message:
         "Clouds of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
-        "../scripts/clouds.py"
+        "../scripts/stages/clouds.py"
 
 
 rule rest_cloud:
     input:
-        capture=raw("{object}/{sensor}/{capture}"),
-        optics=optics_of,
-        mask=of_capture("mask.npz"),
-        pose=of_capture("probe_pose.csv"),
-        plane=results("{object}/{sensor}/support_plane.json"),
+        capture=RUN.raw("{object}/{sensor}/{capture}"),
+        optics=RUN.optics_of,
+        mask=RUN.of_capture("mask.npz"),
+        pose=RUN.of_capture("probe_pose.csv"),
+        plane=RUN.results("{object}/{sensor}/support_plane.json"),
     output:
-        clouds=of_capture("rest_cloud.npz"),
+        clouds=RUN.of_capture("rest_cloud.npz"),
     log:
-        results("logs/rest_cloud/{object}-{sensor}-{capture}.log"),
+        RUN.results("logs/rest_cloud/{object}-{sensor}-{capture}.log"),
     benchmark:
-        results("benchmarks/rest_cloud/{object}-{sensor}-{capture}.tsv")
+        RUN.results("benchmarks/rest_cloud/{object}-{sensor}-{capture}.tsv")
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("clouds"),
-        content=content(raw("{object}/{sensor}/{capture}")),
-        sensor=sensor_spec,
-        probe=probe_spec,
+        code=code("stages/clouds"),
+        content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
+        sensor=RUN.sensor_spec,
+        probe=RUN.probe_spec,
         options=config["clouds"],
         frames=[0],
     message:
         "First cloud of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
-        "../scripts/clouds.py"
+        "../scripts/stages/clouds.py"

@@ -1,78 +1,104 @@
-# Pages: tables for the report, the run's configuration, the tracked objects in three dimensions.
+# Summary, configuration and pages: what a person reads of a run.
+from thesis.selections import objects_shown
+
+
 report: "../report/workflow.rst"
 
 
-rule table_pages:
+CAPTION = str(PROJECT / "workflow" / "report" / "caption.rst")
+
+
+rule summary:
     input:
-        md=[results(f"tables/{name}.md") for name in tables_among(tables_and_figures())],
-        configuration=results("configuration.md"),
-        summary=results("summary.csv"),
+        fits=RUN.files(RUN.described(), "hertz.json"),
+        results=RUN.files(RUN.described(tracked=True), *RUN.minima),
+        direct=RUN.files(RUN.described(direct=True), "direct.json"),
+        joint=RUN.joint_estimates(),
     output:
-        tables=captioned(
-            [
-                results(f"pages/{name}.html")
-                for name in tables_among(tables_and_figures())
-            ]
+        csv=RUN.results("summary.csv"),
+        page=report(
+            RUN.results("pages/summary.html"),
+            caption=CAPTION,
+            category="This run",
+            labels={"Result": "Summary: every capture and method"},
         ),
-        configuration=captioned(results("pages/configuration.html")),
-        summary=captioned(results("pages/summary.html")),
     log:
-        results("logs/table_pages.log"),
+        RUN.results("logs/summary.log"),
     benchmark:
-        results("benchmarks/table_pages.tsv")
+        RUN.results("benchmarks/summary.tsv")
+    localrule: True
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("table_pages"),
+        code=code("stages/summary"),
+        title="Summary: every capture and method",
+        caption="E, nu and E* with intervals and verdicts, all moduli in Pa. The same is in"
+        " ``summary.csv``.\n\nRows whose provenance is *simulated* come from the virtual lab.",
+        captures=RUN.described(),
+        tracked=RUN.described(tracked=True),
+        estimated=RUN.described(direct=True),
+        groups=RUN.groups(),
+        errors=RUN.errors,
     message:
-        "Tables as pages of the report"
+        "Summary: every object, sensor, capture and method"
     script:
-        "../scripts/table_pages.py"
+        "../scripts/stages/summary.py"
 
 
 rule configuration:
     input:
-        lock="environment.lock",
-        project="pyproject.toml",
+        lock=str(PROJECT / "environment.lock"),
+        project=str(PROJECT / "pyproject.toml"),
     output:
-        md=results("configuration.md"),
-        wanted=results("wanted.txt"),
+        md=RUN.results("configuration.md"),
+        page=report(
+            RUN.results("pages/configuration.html"),
+            caption=CAPTION,
+            category="This run",
+            labels={"Result": "Configuration and versions"},
+        ),
+        wanted=RUN.results("wanted.txt"),
     log:
-        results("logs/configuration.log"),
+        RUN.results("logs/configuration.log"),
     benchmark:
-        results("benchmarks/configuration.tsv")
+        RUN.results("benchmarks/configuration.tsv")
+    localrule: True
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("configuration"),
+        code=code("stages/configuration"),
+        title="Configuration and versions",
+        caption="Options of this run after all overrides, and the versions of project, Python and"
+        " pinned packages.",
         config=config,
-        wanted=[str(Path(path).relative_to(RESULTS)) for path in study_outputs()],
+        wanted=[RUN.within_results(path) for path in WANTED],
     message:
         "Configuration and versions of the run, and what it makes"
     script:
-        "../scripts/configuration.py"
+        "../scripts/stages/configuration.py"
 
 
 rule objects_page:
     input:
-        page="workflow/report/objects.html",
-        behaviour="workflow/report/objects.js",
-        tracked=files_of(objects_shown(), f"tracked-{TRACKER}.npz"),
-        fits=files_of(objects_shown(), "hertz.json"),
-        minima=[
-            path
-            for capture in objects_shown()
-            for error in ERRORS
-            for path in files_of([capture], f"minimise-{error}.json")
-        ],
+        page=str(PROJECT / "workflow/report/objects.html"),
+        behaviour=str(PROJECT / "workflow/report/objects.js"),
+        tracked=RUN.files(objects_shown(RUN), f"tracked-{RUN.tracker}.npz"),
+        fits=RUN.files(objects_shown(RUN), "hertz.json"),
+        minima=RUN.files(objects_shown(RUN), *RUN.minima),
     output:
-        page=results("objects.html"),
+        page=RUN.results("objects.html"),
     log:
-        results("logs/objects_page.log"),
+        RUN.results("logs/objects_page.log"),
     benchmark:
-        results("benchmarks/objects_page.tsv")
+        RUN.results("benchmarks/objects_page.tsv")
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("objects_page"),
-        captures=objects_shown(),
-        errors=ERRORS,
-        tracker=TRACKER,
+        code=code("stages/objects_page"),
+        captures=objects_shown(RUN),
+        errors=RUN.errors,
+        tracker=RUN.tracker,
     message:
         "Tracked objects in three dimensions"
     script:
-        "../scripts/objects_page.py"
+        "../scripts/stages/objects_page.py"

@@ -1,93 +1,101 @@
 # Section 4.3: the template through the frames of a capture.
 rule template:
     input:
-        object=raw("{object}/object.yaml"),
-        scans=scans_of,
+        object=RUN.raw("{object}/object.yaml"),
+        scans=RUN.scans_of,
     output:
-        template=results("{object}/template.ply"),
+        template=RUN.results("{object}/template.ply"),
     log:
-        results("logs/template/{object}.log"),
+        RUN.results("logs/template/{object}.log"),
     benchmark:
-        results("benchmarks/template/{object}.tsv")
+        RUN.results("benchmarks/template/{object}.tsv")
     wildcard_constraints:
-        object=one_of(SCANNED),
+        object=one_of(RUN.scanned),
     priority: 10
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("template"),
-        content=scans_content,
+        code=code("stages/template"),
+        content=RUN.scans_content,
     message:
         "Template of {wildcards.object} from its laser scans"
     script:
-        "../scripts/template.py"
+        "../scripts/stages/template.py"
 
 
 rule solid_mesh:
     input:
-        object=raw("{object}/object.yaml"),
-        template=template_of,
-        kept=kept_mesh,
+        object=RUN.raw("{object}/object.yaml"),
+        template=RUN.template_of,
+        kept=RUN.kept_mesh,
     output:
-        solid=results("{object}/solid.vtu"),
-        quality=results("{object}/solid_quality.json"),
+        solid=RUN.results("{object}/solid.vtu"),
+        quality=RUN.results("{object}/solid_quality.json"),
     log:
-        results("logs/solid_mesh/{object}.log"),
+        RUN.results("logs/solid_mesh/{object}.log"),
     benchmark:
-        results("benchmarks/solid_mesh/{object}.tsv")
+        RUN.results("benchmarks/solid_mesh/{object}.tsv")
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("solid_mesh"),
+        code=code("stages/solid_mesh"),
     message:
         "Solid mesh of {wildcards.object}"
     script:
-        "../scripts/solid_mesh.py"
+        "../scripts/stages/solid_mesh.py"
 
 
 rule align:
     input:
-        object=raw("{object}/object.yaml"),
-        template=template_of,
-        cloud=first_cloud_of,
-        pose=of_capture("probe_pose.csv"),
-        force=of_capture("force.csv"),
-        plane=results("{object}/{sensor}/support_plane.json"),
+        object=RUN.raw("{object}/object.yaml"),
+        template=RUN.template_of,
+        cloud=RUN.first_cloud_of,
+        pose=RUN.of_capture("probe_pose.csv"),
+        force=RUN.of_capture("force.csv"),
+        plane=RUN.results("{object}/{sensor}/support_plane.json"),
     output:
-        alignment=of_capture("alignment.json"),
+        alignment=RUN.of_capture("alignment.json"),
     log:
-        results("logs/align/{object}-{sensor}-{capture}.log"),
+        RUN.results("logs/align/{object}-{sensor}-{capture}.log"),
     benchmark:
-        results("benchmarks/align/{object}-{sensor}-{capture}.tsv")
+        RUN.results("benchmarks/align/{object}-{sensor}-{capture}.tsv")
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("align"),
-        probe=probe_spec,
+        code=code("stages/align"),
+        probe=RUN.probe_spec,
         options=config["tracking"]["alignment"],
         onset_force_n=config["hertz"]["onset_force_n"],
     message:
         "Aligning {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
-        "../scripts/align.py"
+        "../scripts/stages/align.py"
 
 
 rule track:
     input:
-        object=raw("{object}/object.yaml"),
-        template=template_of,
-        alignment=of_capture("alignment.json"),
-        solid=results("{object}/solid.vtu"),
-        clouds=of_capture("clouds.npz"),
-        pose=of_capture("probe_pose.csv"),
-        force=of_capture("force.csv"),
+        object=RUN.raw("{object}/object.yaml"),
+        template=RUN.template_of,
+        alignment=RUN.of_capture("alignment.json"),
+        solid=RUN.results("{object}/solid.vtu"),
+        clouds=RUN.of_capture("clouds.npz"),
+        pose=RUN.of_capture("probe_pose.csv"),
+        force=RUN.of_capture("force.csv"),
     output:
-        tracked=of_capture("tracked-{tracker}.npz"),
-        series=of_capture("tracked-{tracker}.vtkhdf"),
-        description=of_capture("tracked-{tracker}.json"),
+        tracked=RUN.of_capture("tracked-{tracker}.npz"),
+        series=RUN.of_capture("tracked-{tracker}.vtkhdf"),
+        description=RUN.of_capture("tracked-{tracker}.json"),
     log:
-        results("logs/track/{object}-{sensor}-{capture}-{tracker}.log"),
+        RUN.results("logs/track/{object}-{sensor}-{capture}-{tracker}.log"),
     benchmark:
-        results("benchmarks/track/{object}-{sensor}-{capture}-{tracker}.tsv")
+        RUN.results("benchmarks/track/{object}-{sensor}-{capture}-{tracker}.tsv")
+    conda:
+        "../envs/palpate.yaml"
     params:
-        code=code("track"),
-        probe=probe_spec,
-        options=tracker_options,
+        code=code("stages/track"),
+        probe=RUN.probe_spec,
+        options=RUN.tracker_options,
     message:
         "Tracking {wildcards.object}, {wildcards.sensor}, {wildcards.capture} ({wildcards.tracker})"
     script:
-        "../scripts/track.py"
+        "../scripts/stages/track.py"

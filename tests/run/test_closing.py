@@ -1,0 +1,161 @@
+"""The closing lines of a run."""
+
+import csv
+
+import pandas as pd
+import pytest
+from palpate.report import tables
+from palpate.run.closing import AFTERWARDS, ARTEFACTS, COMPARED, FILES, closing_lines, main
+
+
+def of_captures(name, sensor, rows, **same):
+    """Rows of a table of captures."""
+    known = {"object": name, "sensor": sensor, "provenance": "simulated"} | same
+    return pd.DataFrame([known | {"capture": row["point"]} | row for row in rows])
+
+
+def hertz(name, sensor, moduli, **same):
+    names = ["free_contact", "recommended"]
+    others = {
+        f"{n}_{end}": None for n in names for end in ("reduced_modulus_pa", "low_pa", "high_pa")
+    }
+    return of_captures(
+        name,
+        sensor,
+        [{"point": f"{8 + i:02d}", "reduced_modulus_pa": E} | others for i, E in enumerate(moduli)],
+        **same,
+    )
+
+
+def searched(name, sensor, rows):
+    """Rows of error minimisation: E, nu, verdict on nu, whether at a bound."""
+    keys = ("youngs_modulus_pa", "poisson_ratio", "poisson_ratio_verdict", "at_bound")
+    found = [dict(zip(keys, row, strict=True)) for row in rows]
+    found = [
+        {"point": f"{8 + i:02d}", "reduced_modulus_pa": 1.0} | row for i, row in enumerate(found)
+    ]
+    return of_captures(name, sensor, found, error="displacement")
+
+
+def joint(name, sensor, *, captures, **same):
+    moduli = {"youngs_modulus": 250e3, "youngs_modulus_1s": 225e3, "reduced_modulus": 298e3}
+    row = {"point": "all", "method": "direct_joint", "recommended": True, "captures": captures}
+    for quantity, value in moduli.items():
+        row |= {f"{quantity}_pa": value, f"{quantity}_low_pa": 0.9 * value}
+        row |= {f"{quantity}_high_pa": 1.1 * value, f"{quantity}_verdict": "identified"}
+    nu = {"poisson_ratio": 0.4, "poisson_ratio_low": 0.25, "poisson_ratio_high": 0.49}
+    return of_captures(name, sensor, [row | nu | {"poisson_ratio_verdict": "bounded"}], **same)
+
+
+def write(folder, hertz, searched, direct):
+    """A results folder whose files are all there, with a summary of the workflow's own columns."""
+    squares = searched.drop(columns="poisson_ratio_verdict") if len(searched) else searched
+    summary = tables.rounded(tables.summary(hertz, searched, squares, direct))
+    put(folder, "summary.csv", "objects.html", "pages/summary.html", *AFTERWARDS)
+    wanted = ["objects.html", "pages/summary.html", "summary.csv"]
+    (folder / "wanted.txt").write_text("".join(f"{name}\n" for name in wanted))
+    summary.to_csv(folder / "summary.csv", index=False)
+    return wanted
+
+
+def put(folder, *names):
+    for name in names:
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text("made")
+
+
+@pytest.fixture
+def ball(tmp_path):
+    rows = [
+        (20000, 0.25, "not identified", True),
+        (22000, 0.45, "identified", False),
+    ]
+    wanted = write(
+        tmp_path,
+        hertz("ball", "kinect", [25000, 27000, 32000]),
+        searched("ball", "kinect", rows),
+        joint("ball", "kinect", captures=3),
+    )
+    return tmp_path, wanted
+
+
+def test_closing_gives_the_recommended_moduli_first_with_intervals_and_verdicts(ball):
+    lines = closing_lines(*ball)
+    assert lines[0].endswith(": objects.html, summary.csv, tables/")
+    place = lines.index("ball, kinect (simulated: captures of the virtual lab)")
+    assert lines[place + 1 : place + 5] == [
+        "  nu           0.40 (0.25 to 0.49), bounded",
+        "  E at once    250.0 (225.0 to 275.0) kPa, identified",
+        "  E after 1 s  225.0 (202.5 to 247.5) kPa, identified",
+        "  from 3 captures",
+    ]
+    assert "bounded: trust the interval, not the value." in lines
+
+
+def test_closing_tells_the_studys_methods_as_such_and_what_is_at_a_bound(ball):
+    lines = closing_lines(*ball)
+    assert lines.index(COMPARED) > lines.index("  from 3 captures")
+    assert lines[-2].split(maxsplit=2)[2] == "E* 27.0 (25.0 to 32.0) kPa; 3 captures"
+    assert lines[-1].endswith(
+        "E 21.0 (20.0 to 22.0) kPa, nu 0.35 (0.25 to 0.45) [identified 1x, not identified 1x];"
+        " 2 captures, 1 stopped at a bound of the search"
+    )
+
+
+def test_closing_of_a_recorded_object_of_ones_own(tmp_path):
+    cow = {"provenance": "recorded"}
+    write(
+        tmp_path,
+        hertz("toy_cow", "bench_cam", [25000], **cow),
+        pd.DataFrame(),
+        joint("toy_cow", "bench_cam", captures=1, **cow),
+    )
+    put(tmp_path, "toy_cow/report.html")
+    lines = closing_lines(tmp_path, ["summary.csv", "toy_cow/report.html"])
+    assert ": toy_cow/report.html, summary.csv" in lines[0]
+    assert "  from 1 capture" in lines
+    assert lines[-1].endswith("Hertz fit                     E* 25.0 kPa; 1 capture")
+    assert not [line for line in lines if "imulated" in line or line.startswith("This run makes")]
+
+
+def test_closing_says_where_nothing_is_recommended(tmp_path):
+    only_hertz = hertz("pad", "kinect", [25000])
+    write(tmp_path, only_hertz, pd.DataFrame(), joint("ball", "kinect", captures=2))
+    assert "  none: no capture of it is estimated directly" in closing_lines(tmp_path, [])
+
+
+def test_closing_ends_well_where_all_is_there(ball, capsys):
+    assert main(ball[0]) == 0
+    shown = capsys.readouterr()
+    assert shown.out.startswith("Results are in ") and shown.err == ""
+
+
+def test_closing_names_what_is_missing_and_fails(ball, capsys):
+    folder = ball[0]
+    (folder / "report.html").unlink()
+    (folder / "pages/summary.html").write_text("")
+    assert main(folder) == 1
+    assert capsys.readouterr().err.splitlines() == [
+        f"error: {folder}/pages/summary.html: expected it made by the run, found it empty",
+        f"error: {folder}/report.html: expected it made by the run, found nothing",
+    ]
+    (folder / "summary.csv").unlink()
+    assert main(folder) == 1
+    shown = capsys.readouterr()
+    assert "summary.csv: expected it made by the run" in shown.err and not shown.out
+
+
+def test_closing_counts_the_studys_tables_and_figures(ball):
+    folder, wanted = ball
+    with ARTEFACTS.open(newline="") as stream:
+        names = [FILES[row["kind"]].format(row["id"]) for row in csv.DictReader(stream)]
+    put(folder, *names[1:])
+    lines = closing_lines(folder, wanted + names)
+    assert lines[1] == "This run makes 61 of the study's 61 tables and figures; 60 are there."
+
+
+def test_closing_needs_the_runs_list(tmp_path, capsys):
+    assert main(tmp_path) == 1
+    assert (
+        "wanted.txt: expected the list of what the run makes, found none" in capsys.readouterr().err
+    )

@@ -1,0 +1,289 @@
+"""What the run refuses before any job, and what the lab may never take over."""
+
+import shutil
+
+import pytest
+import yaml
+from palpate.run.configuration import open_run
+from virtual_lab.checks import lab_problems
+
+
+@pytest.fixture
+def home(root, tmp_path, monkeypatch):
+    """A folder with the project's configuration and nothing in raw/."""
+    shutil.copytree(root / "config", tmp_path / "config")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def opened(home, **changes):
+    config = yaml.safe_load((home / "config/config.yaml").read_text()) | changes
+    return open_run(config, source="config/config.yaml", check_lab=lab_problems)
+
+
+def drop(root, home, name="foam_block"):
+    shutil.copytree(root / "tests/sample/raw/foam_block", home / "raw" / name)
+    for sensor in (root / "tests/sample/sensors").glob("*.yaml"):
+        shutil.copy(sensor, home / "config/sensors")
+
+
+def test_the_lab_alone(home):
+    run = opened(home)
+    assert len(run.simulated) == 67
+    # Of the lab's recordings the study takes those that it names, and tracks all but the attempts.
+    assert {c.object for c in run.captures} == {"ear", "foam_ball", "foam_block"}
+    assert len(run.captures) == 18 + 18 + 16 + 15
+    assert len([c for c in run.captures if c.capture.startswith("11-a")]) == 16
+    attempts = {c for c in run.captures if "-" in c.capture}
+    assert set(run.tracked) == set(run.captures) - attempts
+    assert len(run.described()) == 67
+    assert len(run.described(simulated=True, tracked=True)) == 39
+    # Repeated presses of ball and ear are estimated directly; the block's attempts are Hertz's.
+    again = {c for c in attempts if c.object != "foam_block"}
+    assert set(run.direct) == set(run.tracked) | again
+    assert len(run.described(direct=True)) == 39 + 12
+
+
+def test_a_lab_like_another_says_only_what_is_different(home):
+    changes = {"like": "config/lab.yaml", "seed": 7, "objects": {"ear": {"motion": {"frames": 9}}}}
+    (home / "lab.yaml").write_text(yaml.safe_dump(changes))
+    paths = yaml.safe_load((home / "config/config.yaml").read_text())["paths"]
+    lab = opened(home, paths=paths | {"lab": "lab.yaml"}).lab
+    expected = yaml.safe_load((home / "config/lab.yaml").read_text())
+    expected["seed"], expected["objects"]["ear"]["motion"]["frames"] = 7, 9
+    assert lab == expected
+
+
+def test_a_lab_like_a_file_that_is_none(home):
+    (home / "lab.yaml").write_text("like: nowhere.yaml\n")
+    paths = yaml.safe_load((home / "config/config.yaml").read_text())["paths"]
+    with pytest.raises(ValueError, match="nowhere.yaml: file: expected YAML, found nothing"):
+        opened(home, paths=paths | {"lab": "lab.yaml"})
+
+
+def test_what_is_tracked_is_estimated_where_nothing_else_is_said(home):
+    study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
+    del study["direct"]
+    run = opened(home, study=study)
+    assert run.direct == run.tracked
+
+
+def test_the_study_estimates_what_it_does_not_use(home):
+    study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
+    study["captures"]["ear"] = {"bumblebee": ["01"]}
+    said = r"study.direct.ear.bumblebee: expected some of study.captures, found 01-a01"
+    with pytest.raises(ValueError, match=said):
+        opened(home, study=study)
+
+
+def test_the_study_names_recordings_that_nobody_makes(home):
+    study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
+    study["captures"]["foam_block"]["kinect"] = ["08", "19"]
+    said = r"study.captures.foam_block.kinect: expected recordings of the lab, found 19"
+    with pytest.raises(ValueError, match=said):
+        opened(home, study=study)
+
+
+def test_the_study_minimises_what_it_does_not_use(home):
+    study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
+    study["captures"]["foam_block"]["kinect"] = ["08", "16"]
+    said = r"study.tracked.foam_block.kinect: expected some of study.captures, found 17"
+    with pytest.raises(ValueError, match=said):
+        opened(home, study=study)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "line"),
+    [
+        (lambda p: p.write_text(p.read_text() + "points: {}\n"), "expected plain YAML, found none"),
+        (lambda p: p.unlink(), "object.yaml: file: expected YAML, found nothing"),
+    ],
+    ids=["broken", "missing"],
+)
+def test_captures_without_a_readable_object_are_not_the_labs(root, home, spoil, line):
+    drop(root, home)
+    path = home / "raw/foam_block/object.yaml"
+    path.write_text(path.read_text().replace("simulated", "recorded"))
+    spoil(path)
+    with pytest.raises(ValueError, match=line):
+        opened(home)
+
+
+def test_what_an_interrupted_lab_left_is_its_own_to_complete(home):
+    folder = home / "raw/ear/bumblebee/01"
+    folder.mkdir(parents=True)
+    (folder / ".snakemake_timestamp").touch()
+    assert "ear" in {capture.object for capture in opened(home).simulated}
+
+
+def test_a_recording_in_the_labs_object_is_not_taken_for_simulated(home):
+    folder = home / "raw/ear/bumblebee/01"
+    folder.mkdir(parents=True)
+    (folder / ".snakemake_timestamp").touch()
+    (home / "raw/ear/object.yaml").write_text("provenance: simulated\n")
+    opened(home)
+    (home / "raw/ear/bumblebee/01-a77").mkdir()
+    line = (
+        "ear/bumblebee/01-a77: capture: expected the lab's alone in an object that .*lab.yaml makes"
+    )
+    with pytest.raises(ValueError, match=line):
+        opened(home)
+
+
+def test_experiments_that_people_dropped_are_theirs(root, home):
+    assert len(opened(home).lab_experiments) == 9
+    dropped = home / "raw/sensors/kinect/loading"
+    dropped.parent.mkdir(parents=True)
+    shutil.copytree(root / "tests/sample/raw/foam_block/kinect/08", dropped)
+    made = home / "raw/sensors/kinect/planes"
+    made.mkdir()
+    (made / "recording.yaml").write_text("provenance: simulated\n")
+    left = opened(home).lab_experiments
+    assert "kinect/loading" not in left
+    assert {"kinect/planes", "kinect/workspace"} <= set(left)
+    (dropped / "force.csv").unlink()
+    with pytest.raises(ValueError, match="kinect/loading/force.csv: file: expected a CSV table"):
+        opened(home)
+
+
+def test_experiments_of_unknown_kind_sensor_or_probe(root, home):
+    (home / "raw/sensors/kinect/juggling").mkdir(parents=True)
+    (home / "raw/sensors/webcam/loading").mkdir(parents=True)
+    with pytest.raises(ValueError) as caught:
+        opened(home, experiments={"probe": "stick", "cd_case_size_m": [0.14, 0.12, 0.01]})
+    message = str(caught.value)
+    assert "juggling: experiment: expected one of calibration, cd_case, loading" in message
+    assert "webcam: sensor: expected one of bumblebee, kinect, found webcam" in message
+    assert "experiments.probe: expected one of nano25_sphere, found stick" in message
+
+
+def test_optics_that_nobody_can_measure(root, home):
+    path = home / "config/sensors/bumblebee.yaml"
+    path.write_text(path.read_text() + "optics: calibration\n")
+    with pytest.raises(ValueError, match="bumblebee.yaml: optics: expected pictures of a board in"):
+        opened(home)
+
+
+def test_templates_come_from_scans_or_a_file(root, home):
+    assert opened(home).template_source("ear") == ("scans", "scans")
+    assert opened(home).template_source("foam_block") == ("file", "template.ply")
+    drop(root, home)
+    path = home / "raw/foam_block/object.yaml"
+    text = path.read_text().replace("simulated", "recorded")
+    path.write_text(text.replace("file: template.ply", "scans: scans\n  spacing_m: 0.002"))
+    with pytest.raises(ValueError, match="scans: scans: expected PLY files, found none"):
+        opened(home)
+    (home / "raw/foam_block/scans").mkdir()
+    (home / "raw/foam_block/scans/01.ply").touch()
+    assert opened(home).template_source("foam_block") == ("scans", "scans")
+
+
+def test_a_recorded_object_is_kept(root, home):
+    drop(root, home)
+    path = home / "raw/foam_block/object.yaml"
+    path.write_text(path.read_text().replace("simulated", "recorded"))
+    run = opened(home)
+    assert not {c for c in run.simulated if c.object == "foam_block"}
+    block = [c for c in run.captures if c.object == "foam_block"]
+    assert len(block) == 2
+    assert set(block) <= set(run.tracked)
+    assert run.direct == run.captures
+
+
+def test_only_one_object_is_checked_when_only_it_is_wanted(root, home):
+    (home / "raw/other/kinect/01").mkdir(parents=True)
+    assert {c.object for c in opened(home, only="foam_block").captures} == {"foam_block"}
+    with pytest.raises(ValueError, match="raw/other"):
+        opened(home)
+
+
+def test_board_that_looks_the_same_from_both_ends(home):
+    path = home / "config/probes/nano25_sphere.yaml"
+    path.write_text(path.read_text().replace("[4, 3]", "[5, 3]"))
+    with pytest.raises(ValueError, match="expected one odd and one even, found 5, 3"):
+        opened(home)
+
+
+def test_unknown_names_in_the_lab(home):
+    path = home / "config/lab.yaml"
+    text = path.read_text()
+    path.write_text(text.replace("probe: nano25_sphere", "probe: needle"))
+    with pytest.raises(ValueError, match="object.probe: expected one of nano25_sphere"):
+        opened(home)
+    path.write_text(text.replace("      kinect: [", "      sonar: ["))
+    with pytest.raises(ValueError, match="recordings: expected one of bumblebee, kinect, found"):
+        opened(home)
+
+
+def test_unknown_object(home):
+    line = r"^only: expected an object of raw/ or of the lab \(ear, foam_.*\), found nothing$"
+    with pytest.raises(ValueError, match=line):
+        opened(home, only="nothing")
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "line"),
+    [
+        ("sensors/kinect", "[0.5, 8.0]", "[8.0, 0.5]", "range_m: expected increasing distances"),
+        (
+            "sensors/kinect",
+            "0.99998109,",
+            "1.1,",
+            "expected a rotation and a shift",
+        ),
+        ("probes/nano25_sphere", "[1.0, 0.0, 0.0, 0.0]", "[-1.0, 0.0, 0.0, 0.0]", "a mirrored one"),
+        (
+            "probes/nano25_sphere",
+            "0.00622",
+            "6.22",
+            "radius_m: expected a number <= 0.1, found 6.22",
+        ),
+        (
+            "sensors/bumblebee",
+            "baseline_m: 0.12",
+            "baseline_m: 120",
+            "expected a number <= 2, found 120",
+        ),
+    ],
+)
+def test_numbers_that_no_device_has(home, file, old, new, line):
+    path = home / f"config/{file}.yaml"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(ValueError) as caught:
+        opened(home)
+    assert line in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        ({"poisson_ratio_bounds": [0.4, 0.1]}, "poisson_ratio_bounds: expected low below high"),
+        (
+            {"start_poisson_ratios": [0.1, 0.4995]},
+            "start_poisson_ratios: expected within poisson_ratio_bounds, 0 to 0.499, found 0.4995",
+        ),
+        ({"profile_poisson_ratios": [0.1, 0.3, 0.2]}, "expected increasing numbers"),
+        ({"steps": {"other": {"tracker": "elastik"}}}, "steps.other.tracker: .* found elastik"),
+        ({"steps": {"far": {"leave_out_radii": -1}}}, "steps.far.leave_out_radii: expected"),
+        ({"strain": "logarithmic"}, "strain: expected one of"),
+    ],
+    ids=["bounds", "start", "profile", "tracker", "radii", "strain"],
+)
+def test_a_search_that_cannot_start(home, change, line):
+    options = yaml.safe_load((home / "config/config.yaml").read_text())["minimise"] | change
+    with pytest.raises(ValueError, match=f"config/config.yaml: minimise.*{line}"):
+        opened(home, minimise=options)
+
+
+@pytest.mark.parametrize("block", ["tracking", "minimise"])
+def test_options_of_an_object_that_is_nowhere(home, block):
+    options = yaml.safe_load((home / "config/config.yaml").read_text())[block]
+    options["objects"] = options["objects"] | {"foam_bal": {}}
+    line = f"config/config.yaml: {block}.objects: expected one of .*foam_ball.*, found foam_bal$"
+    with pytest.raises(ValueError, match=line):
+        opened(home, **{block: options})
+    (home / "raw/foam_bal").mkdir(parents=True)
+    with pytest.raises(ValueError, match="raw/foam_bal/object.yaml: file: expected YAML"):
+        opened(home, **{block: options})

@@ -1,0 +1,156 @@
+"""The documents name what exists: links, library, options, equations of the study."""
+
+import importlib
+import re
+from contextlib import suppress
+from copy import deepcopy
+from functools import cache
+from pathlib import Path
+
+import pytest
+import yaml
+from palpate.capture.schema import validate
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+THEORY = (ROOT / "docs/theory.md").read_text(encoding="utf-8")
+ROOMS = ("capture", "vision", "solid", "surface", "estimate", "report", "run")
+WINGS = ("palpate", "virtual_lab", "thesis")
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+NUMBER = r"[2-5]\.\d+"
+EQUATIONS = re.compile(rf"(?:Eqs?\.|Equations?) ({NUMBER}(?:(?:, | and | to |-){NUMBER})*)")
+# What the study numbers in the chapters that are computed.
+STUDY = {f"{c}.{k}" for c, last in ((3, 33), (4, 28), (5, 1)) for k in range(1, last + 1)}
+
+
+def equations(text):
+    """Numbers of the study's equations that a text names, ranges filled in."""
+    found = set()
+    for numbers in EQUATIONS.findall(" ".join(text.split())):
+        found |= set(re.findall(NUMBER, numbers))
+        for first, last in re.findall(rf"({NUMBER})(?:-| to )({NUMBER})", numbers):
+            chapter, start = first.split(".")
+            found |= {f"{chapter}.{k}" for k in range(int(start), int(last.split(".")[1]) + 1)}
+    return found
+
+
+def named(text):
+    """What stands between single backticks, outside of fenced blocks."""
+    prose = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+    return sorted(set(re.findall(r"`([^`]+)`", prose)))
+
+
+def missing(name):
+    """What is wrong with a name of docs/theory.md; None where it is right."""
+    if name.startswith("make "):
+        made = re.search(rf"^{name.split()[1]}:", read("Makefile"), re.MULTILINE)
+        return None if made else "no target"
+    if name.startswith("results/") or name.endswith(".json"):
+        places = [*ROOT.glob("workflow/rules/*.smk"), *ROOT.glob("workflow/**/artefacts.py")]
+        rules = "".join(map(read, places))
+        return None if Path(name).stem in rules else "no rule makes it"
+    if "/" in name:
+        return None if (ROOT / name).exists() else "no such file"
+    path, _, value = name.partition(": ")
+    head = path.split(".")[0]
+    if head in (*ROOMS, *WINGS) and not value and in_library(path):
+        return None
+    places = {"sensor": "sensors", "probe": "probes"}
+    if head in places:
+        files = sorted((ROOT / "config" / places[head]).glob("*.yaml"))
+        options = [(head, file, path.partition(".")[2]) for file in files]
+    else:
+        options = [("config", ROOT / "config/config.yaml", path)]
+    return None if any(in_options(*option, value) for option in options) else "nowhere"
+
+
+@cache
+def read(path):
+    return (ROOT / path).read_text(encoding="utf-8")
+
+
+def in_library(path):
+    """Whether a module of a wing or of a room of the tool, or a thing in it, exists."""
+    head, *parts = path.split(".")
+    if not parts:
+        return False
+    found = importlib.import_module(head if head in WINGS else f"palpate.{head}")
+    for part in parts:
+        if not hasattr(found, part):
+            with suppress(ModuleNotFoundError, AttributeError):
+                importlib.import_module(f"{found.__name__}.{part}")
+        if not hasattr(found, part):
+            return False
+        found = getattr(found, part)
+    return True
+
+
+def in_options(kind, file, path, value):
+    """Whether a file has an option, and its schema allows the value."""
+    content = deepcopy(yaml.safe_load(read(file)))
+    *way, last = path.split(".")
+    place = content
+    for key in way:
+        place = place.get(key) if isinstance(place, dict) else None
+    if not isinstance(place, dict) or last not in place:
+        return False
+    if value:
+        place[last] = yaml.safe_load(value)
+    return not validate(content, ROOT / f"config/schemas/{kind}.schema.yaml", "")
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_links_lead_somewhere(document):
+    links = [link for link in LINK.findall(document.read_text("utf-8")) if "://" not in link]
+    lost = [link for link in links if not (document.parent / link.partition("#")[0]).exists()]
+    assert not lost
+
+
+def test_the_theory_names_what_exists():
+    names = named(THEORY)
+    assert len(names) > 100
+    assert not {name: reason for name in names if (reason := missing(name))}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "surface.energy.no_such_energy",
+        "surface.no_such_module",
+        "tracking.trackers.study.no_such_option",
+        "minimise.force_rule: no_such_rule",
+        "sensor.stereo.method: no_such_method",
+        "probe.no_such_thing",
+        "results/tables/no_such_table.md",
+        "docs/no_such_page.md",
+        "make nothing",
+        "no_such_word",
+    ],
+)
+def test_names_that_are_wrong_are_found(name):
+    assert missing(name)
+
+
+def test_equations_of_the_code_are_explained():
+    explained = equations(THEORY)
+    for path in sorted((ROOT / "workflow/scripts/palpate").rglob("*.py")):
+        unknown = equations(read(path)) - explained
+        assert not unknown, path
+
+
+def test_every_equation_of_the_study_has_its_place():
+    assert not STUDY - equations(THEORY)
+
+
+def test_ranges_and_lists_of_equations():
+    text = "(Eq. 3.31-3.33, Eq. 4.13, 4.14) and Equations 3.26\nand 5.1, Eq. 4.1 to 4.3; 2.5 mm"
+    expected = {"3.31", "3.32", "3.33", "4.13", "4.14", "3.26", "5.1", "4.1", "4.2", "4.3"}
+    assert equations(text) == expected
+
+
+def test_pictures_are_the_workflows_own():
+    listed = re.search(r"^PICTURES := (.*)$", read("Makefile"), re.MULTILINE).group(1).split()
+    kept = sorted(path.stem for path in (ROOT / "docs/pictures").iterdir())
+    shown = {Path(link).stem for link in LINK.findall(read("README.md")) if "pictures/" in link}
+    assert kept == sorted(listed) == sorted(shown)
+    assert not [name for name in listed if missing(f"results/figures/{name}.png")]

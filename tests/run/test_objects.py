@@ -1,0 +1,69 @@
+"""What an object's own run gets, and when it is made anew."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+from palpate.run.object_config import object_config
+from palpate.run.objects import MANY, kept_files, project_digest, studied, too_many, value_digest
+
+
+@pytest.fixture
+def config(root):
+    return yaml.safe_load((root / "config/config.yaml").read_text())
+
+
+def test_own_configuration(config):
+    own = object_config(config, "cushion", "results/objects/cushion")
+    assert own["only"] == "cushion"
+    assert own["paths"] == config["paths"] | {"results": "results/objects/cushion", "lab": None}
+    assert {**own, "only": None, "paths": config["paths"]} == config
+    assert config["only"] is None and config["paths"]["results"] == "results"
+
+
+def test_digest_follows_the_project(root, tmp_path):
+    for name in ("workflow/Snakefile", "workflow/scripts/stages/mask.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(root / name, tmp_path / name)
+    first = project_digest(tmp_path)
+    (tmp_path / "README.md").write_text("no part of what computes")
+    assert project_digest(tmp_path) == first
+    (tmp_path / "workflow/scripts/stages/mask.py").write_text("MOST_FOREGROUND = 0.9\n")
+    assert project_digest(tmp_path) != first
+
+
+def test_the_studys_objects(config):
+    config["study"] |= {"block": "brick", "captures": {"slab": {}}}
+    assert studied(config) == {"brick", "slab", "foam_ball", "ear"}
+
+
+def test_digest_of_values_has_no_order():
+    assert value_digest({"a": 1, "b": [1, 2]}) == value_digest({"b": [1, 2], "a": 1})
+    assert value_digest({"a": 1}) != value_digest({"a": 2})
+
+
+def test_files_outside_the_object_count(tmp_path):
+    paths = {"raw": str(tmp_path / "raw"), "meshes": str(tmp_path / "meshes")}
+    sensors = {"kinect": {"optics": "calibration"}, "stereo": {"optics": {"focal_px": 1.0}}}
+    board = Path(paths["raw"]) / "sensors/kinect/calibration/board.png"
+    board.parent.mkdir(parents=True)
+    board.write_bytes(b"one")
+    first = kept_files("cushion", sensors, paths)
+    assert set(first) == {"sensors/kinect"}
+    board.write_bytes(b"another")
+    assert kept_files("cushion", sensors, paths) != first
+    Path(paths["meshes"]).mkdir()
+    (Path(paths["meshes"]) / "cushion.vtu").write_bytes(b"mesh")
+    assert set(kept_files("cushion", sensors, paths)) == {"sensors/kinect", "mesh"}
+
+
+def test_many_captures_are_told(tmp_path):
+    config = {"only": None, "paths": {"raw": str(tmp_path / "raw")}}
+    for number in range(MANY):
+        (tmp_path / f"raw/cushion/kinect/{number}").mkdir(parents=True)
+    assert too_many(config) is None
+    (tmp_path / "raw/sponge/kinect/01").mkdir(parents=True)
+    assert f"{MANY + 1} captures" in too_many(config)
+    assert too_many(config | {"only": "cushion"}) is None
+    assert too_many({"paths": 3}) is None

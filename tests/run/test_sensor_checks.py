@@ -1,0 +1,48 @@
+"""Optics and gauges that no device has."""
+
+import copy
+
+import pytest
+from palpate.run.sensor_checks import bent_transforms, dead_gauges, impossible_optics, unlike_tips
+
+PATHS = {"sensors": "sensors", "probes": "probes"}
+
+
+def test_the_projects_own_are_right(sensors, probe):
+    assert impossible_optics(sensors, PATHS) == []
+    assert dead_gauges({"a": probe}, "probes") == []
+    assert dead_gauges({"a": {"probe": "a"}}, "probes") == []
+
+
+@pytest.mark.parametrize(
+    ("part", "centre", "found"), [("color", "cx_px", -3), ("depth", "cy_px", 9e3)]
+)
+def test_an_axis_beside_the_image(sensors, part, centre, found):
+    kinect = copy.deepcopy(sensors["kinect"])
+    kinect[part][centre] = found
+    (line,) = impossible_optics({"kinect": kinect}, PATHS)
+    assert line.startswith(f"sensors/kinect.yaml: {part}.{centre}: expected within the image, 0 to")
+    assert line.endswith(f"found {found:g}")
+
+
+def test_gauges_that_leave_a_part_out(probe):
+    probe = copy.deepcopy(probe)
+    probe["gauge"]["calibration"][4] = probe["gauge"]["calibration"][1]
+    (line,) = dead_gauges({"a": probe}, "probes")
+    assert line == "probes/a.yaml: gauge.calibration: expected six independent rows, found 5"
+
+
+def test_a_shift_in_millimetres(sensors, probe):
+    probe = copy.deepcopy(probe)
+    probe["marker_from_force"][0][3] = 30.0
+    (line,) = bent_transforms({"a": probe}, {}, PATHS)
+    assert line.endswith("expected a rotation and a shift, found a shift of 30 m (metres?)")
+
+
+@pytest.mark.parametrize("factor", [0.1, 0.5, 2])
+def test_a_sphere_of_another_size_than_the_tip(probe, factor):
+    assert unlike_tips({"a": probe}, "probes") == []
+    probe = copy.deepcopy(probe)
+    probe["indenter"]["radius_m"] *= factor
+    (line,) = unlike_tips({"a": probe}, "probes")
+    assert line.startswith("probes/a.yaml: exclusion.tip_radius_m: expected indenter.radius_m")

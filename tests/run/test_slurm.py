@@ -1,0 +1,51 @@
+"""What the SLURM profile asks for follows from a run's benchmarks."""
+
+import re
+
+import pytest
+import yaml
+from palpate.run.slurm import MARK, block, requests, with_block
+from thesis.artefacts import ARTEFACTS
+
+HEADER = "s\th:m:s\tmax_rss\tcpu_time\n"
+
+
+@pytest.fixture
+def benchmarks(tmp_path):
+    for name, row in {
+        "track/a.tsv": "59\t0:00:59\t700.0\t20",
+        "track/b.tsv": "61\t0:01:01\t301.0\t20",
+        "summary.tsv": "0.4\t0:00:00\tNA\tNA",
+    }.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(HEADER + row + "\n")
+    return tmp_path
+
+
+def test_the_largest_job_with_a_margin(benchmarks):
+    # 1.5 x 700 + 400 MB, in steps of 100; twice 61 s and the time to read the workflow.
+    assert requests(benchmarks) == {"summary": (400, 3), "track": (1500, 5)}
+
+
+def test_retries_ask_for_twice_as_much(benchmarks):
+    asked = yaml.safe_load(block(requests(benchmarks)))["set-resources"]["track"]
+    found = [eval(asked["mem_mb"], {"attempt": n}) for n in (1, 2, 3)]
+    assert found == [1500, 3000, 6000]
+    assert eval(asked["runtime"], {"attempt": 2}) == 10
+
+
+def test_the_rest_of_the_profile_stays(benchmarks):
+    text = block(requests(benchmarks))
+    assert with_block("jobs: 5\n" + MARK + "  old: {mem_mb: 1}\n", text) == "jobs: 5\n" + text
+    with pytest.raises(ValueError, match="profile: expected the line set-resources"):
+        with_block("jobs: 5\n", text)
+
+
+def test_names_of_the_profile_are_rules(root):
+    profile = yaml.safe_load((root / "workflow/profiles/slurm/config.yaml").read_text())
+    text = "".join(path.read_text() for path in (root / "workflow/rules").glob("*.smk"))
+    rules = set(re.findall(r"^ *rule (\w+)", text, re.MULTILINE))
+    rules |= {entry.name for entry in ARTEFACTS}
+    assert set(profile["groups"]) <= rules
+    assert set(profile["group-components"]) <= set(profile["groups"].values())
+    assert {"track", "indentation", "direct"} <= set(profile["set-resources"])

@@ -1,0 +1,64 @@
+"""Locked packages have hashes, the environment is the lock's, and no job needs a network."""
+
+import re
+import shutil
+import subprocess
+import sys
+from importlib.metadata import distributions
+
+import pytest
+
+# Made by `python -m venv` itself.
+OF_VENV = {"pip", "setuptools"}
+
+
+def normal(name):
+    """A package's name as indices compare it."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+@pytest.fixture(scope="module")
+def lock(root):
+    """Entries of the lock by name, each with its version and all that follows."""
+    text = (root / "environment.lock").read_text().replace("\\\n", " ")
+    rows = [row for row in map(str.strip, text.splitlines()) if row and row[0] != "#"]
+    return {normal(row.partition("==")[0].partition("[")[0]): row for row in rows}
+
+
+def test_every_locked_package_has_version_and_hashes(lock):
+    assert len(lock) > 100
+    wanted = re.compile(r"[A-Za-z0-9._\[\]-]+==\S+.*--hash=sha256:[0-9a-f]{64}")
+    assert [row for row in lock.values() if not wanted.match(row)] == []
+
+
+def test_what_people_ask_for_is_locked(root, lock):
+    rows = (root / "environment.in").read_text().splitlines()
+    asked = {normal(row.partition("==")[0]) for row in rows if row and row[0] != "#"}
+    assert asked <= set(lock)
+
+
+def test_the_environment_is_the_locks(lock):
+    there = {normal(one.metadata["Name"]): one.version for one in distributions()}
+    locked = {name: re.match(r"[^=]+==([^\s;]+)", row)[1] for name, row in lock.items()}
+    assert {name: there[name] for name in set(there) - OF_VENV} == locked
+
+
+def test_no_job_needs_a_network(root, tmp_path):
+    """A real target in a namespace without any network: from the background to the table."""
+    unshare = shutil.which("unshare")
+    alone = [unshare or "", "--net", "--map-root-user"]
+    if not unshare or subprocess.run([*alone, "true"], capture_output=True).returncode:
+        pytest.skip("unshare --net is not there or not permitted on this machine")
+    for name in ("Snakefile", "config", "workflow"):
+        source = root / name
+        copy = shutil.copytree if source.is_dir() else shutil.copy
+        copy(source, tmp_path / name)
+    shutil.copytree(root / "tests/sample", tmp_path / "tests/sample")
+    target = "results/sample/foam_block/kinect/support_plane.json"
+    command = ["-m", "snakemake", "--profile", "workflow/profiles/default"]
+    sample = ["--configfile", "tests/sample/config.yaml", "--", target]
+    done = subprocess.run(
+        [*alone, sys.executable, *command, *sample], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert (tmp_path / target).is_file()

@@ -1,0 +1,76 @@
+"""The table of artefacts: each entry once, with a function, a caption, and a light import."""
+
+import csv
+import subprocess
+import sys
+from importlib import import_module
+from types import SimpleNamespace
+
+import pytest
+from docutils.core import publish_parts
+from jinja2 import Environment
+from palpate.run.digest import ROOT, function_code
+from thesis.artefacts import ARTEFACTS
+
+FILES = {"table": "tables/{}.csv", "figure": "figures/{}.png"}
+SHOWN = [entry for entry in ARTEFACTS if entry.wanted]
+
+
+def test_names_and_files_are_each_entrys_own():
+    names = [entry.name for entry in ARTEFACTS]
+    files = [path for entry in ARTEFACTS for path in entry.outputs.values()]
+    assert len(set(names)) == len(names) > 80
+    assert len(set(files)) == len(files)
+
+
+def test_all_artefacts_of_the_study_are_in_it(root):
+    with (root / "config/published/artefacts.csv").open(newline="") as stream:
+        wanted = {row["id"]: FILES[row["kind"]].format(row["id"]) for row in csv.DictReader(stream)}
+    assert len(wanted) == 61
+    entries = {entry.name: set(entry.outputs.values()) for entry in SHOWN}
+    assert [name for name, file in wanted.items() if file not in entries.get(name, ())] == []
+
+
+@pytest.mark.parametrize("make", sorted({entry.make for entry in ARTEFACTS}))
+def test_functions_are_there(make):
+    module, _, name = make.partition(":")
+    assert callable(getattr(import_module(module), name))
+
+
+@pytest.mark.parametrize("entry", SHOWN, ids=lambda entry: entry.name)
+def test_captions_are_titled_render_and_say_where_data_come_from(root, entry):
+    text = (root / "workflow/report/caption.rst").read_text()
+    template = Environment(trim_blocks=True, lstrip_blocks=True).from_string(text)
+    captures = [{"provenance": "simulated"}] if entry.captures else None
+    params = {"title": entry.title, "caption": entry.caption, "captures": captures}
+    job = {"params": params, "output": dict(entry.outputs), "wildcards": {}}
+    shown = template.render(snakemake=SimpleNamespace(**job))
+    parts = publish_parts(shown, writer="html", settings_overrides={"halt_level": 2})
+    assert parts["title"] == entry.title.replace("'", "’").replace("’", "'")
+    assert len(parts["body"]) > 40
+    assert entry.category
+    if entry.captures:
+        assert "simulated" in shown
+
+
+def test_the_table_costs_no_library():
+    """Every Snakemake process reads it."""
+    heavy = "{'matplotlib', 'open3d', 'cv2', 'trimesh', 'scipy'}"
+    code = f"import sys, thesis.artefacts; sys.exit(str({heavy} & set(sys.modules) or ''))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={"PYTHONPATH": str(ROOT)}, capture_output=True, text=True
+    )
+    assert done.stderr.strip() == ""
+
+
+def test_an_edit_changes_the_code_of_its_own_artefacts(tmp_path, monkeypatch):
+    """By the digest that is a param of each rule."""
+    makes = {entry.make for entry in ARTEFACTS}
+    before = {make: function_code(make) for make in makes}
+    edited = ROOT / "thesis/chapter5/rigid_slide.py"
+    read = type(edited).read_bytes
+    monkeypatch.setattr(
+        type(edited), "read_bytes", lambda path: read(path) + b"#" * (path == edited)
+    )
+    changed = {make for make in makes if function_code(make) != before[make]}
+    assert changed == {make for make in makes if make.startswith("thesis.chapter5.rigid_slide:")}

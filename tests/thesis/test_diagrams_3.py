@@ -1,0 +1,80 @@
+"""Diagrams of Chapter 3: labels, geometry of the cube, moves of the simplex."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from palpate.report import style
+from thesis.chapter3 import mechanics as diagrams_3
+from thesis.chapter3 import simplex
+
+
+def texts(figure):
+    return {text.get_text() for text in figure.findobj(style.matplotlib.text.Text)}
+
+
+def cost(x):
+    return float((x[0] - 3) ** 2 + 2 * (x[1] - 2) ** 2 + (x[0] - 3) * (x[1] - 2))
+
+
+def test_figure_3_1_names_quantities_laws_and_equations():
+    found = " ".join(texts(diagrams_3.figure_3_1()))
+    for word in ("displacement", "strain", "stress", "force", "kinematic", "constitutive"):
+        assert word in found
+    for number in ("3.1", "3.4", "3.6", "3.11", "3.16"):
+        assert f"({number})" in found
+    style.plt.close("all")
+
+
+def test_figure_3_2_has_nine_components_inside_its_frame():
+    figure = diagrams_3.figure_3_2()
+    components = {t for t in texts(figure) if t.startswith(r"$\sigma")}
+    assert components == {rf"$\sigma_{{{i}{j}}}$" for i in "xyz" for j in "xyz"}
+    figure.draw_without_rendering()
+    for text in figure.axes[0].texts:
+        box = text.get_window_extent()
+        assert figure.bbox.contains(box.x0, box.y0)
+        assert figure.bbox.contains(box.x1, box.y1)
+    style.plt.close(figure)
+
+
+def test_all_three_faces_of_the_cube_look_at_the_reader():
+    view = diagrams_3._view()
+    assert np.all(np.cross(*view.T) > 0)
+    assert view.T @ view == pytest.approx(np.eye(2), abs=1e-12)
+
+
+def test_moves_of_a_known_triangle():
+    found = simplex.moves([[0, 0], [2, 0], [1, 2]])
+    wanted = {"m": (1, 0), "r": (1, -2), "e": (1, -4), "c1": (1, 1), "c2": (1, -1)}
+    for name, place in (wanted | {"s_g": (1, 0), "s_w": (0.5, 1)}).items():
+        assert found[name] == pytest.approx(place)
+
+
+def test_a_line_has_no_moves():
+    with pytest.raises(ValueError, match=r"simplex: expected shape \(3, 2\), found \(2, 2\)"):
+        simplex.moves(np.zeros((2, 2)))
+
+
+def test_every_step_is_a_move_and_none_gets_worse():
+    path = simplex.simplexes(cost, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), 12)
+    for before, after in pairwise(path):
+        values = [cost(x) for x in before]
+        assert values == sorted(values)
+        assert min(cost(x) for x in after) <= values[0]
+        assert simplex._taken(before, after) in simplex.NAMES
+
+
+def test_a_step_of_another_method_is_refused():
+    triangle = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    with pytest.raises(ValueError, match="expected a move of Algorithm 2"):
+        simplex._taken(triangle, triangle + 7.3)
+
+
+def test_error_field_scales_with_the_shear_modulus():
+    measured = np.array([[1.0, 0, 0], [0, 2.0, 0]])
+    field = simplex.error_field(
+        lambda ratio: measured * ratio, measured, np.array([1.0, 2.0]), np.array([1.0, 2.0])
+    )
+    assert field.error_m == pytest.approx(np.array([[0, 0.75], [1.5, 0]]))
+    assert field.lam_pa == pytest.approx(np.array([[1, 2], [2, 4]]))

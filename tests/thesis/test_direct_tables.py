@@ -1,0 +1,78 @@
+"""Direct estimates in tables: rows, truth, errors and coverage."""
+
+import pandas as pd
+import pytest
+from palpate.report import tables
+from palpate.report.moduli_table import accuracy_table, coverage_table, direct_rows, truth_of
+
+CAPTURE = {"object": "foam", "sensor": "kinect", "capture": "01", "point": "01"}
+CAPTURE |= {"provenance": "simulated"}
+GROUP = {"object": "foam", "sensor": "kinect", "provenance": "simulated"}
+MATERIAL = {
+    "youngs_modulus_pa": 20000.0,
+    "poisson_ratio": 0.3,
+    "relaxation": {"fractions": [0.1], "times_s": [1.0]},
+}
+
+
+def estimate(E, nu, half):
+    def interval(value, width):
+        return {
+            "value": value,
+            "low": value - width,
+            "high": value + width,
+            "verdict": "identified",
+        }
+
+    residual = {"motion_scale": 1.0, "motion_sharing": 4.0, "depth_scale": 1.0}
+    return {
+        "youngs_modulus_pa": interval(E, half),
+        "reduced_modulus_pa": interval(E / (1 - nu**2), half),
+        "youngs_modulus_1s_pa": interval(0.93679 * E, half),
+        "poisson_ratio": interval(nu, 0.05),
+        "law": "neo_hookean",
+        "captures": ["01"],
+        "frames": [12],
+        "residuals": [residual],
+    }
+
+
+@pytest.fixture
+def summary():
+    rows = direct_rows(
+        [CAPTURE], [estimate(22000.0, 0.4, 1000.0)], [GROUP], [estimate(20500.0, 0.31, 1000.0)]
+    )
+    empty = pd.DataFrame(columns=["error"])
+    hertz = pd.DataFrame([CAPTURE | {"reduced_modulus_pa": 21000.0}])
+    for name in ("free_contact", "recommended"):
+        for end in ("reduced_modulus_pa", "low_pa", "high_pa"):
+            hertz[f"{name}_{end}"] = 21000.0
+    return tables.summary(hertz, empty, empty, rows)
+
+
+def test_truth_after_a_second():
+    truth = truth_of(MATERIAL)
+    assert truth["youngs_modulus_pa"] == 20000.0
+    assert truth["youngs_modulus_1s_pa"] == pytest.approx(20000 * (1 - 0.1 * 0.632121), rel=1e-6)
+    assert truth_of(MATERIAL | {"relaxation": None})["youngs_modulus_1s_pa"] == 20000.0
+
+
+def test_one_row_is_recommended_and_none_is_without_a_verdict(summary):
+    assert summary.loc[summary["recommended"], ["method", "point"]].values.tolist() == [
+        ["direct_joint", "all"]
+    ]
+    for name in ("youngs_modulus", "poisson_ratio", "reduced_modulus"):
+        value = f"{name}_pa" if name != "poisson_ratio" else name
+        assert summary.loc[summary[value].notna(), f"{name}_verdict"].notna().all()
+
+
+def test_errors_and_coverage(summary):
+    found = accuracy_table(summary, {"foam": MATERIAL}).set_index("method")
+    assert found.loc["direct", "youngs_modulus_error"] == pytest.approx(0.1)
+    assert found.loc["direct", "poisson_ratio_error"] == pytest.approx(0.1)
+    assert not found.loc["direct", "youngs_modulus_covered"]
+    assert found.loc["direct_joint", "youngs_modulus_covered"]
+    assert pd.isna(found.loc["hertz", "reduced_modulus_covered"])
+    short = coverage_table(found.reset_index()).set_index(["object", "sensor", "method"])
+    assert short.loc[("all", "all", "direct"), "youngs_modulus_coverage"] == 0.0
+    assert short.loc[("all", "all", "direct_joint"), "poisson_ratio_coverage"] == 1.0

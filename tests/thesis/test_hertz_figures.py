@@ -1,0 +1,131 @@
+"""Figures of the Hertz model: what they compute and what they name."""
+
+from dataclasses import asdict
+
+import numpy as np
+import pandas as pd
+import pytest
+from palpate.estimate.hertz.fit import fit_free_contact, fit_study, hertz_force
+from palpate.estimate.hertz.laws import contact_law
+from palpate.report import hertz_figures, hertz_tables, style
+from thesis.chapter5 import hertz_maps
+
+RADIUS_M = 0.00622
+LAW = contact_law("parabola", "half_space", radius_m=RADIUS_M, thickness_m=0.05, nu=0.0)
+
+
+def make_fit(E_star=25e3, noise_n=0.01, seed=3):
+    depth = np.linspace(-0.004, 0.008, 25)
+    noise = np.random.default_rng(seed).normal(0, noise_n, 25)
+    force = hertz_force(depth, E_star, RADIUS_M) + noise
+    free = asdict(fit_free_contact(depth, force, LAW))
+    return {
+        "radius_m": RADIUS_M,
+        "range": {"first_frame": 10, "last_frame": 24},
+        "samples": {"depth_m": depth.tolist(), "force_n": force.tolist()},
+        "study": asdict(fit_study(depth[10:], force[10:], RADIUS_M)),
+        "free_contact": free,
+        "recommended": free,
+    }
+
+
+def captures(sensor, names):
+    common = {"object": "foam_block", "sensor": sensor, "provenance": "simulated"}
+    return [common | {"capture": name, "point": name[:2]} for name in names]
+
+
+def texts(figure):
+    return {text.get_text() for text in figure.findobj(style.matplotlib.text.Text)}
+
+
+def test_band_holds_the_true_curve_as_often_as_it_says():
+    depth = np.array([0.004])
+    truth = hertz_force(depth, 25e3, RADIUS_M)
+    inside = 0
+    for seed in range(200):
+        _, low, high = hertz_figures.curve_band(make_fit(seed=seed), depth)
+        inside += bool(low[0] <= truth[0] <= high[0])
+    assert 0.90 <= inside / 200 <= 0.985
+
+
+def test_curves_meet_where_they_are_aligned():
+    for E_star in (15e3, 35e3):
+        fit = make_fit(E_star, noise_n=0.0)
+        force = np.interp(0.0, hertz_figures.aligned_depth(fit), fit["samples"]["force_n"])
+        assert force == pytest.approx(hertz_figures.ALIGNED_AT_N, abs=1e-9)
+
+
+def test_a_press_too_light_to_align():
+    with pytest.raises(ValueError, match="force: expected a press that passes 9 N, found"):
+        hertz_figures.aligned_depth(make_fit(), force_n=9)
+
+
+def test_figure_5_3_gives_mean_and_spread(root):
+    fits = [make_fit(E, seed=k) for k, E in enumerate((22e3, 24e3, 26e3))]
+    published = pd.read_csv(root / "config/published/table_5_1.csv")
+    shown = captures("kinect", ["11-a01", "11-a02", "11-a03"])
+    figure = hertz_figures.figure_5_3(shown, fits, published)
+    # Table 5.1: mean 30844 Pa, standard deviation 2693 Pa.
+    assert "30.8 ± 2.7\n(8.7 %)" in texts(figure)
+    assert "Kinect, point 11, 3 recordings" in texts(figure)
+    style.plt.close(figure)
+
+
+def test_appendix_leaves_missing_points_empty():
+    shown = captures("kinect", ["01", "02", "06"])
+    figure = hertz_figures.figure_a(shown, [make_fit(seed=k) for k in range(3)])
+    panels = [axes for axes in figure.axes if axes.get_lines()]
+    assert len(figure.axes) == 6
+    assert len(panels) == 3
+    assert "no recording" in texts(figure)
+    style.plt.close(figure)
+
+
+@pytest.fixture
+def table(root):
+    published = pd.read_csv(root / "config/published/table_5_2.csv")
+    shown = captures("kinect", ["01", "05", "08", "17"])
+    fits = [make_fit(E, noise_n=0.0) for E in (12800.0, 29800.0, 35500.0, 25000.0)]
+    hertz = hertz_tables.hertz_table(shown, fits)
+    return hertz_tables.table_5_2(hertz, published, block="foam_block")
+
+
+def test_map_puts_points_in_their_places(table):
+    found = hertz_maps.modulus_map(table, "reduced_modulus_pa")
+    assert found.shape == (3, 6)
+    assert found[1, 2] == pytest.approx(35500, rel=1e-6)
+    assert found[1, 5] == pytest.approx(25000, rel=1e-6)
+    assert np.isnan(found).sum() == 14
+
+
+def test_correlation_of_the_published_values_with_themselves(table):
+    assert hertz_maps.correlation(table) == pytest.approx(1.0)
+    with pytest.raises(ValueError, match="points: expected at least 3 with both, found 2"):
+        hertz_maps.correlation(table[:2])
+
+
+def test_figures_are_the_same_bytes_each_time(table, tmp_path):
+    for k in "ab":
+        with style.journal():
+            figure = hertz_maps.figure_5_4(captures("kinect", ["08"]), table)
+            style.save(figure, tmp_path / f"{k}.png", tmp_path / f"{k}.svg")
+            one = hertz_figures.figure_5_2(captures("kinect", ["08"]), [make_fit()])
+            style.save(one, tmp_path / f"{k}2.png", tmp_path / f"{k}2.svg")
+    for ending in (".png", ".svg", "2.png", "2.svg"):
+        assert (tmp_path / f"a{ending}").read_bytes() == (tmp_path / f"b{ending}").read_bytes()
+    assert "simulated captures" in (tmp_path / "a.svg").read_text()
+    assert "correlation 1.00" in (tmp_path / "a.svg").read_text()
+
+
+def test_figure_5_1_numbers_its_points():
+    points = {"01": np.array([-0.1, 0, 0.05]), "02": np.array([0.1, 0, 0.05])}
+    pixels = np.array([[20.0, 30.0], [80.0, 30.0]])
+    figure = hertz_maps.figure_5_1(
+        np.full((60, 100), 120, np.uint8),
+        pixels,
+        points,
+        np.array([[-0.2, -0.1], [0.2, 0.1]]),
+        capture=captures("kinect", ["01"])[0],
+    )
+    assert {"01", "02", "simulated captures"} <= texts(figure)
+    style.plt.close(figure)

@@ -1,0 +1,135 @@
+"""The page of tracked objects: what it holds, and that it is whole."""
+
+import base64
+
+import numpy as np
+import pytest
+from palpate.report import objects_page
+from palpate.surface.tracked import Tracked
+
+TEMPLATE = "<script>@@plotly@@</script><script>@@data@@</script><script>@@behaviour@@</script>"
+CAPTURE = {
+    "object": "foam_block",
+    "sensor": "kinect",
+    "capture": "08",
+    "point": "08",
+    "provenance": "simulated",
+}
+FIT = {
+    "range": {"first_frame": 1, "last_frame": 2},
+    "samples": {"force_n": [0.0, 0.5, 1.25], "depth_m": [-0.01, 0.001, 0.0042]},
+    "study": {"reduced_modulus_pa": 28667.2},
+    "recommended": {
+        "reduced_modulus_pa": 24021.3,
+        "reduced_modulus_interval_pa": [22560.8, 25576.4],
+    },
+}
+MINIMUM = {
+    "youngs_modulus_pa": 20000.0,
+    "poisson_ratio": 0.251,
+    "reduced_modulus_pa": 21347.0,
+    "profile": {"verdict": "not identified"},
+    "least_squares": {"length": {"unknown": "gaps agree over the surface"}},
+}
+
+
+def tracked(depths_m=(0.0, 0.001, 0.004)):
+    """A tetrahedron whose tip goes down, seen by a camera that looks along its -y."""
+    template = np.array([[0, 0, 0], [0.06, 0, 0], [0, 0.03, 0], [0, 0, 0.02]], dtype=float)
+    turn = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], dtype=float)
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = turn, [0.1, -0.2, 0.7]
+    frames = np.repeat(template[None], len(depths_m), axis=0)
+    frames[:, 3, 2] -= depths_m
+    return Tracked(
+        template_m=template,
+        faces=np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]),
+        rest_m=template @ turn.T + pose[:3, 3],
+        vertices_m=frames @ turn.T + pose[:3, 3],
+        observed=np.ones(frames.shape[:2], dtype=bool),
+        camera_from_object=pose,
+        residual_m=np.zeros(len(frames)),
+        contact_point_m=template[3],
+        contact_frame=1,
+    )
+
+
+def view(surface=None, fit=FIT):
+    shown = objects_page.Shown(CAPTURE, surface or tracked(), fit, {"displacement": MINIMUM})
+    return objects_page.view(shown)
+
+
+def read_back(view):
+    steps = np.frombuffer(base64.b64decode(view["steps"]), dtype="<i2").reshape(-1, 4, 3)
+    return view["middle_mm"] + view["step_mm"] * steps.astype(float)
+
+
+def test_places_come_back_in_the_object_frame_in_millimetres():
+    places = read_back(view())
+    np.testing.assert_allclose(places[0], tracked().template_m * 1e3, atol=1e-3)
+    np.testing.assert_allclose(places[2, 3], [0, 0, 16], atol=1e-3)
+
+
+def test_steps_are_a_64000th_of_the_extent():
+    assert view()["step_mm"] == pytest.approx(60 / 64000)
+
+
+def test_faces_and_greatest_displacement():
+    found = view()
+    faces = np.frombuffer(base64.b64decode(found["faces"]), dtype="<u4").reshape(-1, 3)
+    np.testing.assert_array_equal(faces, tracked().faces)
+    assert found["largest_mm"] == pytest.approx(4.0)
+    assert found["deepest_frame"] == 2
+
+
+def test_displacement_counts_from_the_first_frame():
+    moved = objects_page.displacement_mm(tracked((0.002, 0.002, 0.005)), 2)
+    np.testing.assert_allclose(moved, [0, 0, 0, 3], atol=1e-9)
+
+
+def test_frames_carry_their_units_and_no_depth_before_contact():
+    assert view()["frames"] == ["0.00 N", "0.50 N, 1.0 mm deep", "1.25 N, 4.2 mm deep"]
+
+
+def test_moduli_carry_interval_and_verdict():
+    rows = view()["moduli"]
+    assert [row["reduced_kpa"] for row in rows] == ["28.7", "24.0 (22.6 to 25.6)", "21.3"]
+    assert rows[2]["E_kpa"] == "20.0"
+    assert rows[2]["nu"] == "0.25"
+    assert rows[2]["verdict"] == "not identified (gaps agree over the surface)"
+
+
+def test_a_minimum_at_a_bound_says_so():
+    row = objects_page.moduli(FIT, {"displacement": MINIMUM | {"at_bound": True}})[2]
+    assert row["E_kpa"] == "20.0 (at a bound)" and row["nu"] == "0.25 (at a bound)"
+    assert row["reduced_kpa"] == "21.3 (at a bound)"
+
+
+def test_title_and_provenance():
+    assert view()["title"] == "Foam block, point 08, Kinect"
+    assert view()["provenance"] == "simulated"
+
+
+def test_the_page_is_the_same_and_no_part_ends_its_script():
+    parts = {"behaviour": "f()", "plotly": "'</script>'", "tracker": "</script>"}
+    pages = {objects_page.page(TEMPLATE, views=[view()], **parts) for _ in range(2)}
+    assert len(pages) == 1
+    assert pages.pop().count("</script>") == 3
+
+
+def test_a_template_without_a_place_is_refused():
+    with pytest.raises(ValueError, match="template: expected @@data@@ once, found it 0 times"):
+        objects_page.page(
+            "@@plotly@@ @@behaviour@@", behaviour="", plotly="", views=[], tracker="study"
+        )
+
+
+def test_a_fit_of_other_frames_is_refused():
+    samples = {"force_n": [0.0], "depth_m": [0.0]}
+    with pytest.raises(ValueError, match="samples: expected 3, one for each frame, found 1"):
+        view(fit=FIT | {"samples": samples})
+
+
+def test_a_place_that_is_not_finite_is_refused():
+    with pytest.raises(ValueError, match="vertices_m: expected finite places"):
+        view(tracked((0.0, np.nan, 0.004)))

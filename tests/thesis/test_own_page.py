@@ -1,0 +1,104 @@
+"""Page of one object: numbers as people read them, verdicts explained, doubts told."""
+
+import pandas as pd
+import pytest
+from palpate.report.own_page import own_page, press_of
+from palpate.report.tables import AT_BOUND_NOTE
+
+ADVISED = {
+    "object": "toy",
+    "sensor": "my_cam",
+    "capture": "all",
+    "point": "all",
+    "method": "direct_joint",
+    "recommended": True,
+    "youngs_modulus_pa": 38120.0,
+    "youngs_modulus_low_pa": 35000.0,
+    "youngs_modulus_high_pa": 41049.0,
+    "youngs_modulus_verdict": "identified",
+    "youngs_modulus_1s_pa": 35000.0,
+    "youngs_modulus_1s_low_pa": 34000.0,
+    "youngs_modulus_1s_high_pa": 36000.0,
+    "youngs_modulus_1s_verdict": "identified",
+    "poisson_ratio": 0.384,
+    "poisson_ratio_low": 0.2,
+    "poisson_ratio_high": 0.49,
+    "poisson_ratio_verdict": "bounded",
+    "reduced_modulus_pa": 44500.0,
+    "reduced_modulus_low_pa": 43000.0,
+    "reduced_modulus_high_pa": 46000.0,
+    "reduced_modulus_verdict": "identified",
+    "captures": 2,
+    "motion_scale": 1.1,
+    "law": "neo_hookean",
+    "provenance": "recorded",
+}
+HERTZ = {"object": "toy", "sensor": "my_cam", "capture": "1", "point": "1", "method": "hertz"}
+HERTZ |= {"recommended": False, "reduced_modulus_pa": 41000.0, "provenance": "recorded"}
+PRESS = {"sensor": "my_cam", "capture": "1"}
+
+
+SEARCHED = HERTZ | {"method": "minimise_displacement", "youngs_modulus_pa": 1e8}
+SEARCHED |= {"poisson_ratio": 0.0, "reduced_modulus_pa": 1e8}
+
+
+def page(pictures=None, at_bound=False, **changes):
+    rows = pd.DataFrame([HERTZ, SEARCHED | {"at_bound": at_bound}, ADVISED | changes])
+    return own_page("toy", rows, [PRESS], pictures or {})
+
+
+def test_the_recommended_row_comes_first_with_its_intervals():
+    text = page()
+    assert (
+        "| my_cam | 2 | 38.1 (35.0 to 41.0): identified | 35.0 (34.0 to 36.0): identified" in text
+    )
+    assert "0.38 (0.20 to 0.49): bounded | 44.5 (43.0 to 46.0): identified | neo-hookean |" in text
+    assert text.index("## How stiff") < text.index("## Captures") < text.index("## All estimates")
+
+
+def test_just_the_verdicts_that_occur_are_explained():
+    text = page()
+    assert "- *bounded*: " in text and "- *identified*: " in text
+    assert "- *not identified*: " not in text
+
+
+def test_a_surface_unlike_the_model_is_told():
+    assert "by 4.2 times what its noise explains" in page(motion_scale=4.2)
+    assert "unlike the model" not in page()
+
+
+def test_a_search_that_ended_at_a_bound_is_told():
+    text = page(at_bound=True)
+    assert "| 100000.0 (at a bound) |  | 0.00 (at a bound) | 100000.0 (at a bound) |" in text
+    assert text.count("(at a bound)") == 3 and AT_BOUND_NOTE in text
+    assert "at a bound" not in page() and AT_BOUND_NOTE not in page()
+
+
+def test_simulated_captures_are_told_and_recorded_ones_not():
+    assert "virtual lab" in page(provenance="simulated")
+    assert "virtual lab" not in page()
+
+
+def test_pictures_are_in_the_page():
+    assert "![moduli](data:image/png;base64,YWJj)" in page({"moduli": b"abc"})
+
+
+def test_a_summary_without_a_recommended_row():
+    with pytest.raises(ValueError, match="recommended: expected a row for each sensor"):
+        own_page("toy", pd.DataFrame([HERTZ]), [PRESS], {})
+
+
+def test_what_a_capture_held():
+    fit = {
+        "samples": {"force_n": [0.0, 2.1], "depth_m": [-0.001, 0.0046]},
+        "depth_over_radius": 0.77,
+        "radius_m": 0.006,
+    }
+    direct = {"frames": [9], "nuisances": [{"offset_m": 0.00104}]}
+    direct["residuals"] = [{"cells": 80, "motion_scale": 1.26}]
+    row = press_of(PRESS, fit, direct)
+    assert row["peak force (N)"] == "2.10"
+    assert row["greatest depth (mm)"] == "5.6" and row["of it fitted offset (mm)"] == "1.0"
+    assert row["depth over radius"] == "0.94"
+    assert row["frames"] == "2" and row["frames compared"] == "9"
+    assert row["motion's noise over expected"] == "1.3"

@@ -1,0 +1,73 @@
+"""Selection of the threshold and Table 4.2 from rows with known answers."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from palpate.vision.pose import MarkerPose
+from thesis.accuracy import sensors as sensor_accuracy
+from thesis.chapter4 import workspace
+
+ANGLES = {0.05: 9e-3, 0.10: 4e-3, 0.15: 2.02e-3, 0.20: 2.0e-3, 0.25: 2.3e-3}
+
+
+def rows(found=100):
+    """Two points at five thresholds and refined."""
+    table = []
+    for point in ("01", "02"):
+        shared = {"point": point, "frames": 100, "inliers": 11.0, "reprojection_error_px2": 0.02}
+        shared["farthest_m"] = 0.003
+        place = {"mean_x_m": 0.1, "mean_y_m": 0.0, "mean_z_m": 0.7}
+        for threshold, angle in ANGLES.items():
+            spread = {f"std_{axis}_m": angle / (k + 10) for k, axis in enumerate("xyz")}
+            row = {"method": "corners", "threshold_px": threshold, "std_angle_rad": angle}
+            seen = found if threshold < 0.12 else 100
+            table.append(shared | place | row | spread | {"found": seen})
+        spread = {f"std_{axis}_m": 1e-5 for axis in "xyz"}
+        row = {"method": "photometric", "threshold_px": np.nan, "std_angle_rad": 1e-4}
+        table.append(shared | place | row | spread | {"found": 100})
+    return pd.DataFrame(table)
+
+
+def test_the_smallest_of_the_equally_good_thresholds_is_selected():
+    assert workspace.select_threshold(rows()) == 0.15
+
+
+def test_thresholds_that_lose_frames_are_not_selected():
+    table = rows(found=90)
+    assert workspace.select_threshold(table[table["threshold_px"] != 0.15]) == 0.20
+    assert set(workspace.averages(table).query("found < 0.99").index) == {0.05, 0.10}
+    with pytest.raises(ValueError, match="a pose in 99% of the frames, found at most 90%"):
+        workspace.select_threshold(table[table["threshold_px"] < 0.12])
+
+
+def test_table_4_2_is_in_centimetres_beside_the_published():
+    published = pd.DataFrame({"axis": list("xyz"), "kinect_cm": [0.0033, 0.0012, 0.0168]})
+    table = workspace.table_4_2({"kinect": rows()}, {"kinect": 0.45}, published)
+    assert table["std_cm"].tolist() == pytest.approx([0.0202, 0.01836, 0.01683], abs=1e-5)
+    assert table["refined_std_cm"].tolist() == pytest.approx([0.001] * 3)
+    assert table["published_std_cm"].tolist() == [0.0033, 0.0012, 0.0168]
+    assert table["points"].tolist() == [2, 2, 2]
+
+
+def test_a_points_row():
+    pose = np.eye(4)
+    pose[:3, 3] = [0, 0, 0.7]
+    other = pose.copy()
+    other[2, 3] += 2e-3
+    poses = [MarkerPose(p, np.eye(6), 12, 0.1) for p in (pose, other)]
+    row = workspace.point_row([*poses, None], np.eye(4))
+    assert (row["frames"], row["found"], row["inliers"]) == (3, 2, 12)
+    assert row["std_z_m"] == pytest.approx(1e-3)
+    assert row["farthest_m"] == pytest.approx(1e-3)
+    assert row["reprojection_error_px2"] == pytest.approx(0.12)
+    assert workspace.point_row([None], np.eye(4)) == {"frames": 1, "found": 0}
+
+
+def test_errors_over_the_workspace():
+    tips = np.array([[0.1, 0.0, 0.7], [0.1, 0.001, 0.7]])
+    found = {
+        r["quantity"]: r["value"] for r in sensor_accuracy.workspace_rows(rows(), tips, target_mm=1)
+    }
+    assert found["workspace_refined_tip_rms"] == pytest.approx(np.sqrt(0.5), rel=1e-3)
+    assert found["workspace_refined_tip_worst_point"] == pytest.approx(1.0)
+    assert found["workspace_refined_worst_frame_at_most"] == pytest.approx(4.0)

@@ -1,0 +1,157 @@
+"""The lab's contact mechanics against closed forms and balances."""
+
+import numpy as np
+import pytest
+import yaml
+from scipy.optimize import brentq
+from virtual_lab.block_mesh import block_mesh, graded_axis
+from virtual_lab.contact import ContactProblem
+from virtual_lab.material import blatz_ko, neo_hookean
+from virtual_lab.obstacle import Sphere, Table
+from virtual_lab.press import contact_problem, first_touch, press_object
+from virtual_lab.shapes import Ball
+
+R = 0.00622
+E, NU = 25e3, 0.3
+E_STAR = E / (1 - NU**2)
+
+
+def quarter_block(height_m, element_m, depths_m, *, law=neo_hookean, friction=0.0, width_m=0.12):
+    """Press a wide bonded block, of which a quarter is solved; the problem and its steps."""
+    growth = 1.9
+    axis = graded_axis(0.0, width_m, 0.0, element_m, growth)
+    levels = graded_axis(0.0, height_m, height_m, element_m, growth)
+    mesh = block_mesh(axis, axis, levels, reach_m=0.012, centre_m=np.zeros(2)).solid
+    fixed = np.zeros(mesh.nodes_m.shape, dtype=bool)
+    fixed[mesh.nodes_m[:, 2] < 1e-9] = True
+    for side in range(2):
+        fixed[mesh.nodes_m[:, side] < 1e-9, side] = True
+    sphere = Sphere(np.array([0, 0, height_m + R]), R, friction)
+    problem = ContactProblem(mesh, law(E, NU), [sphere], stiffness_pa=E, fixed=fixed)
+    return problem, problem.press(np.asarray(depths_m))
+
+
+def forces_n(steps, share=4):
+    """What the sphere feels."""
+    return np.array([-share * step.forces_n[0, 2] for step in steps])
+
+
+def bonded_layer(depths_m, height_m):
+    """Hertz's force on a bonded layer, Eq. 11 of Dimitriadis et al. 2002."""
+    a0 = -(1.2876 - 1.4678 * NU + 1.3442 * NU**2) / (1 - NU)
+    b0 = (0.6387 - 1.0277 * NU + 1.5164 * NU**2) / (1 - NU)
+    chi = np.sqrt(R * depths_m) / height_m
+    factor = (
+        1
+        - 2 * a0 / np.pi * chi
+        + 4 * a0**2 / np.pi**2 * chi**2
+        - 8 / np.pi**3 * (a0**3 + 4 * np.pi**2 / 15 * b0) * chi**3
+        + 16 * a0 / np.pi**4 * (a0**3 + 3 * np.pi**2 / 5 * b0) * chi**4
+    )
+    return 4 / 3 * E_STAR * np.sqrt(R) * depths_m**1.5 * factor
+
+
+@pytest.fixture(scope="module")
+def shallow():
+    depths = np.linspace(0.0001, 0.0005, 5)
+    return depths, quarter_block(0.12, 0.0005, depths, width_m=0.06)[1]
+
+
+@pytest.fixture(scope="module")
+def layer():
+    depths = np.linspace(0.001, 0.003, 3)
+    return depths, quarter_block(0.0475, 0.0014, depths)[1]
+
+
+def test_hertz_at_small_depth(shallow):
+    depths, steps = shallow
+    hertz = 4 / 3 * E_STAR * np.sqrt(R) * depths**1.5
+    assert np.abs(forces_n(steps)[2:] / hertz[2:] - 1).max() < 0.03
+
+
+def test_bonded_layer_to_three_millimetres(layer):
+    depths, steps = layer
+    assert np.abs(forces_n(steps) / bonded_layer(depths, 0.0475) - 1).max() < 0.05
+
+
+def test_forces_and_energy_balance(shallow):
+    depths, steps = shallow
+    for step in steps:
+        found = step.forces_n[0] + step.support_n
+        # Symmetry planes carry the sideways parts.
+        assert found[2] == pytest.approx(0, abs=1e-6 * abs(step.forces_n[0, 2]))
+        assert step.penetration_m < 1e-5
+    # The work of the sphere between two depths, by Simpson's rule, is what the solid stores.
+    force = forces_n(steps, share=1)
+    work = (depths[4] - depths[2]) / 6 * (force[2] + 4 * force[3] + force[4])
+    assert steps[4].energy_j - steps[2].energy_j == pytest.approx(work, rel=0.02)
+
+
+def test_friction_holds_points_and_hardly_changes_the_force():
+    depths = np.linspace(0.0001, 0.0006, 6)
+    smooth, without = quarter_block(0.03, 0.0007, depths, width_m=0.03)
+    _, with_friction = quarter_block(0.03, 0.0007, depths, width_m=0.03, friction=0.5)
+    assert forces_n(with_friction) == pytest.approx(forces_n(without), rel=0.03)
+    nodes = smooth.mesh.nodes_m
+    inner = (nodes[:, 2] > 0.03 - 1e-9) & (np.hypot(nodes[:, 0], nodes[:, 1]) < 0.001)
+    # Under the sphere, points slide towards the middle unless friction holds them.
+    slid, held = (
+        np.abs(steps[-1].displacement_m[inner, :2]).max() for steps in (without, with_friction)
+    )
+    assert held < 0.6 * slid
+
+
+def test_a_foam_law_agrees_at_small_depth_and_is_stiffer_deep():
+    depths = np.array([0.0001, 0.001, 0.004])
+    neo = forces_n(quarter_block(0.0475, 0.0015, depths, width_m=0.06)[1])
+    foam = forces_n(quarter_block(0.0475, 0.0015, depths, width_m=0.06, law=blatz_ko)[1])
+    assert np.all(np.diff(foam / neo) > 0)
+    assert foam[0] == pytest.approx(neo[0], rel=0.05)
+    assert foam[2] > 1.1 * neo[2]
+
+
+def test_a_ball_on_the_table_is_two_contacts_in_series(root):
+    """Each side gives way as Hertz says, the probe into the top and the ball onto the table."""
+    spec = yaml.safe_load((root / "config/lab.yaml").read_text())["objects"]["foam_ball"]
+    spec["contact"] |= {"table_friction": 0.0}
+    radius = spec["shape"]["radius_m"]
+    model = Ball(radius).model([0, 0, 2 * radius], spec["contact"])
+    start = first_touch(model.surface_rest_m, np.array([0, 0, 2 * radius]), R)
+    steps = contact_problem(spec, model, start, R).press(np.array([0.001, 0.002]))
+    modulus = spec["material"]["youngs_modulus_pa"] / (1 - spec["material"]["poisson_ratio"] ** 2)
+
+    def depth(force):
+        ends = 1 / (1 / R + 1 / radius), radius
+        return sum((0.75 * force / (modulus * np.sqrt(end))) ** (2 / 3) for end in ends)
+
+    for step in steps:
+        assert step.forces_n[:, 2].sum() == pytest.approx(0, abs=1e-6 * step.forces_n[1, 2])
+        hertz = brentq(lambda force, step=step: depth(force) - step.depth_m, 1e-6, 100)
+        assert 4 * step.forces_n[1, 2] == pytest.approx(hertz, rel=0.04)
+
+
+def test_the_table_pushes_back_where_something_is_below_it():
+    gap, normal, curvature = Table().gap(np.array([[0.1, 0.2, -0.003], [0, 0, 0.001]]), 0.0)
+    assert gap.tolist() == [-0.003, 0.001]
+    assert normal.tolist() == [[0, 0, 1]] * 2
+    assert not curvature.any()
+
+
+def test_what_the_lab_refuses(root):
+    spec = yaml.safe_load((root / "config/lab.yaml").read_text())["objects"]
+    block, ball, ear = spec["foam_block"], spec["foam_ball"], spec["ear"]
+
+    def deep(chosen, depth):
+        return chosen | {"contact": chosen["contact"] | {"deepest_m": depth}}
+
+    cases = [
+        (block, [0.4, 0, 0.0475], "point: expected on the block's top face"),
+        (deep(block, 0.05), [0, 0, 0.0475], "deepest_m: expected 0 < depth < 0.0475 m"),
+        (ball, [0, 0, 0.1], "point: expected the ball's top"),
+        (deep(ball, 0.2), [0, 0, 0.1228], "deepest_m: expected 0 < depth < 0.0614 m"),
+        (ear, [0, 0, 0.2], "point: expected on the object's surface"),
+        (deep(ear, 0.03), [-0.0345, 0.001, 0.01603], "deepest_m: expected 0 < depth < 0.0160"),
+    ]
+    for chosen, point, said in cases:
+        with pytest.raises(ValueError, match=said):
+            press_object(chosen, point, R)

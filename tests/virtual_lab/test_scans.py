@@ -1,0 +1,107 @@
+"""The laser scanner, and the template that is made from its views."""
+
+import numpy as np
+import pytest
+import trimesh
+from palpate.solid.surface_check import cutting_triangles
+from palpate.surface import unfold
+from palpate.surface.distance import ClosestPoints
+from palpate.surface.scans import read_scans, register, template_from_scans
+from palpate.surface.unfold import unfolded
+from virtual_lab.scanner import NOISE_M, scan_views, write_scans
+
+RADII = np.array([0.05, 0.035, 0.03])
+VIEWS = [(turn, elevation) for elevation in (35, -35) for turn in range(0, 360, 60)]
+
+
+@pytest.fixture(scope="module")
+def bean():
+    """A smooth body without symmetry."""
+    ball = trimesh.creation.icosphere(subdivisions=5)
+    x, y, z = ball.vertices.T
+    bump = 1 + 0.15 * np.sin(3 * x + 1) * np.cos(2 * y) + 0.1 * np.sin(4 * z)
+    ball.vertices = ball.vertices * RADII * bump[:, None] + [0, 0, 0.03]
+    return ball
+
+
+@pytest.fixture(scope="module")
+def views(bean):
+    return scan_views(
+        bean.vertices,
+        bean.faces,
+        VIEWS,
+        distance_m=0.7,
+        pose_error=(0.5, 0.0005),
+        rng=np.random.default_rng(0),
+    )
+
+
+def test_a_view_has_the_scanners_noise(bean, views):
+    offsets = ClosestPoints(bean.vertices, bean.faces).signed_distance(views[0].points_m)
+    assert len(offsets) > 20_000
+    assert abs(offsets.mean()) < 2e-5
+    assert 0.8 * NOISE_M[2] < offsets.std() < 1.2 * NOISE_M[0]
+
+
+def test_registration_takes_out_the_turntables_errors(bean, views, tmp_path):
+    write_scans(tmp_path, views)
+    loaded = read_scans(tmp_path)
+    assert len(loaded) == len(VIEWS)
+    closest = ClosestPoints(bean.vertices, bean.faces)
+    before = max(np.abs(closest.distance(points)).mean() for points, _ in loaded)
+    after = max(np.abs(closest.distance(points)).mean() for points, _ in register(loaded))
+    assert before > 3e-4
+    assert after < 0.5 * before
+
+
+def test_a_template_is_closed_and_near_the_truth(bean, views, tmp_path):
+    write_scans(tmp_path, views)
+    mesh = template_from_scans(read_scans(tmp_path), vertices=1200, spacing_m=0.002)
+    assert mesh.is_watertight
+    assert len(mesh.vertices) == pytest.approx(1200, rel=0.02)
+    away = ClosestPoints(bean.vertices, bean.faces).distance(mesh.sample(5000, seed=0))
+    assert away.mean() < 2.5e-4
+    assert mesh.volume == pytest.approx(bean.volume, rel=0.01)
+
+
+def test_normals_that_a_grazing_view_turned_over_leave_no_bumps():
+    rng, radius_m = np.random.default_rng(1), 0.05
+    views = []
+    for _ in range(2):
+        normals = rng.standard_normal((12_000, 3))
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        rim = (np.abs(normals[:, 0]) < 0.2) & (rng.random(len(normals)) < 0.1)
+        views.append((radius_m * normals, np.where(rim[:, None], -normals, normals)))
+    mesh = template_from_scans(views, vertices=800, spacing_m=0.004)
+    away = np.linalg.norm(mesh.vertices, axis=1) - radius_m
+    assert np.abs(away).max() < 4e-4
+
+
+def test_views_that_do_not_overlap_or_close_are_refused(views, tmp_path):
+    few = [(view.points_m, view.normals) for view in views[:2]]
+    with pytest.raises(ValueError, match="scans: "):
+        template_from_scans(few, vertices=1000, spacing_m=0.002)
+    with pytest.raises(ValueError, match="scans"):
+        read_scans(tmp_path / "none")
+
+
+def test_a_fold_is_smoothed_away_and_the_rest_stays():
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    folded = ball.copy()
+    folded.vertices[100] += 1.6 * (
+        ball.vertices[ball.vertex_neighbors[100][0]] - ball.vertices[100]
+    )
+    assert len(cutting_triangles(folded.vertices, folded.faces))
+    mended = unfolded(folded)
+    assert not len(cutting_triangles(mended.vertices, mended.faces))
+    moved = np.linalg.norm(mended.vertices - ball.vertices, axis=1) > 1e-12
+    assert moved.sum() <= 20
+    assert np.allclose(np.linalg.norm(mended.vertices, axis=1), 1, atol=0.1)
+
+
+def test_a_surface_that_stays_folded_is_told(monkeypatch):
+    monkeypatch.setattr(unfold, "UNFOLDING_ROUNDS", 1)
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    ball.vertices[100] *= -1.5
+    with pytest.raises(ValueError, match="scans: expected a surface that does not cut itself"):
+        unfolded(ball)

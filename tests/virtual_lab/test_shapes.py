@@ -1,0 +1,102 @@
+"""Forms and meshes of the lab's objects."""
+
+import numpy as np
+import pytest
+import trimesh
+from skfem import MeshTet
+from virtual_lab.level_set import boundary_surface, level_set_mesh, refined_near
+from virtual_lab.shapes import Ball, Ear
+from virtual_lab.tetrahedra import interpolation, tetrahedral_solid
+
+RADIUS = 0.05
+
+
+def sphere(points):
+    return np.linalg.norm(points, axis=-1) - RADIUS
+
+
+@pytest.fixture(scope="module")
+def eighth():
+    """An eighth of a sphere: three flat cuts and a curved side."""
+    high = np.full(3, 0.055)
+    return level_set_mesh(sphere, np.zeros(3), high, 0.008)
+
+
+def test_a_level_set_is_filled_with_good_tetrahedra(eighth):
+    nodes, tets = eighth
+    corners = nodes[tets]
+    volumes = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
+    assert volumes.min() > 0
+    assert volumes.sum() == pytest.approx(np.pi / 6 * RADIUS**3, rel=0.03)
+    surface = trimesh.Trimesh(*boundary_surface(nodes, tets), process=False)
+    assert surface.is_watertight
+    assert surface.volume == pytest.approx(volumes.sum())
+
+
+def test_cuts_are_exactly_flat_and_the_curve_is_met(eighth):
+    nodes, _ = eighth
+    assert nodes.min() == 0
+    outside = sphere(nodes)
+    assert outside.max() < 1e-4
+    cut = nodes[nodes[:, 2] == 0]
+    assert np.linalg.norm(cut, axis=1).max() == pytest.approx(RADIUS, abs=1e-4)
+
+
+def test_refinement_near_a_spot_stays_on_the_surface(eighth):
+    nodes, tets = eighth
+    mesh = MeshTet(np.ascontiguousarray(nodes.T), np.ascontiguousarray(tets.T))
+    spot = np.array([0, 0, RADIUS])
+    planes = [(axis, 0.0) for axis in range(3)]
+    fine = refined_near(mesh, sphere, [(spot, 0.0015)], planes=planes)
+    corners = fine.p.T[fine.t.T]
+    near = np.linalg.norm(corners.mean(axis=1) - spot, axis=1) < 0.003
+    edges = np.linalg.norm(corners[:, [0, 0, 0, 1, 1, 2]] - corners[:, [1, 2, 3, 2, 3, 3]], axis=2)
+    assert edges[near].max() < 2.6 * 0.0015
+    surface = np.unique(fine.facets[:, fine.boundary_facets()])
+    curved = (np.abs(fine.p[:, surface]) > 1e-9).all(axis=0)
+    assert np.abs(sphere(fine.p[:, surface[curved]].T)).max() < 3e-4
+
+
+def test_curved_quadratic_elements_have_the_balls_volume_and_carry_fields():
+    solid, mesh = tetrahedral_solid(
+        sphere,
+        (np.zeros(3), np.full(3, 0.055)),
+        [(axis, 0.0) for axis in range(3)],
+        [(np.array([0, 0, RADIUS]), 0.004)],
+        spacing_m=0.012,
+        reaches={"top": (np.array([0, 0, RADIUS]), 0.02)},
+    )
+    assert solid.weights_m3.sum() == pytest.approx(np.pi / 6 * RADIUS**3, rel=2e-3)
+    # The patch holds the curved side alone, a cap of chord 20 mm or so.
+    area = solid.patches["top"].weights_m2.sum()
+    assert area == pytest.approx(np.pi * 0.02**2 / 4, rel=0.15)
+    points = np.random.default_rng(0).uniform(0.005, 0.02, (200, 3))
+    matrix = interpolation(mesh, solid, points)
+
+    def field(x):
+        return x[:, 0] ** 2 + 3 * x[:, 1] * x[:, 2] - x[:, 2]
+
+    assert matrix @ field(solid.nodes_m) == pytest.approx(field(points), abs=2e-6)
+
+
+def test_nothing_in_the_box():
+    with pytest.raises(ValueError, match="expected a solid in the box"):
+        level_set_mesh(sphere, np.full(3, 0.06), np.full(3, 0.08), 0.01)
+
+
+def test_the_balls_surface_for_pictures():
+    vertices, faces = Ball(0.0614).surface()
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(4 / 3 * np.pi * 0.0614**3, rel=1e-3)
+    assert mesh.bounds[:, 2] == pytest.approx([0, 0.1228], abs=1e-6)
+
+
+def test_the_ear_has_its_size_and_about_twenty_thousand_vertices():
+    vertices, faces = Ear().surface()
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    assert mesh.is_watertight
+    assert mesh.volume > 0
+    assert mesh.extents * 1e3 == pytest.approx([94, 62, 38], abs=1.0)
+    assert 18_000 < len(vertices) < 22_000
+    assert mesh.bounds[0, 2] == 0

@@ -1,0 +1,151 @@
+# From forces, tracked surfaces and clouds to E and nu.
+rule hertz:
+    input:
+        object=RUN.raw("{object}/object.yaml"),
+        template=RUN.template_of,
+        alignment=RUN.of_capture("alignment.json"),
+        pose=RUN.of_capture("probe_pose.csv"),
+        force=RUN.of_capture("force.csv"),
+    output:
+        fit=RUN.of_capture("hertz.json"),
+    log:
+        RUN.results("logs/hertz/{object}-{sensor}-{capture}.log"),
+    benchmark:
+        RUN.results("benchmarks/hertz/{object}-{sensor}-{capture}.tsv")
+    conda:
+        "../envs/palpate.yaml"
+    params:
+        code=code("stages/hertz"),
+        probe=RUN.probe_spec,
+        options=config["hertz"],
+    message:
+        "Hertz fit of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
+    script:
+        "../scripts/stages/hertz.py"
+
+
+rule minimise:
+    input:
+        object=RUN.raw("{object}/object.yaml"),
+        solid=RUN.results("{object}/solid.vtu"),
+        tracked=RUN.of_capture(f"tracked-{RUN.tracker}.npz"),
+        force=RUN.of_capture("force.csv"),
+        fit=RUN.of_capture("hertz.json"),
+    output:
+        result=RUN.of_capture("minimise-{error}.json"),
+        mismatch=RUN.of_capture("mismatch-{error}.vtu"),
+    log:
+        RUN.results("logs/minimise/{object}-{sensor}-{capture}-{error}.log"),
+    benchmark:
+        RUN.results("benchmarks/minimise/{object}-{sensor}-{capture}-{error}.tsv")
+    conda:
+        "../envs/palpate.yaml"
+    params:
+        code=code("stages/minimise"),
+        probe=RUN.probe_spec,
+        solid=config["solid"],
+        options=RUN.search_of,
+    message:
+        "Error minimisation ({wildcards.error}) of {wildcards.object}, {wildcards.sensor}, "
+        "{wildcards.capture}"
+    script:
+        "../scripts/stages/minimise.py"
+
+
+rule indentation:
+    input:
+        object=RUN.raw("{object}/object.yaml"),
+        template=RUN.template_of,
+        solid=RUN.results("{object}/solid.vtu"),
+        image=RUN.image_of,
+    output:
+        model=RUN.results("{object}/indentation-{point}.npz"),
+    log:
+        RUN.results("logs/indentation/{object}-{point}.log"),
+    benchmark:
+        RUN.results("benchmarks/indentation/{object}-{point}.tsv")
+    conda:
+        "../envs/palpate.yaml"
+    params:
+        code=code("stages/indentation"),
+        probe=RUN.probe_spec,
+        options=config["direct"]["model"],
+        mirrors=RUN.mirrors_of,
+    message:
+        "Look-up of {wildcards.object}, pressed at {wildcards.point}"
+    script:
+        "../scripts/stages/indentation.py"
+
+
+rule surface_motion:
+    input:
+        object=RUN.raw("{object}/object.yaml"),
+        template=RUN.template_of,
+        alignment=RUN.of_capture("alignment.json"),
+        clouds=RUN.of_capture("clouds.npz"),
+        pose=RUN.of_capture("probe_pose.csv"),
+        force=RUN.of_capture("force.csv"),
+    output:
+        motion=RUN.of_capture("motion.npz"),
+    log:
+        RUN.results("logs/surface_motion/{object}-{sensor}-{capture}.log"),
+    benchmark:
+        RUN.results("benchmarks/surface_motion/{object}-{sensor}-{capture}.tsv")
+    conda:
+        "../envs/palpate.yaml"
+    params:
+        code=code("stages/surface_motion"),
+        probe=RUN.probe_spec,
+        sensor=RUN.sensor_spec,
+        onset_force_n=config["hertz"]["onset_force_n"],
+        options=config["direct"]["observation"],
+    message:
+        "Motion of the surface of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
+    script:
+        "../scripts/stages/surface_motion.py"
+
+
+rule direct:
+    input:
+        **RUN.direct_files(RUN.one),
+    output:
+        estimate=RUN.of_capture("direct.json"),
+    log:
+        RUN.results("logs/direct/{object}-{sensor}-{capture}.log"),
+    benchmark:
+        RUN.results("benchmarks/direct/{object}-{sensor}-{capture}.tsv")
+    conda:
+        "../envs/palpate.yaml"
+    params:
+        code=code("stages/direct"),
+        probe=RUN.probe_spec,
+        captures=RUN.one,
+        seed=config["seed"],
+        options=config["direct"]["fit"],
+    message:
+        "Direct estimate of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
+    script:
+        "../scripts/stages/direct.py"
+
+
+rule direct_object:
+    input:
+        **RUN.direct_files(RUN.together),
+    output:
+        estimate=RUN.results("{object}/{sensor}/direct.json"),
+    log:
+        RUN.results("logs/direct_object/{object}-{sensor}.log"),
+    benchmark:
+        RUN.results("benchmarks/direct_object/{object}-{sensor}.tsv")
+    conda:
+        "../envs/palpate.yaml"
+    params:
+        code=code("stages/direct"),
+        probe=RUN.probe_spec,
+        captures=RUN.together,
+        seed=config["seed"],
+        options=config["direct"]["fit"],
+    message:
+        "Direct estimate of {wildcards.object}, {wildcards.sensor}: all captures together"
+    script:
+        "../scripts/stages/direct.py"

@@ -1,0 +1,20 @@
+"""Film the bare table of an object of the lab."""
+
+from palpate.capture.files import whole_folder
+from palpate.run.job import run
+from virtual_lab.rig import make_rig, object_bench, seed_of
+from virtual_lab.scene import Scene
+
+
+def main(snakemake):
+    """Write the background folder of one sensor."""
+    params, name = snakemake.params, snakemake.wildcards.object
+    sensor = params.sensor["sensor"]
+    bench = object_bench(params.common, params.spec, name=name)
+    rig = make_rig(params.common, params.sensor, params.spec["cameras"][sensor], bench)
+    seed = seed_of(params.common, name, sensor, "background")
+    with whole_folder(snakemake.output.background) as folder:
+        rig.write_still(folder, Scene(bench), frames=params.common["background_frames"], seed=seed)
+
+
+run(main, snakemake)

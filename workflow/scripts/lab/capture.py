@@ -1,0 +1,33 @@
+"""Record one indentation in the lab: the capture, and its truth apart."""
+
+import numpy as np
+from palpate.capture.files import whole_file, whole_folder
+from palpate.run.job import run
+from virtual_lab.ladder import load_ladder, mirrored
+from virtual_lab.record import record_capture
+from virtual_lab.rig import make_rig, object_bench, seed_of
+
+# Snakemake sets it too, after the job.
+MADE_BY_A_RULE = ".snakemake_timestamp"
+
+
+def main(snakemake):
+    """Write one capture's folder and truth.npz."""
+    params, wildcards = snakemake.params, snakemake.wildcards
+    name, sensor, capture = wildcards.object, wildcards.sensor, wildcards.capture
+    bench = object_bench(params.common, params.spec, name=name)
+    rig = make_rig(params.common, params.sensor, params.spec["cameras"][sensor], bench)
+    point = params.spec["object"]["points"][capture.split("-")[0]]["position_m"]
+    ladder = mirrored(load_ladder(snakemake.input.ladder), point)
+    seed = seed_of(params.common, name, sensor, capture)
+    with whole_folder(snakemake.output.capture) as folder:
+        truth = record_capture(
+            folder, rig, ladder, params.common, params.spec, params.probe, seed=seed
+        )
+        # Without it a run that is killed just now leaves what looks like a recording of people's.
+        (folder / MADE_BY_A_RULE).touch()
+    with whole_file(snakemake.output.truth) as part, part.open("wb") as stream:
+        np.savez_compressed(stream, **truth)
+
+
+run(main, snakemake)

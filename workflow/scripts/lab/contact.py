@@ -1,0 +1,18 @@
+"""Press the rigid sphere into an object of the lab over a ladder of depths."""
+
+from palpate.capture.files import whole_file
+from palpate.run.job import run
+from virtual_lab.ladder import save_ladder
+from virtual_lab.press import press_object
+
+
+def main(snakemake):
+    """Solve the contact problem of one point."""
+    spec = snakemake.params.spec
+    point = spec["points"][snakemake.wildcards.point]["position_m"]
+    ladder = press_object(spec, point, snakemake.params.probe["indenter"]["radius_m"])
+    with whole_file(snakemake.output.ladder) as part:
+        save_ladder(part, ladder)
+
+
+run(main, snakemake)

@@ -1,0 +1,82 @@
+"""Contributions of captures to the normal equations, by patch of the surface and by frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from palpate.estimate.direct.deviations import robust_weights
+from palpate.estimate.direct.indentation import DirectPress, Linearised
+
+
+@dataclass(frozen=True)
+class Scales:
+    """What residuals of a capture are divided by, beside their stated deviations.
+
+    Attributes
+    ----------
+    motion, depth : float
+        Scatter of motions and depths over what was stated, the latter at least 1.
+    sharing : float
+        Motions that err together: by so much the mean of a patch scatters more than it would if
+        they were independent (variance).
+    """
+
+    motion: float = 1.0
+    depth: float = 1.0
+    sharing: float = 1.0
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Contributions of a capture to the normal equations, by patch and by frame.
+
+    Attributes
+    ----------
+    motion_matrix, motion_slope : (b, q, q), (b, q) arrays
+    depth_matrix, depth_slope : (k, q, q), (k, q) arrays
+    """
+
+    motion_matrix: NDArray
+    motion_slope: NDArray
+    depth_matrix: NDArray
+    depth_slope: NDArray
+
+
+def blocks_of(press: DirectPress, line: Linearised, scale: Scales) -> Blocks:
+    """Sum a capture's weighted residuals and slopes by patch, and by frame of the depth."""
+    gaps, slope = line.residuals.motion, line.motion_slope
+    weight = robust_weights(gaps, scale.motion) / (scale.motion**2 * scale.sharing)
+    patch = np.broadcast_to(press.patch, press.seen.shape)[press.seen]
+    count, q = int(press.patch.max()) + 1, slope.shape[1]
+    # One after the other: sums of matrix products hang on where in memory their rows lie.
+    order = np.argsort(patch, kind="stable")
+    there, first = np.unique(patch[order], return_index=True)
+    weighted = weight[order, None] * slope[order]
+    products = weighted[:, :, None] * slope[order, None, :]
+    matrix, total = np.zeros((count, q, q)), np.zeros((count, q))
+    matrix[there] = np.add.reduceat(products, first, axis=0)
+    total[there] = np.add.reduceat(weighted * gaps[order, None], first, axis=0)
+    depth, by = line.residuals.depth / scale.depth, line.depth_slope / scale.depth
+    outer = by[:, :, None] * by[:, None, :]
+    return Blocks(matrix, total, outer, by * depth[:, None])
+
+
+def sharing_of(blocks: Blocks) -> float:
+    """Variance of patches' slopes over that of independent motions, along E and nu; at least 1."""
+    matrix = blocks.motion_matrix.sum(axis=0)[:2, :2]
+    scores = blocks.motion_slope[:, :2]
+    ratio = np.trace(np.linalg.pinv(matrix, hermitian=True) @ (scores.T @ scores)) / 2
+    return max(1.0, float(ratio))
+
+
+def bounded_solution(matrix: NDArray, right: NDArray, low: NDArray, high: NDArray) -> NDArray:
+    """Minimum of x' M x / 2 - b' x within bounds, for positive definite M."""
+    scale = 1 / np.sqrt(np.diag(matrix))
+    root = np.linalg.cholesky(matrix * scale * scale[:, None] + 1e-12 * np.eye(len(matrix)))
+    target = np.linalg.solve(root, right * scale)
+    low, high = np.minimum(low, 0) / scale, np.maximum(high, 0) / scale
+    tiny = 1e-12 * (1 + np.abs(low))
+    found = lsq_linear(root.T, target, bounds=(low - tiny, high + tiny), method="bvls")
+    return found.x * scale

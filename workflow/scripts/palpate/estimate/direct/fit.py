@@ -1,0 +1,303 @@
+"""Joint robust least squares of (log E, nu) and nuisances over all frames of captures."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.estimate.direct.blocks import (
+    Blocks,
+    Scales,
+    blocks_of,
+    bounded_solution,
+    sharing_of,
+)
+from palpate.estimate.direct.deviations import ROBUST, robust_scale, with_pattern
+from palpate.estimate.direct.indentation import (
+    OWN,
+    DirectPress,
+    Linearised,
+    Parameters,
+    linearised,
+    residuals,
+)
+from palpate.estimate.direct.support_motion import MOTIONS
+
+# Deviation of motions that do not happen [m, rad].
+UNMOVED = 1e-12
+ITERATIONS = 40
+ROUNDS = 3
+# Steps of log E and nu are held to these; below the last numbers they have converged.
+LARGEST_STEP = np.array([0.5, 0.1])
+SMALLEST_STEP = np.array([2e-5, 2e-5])
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Least cost of captures under one law.
+
+    Attributes
+    ----------
+    law : str
+    parameters : tuple of Parameters
+        Of each capture; moduli, gain and fractions are the same in all.
+    cost : float
+        Twice the negative logarithm of the posterior density, up to a constant.
+    scales : tuple of Scales
+        Of each capture.
+    blocks : tuple of Blocks
+        At the minimum.
+    presses : tuple of DirectPress
+        With the deviations that were found.
+    """
+
+    law: str
+    parameters: tuple[Parameters, ...]
+    cost: float
+    scales: tuple[Scales, ...]
+    blocks: tuple[Blocks, ...]
+    presses: tuple[DirectPress, ...]
+
+    @property
+    def spread(self) -> float:
+        """Mean logarithm of the deviations that the residuals were divided by, depths' and all."""
+        total = 0.0
+        for press, scale in zip(self.presses, self.scales, strict=True):
+            motion = np.log(press.moved_std_m[press.seen]).mean() + np.log(scale.motion)
+            total += motion + np.log(scale.sharing) / 2 + np.log(scale.depth)
+        return float(total) / len(self.presses)
+
+    @property
+    def vector(self) -> NDArray:
+        """(log E, nu, gain, fractions, and what each capture has for itself)."""
+        own = [p.vector[-OWN:] for p in self.parameters]
+        return np.concatenate([self.parameters[0].vector[:-OWN], *own])
+
+
+def fit_direct(
+    presses: Sequence[DirectPress],
+    law: str,
+    options: Mapping,
+    start: Parameters,
+    *,
+    scales: Sequence[Scales] | None = None,
+    fixed_poisson_ratio: float | None = None,
+) -> Solution:
+    """Minimise over the moduli and the nuisances of all captures.
+
+    Parameters
+    ----------
+    presses : sequence of DirectPress
+    law : str
+    options : mapping
+        ``relaxation_times_s``; deviations ``fraction_std`` and ``gain_std`` of the nuisances'
+        priors about 0, and ``fraction_step_std`` of neighbouring shares' difference;
+        ``poisson_ratio_bounds``.
+    start : Parameters
+        Where all captures start.
+    scales : sequence of Scales, optional
+        Kept as they are, with the deviations of the motions; found from the residuals by default.
+    fixed_poisson_ratio : float, optional
+
+    Raises
+    ------
+    ValueError
+        If a record has fewer frames than unknowns.
+    """
+    check_count(presses, options)
+    given = scales is not None
+    scales = tuple(scales) if given else (Scales(),) * len(presses)
+    parameters = (start,) * len(presses)
+    if fixed_poisson_ratio is not None:
+        parameters = tuple(replace(p, poisson_ratio=fixed_poisson_ratio) for p in parameters)
+    joint = _Joint(presses, law, options, fixed_poisson_ratio is not None)
+    parameters = split(np.clip(_joined(parameters), joint.low, joint.high), joint)
+    for _ in range(0 if given else ROUNDS):
+        parameters = joint.minimise(parameters, scales)
+        joint = joint.with_patterns(parameters)
+        scales = joint.scales_at(parameters)
+    parameters = joint.minimise(parameters, scales)
+    blocks, cost = joint.blocks_at(parameters, scales), joint.cost(parameters, scales)
+    return Solution(law, parameters, cost, scales, blocks, joint.presses)
+
+
+def check_count(presses: Sequence[DirectPress], options: Mapping) -> None:
+    """Refuse records with fewer frames than a capture has unknowns.
+
+    Raises
+    ------
+    ValueError
+    """
+    for press in presses:
+        free = OWN - int((press.settling.std == 0).sum())
+        unknowns = 3 + len(options["relaxation_times_s"]) + free
+        if len(press.time_s) < unknowns:
+            raise ValueError(
+                f"frames: expected at least {unknowns}, as many as there are unknowns (moduli,"
+                f" relaxing shares, nuisances), found {len(press.time_s)}"
+            )
+
+
+class _Joint:
+    """Normal equations of all captures."""
+
+    def __init__(self, presses, law: str, options: Mapping, fixed: bool) -> None:
+        self.presses, self.law, self.options, self.fixed = tuple(presses), law, options, fixed
+        self.times_s = np.array(options["relaxation_times_s"], dtype=float)
+        self.shared = 3 + len(self.times_s)
+        self.size = self.shared + OWN * len(presses)
+        self.prior = prior_of(presses, options)
+        self.low, self.high = parameter_bounds(len(presses), options)
+
+    def places(self, number: int) -> NDArray:
+        own = self.shared + OWN * number + np.arange(OWN)
+        return np.concatenate([np.arange(self.shared), own])
+
+    def minimise(self, parameters, scales):
+        for _ in range(ITERATIONS):
+            blocks = self.blocks_at(parameters, scales)
+            matrix, slope = self.normal_equations(parameters, blocks)
+            step = self.step(matrix, slope, _joined(parameters))
+            before, parameters = parameters, self._moved(parameters, step, scales)
+            if parameters is before or (np.abs(step[:2]) < SMALLEST_STEP).all():
+                break
+        return parameters
+
+    def with_patterns(self, parameters) -> "_Joint":
+        """The same with the deviations of the motions that these parameters leave."""
+        pairs = zip(self.presses, parameters, strict=True)
+        presses = [with_pattern(press, self.law, p, times_s=self.times_s) for press, p in pairs]
+        return _Joint(presses, self.law, self.options, self.fixed)
+
+    def _moved(self, parameters, step, scales):
+        """Take the step, halved until it does not raise the cost."""
+        before = self.cost(parameters, scales)
+        for part in 0.5 ** np.arange(6):
+            moved = split(np.clip(_joined(parameters) + part * step, self.low, self.high), self)
+            if self.cost(moved, scales) <= before + 1e-9 * abs(before):
+                return moved
+        return parameters
+
+    def linearised(self, parameters) -> list[Linearised]:
+        return [
+            linearised(press, self.law, p, times_s=self.times_s)
+            for press, p in zip(self.presses, parameters, strict=True)
+        ]
+
+    def blocks_at(self, parameters, scales) -> tuple[Blocks, ...]:
+        lines = self.linearised(parameters)
+        return tuple(map(blocks_of, self.presses, lines, scales))
+
+    def normal_equations(self, parameters, blocks) -> tuple[NDArray, NDArray]:
+        matrix, slope = np.zeros((self.size, self.size)), np.zeros(self.size)
+        for number, block in enumerate(blocks):
+            at = self.places(number)
+            part = block.motion_matrix.sum(axis=0) + block.depth_matrix.sum(axis=0)
+            matrix[np.ix_(at, at)] += part
+            slope[at] += block.motion_slope.sum(axis=0) + block.depth_slope.sum(axis=0)
+        matrix += self.prior.information
+        slope += self.prior.rows.T @ self.prior.gaps(_joined(parameters))
+        return matrix, slope
+
+    def step(self, matrix, slope, vector) -> NDArray:
+        low, high = self.low - vector, self.high - vector
+        low[:2] = np.maximum(low[:2], -LARGEST_STEP)
+        high[:2] = np.minimum(high[:2], LARGEST_STEP)
+        if self.fixed:
+            low[1], high[1] = -1e-12, 1e-12
+        return bounded_solution(matrix, -slope, low, high)
+
+    def cost(self, parameters, scales) -> float:
+        total = float((self.prior.gaps(_joined(parameters)) ** 2).sum())
+        for press, p, scale in zip(self.presses, parameters, scales, strict=True):
+            gaps = residuals(press, self.law, p, times_s=self.times_s)
+            total += float((gaps.depth**2).sum()) / scale.depth**2
+            soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion)) ** 2) - 1
+            total += 2 * ROBUST**2 * float(soft.sum()) / scale.sharing
+        return total
+
+    def scales_at(self, parameters) -> tuple[Scales, ...]:
+        """Scatter and sharing as the residuals show them."""
+        found = []
+        for press, line in zip(self.presses, self.linearised(parameters), strict=True):
+            gaps = line.residuals
+            unit = Scales(motion=robust_scale(gaps.motion))
+            depth = max(1.0, robust_scale(gaps.depth - np.median(gaps.depth)))
+            sharing = sharing_of(blocks_of(press, line, unit))
+            found.append(Scales(unit.motion, depth, sharing))
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known of the unknowns beforehand, as equations of errors of deviation 1.
+
+    Attributes
+    ----------
+    rows : (r, size) array
+    values : (r,) array
+    """
+
+    rows: NDArray
+    values: NDArray
+
+    def gaps(self, vector: NDArray) -> NDArray:
+        """How far unknowns are from what was expected, in deviations, (r,)."""
+        return self.rows @ vector - self.values
+
+    @cached_property
+    def information(self) -> NDArray:
+        """Inverse covariance, (size, size)."""
+        return self.rows.T @ self.rows
+
+
+def prior_of(presses: Sequence[DirectPress], options: Mapping) -> Prior:
+    """Priors of the unknowns of captures, in the order of `Solution.vector`; none of log E and nu.
+
+    Soft tissue and foam relax over many decades of time, with a flat spectrum (Fung's
+    quasi-linear viscoelasticity, 1981), so neighbouring times have about the same share: without
+    this the shortest, of which a press tells the least, takes up what else is wrong.
+    `other_choices` leaves it out.
+    """
+    terms = len(options["relaxation_times_s"])
+    stds = [options["gain_std"], *[options["fraction_std"]] * terms]
+    means = [0.0] * len(stds)
+    # One foot settles alike in all captures: their mean keeps the deviation of one.
+    alike = np.sqrt(sum(bool(press.settling.std.any()) for press in presses))
+    for press in presses:
+        means += [0.0, press.clock_expected_s, 0.0, *[0.0] * MOTIONS]
+        stds += [press.offset_std_m, press.clock_std_s, press.shift_std_m]
+        # What does not move at all is held by a deviation that is nothing beside any motion.
+        stds += list(np.maximum(alike * press.settling.std, UNMOVED))
+    free = 2
+    rows = np.zeros((len(stds) + max(terms - 1, 0), free + len(stds)))
+    rows[np.arange(len(stds)), free + np.arange(len(stds))] = 1 / np.array(stds)
+    for k in range(terms - 1):
+        at = free + 1 + k
+        rows[len(stds) + k, [at, at + 1]] = np.array([1, -1]) / options["fraction_step_std"]
+    values = np.zeros(len(rows))
+    values[: len(means)] = np.array(means) / np.array(stds)
+    return Prior(rows, values)
+
+
+def parameter_bounds(captures: int, options: Mapping) -> tuple[NDArray, NDArray]:
+    """Least and greatest value of each unknown."""
+    terms = len(options["relaxation_times_s"])
+    low_nu, high_nu = options["poisson_ratio_bounds"]
+    low_E, high_E = np.log(options["youngs_modulus_bounds_pa"])
+    most = 0.95 / max(terms, 1)
+    wide = [np.inf] * (OWN * captures)
+    low = [low_E, low_nu, -np.inf, *[0.0] * terms, *(-x for x in wide)]
+    return np.array(low), np.array([high_E, high_nu, np.inf, *[most] * terms, *wide])
+
+
+def split(vector: NDArray, joint: _Joint) -> tuple[Parameters, ...]:
+    """Parameters of each capture from the joint vector."""
+    return tuple(Parameters.of(vector[joint.places(k)]) for k in range(len(joint.presses)))
+
+
+def _joined(parameters: Sequence[Parameters]) -> NDArray:
+    own = [p.vector[-OWN:] for p in parameters]
+    return np.concatenate([parameters[0].vector[:-OWN], *own])

@@ -1,0 +1,242 @@
+"""The surface's motion, straight from the clouds.
+
+Camera and object stand still while the probe presses. What calibration, alignment, template and the
+sensor's fixed pattern are wrong by is therefore the same in every frame, and goes with the mean of
+the frames at rest; noise is left, and what the sensor does to a surface that moves.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from palpate.estimate.direct.correspondences import ProbeInView, facing_cells, hidden_cells
+from palpate.estimate.direct.motion_noise import (
+    SMOOTH_REACH_M,
+    correlation_length,
+    pattern_growth,
+)
+from palpate.estimate.direct.sample_heights import (
+    ObservationOptions,
+    cell_heights,
+    frame_feet,
+)
+from palpate.estimate.direct.samples import Cells, Feet, RestSurface, cells_of
+from palpate.npz import read_npz
+from palpate.surface.alignment import Alignment
+from palpate.surface.template import Template
+
+# A cell's own few frames at rest, against the deviation of all cells: worth so many frames.
+POOLED_FRAMES = 6.0
+# The surface counts as pressed in frames in which it moved at least this part of the farthest.
+PRESSED_PART = 0.8
+
+
+@dataclass(frozen=True)
+class SurfaceMotion:
+    """Normal motion of a surface's cells in each frame against the frames at rest.
+
+    Attributes
+    ----------
+    cell_m, normal : (c, 3) arrays
+        Places on the undeformed template, object frame [m], and unit normals outward.
+    moved_m : (f, c) array
+        From a cell along its normal to the observed surface, less the same at rest [m]; not a
+        number where the cell was not seen.
+    std_m : (f, c) array
+        Standard deviation of a frame's own noise [m]; not that of the rest, which all frames share.
+    rest_height_m, rest_std_m : (c,) arrays
+        Mean distance of the frames at rest from the template, and its standard deviation [m].
+    points : (f, c) int array
+        How many a cell was seen with.
+    rest_frames : (r,) int array
+        Frames at rest.
+    correlation_m : float
+        L of the noise's correlation exp(-(distance / L)^2) between cells [m].
+    pattern_m : float
+        Beside its noise the motion m carries what the sensor's pattern has become, of the variance
+        pattern_m * abs(m) and the covariance pattern_m * min(abs(m), abs(m')) of two frames [m].
+    """
+
+    cell_m: NDArray
+    normal: NDArray
+    moved_m: NDArray
+    std_m: NDArray
+    rest_height_m: NDArray
+    rest_std_m: NDArray
+    points: NDArray
+    rest_frames: NDArray
+    correlation_m: float
+    pattern_m: float
+
+
+def frames_at_rest(
+    depth_m: NDArray, force_n: NDArray, *, onset_force_n: float, clear_m: float = 0.0005
+) -> NDArray:
+    """Frames before the touch, (r,).
+
+    Parameters
+    ----------
+    depth_m : (f,) array
+        Depth of the sphere's lowest point below the undeformed surface (`indentation_depth`) [m].
+    force_n : (f,) array
+        Magnitude of the force [N].
+    onset_force_n : float
+        Smallest force that counts as contact [N].
+    clear_m : float, optional
+        The tip is at least this far above the surface; depths are known to about half of it [m].
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    touched = np.flatnonzero(force_n > onset_force_n)
+    before = np.arange(len(force_n)) < (touched[0] if len(touched) else len(force_n))
+    frames = np.flatnonzero(before & (depth_m < -clear_m))
+    if not len(frames):
+        expected = f"frames before the force's onset with the tip {clear_m * 1e3:g} mm clear"
+        raise ValueError(f"frames: expected {expected} of the surface, found none")
+    return frames
+
+
+def surface_motion(
+    template: Template,
+    alignment: Alignment,
+    clouds: Sequence[tuple[NDArray, NDArray]],
+    probe: ProbeInView,
+    rest_frames: NDArray,
+    options: ObservationOptions | None = None,
+) -> SurfaceMotion:
+    """Motion of the surface around the contact in each frame of a capture.
+
+    Parameters
+    ----------
+    template : Template
+        Undeformed, object frame.
+    alignment : Alignment
+    clouds : sequence of (points (n, 3) [m], normals (n, 3))
+        Of each frame, camera frame.
+    probe : ProbeInView
+        In each frame (`probe_in_view`).
+    rest_frames : (r,) int array
+        Frames at rest (`frames_at_rest`).
+    options : ObservationOptions, optional
+
+    Raises
+    ------
+    ValueError
+        If no frame is at rest, the camera does not see the surface around the contact, or no cell
+        is left.
+    """
+    options = options or ObservationOptions()
+    frames = np.asarray(rest_frames, dtype=int)
+    if not len(frames) or len(probe.tip_m) != len(clouds):
+        expected = f"some at rest and one place of the probe for each of {len(clouds)}"
+        raise ValueError(f"frames: expected {expected}, found {len(frames)}, {len(probe.tip_m)}")
+    surface = RestSurface(template)
+    feet = [frame_feet(surface, alignment, cloud, options) for cloud in clouds]
+    at_rest = [feet[k] for k in frames]
+    _require_seen(at_rest[0], alignment, options)
+    cells = facing_cells(
+        cells_of(at_rest, alignment.contact_point_m, spacing_m=options.spacing_m), probe, options
+    )
+    height, points = cell_heights(cells, feet, options)
+    height[hidden_cells(cells, points, probe, frames, options)] = np.nan
+    seen = np.isfinite(height[frames]).sum(axis=0) >= options.fewest_rest_frames
+    if not seen.any():
+        expected = f"cells seen in {options.fewest_rest_frames} frames at rest"
+        raise ValueError(f"clouds: expected {expected}, found none")
+    cells = Cells(cells.cell_m[seen], cells.normal[seen])
+    return _motion(cells, height[:, seen], points[:, seen], frames, alignment.contact_point_m)
+
+
+def save_motion(path: str | Path, motion: SurfaceMotion) -> None:
+    """Write a motion as NPZ."""
+    arrays = {one.name: getattr(motion, one.name) for one in fields(motion)}
+    with Path(path).open("wb") as stream:
+        np.savez_compressed(stream, **arrays)
+
+
+def load_motion(path: str | Path) -> SurfaceMotion:
+    """Read what `save_motion` wrote.
+
+    Raises
+    ------
+    ValueError
+        If an array is missing, or of another number of frames or cells than the rest.
+    """
+    arrays = read_npz(path, what="a surface's motion")
+    missing = [one.name for one in fields(SurfaceMotion) if one.name not in arrays]
+    if missing:
+        raise ValueError(f"{path}: {missing[0]}: expected an array, found none")
+    shape = arrays["moved_m"].shape
+    for name in ("std_m", "points"):
+        if arrays[name].shape != shape or len(shape) != 2:
+            raise ValueError(f"{path}: {name}: expected shape {shape}, found {arrays[name].shape}")
+    for name in ("cell_m", "normal"):
+        if arrays[name].shape != (shape[1], 3):
+            expected = (shape[1], 3)
+            raise ValueError(f"{path}: {name}: expected shape {expected}, found others")
+    for name in ("rest_std_m", "rest_height_m"):
+        if arrays[name].shape != shape[1:]:
+            raise ValueError(f"{path}: {name}: expected shape {shape[1:]}, found others")
+    lengths = {name: float(arrays[name]) for name in ("correlation_m", "pattern_m")}
+    return SurfaceMotion(**arrays | lengths)
+
+
+def _motion(
+    cells: Cells, height: NDArray, points: NDArray, frames: NDArray, contact_m: NDArray
+) -> SurfaceMotion:
+    base = np.nanmean(height[frames], axis=0)
+    moved = height - base
+    variance, own = _noise_variance(moved[frames])
+    rest_variance = variance / own
+    std = np.where(np.isfinite(moved), np.sqrt(variance), np.nan)
+    pressed = _pressed(cells, moved, contact_m)
+    counts = np.isfinite(moved[pressed]).sum(axis=0)
+    mean = np.where(counts > 0, np.nansum(moved[pressed], axis=0) / np.maximum(counts, 1), np.nan)
+    mean_variance = variance / np.maximum(counts, 1) + rest_variance
+    return SurfaceMotion(
+        cell_m=cells.cell_m,
+        normal=cells.normal,
+        moved_m=moved,
+        std_m=std,
+        rest_height_m=base,
+        rest_std_m=np.sqrt(rest_variance),
+        points=points,
+        rest_frames=frames,
+        correlation_m=correlation_length(cells.cell_m, moved[frames] / np.sqrt(variance)),
+        pattern_m=pattern_growth(cells.cell_m, mean, mean_variance, contact_m),
+    )
+
+
+def _noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
+    """Variance of each cell's noise at rest [m^2], and its number of frames, both (c,).
+
+    A cell's own few frames are taken together with what is usual.
+    """
+    own = np.isfinite(noise).sum(axis=0)
+    squares = np.nansum(noise**2, axis=0)
+    usual = np.median(squares / chi2.ppf(0.5, own - 1))
+    return (POOLED_FRAMES * usual + squares) / (POOLED_FRAMES + own - 1), own
+
+
+def _pressed(cells: Cells, moved: NDArray, contact_m: NDArray) -> NDArray:
+    """Frames in which the surface around the contact is moved the farthest, (k,)."""
+    near = np.linalg.norm(cells.cell_m - contact_m, axis=1) < SMOOTH_REACH_M
+    way = np.where(np.isfinite(moved), np.abs(moved), 0)[:, near].mean(axis=1)
+    return np.flatnonzero(way >= PRESSED_PART * way.max())
+
+
+def _require_seen(feet: Feet, alignment: Alignment, options: ObservationOptions) -> None:
+    """Refuse a capture whose camera does not see the surface around the contact."""
+    offset = np.linalg.norm(feet.foot_m - alignment.contact_point_m, axis=1)
+    if not (offset < options.near_m).any():
+        raise ValueError(
+            f"clouds: expected the surface within {options.near_m:g} m of the contact in view,"
+            " found none of it (object larger than the view?)"
+        )

@@ -1,0 +1,285 @@
+"""From a capture's motion, poses and forces to what the direct estimate compares."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.estimate.direct.indentation import DirectPress
+from palpate.estimate.direct.motion import SurfaceMotion
+from palpate.estimate.direct.sharp_edges import crease_distance
+from palpate.estimate.direct.support_motion import settling_of
+from palpate.estimate.direct.table import press_model
+from palpate.estimate.hertz.range import FROM_MEDIAN, force_onset
+from palpate.estimate.minimise.scatter import surface_patches
+from palpate.solid.indentation import IndentationModel
+from palpate.solid.patch import hertz_contact_radius
+from palpate.solid.smooth_surface import SmoothSurface
+from palpate.solid.support import Support
+from palpate.surface.alignment import Alignment
+from palpate.surface.pose import to_object
+
+# A sphere is led to the surface from so far outside [m], until it is as near as this.
+OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200
+# Of a contact from the point that its look-up was made for [m].
+LARGEST_AWAY_M = 0.015
+
+
+@dataclass(frozen=True)
+class Pressing:
+    """What pose and force files say of one capture.
+
+    Attributes
+    ----------
+    time_s : (f,) array
+        Of the frames [s].
+    tips_m : (f, 3) array
+        Centre of the sphere, camera frame [m].
+    forces_n : (f, 3) array
+        On the object, camera frame [N].
+    tip_std_m : float
+        Deviation of a tip along the probe's axis [m].
+    clock_offset_s, clock_std_s : float
+        Force clock minus camera clock as the forces take it, and its deviation from 0 before a
+        press tells more [s].
+    """
+
+    time_s: NDArray
+    tips_m: NDArray
+    forces_n: NDArray
+    tip_std_m: float
+    clock_offset_s: float
+    clock_std_s: float
+
+
+def direct_press(
+    pressing: Pressing,
+    motion: SurfaceMotion,
+    alignment: Alignment,
+    template: SmoothSurface,
+    lookup: IndentationModel,
+    support: Support,
+    options: Mapping,
+) -> DirectPress:
+    """Collect what the direct estimate compares of one capture.
+
+    Parameters
+    ----------
+    pressing : Pressing
+    motion : SurfaceMotion
+    alignment : Alignment
+    template : SmoothSurface
+        Undeformed surface, object frame.
+    lookup : IndentationModel
+        Of the pressed point.
+    support : Support
+    options : mapping
+        ``force_deviations``, ``least_force_share``, ``nearest_radii``, ``farthest_m``, ``patch_m``,
+        ``crease_m``, ``offset_std_m``, ``shift_std_m``, ``sinking_std_m``, ``rocking_std_rad``.
+
+    Raises
+    ------
+    ValueError
+        If the tip never touches, force and depth contradict each other, or no frame or cell is
+        left.
+    """
+    check_belonging(pressing, motion, alignment, lookup)
+    turn = alignment.camera_from_object[:3, :3]
+    force = pressing.forces_n @ (turn @ lookup.direction)
+    tips = to_object(alignment.camera_from_object, pressing.tips_m)
+    depth = press_depth(template, tips, lookup.direction, radius_m=lookup.radius_m)
+    least = least_force(force, options)
+    onset = force_onset(force, onset_force_n=least)
+    check_press(depth, force, onset)
+    frames = np.flatnonzero((force > least) & (depth <= lookup.depth_m[-1]))
+    frames = frames[frames >= onset]
+    if not len(frames):
+        raise ValueError(
+            f"depth: expected frames in contact within the look-up's {lookup.depth_m[-1] * 1e3:.1f}"
+            f" mm (direct.model.deepest_m), found none"
+        )
+    axis = tips[frames].mean(axis=0)
+    creases = crease_distance(template.vertices_m, template.faces, motion.cell_m)
+    smooth = creases > options["crease_m"]
+    chosen = _outside(motion, axis, lookup, depth[frames].max(), smooth, options)
+    if not np.isfinite(motion.moved_m[np.ix_(frames, chosen)]).any():
+        raise ValueError(
+            "cells: expected some that are seen while the tip presses, found all hidden"
+        )
+    models = {
+        law: press_model(lookup, law, motion.cell_m[chosen], motion.normal[chosen])
+        for law in lookup.laws
+    }
+    rest = force[: max(onset - 1, 2)]
+    tip_std = pressing.tip_std_m
+    noise = np.hypot(motion.std_m[np.ix_(frames, chosen)], motion.rest_std_m[chosen])
+    return DirectPress(
+        time_s=pressing.time_s,
+        force_n=force,
+        frames=frames,
+        frames_beyond=int(((force > least) & (depth > lookup.depth_m[-1])).sum()),
+        depth_m=depth[frames],
+        speed_m_s=np.gradient(depth, pressing.time_s)[frames],
+        depth_std_m=tip_std,
+        offset_std_m=float(np.hypot(tip_std, options["offset_std_m"])),
+        clock_expected_s=pressing.clock_offset_s,
+        clock_std_s=pressing.clock_std_s,
+        force_std_n=float(max(FROM_MEDIAN * np.median(np.abs(rest - np.median(rest))), 1e-4)),
+        shift_std_m=options["shift_std_m"],
+        contact_m=axis,
+        cell_m=motion.cell_m[chosen],
+        normal=motion.normal[chosen],
+        moved_m=motion.moved_m[np.ix_(frames, chosen)],
+        noise_std_m=noise,
+        moved_std_m=noise,
+        patch_m=options["patch_m"],
+        patch=surface_patches(motion.cell_m[chosen], size_m=options["patch_m"]),
+        settling=settling_of(
+            motion.cell_m[chosen],
+            motion.normal[chosen],
+            support=support,
+            contact_m=axis,
+            direction=lookup.direction,
+            options=options,
+        ),
+        models=models,
+    )
+
+
+def least_force(force_n: NDArray, options: Mapping) -> float:
+    """Force from which on frames are compared: above the noise, and enough of the peak [N].
+
+    Parameters
+    ----------
+    force_n : (f,) array
+        Of all frames, the first unloaded [N].
+    options : mapping
+        ``least_force_share``, ``force_deviations``.
+    """
+    early = force_n[: max(int(np.argmax(force_n)) // 2, 2)]
+    noise = FROM_MEDIAN * float(np.median(np.abs(early - np.median(early))))
+    return max(options["force_deviations"] * noise, options["least_force_share"] * force_n.max())
+
+
+def press_depth(
+    surface: SmoothSurface, tips_m: NDArray, direction: NDArray, *, radius_m: float
+) -> NDArray:
+    """Way of a sphere along the press since it first touches the undeformed surface, (f,) [m].
+
+    Parameters
+    ----------
+    surface : SmoothSurface
+        Object frame.
+    tips_m : (f, 3) array
+        Centres of the sphere, object frame [m].
+    direction : (3,) array
+        Unit vector of the press, into the object.
+    radius_m : float
+
+    Returns
+    -------
+    (f,) array
+        Negative before the touch.
+
+    Raises
+    ------
+    ValueError
+        If a way along the press does not meet the surface.
+    """
+    start = tips_m - OUTSIDE_M * direction
+    way = np.zeros(len(tips_m))
+    for _ in range(MARCHES):
+        gap = surface.distance(start + way[:, None] * direction) - radius_m
+        way += gap
+        if np.abs(gap).max() < TOUCHING_M or way.max() > 3 * OUTSIDE_M:
+            break
+    lost = np.flatnonzero(~(way < 3 * OUTSIDE_M))
+    if len(lost):
+        raise ValueError(
+            f"tip: expected a way along the press that meets the surface, found none in frame"
+            f" {lost[0]}"
+        )
+    return OUTSIDE_M - way
+
+
+def check_belonging(
+    pressing: Pressing, motion: SurfaceMotion, alignment: Alignment, lookup: IndentationModel
+) -> None:
+    """Refuse poses, forces, motion and look-up of different recordings or points.
+
+    Raises
+    ------
+    ValueError
+        If they have different numbers of frames, a pose or force is no number, or the contact is
+        far from the look-up's point.
+    """
+    counts = {len(pressing.time_s), len(pressing.forces_n), len(motion.moved_m)}
+    if len(counts) > 1:
+        raise ValueError(
+            f"frames: expected as many in poses, forces and motion, found {sorted(counts)}"
+        )
+    if not (np.isfinite(pressing.tips_m).all() and np.isfinite(pressing.forces_n).all()):
+        raise ValueError("tip: expected numbers in all frames, found NaN or infinity")
+    if not pressing.tip_std_m > 0:
+        raise ValueError(f"tip: expected a deviation above 0 m, found {pressing.tip_std_m}")
+    away = float(np.linalg.norm(alignment.contact_point_m - lookup.point_m))
+    if away > LARGEST_AWAY_M:
+        raise ValueError(
+            f"contact: expected within {LARGEST_AWAY_M * 1e3:g} mm of the look-up's point, found"
+            f" {away * 1e3:.1f} mm away"
+        )
+
+
+def check_press(depth_m: NDArray, force_n: NDArray, onset: int) -> None:
+    """Refuse a press whose force and depth contradict each other.
+
+    Raises
+    ------
+    ValueError
+        If the sphere never is below the surface, the force rises where it is not, or the work of
+        the press is not positive.
+    """
+    inside = depth_m[onset:]
+    if not inside.max() > 0:
+        raise ValueError(
+            "depth: expected the tip below the undeformed surface while there is force, found it"
+            f" {-inside.max() * 1e3:.1f} mm above at its deepest"
+        )
+    peak = int(np.argmax(force_n))
+    if depth_m[peak] <= 0:
+        raise ValueError(
+            f"force: expected its peak while the tip presses, found it in frame {peak},"
+            f" {-depth_m[peak] * 1e3:.1f} mm above the surface"
+        )
+    loading = slice(max(onset - 1, 0), int(np.argmax(depth_m)) + 1)
+    work_j = float(np.trapezoid(force_n[loading], depth_m[loading]))
+    if not work_j > 0:
+        raise ValueError(
+            f"force: expected a press that does work on the object, found {work_j:.2g} J up to the"
+            " deepest frame"
+        )
+
+
+def _outside(
+    motion: SurfaceMotion,
+    axis: NDArray,
+    lookup: IndentationModel,
+    deepest_m: float,
+    smooth: NDArray,
+    options: Mapping,
+) -> NDArray:
+    """Cells away from creases, far enough from the contact and near enough to move."""
+    a = hertz_contact_radius(indenter_radius_m=lookup.radius_m, depth_m=max(deepest_m, 1e-6))
+    way = motion.cell_m - axis
+    across = way - (way @ lookup.direction)[:, None] * lookup.direction
+    distance = np.linalg.norm(across, axis=1)
+    nearest = options["nearest_radii"] * a + options["nearest_m"]
+    straight = np.linalg.norm(way, axis=1)
+    chosen = np.flatnonzero(smooth & (distance > nearest) & (straight < options["farthest_m"]))
+    if not len(chosen):
+        raise ValueError(
+            f"cells: expected some from {nearest * 1e3:.0f} to {options['farthest_m'] * 1e3:.0f} mm"
+            " from the contact, found none"
+        )
+    return chosen

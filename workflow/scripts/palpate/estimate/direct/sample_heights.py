@@ -1,0 +1,123 @@
+"""How high the cells of an undeformed surface stand in each frame."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.estimate.direct.motion_noise import FROM_MEDIAN
+from palpate.estimate.direct.samples import Cells, Feet, RestSurface
+from palpate.surface.alignment import Alignment
+from palpate.surface.pose import to_object
+
+# Points of a cell farther from its median than so many deviations, and what a pressed surface may
+# slope in it, are left out.
+CLIP, SLOPE = 3.0, 0.05
+
+
+@dataclass(frozen=True)
+class ObservationOptions:
+    """Which cells are made, and which points count.
+
+    Attributes
+    ----------
+    spacing_m : float
+        Least distance of two cells' seeds [m].
+    reach_m : float
+        Farthest cell from the contact [m].
+    largest_distance_m : float
+        Points farther from the undeformed surface belong to something else [m].
+    largest_normal_deg : float
+        So do those whose normals are turned more against its own.
+    largest_view_deg : float
+        Cells that an eye sees more from the side are left out.
+    clear_m, shaft_clear_m : float
+        Lines of sight keep this distance from the probe's axis: up to `shaft_from_m` above the
+        tip, and above it [m]. Nearer by, windows hold both probe and surface.
+    shaft_from_m : float
+    fewest_points : float
+        Of a cell in a frame; with fewer it was not seen.
+    fewest_part : float
+        Nor with less than this part of its mean count at rest.
+    fewest_rest_frames : int
+        In which a cell is seen.
+    near_m : float
+        The camera must see some of the surface this near to the contact [m].
+    """
+
+    spacing_m: float = 0.004
+    reach_m: float = 0.1
+    largest_distance_m: float = 0.012
+    largest_normal_deg: float = 60.0
+    largest_view_deg: float = 60.0
+    clear_m: float = 0.018
+    shaft_clear_m: float = 0.045
+    shaft_from_m: float = 0.05
+    fewest_points: float = 2
+    fewest_part: float = 0.5
+    fewest_rest_frames: int = 3
+    near_m: float = 0.04
+
+
+def frame_feet(
+    surface: RestSurface,
+    alignment: Alignment,
+    cloud: tuple[NDArray, NDArray],
+    options: ObservationOptions,
+) -> Feet:
+    """Feet of a frame's points within reach of the contact.
+
+    Parameters
+    ----------
+    surface : RestSurface
+    alignment : Alignment
+    cloud : (points (n, 3) [m], normals (n, 3))
+        Camera frame.
+    options : ObservationOptions
+    """
+    pose = alignment.camera_from_object
+    points, normals = to_object(pose, cloud[0]), cloud[1] @ pose[:3, :3]
+    offset = np.linalg.norm(points - alignment.contact_point_m, axis=1)
+    near = offset < options.reach_m + options.largest_distance_m
+    feet = surface.feet(
+        points[near],
+        normals[near],
+        largest_distance_m=options.largest_distance_m,
+        largest_normal_deg=options.largest_normal_deg,
+    )
+    inside = np.linalg.norm(feet.foot_m - alignment.contact_point_m, axis=1) < options.reach_m
+    return Feet(feet.foot_m[inside], feet.normal[inside], feet.distance_m[inside])
+
+
+def cell_heights(
+    cells: Cells, feet: Sequence[Feet], options: ObservationOptions
+) -> tuple[NDArray, NDArray]:
+    """Clipped mean distance of each frame's points in each cell [m], and their number, (f, c)."""
+    numbers = [cells.numbers(one, reach_m=options.spacing_m) for one in feet]
+    count, pairs = len(cells.cell_m), list(zip(numbers, feet, strict=True))
+    middle = np.array([_medians(number, one.distance_m, count) for number, one in pairs])
+    rest = [one.distance_m - m[n] for n, m, one in zip(numbers, middle, feet, strict=True)]
+    used = np.concatenate([r[n >= 0] for n, r in zip(numbers, rest, strict=True)])
+    limit = CLIP * FROM_MEDIAN * np.median(np.abs(used)) + SLOPE * options.spacing_m
+    height, points = np.full(middle.shape, np.nan), np.zeros(middle.shape, dtype=np.int64)
+    for k, one in enumerate(feet):
+        kept = (numbers[k] >= 0) & (np.abs(rest[k]) <= limit)
+        points[k] = np.bincount(numbers[k][kept], minlength=middle.shape[1])
+        sums = np.bincount(numbers[k][kept], one.distance_m[kept], middle.shape[1])
+        seen = points[k] >= options.fewest_points
+        height[k, seen] = sums[seen] / points[k, seen]
+    return height, points
+
+
+def _medians(numbers: NDArray, values: NDArray, count: int) -> NDArray:
+    """Median of the values in each cell (c,); not a number where there are none."""
+    kept = numbers >= 0
+    order = np.lexsort((values[kept], numbers[kept]))
+    sorted_values = values[kept][order]
+    size = np.bincount(numbers[kept], minlength=count)
+    first = np.cumsum(size) - size
+    last = max(len(sorted_values) - 1, 0)
+    low, high = (np.minimum(first + half, last) for half in ((size - 1) // 2, size // 2))
+    found = (sorted_values[low] + sorted_values[high]) / 2 if len(sorted_values) else 0.0
+    return np.where(size > 0, found, np.nan)

@@ -1,0 +1,1 @@
+"""Reduced modulus from force and depth (Hertz, and laws for thin and deep ones)."""

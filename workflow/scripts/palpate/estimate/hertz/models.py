@@ -1,0 +1,281 @@
+"""All models of a press side by side, and the one that its geometry and its hold recommend."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from palpate.estimate.direct.relaxation_prior import relaxation_times
+from palpate.estimate.hertz.fit import (
+    CONFIDENCE,
+    ContactFit,
+    KnownContactFit,
+    Law,
+    fit_free_contact,
+    fit_known_contact,
+)
+from palpate.estimate.hertz.laws import INDENTERS, LARGEST_CHI, SUPPORTS, contact_law
+from palpate.estimate.hertz.mixture import Beliefs
+from palpate.estimate.hertz.record import Record
+from palpate.estimate.hertz.relaxation import (
+    fit_relaxation,
+    verdict,
+    with_other_shares,
+)
+from palpate.estimate.hertz.strain import finite_strain_factor
+
+# Contact at the surface; wherever the force says; or at the surface within its stated deviation.
+CONTACTS = ("known", "free", "weighted")
+# Beyond this depth over radius the paraboloid is too blunt by more than a hundredth.
+SHALLOW = 0.1
+# Poisson's ratios of all that people press, from cork to rubber.
+POISSON_RATIOS = (0.0, 0.499)
+# A press less deep than so many deviations of its depth tells neither relaxation nor its contact.
+SHALLOWEST = 8.0
+# The fit with relaxation is repeated with the prior's share scaled, to show what the prior decides.
+SHARE_FACTORS = (0.5, 2.0)
+BY_RATIO = (
+    "reduced_modulus_pa",
+    "reduced_modulus_interval_pa",
+    "later_reduced_modulus_pa",
+    "later_reduced_modulus_interval_pa",
+)
+# Poisson's ratios that the fit with relaxation takes for equally likely.
+HELD_POISSON_RATIOS = tuple((np.arange(8) / 16 + 1 / 32).tolist())
+
+
+@dataclass(frozen=True)
+class Press:
+    """Samples of one press up to the end of deformation, and what they rest on.
+
+    Attributes
+    ----------
+    depth_m, force_n : (n,) arrays
+        Depth [m] and force [N], approach included.
+    onset : int
+        First sample in contact.
+    radius_m, thickness_m : float
+        Of the sphere, and of the object along the press [m].
+    depth_std_m : float
+        Standard deviation of an error that all depths share [m].
+    """
+
+    depth_m: NDArray
+    force_n: NDArray
+    onset: int
+    radius_m: float
+    thickness_m: float
+    depth_std_m: float
+
+    @property
+    def depth_over_radius(self) -> float:
+        """Largest depth over the sphere's radius."""
+        return max(float(self.depth_m.max()), 0.0) / self.radius_m
+
+    @property
+    def chi(self) -> float:
+        """Largest sqrt(R d)/h."""
+        return self.radius_m * float(np.sqrt(self.depth_over_radius)) / self.thickness_m
+
+
+def fit_models(
+    press: Press, *, nu: float, baseline: bool, residual: str, series: str
+) -> list[dict]:
+    """Fit every model with the contact point known, free and weighted.
+
+    Parameters
+    ----------
+    press : Press
+    nu : float
+        Poisson's ratio that the layers assume.
+    baseline, residual
+        Of `fit_free_contact`.
+    series : {"consistent", "printed"}
+        Of the layers.
+
+    Returns
+    -------
+    list of dict
+        ``indenter, support, contact``, ``relaxation`` (none), the fit's fields, and for layers
+        ``reduced_modulus_range_pa``, the moduli at Poisson's ratios 0 and 0.499. A layer that is
+        thinner than the series holds for has none.
+    """
+    supports = SUPPORTS if press.chi <= LARGEST_CHI else SUPPORTS[:1]
+    options = {"baseline": baseline, "residual": residual, "series": series}
+    rows = []
+    for indenter in INDENTERS:
+        for support in supports:
+            for contact in CONTACTS:
+                name = {"indenter": indenter, "support": support, "contact": contact}
+                row = name | {"relaxation": "none"}
+                row |= vars(fit_model(press, **name, nu=nu, **options))
+                if support != "half_space":
+                    ends = [fit_model(press, **name, nu=end, **options) for end in POISSON_RATIOS]
+                    row["reduced_modulus_range_pa"] = sorted(e.reduced_modulus_pa for e in ends)
+                rows.append(row)
+    return rows
+
+
+def fit_model(
+    press: Press,
+    *,
+    indenter: str,
+    support: str,
+    contact: str,
+    nu: float,
+    baseline: bool,
+    residual: str,
+    series: str,
+) -> ContactFit | KnownContactFit:
+    """Fit one model, with the contact point ``known``, ``free`` or ``weighted``."""
+    law = _law(press, {"indenter": indenter, "support": support}, nu=nu, series=series)
+    if contact != "known":
+        return fit_free_contact(
+            press.depth_m,
+            press.force_n,
+            law,
+            baseline=baseline,
+            residual=residual,
+            depth_std_m=press.depth_std_m if contact == "weighted" else None,
+        )
+    used = slice(press.onset, None)
+    return fit_known_contact(
+        press.depth_m[used], press.force_n[used], law, depth_std_m=press.depth_std_m
+    )
+
+
+def fit_held(
+    press: Press,
+    record: Record,
+    model: Mapping,
+    *,
+    nu: float,
+    series: str,
+    beliefs: Beliefs,
+) -> tuple[list[dict], dict]:
+    """Fit a model with relaxation and finite strain to a press and its hold.
+
+    Finite strain makes the law depend on Poisson's ratio far more than a layer does.
+
+    Parameters
+    ----------
+    press : Press
+    record : Record
+        Of the same press, from the approach to the end of the hold.
+    model : mapping
+        The same model without relaxation, of `fit_models`, contact weighted.
+    nu, series
+        As in `fit_models`.
+    beliefs : Beliefs
+
+    Returns
+    -------
+    rows : list of dict
+        As those of `fit_models`. Where the probe was held for the shortest relaxation time at
+        least, ``relaxation`` is prony_assumed_nu, which takes nu for granted, then prony, to which
+        ratios from 0 to 0.5 are equally likely. Else one row, unheld, or shallow where the
+        deepest depth is less than eight of its deviations: the modulus without relaxation, its
+        interval widened by what relaxation and nu, and the depth's error, may have done.
+    block : dict
+        ``verdict``, ``held_s``, the beliefs, the fit's fields, ``other_shares``, and
+        ``by_poisson_ratio``, the modulus for whoever knows nu.
+    """
+    times = relaxation_times(record.time_s[press.onset :])
+    held_s = float(record.time_s[-1] - record.time_s[record.deepest])
+    held = held_s >= times[0]
+    laws = {at: _strained(press, model, nu=at, series=series) for at in HELD_POISSON_RATIOS}
+    given = {"times_s": times, "beliefs": beliefs}
+    found = fit_relaxation(record, laws, **given)
+    single = {at: fit_relaxation(record, {at: law}, **given) for at, law in laws.items()}
+    shallow = float(record.depth_m.max()) < SHALLOWEST * _depth_std(record)
+    said = "too shallow" if shallow else verdict(found, held=held)
+    block = {"verdict": said, "held_s": held_s}
+    block |= vars(beliefs) | vars(found)
+    block["other_shares"] = with_other_shares(record, laws, **given, factors=SHARE_FACTORS)
+    block["by_poisson_ratio"] = [
+        {"poisson_ratio": at} | {name: getattr(fit, name) for name in BY_RATIO}
+        for at, fit in single.items()
+    ]
+    if shallow:
+        return [
+            _widened(
+                model, "shallow", (*found.reduced_modulus_interval_pa, *_depth_ends(model, record))
+            )
+        ], block
+    if not held:
+        return [_widened(model, "unheld", found.reduced_modulus_interval_pa)], block
+    assumed = {nu: _strained(press, model, nu=nu, series=series)}
+    names = {name: model[name] for name in ("indenter", "support", "contact")}
+    ends = sorted(fit.reduced_modulus_pa for fit in single.values())
+    known = names | {"relaxation": "prony_assumed_nu"}
+    known |= vars(fit_relaxation(record, assumed, **given))
+    unknown = names | {"relaxation": "prony"} | vars(found)
+    return [known, unknown | {"reduced_modulus_range_pa": [ends[0], ends[-1]]}], block
+
+
+def recommended(press: Press, models: Sequence[Mapping]) -> dict:
+    """Choose a model by the press's geometry and by what of it was held.
+
+    Sneddon's sphere beyond a depth of a tenth of the radius, else the paraboloid; the bonded layer
+    where the series holds, since everything downstream takes the support as fixed, else the
+    half-space; the weighted contact, since it leaves neither the surface nor the force unused; and
+    relaxation allowed for wherever it was fitted.
+
+    Returns
+    -------
+    dict
+        The model, with ``rule`` in words.
+    """
+    indenter = "sneddon" if press.depth_over_radius > SHALLOW else "parabola"
+    support = "bonded" if press.chi <= LARGEST_CHI else "half_space"
+    wanted = (indenter, support, "weighted")
+    # What allows for relaxation follows its own model without.
+    best = [m for m in models if (m["indenter"], m["support"], m["contact"]) == wanted][-1]
+    rule = (
+        f"depth over radius {press.depth_over_radius:.2f}, chi {press.chi:.2f};"
+        f" sneddon above {SHALLOW:g}, bonded up to chi {LARGEST_CHI:g}, contact weighted,"
+        f" relaxation {best['relaxation']}"
+    )
+    return dict(best) | {"rule": rule}
+
+
+def _law(press: Press, model: Mapping, *, nu: float, series: str) -> Law:
+    return contact_law(
+        model["indenter"],
+        model["support"],
+        radius_m=press.radius_m,
+        thickness_m=press.thickness_m,
+        nu=nu,
+        series=series,
+    )
+
+
+def _strained(press: Press, model: Mapping, *, nu: float, series: str) -> Law:
+    """Contact law with finite strain."""
+    law = _law(press, model, nu=nu, series=series)
+
+    def strained(depth_m: NDArray) -> NDArray:
+        return law(depth_m) * finite_strain_factor(depth_m / press.radius_m, nu)
+
+    return strained
+
+
+def _depth_std(record: Record) -> float:
+    """Standard deviation of one depth, its own error and the common one together [m]."""
+    return float(np.hypot(record.frame_std_m, record.contact_std_m))
+
+
+def _depth_ends(model: Mapping, record: Record) -> tuple[float, float]:
+    """Ends of the modulus, which goes with the depth's power -3/2, by the depth's error alone."""
+    part = 1.5 * _depth_std(record) / max(float(record.depth_m.max()), _depth_std(record))
+    width = float(np.exp(ndtri((1 + CONFIDENCE) / 2) * part))
+    return model["reduced_modulus_pa"] / width, model["reduced_modulus_pa"] * width
+
+
+def _widened(model: Mapping, relaxation: str, others: Sequence[float]) -> dict:
+    """Effective modulus whose interval reaches to other ends too."""
+    ends = [*model["reduced_modulus_interval_pa"], *others]
+    interval = (min(ends), max(ends))
+    return dict(model) | {"relaxation": relaxation, "reduced_modulus_interval_pa": interval}

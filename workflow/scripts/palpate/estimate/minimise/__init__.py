@@ -1,0 +1,1 @@
+"""Error minimisation over (lambda, mu), the study's way to E and nu."""

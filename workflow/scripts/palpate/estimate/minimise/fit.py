@@ -1,0 +1,125 @@
+"""The moduli of one measured deformation: start, search, derivatives, and what they are worth."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from numpy.typing import NDArray
+
+from palpate.estimate.minimise.least_squares import NORMS, LeastSquaresFit, fit_least_squares
+from palpate.estimate.minimise.objective import Objective
+from palpate.estimate.minimise.profile import PoissonProfile, poisson_profile
+from palpate.estimate.minimise.reduced_objective import TOLERANCE, ReducedObjective
+from palpate.estimate.minimise.search import Minimum, hertz_start, minimise_error
+from palpate.solid.moduli import lame_from_engineering
+from palpate.solid.reduced import SHIFTS
+
+MOST_SHIFTS = 6
+
+
+@dataclass(frozen=True)
+class ReducedAccuracy:
+    """How well the reduced models stand for the full one.
+
+    Attributes
+    ----------
+    shifts : int
+        Factorisations that each took.
+    modes : int
+        Of the largest.
+    relative_error, relative_error_bound : float
+        At the minimum, in the energy norm: by full solves, and bounded without one.
+    largest_error_bound : float
+        Largest of the bounds over the profile's Poisson's ratios.
+    """
+
+    shifts: int
+    modes: int
+    relative_error: float
+    relative_error_bound: float
+    largest_error_bound: float
+
+
+@dataclass(frozen=True)
+class ModuliFit:
+    """Minimum with its trace, least squares by norm, profile over nu, accuracy of the model."""
+
+    minimum: Minimum
+    least_squares: dict[str, LeastSquaresFit]
+    profile: PoissonProfile
+    reduced_model: ReducedAccuracy
+
+
+def fit_moduli(
+    full: Objective,
+    E_star: float,
+    options: Mapping,
+    *,
+    nodes_m: NDArray,
+    norms: Sequence[str] = NORMS,
+) -> ModuliFit:
+    """Search the moduli from Hertz's start, as the study does and with derivatives.
+
+    Parameters
+    ----------
+    full : Objective
+        Its reduced models are refined until they agree with it at the minimum.
+    E_star : float
+        Reduced modulus of the Hertz fit [Pa].
+    options : mapping
+        Of `minimise_error`, with ``start_poisson_ratios``, ``profile_poisson_ratios`` and
+        ``patch_m``.
+    nodes_m : (n, 3) array
+        Nodes of the solid [m].
+    norms : sequence of str, optional
+        Of the least squares; "length", which judges the profile, among them.
+
+    Raises
+    ------
+    ValueError
+        If the start lies outside the bounds, or the reduced models can't be made right in the
+        range of Poisson's ratios.
+    """
+    for shifts in range(SHIFTS, MOST_SHIFTS + 1):
+        objective = ReducedObjective(
+            full, poisson_ratios=tuple(options["poisson_ratio_bounds"]), shifts=shifts
+        )
+        start = hertz_start(objective, E_star, options["start_poisson_ratios"])
+        minimum = minimise_error(objective, start, options)
+        accuracy = _accuracy(objective, minimum, options["profile_poisson_ratios"])
+        if max(accuracy.relative_error, accuracy.largest_error_bound) <= TOLERANCE:
+            break
+    else:
+        found = f"{accuracy.largest_error_bound:.2g} with {MOST_SHIFTS} ratios"
+        raise ValueError(
+            f"poisson_ratio_bounds: expected a range that the reduced model can hold to"
+            f" {TOLERANCE:g}, found {found}"
+        )
+    bounds = {name: options[name] for name in ("youngs_modulus_bounds_pa", "poisson_ratio_bounds")}
+    surface = {"nodes_m": nodes_m, "least_patch_m": options["patch_m"]}
+    fits = {
+        norm: fit_least_squares(objective, start, norm=norm, **surface, **bounds) for norm in norms
+    }
+    profile = poisson_profile(
+        objective,
+        options["profile_poisson_ratios"],
+        youngs_modulus_bounds_pa=options["youngs_modulus_bounds_pa"],
+        fit=fits["length"],
+    )
+    return ModuliFit(minimum, fits, profile, accuracy)
+
+
+def _accuracy(
+    objective: ReducedObjective, minimum: Minimum, poisson_ratios: Sequence[float]
+) -> ReducedAccuracy:
+    place = minimum.lame_lambda_pa, minimum.lame_mu_pa
+    bounds = [
+        objective.error_bound(*lame_from_engineering(minimum.youngs_modulus_pa, nu))
+        for nu in poisson_ratios
+    ]
+    return ReducedAccuracy(
+        shifts=objective.shifts,
+        modes=max(len(model.poles) for model in objective.models.values() if model),
+        relative_error=objective.true_error(*place),
+        relative_error_bound=objective.error_bound(*place),
+        largest_error_bound=max(bounds),
+    )

@@ -1,0 +1,201 @@
+"""From a tracked capture to the measurement that the objective compares with (Section 3.3.1)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.solid.boundary import NodeSets, node_sets
+from palpate.solid.corotation import element_rotations
+from palpate.solid.load import contact_triangle, nodal_force, outward_normal
+from palpate.solid.mesh import SolidMesh, quadratic
+from palpate.solid.moduli import lame_from_engineering
+from palpate.solid.patch import hertz_contact_radius, hertz_patch
+from palpate.solid.refine import refine_near
+from palpate.solid.support import Support
+from palpate.surface.tracked import Tracked
+from palpate.surface.transfer import to_solid
+
+STRAINS = ("linear", "corotational")
+# Of the solve that completes the tracked displacement: 0.1 or 0.45 moves E by 1 or 2 %.
+COMPLETION_POISSON_RATIO = 0.3
+# Completions, each with the rotations of the one before, the first with none; more move E by 0.3 %.
+COMPLETIONS = 2
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Solid, node sets and measurement of one deformation, object frame.
+
+    Attributes
+    ----------
+    mesh : SolidMesh
+    sets : NodeSets
+    measurement : Measurement
+    left_out : int array or None
+        Surface nodes whose displacement is not compared.
+    rotations : (m, p, 3, 3) array or None
+        Of co-rotational strain; None for linear strain.
+    """
+
+    mesh: SolidMesh
+    sets: NodeSets
+    measurement: Measurement
+    left_out: NDArray | None = None
+    rotations: NDArray | None = None
+
+    def objective(self, option: str) -> Objective:
+        """Objective of the problem for an error option."""
+        parts = {"left_out": self.left_out, "rotations": self.rotations}
+        return Objective(self.mesh, self.sets, self.measurement, option=option, **parts)
+
+
+def pose_problem(
+    solid: SolidMesh,
+    tracked: Tracked,
+    force_n: NDArray,
+    frame: int,
+    depth_m: float,
+    support: Support,
+    *,
+    indenter_radius_m: float,
+    refine_radius_m: float,
+    refine_edge_m: float,
+    element_order: int,
+    force_rule: str,
+    turn_force: bool,
+    leave_out_radii: float = 0.0,
+    strain: str = "linear",
+) -> Problem:
+    """Pose the inverse problem of one frame.
+
+    The displacement is the difference of the tracked surface between this frame and the first.
+
+    Parameters
+    ----------
+    solid : SolidMesh
+        Kept mesh of the object, elements of four nodes.
+    tracked : Tracked
+    force_n : (3,) array
+        Force on the object in the frame, camera frame [N].
+    frame : int
+        Deformed frame.
+    depth_m : float
+        Indentation depth in it [m].
+    support : Support
+    indenter_radius_m : float
+    refine_radius_m, refine_edge_m : float
+        Local refinement of the solid at the contact [m].
+    element_order : {1, 2}
+        Elements of four or of ten nodes.
+    force_rule : {"conserve", "area_ratio", "hertz_patch"}
+        On the contact triangle, as `palpate.solid.load.nodal_force` has it; or Hertz's pressure
+        over the contact radius sqrt(R d), which does not depend on the mesh.
+    turn_force : bool
+        Turn the force against the outward normal of the contact triangle (Section 5.2.2).
+    leave_out_radii : float, optional
+        Displacements within so many of Hertz's contact radii of the contact are not compared.
+    strain : {"linear", "corotational"}, optional
+        Eq. 3.4, or measured after the rotations that the tracked displacement has.
+
+    Raises
+    ------
+    ValueError
+        If an option is unknown, or contact or support are not where the solid is.
+    """
+    if element_order not in (1, 2):
+        raise ValueError(f"element_order: expected 1 or 2, found {element_order}")
+    if strain not in STRAINS:
+        raise ValueError(f"strain: expected one of {', '.join(STRAINS)}, found {strain}")
+    turn = tracked.camera_from_object[:3, :3]
+    mesh = refine_near(
+        solid, tracked.contact_point_m, radius_m=refine_radius_m, edge_m=refine_edge_m
+    )
+    mesh = quadratic(mesh) if element_order == 2 else mesh
+    forces = _contact_forces(
+        mesh,
+        tracked.contact_point_m,
+        force_n @ turn,
+        rule=force_rule,
+        turn_to_normal=turn_force,
+        indenter_radius_m=indenter_radius_m,
+        depth_m=depth_m,
+    )
+    sets = node_sets(mesh, support, contact_nodes=np.flatnonzero(forces.any(axis=1)))
+    moved = (tracked.vertices_m[frame] - tracked.vertices_m[0]) @ turn
+    displacement = to_solid(tracked.template_m, tracked.faces, moved, mesh)
+    measurement = Measurement(displacement, forces, float(np.linalg.norm(force_n)))
+    left_out = None
+    if leave_out_radii > 0:
+        reach = hertz_contact_radius(indenter_radius_m=indenter_radius_m, depth_m=depth_m)
+        left_out = _around(mesh, tracked.contact_point_m, leave_out_radii * reach)
+    turned = strain == "corotational"
+    rotations = tracked_rotations(mesh, sets, measurement) if turned else None
+    return Problem(mesh, sets, measurement, left_out, rotations)
+
+
+def _around(mesh: SolidMesh, point_m: NDArray, radius_m: float) -> NDArray:
+    """Surface nodes nearer to a point than a radius."""
+    surface = mesh.surface_nodes()
+    return surface[np.linalg.norm(mesh.nodes_m[surface] - point_m, axis=1) < radius_m]
+
+
+def tracked_rotations(
+    mesh: SolidMesh,
+    sets: NodeSets,
+    measurement: Measurement,
+    *,
+    poisson_ratio: float = COMPLETION_POISSON_RATIO,
+    completions: int = COMPLETIONS,
+) -> NDArray:
+    """Rotations of the solid's elements that the tracked displacement has.
+
+    Interior nodes follow from the surface's by Eq. 3.30, with the rotations found before.
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+        m elements, with p points each.
+    sets : NodeSets
+    measurement : Measurement
+    poisson_ratio : float, optional
+        Of the solve for interior nodes.
+    completions : int, optional
+        How often they are solved for.
+
+    Returns
+    -------
+    (m, p, 3, 3) array
+    """
+    moduli, rotations = lame_from_engineering(1.0, poisson_ratio), None
+    for _ in range(completions):
+        full = Objective(mesh, sets, measurement, option="displacement", rotations=rotations)
+        rotations = element_rotations(mesh, full.completed(*moduli))
+    return rotations
+
+
+def _contact_forces(
+    mesh: SolidMesh,
+    point_m: NDArray,
+    force_n: NDArray,
+    *,
+    rule: str,
+    turn_to_normal: bool,
+    indenter_radius_m: float,
+    depth_m: float,
+) -> NDArray:
+    """Nodal forces (n, 3) [N] of the contact at a point of the surface."""
+    triangle = contact_triangle(mesh, point_m, largest_distance_m=indenter_radius_m)
+    press = {"indenter_radius_m": indenter_radius_m, "depth_m": depth_m}
+    if rule != "hertz_patch":
+        options = {"rule": rule, "turn_to_normal": turn_to_normal}
+        return nodal_force(mesh, triangle, force_n, **options, **press)
+    inward = -outward_normal(mesh, triangle)
+    return hertz_patch(
+        mesh,
+        point_m,
+        inward,
+        np.linalg.norm(force_n) * inward if turn_to_normal else force_n,
+        contact_radius_m=hertz_contact_radius(**press),
+    )

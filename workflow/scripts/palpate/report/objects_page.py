@@ -1,0 +1,214 @@
+"""Tracked objects in three dimensions: one page that needs nothing from elsewhere."""
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.report.style import ERROR_NAMES, sensor_name
+from palpate.report.tables import bound_mark
+from palpate.surface.pose import to_object
+from palpate.surface.tracked import Tracked
+
+MILLIMETRES, KILOPASCALS = 1e3, 1e-3
+# Coordinates are kept as whole steps of the object's extent, with room at both ends.
+LARGEST_STEP = 32_000
+NOTHING = ""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """One capture on the page.
+
+    Attributes
+    ----------
+    capture : mapping
+        ``object``, ``sensor``, ``capture``, ``point``, ``provenance``.
+    tracked : Tracked
+    fit : mapping
+        hertz.json: its samples hold force and depth of each frame.
+    minima : mapping
+        minimise-<error>.json by error option.
+    """
+
+    capture: Mapping
+    tracked: Tracked
+    fit: Mapping
+    minima: Mapping[str, Mapping]
+
+
+def view(shown: Shown) -> dict:
+    """What the page gets of one capture.
+
+    Parameters
+    ----------
+    shown : Shown
+
+    Returns
+    -------
+    dict
+        ``title``, ``provenance``; ``steps`` (base64 of int16, frame by vertex by axis), ``step_mm``
+        and ``middle_mm`` that take them to the object frame, ``faces`` (base64 of uint32);
+        ``frames`` (force and depth of each, as text), ``deepest_frame``, ``largest_mm``: the
+        greatest displacement there, and ``moduli``: rows of text.
+
+    Raises
+    ------
+    ValueError
+        If the fit has not as many samples as the surface has frames, or a vertex is not finite.
+    """
+    tracked, samples = shown.tracked, shown.fit["samples"]
+    count = len(tracked.vertices_m)
+    if len(samples["force_n"]) != count:
+        found = len(samples["force_n"])
+        raise ValueError(f"samples: expected {count}, one for each frame, found {found}")
+    deepest = int(shown.fit["range"]["last_frame"])
+    steps, step_mm, middle_mm = in_steps(tracked)
+    return {
+        "title": title(shown.capture),
+        "provenance": shown.capture["provenance"],
+        "steps": _encoded(steps, "<i2"),
+        "step_mm": step_mm,
+        "middle_mm": middle_mm.tolist(),
+        "faces": _encoded(tracked.faces, "<u4"),
+        "vertices": len(tracked.template_m),
+        "frames": [
+            _pressed(force, depth)
+            for force, depth in zip(samples["force_n"], samples["depth_m"], strict=True)
+        ],
+        "deepest_frame": deepest,
+        "largest_mm": float(displacement_mm(tracked, deepest).max().round(3)),
+        "moduli": moduli(shown.fit, shown.minima),
+    }
+
+
+def in_steps(tracked: Tracked) -> tuple[NDArray, float, NDArray]:
+    """Vertices of all frames in the object frame as whole steps about their middle.
+
+    Parameters
+    ----------
+    tracked : Tracked
+
+    Returns
+    -------
+    steps : (f, n, 3) int array
+    step_mm : float
+        Length of a step: a 64,000th of the object's greatest extent.
+    middle_mm : (3,) array
+
+    Raises
+    ------
+    ValueError
+        If a vertex is not finite.
+    """
+    places = to_object(tracked.camera_from_object, tracked.vertices_m) * MILLIMETRES
+    if not np.isfinite(places).all():
+        raise ValueError("vertices_m: expected finite places, found others")
+    low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
+    middle = (low + high) / 2
+    step = float((high - low).max() / (2 * LARGEST_STEP))
+    return np.rint((places - middle) / step).astype(int), step, middle
+
+
+def displacement_mm(tracked: Tracked, frame: int) -> NDArray:
+    """How far each vertex has moved since the first frame, from which moduli are estimated [mm].
+
+    Parameters
+    ----------
+    tracked : Tracked
+    frame : int
+
+    Returns
+    -------
+    (n,) array
+    """
+    moved = tracked.vertices_m[frame] - tracked.vertices_m[0]
+    return np.linalg.norm(moved, axis=1) * MILLIMETRES
+
+
+def title(capture: Mapping) -> str:
+    """Name of a capture as a reader knows it."""
+    name = capture["object"].replace("_", " ").capitalize()
+    return f"{name}, point {capture['point']}, {sensor_name(capture['sensor'])}"
+
+
+def moduli(fit: Mapping, minima: Mapping[str, Mapping]) -> list[dict[str, str]]:
+    """Moduli of a capture by method, as text in kPa, with what is to be said of nu."""
+    advised = fit["recommended"]
+    low, high = (_kpa(value) for value in advised["reduced_modulus_interval_pa"])
+    rows = [
+        _row("Hertz fit (Eq. 5.1)", fit["study"]["reduced_modulus_pa"]),
+        _row("Recommended contact model", advised["reduced_modulus_pa"], f" ({low} to {high})"),
+    ]
+    for error, minimum in minima.items():
+        mark, method = bound_mark(minimum), f"Minimisation, {ERROR_NAMES[error]} error"
+        row = _row(method, minimum["reduced_modulus_pa"], mark)
+        row["E_kpa"] = _kpa(minimum["youngs_modulus_pa"]) + mark
+        row["nu"] = f"{minimum['poisson_ratio']:.2f}{mark}"
+        rows.append(row | {"verdict": _verdict(minimum)})
+    return rows
+
+
+def page(
+    template: str, *, behaviour: str, plotly: str, views: Sequence[Mapping], tracker: str
+) -> str:
+    """Put views, their behaviour and the plotting library into the page.
+
+    Parameters
+    ----------
+    template, behaviour, plotly : str
+        HTML with the places ``@@name@@``, and scripts.
+    views : sequence of mapping
+        As `view` gives them.
+    tracker : str
+        Whose surfaces they are.
+
+    Returns
+    -------
+    str
+        The same for the same views.
+    """
+    data = {"tracker": tracker, "views": list(views)}
+    parts = {
+        "@@plotly@@": plotly.replace("</script", "<\\/script"),
+        "@@behaviour@@": behaviour,
+        "@@data@@": json.dumps(data, ensure_ascii=True).replace("<", "\\u003c"),
+    }
+    for place, part in parts.items():
+        if template.count(place) != 1:
+            found = template.count(place)
+            raise ValueError(f"template: expected {place} once, found it {found} times")
+        template = template.replace(place, part)
+    return template
+
+
+def _pressed(force_n: float, depth_m: float) -> str:
+    depth = f", {depth_m * MILLIMETRES:.1f} mm deep" if depth_m > 0 else NOTHING
+    return f"{force_n:.2f} N{depth}"
+
+
+def _verdict(minimum: Mapping) -> str:
+    verdict, reason = minimum["profile"]["verdict"], minimum["least_squares"]["length"]["unknown"]
+    return f"{verdict} ({reason})" if reason else verdict
+
+
+def _row(method: str, reduced_modulus_pa: float, remark: str = NOTHING) -> dict[str, str]:
+    reduced = _kpa(reduced_modulus_pa) + remark
+    return {
+        "method": method,
+        "E_kpa": NOTHING,
+        "nu": NOTHING,
+        "reduced_kpa": reduced,
+        "verdict": NOTHING,
+    }
+
+
+def _kpa(modulus_pa: float) -> str:
+    return f"{modulus_pa * KILOPASCALS:.1f}"
+
+
+def _encoded(values: NDArray, kind: str) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")

@@ -1,0 +1,187 @@
+"""Page of one object: how stiff it is, how well that is known, and from what."""
+
+import base64
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+
+from palpate.report.style import sensor_name
+from palpate.report.tables import AT_BOUND_NOTE, SIMULATED_NOTE, bound_mark
+
+KILOPASCALS, MILLIMETRES = 1e-3, 1e3
+MODULI = {
+    "youngs_modulus_pa": "E (kPa)",
+    "youngs_modulus_1s_pa": "E after 1 s (kPa)",
+    "poisson_ratio": "nu",
+    "reduced_modulus_pa": "E* = E/(1 - nu^2) (kPa)",
+}
+METHODS = {
+    "direct_joint": "direct, all captures together",
+    "direct": "direct",
+    "hertz": "Hertz fit (Eq. 5.1)",
+    "hertz_free_contact": "Hertz fit, contact point free",
+    "hertz_recommended": "Hertz, recommended contact model",
+}
+MEANING = {
+    "identified": "the captures tell it.",
+    "bounded": "the captures leave a wide interval, or one end of it open: trust the interval,"
+    " not the value.",
+    "not identified": "the captures do not tell it: any value of the range explains them.",
+    "interval": "it has an interval; whether that is narrow is not judged.",
+    "not judged": "no interval can be given: a number to compare, not to rely on.",
+}
+CAPTIONS = {
+    "moduli": "E and nu of each capture and of all together, with 95 % intervals; open symbols are"
+    " not identified.",
+    "hertz_fit": "Hertz model fitted to force and depth. Where the points leave the curve"
+    " systematically, trust the direct estimate more.",
+    "surface": "What the camera sees in the deepest frame, the tracked surface, and a section"
+    " through the dent. Surface and points should lie on each other away from the probe.",
+}
+# From here on the motion of the surface differs from the model's by much more than its noise.
+LARGE_SCALE = 3.0
+
+
+def own_page(
+    name: str,
+    summary: pd.DataFrame,
+    presses: Sequence[Mapping],
+    pictures: Mapping[str, bytes],
+) -> str:
+    """Write an object's page.
+
+    Parameters
+    ----------
+    name : str
+        The object.
+    summary : DataFrame
+        Its summary.csv.
+    presses : sequence of mapping
+        Of `press_of`, a row of the table of captures each.
+    pictures : mapping
+        PNG by name, in their order; names as in `CAPTIONS`.
+
+    Returns
+    -------
+    str
+        Markdown, the pictures within it.
+
+    Raises
+    ------
+    ValueError
+        If the summary recommends nothing.
+    """
+    advised = summary[summary["recommended"]]
+    if not len(advised):
+        raise ValueError("recommended: expected a row for each sensor, found none")
+    lines = [f"# {name.replace('_', ' ').capitalize()}", ""]
+    if (summary["provenance"] == "simulated").any():
+        lines += [SIMULATED_NOTE, ""]
+    lines += ["## How stiff", "", *_advised(advised), "", *_meanings(advised), *_doubts(advised)]
+    lines += _pictures(pictures)
+    lines += ["", "## Captures", "", *_table(presses), "", "## All estimates", ""]
+    rows = summary.to_dict("records")
+    lines += _table([_estimate(row) for row in rows])
+    if any(bound_mark(row) for row in rows):
+        lines += ["", AT_BOUND_NOTE]
+    return "\n".join(lines) + "\n"
+
+
+def press_of(capture: Mapping, fit: Mapping, direct: Mapping) -> dict[str, str]:
+    """What a capture held, as text.
+
+    Parameters
+    ----------
+    capture : mapping
+    fit, direct : mapping
+        Its hertz.json and direct.json. The depth is that of the tip as it was recorded, and the
+        constant error of it that the direct estimate found.
+    """
+    force, residual = fit["samples"]["force_n"], direct["residuals"][0]
+    offset = direct["nuisances"][0]["offset_m"]
+    depth = max(fit["samples"]["depth_m"]) + offset
+    return {
+        "sensor": sensor_name(capture["sensor"]),
+        "capture": str(capture["capture"]),
+        "frames": str(len(force)),
+        "frames compared": str(direct["frames"][0]),
+        "peak force (N)": f"{max(force):.2f}",
+        "greatest depth (mm)": f"{depth * MILLIMETRES:.1f}",
+        "of it fitted offset (mm)": f"{offset * MILLIMETRES:.1f}",
+        "depth over radius": f"{depth / fit['radius_m']:.2f}",
+        "places of the surface": str(residual["cells"]),
+        "motion's noise over expected": f"{residual['motion_scale']:.1f}",
+    }
+
+
+def _advised(rows: pd.DataFrame) -> list[str]:
+    """Recommended row of each sensor, with intervals and verdicts."""
+    found = []
+    for row in rows.to_dict("records"):
+        cells = {"sensor": sensor_name(row["sensor"]), "captures": f"{row['captures']:.0f}"}
+        cells |= {label: _judged(row, quantity) for quantity, label in MODULI.items()}
+        found.append(cells | {"law": str(row["law"]).replace("_", "-")})
+    return _table(found)
+
+
+def _judged(row: Mapping, quantity: str) -> str:
+    verdict = row.get(f"{quantity.removesuffix('_pa')}_verdict")
+    return f"{_value(row, quantity)}: {verdict}" if isinstance(verdict, str) else ""
+
+
+def _value(row: Mapping, quantity: str) -> str:
+    """Value with its interval, moduli in kPa; whether a bound ended the search for it."""
+    stem, end = quantity.removesuffix("_pa"), "_pa" if quantity.endswith("_pa") else ""
+    scale, places = (KILOPASCALS, 1) if end else (1.0, 2)
+    value, low, high = (row.get(key) for key in (quantity, f"{stem}_low{end}", f"{stem}_high{end}"))
+    if pd.isna(value):
+        return ""
+    text = f"{scale * value:.{places}f}"
+    if pd.isna(low):
+        return text + bound_mark(row)
+    return f"{text}{bound_mark(row)} ({scale * low:.{places}f} to {scale * high:.{places}f})"
+
+
+def _meanings(rows: pd.DataFrame) -> list[str]:
+    """What the verdicts in the table say."""
+    columns = [f"{quantity.removesuffix('_pa')}_verdict" for quantity in MODULI]
+    seen = {verdict for name in columns for verdict in rows[name].dropna()}
+    return [f"- *{verdict}*: {text}" for verdict, text in MEANING.items() if verdict in seen]
+
+
+def _doubts(rows: pd.DataFrame) -> list[str]:
+    """Lines for sensors whose captures the model explains badly."""
+    return [
+        f"- {sensor_name(row['sensor'])}: the surface moves unlike the model, by"
+        f" {row['motion_scale']:.1f} times what its noise explains. Look at the pictures: the"
+        " template, the point or what holds the object may be other than described."
+        for row in rows.to_dict("records")
+        if row["motion_scale"] > LARGE_SCALE
+    ]
+
+
+def _pictures(pictures: Mapping[str, bytes]) -> list[str]:
+    lines = []
+    for name, content in pictures.items():
+        encoded = base64.b64encode(content).decode("ascii")
+        lines += ["", f"![{name}](data:image/png;base64,{encoded})", "", CAPTIONS[name]]
+    return lines
+
+
+def _estimate(row: Mapping) -> dict[str, str]:
+    """Row of the table of all estimates."""
+    cells = {
+        "sensor": sensor_name(row["sensor"]),
+        "capture": str(row["capture"]),
+        "method": METHODS.get(row["method"], row["method"].replace("_", " ")),
+    }
+    cells |= {label: _value(row, quantity) for quantity, label in MODULI.items()}
+    verdict = row["poisson_ratio_verdict"]
+    return cells | {"verdict on nu": verdict if isinstance(verdict, str) else ""}
+
+
+def _table(rows: Sequence[Mapping[str, str]]) -> list[str]:
+    """Pipe table of rows with the same keys."""
+    head = list(rows[0])
+    lines = [head, ["---"] * len(head), *([row[key] for key in head] for row in rows)]
+    return ["| " + " | ".join(cells) + " |" for cells in lines]

@@ -1,0 +1,240 @@
+"""Figures of tracked surfaces and of the mismatch on them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LightSource
+from matplotlib.figure import Figure
+from matplotlib.tri import Triangulation
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from numpy.typing import NDArray
+
+from palpate.report.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    PAGE_IN,
+    label_provenance,
+    sensor_name,
+)
+from palpate.run.frames import Stream
+from palpate.run.read_files import read_all
+from palpate.surface.pose import to_object
+from palpate.surface.tracked import load_tracked
+from palpate.vision.clouds import read_clouds
+
+MILLIMETRES = 1e3
+ZOOM_M = 0.040
+DETAIL_M = 0.025
+SECTION_HALF_WIDTH_M = 0.0015
+MAP = "cividis"
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """Mismatch on the surface of one solid: nodes (n, 3) [m], outward triangles, (n,) [m]."""
+
+    nodes_m: NDArray
+    triangles: NDArray
+    mismatch_m: NDArray
+    contact_m: NDArray
+
+
+@dataclass(frozen=True)
+class TrackedView:
+    """Tracked surface of one frame, object frame.
+
+    Attributes
+    ----------
+    rest_m, deformed_m : (n, 3) arrays
+        Template before and in the frame [m].
+    faces : (m, 3) int array
+    cloud_m : (k, 3) array
+        Captured points of the frame [m].
+    contact_m : (3,) array
+    photo : (h, w, 3) or (h, w) uint8 array
+        The frame as the reference camera saw it.
+    """
+
+    rest_m: NDArray
+    deformed_m: NDArray
+    faces: NDArray
+    cloud_m: NDArray
+    contact_m: NDArray
+    photo: NDArray
+
+
+def make_tracked_surface(inputs: Any, params: Any) -> Figure:
+    """Tracked surface of the most pressed frame of each capture."""
+    fits = read_all(inputs.fits)
+    parts = zip(inputs.tracked, inputs.clouds, fits, inputs.recorded, params.sensors, strict=True)
+    views = [_read_view(*part) for part in parts]
+    return tracked_surface(params.captures, views)
+
+
+def figure_5_10(captures: Sequence[Mapping], views: Sequence[Mismatch]) -> Figure:
+    """Mismatch of tracked and computed deformation from above, a row per sensor (Fig. 5.10)."""
+    count = len(views)
+    figure, axes = plt.subplots(
+        count,
+        2,
+        figsize=(PAGE_IN, 2.5 * count + 0.2),
+        width_ratios=(2.1, 1),
+        squeeze=False,
+        layout="constrained",
+    )
+    limit = max(float(view.mismatch_m.max()) for view in views) * MILLIMETRES
+    for row, capture, view in zip(axes, captures, views, strict=True):
+        _mismatch_panel(row[0], view, limit, None)
+        image = _mismatch_panel(row[1], view, limit, ZOOM_M)
+        row[0].set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
+        row[1].set_title("at the contact")
+        figure.colorbar(image, ax=row[1], label="Mismatch (mm)", shrink=0.85)
+    figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
+    label_provenance(figure, {capture["provenance"] for capture in captures})
+    return figure
+
+
+def tracked_surface(captures: Sequence[Mapping], views: Sequence[TrackedView]) -> Figure:
+    """Photograph, tracked surface at the contact and section through it, a row per sensor."""
+    count = len(views)
+    figure = plt.figure(figsize=(PAGE_IN, 2.05 * count))
+    for k, (capture, view) in enumerate(zip(captures, views, strict=True)):
+        photo = figure.add_subplot(count, 3, 3 * k + 1)
+        _photo_panel(photo, view)
+        photo.set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
+        _shaded_panel(figure.add_subplot(count, 3, 3 * k + 2, projection="3d"), view)
+        section = figure.add_subplot(count, 3, 3 * k + 3)
+        _section_panel(section, view)
+        if k == 0:
+            section.legend(loc="lower right", fontsize=6, handlelength=1.4)
+        if k == count - 1:
+            section.set_xlabel("From the contact (mm)")
+    figure.tight_layout(rect=(0, 0.02, 1, 1))
+    label_provenance(figure, {capture["provenance"] for capture in captures})
+    return figure
+
+
+def _read_view(
+    tracked: str, clouds: str, fit: Mapping, recorded: str, sensor: Mapping
+) -> TrackedView:
+    """Most pressed frame of one capture."""
+    surface, frame = load_tracked(tracked), fit["range"]["last_frame"]
+    pose = surface.camera_from_object
+    return TrackedView(
+        surface.template_m,
+        to_object(pose, surface.vertices_m[frame]),
+        surface.faces,
+        to_object(pose, read_clouds(clouds)[frame].points_m),
+        surface.contact_point_m,
+        Stream(recorded, sensor)[frame],
+    )
+
+
+def _mismatch_panel(axes: Axes, view: Mismatch, limit: float, zoom_m: float | None):
+    a, b, c = (view.nodes_m[view.triangles[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    above = normals[:, 2] > 0.5 * np.linalg.norm(normals, axis=1)
+    x, y = view.nodes_m[:, 0] * MILLIMETRES, view.nodes_m[:, 1] * MILLIMETRES
+    top = Triangulation(x, y, view.triangles[above])
+    values = view.mismatch_m * MILLIMETRES
+    image = axes.tripcolor(
+        top, values, shading="gouraud", cmap=MAP, vmin=0, vmax=limit, rasterized=True
+    )
+    axes.triplot(top, color="white", lw=0.15, alpha=0.6)
+    place = view.contact_m[:2] * MILLIMETRES
+    axes.plot(*place, "+", color=ORANGE, ms=6, mew=1.1)
+    axes.set_aspect("equal")
+    if zoom_m is not None:
+        reach = zoom_m * MILLIMETRES
+        axes.set_xlim(place[0] - reach, place[0] + reach)
+        axes.set_ylim(place[1] - reach, place[1] + reach)
+    if axes.get_subplotspec().is_last_row():
+        axes.set_xlabel("Length (mm)")
+    axes.set_ylabel("Width (mm)")
+    return image
+
+
+def _photo_panel(axes: Axes, view: TrackedView) -> None:
+    grey = "gray" if view.photo.ndim == 2 else None
+    axes.imshow(view.photo, cmap=grey, interpolation="antialiased")
+    axes.set_axis_off()
+
+
+def _shaded_panel(axes: Axes, view: TrackedView) -> None:
+    centre = view.contact_m
+    near = np.linalg.norm(view.rest_m[view.faces].mean(axis=1) - centre, axis=1) < ZOOM_M
+    triangles = (view.deformed_m[view.faces[near]] - centre) * MILLIMETRES
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    light = LightSource(azdeg=225, altdeg=40)
+    shade = np.clip(light.shade_normals(_unit(normals)), 0, 1)
+    base = np.array([0.62, 0.74, 0.86])
+    colours = base * (0.45 + 0.55 * shade[:, None])
+    axes.add_collection3d(
+        Poly3DCollection(triangles, facecolors=colours, edgecolors="white", linewidths=0.12)
+    )
+    reach = ZOOM_M * MILLIMETRES * 0.75
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-reach * 0.5, reach * 0.25))
+    axes.set_box_aspect((2, 2, 0.75), zoom=1.45)
+    axes.view_init(elev=38, azim=-72)
+    axes.set_axis_off()
+
+
+def _section_panel(axes: Axes, view: TrackedView) -> None:
+    centre = view.contact_m
+    for vertices, colour, style, label in (
+        (view.rest_m, GREY, (0, (4, 2)), "undeformed"),
+        (view.deformed_m, BLUE, "-", "tracked"),
+    ):
+        lines = [line * MILLIMETRES for line in _section(vertices, view.faces, centre)]
+        for first, (x, z) in enumerate(lines):
+            name = "_nolegend_" if first else label
+            axes.plot(x, z, color=colour, ls=style, label=name)
+    offset = view.cloud_m - centre
+    slab = (np.abs(offset[:, 1]) < SECTION_HALF_WIDTH_M) & (np.abs(offset[:, 0]) < DETAIL_M)
+    points = offset[slab] * MILLIMETRES
+    axes.plot(points[:, 0], points[:, 2], ".", ms=2.5, color=BLACK, label="captured")
+    axes.set_xlim(-DETAIL_M * MILLIMETRES, DETAIL_M * MILLIMETRES)
+    axes.set_ylim(-14, 5)
+    axes.set_aspect("equal")
+    axes.set_ylabel("Height (mm)")
+
+
+def _section(vertices: NDArray, faces: NDArray, centre: NDArray) -> list[NDArray]:
+    """Closed lines (2, k) in x and z where a surface crosses the plane y = the contact's."""
+    offset = vertices - centre
+    sides = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    edges, of_face = np.unique(sides, axis=0, return_inverse=True)
+    a, b = offset[edges[:, 0]], offset[edges[:, 1]]
+    crosses = (a[:, 1] > 0) != (b[:, 1] > 0)
+    part = (a[crosses, 1] / (a - b)[crosses, 1])[:, None]
+    places = np.zeros((len(edges), 2))
+    places[crosses] = (a[crosses] + part * (b - a)[crosses])[:, [0, 2]]
+    of_face = of_face.reshape(-1, 3)
+    cut = of_face[crosses[of_face].sum(axis=1) == 2]
+    links = cut[crosses[cut]].reshape(-1, 2)
+    return [places[line].T for line in _closed_lines(links)]
+
+
+def _closed_lines(links: NDArray) -> list[list[int]]:
+    """Walks along pairs of neighbours, each of whom has two, back to where they began."""
+    neighbours: dict[int, list[int]] = {}
+    for one, other in links.tolist():
+        neighbours.setdefault(one, []).append(other)
+        neighbours.setdefault(other, []).append(one)
+    lines = []
+    while neighbours:
+        line = [min(neighbours)]
+        while around := neighbours.pop(line[-1], None):
+            line.append(next((n for n in around if n in neighbours), line[0]))
+        lines.append(line)
+    return lines
+
+
+def _unit(vectors: NDArray) -> NDArray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

@@ -1,0 +1,211 @@
+"""Tables of the study, each number of ours beside the published one."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+
+CAPTURE = ["object", "sensor", "capture", "point"]
+JUDGED = ("youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa")
+# Of the direct estimate: law, captures and frames in it, residuals over what was stated.
+DIAGNOSTICS = ("law", "captures", "frames", "motion_scale", "motion_sharing", "depth_scale")
+# From here on numbers stand without an exponent.
+LARGE = 1e4
+SIMULATED_NOTE = "Rows marked simulated come from the virtual lab, not from recordings."
+AT_BOUND = " (at a bound)"
+AT_BOUND_NOTE = (
+    "At a bound: the search ran to an end of the range that it may use (minimise in config.yaml);"
+    " its numbers are that end's, not the object's."
+)
+PUBLISHED_NOTE = "Columns published_* are the study's printed values."
+
+
+def minimum_table(
+    captures: Sequence[Mapping], minima: Mapping[tuple[str, str, str, str], Mapping]
+) -> pd.DataFrame:
+    """Minima of all captures and error options, one row each.
+
+    Parameters
+    ----------
+    captures : sequence of mapping
+    minima : mapping
+        minimise-<error>.json by (object, sensor, capture, error).
+
+    Returns
+    -------
+    DataFrame
+    """
+    described = {(c["object"], c["sensor"], c["capture"]): c for c in captures}
+    rows = []
+    for (name, sensor, capture, error), minimum in minima.items():
+        known = described[name, sensor, capture]
+        low, high = minimum["profile"]["interval"] or (None, None)
+        derived = minimum["least_squares"]["length"]
+        rows.append(
+            {column: known[column] for column in CAPTURE}
+            | {
+                "error": error,
+                "youngs_modulus_pa": minimum["youngs_modulus_pa"],
+                "poisson_ratio": minimum["poisson_ratio"],
+                "reduced_modulus_pa": minimum["reduced_modulus_pa"],
+                "hertz_reduced_modulus_pa": minimum["hertz_reduced_modulus_pa"],
+                "at_bound": minimum["at_bound"],
+                "youngs_modulus_std_pa": derived["youngs_modulus_std_pa"],
+                "poisson_ratio_std": derived["poisson_ratio_std"],
+                "poisson_ratio_low": low,
+                "poisson_ratio_high": high,
+                "poisson_ratio_verdict": minimum["profile"]["verdict"],
+                "poisson_ratio_reason": derived["unknown"],
+                "provenance": known["provenance"],
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def least_squares_table(
+    captures: Sequence[Mapping], minima: Mapping[tuple[str, str, str, str], Mapping]
+) -> pd.DataFrame:
+    """Least squares of the same gaps, one row for each capture and error option."""
+    names = ["youngs_modulus_pa", "youngs_modulus_std_pa", "poisson_ratio", "poisson_ratio_std"]
+    described = {(c["object"], c["sensor"], c["capture"]): c for c in captures}
+    rows = []
+    for (name, sensor, capture, error), minimum in minima.items():
+        known, found = described[name, sensor, capture], minimum["least_squares"]["square"]
+        rows.append(
+            {column: known[column] for column in [*CAPTURE, "provenance"]}
+            | {key: found[key] for key in [*names, "reduced_modulus_pa", "at_bound"]}
+            | {"error": error}
+        )
+    return pd.DataFrame(rows)
+
+
+def summary(
+    hertz: pd.DataFrame, minima: pd.DataFrame, squares: pd.DataFrame, direct: pd.DataFrame
+) -> pd.DataFrame:
+    """One row for each object, sensor, capture and method, and for all captures together.
+
+    Intervals are at 95 %. A modulus without one has the verdict ``not judged``.
+
+    Parameters
+    ----------
+    hertz, minima, squares, direct : DataFrame
+        Of `hertz_tables.hertz_table`, `minimum_table`, `least_squares_table` and
+        `direct_tables.direct_rows`.
+    """
+    study = hertz[[*CAPTURE, "reduced_modulus_pa", "provenance"]].assign(method="hertz")
+    others = [
+        hertz[[*CAPTURE, "provenance"]].assign(
+            method=f"hertz_{name}",
+            reduced_modulus_pa=hertz[f"{name}_reduced_modulus_pa"],
+            reduced_modulus_low_pa=hertz[f"{name}_low_pa"],
+            reduced_modulus_high_pa=hertz[f"{name}_high_pa"],
+        )
+        for name in ("free_contact", "recommended")
+    ]
+    # A run may minimise nothing.
+    searched = [
+        table.assign(method=f"{method}_" + table["error"]) if len(table) else table
+        for method, table in (("minimise", minima), ("least_squares", squares))
+    ]
+    columns = [
+        *CAPTURE,
+        "method",
+        "recommended",
+        "youngs_modulus_pa",
+        "youngs_modulus_low_pa",
+        "youngs_modulus_high_pa",
+        "youngs_modulus_std_pa",
+        "youngs_modulus_verdict",
+        "youngs_modulus_1s_pa",
+        "youngs_modulus_1s_low_pa",
+        "youngs_modulus_1s_high_pa",
+        "youngs_modulus_1s_verdict",
+        "poisson_ratio",
+        "poisson_ratio_low",
+        "poisson_ratio_high",
+        "poisson_ratio_std",
+        "poisson_ratio_verdict",
+        "poisson_ratio_reason",
+        "reduced_modulus_pa",
+        "reduced_modulus_low_pa",
+        "reduced_modulus_high_pa",
+        "reduced_modulus_verdict",
+        "at_bound",
+        *DIAGNOSTICS,
+        "provenance",
+    ]
+    tables = (study, *others, *searched, direct)
+    rows = [table.reindex(columns=columns).astype(object) for table in tables]
+    whole = pd.concat(rows, ignore_index=True)
+    whole["recommended"] = whole["recommended"].fillna(False).astype(bool)
+    for name in JUDGED:
+        _judge(whole, name)
+    return whole.sort_values([*CAPTURE, "method"]).reset_index(drop=True)
+
+
+def _judge(whole: pd.DataFrame, name: str) -> None:
+    """Say of a modulus without a verdict whether it has an interval, in place."""
+    stem, verdict = name.removesuffix("_pa"), f"{name.removesuffix('_pa')}_verdict"
+    low = f"{stem}_low" + ("_pa" if stem != name else "")
+    open_question = whole[name].notna() & whole[verdict].isna()
+    whole.loc[open_question, verdict] = np.where(
+        whole.loc[open_question, low].notna(), "interval", "not judged"
+    )
+
+
+def rounded(table: pd.DataFrame) -> pd.DataFrame:
+    """Numbers as people read them: moduli to 1 Pa, ratios to four places."""
+    result = table.copy()
+    for name in result.columns:
+        if name.endswith("_pa"):
+            values = pd.to_numeric(result[name])
+            result[name] = values.round().astype("Int64")
+        elif "poisson_ratio" in name and not name.endswith(("verdict", "reason")):
+            result[name] = pd.to_numeric(result[name]).round(4)
+    return result
+
+
+def to_markdown(table: pd.DataFrame, *, title: str, notes: Sequence[str]) -> str:
+    """Write a table in Markdown, with its title and what must be said of its rows.
+
+    Moduli of a search that ended at a bound say so.
+    """
+    if any(bound_mark(row) for row in table.to_dict("records")):
+        notes = [*notes, AT_BOUND_NOTE]
+    lines = [f"# {title}", "", *(f"{note}" for note in notes), ""]
+    lines.append("| " + " | ".join(table.columns) + " |")
+    lines.append("|" + "---|" * len(table.columns))
+    for row in table.to_dict("records"):
+        mark = bound_mark(row)
+        cells = (_cell(value) + mark * (name in (*JUDGED, "value")) for name, value in row.items())
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def markdown(table: pd.DataFrame, *, title: str, more_notes: Sequence[str] = ()) -> str:
+    """Write a table in Markdown, with the notes that its columns and rows call for."""
+    notes = list(more_notes)
+    if (table["provenance"] == "simulated").any():
+        notes.append(SIMULATED_NOTE)
+    if any(name.startswith("published_") for name in table.columns):
+        notes.append(PUBLISHED_NOTE)
+    return to_markdown(table, title=title, notes=notes)
+
+
+def bound_mark(row: Mapping) -> str:
+    """What stands behind the moduli of a row or result: nothing, or that they are a bound's.
+
+    Parameters
+    ----------
+    row : mapping
+        Its ``at_bound``, if it has one, may be read from CSV as text.
+    """
+    return AT_BOUND if str(row.get("at_bound")) == "True" else ""
+
+
+def _cell(value: object) -> str:
+    if value is None or value is pd.NA or (isinstance(value, float) and np.isnan(value)):
+        return ""
+    if not isinstance(value, float):
+        return str(value)
+    return f"{value:.0f}" if LARGE <= abs(value) < np.inf else f"{value:.4g}"

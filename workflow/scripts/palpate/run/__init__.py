@@ -1,0 +1,1 @@
+"""What serves the Snakefile and its jobs: configuration, selection, digests, locks, progress."""

@@ -1,0 +1,259 @@
+"""Everything people write, read and checked once before the first job."""
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+
+from palpate.capture.check import check_object
+from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
+from palpate.capture.fingerprint import stamps_below
+from palpate.capture.schema import load_yaml, validate
+from palpate.capture.words import one_line
+from palpate.run.lab_captures import (
+    by_object,
+    dropped_among,
+    is_the_labs,
+    recordings,
+    still_the_labs,
+)
+from palpate.run.path_checks import path_problems
+from palpate.run.run import Run
+from palpate.run.search_checks import impossible_search, unknown_objects, unknown_step_trackers
+from palpate.run.selection import estimated, selected, unknown_captures
+from palpate.run.sensor_checks import (
+    ambiguous_boards,
+    bent_transforms,
+    dead_gauges,
+    dropped_experiments,
+    impossible_optics,
+    missing_calibrations,
+    unknown_probe,
+    unlike_tips,
+)
+from palpate.run.trackers import tracker_problems
+
+SCHEMAS = Path(__file__).resolve().parents[4] / "config" / "schemas"
+
+
+def no_problems(lab: Mapping, sensors: Mapping, source: str) -> list[str]:
+    """Nothing, for those who have no lab."""
+    return []
+
+
+def open_run(
+    config: Mapping,
+    *,
+    source: str,
+    files: bool = True,
+    check_lab: Callable = no_problems,
+    rules: Iterable = (),
+) -> Run:
+    """Read and check what people write, and find the captures of the run.
+
+    Parameters
+    ----------
+    config : mapping
+        The merged configuration of the workflow.
+    source : str
+        File named in messages about it.
+    files : bool, optional
+        False: tables and images of captures are not opened, as jobs are to check them, and nothing
+        is stamped.
+    check_lab : callable, optional
+        What is wrong with a lab's configuration, the sensors and the file's name given, as lines.
+    rules : iterable, optional
+        The workflow's rules, as they come.
+
+    Raises
+    ------
+    ValueError
+        With one line for each thing that is wrong.
+    """
+    _require_none(validate(config, SCHEMAS / "config.schema.yaml", source))
+    paths, problems = config["paths"], _wrong_options(config, source)
+    sensors = _named_files(paths["sensors"], "sensor", problems)
+    probes = _named_files(paths["probes"], "probe", problems)
+    lab = _lab(paths["lab"], problems)
+    _require_none(problems)
+    seen = stamps_below(paths["raw"], only=config["only"]) if files else {}
+    problems = [] if lab is None else list(check_lab(lab, sensors, paths["lab"]))
+    problems += _wrong_devices(sensors, probes, paths)
+    found = set(discover(Path(paths["raw"])))
+    simulated = _simulated(config, found, lab, (sensors, probes), problems)
+    problems += dropped_among(by_object(simulated), by_object(found), paths)
+    problems += _wrong_objects(config, found, simulated, (sensors, probes), files=files)
+    if config["only"] is None:
+        problems += dropped_experiments(Path(paths["raw"]) / "sensors", sensors, lab)
+    problems += unknown_probe(config["experiments"]["probe"], probes, source)
+    problems += unknown_captures(config["study"], simulated, source)
+    names = {*_objects_in(paths["raw"]), *(lab or {}).get("objects", {})}
+    problems += unknown_objects(config, names, source)
+    wanted, tracked, direct = _taken(config, found, simulated)
+    problems += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
+    if not wanted and not problems:
+        problems.append(_nothing_found(paths, config["only"], names))
+    _require_none(problems)
+    own = _object_files(Path(paths["raw"]), wanted, simulated)
+    return Run(
+        config,
+        paths,
+        sensors,
+        probes,
+        lab,
+        wanted,
+        tracked,
+        direct,
+        frozenset(simulated),
+        own,
+        seen,
+        rules,
+    )
+
+
+def _require_none(problems: list[str]) -> None:
+    if problems:
+        raise ValueError("\n".join(map(one_line, problems)))
+
+
+def _wrong_options(config: Mapping, source: str) -> list[str]:
+    """What is wrong with the configuration by itself, beyond its schema."""
+    problems = path_problems(config["paths"], source)
+    problems += impossible_search(config["minimise"], source)
+    problems += tracker_problems(config["tracking"], source)
+    return problems + unknown_step_trackers(config, source)
+
+
+def _wrong_devices(sensors: Mapping, probes: Mapping, paths: Mapping) -> list[str]:
+    """What no sensor or probe can be."""
+    problems = ambiguous_boards(probes, paths["probes"]) + impossible_optics(sensors, paths)
+    problems += bent_transforms(probes, sensors, paths) + dead_gauges(probes, paths["probes"])
+    return problems + unlike_tips(probes, paths["probes"])
+
+
+def _chosen(name: str, config: Mapping) -> bool:
+    return config["only"] in (None, name)
+
+
+def _simulated(
+    config: Mapping,
+    found: set[CaptureId],
+    lab: Mapping | None,
+    devices: tuple[Mapping, Mapping],
+    problems: list[str],
+) -> set[CaptureId]:
+    """Captures of the run that the lab makes."""
+    paths = config["paths"]
+    return {
+        capture
+        for name, spec in (lab or {"objects": {}})["objects"].items()
+        if _chosen(name, config) and is_the_labs(name, paths["raw"], found, problems)
+        for capture in recordings(name, spec, paths["lab"], *devices, problems)
+    }
+
+
+def _wrong_objects(
+    config: Mapping,
+    found: set[CaptureId],
+    simulated: set[CaptureId],
+    devices: tuple[Mapping, Mapping],
+    *,
+    files: bool,
+) -> list[str]:
+    """What is wrong with objects that people dropped."""
+    raw, made, there = config["paths"]["raw"], by_object(simulated), by_object(found)
+    return [
+        problem
+        for name in sorted(_objects_in(raw))
+        if _chosen(name, config)
+        and not still_the_labs(made.get(name, set()), there.get(name, set()))
+        for problem in check_object(Path(raw) / name, *devices, files=files)
+    ]
+
+
+def _taken(
+    config: Mapping, found: set[CaptureId], simulated: set[CaptureId]
+) -> tuple[tuple[CaptureId, ...], ...]:
+    """Captures of the run; those of them that are tracked; those that are estimated directly."""
+    study = config["study"]
+    of_run = sorted(c for c in found | simulated if _chosen(c.object, config))
+    wanted = [c for c in of_run if c not in simulated or selected(c, study["captures"])]
+    return (
+        tuple(wanted),
+        tuple(c for c in wanted if c not in simulated or selected(c, study["tracked"])),
+        tuple(c for c in wanted if c not in simulated or selected(c, estimated(study))),
+    )
+
+
+def _object_files(
+    raw: Path, wanted: tuple[CaptureId, ...], simulated: set[CaptureId]
+) -> dict[str, Mapping]:
+    """object.yaml by name, of the objects that people recorded."""
+    names = {capture.object for capture in wanted} - {capture.object for capture in simulated}
+    return {name: load_yaml(raw / name / "object.yaml") for name in sorted(names)}
+
+
+def _named_files(folder: str, kind: str, problems: list[str]) -> dict[str, Mapping]:
+    found = {}
+    # Of what can't be a folder's name neither.
+    files = Path(folder).glob("*.yaml") if os.path.isdir(folder) else ()
+    for path in sorted(files):
+        spec = _checked(path, SCHEMAS / f"{kind}.schema.yaml", problems)
+        if spec is not None and spec[kind] != path.stem:
+            problems.append(f"{path}: {kind}: expected {path.stem}, found {spec[kind]}")
+        found[path.stem] = spec
+    if not found:
+        problems.append(f"{folder}: expected at least one {kind} file (*.yaml), found none")
+    return found
+
+
+def _lab(path: str | None, problems: list[str]) -> Mapping | None:
+    schema = SCHEMAS / "lab.schema.yaml"
+    return None if path is None else _checked(Path(path), schema, problems, read=_like_another)
+
+
+def _like_another(path: Path) -> object:
+    """Content of a file; where it says nothing, that of the file that it is ``like``."""
+    spec = load_yaml(path)
+    if not isinstance(spec, Mapping) or not isinstance(spec.get("like"), str):
+        return spec
+    other = load_yaml(Path(spec["like"]))
+    if not isinstance(other, Mapping):
+        raise ValueError(f"{spec['like']}: expected a mapping, found {other}")
+    return _changed(other, {key: value for key, value in spec.items() if key != "like"})
+
+
+def _changed(before: Mapping, changes: Mapping) -> dict:
+    """Mapping with the changes of another, block by block."""
+    both = before.keys() & changes.keys()
+    blocks = {k for k in both if isinstance(before[k], Mapping) and isinstance(changes[k], Mapping)}
+    return {**before, **changes} | {key: _changed(before[key], changes[key]) for key in blocks}
+
+
+def _checked(
+    path: Path, schema: Path, problems: list[str], *, read: Callable[[Path], object] = load_yaml
+) -> Mapping | None:
+    try:
+        spec = read(path)
+    except ValueError as error:
+        problems.append(str(error))
+        return None
+    wrong = validate(spec, schema, str(path))
+    problems += wrong
+    return None if wrong else spec
+
+
+def _objects_in(raw: str) -> set[str]:
+    folder = Path(raw)
+    names = folder.iterdir() if folder.is_dir() else ()
+    return {
+        path.name
+        for path in names
+        if path.is_dir() and not path.name.startswith(".") and path.name not in NOT_OBJECTS
+    }
+
+
+def _nothing_found(paths: Mapping, only: str | None, known: set[str]) -> str:
+    if only is not None:
+        names = ", ".join(sorted(known)) or "none there"
+        return f"only: expected an object of {paths['raw']}/ or of the lab ({names}), found {only}"
+    return f"{paths['raw']}: expected captures (<object>/<sensor>/<capture>/), found none"

@@ -1,0 +1,91 @@
+"""Which captures are the lab's to make, and that it never takes over what people dropped."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from palpate.capture.discover import CaptureId
+from palpate.capture.schema import load_yaml
+
+# Snakemake leaves it in each folder that a rule wrote.
+MADE_BY_A_RULE = ".snakemake_timestamp"
+
+
+def recordings(
+    name: str, spec: Mapping, source: str, sensors: Mapping, probes: Mapping, problems: list[str]
+) -> set[CaptureId]:
+    """Captures that the lab makes of one of its objects."""
+    field = f"{source}: objects.{name}"
+    probe = spec["object"]["probe"]
+    if probe not in probes:
+        known = ", ".join(sorted(probes))
+        problems.append(f"{field}.object.probe: expected one of {known}, found {probe}")
+    for sensor in spec["recordings"]:
+        if sensor not in sensors:
+            known = ", ".join(sorted(sensors))
+            problems.append(f"{field}.recordings: expected one of {known}, found {sensor}")
+    return {
+        CaptureId(name, sensor, str(capture))
+        for sensor, captures in spec["recordings"].items()
+        for capture in captures
+    }
+
+
+def is_the_labs(name: str, raw: str, found: set[CaptureId], problems: list[str]) -> bool:
+    """Whether the lab may write an object's folder: never one that people filled.
+
+    It is the lab's when its object.yaml says so, or when there is none and every capture there
+    carries the mark of a rule's output.
+    """
+    path = Path(raw) / name / "object.yaml"
+    if path.is_file():
+        try:
+            return (load_yaml(path) or {}).get("provenance") == "simulated"
+        except (ValueError, AttributeError):
+            return False
+    captures = [Path(raw, c.object, c.sensor, c.capture) for c in found if c.object == name]
+    if all((folder / MADE_BY_A_RULE).is_file() for folder in captures):
+        return True
+    problems.append(f"{path}: file: expected YAML, found nothing")
+    return False
+
+
+def dropped_among(
+    made: Mapping[str, set[CaptureId]], there: Mapping[str, set[CaptureId]], paths: Mapping
+) -> list[str]:
+    """Captures that people dropped into an object of the lab, which would pass for simulated."""
+    strange = sorted(c for name in made for c in there.get(name, set()) - made[name])
+    folders = [Path(paths["raw"], c.object, c.sensor, c.capture) for c in strange]
+    return [
+        f"{folder}: capture: expected the lab's alone in an object that {paths['lab']} makes,"
+        " found another (give recordings an object of their own)"
+        for folder in folders
+        if not (folder / MADE_BY_A_RULE).is_file()
+    ]
+
+
+def still_the_labs(made: set[CaptureId], there: set[CaptureId]) -> bool:
+    """Whether the lab alone fills an object's folder, or has still to complete it."""
+    return bool(made) and (there <= made or bool(made - there))
+
+
+def by_object(captures: Iterable[CaptureId]) -> dict[str, set[CaptureId]]:
+    """Captures by the name of their object."""
+    groups = defaultdict(set)
+    for capture in captures:
+        groups[capture.object].add(capture)
+    return groups
+
+
+def says_simulated(folder: Path) -> bool:
+    """Whether the lab may write a folder of an experiment: it is not there, or says simulated."""
+    return not folder.exists() or is_simulated(folder)
+
+
+def is_simulated(folder: str | Path) -> bool:
+    """Whether an experiment's recording.yaml says that the lab made it."""
+    try:
+        text = (Path(folder) / "recording.yaml").read_text(encoding="utf-8")
+    except OSError:
+        return False
+    return "provenance: simulated" in text.splitlines()

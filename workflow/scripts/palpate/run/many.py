@@ -1,0 +1,98 @@
+"""Each object of raw/ as a run of its own: what the rules of workflow/objects.smk take."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from palpate.capture.discover import CaptureId
+from palpate.capture.fingerprint import folder_fingerprint
+from palpate.run.object_config import object_config
+from palpate.run.objects import kept_files, project_digest, studied, value_digest
+from palpate.run.run import Run
+
+# Of one core: what the largest job of an object's takes, see workflow/profiles/slurm.
+CORE_MB = 1600
+# On one core that has nothing else to do, with a margin of two (docs/cluster.md).
+LOOKUP_MINUTES, CAPTURE_MINUTES, BASE_MINUTES = 6, 3, 10
+
+
+@dataclass(frozen=True)
+class ManyObjects:
+    """Inputs and params of the rules that take each object as one job.
+
+    Attributes
+    ----------
+    run : Run
+        Without a lab: what stands in raw/ is taken as it is.
+    project : Path
+        Folder of the project.
+    """
+
+    run: Run
+    project: Path
+
+    def of_object(self, name: str) -> str:
+        """Pattern of a file about an object."""
+        return self.run.results(f"objects/{{object}}{name}")
+
+    def each(self, name: str) -> list[str]:
+        """Such a file of every object."""
+        return [self.of_object(name).format(object=one) for one in self.run.objects]
+
+    def wanted(self, wildcards: Any) -> list[str]:
+        """What an object's run makes; its configuration makes the rest where somebody wants it."""
+        if wildcards.object in studied(self.run.config):
+            return ["summary.csv", "figures/direct_moduli.png", "figures/tracked_surface.png"]
+        return ["summary.csv", f"{wildcards.object}/report.html"]
+
+    def sensors(self, wildcards: Any) -> dict[str, Mapping]:
+        """Sensors that filmed an object."""
+        names = sorted({capture.sensor for capture in self._captures[wildcards.object]})
+        return {name: self.run.sensors[name] for name in names}
+
+    def probes(self, wildcards: Any) -> dict[str, Mapping]:
+        """Probe that it was pressed with."""
+        name = self.run.object_files[wildcards.object]["probe"]
+        return {name: self.run.probes[name]}
+
+    def content(self, wildcards: Any) -> str:
+        """Fingerprint of all that was dropped for an object."""
+        known = self._fingerprints
+        if wildcards.object not in known:
+            known[wildcards.object] = folder_fingerprint(self.run.raw(wildcards.object))
+        return known[wildcards.object]
+
+    def origin(self, wildcards: Any) -> str:
+        """Digest of what an object's results follow from, beside its captures."""
+        sensors, name = self.sensors(wildcards), wildcards.object
+        options = object_config(self.run.config, name, self.of_object("").format(object=name))
+        kept = kept_files(name, sensors, self.run.paths)
+        return value_digest([self._digest, options, sensors, self.probes(wildcards), kept])
+
+    def memory_mb(self, wildcards: Any, threads: int, attempt: int) -> int:
+        """Memory of an object's run, doubled with each attempt."""
+        return CORE_MB * threads * 2 ** (attempt - 1)
+
+    def minutes(self, wildcards: Any, threads: int, attempt: int) -> int:
+        """Time of an object: an indentation table of each point, and a film of each capture."""
+        captures = self._captures[wildcards.object]
+        work = CAPTURE_MINUTES * len(captures)
+        work += LOOKUP_MINUTES * len({capture.point for capture in captures})
+        return int(BASE_MINUTES + work / threads) * 2 ** (attempt - 1)
+
+    @cached_property
+    def _captures(self) -> dict[str, list[CaptureId]]:
+        found: dict[str, list[CaptureId]] = {name: [] for name in self.run.objects}
+        for capture in self.run.captures:
+            found[capture.object].append(capture)
+        return found
+
+    @cached_property
+    def _fingerprints(self) -> dict[str, str]:
+        return {}
+
+    @cached_property
+    def _digest(self) -> str:
+        return project_digest(self.project)

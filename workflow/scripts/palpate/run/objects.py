@@ -1,0 +1,97 @@
+"""Each object of raw/ as a run of its own, for more objects than one run of Snakemake can hold."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from palpate.capture.discover import discover
+from palpate.capture.fingerprint import folder_fingerprint
+
+# More captures than this are ten thousand jobs and more in one run of Snakemake.
+MANY = 1_000
+
+# Objects of the study beside its block.
+BALL, EAR = "foam_ball", "ear"
+
+# What an object's results come from, beside its captures and the configuration.
+PROJECT = ("workflow/Snakefile", "workflow/rules", "workflow/scripts", "config/published")
+
+
+def too_many(config: Mapping) -> str | None:
+    """Say when a run has more captures than the ordinary workflow is for; None when it has not.
+
+    Parameters
+    ----------
+    config : mapping
+        As merged, not yet checked.
+    """
+    paths = config.get("paths")
+    if config.get("only") is not None or not isinstance(paths, Mapping):
+        return None
+    captures = len(discover(str(paths.get("raw"))))
+    if captures <= MANY:
+        return None
+    return (
+        f"{captures} captures in {paths['raw']}: one run of all takes long to begin;"
+        " `snakemake -s workflow/objects.smk` takes each object as one job (docs/cluster.md)"
+    )
+
+
+def studied(config: Mapping) -> set[str]:
+    """Names of the study's objects: any other is of people's own, and gets a page of its own."""
+    study = config["study"]
+    return {study["block"], BALL, EAR, *study["captures"]}
+
+
+def project_digest(root: str | Path) -> str:
+    """Digest the text of the workflow and its library.
+
+    Parameters
+    ----------
+    root : path
+        Folder of the project.
+
+    Returns
+    -------
+    str
+        Sixteen hexadecimal digits.
+    """
+    digest = hashlib.sha256()
+    for place in (Path(root) / name for name in PROJECT):
+        files = [place] if place.is_file() else sorted(place.rglob("*"))
+        for path in files:
+            if path.is_file() and path.suffix != ".pyc":
+                digest.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def value_digest(value: Any) -> str:
+    """Digest plain values, sixteen hexadecimal digits; a run keeps it for each of its jobs."""
+    text = json.dumps(value, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def kept_files(name: str, sensors: Mapping, paths: Mapping) -> dict[str, str]:
+    """Fingerprints of what stands outside an object's folder and its results depend on.
+
+    Parameters
+    ----------
+    name : str
+        The object.
+    sensors : mapping
+        Specifications by name, of the sensors that filmed it.
+    paths : mapping
+        Folders of the run.
+    """
+    folders = {
+        f"sensors/{sensor}": Path(paths["raw"]) / "sensors" / sensor / "calibration"
+        for sensor, spec in sensors.items()
+        if spec.get("optics") == "calibration"
+    }
+    prints = {key: folder_fingerprint(folder) for key, folder in folders.items()}
+    mesh = Path(paths["meshes"]) / f"{name}.vtu"
+    if mesh.is_file():
+        prints["mesh"] = hashlib.sha256(mesh.read_bytes()).hexdigest()[:16]
+    return prints

@@ -1,0 +1,44 @@
+"""What the study's scripts share: fits and minima in the order of the captures."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+
+def read_all(paths: Sequence[str]) -> list[dict]:
+    """Read JSON files.
+
+    Raises
+    ------
+    ValueError
+        If a file is damaged; the message names it.
+    """
+    return [_read(path) for path in paths]
+
+
+def minima_by_key(captures: Sequence[Mapping], errors: Sequence[str], paths: Sequence[str]) -> dict:
+    """Minima by (object, sensor, capture, error); the paths go by capture, then by error."""
+    keys = [
+        (capture["object"], capture["sensor"], capture["capture"], error)
+        for capture in captures
+        for error in errors
+    ]
+    return dict(zip(keys, read_all(paths), strict=True))
+
+
+def read_by_folder(paths: Sequence[str]) -> dict[str, dict]:
+    """Read JSON files by the names of their folders, such as each object's material.json."""
+    names = [Path(path).parent.name for path in paths]
+    return dict(zip(names, read_all(paths), strict=True))
+
+
+def read_one(path: str | Sequence[str]) -> dict | None:
+    """Read a JSON file that a rule may do without."""
+    return _read(path) if path else None
+
+
+def _read(path: str) -> dict:
+    try:
+        return json.loads(Path(path).read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path}: file: expected JSON, found {error}") from None

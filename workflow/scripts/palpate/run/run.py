@@ -1,0 +1,396 @@
+"""What one run of the workflow works on, once all that people wrote was read and checked."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from palpate.capture.discover import CaptureId
+from palpate.capture.fingerprint import folder_fingerprint
+from palpate.run.lab_captures import says_simulated
+from palpate.run.mirrors import first_images
+from palpate.run.trackers import options_of
+
+LAB_TEMPLATE = "template.ply"
+PROJECT = Path(__file__).resolve().parents[4]
+# A capture as tables name it.
+Described = Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one run of the workflow works on, and where its files stand.
+
+    Methods that take ``wildcards`` are for the rules: Snakemake calls them with each job's.
+
+    Attributes
+    ----------
+    config : mapping
+        The whole configuration, checked.
+    paths : mapping
+        Folders of the run (``paths`` of config.yaml).
+    sensors, probes : mapping
+        Specification by name, from one YAML file each.
+    lab : mapping or None
+        The virtual lab's configuration; None where the run has only dropped captures.
+    captures : tuple of CaptureId
+        Captures that the run uses, dropped in or to be made by the lab, sorted.
+    tracked : tuple of CaptureId
+        Those of them whose surfaces are tracked and whose errors are minimised.
+    direct : tuple of CaptureId
+        Those that E and nu are estimated of directly: the tracked, and repeated presses.
+    simulated : frozenset of CaptureId
+        All that the lab makes on demand.
+    object_files : mapping
+        object.yaml by name, of the objects that people recorded.
+    seen : mapping
+        Stamps of what stood in ``raw/`` before it was checked, by path.
+    rules : iterable, optional
+        The workflow's rules, for those that show it.
+    """
+
+    config: Mapping[str, Any]
+    paths: Mapping[str, str]
+    sensors: Mapping[str, Mapping]
+    probes: Mapping[str, Mapping]
+    lab: Mapping | None
+    captures: tuple[CaptureId, ...]
+    tracked: tuple[CaptureId, ...]
+    direct: tuple[CaptureId, ...]
+    simulated: frozenset[CaptureId]
+    object_files: Mapping[str, Mapping]
+    seen: Mapping[str, str]
+    rules: Iterable[Any] = ()
+
+    # Places of files.
+
+    def raw(self, path: str) -> str:
+        """Path of a capture's file or folder."""
+        return f"{self.paths['raw']}/{path}"
+
+    def results(self, path: str) -> str:
+        """Path of a result."""
+        return f"{self.paths['results']}/{path}"
+
+    def within_results(self, path: str) -> str:
+        """Path of a result within the folder of all."""
+        return str(Path(path).relative_to(self.paths["results"]))
+
+    def truth(self, path: str) -> str:
+        """Path of what the lab knows of its captures."""
+        return self.results(f"lab/{path}")
+
+    def of_capture(self, name: str) -> str:
+        """Pattern of a capture's result."""
+        return self.results(f"{{object}}/{{sensor}}/{{capture}}/{name}")
+
+    def published(self, table: str) -> str:
+        """A table that the study prints, of the project wherever the run is."""
+        path = PROJECT / "config" / "published" / f"{table}.csv"
+        return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+
+    def files(self, captures: Iterable[Described], *names: str) -> list[str]:
+        """Results of captures, those of one capture after those of another."""
+        return [
+            self.results(f"{c['object']}/{c['sensor']}/{c['capture']}/{name}")
+            for c in captures
+            for name in names
+        ]
+
+    def recordings(self, captures: Iterable[Described]) -> list[str]:
+        """Folders of captures."""
+        return [self.raw(f"{c['object']}/{c['sensor']}/{c['capture']}") for c in captures]
+
+    @property
+    def minima(self) -> list[str]:
+        """Names of what the error minimisation finds of a capture."""
+        return [f"minimise-{error}.json" for error in self.errors]
+
+    # What the configuration says of captures.
+
+    @property
+    def errors(self) -> Sequence[str]:
+        """Error options of the minimisation."""
+        return self.config["error_options"]
+
+    @property
+    def tracker(self) -> str:
+        """Tracker whose surfaces the estimates are made from."""
+        return self.config["tracking"]["estimate_from"]
+
+    @property
+    def search(self) -> Mapping:
+        """Options of the error minimisation, without what single objects and steps have."""
+        apart = ("objects", "steps")
+        return {k: v for k, v in self.config["minimise"].items() if k not in apart}
+
+    def search_of(self, wildcards: Any) -> Mapping:
+        """Options of the error minimisation for an object."""
+        return self.search | self.config["minimise"]["objects"].get(wildcards.object, {})
+
+    def tracker_options(self, wildcards: Any) -> Mapping:
+        """Options of a tracker for an object."""
+        return options_of(self.config["tracking"], wildcards.tracker, wildcards.object)
+
+    def sensor_spec(self, wildcards: Any) -> Mapping:
+        """A sensor's file."""
+        return self.sensors[wildcards.sensor]
+
+    def probe_spec(self, wildcards: Any) -> Mapping:
+        """File of the probe that an object is pressed with."""
+        return self.probe_of(wildcards.object)
+
+    # Inputs of rules.
+
+    def template_of(self, wildcards: Any) -> str:
+        """An object's template: its own file, or the one made of its scans."""
+        kind, name = self.template_source(wildcards.object)
+        if kind == "file":
+            return self.raw(f"{wildcards.object}/{name}")
+        return self.results(f"{wildcards.object}/template.ply")
+
+    def scans_of(self, wildcards: Any) -> str:
+        """Folder of an object's scans."""
+        return self.raw(f"{wildcards.object}/{self.template_source(wildcards.object)[1]}")
+
+    def kept_mesh(self, wildcards: Any) -> str | list:
+        """The object's kept solid mesh where there is one (pytetwild never repeats itself)."""
+        kept = Path(self.paths["meshes"]) / f"{wildcards.object}.vtu"
+        return str(kept) if kept.is_file() else []
+
+    def optics_of(self, wildcards: Any) -> str | list:
+        """A sensor's own calibration, where its file asks for it."""
+        if self.sensors[wildcards.sensor].get("optics") != "calibration":
+            return []
+        return self.results(f"sensors/{wildcards.sensor}/calibration.json")
+
+    def first_cloud_of(self, wildcards: Any) -> str:
+        """Clouds that begin with a capture's first; of others than Hertz's all are made anyway."""
+        all_made = CaptureId(*wildcards) in self.direct
+        return self.of_capture("clouds.npz" if all_made else "rest_cloud.npz")
+
+    def image_of(self, wildcards: Any) -> str | list:
+        """Indentation table of the first point that a point is a mirror image of, if it is one."""
+        images = first_images(self.description_of(wildcards.object))
+        first, _ = images.get(wildcards.point, (wildcards.point, []))
+        if first == wildcards.point:
+            return []
+        return self.results(f"{wildcards.object}/indentation-{first}.npz")
+
+    def mirrors_of(self, wildcards: Any) -> list:
+        """Normals of the mirrors that lead from a point's first image to it."""
+        spec = self.description_of(wildcards.object)
+        _, chain = first_images(spec).get(wildcards.point, (None, []))
+        return [spec["mirrors"][number] for number in chain]
+
+    def one(self, wildcards: Any) -> list[str]:
+        """The capture of a direct estimate, by itself."""
+        return [wildcards.capture]
+
+    def together(self, wildcards: Any) -> list[str]:
+        """Captures of an object with a sensor that are estimated directly, in order."""
+        same = (wildcards.object, wildcards.sensor)
+        return [c.capture for c in self.direct if (c.object, c.sensor) == same]
+
+    def direct_files(self, captures: Callable[[Any], Sequence[str]]) -> dict:
+        """Inputs of a direct estimate, files of one kind in the order of the captures."""
+
+        def each(name: str) -> Callable:
+            def files(wildcards: Any) -> list[str]:
+                folder = self.results(f"{wildcards.object}/{wildcards.sensor}")
+                return [f"{folder}/{capture}/{name}" for capture in captures(wildcards)]
+
+            return files
+
+        def lookups(wildcards: Any) -> list[str]:
+            points = [capture.partition("-")[0] for capture in captures(wildcards)]
+            return [self.results(f"{wildcards.object}/indentation-{p}.npz") for p in points]
+
+        return {
+            "object": self.raw("{object}/object.yaml"),
+            "template": self.template_of,
+            "alignments": each("alignment.json"),
+            "poses": each("probe_pose.csv"),
+            "forces": each("force.csv"),
+            "clocks": each("clock.json"),
+            "motions": each("motion.npz"),
+            "lookups": lookups,
+        }
+
+    # Fingerprints of what was dropped, as it was before the checks.
+
+    def content(self, folder: str) -> Callable[[Any], str]:
+        """Fingerprint of a folder of an object; the lab's follow from its configuration."""
+
+        def fingerprint(wildcards: Any) -> str:
+            if self.made_by_lab(wildcards.object):
+                return "lab"
+            return self.fingerprint_of(folder.format(**wildcards))
+
+        return fingerprint
+
+    def scans_content(self, wildcards: Any) -> str:
+        """Fingerprint of an object's scans."""
+        return self.content(self.scans_of(wildcards))(wildcards)
+
+    def experiment_content(self, experiment: str) -> Callable[[Any], str]:
+        """Fingerprint of an experiment about a sensor."""
+
+        def fingerprint(wildcards: Any) -> str:
+            if f"{wildcards.sensor}/{experiment}" in self.lab_experiments:
+                return "lab"
+            return self.fingerprint_of(self.raw(f"sensors/{wildcards.sensor}/{experiment}"))
+
+        return fingerprint
+
+    def fingerprint_of(self, folder: str) -> str:
+        """Fingerprint of a dropped folder; many rules ask for the same."""
+        known = self.seen.get(str(Path(folder))) or self._fingerprints.get(folder)
+        if known is None:
+            known = self._fingerprints[folder] = folder_fingerprint(folder)
+        return known
+
+    @cached_property
+    def _fingerprints(self) -> dict[str, str]:
+        return {}
+
+    # Objects and captures.
+
+    @property
+    def objects(self) -> list[str]:
+        """Names of the objects of the run and of the lab."""
+        return sorted({capture.object for capture in {*self.captures, *self.simulated}})
+
+    @property
+    def simulated_captures(self) -> list[CaptureId]:
+        """Captures of the run that the lab makes."""
+        return [capture for capture in self.captures if capture in self.simulated]
+
+    def probe_of(self, name: str) -> Mapping:
+        """Probe of an object: declared by its object.yaml, or by the lab that is to write it."""
+        if self.made_by_lab(name):
+            return self.probes[self.lab["objects"][name]["object"]["probe"]]
+        return self.probes[self.object_files[name]["probe"]]
+
+    @property
+    def lab_objects(self) -> list[str]:
+        """Objects that the lab records in this run."""
+        return sorted({capture.object for capture in self.simulated})
+
+    @property
+    def made_materials(self) -> list[str]:
+        """Objects of the run whose true material the lab knows."""
+        return sorted({capture.object for capture in self.simulated_captures})
+
+    def materials(self) -> list[str]:
+        """True material of each of those."""
+        return [self.truth(f"{name}/material.json") for name in self.made_materials]
+
+    @property
+    def scanned(self) -> list[str]:
+        """Objects whose templates are made of scans."""
+        return [name for name in self.objects if self.template_source(name)[0] == "scans"]
+
+    def groups(self) -> list[dict[str, str]]:
+        """Objects and sensors whose captures are estimated together, as tables name them."""
+        found = {(c["object"], c["sensor"]): c for c in self.described(direct=True)}
+        return [
+            {name: c[name] for name in ("object", "sensor", "provenance")}
+            for _, c in sorted(found.items())
+        ]
+
+    def joint_estimates(self) -> list[str]:
+        """Estimate from all captures of each object with each sensor."""
+        return [self.results(f"{g['object']}/{g['sensor']}/direct.json") for g in self.groups()]
+
+    def first_tracked(self, name: str) -> list[dict[str, str]]:
+        """First tracked capture of an object by each sensor."""
+        mine = [c for c in self.described(tracked=True) if c["object"] == name]
+        first = {capture["sensor"]: capture for capture in reversed(mine)}
+        return [first[sensor] for sensor in sorted(first)]
+
+    def sensors_of(self, experiment: str) -> list[str]:
+        """Sensors of which there is an experiment, the lab's or dropped."""
+        done = {Path(name) for name in self.lab_experiments}
+        made = {path.parent.name for path in done if path.name == experiment}
+        raw = Path(self.paths["raw"], "sensors")
+        return sorted(made | {name for name in self.sensors if (raw / name / experiment).is_dir()})
+
+    @property
+    def lab_experiments(self) -> list[str]:
+        """Experiments ``<sensor>/<experiment>`` that the lab records; never ones people dropped."""
+        blocks = (self.lab or {}).get("experiments", {})
+        names = [f"{sensor}/{name}" for name in blocks for sensor in blocks[name]["sensors"]]
+        folder = Path(self.paths["raw"]) / "sensors"
+        return [name for name in names if says_simulated(folder / name)]
+
+    def template_source(self, name: str) -> tuple[str, str]:
+        """What an object's template is: ``file`` or ``scans``, and its name in the folder."""
+        if self.made_by_lab(name):
+            template = {"file": LAB_TEMPLATE} | self.lab["objects"][name]["object"]["template"]
+        else:
+            template = self.object_files[name]["template"]
+        key = "scans" if "scans" in template else "file"
+        return key, template[key]
+
+    def described(
+        self, *, simulated: bool = False, tracked: bool = False, direct: bool = False
+    ) -> list[dict[str, str]]:
+        """Describe the captures of the run, as tables name them.
+
+        Parameters
+        ----------
+        simulated : bool, optional
+            True: just those that the lab makes.
+        tracked : bool, optional
+            True: just those whose surfaces are tracked.
+        direct : bool, optional
+            True: just those that are estimated directly.
+        """
+        wanted = self.direct if direct else self.tracked if tracked else self.captures
+        chosen = [c for c in wanted if c in self.simulated] if simulated else wanted
+        return [
+            {
+                "object": c.object,
+                "sensor": c.sensor,
+                "capture": c.capture,
+                "point": c.point,
+                "provenance": self._provenance_of(c.object),
+            }
+            for c in chosen
+        ]
+
+    def description_of(self, name: str) -> Mapping:
+        """object.yaml of an object, or what the lab is to write into it."""
+        return (
+            self.lab["objects"][name]["object"]
+            if self.made_by_lab(name)
+            else self.object_files[name]
+        )
+
+    def lab_point(self, name: str, point: str) -> str:
+        """Point of an object of the lab whose mechanics a point shares: its first mirror image."""
+        spec = self.lab["objects"][name]
+        points = spec["object"]["points"]
+        if spec["shape"]["kind"] != "block":
+            return point
+        wanted = _sizes(points[point])
+        return next(other for other in sorted(points) if _sizes(points[other]) == wanted)
+
+    def _provenance_of(self, name: str) -> str:
+        return "simulated" if self.made_by_lab(name) else self.object_files[name]["provenance"]
+
+    def made_by_lab(self, name: str) -> bool:
+        """Whether the lab makes an object's captures."""
+        return any(capture.object == name for capture in self.simulated)
+
+
+def one_of(names: Iterable[str]) -> str:
+    """Pattern of a wildcard that takes just the given names."""
+    return "|".join(sorted(names)) or "none"
+
+
+def _sizes(point: Mapping) -> tuple[float, ...]:
+    """Coordinates of a point without their signs, to the micrometre."""
+    return tuple(round(abs(value), 6) for value in point["position_m"])

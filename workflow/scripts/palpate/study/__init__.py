@@ -1,1 +1,0 @@
-"""The study: tables, figures, and accuracy against the truth."""

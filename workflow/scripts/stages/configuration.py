@@ -1,0 +1,29 @@
+"""The run's configuration and versions, and the list of what it makes."""
+
+import platform
+import tomllib
+from pathlib import Path
+
+from palpate.report import outputs
+from palpate.report.run_description import describe, pinned
+from palpate.run.job import run
+
+# What results come from; all others stand in environment.lock.
+NAMED = (
+    "snakemake numpy scipy pandas opencv-python-headless open3d-cpu trimesh pytetwild pyvista vtk "
+    "meshio scikit-fem pypardiso matplotlib plotly"
+).split()
+
+
+def main(snakemake):
+    """Write configuration.md and wanted.txt."""
+    inputs, params = snakemake.input, snakemake.params
+    project = tomllib.loads(Path(inputs.project).read_text(encoding="utf-8"))["project"]
+    versions = {"palpate": project["version"], "Python": platform.python_version()}
+    versions |= pinned(Path(inputs.lock).read_text(encoding="utf-8"), NAMED)
+    wanted = "".join(f"{name}\n" for name in params.wanted)
+    made = {"md": describe(params.config, versions), "wanted": wanted}
+    outputs.write(made, snakemake.output)
+
+
+run(main, snakemake)

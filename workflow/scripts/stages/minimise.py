@@ -1,0 +1,67 @@
+"""Error minimisation of one capture for one error option."""
+
+import json
+import logging
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from palpate.capture.files import whole_file
+from palpate.estimate.minimise.fit import fit_moduli
+from palpate.run.job import run
+from palpate.run.minimise_inputs import read_problem
+from palpate.solid.mesh import write_solid
+from palpate.surface.tracked import load_tracked
+
+
+def main(snakemake):
+    """Write the minimum with its trace, and the mismatch of each node."""
+    inputs, params, options = snakemake.input, snakemake.params, snakemake.params.options
+    fit = json.loads(Path(inputs.fit).read_text(encoding="utf-8"))
+    problem = read_problem(
+        inputs,
+        fit,
+        tracked=load_tracked(inputs.tracked),
+        probe=params.probe,
+        options=options,
+        solid=params.solid,
+    )
+    mesh, sets = problem.mesh, problem.sets
+    logging.info("%d nodes, %d on the support", len(mesh.nodes_m), len(sets.support))
+    full = problem.objective(snakemake.wildcards.error)
+    E_star = fit["study"]["reduced_modulus_pa"]
+    moduli = fit_moduli(full, E_star, options, nodes_m=mesh.nodes_m)
+    minimum = moduli.minimum
+    logging.info("Poisson's ratio: %s", moduli.profile.verdict)
+    result = asdict(minimum) | {
+        "error_option": snakemake.wildcards.error,
+        "hertz_reduced_modulus_pa": E_star,
+        "frame": fit["range"]["last_frame"],
+        "nodes": len(mesh.nodes_m),
+        "left_out_nodes": len(full.surface) - len(full.compared),
+        "strain": options["strain"],
+        "least_squares": {norm: asdict(found) for norm, found in moduli.least_squares.items()},
+        "profile": asdict(moduli.profile),
+        "reduced_model": asdict(moduli.reduced_model),
+    }
+    with whole_file(snakemake.output.result) as part:
+        part.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    write_mismatch(snakemake.output.mismatch, full, minimum, mesh)
+
+
+def write_mismatch(path, objective, minimum, mesh):
+    """Write the solid with tracked and computed displacement and their distance at each node."""
+    computed = objective.displacement(minimum.lame_lambda_pa, minimum.lame_mu_pa)
+    tracked = np.nan_to_num(objective.u)
+    gap = np.zeros(len(mesh.nodes_m))
+    gap[objective.surface] = np.linalg.norm((computed - tracked)[objective.surface], axis=1)
+    data = {
+        "tracked_displacement_m": tracked,
+        "computed_displacement_m": computed,
+        "mismatch_m": gap,
+    }
+    with whole_file(path) as part:
+        write_solid(part, mesh, point_data=data)
+
+
+run(main, snakemake)

@@ -1,0 +1,37 @@
+"""The tracked objects in three dimensions."""
+
+from pathlib import Path
+
+from palpate.capture.files import whole_file
+from palpate.report import objects_page
+from palpate.run.job import naming, run
+from palpate.run.read_files import read_all
+from palpate.surface.tracked import load_tracked
+from plotly.offline import get_plotlyjs
+
+
+def main(snakemake):
+    """Write the page."""
+    inputs, params = snakemake.input, snakemake.params
+    minima = read_all(inputs.minima)
+    views = []
+    for place, (capture, tracked, fit) in enumerate(
+        zip(params.captures, inputs.tracked, read_all(inputs.fits), strict=True)
+    ):
+        mine = minima[place * len(params.errors) :][: len(params.errors)]
+        by_error = dict(zip(params.errors, mine, strict=True))
+        with naming(tracked):
+            shown = objects_page.Shown(capture, load_tracked(tracked), fit, by_error)
+            views.append(objects_page.view(shown))
+    text = objects_page.page(
+        Path(inputs.page).read_text(encoding="utf-8"),
+        behaviour=Path(inputs.behaviour).read_text(encoding="utf-8"),
+        plotly=get_plotlyjs(),
+        views=views,
+        tracker=params.tracker,
+    )
+    with whole_file(snakemake.output.page) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+run(main, snakemake)

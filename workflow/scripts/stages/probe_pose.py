@@ -1,0 +1,18 @@
+"""Follow the probe through a capture."""
+
+from palpate.capture.tables import write_table
+from palpate.run.follow import followed
+from palpate.run.frames import sensor_with_optics
+from palpate.run.job import naming, run
+
+
+def main(snakemake):
+    """Write the probe's pose at every frame."""
+    params, capture = snakemake.params, snakemake.input.capture
+    sensor = sensor_with_optics(params.sensor, snakemake.input.get("optics"))
+    with naming(capture, "marker", "frame"):
+        table = followed(capture, sensor, params.probe, params.options)
+    write_table(snakemake.output.pose, table)
+
+
+run(main, snakemake)

@@ -1,0 +1,71 @@
+"""Track the template through a capture."""
+
+import json
+import logging
+from pathlib import Path
+
+from palpate.capture.files import whole_file
+from palpate.capture.tables import read_table
+from palpate.run.declared import read_declared
+from palpate.run.job import naming, run
+from palpate.solid.mesh import read_solid
+from palpate.surface.alignment import load_alignment
+from palpate.surface.capture import track_capture
+from palpate.surface.checks import columns_of, require_cloud, require_contact, require_template
+from palpate.surface.recorded import Recorded
+from palpate.surface.series import save_series
+from palpate.surface.template import read_template
+from palpate.surface.tracked import describe, save_tracked
+from palpate.vision.clouds import read_clouds
+from palpate.vision.force import FORCE
+from palpate.vision.probe import TIP
+
+
+def main(snakemake):
+    """Write tracked-<tracker>.npz, its time series for ParaView, and how it was made."""
+    inputs, options, tracker = (
+        snakemake.input,
+        snakemake.params.options,
+        snakemake.wildcards.tracker,
+    )
+    recorded, times = recording(inputs, snakemake.params.probe["indenter"]["radius_m"])
+    with naming(inputs.clouds, "cloud", "frame"), naming(inputs.pose, "tips"):
+        tracked = track_capture(recorded, options)
+    for k, residual in enumerate(tracked.residual_m):
+        logging.info("frame %d: residual %.3f mm", k, residual * 1e3)
+    described = json.dumps(describe(tracked, tracker=tracker, options=options), indent=2) + "\n"
+    output = snakemake.output
+    with (
+        whole_file(output.description) as description,
+        whole_file(output.series) as series,
+        whole_file(output.tracked) as part,
+    ):
+        save_tracked(part, tracked)
+        save_series(series, tracked, time_s=times, tips_m=recorded.tips_m)
+        Path(description).write_text(described, encoding="utf-8")
+
+
+def recording(inputs, radius_m):
+    """Read and check what is tracked, and the frames' times [s]."""
+    spec, support = read_declared(inputs.object)
+    clouds = [(cloud.points_m, cloud.normals) for cloud in read_clouds(inputs.clouds)]
+    with naming(inputs.clouds):
+        for k, (points, _) in enumerate(clouds):
+            require_cloud(points, frame=k)
+    template = read_template(inputs.template, unit=spec["template"]["unit"])
+    with naming(inputs.template):
+        require_template(template)
+    poses = read_table(inputs.pose)
+    with naming(inputs.pose):
+        tips = columns_of(poses, TIP, frames=len(clouds))
+        times = columns_of(poses, ["time_s"], frames=len(clouds))[:, 0]
+    with naming(inputs.force):
+        forces = columns_of(read_table(inputs.force), FORCE, frames=len(clouds))
+    alignment = load_alignment(inputs.alignment)
+    with naming(inputs.pose, "tip"), naming(inputs.alignment, "contact"):
+        require_contact(alignment, template, tips, largest_gap_m=2 * radius_m)
+    solid = read_solid(inputs.solid)
+    return Recorded(template, solid, support, clouds, tips, forces, radius_m, alignment), times
+
+
+run(main, snakemake)

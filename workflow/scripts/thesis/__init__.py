@@ -1,0 +1,1 @@
+"""One published study, reproduced: its tables, figures and findings."""

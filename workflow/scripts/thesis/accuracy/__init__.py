@@ -1,0 +1,1 @@
+"""How right results are, against the virtual lab's truth."""

@@ -1,0 +1,1 @@
+"""Chapter 3: continuum mechanics, and the simulated block."""

@@ -1,0 +1,142 @@
+"""Figure 3.3: where the force acts on the meshes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch
+from numpy.typing import NDArray
+from palpate.report.style import BLACK, GREEN, GREY, ORANGE, PAGE_IN, entitle, finished
+from palpate.run.read_files import read_one
+from palpate.solid.load import contact_triangle
+from palpate.solid.mesh import read_solid
+from palpate.solid.refine import refine_near
+from palpate.surface.distance import ClosestPoints
+from palpate.surface.tracked import load_tracked
+
+MILLIMETRES = 1e3
+REACH_MM = 16
+PLACE = "#F4F4F4"
+
+
+@dataclass(frozen=True)
+class ContactView:
+    """A mesh at the contact, object frame.
+
+    Attributes
+    ----------
+    title : str
+    vertices_m : (n, 3) array
+        [m].
+    triangles : (m, 3) int array
+        Of the surface, outward.
+    contact : (3,) int array
+        Vertices of the contact triangle.
+    """
+
+    title: str
+    vertices_m: NDArray
+    triangles: NDArray
+    contact: NDArray
+
+
+def figure_3_3(
+    views: Sequence[ContactView],
+    point_m: NDArray,
+    *,
+    radius_m: float,
+    depth_m: float,
+    provenance: str,
+) -> Figure:
+    """Contact triangle, the triangles around it and the indenter's contact circle (Fig. 3.3).
+
+    Parameters
+    ----------
+    views : sequence of ContactView
+        One panel each.
+    point_m : (3,) array
+        Contact point, object frame [m].
+    radius_m, depth_m : float
+        Radius of the sphere, and depth, whose contact area is pi R d (Eq. 3.27) [m].
+    provenance : str
+    """
+    figure, axes = plt.subplots(1, len(views), figsize=(PAGE_IN, 4.2), squeeze=False)
+    circle = min(np.sqrt(radius_m * max(depth_m, 0)), radius_m) * MILLIMETRES
+    for panel, view in zip(axes[0], views, strict=True):
+        _panel(panel, view, point_m, circle)
+    axes[0, 0].set_ylabel("Width (mm)")
+    marks = [
+        Patch(fc=ORANGE, ec=BLACK, lw=0.4, label="contact triangle"),
+        Patch(fc=GREEN, alpha=0.55, ec=BLACK, lw=0.4, label="contact area: triangles around it"),
+        Line2D([], [], color=ORANGE, ls=(0, (4, 2)), lw=1.2,
+               label=f"indenter's contact, radius {circle:.1f} mm at {depth_m * 1e3:.1f} mm depth"),
+    ]  # fmt: skip
+    finished(figure, {provenance})
+    figure.tight_layout(rect=(0, 0.13, 1, 0.96))
+    figure.legend(handles=marks, loc="lower center", ncol=3, bbox_to_anchor=(0.5, 0.03))
+    for panel, view, letter in zip(axes[0], views, "abcd", strict=False):
+        entitle(panel, view.title, letter)
+    return figure
+
+
+def _panel(axes: Axes, view: ContactView, point: NDArray, circle: float) -> None:
+    """The surface as seen along the contact triangle's normal."""
+    across = _plane(view)
+    flat = (view.vertices_m - point) @ across.T * MILLIMETRES
+    corners = view.vertices_m[view.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    seen = view.triangles[normals @ np.cross(*across) > 0]
+    shared = np.isin(seen, view.contact).sum(axis=1)
+    for chosen, look in (
+        (shared == 0, {"fc": PLACE, "ec": GREY, "lw": 0.4}),
+        ((shared > 0) & (shared < 3), {"fc": GREEN, "alpha": 0.55, "ec": BLACK, "lw": 0.5}),
+        (shared == 3, {"fc": ORANGE, "ec": BLACK, "lw": 0.6}),
+    ):
+        axes.add_collection(PolyCollection(flat[seen[chosen]], **look))
+    axes.add_patch(Circle((0, 0), circle, fill=False, ec=ORANGE, ls=(0, (4, 2)), lw=1.2, zorder=5))
+    axes.plot(0, 0, "+", color=BLACK, ms=6, mew=0.9, zorder=6)
+    axes.set(xlim=(-REACH_MM, REACH_MM), ylim=(-REACH_MM, REACH_MM), xlabel="Length (mm)")
+    axes.set_aspect("equal")
+
+
+def _plane(view: ContactView) -> NDArray:
+    """Two unit vectors in the contact triangle's plane, the first as near x as can be."""
+    a, b, c = view.vertices_m[view.contact]
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal)
+    axis = np.eye(3)[0 if abs(normal[0]) < 0.9 else 1]
+    first = axis - (axis @ normal) * normal
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first)])
+
+
+def make_figure_3_3(inputs: Any, params: Any) -> Figure:
+    """The template that is tracked and the solid that is loaded, at the contact."""
+    fit, tracked = read_one(inputs.fit), load_tracked(inputs.tracked)
+    point, radius = tracked.contact_point_m, fit["radius_m"]
+    _, nearest, _ = ClosestPoints(tracked.template_m, tracked.faces)(point[None])
+    solid = refine_near(
+        read_solid(inputs.solid),
+        point,
+        radius_m=params.solid["refine_radius_m"],
+        edge_m=params.solid["refine_edge_m"],
+    )
+    loaded = contact_triangle(solid, point, largest_distance_m=radius)
+    template = tracked.template_m, tracked.faces, tracked.faces[nearest[0]]
+    views = [
+        ContactView("Template (tracking)", *template),
+        ContactView(
+            "Solid (estimate)", solid.nodes_m, solid.surface_triangles(), np.asarray(loaded)
+        ),
+    ]
+    depth = fit["samples"]["depth_m"][fit["range"]["last_frame"]]
+    (capture,) = params.captures
+    return figure_3_3(
+        views, point, radius_m=radius, depth_m=depth, provenance=capture["provenance"]
+    )

@@ -1,0 +1,266 @@
+"""Figure 3.8: the moves of the Nelder-Mead simplex, in a real step of a minimisation."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from matplotlib.patheffects import Normal, Stroke
+from numpy.typing import NDArray
+from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.report.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PAGE_IN,
+    SMALL,
+    entitle,
+    finished,
+)
+from palpate.solid.boundary import node_sets
+from palpate.solid.mesh import solid_mesh
+from palpate.solid.support import Support
+from scipy.optimize import minimize
+
+KILOPASCALS, MILLIMETRES = 1e-3, 1e3
+HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
+LEVELS = 12
+# The first triangle, as the study's grid of starts has it: nu 0.25 at the Hertz modulus [Pa].
+FIRST_PA = np.array([[14e3, 14e3], [24e3, 14e3], [14e3, 17e3]])
+RATIOS = np.geomspace(0.3, 30, 120)
+SHEAR_MODULI_PA = np.linspace(4e3, 24e3, 200)
+STEPS, SHOWN = 14, 0
+
+
+@dataclass(frozen=True)
+class ErrorField:
+    """Error on a grid of moduli: lam_pa, mu_pa [Pa] and error_m [m], each (n, m)."""
+
+    lam_pa: NDArray
+    mu_pa: NDArray
+    error_m: NDArray
+
+
+def error_field(
+    displacement: Callable[[float], NDArray],
+    measured_m: NDArray,
+    ratios: NDArray,
+    shear_moduli_pa: NDArray,
+) -> ErrorField:
+    """Mean mismatch over a grid, from one solution for each ratio lam / mu.
+
+    Parameters
+    ----------
+    displacement : callable
+        Displacement (n, 3) [m] of lam = ratio, mu = 1 Pa; that of lam, mu is mu times less.
+    measured_m : (n, 3) array
+        Measured displacement of the same nodes [m].
+    ratios : (k,) array
+    shear_moduli_pa : (l,) array
+        mu [Pa].
+    """
+    error = np.empty((len(ratios), len(shear_moduli_pa)))
+    for row, ratio in zip(error, ratios, strict=True):
+        unit = displacement(float(ratio))
+        row[:] = [np.linalg.norm(unit / mu - measured_m, axis=1).mean() for mu in shear_moduli_pa]
+    lam = np.outer(ratios, shear_moduli_pa)
+    return ErrorField(lam, np.broadcast_to(shear_moduli_pa, lam.shape), error)
+
+
+def simplexes(cost: Callable[[NDArray], float], first: NDArray, count: int) -> list[NDArray]:
+    """Simplexes of SciPy's Nelder-Mead, before the first step and after each.
+
+    Parameters
+    ----------
+    cost : callable
+    first : (3, 2) array
+    count : int
+        Steps.
+
+    Returns
+    -------
+    list of (3, 2) array
+        Vertices b, g, w of Algorithm 2 in this order, f(b) <= f(g) <= f(w).
+    """
+    order = np.argsort([cost(x) for x in first], kind="stable")
+    found = [np.array(first)[order]]
+    # SciPy counts the simplex it starts from as its first iteration.
+    for k in range(1, count + 1):
+        options = {"initial_simplex": found[0], "maxiter": k + 1, "xatol": 0, "fatol": 0}
+        result = minimize(cost, found[0][0], method="Nelder-Mead", options=options)
+        found.append(result.final_simplex[0])
+    return found
+
+
+def moves(simplex: NDArray) -> dict[str, NDArray]:
+    """Points that Algorithm 2 may replace the worst vertex by, by their letters there.
+
+    Parameters
+    ----------
+    simplex : (3, 2) array
+        b, g, w.
+
+    Returns
+    -------
+    dict
+        ``m, r, e, c1, c2`` and, of the shrink towards b, ``s_g, s_w``; each (2,).
+
+    Raises
+    ------
+    ValueError
+        If the simplex is no triangle.
+    """
+    simplex = np.asarray(simplex, dtype=float)
+    if simplex.shape != (3, 2):
+        raise ValueError(f"simplex: expected shape (3, 2), found {simplex.shape}")
+    b, g, w = simplex
+    m = (b + g) / 2
+    r = m + (m - w)
+    return {
+        "m": m,
+        "r": r,
+        "e": r + (r - m),
+        "c1": (m + w) / 2,
+        "c2": (m + r) / 2,
+        "s_g": (b + g) / 2,
+        "s_w": (b + w) / 2,
+    }
+
+
+def figure_3_8(
+    field: ErrorField, path: list[NDArray], step: int, truth: Mapping[str, float] | None
+) -> Figure:
+    """Moves in one step, and the way of the simplex (Fig. 3.8).
+
+    Parameters
+    ----------
+    field : ErrorField
+    path : list of (3, 2) array
+        Simplexes in (lam, mu) [Pa], b, g, w of each.
+    step : int
+        Which simplex to show the moves of.
+    truth : mapping or None
+        ``lam_pa`` and ``mu_pa`` of the simulation, where they are known.
+    """
+    figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_IN, 3.4))
+    taken = _moves_panel(left, path[step], path[step + 1])
+    for panel in (left, right):
+        _contours(panel, field, coarse=panel is right)
+        panel.set_xlabel("λ (kPa)")
+    left.set_ylabel("μ (kPa)")
+    _way_panel(right, path, step, truth)
+    left.set_title("step")
+    figure = finished(figure, {"simulated"})
+    entitle(left, f"Step {step + 1}: {taken}", "a")
+    entitle(right, f"First {len(path) - 1} steps", "b")
+    return figure
+
+
+NAMES = {
+    "r": "reflection",
+    "e": "expansion",
+    "c1": "contraction inside",
+    "c2": "contraction outside",
+    "s_g": "shrink",
+}
+
+
+def _taken(simplex: NDArray, following: NDArray) -> str:
+    """Move that led from one simplex to the next."""
+    size = np.ptp(simplex, axis=0)
+    for letter, place in moves(simplex).items():
+        gap = np.abs((following - place) / size).max(axis=1).min()
+        if letter in NAMES and gap < 1e-6:
+            return letter
+    raise ValueError("simplex: expected a move of Algorithm 2, found another")
+
+
+def _moves_panel(axes: Axes, simplex: NDArray, following: NDArray) -> str:
+    points = {k: v * KILOPASCALS for k, v in moves(simplex).items()}
+    corners, letter = simplex * KILOPASCALS, _taken(simplex, following)
+    new = corners.copy()
+    new[2] = points[letter]
+    axes.add_patch(Polygon(corners, fc=BLUE, alpha=0.22, ec="none"))
+    axes.add_patch(Polygon(corners, fc="none", ec=BLUE, lw=1.5))
+    axes.add_patch(Polygon(new, fc="none", ec=ORANGE, lw=1.3, ls=(0, (4, 2))))
+    axes.plot(*np.array([corners[2], points["e"]]).T, color=BLACK, lw=0.7, ls=":")
+    shrunk = np.array([corners[0], points["s_g"], points["s_w"]])
+    axes.add_patch(Polygon(shrunk, fc="none", ec=GREEN, lw=1.0, ls=(0, (1, 1))))
+    for name, place in zip("bgw", corners, strict=True):
+        _letter(axes, name, place, BLUE)
+    shown = {"m": "m", "r": "r", "e": "e", "c1": "c_1", "c2": "c_2", "s_w": "s"}
+    for name, text in shown.items():
+        colour = ORANGE if name == letter else GREEN if name == "s_w" else BLACK
+        _letter(axes, text, points[name], colour)
+    every = np.array([*corners, *points.values()])
+    low, size = every.min(axis=0), np.ptp(every, axis=0)
+    axes.set(xlim=(low[0] - 0.14 * size[0], low[0] + 1.16 * size[0]))
+    axes.set(ylim=(low[1] - 0.14 * size[1], low[1] + 1.16 * size[1]))
+    return NAMES[letter]
+
+
+def _letter(axes: Axes, text: str, place: NDArray, colour: str) -> None:
+    axes.plot(*place, "o", ms=4.5, color=colour, mec="white", mew=0.6, zorder=4)
+    look = {"textcoords": "offset points", "color": colour, "path_effects": HALO, "zorder": 5}
+    axes.annotate(rf"$\mathbf{{{text}}}$", place, (5, 4), fontsize=10, **look)
+
+
+def _contours(axes: Axes, field: ErrorField, *, coarse: bool) -> None:
+    x, y = field.lam_pa * KILOPASCALS, field.mu_pa * KILOPASCALS
+    error = field.error_m * MILLIMETRES
+    if coarse:
+        shown = error <= np.quantile(error, 0.9)
+    else:
+        (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+        shown = (x > left) & (x < right) & (y > low) & (y < high)
+    levels = np.geomspace(error[shown].min(), error[shown].max(), LEVELS)
+    lines = axes.contour(x, y, error, levels=levels, colors=GREY, linewidths=0.6, zorder=0.5)
+    axes.clabel(lines, levels[1::3], fmt="%.2g mm", fontsize=5.5)
+
+
+def _way_panel(axes: Axes, path: list[NDArray], step: int, truth: Mapping | None) -> None:
+    for k, simplex in enumerate(path):
+        colour, width = (BLUE, 1.4) if k == step else (BLACK, 0.6)
+        corners = simplex * KILOPASCALS
+        axes.add_patch(Polygon(corners, fc="none", ec=colour, lw=width, joinstyle="round"))
+    every = np.concatenate(path) * KILOPASCALS
+    if truth:
+        place = np.array([truth["lam_pa"], truth["mu_pa"]]) * KILOPASCALS
+        axes.plot(*place, "*", ms=9, color=ORANGE, mec="white", mew=0.5, zorder=5)
+        look = {"textcoords": "offset points", "fontsize": SMALL, "path_effects": HALO}
+        axes.annotate("truth", place, (5, 5), color=ORANGE, zorder=5, **look)
+        every = np.vstack([every, place])
+    low, size = every.min(axis=0), np.ptp(every, axis=0)
+    axes.set_xlim(low[0] - 0.08 * size[0], low[0] + 1.14 * size[0])
+    axes.set_ylim(low[1] - 0.12 * size[1], low[1] + 1.12 * size[1])
+
+
+def make_figure_3_8(inputs: Any, params: Any) -> Figure:
+    """Figure 3.8 with the last load step's displacement as measured."""
+    cost = block_objective(inputs.steps)
+    path = simplexes(lambda x: cost(*x) if min(x) > 0 else np.inf, FIRST_PA, STEPS)
+    field = error_field(
+        lambda ratio: cost.displacement(ratio, 1.0)[cost.surface],
+        cost.u[cost.surface],
+        RATIOS,
+        SHEAR_MODULI_PA,
+    )
+    return figure_3_8(field, path, SHOWN, None)
+
+
+def block_objective(path: str) -> Objective:
+    """Displacement error (Eq. 3.33) of the simulated block."""
+    with np.load(path, allow_pickle=False) as data:
+        mesh = solid_mesh(data["nodes_m"], data["tetrahedra"])
+        triangle, force = data["triangle"], data["force_n"][-1]
+        displacement = data["displacement_m"][-1].copy()
+    support = Support(np.zeros(3), np.array([0.0, 0.0, 1.0]), 1e-6)
+    sets = node_sets(mesh, support, contact_nodes=triangle)
+    total = float(np.linalg.norm(force.sum(axis=0)))
+    return Objective(mesh, sets, Measurement(displacement, force, total), option="displacement")

@@ -1,0 +1,84 @@
+"""Trace of the tip around a CD case against the case's cloud (Section 4.2.4)."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from palpate.report import outputs
+from palpate.run.follow import followed
+from palpate.run.frames import all_streams, sensor_with_optics
+from palpate.vision.box import outline_distance, place_box
+from palpate.vision.clouds import belongs_to_probe, probe_places, scene_points
+from palpate.vision.kalman import study_filter
+from palpate.vision.probe import RAW_TIP, TIP
+from palpate.vision.support_plane import fit_support_plane, height_above
+
+# The cloud of the case is put together from so many frames; the probe hides another part in each.
+CLOUD_FRAMES = 6
+# Shown around the case [m], and so many points at most.
+SHOWN_M, SHOWN_POINTS = 0.03, 20_000
+LOWEST_M = 0.004
+
+
+def make_cd_case(inputs: Any, params: Any) -> dict:
+    """The traced path in the case's frame, the case's place and its cloud."""
+    folder, sensor = Path(inputs.case), sensor_with_optics(params.sensor, inputs.optics)
+    poses = followed(folder / "trace", sensor, params.probe, params.pose)
+    rng = np.random.default_rng(params.seed)
+    empty = scene_points(next(all_streams(folder / "background", sensor)), sensor)
+    plane = fit_support_plane(empty, rng=rng, **params.plane)
+    points, size_m = scene_cloud(folder / "trace", sensor, params, poses), np.array(params.size_m)
+    camera_from_case = place_box(points, plane, size_m)
+    above = in_frame(points[height_above(plane, points) > LOWEST_M], camera_from_case)
+    cloud = shown_points(above, size_m, rng)
+    place = {"camera_from_case": camera_from_case.tolist(), "size_m": size_m.tolist()}
+    place |= {"tip_radius_m": params.probe["indenter"]["radius_m"]}
+    return {
+        "path": outputs.exact(case_path(poses, camera_from_case, size_m)),
+        "place": json.dumps(place, indent=1) + "\n",
+        "cloud": lambda path: write_cloud(path, cloud),
+    }
+
+
+def case_path(poses: pd.DataFrame, camera_from_case: NDArray, size_m: NDArray) -> pd.DataFrame:
+    """The tip in the case's frame and its distance from the outline: raw and filtered."""
+    path = pd.DataFrame({"frame": poses["frame"], "time_s": poses["time_s"]})
+    raw, smooth = (poses[columns].to_numpy(float) for columns in (RAW_TIP, TIP))
+    for name, tips in {"raw": raw, "smooth": smooth, "study": study_filter(raw)}.items():
+        placed = in_frame(tips, camera_from_case)
+        path[[f"{name}_x_m", f"{name}_y_m", f"{name}_z_m"]] = placed
+        path[f"{name}_offset_m"] = outline_distance(placed[:, :2], size_m)
+    return path
+
+
+def scene_cloud(folder: Path, sensor: Mapping, params: Any, poses: pd.DataFrame) -> NDArray:
+    """Points of several frames without the probe, camera frame."""
+    chosen = np.linspace(0, len(poses) - 1, CLOUD_FRAMES).astype(int)
+    places = probe_places(poses, params.probe)
+    clouds = []
+    for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
+        points = scene_points(images, sensor)
+        clouds.append(points[~belongs_to_probe(points, places[k], params.probe["exclusion"])])
+    return np.concatenate(clouds)
+
+
+def in_frame(points_m: NDArray, camera_from_case: NDArray) -> NDArray:
+    """Points in the case's frame."""
+    return (points_m - camera_from_case[:3, 3]) @ camera_from_case[:3, :3]
+
+
+def shown_points(cloud_m: NDArray, size_m: NDArray, rng: np.random.Generator) -> NDArray:
+    """Points near the case, a random choice where there are many, in the case's frame."""
+    near = (np.abs(cloud_m[:, :2]) < size_m[:2] / 2 + SHOWN_M).all(axis=1)
+    cloud = cloud_m[near & (cloud_m[:, 2] < SHOWN_M)]
+    return cloud[rng.choice(len(cloud), min(SHOWN_POINTS, len(cloud)), replace=False)]
+
+
+def write_cloud(path: Path, points_m: NDArray) -> None:
+    """Write a cloud's points."""
+    with path.open("wb") as stream:
+        np.savez_compressed(stream, points_m=points_m.astype(np.float32))

@@ -1,0 +1,205 @@
+"""Figure 4.4: a plane fitted to a vertex of a captured cloud and its neighbours."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from numpy.typing import NDArray
+from palpate.report.style import (
+    ARROW,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PAGE_IN,
+    beside,
+    entitle,
+    label_provenance,
+    sensor_name,
+)
+from palpate.report.views import View
+from palpate.run.read_files import read_all
+from palpate.vision.clouds import Cloud, read_clouds
+from scipy.spatial import cKDTree
+
+MILLIMETRES = 1e3
+# P lies so far from the pressed point, on the rim of the dent [m].
+ASIDE_M = np.array([0.011, 0.0, 0.0])
+SIDE = View(-62, 24)
+
+
+@dataclass(frozen=True)
+class PlaneFit:
+    """Plane of a point's neighbours (Eq. 4.4-4.6).
+
+    Attributes
+    ----------
+    point_m, centre_m, normal : (3,) arrays
+        The vertex P, the mean of its neighbours and the plane's unit normal.
+    neighbours_m : (n, 3) array
+        P is one of them.
+    kept_normal : (3,) array
+        Normal of P as the pipeline keeps it.
+    """
+
+    point_m: NDArray
+    centre_m: NDArray
+    normal: NDArray
+    neighbours_m: NDArray
+    kept_normal: NDArray
+
+    @property
+    def height_m(self) -> NDArray:
+        """Distances of the neighbours from the plane, (n,) [m]."""
+        return (self.neighbours_m - self.centre_m) @ self.normal
+
+    @property
+    def angle_deg(self) -> float:
+        """Angle between the plane's normal and the kept one [deg]."""
+        return float(np.rad2deg(np.arccos(np.clip(self.normal @ self.kept_normal, -1, 1))))
+
+
+def fit_plane(cloud: Cloud, near_m: NDArray, *, neighbours: int) -> PlaneFit:
+    """Fit a plane to the neighbours of the cloud's point nearest to a place.
+
+    Parameters
+    ----------
+    cloud : Cloud
+        A frame's points with the normals that the pipeline found.
+    near_m : (3,) array
+        Where to look for P, in the cloud's frame [m].
+    neighbours : int
+        ``clouds.normal_neighbours``; P counts.
+
+    Returns
+    -------
+    PlaneFit
+
+    Raises
+    ------
+    ValueError
+        If the cloud has fewer points than that, or fewer than three are asked for.
+    """
+    if not 3 <= neighbours <= len(cloud.points_m):
+        expected = f"neighbours: expected 3 to the cloud's {len(cloud.points_m)} points"
+        raise ValueError(f"{expected}, found {neighbours}")
+    tree = cKDTree(cloud.points_m)
+    chosen = tree.query(near_m)[1]
+    points = cloud.points_m[tree.query(cloud.points_m[chosen], neighbours)[1]]
+    centre = points.mean(axis=0)
+    normal = np.linalg.svd((points - centre).T)[0][:, 2]
+    kept = cloud.normals[chosen] / np.linalg.norm(cloud.normals[chosen])
+    normal = normal * (1.0 if normal @ kept >= 0 else -1.0)
+    return PlaneFit(cloud.points_m[chosen], centre, normal, points, kept)
+
+
+def pressed_plane(cloud: Cloud, alignment: Mapping, *, neighbours: int) -> tuple[Cloud, PlaneFit]:
+    """A frame's cloud in the object frame, and the plane at the rim of its dent.
+
+    Parameters
+    ----------
+    cloud : Cloud
+        Camera frame.
+    alignment : mapping
+        alignment.json: ``camera_from_object`` and ``contact_point_m``.
+    neighbours : int
+        Points of the plane.
+    """
+    pose = np.array(alignment["camera_from_object"])
+    points = (cloud.points_m - pose[:3, 3]) @ pose[:3, :3]
+    turned = Cloud(points, cloud.normals @ pose[:3, :3])
+    near = np.array(alignment["contact_point_m"]) + ASIDE_M
+    return turned, fit_plane(turned, near, neighbours=neighbours)
+
+
+def make_figure_4_4(inputs: Any, params: Any) -> Figure:
+    """The figure, of each capture's last frame."""
+    planes = [
+        pressed_plane(read_clouds(clouds)[-1], alignment, neighbours=params.neighbours)
+        for clouds, alignment in zip(inputs.clouds, read_all(inputs.alignments), strict=True)
+    ]
+    return figure_4_4(params.captures, planes)
+
+
+def figure_4_4(captures: Sequence[Mapping], planes: Sequence[tuple[Cloud, PlaneFit]]) -> Figure:
+    """Plane fitted to a vertex and its neighbours in captured clouds (Fig. 4.4).
+
+    Parameters
+    ----------
+    captures : sequence of mapping
+        ``sensor`` and ``provenance`` of each.
+    planes : sequence of (Cloud, PlaneFit)
+        See `pressed_plane`.
+    """
+    figure = plt.figure(figsize=(PAGE_IN, 4.4))
+    count = len(captures)
+    for k, (capture, (cloud, fit)) in enumerate(zip(captures, planes, strict=True)):
+        left, width = (k + 0.15) / count, 0.8 / count
+        space = figure.add_axes((left - 0.1 / count, 0.45, width + 0.12 / count, 0.41))
+        _draw_space(space, cloud, fit, key=k == 0)
+        entitle(space, sensor_name(capture["sensor"]), "abcdef"[k])
+        side = figure.add_axes((left, 0.12, width, 0.26))
+        _draw_heights(side, fit)
+    label_provenance(figure, {capture["provenance"] for capture in captures})
+    return figure
+
+
+def _draw_space(axes: Axes, cloud: Cloud, fit: PlaneFit, *, key: bool) -> None:
+    """Points, plane and normal in space."""
+    reach = np.linalg.norm(fit.neighbours_m - fit.point_m, axis=1).max()
+    near = cloud.points_m[np.linalg.norm(cloud.points_m - fit.point_m, axis=1) < 2.4 * reach]
+    across, along = _tangents(fit.normal)
+    corners = [
+        fit.centre_m + 1.15 * reach * (a * across + b * along)
+        for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+    flat, sheet, dots = (_flat(points, fit) for points in (near, corners, fit.neighbours_m))
+    axes.plot(*flat.T, ".", color=GREY, ms=2.2, mew=0, label="cloud")
+    axes.add_patch(Polygon(sheet, fc=GREEN, alpha=0.22, ec=GREEN, lw=0.9, label="fitted plane"))
+    axes.plot(*dots.T, "o", color=BLUE, ms=3, mew=0, label=f"$P$ and its neighbours ({len(dots)})")
+    start, end = _flat([fit.centre_m, fit.centre_m + 1.3 * reach * fit.normal], fit)
+    axes.annotate("", end, start, arrowprops=ARROW | {"color": GREEN, "lw": 1.4})
+    beside(axes, end, r"$\mathbf{n}$", (1, 0.2), 5, color=GREEN)
+    axes.plot(*_flat([fit.point_m], fit).T, "o", color=ORANGE, ms=5, zorder=5)
+    beside(axes, _flat([fit.point_m], fit)[0], "$P$", (-0.7, 1), 8, color=ORANGE)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_axis_off()
+    low = flat.min(axis=0)
+    axes.plot([low[0], low[0] + 5], [low[1] - 1] * 2, color="black", lw=2)
+    axes.text(low[0] + 2.5, low[1] - 1.5, "5 mm", ha="center", va="top", fontsize=7)
+    if key:
+        place = {"loc": "upper center", "bbox_to_anchor": (0.5, 1.0), "ncols": 3}
+        axes.figure.legend(*axes.get_legend_handles_labels(), handletextpad=0.3, **place)
+
+
+def _draw_heights(axes: Axes, fit: PlaneFit) -> None:
+    """Distances from the plane, the sum of whose squares is least (Eq. 4.4)."""
+    across, _ = _tangents(fit.normal)
+    place = (fit.neighbours_m - fit.centre_m) @ across * MILLIMETRES
+    height = fit.height_m * MILLIMETRES
+    axes.axhline(0, color=GREEN, lw=1.2)
+    axes.vlines(place, 0, height, color=BLUE, lw=0.7)
+    axes.plot(place, height, "o", color=BLUE, ms=3, mew=0)
+    axes.plot(place[0], height[0], "o", color=ORANGE, ms=5)
+    rms = np.sqrt(np.mean(height**2))
+    words = f"rms {rms:.2f} mm; {fit.angle_deg:.2f}° from the pipeline's normal"
+    axes.set_title(words, fontsize=7, weight="normal", pad=3)
+    largest = 1.25 * max(np.abs(height).max(), 0.1)
+    axes.set(ylim=(-largest, largest), xlabel="along the plane (mm)")
+    axes.set_ylabel("off the plane (mm)")
+
+
+def _tangents(normal: NDArray) -> tuple[NDArray, NDArray]:
+    across = np.array([1.0, 0, 0]) - normal[0] * normal
+    across /= np.linalg.norm(across)
+    return across, np.cross(normal, across)
+
+
+def _flat(points_m: Sequence, fit: PlaneFit) -> NDArray:
+    """Places in the picture, from P [mm]."""
+    return SIDE.project(np.asarray(points_m) - fit.point_m)[:, :2]

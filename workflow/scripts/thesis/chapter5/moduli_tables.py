@@ -1,0 +1,62 @@
+"""Tables 5.3 to 5.5: moduli of one object from error minimisation, beside the printed ones."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+from palpate.report import outputs, tables
+from palpate.run.read_files import minima_by_key, read_one
+
+VALUES = ["youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa", "hertz_reduced_modulus_pa"]
+VERDICT = ["poisson_ratio_low", "poisson_ratio_high", "poisson_ratio_verdict"]
+TRUE = VALUES[:3]
+
+
+def make_moduli_table(inputs: Any, params: Any) -> dict:
+    """Moduli of an object from its minima, the true material and the published table."""
+    minima = minima_by_key(params.captures, params.errors, inputs.results)
+    ours = tables.minimum_table(params.captures, minima)
+    material = read_one(inputs.material)
+    published = pd.read_csv(inputs.published)
+    found = moduli_table(ours, published, name=params.name, material=material)
+    return outputs.table(tables.rounded(found), title=params.heading)
+
+
+def moduli_table(
+    minima: pd.DataFrame,
+    published: pd.DataFrame,
+    *,
+    name: str,
+    material: Mapping | None = None,
+) -> pd.DataFrame:
+    """E, nu and E* of an object's points per error option, beside the study's table.
+
+    Parameters
+    ----------
+    minima : DataFrame
+        Of `tables.minimum_table`.
+    published : DataFrame
+        config/published/table_5_3.csv, table_5_4.csv or table_5_5.csv. The latter two name no
+        point: they stand beside every point of the object.
+    name : str
+        Name of the object; others have no row here.
+    material : mapping, optional
+        material.json: with it the true values stand in columns ``true_*``.
+
+    Returns
+    -------
+    DataFrame
+        One row for each sensor, error option and capture that is the only one of its point.
+    """
+    ours = minima[(minima["object"] == name) & (minima["capture"] == minima["point"])].copy()
+    if "point" in published:
+        ours["point"] = ours["point"].astype(int)
+    keys = [key for key in ("sensor", "point", "error") if key in published]
+    printed = {value: f"published_{value}" for value in VALUES if value in published}
+    merged = ours.merge(published.rename(columns=printed), on=keys, how="left")
+    true = [] if material is None else [f"true_{value}" for value in TRUE]
+    for value, column in zip(TRUE, true, strict=False):
+        merged[column] = material[value]
+    columns = ["sensor", "point", "error", *VALUES, "at_bound", *VERDICT, "poisson_ratio_reason"]
+    columns += [*printed.values(), *true, "provenance"]
+    return merged.sort_values(["sensor", "error", "point"])[columns].reset_index(drop=True)

@@ -1,0 +1,141 @@
+"""What each change of the error minimisation does to E and nu, against the virtual lab's truth."""
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from palpate.report import tables
+from palpate.report.tables import CAPTURE
+from palpate.run.read_files import read_all, read_by_folder
+
+from thesis.chapter5 import steps_figure
+
+# The force is that of a material which has relaxed since the press began, about so long ago.
+PRESS_S = 1.0
+FOUND = ["youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa"]
+RATIOS = ["youngs_modulus_ratio", "relaxed_modulus_ratio", "poisson_ratio_error"]
+TITLE = "The study's error minimisation, one change after the other"
+NOTES = (
+    "Medians over the captures of an object. The force is that of a material that relaxes while it"
+    " is pressed: youngs_modulus_ratio is E over the instantaneous truth, relaxed_modulus_ratio"
+    " over that a second after a step of strain."
+    " The surfaces of the elastic tracker carry its own Poisson's ratio, tracking.trackers of"
+    " config.yaml, the block's own: nu found on them is mostly that prior, as the ear shows, and is"
+    " not judged.",
+)
+
+
+def make_minimise_steps_table(inputs: Any, params: Any) -> dict:
+    """All rows as CSV, their medians as Markdown, and the figure of one error option."""
+    results, truth = read_all(inputs.results), read_by_folder(inputs.materials)
+    whole = steps_table(params.captures, results, truth)
+    short, notes = tables.rounded(steps_summary(whole)), [*NOTES, tables.SIMULATED_NOTE]
+    return {
+        "csv": tables.rounded(whole),
+        "md": tables.to_markdown(short, title=TITLE, notes=notes),
+        "figure": steps_figure.minimise_steps(whole, params.shown),
+    }
+
+
+def relaxed_modulus(material: Mapping, time_s: float) -> float:
+    """Young's modulus a time after a step of strain (Prony series) [Pa].
+
+    Parameters
+    ----------
+    material : mapping
+        material.json: instantaneous ``youngs_modulus_pa`` and, if it relaxes, ``relaxation``.
+    time_s : float
+    """
+    series = material.get("relaxation") or {"fractions": [], "times_s": []}
+    fractions, times = (np.array(series[name], dtype=float) for name in ("fractions", "times_s"))
+    lost = float(fractions @ (1 - np.exp(-time_s / times)))
+    return material["youngs_modulus_pa"] * (1 - lost)
+
+
+def steps_table(
+    captures: Sequence[Mapping],
+    results: Sequence[Sequence[Mapping]],
+    materials: Mapping[str, Mapping],
+) -> pd.DataFrame:
+    """E and nu of each capture, error option and step, beside the truth.
+
+    Parameters
+    ----------
+    captures : sequence of mapping
+        ``object, sensor, capture, point, provenance``.
+    results : sequence
+        minimise_steps.json of each capture.
+    materials : mapping
+        material.json by object.
+
+    Returns
+    -------
+    DataFrame
+        ``kind`` says whether a step is added to those before it, stands alone, or is added on the
+        true surface; ``changes`` which options differ. ``youngs_modulus_ratio`` is E over the
+        instantaneous truth and ``relaxed_modulus_ratio`` E over that a second after a step.
+    """
+    rows = []
+    for capture, result in zip(captures, results, strict=True):
+        known = {name: capture[name] for name in CAPTURE}
+        material = materials[capture["object"]]
+        for step in result:
+            row = {name: value for name, value in step.items() if name != "changes"}
+            row |= {"changes": _named(step["changes"]), **_against(step, material)}
+            rows.append(known | row | {"provenance": capture["provenance"]})
+    first = [*CAPTURE, "error", "kind", "step", "changes", "surface", *FOUND, "error_m", "at_bound"]
+    last = ["poisson_ratio_verdict", "nodes", "left_out_nodes", *RATIOS]
+    truth = [f"true_{name}" for name in ("youngs_modulus_pa", "relaxed_modulus_pa", *FOUND[1:])]
+    return pd.DataFrame(rows)[[*first, *last, *truth, "provenance"]]
+
+
+def steps_summary(table: pd.DataFrame) -> pd.DataFrame:
+    """Medians over the captures of each object, by error option and step, in their order.
+
+    Returns
+    -------
+    DataFrame
+        Median E over the relaxed truth and its largest deviation from 1, median and largest
+        error of nu, by object; ``captures`` of them, and how many of those ended at a bound.
+    """
+    keys = ["object", "error", "kind", "step"]
+    rows = []
+    for key, group in table.groupby(keys, sort=False):
+        ratio, nu = group["relaxed_modulus_ratio"], group["poisson_ratio_error"]
+        rows.append(
+            dict(zip(keys, key, strict=True))
+            | {
+                "captures": len(group),
+                "captures_at_bound": int(group["at_bound"].sum()),
+                "youngs_modulus_ratio": group["youngs_modulus_ratio"].median(),
+                "relaxed_modulus_ratio": ratio.median(),
+                "relaxed_modulus_largest_deviation": (ratio - 1).abs().max(),
+                "poisson_ratio_error": nu.median(),
+                "poisson_ratio_largest_error": nu.abs().max(),
+                "provenance": group["provenance"].iloc[0],
+            }
+        )
+    return pd.DataFrame(rows).sort_values(["object", "error"], kind="stable", ignore_index=True)
+
+
+def _named(changes: Mapping) -> str:
+    """Changed options in one cell."""
+    return "; ".join(f"{name}={_plain(value)}" for name, value in changes.items()) or "none"
+
+
+def _plain(value: object) -> str:
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def _against(step: Mapping, material: Mapping) -> dict:
+    E, nu = step["youngs_modulus_pa"], step["poisson_ratio"]
+    relaxed = relaxed_modulus(material, PRESS_S)
+    return {
+        "youngs_modulus_ratio": round(E / material["youngs_modulus_pa"], 4),
+        "relaxed_modulus_ratio": round(E / relaxed, 4),
+        "poisson_ratio_error": round(nu - material["poisson_ratio"], 4),
+        "true_relaxed_modulus_pa": relaxed,
+        **{f"true_{name}": material[name] for name in FOUND},
+    }

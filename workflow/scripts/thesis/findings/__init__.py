@@ -1,0 +1,1 @@
+"""The study's printed numbers and statements held against ours."""

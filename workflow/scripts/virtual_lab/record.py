@@ -1,0 +1,205 @@
+"""One recording of the virtual lab: a capture in the users' format, and its truth apart."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from palpate.capture.tables import write_force, write_frames
+from scipy.spatial.transform import Rotation
+
+from virtual_lab.ladder import ContactLadder
+from virtual_lab.motion import Hand, ProbeMotion
+from virtual_lab.part import OBJECT, PROBE_PARTS
+from virtual_lab.probe import Probe, make_probe
+from virtual_lab.relaxation import relaxed_force
+from virtual_lab.render import BOX_MARGIN_PX, Light, projected_box, render_change
+from virtual_lab.rig import Rig, frame_times
+from virtual_lab.scene import Scene
+from virtual_lab.wrench import gauge_record
+
+FACING = np.array([0.0, -1.0, 0.0])
+MOVING_SAMPLES = 3
+# A frame is rendered again where the surface moved by more than this.
+STILL_M = 2e-5
+
+
+@dataclass(frozen=True)
+class Body:
+    """The object through a recording.
+
+    Attributes
+    ----------
+    rest_m, faces : arrays
+        Undeformed vertices (n, 3) [m] and triangles.
+    surfaces_m : (k, n, 3) array
+        The surface in each frame [m].
+    """
+
+    rest_m: NDArray
+    faces: NDArray
+    surfaces_m: NDArray
+
+
+def record_capture(
+    folder: Path,
+    rig: Rig,
+    ladder: ContactLadder,
+    common: Mapping,
+    spec: Mapping,
+    probe_spec: Mapping,
+    *,
+    seed: list,
+) -> dict[str, NDArray]:
+    """Press, film and weigh: write a capture's folder and return its truth.
+
+    Parameters
+    ----------
+    folder : Path
+        Empty folder to fill.
+    rig : Rig
+    ladder : ContactLadder
+        Mechanics of the point.
+    common, spec, probe_spec : mapping
+        lab.yaml without its objects, the object's block of it, the probe's file.
+    seed : list of int
+        Seed of this recording.
+
+    Returns
+    -------
+    dict
+        Arrays of truth.npz; see docs/architecture.md.
+    """
+    motion = spec["motion"]
+    hand = Hand(
+        motion,
+        point_m=ladder.point_m,
+        radius_m=probe_spec["indenter"]["radius_m"],
+        facing=FACING,
+        rng=np.random.default_rng([*seed, 1]),
+    )
+    clock = np.random.default_rng([*seed, 4])
+    time_s = frame_times(common, motion["frames"], motion["frame_rate_hz"], clock)
+    offset_s = common["timing"]["clock_offset_s"] * clock.uniform(-1, 1)
+    force_time_s, force_n = _record_force(
+        folder, hand, ladder, common, spec, probe_spec, seed, offset_s=offset_s
+    )
+    path = hand.at(time_s)
+    surfaces = ladder.surface_at(path.depth_m)
+    probe = make_probe(real_probe(common, probe_spec))
+    body = Body(ladder.surface_rest_m, ladder.surface_faces, surfaces)
+    masks = film(folder, rig, body, path, probe, seed=[*seed, 3])
+    transform = rig.reference.camera_from_object
+    turn = transform[:3, :3]
+    normal_force = np.interp(time_s, force_time_s, force_n)
+    return {
+        "time_s": time_s,
+        "tip_m": path.tip_m @ turn.T + transform[:3, 3],
+        "axis": path.object_from_force[:, :, 2] @ turn.T,
+        "force_n": normal_force[:, None] * (turn @ [0.0, 0.0, -1.0]),
+        "depth_m": path.depth_m,
+        "clock_offset_s": np.array(offset_s),
+        "camera_from_object": transform,
+        "surface_rest_m": ladder.surface_rest_m,
+        "surface_faces": ladder.surface_faces,
+        "surface_m": surfaces.astype(np.float32),
+        "mask": np.packbits(masks, axis=-1),
+        "mask_shape": np.array(masks.shape),
+    }
+
+
+def real_probe(common: Mapping, probe_spec: Mapping) -> dict:
+    """The probe as it is: its board stands a little off from where its file says."""
+    rng = np.random.default_rng([common["seed"], 25])
+    options = common["probe_error"]
+    error = np.eye(4)
+    turn = np.deg2rad(options["angle_deg"]) * rng.standard_normal(3)
+    error[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
+    error[:3, 3] = options["shift_m"] * rng.standard_normal(3)
+    nominal = np.array(probe_spec["marker_from_force"])
+    return dict(probe_spec) | {"marker_from_force": nominal @ error}
+
+
+def film(
+    folder: Path, rig: Rig, body: Body | None, path: ProbeMotion, probe: Probe, *, seed: list
+) -> NDArray:
+    """Write the images and frames.csv; returns the true foreground of the reference camera."""
+    shared = {} if body is None else {"rest_m": body.rest_m, "faces": body.faces}
+    rest = {} if body is None else {"surface_m": body.rest_m}
+    still = rig.still(Scene(rig.bench, **rest, **shared))
+    rows, masks = [], []
+    for k, tip in enumerate(path.tip_m):
+        turn = path.object_from_force[k]
+        now = {} if body is None else {"surface_m": body.surfaces_m[k]}
+        scene = Scene(rig.bench, probe=probe, tip_m=tip, object_from_force=turn, **now, **shared)
+        boxes = reached(rig.light, probe, tip, turn)
+        moved = None
+        if body is not None:
+            moved = np.linalg.norm(body.surfaces_m[k] - body.rest_m, axis=1)
+            boxes += _moved_points(body, moved)
+        layers = {
+            stream: render_change(
+                view,
+                scene,
+                rig.light,
+                still[stream],
+                [projected_box(view, points, BOX_MARGIN_PX) for points in boxes],
+                moved_m=moved,
+                still_m=STILL_M,
+                samples=MOVING_SAMPLES,
+            )
+            for stream, view in rig.views.items()
+        }
+        files = rig.write(folder, layers, scene, k, seed)
+        rows.append({"frame": k, "time_s": path.time_s[k]} | files)
+        masks.append(np.isin(next(iter(layers.values())).kind, [OBJECT, *PROBE_PARTS]))
+    write_frames(folder, pd.DataFrame(rows))
+    return np.stack(masks)
+
+
+def _record_force(
+    folder: Path,
+    hand: Hand,
+    ladder: ContactLadder,
+    common: Mapping,
+    spec: Mapping,
+    probe_spec: Mapping,
+    seed: list,
+    *,
+    offset_s: float,
+) -> tuple[NDArray, NDArray]:
+    """Write force.csv; returns times [s] and true normal force [N] at the sensor's rate."""
+    options, motion = common["force"], spec["motion"]
+    lead = options["lead_s"]
+    stop_s = motion["frames"] / motion["frame_rate_hz"] + lead
+    time_s = np.arange(round((stop_s + lead) * options["rate_hz"])) / options["rate_hz"] - lead
+    path = hand.at(time_s)
+    force_n = relaxed_force(time_s, ladder.force_at(path.depth_m), **spec["material"]["relaxation"])
+    rng = np.random.default_rng([*seed, 2])
+    record = gauge_record(time_s, force_n, path.object_from_force, probe_spec, options, rng)
+    record["time_s"] += offset_s
+    write_force(folder, record)
+    return time_s, force_n
+
+
+def reached(light: Light, probe: Probe, tip: NDArray, turn: NDArray) -> list[NDArray]:
+    """Points around the probe and its shadows on table and object."""
+    outline = probe.outline() @ turn.T + tip
+    towards = light.towards
+    # The shadow lies between the table and the height of the tip.
+    heights = (0.0, max(tip[2], 0.0))
+    return [outline] + [
+        outline - towards * ((outline[:, 2:] - height) / towards[2]) for height in heights
+    ]
+
+
+def _moved_points(body: Body, moved: NDArray) -> list[NDArray]:
+    chosen = moved > STILL_M
+    return [body.rest_m[chosen]] if chosen.any() else []
+
+
+def with_motion(spec: Mapping, motion: Mapping) -> dict:
+    """An object's block of lab.yaml with parts of its motion replaced."""
+    return dict(spec) | {"motion": dict(spec["motion"]) | dict(motion)}

@@ -1,0 +1,178 @@
+"""A sensor in front of the lab's bench, and what it writes of each moment."""
+
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from palpate.capture.images import write_image
+from palpate.capture.tables import image_streams, write_frames
+from palpate.vision.camera import camera_from_spec
+
+from virtual_lab.cameras import Exposure
+from virtual_lab.kinect import KinectDepth
+from virtual_lab.paint import BlockPaint, Paint, SolidPaint
+from virtual_lab.props import bench_props
+from virtual_lab.render import Layer, Light, View, look_at, render
+from virtual_lab.scene import Bench, Scene
+from virtual_lab.shapes import shape_of
+from virtual_lab.texture import table_texture
+
+STILL_SAMPLES = 3
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A sensor in front of a bench.
+
+    Attributes
+    ----------
+    sensor : mapping
+        The sensor's file.
+    views : dict
+        Colour stream to View, the reference camera's first.
+    depth : KinectDepth or None
+    light : Light
+    bench : Bench
+    noise : mapping
+        ``camera_noise`` block of lab.yaml.
+    """
+
+    sensor: Mapping
+    views: Mapping[str, View]
+    depth: KinectDepth | None
+    light: Light
+    bench: Bench
+    noise: Mapping
+
+    @property
+    def reference(self) -> View:
+        """View of the reference camera."""
+        return next(iter(self.views.values()))
+
+    def still(self, scene: Scene) -> dict[str, Layer]:
+        """Noise-free pictures of all colour streams."""
+        return {
+            stream: render(view, scene, self.light, samples=STILL_SAMPLES)
+            for stream, view in self.views.items()
+        }
+
+    def write(
+        self, folder: Path, layers: Mapping[str, Layer], scene: Scene, number: int, seed: list
+    ) -> dict[str, str]:
+        """Write one frame's images; returns the file of each stream."""
+        rng = np.random.default_rng([*seed, number])
+        files = {}
+        for stream, spec in image_streams(self.sensor).items():
+            files[stream] = f"{stream}/{number:06d}.png"
+            if stream == "depth":
+                image = self.depth.image(scene, rng)
+            else:
+                image = Exposure(layers[stream].colour, spec["encoding"], self.noise).shot(rng)
+            (folder / stream).mkdir(exist_ok=True)
+            write_image(folder / files[stream], image, spec["encoding"])
+        return files
+
+    def write_still(self, folder: Path, scene: Scene, *, frames: int, seed: list) -> None:
+        """Film a scene in which nothing moves into a folder of the capture format."""
+        layers = self.still(scene)
+        rows = [
+            {"frame": k, "time_s": k / self.sensor["frame_rate_hz"]}
+            | self.write(folder, layers, scene, k, seed)
+            for k in range(frames)
+        ]
+        write_frames(folder, pd.DataFrame(rows))
+
+
+def make_rig(common: Mapping, sensor: Mapping, placement: Mapping, bench: Bench) -> Rig:
+    """Set up a sensor before a bench.
+
+    Parameters
+    ----------
+    common : mapping
+        lab.yaml without its objects.
+    sensor : mapping
+        The sensor's file.
+    placement : mapping
+        ``target_m``, ``distance_m`` and ``elevation_deg`` of its reference camera.
+    bench : Bench
+
+    Raises
+    ------
+    ValueError
+        If the target is outside the sensor's range.
+    """
+    low, high = sensor["range_m"]
+    found = placement["distance_m"]
+    if not low <= found <= high:
+        raise ValueError(f"distance_m: expected {low} to {high} m for its sensor, found {found}")
+    pose = look_at(
+        placement["target_m"], distance_m=found, elevation_deg=placement["elevation_deg"]
+    )
+    depth = None if sensor["kind"] == "stereo" else _depth_camera(common, sensor, pose)
+    noise = common["camera_noise"]
+    return Rig(sensor, _views(sensor, pose), depth, make_light(common["light"]), bench, noise)
+
+
+def make_light(options: Mapping) -> Light:
+    """Light of the lab from the ``light`` block of lab.yaml."""
+    towards = np.array(options["towards"], dtype=float)
+    towards /= np.linalg.norm(towards)
+    return Light(towards, options["key"], options["ambient"], options["spread_rad"])
+
+
+def object_bench(common: Mapping, spec: Mapping, *, name: str) -> Bench:
+    """Paint the table and an object of lab.yaml."""
+    rng = np.random.default_rng(seed_of(common, name))
+    return Bench(table_texture(rng), _paint(spec, rng), bench_props())
+
+
+def bare_bench(common: Mapping, *, name: str) -> Bench:
+    """A table for an experiment that needs no object."""
+    rng = np.random.default_rng(seed_of(common, name))
+    return Bench(table_texture(rng), None, bench_props())
+
+
+def seed_of(common: Mapping, *names: str) -> list[int]:
+    """Seed of a named thing of the lab, the same in whatever order things are made."""
+    return [common["seed"], *(zlib.crc32(name.encode()) for name in names)]
+
+
+def _paint(spec: Mapping, rng: np.random.Generator) -> Paint:
+    if spec["shape"]["kind"] == "block":
+        points = [point["position_m"] for point in spec["object"]["points"].values()]
+        return BlockPaint(np.array(spec["shape"]["size_m"]), np.array(points), rng)
+    vertices, _ = shape_of(spec).surface()
+    return SolidPaint(spec["paint"], vertices, rng)
+
+
+def _views(sensor: Mapping, pose: NDArray) -> dict[str, View]:
+    camera = camera_from_spec(sensor["color"])
+    if sensor["kind"] != "stereo":
+        return {"color": View(camera, pose)}
+    shift = np.eye(4)
+    shift[0, 3] = sensor["stereo"]["baseline_m"]
+    return {"left": View(camera, pose), "right": View(camera, pose @ shift)}
+
+
+def depth_view(sensor: Mapping, pose: NDArray) -> View:
+    """View of the infrared camera of a sensor whose colour camera has a pose."""
+    spec = sensor["depth"]
+    return View(camera_from_spec(spec), pose @ np.array(spec["color_from_depth"]))
+
+
+def _depth_camera(common: Mapping, sensor: Mapping, pose: NDArray) -> KinectDepth:
+    rng = np.random.default_rng(seed_of(common, sensor["sensor"], "device"))
+    view = depth_view(sensor, pose)
+    return KinectDepth(view, sensor["depth"], sensor["range_m"], common["kinect"], rng)
+
+
+def frame_times(
+    common: Mapping, count: int, rate_hz: float, rng: np.random.Generator
+) -> Sequence[float]:
+    """Times at which a camera takes its frames, with jitter, shape (count,) [s]."""
+    jitter = common["timing"]["frame_jitter_s"] * rng.standard_normal(count)
+    return np.arange(count) / rate_hz + np.clip(jitter, -0.25 / rate_hz, 0.25 / rate_hz)

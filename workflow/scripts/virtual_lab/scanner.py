@@ -1,0 +1,143 @@
+"""Laser scanner on a turntable: range views of an object from all sides (Section 4.1.1)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from palpate.open3d_core import o3d
+from scipy.spatial.transform import Rotation
+
+# Konica Minolta VIVID 910: points of a view, and accuracy in x, y and z of the scanner. The maker
+# states limits; they are taken as standard deviations, which is no better than the device.
+POINTS = (640, 480)
+NOISE_M = np.array([0.00022, 0.00016, 0.00010])
+LEAST_COSINE = 0.25
+MARGIN = 1.1
+# Neighbourhood of a normal: range image steps, at least so far, at most so many points.
+NORMAL_REACH, NORMAL_LEAST_M, NORMAL_NEIGHBOURS = 3.0, 0.0012, 30
+
+
+@dataclass(frozen=True)
+class ScanView:
+    """Points of one view, in the turntable's nominal frame.
+
+    Attributes
+    ----------
+    points_m : (n, 3) array
+    normals : (n, 3) array
+        Unit normals towards the scanner, from the range image.
+    """
+
+    points_m: NDArray
+    normals: NDArray
+
+
+def scan_views(
+    vertices_m: NDArray,
+    faces: NDArray,
+    views: Sequence[tuple[float, float]],
+    *,
+    distance_m: float,
+    pose_error: tuple[float, float],
+    rng: np.random.Generator,
+) -> list[ScanView]:
+    """Scan a closed surface.
+
+    Parameters
+    ----------
+    vertices_m, faces : (n, 3), (m, 3) arrays
+        The object on z = 0, object frame.
+    views : sequence of (turn, elevation)
+        Where the scanner stands around the object [deg]; below the table stands for an object
+        that lies on its other side.
+    distance_m : float
+        From the object's middle to the scanner [m].
+    pose_error : (float, float)
+        Standard deviations of each view's turn [deg] and shift [m] against the nominal ones; the
+        first view defines the frame and has none.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    list of ScanView
+    """
+    caster = o3d.t.geometry.RaycastingScene(nthreads=1)
+    caster.add_triangles(
+        o3d.core.Tensor(np.ascontiguousarray(vertices_m, dtype=np.float32)),
+        o3d.core.Tensor(np.ascontiguousarray(faces, dtype=np.uint32)),
+    )
+    middle = (vertices_m.min(axis=0) + vertices_m.max(axis=0)) / 2
+    size = np.linalg.norm(vertices_m.max(axis=0) - vertices_m.min(axis=0))
+    found = []
+    for number, (turn, elevation) in enumerate(views):
+        pose = _looking(middle, np.deg2rad(turn), np.deg2rad(elevation), distance_m)
+        view = _scan(caster, pose, size * MARGIN / distance_m, rng)
+        error = (0.0, 0.0) if number == 0 else pose_error
+        found.append(_misplaced(view, middle, error, rng))
+    return found
+
+
+def write_scans(folder: Path, views: Sequence[ScanView]) -> None:
+    """Write each view as binary PLY: ``01.ply`` and so on [m]."""
+    for number, view in enumerate(views, start=1):
+        cloud = o3d.t.geometry.PointCloud()
+        cloud.point.positions = o3d.core.Tensor(view.points_m.astype(np.float32))
+        cloud.point.normals = o3d.core.Tensor(view.normals.astype(np.float32))
+        o3d.t.io.write_point_cloud(str(folder / f"{number:02d}.ply"), cloud)
+
+
+def _looking(middle: NDArray, turn: float, elevation: float, distance: float) -> NDArray:
+    """Pose of the scanner, z forward, (4, 4)."""
+    forward = -np.array(
+        [np.cos(elevation) * np.sin(turn), -np.cos(elevation) * np.cos(turn), np.sin(elevation)]
+    )
+    right = np.array([np.cos(turn), np.sin(turn), 0.0])
+    pose = np.eye(4)
+    pose[:3, :3] = np.column_stack([right, np.cross(forward, right), forward])
+    pose[:3, 3] = middle - distance * forward
+    return pose
+
+
+def _scan(
+    caster: o3d.t.geometry.RaycastingScene,
+    pose: NDArray,
+    width: float,
+    rng: np.random.Generator,
+) -> ScanView:
+    columns, rows = POINTS
+    step = width / columns
+    x, y = np.meshgrid((np.arange(columns) - columns / 2), (np.arange(rows) - rows / 2))
+    local = np.stack([x * step, y * step, np.ones_like(x)], axis=-1).reshape(-1, 3)
+    directions = local @ pose[:3, :3].T
+    rays = np.concatenate([np.broadcast_to(pose[:3, 3], directions.shape), directions], axis=1)
+    answer = caster.cast_rays(o3d.core.Tensor(rays.astype(np.float32)), nthreads=1)
+    depth = answer["t_hit"].numpy().astype(float)
+    normals = answer["primitive_normals"].numpy().astype(float)
+    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    cosine = -(normals * unit).sum(axis=1)
+    kept = np.isfinite(depth) & (np.abs(cosine) > LEAST_COSINE)
+    measured = local[kept] * depth[kept, None]
+    measured = measured + NOISE_M * rng.standard_normal(measured.shape)
+    points = measured @ pose[:3, :3].T + pose[:3, 3]
+    return ScanView(points, _range_normals(points, step * np.median(depth[kept]), pose[:3, 3]))
+
+
+def _range_normals(points: NDArray, step: float, scanner: NDArray) -> NDArray:
+    """Normals of planes through each point's neighbours, towards the scanner, (n, 3)."""
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
+    radius = max(NORMAL_REACH * step, NORMAL_LEAST_M)
+    cloud.estimate_normals(o3d.geometry.KDTreeSearchParamHybrid(radius, NORMAL_NEIGHBOURS))
+    cloud.orient_normals_towards_camera_location(scanner)
+    return np.asarray(cloud.normals)
+
+
+def _misplaced(
+    view: ScanView, middle: NDArray, error: tuple[float, float], rng: np.random.Generator
+) -> ScanView:
+    """A view as it lies in the nominal frame when the turntable was a little off."""
+    turn = Rotation.from_rotvec(np.deg2rad(error[0]) * rng.standard_normal(3))
+    shift = error[1] * rng.standard_normal(3)
+    points = turn.apply(view.points_m - middle) + middle + shift
+    return ScanView(points, turn.apply(view.normals))

@@ -1,0 +1,93 @@
+"""What the force sensor records: the load on the tip as six gauge voltages, or as a wrench."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from palpate.capture.tables import WRENCH_COLUMNS
+
+GRAVITY_M_S2 = 9.81
+# National Instruments PCI-6023E: 12 bits (Section 4.1.3).
+ADC_STEPS = 4096
+# Micronewtons are far below any noise.
+WRENCH_DECIMALS = 6
+GAUGES = [f"v{k}" for k in range(6)]
+
+
+def gauge_record(
+    time_s: NDArray,
+    normal_force_n: NDArray,
+    object_from_force: NDArray,
+    probe: Mapping,
+    options: Mapping,
+    rng: np.random.Generator,
+) -> pd.DataFrame:
+    """Record a frictionless press: ``time_s`` and six gauge volts, or a wrench without gauges.
+
+    The object's pressure on the sphere passes through the sphere's centre and pushes the tip up,
+    along z of the object frame.
+
+    Parameters
+    ----------
+    time_s : (n,) array
+        Times of the samples [s].
+    normal_force_n : (n,) array
+        Force of the object on the tip [N].
+    object_from_force : (n, 3, 3) array
+        Rotation of the probe.
+    probe : mapping
+        The probe's file.
+    options : mapping
+        ``force`` block of lab.yaml.
+    rng : numpy.random.Generator
+        Draws bias and noise.
+
+    Returns
+    -------
+    DataFrame
+
+    Raises
+    ------
+    ValueError
+        If the probe has no gauges and the options no ``wrench``.
+    """
+    load = load_on_sensor(normal_force_n, object_from_force, probe, options)
+    if "gauge" not in probe:
+        return _wrench_record(time_s, load, options, rng)
+    sensitivity = np.linalg.inv(np.array(probe["gauge"]["calibration"]))
+    volts = load @ sensitivity.T + rng.uniform(-1, 1, 6) * options["bias_v"]
+    volts = volts + rng.normal(0, options["noise_v"], volts.shape)
+    limit = probe["gauge"]["range_v"]
+    step = 2 * limit / ADC_STEPS
+    table = pd.DataFrame({"time_s": time_s})
+    table[GAUGES] = np.clip(np.round(volts / step) * step, -limit, limit - step)
+    return table
+
+
+def _wrench_record(
+    time_s: NDArray, load: NDArray, options: Mapping, rng: np.random.Generator
+) -> pd.DataFrame:
+    """Record of a sensor that reports newtons and newton metres, with an offset of its own."""
+    if "wrench" not in options:
+        raise ValueError("force.wrench: expected its noise for a probe without gauges, found none")
+    errors = options["wrench"]
+    noise = np.repeat([errors["noise_n"], errors["noise_nm"]], 3)
+    offset = rng.uniform(-1, 1, 6) * np.repeat([errors["offset_n"], errors["offset_nm"]], 3)
+    noisy = load + offset + noise * rng.standard_normal(load.shape)
+    table = pd.DataFrame({"time_s": time_s})
+    table[list(WRENCH_COLUMNS)] = np.round(noisy, WRENCH_DECIMALS)
+    return table
+
+
+def load_on_sensor(
+    normal_force_n: NDArray, object_from_force: NDArray, probe: Mapping, options: Mapping
+) -> NDArray:
+    """Wrench on the sensor about its origin, force frame, shape (n, 6) [N, Nm]."""
+    up = object_from_force[:, 2, :]
+    tip = np.array(probe["force_from_tip"])[:3, 3]
+    weight = -options["mass_kg"] * GRAVITY_M_S2 * up
+    contact = normal_force_n[:, None] * up
+    centre = np.array(options["centre_of_mass_m"])
+    torque = np.cross(tip, contact) + np.cross(centre, weight)
+    return np.hstack([contact + weight, torque])
