@@ -42,7 +42,7 @@ def run(root, tmp_path, capfd):
             output=Named(**{name: str(made / name) for name in outputs}),
             params=Named(**params or {}),
         )
-        path = root / f"workflow/scripts/{script}.py"
+        path = root / f"workflow/scripts/stages/{script}.py"
         with pytest.raises(SystemExit) as end:
             runpy.run_path(str(path), init_globals={"snakemake": job})
         assert end.value.code == 1

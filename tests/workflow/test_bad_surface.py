@@ -122,7 +122,7 @@ def execute(root, tmp_path, capfd):
             output=Named(**{name: str(made / file) for name, file in outputs.items()}),
             params=Named(**params),
         )
-        path = str(root / f"workflow/scripts/{script}.py")
+        path = str(root / f"workflow/scripts/stages/{script}.py")
         try:
             runpy.run_path(path, init_globals={"snakemake": job})
         except SystemExit as end:

@@ -9,15 +9,16 @@ import sys
 import time
 from types import SimpleNamespace
 
-import job_run
 import palpate.run.job as job_module
 import pytest
+from palpate.run import job_run
 from palpate.run.job import run
 from palpate.run.job_run import INPUTS, OWNER, RUN, Inputs, Run
 from stand_in import Named
 
 SLEEP = """
-import job_run, os, sys, time
+import os, sys, time
+from palpate.run import job_run
 job_run.SUPERSEDED_S = 0.1
 def refused(pid):
     raise OSError(24, "Too many open files")

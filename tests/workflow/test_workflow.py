@@ -99,14 +99,27 @@ def test_second_run_has_nothing_to_do(copy):
 @pytest.mark.parametrize(
     ("module", "affected", "untouched"),
     [
-        ("estimate/hertz.py", {"hertz", "figure_5_2"}, {"mask", "clouds", "align", "track"}),
-        ("surface/alignment.py", {"align", "track", "hertz"}, {"mask", "clouds", "probe_pose"}),
-        ("vision/background.py", {"background_model", "mask"}, {"probe_pose", "support_plane"}),
-        ("study/tables.py", {"table_5_2", "table_5_3", "summary"}, {"hertz", "minimise", "mask"}),
+        (
+            "palpate/estimate/hertz/fit.py",
+            {"hertz", "figure_5_2"},
+            {"mask", "clouds", "align", "track"},
+        ),
+        (
+            "palpate/surface/alignment.py",
+            {"align", "track", "hertz"},
+            {"mask", "clouds", "probe_pose"},
+        ),
+        (
+            "palpate/vision/background.py",
+            {"background_model", "mask"},
+            {"probe_pose", "support_plane"},
+        ),
+        ("thesis/chapter4/normal_figure.py", {"figure_4_4"}, {"figure_4_5", "table_5_2", "hertz"}),
+        ("palpate/report/tables.py", {"table_5_2", "summary"}, {"hertz", "minimise", "mask"}),
     ],
 )
 def test_a_library_edit_reruns_what_it_affects(copy, module, affected, untouched):
-    path = copy / "workflow/scripts/palpate" / module
+    path = copy / "workflow/scripts" / module
     before = path.read_text()
     path.write_text(before + "\n# edited\n")
     try:
@@ -174,7 +187,7 @@ def test_jobs_that_fail_are_one_line_each(root, tmp_path):
     shutil.copytree(root / "tests/sample/raw", folder / "tests/sample/raw", dirs_exist_ok=True)
     broken = {"background_model": "None.x", "support_plane": "import os; os.kill(os.getpid(), 9)"}
     for name, line in broken.items():
-        path = folder / f"workflow/scripts/{name}.py"
+        path = folder / f"workflow/scripts/stages/{name}.py"
         path.write_text(re.sub(r"(def main.*)", rf"\1\n    {line}", path.read_text()))
     place = "results/sample/foam_block/kinect"
     made = [f"{place}/background.npz", f"{place}/support_plane.json"]

@@ -15,10 +15,19 @@ from palpate.run.digest import code
 from palpate.run.job_run import own_run
 from palpate.run.lock import begin_run
 from palpate.run.objects import too_many
+from palpate.run.places import beside
 from palpate.run.progress import GOES_ON, Plan, be_brief
 from palpate.run.refusal import refuse, require_values
 from palpate.run.run import one_of
+from thesis.options import Simulation
 from virtual_lab.checks import lab_problems
+
+SOURCES = [beside(f"config/{name}.yaml", PROJECT) for name in ("config", "thesis")]
+
+
+configfile: SOURCES[0]
+configfile: SOURCES[1]
+
 
 if workflow.is_main_process and (words := too_many(config)):
     logger.warning(words)
@@ -29,9 +38,11 @@ try:
     # Jobs on a cluster's nodes read the workflow again; captures were checked before the first.
     RUN = open_run(
         config,
-        source="config/config.yaml",
+        sources=SOURCES,
+        project=PROJECT,
         files=not workflow.remote_exec,
         check_lab=lab_problems,
+        blocks={"simulation": Simulation},
         rules=workflow.rules,
     )
 except ValueError as error:
@@ -43,7 +54,7 @@ wildcard_constraints:
     sensor=one_of(RUN.sensors),
     capture=CAPTURE_NAME.pattern,
     point="[A-Za-z0-9]+",
-    tracker=one_of(config["tracking"]["trackers"]),
+    tracker=one_of(RUN.config["tracking"]["trackers"]),
     error="force_displacement|displacement",
 
 

@@ -17,7 +17,7 @@ rule hertz:
     params:
         code=code("stages/hertz"),
         probe=RUN.probe_spec,
-        options=config["hertz"],
+        options=RUN.config["hertz"],
     message:
         "Hertz fit of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
@@ -43,7 +43,7 @@ rule minimise:
     params:
         code=code("stages/minimise"),
         probe=RUN.probe_spec,
-        solid=config["solid"],
+        solid=RUN.config["solid"],
         options=RUN.search_of,
     message:
         "Error minimisation ({wildcards.error}) of {wildcards.object}, {wildcards.sensor}, "
@@ -69,7 +69,7 @@ rule indentation:
     params:
         code=code("stages/indentation"),
         probe=RUN.probe_spec,
-        options=config["direct"]["model"],
+        options=RUN.config["direct"]["model"],
         mirrors=RUN.mirrors_of,
     message:
         "Look-up of {wildcards.object}, pressed at {wildcards.point}"
@@ -97,8 +97,8 @@ rule surface_motion:
         code=code("stages/surface_motion"),
         probe=RUN.probe_spec,
         sensor=RUN.sensor_spec,
-        onset_force_n=config["hertz"]["onset_force_n"],
-        options=config["direct"]["observation"],
+        onset_force_n=RUN.config["hertz"]["onset_force_n"],
+        options=RUN.config["direct"]["observation"],
     message:
         "Motion of the surface of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
@@ -120,8 +120,8 @@ rule direct:
         code=code("stages/direct"),
         probe=RUN.probe_spec,
         captures=RUN.one,
-        seed=config["seed"],
-        options=config["direct"]["fit"],
+        seed=RUN.config["seed"],
+        options=RUN.config["direct"]["fit"],
     message:
         "Direct estimate of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
@@ -143,8 +143,8 @@ rule direct_object:
         code=code("stages/direct"),
         probe=RUN.probe_spec,
         captures=RUN.together,
-        seed=config["seed"],
-        options=config["direct"]["fit"],
+        seed=RUN.config["seed"],
+        options=RUN.config["direct"]["fit"],
     message:
         "Direct estimate of {wildcards.object}, {wildcards.sensor}: all captures together"
     script:

@@ -13,17 +13,32 @@ from palpate.run.digest import code
 from palpate.run.job_run import own_run
 from palpate.run.lock import begin_run
 from palpate.run.many import ManyObjects
+from palpate.run.places import beside
 from palpate.run.progress import GOES_ON, Plan, be_brief
 from palpate.run.refusal import refuse, require_values
+from thesis.options import Simulation
+
+SOURCES = [beside(f"config/{name}.yaml", PROJECT) for name in ("config", "thesis")]
+
+
+configfile: SOURCES[0]
+configfile: SOURCES[1]
+
 
 own_run(SCRIPTS)
 try:
     if workflow.is_main_process:
         require_values(workflow.config_settings.config)
     # What else it may be is refused by its schema.
-    if isinstance(config["paths"], dict):
+    if isinstance(config.setdefault("paths", {}), dict):
         config["paths"]["lab"] = None
-    RUN = open_run(config, source="config/config.yaml", files=False)
+    RUN = open_run(
+        config,
+        sources=SOURCES,
+        project=PROJECT,
+        files=False,
+        blocks={"simulation": Simulation},
+    )
 except ValueError as error:
     refuse(error)
 

@@ -14,7 +14,7 @@ rule background_model:
         code=code("stages/background_model"),
         content=RUN.content(RUN.raw("{object}/{sensor}/background")),
         sensor=RUN.sensor_spec,
-        options=config["background"],
+        options=RUN.config["background"],
     message:
         "Background model of {wildcards.object}, {wildcards.sensor}"
     script:
@@ -37,8 +37,8 @@ rule support_plane:
         code=code("stages/support_plane"),
         content=RUN.content(RUN.raw("{object}/{sensor}/background")),
         sensor=RUN.sensor_spec,
-        options=config["support_plane"],
-        seed=config["seed"],
+        options=RUN.config["support_plane"],
+        seed=RUN.config["seed"],
     message:
         "Table plane of {wildcards.object}, {wildcards.sensor}"
     script:
@@ -61,7 +61,7 @@ rule mask:
         code=code("stages/mask"),
         content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
         sensor=RUN.sensor_spec,
-        options=config["background"],
+        options=RUN.config["background"],
     message:
         "Foreground masks of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
@@ -85,7 +85,7 @@ rule probe_pose:
         content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
         sensor=RUN.sensor_spec,
         probe=RUN.probe_spec,
-        options=config["probe_pose"],
+        options=RUN.config["probe_pose"],
     message:
         "Probe poses of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
@@ -110,7 +110,7 @@ rule force:
         code=code("stages/force"),
         content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
         probe=RUN.probe_spec,
-        options=config["force"],
+        options=RUN.config["force"],
     message:
         "Forces of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:
@@ -138,7 +138,7 @@ rule clouds:
         content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
         sensor=RUN.sensor_spec,
         probe=RUN.probe_spec,
-        options=config["clouds"],
+        options=RUN.config["clouds"],
         frames=None,
     message:
         "Clouds of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
@@ -166,7 +166,7 @@ rule rest_cloud:
         content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
         sensor=RUN.sensor_spec,
         probe=RUN.probe_spec,
-        options=config["clouds"],
+        options=RUN.config["clouds"],
         frames=[0],
     message:
         "First cloud of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"

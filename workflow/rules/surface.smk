@@ -64,8 +64,8 @@ rule align:
     params:
         code=code("stages/align"),
         probe=RUN.probe_spec,
-        options=config["tracking"]["alignment"],
-        onset_force_n=config["hertz"]["onset_force_n"],
+        options=RUN.config["tracking"]["alignment"],
+        onset_force_n=RUN.config["hertz"]["onset_force_n"],
     message:
         "Aligning {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:

@@ -10,12 +10,12 @@ from palpate.run.declared import read_declared
 from palpate.run.job import naming, run
 from palpate.surface.alignment import align_capture, save_alignment, standing_of
 from palpate.surface.checks import (
-    AlignmentLimits,
     columns_of,
     require_cloud,
     require_fit,
     require_template,
 )
+from palpate.surface.options import Alignment
 from palpate.surface.template import read_template
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
@@ -42,15 +42,20 @@ def main(snakemake):
         tips = columns_of(read_table(inputs.pose), TIP, frames=len(force))
     radius = params.probe["indenter"]["radius_m"]
     standing = standing_of(support, point, plane, tips[onset], indenter_radius_m=radius)
-    options = dict(params.options)
-    limits = AlignmentLimits(**options.pop("limits"))
+    options = Alignment.read(params.options)
     with (
         naming(inputs.cloud, "alignment", "cloud", "residual"),
         naming(inputs.object, "support", "points"),
         naming(inputs.pose, "tip"),
     ):
         alignment = align_capture(
-            template, (cloud.points_m, cloud.normals), standing, tips, onset, **options
+            template,
+            (cloud.points_m, cloud.normals),
+            standing,
+            tips,
+            onset,
+            largest_distance_m=options.largest_distance_m,
+            largest_normal_deg=options.largest_normal_deg,
         )
         require_fit(
             alignment,
@@ -58,8 +63,8 @@ def main(snakemake):
             cloud.points_m,
             standing,
             tips[onset],
-            limits,
-            largest_distance_m=options["largest_distance_m"],
+            options.limits,
+            largest_distance_m=options.largest_distance_m,
             indenter_radius_m=radius,
         )
     logging.info("contact in frame %d", alignment.contact_frame)

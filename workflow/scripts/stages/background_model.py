@@ -4,14 +4,15 @@ from palpate.capture.files import whole_file
 from palpate.run.frames import Stream
 from palpate.run.job import naming, run
 from palpate.vision.background import build_model, save_model
+from palpate.vision.options import Background
 
 
 def main(snakemake):
     """Write the four-value model of the reference camera's background."""
     frames = Stream(snakemake.input.background, snakemake.params.sensor)
-    rate = snakemake.params.options["false_positive_rate"]
+    options = Background.read(snakemake.params.options)
     with naming(snakemake.input.background, "frame", "background"):
-        model = build_model(frames, false_positive_rate=rate)
+        model = build_model(frames, false_positive_rate=options.false_positive_rate)
     with whole_file(snakemake.output.model) as part:
         save_model(part, model)
 

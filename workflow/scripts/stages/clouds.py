@@ -11,6 +11,7 @@ from palpate.run.job import naming, run
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.clouds import object_cloud, pack_clouds, probe_places, scene_points
 from palpate.vision.foreground import load_masks
+from palpate.vision.options import Clouds
 from palpate.vision.support_plane import read_plane
 
 
@@ -25,7 +26,7 @@ def main(snakemake):
         require_order(snakemake.input.capture, sensor, params.probe)
     places, exclusion = probe_places(poses, params.probe), params.probe["exclusion"]
     frames = range(len(masks)) if params.frames is None else params.frames
-    clouds = []
+    options, clouds = Clouds.read(params.options).written(), []
     streams = all_streams(snakemake.input.capture, sensor, frames)
     for k, images in zip(frames, streams, strict=True):
         points = scene_points(images, sensor, masks[k])
@@ -34,9 +35,7 @@ def main(snakemake):
             expected = f"points {nearest_m:g} to {farthest_m:g} m away"
             raise ValueError(f"frame {k}: depth: expected {expected}, found none")
         with naming(f"{snakemake.input.capture}: frame {k}", "cloud"):
-            cloud = object_cloud(
-                points, masks[k], camera, plane, places[k], exclusion, **params.options
-            )
+            cloud = object_cloud(points, masks[k], camera, plane, places[k], exclusion, **options)
         logging.info("frame %d: %d points", k, len(cloud.points_m))
         clouds.append(cloud)
     with whole_file(snakemake.output.clouds) as part, part.open("wb") as stream:

@@ -8,6 +8,7 @@ from palpate.solid.indentation import load_indentation, mirrored, save_indentati
 from palpate.solid.indentation_table import indentation_model
 from palpate.solid.mesh import read_solid
 from palpate.solid.mirror import Mirror, require_image
+from palpate.solid.options import IndentationTable
 from palpate.solid.press_setup import PressOptions
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.template import read_template
@@ -45,11 +46,11 @@ def image_model(path, support, template, normals):
 
 def pressed_model(snakemake, spec, support, template):
     """Press the object at the declared point."""
-    inputs, options = snakemake.input, snakemake.params.options
+    inputs, options = snakemake.input, IndentationTable.read(snakemake.params.options)
     mesh = read_solid(inputs.solid)
     point = declared_point(inputs.object, spec, snakemake.wildcards.point)
     # Hertz's contact radius goes with the root of the depth, and so do the elements under it.
-    deepest = spec.get("deepest_m", options["deepest_m"])
+    deepest = spec.get("deepest_m", options.deepest_m)
     with naming(inputs.object):
         return indentation_model(
             mesh,
@@ -59,13 +60,13 @@ def pressed_model(snakemake, spec, support, template):
             radius_m=snakemake.params.probe["indenter"]["radius_m"],
             deepest_m=deepest,
             surface=SmoothSurface(template.vertices_m, template.faces),
-            laws=tuple(options["laws"]),
-            poisson_ratios=tuple(options["poisson_ratios"]),
-            step_m=min(options["step_m"], deepest / FEWEST_STEPS),
+            laws=options.laws,
+            poisson_ratios=options.poisson_ratios,
+            step_m=min(options.step_m, deepest / FEWEST_STEPS),
             options=PressOptions(
-                edge_m=options["edge_m"] * min(1.0, (deepest / options["deepest_m"]) ** 0.5),
-                growth=options["growth"],
-                refine_radius_m=options["refine_radius_m"],
+                edge_m=options.edge_m * min(1.0, (deepest / options.deepest_m) ** 0.5),
+                growth=options.growth,
+                refine_radius_m=options.refine_radius_m,
             ),
         )
 

@@ -8,15 +8,18 @@ from pathlib import Path
 import numpy as np
 from palpate.capture.files import whole_file
 from palpate.estimate.minimise.fit import fit_moduli
+from palpate.estimate.minimise.options import Minimise
 from palpate.run.job import run
 from palpate.run.minimise_inputs import read_problem
 from palpate.solid.mesh import write_solid
+from palpate.solid.options import Solid
 from palpate.surface.tracked import load_tracked
 
 
 def main(snakemake):
     """Write the minimum with its trace, and the mismatch of each node."""
-    inputs, params, options = snakemake.input, snakemake.params, snakemake.params.options
+    inputs, params = snakemake.input, snakemake.params
+    options = Minimise.read(params.options)
     fit = json.loads(Path(inputs.fit).read_text(encoding="utf-8"))
     problem = read_problem(
         inputs,
@@ -24,7 +27,7 @@ def main(snakemake):
         tracked=load_tracked(inputs.tracked),
         probe=params.probe,
         options=options,
-        solid=params.solid,
+        solid=Solid.read(params.solid),
     )
     mesh, sets = problem.mesh, problem.sets
     logging.info("%d nodes, %d on the support", len(mesh.nodes_m), len(sets.support))
@@ -39,7 +42,7 @@ def main(snakemake):
         "frame": fit["range"]["last_frame"],
         "nodes": len(mesh.nodes_m),
         "left_out_nodes": len(full.surface) - len(full.compared),
-        "strain": options["strain"],
+        "strain": options.strain,
         "least_squares": {norm: asdict(found) for norm, found in moduli.least_squares.items()},
         "profile": asdict(moduli.profile),
         "reduced_model": asdict(moduli.reduced_model),

@@ -4,6 +4,7 @@ from palpate.capture.tables import write_table
 from palpate.run.follow import followed
 from palpate.run.frames import sensor_with_optics
 from palpate.run.job import naming, run
+from palpate.vision.options import ProbePose
 
 
 def main(snakemake):
@@ -11,7 +12,7 @@ def main(snakemake):
     params, capture = snakemake.params, snakemake.input.capture
     sensor = sensor_with_optics(params.sensor, snakemake.input.get("optics"))
     with naming(capture, "marker", "frame"):
-        table = followed(capture, sensor, params.probe, params.options)
+        table = followed(capture, sensor, params.probe, ProbePose.read(params.options))
     write_table(snakemake.output.pose, table)
 
 

@@ -7,17 +7,19 @@ from palpate.capture.files import whole_file
 from palpate.run.frames import all_streams, sensor_with_optics
 from palpate.run.job import naming, run
 from palpate.vision.clouds import scene_points
+from palpate.vision.options import SupportPlane
 from palpate.vision.support_plane import fit_support_plane
 
 
 def main(snakemake):
     """Write the table's plane, camera frame."""
     sensor = sensor_with_optics(snakemake.params.sensor, snakemake.input.get("optics"))
+    options = SupportPlane.read(snakemake.params.options)
     images = next(all_streams(snakemake.input.background, sensor))
     with naming(snakemake.input.background, "background"):
         plane = fit_support_plane(
             scene_points(images, sensor),
-            inlier_distance_m=snakemake.params.options["inlier_distance_m"],
+            inlier_distance_m=options.inlier_distance_m,
             rng=np.random.default_rng(snakemake.params.seed),
         )
     result = {"normal": plane[:3].tolist(), "offset_m": float(plane[3])}

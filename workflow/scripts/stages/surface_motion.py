@@ -1,6 +1,7 @@
 """Motion of the surface's cells in each frame of a capture, against the frames at rest."""
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 from palpate.capture.files import whole_file
@@ -8,7 +9,7 @@ from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
 from palpate.estimate.direct.correspondences import clearance, eyes_of, probe_in_view
 from palpate.estimate.direct.motion import frames_at_rest, save_motion, surface_motion
-from palpate.estimate.direct.sample_heights import ObservationOptions
+from palpate.estimate.direct.options import Observation
 from palpate.estimate.hertz.range import indentation_depth
 from palpate.run.job import naming, run
 from palpate.surface.alignment import load_alignment
@@ -39,17 +40,18 @@ def main(snakemake):
         rest = frames_at_rest(depth, force, onset_force_n=params.onset_force_n)
     clouds = [(cloud.points_m, cloud.normals) for cloud in read_clouds(inputs.clouds)]
     probe = probe_in_view(alignment, tips, axes, eyes_m=eyes_of(params.sensor))
-    options = dict(params.options)
-    options["clear_m"] = clearance(
+    options = Observation.read(params.options)
+    clear = clearance(
         params.sensor,
         float(np.linalg.norm(to_camera(alignment.camera_from_object, alignment.contact_point_m))),
         radius_m=radius,
-        windows=options.pop("clear_windows"),
-        otherwise_m=options["clear_m"],
+        windows=options.clear_windows,
+        otherwise_m=options.clear_m,
     )
-    options = ObservationOptions(**options)
     with naming(inputs.clouds, "clouds", "frames"):
-        motion = surface_motion(template, alignment, clouds, probe, rest, options)
+        motion = surface_motion(
+            template, alignment, clouds, probe, rest, replace(options, clear_m=clear)
+        )
     logging.info("%d cells, %d frames at rest", motion.moved_m.shape[1], len(rest))
     with whole_file(snakemake.output.motion) as part:
         save_motion(part, motion)

@@ -12,6 +12,7 @@ from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment
 from palpate.surface.capture import track_capture
 from palpate.surface.checks import columns_of, require_cloud, require_contact, require_template
+from palpate.surface.options import tracking_options
 from palpate.surface.recorded import Recorded
 from palpate.surface.series import save_series
 from palpate.surface.template import read_template
@@ -23,11 +24,8 @@ from palpate.vision.probe import TIP
 
 def main(snakemake):
     """Write tracked-<tracker>.npz, its time series for ParaView, and how it was made."""
-    inputs, options, tracker = (
-        snakemake.input,
-        snakemake.params.options,
-        snakemake.wildcards.tracker,
-    )
+    inputs, tracker = snakemake.input, snakemake.wildcards.tracker
+    options = tracking_options(snakemake.params.options)
     recorded, times = recording(inputs, snakemake.params.probe["indenter"]["radius_m"])
     with naming(inputs.clouds, "cloud", "frame"), naming(inputs.pose, "tips"):
         tracked = track_capture(recorded, options)

@@ -16,7 +16,7 @@ from palpate.capture.discover import (
     sensor_folders,
 )
 from palpate.capture.pictures import check_frames, check_repeated
-from palpate.capture.schema import is_file, load_yaml, validate
+from palpate.capture.schema import SCHEMAS, is_file, load_yaml, validate
 from palpate.capture.tables import (
     FORCE,
     FRAMES,
@@ -27,7 +27,7 @@ from palpate.capture.tables import (
 )
 from palpate.capture.words import one_line
 
-SCHEMA = Path(__file__).resolve().parents[4] / "config" / "schemas" / "object.schema.yaml"
+SCHEMA = SCHEMAS / "object.schema.yaml"
 FEWEST_FRAMES = 3
 # The background model takes its statistics from one half, its thresholds from the other.
 FEWEST_BACKGROUND_FRAMES = 4

@@ -14,6 +14,7 @@ import yaml
 
 from palpate.capture.words import one_line
 
+SCHEMAS = Path(__file__).resolve().parents[1] / "schemas"
 TYPE_NAMES = {
     "null": "null",
     "object": "a mapping",
@@ -103,15 +104,15 @@ def _values(node: yaml.Node, known: dict[int, int]) -> int:
     return known[id(node)]
 
 
-def validate(value: Any, schema: str | Path, source: str) -> list[str]:
+def validate(value: Any, schema: str | Path | Mapping, source: str) -> list[str]:
     """Hold a value to a JSON schema written as YAML.
 
     Parameters
     ----------
     value
         What was read.
-    schema : path
-        The schema's file.
+    schema : path or mapping
+        The schema, or its file.
     source : str
         Name of the file that people wrote, for the messages.
 
@@ -120,16 +121,24 @@ def validate(value: Any, schema: str | Path, source: str) -> list[str]:
     list of str
         One line for each problem: file, field, expected, found.
     """
-    errors = _validator(Path(schema)).iter_errors(value)
+    errors = _held_to(schema).iter_errors(value)
     lines = [line for error in errors if _says_more(error) for line in _lines(error, source)]
     lines += _beyond_json(value, source, "")
     return sorted(dict.fromkeys(lines))
 
 
+def _held_to(schema: str | Path | Mapping) -> jsonschema.protocols.Validator:
+    return _validator(schema) if isinstance(schema, Mapping) else _read_validator(Path(schema))
+
+
 @cache
-def _validator(schema: Path) -> jsonschema.protocols.Validator:
+def _read_validator(schema: Path) -> jsonschema.protocols.Validator:
+    return _validator(load_yaml(schema))
+
+
+def _validator(schema: Mapping) -> jsonschema.protocols.Validator:
     kind = jsonschema.validators.extend(jsonschema.Draft202012Validator, {"pattern": _pattern})
-    return kind(load_yaml(schema))
+    return kind(schema)
 
 
 def _pattern(

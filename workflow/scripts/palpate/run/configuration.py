@@ -1,14 +1,16 @@
 """Everything people write, read and checked once before the first job."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from palpate.capture.check import check_object
 from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
 from palpate.capture.fingerprint import stamps_below
-from palpate.capture.schema import load_yaml, validate
+from palpate.capture.schema import SCHEMAS, load_yaml, validate
 from palpate.capture.words import one_line
+from palpate.options import Options
 from palpate.run.lab_captures import (
     by_object,
     dropped_among,
@@ -16,7 +18,9 @@ from palpate.run.lab_captures import (
     recordings,
     still_the_labs,
 )
+from palpate.run.options import config_schema, filled
 from palpate.run.path_checks import path_problems
+from palpate.run.places import placed, who_said
 from palpate.run.run import Run
 from palpate.run.search_checks import impossible_search, unknown_objects, unknown_step_trackers
 from palpate.run.selection import estimated, selected, unknown_captures
@@ -32,8 +36,6 @@ from palpate.run.sensor_checks import (
 )
 from palpate.run.trackers import tracker_problems
 
-SCHEMAS = Path(__file__).resolve().parents[4] / "config" / "schemas"
-
 
 def no_problems(lab: Mapping, sensors: Mapping, source: str) -> list[str]:
     """Nothing, for those who have no lab."""
@@ -43,9 +45,11 @@ def no_problems(lab: Mapping, sensors: Mapping, source: str) -> list[str]:
 def open_run(
     config: Mapping,
     *,
-    source: str,
+    sources: Sequence[str],
+    project: Path,
     files: bool = True,
     check_lab: Callable = no_problems,
+    blocks: Mapping[str, type[Options]] = MappingProxyType({}),
     rules: Iterable = (),
 ) -> Run:
     """Read and check what people write, and find the captures of the run.
@@ -53,14 +57,18 @@ def open_run(
     Parameters
     ----------
     config : mapping
-        The merged configuration of the workflow.
-    source : str
-        File named in messages about it.
+        The merged configuration of the workflow; what it leaves out has its default.
+    sources : sequence of str
+        Files that it was read of, the first of them with the defaults.
+    project : Path
+        Folder of the project, whose devices serve where the run has none of its own.
     files : bool, optional
         False: tables and images of captures are not opened, as jobs are to check them, and nothing
         is stamped.
     check_lab : callable, optional
         What is wrong with a lab's configuration, the sensors and the file's name given, as lines.
+    blocks : mapping, optional
+        Options of further blocks of the configuration, by name.
     rules : iterable, optional
         The workflow's rules, as they come.
 
@@ -69,12 +77,15 @@ def open_run(
     ValueError
         With one line for each thing that is wrong.
     """
-    _require_none(validate(config, SCHEMAS / "config.schema.yaml", source))
+    source = sources[0]
+    _require_none(validate(config, config_schema(blocks), source), sources)
+    config = filled(config, blocks)
+    config["paths"] = placed(config["paths"], project)
     paths, problems = config["paths"], _wrong_options(config, source)
     sensors = _named_files(paths["sensors"], "sensor", problems)
     probes = _named_files(paths["probes"], "probe", problems)
     lab = _lab(paths["lab"], problems)
-    _require_none(problems)
+    _require_none(problems, sources)
     seen = stamps_below(paths["raw"], only=config["only"]) if files else {}
     problems = [] if lab is None else list(check_lab(lab, sensors, paths["lab"]))
     problems += _wrong_devices(sensors, probes, paths)
@@ -84,7 +95,8 @@ def open_run(
     problems += _wrong_objects(config, found, simulated, (sensors, probes), files=files)
     if config["only"] is None:
         problems += dropped_experiments(Path(paths["raw"]) / "sensors", sensors, lab)
-    problems += unknown_probe(config["experiments"]["probe"], probes, source)
+    if config["experiments"]["probe"]:
+        problems += unknown_probe(config["experiments"]["probe"], probes, source)
     problems += unknown_captures(config["study"], simulated, source)
     names = {*_objects_in(paths["raw"]), *(lab or {}).get("objects", {})}
     problems += unknown_objects(config, names, source)
@@ -92,7 +104,7 @@ def open_run(
     problems += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
     if not wanted and not problems:
         problems.append(_nothing_found(paths, config["only"], names))
-    _require_none(problems)
+    _require_none(problems, sources)
     own = _object_files(Path(paths["raw"]), wanted, simulated)
     return Run(
         config,
@@ -110,9 +122,9 @@ def open_run(
     )
 
 
-def _require_none(problems: list[str]) -> None:
+def _require_none(problems: list[str], sources: Sequence[str]) -> None:
     if problems:
-        raise ValueError("\n".join(map(one_line, problems)))
+        raise ValueError("\n".join(one_line(who_said(line, sources)) for line in problems))
 
 
 def _wrong_options(config: Mapping, source: str) -> list[str]:

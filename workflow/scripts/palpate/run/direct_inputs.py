@@ -19,7 +19,7 @@ from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP
 
 
-def read_presses(inputs, params):
+def read_presses(inputs, options):
     """Read each capture; files of one kind go in the captures' order."""
     spec, support = read_declared(inputs.object)
     template = read_template(inputs.template, unit=spec["template"]["unit"])
@@ -40,7 +40,7 @@ def read_presses(inputs, params):
                 surface,
                 lookups[lookup],
                 support,
-                params.options,
+                options,
             )
         presses.append(press)
     return presses

@@ -8,10 +8,11 @@ import pandas as pd
 from palpate.capture.tables import read_frames
 from palpate.run.frames import Stream
 from palpate.vision.camera import camera_from_spec
+from palpate.vision.options import ProbePose
 from palpate.vision.probe import track_probe
 
 
-def followed(folder: str, sensor: Mapping, probe: Mapping, options: Mapping) -> pd.DataFrame:
+def followed(folder: str, sensor: Mapping, probe: Mapping, options: ProbePose) -> pd.DataFrame:
     """Poses of the probe at every frame of a folder.
 
     Parameters
@@ -20,8 +21,7 @@ def followed(folder: str, sensor: Mapping, probe: Mapping, options: Mapping) -> 
         Folder of a capture, or of a film without force.
     sensor, probe : mapping
         Specifications.
-    options : mapping
-        ``probe_pose`` block of the configuration.
+    options : ProbePose
     """
     frames = Stream(folder, sensor, samples=True)
     table = track_probe(
@@ -31,9 +31,9 @@ def followed(folder: str, sensor: Mapping, probe: Mapping, options: Mapping) -> 
         probe,
         encoding=frames.encoding,
         threshold_px=sensor["marker"]["reprojection_threshold_px"],
-        refinement=options["refinement"],
-        largest_gap_frames=options["largest_gap_frames"],
-        filter_options=options["filter"],
+        refinement=options.refinement,
+        largest_gap_frames=options.largest_gap_frames,
+        filter_by=options.filter,
     )
     found, refined = table["detected"].sum(), table["refined"].sum()
     logging.info("marker found in %d of %d frames, refined in %d", found, len(table), refined)

@@ -4,15 +4,15 @@ from collections.abc import Mapping
 from typing import Any
 
 from palpate.capture.tables import read_table
+from palpate.estimate.minimise.options import Load
 from palpate.estimate.minimise.problem import Problem, pose_problem
 from palpate.run.declared import read_declared
 from palpate.run.job import naming
 from palpate.solid.mesh import read_solid
+from palpate.solid.options import Solid
 from palpate.surface.checks import columns_of
 from palpate.surface.tracked import Tracked
 from palpate.vision.force import FORCE
-
-LOAD = ("force_rule", "turn_force", "leave_out_radii", "strain")
 
 
 def read_problem(
@@ -21,8 +21,8 @@ def read_problem(
     *,
     tracked: Tracked,
     probe: Mapping,
-    options: Mapping,
-    solid: Mapping,
+    options: Load,
+    solid: Solid,
 ) -> Problem:
     """Read the inverse problem of the deepest frame of the Hertz fit, for a tracked surface.
 
@@ -35,8 +35,8 @@ def read_problem(
     tracked : Tracked
     probe : mapping
         The probe's file.
-    options, solid : mapping
-        ``minimise`` and ``solid`` of the configuration.
+    options : Load
+    solid : Solid
 
     Raises
     ------
@@ -56,6 +56,6 @@ def read_problem(
             fit["samples"]["depth_m"][frame],
             read_declared(inputs.object)[1],
             indenter_radius_m=probe["indenter"]["radius_m"],
-            **{name: options[name] for name in LOAD},
-            **solid,
+            load=options,
+            fineness=solid,
         )

@@ -1,41 +1,13 @@
 """Options of the named trackers of config.yaml."""
 
 from collections.abc import Mapping
+from dataclasses import fields
 
-SHARED = ("refine_radius_m", "refine_edge_m", "largest_distance_m", "largest_normal_deg")
-# What a kind needs; palpate.surface.study_capture and elastic_capture read them.
-NEEDED = {
-    "study": (
-        *SHARED,
-        "w_data",
-        "w_sm",
-        "w_sm_stop",
-        "s_sm",
-        "neighbourhood",
-        "data_term",
-        "data_points",
-        "rounds",
-        "rotations",
-        "coarsest_vertices",
-        "completion",
-        "undeformed_points",
-        "indenter_points",
-        "copies",
-    ),
-    "elastic": (
-        *SHARED,
-        "solid_edge_m",
-        "solid_growth",
-        "poisson_ratio",
-        "huber",
-        "misfit_reach_m",
-        "points",
-    ),
-}
+from palpate.surface.options import TRACKERS, tracking_options
 
 
 def options_of(tracking: Mapping, name: str, object_name: str) -> dict:
-    """Options of a tracker for one object.
+    """All options of a tracker for one object, as people write them.
 
     Parameters
     ----------
@@ -44,9 +16,14 @@ def options_of(tracking: Mapping, name: str, object_name: str) -> dict:
     name, object_name : str
         The tracker and the object.
     """
+    return tracking_options(chosen(tracking, name, object_name)).written()
+
+
+def chosen(tracking: Mapping, name: str, object_name: str) -> dict:
+    """Options that people chose for a tracker and an object."""
     own = dict(tracking["trackers"][name])
     base = own.pop("like", None)
-    inherited = options_of(tracking, base, object_name) if base is not None else {}
+    inherited = chosen(tracking, base, object_name) if base is not None else {}
     return inherited | own | tracking["objects"].get(object_name, {}).get(name, {})
 
 
@@ -69,22 +46,29 @@ def tracker_problems(tracking: Mapping, source: str) -> list[str]:
                 place = f"{source}: tracking.objects.{name}.{tracker}.{key}"
                 problems.append(f"{place}: expected an option of the tracker's kind, found {key}")
     for name in tracking["trackers"]:
-        options = options_of(tracking, name, "")
-        kind = options.get("kind", "none")
-        missing = [key for key in NEEDED.get(kind, ("kind",)) if key not in options]
-        if missing:
-            place = f"{source}: tracking.trackers.{name}.{missing[0]}"
-            problems.append(f"{place}: expected an option that kind {kind} needs, found none")
-            continue
         for thing in ("", *tracking["objects"]):
-            options = options_of(tracking, name, thing)
-            if kind == "study" and options["w_sm"] < options["w_sm_stop"]:
-                place = f"{source}: tracking.trackers.{name}.w_sm" + (
-                    f" for {thing}" if thing else ""
-                )
-                expected = f"at least w_sm_stop, {options['w_sm_stop']:g}"
-                problems.append(f"{place}: expected {expected}, found {options['w_sm']:g}")
+            place = f"{source}: tracking.trackers.{name}"
+            wrong = _wrong_option(chosen(tracking, name, thing))
+            if wrong:
+                key, words = wrong
+                problems.append(f"{place}.{key}{f' for {thing}' if thing else ''}: {words}")
+                break
     return problems
+
+
+def _wrong_option(written: Mapping) -> tuple[str, str] | None:
+    """The first option that a tracker's kind doesn't have, or that is of no use."""
+    kind = written.get("kind")
+    if kind is None:
+        return "kind", f"expected one of {', '.join(TRACKERS)}, found none"
+    known = {one.name for one in fields(TRACKERS[kind])}
+    other = [key for key in written if key not in known]
+    if other:
+        return other[0], f"expected an option of kind {kind}, found another kind's"
+    options = tracking_options(written)
+    if kind == "study" and options.w_sm < options.w_sm_stop:
+        return "w_sm", f"expected at least w_sm_stop, {options.w_sm_stop:g}, found {options.w_sm:g}"
+    return None
 
 
 def _unknown_names(tracking: Mapping, source: str) -> list[str]:

@@ -1,13 +1,13 @@
 """What must hold before a capture is aligned and tracked, and whether an alignment fits."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.surface.alignment import Alignment
 from palpate.surface.distance import ClosestPoints
+from palpate.surface.options import AlignmentLimits
 from palpate.surface.pose import Standing, to_camera, to_object
 from palpate.surface.template import Template
 
@@ -16,32 +16,6 @@ FEWEST_POINTS = 30
 # Triangles thinner than this, height over longest edge, have no normal in single precision.
 FLATTEST = 1e-5
 MM = 1e3
-
-
-@dataclass(frozen=True)
-class AlignmentLimits:
-    """What an alignment that fits keeps to; ``tracking.alignment.limits`` of config.yaml.
-
-    Attributes
-    ----------
-    least_near : float
-        Part of the cloud within dr of the template.
-    largest_rms_m : float
-        Of the cloud's distances from the template.
-    largest_height_m, largest_tilt_deg : float
-        Of the support above or below the table, and against it.
-    largest_touch_m : float
-        Contact point from the declared point.
-    largest_gap_m : float
-        Sphere from the template when the force begins.
-    """
-
-    least_near: float
-    largest_rms_m: float
-    largest_height_m: float
-    largest_tilt_deg: float
-    largest_touch_m: float
-    largest_gap_m: float
 
 
 def require_fit(

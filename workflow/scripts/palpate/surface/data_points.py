@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from palpate.surface.energy import Data
+from palpate.surface.options import Registration
 from palpate.surface.pose import data_weights
 from palpate.surface.template import Template, vertex_normals
 
@@ -16,50 +17,6 @@ MEAN_OF = 32
 MEAN_REACH = 1.0
 # It is made where most normals are as much like that of the point in the middle.
 FLAT_DEG, FLAT_PART = 30.0, 0.9
-
-
-@dataclass(frozen=True)
-class TrackerOptions:
-    """Parameters of Eq. 4.25 (Section 5.2.1).
-
-    Attributes
-    ----------
-    w_data, w_sm, w_sm_stop : float
-        Weight of the data term; first weight of the smoothness term, halved in each iteration
-        until it is below the last.
-    s_sm : float
-        Radius of the smoothness, in edges or average edge lengths.
-    neighbourhood : {"rings", "geodesic"}
-    data_term : {"point", "plane"}
-        Distance to the nearest data point as in Eq. 4.25; or along its normal, which leaves
-        vertices free to stay where the smoothness has them sideways, and in all directions from
-        places of their own (`Frame.owners`).
-    largest_distance_m, largest_normal_deg : float
-        dr and angle threshold of the weights.
-    rotations : bool, optional
-        Angles and axes of Eq. 4.23, from axes along the normals; else translations only, which is
-        where the study's start from identity stays: without an axis nothing has a slope in them.
-    coarsest_vertices : int, optional
-        Of the hierarchy.
-    rounds : int, optional
-        Searches for the nearest data points for each weight of the smoothness.
-    data_points : {"nearest", "mean"}, optional
-        N(p) as printed, or at the mean height of the captured points around it, as far as the
-        vertex's edges reach: this takes the noise out where the mesh is coarser than the cloud.
-    """
-
-    w_data: float
-    w_sm: float
-    w_sm_stop: float
-    s_sm: float
-    neighbourhood: str
-    data_term: str
-    largest_distance_m: float
-    largest_normal_deg: float
-    rotations: bool = False
-    coarsest_vertices: int = 1000
-    rounds: int = 1
-    data_points: str = "nearest"
 
 
 @dataclass(frozen=True)
@@ -89,10 +46,10 @@ class DataPoints:
     Parameters
     ----------
     frame : Frame
-    options : TrackerOptions
+    options : Registration
     """
 
-    def __init__(self, frame: Frame, options: TrackerOptions) -> None:
+    def __init__(self, frame: Frame, options: Registration) -> None:
         for name, (one, other) in CHOICES.items():
             found = getattr(options, name)
             if found not in (one, other):

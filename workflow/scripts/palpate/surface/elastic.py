@@ -11,6 +11,7 @@ from palpate.solid.mesh import SolidMesh
 from palpate.solid.solve import factorise
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.obstacle import Sphere, Table
+from palpate.surface.options import ElasticTracking
 from palpate.surface.sight import Sight, pair, rest_offsets
 from palpate.surface.template import Template
 
@@ -23,26 +24,6 @@ CONVERGED_M = 3e-5
 # Median of the size of a normal variable over its standard deviation.
 MEDIAN_OF_NORMAL = 0.6745
 SMALLEST_NOISE_M = 1e-6
-
-
-@dataclass(frozen=True)
-class ElasticOptions:
-    """What the elastic tracker takes for granted.
-
-    Attributes
-    ----------
-    poisson_ratio : float
-        Of the elastic energy: the prior. Its modulus is part of the weight.
-    largest_distance_m, largest_normal_deg : float
-        Points farther from the surface, or turned more against it, do not count.
-    huber : float
-        Distances above this many standard deviations count by their size, not its square.
-    """
-
-    poisson_ratio: float
-    largest_distance_m: float
-    largest_normal_deg: float
-    huber: float
 
 
 @dataclass(frozen=True)
@@ -102,7 +83,7 @@ class ElasticTracker:
     held : int array
         Nodes on the support.
     table : Table
-    options : ElasticOptions
+    options : ElasticTracking
 
     Attributes
     ----------
@@ -120,7 +101,7 @@ class ElasticTracker:
         solid: SolidMesh,
         held: NDArray,
         table: Table,
-        options: ElasticOptions,
+        options: ElasticTracking,
     ) -> None:
         nu = options.poisson_ratio
         self.elastic = NeoHookean(solid, nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu))

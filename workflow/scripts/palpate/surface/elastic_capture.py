@@ -1,7 +1,6 @@
 """Track one capture with the elastic tracker: mesh, noise, weight, every frame."""
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +9,9 @@ from numpy.typing import NDArray
 from palpate.solid.boundary import support_nodes
 from palpate.solid.refine import refine_near
 from palpate.surface.distance import ClosestPoints
-from palpate.surface.elastic import ElasticOptions, ElasticTracker, Fitted
+from palpate.surface.elastic import ElasticTracker, Fitted
 from palpate.surface.obstacle import Sphere, Table
+from palpate.surface.options import ElasticTracking
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, refine_template
@@ -62,14 +62,13 @@ class Scene:
         return int(np.argmax(self.depth_m))
 
 
-def track_by_elasticity(recorded: Recorded, options: Mapping) -> Tracked:
+def track_by_elasticity(recorded: Recorded, options: ElasticTracking) -> Tracked:
     """Track with the elastic tracker.
 
     Parameters
     ----------
     recorded : Recorded
-    options : mapping
-        Of the tracker, as config.yaml describes them.
+    options : ElasticTracking
 
     Returns
     -------
@@ -83,19 +82,19 @@ def track_by_elasticity(recorded: Recorded, options: Mapping) -> Tracked:
         If no point of the first frame is near the template.
     """
     template, tracker = _tracker(recorded, options)
-    scene = _scene(recorded, options["misfit_reach_m"])
+    scene = _scene(recorded, options.misfit_reach_m)
     tracker.learn_rest([scene.clouds[k] for k in scene.rest])
-    weights = STRENGTHS / hertz_energy(scene, options["poisson_ratio"])
-    fits = _through(tracker, scene, weights[0] if options["points"] else np.inf)
+    weights = STRENGTHS / hertz_energy(scene, options.poisson_ratio)
+    fits = _through(tracker, scene, weights[0] if options.points else np.inf)
     weight, reached = None, None
-    if options["points"]:
+    if options.points:
         weight, reached = choose_weight(tracker, scene, fits[scene.deepest], weights)
         if weight != weights[0]:
             fits = _again(tracker, scene, fits, weight)
     pose, count = recorded.alignment.camera_from_object, len(template.vertices_m)
     prior = {
         "energy": "neo-Hookean",
-        "poisson_ratio": options["poisson_ratio"],
+        "poisson_ratio": options.poisson_ratio,
         "rule": RULES[reached],
         "weight_per_j": weight,
         "largest_weight_tried": bool(weight == weights[0]),
@@ -240,22 +239,21 @@ def _again(
     ]
 
 
-def _tracker(recorded: Recorded, options: Mapping) -> tuple[Template, ElasticTracker]:
+def _tracker(recorded: Recorded, options: ElasticTracking) -> tuple[Template, ElasticTracker]:
     contact, support = recorded.alignment.contact_point_m, recorded.support
-    reach = options["refine_radius_m"]
+    reach = options.refine_radius_m
     template = refine_template(
-        recorded.template, contact, radius_m=reach, edge_m=options["refine_edge_m"]
+        recorded.template, contact, radius_m=reach, edge_m=options.refine_edge_m
     )
     solid = refine_near(
         recorded.solid,
         contact,
         radius_m=reach,
-        edge_m=options["solid_edge_m"],
-        growth=options["solid_growth"],
+        edge_m=options.solid_edge_m,
+        growth=options.solid_growth,
     )
-    chosen = {name: options[name] for name in ElasticOptions.__dataclass_fields__}
     held, table = support_nodes(solid, support), Table(support.plane_point_m, support.up)
-    return template, ElasticTracker(template, solid, held, table, ElasticOptions(**chosen))
+    return template, ElasticTracker(template, solid, held, table, options)
 
 
 def _scene(recorded: Recorded, reach_m: float) -> Scene:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from palpate.npz import read_npz
 from palpate.solid.mesh import SolidMesh, solid_mesh
-from palpate.surface.data_points import Frame, TrackerOptions
+from palpate.surface.data_points import Frame
+from palpate.surface.options import Registration
 from palpate.surface.template import Template
 from palpate.surface.track import track_frames
 from palpate.surface.tracked import Tracked
@@ -110,7 +111,7 @@ def surface_of(mesh: SolidMesh) -> tuple[Template, NDArray]:
 
 
 def track_steps(
-    steps: SimulatedSteps, options: TrackerOptions, *, cuts: int, corners: bool = True
+    steps: SimulatedSteps, options: Registration, *, cuts: int, corners: bool = True
 ) -> Tracked:
     """Track the solid's own surface through the simulated frames, as the study does.
 
@@ -120,7 +121,7 @@ def track_steps(
     Parameters
     ----------
     steps : SimulatedSteps
-    options : TrackerOptions
+    options : Registration
     cuts, corners
         Points of a frame, as of `lattice`.
 

@@ -1,7 +1,5 @@
 """Track one capture as the study does: refined template, added points, every frame."""
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,8 +10,9 @@ from palpate.surface.augment import (
     undeformed_points,
 )
 from palpate.surface.completion import Completion
-from palpate.surface.data_points import Frame, TrackerOptions
+from palpate.surface.data_points import Frame
 from palpate.surface.distance import ClosestPoints
+from palpate.surface.options import StudyTracking
 from palpate.surface.pose import to_camera
 from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, refine_template, vertex_normals
@@ -22,18 +21,15 @@ from palpate.surface.tracked import Tracked
 
 # Noise of the tip, some tenths of a millimetre, would turn the direction of a shorter press.
 SHORT_PRESS_M = 0.002
-COMPLETIONS = ("none", "fem")
 
 
-def track_by_study(recorded: Recorded, options: Mapping) -> Tracked:
+def track_by_study(recorded: Recorded, options: StudyTracking) -> Tracked:
     """Track with the study's tracker (Section 4.3) and its added points (Section 5.2).
 
     Parameters
     ----------
     recorded : Recorded
-    options : mapping
-        Fields of `TrackerOptions`, and ``refine_radius_m``, ``refine_edge_m`` (None: the template
-        as it is), ``undeformed_points``, ``indenter_points``, ``copies`` and ``completion``.
+    options : StudyTracking
 
     Returns
     -------
@@ -43,9 +39,8 @@ def track_by_study(recorded: Recorded, options: Mapping) -> Tracked:
     Raises
     ------
     ValueError
-        If an option is missing or unknown, or a frame has no points near the template.
+        If a frame has no points near the template.
     """
-    chosen = TrackerOptions(**{name: _option(options, name) for name in FIELDS})
     pose, contact = recorded.alignment.camera_from_object, recorded.alignment.contact_point_m
     fine = _refined(recorded.template, contact, options)
     rest = to_camera(pose, fine.vertices_m)
@@ -53,7 +48,7 @@ def track_by_study(recorded: Recorded, options: Mapping) -> Tracked:
         fine,
         rest,
         AddedPoints(recorded, fine, rest, options).frames(),
-        chosen,
+        options,
         complete=_completion(recorded, rest, fine.faces, options),
     )
     return Tracked(
@@ -69,9 +64,6 @@ def track_by_study(recorded: Recorded, options: Mapping) -> Tracked:
     )
 
 
-FIELDS = tuple(TrackerOptions.__dataclass_fields__)
-
-
 class AddedPoints:
     """Clouds of a capture with the points that the options ask for.
 
@@ -82,14 +74,14 @@ class AddedPoints:
         Object frame.
     rest_m : (n, 3) array
         Its vertices in the camera frame [m].
-    options : mapping
+    options : StudyTracking
     """
 
     def __init__(
-        self, recorded: Recorded, fine: Template, rest_m: NDArray, options: Mapping
+        self, recorded: Recorded, fine: Template, rest_m: NDArray, options: StudyTracking
     ) -> None:
         self.recorded, self.rest_m = recorded, rest_m
-        self.part, self.copies = _option(options, "indenter_points"), _option(options, "copies")
+        self.part, self.copies = options.indenter_points, options.copies
         self.normals = vertex_normals(rest_m, fine.faces)
         pose, contact = recorded.alignment.camera_from_object, recorded.alignment.contact_point_m
         contact = to_camera(pose, contact)
@@ -139,11 +131,11 @@ class AddedPoints:
         centre = to_camera(pose, _centroid(recorded.template))
         return turned_copies(*cloud, centre_m=centre, axis=axis, copies=self.copies)
 
-    def _still(self, fine: Template, contact_m: NDArray, options: Mapping) -> NDArray:
+    def _still(self, fine: Template, contact_m: NDArray, options: StudyTracking) -> NDArray:
         """Vertices that stay: unseen ones far from the contact, those of the support."""
         still = np.zeros(0, dtype=int)
-        if _option(options, "undeformed_points"):
-            reach = 2 * _option(options, "refine_radius_m")
+        if options.undeformed_points:
+            reach = 2 * options.refine_radius_m
             cloud = self.recorded.clouds[0][0]
             still = undeformed_points(self.rest_m, cloud, contact_m, reach_m=reach)
         if self.copies > 1:
@@ -152,21 +144,18 @@ class AddedPoints:
         return still
 
 
-def _refined(template: Template, contact_m: NDArray, options: Mapping) -> Template:
-    edge = _option(options, "refine_edge_m")
+def _refined(template: Template, contact_m: NDArray, options: StudyTracking) -> Template:
+    edge = options.refine_edge_m
     if edge is None:
         return template
-    radius = _option(options, "refine_radius_m")
+    radius = options.refine_radius_m
     return refine_template(template, contact_m, radius_m=radius, edge_m=edge)
 
 
 def _completion(
-    recorded: Recorded, rest_m: NDArray, faces: NDArray, options: Mapping
+    recorded: Recorded, rest_m: NDArray, faces: NDArray, options: StudyTracking
 ) -> Completion | None:
-    kind = _option(options, "completion")
-    if kind not in COMPLETIONS:
-        raise ValueError(f"completion: expected one of {', '.join(COMPLETIONS)}, found {kind}")
-    if kind == "none":
+    if options.completion == "none":
         return None
     return Completion(
         recorded.solid,
@@ -185,9 +174,3 @@ def _centroid(template: Template) -> NDArray:
     corners = template.vertices_m[template.faces]
     volumes = np.linalg.det(corners)
     return (volumes[:, None] * corners.sum(axis=1)).sum(axis=0) / (4 * volumes.sum())
-
-
-def _option(options: Mapping, name: str) -> object:
-    if name not in options:
-        raise ValueError(f"{name}: expected an option of the study's tracker, found none")
-    return options[name]

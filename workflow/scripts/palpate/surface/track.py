@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.surface.data_points import DataPoints, Frame, TrackerOptions
+from palpate.surface.data_points import DataPoints, Frame
 from palpate.surface.energy import Data, descend
 from palpate.surface.hierarchy import Level, hierarchy
+from palpate.surface.options import Registration
 from palpate.surface.smoothness import Smoothness
 from palpate.surface.template import Template, vertex_normals
 from palpate.surface.transforms import Transforms
@@ -25,10 +26,10 @@ class Tracker:
     template : Template
     rest_m : (n, 3) array
         Its vertices in the camera frame [m].
-    options : TrackerOptions
+    options : Registration
     """
 
-    def __init__(self, template: Template, rest_m: NDArray, options: TrackerOptions) -> None:
+    def __init__(self, template: Template, rest_m: NDArray, options: Registration) -> None:
         self.options = options
         placed = Template(rest_m, template.faces)
         self.levels = hierarchy(placed, coarsest_vertices=options.coarsest_vertices)
@@ -138,7 +139,7 @@ def track_frames(
     template: Template,
     rest_m: NDArray,
     frames: Sequence[Frame],
-    options: TrackerOptions,
+    options: Registration,
     *,
     complete: Callable[[NDArray, NDArray, NDArray], NDArray] | None = None,
 ) -> tuple[NDArray, NDArray, NDArray]:
@@ -150,7 +151,7 @@ def track_frames(
     rest_m : (n, 3) array
         Its vertices in the camera frame [m].
     frames : sequence of Frame
-    options : TrackerOptions
+    options : Registration
     complete : callable, optional
         Takes the vertices (n, 3) [m] of the frame before and of this one, and which of these rest
         on data (n,), and gives places TP (n, 3) [m] for the others (Section 4.3.2); called once

@@ -1,7 +1,6 @@
 """What a tracker gives: the template in every frame."""
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.npz import read_npz
+from palpate.surface.options import ElasticTracking, StudyTracking
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def load_tracked(path: str | Path) -> Tracked:
     return Tracked(**arrays | plain)
 
 
-def describe(tracked: Tracked, *, tracker: str, options: Mapping) -> dict:
+def describe(tracked: Tracked, *, tracker: str, options: StudyTracking | ElasticTracking) -> dict:
     """Say how a surface was tracked; content of tracked-<tracker>.json.
 
     Parameters
@@ -83,8 +83,7 @@ def describe(tracked: Tracked, *, tracker: str, options: Mapping) -> dict:
     tracked : Tracked
     tracker : str
         Its name in config.yaml.
-    options : mapping
-        Of the tracker, as it got them.
+    options : StudyTracking or ElasticTracking
 
     Returns
     -------
@@ -96,8 +95,8 @@ def describe(tracked: Tracked, *, tracker: str, options: Mapping) -> dict:
     residual = [float(value) if np.isfinite(value) else None for value in tracked.residual_m]
     return {
         "tracker": tracker,
-        "kind": options["kind"],
-        "options": dict(options),
+        "kind": options.kind,
+        "options": options.written(),
         "frames": len(tracked.vertices_m),
         "vertices": len(tracked.template_m),
         "contact_frame": tracked.contact_frame,

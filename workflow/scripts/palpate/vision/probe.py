@@ -13,6 +13,7 @@ from palpate.capture.images import demosaic
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.kalman import filter_tip
 from palpate.vision.marker import CornerFollower
+from palpate.vision.options import PoseFilter
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import MarkerPose, candidate_poses, point_covariance, settle
 
@@ -42,7 +43,7 @@ def track_probe(
     threshold_px: float,
     refinement: str,
     largest_gap_frames: int,
-    filter_options: Mapping,
+    filter_by: PoseFilter,
 ) -> pd.DataFrame:
     """Follow the probe through a capture.
 
@@ -65,8 +66,7 @@ def track_probe(
     largest_gap_frames : int
         Longest run of frames without a marker that is interpolated; such frames keep
         ``detected = 0``.
-    filter_options : mapping
-        Options of `filter_tip`.
+    filter_by : PoseFilter
 
     Returns
     -------
@@ -111,7 +111,12 @@ def track_probe(
     table[[*TIP_STD, ALONG_STD]] = [_tip_std(pose, probe) for pose, _ in poses]
     measured = np.where(table[["detected"]] == 1, tips[:, :3, 3], np.nan)
     table[TIP] = filter_tip(
-        np.asarray(time_s), measured, table[TIP_STD].to_numpy(float), **filter_options
+        np.asarray(time_s),
+        measured,
+        table[TIP_STD].to_numpy(float),
+        method=filter_by.method,
+        measurement_std_m=filter_by.measurement_std_m,
+        acceleration_std_m_s2=filter_by.acceleration_std_m_s2,
     )
     table[AXIS] = tips[:, :3, 2]
     return table

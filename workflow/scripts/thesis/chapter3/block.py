@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from typing import Any
 
@@ -12,18 +12,19 @@ from numpy.typing import NDArray
 from palpate.estimate.minimise.fit import fit_moduli
 from palpate.estimate.minimise.linear import linear_method
 from palpate.estimate.minimise.objective import Objective
+from palpate.estimate.minimise.options import Minimise
 from palpate.estimate.minimise.problem import Problem
 from palpate.estimate.minimise.simulation import pose_simulation, pressed_area_modulus
 from palpate.report import outputs, tables
 from palpate.run.job import naming
 from palpate.run.read_files import read_all, read_one
 from palpate.solid.mesh import write_solid
-from palpate.solid.support import read_support
-from palpate.surface.data_points import TrackerOptions
+from palpate.solid.support import Support, read_support
 from palpate.surface.simulation import SimulatedSteps, read_steps, track_steps
 from palpate.surface.tracked import load_tracked, save_tracked
 
 from thesis.chapter3 import simulation_figures, simulation_tables
+from thesis.options import LinearMethod, Simulation
 
 MODULI_TITLE = "Sections 3.3.2 to 3.3.4: Lame parameters, E (Pa) and nu of the simulated block"
 TRACKER_TITLE = "Simulated block: errors of the tracker (m) and what follows from them (Pa)"
@@ -34,16 +35,12 @@ SHOWN = ("cuts", "corners", "data_term", "s_sm", "w_sm_stop")
 
 def make_simulation_tracked(inputs: Any, params: Any) -> dict:
     """The block's own surface through its steps."""
-    options, steps = params.options, read_steps(inputs.steps)
+    options, steps = Simulation.read(params.options), read_steps(inputs.steps)
     with naming(inputs.steps):
-        tracked = _tracked(steps, options["cuts"], options["corners"], options["tracking"])
+        tracked = track_steps(steps, options.tracking, cuts=options.cuts, corners=options.corners)
     for k, residual in enumerate(tracked.residual_m):
         logging.info("frame %d: residual %.4f mm", k, residual * 1e3)
     return {"tracked": partial(save_tracked, tracked=tracked)}
-
-
-def _tracked(steps: SimulatedSteps, cuts: int, corners: bool, tracking: Mapping) -> Any:
-    return track_steps(steps, TrackerOptions(**tracking), cuts=cuts, corners=corners)
 
 
 def read_problem(inputs: Any, support: Mapping) -> tuple[NDArray, Problem]:
@@ -54,25 +51,29 @@ def read_problem(inputs: Any, support: Mapping) -> tuple[NDArray, Problem]:
         return read.triangle, pose_simulation(read, read_support(support), tracked=surface)
 
 
+def _support(options: Simulation) -> Support:
+    return read_support(options.support.written())
+
+
 def make_linear_method(inputs: Any, params: Any) -> dict:
     """The linear method from every start, with its traces."""
     _, problem = read_problem(inputs, params.options["support"])
     with naming(inputs.steps):
-        found = from_every_start(problem, params.options["linear"])
+        found = from_every_start(problem, Simulation.read(params.options).linear)
     return {"result": {"data": params.data, "estimates": found}}
 
 
-def from_every_start(problem: Problem, linear: Mapping) -> list[dict]:
+def from_every_start(problem: Problem, linear: LinearMethod) -> list[dict]:
     """Estimates of the linear method, as they are to be written."""
     found = []
-    for start in linear["starts_pa"]:
+    for start in linear.starts_pa:
         estimate = linear_method(
             problem.mesh,
             problem.sets,
             problem.measurement,
-            start=tuple(start),
-            iterations=linear["iterations"],
-            tolerance=linear["tolerance"],
+            start=start,
+            iterations=linear.iterations,
+            tolerance=linear.tolerance,
         )
         found.append(asdict(estimate) | {"start_pa": start})
         logging.info("from %s Pa: %d iterations", start, estimate.iterations)
@@ -85,7 +86,7 @@ def make_simulation_minimise(inputs: Any, params: Any) -> dict:
     with naming(inputs.steps):
         full = Objective(problem.mesh, problem.sets, problem.measurement, option=params.error)
     E_star = pressed_area_modulus(problem, triangle)
-    found = fit_moduli(full, E_star, params.options, nodes_m=problem.mesh.nodes_m)
+    found = fit_moduli(full, E_star, Minimise.read(params.options), nodes_m=problem.mesh.nodes_m)
     result = asdict(found.minimum) | {
         "error_option": params.error,
         "data": params.data,
@@ -122,14 +123,13 @@ def make_simulation_table(inputs: Any, params: Any) -> dict:
 
 def make_simulation_tracking(inputs: Any, params: Any) -> dict:
     """What the estimates owe to the tracker: each variant of its options."""
-    options, steps = params.options, read_steps(inputs.steps)
-    base = {"cuts": options["cuts"], "corners": options["corners"]} | options["tracking"]
-    variants = {"chosen": {}} | options["variants"]
+    options, steps = Simulation.read(params.options), read_steps(inputs.steps)
+    variants, search = {"chosen": {}} | options.variants, Minimise.read(params.search)
     rows = []
     for name, changes in variants.items():
         logging.info("%s: %s", name, changes)
         with naming(inputs.steps):
-            found = row_of(steps, base | changes, options, params.search)
+            found = row_of(steps, _changed(options, changes), search)
         rows.append({"variant": name} | found)
     truth, table = read_one(inputs.truth), pd.DataFrame(rows)
     for key in ("lambda_pa", "mu_pa"):
@@ -138,32 +138,39 @@ def make_simulation_tracking(inputs: Any, params: Any) -> dict:
     return outputs.table(table, title=TRACKER_TITLE)
 
 
-def row_of(steps: SimulatedSteps, variant: Mapping, options: Mapping, search: Mapping) -> dict:
+def _changed(options: Simulation, changes: Mapping) -> Simulation:
+    """Options with those of a variant."""
+    points = {name: value for name, value in changes.items() if name in ("cuts", "corners")}
+    tracking = {name: value for name, value in changes.items() if name not in points}
+    return replace(options, tracking=replace(options.tracking, **tracking), **points)
+
+
+def row_of(steps: SimulatedSteps, options: Simulation, search: Minimise) -> dict:
     """Tracking errors of one variant, and the moduli that both methods find."""
-    tracking = {key: value for key, value in variant.items() if key not in ("cuts", "corners")}
-    tracked = _tracked(steps, variant["cuts"], variant["corners"], tracking)
+    tracked = track_steps(steps, options.tracking, cuts=options.cuts, corners=options.corners)
     errors = simulation_tables.tracking_errors(steps, tracked)
-    problem = pose_simulation(steps, read_support(options["support"]), tracked=tracked)
+    problem = pose_simulation(steps, _support(options), tracked=tracked)
     found = simulation_tables.every_method(
-        problem, steps.triangle, linear=options["linear"], search=search
+        problem, steps.triangle, linear=options.linear, search=search
     )
     moduli = {
         f"{method}_{name}": getattr(found[key], name)
         for method, key in (("linear", "linear_method"), ("minimise", "minimise_displacement"))
         for name in simulation_tables.MODULI
     }
-    shown = {key: variant[key] for key in SHOWN}
+    every = options.tracking.written() | {"cuts": options.cuts, "corners": options.corners}
+    shown = {key: every[key] for key in SHOWN}
     return shown | {key: round(value, 7) for key, value in errors.items()} | moduli
 
 
 def make_simulation_noise(inputs: Any, params: Any) -> dict:
     """What noise on exact displacements does to the linear method and both error options."""
-    options, steps = params.options, read_steps(inputs.steps)
+    options, steps = Simulation.read(params.options), read_steps(inputs.steps)
     truth = read_one(inputs.truth)
     with naming(inputs.steps):
-        problem = pose_simulation(steps, read_support(options["support"]))
+        problem = pose_simulation(steps, _support(options))
         rng = np.random.default_rng(params.seed)
-        found = drawn(problem, steps.triangle, options, params.search, rng)
+        found = drawn(problem, steps.triangle, options, Minimise.read(params.search), rng)
     table = simulation_tables.noise_table(found, truth)
     made = outputs.table(tables.rounded(table), title=NOISE_TITLE)
     return made | {"figure": simulation_figures.noise_figure(table)}
@@ -172,17 +179,17 @@ def make_simulation_noise(inputs: Any, params: Any) -> dict:
 def drawn(
     problem: Problem,
     triangle: NDArray,
-    options: Mapping,
-    search: Mapping,
+    options: Simulation,
+    search: Minimise,
     rng: np.random.Generator,
 ) -> list[dict]:
     """Lame parameters by every method, for each draw of each noise."""
     found = []
-    for std in options["noise"]["std_m"]:
-        for _ in range(options["noise"]["repeats"]):
+    for std in options.noise.std_m:
+        for _ in range(options.noise.repeats):
             noisy = simulation_tables.with_noise(problem, std, rng)
             estimates = simulation_tables.every_method(
-                noisy, triangle, linear=options["linear"], search=search
+                noisy, triangle, linear=options.linear, search=search
             )
             found += [
                 {

@@ -16,6 +16,7 @@ from palpate.report.style import BLACK, GREEN, GREY, ORANGE, PAGE_IN, entitle, f
 from palpate.run.read_files import read_one
 from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import read_solid
+from palpate.solid.options import Solid
 from palpate.solid.refine import refine_near
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.tracked import load_tracked
@@ -121,11 +122,12 @@ def make_figure_3_3(inputs: Any, params: Any) -> Figure:
     fit, tracked = read_one(inputs.fit), load_tracked(inputs.tracked)
     point, radius = tracked.contact_point_m, fit["radius_m"]
     _, nearest, _ = ClosestPoints(tracked.template_m, tracked.faces)(point[None])
+    fineness = Solid.read(params.solid)
     solid = refine_near(
         read_solid(inputs.solid),
         point,
-        radius_m=params.solid["refine_radius_m"],
-        edge_m=params.solid["refine_edge_m"],
+        radius_m=fineness.refine_radius_m,
+        edge_m=fineness.refine_edge_m,
     )
     loaded = contact_triangle(solid, point, largest_distance_m=radius)
     template = tracked.template_m, tracked.faces, tracked.faces[nearest[0]]

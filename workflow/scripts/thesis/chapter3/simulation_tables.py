@@ -8,6 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from palpate.estimate.minimise.linear import LinearEstimate, linear_method
 from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.estimate.minimise.options import Minimise
 from palpate.estimate.minimise.problem import Problem
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.estimate.minimise.search import Minimum, hertz_start, minimise_error
@@ -18,9 +19,12 @@ from palpate.solid.boundary import NodeSets, node_sets
 from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import read_solid
 from palpate.solid.moduli import engineering_from_lame
+from palpate.solid.options import Solid
 from palpate.solid.refine import refine_near
 from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
+
+from thesis.options import LinearMethod
 
 LAME = ["lame_lambda_pa", "lame_mu_pa"]
 ERROR_OPTIONS = ("displacement", "force_displacement")
@@ -117,7 +121,7 @@ def tracking_errors(steps: SimulatedSteps, tracked: Tracked) -> dict[str, float]
 
 
 def every_method(
-    problem: Problem, triangle: NDArray, *, linear: Mapping, search: Mapping
+    problem: Problem, triangle: NDArray, *, linear: LinearMethod, search: Minimise
 ) -> dict[str, LinearEstimate | Minimum]:
     """Linear method from its first start, and error minimisation with either error option.
 
@@ -126,8 +130,8 @@ def every_method(
     problem : Problem
     triangle : (3,) int array
         Loaded nodes.
-    linear, search : mapping
-        Options of config.simulation.linear and config.minimise.
+    linear : LinearMethod
+    search : Minimise
 
     Returns
     -------
@@ -135,13 +139,13 @@ def every_method(
         By method, ``linear_method`` or ``minimise_<error option>``.
     """
     mesh, sets, measurement = problem.mesh, problem.sets, problem.measurement
-    limits = {"iterations": linear["iterations"], "tolerance": linear["tolerance"]}
-    first = tuple(linear["starts_pa"][0])
+    limits = {"iterations": linear.iterations, "tolerance": linear.tolerance}
+    first = linear.starts_pa[0]
     found = {"linear_method": linear_method(mesh, sets, measurement, start=first, **limits)}
     E_star = pressed_area_modulus(problem, triangle)
     for option in ERROR_OPTIONS:
         cost = ReducedObjective(Objective(mesh, sets, measurement, option=option))
-        start = hertz_start(cost, E_star, search["start_poisson_ratios"])
+        start = hertz_start(cost, E_star, search.start_poisson_ratios)
         found[f"minimise_{option}"] = minimise_error(cost, start, search)
     return found
 
@@ -203,11 +207,12 @@ def make_table_3_1(inputs: Any, params: Any) -> dict:
     (capture,) = params.captures
     spec, support = read_declared(inputs.object)
     point = np.array(spec["points"][capture["point"]]["position_m"], dtype=float)
+    fineness = Solid.read(params.solid)
     mesh = refine_near(
         read_solid(inputs.solid),
         point,
-        radius_m=params.solid["refine_radius_m"],
-        edge_m=params.solid["refine_edge_m"],
+        radius_m=fineness.refine_radius_m,
+        edge_m=fineness.refine_edge_m,
     )
     radius = params.probe["indenter"]["radius_m"]
     triangle = contact_triangle(mesh, point, largest_distance_m=radius)

@@ -14,6 +14,7 @@ from palpate.run.frames import all_streams, sensor_with_optics
 from palpate.vision.box import outline_distance, place_box
 from palpate.vision.clouds import belongs_to_probe, probe_places, scene_points
 from palpate.vision.kalman import study_filter
+from palpate.vision.options import ProbePose
 from palpate.vision.probe import RAW_TIP, TIP
 from palpate.vision.support_plane import fit_support_plane, height_above
 
@@ -27,10 +28,10 @@ LOWEST_M = 0.004
 def make_cd_case(inputs: Any, params: Any) -> dict:
     """The traced path in the case's frame, the case's place and its cloud."""
     folder, sensor = Path(inputs.case), sensor_with_optics(params.sensor, inputs.optics)
-    poses = followed(folder / "trace", sensor, params.probe, params.pose)
+    poses = followed(folder / "trace", sensor, params.probe, ProbePose.read(params.pose))
     rng = np.random.default_rng(params.seed)
     empty = scene_points(next(all_streams(folder / "background", sensor)), sensor)
-    plane = fit_support_plane(empty, rng=rng, **params.plane)
+    plane = fit_support_plane(empty, rng=rng, inlier_distance_m=params.inlier_distance_m)
     points, size_m = scene_cloud(folder / "trace", sensor, params, poses), np.array(params.size_m)
     camera_from_case = place_box(points, plane, size_m)
     above = in_frame(points[height_above(plane, points) > LOWEST_M], camera_from_case)

@@ -24,6 +24,7 @@ from palpate.report.style import (
 from palpate.run.frames import Stream
 from palpate.vision.background import load_model
 from palpate.vision.foreground import load_masks
+from palpate.vision.options import Background
 
 from thesis.chapter4.colour_pixel import PixelColour, choose_pixel, pixel_colour
 
@@ -39,7 +40,8 @@ EXPECTED, PROJECTED, COLOUR = r"$\mathbf{E}_i$", r"$\alpha_i\mathbf{E}_i$", r"$\
 def make_figure_4_11(inputs: Any, params: Any) -> Figure:
     """The figure, of a pixel of the capture's middle frame."""
     (capture,) = params.captures
-    bounds = params.options["alpha_low"], params.options["alpha_high"]
+    shades = Background.read(params.options)
+    bounds = shades.alpha_low, shades.alpha_high
     model, frames = load_model(inputs.model), Stream(inputs.capture, params.sensor)
     middle = len(frames) // 2
     image, mask = frames[middle], load_masks(inputs.mask)[middle]

@@ -198,7 +198,7 @@ LOADING = (
             | {
                 "pose": run.config["probe_pose"],
                 "options": run.config["force"],
-                "plane": run.config["support_plane"],
+                "inlier_distance_m": run.config["support_plane"]["inlier_distance_m"],
                 "onset_force_n": run.config["hertz"]["onset_force_n"],
                 "seed": run.config["seed"],
             }
@@ -274,7 +274,7 @@ CASE = (
             | {
                 "size_m": run.config["experiments"]["cd_case_size_m"],
                 "pose": run.config["probe_pose"],
-                "plane": run.config["support_plane"],
+                "inlier_distance_m": run.config["support_plane"]["inlier_distance_m"],
                 "seed": run.config["seed"],
             }
         ),

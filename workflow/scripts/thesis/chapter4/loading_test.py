@@ -12,6 +12,7 @@ from palpate.run.follow import followed
 from palpate.run.frames import all_streams, sensor_with_optics
 from palpate.vision.clouds import scene_points
 from palpate.vision.force import FORCE, frame_wrenches
+from palpate.vision.options import Force, ProbePose
 from palpate.vision.press import press_clock, press_depth, press_force
 from palpate.vision.probe import marker_transforms
 from palpate.vision.support_plane import fit_support_plane
@@ -20,11 +21,14 @@ from palpate.vision.support_plane import fit_support_plane
 def make_loading_test(inputs: Any, params: Any) -> dict:
     """Force and displacement at every frame, and the force's averaged record."""
     folder, sensor = inputs.loading, sensor_with_optics(params.sensor, inputs.optics)
-    options, record = dict(params.options), read_table(f"{folder}/force.csv")
-    prior_std_s, bias_window_s = options.pop("clock_offset_std_s"), options["bias_window_s"]
-    poses = followed(folder, sensor, params.probe, params.pose)
+    options, record = Force.read(params.options), read_table(f"{folder}/force.csv")
+    poses = followed(folder, sensor, params.probe, ProbePose.read(params.pose))
     clock = press_clock(
-        record, poses, params.probe, bias_window_s=bias_window_s, prior_std_s=prior_std_s
+        record,
+        poses,
+        params.probe,
+        bias_window_s=options.bias_window_s,
+        prior_std_s=options.clock_offset_std_s,
     )
     wrench = frame_wrenches(
         record,
@@ -33,11 +37,14 @@ def make_loading_test(inputs: Any, params: Any) -> dict:
         params.probe,
         up=table_normal(folder, sensor, params),
         clock_offset_s=clock.offset_s,
-        **options,
+        matching=options.matching,
+        bias_window_s=options.bias_window_s,
+        linear_window_s=options.linear_window_s,
+        largest_gap_s=options.largest_gap_s,
     )
     frames = loading_frames(poses, np.linalg.norm(wrench[FORCE], axis=1), params.onset_force_n)
     frames["clock_offset_s"], frames["clock_offset_std_s"] = clock.offset_s, clock.std_s
-    time_s, along_n = press_force(record, params.probe, bias_window_s=bias_window_s)
+    time_s, along_n = press_force(record, params.probe, bias_window_s=options.bias_window_s)
     force = pd.DataFrame({"time_s": time_s - clock.offset_s, "force_n": along_n})
     return {"frames": outputs.exact(frames), "force": outputs.exact(force)}
 
@@ -65,4 +72,4 @@ def table_normal(folder: str, sensor: Mapping, params: Any) -> NDArray:
     """Upward direction, from the table in the first frame."""
     points = scene_points(next(all_streams(folder, sensor)), sensor)
     rng = np.random.default_rng(params.seed)
-    return fit_support_plane(points, rng=rng, **params.plane)[:3]
+    return fit_support_plane(points, rng=rng, inlier_distance_m=params.inlier_distance_m)[:3]

@@ -1,7 +1,7 @@
 """A body deformed by a force as measured and by one along the surface's normal (Fig. 5.12)."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.estimate.minimise.objective import Objective
+from palpate.estimate.minimise.options import Load
 from palpate.estimate.minimise.problem import Problem, pose_problem
 from palpate.report.panels import (
     coloured,
@@ -25,6 +26,7 @@ from palpate.run.read_files import read_all
 from palpate.solid.load import contact_triangle, outward_normal
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.moduli import lame_from_engineering
+from palpate.solid.options import Solid
 from palpate.surface.recorded import Recorded
 from palpate.surface.tracked import Tracked, load_tracked
 from scipy.spatial.transform import Rotation
@@ -63,8 +65,8 @@ class Pressed:
 def make_figure_5_12(inputs: Any, params: Any) -> Figure:
     """The ball of the first sensor's capture under the force as measured, turned and tilted."""
     recorded, fit = recordings_of(inputs, params.probes)[0], read_all(inputs.fits)[0]
-    tracked, options = load_tracked(inputs.tracked[0]), {"force_rule": params.force_rule}
-    problems = problems_of(recorded, tracked, fit, options | params.solid)
+    tracked, load = load_tracked(inputs.tracked[0]), Load(force_rule=params.force_rule)
+    problems = problems_of(recorded, tracked, fit, load, Solid.read(params.solid))
     normal = _normal_at(problems[TURNED].mesh, recorded, tracked)
     known = {"normal": normal, "E": STUDY_E_PA, "nu": STUDY_NU}
     contact = tracked.contact_point_m
@@ -75,7 +77,7 @@ def make_figure_5_12(inputs: Any, params: Any) -> Figure:
 
 
 def problems_of(
-    recorded: Recorded, tracked: Tracked, fit: Mapping, options: Mapping
+    recorded: Recorded, tracked: Tracked, fit: Mapping, load: Load, fineness: Solid
 ) -> dict[str, Problem]:
     """The problem of the most pressed frame by direction of the force.
 
@@ -85,8 +87,8 @@ def problems_of(
     tracked : Tracked
     fit : mapping
         hertz.json of the capture.
-    options : mapping
-        Of `pose_problem`: ``force_rule`` and the mesh.
+    load : Load
+    fineness : Solid
     """
     frame, turn = fit["range"]["last_frame"], tracked.camera_from_object[:3, :3]
     posed = partial(
@@ -97,14 +99,14 @@ def problems_of(
         depth_m=fit["samples"]["depth_m"][frame],
         support=recorded.support,
         indenter_radius_m=recorded.indenter_radius_m,
-        **options,
+        fineness=fineness,
     )
     measured = recorded.forces_n[frame]
     leaning = turn @ tilted(measured @ turn, -(measured @ turn), TILT_DEG)
     return {
-        MEASURED: posed(measured, turn_force=False),
-        TURNED: posed(measured, turn_force=True),
-        LEANING: posed(leaning, turn_force=False),
+        MEASURED: posed(measured, load=replace(load, turn_force=False)),
+        TURNED: posed(measured, load=replace(load, turn_force=True)),
+        LEANING: posed(leaning, load=replace(load, turn_force=False)),
     }
 
 

@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from palpate.estimate.minimise.fit import fit_moduli
 from palpate.estimate.minimise.objective import Objective
+from palpate.estimate.minimise.options import Minimise
 from palpate.estimate.minimise.problem import Problem
 from palpate.run.job import naming
 from palpate.run.minimise_inputs import read_problem
 from palpate.run.read_files import read_one
+from palpate.solid.options import Solid
 from palpate.surface.tracked import Tracked, load_tracked
 
 from thesis.chapter5.step_variants import TRUE, true_surface, variants
@@ -53,14 +55,14 @@ def _read_surfaces(inputs: Any, params: Any) -> dict[str, Tracked]:
 
 def _minima(inputs: Any, params: Any, changes: Mapping, tracked: Tracked, kept: dict) -> list[dict]:
     """Minimum of each error option with some options changed."""
-    fit, options = read_one(inputs.fit), _changed(params.options, changes)
+    fit, options = read_one(inputs.fit), Minimise.read(_changed(params.options, changes))
     problem = read_problem(
         inputs,
         fit,
         tracked=tracked,
         probe=params.probe,
         options=options,
-        solid=_changed(params.solid, changes),
+        solid=Solid.read(_changed(params.solid, changes)),
     )
     first = problem.objective(params.errors[0])
     _share_models(first, problem, kept)
@@ -73,7 +75,7 @@ def _changed(options: Mapping, changes: Mapping) -> dict:
     return {name: changes.get(name, value) for name, value in options.items()}
 
 
-def _minimum(full: Objective, start_pa: float, options: Mapping, nodes_m: NDArray) -> dict:
+def _minimum(full: Objective, start_pa: float, options: Minimise, nodes_m: NDArray) -> dict:
     """Row of one error option."""
     moduli = fit_moduli(full, start_pa, options, nodes_m=nodes_m, norms=("length",))
     return (

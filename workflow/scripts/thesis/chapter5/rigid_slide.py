@@ -14,6 +14,7 @@ from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, label_
 from palpate.report.views import MILLIMETRES, View
 from palpate.surface.alignment import standing_of
 from palpate.surface.augment import undeformed_points
+from palpate.surface.options import Alignment
 from palpate.surface.pose import (
     CONVERGED_M,
     Standing,
@@ -91,7 +92,7 @@ class Way:
 def make_figure_5_6(inputs: Any, params: Any) -> Figure:
     """The cut cloud of a point at the block's end, aligned from shifted poses."""
     recorded, frame = recordings_of(inputs, params.probes)[0], last_frames(inputs)[0]
-    options = {name: value for name, value in params.options.items() if name != "limits"}
+    options = Alignment.read(params.options)
     known = _standing(inputs, recorded, params.captures[0]["point"])
     ways = ways_of(recorded, frame, known, options)
     right = recorded.alignment.camera_from_object
@@ -101,9 +102,7 @@ def make_figure_5_6(inputs: Any, params: Any) -> Figure:
     return figure_5_6(params.captures[0], recorded.template, shown, slides, note=note)
 
 
-def ways_of(
-    recorded: Recorded, frame: int, known: Standing, options: Mapping[str, float]
-) -> dict[str, Way]:
+def ways_of(recorded: Recorded, frame: int, known: Standing, options: Alignment) -> dict[str, Way]:
     """Ways to align a frame's cloud, by name.
 
     Parameters
@@ -112,16 +111,19 @@ def ways_of(
     frame : int
     known : Standing
         What table and touched point tell of the object's place.
-    options : mapping
-        Thresholds of Eq. 4.24.
+    options : Alignment
     """
     template, none = recorded.template, np.zeros((0, 3))
     (whole, normals), added = recorded.clouds[frame], added_places(recorded)
     kept = _kept(recorded, whole)
     cut = whole[kept], normals[kept]
     more = tuple(np.vstack(pair) for pair in zip(cut, added, strict=True))
-    nearest = partial(align_to_nearest, template, **options)
-    held = partial(align_rigidly, template, *cut, standing=known, **options)
+    within = {
+        "largest_distance_m": options.largest_distance_m,
+        "largest_normal_deg": options.largest_normal_deg,
+    }
+    nearest = partial(align_to_nearest, template, **within)
+    held = partial(align_rigidly, template, *cut, standing=known, **within)
     return {
         ALONE: Way(partial(nearest, *cut), cut[0], none),
         WHOLE: Way(partial(nearest, whole, normals), whole, none),
@@ -284,9 +286,9 @@ def _shown(title: str, way: Way, right: NDArray) -> tuple[str, NDArray, NDArray]
     return f"{title}: slid {slid:+.1f} mm", cloud, added
 
 
-def _note(options: Mapping[str, float]) -> str:
+def _note(options: Alignment) -> str:
     """What was cut, shifted and sought, in words under the figure."""
-    reach = f" dr = {1e3 * options['largest_distance_m']:g} mm"
+    reach = f" dr = {1e3 * options.largest_distance_m:g} mm"
     return f"{NOTE}{reach}: on flat faces any shift stays, with added points too."
 
 

@@ -1,11 +1,11 @@
 """Figures 5.5, 5.7, 5.11, 5.13 and 5.16 from what trackers get and what they make of it."""
 
-from collections.abc import Mapping
 from typing import Any
 
 from matplotlib.figure import Figure
 from palpate.report.views import view_from
 from palpate.surface.alignment import load_alignment
+from palpate.surface.options import StudyTracking, tracking_options
 from palpate.surface.pose import to_object
 from palpate.surface.recorded import Recorded
 
@@ -26,7 +26,9 @@ def make_figure_5_5(inputs: Any, params: Any) -> Figure:
     """The block's picture, cloud with added points and tracked surface, by sensor."""
     recordings, frames = recordings_of(inputs, params.probes), last_frames(inputs)
     surfaces = [surface_of(*pair) for pair in zip(inputs.tracked, frames, strict=True)]
-    files = zip(recordings, inputs.tracked, params.options, frames, strict=True)
+    files = zip(
+        recordings, inputs.tracked, map(tracking_options, params.options), frames, strict=True
+    )
     clouds = [_added_cloud(*each) for each in files]
     photos = photos_of(inputs, params.sensors, recordings, frames)
     return figures.figure_5_5(params.captures, photos, clouds, surfaces)
@@ -45,7 +47,9 @@ def make_figure_5_11(inputs: Any, params: Any) -> Figure:
     recordings, frames = recordings_of(inputs, params.probes), last_frames(inputs)
     poses = [recorded.alignment.camera_from_object for recorded in recordings]
     views = [view_from(pose, elevation_deg=CLOUDS_DEG) for pose in poses]
-    files = zip(recordings, inputs.tracked, params.options, frames, strict=True)
+    files = zip(
+        recordings, inputs.tracked, map(tracking_options, params.options), frames, strict=True
+    )
     return figures.figure_5_11(params.captures, views, [_turned(*each) for each in files])
 
 
@@ -68,11 +72,15 @@ def make_figure_5_16(inputs: Any, params: Any) -> Figure:
     return figures.figure_5_16(params.captures[0], photo, view_from(pose), cloud, surface)
 
 
-def _added_cloud(recorded: Recorded, path: str, options: Mapping, frame: int) -> figures.AddedCloud:
+def _added_cloud(
+    recorded: Recorded, path: str, options: StudyTracking, frame: int
+) -> figures.AddedCloud:
     captured, _, still, pressed = added_points(recorded, path, options, frame)
     return figures.AddedCloud(captured, still, pressed)
 
 
-def _turned(recorded: Recorded, path: str, options: Mapping, frame: int) -> figures.TurnedClouds:
+def _turned(
+    recorded: Recorded, path: str, options: StudyTracking, frame: int
+) -> figures.TurnedClouds:
     rest, pressed = (added_points(recorded, path, options, k)[:3] for k in (0, frame))
     return figures.TurnedClouds(pressed[0], rest, pressed)

@@ -12,6 +12,7 @@ from palpate.run.frames import Stream
 from palpate.run.read_files import read_all
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment
+from palpate.surface.options import StudyTracking
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.recorded import Recorded
 from palpate.surface.study_capture import AddedPoints
@@ -55,7 +56,7 @@ def photos_of(
 
 
 def added_points(
-    recorded: Recorded, path: str, options: Mapping, frame: int
+    recorded: Recorded, path: str, options: StudyTracking, frame: int
 ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Captured points of a frame, turned copies, places that stay, and the indenter's.
 

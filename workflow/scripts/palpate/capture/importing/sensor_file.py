@@ -8,9 +8,9 @@ import yaml
 from palpate.capture.files import whole_file
 from palpate.capture.importing.optics import agree
 from palpate.capture.importing.recording import Content
-from palpate.capture.schema import load_yaml, validate
+from palpate.capture.schema import SCHEMAS, load_yaml, validate
 
-SCHEMA = Path(__file__).resolve().parents[5] / "config" / "schemas" / "sensor.schema.yaml"
+SCHEMA = SCHEMAS / "sensor.schema.yaml"
 # Depth cameras differ; what is seen is bounded by mask and table, not by this.
 RANGE_M = (0.1, 10.0)
 # The study's for its Kinect (Section 4.2.3).

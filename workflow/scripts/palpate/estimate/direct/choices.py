@@ -1,6 +1,5 @@
 """What other choices of cells and priors make of the direct estimate."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -8,10 +7,11 @@ from numpy.typing import NDArray
 
 from palpate.estimate.direct.fit import Solution, fit_direct
 from palpate.estimate.direct.indentation import DirectPress
+from palpate.estimate.direct.options import Fit
 
 
 def other_choices(
-    best: Solution, options: Mapping, *, radius_m: float
+    best: Solution, options: Fit, *, radius_m: float
 ) -> dict[str, tuple[float, float]]:
     """Moduli with other cells, and with relaxation held more and less loosely."""
     start, presses = best.parameters[0], best.presses
@@ -20,8 +20,8 @@ def other_choices(
         "near_cells": ([_nearer(press) for press in presses], options),
         "looser_relaxation": (presses, _relaxing(options, 2.0)),
         "stiffer_relaxation": (presses, _relaxing(options, 0.5)),
-        "uneven_relaxation": (presses, dict(options) | {"fraction_step_std": 1.0}),
-        "looser_gain": (presses, dict(options) | {"gain_std": 2 * options["gain_std"]}),
+        "uneven_relaxation": (presses, replace(options, fraction_step_std=1.0)),
+        "looser_gain": (presses, replace(options, gain_std=2 * options.gain_std)),
     }
     found = {}
     for name, (chosen, changed) in variants.items():
@@ -30,10 +30,13 @@ def other_choices(
     return found
 
 
-def _relaxing(options: Mapping, times: float) -> dict:
+def _relaxing(options: Fit, times: float) -> Fit:
     """Options with the priors of what relaxes so many times as wide."""
-    wider = {name: times * options[name] for name in ("fraction_std", "fraction_step_std")}
-    return dict(options) | wider
+    return replace(
+        options,
+        fraction_std=times * options.fraction_std,
+        fraction_step_std=times * options.fraction_step_std,
+    )
 
 
 def _farther(press: DirectPress, by_m: float) -> DirectPress:

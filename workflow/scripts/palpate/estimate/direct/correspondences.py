@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.sample_heights import ObservationOptions
+from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.samples import Cells
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
@@ -144,7 +144,7 @@ def segment_distance(starts: NDArray, end: NDArray, first: NDArray, last: NDArra
     return np.linalg.norm(gap, axis=1)
 
 
-def facing_cells(cells: Cells, probe: ProbeInView, options: ObservationOptions) -> Cells:
+def facing_cells(cells: Cells, probe: ProbeInView, options: Observation) -> Cells:
     """Cells that no eye sees too much from the side."""
     least = np.cos(np.deg2rad(options.largest_view_deg))
     kept = np.ones(len(cells.cell_m), dtype=bool)
@@ -159,7 +159,7 @@ def hidden_cells(
     points: NDArray,
     probe: ProbeInView,
     rest_frames: NDArray,
-    options: ObservationOptions,
+    options: Observation,
 ) -> NDArray:
     """Which cells the probe or its shadow hides or comes too near, (f, c)."""
     lower, upper = (0.0, options.shaft_from_m), (options.shaft_from_m, SHAFT_M)

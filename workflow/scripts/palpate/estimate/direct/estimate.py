@@ -18,6 +18,7 @@ from palpate.estimate.direct.interval import (
     profile_over_nu,
     verdict_of_nu,
 )
+from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.relaxation import elastic_force
 from palpate.estimate.direct.support_motion import MOTIONS
 
@@ -84,7 +85,7 @@ class DirectEstimate:
 
 
 def estimate_direct(
-    presses: Sequence[DirectPress], options: Mapping, *, radius_m: float, seed: int
+    presses: Sequence[DirectPress], options: Fit, *, radius_m: float, seed: int
 ) -> DirectEstimate:
     """Estimate the moduli of an object from one or more of its captures.
 
@@ -92,9 +93,7 @@ def estimate_direct(
     ----------
     presses : sequence of DirectPress
         With the same laws.
-    options : mapping
-        Of `fit_direct` and `intervals`, with ``linear_depth``, ``draws``,
-        ``profile_poisson_ratios`` and ``law_margin``.
+    options : Fit
     radius_m : float
         Of the sphere.
     seed : int
@@ -110,7 +109,7 @@ def estimate_direct(
     found = compared(presses, laws, options)
     order = sorted(found, key=lambda law: found[law].cost)
     best = found[order[0]]
-    close = [law for law in order if found[law].cost - best.cost <= options["law_margin"]]
+    close = [law for law in order if found[law].cost - best.cost <= options.law_margin]
     results = [_judged(found[law], options, seed) for law in close]
     choices = other_choices(best, options, radius_m=radius_m)
     evidence = tuple(law_evidence(found[law], options, radius_m) for law in order)
@@ -121,7 +120,7 @@ def estimate_direct(
 
 
 def laws_to_try(
-    presses: Sequence[DirectPress], options: Mapping, *, radius_m: float
+    presses: Sequence[DirectPress], options: Fit, *, radius_m: float
 ) -> tuple[list[str], str]:
     """Linear solid for shallow presses, finite strain for others, with the reason in words.
 
@@ -135,7 +134,7 @@ def laws_to_try(
         If the press is deep and no law of finite strain is known.
     """
     finite = [law for law in presses[0].models if law != LINEAR]
-    limit = options["linear_depth"]
+    limit = options.linear_depth
     if LINEAR not in presses[0].models:
         return finite, "finite strain, as there is no linear solid of this object"
     found = best_of_starts(presses, LINEAR, options)
@@ -148,13 +147,13 @@ def laws_to_try(
     return [LINEAR] if shallow else finite, reason
 
 
-def _deepest(press: DirectPress, of: Parameters, options: Mapping) -> float:
-    times = np.array(options["relaxation_times_s"], dtype=float)
+def _deepest(press: DirectPress, of: Parameters, options: Fit) -> float:
+    times = np.array(options.relaxation_times_s, dtype=float)
     return float(predicted(press, LINEAR, of, times_s=times).depth_m.max())
 
 
 def compared(
-    presses: Sequence[DirectPress], laws: Sequence[str], options: Mapping
+    presses: Sequence[DirectPress], laws: Sequence[str], options: Fit
 ) -> dict[str, Solution]:
     """Each law's least cost, with the deviations that the tightest law leaves.
 
@@ -170,11 +169,11 @@ def compared(
     }
 
 
-def best_of_starts(presses: Sequence[DirectPress], law: str, options: Mapping) -> Solution:
+def best_of_starts(presses: Sequence[DirectPress], law: str, options: Fit) -> Solution:
     """Least cost from starts over the range of Poisson's ratios."""
     found = []
     for nu in START_POISSON_RATIOS:
-        start = _start(presses[0], law, nu, len(options["relaxation_times_s"]))
+        start = _start(presses[0], law, nu, len(options.relaxation_times_s))
         found.append(fit_direct(presses, law, options, start))
     first = min(found, key=lambda solution: solution.cost)
     # Costs of fits with scales of their own can't be compared.
@@ -185,7 +184,7 @@ def best_of_starts(presses: Sequence[DirectPress], law: str, options: Mapping) -
     return min(again, key=lambda solution: solution.cost)
 
 
-def law_evidence(solution: Solution, options: Mapping, radius_m: float) -> LawEvidence:
+def law_evidence(solution: Solution, options: Fit, radius_m: float) -> LawEvidence:
     """How constant E is over the depth under a law (weighted line through all frames)."""
     depths, logs, stds = [], [], []
     for press, p in zip(solution.presses, solution.parameters, strict=True):
@@ -194,7 +193,7 @@ def law_evidence(solution: Solution, options: Mapping, radius_m: float) -> LawEv
             press.time_s,
             press.force_n,
             fractions=p.fractions,
-            times_s=options["relaxation_times_s"],
+            times_s=options.relaxation_times_s,
         )[press.frames]
         depth = press.depth_m + p.offset_m + p.clock_s * press.speed_m_s
         depth = depth - press.load * (press.settling.tip_m @ p.settled)
@@ -218,14 +217,14 @@ def _start(press: DirectPress, law: str, nu: float, terms: int) -> Parameters:
     return Parameters(max(E, 1.0), nu, 0.0, np.full(terms, 0.02), 0.0, 0.0, 0.0, np.zeros(MOTIONS))
 
 
-def _judged(solution: Solution, options: Mapping, seed: int) -> tuple[dict, Profile]:
-    samples = bootstrap(solution, options, draws=options["draws"], seed=seed)
-    profile = profile_over_nu(solution, options, options["profile_poisson_ratios"])
+def _judged(solution: Solution, options: Fit, seed: int) -> tuple[dict, Profile]:
+    samples = bootstrap(solution, options, draws=options.draws, seed=seed)
+    profile = profile_over_nu(solution, options, options.profile_poisson_ratios)
     return intervals(solution, samples, profile, options), profile
 
 
 def _joined_moduli(
-    results: list[dict], choices: Mapping, best: LawEvidence, options: Mapping
+    results: list[dict], choices: Mapping, best: LawEvidence, options: Fit
 ) -> dict[str, Interval]:
     """Intervals that hold those of all laws that the captures don't tell from the best.
 
@@ -245,15 +244,15 @@ def _joined_moduli(
     return {name: _wider(name, results, float(changes[name]), options) for name in here}
 
 
-def _wider(name: str, results: list[dict], change: float, options: Mapping) -> Interval:
+def _wider(name: str, results: list[dict], change: float, options: Fit) -> Interval:
     first = results[0][name]
     low = min(result[name].low for result in results)
     high = max(result[name].high for result in results)
     if name == "poisson_ratio":
         low = first.value - np.hypot(first.value - low, change)
         high = first.value + np.hypot(high - first.value, change)
-        low, high = np.clip([low, high], *options["poisson_ratio_bounds"])
-        verdict = verdict_of_nu(low, high, options["poisson_ratio_bounds"])
+        low, high = np.clip([low, high], *options.poisson_ratio_bounds)
+        verdict = verdict_of_nu(low, high, options.poisson_ratio_bounds)
         return Interval(first.value, float(low), float(high), verdict)
     low = first.value * np.exp(-np.hypot(np.log(first.value / low), change))
     high = first.value * np.exp(np.hypot(np.log(high / first.value), change))

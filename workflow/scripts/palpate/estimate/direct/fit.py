@@ -1,6 +1,6 @@
 """Joint robust least squares of (log E, nu) and nuisances over all frames of captures."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -23,6 +23,7 @@ from palpate.estimate.direct.indentation import (
     linearised,
     residuals,
 )
+from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.support_motion import MOTIONS
 
 # Deviation of motions that do not happen [m, rad].
@@ -79,7 +80,7 @@ class Solution:
 def fit_direct(
     presses: Sequence[DirectPress],
     law: str,
-    options: Mapping,
+    options: Fit,
     start: Parameters,
     *,
     scales: Sequence[Scales] | None = None,
@@ -91,10 +92,7 @@ def fit_direct(
     ----------
     presses : sequence of DirectPress
     law : str
-    options : mapping
-        ``relaxation_times_s``; deviations ``fraction_std`` and ``gain_std`` of the nuisances'
-        priors about 0, and ``fraction_step_std`` of neighbouring shares' difference;
-        ``poisson_ratio_bounds``.
+    options : Fit
     start : Parameters
         Where all captures start.
     scales : sequence of Scales, optional
@@ -123,7 +121,7 @@ def fit_direct(
     return Solution(law, parameters, cost, scales, blocks, joint.presses)
 
 
-def check_count(presses: Sequence[DirectPress], options: Mapping) -> None:
+def check_count(presses: Sequence[DirectPress], options: Fit) -> None:
     """Refuse records with fewer frames than a capture has unknowns.
 
     Raises
@@ -132,7 +130,7 @@ def check_count(presses: Sequence[DirectPress], options: Mapping) -> None:
     """
     for press in presses:
         free = OWN - int((press.settling.std == 0).sum())
-        unknowns = 3 + len(options["relaxation_times_s"]) + free
+        unknowns = 3 + len(options.relaxation_times_s) + free
         if len(press.time_s) < unknowns:
             raise ValueError(
                 f"frames: expected at least {unknowns}, as many as there are unknowns (moduli,"
@@ -143,9 +141,9 @@ def check_count(presses: Sequence[DirectPress], options: Mapping) -> None:
 class _Joint:
     """Normal equations of all captures."""
 
-    def __init__(self, presses, law: str, options: Mapping, fixed: bool) -> None:
+    def __init__(self, presses, law: str, options: Fit, fixed: bool) -> None:
         self.presses, self.law, self.options, self.fixed = tuple(presses), law, options, fixed
-        self.times_s = np.array(options["relaxation_times_s"], dtype=float)
+        self.times_s = np.array(options.relaxation_times_s, dtype=float)
         self.shared = 3 + len(self.times_s)
         self.size = self.shared + OWN * len(presses)
         self.prior = prior_of(presses, options)
@@ -253,7 +251,7 @@ class Prior:
         return self.rows.T @ self.rows
 
 
-def prior_of(presses: Sequence[DirectPress], options: Mapping) -> Prior:
+def prior_of(presses: Sequence[DirectPress], options: Fit) -> Prior:
     """Priors of the unknowns of captures, in the order of `Solution.vector`; none of log E and nu.
 
     Soft tissue and foam relax over many decades of time, with a flat spectrum (Fung's
@@ -261,8 +259,8 @@ def prior_of(presses: Sequence[DirectPress], options: Mapping) -> Prior:
     this the shortest, of which a press tells the least, takes up what else is wrong.
     `other_choices` leaves it out.
     """
-    terms = len(options["relaxation_times_s"])
-    stds = [options["gain_std"], *[options["fraction_std"]] * terms]
+    terms = len(options.relaxation_times_s)
+    stds = [options.gain_std, *[options.fraction_std] * terms]
     means = [0.0] * len(stds)
     # One foot settles alike in all captures: their mean keeps the deviation of one.
     alike = np.sqrt(sum(bool(press.settling.std.any()) for press in presses))
@@ -276,17 +274,17 @@ def prior_of(presses: Sequence[DirectPress], options: Mapping) -> Prior:
     rows[np.arange(len(stds)), free + np.arange(len(stds))] = 1 / np.array(stds)
     for k in range(terms - 1):
         at = free + 1 + k
-        rows[len(stds) + k, [at, at + 1]] = np.array([1, -1]) / options["fraction_step_std"]
+        rows[len(stds) + k, [at, at + 1]] = np.array([1, -1]) / options.fraction_step_std
     values = np.zeros(len(rows))
     values[: len(means)] = np.array(means) / np.array(stds)
     return Prior(rows, values)
 
 
-def parameter_bounds(captures: int, options: Mapping) -> tuple[NDArray, NDArray]:
+def parameter_bounds(captures: int, options: Fit) -> tuple[NDArray, NDArray]:
     """Least and greatest value of each unknown."""
-    terms = len(options["relaxation_times_s"])
-    low_nu, high_nu = options["poisson_ratio_bounds"]
-    low_E, high_E = np.log(options["youngs_modulus_bounds_pa"])
+    terms = len(options.relaxation_times_s)
+    low_nu, high_nu = options.poisson_ratio_bounds
+    low_E, high_E = np.log(options.youngs_modulus_bounds_pa)
     most = 0.95 / max(terms, 1)
     wide = [np.inf] * (OWN * captures)
     low = [low_E, low_nu, -np.inf, *[0.0] * terms, *(-x for x in wide)]

@@ -1,6 +1,6 @@
 """How far the direct estimate can be trusted: block bootstrap, profile over nu, verdicts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from palpate.estimate.direct.fit import (
     prior_of,
 )
 from palpate.estimate.direct.indentation import OWN
+from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.relaxation import relaxed_share
 
 CONFIDENCE = 0.95
@@ -58,9 +59,9 @@ class Profile:
     youngs_moduli_1s_pa: tuple[float, ...]
 
 
-def profile_over_nu(best: Solution, options: Mapping, poisson_ratios: Sequence) -> Profile:
+def profile_over_nu(best: Solution, options: Fit, poisson_ratios: Sequence) -> Profile:
     """Fit all else at each Poisson's ratio, with the scales of the best fit."""
-    inside = [nu for nu in poisson_ratios if _within(nu, options["poisson_ratio_bounds"])]
+    inside = [nu for nu in poisson_ratios if _within(nu, options.poisson_ratio_bounds)]
     best_nu = best.parameters[0].poisson_ratio
     order = sorted(inside, key=lambda nu: abs(nu - best_nu))
     starts, rows = {best_nu: best.parameters[0]}, {}
@@ -76,7 +77,7 @@ def profile_over_nu(best: Solution, options: Mapping, poisson_ratios: Sequence) 
     return Profile(tuple(nus), *(tuple(rows[nu][k] for nu in nus) for k in range(3)))
 
 
-def bootstrap(best: Solution, options: Mapping, *, draws: int, seed: int) -> NDArray:
+def bootstrap(best: Solution, options: Fit, *, draws: int, seed: int) -> NDArray:
     """Unknowns that other patches and frames of the same kind would have given, (draws, size).
 
     Patches of the surface, with all their frames, and frames of the depth are drawn with
@@ -105,7 +106,7 @@ def bootstrap(best: Solution, options: Mapping, *, draws: int, seed: int) -> NDA
     return samples
 
 
-def effective_patches(best: Solution, options: Mapping) -> float:
+def effective_patches(best: Solution, options: Fit) -> float:
     """How many patches tell nu, as the inverse of their shares' sum of squares.
 
     A patch's share is what it adds to the information along the direction in which nu moves with
@@ -132,7 +133,7 @@ def effective_patches(best: Solution, options: Mapping) -> float:
 
 
 def intervals(
-    best: Solution, samples: NDArray, profile: Profile, options: Mapping
+    best: Solution, samples: NDArray, profile: Profile, options: Fit
 ) -> dict[str, Interval]:
     """Moduli with their intervals and verdicts.
 
@@ -145,8 +146,7 @@ def intervals(
     samples : (n, size) array
         Of `bootstrap`.
     profile : Profile
-    options : mapping
-        ``model_std`` (of log E and nu), ``poisson_ratio_bounds``, ``relaxation_times_s``.
+    options : Fit
     """
     patches = max(effective_patches(best, options), FEWEST_PATCHES)
     quantile = float(stdtrit(patches - 1, (1 + CONFIDENCE) / 2))
@@ -159,23 +159,23 @@ def intervals(
         "reduced_modulus_pa": samples[:, 0] - np.log1p(-(samples[:, 1] ** 2)),
         "youngs_modulus_1s_pa": samples[:, 0] + _log_left(samples, options),
     }
-    model = quantile * np.hypot(options["model_std"]["log_youngs_modulus"], options["force_std"])
+    model = quantile * np.hypot(options.model_std.log_youngs_modulus, options.force_std)
     accepted = _accepted(profile, told)
     found = {name: _of_log(logs, accepted[name], widen, model) for name, logs in spread.items()}
     return found | {"poisson_ratio": nu}
 
 
-def few_frames(best: Solution, options: Mapping) -> bool:
+def few_frames(best: Solution, options: Fit) -> bool:
     """Whether there are fewer compared frames than moduli and relaxing shares."""
     frames = sum(len(press.frames) for press in best.presses)
-    return frames < 2 + len(options["relaxation_times_s"])
+    return frames < 2 + len(options.relaxation_times_s)
 
 
 def _nu_interval(
-    best: Solution, samples: NDArray, told, widen: float, quantile: float, options: Mapping
+    best: Solution, samples: NDArray, told, widen: float, quantile: float, options: Fit
 ) -> Interval:
-    bounds, value = options["poisson_ratio_bounds"], best.parameters[0].poisson_ratio
-    low, high = _spread(samples[:, 1], value, widen, quantile * options["model_std"]["nu"])
+    bounds, value = options.poisson_ratio_bounds, best.parameters[0].poisson_ratio
+    low, high = _spread(samples[:, 1], value, widen, quantile * options.model_std.nu)
     low, high = min(low, told[0]), max(high, told[1])
     # What so few frames say of nu is the priors'.
     if few_frames(best, options):
@@ -201,18 +201,16 @@ def _accepted(profile: Profile, told: tuple[float, float]) -> dict[str, NDArray]
     }
 
 
-def _both_moduli(solution: Solution, options: Mapping) -> tuple[float, float]:
+def _both_moduli(solution: Solution, options: Fit) -> tuple[float, float]:
     """E at once and after a second [Pa]."""
     p = solution.parameters[0]
-    share = relaxed_share(
-        ONE_SECOND_S, fractions=p.fractions, times_s=options["relaxation_times_s"]
-    )
+    share = relaxed_share(ONE_SECOND_S, fractions=p.fractions, times_s=options.relaxation_times_s)
     return p.youngs_modulus_pa, float(p.youngs_modulus_pa * (1 - share))
 
 
-def _log_left(samples: NDArray, options: Mapping) -> NDArray:
+def _log_left(samples: NDArray, options: Fit) -> NDArray:
     """Logarithm of what a second leaves of the modulus, for each draw."""
-    times = options["relaxation_times_s"]
+    times = options.relaxation_times_s
     fractions = samples[:, 3 : 3 + len(times)]
     share = [relaxed_share(ONE_SECOND_S, fractions=row, times_s=times) for row in fractions]
     return np.log1p(-np.array(share))

@@ -19,8 +19,8 @@ from palpate.estimate.direct.motion_noise import (
     correlation_length,
     pattern_growth,
 )
+from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.sample_heights import (
-    ObservationOptions,
     cell_heights,
     frame_feet,
 )
@@ -109,7 +109,7 @@ def surface_motion(
     clouds: Sequence[tuple[NDArray, NDArray]],
     probe: ProbeInView,
     rest_frames: NDArray,
-    options: ObservationOptions | None = None,
+    options: Observation | None = None,
 ) -> SurfaceMotion:
     """Motion of the surface around the contact in each frame of a capture.
 
@@ -124,7 +124,7 @@ def surface_motion(
         In each frame (`probe_in_view`).
     rest_frames : (r,) int array
         Frames at rest (`frames_at_rest`).
-    options : ObservationOptions, optional
+    options : Observation, optional
 
     Raises
     ------
@@ -132,7 +132,7 @@ def surface_motion(
         If no frame is at rest, the camera does not see the surface around the contact, or no cell
         is left.
     """
-    options = options or ObservationOptions()
+    options = options or Observation()
     frames = np.asarray(rest_frames, dtype=int)
     if not len(frames) or len(probe.tip_m) != len(clouds):
         expected = f"some at rest and one place of the probe for each of {len(clouds)}"
@@ -232,7 +232,7 @@ def _pressed(cells: Cells, moved: NDArray, contact_m: NDArray) -> NDArray:
     return np.flatnonzero(way >= PRESSED_PART * way.max())
 
 
-def _require_seen(feet: Feet, alignment: Alignment, options: ObservationOptions) -> None:
+def _require_seen(feet: Feet, alignment: Alignment, options: Observation) -> None:
     """Refuse a capture whose camera does not see the surface around the contact."""
     offset = np.linalg.norm(feet.foot_m - alignment.contact_point_m, axis=1)
     if not (offset < options.near_m).any():

@@ -1,6 +1,5 @@
 """From a capture's motion, poses and forces to what the direct estimate compares."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +7,7 @@ from numpy.typing import NDArray
 
 from palpate.estimate.direct.indentation import DirectPress
 from palpate.estimate.direct.motion import SurfaceMotion
+from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.sharp_edges import crease_distance
 from palpate.estimate.direct.support_motion import settling_of
 from palpate.estimate.direct.table import press_model
@@ -60,7 +60,7 @@ def direct_press(
     template: SmoothSurface,
     lookup: IndentationModel,
     support: Support,
-    options: Mapping,
+    options: Fit,
 ) -> DirectPress:
     """Collect what the direct estimate compares of one capture.
 
@@ -74,9 +74,7 @@ def direct_press(
     lookup : IndentationModel
         Of the pressed point.
     support : Support
-    options : mapping
-        ``force_deviations``, ``least_force_share``, ``nearest_radii``, ``farthest_m``, ``patch_m``,
-        ``crease_m``, ``offset_std_m``, ``shift_std_m``, ``sinking_std_m``, ``rocking_std_rad``.
+    options : Fit
 
     Raises
     ------
@@ -101,7 +99,7 @@ def direct_press(
         )
     axis = tips[frames].mean(axis=0)
     creases = crease_distance(template.vertices_m, template.faces, motion.cell_m)
-    smooth = creases > options["crease_m"]
+    smooth = creases > options.crease_m
     chosen = _outside(motion, axis, lookup, depth[frames].max(), smooth, options)
     if not np.isfinite(motion.moved_m[np.ix_(frames, chosen)]).any():
         raise ValueError(
@@ -122,19 +120,19 @@ def direct_press(
         depth_m=depth[frames],
         speed_m_s=np.gradient(depth, pressing.time_s)[frames],
         depth_std_m=tip_std,
-        offset_std_m=float(np.hypot(tip_std, options["offset_std_m"])),
+        offset_std_m=float(np.hypot(tip_std, options.offset_std_m)),
         clock_expected_s=pressing.clock_offset_s,
         clock_std_s=pressing.clock_std_s,
         force_std_n=float(max(FROM_MEDIAN * np.median(np.abs(rest - np.median(rest))), 1e-4)),
-        shift_std_m=options["shift_std_m"],
+        shift_std_m=options.shift_std_m,
         contact_m=axis,
         cell_m=motion.cell_m[chosen],
         normal=motion.normal[chosen],
         moved_m=motion.moved_m[np.ix_(frames, chosen)],
         noise_std_m=noise,
         moved_std_m=noise,
-        patch_m=options["patch_m"],
-        patch=surface_patches(motion.cell_m[chosen], size_m=options["patch_m"]),
+        patch_m=options.patch_m,
+        patch=surface_patches(motion.cell_m[chosen], size_m=options.patch_m),
         settling=settling_of(
             motion.cell_m[chosen],
             motion.normal[chosen],
@@ -147,19 +145,18 @@ def direct_press(
     )
 
 
-def least_force(force_n: NDArray, options: Mapping) -> float:
+def least_force(force_n: NDArray, options: Fit) -> float:
     """Force from which on frames are compared: above the noise, and enough of the peak [N].
 
     Parameters
     ----------
     force_n : (f,) array
         Of all frames, the first unloaded [N].
-    options : mapping
-        ``least_force_share``, ``force_deviations``.
+    options : Fit
     """
     early = force_n[: max(int(np.argmax(force_n)) // 2, 2)]
     noise = FROM_MEDIAN * float(np.median(np.abs(early - np.median(early))))
-    return max(options["force_deviations"] * noise, options["least_force_share"] * force_n.max())
+    return max(options.force_deviations * noise, options.least_force_share * force_n.max())
 
 
 def press_depth(
@@ -267,16 +264,16 @@ def _outside(
     lookup: IndentationModel,
     deepest_m: float,
     smooth: NDArray,
-    options: Mapping,
+    options: Fit,
 ) -> NDArray:
     """Cells away from creases, far enough from the contact and near enough to move."""
     a = hertz_contact_radius(indenter_radius_m=lookup.radius_m, depth_m=max(deepest_m, 1e-6))
     way = motion.cell_m - axis
     across = way - (way @ lookup.direction)[:, None] * lookup.direction
     distance = np.linalg.norm(across, axis=1)
-    nearest = options["nearest_radii"] * a + options["nearest_m"]
+    nearest = options.nearest_radii * a + options.nearest_m
     straight = np.linalg.norm(way, axis=1)
-    chosen = np.flatnonzero(smooth & (distance > nearest) & (straight < options["farthest_m"]))
+    chosen = np.flatnonzero(smooth & (distance > nearest) & (straight < options.farthest_m))
     if not len(chosen):
         raise ValueError(
             f"cells: expected some from {nearest * 1e3:.0f} to {options['farthest_m'] * 1e3:.0f} mm"

@@ -1,12 +1,12 @@
 """How high the cells of an undeformed surface stand in each frame."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.motion_noise import FROM_MEDIAN
+from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.samples import Cells, Feet, RestSurface
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
@@ -16,55 +16,11 @@ from palpate.surface.pose import to_object
 CLIP, SLOPE = 3.0, 0.05
 
 
-@dataclass(frozen=True)
-class ObservationOptions:
-    """Which cells are made, and which points count.
-
-    Attributes
-    ----------
-    spacing_m : float
-        Least distance of two cells' seeds [m].
-    reach_m : float
-        Farthest cell from the contact [m].
-    largest_distance_m : float
-        Points farther from the undeformed surface belong to something else [m].
-    largest_normal_deg : float
-        So do those whose normals are turned more against its own.
-    largest_view_deg : float
-        Cells that an eye sees more from the side are left out.
-    clear_m, shaft_clear_m : float
-        Lines of sight keep this distance from the probe's axis: up to `shaft_from_m` above the
-        tip, and above it [m]. Nearer by, windows hold both probe and surface.
-    shaft_from_m : float
-    fewest_points : float
-        Of a cell in a frame; with fewer it was not seen.
-    fewest_part : float
-        Nor with less than this part of its mean count at rest.
-    fewest_rest_frames : int
-        In which a cell is seen.
-    near_m : float
-        The camera must see some of the surface this near to the contact [m].
-    """
-
-    spacing_m: float = 0.004
-    reach_m: float = 0.1
-    largest_distance_m: float = 0.012
-    largest_normal_deg: float = 60.0
-    largest_view_deg: float = 60.0
-    clear_m: float = 0.018
-    shaft_clear_m: float = 0.045
-    shaft_from_m: float = 0.05
-    fewest_points: float = 2
-    fewest_part: float = 0.5
-    fewest_rest_frames: int = 3
-    near_m: float = 0.04
-
-
 def frame_feet(
     surface: RestSurface,
     alignment: Alignment,
     cloud: tuple[NDArray, NDArray],
-    options: ObservationOptions,
+    options: Observation,
 ) -> Feet:
     """Feet of a frame's points within reach of the contact.
 
@@ -74,7 +30,7 @@ def frame_feet(
     alignment : Alignment
     cloud : (points (n, 3) [m], normals (n, 3))
         Camera frame.
-    options : ObservationOptions
+    options : Observation
     """
     pose = alignment.camera_from_object
     points, normals = to_object(pose, cloud[0]), cloud[1] @ pose[:3, :3]
@@ -91,7 +47,7 @@ def frame_feet(
 
 
 def cell_heights(
-    cells: Cells, feet: Sequence[Feet], options: ObservationOptions
+    cells: Cells, feet: Sequence[Feet], options: Observation
 ) -> tuple[NDArray, NDArray]:
     """Clipped mean distance of each frame's points in each cell [m], and their number, (f, c)."""
     numbers = [cells.numbers(one, reach_m=options.spacing_m) for one in feet]

@@ -4,12 +4,12 @@ What is bonded does not. The shape of a foot that nobody saw, and how much of it
 whole of a ball by a hundredth of a millimetre or two; a tenth of Poisson's ratio moves it by three.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.estimate.direct.options import Fit
 from palpate.solid.support import Support
 
 # Sinking, and rocking about two axes.
@@ -49,7 +49,7 @@ def settling_of(
     support: Support,
     contact_m: NDArray,
     direction: NDArray,
-    options: Mapping,
+    options: Fit,
 ) -> Settling:
     """Rigid motions about the foot under a contact.
 
@@ -60,8 +60,7 @@ def settling_of(
     support : Support
     contact_m, direction : (3,) arrays
         Middle of the contact [m]; way of the press, of length 1.
-    options : mapping
-        ``sinking_std_m``, ``rocking_std_rad``.
+    options : Fit
 
     Returns
     -------
@@ -72,7 +71,7 @@ def settling_of(
     up = support.up
     foot = contact_m - ((contact_m - support.plane_point_m) @ up) * up
     across = rocking_axes(up)
-    std = [options["sinking_std_m"], *[options["rocking_std_rad"]] * 2]
+    std = [options.sinking_std_m, *[options.rocking_std_rad] * 2]
 
     def along(place: NDArray, way: NDArray) -> NDArray:
         turns = [(np.cross(axis, place - foot) * way).sum(axis=-1) for axis in across]

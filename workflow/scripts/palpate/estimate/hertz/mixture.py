@@ -16,6 +16,7 @@ from scipy.special import logsumexp
 from palpate.estimate.direct.relaxation import relaxed_force
 from palpate.estimate.direct.relaxation_prior import amplitude_grid
 from palpate.estimate.hertz.fit import Law
+from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.record import Record
 
 ROUNDS = 12
@@ -25,29 +26,6 @@ LARGEST_MOVE = 0.1
 LATEST = 0.9
 CONVERGED = 1e-6
 STEP = 1e-6
-
-
-@dataclass(frozen=True)
-class Beliefs:
-    """What is held likely before a record is seen.
-
-    Attributes
-    ----------
-    share : float
-        Scale of the half-normal prior of the whole relaxed share; any split of it among the
-        relaxation times is as likely as any other.
-    none : float
-        Probability that the material does not relax at all, from 0 to below 1.
-    law_std : float
-        Standard deviation of the law's relative error, and of its growth over the press.
-    at_s : float
-        Time after a step at which the modulus is also stated [s].
-    """
-
-    share: float
-    none: float
-    law_std: float
-    at_s: float
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from palpate.estimate.hertz.fit import (
     fit_known_contact,
 )
 from palpate.estimate.hertz.laws import INDENTERS, LARGEST_CHI, SUPPORTS, contact_law
-from palpate.estimate.hertz.mixture import Beliefs
+from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.record import Record
 from palpate.estimate.hertz.relaxation import (
     fit_relaxation,

@@ -10,7 +10,8 @@ from scipy.special import ndtr
 
 from palpate.estimate.direct.relaxation import relaxed_share
 from palpate.estimate.hertz.fit import CONFIDENCE, Law
-from palpate.estimate.hertz.mixture import Beliefs, Mixture, freedom, joined, settled
+from palpate.estimate.hertz.mixture import Mixture, freedom, joined, settled
+from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.record import Record
 
 # Median and ends of the interval.

@@ -1,12 +1,13 @@
 """The moduli of one measured deformation: start, search, derivatives, and what they are worth."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from numpy.typing import NDArray
 
 from palpate.estimate.minimise.least_squares import NORMS, LeastSquaresFit, fit_least_squares
 from palpate.estimate.minimise.objective import Objective
+from palpate.estimate.minimise.options import Minimise
 from palpate.estimate.minimise.profile import PoissonProfile, poisson_profile
 from palpate.estimate.minimise.reduced_objective import TOLERANCE, ReducedObjective
 from palpate.estimate.minimise.search import Minimum, hertz_start, minimise_error
@@ -52,7 +53,7 @@ class ModuliFit:
 def fit_moduli(
     full: Objective,
     E_star: float,
-    options: Mapping,
+    options: Minimise,
     *,
     nodes_m: NDArray,
     norms: Sequence[str] = NORMS,
@@ -65,9 +66,7 @@ def fit_moduli(
         Its reduced models are refined until they agree with it at the minimum.
     E_star : float
         Reduced modulus of the Hertz fit [Pa].
-    options : mapping
-        Of `minimise_error`, with ``start_poisson_ratios``, ``profile_poisson_ratios`` and
-        ``patch_m``.
+    options : Minimise
     nodes_m : (n, 3) array
         Nodes of the solid [m].
     norms : sequence of str, optional
@@ -81,11 +80,11 @@ def fit_moduli(
     """
     for shifts in range(SHIFTS, MOST_SHIFTS + 1):
         objective = ReducedObjective(
-            full, poisson_ratios=tuple(options["poisson_ratio_bounds"]), shifts=shifts
+            full, poisson_ratios=options.poisson_ratio_bounds, shifts=shifts
         )
-        start = hertz_start(objective, E_star, options["start_poisson_ratios"])
+        start = hertz_start(objective, E_star, options.start_poisson_ratios)
         minimum = minimise_error(objective, start, options)
-        accuracy = _accuracy(objective, minimum, options["profile_poisson_ratios"])
+        accuracy = _accuracy(objective, minimum, options.profile_poisson_ratios)
         if max(accuracy.relative_error, accuracy.largest_error_bound) <= TOLERANCE:
             break
     else:
@@ -94,15 +93,18 @@ def fit_moduli(
             f"poisson_ratio_bounds: expected a range that the reduced model can hold to"
             f" {TOLERANCE:g}, found {found}"
         )
-    bounds = {name: options[name] for name in ("youngs_modulus_bounds_pa", "poisson_ratio_bounds")}
-    surface = {"nodes_m": nodes_m, "least_patch_m": options["patch_m"]}
+    bounds = {
+        "youngs_modulus_bounds_pa": options.youngs_modulus_bounds_pa,
+        "poisson_ratio_bounds": options.poisson_ratio_bounds,
+    }
+    surface = {"nodes_m": nodes_m, "least_patch_m": options.patch_m}
     fits = {
         norm: fit_least_squares(objective, start, norm=norm, **surface, **bounds) for norm in norms
     }
     profile = poisson_profile(
         objective,
-        options["profile_poisson_ratios"],
-        youngs_modulus_bounds_pa=options["youngs_modulus_bounds_pa"],
+        options.profile_poisson_ratios,
+        youngs_modulus_bounds_pa=options.youngs_modulus_bounds_pa,
         fit=fits["length"],
     )
     return ModuliFit(minimum, fits, profile, accuracy)

@@ -6,18 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.estimate.minimise.options import Load
 from palpate.solid.boundary import NodeSets, node_sets
 from palpate.solid.corotation import element_rotations
 from palpate.solid.load import contact_triangle, nodal_force, outward_normal
 from palpate.solid.mesh import SolidMesh, quadratic
 from palpate.solid.moduli import lame_from_engineering
+from palpate.solid.options import Solid
 from palpate.solid.patch import hertz_contact_radius, hertz_patch
 from palpate.solid.refine import refine_near
 from palpate.solid.support import Support
 from palpate.surface.tracked import Tracked
 from palpate.surface.transfer import to_solid
 
-STRAINS = ("linear", "corotational")
 # Of the solve that completes the tracked displacement: 0.1 or 0.45 moves E by 1 or 2 %.
 COMPLETION_POISSON_RATIO = 0.3
 # Completions, each with the rotations of the one before, the first with none; more move E by 0.3 %.
@@ -60,13 +61,8 @@ def pose_problem(
     support: Support,
     *,
     indenter_radius_m: float,
-    refine_radius_m: float,
-    refine_edge_m: float,
-    element_order: int,
-    force_rule: str,
-    turn_force: bool,
-    leave_out_radii: float = 0.0,
-    strain: str = "linear",
+    load: Load,
+    fineness: Solid,
 ) -> Problem:
     """Pose the inverse problem of one frame.
 
@@ -85,40 +81,28 @@ def pose_problem(
         Indentation depth in it [m].
     support : Support
     indenter_radius_m : float
-    refine_radius_m, refine_edge_m : float
-        Local refinement of the solid at the contact [m].
-    element_order : {1, 2}
-        Elements of four or of ten nodes.
-    force_rule : {"conserve", "area_ratio", "hertz_patch"}
-        On the contact triangle, as `palpate.solid.load.nodal_force` has it; or Hertz's pressure
-        over the contact radius sqrt(R d), which does not depend on the mesh.
-    turn_force : bool
-        Turn the force against the outward normal of the contact triangle (Section 5.2.2).
-    leave_out_radii : float, optional
-        Displacements within so many of Hertz's contact radii of the contact are not compared.
-    strain : {"linear", "corotational"}, optional
-        Eq. 3.4, or measured after the rotations that the tracked displacement has.
+    load : Load
+    fineness : Solid
 
     Raises
     ------
     ValueError
-        If an option is unknown, or contact or support are not where the solid is.
+        If contact or support are not where the solid is.
     """
-    if element_order not in (1, 2):
-        raise ValueError(f"element_order: expected 1 or 2, found {element_order}")
-    if strain not in STRAINS:
-        raise ValueError(f"strain: expected one of {', '.join(STRAINS)}, found {strain}")
     turn = tracked.camera_from_object[:3, :3]
     mesh = refine_near(
-        solid, tracked.contact_point_m, radius_m=refine_radius_m, edge_m=refine_edge_m
+        solid,
+        tracked.contact_point_m,
+        radius_m=fineness.refine_radius_m,
+        edge_m=fineness.refine_edge_m,
     )
-    mesh = quadratic(mesh) if element_order == 2 else mesh
+    mesh = quadratic(mesh) if fineness.element_order == 2 else mesh
     forces = _contact_forces(
         mesh,
         tracked.contact_point_m,
         force_n @ turn,
-        rule=force_rule,
-        turn_to_normal=turn_force,
+        rule=load.force_rule,
+        turn_to_normal=load.turn_force,
         indenter_radius_m=indenter_radius_m,
         depth_m=depth_m,
     )
@@ -127,10 +111,10 @@ def pose_problem(
     displacement = to_solid(tracked.template_m, tracked.faces, moved, mesh)
     measurement = Measurement(displacement, forces, float(np.linalg.norm(force_n)))
     left_out = None
-    if leave_out_radii > 0:
+    if load.leave_out_radii > 0:
         reach = hertz_contact_radius(indenter_radius_m=indenter_radius_m, depth_m=depth_m)
-        left_out = _around(mesh, tracked.contact_point_m, leave_out_radii * reach)
-    turned = strain == "corotational"
+        left_out = _around(mesh, tracked.contact_point_m, load.leave_out_radii * reach)
+    turned = load.strain == "corotational"
     rotations = tracked_rotations(mesh, sets, measurement) if turned else None
     return Problem(mesh, sets, measurement, left_out, rotations)
 

@@ -1,12 +1,13 @@
 """Displacement error minimisation: Nelder-Mead from a Hertz start (Section 3.3.4)."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from palpate.estimate.minimise.options import Minimise
 from palpate.solid.moduli import (
     engineering_from_lame,
     lame_from_engineering,
@@ -73,7 +74,7 @@ def hertz_start(cost: Cost, E_star: float, poisson_ratios: list[float]) -> tuple
     return min(starts, key=lambda start: cost(*lame_from_engineering(*start)))
 
 
-def minimise_error(cost: Cost, start: tuple[float, float], options: Mapping) -> Minimum:
+def minimise_error(cost: Cost, start: tuple[float, float], options: Minimise) -> Minimum:
     """Minimise an objective over the elastic moduli by Nelder and Mead's method.
 
     Parameters
@@ -82,9 +83,7 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Mapping) -> 
         Objective of (lam, mu) [m].
     start : (float, float)
         E [Pa] and nu.
-    options : mapping
-        ``parametrisation`` ("modulus": (log E, nu) within bounds; "lame": (lam, mu), unbounded as
-        printed), ``iterations``, ``youngs_modulus_bounds_pa``, ``poisson_ratio_bounds``.
+    options : Minimise
 
     Returns
     -------
@@ -95,9 +94,9 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Mapping) -> 
     ValueError
         If the start lies outside the bounds.
     """
-    E_bounds, nu_bounds = options["youngs_modulus_bounds_pa"], options["poisson_ratio_bounds"]
+    E_bounds, nu_bounds = options.youngs_modulus_bounds_pa, options.poisson_ratio_bounds
     outside_bounds(start, E_bounds, nu_bounds)
-    search = {"modulus": _by_modulus, "lame": _by_lame}[options["parametrisation"]]
+    search = {"modulus": _by_modulus, "lame": _by_lame}[options.parametrisation]
     to_lame, simplex, bounds = search(start, E_bounds, nu_bounds)
     trace: list[dict] = []
     count = 0
@@ -120,7 +119,7 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Mapping) -> 
             }
         )
 
-    limits = {"maxiter": options["iterations"], "xatol": 1e-7, "fatol": 1e-13}
+    limits = {"maxiter": options.iterations, "xatol": 1e-7, "fatol": 1e-13}
     limits["initial_simplex"] = simplex
     found = minimize(
         function, simplex[0], method="Nelder-Mead", bounds=bounds, callback=note, options=limits

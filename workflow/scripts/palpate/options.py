@@ -1,0 +1,205 @@
+"""Options as frozen dataclasses: default, unit, bounds and meaning of each in one place.
+
+A field is declared with `option`; from that follow the schema that what people write is held to
+(`schema_of`), the options themselves (`read`), and their documentation (`rows`).
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, asdict, dataclass, field, fields, is_dataclass
+from types import NoneType, UnionType
+from typing import Any, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
+
+# How JSON schema says a bound, and a sentence does.
+BOUNDS = {
+    "least": ("minimum", "at least"),
+    "most": ("maximum", "at most"),
+    "above": ("exclusiveMinimum", "above"),
+    "below": ("exclusiveMaximum", "below"),
+}
+TYPES = {
+    bool: {"type": "boolean"},
+    int: {"type": "integer"},
+    float: {"type": "number"},
+    str: {"type": "string"},
+    NoneType: {"type": "null"},
+}
+MOST_COUNTED = 1_000_000
+# Names that results' files are called by.
+NAME = {
+    "pattern": "^[a-z][a-z0-9_]*$",
+    "description": "a name of small letters, digits and _, like elastic_02",
+}
+
+T = TypeVar("T", bound="Options")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What blocks of options have in common."""
+
+    @classmethod
+    def read(cls, block: Mapping) -> Self:
+        """Options of what people wrote; what they left out has its default.
+
+        Parameters
+        ----------
+        block : mapping
+            As `schema_of` has it.
+        """
+        kinds = get_type_hints(cls)
+        return cls(**{name: _typed(kinds[name], value) for name, value in block.items()})
+
+    def written(self) -> dict:
+        """The options as people write them, all of them."""
+        return _plain(asdict(self))
+
+
+def option(default: Any, meaning: str, **bounds: Any) -> Any:
+    """Field of a dataclass of options.
+
+    Parameters
+    ----------
+    default
+        What holds where people write nothing; ``...`` for nothing.
+    meaning : str
+        In words, without the unit that the name has.
+    **bounds
+        ``least``, ``most``, ``above``, ``below`` of the number, or of each in a list; ``fewest``
+        of a list or a text, ``unique`` of a list.
+    """
+    known = {*BOUNDS, "fewest", "unique"}
+    if unknown := sorted(bounds.keys() - known):
+        raise ValueError(f"bounds: expected some of {', '.join(sorted(known))}, found {unknown[0]}")
+    given = {} if default is ... else {"default": default}
+    if isinstance(default, dict):
+        given = {"default_factory": lambda: dict(default)}
+    return field(**given, metadata={"meaning": meaning} | bounds)
+
+
+def block(kind: type[T], meaning: str) -> Any:
+    """Field that is a block of options of its own, with their defaults."""
+    return field(default_factory=kind, metadata={"meaning": meaning})
+
+
+def schema_of(kind: type[Options]) -> dict:
+    """JSON schema of a block of options.
+
+    Parameters
+    ----------
+    kind : type
+        Dataclass whose fields were declared with `option` and `block`.
+    """
+    kinds = get_type_hints(kind)
+    return {
+        "type": "object",
+        "additionalProperties": False,
+        "required": [one.name for one in fields(kind) if not _has_default(one)],
+        "properties": {one.name: _schema(kinds[one.name], one.metadata) for one in fields(kind)},
+    }
+
+
+def rows(kind: type[Options], place: str = "") -> Iterator[tuple[str, str, str, str]]:
+    """Place, default, what is allowed, and meaning of each option, in the order of the fields."""
+    kinds = get_type_hints(kind)
+    for one in fields(kind):
+        name, inner = f"{place}{one.name}", kinds[one.name]
+        if is_dataclass(inner):
+            yield from rows(inner, f"{name}.")
+        else:
+            yield name, _said(one), _allowed(inner, one.metadata), one.metadata["meaning"]
+
+
+def _has_default(one: Any) -> bool:
+    return one.default is not MISSING or one.default_factory is not MISSING
+
+
+def _schema(kind: Any, bounds: Mapping) -> dict:
+    """Schema of one field."""
+    if "schema" in bounds:
+        return bounds["schema"]
+    if is_dataclass(kind):
+        return schema_of(kind)
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is Literal:
+        return {"enum": list(parts)}
+    if origin is UnionType:
+        return {"anyOf": [_schema(part, bounds) for part in parts]}
+    if origin is tuple:
+        return _list_schema(parts, bounds)
+    if origin is dict:
+        names = {"propertyNames": NAME} if is_dataclass(parts[1]) else {}
+        return {"type": "object", "additionalProperties": _schema(parts[1], bounds)} | names
+    said = {word: bounds[name] for name, (word, _) in BOUNDS.items() if name in bounds}
+    if kind is int:
+        said = {"maximum": MOST_COUNTED} | said
+    if kind is str and "fewest" in bounds:
+        return TYPES[str] | {"minLength": bounds["fewest"]}
+    return TYPES[kind] | (said if kind in (int, float) else {})
+
+
+def _list_schema(parts: tuple, bounds: Mapping) -> dict:
+    content = {"type": "array", "items": _schema(parts[0], bounds)}
+    if parts[-1] is not ...:
+        return content | {"minItems": len(parts), "maxItems": len(parts)}
+    content |= {"minItems": bounds["fewest"]} if "fewest" in bounds else {}
+    return content | ({"uniqueItems": True} if bounds.get("unique") else {})
+
+
+def _typed(kind: Any, value: Any) -> Any:
+    """Value of a field: blocks as their dataclass, lists as tuples."""
+    if is_dataclass(kind) and isinstance(value, Mapping):
+        return kind.read(value)
+    if get_origin(kind) is tuple and isinstance(value, list | tuple):
+        return tuple(_typed(get_args(kind)[0], one) for one in value)
+    if get_origin(kind) is dict and isinstance(value, Mapping):
+        return {key: _typed(get_args(kind)[1], one) for key, one in value.items()}
+    if get_origin(kind) is UnionType and value is not None:
+        return _typed(next(part for part in get_args(kind) if part is not NoneType), value)
+    return value
+
+
+def _plain(value: Any) -> Any:
+    """Value as YAML and JSON have it."""
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    return [_plain(one) for one in value] if isinstance(value, tuple) else value
+
+
+def _said(one: Any) -> str:
+    """A field's default, in words."""
+    if not _has_default(one):
+        return "to be given"
+    default = one.default if one.default is not MISSING else one.default_factory()
+    if isinstance(default, tuple):
+        return ", ".join(_word(value) for value in default)
+    return _word(default) or "none"
+
+
+def _word(value: Any) -> str:
+    words = {None: "null", True: "true", False: "false"}
+    if value is None or isinstance(value, bool):
+        return words[value]
+    return f"{value:g}" if isinstance(value, float) else str(value or "" if value == {} else value)
+
+
+def _allowed(kind: Any, bounds: Mapping) -> str:
+    """What a field may be, in words."""
+    if "schema" in bounds:
+        return "blocks by name"
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is Literal:
+        return ", ".join(map(str, parts))
+    if origin is tuple:
+        inner = _allowed(parts[0], bounds)
+        many = "" if parts[-1] is ... else f"{len(parts)} "
+        return f"{many}of {inner}" if inner else "a list"
+    if origin is UnionType:
+        return " or ".join(filter(None, (_allowed(part, bounds) for part in parts)))
+    if kind is bool:
+        return "true, false"
+    if kind is NoneType:
+        return "null"
+    limits = [f"{word} {bounds[name]:g}" for name, (_, word) in BOUNDS.items() if name in bounds]
+    if limits:
+        return " and ".join(limits)
+    return {int: "an integer", float: "a number", str: "a text"}.get(kind, "")

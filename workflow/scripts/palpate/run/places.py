@@ -1,0 +1,61 @@
+"""Files of the project where the working directory has none of its own, and who said a thing."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from palpate.capture.schema import load_yaml
+
+# Of a run's paths, those that the project has something at.
+SHIPPED = ("sensors", "probes", "meshes", "lab")
+
+
+def beside(path: str, project: Path) -> str:
+    """A path as it is, or the project's own where nothing stands there.
+
+    Parameters
+    ----------
+    path : str
+        Relative to the working directory.
+    project : Path
+        Folder of the project.
+    """
+    own = project / path
+    return path if Path(path).exists() or not own.exists() else str(own)
+
+
+def placed(paths: Mapping[str, str | None], project: Path) -> dict[str, str | None]:
+    """Paths of a run, those of devices and the lab as `beside` has them."""
+    return {
+        name: beside(path, project) if name in SHIPPED and path else path
+        for name, path in paths.items()
+    }
+
+
+def who_said(line: str, sources: Sequence[str]) -> str:
+    """A line about the configuration, with the file that says most of its field.
+
+    Parameters
+    ----------
+    line : str
+        That begins with the first of the sources, then the field.
+    sources : sequence of str
+        Files of the configuration.
+    """
+    first, _, rest = line.partition(": ")
+    if first != sources[0]:
+        return line
+    parts = rest.partition(":")[0].split(".")
+    return f"{max(sources, key=lambda source: _known(source, parts))}: {rest}"
+
+
+def _known(source: str, parts: Sequence[str]) -> int:
+    """How many parts of a field's place a file knows."""
+    try:
+        content = load_yaml(source)
+    except ValueError:
+        return 0
+    for k, part in enumerate(parts):
+        if not isinstance(content, Mapping) or part not in content:
+            return k
+        content = content[part]
+    return len(parts)

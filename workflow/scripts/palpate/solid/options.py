@@ -1,0 +1,37 @@
+"""Options of the solids that computations are made on."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from palpate.options import Options, option
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solid(Options):
+    """Solid of the error minimisation (Section 3.3)."""
+
+    refine_radius_m: float = option(0.020, "refined around the contact", above=0)
+    refine_edge_m: float = option(0.007, "longest edges there", above=0)
+    element_order: Literal[1, 2] = option(1, "2: ten-node tetrahedra, which do not lock")
+
+
+@dataclass(frozen=True, kw_only=True)
+class IndentationTable(Options):
+    """Force and surface of a pressed point by finite elements at finite strain."""
+
+    laws: tuple[Literal["neo_hookean", "blatz_ko", "linear"], ...] = option(
+        ("neo_hookean", "blatz_ko", "linear"),
+        "the last for shallow presses of bonded objects",
+        fewest=1,
+        unique=True,
+    )
+    poisson_ratios: tuple[float, ...] = option(
+        (0.0, 0.15, 0.3, 0.42, 0.49), "of the table's columns", least=0, most=0.495, fewest=2
+    )
+    deepest_m: float = option(
+        0.009, "where object.yaml has no other; shallower tables are finer", above=0, most=0.2
+    )
+    step_m: float = option(0.001, "between depths; finer at the start", above=0, most=0.2)
+    edge_m: float = option(0.0025, "longest edges of elements at the contact", above=0, most=0.2)
+    growth: float = option(0.8, "or this part of the distance from it", above=0)
+    refine_radius_m: float = option(0.025, "refined around the contact", above=0, most=0.2)
