@@ -21,7 +21,7 @@ endef
 # Of `make faults`.
 kills := 50
 
-.PHONY: results sample cut validation test faults lint bench check lock pictures sample-captures \
+.PHONY: results sample cut validation test faults lint bench check lock docs pictures sample-captures \
   own-object-captures slurm-resources mutations audit clean
 
 results: .venv/installed
@@ -71,6 +71,10 @@ audit: .venv/installed
 	$(BIN)/pip check
 	-$(PYTHON) -m venv results/.pip-audit && results/.pip-audit/bin/pip install --quiet pip-audit \
 	  && results/.pip-audit/bin/pip-audit --strict --disable-pip --require-hashes -r environment.lock
+
+# Pages that follow from the code.
+docs: .venv/installed
+	PYTHONPATH=workflow/scripts $(BIN)/python -m palpate.run.options_page docs/options.md
 
 # From the last `make results`: docs/pictures holds copies, nothing drawn by hand.
 pictures:

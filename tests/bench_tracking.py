@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-import yaml
 from numpy.typing import NDArray
 from palpate.surface.capture import TRACKERS, track_capture
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.tracked import Tracked
 from scipy.spatial import Delaunay
+from settings import full
 from thesis.accuracy.tracking import accuracy_rows, untracked
 from trimesh.registration import nricp_amberg, nricp_sumner
 
@@ -64,7 +64,7 @@ def tracking_rows() -> list[tuple]:
 
 def _trackers() -> dict[str, dict]:
     """Trackers of the configuration whose kind there is, with their options for the block."""
-    tracking = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))["tracking"]
+    tracking = full(ROOT)["tracking"]
     found = {name: options_of(tracking, name, "foam_block") for name in tracking["trackers"]}
     return {name: options for name, options in found.items() if options["kind"] in TRACKERS}
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import yaml
-from palpate.run.frames import Stream, all_streams
+from palpate.capture.streams import Stream, all_streams
 from palpate.vision.background import build_model
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.depth import stereo_disparity

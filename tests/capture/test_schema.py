@@ -4,7 +4,7 @@ import re
 
 import pytest
 import yaml
-from palpate.capture.schema import load_yaml, validate
+from palpate.capture.schema import SCHEMAS, load_yaml, validate
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ from palpate.capture.schema import load_yaml, validate
 def test_one_clear_line_for_a_sensor(root, sensors, change, line):
     spec = yaml.safe_load(yaml.safe_dump(sensors["kinect"]))
     change(spec)
-    problems = validate(spec, root / "config/schemas/sensor.schema.yaml", "k.yaml")
+    problems = validate(spec, SCHEMAS / "sensor.schema.yaml", "k.yaml")
     assert len(problems) == 1
     assert problems[0].startswith(line)
 
@@ -57,14 +57,14 @@ def test_one_clear_line_for_a_sensor(root, sensors, change, line):
 def test_all_committed_files_fit_their_schemas(root):
     for kind in ("sensor", "probe"):
         for path in (root / f"config/{kind}s").glob("*.yaml"):
-            schema = root / f"config/schemas/{kind}.schema.yaml"
+            schema = SCHEMAS / f"{kind}.schema.yaml"
             assert validate(load_yaml(path), schema, path.name) == []
 
 
 def test_lab_refuses_an_incompressible_material(root):
     lab = load_yaml(root / "config/lab.yaml")
     lab["objects"]["foam_block"]["material"]["poisson_ratio"] = 0.5
-    problems = validate(lab, root / "config/schemas/lab.schema.yaml", "lab.yaml")
+    problems = validate(lab, SCHEMAS / "lab.schema.yaml", "lab.yaml")
     field = "objects.foam_block.material.poisson_ratio"
     assert problems == [f"lab.yaml: {field}: expected a number < 0.5, found 0.5"]
 
@@ -124,7 +124,7 @@ def test_aliases_of_people_are_read(tmp_path):
 
 
 def test_a_pattern_holds_for_the_whole_text(root):
-    schema = root / "config/schemas/object.schema.yaml"
+    schema = SCHEMAS / "object.schema.yaml"
     lines = validate({"object": "foam\n"}, schema, "object.yaml")
     assert any(
         line.startswith("object.yaml: object: expected a name of letters, digits and _, like")
@@ -145,11 +145,7 @@ def patterns(node):
 
 
 def test_patterns_are_told_in_words_with_an_example(root):
-    found = [
-        one
-        for path in sorted(root.glob("config/schemas/*.yaml"))
-        for one in patterns(load_yaml(path))
-    ]
+    found = [one for path in sorted(SCHEMAS.glob("*.yaml")) for one in patterns(load_yaml(path))]
     assert len(found) >= 7
     for one in found:
         words, _, example = one["description"].rpartition(", like ")

@@ -6,6 +6,7 @@ import numpy as np
 from floor import floor
 from numpy.typing import NDArray
 from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.estimate.minimise.options import Minimise
 from palpate.solid.boundary import NodeSets, node_sets
 from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import SolidMesh
@@ -14,12 +15,7 @@ from scipy.spatial.distance import cdist
 # Section 3.3.2: the study's simulated block.
 LAM, MU = 80685.0, 8965.0
 BOUNDS = {"youngs_modulus_bounds_pa": (100.0, 1e8), "poisson_ratio_bounds": (0.0, 0.499)}
-OPTIONS = {
-    "parametrisation": "modulus",
-    "iterations": 200,
-    "youngs_modulus_bounds_pa": [100.0, 1e8],
-    "poisson_ratio_bounds": [0.0, 0.499],
-}
+OPTIONS = Minimise(iterations=200)
 
 
 @dataclass(frozen=True)

@@ -22,26 +22,22 @@ from palpate.estimate.direct.interval import (
     intervals,
     profile_over_nu,
 )
+from palpate.estimate.direct.options import Fit, ModelStd
 from palpate.estimate.direct.relaxation import relaxed_force
 from palpate.estimate.direct.support_motion import rocking_axes, settling_of
 from palpate.estimate.direct.table import PressModel
 from palpate.solid.support import Support
 
 RADIUS_M = 0.006
-OPTIONS = {
-    "relaxation_times_s": [0.3, 3.0],
-    "fraction_std": 0.1,
-    "fraction_step_std": 0.1,
-    "gain_std": 0.01,
-    "poisson_ratio_bounds": [0.0, 0.49],
-    "youngs_modulus_bounds_pa": [1e2, 1e8],
-    "force_std": 0.0,
-    "model_std": {"log_youngs_modulus": 0.0, "nu": 0.0},
-    "linear_depth": 0.1,
-    "law_margin": 6.0,
-    "draws": 200,
-    "profile_poisson_ratios": [0.0, 0.2, 0.35, 0.49],
-}
+OPTIONS = Fit(
+    relaxation_times_s=(0.3, 3.0),
+    fraction_std=0.1,
+    fraction_step_std=0.1,
+    force_std=0.0,
+    model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0),
+    draws=200,
+    profile_poisson_ratios=(0.0, 0.2, 0.35, 0.49),
+)
 START = Parameters(1e4, 0.2, 0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(3))
 STANDING = floor(1e-3, height_m=-0.05, contact="resting")
 
@@ -131,7 +127,7 @@ def press_of(
 
 def test_exact_data_give_the_moduli_back():
     press = press_of(25e3, 0.3, 1, noise=0.0)
-    options = OPTIONS | {"fraction_std": 10.0, "fraction_step_std": 10.0}
+    options = replace(OPTIONS, fraction_std=10.0, fraction_step_std=10.0)
     found = fit_direct([press], "made_up", options, START).parameters[0]
     assert found.youngs_modulus_pa == pytest.approx(25e3, rel=2e-3)
     assert found.poisson_ratio == pytest.approx(0.3, abs=1e-3)
@@ -142,7 +138,7 @@ def test_derivatives_are_those_of_the_residuals():
     press = press_of(25e3, 0.3, 1, support=STANDING)
     settled = np.array([2e-5, 3e-4, -1e-4])
     of = Parameters(24e3, 0.28, 0.01, np.array([0.05, 0.03]), 1e-4, 2e-3, 1e-5, settled)
-    times = np.array(OPTIONS["relaxation_times_s"])
+    times = np.array(OPTIONS.relaxation_times_s)
     # Deviations of the depth depend on the parameters a little, which is left out.
     press = replace(press, force_std_n=1e-9)
     line = linearised(press, "made_up", of, times_s=times)
@@ -188,7 +184,7 @@ def test_what_settles_is_no_modulus():
 
 
 def test_captures_on_one_foot_know_no_more_of_it_than_one():
-    options = OPTIONS | {"gain_std": 1e-3}
+    options = replace(OPTIONS, gain_std=1e-3)
     moved = []
     for count in (1, 4):
         presses = [press_of(60e3, 0.4, 3, support=STANDING) for _ in range(count)]
@@ -256,7 +252,7 @@ def test_what_stands_sinks_along_its_support_and_rocks_about_its_foot():
 def test_shares_of_neighbouring_times_hold_together():
     press = press_of(25e3, 0.3, 2, shares=(0.15, 0.0))
     loose, tight = (
-        fit_direct([press], "made_up", OPTIONS | {"fraction_step_std": std}, START)
+        fit_direct([press], "made_up", replace(OPTIONS, fraction_step_std=std), START)
         .parameters[0]
         .fractions
         for std in (1.0, 1e-4)
@@ -277,7 +273,7 @@ def test_parts_of_a_variance_are_found_and_outliers_hardly_change_them():
 
 def test_blocks_are_the_sums_of_their_cells():
     press = press_of(25e3, 0.3, 1)
-    line = linearised(press, "made_up", START, times_s=np.array(OPTIONS["relaxation_times_s"]))
+    line = linearised(press, "made_up", START, times_s=np.array(OPTIONS.relaxation_times_s))
     blocks = blocks_of(press, line, Scales(motion=2.0, sharing=3.0))
     gaps, slope = line.residuals.motion, line.motion_slope
     weight = robust_weights(gaps, 2.0) / 12

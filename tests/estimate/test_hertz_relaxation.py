@@ -7,8 +7,8 @@ import pytest
 from palpate.estimate.direct.relaxation import relaxed_force, relaxed_share
 from palpate.estimate.direct.relaxation_prior import amplitude_grid, relaxation_times
 from palpate.estimate.hertz.laws import contact_law
-from palpate.estimate.hertz.mixture import Beliefs
 from palpate.estimate.hertz.models import Press, fit_held, fit_models, recommended
+from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.range import HertzRange
 from palpate.estimate.hertz.record import Record, held_record, hold_end
 from palpate.estimate.hertz.relaxation import fit_relaxation, verdict, with_other_shares

@@ -11,7 +11,7 @@ from palpate.estimate.direct.motion import (
     save_motion,
     surface_motion,
 )
-from palpate.estimate.direct.sample_heights import ObservationOptions
+from palpate.estimate.direct.options import Observation
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.template import Template
 from scipy.spatial.transform import Rotation
@@ -81,7 +81,7 @@ def probe(aligned=None):
 
 def motion(frames, aligned=None, **options):
     aligned = aligned or alignment()
-    chosen = ObservationOptions(**{"reach_m": 0.06} | options)
+    chosen = Observation(**{"reach_m": 0.06} | options)
     return surface_motion(template(), aligned, frames, probe(aligned), np.arange(REST), chosen)
 
 
@@ -144,7 +144,7 @@ def test_cells_behind_the_probe_or_beside_it_are_not_seen():
 def test_nothing_is_seen_past_a_probe_that_was_not_found():
     lost = probe()
     lost.tip_m[-1] = np.nan
-    chosen = ObservationOptions(reach_m=0.06)
+    chosen = Observation(reach_m=0.06)
     found = surface_motion(template(), alignment(), clouds(), lost, np.arange(REST), chosen)
     assert np.isnan(found.moved_m[-1]).all()
     assert np.isfinite(found.moved_m[-2]).mean() > 0.3

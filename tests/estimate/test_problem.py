@@ -1,17 +1,19 @@
 """From a tracked surface to the inverse problem: elements and loads, against a finer solid."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from floor import floor
 from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.estimate.minimise.options import Load
 from palpate.estimate.minimise.problem import pose_problem
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.estimate.minimise.search import minimise_error
 from palpate.solid.boundary import node_sets
 from palpate.solid.mesh import quadratic, read_solid
 from palpate.solid.moduli import lame_from_engineering
+from palpate.solid.options import Solid
 from palpate.solid.patch import hertz_contact_radius, hertz_patch
 from palpate.solid.refine import refine_near
 from palpate.surface.tracked import Tracked
@@ -21,6 +23,7 @@ E, NU, FORCE = 25e3, 0.30, np.array([0.0, 0.0, -2.0])
 POINT, PRESS = np.array([-0.05, 0.0, 0.0475]), {"indenter_radius_m": 0.00622, "depth_m": 0.006}
 SUPPORT = floor(1e-3)
 COARSE = {"refine_radius_m": 0.02, "refine_edge_m": 0.007}
+LOAD = {one.name for one in fields(Load)}
 
 
 @pytest.fixture(scope="module")
@@ -67,8 +70,8 @@ def posed(root, tracked, **options):
         PRESS["depth_m"],
         SUPPORT,
         indenter_radius_m=PRESS["indenter_radius_m"],
-        turn_force=True,
-        **COARSE | options,
+        load=Load(**{k: v for k, v in options.items() if k in LOAD}),
+        fineness=Solid(**{k: v for k, v in options.items() if k not in LOAD}),
     )
 
 

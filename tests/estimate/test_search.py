@@ -1,5 +1,7 @@
 """Fast objective, least squares, profile: against the full objective and known answers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from palpate.estimate.minimise.fit import fit_moduli
@@ -198,11 +200,7 @@ def test_correlation_length():
 
 
 def test_the_whole_fit(exact):
-    options = OPTIONS | {
-        "start_poisson_ratios": [0.05, 0.25, 0.45],
-        "profile_poisson_ratios": NUS,
-        "patch_m": 0.02,
-    }
+    options = replace(OPTIONS, start_poisson_ratios=(0.05, 0.25, 0.45), profile_poisson_ratios=NUS)
     found = fit_moduli(
         exact.objective("displacement"),
         1.3 * reduced_modulus(*TRUE),
@@ -215,12 +213,12 @@ def test_the_whole_fit(exact):
 
 
 def test_a_wider_range_takes_more_ratios(exact):
-    options = OPTIONS | {
-        "poisson_ratio_bounds": [0.0, 0.4999999],
-        "start_poisson_ratios": [0.3],
-        "profile_poisson_ratios": [0.0, 0.3, 0.4, 0.45, 0.49, 0.4999999],
-        "patch_m": 0.02,
-    }
+    options = replace(
+        OPTIONS,
+        poisson_ratio_bounds=(0.0, 0.4999999),
+        start_poisson_ratios=(0.3,),
+        profile_poisson_ratios=(0.0, 0.3, 0.4, 0.45, 0.49, 0.4999999),
+    )
     objective = exact.noisy(1e-5).objective("displacement")
     found = fit_moduli(objective, 3e4, options, nodes_m=exact.mesh.nodes_m)
     assert found.reduced_model.shifts > 3

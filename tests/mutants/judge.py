@@ -16,11 +16,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from palpate.run.configuration import open_run
+from palpate.run.run import Run
+from thesis.options import Simulation
 from virtual_lab.checks import lab_problems
 
 from mutants.chain import Refused, run_chain
 from mutants.kept import reader_of
-from mutants.place import Mutation, Place, linked_copy
+from mutants.place import ROOT, Mutation, Place, linked_copy
 
 # A busy machine gives a process little of its time: the processor's seconds are what counts.
 LONGEST_CPU_S, LONGEST_S = 60, 400.0
@@ -157,7 +159,7 @@ def _ended(
     mutation.change(place)
     before = place.listing()
     try:
-        open_run(place.config, source="config/config.yaml", check_lab=lab_problems)
+        opened(place.config)
     except ValueError as error:
         lines = str(error).splitlines()
         return ("refused by the check", _shown(lines)) if _clear(lines) else ("UNCLEAR", lines[0])
@@ -203,6 +205,17 @@ def _clear(lines: list[str]) -> bool:
     )  # fmt: skip
 
 
+def opened(config: Mapping) -> Run:
+    """A configuration as the workflow opens it."""
+    return open_run(
+        config,
+        sources=["config/config.yaml"],
+        project=ROOT,
+        check_lab=lab_problems,
+        blocks={"simulation": Simulation},
+    )
+
+
 def _shown(lines: list[str]) -> str:
     more = f" (and {len(lines) - 1} more lines)" if len(lines) > 1 else ""
     return lines[0] + more
@@ -213,7 +226,7 @@ def warm_up(base: Path) -> None:
     here = Path.cwd()
     os.chdir(base)
     try:
-        open_run(Place(base).config, source="config/config.yaml", check_lab=lab_problems)
+        opened(Place(base).config)
     finally:
         os.chdir(here)
 

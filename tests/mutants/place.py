@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 import yaml
+from settings import full
 
 ROOT = Path(__file__).resolve().parents[2]
 OBJECT, SENSOR, CAPTURE = "foam_block", "kinect", "08"
@@ -106,7 +107,7 @@ class Place:
 
 def read_config() -> dict:
     """The study's configuration, as the sample's, with paths inside a place."""
-    config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    config = full(ROOT)
     sample = yaml.safe_load((ROOT / "tests/sample/config.yaml").read_text())
     config["direct"]["model"] |= sample["direct"]["model"]
     config["paths"] |= {

@@ -5,7 +5,12 @@ import shutil
 import pytest
 import yaml
 from palpate.run.configuration import open_run
+from settings import written
+from thesis.options import Simulation
 from virtual_lab.checks import lab_problems
+
+BLOCKS = {"simulation": Simulation}
+SOURCES = ("config/config.yaml", "config/thesis.yaml")
 
 
 @pytest.fixture
@@ -17,8 +22,8 @@ def home(root, tmp_path, monkeypatch):
 
 
 def opened(home, **changes):
-    config = yaml.safe_load((home / "config/config.yaml").read_text()) | changes
-    return open_run(config, source="config/config.yaml", check_lab=lab_problems)
+    config = written(home) | changes
+    return open_run(config, sources=SOURCES, project=home, check_lab=lab_problems, blocks=BLOCKS)
 
 
 def drop(root, home, name="foam_block"):
@@ -47,7 +52,7 @@ def test_the_lab_alone(home):
 def test_a_lab_like_another_says_only_what_is_different(home):
     changes = {"like": "config/lab.yaml", "seed": 7, "objects": {"ear": {"motion": {"frames": 9}}}}
     (home / "lab.yaml").write_text(yaml.safe_dump(changes))
-    paths = yaml.safe_load((home / "config/config.yaml").read_text())["paths"]
+    paths = written(home)["paths"]
     lab = opened(home, paths=paths | {"lab": "lab.yaml"}).lab
     expected = yaml.safe_load((home / "config/lab.yaml").read_text())
     expected["seed"], expected["objects"]["ear"]["motion"]["frames"] = 7, 9
@@ -56,20 +61,20 @@ def test_a_lab_like_another_says_only_what_is_different(home):
 
 def test_a_lab_like_a_file_that_is_none(home):
     (home / "lab.yaml").write_text("like: nowhere.yaml\n")
-    paths = yaml.safe_load((home / "config/config.yaml").read_text())["paths"]
+    paths = written(home)["paths"]
     with pytest.raises(ValueError, match="nowhere.yaml: file: expected YAML, found nothing"):
         opened(home, paths=paths | {"lab": "lab.yaml"})
 
 
 def test_what_is_tracked_is_estimated_where_nothing_else_is_said(home):
-    study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
+    study = written(home)["study"]
     del study["direct"]
     run = opened(home, study=study)
     assert run.direct == run.tracked
 
 
 def test_the_study_estimates_what_it_does_not_use(home):
-    study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
+    study = written(home)["study"]
     study["captures"]["ear"] = {"bumblebee": ["01"]}
     said = r"study.direct.ear.bumblebee: expected some of study.captures, found 01-a01"
     with pytest.raises(ValueError, match=said):
@@ -77,7 +82,7 @@ def test_the_study_estimates_what_it_does_not_use(home):
 
 
 def test_the_study_names_recordings_that_nobody_makes(home):
-    study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
+    study = written(home)["study"]
     study["captures"]["foam_block"]["kinect"] = ["08", "19"]
     said = r"study.captures.foam_block.kinect: expected recordings of the lab, found 19"
     with pytest.raises(ValueError, match=said):
@@ -85,7 +90,7 @@ def test_the_study_names_recordings_that_nobody_makes(home):
 
 
 def test_the_study_minimises_what_it_does_not_use(home):
-    study = yaml.safe_load((home / "config/config.yaml").read_text())["study"]
+    study = written(home)["study"]
     study["captures"]["foam_block"]["kinect"] = ["08", "16"]
     said = r"study.tracked.foam_block.kinect: expected some of study.captures, found 17"
     with pytest.raises(ValueError, match=said):
@@ -272,16 +277,16 @@ def test_numbers_that_no_device_has(home, file, old, new, line):
     ids=["bounds", "start", "profile", "tracker", "radii", "strain"],
 )
 def test_a_search_that_cannot_start(home, change, line):
-    options = yaml.safe_load((home / "config/config.yaml").read_text())["minimise"] | change
-    with pytest.raises(ValueError, match=f"config/config.yaml: minimise.*{line}"):
+    options = written(home)["minimise"] | change
+    with pytest.raises(ValueError, match=f"config/(config|thesis).yaml: minimise.*{line}"):
         opened(home, minimise=options)
 
 
 @pytest.mark.parametrize("block", ["tracking", "minimise"])
 def test_options_of_an_object_that_is_nowhere(home, block):
-    options = yaml.safe_load((home / "config/config.yaml").read_text())[block]
+    options = written(home)[block]
     options["objects"] = options["objects"] | {"foam_bal": {}}
-    line = f"config/config.yaml: {block}.objects: expected one of .*foam_ball.*, found foam_bal$"
+    line = f"config/thesis.yaml: {block}.objects: expected one of .*foam_ball.*, found foam_bal$"
     with pytest.raises(ValueError, match=line):
         opened(home, **{block: options})
     (home / "raw/foam_bal").mkdir(parents=True)

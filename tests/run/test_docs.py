@@ -10,6 +10,10 @@ from pathlib import Path
 import pytest
 import yaml
 from palpate.capture.schema import validate
+from palpate.run.options import config_schema
+from palpate.run.trackers import options_of
+from settings import full
+from thesis.options import Simulation
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -60,7 +64,7 @@ def missing(name):
         files = sorted((ROOT / "config" / places[head]).glob("*.yaml"))
         options = [(head, file, path.partition(".")[2]) for file in files]
     else:
-        options = [("config", ROOT / "config/config.yaml", path)]
+        return None if in_configuration(path, value) else "nowhere"
     return None if any(in_options(*option, value) for option in options) else "nowhere"
 
 
@@ -85,6 +89,22 @@ def in_library(path):
     return True
 
 
+def in_configuration(path, value):
+    """Whether the configuration has an option, and its schema allows the value."""
+    content = full(ROOT)
+    trackers = content["tracking"]["trackers"]
+    trackers |= {name: options_of(content["tracking"], name, "") for name in trackers}
+    *way, last = path.split(".")
+    place = content
+    for key in way:
+        place = place.get(key) if isinstance(place, dict) else None
+    if not isinstance(place, dict) or last not in place:
+        return False
+    if value:
+        place[last] = yaml.safe_load(value)
+    return not validate(content, config_schema({"simulation": Simulation}), "")
+
+
 def in_options(kind, file, path, value):
     """Whether a file has an option, and its schema allows the value."""
     content = deepcopy(yaml.safe_load(read(file)))
@@ -96,7 +116,7 @@ def in_options(kind, file, path, value):
         return False
     if value:
         place[last] = yaml.safe_load(value)
-    return not validate(content, ROOT / f"config/schemas/{kind}.schema.yaml", "")
+    return not validate(content, ROOT / f"workflow/scripts/palpate/schemas/{kind}.schema.yaml", "")
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

@@ -4,14 +4,14 @@ import shutil
 from pathlib import Path
 
 import pytest
-import yaml
 from palpate.run.object_config import object_config
 from palpate.run.objects import MANY, kept_files, project_digest, studied, too_many, value_digest
+from settings import full
 
 
 @pytest.fixture
 def config(root):
-    return yaml.safe_load((root / "config/config.yaml").read_text())
+    return full(root)
 
 
 def test_own_configuration(config):

@@ -1,103 +1,148 @@
-"""Blocks of the configuration against what takes them apart: neither knows a key alone."""
+"""Options: what people write, its schema, and what takes a block apart know the same keys."""
 
 import inspect
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Literal
 
+import jsonschema
 import pytest
 import yaml
 from palpate.estimate.direct.relaxation import relaxed_share
-from palpate.estimate.direct.sample_heights import ObservationOptions
-from palpate.estimate.hertz.mixture import Beliefs
-from palpate.estimate.minimise.problem import pose_problem
-from palpate.run.trackers import NEEDED
+from palpate.options import Options, block, option, rows, schema_of
+from palpate.run.options import Config, config_schema, filled
+from palpate.run.options_page import options_page
 from palpate.solid.support import Support
-from palpate.surface.alignment import align_capture
-from palpate.surface.checks import AlignmentLimits
-from palpate.surface.data_points import TrackerOptions
-from palpate.surface.elastic import ElasticOptions
-from palpate.surface.pose import align_rigidly
 from palpate.vision.clouds import object_cloud
-from palpate.vision.force import frame_wrenches
-from palpate.vision.foreground import Classifier
-from palpate.vision.kalman import filter_tip
-from palpate.vision.support_plane import fit_support_plane
-from thesis.chapter5.rigid_slide import align_to_nearest
+from palpate.vision.options import Clouds
+from thesis.options import Simulation
 from virtual_lab.relaxation import relaxed_force
 
-LOAD = {"force_rule", "turn_force", "leave_out_radii", "strain"}
-# Block, what takes it, what that is given besides, and keys of the block that others take.
+BLOCKS = {"simulation": Simulation}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inner(Options):
+    """A block in a block."""
+
+    place_m: tuple[float, float] = option((0.0, 1.0), "of it", least=0)
+    rule: Literal["one", "two"] = option("one", "that holds")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outer(Options):
+    """A block."""
+
+    count: int = option(3, "of them", least=1)
+    edge_m: float | None = option(None, "null: none", above=0)
+    inner: Inner = block(Inner, "within")  # noqa: RUF009
+
+
+def wrong(value):
+    return [
+        e.json_path for e in jsonschema.Draft202012Validator(schema_of(Outer)).iter_errors(value)
+    ]
+
+
+def test_what_is_left_out_has_its_default():
+    read = Outer.read({"inner": {"place_m": [2, 3]}})
+    assert read == Outer(inner=Inner(place_m=(2, 3)))
+    assert read.written() == {
+        "count": 3,
+        "edge_m": None,
+        "inner": {"place_m": [2, 3], "rule": "one"},
+    }
+
+
+@pytest.mark.parametrize(
+    ("value", "place"),
+    [
+        ({"count": 0}, "$.count"),
+        ({"count": 2.5}, "$.count"),
+        ({"edge_m": 0}, "$.edge_m"),
+        ({"inner": {"rule": "three"}}, "$.inner.rule"),
+        ({"inner": {"place_m": [1]}}, "$.inner.place_m"),
+        ({"inner": {"place_m": [1, -1]}}, "$.inner.place_m[1]"),
+        ({"cuont": 2}, "$"),
+    ],
+)
+def test_the_schema_refuses(value, place):
+    assert wrong({}) == wrong({"edge_m": 2, "inner": {}}) == []
+    assert wrong(value) == [place]
+
+
+def test_what_is_made_without_a_schema_is_refused_too():
+    with pytest.raises(ValueError, match="^count: expected at least 1, found 0$"):
+        Outer(count=0)
+    with pytest.raises(ValueError, match="^rule: expected one, two, found three$"):
+        Inner(rule="three")
+    with pytest.raises(ValueError, match="^place_m: expected 2 each at least 0, found"):
+        Inner(place_m=(1, -1))
+    with pytest.raises(ValueError, match="bounds: expected some of .*, found larger"):
+        option(1, "wrong", larger=2)
+
+
+def test_rows_document_each():
+    assert list(rows(Outer)) == [
+        ("count", "3", "at least 1", "of them"),
+        ("edge_m", "null", "above 0 or null", "null: none"),
+        ("inner.place_m", "0, 1", "2 each at least 0", "of it"),
+        ("inner.rule", "one", "one, two", "that holds"),
+    ]
+
+
+def test_defaults_fit_their_own_schema():
+    full = filled({}, BLOCKS)
+    assert not list(jsonschema.Draft202012Validator(config_schema(BLOCKS)).iter_errors(full))
+    assert all(meaning and not meaning.endswith(".") for *_, meaning in rows(Config))
+
+
+def test_the_projects_own_file_says_the_defaults(root):
+    """config.yaml shows what a user may change; a value there that is another would hide."""
+    own = yaml.safe_load((root / "config/config.yaml").read_text())
+    own["paths"]["lab"] = None
+    assert filled(own, {}) == filled({}, {})
+
+
+def test_the_page_of_options_is_of_these(root):
+    assert (root / "docs/options.md").read_text() == options_page(), "make docs writes it"
+
+
+# Block, what takes it, what that is given besides.
 TAKEN = [
-    ("config background", Classifier, set(), {"false_positive_rate", "largest_shift_px"}),
-    ("config support_plane", fit_support_plane, {"rng"}, set()),
-    ("config probe_pose.filter", filter_tip, set(), set()),
-    ("config force", frame_wrenches, {"up", "clock_offset_s"}, {"clock_offset_std_s"}),
-    ("config clouds", object_cloud, set(), set()),
-    ("config tracking.alignment", align_capture, set(), {"limits"}),
-    ("config tracking.alignment", align_rigidly, {"standing"}, {"limits"}),
-    ("config tracking.alignment", align_to_nearest, set(), {"limits"}),
-    ("config tracking.alignment.limits", AlignmentLimits, set(), set()),
-    ("config solid", pose_problem, {"indenter_radius_m", *LOAD}, set()),
-    ("config hertz.relaxation", Beliefs, set(), set()),
-    ("config direct.observation", ObservationOptions, set(), {"clear_windows"}),
-    ("config simulation.tracking", TrackerOptions, set(), set()),
-    ("config simulation.support", Support, set(), set()),
-    ("object support", Support, set(), set()),
-    ("lab objects.*.material.relaxation", relaxed_force, set(), set()),
-    ("lab objects.*.material.relaxation", relaxed_share, set(), set()),
+    (schema_of(Clouds), object_cloud, set()),
+    ("object support", Support, set()),
+    ("lab objects.*.material.relaxation", relaxed_force, set()),
+    ("lab objects.*.material.relaxation", relaxed_share, set()),
 ]
 
 
-@pytest.fixture(scope="module")
-def block(root):
+def schema_at(root, place):
     """Schema of a block, by the schema's name and the block's place."""
-
-    def at(place):
-        name, _, keys = place.partition(" ")
-        schema = yaml.safe_load((root / f"config/schemas/{name}.schema.yaml").read_text())
-        found = schema
-        for key in keys.split("."):
-            found = found["additionalProperties"] if key == "*" else found["properties"][key]
-            while "$ref" in found:
-                found = schema["$defs"][found["$ref"].rpartition("/")[2]]
-        return found
-
-    return at
+    if isinstance(place, dict):
+        return place
+    name, _, keys = place.partition(" ")
+    path = root / f"workflow/scripts/palpate/schemas/{name}.schema.yaml"
+    schema = found = yaml.safe_load(path.read_text())
+    for key in keys.split("."):
+        found = found["additionalProperties"] if key == "*" else found["properties"][key]
+        while "$ref" in found:
+            found = schema["$defs"][found["$ref"].rpartition("/")[2]]
+    return found
 
 
 def parameters(taker):
     """All that can be given by its name alone, and what has to be."""
+    known = inspect.signature(taker).parameters
     if is_dataclass(taker):
         names = {field.name for field in fields(taker)}
     else:
-        names = {n for n, p in _signature(taker).items() if p.kind is p.KEYWORD_ONLY}
-    return names, {n for n in names if _signature(taker)[n].default is inspect.Parameter.empty}
+        names = {n for n, p in known.items() if p.kind is p.KEYWORD_ONLY}
+    return names, {n for n in names if known[n].default is inspect.Parameter.empty}
 
 
-def _signature(taker):
-    return inspect.signature(taker).parameters
-
-
-@pytest.mark.parametrize(
-    ("place", "taker", "given", "left"), TAKEN, ids=[f"{t[0]}-{t[1].__name__}" for t in TAKEN]
-)
-def test_what_a_block_may_say_is_what_is_taken(block, place, taker, given, left):
-    found, (known, needed) = block(place), parameters(taker)
+@pytest.mark.parametrize(("place", "taker", "given"), TAKEN, ids=[t[1].__name__ for t in TAKEN])
+def test_what_a_block_may_say_is_what_is_taken(root, place, taker, given):
+    found, (known, needed) = schema_at(root, place), parameters(taker)
     assert found["additionalProperties"] is False
-    assert given <= known
-    assert set(found["properties"]) - left <= known - given
-    assert needed - given <= set(found["required"]) - left
-
-
-def test_trackers_are_asked_for_what_they_take(block):
-    known = set(block("config tracking.trackers.*")["properties"])
-    for kind, options in (("study", TrackerOptions), ("elastic", ElasticOptions)):
-        assert parameters(options)[0] <= set(NEEDED[kind]) <= known
-
-
-def test_changes_are_of_what_there_is_to_change(block):
-    options, solid = (set(block(f"config {name}")["properties"]) for name in ("minimise", "solid"))
-    assert set(block("config minimise.steps.*")["properties"]) <= options | solid | {"tracker"}
-    assert set(block("config minimise.objects.*")["properties"]) <= options
-    simulation = block("config simulation")["properties"]
-    known = {"cuts", "corners", *simulation["tracking"]["properties"]}
-    assert set(simulation["variants"]["additionalProperties"]["properties"]) <= known
+    assert set(found["properties"]) <= known - given
+    assert needed - given <= set(found["properties"])

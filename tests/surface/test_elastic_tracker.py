@@ -11,8 +11,9 @@ from palpate.solid.mesh import solid_mesh
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.capture import track_capture
 from palpate.surface.distance import ClosestPoints
-from palpate.surface.elastic import ElasticOptions, ElasticTracker
+from palpate.surface.elastic import ElasticTracker
 from palpate.surface.obstacle import Sphere, Table
+from palpate.surface.options import ElasticTracking
 from palpate.surface.pose import to_camera
 from palpate.surface.recorded import Recorded
 from palpate.surface.sight import pair, rest_offsets
@@ -22,19 +23,14 @@ from skfem import MeshTet
 
 RADIUS_M = 0.006
 TOP_M = np.array([0.0, 0.0, 0.04])
-OPTIONS = {
-    "kind": "elastic",
-    "refine_radius_m": 0.012,
-    "refine_edge_m": 0.1,  # nothing is refined: what made the frames tracks them
-    "solid_edge_m": 0.1,
-    "solid_growth": 0.8,
-    "poisson_ratio": 0.3,
-    "largest_distance_m": 0.012,
-    "largest_normal_deg": 60,
-    "huber": 1.5,
-    "misfit_reach_m": 0.06,
-    "points": True,
-}
+# Nothing is refined: what made the frames tracks them.
+OPTIONS = ElasticTracking(
+    refine_radius_m=0.012,
+    refine_edge_m=0.1,
+    solid_edge_m=0.1,
+    solid_growth=0.8,
+    misfit_reach_m=0.06,
+)
 NO_POINTS = (np.zeros((0, 3)), np.zeros((0, 3)))
 TABLE = Table(np.zeros(3), np.array([0.0, 0.0, 1.0]))
 
@@ -59,7 +55,7 @@ def tracker(solid, template):
 
 def new_tracker(solid, template):
     held = np.flatnonzero(solid.nodes_m[:, 2] < 1e-9)
-    return ElasticTracker(template, solid, held, TABLE, ElasticOptions(0.3, 0.012, 60.0, 1.5))
+    return ElasticTracker(template, solid, held, TABLE, ElasticTracking())
 
 
 def points_of(vertices, faces, count, seed, noise_m=0.0):
@@ -110,7 +106,7 @@ def test_a_sphere_that_draws_back_lets_go_step_by_step(tracker):
 
 def test_nothing_goes_below_the_table(solid, template):
     held = np.flatnonzero(np.linalg.norm(solid.nodes_m * [1, 1, 1e3], axis=1) < 0.025)
-    options = ElasticOptions(0.3, 0.012, 60.0, 1.5)
+    options = ElasticTracking()
     for table, lowest in ((TABLE, -2e-5), (replace(TABLE, point_m=np.array([0, 0, -1.0])), -1e-4)):
         tracker = ElasticTracker(template, solid, held, table, options)
         fit = tracker.fit(tracker.at_rest(), NO_POINTS, sphere_at(0.002, aside_m=0.03), np.inf)
@@ -238,7 +234,7 @@ def test_points_that_contradict_the_prior_lower_its_weight(capture, solid, templ
 
 def test_contact_alone(capture, solid, template):
     swollen = recorded(solid, template, np.eye(4), 1e-4, swell=0.03)
-    found = track_capture(swollen, OPTIONS | {"points": False})
+    found = track_capture(swollen, replace(OPTIONS, points=False))
     assert json.loads(found.prior)["rule"] == "no points"
     moved = np.linalg.norm(found.vertices_m[4] - found.rest_m, axis=1)
     assert moved.max() == pytest.approx(0.003, abs=1e-4)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from palpate.surface.options import StudyTracking
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.series import save_series
 from palpate.surface.tracked import Tracked, describe, load_tracked, save_tracked
@@ -127,12 +128,16 @@ def test_surfaces_without_the_field_have_no_prior(tmp_path, tracked):
 
 
 def test_description(tracked):
-    options = {"kind": "study", "w_sm": 0.5}
+    options = StudyTracking(w_sm=2)
     residual = tracked.residual_m.copy()
     residual[1] = np.nan
     content = describe(replace(tracked, residual_m=residual), tracker="mine", options=options)
     assert content["prior"] is None
-    assert (content["tracker"], content["kind"], content["options"]) == ("mine", "study", options)
+    assert (content["tracker"], content["kind"], content["options"]) == (
+        "mine",
+        "study",
+        options.written(),
+    )
     assert (content["frames"], content["vertices"]) == (FRAMES, len(tracked.template_m))
     assert content["observed_vertices"] == tracked.observed.sum(axis=1).tolist()
     assert content["residual_rms_m"][0] == tracked.residual_m[0]

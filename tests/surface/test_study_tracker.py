@@ -9,17 +9,17 @@ import palpate.surface.hierarchy as hierarchy_module
 import pytest
 import trimesh
 from floor import floor
-from palpate.run.trackers import NEEDED, options_of, tracker_problems
+from palpate.run.trackers import options_of, tracker_problems
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.stiffness import combined, elastic_stiffness
 from palpate.solid.surface_check import cutting_triangles
 from palpate.surface.augment import indenter_points, pressed_places, turned_copies
 from palpate.surface.completion import Completion, Known, complete
-from palpate.surface.data_points import Frame, TrackerOptions
+from palpate.surface.data_points import Frame
 from palpate.surface.energy import Data, descend, energy, move, turn
 from palpate.surface.hierarchy import collapse_edges, hierarchy
+from palpate.surface.options import ElasticTracking, Registration, StudyTracking
 from palpate.surface.smoothness import Smoothness
-from palpate.surface.study_capture import track_by_study
 from palpate.surface.template import Template, unique_edges, vertex_normals
 from palpate.surface.track import track_frames
 from palpate.surface.transforms import Transforms
@@ -27,7 +27,15 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial.transform import Rotation
 from skfem import MeshTet
 
-OPTIONS = TrackerOptions(1, 2, 0.5, 1, "rings", "point", 0.012, 60)
+OPTIONS = Registration(
+    w_sm=2,
+    w_sm_stop=0.5,
+    data_term="point",
+    largest_distance_m=0.012,
+    largest_normal_deg=60,
+    data_points="nearest",
+    coarsest_vertices=1000,
+)
 SUPPORT = floor(1e-6)
 
 
@@ -286,26 +294,23 @@ def test_points_of_the_indenter():
 
 
 def test_bad_options():
-    template = ball(1)
-    frame = surface_frame(template, lambda p: p)
-    with pytest.raises(ValueError, match="data_points: expected nearest or mean, found median"):
-        track_frames(template, template.vertices_m, [frame], replace(OPTIONS, data_points="median"))
-    with pytest.raises(ValueError, match="data_term: expected point or plane, found line"):
-        track_frames(template, template.vertices_m, [frame], replace(OPTIONS, data_term="line"))
-    with pytest.raises(ValueError, match="w_data: expected an option of the study's tracker"):
-        track_by_study(None, {})
+    with pytest.raises(ValueError, match="data_points: expected nearest, mean, found median"):
+        replace(OPTIONS, data_points="median")
+    with pytest.raises(ValueError, match="w_data: expected above 0, found 0"):
+        replace(OPTIONS, w_data=0)
 
 
 def test_options_of_named_trackers():
     base = {"kind": "elastic", "refine_edge_m": 0.002}
     tracking = {"trackers": {"a": base, "b": {"like": "a", "refine_edge_m": 0.003}}}
-    tracking["objects"] = {"ear": {"a": {"refine_radius_m": 0.01}, "b": {"refine_edge_m": None}}}
-    assert options_of(tracking, "b", "block") == base | {"refine_edge_m": 0.003}
+    tracking["objects"] = {"ear": {"a": {"refine_radius_m": 0.01}, "b": {"refine_edge_m": 0.004}}}
+    known = ElasticTracking().written()
+    assert options_of(tracking, "b", "block") == known | {"refine_edge_m": 0.003}
     ear = options_of(tracking, "b", "ear")
-    assert ear == {"kind": "elastic", "refine_edge_m": None, "refine_radius_m": 0.01}
+    assert ear == known | {"refine_edge_m": 0.004, "refine_radius_m": 0.01}
 
 
-STUDY = {name: 1 for name in NEEDED["study"]} | {"kind": "study"}
+STUDY = StudyTracking(w_sm=1).written()
 
 
 @pytest.mark.parametrize(
@@ -315,8 +320,14 @@ STUDY = {name: 1 for name in NEEDED["study"]} | {"kind": "study"}
         ({"estimate_from": "c"}, "tracking.estimate_from: expected one of .*, found c"),
         ({"objects": {"ear": {"c": {}}}}, "tracking.objects.ear: expected one of .*, found c"),
         ({"trackers": {"a": {"like": "b"}, "b": {"like": "a"}}}, "a.like: expected a chain"),
-        ({"trackers": {"a": {}, "b": {}}}, "trackers.a.kind: expected an option"),
-        ({"trackers": {"a": {"kind": "elastic"}, "b": {"like": "a"}}}, "a.refine_radius_m: expect"),
+        (
+            {"trackers": {"a": {}, "b": {}}},
+            "trackers.a.kind: expected one of study",
+        ),
+        (
+            {"trackers": {"a": {"kind": "elastic", "w_sm": 1}, "b": {"like": "a"}}},
+            "a.w_sm: expected an option of kind elastic, found another kind's",
+        ),
         (
             {"objects": {"ear": {"a": {"kind": "study"}}}},
             "objects.ear.a.kind: expected an option of",
@@ -331,7 +342,7 @@ STUDY = {name: 1 for name in NEEDED["study"]} | {"kind": "study"}
     ],
 )
 def test_trackers_that_cannot_be(spoil, line):
-    whole = {name: 1 for name in NEEDED["elastic"]} | {"kind": "elastic"}
+    whole = {"kind": "elastic"}
     tracking = {"estimate_from": "a", "compared": ["a", "b"], "objects": {}}
     tracking |= {"trackers": {"a": whole, "b": {"like": "a"}}}
     assert tracker_problems(tracking, "config.yaml") == []

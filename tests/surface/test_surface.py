@@ -1,12 +1,15 @@
 """Template, rigid alignment and tracking on a synthetic block with a dent."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
 from floor import floor
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.augment import indenter_points
-from palpate.surface.data_points import Frame, TrackerOptions
+from palpate.surface.data_points import Frame
+from palpate.surface.options import Registration
 from palpate.surface.pose import Standing, align_rigidly, initial_pose, to_camera
 from palpate.surface.template import (
     Template,
@@ -24,7 +27,15 @@ from virtual_lab.describe import box_template
 
 SIZE = np.array([0.598, 0.150, 0.0475])
 POINT = np.array([-0.05, 0.0, 0.0475])
-OPTIONS = TrackerOptions(1, 0.5, 0.1, 2, "rings", "plane", 0.012, 60)
+OPTIONS = Registration(
+    w_sm=0.5,
+    w_sm_stop=0.1,
+    s_sm=2,
+    largest_distance_m=0.012,
+    largest_normal_deg=60,
+    data_points="nearest",
+    coarsest_vertices=1000,
+)
 
 
 @pytest.fixture(scope="module")
@@ -81,9 +92,7 @@ def test_initial_pose_and_alignment_from_any_yaw(template, pose):
         touched_m=to_camera(pose, POINT) + 0.002,
     )
     first = initial_pose(template, cloud, standing)
-    found = align_rigidly(
-        template, cloud, normals, first, largest_distance_m=0.012, largest_normal_deg=60
-    )
+    found = align_rigidly(template, cloud, normals, first)
     gap = to_camera(found, template.vertices_m) - to_camera(pose, template.vertices_m)
     assert np.linalg.norm(gap, axis=1).mean() < 1e-3
 
@@ -93,9 +102,7 @@ def test_a_cloud_that_misses_is_refused(template, pose):
     away = np.eye(4)
     away[:3, 3] = [0.5, 0.5, 2.0]
     with pytest.raises(ValueError, match="alignment: expected most of the cloud within 0.012 m"):
-        align_rigidly(
-            template, cloud * 3.0, normals, away, largest_distance_m=0.012, largest_normal_deg=60
-        )
+        align_rigidly(template, cloud * 3.0, normals, away)
 
 
 @pytest.mark.parametrize("rough", ["template", "drawn"])
@@ -139,7 +146,7 @@ def test_a_dent_is_tracked(template, pose, rough, data_term, part_left, request)
     for part in np.linspace(0, 1, 9):
         points, normals = visible_cloud(dense, pose, 0.0005, rng, lambda p, s=part: s * dent(p))
         frames.append(Frame(points, normals, len(points)))
-    options = TrackerOptions(1, 0.5, 0.1, 2, "rings", data_term, 0.012, 60)
+    options = replace(OPTIONS, data_term=data_term)
     vertices, observed, _ = track_frames(fine, rest, frames, options)
     true = to_camera(pose, fine.vertices_m + dent(fine.vertices_m))
     near = np.linalg.norm(fine.vertices_m - POINT, axis=1) < 0.010

@@ -19,6 +19,7 @@ from palpate.surface.pose import to_camera
 from palpate.vision.clouds import Cloud, pack_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
+from settings import full
 from skfem import MeshTet
 
 PLANE = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 0.004}
@@ -109,7 +110,7 @@ def tracker(request):
 @pytest.fixture(scope="module")
 def start(root, tmp_path_factory, inputs, tracker):
     """Run the job into a folder, to its end or until it is killed."""
-    tracking = yaml.safe_load((root / "config/config.yaml").read_text())["tracking"]
+    tracking = full(root)["tracking"]
     tmp_path = tmp_path_factory.mktemp("job")
     driver = tmp_path / "driver.py"
     driver.write_text(DRIVER)

@@ -11,6 +11,7 @@ import yaml
 from palpate.capture.tables import write_table
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.tracked import Tracked, save_tracked
+from settings import full
 from skfem import MeshTet
 from thesis.chapter5.minimise_steps import make_minimise_steps
 
@@ -48,7 +49,7 @@ def rows(root, tmp_path):
     (tmp_path / "object.yaml").write_text(yaml.safe_dump({"support": support}))
     force = {"fx_n": [0.0, 0.0], "fy_n": [0.0, 0.0], "fz_n": [0.0, -2.0]}
     write_table(tmp_path / "force.csv", pd.DataFrame(force))
-    config = yaml.safe_load((root / "config/config.yaml").read_text())
+    config = full(root)
     inputs = {"solid": "solid.vtu", "force": "force.csv", "fit": "hertz.json"}
     inputs |= {"object": "object.yaml", "truth": "truth.npz"}
     files = SimpleNamespace(

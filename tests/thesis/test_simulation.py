@@ -6,14 +6,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 from floor import floor
 from palpate.estimate.minimise.fit import fit_moduli
 from palpate.estimate.minimise.objective import Objective
+from palpate.estimate.minimise.options import Minimise
 from palpate.estimate.minimise.search import minimise_error
 from palpate.estimate.minimise.simulation import pose_simulation, pressed_area_modulus
 from palpate.report.style import journal
-from palpate.surface.data_points import TrackerOptions
 from palpate.surface.simulation import (
     lattice,
     read_steps,
@@ -22,6 +21,7 @@ from palpate.surface.simulation import (
     track_steps,
 )
 from thesis.chapter3 import contact_figure, simulation_figures, simulation_tables, simulation_views
+from thesis.options import Simulation
 from virtual_lab.simulated_block import load_block
 
 LAM, MU, YOUNG = 80685.0, 8965.0, 25998.5
@@ -46,26 +46,20 @@ def steps(written):
 
 
 @pytest.fixture(scope="module")
-def config(root):
-    return yaml.safe_load((root / "config/config.yaml").read_text())
+def tracked(steps):
+    return track_steps(steps, Simulation().tracking, cuts=6)
 
 
 @pytest.fixture(scope="module")
-def tracked(steps, config):
-    return track_steps(steps, TrackerOptions(**config["simulation"]["tracking"]), cuts=6)
-
-
-@pytest.fixture(scope="module")
-def as_shipped(steps, config):
+def as_shipped(steps):
     """What the workflow makes of the same steps: points too dense for vertices to stay found."""
-    simulation = config["simulation"]
-    options = {name: simulation[name] for name in ("cuts", "corners")}
-    return track_steps(steps, TrackerOptions(**simulation["tracking"]), **options)
+    options = Simulation()
+    return track_steps(steps, options.tracking, cuts=options.cuts, corners=options.corners)
 
 
-def youngs_error(problem, config):
+def youngs_error(problem):
     cost = Objective(problem.mesh, problem.sets, problem.measurement, option="displacement")
-    return minimise_error(cost, (2e4, 0.3), config["minimise"]).youngs_modulus_pa / YOUNG - 1
+    return minimise_error(cost, (2e4, 0.3), Minimise()).youngs_modulus_pa / YOUNG - 1
 
 
 @pytest.mark.parametrize(("corners", "count"), [(True, 21), (False, 15)])
@@ -112,28 +106,28 @@ def test_errors_of_the_tracker_are_told_apart(steps, tracked):
     assert errors["loaded_along_m"] < 2e-4
 
 
-def test_minimisation_on_tracked_data_does_better_than_the_study(steps, as_shipped, config):
+def test_minimisation_on_tracked_data_does_better_than_the_study(steps, as_shipped):
     # As in Figure 3.10 the loaded vertices have slid over their facets.
     assert simulation_tables.tracking_errors(steps, as_shipped)["loaded_across_m"] > 5e-4
     problem = pose_simulation(steps, SUPPORT, tracked=as_shipped)
     assert np.isnan(problem.measurement.displacement_m[problem.sets.interior]).all()
-    assert abs(youngs_error(problem, config)) < PUBLISHED_ERROR
+    assert abs(youngs_error(problem)) < PUBLISHED_ERROR
 
 
 @pytest.mark.parametrize("option", ["displacement", "force_displacement"])
-def test_minimisation_on_exact_data_finds_the_moduli(steps, config, option):
+def test_minimisation_on_exact_data_finds_the_moduli(steps, option):
     problem = pose_simulation(steps, SUPPORT)
     full = Objective(problem.mesh, problem.sets, problem.measurement, option=option)
     E_star = pressed_area_modulus(problem, steps.triangle)
-    found = fit_moduli(full, E_star, config["minimise"], nodes_m=problem.mesh.nodes_m).minimum
+    found = fit_moduli(full, E_star, Minimise(), nodes_m=problem.mesh.nodes_m).minimum
     assert found.lame_lambda_pa == pytest.approx(80685, rel=1e-4)
     assert found.lame_mu_pa == pytest.approx(8965, rel=1e-4)
 
 
-def test_motion_along_the_normal_alone_is_not_enough(steps, config):
-    options = TrackerOptions(**config["simulation"]["tracking"] | {"data_term": "plane"})
+def test_motion_along_the_normal_alone_is_not_enough(steps):
+    options = replace(Simulation().tracking, data_term="plane")
     dragged = track_steps(steps, options, cuts=6)
-    assert youngs_error(pose_simulation(steps, SUPPORT, tracked=dragged), config) > 0.1
+    assert youngs_error(pose_simulation(steps, SUPPORT, tracked=dragged)) > 0.1
 
 
 def test_tracked_surface_must_be_the_solids(steps, tracked):
@@ -282,12 +276,12 @@ def test_noise_spares_the_forces(steps):
     assert noisy.measurement.force_n is problem.measurement.force_n
 
 
-def test_noise_in_the_displacement_biases_the_force_term(steps, config):
+def test_noise_in_the_displacement_biases_the_force_term(steps):
     """As it does the linear method; the displacement alone stays within a few percent."""
     problem = pose_simulation(steps, SUPPORT)
     noisy = simulation_tables.with_noise(problem, 3e-4, np.random.default_rng(3))
     found = simulation_tables.every_method(
-        noisy, steps.triangle, linear=config["simulation"]["linear"], search=config["minimise"]
+        noisy, steps.triangle, linear=Simulation().linear, search=Minimise()
     )
     assert set(found) == set(simulation_figures.METHODS)
     part = {method: estimate.lame_lambda_pa / LAM for method, estimate in found.items()}

@@ -18,6 +18,7 @@ from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.surface.tracked import Tracked, save_tracked
 from palpate.vision.foreground import save_masks
+from settings import full
 from skfem import MeshTet
 from stand_in import Named
 
@@ -184,7 +185,7 @@ def test_a_contact_far_from_the_solid(run, root, tmp_path, box, cube, kept):
     fit = {"range": {"last_frame": 1}, "samples": {"depth_m": [0.0, 1e-3]}}
     (tmp_path / "hertz.json").write_text(json.dumps(fit))
     write_forces(tmp_path / "force.csv", [0.0, 2.0])
-    config = yaml.safe_load((root / "config/config.yaml").read_text())
+    config = full(root)
     inputs = {
         "object": describe(tmp_path / "object.yaml"),
         "solid": kept,
@@ -229,7 +230,7 @@ def fitted(run, root, folder, box, depths, newtons, *, axes=("fx_n", "fy_n", "fz
         "pose": folder / "probe_pose.csv",
         "force": folder / "force.csv",
     }
-    config = yaml.safe_load((root / "config/config.yaml").read_text())
+    config = full(root)
     params = {"options": config["hertz"] | options, "probe": PROBE}
     return run("hertz", inputs=inputs, outputs=["fit"], params=params)
 
@@ -323,7 +324,7 @@ def test_a_simulation_with_a_broken_triangle(run, root, tmp_path, cube, triangle
         force_n=zeros,
         displacement_m=zeros,
     )
-    options = yaml.safe_load((root / "config/config.yaml").read_text())["simulation"]
+    options = full(root)["simulation"]
     line = run(
         "linear_method",
         inputs={"steps": path, "tracked": None},

@@ -14,6 +14,7 @@ from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.vision.clouds import Cloud, pack_clouds
 from palpate.vision.foreground import save_masks
+from settings import full
 from skfem import MeshTet
 from stand_in import Named
 from trimesh.sample import sample_surface
@@ -143,7 +144,7 @@ def execute(root, tmp_path, capfd):
 
 @pytest.fixture
 def align(execute, files, root):
-    config = yaml.safe_load((root / "config/config.yaml").read_text())
+    config = full(root)
     inputs = {"object": "object.yaml", "template": "template.ply", "cloud": "clouds.npz"}
     inputs |= {"pose": "probe_pose.csv", "force": "force.csv", "plane": "plane.json"}
 
@@ -164,7 +165,7 @@ def align(execute, files, root):
 
 @pytest.fixture
 def track(execute, files, root):
-    config = yaml.safe_load((root / "config/config.yaml").read_text())
+    config = full(root)
     inputs = {"object": "object.yaml", "template": "template.ply", "clouds": "clouds.npz"}
     inputs |= {"pose": "probe_pose.csv", "force": "force.csv", "solid": "solid.vtu"}
     inputs |= {"alignment": "alignment.json"}

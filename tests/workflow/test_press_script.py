@@ -9,6 +9,7 @@ import trimesh
 import yaml
 from palpate.solid.indentation import load_indentation
 from palpate.solid.mesh import solid_mesh, write_solid
+from settings import full
 from skfem import MeshTet
 from stand_in import Named
 
@@ -23,7 +24,7 @@ def press(root, tmp_path):
     box.export(tmp_path / "template.ply")
     cube = MeshTet().refined(2)
     write_solid(tmp_path / "solid.vtu", solid_mesh(SIZE * cube.p.T, cube.t.T))
-    config = yaml.safe_load((root / "config/config.yaml").read_text())["direct"]["model"]
+    config = full(root)["direct"]["model"]
     coarse = {"edge_m": 0.012, "growth": 1.0, "refine_radius_m": 0.03, "step_m": 0.001}
     few = {"laws": ["blatz_ko"], "poisson_ratios": [0.2, 0.3], "deepest_m": 0.002}
 

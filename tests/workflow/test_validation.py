@@ -9,6 +9,8 @@ import yaml
 from palpate.capture.schema import load_yaml
 from palpate.run.configuration import open_run
 from sample_run import LEFT_BEHIND, snakemake
+from settings import written
+from thesis.options import Simulation
 
 CONFIG = ("--configfile", "config/validation.yaml")
 
@@ -26,13 +28,18 @@ def materials(lab):
 @pytest.fixture(scope="module")
 def run(root, tmp_path_factory):
     """The set as a run of the workflow sees it."""
-    config = yaml.safe_load((root / "config/config.yaml").read_text())
+    config = written(root)
     ours = yaml.safe_load((root / "config/validation.yaml").read_text())
     merged = config | ours | {"paths": config["paths"] | ours["paths"]}
     places = ("sensors", "probes", "meshes", "lab")
     merged["paths"] |= {name: str(root / merged["paths"][name]) for name in places}
     merged["paths"]["raw"] = str(tmp_path_factory.mktemp("raw"))
-    return open_run(merged, source="config/validation.yaml")
+    return open_run(
+        merged,
+        sources=["config/validation.yaml"],
+        project=root,
+        blocks={"simulation": Simulation},
+    )
 
 
 def reduced_modulus(material):

@@ -4,6 +4,7 @@ A field is declared with `option`; from that follow the schema that what people 
 (`schema_of`), the options themselves (`read`), and their documentation (`rows`).
 """
 
+import operator
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, asdict, dataclass, field, fields, is_dataclass
 from types import NoneType, UnionType
@@ -16,6 +17,7 @@ BOUNDS = {
     "above": ("exclusiveMinimum", "above"),
     "below": ("exclusiveMaximum", "below"),
 }
+HOLDS = {"least": operator.ge, "most": operator.le, "above": operator.gt, "below": operator.lt}
 TYPES = {
     bool: {"type": "boolean"},
     int: {"type": "integer"},
@@ -48,6 +50,15 @@ class Options:
         """
         kinds = get_type_hints(cls)
         return cls(**{name: _typed(kinds[name], value) for name, value in block.items()})
+
+    def __post_init__(self) -> None:
+        """Refuse what the schema would, for those who come without one."""
+        kinds = get_type_hints(type(self))
+        for one in fields(self):
+            expected = _allowed(kinds[one.name], one.metadata)
+            if not _fits(kinds[one.name], one.metadata, getattr(self, one.name)):
+                found = getattr(self, one.name)
+                raise ValueError(f"{one.name}: expected {expected}, found {found}")
 
     def written(self) -> dict:
         """The options as people write them, all of them."""
@@ -145,6 +156,18 @@ def _list_schema(parts: tuple, bounds: Mapping) -> dict:
     return content | ({"uniqueItems": True} if bounds.get("unique") else {})
 
 
+def _fits(kind: Any, bounds: Mapping, value: Any) -> bool:
+    """Whether a value is among a field's words, and within its bounds."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is Literal:
+        return value in parts
+    if origin is tuple:
+        return all(_fits(parts[0], bounds, one) for one in value)
+    if isinstance(value, int | float):
+        return all(holds(value, bounds[name]) for name, holds in HOLDS.items() if name in bounds)
+    return True
+
+
 def _typed(kind: Any, value: Any) -> Any:
     """Value of a field: blocks as their dataclass, lists as tuples."""
     if is_dataclass(kind) and isinstance(value, Mapping):
@@ -192,9 +215,11 @@ def _allowed(kind: Any, bounds: Mapping) -> str:
     if origin is tuple:
         inner = _allowed(parts[0], bounds)
         many = "" if parts[-1] is ... else f"{len(parts)} "
-        return f"{many}of {inner}" if inner else "a list"
+        return f"{many}each {inner}" if inner else "a list"
     if origin is UnionType:
         return " or ".join(filter(None, (_allowed(part, bounds) for part in parts)))
+    if origin is dict:
+        return "by name"
     if kind is bool:
         return "true, false"
     if kind is NoneType:

@@ -8,14 +8,10 @@ from palpate.capture.tables import read_table
 from palpate.estimate.hertz.range import force_onset
 from palpate.run.declared import read_declared
 from palpate.run.job import naming, run
-from palpate.surface.alignment import align_capture, save_alignment, standing_of
-from palpate.surface.checks import (
-    columns_of,
-    require_cloud,
-    require_fit,
-    require_template,
-)
-from palpate.surface.options import Alignment
+from palpate.surface.alignment import save_alignment
+from palpate.surface.capture import align_first
+from palpate.surface.checks import columns_of, require_cloud, require_template
+from palpate.surface.options import Aligning
 from palpate.surface.template import read_template
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
@@ -40,32 +36,21 @@ def main(snakemake):
         require_template(template)
     with naming(inputs.pose):
         tips = columns_of(read_table(inputs.pose), TIP, frames=len(force))
-    radius = params.probe["indenter"]["radius_m"]
-    standing = standing_of(support, point, plane, tips[onset], indenter_radius_m=radius)
-    options = Alignment.read(params.options)
     with (
         naming(inputs.cloud, "alignment", "cloud", "residual"),
         naming(inputs.object, "support", "points"),
         naming(inputs.pose, "tip"),
     ):
-        alignment = align_capture(
+        alignment = align_first(
             template,
+            support,
+            point,
+            plane,
             (cloud.points_m, cloud.normals),
-            standing,
             tips,
             onset,
-            largest_distance_m=options.largest_distance_m,
-            largest_normal_deg=options.largest_normal_deg,
-        )
-        require_fit(
-            alignment,
-            template,
-            cloud.points_m,
-            standing,
-            tips[onset],
-            options.limits,
-            largest_distance_m=options.largest_distance_m,
-            indenter_radius_m=radius,
+            Aligning.read(params.options),
+            indenter_radius_m=params.probe["indenter"]["radius_m"],
         )
     logging.info("contact in frame %d", alignment.contact_frame)
     logging.info("cloud to template: %.3f mm rms", alignment.residual.rms_m * 1e3)

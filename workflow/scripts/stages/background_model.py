@@ -1,7 +1,7 @@
 """Model the background of one object and sensor."""
 
 from palpate.capture.files import whole_file
-from palpate.run.frames import Stream
+from palpate.capture.streams import Stream
 from palpate.run.job import naming, run
 from palpate.vision.background import build_model, save_model
 from palpate.vision.options import Background

@@ -1,15 +1,12 @@
 """Clouds of the object at the chosen frames of a capture, or at all."""
 
-import logging
-
 import numpy as np
-from palpate.capture.examine_order import wrong_order
 from palpate.capture.files import whole_file
 from palpate.capture.tables import read_frames, read_table
-from palpate.run.frames import all_streams, sensor_with_optics
-from palpate.run.job import naming, run
-from palpate.vision.camera import camera_from_spec
-from palpate.vision.clouds import object_cloud, pack_clouds, probe_places, scene_points
+from palpate.run.job import run
+from palpate.vision.camera import sensor_with_optics
+from palpate.vision.clouds import pack_clouds
+from palpate.vision.film import clouds_of
 from palpate.vision.foreground import load_masks
 from palpate.vision.options import Clouds
 from palpate.vision.support_plane import read_plane
@@ -17,36 +14,21 @@ from palpate.vision.support_plane import read_plane
 
 def main(snakemake):
     """Write the clouds with normals, camera frame."""
-    params = snakemake.params
-    sensor = sensor_with_optics(params.sensor, snakemake.input.get("optics"))
-    camera, plane = camera_from_spec(sensor["color"]), read_plane(snakemake.input.plane)
-    masks, poses = load_masks(snakemake.input.mask), read_table(snakemake.input.pose)
-    require_frames(snakemake.input, masks, poses)
-    if params.frames is None:
-        require_order(snakemake.input.capture, sensor, params.probe)
-    places, exclusion = probe_places(poses, params.probe), params.probe["exclusion"]
-    frames = range(len(masks)) if params.frames is None else params.frames
-    options, clouds = Clouds.read(params.options).written(), []
-    streams = all_streams(snakemake.input.capture, sensor, frames)
-    for k, images in zip(frames, streams, strict=True):
-        points = scene_points(images, sensor, masks[k])
-        if not len(points):
-            nearest_m, farthest_m = sensor["range_m"]
-            expected = f"points {nearest_m:g} to {farthest_m:g} m away"
-            raise ValueError(f"frame {k}: depth: expected {expected}, found none")
-        with naming(f"{snakemake.input.capture}: frame {k}", "cloud"):
-            cloud = object_cloud(points, masks[k], camera, plane, places[k], exclusion, **options)
-        logging.info("frame %d: %d points", k, len(cloud.points_m))
-        clouds.append(cloud)
+    inputs, params = snakemake.input, snakemake.params
+    masks, poses = load_masks(inputs.mask), read_table(inputs.pose)
+    require_frames(inputs, masks, poses)
+    clouds = clouds_of(
+        inputs.capture,
+        sensor_with_optics(params.sensor, inputs.get("optics")),
+        params.probe,
+        masks,
+        poses,
+        read_plane(inputs.plane),
+        Clouds.read(params.options),
+        params.frames,
+    )
     with whole_file(snakemake.output.clouds) as part, part.open("wb") as stream:
         np.savez_compressed(stream, **pack_clouds(clouds))
-
-
-def require_order(capture, sensor, probe):
-    """Refuse depth images, or right ones of a stereo head, of other moments than their frames'."""
-    problem = wrong_order(capture, sensor, probe["marker"])
-    if problem:
-        raise ValueError(problem)
 
 
 def require_frames(inputs, masks, poses):

@@ -1,9 +1,9 @@
 """Follow the probe through a capture."""
 
 from palpate.capture.tables import write_table
-from palpate.run.follow import followed
-from palpate.run.frames import sensor_with_optics
 from palpate.run.job import naming, run
+from palpate.vision.camera import sensor_with_optics
+from palpate.vision.film import followed
 from palpate.vision.options import ProbePose
 
 

@@ -4,8 +4,9 @@ import json
 
 import numpy as np
 from palpate.capture.files import whole_file
-from palpate.run.frames import all_streams, sensor_with_optics
+from palpate.capture.streams import all_streams
 from palpate.run.job import naming, run
+from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import scene_points
 from palpate.vision.options import SupportPlane
 from palpate.vision.support_plane import fit_support_plane

@@ -55,7 +55,7 @@ class LinearMethod(Options):
     """The linear method (Section 3.3.2)."""
 
     starts_pa: tuple[tuple[float, float], ...] = option(
-        ((1e3, 1e3), (1e4, 5e4), (5e4, 1e4), (2e5, 2e4), (1e6, 1e6)),
+        ((1000, 1000), (10000, 50000), (50000, 10000), (200000, 20000), (1000000, 1000000)),
         "lambda and mu",
         above=0,
         fewest=1,

@@ -13,6 +13,7 @@ from matplotlib.tri import Triangulation
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
+from palpate.capture.streams import Stream
 from palpate.report.style import (
     BLACK,
     BLUE,
@@ -22,7 +23,6 @@ from palpate.report.style import (
     label_provenance,
     sensor_name,
 )
-from palpate.run.frames import Stream
 from palpate.run.read_files import read_all
 from palpate.surface.pose import to_object
 from palpate.surface.tracked import load_tracked

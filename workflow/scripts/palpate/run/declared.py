@@ -1,5 +1,7 @@
 """What object.yaml declares, for the scripts."""
 
+from collections.abc import Mapping
+
 from palpate.capture.schema import load_yaml
 from palpate.run.job import naming
 from palpate.solid.support import Support, read_support
@@ -10,3 +12,17 @@ def read_declared(path: str) -> tuple[dict, Support]:
     spec = load_yaml(path)
     with naming(path):
         return spec, read_support(spec["support"])
+
+
+def declared_point(spec: Mapping, name: str) -> Mapping:
+    """What object.yaml says of a point.
+
+    Raises
+    ------
+    ValueError
+        If it says nothing of it.
+    """
+    if name not in spec["points"]:
+        names = ", ".join(sorted(spec["points"]))
+        raise ValueError(f"points: expected one of {names}, found {name}")
+    return spec["points"][name]

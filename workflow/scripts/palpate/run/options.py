@@ -10,7 +10,7 @@ from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.minimise.options import Load, Minimise
 from palpate.options import NAME, Options, block, option, schema_of
 from palpate.solid.options import IndentationTable, Solid
-from palpate.surface.options import TRACKERS, Alignment
+from palpate.surface.options import TRACKERS, Aligning
 from palpate.vision.options import Background, Clouds, Force, ProbePose, SupportPlane
 
 # Captures by object and sensor.
@@ -93,7 +93,7 @@ class Tracking(Options):
 
     estimate_from: str = option("study", "the tracker whose surfaces are minimised")
     compared: tuple[str, ...] = option((), "trackers of every tracked capture", unique=True)
-    alignment: Alignment = block(Alignment, "of the template with the first frame")
+    alignment: Aligning = block(Aligning, "of the template with the first frame")
     trackers: dict = raw(
         BOTH_TRACKERS,
         "by name: results tracked-<name>.npz; `like` takes over another one's options",

@@ -1,12 +1,80 @@
-"""Track one capture with one of the trackers."""
+"""The template through one capture: aligned with its first frame, and tracked."""
 
+from numpy.typing import NDArray
+
+from palpate.solid.support import Support
+from palpate.surface.alignment import Alignment, align_capture, standing_of
+from palpate.surface.checks import require_fit
 from palpate.surface.elastic_capture import track_by_elasticity
-from palpate.surface.options import ElasticTracking, StudyTracking
+from palpate.surface.options import Aligning, ElasticTracking, StudyTracking
 from palpate.surface.recorded import Recorded
 from palpate.surface.study_capture import track_by_study
+from palpate.surface.template import Template
 from palpate.surface.tracked import Tracked
 
 TRACKERS = {"study": track_by_study, "elastic": track_by_elasticity}
+
+
+def align_first(
+    template: Template,
+    support: Support,
+    point_m: NDArray,
+    plane: NDArray,
+    cloud: tuple[NDArray, NDArray],
+    tips_m: NDArray,
+    onset: int,
+    options: Aligning,
+    *,
+    indenter_radius_m: float,
+) -> Alignment:
+    """Align the template with the first frame, and refuse what the data contradict.
+
+    Parameters
+    ----------
+    template : Template
+        Undeformed, object frame.
+    support : Support
+    point_m : (3,) array
+        Declared point, object frame [m].
+    plane : (4,) array
+        The table, camera frame.
+    cloud : (points (n, 3) [m], normals (n, 3))
+        Of the first frame, camera frame.
+    tips_m : (f, 3) array
+        Centre of the sphere in each frame, camera frame [m].
+    onset : int
+        First frame with force.
+    options : Aligning
+    indenter_radius_m : float
+
+    Raises
+    ------
+    ValueError
+        If too little of the cloud lies near the template, or a limit does not hold.
+    """
+    standing = standing_of(
+        support, point_m, plane, tips_m[onset], indenter_radius_m=indenter_radius_m
+    )
+    found = align_capture(
+        template,
+        cloud,
+        standing,
+        tips_m,
+        onset,
+        largest_distance_m=options.largest_distance_m,
+        largest_normal_deg=options.largest_normal_deg,
+    )
+    require_fit(
+        found,
+        template,
+        cloud[0],
+        standing,
+        tips_m[onset],
+        options.limits,
+        largest_distance_m=options.largest_distance_m,
+        indenter_radius_m=indenter_radius_m,
+    )
+    return found
 
 
 def track_capture(recorded: Recorded, options: StudyTracking | ElasticTracking) -> Tracked:

@@ -11,7 +11,6 @@ from palpate.surface.options import Registration
 from palpate.surface.pose import data_weights
 from palpate.surface.template import Template, vertex_normals
 
-CHOICES = {"data_points": ("nearest", "mean"), "data_term": ("point", "plane")}
 # Data points that a mean is made of, at most, and how far it reaches in edge lengths.
 MEAN_OF = 32
 MEAN_REACH = 1.0
@@ -50,10 +49,6 @@ class DataPoints:
     """
 
     def __init__(self, frame: Frame, options: Registration) -> None:
-        for name, (one, other) in CHOICES.items():
-            found = getattr(options, name)
-            if found not in (one, other):
-                raise ValueError(f"{name}: expected {one} or {other}, found {found}")
         self.frame, self.options = frame, options
         self.tree = cKDTree(frame.points_m)
         self.least_cosine = np.cos(np.deg2rad(options.largest_normal_deg))

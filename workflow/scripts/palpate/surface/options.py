@@ -20,7 +20,7 @@ class AlignmentLimits(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Alignment(Options):
+class Aligning(Options):
     """Template on the first frame (Eq. 4.24)."""
 
     largest_distance_m: float = option(0.012, "dr of Eq. 4.24", above=0)

@@ -1,7 +1,9 @@
 """Pinhole camera with lens distortion (Section 4.1.4)."""
 
-from collections.abc import Mapping
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -116,3 +118,19 @@ def with_calibration(sensor: Mapping, calibration: Mapping) -> dict:
         found[block] = dict(sensor[block]) | {key: camera[key] for key in OPTICS}
     found["depth"]["color_from_depth"] = calibration["color_from_infrared"]
     return found
+
+
+def sensor_with_optics(spec: Mapping, optics_path: str | Sequence | None) -> Mapping:
+    """The sensor's file, with the optics of its own calibration where there is one.
+
+    Parameters
+    ----------
+    spec : mapping
+        The sensor's file.
+    optics_path : str or sequence or None
+        calibration.json; empty where the file's own optics hold.
+    """
+    if not optics_path:
+        return spec
+    calibration = json.loads(Path(str(optics_path)).read_text(encoding="utf-8"))
+    return with_calibration(spec, calibration)

@@ -7,8 +7,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.vision.clock import ClockOffset, clock_offset
-from palpate.vision.force import averaged, unbiased
-from palpate.vision.probe import ALONG_STD, AXIS, TIP
+from palpate.vision.force import averaged, frame_wrenches, unbiased
+from palpate.vision.options import Force
+from palpate.vision.probe import ALONG_STD, AXIS, TIP, marker_transforms
 
 
 def press_depth(poses: pd.DataFrame) -> tuple[NDArray, NDArray]:
@@ -48,3 +49,53 @@ def press_clock(
     force = press_force(record, probe, bias_window_s=bias_window_s)
     frames = poses["time_s"].to_numpy(float)
     return clock_offset(*force, frames, depth_m, std_m, prior_std_s=prior_std_s)
+
+
+def press_wrenches(
+    record: pd.DataFrame, poses: pd.DataFrame, probe: Mapping, options: Force, *, up: NDArray
+) -> tuple[pd.DataFrame, ClockOffset]:
+    """Wrench on the object at every frame, with the offset of the clocks.
+
+    Parameters
+    ----------
+    record : DataFrame
+        force.csv of the capture.
+    poses : DataFrame
+        probe_pose.csv.
+    probe : mapping
+        The probe's file.
+    options : Force
+    up : (3,) array
+        Upward direction, camera frame.
+
+    Returns
+    -------
+    DataFrame
+        Of `frame_wrenches`.
+    ClockOffset
+
+    Raises
+    ------
+    ValueError
+        As `frame_wrenches` does.
+    """
+    clock = press_clock(
+        record,
+        poses,
+        probe,
+        bias_window_s=options.bias_window_s,
+        prior_std_s=options.clock_offset_std_s,
+    )
+    table = frame_wrenches(
+        record,
+        poses["time_s"].to_numpy(),
+        marker_transforms(poses),
+        probe,
+        up=up,
+        clock_offset_s=clock.offset_s,
+        matching=options.matching,
+        bias_window_s=options.bias_window_s,
+        linear_window_s=options.linear_window_s,
+        largest_gap_s=options.largest_gap_s,
+    )
+    return table, clock

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from palpate.capture.streams import all_streams
 from palpate.capture.tables import read_table
 from palpate.report import outputs
-from palpate.run.frames import all_streams
 from palpate.surface.template import read_template
 from palpate.vision.clouds import scene_points
 from palpate.vision.depth import kinect_depth

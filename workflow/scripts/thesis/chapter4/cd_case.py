@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from palpate.capture.streams import all_streams
 from palpate.report import outputs
-from palpate.run.follow import followed
-from palpate.run.frames import all_streams, sensor_with_optics
 from palpate.vision.box import outline_distance, place_box
+from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import belongs_to_probe, probe_places, scene_points
+from palpate.vision.film import followed
 from palpate.vision.kalman import study_filter
 from palpate.vision.options import ProbePose
 from palpate.vision.probe import RAW_TIP, TIP

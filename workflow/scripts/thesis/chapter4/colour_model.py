@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
+from palpate.capture.streams import Stream
 from palpate.report.style import (
     ARROW,
     BLACK,
@@ -21,7 +22,6 @@ from palpate.report.style import (
     entitle,
     label_provenance,
 )
-from palpate.run.frames import Stream
 from palpate.vision.background import load_model
 from palpate.vision.foreground import load_masks
 from palpate.vision.options import Background

@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from palpate.capture.streams import all_streams
 from palpate.capture.tables import read_table
 from palpate.report import outputs
-from palpate.run.follow import followed
-from palpate.run.frames import all_streams, sensor_with_optics
+from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import scene_points
-from palpate.vision.force import FORCE, frame_wrenches
+from palpate.vision.film import followed
+from palpate.vision.force import FORCE
 from palpate.vision.options import Force, ProbePose
-from palpate.vision.press import press_clock, press_depth, press_force
-from palpate.vision.probe import marker_transforms
+from palpate.vision.press import press_depth, press_force, press_wrenches
 from palpate.vision.support_plane import fit_support_plane
 
 
@@ -23,24 +23,8 @@ def make_loading_test(inputs: Any, params: Any) -> dict:
     folder, sensor = inputs.loading, sensor_with_optics(params.sensor, inputs.optics)
     options, record = Force.read(params.options), read_table(f"{folder}/force.csv")
     poses = followed(folder, sensor, params.probe, ProbePose.read(params.pose))
-    clock = press_clock(
-        record,
-        poses,
-        params.probe,
-        bias_window_s=options.bias_window_s,
-        prior_std_s=options.clock_offset_std_s,
-    )
-    wrench = frame_wrenches(
-        record,
-        poses["time_s"].to_numpy(),
-        marker_transforms(poses),
-        params.probe,
-        up=table_normal(folder, sensor, params),
-        clock_offset_s=clock.offset_s,
-        matching=options.matching,
-        bias_window_s=options.bias_window_s,
-        linear_window_s=options.linear_window_s,
-        largest_gap_s=options.largest_gap_s,
+    wrench, clock = press_wrenches(
+        record, poses, params.probe, options, up=table_normal(folder, sensor, params)
     )
     frames = loading_frames(poses, np.linalg.norm(wrench[FORCE], axis=1), params.onset_force_n)
     frames["clock_offset_s"], frames["clock_offset_std_s"] = clock.offset_s, clock.std_s

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from palpate.capture.streams import Stream
 from palpate.report.style import (
     BLACK,
     BLUE,
@@ -22,7 +23,6 @@ from palpate.report.style import (
     panel_letter,
     sensor_name,
 )
-from palpate.run.frames import Stream
 from palpate.run.read_files import read_one
 
 from thesis.chapter4.sensor_files import by_sensor, provenances

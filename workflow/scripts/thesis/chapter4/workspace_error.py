@@ -7,10 +7,10 @@ from typing import Any
 import pandas as pd
 from numpy.typing import NDArray
 from palpate.capture.images import read_image
+from palpate.capture.streams import REFERENCE_STREAM
 from palpate.capture.tables import read_frames, read_table
 from palpate.report import outputs
-from palpate.run.frames import REFERENCE_STREAM, sensor_with_optics
-from palpate.vision.camera import camera_from_spec
+from palpate.vision.camera import camera_from_spec, sensor_with_optics
 from palpate.vision.marker import CornerFollower
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.probe import board_poses, marker_from_tip

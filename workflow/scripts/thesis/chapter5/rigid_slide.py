@@ -14,7 +14,7 @@ from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, label_
 from palpate.report.views import MILLIMETRES, View
 from palpate.surface.alignment import standing_of
 from palpate.surface.augment import undeformed_points
-from palpate.surface.options import Alignment
+from palpate.surface.options import Aligning
 from palpate.surface.pose import (
     CONVERGED_M,
     Standing,
@@ -92,7 +92,7 @@ class Way:
 def make_figure_5_6(inputs: Any, params: Any) -> Figure:
     """The cut cloud of a point at the block's end, aligned from shifted poses."""
     recorded, frame = recordings_of(inputs, params.probes)[0], last_frames(inputs)[0]
-    options = Alignment.read(params.options)
+    options = Aligning.read(params.options)
     known = _standing(inputs, recorded, params.captures[0]["point"])
     ways = ways_of(recorded, frame, known, options)
     right = recorded.alignment.camera_from_object
@@ -102,7 +102,7 @@ def make_figure_5_6(inputs: Any, params: Any) -> Figure:
     return figure_5_6(params.captures[0], recorded.template, shown, slides, note=note)
 
 
-def ways_of(recorded: Recorded, frame: int, known: Standing, options: Alignment) -> dict[str, Way]:
+def ways_of(recorded: Recorded, frame: int, known: Standing, options: Aligning) -> dict[str, Way]:
     """Ways to align a frame's cloud, by name.
 
     Parameters
@@ -111,7 +111,7 @@ def ways_of(recorded: Recorded, frame: int, known: Standing, options: Alignment)
     frame : int
     known : Standing
         What table and touched point tell of the object's place.
-    options : Alignment
+    options : Aligning
     """
     template, none = recorded.template, np.zeros((0, 3))
     (whole, normals), added = recorded.clouds[frame], added_places(recorded)
@@ -286,7 +286,7 @@ def _shown(title: str, way: Way, right: NDArray) -> tuple[str, NDArray, NDArray]
     return f"{title}: slid {slid:+.1f} mm", cloud, added
 
 
-def _note(options: Alignment) -> str:
+def _note(options: Aligning) -> str:
     """What was cut, shifted and sought, in words under the figure."""
     reach = f" dr = {1e3 * options.largest_distance_m:g} mm"
     return f"{NOTE}{reach}: on flat faces any shift stays, with added points too."

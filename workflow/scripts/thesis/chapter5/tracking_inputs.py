@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from palpate.capture.streams import Stream
 from palpate.capture.tables import read_table
 from palpate.report.views import Surface
 from palpate.run.declared import read_declared
-from palpate.run.frames import Stream
 from palpate.run.read_files import read_all
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment

@@ -1,6 +1,5 @@
-"""Images of a capture, one frame at a time, for the scripts."""
+"""Images of a folder, one frame at a time."""
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -8,7 +7,6 @@ from numpy.typing import NDArray
 
 from palpate.capture.images import read_image, read_samples
 from palpate.capture.tables import image_streams, read_frames
-from palpate.vision.camera import with_calibration
 
 REFERENCE_STREAM = {"stereo": "left", "structured_light": "color", "depth": "color"}
 
@@ -46,22 +44,6 @@ class Stream(Sequence):
 
     def __getitem__(self, index: int) -> NDArray:
         return self.read(self.folder / self.files[index], self.encoding)
-
-
-def sensor_with_optics(spec: Mapping, optics_path: str | Sequence | None) -> Mapping:
-    """The sensor's file, with the optics of its own calibration where there is one.
-
-    Parameters
-    ----------
-    spec : mapping
-        The sensor's file.
-    optics_path : str or sequence or None
-        calibration.json; empty where the file's own optics hold.
-    """
-    if not optics_path:
-        return spec
-    calibration = json.loads(Path(str(optics_path)).read_text(encoding="utf-8"))
-    return with_calibration(spec, calibration)
 
 
 def all_streams(
