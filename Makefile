@@ -94,7 +94,7 @@ sample-captures: .venv/installed
 
 # Everything that is wrong with what was dropped into raw/, and what is there: all objects, or one.
 check: .venv/installed
-	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python -m palpate.capture check \
+	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python -m palpate check \
 	  $(if $(object),'raw/$(subst ','\'',$(object))')
 
 # The committed captures of tests/own_object, made anew: a mesh of another origin than ours, under
@@ -119,4 +119,5 @@ clean:
 	rm -rf .venv
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r environment.lock
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	touch $@

@@ -5,6 +5,7 @@ import re
 import pytest
 import yaml
 from palpate.capture.schema import SCHEMAS, load_yaml, validate
+from palpate.run.options import config_schema
 
 
 @pytest.mark.parametrize(
@@ -145,7 +146,8 @@ def patterns(node):
 
 
 def test_patterns_are_told_in_words_with_an_example(root):
-    found = [one for path in sorted(SCHEMAS.glob("*.yaml")) for one in patterns(load_yaml(path))]
+    read = [load_yaml(path) for path in sorted(SCHEMAS.glob("*.yaml"))]
+    found = [one for schema in [*read, config_schema({})] for one in patterns(schema)]
     assert len(found) >= 7
     for one in found:
         words, _, example = one["description"].rpartition(", like ")

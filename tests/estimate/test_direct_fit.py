@@ -58,7 +58,7 @@ def settling(cell_m, support):
         support=support,
         contact_m=np.zeros(3),
         direction=np.array([0.0, 0, -1]),
-        options={"sinking_std_m": 1e-4, "rocking_std_rad": 1e-3},
+        options=Fit(sinking_std_m=1e-4, rocking_std_rad=1e-3),
     )
 
 
@@ -226,7 +226,7 @@ def test_what_stands_sinks_along_its_support_and_rocks_about_its_foot():
     cells = np.array([[0.0, 0.0, 0.1], [0.03, 0.0, 0.05], [0.0, 0.04, 0.02]])
     normals = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.6, 0.8]])
     ground = Support(np.zeros(3), np.array([0, 0, 2.0]), 1e-3, "resting")
-    options = {"sinking_std_m": 1e-5, "rocking_std_rad": 2e-4}
+    options = Fit(sinking_std_m=1e-5, rocking_std_rad=2e-4)
     top, down = np.array([0.0, 0, 0.1]), np.array([0.0, 0, -1])
     given = {"support": ground, "options": options}
     found = settling_of(cells, normals, contact_m=top, direction=down, **given)

@@ -7,7 +7,7 @@ from palpate.estimate.minimise.problem import Problem, tracked_rotations
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.estimate.minimise.search import minimise_error
 from palpate.solid.boundary import node_sets
-from palpate.solid.finite_strain import NeoHookean
+from palpate.solid.log_neo_hookean import LogNeoHookean
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.solve import factorise
@@ -47,7 +47,7 @@ def beam():
     wall = Support(np.zeros(3), np.array([1.0, 0, 0]), 1e-6)
     sets = node_sets(mesh, wall, contact_nodes=tip)
     free = np.repeat(mesh.nodes_m[:, 0] > 1e-9, 3)
-    x = newton(NeoHookean(mesh, *lame_from_engineering(E, NU)), f, np.flatnonzero(free))
+    x = newton(LogNeoHookean(mesh, *lame_from_engineering(E, NU)), f, np.flatnonzero(free))
     u = x - mesh.nodes_m
     u[sets.interior] = np.nan
     return Problem(mesh, sets, Measurement(u, f, 0.05))

@@ -25,7 +25,6 @@ def names(script):
 
 def test_follows_imports_of_imports(tree):
     assert names(tree) == [
-        "palpate/__init__.py",
         "palpate/solid/__init__.py",
         "palpate/solid/load.py",
         "palpate/solid/mesh.py",

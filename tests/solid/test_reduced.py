@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from palpate.solid.mesh import solid_mesh
-from palpate.solid.reduced import lame_ratio, reduced_model
+from palpate.solid.moduli import lame_ratio
+from palpate.solid.reduced import reduced_model
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import elastic_stiffness
 from skfem import MeshTet

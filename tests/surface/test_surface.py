@@ -27,6 +27,7 @@ from virtual_lab.describe import box_template
 
 SIZE = np.array([0.598, 0.150, 0.0475])
 POINT = np.array([-0.05, 0.0, 0.0475])
+WITHIN = {"largest_distance_m": 0.012, "largest_normal_deg": 60}
 OPTIONS = Registration(
     w_sm=0.5,
     w_sm_stop=0.1,
@@ -92,7 +93,7 @@ def test_initial_pose_and_alignment_from_any_yaw(template, pose):
         touched_m=to_camera(pose, POINT) + 0.002,
     )
     first = initial_pose(template, cloud, standing)
-    found = align_rigidly(template, cloud, normals, first)
+    found = align_rigidly(template, cloud, normals, first, **WITHIN)
     gap = to_camera(found, template.vertices_m) - to_camera(pose, template.vertices_m)
     assert np.linalg.norm(gap, axis=1).mean() < 1e-3
 
@@ -102,7 +103,7 @@ def test_a_cloud_that_misses_is_refused(template, pose):
     away = np.eye(4)
     away[:3, 3] = [0.5, 0.5, 2.0]
     with pytest.raises(ValueError, match="alignment: expected most of the cloud within 0.012 m"):
-        align_rigidly(template, cloud * 3.0, normals, away)
+        align_rigidly(template, cloud * 3.0, normals, away, **WITHIN)
 
 
 @pytest.mark.parametrize("rough", ["template", "drawn"])

@@ -9,9 +9,10 @@ import pytest
 import trimesh
 import yaml
 from palpate.capture.tables import write_table
+from palpate.estimate.minimise.options import Minimise
 from palpate.solid.mesh import solid_mesh, write_solid
+from palpate.solid.options import Solid
 from palpate.surface.tracked import Tracked, save_tracked
-from settings import full
 from skfem import MeshTet
 from thesis.chapter5.minimise_steps import make_minimise_steps
 
@@ -49,7 +50,6 @@ def rows(root, tmp_path):
     (tmp_path / "object.yaml").write_text(yaml.safe_dump({"support": support}))
     force = {"fx_n": [0.0, 0.0], "fy_n": [0.0, 0.0], "fz_n": [0.0, -2.0]}
     write_table(tmp_path / "force.csv", pd.DataFrame(force))
-    config = full(root)
     inputs = {"solid": "solid.vtu", "force": "force.csv", "fit": "hertz.json"}
     inputs |= {"object": "object.yaml", "truth": "truth.npz"}
     files = SimpleNamespace(
@@ -58,8 +58,8 @@ def rows(root, tmp_path):
     )
     params = SimpleNamespace(
         probe={"indenter": {"radius_m": 0.00622}},
-        solid=config["solid"] | {"refine_edge_m": 0.02},
-        options=config["minimise"],
+        solid=Solid(refine_edge_m=0.02).written(),
+        options=Minimise().written(),
         steps=STEPS,
         tracker="study",
         trackers=["study", "other"],

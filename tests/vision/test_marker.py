@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.marker import Region, board_points, expected_region, find_corners
+from palpate.vision.options import PoseFilter
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import candidate_poses, point_covariance, settle
 from palpate.vision.probe import board_poses, marker_from_tip, track_probe
@@ -13,7 +14,7 @@ from scipy.spatial.transform import Rotation
 CAMERA = PinholeCamera(1024, 768, 790.0, 790.0, 512.0, 384.0)
 SUPERSAMPLING = 6
 LENS_BLUR_PX = 0.5
-NO_FILTER = {"method": "none", "measurement_std_m": 1e-3, "acceleration_std_m_s2": 1.0}
+NO_FILTER = PoseFilter(method="none")
 
 
 def board_image(pose, marker, camera=CAMERA):
@@ -223,7 +224,7 @@ def test_no_board_no_pose(probe):
 
 def test_lost_marker_is_bridged_or_refused(probe):
     seen, blank = board_image(POSES[0], probe["marker"]), np.full((768, 1024), 120, np.uint8)
-    options = {"threshold_px": 0.25, "filter_options": NO_FILTER}
+    options = {"threshold_px": 0.25, "filter_by": NO_FILTER}
     options |= {"encoding": "mono8", "refinement": "corners"}
     table = track_probe(
         [seen, blank, seen], np.arange(3.0), CAMERA, probe, largest_gap_frames=1, **options

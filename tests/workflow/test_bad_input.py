@@ -185,7 +185,6 @@ def test_a_contact_far_from_the_solid(run, root, tmp_path, box, cube, kept):
     fit = {"range": {"last_frame": 1}, "samples": {"depth_m": [0.0, 1e-3]}}
     (tmp_path / "hertz.json").write_text(json.dumps(fit))
     write_forces(tmp_path / "force.csv", [0.0, 2.0])
-    config = full(root)
     inputs = {
         "object": describe(tmp_path / "object.yaml"),
         "solid": kept,
@@ -193,7 +192,7 @@ def test_a_contact_far_from_the_solid(run, root, tmp_path, box, cube, kept):
         "force": tmp_path / "force.csv",
         "fit": tmp_path / "hertz.json",
     }
-    params = {"options": config["minimise"], "probe": PROBE, "solid": config["solid"]}
+    params = {"options": {}, "probe": PROBE, "solid": {}}
     line = run(
         "minimise",
         inputs=inputs,
@@ -281,7 +280,9 @@ def test_depth_images_in_another_order(run, root, tmp_path):
     save_masks(inputs["mask"], np.ones((len(table), 4, 4), bool))
     write_table(inputs["pose"], pd.DataFrame({"tip_x_m": np.zeros(len(table))}))
     inputs["plane"].write_text(json.dumps({"normal": [0, 0, 1], "offset_m": 0}))
-    line = run("clouds", inputs=inputs, outputs=["clouds"], params=specs | {"frames": None})
+    line = run(
+        "clouds", inputs=inputs, outputs=["clouds"], params=specs | {"frames": None, "options": {}}
+    )
     assert f"{capture}/frames.csv: depth: expected the board where color shows it" in line
 
 
@@ -324,12 +325,13 @@ def test_a_simulation_with_a_broken_triangle(run, root, tmp_path, cube, triangle
         force_n=zeros,
         displacement_m=zeros,
     )
-    options = full(root)["simulation"]
     line = run(
-        "linear_method",
+        "artefact",
         inputs={"steps": path, "tracked": None},
         outputs=["result"],
-        params={"options": options},
-        wildcards={"data": "exact"},
+        params={
+            "make": "thesis.chapter3.block:make_linear_method",
+            "options": {"support": SUPPORT},
+        },
     )
     assert f"{path}: {found}" in line

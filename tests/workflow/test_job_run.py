@@ -101,10 +101,11 @@ def test_a_job_without_a_run_is_left_alone(monkeypatch):
 def test_a_run_of_another_machine_is_not_watched(monkeypatch):
     watched = []
     monkeypatch.setenv(OWNER, "1 elsewhere")
+    monkeypatch.setenv("PYTHONPATH", "")
     monkeypatch.setattr(
         job_run.threading.Thread, "start", lambda self: watched.append(self._args[0])
     )
-    job_run.own_run()
+    job_run.own_run("scripts")
     assert watched == [[os.getppid()]]
     assert os.environ[OWNER] == f"{os.getpid()} {socket.gethostname()}"
 

@@ -9,6 +9,7 @@ CAPTION = str(PROJECT / "workflow" / "report" / "caption.rst")
 SCRIPTS = str(PROJECT / "workflow" / "scripts")
 sys.path.insert(0, SCRIPTS)
 
+import palpate
 from palpate.capture.discover import CAPTURE_NAME
 from palpate.run.configuration import open_run
 from palpate.run.digest import code

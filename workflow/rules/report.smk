@@ -48,7 +48,6 @@ rule summary:
 rule configuration:
     input:
         lock=str(PROJECT / "environment.lock"),
-        project=str(PROJECT / "pyproject.toml"),
     output:
         md=RUN.results("configuration.md"),
         page=report(
@@ -70,7 +69,8 @@ rule configuration:
         title="Configuration and versions",
         caption="Options of this run after all overrides, and the versions of project, Python and"
         " pinned packages.",
-        config=config,
+        config=RUN.config,
+        version=palpate.__version__,
         wanted=[RUN.within_results(path) for path in WANTED],
     message:
         "Configuration and versions of the run, and what it makes"

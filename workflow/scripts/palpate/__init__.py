@@ -1,1 +1,42 @@
-"""Palpate: elastic moduli of soft objects from one depth camera and a hand-held force probe."""
+"""Palpate: elastic moduli of soft objects from one depth camera and a hand-held force probe.
+
+Names are loaded when they are asked for: jobs that need one room need not wait for the others.
+"""
+
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+# What the public names are: of modules, and the modules themselves.
+_NAMES = {
+    "Capture": "palpate.capture.capture",
+    "open_capture": "palpate.capture.capture",
+    "check_object": "palpate.capture.check",
+    "Config": "palpate.run.options",
+    "Measurement": "palpate.measurement",
+    "measure": "palpate.measurement",
+    "solid_of": "palpate.measurement",
+    "indentation_table": "palpate.measurement",
+    "track": "palpate.measurement",
+    "IndentationTable": "palpate.solid.options",
+    "StudyTracking": "palpate.surface.options",
+    "ElasticTracking": "palpate.surface.options",
+    "lame_from_engineering": "palpate.solid.moduli",
+    "engineering_from_lame": "palpate.solid.moduli",
+    "reduced_modulus": "palpate.solid.moduli",
+}
+_MODULES = ("hertz", "direct")
+__all__ = ["__version__", *_NAMES, *_MODULES]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _NAMES:
+        return getattr(import_module(_NAMES[name]), name)
+    if name in _MODULES:
+        return import_module(f"palpate.{name}")
+    raise AttributeError(f"module 'palpate' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -5,8 +5,7 @@ from palpate.capture.files import whole_file
 from palpate.capture.tables import read_frames, read_table
 from palpate.run.job import run
 from palpate.vision.camera import sensor_with_optics
-from palpate.vision.clouds import pack_clouds
-from palpate.vision.film import clouds_of
+from palpate.vision.clouds import clouds_of, pack_clouds
 from palpate.vision.foreground import load_masks
 from palpate.vision.options import Clouds
 from palpate.vision.support_plane import read_plane
@@ -15,15 +14,17 @@ from palpate.vision.support_plane import read_plane
 def main(snakemake):
     """Write the clouds with normals, camera frame."""
     inputs, params = snakemake.input, snakemake.params
+    sensor = sensor_with_optics(params.sensor, inputs.get("optics"))
+    plane = read_plane(inputs.plane)
     masks, poses = load_masks(inputs.mask), read_table(inputs.pose)
     require_frames(inputs, masks, poses)
     clouds = clouds_of(
         inputs.capture,
-        sensor_with_optics(params.sensor, inputs.get("optics")),
+        sensor,
         params.probe,
         masks,
         poses,
-        read_plane(inputs.plane),
+        plane,
         Clouds.read(params.options),
         params.frames,
     )

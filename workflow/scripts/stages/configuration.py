@@ -1,7 +1,6 @@
 """The run's configuration and versions, and the list of what it makes."""
 
 import platform
-import tomllib
 from pathlib import Path
 
 from palpate.report import outputs
@@ -18,8 +17,7 @@ NAMED = (
 def main(snakemake):
     """Write configuration.md and wanted.txt."""
     inputs, params = snakemake.input, snakemake.params
-    project = tomllib.loads(Path(inputs.project).read_text(encoding="utf-8"))["project"]
-    versions = {"palpate": project["version"], "Python": platform.python_version()}
+    versions = {"palpate": params.version, "Python": platform.python_version()}
     versions |= pinned(Path(inputs.lock).read_text(encoding="utf-8"), NAMED)
     wanted = "".join(f"{name}\n" for name in params.wanted)
     made = {"md": describe(params.config, versions), "wanted": wanted}

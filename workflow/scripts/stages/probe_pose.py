@@ -3,7 +3,7 @@
 from palpate.capture.tables import write_table
 from palpate.run.job import naming, run
 from palpate.vision.camera import sensor_with_optics
-from palpate.vision.film import followed
+from palpate.vision.follow import followed
 from palpate.vision.options import ProbePose
 
 

@@ -89,6 +89,7 @@ def _files_of(name: str, root: Path) -> list[Path]:
     if parts[0] not in PACKAGES:
         return []
     folders = [root.joinpath(*parts[: k + 1]) for k in range(len(parts))]
-    packages = [folder / "__init__.py" for folder in folders]
+    # The topmost only says what its modules are, and the version: no result follows from it.
+    packages = [folder / "__init__.py" for folder in folders[1:]]
     module = folders[-1].with_suffix(".py")
     return [path for path in [*packages, module] if path.is_file()]

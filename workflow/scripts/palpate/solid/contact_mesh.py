@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 
 from palpate.solid.boundary import support_nodes
 from palpate.solid.mesh import SolidMesh
+from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.patch import hertz_patch
 from palpate.solid.refine import refine_near
 from palpate.solid.solve import factorise
@@ -54,7 +55,7 @@ def moving_nodes(
     free = np.setdiff1d(
         np.arange(3 * len(mesh.nodes_m)), (3 * held[:, None] + np.arange(3)).ravel()
     )
-    K = combined(K1, K2, nu / ((1 + nu) * (1 - 2 * nu)), 1 / (2 * (1 + nu)))
+    K = combined(K1, K2, *lame_from_engineering(1.0, nu))
     load = hertz_patch(mesh, point_m, direction, direction, contact_radius_m=contact)
     u = np.zeros(load.size)
     u[free] = factorise(K[free][:, free])(load.ravel()[free])

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.solid.moduli import lame_from_engineering
+
 # Below it the volumetric term of `blatz_ko` is taken at its limit, 2 ln J.
 LEAST_EXPONENT = 1e-9
 
@@ -44,7 +46,7 @@ def unit_lame(nu: float) -> tuple[float, float]:
     """
     if not 0 <= nu < 0.5:
         raise ValueError(f"nu: expected from 0 to below 0.5, found {nu:g}")
-    return nu / ((1 + nu) * (1 - 2 * nu)), 1 / (2 * (1 + nu))
+    return lame_from_engineering(1.0, nu)
 
 
 def _neo_hookean_energy(F: NDArray, nu: float) -> NDArray:

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.solid.mesh import SolidMesh
+from palpate.solid.moduli import lame_from_engineering, lame_ratio
 from palpate.solid.patch import hertz_contact_radius, hertz_patch
-from palpate.solid.reduced import lame_ratio
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
 
@@ -84,5 +84,5 @@ def _unit_load(mesh, point_m, direction, radius_m: float, depth_m: float) -> NDA
 
 def _lame(nu: float) -> tuple[float, float]:
     """Lame parameters at E = 1."""
-    mu = 1 / (2 * (1 + nu))
+    _, mu = lame_from_engineering(1.0, nu)
     return lame_ratio(nu) * mu, mu

@@ -19,6 +19,11 @@ def poisson_ratio(lam: float, mu: float) -> float:
     return lam / (2 * (mu + lam))
 
 
+def lame_ratio(nu: float) -> float:
+    """Ratio lam / mu."""
+    return 2 * nu / (1 - 2 * nu)
+
+
 def lame_derivatives(E: float, nu: float) -> NDArray:
     """Derivatives of (lam, mu) with respect to (log E, nu), shape (2, 2) [Pa].
 

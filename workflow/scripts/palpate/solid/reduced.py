@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import eigh
 
+from palpate.solid.moduli import lame_ratio
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined
 
@@ -149,11 +150,6 @@ def reduced_model(
         shift=float(ratios[-1]),
         solve=solve,
     )
-
-
-def lame_ratio(poisson_ratio: float) -> float:
-    """Ratio lam / mu."""
-    return 2 * poisson_ratio / (1 - 2 * poisson_ratio)
 
 
 def _ratios(poisson_ratios: tuple[float, float], count: int) -> NDArray:

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.finite_strain import NeoHookean
+from palpate.solid.log_neo_hookean import LogNeoHookean
 from palpate.solid.mesh import SolidMesh
+from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.solve import factorise
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.obstacle import Sphere, Table
@@ -104,7 +105,7 @@ class ElasticTracker:
         options: ElasticTracking,
     ) -> None:
         nu = options.poisson_ratio
-        self.elastic = NeoHookean(solid, nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu))
+        self.elastic = LogNeoHookean(solid, *lame_from_engineering(1.0, nu))
         self.template, self.rest, self.table, self.options = template, solid.nodes_m, table, options
         self._carrier = ClosestPoints(solid.nodes_m, solid.surface_triangles())
         _, triangle, self._weights = self._carrier(template.vertices_m)

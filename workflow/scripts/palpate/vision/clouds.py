@@ -1,6 +1,7 @@
 """From depth images to clouds of the object with normals (Sections 4.1.2, 4.1.4)."""
 
-from collections.abc import Mapping
+import logging
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,11 +9,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.capture.examine_order import wrong_order
+from palpate.capture.streams import all_streams
 from palpate.npz import read_arrays
 from palpate.open3d_core import o3d
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth
 from palpate.vision.marker import board_points
+from palpate.vision.options import Clouds
 from palpate.vision.pieces import largest_piece
 from palpate.vision.probe import AXIS, TIP, marker_transforms
 from palpate.vision.support_plane import height_above
@@ -239,3 +243,58 @@ def _deprojected(depth_m: NDArray, camera: PinholeCamera, range_m: tuple) -> NDA
     flat = depth_m.ravel()
     valid = (flat >= range_m[0]) & (flat <= range_m[1])
     return camera.rays(camera.pixel_grid()[valid]) * flat[valid, None]
+
+
+def clouds_of(
+    folder: str | Path,
+    sensor: Mapping,
+    probe: Mapping,
+    masks: NDArray,
+    poses: pd.DataFrame,
+    plane: NDArray,
+    options: Clouds,
+    frames: Sequence[int] | None = None,
+) -> list[Cloud]:
+    """Clouds of the object, with normals, camera frame.
+
+    Parameters
+    ----------
+    folder : path
+        Of a capture.
+    sensor, probe : mapping
+        Specifications.
+    masks : (f, h, w) bool array
+    poses : DataFrame
+        probe_pose.csv.
+    plane : (4,) array
+        The table.
+    options : Clouds
+    frames : sequence of int, optional
+        All by default; then the order of the pictures is examined too.
+
+    Raises
+    ------
+    ValueError
+        If pictures of two streams are of different moments, or a frame shows no points.
+    """
+    camera = camera_from_spec(sensor["color"])
+    if frames is None and (problem := wrong_order(folder, sensor, probe["marker"])):
+        raise ValueError(problem)
+    places = probe_places(poses, probe)
+    chosen, written = range(len(masks)) if frames is None else frames, options.written()
+    clouds = []
+    for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
+        points = scene_points(images, sensor, masks[k])
+        if not len(points):
+            nearest_m, farthest_m = sensor["range_m"]
+            expected = f"points {nearest_m:g} to {farthest_m:g} m away"
+            raise ValueError(f"frame {k}: depth: expected {expected}, found none")
+        try:
+            cloud = object_cloud(
+                points, masks[k], camera, plane, places[k], probe["exclusion"], **written
+            )
+        except ValueError as error:
+            raise ValueError(f"{folder}: frame {k}: {error}") from error
+        logging.info("frame %d: %d points", k, len(cloud.points_m))
+        clouds.append(cloud)
+    return clouds

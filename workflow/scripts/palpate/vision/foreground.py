@@ -1,5 +1,6 @@
 """Foreground of an image before a modelled background (Eq. 4.19, Section 4.2.1)."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -14,8 +15,11 @@ from palpate.vision.background import (
     channels_of,
     pixels_like,
 )
+from palpate.vision.options import Background
+from palpate.vision.stillness import check_still
 
 # Pixels classified at a time: their float arrays fit into a core's second-level cache.
+MOST_FOREGROUND = 0.8
 PIECE_PX = 8_192
 # Pixels within this of a mask's edge may show both sides; so much of the foreground counts as it.
 RIM_PX, MIXED = 3, 0.5
@@ -172,3 +176,43 @@ def load_masks(path: str | Path) -> NDArray:
         found = f"{packed.dtype} {packed.shape} for {shape.tolist()}"
         raise ValueError(f"{path}: mask: expected the bits of (frames, h, w), found {found}")
     return np.unpackbits(data["mask"], axis=-1, count=data["shape"][-1]).astype(bool)
+
+
+def masks_of(frames: Sequence[NDArray], model: BackgroundModel, options: Background) -> NDArray:
+    """Foreground of each frame, (f, h, w) bool.
+
+    Parameters
+    ----------
+    frames : sequence of uint8 arrays
+        Of the reference camera.
+    model : BackgroundModel
+    options : Background
+
+    Raises
+    ------
+    ValueError
+        If the camera moved, or the foreground of a frame can't be an object's.
+    """
+    classify = Classifier(
+        model,
+        alpha_low=options.alpha_low,
+        alpha_high=options.alpha_high,
+        opening_px=options.opening_px,
+        closing_px=options.closing_px,
+        smallest_blob_px=options.smallest_blob_px,
+    )
+    masks = np.stack([classify(image) for image in frames])
+    for k in (0, len(masks) - 1):
+        check_still(
+            model.mean, frames[k], masks[k], largest_shift_px=options.largest_shift_px, frame=k
+        )
+    full = masks.mean(axis=(1, 2))
+    if full.max() > MOST_FOREGROUND:
+        raise ValueError(
+            f"mask: expected background around the object, found {full.max():.0%} foreground in"
+            f" frame {int(full.argmax())} (does the background show the same scene and light?)"
+        )
+    empty = np.flatnonzero(~masks.any(axis=(1, 2)))
+    if len(empty):
+        raise ValueError(f"mask: expected foreground in each frame, found none in {empty[0]}")
+    return masks

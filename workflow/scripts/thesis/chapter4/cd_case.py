@@ -13,7 +13,7 @@ from palpate.report import outputs
 from palpate.vision.box import outline_distance, place_box
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import belongs_to_probe, probe_places, scene_points
-from palpate.vision.film import followed
+from palpate.vision.follow import followed
 from palpate.vision.kalman import study_filter
 from palpate.vision.options import ProbePose
 from palpate.vision.probe import RAW_TIP, TIP

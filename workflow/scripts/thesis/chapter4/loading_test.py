@@ -11,7 +11,7 @@ from palpate.capture.tables import read_table
 from palpate.report import outputs
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import scene_points
-from palpate.vision.film import followed
+from palpate.vision.follow import followed
 from palpate.vision.force import FORCE
 from palpate.vision.options import Force, ProbePose
 from palpate.vision.press import press_depth, press_force, press_wrenches

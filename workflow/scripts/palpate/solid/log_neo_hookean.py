@@ -12,7 +12,7 @@ LEAST_VOLUME = 0.02
 HALVINGS = 30
 
 
-class NeoHookean:
+class LogNeoHookean:
     """Compressible neo-Hookean solid of four-node elements.
 
     The energy density is mu/2 (tr F'F - 3 - 2 ln J) + lam/2 (ln J)^2 [1]_; for small strain it is

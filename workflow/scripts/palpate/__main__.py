@@ -1,0 +1,139 @@
+"""The command ``palpate``: what the workflow does, for single captures and curves."""
+
+import argparse
+import json
+import logging
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from palpate.capture.commands import add_commands, add_devices
+
+KPA = 1e-3
+SCALES = {"_pa": (KPA, " kPa", 1), "": (1.0, "", 2)}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a command; the exit status is 1 where it fails, with one line on what is wrong."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.work(options) or 0
+    except (ValueError, OSError) as error:
+        for line in str(error).splitlines():
+            print(f"error: {line}", file=sys.stderr)
+        return 1
+
+
+def _hertz(options: argparse.Namespace) -> None:
+    """E* of a curve."""
+    from palpate import hertz
+
+    thickness = None if options.thickness_mm is None else options.thickness_mm / 1e3
+    found = hertz.fit(
+        *hertz.read_curve(options.curve),
+        radius_m=options.radius_mm / 1e3,
+        thickness_m=thickness,
+        poisson_ratio=options.nu,
+    )
+    if options.json:
+        print(json.dumps(asdict(found), indent=2))
+        return
+    low, high = (KPA * end for end in found.reduced_modulus_interval_pa)
+    print(f"E* {KPA * found.reduced_modulus_pa:.4g} kPa (95 %: {low:.4g} to {high:.4g})")
+    print(f"E {KPA * found.youngs_modulus_pa(options.nu):.4g} kPa for nu {options.nu:g}")
+    print(f"contact at {1e3 * found.contact_m:.3f} mm; {found.indenter}, {found.support}")
+
+
+def _direct(options: argparse.Namespace) -> None:
+    """E and nu of captures."""
+    from palpate import direct
+    from palpate.capture.capture import open_capture
+    from palpate.measurement import measure
+
+    devices = {"sensors": options.sensors, "probes": options.probes}
+    captures = [open_capture(folder, **devices) for folder in options.captures]
+    if len({capture.folder.parent for capture in captures}) > 1:
+        raise ValueError("captures: expected those of one object and sensor, found others too")
+    measured = []
+    for capture in captures:
+        logging.info("%s: masks, probe, forces, clouds, motion", capture.folder)
+        measured.append(measure(capture, optics=options.optics))
+    tables = [_table(one, options) for one in measured]
+    found = direct.estimate(measured, tables)
+    if options.json:
+        told = {name: asdict(interval) for name, interval in found.moduli.items()}
+        print(json.dumps({"law": found.solution.law} | told, indent=2))
+        return
+    for name, interval in found.moduli.items():
+        print(f"{name.removesuffix('_pa')}: {_said(name, interval)}")
+    print(f"law: {found.solution.law} ({found.criterion})")
+
+
+def _said(name: str, interval: Any) -> str:
+    scale, unit, places = SCALES["_pa" if name.endswith("_pa") else ""]
+    value, low, high = (scale * one for one in (interval.value, interval.low, interval.high))
+    return f"{value:.{places}f}{unit} ({low:.{places}f} to {high:.{places}f}), {interval.verdict}"
+
+
+def _table(measured: Any, options: argparse.Namespace) -> Any:
+    """Indentation table of a pressed point: kept, or made and kept."""
+    from palpate.capture.files import whole_file
+    from palpate.measurement import indentation_table, solid_of
+    from palpate.solid.indentation import load_indentation, save_indentation
+
+    name = f"indentation-{measured.capture.point}.npz"
+    path = options.tables / name if options.tables else None
+    if path and path.is_file():
+        return load_indentation(path)
+    logging.info("%s: made now, which takes minutes", name)
+    table = indentation_table(measured, solid_of(measured, options.solid))
+    if path:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(path) as part:
+            save_indentation(part, table)
+    return table
+
+
+def _version(options: argparse.Namespace) -> None:
+    """Version of the package."""
+    from palpate import __version__
+
+    print(__version__)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="palpate", description="Elastic moduli of soft objects: captures, curves, estimates."
+    )
+    commands = parser.add_subparsers(required=True, metavar="command")
+    add_commands(commands)
+    hertz = commands.add_parser("hertz", help="fit E* to a curve of force against depth")
+    hertz.add_argument("curve", type=Path, help="CSV with depth_m and force_n")
+    hertz.add_argument("--radius-mm", type=float, required=True, help="of the sphere")
+    hertz.add_argument("--thickness-mm", type=float, help="of a layer on a rigid base")
+    hertz.add_argument("--nu", type=float, default=0.33, help="Poisson's ratio assumed (0.33)")
+    _may_be_json(hertz, _hertz)
+    direct = commands.add_parser("direct", help="estimate E and nu of captures")
+    direct.add_argument("captures", type=Path, nargs="+", help="raw/<object>/<sensor>/<capture>")
+    add_devices(direct)
+    direct.add_argument("--solid", type=Path, help="kept mesh of the object (VTU); else made anew")
+    direct.add_argument(
+        "--tables",
+        type=Path,
+        help="folder of indentation tables: taken from it, or made and kept there (delete them when"
+        " the object, its solid or the probe change)",
+    )
+    direct.add_argument("--optics", type=Path, help="calibration.json of the sensor")
+    _may_be_json(direct, _direct)
+    commands.add_parser("version", help="say it").set_defaults(work=_version)
+    return parser
+
+
+def _may_be_json(parser: argparse.ArgumentParser, work: Any) -> None:
+    parser.add_argument("--json", action="store_true", help="for programs")
+    parser.set_defaults(work=work)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,115 @@
+"""One capture as it was dropped, with what was written about it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from palpate.capture.discover import BACKGROUND
+from palpate.capture.schema import SCHEMAS, load_yaml, validate
+from palpate.capture.streams import Stream
+from palpate.capture.tables import read_force, read_frames
+
+
+@dataclass(frozen=True)
+class Capture:
+    """One indentation: a folder ``raw/<object>/<sensor>/<capture>``.
+
+    Attributes
+    ----------
+    folder : Path
+    declared : mapping
+        object.yaml.
+    sensor, probe : mapping
+        The sensor's and the probe's file.
+    """
+
+    folder: Path
+    declared: Mapping
+    sensor: Mapping
+    probe: Mapping
+
+    @property
+    def point(self) -> str:
+        """Name of the pressed point."""
+        return self.folder.name.partition("-")[0]
+
+    @property
+    def background(self) -> Path:
+        """Folder of the empty scene."""
+        return self.folder.parent / BACKGROUND
+
+    @property
+    def template(self) -> Path:
+        """File of the object's undeformed surface."""
+        return self.folder.parents[1] / self.declared["template"]["file"]
+
+    @property
+    def radius_m(self) -> float:
+        """Of the sphere that presses [m]."""
+        return float(self.probe["indenter"]["radius_m"])
+
+    @property
+    def frames(self) -> pd.DataFrame:
+        """frames.csv: a row for each frame."""
+        return read_frames(self.folder)
+
+    @property
+    def force(self) -> pd.DataFrame:
+        """force.csv: gauge volts or a wrench over time."""
+        return read_force(self.folder)
+
+    def images(self, stream: str | None = None) -> Stream:
+        """Images of a stream, each read when it is asked for; the reference camera's by default."""
+        return Stream(self.folder, self.sensor, stream)
+
+
+def open_capture(
+    folder: str | Path,
+    *,
+    sensors: str | Path = "config/sensors",
+    probes: str | Path = "config/probes",
+) -> Capture:
+    """Open a capture's folder with the files that its object, sensor and probe have.
+
+    Parameters
+    ----------
+    folder : path
+        ``raw/<object>/<sensor>/<capture>``.
+    sensors, probes : path, optional
+        Folders with a file for each.
+
+    Returns
+    -------
+    Capture
+
+    Raises
+    ------
+    ValueError
+        Naming file and field, if one of the files is missing or not as its schema has it.
+
+    Examples
+    --------
+    >>> capture = open_capture(
+    ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
+    ... )
+    >>> capture.point, len(capture.frames), capture.radius_m
+    ('08', 12, 0.00622)
+    """
+    folder = Path(folder).absolute()
+    declared = _read(folder.parents[1] / "object.yaml", "object")
+    sensor = _read(Path(sensors) / f"{folder.parent.name}.yaml", "sensor")
+    probe = _read(Path(probes) / f"{declared['probe']}.yaml", "probe")
+    if folder.name.partition("-")[0] not in declared["points"]:
+        names = ", ".join(sorted(declared["points"]))
+        raise ValueError(f"{folder}: point: expected one of {names}, found {folder.name}")
+    return Capture(folder, declared, sensor, probe)
+
+
+def _read(path: Path, kind: str) -> dict:
+    content = load_yaml(path)
+    problems = validate(content, SCHEMAS / f"{kind}.schema.yaml", str(path))
+    if problems:
+        raise ValueError("\n".join(problems))
+    return content

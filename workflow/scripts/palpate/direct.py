@@ -1,0 +1,78 @@
+"""E and nu straight from clouds and forces of one or more captures."""
+
+from collections.abc import Sequence
+
+from palpate.estimate.direct.estimate import DirectEstimate, estimate_direct
+from palpate.estimate.direct.indentation import DirectPress
+from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.problem import Pressing, direct_press
+from palpate.measurement import Measurement
+from palpate.run.options import Config
+from palpate.solid.indentation import IndentationModel
+from palpate.solid.smooth_surface import SmoothSurface
+
+
+def estimate(
+    measured: Sequence[Measurement],
+    tables: Sequence[IndentationModel],
+    options: Fit | None = None,
+    *,
+    seed: int | None = None,
+) -> DirectEstimate:
+    """Estimate E and nu of an object from one or more of its captures with one sensor.
+
+    Parameters
+    ----------
+    measured : sequence of Measurement
+    tables : sequence of IndentationModel
+        Of the point that each was pressed at.
+    options : Fit, optional
+    seed : int, optional
+        Of the bootstrap; that of `Config` by default.
+
+    Returns
+    -------
+    DirectEstimate
+        ``moduli`` holds intervals by name, ``youngs_modulus_pa`` and ``poisson_ratio`` among them.
+
+    Raises
+    ------
+    ValueError
+        If captures and tables don't belong together, or a record has too few frames.
+
+    Examples
+    --------
+    >>> from palpate.capture.capture import open_capture
+    >>> from palpate.measurement import indentation_table, measure, solid_of
+    >>> from palpate.solid.options import IndentationTable
+    >>> capture = open_capture(
+    ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
+    ... )
+    >>> measured = measure(capture)
+    >>> solid = solid_of(measured, kept="config/meshes/foam_block.vtu")
+    >>> coarse = IndentationTable(
+    ...     laws=("neo_hookean",), poisson_ratios=(0.0, 0.49), step_m=0.002, edge_m=0.006
+    ... )
+    >>> table = indentation_table(measured, solid, coarse)
+    >>> found = estimate([measured], [table]).moduli["youngs_modulus_pa"]
+    >>> print(found.verdict, found.low < 25e3 < found.high)
+    """
+    options, fallback = options or Fit(), Config().seed
+    presses = [_press(*of, options) for of in zip(measured, tables, strict=True)]
+    radius, seed = measured[0].capture.radius_m, fallback if seed is None else seed
+    return estimate_direct(presses, options, radius_m=radius, seed=seed)
+
+
+def _press(measured: Measurement, table: IndentationModel, options: Fit) -> DirectPress:
+    pressing = Pressing(
+        time_s=measured.poses["time_s"].to_numpy(float),
+        tips_m=measured.tips_m,
+        forces_n=measured.forces_n,
+        tip_std_m=measured.tip_std_m,
+        clock_offset_s=measured.clock.offset_s,
+        clock_std_s=Config().force.clock_offset_std_s,
+    )
+    surface = SmoothSurface(measured.template.vertices_m, measured.template.faces)
+    return direct_press(
+        pressing, measured.motion, measured.alignment, surface, table, measured.support, options
+    )

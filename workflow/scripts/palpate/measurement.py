@@ -1,0 +1,270 @@
+"""From one capture to what its estimates compare, in memory: the way of the workflow's stages."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from palpate.capture.capture import Capture
+from palpate.capture.streams import Stream, all_streams
+from palpate.estimate.direct.motion import SurfaceMotion
+from palpate.estimate.direct.observe import observed_motion, rest_frames
+from palpate.estimate.hertz.press import press_of
+from palpate.estimate.hertz.range import force_onset
+from palpate.run.options import Config
+from palpate.solid.fill import tetrahedralise
+from palpate.solid.indentation import IndentationModel
+from palpate.solid.mesh import SolidMesh, read_solid
+from palpate.solid.options import IndentationTable
+from palpate.solid.point_table import point_table
+from palpate.solid.support import Support, read_support
+from palpate.surface.alignment import Alignment
+from palpate.surface.capture import align_first, track_capture
+from palpate.surface.checks import columns_of
+from palpate.surface.options import ElasticTracking, StudyTracking
+from palpate.surface.recorded import Recorded
+from palpate.surface.template import Template, read_template
+from palpate.surface.tracked import Tracked
+from palpate.vision.background import build_model
+from palpate.vision.camera import sensor_with_optics
+from palpate.vision.clock import ClockOffset
+from palpate.vision.clouds import clouds_of, scene_points
+from palpate.vision.follow import followed
+from palpate.vision.force import FORCE
+from palpate.vision.foreground import masks_of
+from palpate.vision.press import press_wrenches
+from palpate.vision.probe import ALONG_STD, AXIS, TIP
+from palpate.vision.support_plane import fit_support_plane
+
+# As of the filled solid: farther from its template than its own ever is, over its size.
+LARGEST_GAP = 0.02
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What one capture tells, from its pictures and its force record.
+
+    Attributes
+    ----------
+    capture : Capture
+    template : Template
+        Undeformed, object frame.
+    support : Support
+    plane : (4,) array
+        The table, camera frame.
+    masks : (f, h, w) bool array
+        Foreground of each frame.
+    poses, wrenches : DataFrame
+        probe_pose.csv and force.csv of the results.
+    clock : ClockOffset
+        Force clock minus camera clock.
+    clouds : list of (points (n, 3) [m], normals (n, 3))
+        One for each frame, camera frame.
+    alignment : Alignment
+    motion : SurfaceMotion
+    """
+
+    capture: Capture
+    template: Template
+    support: Support
+    plane: NDArray
+    masks: NDArray
+    poses: pd.DataFrame
+    wrenches: pd.DataFrame
+    clock: ClockOffset
+    clouds: list[tuple[NDArray, NDArray]]
+    alignment: Alignment
+    motion: SurfaceMotion
+
+    @property
+    def tips_m(self) -> NDArray:
+        """Centre of the sphere in each frame, camera frame, (f, 3) [m]."""
+        return columns_of(self.poses, TIP)
+
+    @property
+    def forces_n(self) -> NDArray:
+        """Force on the object in each frame, camera frame, (f, 3) [N]."""
+        return columns_of(self.wrenches, FORCE)
+
+    @property
+    def tip_std_m(self) -> float:
+        """Deviation of a tip along the probe's axis [m]."""
+        return float(np.nanmedian(self.poses[ALONG_STD]))
+
+    def curve(self, config: Config | None = None) -> tuple[NDArray, NDArray]:
+        """Depth below the undeformed surface [m] and force [N] up to the deepest, (n,) each."""
+        config = config or Config()
+        press, _, _ = press_of(
+            self.template,
+            self.alignment,
+            self.tips_m,
+            self.forces_n,
+            self.poses["time_s"].to_numpy(float),
+            radius_m=self.capture.radius_m,
+            onset_force_n=config.hertz.onset_force_n,
+            tip_std_m=self.tip_std_m,
+        )
+        return press.depth_m, press.force_n
+
+
+def measure(
+    capture: Capture, config: Config | None = None, *, optics: str | Path | None = None
+) -> Measurement:
+    """Work out a capture: masks, probe, forces, clouds, alignment, motion of the surface.
+
+    Parameters
+    ----------
+    capture : Capture
+    config : Config, optional
+        The options of all steps.
+    optics : path, optional
+        calibration.json of the sensor, where its own file's optics don't hold.
+
+    Returns
+    -------
+    Measurement
+
+    Raises
+    ------
+    ValueError
+        Naming what was expected and found, where a picture, the force or the template does not fit.
+
+    Examples
+    --------
+    >>> from palpate.capture.capture import open_capture
+    >>> capture = open_capture(
+    ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
+    ... )
+    >>> found = measure(capture)
+    >>> depth_m, force_n = found.curve()
+    >>> print(f"{1e3 * depth_m[-1]:.1f} mm deep, {force_n[-1]:.1f} N")
+    """
+    config = config or Config()
+    sensor = sensor_with_optics(capture.sensor, optics and str(optics))
+    folder, probe = capture.folder, capture.probe
+    template = read_template(capture.template, unit=capture.declared["template"]["unit"])
+    support = read_support(capture.declared["support"])
+    masks = _masks(capture, sensor, config)
+    plane = _plane(capture, sensor, config)
+    poses = followed(folder, sensor, probe, config.probe_pose)
+    wrenches, clock = press_wrenches(capture.force, poses, probe, config.force, up=plane[:3])
+    clouds = [
+        (cloud.points_m, cloud.normals)
+        for cloud in clouds_of(folder, sensor, probe, masks, poses, plane, config.clouds)
+    ]
+    tips, axes = columns_of(poses, TIP), columns_of(poses, AXIS)
+    forces, radius = columns_of(wrenches, FORCE), capture.radius_m
+    least = config.hertz.onset_force_n
+    alignment = align_first(
+        template,
+        support,
+        capture.declared["points"][capture.point]["position_m"],
+        plane,
+        clouds[0],
+        tips,
+        force_onset(np.linalg.norm(forces, axis=1), onset_force_n=least),
+        config.tracking.alignment,
+        indenter_radius_m=radius,
+    )
+    rest = rest_frames(template, alignment, tips, forces, radius_m=radius, onset_force_n=least)
+    motion = observed_motion(
+        template,
+        alignment,
+        clouds,
+        (tips, axes),
+        rest,
+        capture.sensor,
+        config.direct.observation,
+        radius_m=radius,
+    )
+    return Measurement(
+        capture, template, support, plane, masks, poses, wrenches, clock, clouds, alignment, motion
+    )
+
+
+def solid_of(measured: Measurement, kept: str | Path | None = None) -> SolidMesh:
+    """Solid of the object: a kept mesh, or one made anew of its template.
+
+    Parameters
+    ----------
+    measured : Measurement
+    kept : path, optional
+        VTU file.
+    """
+    if kept is not None:
+        return read_solid(kept)
+    template, counts = measured.template, measured.capture.declared["template"]
+    size = float(np.ptp(template.vertices_m, axis=0).max())
+    return tetrahedralise(
+        template.vertices_m,
+        template.faces,
+        vertices=counts.get("solid_vertices", counts["vertices"]),
+        largest_gap_m=LARGEST_GAP * size,
+        support=measured.support,
+    )
+
+
+def indentation_table(
+    measured: Measurement, solid: SolidMesh, options: IndentationTable | None = None
+) -> IndentationModel:
+    """Force and surface of the pressed point by finite elements: minutes of computing.
+
+    Parameters
+    ----------
+    measured : Measurement
+    solid : SolidMesh
+    options : IndentationTable, optional
+    """
+    declared = measured.capture.declared
+    return point_table(
+        solid,
+        measured.support,
+        (measured.template.vertices_m, measured.template.faces),
+        declared["points"][measured.capture.point],
+        options or IndentationTable(),
+        radius_m=measured.capture.radius_m,
+        deepest_m=declared.get("deepest_m"),
+    )
+
+
+def track(
+    measured: Measurement, solid: SolidMesh, options: StudyTracking | ElasticTracking | None = None
+) -> Tracked:
+    """Track the template through all frames.
+
+    Parameters
+    ----------
+    measured : Measurement
+    solid : SolidMesh
+    options : StudyTracking or ElasticTracking, optional
+        By elasticity by default.
+    """
+    recorded = Recorded(
+        measured.template,
+        solid,
+        measured.support,
+        measured.clouds,
+        measured.tips_m,
+        measured.forces_n,
+        measured.capture.radius_m,
+        measured.alignment,
+    )
+    return track_capture(recorded, options or ElasticTracking())
+
+
+def _masks(capture: Capture, sensor: Mapping, config: Config) -> NDArray:
+    rate = config.background.false_positive_rate
+    model = build_model(Stream(capture.background, sensor), false_positive_rate=rate)
+    return masks_of(Stream(capture.folder, sensor), model, config.background)
+
+
+def _plane(capture: Capture, sensor: Mapping, config: Config) -> NDArray:
+    images = next(all_streams(capture.background, sensor))
+    return fit_support_plane(
+        scene_points(images, sensor),
+        inlier_distance_m=config.support_plane.inlier_distance_m,
+        rng=np.random.default_rng(config.seed),
+    )

@@ -1,0 +1,1 @@
+"""Schemas of what people write about objects, sensors, probes and the lab."""
