@@ -16,18 +16,17 @@ from palpate.run.digest import code
 from palpate.run.job_run import own_run
 from palpate.run.lock import begin_run
 from palpate.run.objects import too_many
-from palpate.run.places import beside
+from palpate.run.places import sources_of
 from palpate.run.progress import GOES_ON, Plan, be_brief
 from palpate.run.refusal import refuse, require_values
 from palpate.run.run import one_of
 from thesis.options import Simulation
 from virtual_lab.checks import lab_problems
 
-SOURCES = [beside(f"config/{name}.yaml", PROJECT) for name in ("config", "thesis")]
+SOURCES = sources_of(PROJECT)
+for source in SOURCES:
 
-
-configfile: SOURCES[0]
-configfile: SOURCES[1]
+    configfile: source
 
 
 if workflow.is_main_process and (words := too_many(config)):

@@ -13,16 +13,15 @@ from palpate.run.digest import code
 from palpate.run.job_run import own_run
 from palpate.run.lock import begin_run
 from palpate.run.many import ManyObjects
-from palpate.run.places import beside
+from palpate.run.places import sources_of
 from palpate.run.progress import GOES_ON, Plan, be_brief
 from palpate.run.refusal import refuse, require_values
 from thesis.options import Simulation
 
-SOURCES = [beside(f"config/{name}.yaml", PROJECT) for name in ("config", "thesis")]
+SOURCES = sources_of(PROJECT)
+for source in SOURCES:
 
-
-configfile: SOURCES[0]
-configfile: SOURCES[1]
+    configfile: source
 
 
 own_run(SCRIPTS)

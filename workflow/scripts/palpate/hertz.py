@@ -114,7 +114,7 @@ def read_curve(path: str | Path) -> tuple[NDArray, NDArray]:
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
     ...     path = Path(folder, "curve.csv")
-    ...     _ = path.write_text("depth_m,force_n\\n0.0,0.0\\n0.001,0.5\\n")
+    ...     _ = path.write_text("depth_m,force_n\n0.0,0.0\n0.001,0.5\n")
     ...     read_curve(path)
     (array([0.   , 0.001]), array([0. , 0.5]))
     """

@@ -65,6 +65,18 @@ class Measurement:
         One for each frame, camera frame.
     alignment : Alignment
     motion : SurfaceMotion
+
+    Examples
+    --------
+    >>> from palpate import open_capture, measure
+    >>> capture = open_capture(
+    ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
+    ... )
+    >>> found = measure(capture)
+    >>> found.masks.shape, len(found.clouds), found.alignment.contact_frame
+    ((10, 480, 640), 10, 5)
+    >>> print(f"tips known to {1e6 * found.tip_std_m:.0f} um")
+    tips known to 165 um
     """
 
     capture: Capture
@@ -141,6 +153,7 @@ def measure(
     >>> found = measure(capture)
     >>> depth_m, force_n = found.curve()
     >>> print(f"{1e3 * depth_m[-1]:.1f} mm deep, {force_n[-1]:.1f} N")
+    7.9 mm deep, 1.9 N
     """
     config = config or Config()
     sensor = sensor_with_optics(capture.sensor, optics and str(optics))
@@ -193,6 +206,16 @@ def solid_of(measured: Measurement, kept: str | Path | None = None) -> SolidMesh
     measured : Measurement
     kept : path, optional
         VTU file.
+
+    Examples
+    --------
+    >>> from palpate import open_capture, measure
+    >>> capture = open_capture(
+    ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
+    ... )
+    >>> solid = solid_of(measure(capture), kept="config/meshes/foam_block.vtu")
+    >>> solid.nodes_m.shape[1], solid.order
+    (3, 1)
     """
     if kept is not None:
         return read_solid(kept)
@@ -217,6 +240,22 @@ def indentation_table(
     measured : Measurement
     solid : SolidMesh
     options : IndentationTable, optional
+
+    Examples
+    --------
+    >>> from palpate import IndentationTable, open_capture, measure
+    >>> capture = open_capture(
+    ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
+    ... )
+    >>> measured = measure(capture)
+    >>> coarse = IndentationTable(
+    ...     laws=("neo_hookean",), poisson_ratios=(0.0, 0.49), step_m=0.004, edge_m=0.01, growth=2.0
+    ... )
+    >>> table = indentation_table(
+    ...     measured, solid_of(measured, kept="config/meshes/foam_block.vtu"), coarse
+    ... )
+    >>> table.laws, f"{1e3 * table.depth_m[-1]:.0f} mm"
+    (('neo_hookean',), '9 mm')
     """
     declared = measured.capture.declared
     return point_table(
@@ -241,6 +280,20 @@ def track(
     solid : SolidMesh
     options : StudyTracking or ElasticTracking, optional
         By elasticity by default.
+
+    Examples
+    --------
+    >>> from palpate import StudyTracking, open_capture, measure
+    >>> capture = open_capture(
+    ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
+    ... )
+    >>> measured = measure(capture)
+    >>> solid = solid_of(measured, kept="config/meshes/foam_block.vtu")
+    >>> coarse = StudyTracking(refine_edge_m=None, coarsest_vertices=300)
+    >>> found = track(measured, solid, coarse)
+    >>> moved_m = abs(found.vertices_m - found.rest_m).max()
+    >>> print(f"{1e3 * moved_m:.0f} mm")
+    4 mm
     """
     recorded = Recorded(
         measured.template,

@@ -23,6 +23,15 @@ class Capture:
         object.yaml.
     sensor, probe : mapping
         The sensor's and the probe's file.
+
+    Examples
+    --------
+    >>> from palpate import open_capture
+    >>> capture = open_capture(
+    ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
+    ... )
+    >>> capture.images()[0].shape, capture.declared["probe"]
+    ((480, 640, 3), 'nano25_sphere')
     """
 
     folder: Path
@@ -95,7 +104,7 @@ def open_capture(
     ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
     ... )
     >>> capture.point, len(capture.frames), capture.radius_m
-    ('08', 12, 0.00622)
+    ('08', 10, 0.00622)
     """
     folder = Path(folder).absolute()
     declared = _read(folder.parents[1] / "object.yaml", "object")

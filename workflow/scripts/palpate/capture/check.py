@@ -76,6 +76,16 @@ def check_object(
     -------
     list of str
         One line for each problem; empty when all is right.
+
+    Examples
+    --------
+    >>> from palpate.capture.schema import load_yaml
+    >>> sensors = {
+    ...     name: load_yaml(f"tests/sample/sensors/{name}.yaml") for name in ("kinect", "bumblebee")
+    ... }
+    >>> probes = {"nano25_sphere": load_yaml("config/probes/nano25_sphere.yaml")}
+    >>> check_object("tests/sample/raw/foam_block", sensors, probes, files=False)
+    []
     """
     return list(checked_object(folder, sensors, probes, files=files).problems)
 

@@ -40,9 +40,9 @@ def _either(first: dict, second: dict) -> dict:
     return first if "anyOf" in first or first == second else second
 
 
-def by_name(schema: Mapping, **bounds: object) -> dict:
+def by_name(schema: Mapping) -> dict:
     """Schema of blocks by a name that files may have."""
-    return {"type": "object", "propertyNames": NAME, "additionalProperties": schema} | bounds
+    return {"type": "object", "propertyNames": NAME, "additionalProperties": schema}
 
 
 def by_object(schema: Mapping) -> dict:
@@ -97,7 +97,7 @@ class Tracking(Options):
     trackers: dict = raw(
         BOTH_TRACKERS,
         "by name: results tracked-<name>.npz; `like` takes over another one's options",
-        by_name(TRACKER, minProperties=1),
+        by_name(TRACKER),
     )
     objects: dict = raw(
         {}, "options of single objects, by object and tracker", by_object(by_object(TRACKER))
@@ -127,7 +127,14 @@ class Direct(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class Config(Options):
-    """All that a run's configuration may say."""
+    """All that a run's configuration may say.
+
+    Examples
+    --------
+    >>> config = Config.read({"hertz": {"onset_force_n": 0.05}})
+    >>> config.hertz.onset_force_n, config.clouds.voxel_m
+    (0.05, 0.002)
+    """
 
     paths: Paths = block(Paths, "of files")
     only: str | None = option(None, "name of one object, or null for all")
@@ -161,6 +168,7 @@ def filled(config: Mapping, blocks: Mapping[str, type[Options]]) -> dict:
     """
     known = {one.name for one in fields(Config)}
     full = Config.read({k: v for k, v in config.items() if k in known}).written()
+    full["tracking"]["trackers"] = BOTH_TRACKERS | full["tracking"]["trackers"]
     return full | {name: kind.read(config.get(name, {})).written() for name, kind in blocks.items()}
 
 

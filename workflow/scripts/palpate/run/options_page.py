@@ -1,5 +1,6 @@
 """The page of all options, docs/options.md: ``python -m palpate.run.options_page PAGE``."""
 
+import inspect
 import sys
 from dataclasses import fields
 from pathlib import Path
@@ -25,10 +26,15 @@ def options_page() -> str:
     plain = [row for row in rows(Config) if row[0].partition(".")[0] not in blocks]
     parts = [HEAD, "## The run", _table(plain)]
     for name, kind in blocks.items():
-        parts += [f"## {name}", "", kind.__doc__.strip(), _table(rows(kind, f"{name}."))]
+        parts += [f"## {name}", "", _words(kind), _table(rows(kind, f"{name}."))]
     for name, kind in TRACKERS.items():
-        parts += [f"## Trackers of kind {name}", "", kind.__doc__.strip(), _table(rows(kind))]
+        parts += [f"## Trackers of kind {name}", "", _words(kind), _table(rows(kind))]
     return "\n".join(parts)
+
+
+def _words(kind: type[Options]) -> str:
+    """What a block is, without its example."""
+    return inspect.getdoc(kind).partition("\n\nExamples")[0]
 
 
 def _table(found) -> str:

@@ -6,7 +6,14 @@ from pathlib import Path
 from palpate.capture.schema import load_yaml
 
 # Of a run's paths, those that the project has something at.
+CONFIGURATION = ("config/config.yaml", "config/thesis.yaml")
 SHIPPED = ("sensors", "probes", "meshes", "lab")
+
+
+def sources_of(project: Path) -> list[str]:
+    """Files of the configuration: the working directory's own, or else the project's."""
+    own = [path for path in CONFIGURATION if Path(path).exists()]
+    return own or [str(project / path) for path in CONFIGURATION]
 
 
 def beside(path: str, project: Path) -> str:

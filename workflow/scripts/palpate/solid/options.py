@@ -17,7 +17,13 @@ class Solid(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class IndentationTable(Options):
-    """Force and surface of a pressed point by finite elements at finite strain."""
+    """Force and surface of a pressed point by finite elements at finite strain.
+
+    Examples
+    --------
+    >>> IndentationTable(laws=("neo_hookean",), deepest_m=0.006).deepest_m
+    0.006
+    """
 
     laws: tuple[Literal["neo_hookean", "blatz_ko", "linear"], ...] = option(
         ("neo_hookean", "blatz_ko", "linear"),

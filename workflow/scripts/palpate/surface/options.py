@@ -72,7 +72,13 @@ class StudyRefinement(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class StudyTracking(Registration, StudyRefinement):
-    """The study's tracker (Section 4.3) with its added points (Section 5.2)."""
+    """The study's tracker (Section 4.3) with its added points (Section 5.2).
+
+    Examples
+    --------
+    >>> StudyTracking(w_sm=10).neighbourhood
+    'rings'
+    """
 
     completion: Literal["none", "fem"] = option("none", "fem: Algorithm 3")
     undeformed_points: bool = option(True, "of unseen parts that stay undeformed (Section 5.2.1)")
@@ -86,7 +92,13 @@ class StudyTracking(Registration, StudyRefinement):
 
 @dataclass(frozen=True, kw_only=True)
 class ElasticTracking(Options):
-    """Registration with the elastic energy of the solid that carries the template."""
+    """Registration with the elastic energy of the solid that carries the template.
+
+    Examples
+    --------
+    >>> ElasticTracking(poisson_ratio=0.4).huber
+    1.5
+    """
 
     kind: Literal["elastic"] = option("elastic", "registration by elasticity")
     refine_radius_m: float = option(0.020, "of template and solid around the contact", above=0)

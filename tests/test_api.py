@@ -1,0 +1,56 @@
+"""The public names: each has an example, and it runs."""
+
+import doctest
+import importlib
+import inspect
+import subprocess
+import sys
+
+import palpate
+import pytest
+
+MODULES = ("hertz", "direct")
+FUNCTIONS = {"hertz": ("fit", "read_curve", "HertzFit"), "direct": ("estimate",)}
+
+
+def things():
+    """Public names and what they are."""
+    own = {name: getattr(palpate, name) for name in palpate.__all__ if name not in MODULES}
+    own.pop("__version__")
+    for name in MODULES:
+        own |= {f"{name}.{one}": getattr(getattr(palpate, name), one) for one in FUNCTIONS[name]}
+    return own
+
+
+def test_there_are_about_twenty():
+    assert 15 <= len(things()) <= 25
+    assert set(palpate.__all__) <= set(dir(palpate))
+    with pytest.raises(AttributeError, match="has no attribute 'stiffness'"):
+        _ = palpate.stiffness
+
+
+@pytest.mark.parametrize("name", sorted(set(things()) - {"hertz.HertzFit"}))
+def test_its_example_runs(root, monkeypatch, name):
+    monkeypatch.chdir(root)
+    thing = things()[name]
+    module = importlib.import_module(thing.__module__)
+    finder, runner = doctest.DocTestFinder(recurse=False), doctest.DocTestRunner()
+    (example,) = finder.find(thing, name, module=module, globs=dict(vars(module)))
+    assert example.examples, "expected an example"
+    told = []
+    runner.run(example, out=told.append)
+    assert not runner.summarize(verbose=False).failed, "".join(told)
+    assert inspect.getdoc(thing)
+
+
+def test_importing_it_loads_nothing_heavy(root):
+    """Each job begins with it."""
+    code = "import palpate, sys; print([m for m in ('numpy', 'cv2', 'pandas') if m in sys.modules])"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=root / "workflow/scripts",
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "[]\n"

@@ -1,0 +1,105 @@
+"""The workflow from elsewhere: as a module, in another directory, installed."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+pytestmark = pytest.mark.workflow
+LEFT_BEHIND = shutil.ignore_patterns(
+    ".git", ".venv", "results", "raw", ".snakemake", "__pycache__", ".*_cache", "tests"
+)
+MODULE = """
+configfile: "config.yaml"
+
+
+module palpate:
+    snakefile: "{root}/workflow/Snakefile"
+    config: config
+
+
+use rule * from palpate
+"""
+CONFIG = "paths: {raw: raw, sensors: sensors, lab: null}\nseed: 7\n"
+PLANE = "results/foam_block/kinect/support_plane.json"
+
+
+def snakemake(folder, *arguments, **more):
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    command = [sys.executable, "-m", "snakemake", "--workflow-profile", "none", *arguments]
+    return subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, check=False, env=environment | more
+    )
+
+
+@pytest.fixture
+def elsewhere(root, tmp_path):
+    """A folder with captures and files of sensors, and nothing of the project."""
+    for name in ("raw", "sensors"):
+        shutil.copytree(root / "tests/sample" / name, tmp_path / "here" / name)
+    return tmp_path / "here"
+
+
+def test_as_a_module(root, elsewhere):
+    """With a configuration of its own, of which what it leaves out has its default."""
+    (elsewhere / "Snakefile").write_text(MODULE.format(root=root))
+    (elsewhere / "config.yaml").write_text(CONFIG)
+    done = snakemake(elsewhere, "--cores", "1", "--", PLANE)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert json.loads((elsewhere / PLANE).read_text())["offset_m"] > 0
+    whole = snakemake(elsewhere, "--dry-run")
+    assert whole.returncode == 0, whole.stderr[-3000:]
+    assert "own_report" in whole.stdout and "figure_5_5" not in whole.stdout
+
+
+def test_in_another_directory(root, elsewhere, tmp_path):
+    copy = shutil.copytree(root, tmp_path / "palpate", ignore=LEFT_BEHIND)
+    (elsewhere / "run.yaml").write_text(CONFIG)
+    done = snakemake(
+        copy,
+        *("--directory", str(elsewhere), "--cores", "1"),
+        *("--configfile", str(elsewhere / "run.yaml"), "--", PLANE),
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert (elsewhere / PLANE).is_file()
+    assert not (copy / "results").exists()
+
+
+def test_as_the_catalog_tries_it(root, tmp_path):
+    copy = shutil.copytree(
+        root, tmp_path / "palpate", ignore=shutil.ignore_patterns(".git", ".venv", "results")
+    )
+    done = snakemake(copy, "--directory", ".test", "--dry-run")
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert "summary" in done.stdout
+
+
+def test_its_lint_is_clean(root):
+    done = snakemake(root, "--lint")
+    assert done.returncode == 0, done.stdout[-3000:]
+
+
+def test_as_a_package(root, tmp_path):
+    """Built as pip builds it, and used from a folder where there is nothing else."""
+    built, source = tmp_path / "built", tmp_path / "source"
+    shutil.copytree(root, source, ignore=LEFT_BEHIND)
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
+    subprocess.run([*pip, "--no-build-isolation", "--target", str(built), str(source)], check=True)
+    assert not (built / "thesis").exists() and not (built / "virtual_lab").exists()
+    (tmp_path / "curve.csv").write_text(
+        "depth_m,force_n\n" + "".join(f"{k * 1e-5},{1e3 * (k * 1e-5) ** 1.5}\n" for k in range(40))
+    )
+    done = subprocess.run(
+        [str(built / "bin/palpate"), "hertz", "curve.csv", "--radius-mm", "6", "--json"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(built)},
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert json.loads(done.stdout)["reduced_modulus_pa"] == pytest.approx(
+        1e3 * 3 / 4 / 0.006**0.5, rel=1e-3
+    )
