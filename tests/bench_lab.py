@@ -26,7 +26,7 @@ MEGABYTE = 1e6
 
 
 def lab_rows(ratio) -> list[tuple]:
-    """Sparse solvers against each other, the ladders' cost, and the mesh's convergence."""
+    """Sparse solvers against each other, the steps_of' cost, and the mesh's convergence."""
     return [*solver_rows(ratio), *ladder_rows(), *convergence_rows()]
 
 

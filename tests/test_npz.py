@@ -53,5 +53,5 @@ def test_a_damaged_member(tmp_path, member):
 @pytest.mark.parametrize("content", [b"", b"text", b"PK\x03\x04" + bytes(40), b"\x80\x04\x95."])
 def test_a_file_that_is_no_archive(tmp_path, content):
     (tmp_path / "a.npz").write_bytes(content)
-    with pytest.raises(ValueError, match="a.npz: file: expected a look-up, found none"):
-        read_npz(tmp_path / "a.npz", what="a look-up")
+    with pytest.raises(ValueError, match="a.npz: file: expected an indentation table, found none"):
+        read_npz(tmp_path / "a.npz", what="an indentation table")

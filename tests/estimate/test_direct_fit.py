@@ -11,21 +11,21 @@ from palpate.estimate.direct.estimate import estimate_direct, law_evidence, laws
 from palpate.estimate.direct.fit import fit_direct, prior_of
 from palpate.estimate.direct.indentation import (
     OWN,
-    DirectPress,
+    DirectIndentation,
     Parameters,
     linearised,
     residuals,
 )
 from palpate.estimate.direct.interval import (
     bootstrap,
-    effective_patches,
+    effective_clusters,
     intervals,
     profile_over_nu,
 )
 from palpate.estimate.direct.options import Fit, ModelStd
 from palpate.estimate.direct.relaxation import relaxed_force
-from palpate.estimate.direct.support_motion import rocking_axes, settling_of
-from palpate.estimate.direct.table import PressModel
+from palpate.estimate.direct.support_motion import rocking_axes, support_axes_of
+from palpate.estimate.direct.table import SampleTable
 from palpate.solid.support import Support
 
 RADIUS_M = 0.006
@@ -48,11 +48,11 @@ def model_of(cell_m, law="made_up", stiffening=0.0):
     force = 4 / 3 * np.sqrt(RADIUS_M) * depth**1.5 * (1 + stiffening * depth / 0.009)
     r = np.linalg.norm(cell_m, axis=1)
     motion = [-depth[:, None] * RADIUS_M / r * (1 - (0.5 + 2 * nu**2) * (r / 0.1)) for nu in nus]
-    return PressModel(law, nus, depth, force / (1 - nus[:, None] ** 2), np.array(motion))
+    return SampleTable(law, nus, depth, force / (1 - nus[:, None] ** 2), np.array(motion))
 
 
-def settling(cell_m, support):
-    return settling_of(
+def support_axes(cell_m, support):
+    return support_axes_of(
         cell_m,
         np.tile([0.0, 0, 1], (len(cell_m), 1)),
         support=support,
@@ -98,8 +98,8 @@ def press_of(
     motion = motion + noise * rng.normal(0, 5e-5, motion.shape)
     offset = noise * rng.normal(0, 1e-4)
     measured = depth[used] + offset + noise * rng.normal(0, 8e-5, len(used))
-    patch = np.unique((cell[:, :2] // 0.02).astype(int), axis=0, return_inverse=True)[1].ravel()
-    return DirectPress(
+    cluster = np.unique((cell[:, :2] // 0.02).astype(int), axis=0, return_inverse=True)[1].ravel()
+    return DirectIndentation(
         time_s=time,
         force_n=force,
         frames=used,
@@ -119,29 +119,29 @@ def press_of(
         moved_std_m=np.full(motion.shape, 5e-5),
         shift_std_m=2e-5,
         patch_m=0.02,
-        patch=patch,
-        settling=settling(cell, support or replace(STANDING, contact="bonded")),
+        cluster=cluster,
+        support_axes=support_axes(cell, support or replace(STANDING, contact="bonded")),
         models={"made_up": model},
     )
 
 
 def test_exact_data_give_the_moduli_back():
-    press = press_of(25e3, 0.3, 1, noise=0.0)
+    indentation = press_of(25e3, 0.3, 1, noise=0.0)
     options = replace(OPTIONS, fraction_std=10.0, fraction_step_std=10.0)
-    found = fit_direct([press], "made_up", options, START).parameters[0]
+    found = fit_direct([indentation], "made_up", options, START).parameters[0]
     assert found.youngs_modulus_pa == pytest.approx(25e3, rel=2e-3)
     assert found.poisson_ratio == pytest.approx(0.3, abs=1e-3)
     assert found.fractions == pytest.approx([0.08, 0.05], abs=5e-3)
 
 
 def test_derivatives_are_those_of_the_residuals():
-    press = press_of(25e3, 0.3, 1, support=STANDING)
-    settled = np.array([2e-5, 3e-4, -1e-4])
-    of = Parameters(24e3, 0.28, 0.01, np.array([0.05, 0.03]), 1e-4, 2e-3, 1e-5, settled)
+    indentation = press_of(25e3, 0.3, 1, support=STANDING)
+    support_motion = np.array([2e-5, 3e-4, -1e-4])
+    of = Parameters(24e3, 0.28, 0.01, np.array([0.05, 0.03]), 1e-4, 2e-3, 1e-5, support_motion)
     times = np.array(OPTIONS.relaxation_times_s)
     # Deviations of the depth depend on the parameters a little, which is left out.
-    press = replace(press, force_std_n=1e-9)
-    line = linearised(press, "made_up", of, times_s=times)
+    indentation = replace(indentation, force_std_n=1e-9)
+    line = linearised(indentation, "made_up", of, times_s=times)
     steps = [1e-5] * 5 + [1e-7, 1e-4, 1e-7] + [1e-7, 1e-5, 1e-5]
     assert len(steps) == len(of.vector)
     for k, step in enumerate(steps):
@@ -149,7 +149,7 @@ def test_derivatives_are_those_of_the_residuals():
         for sign in (-1, 1):
             vector = of.vector
             vector[k] += sign * step
-            ends.append(residuals(press, "made_up", Parameters.of(vector), times_s=times))
+            ends.append(residuals(indentation, "made_up", Parameters.of(vector), times_s=times))
         for name in ("depth", "motion"):
             slope = (getattr(ends[1], name) - getattr(ends[0], name)) / (2 * step)
             found = getattr(line, f"{name}_slope")[:, k]
@@ -170,16 +170,22 @@ def test_a_clock_that_was_set_wrong_before_is_set_right():
 
 
 def test_what_settles_is_no_modulus():
-    press = press_of(25e3, 0.3, 1, noise=0.2, support=STANDING)
-    settled = np.array([6e-5, 5e-4, -3e-4])
-    cells = press.moved_m + press.load[:, None] * (press.settling.cells_m @ settled)
-    sunk = replace(press, moved_m=cells, depth_m=press.depth_m + press.load * settled[0])
-    bonded = replace(sunk, settling=replace(sunk.settling, std=np.zeros(3)))
+    indentation = press_of(25e3, 0.3, 1, noise=0.2, support=STANDING)
+    support_motion = np.array([6e-5, 5e-4, -3e-4])
+    samples = indentation.moved_m + indentation.load[:, None] * (
+        indentation.support_axes.samples_m @ support_motion
+    )
+    sunk = replace(
+        indentation,
+        moved_m=samples,
+        depth_m=indentation.depth_m + indentation.load * support_motion[0],
+    )
+    bonded = replace(sunk, support_axes=replace(sunk.support_axes, std=np.zeros(3)))
     free, held = (
         fit_direct([one], "made_up", OPTIONS, START).parameters[0] for one in (sunk, bonded)
     )
-    assert free.settled == pytest.approx(settled, rel=0.25)
-    assert np.abs(held.settled).max() < 1e-9
+    assert free.support_motion == pytest.approx(support_motion, rel=0.25)
+    assert np.abs(held.support_motion).max() < 1e-9
     assert abs(free.poisson_ratio - 0.3) < 0.02 < abs(held.poisson_ratio - 0.3)
 
 
@@ -187,8 +193,8 @@ def test_captures_on_one_foot_know_no_more_of_it_than_one():
     options = replace(OPTIONS, gain_std=1e-3)
     moved = []
     for count in (1, 4):
-        presses = [press_of(60e3, 0.4, 3, support=STANDING) for _ in range(count)]
-        prior = prior_of(presses, options)
+        indentations = [press_of(60e3, 0.4, 3, support=STANDING) for _ in range(count)]
+        prior = prior_of(indentations, options)
         # What all sink by in common, at the cost of one deviation.
         common = np.zeros(prior.rows.shape[1])
         shared = len(common) - OWN * count
@@ -199,9 +205,18 @@ def test_captures_on_one_foot_know_no_more_of_it_than_one():
 
 
 def test_settling_does_not_make_the_modulus_drift_over_the_depth():
-    settled, press = np.array([1e-4, 0.0, 0.0]), press_of(25e3, 0.3, 1, noise=0.0, support=STANDING)
-    cells = press.moved_m + press.load[:, None] * (press.settling.cells_m @ settled)
-    sunk = replace(press, moved_m=cells, depth_m=press.depth_m + press.load * settled[0])
+    support_motion, indentation = (
+        np.array([1e-4, 0.0, 0.0]),
+        press_of(25e3, 0.3, 1, noise=0.0, support=STANDING),
+    )
+    samples = indentation.moved_m + indentation.load[:, None] * (
+        indentation.support_axes.samples_m @ support_motion
+    )
+    sunk = replace(
+        indentation,
+        moved_m=samples,
+        depth_m=indentation.depth_m + indentation.load * support_motion[0],
+    )
     best = fit_direct([sunk], "made_up", OPTIONS, START)
     evidence = law_evidence(best, OPTIONS, RADIUS_M)
     assert abs(evidence.modulus_slope) * evidence.depth_spread < 2e-3
@@ -209,12 +224,12 @@ def test_settling_does_not_make_the_modulus_drift_over_the_depth():
 
 def test_patches_that_tell_nu_do_not_hang_on_motions_that_do_not_happen():
     best = fit_direct([press_of(25e3, 0.3, 1)], "made_up", OPTIONS, START)
-    wide = effective_patches(best, OPTIONS)
+    wide = effective_clusters(best, OPTIONS)
     block = best.blocks[0]
     other = replace(best, blocks=(replace(block, motion_matrix=block.motion_matrix * (1 + 1e-13)),))
-    assert effective_patches(other, OPTIONS) == pytest.approx(wide, rel=1e-6)
+    assert effective_clusters(other, OPTIONS) == pytest.approx(wide, rel=1e-6)
     kept = slice(0, -3)
-    information = prior_of(best.presses, OPTIONS).information[kept, kept]
+    information = prior_of(best.indentations, OPTIONS).information[kept, kept]
     information += block.motion_matrix.sum(axis=0)[kept, kept]
     information += block.depth_matrix.sum(axis=0)[kept, kept]
     along = np.linalg.inv(information)[1]
@@ -223,36 +238,38 @@ def test_patches_that_tell_nu_do_not_hang_on_motions_that_do_not_happen():
 
 
 def test_what_stands_sinks_along_its_support_and_rocks_about_its_foot():
-    cells = np.array([[0.0, 0.0, 0.1], [0.03, 0.0, 0.05], [0.0, 0.04, 0.02]])
+    samples = np.array([[0.0, 0.0, 0.1], [0.03, 0.0, 0.05], [0.0, 0.04, 0.02]])
     normals = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.6, 0.8]])
     ground = Support(np.zeros(3), np.array([0, 0, 2.0]), 1e-3, "resting")
     options = Fit(sinking_std_m=1e-5, rocking_std_rad=2e-4)
     top, down = np.array([0.0, 0, 0.1]), np.array([0.0, 0, -1])
     given = {"support": ground, "options": options}
-    found = settling_of(cells, normals, contact_m=top, direction=down, **given)
-    assert found.cells_m[:, 0] == pytest.approx([-1, 0, -0.8])
+    found = support_axes_of(samples, normals, contact_m=top, direction=down, **given)
+    assert found.samples_m[:, 0] == pytest.approx([-1, 0, -0.8])
     assert found.tip_m == pytest.approx([1, 0, 0])
-    # Turned by a small angle about each axis, cells move across it as far as they are high.
+    # Turned by a small angle about each axis, samples move across it as far as they are high.
     for k, axis in enumerate(rocking_axes(np.array([0.0, 0, 1]))):
-        turned = np.cross(axis, cells)
-        assert found.cells_m[:, 1 + k] == pytest.approx((turned * normals).sum(axis=1))
+        turned = np.cross(axis, samples)
+        assert found.samples_m[:, 1 + k] == pytest.approx((turned * normals).sum(axis=1))
     assert found.std == pytest.approx([1e-5, 2e-4, 2e-4])
     # Pressed from the side it does not sink along the press, and rocks by its height.
     side = np.array([0.03, 0.0, 0.05])
-    found = settling_of(cells, normals, contact_m=side, direction=np.array([-1.0, 0, 0]), **given)
+    found = support_axes_of(
+        samples, normals, contact_m=side, direction=np.array([-1.0, 0, 0]), **given
+    )
     assert found.tip_m[0] == pytest.approx(0)
     assert np.linalg.norm(found.tip_m[1:]) == pytest.approx(0.05)
     bonded = replace(ground, contact="bonded")
-    found = settling_of(
-        cells, normals, support=bonded, contact_m=top, direction=down, options=options
+    found = support_axes_of(
+        samples, normals, support=bonded, contact_m=top, direction=down, options=options
     )
     assert not found.std.any()
 
 
 def test_shares_of_neighbouring_times_hold_together():
-    press = press_of(25e3, 0.3, 2, shares=(0.15, 0.0))
+    indentation = press_of(25e3, 0.3, 2, shares=(0.15, 0.0))
     loose, tight = (
-        fit_direct([press], "made_up", replace(OPTIONS, fraction_step_std=std), START)
+        fit_direct([indentation], "made_up", replace(OPTIONS, fraction_step_std=std), START)
         .parameters[0]
         .fractions
         for std in (1.0, 1e-4)
@@ -272,14 +289,14 @@ def test_parts_of_a_variance_are_found_and_outliers_hardly_change_them():
 
 
 def test_blocks_are_the_sums_of_their_cells():
-    press = press_of(25e3, 0.3, 1)
-    line = linearised(press, "made_up", START, times_s=np.array(OPTIONS.relaxation_times_s))
-    blocks = blocks_of(press, line, Scales(motion=2.0, sharing=3.0))
+    indentation = press_of(25e3, 0.3, 1)
+    line = linearised(indentation, "made_up", START, times_s=np.array(OPTIONS.relaxation_times_s))
+    blocks = blocks_of(indentation, line, Scales(motion=2.0, sharing=3.0))
     gaps, slope = line.residuals.motion, line.motion_slope
     weight = robust_weights(gaps, 2.0) / 12
-    patch = np.broadcast_to(press.patch, press.seen.shape)[press.seen]
+    cluster = np.broadcast_to(indentation.cluster, indentation.seen.shape)[indentation.seen]
     for number in (0, 5):
-        here = patch == number
+        here = cluster == number
         whole = slope[here].T @ (weight[here, None] * slope[here])
         assert blocks.motion_matrix[number] == pytest.approx(whole)
         assert blocks.motion_slope[number] == pytest.approx(slope[here].T @ (weight * gaps)[here])
@@ -287,9 +304,9 @@ def test_blocks_are_the_sums_of_their_cells():
 
 def test_captures_together_know_more_than_one():
     # Of six and more, captures are drawn too, which takes much of it away again.
-    presses = [press_of(60e3, 0.4, seed) for seed in range(5)]
+    indentations = [press_of(60e3, 0.4, seed) for seed in range(5)]
     widths = []
-    for chosen in (presses[:1], presses):
+    for chosen in (indentations[:1], indentations):
         best = fit_direct(chosen, "made_up", OPTIONS, START)
         samples = bootstrap(best, OPTIONS, draws=200, seed=3)
         widths.append(samples[:, :2].std(axis=0))
@@ -303,8 +320,8 @@ def test_intervals_cover_about_as_often_as_they_say():
     hits = np.zeros(2)
     runs = 30
     for seed in range(runs):
-        press = press_of(25e3, 0.3, 100 + seed)
-        best = fit_direct([press], "made_up", OPTIONS, START)
+        indentation = press_of(25e3, 0.3, 100 + seed)
+        best = fit_direct([indentation], "made_up", OPTIONS, START)
         samples = bootstrap(best, OPTIONS, draws=100, seed=seed)
         profile = profile_over_nu(best, OPTIONS, [0.2, 0.3, 0.4])
         found = intervals(best, samples, profile, OPTIONS)
@@ -315,33 +332,40 @@ def test_intervals_cover_about_as_often_as_they_say():
 
 
 def test_too_few_frames():
-    press = press_of(25e3, 0.3, 1, frames=7, start_s=0.3)
+    indentation = press_of(25e3, 0.3, 1, frames=7, start_s=0.3)
     with pytest.raises(ValueError, match="frames: expected at least 8, as many as"):
-        fit_direct([press], "made_up", OPTIONS, START)
+        fit_direct([indentation], "made_up", OPTIONS, START)
 
 
 @pytest.mark.parametrize("press", [{"kept": 1}, {"deepest_m": 4e-4, "least_m": 5e-5}])
-def test_one_frame_or_a_small_depth_does_not_tell_nu(press):
-    press = press_of(25e3, 0.3, 1, **press)
-    found = estimate_direct([press], OPTIONS, radius_m=RADIUS_M, seed=1).moduli["poisson_ratio"]
+def test_one_frame_or_a_small_depth_does_not_tell_nu(indentation):
+    indentation = press_of(25e3, 0.3, 1, **indentation)
+    found = estimate_direct([indentation], OPTIONS, radius_m=RADIUS_M, seed=1).moduli[
+        "poisson_ratio"
+    ]
     assert found.verdict == "not identified"
     assert (found.low, found.high) == pytest.approx((0.0, 0.49))
 
 
 def test_the_law_that_the_press_prefers():
-    press = press_of(25e3, 0.3, 1)
-    cells = press.cell_m
-    models = {"stiffer": model_of(cells, "stiffer", 1.5), "made_up": press.models["made_up"]}
-    found = estimate_direct([replace(press, models=models)], OPTIONS, radius_m=RADIUS_M, seed=1)
+    indentation = press_of(25e3, 0.3, 1)
+    samples = indentation.cell_m
+    models = {
+        "stiffer": model_of(samples, "stiffer", 1.5),
+        "made_up": indentation.models["made_up"],
+    }
+    found = estimate_direct(
+        [replace(indentation, models=models)], OPTIONS, radius_m=RADIUS_M, seed=1
+    )
     assert found.solution.law == "made_up"
     slopes = {law.law: law.modulus_slope / law.modulus_slope_std for law in found.laws}
     assert abs(slopes["made_up"]) < 2 < abs(slopes["stiffer"])
 
 
 def test_shallow_presses_take_the_linear_solid():
-    press = press_of(25e3, 0.3, 1, deepest_m=5e-4, least_m=5e-5)
-    models = press.models | {"linear": model_of(press.cell_m, "linear")}
-    press = replace(press, models=models)
-    assert laws_to_try([press], OPTIONS, radius_m=RADIUS_M)[0] == ["linear"]
+    indentation = press_of(25e3, 0.3, 1, deepest_m=5e-4, least_m=5e-5)
+    models = indentation.models | {"linear": model_of(indentation.cell_m, "linear")}
+    indentation = replace(indentation, models=models)
+    assert laws_to_try([indentation], OPTIONS, radius_m=RADIUS_M)[0] == ["linear"]
     deep = replace(press_of(25e3, 0.3, 1), models=models)
     assert laws_to_try([deep], OPTIONS, radius_m=RADIUS_M)[0] == ["made_up"]

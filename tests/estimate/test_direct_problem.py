@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.estimate.direct.problem import check_press, press_depth
+from palpate.estimate.direct.problem import check_indentation, depth_along
 from palpate.solid.smooth_surface import SmoothSurface
 
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -17,7 +17,7 @@ def box():
 
 def test_depth_counts_from_the_first_touch():
     tips = np.array([[0.01, 0.0, 0.02 + RADIUS_M - d] for d in (-0.003, 0.0, 0.004, 0.009)])
-    depth = press_depth(box(), tips, DOWN, radius_m=RADIUS_M)
+    depth = depth_along(box(), tips, DOWN, radius_m=RADIUS_M)
     assert depth == pytest.approx([-0.003, 0.0, 0.004, 0.009], abs=1e-6)
 
 
@@ -27,7 +27,7 @@ def test_a_ball_of_few_facets_is_touched_where_the_ball_is():
     beside = np.array([-0.0008, 0.0, 0.0005, 0.002])
     touch = np.sqrt((0.06 + RADIUS_M) ** 2 - beside**2)
     tips = np.column_stack([beside, np.zeros(4), touch - 0.004])
-    depth = press_depth(ball, tips, DOWN, radius_m=RADIUS_M)
+    depth = depth_along(ball, tips, DOWN, radius_m=RADIUS_M)
     # Facets are 0.15 mm lower in their middles.
     assert depth == pytest.approx([0.004] * 4, abs=3e-5)
     assert np.ptp(depth) < 3e-5
@@ -37,13 +37,13 @@ def test_depth_beside_an_edge_counts_from_the_edge():
     beyond = 0.003
     height = np.sqrt(RADIUS_M**2 - beyond**2)
     tips = np.array([[0.05 + beyond, 0.0, 0.02 + height - 0.002]])
-    assert press_depth(box(), tips, DOWN, radius_m=RADIUS_M) == pytest.approx([0.002], abs=1e-5)
+    assert depth_along(box(), tips, DOWN, radius_m=RADIUS_M) == pytest.approx([0.002], abs=1e-5)
 
 
 def test_a_sphere_that_passes_by_meets_no_surface():
     tips = np.array([[0.2, 0.0, 0.03]])
     with pytest.raises(ValueError, match="tip: expected a way along the press that meets"):
-        press_depth(box(), tips, DOWN, radius_m=RADIUS_M)
+        depth_along(box(), tips, DOWN, radius_m=RADIUS_M)
 
 
 def press(depth_mm, force_n):
@@ -51,7 +51,7 @@ def press(depth_mm, force_n):
 
 
 def test_a_sound_press_passes():
-    check_press(*press([-2, -1, 1, 2, 3, 3], [0, 0, 0.2, 0.6, 1, 0.9]), 2)
+    check_indentation(*press([-2, -1, 1, 2, 3, 3], [0, 0, 0.2, 0.6, 1, 0.9]), 2)
 
 
 @pytest.mark.parametrize(
@@ -64,4 +64,4 @@ def test_a_sound_press_passes():
 )
 def test_force_and_depth_that_contradict_each_other(depth_mm, force_n, message):
     with pytest.raises(ValueError, match=message):
-        check_press(*press(depth_mm, force_n), 1)
+        check_indentation(*press(depth_mm, force_n), 1)

@@ -11,7 +11,7 @@ from palpate.estimate.hertz.laws import (
     printed_layer_factor,
     sneddon_force,
 )
-from palpate.estimate.hertz.models import Press, fit_model, fit_models, recommended
+from palpate.estimate.hertz.models import Indentation, fit_model, fit_models, recommended
 from scipy.optimize import brentq, nnls
 from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, MeshQuad
@@ -120,7 +120,7 @@ def press(deepest_m=0.008, thickness_m=0.0475, depth_std_m=1e-4, shift_m=0.0):
     law = contact_law("sneddon", "bonded", radius_m=R, thickness_m=thickness_m, nu=0.3)
     force = TRUTH * law(depth) + np.random.default_rng(5).normal(0, 0.002, depth.size)
     onset = int(np.argmax(depth > 0))
-    return Press(depth + shift_m, force, onset, R, thickness_m, depth_std_m)
+    return Indentation(depth + shift_m, force, onset, R, thickness_m, depth_std_m)
 
 
 def test_all_models_and_the_recommended_one():

@@ -7,7 +7,7 @@ import pytest
 from palpate.estimate.direct.relaxation import relaxed_force, relaxed_share
 from palpate.estimate.direct.relaxation_prior import amplitude_grid, relaxation_times
 from palpate.estimate.hertz.laws import contact_law
-from palpate.estimate.hertz.models import Press, fit_held, fit_models, recommended
+from palpate.estimate.hertz.models import Indentation, fit_held, fit_models, recommended
 from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.range import HertzRange
 from palpate.estimate.hertz.record import Record, held_record, hold_end
@@ -175,7 +175,7 @@ def test_record_takes_the_force_along_the_press():
 
 def held(ours):
     depth, force = ours.depth_m[: DEEPEST + 1], ours.force_n[: DEEPEST + 1]
-    press = Press(depth, force, ONSET, R, 0.0475, ours.contact_std_m)
+    press = Indentation(depth, force, ONSET, R, 0.0475, ours.contact_std_m)
     common = {"nu": 0.3, "series": "consistent"}
     models = fit_models(press, baseline=False, residual="force", **common)
     base = recommended(press, models)

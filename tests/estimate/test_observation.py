@@ -86,7 +86,7 @@ def motion(frames, aligned=None, **options):
 
 
 def test_motion_is_that_of_the_surface():
-    """Cells stand at the mean of their points, so that slopes cost nothing."""
+    """Samples stand at the mean of their points, so that slopes cost nothing."""
     found = motion(clouds())
     expected = dent(found.cell_m[:, :2])
     assert np.isfinite(found.moved_m[REST:]).sum() > 1000
@@ -199,5 +199,5 @@ def test_captures_that_are_refused():
     elsewhere = replace(elsewhere, contact_point_m=np.array([0.145, 0, TOP_M]))
     with pytest.raises(ValueError, match="within 0.04 m of the contact in view, found none of it"):
         motion(frames, elsewhere)
-    with pytest.raises(ValueError, match="clouds: expected cells seen in 3 frames at rest"):
+    with pytest.raises(ValueError, match="clouds: expected samples seen in 3 frames at rest"):
         motion(frames, clear_m=0.5)

@@ -11,10 +11,10 @@ from palpate.estimate.minimise.problem import pose_problem
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.estimate.minimise.search import minimise_error
 from palpate.solid.boundary import node_sets
+from palpate.solid.contact_pressure import contact_pressure, hertz_contact_radius
 from palpate.solid.mesh import quadratic, read_solid
 from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.options import Solid
-from palpate.solid.patch import hertz_contact_radius, hertz_patch
 from palpate.solid.refine import refine_near
 from palpate.surface.tracked import Tracked
 from pressed import OPTIONS
@@ -33,7 +33,7 @@ def tracked(root):
     corners = refine_near(kept, POINT, radius_m=0.015, edge_m=0.0045)
     mesh = quadratic(corners)
     radius = hertz_contact_radius(**PRESS)
-    f = hertz_patch(mesh, POINT, [0, 0, -1], FORCE, contact_radius_m=radius)
+    f = contact_pressure(mesh, POINT, [0, 0, -1], FORCE, contact_radius_m=radius)
     sets = node_sets(mesh, SUPPORT, contact_nodes=np.flatnonzero(f.any(axis=1)))
     ones = Measurement(np.ones_like(f), f, 2.0)
     u = Objective(mesh, sets, ones, option="displacement").displacement(

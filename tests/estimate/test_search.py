@@ -8,7 +8,7 @@ from palpate.estimate.minimise.fit import fit_moduli
 from palpate.estimate.minimise.least_squares import fit_least_squares
 from palpate.estimate.minimise.profile import poisson_profile
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.estimate.minimise.scatter import correlation_length, surface_patches
+from palpate.estimate.minimise.scatter import correlation_length, error_clusters
 from palpate.estimate.minimise.search import minimise_error
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.moduli import (
@@ -196,7 +196,7 @@ def test_correlation_length():
     )
     # Directions turn by one radian in 5 cm: their cosine falls to 0.2 after about 7 cm.
     assert 0.06 <= correlation_length(points, wave, bin_m=0.02) <= 0.12
-    assert len(np.unique(surface_patches(points, size_m=0.1))) <= 14
+    assert len(np.unique(error_clusters(points, size_m=0.1))) <= 14
 
 
 def test_the_whole_fit(exact):

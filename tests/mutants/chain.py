@@ -17,7 +17,7 @@ import palpate.estimate.hertz.relaxation
 import palpate.surface.checks
 import palpate.vision.clouds
 import palpate.vision.foreground
-import palpate.vision.press
+import palpate.vision.indentation
 import palpate.vision.probe
 import palpate.vision.stillness
 import palpate.vision.support_plane  # noqa: F401

@@ -1,4 +1,4 @@
-"""Points that share a look-up."""
+"""Points that share an indentation table."""
 
 from palpate.run.mirrors import first_images
 

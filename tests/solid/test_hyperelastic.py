@@ -13,7 +13,7 @@ from palpate.solid.obstacle import (
     touch_energy,
     touch_forces,
 )
-from palpate.solid.standing import standing_table
+from palpate.solid.resting import standing_table
 from palpate.solid.stiffness import combined, elastic_stiffness
 from palpate.solid.support import Support
 from scipy import sparse

@@ -1,4 +1,4 @@
-"""The look-up's interpolation, its mirror image and its file."""
+"""The indentation table's interpolation, its mirror image and its file."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from palpate.solid.indentation import (
     ratio_weights,
     save_indentation,
 )
-from palpate.solid.indentation_table import POISSON_RATIOS, depth_ladder
+from palpate.solid.indentation_table import POISSON_RATIOS, depth_steps
 
 RATIOS = np.array(POISSON_RATIOS)
 
@@ -23,7 +23,7 @@ def hertz(depth_m, nu):
 @pytest.fixture(scope="module")
 def model():
     rng = np.random.default_rng(5)
-    depth = depth_ladder(0.009, 0.001)
+    depth = depth_steps(0.009, 0.001)
     force = hertz(depth, RATIOS[:, None])
     move = (1 + RATIOS[:, None, None, None]) * depth[:, None, None] * rng.normal(size=(4, 3))
     return IndentationModel(
@@ -41,7 +41,7 @@ def model():
 
 
 def test_ladder_ends_at_the_deepest_and_is_finer_at_the_start():
-    depth = depth_ladder(0.0045, 0.001)
+    depth = depth_steps(0.0045, 0.001)
     assert depth[[0, 1, -1]] == pytest.approx([0, 0.00025, 0.0045])
     assert (np.diff(depth) > 0).all()
     assert np.diff(depth).max() <= 0.001 + 1e-12
@@ -100,13 +100,13 @@ def test_bad_arguments(model):
     with pytest.raises(ValueError, match="nu: expected from 0 to 0.49, found 0.495"):
         model.displacement(0.001, 0.495, "blatz_ko")
     with pytest.raises(ValueError, match="deepest_m: expected above 1.5 steps of 0.001 m"):
-        depth_ladder(0.0015, 0.001)
+        depth_steps(0.0015, 0.001)
 
 
 def test_bad_files(model, tmp_path):
     path = tmp_path / "a.npz"
     path.write_bytes(b"nothing")
-    with pytest.raises(ValueError, match="a.npz: file: expected an indentation look-up"):
+    with pytest.raises(ValueError, match="a.npz: file: expected an indentation indentation table"):
         load_indentation(path)
     arrays = vars(model) | {"laws": np.array(model.laws)}
     np.savez(path, **{name: arrays[name] for name in arrays if name != "depth_m"})

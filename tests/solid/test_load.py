@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from floor import floor
 from palpate.solid.boundary import node_sets
+from palpate.solid.contact_pressure import contact_pressure
 from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import quadratic, solid_mesh
-from palpate.solid.patch import hertz_patch
 from palpate.solid.refine import refine_near
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
@@ -90,14 +90,14 @@ def test_bad_forces_are_refused(cube):
 def test_hertz_patch_keeps_force_and_moment(cube, order):
     mesh = of_order(cube, order)
     force, centre = np.array([0.2, -0.1, -2.0]), TOP + [0.004, -0.007, 0]
-    loads = hertz_patch(mesh, centre, DOWN, force, contact_radius_m=0.006)
+    loads = contact_pressure(mesh, centre, DOWN, force, contact_radius_m=0.006)
     assert np.allclose(loads.sum(axis=0), force, rtol=1e-14)
     moment = np.cross(mesh.nodes_m, loads).sum(axis=0)
     assert np.allclose(moment, np.cross(centre, force), atol=2e-5 * np.linalg.norm(force))
     assert not loads[np.linalg.norm(mesh.nodes_m - centre, axis=1) > 0.06].any()
     # Twice the radius spreads the same force: its second moment over the disc is 2/5 a^2.
     if order == 2:
-        wide = hertz_patch(mesh, TOP, DOWN, DOWN, contact_radius_m=0.03)
+        wide = contact_pressure(mesh, TOP, DOWN, DOWN, contact_radius_m=0.03)
         r2 = ((mesh.nodes_m - TOP)[:, :2] ** 2).sum(axis=1)
         assert -wide[:, 2] @ r2 == pytest.approx(0.4 * 0.03**2, rel=2e-3)
 
@@ -106,20 +106,20 @@ def test_hertz_patch_loads_the_near_side_alone():
     mesh = quadratic(
         solid_mesh(*(lambda m: (0.1 * m.p.T * [1, 1, 0.1], m.t.T))(MeshTet().refined(2)))
     )
-    loads = hertz_patch(mesh, TOP * [1, 1, 0.1], DOWN, DOWN, contact_radius_m=0.02)
+    loads = contact_pressure(mesh, TOP * [1, 1, 0.1], DOWN, DOWN, contact_radius_m=0.02)
     assert np.allclose(mesh.nodes_m[loads.any(axis=1), 2], 0.01)
 
 
 def test_bad_patches_are_refused(cube):
     options = {"contact_radius_m": 0.005}
     with pytest.raises(ValueError, match="expected triangles within 0.005 m .* found none"):
-        hertz_patch(cube, TOP + [0, 0, 0.02], DOWN, DOWN, **options)
+        contact_pressure(cube, TOP + [0, 0, 0.02], DOWN, DOWN, **options)
     with pytest.raises(ValueError, match="expected triangles within 0.005 m .* found none"):
-        hertz_patch(cube, TOP, -DOWN, DOWN, **options)
+        contact_pressure(cube, TOP, -DOWN, DOWN, **options)
     with pytest.raises(ValueError, match="contact_radius_m: expected above 0, found 0"):
-        hertz_patch(cube, TOP, DOWN, DOWN, contact_radius_m=0)
+        contact_pressure(cube, TOP, DOWN, DOWN, contact_radius_m=0)
     with pytest.raises(ValueError, match="axis: expected a direction"):
-        hertz_patch(cube, TOP, 0 * DOWN, DOWN, **options)
+        contact_pressure(cube, TOP, 0 * DOWN, DOWN, **options)
 
 
 def pressed(refinements, edge_m, places):
@@ -129,7 +129,7 @@ def pressed(refinements, edge_m, places):
     top = np.array([0, 0, 0.1])
     fine = refine_near(coarse, top, radius_m=0.008, edge_m=edge_m)
     solid = quadratic(fine)
-    f = hertz_patch(solid, top, DOWN, 1.0 * DOWN, contact_radius_m=0.005)
+    f = contact_pressure(solid, top, DOWN, 1.0 * DOWN, contact_radius_m=0.005)
     free = dofs(np.flatnonzero(solid.nodes_m[:, 2] > 1e-9))
     E, nu = 25e3, 0.3
     lam, mu = E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from floor import floor
 from palpate.solid.contact_mesh import moving_nodes
+from palpate.solid.indentation_setup import IndentationOptions, indentation_setup
 from palpate.solid.indentation_table import indentation_model
+from palpate.solid.indenting import State
 from palpate.solid.mesh import quadratic, solid_mesh
-from palpate.solid.press_setup import PressOptions, press_setup
-from palpate.solid.pressing import State
 from palpate.solid.touching import facing_faces, first_touch, thickness_m
 from skfem import MeshTet
 
@@ -15,7 +15,7 @@ RADIUS = 0.02
 DOWN = np.array([0.0, 0.0, -1.0])
 FLOOR = floor(1e-4)
 TOP = np.array([0.05, 0.05, 0.1])
-OPTIONS = PressOptions(edge_m=0.008, growth=1.0, refine_radius_m=0.05, foot_edge_m=0.03)
+OPTIONS = IndentationOptions(edge_m=0.008, growth=1.0, refine_radius_m=0.05, base_edge_m=0.03)
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +59,7 @@ def test_surface_under_the_sphere_goes_as_deep_as_it(bonded):
 
 
 def test_resting_solid_bears_the_force_on_its_table(mesh):
-    setup = press_setup(
+    setup = indentation_setup(
         mesh,
         floor(1e-4, contact="resting"),
         TOP,
@@ -114,7 +114,7 @@ def test_first_touch_of_a_plane_and_of_a_slope(mesh):
 def test_bad_input(mesh, change, message):
     given = {"point_m": TOP, "direction": DOWN, "deepest_m": 0.004} | change
     with pytest.raises(ValueError, match=message):
-        press_setup(
+        indentation_setup(
             mesh,
             FLOOR,
             given.pop("point_m"),

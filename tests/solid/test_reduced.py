@@ -14,7 +14,7 @@ RATIOS = (0.0, 0.11, 0.23, 0.37, 0.45, 0.48, 0.495, 0.499)
 
 @pytest.fixture(scope="module")
 def system():
-    """Stiffness of a block held at its foot, and two loads."""
+    """Stiffness of a block held at its base, and two loads."""
     grid = MeshTet.init_tensor(
         *(np.linspace(0, size, n) for size, n in ((0.3, 9), (0.2, 6), (0.05, 4)))
     )

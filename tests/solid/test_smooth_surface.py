@@ -6,6 +6,7 @@ import trimesh
 from palpate.solid.mesh import SolidMesh, element_volumes, quadratic, solid_mesh
 from palpate.solid.mirror import Mirror, require_image
 from palpate.solid.refine import refine_near
+from palpate.solid.resting import standing_table
 from palpate.solid.smooth_surface import (
     LEAST_VOLUME,
     SmoothSurface,
@@ -13,7 +14,6 @@ from palpate.solid.smooth_surface import (
     corner_normals,
     curved_to,
 )
-from palpate.solid.standing import standing_table
 from palpate.solid.stiffness import QUADRATURE, combined, elastic_stiffness, point_volumes
 from palpate.solid.support import Support
 

@@ -21,9 +21,9 @@ from palpate.surface.pose import to_camera
 from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template
 from virtual_lab.describe import box_template
-from virtual_lab.ladder import ContactLadder
 from virtual_lab.press import press_object
 from virtual_lab.render import look_at
+from virtual_lab.steps import ContactLadder
 
 ROOT = Path(__file__).resolve().parents[2]
 SIZE_M = np.array([0.598, 0.150, 0.0475])
@@ -101,11 +101,11 @@ def dented_block(
     edge_m : float
         Edges of the template before its refinement [m].
     """
-    depths, ladder, pose = np.asarray(depths_m, dtype=float), block_ladder(), camera_pose()
-    tips = ladder.point_m + np.column_stack([0 * depths, 0 * depths, RADIUS_M - depths])
-    surfaces = ladder.surface_at(depths)
+    depths, steps, pose = np.asarray(depths_m, dtype=float), block_ladder(), camera_pose()
+    tips = steps.point_m + np.column_stack([0 * depths, 0 * depths, RADIUS_M - depths])
+    surfaces = steps.surface_at(depths)
     clouds = [
-        _cloud(surface, ladder.surface_faces, tip, pose, noise_m, points, [seed, k])
+        _cloud(surface, steps.surface_faces, tip, pose, noise_m, points, [seed, k])
         for k, (surface, tip) in enumerate(zip(surfaces, tips, strict=True))
     ]
     recorded = Recorded(
@@ -114,14 +114,14 @@ def dented_block(
         support=floor(0.001),
         clouds=clouds,
         tips_m=to_camera(pose, tips),
-        forces_n=-ladder.force_at(depths)[:, None] * pose[:3, 2],
+        forces_n=-steps.force_at(depths)[:, None] * pose[:3, 2],
         indenter_radius_m=RADIUS_M,
         alignment=_alignment(pose, depths),
     )
     truth = {
         "camera_from_object": pose,
-        "surface_rest_m": ladder.surface_rest_m,
-        "surface_faces": ladder.surface_faces,
+        "surface_rest_m": steps.surface_rest_m,
+        "surface_faces": steps.surface_faces,
         "surface_m": surfaces,
         "tip_m": recorded.tips_m,
         "depth_m": depths,

@@ -6,8 +6,8 @@ from floor import floor
 from palpate.surface.alignment import (
     align_capture,
     load_alignment,
+    resting_prior,
     save_alignment,
-    standing_of,
     thickness_along,
 )
 from palpate.surface.pose import to_camera
@@ -46,11 +46,11 @@ def alignment(template, pose):
     heights = np.array([0.015, 0.004, -0.001, -0.006])
     tips = to_camera(pose, POINT + np.outer(heights + R, [0, 0, 1]))
     plane = np.append(up, -up @ pose[:3, 3])
-    standing = standing_of(floor(1e-3), POINT, plane, tips[2], indenter_radius_m=R)
+    resting = resting_prior(floor(1e-3), POINT, plane, tips[2], indenter_radius_m=R)
     return align_capture(
         template,
         (cloud[seen], normals[seen]),
-        standing,
+        resting,
         tips,
         2,
         largest_distance_m=0.012,
@@ -80,10 +80,10 @@ def test_a_ball_does_not_roll_or_turn_over(pose):
     up, top = pose[:3, 2], np.array([0, 0, 0.12])
     tips = to_camera(pose, top + np.outer([0.015, -1e-3], [0, 0, 1]) + [0, 0, R])
     plane = np.append(up, -up @ pose[:3, 3])
-    standing = standing_of(floor(1e-3), top, plane, tips[1], indenter_radius_m=R)
+    resting = resting_prior(floor(1e-3), top, plane, tips[1], indenter_radius_m=R)
     cloud = cloud[seen], normals[seen]
     options = {"largest_distance_m": 0.012, "largest_normal_deg": 60}
-    found = align_capture(ball, cloud, standing, tips, 1, **options)
+    found = align_capture(ball, cloud, resting, tips, 1, **options)
     assert np.linalg.norm(found.contact_point_m - top) < 1e-3
     tilt = np.arccos(np.clip(found.camera_from_object[:3, 2] @ up, -1, 1))
     assert np.rad2deg(tilt) < 0.2

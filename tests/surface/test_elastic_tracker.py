@@ -10,13 +10,13 @@ from floor import floor
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.capture import track_capture
+from palpate.surface.correspondences import pair, rest_offsets
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.elastic import ElasticTracker
 from palpate.surface.obstacle import Sphere, Table
 from palpate.surface.options import ElasticTracking
 from palpate.surface.pose import to_camera
 from palpate.surface.recorded import Recorded
-from palpate.surface.sight import pair, rest_offsets
 from palpate.surface.template import Template
 from scipy.spatial.transform import Rotation
 from skfem import MeshTet
@@ -149,27 +149,27 @@ def test_offset_at_rest_is_taken_off(solid, template):
     assert np.abs(tracker.offset[left & top]).mean() < 5e-5
     assert tracker.sigma < 1.5e-4
     again = [points_of(template.vertices_m, template.faces, 8000, k, 1e-4) for k in (4, 5, 6)]
-    sights = [tracker.see(tracker.rest, cloud) for cloud in again]
-    whole, others = rest_offsets(template, sights)
+    pairs_by_frame = [tracker.see(tracker.rest, cloud) for cloud in again]
+    whole, others = rest_offsets(template, pairs_by_frame)
     assert others.shape == (3, len(whole))
-    assert np.allclose(rest_offsets(template, sights[1:])[0], others[0], atol=1e-15)
+    assert np.allclose(rest_offsets(template, pairs_by_frame[1:])[0], others[0], atol=1e-15)
 
 
 def test_pairs_by_distance_and_normal(template):
     points = TOP_M + [[0.001, 0, 0.002], [0.001, 0, 0.02], [0.001, 0, 0.001]]
     normals = np.array([[0, 0, 1.0], [0, 0, 1.0], [1.0, 0, 0]])
-    sight = pair(
+    pairs = pair(
         template.vertices_m,
         template,
         (points, normals),
         largest_distance_m=0.01,
         largest_normal_deg=45,
     )
-    assert sight.distance_m == pytest.approx([0.002])
-    lower = sight.less(np.full(len(template.vertices_m), 0.0005))
+    assert pairs.distance_m == pytest.approx([0.002])
+    lower = pairs.less(np.full(len(template.vertices_m), 0.0005))
     assert lower.distance_m == pytest.approx([0.0015])
-    assert sight.rest_m[0] == pytest.approx(TOP_M + [0.001, 0, 0])
-    assert sight.observed(len(template.vertices_m)).sum() == 3
+    assert pairs.rest_m[0] == pytest.approx(TOP_M + [0.001, 0, 0])
+    assert pairs.observed(len(template.vertices_m)).sum() == 3
 
 
 @pytest.fixture(scope="module")
@@ -271,7 +271,7 @@ def test_the_slope_of_the_points_with_a_finer_template(solid, template):
     step[tracker.rest[:, 2] < 1e-9] = 0
 
     def misfit(place):
-        seen = replace(carried.sight, distance_m=tracker._distances(carried, place))
+        seen = replace(carried.pairs, distance_m=tracker._distances(carried, place))
         return tracker.costs(seen, TOP_M, 1.0).sum()
 
     slope = (misfit(x + step) - misfit(x - step)) / 2
@@ -279,8 +279,8 @@ def test_the_slope_of_the_points_with_a_finer_template(solid, template):
     assert (forces * step).sum() == pytest.approx(slope, rel=1e-5)
     seen = tracker.see(x, cloud)
     corners = tracker.vertices(x)[seen.corners]
-    foot = np.einsum("kc,kcd->kd", seen.weights, corners)
-    assert np.abs(foot - seen.rest_m).max() < 2e-3
+    closest = np.einsum("kc,kcd->kd", seen.weights, corners)
+    assert np.abs(closest - seen.rest_m).max() < 2e-3
 
 
 def test_a_press_in_one_jump_is_followed(capture):

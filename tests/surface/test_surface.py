@@ -10,7 +10,7 @@ from palpate.solid.mesh import solid_mesh
 from palpate.surface.augment import indenter_points
 from palpate.surface.data_points import Frame
 from palpate.surface.options import Registration
-from palpate.surface.pose import Standing, align_rigidly, initial_pose, to_camera
+from palpate.surface.pose import RestingPrior, align_rigidly, initial_pose, to_camera
 from palpate.surface.template import (
     Template,
     neighbourhoods,
@@ -86,13 +86,13 @@ def test_initial_pose_and_alignment_from_any_yaw(template, pose):
     cloud, normals = visible_cloud(template, pose, 0.001, rng)
     plane = np.append(pose[:3, 2], -pose[:3, 2] @ pose[:3, 3])
     plane = plane if plane[3] > 0 else -plane
-    standing = Standing(
+    resting = RestingPrior(
         plane,
         floor(1e-3),
         point_m=POINT,
         touched_m=to_camera(pose, POINT) + 0.002,
     )
-    first = initial_pose(template, cloud, standing)
+    first = initial_pose(template, cloud, resting)
     found = align_rigidly(template, cloud, normals, first, **WITHIN)
     gap = to_camera(found, template.vertices_m) - to_camera(pose, template.vertices_m)
     assert np.linalg.norm(gap, axis=1).mean() < 1e-3

@@ -11,11 +11,11 @@ from palpate.capture.images import read_image
 from palpate.vision.camera import camera_from_spec
 from virtual_lab.calibration import record_calibration
 from virtual_lab.experiments import outline_path, record_workspace
-from virtual_lab.ladder import ContactLadder, load_ladder, mirrored, save_ladder
 from virtual_lab.motion import Hand
 from virtual_lab.record import FACING, real_probe, record_capture, with_motion
 from virtual_lab.rig import bare_bench, make_rig, object_bench, seed_of
 from virtual_lab.shapes import shape_of
+from virtual_lab.steps import ContactLadder, load_ladder, mirrored, save_ladder
 
 R = 0.00622
 MOTION = {
@@ -41,7 +41,7 @@ def lab(root):
 
 
 @pytest.fixture(scope="module")
-def ladder(lab):
+def steps(lab):
     """A made-up dent: the recordings need no mechanics here."""
     rest, faces = shape_of(lab[1]).surface()
     point = np.array([-0.05, 0.0, 0.0475])
@@ -103,7 +103,7 @@ def test_two_hands_differ_in_pace_and_depth():
     assert np.ptp(deepest) > 2e-4
 
 
-def test_a_capture_is_the_same_for_the_same_seed_alone(lab, ladder, sensors, probe, tmp_path):
+def test_a_capture_is_the_same_for_the_same_seed_alone(lab, steps, sensors, probe, tmp_path):
     common, spec, _ = lab
     spec = with_motion(spec, {"frames": 2, "frame_rate_hz": 1})
     sensor = half_size(sensors["kinect"])
@@ -113,7 +113,7 @@ def test_a_capture_is_the_same_for_the_same_seed_alone(lab, ladder, sensors, pro
     for number, seed in enumerate(([1, 2], [1, 2], [1, 3])):
         folder = tmp_path / str(number)
         folder.mkdir()
-        truths.append(record_capture(folder, rig, ladder, common, spec, probe, seed=seed))
+        truths.append(record_capture(folder, rig, steps, common, spec, probe, seed=seed))
         sums.append(digest(folder))
     assert sums[0] == sums[1]
     assert sums[0][1] == sums[2][1] == 6
@@ -179,14 +179,14 @@ def test_the_real_board_is_a_little_off(lab, probe):
     assert 0 < angle < 4 * options["angle_deg"]
 
 
-def test_a_mirrored_ladder(ladder, tmp_path):
-    save_ladder(tmp_path / "ladder.npz", ladder)
+def test_a_mirrored_ladder(steps, tmp_path):
+    save_ladder(tmp_path / "ladder.npz", steps)
     other = mirrored(load_ladder(tmp_path / "ladder.npz"), np.array([0.05, 0.0, 0.0475]))
     assert other.point_m.tolist() == [0.05, 0.0, 0.0475]
     assert other.force_at([0.004]) == pytest.approx(200 * 0.004**1.5, rel=1e-6)
     moved = np.abs(other.surface_at([0.009])[0] - other.surface_rest_m).max(axis=1)
     assert other.surface_rest_m[moved.argmax(), 0] > 0
     with pytest.raises(ValueError, match="point: expected a mirror image"):
-        mirrored(ladder, np.array([0.15, 0.0, 0.0475]))
+        mirrored(steps, np.array([0.15, 0.0, 0.0475]))
     with pytest.raises(ValueError, match=r"depth: expected at most 0.0090 m, found 0.0100 m"):
-        ladder.force_at([0.01])
+        steps.force_at([0.01])

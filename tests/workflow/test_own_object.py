@@ -10,7 +10,7 @@ from sample_run import LEFT_BEHIND, snakemake
 
 pytestmark = pytest.mark.workflow
 NAME, SENSOR = "toy_cow", "bench_cam"
-# Only the look-up is coarser than the configuration's.
+# Only the indentation table is coarser than the configuration's.
 COARSE = ("--configfile", "tests/own_object/config.yaml")
 
 

@@ -1,4 +1,4 @@
-"""The script that makes a look-up: from an object's files to the table, or one line."""
+"""The script that makes an indentation table: from an object's files to the table, or one line."""
 
 import runpy
 from types import SimpleNamespace

@@ -72,7 +72,7 @@ rule indentation:
         options=RUN.config["direct"]["model"],
         mirrors=RUN.mirrors_of,
     message:
-        "Look-up of {wildcards.object}, pressed at {wildcards.point}"
+        "Indentation table of {wildcards.object}, pressed at {wildcards.point}"
     script:
         "../scripts/stages/indentation.py"
 

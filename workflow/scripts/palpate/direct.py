@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from palpate.estimate.direct.estimate import DirectEstimate, estimate_direct
-from palpate.estimate.direct.indentation import DirectPress
+from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.problem import Pressing, direct_press
+from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.measurement import Measurement
 from palpate.run.options import Config
 from palpate.solid.indentation import IndentationModel
@@ -58,13 +58,13 @@ def estimate(
     True
     """
     options, fallback = options or Fit(), Config().seed
-    presses = [_press(*of, options) for of in zip(measured, tables, strict=True)]
+    indentations = [_press(*of, options) for of in zip(measured, tables, strict=True)]
     radius, seed = measured[0].capture.radius_m, fallback if seed is None else seed
-    return estimate_direct(presses, options, radius_m=radius, seed=seed)
+    return estimate_direct(indentations, options, radius_m=radius, seed=seed)
 
 
-def _press(measured: Measurement, table: IndentationModel, options: Fit) -> DirectPress:
-    pressing = Pressing(
+def _press(measured: Measurement, table: IndentationModel, options: Fit) -> DirectIndentation:
+    probe_record = ProbeRecord(
         time_s=measured.poses["time_s"].to_numpy(float),
         tips_m=measured.tips_m,
         forces_n=measured.forces_n,
@@ -73,6 +73,6 @@ def _press(measured: Measurement, table: IndentationModel, options: Fit) -> Dire
         clock_std_s=Config().force.clock_offset_std_s,
     )
     surface = SmoothSurface(measured.template.vertices_m, measured.template.faces)
-    return direct_press(
-        pressing, measured.motion, measured.alignment, surface, table, measured.support, options
+    return direct_indentation(
+        probe_record, measured.motion, measured.alignment, surface, table, measured.support, options
     )

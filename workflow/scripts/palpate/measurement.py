@@ -12,7 +12,7 @@ from palpate.capture.capture import Capture
 from palpate.capture.streams import Stream, all_streams
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
-from palpate.estimate.hertz.press import press_of
+from palpate.estimate.hertz.indentation import press_of
 from palpate.estimate.hertz.range import force_onset
 from palpate.run.options import Config
 from palpate.solid.fill import tetrahedralise
@@ -35,7 +35,7 @@ from palpate.vision.clouds import clouds_of, scene_points
 from palpate.vision.follow import followed
 from palpate.vision.force import FORCE
 from palpate.vision.foreground import masks_of
-from palpate.vision.press import press_wrenches
+from palpate.vision.indentation import capture_wrenches
 from palpate.vision.probe import ALONG_STD, AXIS, TIP
 from palpate.vision.support_plane import fit_support_plane
 
@@ -163,7 +163,7 @@ def measure(
     masks = _masks(capture, sensor, config)
     plane = _plane(capture, sensor, config)
     poses = followed(folder, sensor, probe, config.probe_pose)
-    wrenches, clock = press_wrenches(capture.force, poses, probe, config.force, up=plane[:3])
+    wrenches, clock = capture_wrenches(capture.force, poses, probe, config.force, up=plane[:3])
     clouds = [
         (cloud.points_m, cloud.normals)
         for cloud in clouds_of(folder, sensor, probe, masks, poses, plane, config.clouds)

@@ -13,12 +13,12 @@ UNUSED = ("open3d.ml", "open3d.visualization")
 def _core() -> ModuleType:
     """Import Open3D while empty modules stand for the unused ones."""
     if "open3d" not in sys.modules:
-        standing_in = {name: ModuleType(name) for name in UNUSED}
-        sys.modules.update(standing_in)
+        resting_in = {name: ModuleType(name) for name in UNUSED}
+        sys.modules.update(resting_in)
         try:
             import open3d  # noqa: F401
         finally:
-            for name in standing_in:
+            for name in resting_in:
                 del sys.modules[name]
     return sys.modules["open3d"]
 

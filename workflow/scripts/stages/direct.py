@@ -6,18 +6,18 @@ from palpate.capture.files import whole_file
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.result import described
-from palpate.run.direct_inputs import read_presses
+from palpate.run.direct_inputs import read_indentations
 from palpate.run.job import naming, run
 
 
 def main(snakemake):
     """Write direct.json."""
     params, options = snakemake.params, Fit.read(snakemake.params.options)
-    presses = read_presses(snakemake.input, options)
+    indentations = read_indentations(snakemake.input, options)
     radius = params.probe["indenter"]["radius_m"]
     with naming(", ".join(snakemake.input.poses), "frames"):
-        found = estimate_direct(presses, options, radius_m=radius, seed=params.seed)
-    told = described(found, presses, options.relaxation_times_s)
+        found = estimate_direct(indentations, options, radius_m=radius, seed=params.seed)
+    told = described(found, indentations, options.relaxation_times_s)
     with whole_file(snakemake.output.estimate) as part:
         text = json.dumps({"captures": list(params.captures)} | told, indent=2)
         part.write_text(text + "\n", encoding="utf-8")

@@ -8,8 +8,8 @@ from palpate.capture.tables import read_force, read_frames, read_table, write_ta
 from palpate.run.job import naming, run
 from palpate.surface.checks import columns_of
 from palpate.vision.force import check_direction, check_lever
+from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Force
-from palpate.vision.press import press_wrenches
 from palpate.vision.probe import AXIS, TIP
 from palpate.vision.support_plane import read_plane
 
@@ -26,7 +26,7 @@ def main(snakemake):
         columns_of(poses, ["time_s", *TIP, *AXIS], frames=len(read_frames(source.capture)))
     plane = read_plane(source.plane)
     with naming(source.capture, "force", "matching", "probe"):
-        table, clock = press_wrenches(record, poses, params.probe, options, up=plane[:3])
+        table, clock = capture_wrenches(record, poses, params.probe, options, up=plane[:3])
         logging.info("clock offset %.4f s, deviation %.4f s", clock.offset_s, clock.std_s)
         check_direction(table, poses[AXIS].to_numpy(float))
         check_lever(table, params.probe["indenter"]["radius_m"])

@@ -5,20 +5,20 @@ import json
 from palpate.capture.files import whole_file
 from palpate.estimate.hertz.estimate import estimate_hertz
 from palpate.estimate.hertz.options import Hertz
-from palpate.run.hertz_inputs import read_press
+from palpate.run.hertz_inputs import read_indentation
 from palpate.run.job import naming, run
 
 
 def main(snakemake):
     """Write hertz.json."""
     options = Hertz.read(snakemake.params.options)
-    press, record, told = read_press(
+    indentation, record, told = read_indentation(
         snakemake.input,
         radius_m=snakemake.params.probe["indenter"]["radius_m"],
         onset_force_n=options.onset_force_n,
     )
     with naming(snakemake.input.force):
-        found = estimate_hertz(press, record, options)
+        found = estimate_hertz(indentation, record, options)
     with whole_file(snakemake.output.fit) as part:
         part.write_text(json.dumps(told | found, indent=2) + "\n", encoding="utf-8")
 

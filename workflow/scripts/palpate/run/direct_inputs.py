@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.capture.tables import read_table
 from palpate.estimate.direct.motion import load_motion
-from palpate.estimate.direct.problem import Pressing, direct_press
+from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.run.declared import read_declared
 from palpate.run.job import naming
 from palpate.solid.indentation import load_indentation
@@ -19,34 +19,36 @@ from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP
 
 
-def read_presses(inputs, options):
+def read_indentations(inputs, options):
     """Read each capture; files of one kind go in the captures' order."""
     spec, support = read_declared(inputs.object)
     template = read_template(inputs.template, unit=spec["template"]["unit"])
     surface = SmoothSurface(template.vertices_m, template.faces)
-    lookups = {path: load_indentation(path) for path in dict.fromkeys(inputs.lookups)}
-    presses = []
-    for k, lookup in enumerate(inputs.lookups):
-        pressing = read_pressing(inputs.poses[k], inputs.forces[k], inputs.clocks[k])
+    indentation_tables = {
+        path: load_indentation(path) for path in dict.fromkeys(inputs.indentation_tables)
+    }
+    indentations = []
+    for k, indentation_table in enumerate(inputs.indentation_tables):
+        probe_record = read_probe_record(inputs.poses[k], inputs.forces[k], inputs.clocks[k])
         with (
             naming(inputs.forces[k], "force", "frames"),
             naming(inputs.poses[k], "depth", "tip"),
             naming(inputs.motions[k], "cells"),
         ):
-            press = direct_press(
-                pressing,
+            indentation = direct_indentation(
+                probe_record,
                 load_motion(inputs.motions[k]),
                 load_alignment(inputs.alignments[k]),
                 surface,
-                lookups[lookup],
+                indentation_tables[indentation_table],
                 support,
                 options,
             )
-        presses.append(press)
-    return presses
+        indentations.append(indentation)
+    return indentations
 
 
-def read_pressing(pose, force, clock):
+def read_probe_record(pose, force, clock):
     """Tip, force and clock of a capture."""
     poses = read_table(pose)
     with naming(force):
@@ -54,7 +56,7 @@ def read_pressing(pose, force, clock):
     with naming(pose):
         tips = columns_of(poses, TIP, frames=len(forces))
     clocks = json.loads(Path(clock).read_text(encoding="utf-8"))
-    return Pressing(
+    return ProbeRecord(
         time_s=poses["time_s"].to_numpy(float),
         tips_m=tips,
         forces_n=forces,

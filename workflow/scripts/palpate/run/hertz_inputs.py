@@ -6,8 +6,8 @@ import numpy as np
 
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
-from palpate.estimate.hertz.models import Press
-from palpate.estimate.hertz.press import press_of
+from palpate.estimate.hertz.indentation import press_of
+from palpate.estimate.hertz.models import Indentation
 from palpate.estimate.hertz.record import Record
 from palpate.run.job import naming
 from palpate.surface.alignment import load_alignment
@@ -17,9 +17,9 @@ from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP
 
 
-def read_press(
+def read_indentation(
     inputs: Any, *, radius_m: float, onset_force_n: float
-) -> tuple[Press, Record | None, dict]:
+) -> tuple[Indentation, Record | None, dict]:
     """Read the press and the same with its hold; see `press_of`.
 
     Parameters

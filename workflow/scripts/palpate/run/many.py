@@ -15,7 +15,7 @@ from palpate.run.run import Run
 # Of one core: what the largest job of an object's takes, see workflow/profiles/slurm.
 CORE_MB = 1600
 # On one core that has nothing else to do, with a margin of two (docs/cluster.md).
-LOOKUP_MINUTES, CAPTURE_MINUTES, BASE_MINUTES = 6, 3, 10
+TABLE_MINUTES, CAPTURE_MINUTES, BASE_MINUTES = 6, 3, 10
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class ManyObjects:
         """Time of an object: an indentation table of each point, and a film of each capture."""
         captures = self._captures[wildcards.object]
         work = CAPTURE_MINUTES * len(captures)
-        work += LOOKUP_MINUTES * len({capture.point for capture in captures})
+        work += TABLE_MINUTES * len({capture.point for capture in captures})
         return int(BASE_MINUTES + work / threads) * 2 ** (attempt - 1)
 
     @cached_property

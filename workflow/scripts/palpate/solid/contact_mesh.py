@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from palpate.solid.boundary import support_nodes
+from palpate.solid.contact_pressure import contact_pressure
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.moduli import lame_from_engineering
-from palpate.solid.patch import hertz_patch
 from palpate.solid.refine import refine_near
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
@@ -56,7 +56,7 @@ def moving_nodes(
         np.arange(3 * len(mesh.nodes_m)), (3 * held[:, None] + np.arange(3)).ravel()
     )
     K = combined(K1, K2, *lame_from_engineering(1.0, nu))
-    load = hertz_patch(mesh, point_m, direction, direction, contact_radius_m=contact)
+    load = contact_pressure(mesh, point_m, direction, direction, contact_radius_m=contact)
     u = np.zeros(load.size)
     u[free] = factorise(K[free][:, free])(load.ravel()[free])
     # Hertz: the depth of force 1 at this contact radius.
@@ -101,7 +101,7 @@ def fine_mesh(mesh: SolidMesh, places: tuple[Fineness, ...]) -> SolidMesh:
     return mesh
 
 
-def foot_m(mesh: SolidMesh, support: Support) -> NDArray:
+def base_m(mesh: SolidMesh, support: Support) -> NDArray:
     """Middle of the surface nodes that are nearest to the support, (3,) [m]."""
     nodes = mesh.nodes_m[mesh.surface_nodes()]
     heights = support.heights_m(nodes)

@@ -1,4 +1,4 @@
-"""Look-up of one pressed point: force and surface over depth, Poisson's ratio and law."""
+"""Indentation table of one pressed point: force and surface over depth, Poisson's ratio and law."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -155,7 +155,7 @@ def load_indentation(path: str | Path) -> IndentationModel:
     ValueError
         If the file is no such archive, or an array is missing or of another shape.
     """
-    arrays = read_npz(path, what="an indentation look-up")
+    arrays = read_npz(path, what="an indentation indentation table")
     _check_shapes(path, arrays)
     plain = {
         "radius_m": float(arrays["radius_m"]),

@@ -1,4 +1,4 @@
-"""Make the look-up of one pressed point by finite elements."""
+"""Make the indentation table of one pressed point by finite elements."""
 
 import logging
 from dataclasses import replace
@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from palpate.solid.boundary import support_nodes
 from palpate.solid.indentation import IndentationModel
-from palpate.solid.linear_press import linear_presses
+from palpate.solid.indentation_setup import IndentationOptions, IndentationSetup, indentation_setup
+from palpate.solid.indenting import IndentedSolid, State
+from palpate.solid.linear_indentation import linear_indentations
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.press_setup import PressOptions, PressSetup, press_setup
-from palpate.solid.pressing import PressedSolid, State
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.solid.support import Support
 
@@ -28,7 +28,7 @@ LAW_NAMES = ("neo_hookean", "blatz_ko")
 POISSON_RATIOS = (0.0, 0.15, 0.3, 0.42, 0.49)
 
 
-def depth_ladder(deepest_m: float, step_m: float) -> NDArray:
+def depth_steps(deepest_m: float, step_m: float) -> NDArray:
     """Depths of a table, from 0 to the deepest, finer at the start [m].
 
     Raises
@@ -58,7 +58,7 @@ def indentation_model(
     laws: tuple[str, ...] = LAW_NAMES,
     poisson_ratios: tuple[float, ...] = POISSON_RATIOS,
     step_m: float = 0.001,
-    options: PressOptions | None = None,
+    options: IndentationOptions | None = None,
 ) -> IndentationModel:
     """Press a solid with a sphere, for each law, Poisson's ratio and depth.
 
@@ -79,7 +79,7 @@ def indentation_model(
         Names, and increasing values.
     step_m : float, optional
         Between depths [m].
-    options : PressOptions, optional
+    options : IndentationOptions, optional
 
     Returns
     -------
@@ -92,11 +92,11 @@ def indentation_model(
         If an argument is out of its range, the point is off the surface, or there is no
         equilibrium at the first depths.
     """
-    depths = depth_ladder(deepest_m, step_m)
+    depths = depth_steps(deepest_m, step_m)
     finite = tuple(law for law in laws if law != LINEAR)
     if not finite:
         raise ValueError(f"laws: expected one of finite strain beside {LINEAR}, found none")
-    setup = press_setup(
+    setup = indentation_setup(
         mesh,
         support,
         point_m,
@@ -104,20 +104,20 @@ def indentation_model(
         radius_m=radius_m,
         deepest_m=deepest_m,
         surface=surface,
-        options=options or PressOptions(),
+        options=options or IndentationOptions(),
     )
-    ladders: dict[tuple[str, int], list[State]] = {}
+    steps_of: dict[tuple[str, int], list[State]] = {}
     for law in finite:
         for number, nu in enumerate(poisson_ratios):
-            near = [ladders.get((law, n)) for n in (number - 1, number - 2)]
+            near = [steps_of.get((law, n)) for n in (number - 1, number - 2)]
             # A law's first ladder starts from that of the law before it.
-            near[0] = near[0] or ladders.get((finite[0], number))
-            ladders[law, number] = ladder(setup, law, nu, depths, near)
-    model = _model(setup, ladders, finite, poisson_ratios, depths)
+            near[0] = near[0] or steps_of.get((finite[0], number))
+            steps_of[law, number] = steps(setup, law, nu, depths, near)
+    model = _model(setup, steps_of, finite, poisson_ratios, depths)
     return _with_linear(setup, model) if LINEAR in laws else model
 
 
-def _with_linear(setup: PressSetup, model: IndentationModel) -> IndentationModel:
+def _with_linear(setup: IndentationSetup, model: IndentationModel) -> IndentationModel:
     """The same with the linear solid as one more law, if the support holds its nodes."""
     if setup.support.resting:
         logging.info("a resting solid has no linear law: its support grows with the force")
@@ -125,7 +125,7 @@ def _with_linear(setup: PressSetup, model: IndentationModel) -> IndentationModel
     mesh, support = setup.whole, setup.support
     held = np.zeros(len(mesh.nodes_m), dtype=bool)
     held[support_nodes(mesh, support)] = True
-    forces, fields = linear_presses(
+    forces, fields = linear_indentations(
         mesh,
         held,
         setup.touch_m,
@@ -146,8 +146,8 @@ def _with_linear(setup: PressSetup, model: IndentationModel) -> IndentationModel
     )
 
 
-def ladder(
-    setup: PressSetup,
+def steps(
+    setup: IndentationSetup,
     law: str,
     nu: float,
     depths_m: NDArray,
@@ -157,12 +157,12 @@ def ladder(
 
     Parameters
     ----------
-    setup : PressSetup
+    setup : IndentationSetup
     law, nu : str, float
     depths_m : (k,) array
         From 0 [m].
     near : list
-        Up to two ladders of like materials, the nearest first: their steps guess the next.
+        Up to two steps_of of like materials, the nearest first: their steps guess the next.
     """
     pressed, states = setup.pressed(law, nu), [State.at_rest(setup.moved.nodes_m)]
     for k in range(1, len(depths_m)):
@@ -184,7 +184,7 @@ def ladder(
 
 
 def _step(
-    pressed: PressedSolid, last: State, start: NDArray, from_m: float, to_m: float, cuts: int
+    pressed: IndentedSolid, last: State, start: NDArray, from_m: float, to_m: float, cuts: int
 ) -> State:
     """Equilibrium at a depth, by way of others between where it isn't found at once."""
     if pressed.solid.least_volume(start) < LEAST_START:
@@ -200,9 +200,9 @@ def _step(
 
 
 def _start(
-    setup: PressSetup, states: list[State], depths: NDArray, near: list[list[State] | None]
+    setup: IndentationSetup, states: list[State], depths: NDArray, near: list[list[State] | None]
 ) -> NDArray:
-    """Guess of the next equilibrium: as other ladders went on from there, else straight on."""
+    """Guess of the next equilibrium: as other steps_of went on from there, else straight on."""
     k, x = len(states), states[-1].x_m
     first, second = (other if other and len(other) > k else None for other in near)
     if first is not None:
@@ -217,13 +217,13 @@ def _start(
 
 
 def _model(
-    setup: PressSetup,
-    ladders: dict[tuple[str, int], list[State]],
+    setup: IndentationSetup,
+    steps_of: dict[tuple[str, int], list[State]],
     laws: tuple[str, ...],
     ratios: tuple[float, ...],
     depths: NDArray,
 ) -> IndentationModel:
-    count = min(map(len, ladders.values()))
+    count = min(map(len, steps_of.values()))
     if count <= len(BEGINNING):
         raise ValueError(
             f"ladder: expected equilibria to {depths[len(BEGINNING)]:g} m, found fewer"
@@ -234,7 +234,7 @@ def _model(
     moves = np.zeros((*forces.shape, len(surface), 3), dtype=np.float32)
     for i, law in enumerate(laws):
         for j in range(len(ratios)):
-            for k, state in enumerate(ladders[law, j][:count]):
+            for k, state in enumerate(steps_of[law, j][:count]):
                 forces[i, j, k] = state.force_m2 @ setup.direction
                 moves[i, j, k] = setup.displacement(state.x_m)[surface]
     return IndentationModel(

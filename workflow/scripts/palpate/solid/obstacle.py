@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.solid.contact_pressure import face_parts, face_shapes
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.patch import face_parts, face_shapes
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.solid.indentation import IndentationModel, mirrored
+from palpate.solid.indentation_setup import IndentationOptions
 from palpate.solid.indentation_table import indentation_model
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.mirror import Mirror, require_image
 from palpate.solid.options import IndentationTable
-from palpate.solid.press_setup import PressOptions
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.solid.support import Support
 
@@ -66,7 +66,7 @@ def point_table(
         laws=options.laws,
         poisson_ratios=options.poisson_ratios,
         step_m=min(options.step_m, deepest / FEWEST_STEPS),
-        options=PressOptions(
+        options=IndentationOptions(
             edge_m=options.edge_m * finer,
             growth=options.growth,
             refine_radius_m=options.refine_radius_m,

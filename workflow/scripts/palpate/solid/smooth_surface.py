@@ -13,7 +13,7 @@ from palpate.solid.solve import factorise
 from palpate.solid.stiffness import QUADRATURE, combined, elastic_stiffness, point_volumes
 
 # Facets that meet at a greater angle meet at an edge of the object.
-CREASE_DEG = 35.0
+SHARP_DEG = 35.0
 SIDES = np.array([[0, 1], [1, 2], [2, 0]])
 # No element may lose more than this part of its volume.
 LEAST_VOLUME = 0.2
@@ -207,7 +207,7 @@ def _edge_rises(vertices_m: NDArray, faces: NDArray) -> NDArray:
     facing = np.repeat(face_normals, 3, axis=0)
     joint = np.stack([np.bincount(number, facing[:, k]) for k in range(3)], axis=1)
     # Of two facets at an angle t the normals' sum has the length 2 cos(t/2).
-    smooth = np.linalg.norm(joint, axis=1) > 2 * np.cos(np.radians(CREASE_DEG) / 2)
+    smooth = np.linalg.norm(joint, axis=1) > 2 * np.cos(np.radians(SHARP_DEG) / 2)
     return np.where(smooth[:, None], means, 0.0)[number].reshape(-1, 3, 3)
 
 
@@ -232,7 +232,7 @@ def corner_normals(vertices_m: NDArray, faces: NDArray) -> NDArray:
     normals, weights = _unit(double), _corner_weights(corners)
     order = np.argsort(faces.ravel(), kind="stable")
     starts = np.searchsorted(faces.ravel()[order], np.arange(len(vertices_m) + 1))
-    least = np.cos(np.radians(CREASE_DEG))
+    least = np.cos(np.radians(SHARP_DEG))
     found = np.zeros((len(faces), 3, 3))
     for vertex in range(len(vertices_m)):
         around = order[starts[vertex] : starts[vertex + 1]]

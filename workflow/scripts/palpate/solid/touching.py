@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.solid.contact_pressure import face_parts, face_shapes
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.patch import face_parts, face_shapes
 
 # Faces this many radii around the sphere's line may come into touch.
 AROUND = 2.2

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from palpate.solid.support import Support
 from palpate.surface.distance import ClosestPoints
-from palpate.surface.pose import Standing, align_rigidly, initial_pose, to_camera, to_object
+from palpate.surface.pose import RestingPrior, align_rigidly, initial_pose, to_camera, to_object
 from palpate.surface.template import Template
 
 # The cloud within this of the contact tells how well the surface lies there [m].
@@ -64,7 +64,7 @@ class Alignment:
 def align_capture(
     template: Template,
     cloud: tuple[NDArray, NDArray],
-    standing: Standing,
+    resting: RestingPrior,
     tips_m: NDArray,
     contact_frame: int,
     *,
@@ -79,7 +79,7 @@ def align_capture(
         Undeformed, object frame.
     cloud : (points (n, 3) [m], normals (n, 3))
         Of the first frame, camera frame.
-    standing : Standing
+    resting : RestingPrior
         Table, support and touched point.
     tips_m : (f, 3) array
         Centre of the sphere in each frame, camera frame [m].
@@ -102,10 +102,10 @@ def align_capture(
         template,
         points,
         normals,
-        initial_pose(template, points, standing),
+        initial_pose(template, points, resting),
         largest_distance_m=largest_distance_m,
         largest_normal_deg=largest_normal_deg,
-        standing=standing,
+        resting=resting,
     )
     closest = ClosestPoints(template.vertices_m, template.faces)
     contact = closest(to_object(pose, tips_m[contact_frame : contact_frame + 1]))[0][0]
@@ -113,9 +113,9 @@ def align_capture(
     return Alignment(pose, contact, contact_frame, residual)
 
 
-def standing_of(
+def resting_prior(
     support: Support, point_m: NDArray, plane: NDArray, tip_m: NDArray, *, indenter_radius_m: float
-) -> Standing:
+) -> RestingPrior:
     """What object.yaml, the table and the first touch say of the object's place.
 
     Parameters
@@ -129,7 +129,7 @@ def standing_of(
         Centre of the sphere when the force begins, camera frame [m].
     indenter_radius_m : float
     """
-    return Standing(
+    return RestingPrior(
         plane,
         support,
         point_m=np.asarray(point_m, dtype=float),

@@ -3,7 +3,7 @@
 from numpy.typing import NDArray
 
 from palpate.solid.support import Support
-from palpate.surface.alignment import Alignment, align_capture, standing_of
+from palpate.surface.alignment import Alignment, align_capture, resting_prior
 from palpate.surface.checks import require_fit
 from palpate.surface.elastic_capture import track_by_elasticity
 from palpate.surface.options import Aligning, ElasticTracking, StudyTracking
@@ -52,13 +52,13 @@ def align_first(
     ValueError
         If too little of the cloud lies near the template, or a limit does not hold.
     """
-    standing = standing_of(
+    resting = resting_prior(
         support, point_m, plane, tips_m[onset], indenter_radius_m=indenter_radius_m
     )
     found = align_capture(
         template,
         cloud,
-        standing,
+        resting,
         tips_m,
         onset,
         largest_distance_m=options.largest_distance_m,
@@ -68,7 +68,7 @@ def align_first(
         found,
         template,
         cloud[0],
-        standing,
+        resting,
         tips_m[onset],
         options.limits,
         largest_distance_m=options.largest_distance_m,

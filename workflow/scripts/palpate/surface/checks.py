@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from palpate.surface.alignment import Alignment
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.options import AlignmentLimits
-from palpate.surface.pose import Standing, to_camera, to_object
+from palpate.surface.pose import RestingPrior, to_camera, to_object
 from palpate.surface.template import Template
 
 # A plane through so many neighbours gives a normal, and so many points a pose.
@@ -22,7 +22,7 @@ def require_fit(
     alignment: Alignment,
     template: Template,
     cloud_m: NDArray,
-    standing: Standing,
+    resting: RestingPrior,
     tip_m: NDArray,
     limits: AlignmentLimits,
     *,
@@ -37,7 +37,7 @@ def require_fit(
     template : Template
     cloud_m : (n, 3) array
         First frame's cloud, camera frame [m].
-    standing : Standing
+    resting : RestingPrior
         Table, support and declared point.
     tip_m : (3,) array
         Centre of the sphere when the force begins, camera frame [m].
@@ -59,25 +59,25 @@ def require_fit(
         where = f"{largest_distance_m * MM:g} mm of the template"
         raise ValueError(f"cloud: expected {expected} {where}, found {near:.0%}")
     _at_most("residual", alignment.residual.rms_m, limits.largest_rms_m, "rms from the template")
-    _require_standing(pose, template, standing, limits)
-    touch = np.linalg.norm(alignment.contact_point_m - standing.point_m)
+    _require_resting(pose, template, resting, limits)
+    touch = np.linalg.norm(alignment.contact_point_m - resting.point_m)
     _at_most("points", touch, limits.largest_touch_m, "from the declared point to the contact")
     gap = closest.signed_distance(to_object(pose, tip_m[None]))[0] - indenter_radius_m
     _at_most("tip", gap, limits.largest_gap_m, "from the template when the force begins")
 
 
-def _require_standing(
-    pose: NDArray, template: Template, standing: Standing, limits: AlignmentLimits
+def _require_resting(
+    pose: NDArray, template: Template, resting: RestingPrior, limits: AlignmentLimits
 ) -> None:
-    heights = to_camera(pose, template.vertices_m) @ standing.plane[:3] + standing.plane[3]
+    heights = to_camera(pose, template.vertices_m) @ resting.plane[:3] + resting.plane[3]
     largest = limits.largest_height_m
-    found = {"its plane": standing.height_m(pose), "the template's lowest point": heights.min()}
+    found = {"its plane": resting.height_m(pose), "the template's lowest point": heights.min()}
     for what, height in found.items():
         if abs(height) > largest:
             expected = f"{what} within {largest * MM:g} mm of the table"
             where = f"{abs(height) * MM:.1f} mm {'below' if height < 0 else 'above'} it"
             raise ValueError(f"support: expected {expected}, found {where}")
-    cosine = np.clip(pose[:3, :3] @ standing.support.up @ standing.plane[:3], -1, 1)
+    cosine = np.clip(pose[:3, :3] @ resting.support.up @ resting.plane[:3], -1, 1)
     tilt = float(np.rad2deg(np.arccos(cosine)))
     if tilt > limits.largest_tilt_deg:
         expected = f"its plane within {limits.largest_tilt_deg:g} degrees of the table"

@@ -10,10 +10,10 @@ from palpate.solid.log_neo_hookean import LogNeoHookean
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.solve import factorise
+from palpate.surface.correspondences import Correspondences, pair, rest_offsets
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.obstacle import Sphere, Table
 from palpate.surface.options import ElasticTracking
-from palpate.surface.sight import Sight, pair, rest_offsets
 from palpate.surface.template import Template
 
 # Held nodes, and nodes that touch, against the mean diagonal of the elastic stiffness.
@@ -37,14 +37,14 @@ class Fitted:
         Positions [m].
     touched : tuple of two (s,) bool arrays
         Which of the s free surface nodes touch the sphere and the table.
-    sight : Sight or None
+    pairs : Correspondences or None
         The frame's points as these positions see them; None for the solid at rest.
     converged : bool
     """
 
     nodes_m: NDArray
     touched: tuple[NDArray, NDArray]
-    sight: Sight | None
+    pairs: Correspondences | None
     converged: bool
 
 
@@ -54,15 +54,15 @@ class Carried:
 
     Attributes
     ----------
-    sight : Sight
+    pairs : Correspondences
         With the distances at rest: what a point's distance would be if nothing had moved.
     triangle : (k,) int array
-        Triangle of the solid's surface under each foot.
+        Triangle of the solid's surface under each closest.
     weights : (k, 3) array
         Barycentric weights there.
     """
 
-    sight: Sight
+    pairs: Correspondences
     triangle: NDArray
     weights: NDArray
 
@@ -90,7 +90,7 @@ class ElasticTracker:
     ----------
     offset : (n,) array
         Distance of undeformed frames' points at each vertex of the template [m].
-    at_rest_seen : list of Sight
+    at_rest_seen : list of Correspondences
         Undeformed frames, less the offset that the others of them have.
     sigma : float
         Standard deviation of the distances beyond it [m].
@@ -127,30 +127,30 @@ class ElasticTracker:
         moved = (x - self.rest)[self._carried_by]
         return self.template.vertices_m + np.einsum("vc,vcd->vd", self._weights, moved)
 
-    def see(self, x: NDArray, cloud: tuple[NDArray, NDArray]) -> Sight:
+    def see(self, x: NDArray, cloud: tuple[NDArray, NDArray]) -> Correspondences:
         """Pair a frame's points (m, 3) [m] and normals with the surface."""
         carried = self._carry(x, cloud)
-        return replace(carried.sight, distance_m=self._distances(carried, x))
+        return replace(carried.pairs, distance_m=self._distances(carried, x))
 
     def _carry(self, x: NDArray, cloud: tuple[NDArray, NDArray]) -> Carried:
         vertices = self.vertices(x)
-        sight = pair(
+        pairs = pair(
             vertices,
             self.template,
             cloud,
             largest_distance_m=self.options.largest_distance_m,
             largest_normal_deg=self.options.largest_normal_deg,
         ).less(self.offset)
-        shift = (vertices - self.template.vertices_m)[sight.corners]
-        back = np.einsum("kc,kcd,kd->k", sight.weights, shift, sight.normals)
-        _, triangle, weights = self._carrier(sight.rest_m)
-        return Carried(replace(sight, distance_m=sight.distance_m + back), triangle, weights)
+        shift = (vertices - self.template.vertices_m)[pairs.corners]
+        back = np.einsum("kc,kcd,kd->k", pairs.weights, shift, pairs.normals)
+        _, triangle, weights = self._carrier(pairs.rest_m)
+        return Carried(replace(pairs, distance_m=pairs.distance_m + back), triangle, weights)
 
     def _distances(self, carried: Carried, x: NDArray) -> NDArray:
         """Distances of the pairs when the solid's nodes are at x, (k,) [m]."""
         moved = (x - self.rest)[self._carrier.faces[carried.triangle]]
-        along = np.einsum("kc,kcd,kd->k", carried.weights, moved, carried.sight.normals)
-        return carried.sight.distance_m - along
+        along = np.einsum("kc,kcd,kd->k", carried.weights, moved, carried.pairs.normals)
+        return carried.pairs.distance_m - along
 
     def learn_rest(self, clouds: Sequence[tuple[NDArray, NDArray]]) -> None:
         """Take the distances in undeformed frames as the sensor's and the template's own.
@@ -160,10 +160,12 @@ class ElasticTracker:
         ValueError
             If no point is near the template.
         """
-        sights = [self._carry(self.rest, cloud).sight for cloud in clouds]
-        self.offset, others = rest_offsets(self.template, sights)
-        self.at_rest_seen = [sight.less(own) for sight, own in zip(sights, others, strict=True)]
-        left = np.concatenate([sight.distance_m for sight in self.at_rest_seen])
+        pairs_by_frame = [self._carry(self.rest, cloud).pairs for cloud in clouds]
+        self.offset, others = rest_offsets(self.template, pairs_by_frame)
+        self.at_rest_seen = [
+            pairs.less(own) for pairs, own in zip(pairs_by_frame, others, strict=True)
+        ]
+        left = np.concatenate([pairs.distance_m for pairs in self.at_rest_seen])
         if not len(left):
             raise ValueError("cloud: expected points near the template at rest, found none")
         spread = float(np.median(np.abs(left))) / MEDIAN_OF_NORMAL
@@ -203,10 +205,10 @@ class ElasticTracker:
                 break
         return Fitted(x, touched, self.see(x, cloud), converged)
 
-    def costs(self, sight: Sight, place_m: NDArray, reach_m: float) -> NDArray:
+    def costs(self, pairs: Correspondences, place_m: NDArray, reach_m: float) -> NDArray:
         """Huber's function of each point within a reach of a place [m], shape (k,)."""
-        near = np.linalg.norm(sight.rest_m - place_m, axis=1) < reach_m
-        size, k = np.abs(sight.distance_m[near]) / self.sigma, self.options.huber
+        near = np.linalg.norm(pairs.rest_m - place_m, axis=1) < reach_m
+        size, k = np.abs(pairs.distance_m[near]) / self.sigma, self.options.huber
         return np.where(size < k, 0.5 * size**2, k * (size - 0.5 * k))
 
     def _step(self, x: NDArray, carried: Carried, obstacles: list, weight: float) -> tuple:
@@ -245,7 +247,7 @@ class ElasticTracker:
         """Gradient and second derivative of what the support and the points ask for."""
         forces, blocks = np.zeros_like(x), self._holding.copy()
         forces[self._held] = HOLDING * self._stiff * (x - self.rest)[self._held]
-        triangle, w, n = carried.triangle, carried.weights, carried.sight.normals
+        triangle, w, n = carried.triangle, carried.weights, carried.pairs.normals
         distance = self._distances(carried, x)
         size = np.maximum(np.abs(distance), SMALLEST_NOISE_M)
         strength = np.minimum(1, self.options.huber * self.sigma / size)

@@ -109,9 +109,9 @@ def track_by_elasticity(recorded: Recorded, options: ElasticTracking) -> Tracked
         faces=template.faces,
         rest_m=to_camera(pose, template.vertices_m),
         vertices_m=np.array([to_camera(pose, tracker.vertices(fit.nodes_m)) for fit in fits]),
-        observed=np.array([fit.sight.observed(count) for fit in fits]),
+        observed=np.array([fit.pairs.observed(count) for fit in fits]),
         camera_from_object=pose,
-        residual_m=np.array([_rms(fit.sight.distance_m) for fit in fits]),
+        residual_m=np.array([_rms(fit.pairs.distance_m) for fit in fits]),
         contact_point_m=recorded.alignment.contact_point_m,
         contact_frame=recorded.alignment.contact_frame,
         prior=json.dumps(prior),
@@ -171,7 +171,7 @@ def choose_weight(
         if weight != weights[0]:
             frame = scene.clouds[scene.deepest], scene.spheres[scene.deepest]
             fit = tracker.fit(fit, *frame, weight)
-        misfit = float(np.mean(tracker.costs(fit.sight, scene.contact_m, scene.reach_m)))
+        misfit = float(np.mean(tracker.costs(fit.pairs, scene.contact_m, scene.reach_m)))
         product = misfit * tracker.elastic.energy(fit.nodes_m)
         if misfit > EXCESS * allowed:
             continue
@@ -185,7 +185,7 @@ def choose_weight(
 def _noise(tracker: ElasticTracker, scene: Scene) -> float:
     """Largest misfit that noise explains."""
     seen = tracker.at_rest_seen
-    costs = [tracker.costs(sight, scene.contact_m, scene.reach_m) for sight in seen]
+    costs = [tracker.costs(pairs, scene.contact_m, scene.reach_m) for pairs in seen]
     if not all(len(cost) for cost in costs):
         return 0.0
     between = np.var([cost.mean() for cost in costs])

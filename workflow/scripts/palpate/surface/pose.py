@@ -27,7 +27,7 @@ TOUCH_STD_M, TILT_STD_RAD, HEIGHT_STD_M = 0.001, np.deg2rad(0.2), 0.0005
 
 
 @dataclass(frozen=True)
-class Standing:
+class RestingPrior:
     """What is known of an object's place without its cloud.
 
     Attributes
@@ -82,7 +82,7 @@ class Standing:
         return rows, right
 
 
-def initial_pose(template: Template, cloud_m: NDArray, standing: Standing) -> NDArray:
+def initial_pose(template: Template, cloud_m: NDArray, resting: RestingPrior) -> NDArray:
     """Find the template's pose from the table, the touched point and the cloud.
 
     The support lies on the table and the declared point where the probe touched; what is left, the
@@ -93,7 +93,7 @@ def initial_pose(template: Template, cloud_m: NDArray, standing: Standing) -> ND
     template : Template
     cloud_m : (n, 3) array
         First frame's cloud, camera frame [m].
-    standing : Standing
+    resting : RestingPrior
 
     Returns
     -------
@@ -103,7 +103,7 @@ def initial_pose(template: Template, cloud_m: NDArray, standing: Standing) -> ND
     sample = cloud_m[:: max(1, len(cloud_m) // SAMPLE)]
     closest = ClosestPoints(template.vertices_m, template.faces)
     turns = np.linspace(0, 2 * np.pi, YAW_STEPS, endpoint=False)
-    candidates = [standing.pose(yaw) for yaw in turns]
+    candidates = [resting.pose(yaw) for yaw in turns]
     costs = [_trimmed_mean(closest.distance(to_object(pose, sample))) for pose in candidates]
     return candidates[int(np.argmin(costs))]
 
@@ -116,7 +116,7 @@ def align_rigidly(
     *,
     largest_distance_m: float,
     largest_normal_deg: float,
-    standing: Standing | None = None,
+    resting: RestingPrior | None = None,
 ) -> NDArray:
     """Minimise Eq. 4.24 from a first pose, then the same from the cloud to the template.
 
@@ -134,7 +134,7 @@ def align_rigidly(
         First camera_from_object.
     largest_distance_m, largest_normal_deg : float
         dr and the angle threshold of Eq. 4.24.
-    standing : Standing, optional
+    resting : RestingPrior, optional
 
     Returns
     -------
@@ -153,7 +153,7 @@ def align_rigidly(
         if not moved_m >= CONVERGED_M:
             break
         pose, moved_m = nearest_step(template, pose, tree, normals, *limits)
-    pose = _polished(template, cloud_m, pose, largest_distance_m, standing)
+    pose = _polished(template, cloud_m, pose, largest_distance_m, resting)
     distance = ClosestPoints(template.vertices_m, template.faces).distance(to_object(pose, cloud_m))
     near = (distance < largest_distance_m).mean()
     if near < 0.5:
@@ -266,7 +266,7 @@ def _kabsch(source: NDArray, target: NDArray) -> NDArray:
 
 
 def _polished(
-    template: Template, cloud: NDArray, pose: NDArray, largest: float, standing: Standing | None
+    template: Template, cloud: NDArray, pose: NDArray, largest: float, resting: RestingPrior | None
 ) -> NDArray:
     """Gauss-Newton on distances of the cloud along the template's normals, and on the standing."""
     closest = ClosestPoints(template.vertices_m, template.faces)
@@ -284,8 +284,8 @@ def _polished(
         n, x = face_normals[triangle][kept], points[kept]
         weight = 1 / (np.sqrt(SHARED_ERRORS) * (NORMAL_MAD * np.median(gap[kept]) + 1e-6))
         rows, right = weight * np.hstack([np.cross(x, n), n]), -weight * residual[kept]
-        if standing is not None:
-            more, known = standing.equations(pose)
+        if resting is not None:
+            more, known = resting.equations(pose)
             rows, right = np.vstack([rows, more]), np.concatenate([right, known])
         solution, *_ = np.linalg.lstsq(rows, right, rcond=1e-6)
         step = np.eye(4)

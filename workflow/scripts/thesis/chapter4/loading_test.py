@@ -13,8 +13,8 @@ from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import scene_points
 from palpate.vision.follow import followed
 from palpate.vision.force import FORCE
+from palpate.vision.indentation import capture_wrenches, depth_along, force_along
 from palpate.vision.options import Force, ProbePose
-from palpate.vision.press import press_depth, press_force, press_wrenches
 from palpate.vision.support_plane import fit_support_plane
 
 
@@ -23,12 +23,12 @@ def make_loading_test(inputs: Any, params: Any) -> dict:
     folder, sensor = inputs.loading, sensor_with_optics(params.sensor, inputs.optics)
     options, record = Force.read(params.options), read_table(f"{folder}/force.csv")
     poses = followed(folder, sensor, params.probe, ProbePose.read(params.pose))
-    wrench, clock = press_wrenches(
+    wrench, clock = capture_wrenches(
         record, poses, params.probe, options, up=table_normal(folder, sensor, params)
     )
     frames = loading_frames(poses, np.linalg.norm(wrench[FORCE], axis=1), params.onset_force_n)
     frames["clock_offset_s"], frames["clock_offset_std_s"] = clock.offset_s, clock.std_s
-    time_s, along_n = press_force(record, params.probe, bias_window_s=options.bias_window_s)
+    time_s, along_n = force_along(record, params.probe, bias_window_s=options.bias_window_s)
     force = pd.DataFrame({"time_s": time_s - clock.offset_s, "force_n": along_n})
     return {"frames": outputs.exact(frames), "force": outputs.exact(force)}
 
@@ -41,7 +41,7 @@ def loading_frames(poses: pd.DataFrame, force_n: NDArray, onset_force_n: float) 
     ValueError
         If the force does not rise from below to above that of the first contact.
     """
-    depth_m = press_depth(poses)[0]
+    depth_m = depth_along(poses)[0]
     if force_n.max() <= onset_force_n or force_n[0] > onset_force_n:
         raise ValueError(
             f"loading: expected a press from below to above {onset_force_n:g} N, found"

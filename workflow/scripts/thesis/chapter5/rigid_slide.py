@@ -12,12 +12,12 @@ from palpate.capture.schema import load_yaml
 from palpate.report.panels import cloud_panel, named, panels, scale_bar
 from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, label_provenance
 from palpate.report.views import MILLIMETRES, View
-from palpate.surface.alignment import standing_of
+from palpate.surface.alignment import resting_prior
 from palpate.surface.augment import undeformed_points
 from palpate.surface.options import Aligning
 from palpate.surface.pose import (
     CONVERGED_M,
-    Standing,
+    RestingPrior,
     align_rigidly,
     nearest_step,
     to_camera,
@@ -93,7 +93,7 @@ def make_figure_5_6(inputs: Any, params: Any) -> Figure:
     """The cut cloud of a point at the block's end, aligned from shifted poses."""
     recorded, frame = recordings_of(inputs, params.probes)[0], last_frames(inputs)[0]
     options = Aligning.read(params.options)
-    known = _standing(inputs, recorded, params.captures[0]["point"])
+    known = _resting(inputs, recorded, params.captures[0]["point"])
     ways = ways_of(recorded, frame, known, options)
     right = recorded.alignment.camera_from_object
     left = {name: np.array([_slid(w, right, s) for s in SHIFTS_M]) for name, w in ways.items()}
@@ -102,14 +102,16 @@ def make_figure_5_6(inputs: Any, params: Any) -> Figure:
     return figure_5_6(params.captures[0], recorded.template, shown, slides, note=note)
 
 
-def ways_of(recorded: Recorded, frame: int, known: Standing, options: Aligning) -> dict[str, Way]:
+def ways_of(
+    recorded: Recorded, frame: int, known: RestingPrior, options: Aligning
+) -> dict[str, Way]:
     """Ways to align a frame's cloud, by name.
 
     Parameters
     ----------
     recorded : Recorded
     frame : int
-    known : Standing
+    known : RestingPrior
         What table and touched point tell of the object's place.
     options : Aligning
     """
@@ -123,7 +125,7 @@ def ways_of(recorded: Recorded, frame: int, known: Standing, options: Aligning) 
         "largest_normal_deg": options.largest_normal_deg,
     }
     nearest = partial(align_to_nearest, template, **within)
-    held = partial(align_rigidly, template, *cut, standing=known, **within)
+    held = partial(align_rigidly, template, *cut, resting=known, **within)
     return {
         ALONE: Way(partial(nearest, *cut), cut[0], none),
         WHOLE: Way(partial(nearest, whole, normals), whole, none),
@@ -257,13 +259,13 @@ def figure_5_6(
     return figure
 
 
-def _standing(inputs: Any, recorded: Recorded, point: str) -> Standing:
+def _resting(inputs: Any, recorded: Recorded, point: str) -> RestingPrior:
     """What table and touched point tell of the block's place."""
     position = load_yaml(inputs.object[0])["points"][point]["position_m"]
     plane = read_plane(inputs.planes[0])
     tip = recorded.tips_m[recorded.alignment.contact_frame]
     radius = recorded.indenter_radius_m
-    return standing_of(recorded.support, position, plane, tip, indenter_radius_m=radius)
+    return resting_prior(recorded.support, position, plane, tip, indenter_radius_m=radius)
 
 
 def _kept(recorded: Recorded, cloud_m: NDArray) -> NDArray:

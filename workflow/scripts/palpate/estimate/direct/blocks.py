@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from palpate.estimate.direct.deviations import robust_weights
-from palpate.estimate.direct.indentation import DirectPress, Linearised
+from palpate.estimate.direct.indentation import DirectIndentation, Linearised
 
 
 @dataclass(frozen=True)
@@ -44,15 +44,15 @@ class Blocks:
     depth_slope: NDArray
 
 
-def blocks_of(press: DirectPress, line: Linearised, scale: Scales) -> Blocks:
+def blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) -> Blocks:
     """Sum a capture's weighted residuals and slopes by patch, and by frame of the depth."""
     gaps, slope = line.residuals.motion, line.motion_slope
     weight = robust_weights(gaps, scale.motion) / (scale.motion**2 * scale.sharing)
-    patch = np.broadcast_to(press.patch, press.seen.shape)[press.seen]
-    count, q = int(press.patch.max()) + 1, slope.shape[1]
+    cluster = np.broadcast_to(indentation.cluster, indentation.seen.shape)[indentation.seen]
+    count, q = int(indentation.cluster.max()) + 1, slope.shape[1]
     # One after the other: sums of matrix products hang on where in memory their rows lie.
-    order = np.argsort(patch, kind="stable")
-    there, first = np.unique(patch[order], return_index=True)
+    order = np.argsort(cluster, kind="stable")
+    there, first = np.unique(cluster[order], return_index=True)
     weighted = weight[order, None] * slope[order]
     products = weighted[:, :, None] * slope[order, None, :]
     matrix, total = np.zeros((count, q, q)), np.zeros((count, q))

@@ -1,4 +1,4 @@
-"""What other choices of cells and priors make of the direct estimate."""
+"""What other choices of samples and priors make of the direct estimate."""
 
 from dataclasses import replace
 
@@ -6,22 +6,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.fit import Solution, fit_direct
-from palpate.estimate.direct.indentation import DirectPress
+from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Fit
 
 
 def other_choices(
     best: Solution, options: Fit, *, radius_m: float
 ) -> dict[str, tuple[float, float]]:
-    """Moduli with other cells, and with relaxation held more and less loosely."""
-    start, presses = best.parameters[0], best.presses
+    """Moduli with other samples, and with relaxation held more and less loosely."""
+    start, indentations = best.parameters[0], best.indentations
     variants = {
-        "cells_farther_off": ([_farther(press, 0.5 * radius_m) for press in presses], options),
-        "near_cells": ([_nearer(press) for press in presses], options),
-        "looser_relaxation": (presses, _relaxing(options, 2.0)),
-        "stiffer_relaxation": (presses, _relaxing(options, 0.5)),
-        "uneven_relaxation": (presses, replace(options, fraction_step_std=1.0)),
-        "looser_gain": (presses, replace(options, gain_std=2 * options.gain_std)),
+        "cells_farther_off": (
+            [_farther(indentation, 0.5 * radius_m) for indentation in indentations],
+            options,
+        ),
+        "near_cells": ([_nearer(indentation) for indentation in indentations], options),
+        "looser_relaxation": (indentations, _relaxing(options, 2.0)),
+        "stiffer_relaxation": (indentations, _relaxing(options, 0.5)),
+        "uneven_relaxation": (indentations, replace(options, fraction_step_std=1.0)),
+        "looser_gain": (indentations, replace(options, gain_std=2 * options.gain_std)),
     }
     found = {}
     for name, (chosen, changed) in variants.items():
@@ -39,19 +42,19 @@ def _relaxing(options: Fit, times: float) -> Fit:
     )
 
 
-def _farther(press: DirectPress, by_m: float) -> DirectPress:
-    """Without the cells next to the contact."""
-    away = np.linalg.norm(press.cell_m - press.contact_m, axis=1)
-    nearest = away[press.seen.any(axis=0)].min()
-    return _without(press, away < nearest + by_m)
+def _farther(indentation: DirectIndentation, by_m: float) -> DirectIndentation:
+    """Without the samples next to the contact."""
+    away = np.linalg.norm(indentation.cell_m - indentation.contact_m, axis=1)
+    nearest = away[indentation.seen.any(axis=0)].min()
+    return _without(indentation, away < nearest + by_m)
 
 
-def _nearer(press: DirectPress) -> DirectPress:
-    """Without the farther half of the cells."""
-    away = np.linalg.norm(press.cell_m - press.contact_m, axis=1)
-    return _without(press, away > (away.min() + away.max()) / 2)
+def _nearer(indentation: DirectIndentation) -> DirectIndentation:
+    """Without the farther half of the samples."""
+    away = np.linalg.norm(indentation.cell_m - indentation.contact_m, axis=1)
+    return _without(indentation, away > (away.min() + away.max()) / 2)
 
 
-def _without(press: DirectPress, out: NDArray) -> DirectPress:
-    moved = np.where(out, np.nan, press.moved_m)
-    return replace(press, moved_m=moved)
+def _without(indentation: DirectIndentation, out: NDArray) -> DirectIndentation:
+    moved = np.where(out, np.nan, indentation.moved_m)
+    return replace(indentation, moved_m=moved)

@@ -1,4 +1,4 @@
-"""Which cells of a surface are seen past the probe.
+"""Which samples of a surface are seen past the probe.
 
 A window that holds probe and surface finds neither, and what only one of a stereo head's cameras
 sees, or the projector does not light, is filled in from its surroundings.
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.samples import Cells
+from palpate.estimate.direct.samples import Samples
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 
@@ -144,30 +144,30 @@ def segment_distance(starts: NDArray, end: NDArray, first: NDArray, last: NDArra
     return np.linalg.norm(gap, axis=1)
 
 
-def facing_cells(cells: Cells, probe: ProbeInView, options: Observation) -> Cells:
-    """Cells that no eye sees too much from the side."""
+def facing_samples(samples: Samples, probe: ProbeInView, options: Observation) -> Samples:
+    """Samples that no eye sees too much from the side."""
     least = np.cos(np.deg2rad(options.largest_view_deg))
-    kept = np.ones(len(cells.cell_m), dtype=bool)
+    kept = np.ones(len(samples.cell_m), dtype=bool)
     for eye in probe.eyes_m:
-        view = eye - cells.cell_m
-        kept &= (view * cells.normal).sum(axis=1) > least * np.linalg.norm(view, axis=1)
-    return Cells(cells.cell_m[kept], cells.normal[kept])
+        view = eye - samples.cell_m
+        kept &= (view * samples.normal).sum(axis=1) > least * np.linalg.norm(view, axis=1)
+    return Samples(samples.cell_m[kept], samples.normal[kept])
 
 
-def hidden_cells(
-    cells: Cells,
+def hidden_samples(
+    samples: Samples,
     points: NDArray,
     probe: ProbeInView,
     rest_frames: NDArray,
     options: Observation,
 ) -> NDArray:
-    """Which cells the probe or its shadow hides or comes too near, (f, c)."""
+    """Which samples the probe or its shadow hides or comes too near, (f, c)."""
     lower, upper = (0.0, options.shaft_from_m), (options.shaft_from_m, SHAFT_M)
     # A probe that was not found is nowhere clear.
     clear = np.array(
         [
-            (probe.clearance(cells.cell_m, k, along_m=lower) >= options.clear_m)
-            & (probe.clearance(cells.cell_m, k, along_m=upper) >= options.shaft_clear_m)
+            (probe.clearance(samples.cell_m, k, along_m=lower) >= options.clear_m)
+            & (probe.clearance(samples.cell_m, k, along_m=upper) >= options.shaft_clear_m)
             for k in range(len(points))
         ]
     )

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from palpate.estimate.direct.indentation import DirectPress, Parameters, residuals
+from palpate.estimate.direct.indentation import DirectIndentation, Parameters, residuals
 from palpate.estimate.direct.motion_noise import correlation_length
 from palpate.estimate.hertz.range import FROM_MEDIAN
-from palpate.estimate.minimise.scatter import surface_patches
+from palpate.estimate.minimise.scatter import error_clusters
 
 # Deviations beyond which a residual counts with its size alone.
 ROBUST = 8.0
@@ -20,23 +20,28 @@ TAILS, VARIANCE_STEPS, LEAST_NOISE = 4.0, 30, 0.1
 LARGEST_PATCH_M = 0.04
 
 
-def with_pattern(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray) -> DirectPress:
+def with_pattern(
+    indentation: DirectIndentation, law: str, of: Parameters, *, times_s: NDArray
+) -> DirectIndentation:
     """Deviations as the residuals show them: of each frame's noise, and of what moves.
 
     A sensor's fixed pattern cancels where nothing moves; where the surface moves it does not, with
     a variance about in proportion to the motion.
     """
-    gaps = residuals(press, law, of, times_s=times_s).motion * press.moved_std_m[press.seen]
-    noise = press.noise_std_m[press.seen] ** 2
-    size = np.abs(press.moved_m[press.seen] - gaps)
+    gaps = (
+        residuals(indentation, law, of, times_s=times_s).motion
+        * indentation.moved_std_m[indentation.seen]
+    )
+    noise = indentation.noise_std_m[indentation.seen] ** 2
+    size = np.abs(indentation.moved_m[indentation.seen] - gaps)
     of_noise, of_motion = variance_parts(gaps, np.column_stack([noise, size]))
-    variance = of_noise * press.noise_std_m**2
-    motion = np.full(press.moved_m.shape, np.nan)
-    motion[press.seen] = size
-    pressed = replace(press, moved_std_m=np.sqrt(variance + of_motion * motion))
-    left = np.full(press.moved_m.shape, np.nan)
-    left[press.seen] = gaps
-    return replace(pressed, patch=_patches(pressed, left))
+    variance = of_noise * indentation.noise_std_m**2
+    motion = np.full(indentation.moved_m.shape, np.nan)
+    motion[indentation.seen] = size
+    pressed = replace(indentation, moved_std_m=np.sqrt(variance + of_motion * motion))
+    left = np.full(indentation.moved_m.shape, np.nan)
+    left[indentation.seen] = gaps
+    return replace(pressed, cluster=_clusters(pressed, left))
 
 
 def variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
@@ -67,13 +72,13 @@ def variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
     return np.concatenate([np.maximum(shares[:1], LEAST_NOISE), shares[1:]])
 
 
-def _patches(press: DirectPress, left_m: NDArray) -> NDArray:
+def _clusters(indentation: DirectIndentation, left_m: NDArray) -> NDArray:
     """Patches at least as large as residuals err together: twice their correlation's length."""
-    seen = press.seen.any(axis=0)
-    mean = np.nanmean((left_m / press.moved_std_m)[:, seen], axis=0)
-    length = correlation_length(press.cell_m[seen], mean[None])
-    size = min(max(press.patch_m, 2 * length), LARGEST_PATCH_M)
-    return surface_patches(press.cell_m, size_m=size)
+    seen = indentation.seen.any(axis=0)
+    mean = np.nanmean((left_m / indentation.moved_std_m)[:, seen], axis=0)
+    length = correlation_length(indentation.cell_m[seen], mean[None])
+    size = min(max(indentation.patch_m, 2 * length), LARGEST_PATCH_M)
+    return error_clusters(indentation.cell_m, size_m=size)
 
 
 def robust_weights(gaps: NDArray, scale: float) -> NDArray:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from palpate.estimate.direct.choices import other_choices
 from palpate.estimate.direct.fit import Solution, check_count, fit_direct
-from palpate.estimate.direct.indentation import DirectPress, Parameters, predicted
+from palpate.estimate.direct.indentation import DirectIndentation, Parameters, predicted
 from palpate.estimate.direct.interval import (
     Interval,
     Profile,
@@ -85,13 +85,13 @@ class DirectEstimate:
 
 
 def estimate_direct(
-    presses: Sequence[DirectPress], options: Fit, *, radius_m: float, seed: int
+    indentations: Sequence[DirectIndentation], options: Fit, *, radius_m: float, seed: int
 ) -> DirectEstimate:
     """Estimate the moduli of an object from one or more of its captures.
 
     Parameters
     ----------
-    presses : sequence of DirectPress
+    indentations : sequence of DirectIndentation
         With the same laws.
     options : Fit
     radius_m : float
@@ -104,9 +104,9 @@ def estimate_direct(
     ValueError
         If a record has fewer frames than unknowns.
     """
-    check_count(presses, options)
-    laws, criterion = laws_to_try(presses, options, radius_m=radius_m)
-    found = compared(presses, laws, options)
+    check_count(indentations, options)
+    laws, criterion = laws_to_try(indentations, options, radius_m=radius_m)
+    found = compared(indentations, laws, options)
     order = sorted(found, key=lambda law: found[law].cost)
     best = found[order[0]]
     close = [law for law in order if found[law].cost - best.cost <= options.law_margin]
@@ -120,7 +120,7 @@ def estimate_direct(
 
 
 def laws_to_try(
-    presses: Sequence[DirectPress], options: Fit, *, radius_m: float
+    indentations: Sequence[DirectIndentation], options: Fit, *, radius_m: float
 ) -> tuple[list[str], str]:
     """Linear solid for shallow presses, finite strain for others, with the reason in words.
 
@@ -133,12 +133,12 @@ def laws_to_try(
     ValueError
         If the press is deep and no law of finite strain is known.
     """
-    finite = [law for law in presses[0].models if law != LINEAR]
+    finite = [law for law in indentations[0].models if law != LINEAR]
     limit = options.linear_depth
-    if LINEAR not in presses[0].models:
+    if LINEAR not in indentations[0].models:
         return finite, "finite strain, as there is no linear solid of this object"
-    found = best_of_starts(presses, LINEAR, options)
-    deepest = max(_deepest(*of, options) for of in zip(presses, found.parameters, strict=True))
+    found = best_of_starts(indentations, LINEAR, options)
+    deepest = max(_deepest(*of, options) for of in zip(indentations, found.parameters, strict=True))
     shallow = deepest / radius_m <= limit
     if not (shallow or finite):
         raise ValueError(f"laws: expected one of finite strain for deep presses, found {LINEAR}")
@@ -147,38 +147,38 @@ def laws_to_try(
     return [LINEAR] if shallow else finite, reason
 
 
-def _deepest(press: DirectPress, of: Parameters, options: Fit) -> float:
+def _deepest(indentation: DirectIndentation, of: Parameters, options: Fit) -> float:
     times = np.array(options.relaxation_times_s, dtype=float)
-    return float(predicted(press, LINEAR, of, times_s=times).depth_m.max())
+    return float(predicted(indentation, LINEAR, of, times_s=times).depth_m.max())
 
 
 def compared(
-    presses: Sequence[DirectPress], laws: Sequence[str], options: Fit
+    indentations: Sequence[DirectIndentation], laws: Sequence[str], options: Fit
 ) -> dict[str, Solution]:
     """Each law's least cost, with the deviations that the tightest law leaves.
 
     Costs of fits that were each divided by deviations of their own can't be compared.
     """
-    found = {law: best_of_starts(presses, law, options) for law in laws}
+    found = {law: best_of_starts(indentations, law, options) for law in laws}
     tightest = min(found.values(), key=lambda solution: solution.spread)
     return {
         law: fit_direct(
-            tightest.presses, law, options, solution.parameters[0], scales=tightest.scales
+            tightest.indentations, law, options, solution.parameters[0], scales=tightest.scales
         )
         for law, solution in found.items()
     }
 
 
-def best_of_starts(presses: Sequence[DirectPress], law: str, options: Fit) -> Solution:
+def best_of_starts(indentations: Sequence[DirectIndentation], law: str, options: Fit) -> Solution:
     """Least cost from starts over the range of Poisson's ratios."""
     found = []
     for nu in START_POISSON_RATIOS:
-        start = _start(presses[0], law, nu, len(options.relaxation_times_s))
-        found.append(fit_direct(presses, law, options, start))
+        start = _start(indentations[0], law, nu, len(options.relaxation_times_s))
+        found.append(fit_direct(indentations, law, options, start))
     first = min(found, key=lambda solution: solution.cost)
     # Costs of fits with scales of their own can't be compared.
     again = [
-        fit_direct(first.presses, law, options, solution.parameters[0], scales=first.scales)
+        fit_direct(first.indentations, law, options, solution.parameters[0], scales=first.scales)
         for solution in found
     ]
     return min(again, key=lambda solution: solution.cost)
@@ -187,22 +187,22 @@ def best_of_starts(presses: Sequence[DirectPress], law: str, options: Fit) -> So
 def law_evidence(solution: Solution, options: Fit, radius_m: float) -> LawEvidence:
     """How constant E is over the depth under a law (weighted line through all frames)."""
     depths, logs, stds = [], [], []
-    for press, p in zip(solution.presses, solution.parameters, strict=True):
-        model = press.models[solution.law]
+    for indentation, p in zip(solution.indentations, solution.parameters, strict=True):
+        model = indentation.models[solution.law]
         force = elastic_force(
-            press.time_s,
-            press.force_n,
+            indentation.time_s,
+            indentation.force_n,
             fractions=p.fractions,
             times_s=options.relaxation_times_s,
-        )[press.frames]
-        depth = press.depth_m + p.offset_m + p.clock_s * press.speed_m_s
-        depth = depth - press.load * (press.settling.tip_m @ p.settled)
+        )[indentation.frames]
+        depth = indentation.depth_m + p.offset_m + p.clock_s * indentation.speed_m_s
+        depth = depth - indentation.load * (indentation.support_axes.tip_m @ p.support_motion)
         inside = (depth > 0) & (force > 0)
         unit = model.force(depth[inside], p.poisson_ratio)
         depths.append(depth[inside] / radius_m)
         logs.append(np.log(force[inside] / unit))
         # Force goes with the depth's power 3/2.
-        stds.append(1.5 * press.depth_std_m / depth[inside])
+        stds.append(1.5 * indentation.depth_std_m / depth[inside])
     x, y, std = map(np.concatenate, (depths, logs, stds))
     slope, slope_std = _line(x, y, std)
     first = solution.parameters[0]
@@ -210,9 +210,9 @@ def law_evidence(solution: Solution, options: Fit, radius_m: float) -> LawEviden
     return LawEvidence(solution.law, E, nu, solution.cost, slope, slope_std, float(np.std(x)))
 
 
-def _start(press: DirectPress, law: str, nu: float, terms: int) -> Parameters:
-    unit = press.models[law].force(np.maximum(press.depth_m, 0), nu)
-    force = press.force_n[press.frames]
+def _start(indentation: DirectIndentation, law: str, nu: float, terms: int) -> Parameters:
+    unit = indentation.models[law].force(np.maximum(indentation.depth_m, 0), nu)
+    force = indentation.force_n[indentation.frames]
     E = float((force @ unit) / max(float(unit @ unit), 1e-300))
     return Parameters(max(E, 1.0), nu, 0.0, np.full(terms, 0.02), 0.0, 0.0, 0.0, np.zeros(MOTIONS))
 

@@ -17,7 +17,7 @@ from palpate.estimate.direct.blocks import (
 from palpate.estimate.direct.deviations import ROBUST, robust_scale, with_pattern
 from palpate.estimate.direct.indentation import (
     OWN,
-    DirectPress,
+    DirectIndentation,
     Linearised,
     Parameters,
     linearised,
@@ -50,7 +50,7 @@ class Solution:
         Of each capture.
     blocks : tuple of Blocks
         At the minimum.
-    presses : tuple of DirectPress
+    indentations : tuple of DirectIndentation
         With the deviations that were found.
     """
 
@@ -59,16 +59,16 @@ class Solution:
     cost: float
     scales: tuple[Scales, ...]
     blocks: tuple[Blocks, ...]
-    presses: tuple[DirectPress, ...]
+    indentations: tuple[DirectIndentation, ...]
 
     @property
     def spread(self) -> float:
         """Mean logarithm of the deviations that the residuals were divided by, depths' and all."""
         total = 0.0
-        for press, scale in zip(self.presses, self.scales, strict=True):
-            motion = np.log(press.moved_std_m[press.seen]).mean() + np.log(scale.motion)
+        for indentation, scale in zip(self.indentations, self.scales, strict=True):
+            motion = np.log(indentation.moved_std_m[indentation.seen]).mean() + np.log(scale.motion)
             total += motion + np.log(scale.sharing) / 2 + np.log(scale.depth)
-        return float(total) / len(self.presses)
+        return float(total) / len(self.indentations)
 
     @property
     def vector(self) -> NDArray:
@@ -78,7 +78,7 @@ class Solution:
 
 
 def fit_direct(
-    presses: Sequence[DirectPress],
+    indentations: Sequence[DirectIndentation],
     law: str,
     options: Fit,
     start: Parameters,
@@ -90,7 +90,7 @@ def fit_direct(
 
     Parameters
     ----------
-    presses : sequence of DirectPress
+    indentations : sequence of DirectIndentation
     law : str
     options : Fit
     start : Parameters
@@ -104,13 +104,13 @@ def fit_direct(
     ValueError
         If a record has fewer frames than unknowns.
     """
-    check_count(presses, options)
+    check_count(indentations, options)
     given = scales is not None
-    scales = tuple(scales) if given else (Scales(),) * len(presses)
-    parameters = (start,) * len(presses)
+    scales = tuple(scales) if given else (Scales(),) * len(indentations)
+    parameters = (start,) * len(indentations)
     if fixed_poisson_ratio is not None:
         parameters = tuple(replace(p, poisson_ratio=fixed_poisson_ratio) for p in parameters)
-    joint = _Joint(presses, law, options, fixed_poisson_ratio is not None)
+    joint = _Joint(indentations, law, options, fixed_poisson_ratio is not None)
     parameters = split(np.clip(_joined(parameters), joint.low, joint.high), joint)
     for _ in range(0 if given else ROUNDS):
         parameters = joint.minimise(parameters, scales)
@@ -118,36 +118,41 @@ def fit_direct(
         scales = joint.scales_at(parameters)
     parameters = joint.minimise(parameters, scales)
     blocks, cost = joint.blocks_at(parameters, scales), joint.cost(parameters, scales)
-    return Solution(law, parameters, cost, scales, blocks, joint.presses)
+    return Solution(law, parameters, cost, scales, blocks, joint.indentations)
 
 
-def check_count(presses: Sequence[DirectPress], options: Fit) -> None:
+def check_count(indentations: Sequence[DirectIndentation], options: Fit) -> None:
     """Refuse records with fewer frames than a capture has unknowns.
 
     Raises
     ------
     ValueError
     """
-    for press in presses:
-        free = OWN - int((press.settling.std == 0).sum())
+    for indentation in indentations:
+        free = OWN - int((indentation.support_axes.std == 0).sum())
         unknowns = 3 + len(options.relaxation_times_s) + free
-        if len(press.time_s) < unknowns:
+        if len(indentation.time_s) < unknowns:
             raise ValueError(
                 f"frames: expected at least {unknowns}, as many as there are unknowns (moduli,"
-                f" relaxing shares, nuisances), found {len(press.time_s)}"
+                f" relaxing shares, nuisances), found {len(indentation.time_s)}"
             )
 
 
 class _Joint:
     """Normal equations of all captures."""
 
-    def __init__(self, presses, law: str, options: Fit, fixed: bool) -> None:
-        self.presses, self.law, self.options, self.fixed = tuple(presses), law, options, fixed
+    def __init__(self, indentations, law: str, options: Fit, fixed: bool) -> None:
+        self.indentations, self.law, self.options, self.fixed = (
+            tuple(indentations),
+            law,
+            options,
+            fixed,
+        )
         self.times_s = np.array(options.relaxation_times_s, dtype=float)
         self.shared = 3 + len(self.times_s)
-        self.size = self.shared + OWN * len(presses)
-        self.prior = prior_of(presses, options)
-        self.low, self.high = parameter_bounds(len(presses), options)
+        self.size = self.shared + OWN * len(indentations)
+        self.prior = prior_of(indentations, options)
+        self.low, self.high = parameter_bounds(len(indentations), options)
 
     def places(self, number: int) -> NDArray:
         own = self.shared + OWN * number + np.arange(OWN)
@@ -165,9 +170,11 @@ class _Joint:
 
     def with_patterns(self, parameters) -> "_Joint":
         """The same with the deviations of the motions that these parameters leave."""
-        pairs = zip(self.presses, parameters, strict=True)
-        presses = [with_pattern(press, self.law, p, times_s=self.times_s) for press, p in pairs]
-        return _Joint(presses, self.law, self.options, self.fixed)
+        pairs = zip(self.indentations, parameters, strict=True)
+        indentations = [
+            with_pattern(indentation, self.law, p, times_s=self.times_s) for indentation, p in pairs
+        ]
+        return _Joint(indentations, self.law, self.options, self.fixed)
 
     def _moved(self, parameters, step, scales):
         """Take the step, halved until it does not raise the cost."""
@@ -180,13 +187,13 @@ class _Joint:
 
     def linearised(self, parameters) -> list[Linearised]:
         return [
-            linearised(press, self.law, p, times_s=self.times_s)
-            for press, p in zip(self.presses, parameters, strict=True)
+            linearised(indentation, self.law, p, times_s=self.times_s)
+            for indentation, p in zip(self.indentations, parameters, strict=True)
         ]
 
     def blocks_at(self, parameters, scales) -> tuple[Blocks, ...]:
         lines = self.linearised(parameters)
-        return tuple(map(blocks_of, self.presses, lines, scales))
+        return tuple(map(blocks_of, self.indentations, lines, scales))
 
     def normal_equations(self, parameters, blocks) -> tuple[NDArray, NDArray]:
         matrix, slope = np.zeros((self.size, self.size)), np.zeros(self.size)
@@ -209,8 +216,8 @@ class _Joint:
 
     def cost(self, parameters, scales) -> float:
         total = float((self.prior.gaps(_joined(parameters)) ** 2).sum())
-        for press, p, scale in zip(self.presses, parameters, scales, strict=True):
-            gaps = residuals(press, self.law, p, times_s=self.times_s)
+        for indentation, p, scale in zip(self.indentations, parameters, scales, strict=True):
+            gaps = residuals(indentation, self.law, p, times_s=self.times_s)
             total += float((gaps.depth**2).sum()) / scale.depth**2
             soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion)) ** 2) - 1
             total += 2 * ROBUST**2 * float(soft.sum()) / scale.sharing
@@ -219,11 +226,11 @@ class _Joint:
     def scales_at(self, parameters) -> tuple[Scales, ...]:
         """Scatter and sharing as the residuals show them."""
         found = []
-        for press, line in zip(self.presses, self.linearised(parameters), strict=True):
+        for indentation, line in zip(self.indentations, self.linearised(parameters), strict=True):
             gaps = line.residuals
             unit = Scales(motion=robust_scale(gaps.motion))
             depth = max(1.0, robust_scale(gaps.depth - np.median(gaps.depth)))
-            sharing = sharing_of(blocks_of(press, line, unit))
+            sharing = sharing_of(blocks_of(indentation, line, unit))
             found.append(Scales(unit.motion, depth, sharing))
         return tuple(found)
 
@@ -251,7 +258,7 @@ class Prior:
         return self.rows.T @ self.rows
 
 
-def prior_of(presses: Sequence[DirectPress], options: Fit) -> Prior:
+def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     """Priors of the unknowns of captures, in the order of `Solution.vector`; none of log E and nu.
 
     Soft tissue and foam relax over many decades of time, with a flat spectrum (Fung's
@@ -263,12 +270,12 @@ def prior_of(presses: Sequence[DirectPress], options: Fit) -> Prior:
     stds = [options.gain_std, *[options.fraction_std] * terms]
     means = [0.0] * len(stds)
     # One foot settles alike in all captures: their mean keeps the deviation of one.
-    alike = np.sqrt(sum(bool(press.settling.std.any()) for press in presses))
-    for press in presses:
-        means += [0.0, press.clock_expected_s, 0.0, *[0.0] * MOTIONS]
-        stds += [press.offset_std_m, press.clock_std_s, press.shift_std_m]
+    alike = np.sqrt(sum(bool(indentation.support_axes.std.any()) for indentation in indentations))
+    for indentation in indentations:
+        means += [0.0, indentation.clock_expected_s, 0.0, *[0.0] * MOTIONS]
+        stds += [indentation.offset_std_m, indentation.clock_std_s, indentation.shift_std_m]
         # What does not move at all is held by a deviation that is nothing beside any motion.
-        stds += list(np.maximum(alike * press.settling.std, UNMOVED))
+        stds += list(np.maximum(alike * indentation.support_axes.std, UNMOVED))
     free = 2
     rows = np.zeros((len(stds) + max(terms - 1, 0), free + len(stds)))
     rows[np.arange(len(stds)), free + np.arange(len(stds))] = 1 / np.array(stds)
@@ -293,7 +300,7 @@ def parameter_bounds(captures: int, options: Fit) -> tuple[NDArray, NDArray]:
 
 def split(vector: NDArray, joint: _Joint) -> tuple[Parameters, ...]:
     """Parameters of each capture from the joint vector."""
-    return tuple(Parameters.of(vector[joint.places(k)]) for k in range(len(joint.presses)))
+    return tuple(Parameters.of(vector[joint.places(k)]) for k in range(len(joint.indentations)))
 
 
 def _joined(parameters: Sequence[Parameters]) -> NDArray:

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.relaxation import elastic_force, elastic_force_derivatives
-from palpate.estimate.direct.support_motion import MOTIONS, Settling
-from palpate.estimate.direct.table import PressModel
+from palpate.estimate.direct.support_motion import MOTIONS, SupportAxes
+from palpate.estimate.direct.table import SampleTable
 
 # Of the difference that gives the derivative by nu.
 STEP = 1e-4
@@ -17,7 +17,7 @@ OWN = 3 + MOTIONS
 
 
 @dataclass(frozen=True)
-class DirectPress:
+class DirectIndentation:
     """What one capture gives to the direct estimate.
 
     Attributes
@@ -27,7 +27,7 @@ class DirectPress:
     frames : (k,) int array
         Frames in contact that are compared.
     frames_beyond : int
-        Frames that are not, as they are deeper than the look-up.
+        Frames that are not, as they are deeper than the indentation table.
     depth_m, speed_m_s : (k,) arrays
         Way of the sphere since its first touch in them [m], and its speed [m/s].
     depth_std_m : float
@@ -45,7 +45,7 @@ class DirectPress:
     contact_m : (3,) array
         Middle of the contact, object frame [m].
     cell_m, normal : (c, 3) arrays
-        Cells of the undeformed surface outside of the contact, object frame [m], and normals.
+        Samples of the undeformed surface outside of the contact, object frame [m], and normals.
     moved_m, noise_std_m : (k, c) arrays
         Motion along the normals in the compared frames and the deviation of a frame's own noise
         [m]; NaN: not seen.
@@ -53,10 +53,10 @@ class DirectPress:
         Deviation that the fit divides by [m].
     patch_m : float
         Least size of the parts of the surface whose errors are independent [m].
-    patch : (c,) int array
-        Part of the surface that a cell belongs to; errors of different parts are independent.
-    settling : Settling
-    models : dict of str to PressModel
+    cluster : (c,) int array
+        Part of the surface that a sample belongs to; errors of different parts are independent.
+    support_axes : SupportAxes
+    models : dict of str to SampleTable
         By law.
     """
 
@@ -79,9 +79,9 @@ class DirectPress:
     noise_std_m: NDArray
     moved_std_m: NDArray
     patch_m: float
-    patch: NDArray
-    settling: Settling
-    models: dict[str, PressModel]
+    cluster: NDArray
+    support_axes: SupportAxes
+    models: dict[str, SampleTable]
 
     @cached_property
     def load(self) -> NDArray:
@@ -109,8 +109,8 @@ class Parameters:
         Shares of the modulus that relax.
     offset_m, clock_s, shift_m : float
         Errors of the depth [m] and of the clock [s], and what all motions have in common [m].
-    settled : (3,) array
-        Motions of the object on its support under the greatest force (`Settling`) [m, rad, rad].
+    support_motion : (3,) array
+        Motions of the object on its support under the greatest force (`SupportAxes`) [m, rad, rad].
     """
 
     youngs_modulus_pa: float
@@ -120,21 +120,21 @@ class Parameters:
     offset_m: float
     clock_s: float
     shift_m: float
-    settled: NDArray
+    support_motion: NDArray
 
     @property
     def vector(self) -> NDArray:
         """(log E, nu, gain, fractions, offset, clock, shift, settled)."""
         shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, self.gain]
         own = [self.offset_m, self.clock_s, self.shift_m]
-        return np.array([*shared, *self.fractions, *own, *self.settled])
+        return np.array([*shared, *self.fractions, *own, *self.support_motion])
 
     @staticmethod
     def of(vector: NDArray) -> "Parameters":
         """Read a vector as `vector` writes it."""
         E, nu, gain = float(np.exp(vector[0])), float(vector[1]), float(vector[2])
-        own, settled = vector[-OWN:-MOTIONS], vector[-MOTIONS:]
-        return Parameters(E, nu, gain, vector[3:-OWN], *map(float, own), settled)
+        own, support_motion = vector[-OWN:-MOTIONS], vector[-MOTIONS:]
+        return Parameters(E, nu, gain, vector[3:-OWN], *map(float, own), support_motion)
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,9 @@ class Predicted:
     motion_slope: NDArray
 
 
-def predicted(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray) -> Predicted:
+def predicted(
+    indentation: DirectIndentation, law: str, of: Parameters, *, times_s: NDArray
+) -> Predicted:
     """Depth and motion that a capture's measured force makes of the object.
 
     The force's history gives the elastic force, that over E the depth, and the depth the motion of
@@ -188,78 +190,90 @@ def predicted(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray)
 
     Parameters
     ----------
-    press : DirectPress
+    indentation : DirectIndentation
     law : str
     of : Parameters
     times_s : (p,) array
         Relaxation times [s].
     """
-    model, nu = press.models[law], of.poisson_ratio
-    elastic = elastic_force(press.time_s, press.force_n, fractions=of.fractions, times_s=times_s)
-    unit = elastic[press.frames] / of.youngs_modulus_pa
+    model, nu = indentation.models[law], of.poisson_ratio
+    elastic = elastic_force(
+        indentation.time_s, indentation.force_n, fractions=of.fractions, times_s=times_s
+    )
+    unit = elastic[indentation.frames] / of.youngs_modulus_pa
     depth, softness = model.depth(unit, nu)
     # The camera saw the surface a little earlier or later than the force was read.
-    seen_at = depth - of.clock_s * press.speed_m_s
+    seen_at = depth - of.clock_s * indentation.speed_m_s
     return Predicted(unit, depth, softness, *model.motion(seen_at, nu))
 
 
-def residuals(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray) -> Residuals:
+def residuals(
+    indentation: DirectIndentation, law: str, of: Parameters, *, times_s: NDArray
+) -> Residuals:
     """Compare a capture with what its measured force makes of the object."""
-    return _residuals(press, of, predicted(press, law, of, times_s=times_s))
+    return _residuals(indentation, of, predicted(indentation, law, of, times_s=times_s))
 
 
-def linearised(press: DirectPress, law: str, of: Parameters, *, times_s: NDArray) -> Linearised:
+def linearised(
+    indentation: DirectIndentation, law: str, of: Parameters, *, times_s: NDArray
+) -> Linearised:
     """Residuals and their derivatives: by nu as a difference, else exact but for the deviations'.
 
     Columns are in the order of `Parameters.vector`.
     """
-    here = predicted(press, law, of, times_s=times_s)
+    here = predicted(indentation, law, of, times_s=times_s)
     there = predicted(
-        press, law, replace(of, poisson_ratio=of.poisson_ratio + STEP), times_s=times_s
+        indentation, law, replace(of, poisson_ratio=of.poisson_ratio + STEP), times_s=times_s
     )
     by_fraction = elastic_force_derivatives(
-        press.time_s, press.force_n, fractions=of.fractions, times_s=times_s
-    )[press.frames]
+        indentation.time_s, indentation.force_n, fractions=of.fractions, times_s=times_s
+    )[indentation.frames]
     by_fraction = here.softness_per_m[:, None] * by_fraction / of.youngs_modulus_pa
     by_log_E = -here.softness_per_m * here.unit_m2
-    zero, one = np.zeros(len(press.frames)), np.ones(len(press.frames))
+    zero, one = np.zeros(len(indentation.frames)), np.ones(len(indentation.frames))
     by_nu = (there.depth_m - here.depth_m) / STEP
     # Depth: by log E, nu, gain, fractions; the measured depth's offset, clock, shift; settling.
-    settled = press.load[:, None] * press.settling.tip_m
+    support_motion = indentation.load[:, None] * indentation.support_axes.tip_m
     depth = np.column_stack(
-        [by_log_E, by_nu, zero, by_fraction, -one, -press.speed_m_s, zero, settled]
+        [by_log_E, by_nu, zero, by_fraction, -one, -indentation.speed_m_s, zero, support_motion]
     )
     gain = 1 + of.gain
     motion = [
         gain * here.motion_slope * by_log_E[:, None],
         gain * (there.motion_m - here.motion_m) / STEP,
-        here.motion_m + _settled(press, of),
+        here.motion_m + _support_motion(indentation, of),
         *(gain * here.motion_slope * column[:, None] for column in by_fraction.T),
         np.zeros_like(here.motion_m),
-        -gain * here.motion_slope * press.speed_m_s[:, None],
+        -gain * here.motion_slope * indentation.speed_m_s[:, None],
         np.ones_like(here.motion_m),
-        *(gain * press.load[:, None] * column for column in press.settling.cells_m.T),
+        *(
+            gain * indentation.load[:, None] * column
+            for column in indentation.support_axes.samples_m.T
+        ),
     ]
-    divided = [(-column / press.moved_std_m)[press.seen] for column in motion]
-    std = depth_std(press, of, here)
-    return Linearised(_residuals(press, of, here), depth / std[:, None], np.stack(divided, axis=1))
-
-
-def depth_std(press: DirectPress, of: Parameters, here: Predicted) -> NDArray:
-    """Deviation of each depth residual: of the tip, and of the force that gives the depth [m]."""
-    return np.hypot(
-        press.depth_std_m, press.force_std_n / of.youngs_modulus_pa * here.softness_per_m
+    divided = [(-column / indentation.moved_std_m)[indentation.seen] for column in motion]
+    std = depth_std(indentation, of, here)
+    return Linearised(
+        _residuals(indentation, of, here), depth / std[:, None], np.stack(divided, axis=1)
     )
 
 
-def _residuals(press: DirectPress, of: Parameters, here: Predicted) -> Residuals:
-    measured = press.depth_m + of.offset_m + of.clock_s * press.speed_m_s
-    motion = (1 + of.gain) * (here.motion_m + _settled(press, of)) + of.shift_m
-    gap = ((press.moved_m - motion) / press.moved_std_m)[press.seen]
-    depth = here.depth_m + press.load * (press.settling.tip_m @ of.settled)
-    return Residuals((depth - measured) / depth_std(press, of, here), gap)
+def depth_std(indentation: DirectIndentation, of: Parameters, here: Predicted) -> NDArray:
+    """Deviation of each depth residual: of the tip, and of the force that gives the depth [m]."""
+    return np.hypot(
+        indentation.depth_std_m,
+        indentation.force_std_n / of.youngs_modulus_pa * here.softness_per_m,
+    )
 
 
-def _settled(press: DirectPress, of: Parameters) -> NDArray:
-    """Motion of the cells that the object's settling adds, (k, c) [m]."""
-    return press.load[:, None] * (press.settling.cells_m @ of.settled)
+def _residuals(indentation: DirectIndentation, of: Parameters, here: Predicted) -> Residuals:
+    measured = indentation.depth_m + of.offset_m + of.clock_s * indentation.speed_m_s
+    motion = (1 + of.gain) * (here.motion_m + _support_motion(indentation, of)) + of.shift_m
+    gap = ((indentation.moved_m - motion) / indentation.moved_std_m)[indentation.seen]
+    depth = here.depth_m + indentation.load * (indentation.support_axes.tip_m @ of.support_motion)
+    return Residuals((depth - measured) / depth_std(indentation, of, here), gap)
+
+
+def _support_motion(indentation: DirectIndentation, of: Parameters) -> NDArray:
+    """Motion of the samples that the object's settling adds, (k, c) [m]."""
+    return indentation.load[:, None] * (indentation.support_axes.samples_m @ of.support_motion)

@@ -29,7 +29,7 @@ ONE_SECOND_S = 1.0
 # Of the normal distribution, at the same confidence.
 NORMAL_QUANTILE = 1.96
 # Fewer patches don't tell their own scatter.
-FEWEST_PATCHES = 4.0
+FEWEST_CLUSTERS = 4.0
 # Fewer captures don't tell how much they scatter.
 FEWEST_CAPTURES = 6
 
@@ -68,7 +68,7 @@ def profile_over_nu(best: Solution, options: Fit, poisson_ratios: Sequence) -> P
     for nu in order:
         start = starts[min(starts, key=lambda known: abs(known - nu))]
         found = fit_direct(
-            best.presses, best.law, options, start, scales=best.scales, fixed_poisson_ratio=nu
+            best.indentations, best.law, options, start, scales=best.scales, fixed_poisson_ratio=nu
         )
         starts[nu] = found.parameters[0]
         rows[nu] = (found.cost, *_both_moduli(found, options))
@@ -85,15 +85,15 @@ def bootstrap(best: Solution, options: Fit, *, draws: int, seed: int) -> NDArray
     by their deviations; the normal equations, linear about the minimum, are solved within the
     bounds.
     """
-    rng, presses = np.random.default_rng(seed), best.presses
-    vector, low, high = best.vector, *parameter_bounds(len(presses), options)
-    prior = prior_of(presses, options)
-    shared = len(vector) - OWN * len(presses)
+    rng, indentations = np.random.default_rng(seed), best.indentations
+    vector, low, high = best.vector, *parameter_bounds(len(indentations), options)
+    prior = prior_of(indentations, options)
+    shared = len(vector) - OWN * len(indentations)
     samples = np.empty((draws, len(vector)))
     for draw in range(draws):
         matrix = prior.information.copy()
         slope = prior.rows.T @ (prior.gaps(vector) + rng.normal(size=len(prior.rows)))
-        often = _drawn(rng, len(presses)) if len(presses) >= FEWEST_CAPTURES else None
+        often = _drawn(rng, len(indentations)) if len(indentations) >= FEWEST_CAPTURES else None
         for k, block in enumerate(best.blocks):
             at = np.concatenate([np.arange(shared), shared + OWN * k + np.arange(OWN)])
             for A, c in _parts(block):
@@ -106,15 +106,15 @@ def bootstrap(best: Solution, options: Fit, *, draws: int, seed: int) -> NDArray
     return samples
 
 
-def effective_patches(best: Solution, options: Fit) -> float:
+def effective_clusters(best: Solution, options: Fit) -> float:
     """How many patches tell nu, as the inverse of their shares' sum of squares.
 
     A patch's share is what it adds to the information along the direction in which nu moves with
     all else following: far from the contact there are many patches that say next to nothing.
     """
     size = len(best.vector)
-    matrix = prior_of(best.presses, options).information.copy()
-    shared, places = size - OWN * len(best.presses), []
+    matrix = prior_of(best.indentations, options).information.copy()
+    shared, places = size - OWN * len(best.indentations), []
     for k, block in enumerate(best.blocks):
         places.append(np.concatenate([np.arange(shared), shared + OWN * k + np.arange(OWN)]))
         part = block.motion_matrix.sum(axis=0) + block.depth_matrix.sum(axis=0)
@@ -148,10 +148,10 @@ def intervals(
     profile : Profile
     options : Fit
     """
-    patches = max(effective_patches(best, options), FEWEST_PATCHES)
-    quantile = float(stdtrit(patches - 1, (1 + CONFIDENCE) / 2))
+    clusters = max(effective_clusters(best, options), FEWEST_CLUSTERS)
+    quantile = float(stdtrit(clusters - 1, (1 + CONFIDENCE) / 2))
     # Patches drawn with replacement scatter too little by this.
-    widen = quantile / NORMAL_QUANTILE * np.sqrt(patches / (patches - 1))
+    widen = quantile / NORMAL_QUANTILE * np.sqrt(clusters / (clusters - 1))
     told = _not_told(profile, quantile**2)
     nu = _nu_interval(best, samples, told, widen, quantile, options)
     spread = {
@@ -167,7 +167,7 @@ def intervals(
 
 def few_frames(best: Solution, options: Fit) -> bool:
     """Whether there are fewer compared frames than moduli and relaxing shares."""
-    frames = sum(len(press.frames) for press in best.presses)
+    frames = sum(len(indentation.frames) for indentation in best.indentations)
     return frames < 2 + len(options.relaxation_times_s)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from palpate.estimate.direct.correspondences import ProbeInView, facing_cells, hidden_cells
+from palpate.estimate.direct.correspondences import ProbeInView, facing_samples, hidden_samples
 from palpate.estimate.direct.motion_noise import (
     SMOOTH_REACH_M,
     correlation_length,
@@ -22,14 +22,14 @@ from palpate.estimate.direct.motion_noise import (
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.sample_heights import (
     cell_heights,
-    frame_feet,
+    frame_closest,
 )
-from palpate.estimate.direct.samples import Cells, Feet, RestSurface, cells_of
+from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, Samples, samples_of
 from palpate.npz import read_npz
 from palpate.surface.alignment import Alignment
 from palpate.surface.template import Template
 
-# A cell's own few frames at rest, against the deviation of all cells: worth so many frames.
+# A sample's own few frames at rest, against the deviation of all samples: worth so many frames.
 POOLED_FRAMES = 6.0
 # The surface counts as pressed in frames in which it moved at least this part of the farthest.
 PRESSED_PART = 0.8
@@ -37,25 +37,25 @@ PRESSED_PART = 0.8
 
 @dataclass(frozen=True)
 class SurfaceMotion:
-    """Normal motion of a surface's cells in each frame against the frames at rest.
+    """Normal motion of a surface's samples in each frame against the frames at rest.
 
     Attributes
     ----------
     cell_m, normal : (c, 3) arrays
         Places on the undeformed template, object frame [m], and unit normals outward.
     moved_m : (f, c) array
-        From a cell along its normal to the observed surface, less the same at rest [m]; not a
-        number where the cell was not seen.
+        From a sample along its normal to the observed surface, less the same at rest [m]; not a
+        number where the sample was not seen.
     std_m : (f, c) array
         Standard deviation of a frame's own noise [m]; not that of the rest, which all frames share.
     rest_height_m, rest_std_m : (c,) arrays
         Mean distance of the frames at rest from the template, and its standard deviation [m].
     points : (f, c) int array
-        How many a cell was seen with.
+        How many a sample was seen with.
     rest_frames : (r,) int array
         Frames at rest.
     correlation_m : float
-        L of the noise's correlation exp(-(distance / L)^2) between cells [m].
+        L of the noise's correlation exp(-(distance / L)^2) between samples [m].
     pattern_m : float
         Beside its noise the motion m carries what the sensor's pattern has become, of the variance
         pattern_m * abs(m) and the covariance pattern_m * min(abs(m), abs(m')) of two frames [m].
@@ -129,7 +129,7 @@ def surface_motion(
     Raises
     ------
     ValueError
-        If no frame is at rest, the camera does not see the surface around the contact, or no cell
+        If no frame is at rest, the camera does not see the surface around the contact, or no sample
         is left.
     """
     options = options or Observation()
@@ -138,20 +138,20 @@ def surface_motion(
         expected = f"some at rest and one place of the probe for each of {len(clouds)}"
         raise ValueError(f"frames: expected {expected}, found {len(frames)}, {len(probe.tip_m)}")
     surface = RestSurface(template)
-    feet = [frame_feet(surface, alignment, cloud, options) for cloud in clouds]
-    at_rest = [feet[k] for k in frames]
+    closest = [frame_closest(surface, alignment, cloud, options) for cloud in clouds]
+    at_rest = [closest[k] for k in frames]
     _require_seen(at_rest[0], alignment, options)
-    cells = facing_cells(
-        cells_of(at_rest, alignment.contact_point_m, spacing_m=options.spacing_m), probe, options
+    samples = facing_samples(
+        samples_of(at_rest, alignment.contact_point_m, spacing_m=options.spacing_m), probe, options
     )
-    height, points = cell_heights(cells, feet, options)
-    height[hidden_cells(cells, points, probe, frames, options)] = np.nan
+    height, points = cell_heights(samples, closest, options)
+    height[hidden_samples(samples, points, probe, frames, options)] = np.nan
     seen = np.isfinite(height[frames]).sum(axis=0) >= options.fewest_rest_frames
     if not seen.any():
-        expected = f"cells seen in {options.fewest_rest_frames} frames at rest"
+        expected = f"samples seen in {options.fewest_rest_frames} frames at rest"
         raise ValueError(f"clouds: expected {expected}, found none")
-    cells = Cells(cells.cell_m[seen], cells.normal[seen])
-    return _motion(cells, height[:, seen], points[:, seen], frames, alignment.contact_point_m)
+    samples = Samples(samples.cell_m[seen], samples.normal[seen])
+    return _motion(samples, height[:, seen], points[:, seen], frames, alignment.contact_point_m)
 
 
 def save_motion(path: str | Path, motion: SurfaceMotion) -> None:
@@ -167,7 +167,7 @@ def load_motion(path: str | Path) -> SurfaceMotion:
     Raises
     ------
     ValueError
-        If an array is missing, or of another number of frames or cells than the rest.
+        If an array is missing, or of another number of frames or samples than the rest.
     """
     arrays = read_npz(path, what="a surface's motion")
     missing = [one.name for one in fields(SurfaceMotion) if one.name not in arrays]
@@ -189,35 +189,35 @@ def load_motion(path: str | Path) -> SurfaceMotion:
 
 
 def _motion(
-    cells: Cells, height: NDArray, points: NDArray, frames: NDArray, contact_m: NDArray
+    samples: Samples, height: NDArray, points: NDArray, frames: NDArray, contact_m: NDArray
 ) -> SurfaceMotion:
     base = np.nanmean(height[frames], axis=0)
     moved = height - base
     variance, own = _noise_variance(moved[frames])
     rest_variance = variance / own
     std = np.where(np.isfinite(moved), np.sqrt(variance), np.nan)
-    pressed = _pressed(cells, moved, contact_m)
+    pressed = _pressed(samples, moved, contact_m)
     counts = np.isfinite(moved[pressed]).sum(axis=0)
     mean = np.where(counts > 0, np.nansum(moved[pressed], axis=0) / np.maximum(counts, 1), np.nan)
     mean_variance = variance / np.maximum(counts, 1) + rest_variance
     return SurfaceMotion(
-        cell_m=cells.cell_m,
-        normal=cells.normal,
+        cell_m=samples.cell_m,
+        normal=samples.normal,
         moved_m=moved,
         std_m=std,
         rest_height_m=base,
         rest_std_m=np.sqrt(rest_variance),
         points=points,
         rest_frames=frames,
-        correlation_m=correlation_length(cells.cell_m, moved[frames] / np.sqrt(variance)),
-        pattern_m=pattern_growth(cells.cell_m, mean, mean_variance, contact_m),
+        correlation_m=correlation_length(samples.cell_m, moved[frames] / np.sqrt(variance)),
+        pattern_m=pattern_growth(samples.cell_m, mean, mean_variance, contact_m),
     )
 
 
 def _noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
-    """Variance of each cell's noise at rest [m^2], and its number of frames, both (c,).
+    """Variance of each sample's noise at rest [m^2], and its number of frames, both (c,).
 
-    A cell's own few frames are taken together with what is usual.
+    A sample's own few frames are taken together with what is usual.
     """
     own = np.isfinite(noise).sum(axis=0)
     squares = np.nansum(noise**2, axis=0)
@@ -225,16 +225,16 @@ def _noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
     return (POOLED_FRAMES * usual + squares) / (POOLED_FRAMES + own - 1), own
 
 
-def _pressed(cells: Cells, moved: NDArray, contact_m: NDArray) -> NDArray:
+def _pressed(samples: Samples, moved: NDArray, contact_m: NDArray) -> NDArray:
     """Frames in which the surface around the contact is moved the farthest, (k,)."""
-    near = np.linalg.norm(cells.cell_m - contact_m, axis=1) < SMOOTH_REACH_M
+    near = np.linalg.norm(samples.cell_m - contact_m, axis=1) < SMOOTH_REACH_M
     way = np.where(np.isfinite(moved), np.abs(moved), 0)[:, near].mean(axis=1)
     return np.flatnonzero(way >= PRESSED_PART * way.max())
 
 
-def _require_seen(feet: Feet, alignment: Alignment, options: Observation) -> None:
+def _require_seen(closest: ClosestAtRest, alignment: Alignment, options: Observation) -> None:
     """Refuse a capture whose camera does not see the surface around the contact."""
-    offset = np.linalg.norm(feet.foot_m - alignment.contact_point_m, axis=1)
+    offset = np.linalg.norm(closest.foot_m - alignment.contact_point_m, axis=1)
     if not (offset < options.near_m).any():
         raise ValueError(
             f"clouds: expected the surface within {options.near_m:g} m of the contact in view,"

@@ -15,7 +15,7 @@ from palpate.estimate.hertz.range import FROM_MEDIAN
 LAG_M, LAGS = 0.002, 20
 # The motion is smooth over this part of the surface around the contact [m].
 SMOOTH_REACH_M = 0.06
-# Cells rougher than so many deviations were seen wrongly, and tell nothing of the pattern.
+# Samples rougher than so many deviations were seen wrongly, and tell nothing of the pattern.
 ROUGHEST = 4.0
 # Powers of the distance from the contact, and multiples of the azimuth, of a smooth motion.
 POWERS, MULTIPLES = (0, -1, -2), (1,)
@@ -83,17 +83,17 @@ def pattern_growth(
     Parameters
     ----------
     places_m : (c, 3) array
-        Cells [m].
+        Samples [m].
     moved_m, variance_m2 : (c,) arrays
         Motion of the pressed surface [m] and variance of its noise [m^2]; not a number where a
-        cell was not seen.
+        sample was not seen.
     contact_m : (3,) array
         Contact [m].
 
     Returns
     -------
     float
-        0 where too few cells are seen.
+        0 where too few samples are seen.
     """
     offset = places_m - contact_m
     near = np.isfinite(moved_m) & (np.linalg.norm(offset, axis=1) < SMOOTH_REACH_M)
@@ -108,7 +108,7 @@ def pattern_growth(
         rough = moved - terms @ solution
         kept = np.abs(rough) < ROUGHEST * FROM_MEDIAN * np.median(np.abs(rough[kept]))
     freedom = kept.sum() / (kept.sum() - terms.shape[1])
-    # Squares scatter as their expectation: noisy cells tell little.
+    # Squares scatter as their expectation: noisy samples tell little.
     way = np.abs(terms @ solution)[kept] / variance[kept]
     excess = freedom * rough[kept] ** 2 / variance[kept] - 1
     return float(max((way * excess).sum() / (way**2).sum(), 0.0))

@@ -5,16 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.indentation import DirectPress
+from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.sharp_edges import crease_distance
-from palpate.estimate.direct.support_motion import settling_of
-from palpate.estimate.direct.table import press_model
+from palpate.estimate.direct.sharp_edges import sharp_edge_distance
+from palpate.estimate.direct.support_motion import support_axes_of
+from palpate.estimate.direct.table import sample_table
 from palpate.estimate.hertz.range import FROM_MEDIAN, force_onset
-from palpate.estimate.minimise.scatter import surface_patches
+from palpate.estimate.minimise.scatter import error_clusters
+from palpate.solid.contact_pressure import hertz_contact_radius
 from palpate.solid.indentation import IndentationModel
-from palpate.solid.patch import hertz_contact_radius
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment
@@ -22,12 +22,12 @@ from palpate.surface.pose import to_object
 
 # A sphere is led to the surface from so far outside [m], until it is as near as this.
 OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200
-# Of a contact from the point that its look-up was made for [m].
+# Of a contact from the point that its indentation table was made for [m].
 LARGEST_AWAY_M = 0.015
 
 
 @dataclass(frozen=True)
-class Pressing:
+class ProbeRecord:
     """What pose and force files say of one capture.
 
     Attributes
@@ -53,25 +53,25 @@ class Pressing:
     clock_std_s: float
 
 
-def direct_press(
-    pressing: Pressing,
+def direct_indentation(
+    record: ProbeRecord,
     motion: SurfaceMotion,
     alignment: Alignment,
     template: SmoothSurface,
-    lookup: IndentationModel,
+    table: IndentationModel,
     support: Support,
     options: Fit,
-) -> DirectPress:
+) -> DirectIndentation:
     """Collect what the direct estimate compares of one capture.
 
     Parameters
     ----------
-    pressing : Pressing
+    record : ProbeRecord
     motion : SurfaceMotion
     alignment : Alignment
     template : SmoothSurface
         Undeformed surface, object frame.
-    lookup : IndentationModel
+    table : IndentationModel
         Of the pressed point.
     support : Support
     options : Fit
@@ -79,50 +79,50 @@ def direct_press(
     Raises
     ------
     ValueError
-        If the tip never touches, force and depth contradict each other, or no frame or cell is
+        If the tip never touches, force and depth contradict each other, or no frame or sample is
         left.
     """
-    check_belonging(pressing, motion, alignment, lookup)
+    check_belonging(record, motion, alignment, table)
     turn = alignment.camera_from_object[:3, :3]
-    force = pressing.forces_n @ (turn @ lookup.direction)
-    tips = to_object(alignment.camera_from_object, pressing.tips_m)
-    depth = press_depth(template, tips, lookup.direction, radius_m=lookup.radius_m)
+    force = record.forces_n @ (turn @ table.direction)
+    tips = to_object(alignment.camera_from_object, record.tips_m)
+    depth = depth_along(template, tips, table.direction, radius_m=table.radius_m)
     least = least_force(force, options)
     onset = force_onset(force, onset_force_n=least)
-    check_press(depth, force, onset)
-    frames = np.flatnonzero((force > least) & (depth <= lookup.depth_m[-1]))
+    check_indentation(depth, force, onset)
+    frames = np.flatnonzero((force > least) & (depth <= table.depth_m[-1]))
     frames = frames[frames >= onset]
     if not len(frames):
         raise ValueError(
-            f"depth: expected frames in contact within the look-up's {lookup.depth_m[-1] * 1e3:.1f}"
-            f" mm (direct.model.deepest_m), found none"
+            "depth: expected frames in contact within the indentation table's"
+            f" {table.depth_m[-1] * 1e3:.1f} mm, found none (a deeper table?)"
         )
     axis = tips[frames].mean(axis=0)
-    creases = crease_distance(template.vertices_m, template.faces, motion.cell_m)
-    smooth = creases > options.crease_m
-    chosen = _outside(motion, axis, lookup, depth[frames].max(), smooth, options)
+    sharp_edges = sharp_edge_distance(template.vertices_m, template.faces, motion.cell_m)
+    smooth = sharp_edges > options.crease_m
+    chosen = _outside(motion, axis, table, depth[frames].max(), smooth, options)
     if not np.isfinite(motion.moved_m[np.ix_(frames, chosen)]).any():
         raise ValueError(
-            "cells: expected some that are seen while the tip presses, found all hidden"
+            "samples: expected some that are seen while the tip presses, found all hidden"
         )
     models = {
-        law: press_model(lookup, law, motion.cell_m[chosen], motion.normal[chosen])
-        for law in lookup.laws
+        law: sample_table(table, law, motion.cell_m[chosen], motion.normal[chosen])
+        for law in table.laws
     }
     rest = force[: max(onset - 1, 2)]
-    tip_std = pressing.tip_std_m
+    tip_std = record.tip_std_m
     noise = np.hypot(motion.std_m[np.ix_(frames, chosen)], motion.rest_std_m[chosen])
-    return DirectPress(
-        time_s=pressing.time_s,
+    return DirectIndentation(
+        time_s=record.time_s,
         force_n=force,
         frames=frames,
-        frames_beyond=int(((force > least) & (depth > lookup.depth_m[-1])).sum()),
+        frames_beyond=int(((force > least) & (depth > table.depth_m[-1])).sum()),
         depth_m=depth[frames],
-        speed_m_s=np.gradient(depth, pressing.time_s)[frames],
+        speed_m_s=np.gradient(depth, record.time_s)[frames],
         depth_std_m=tip_std,
         offset_std_m=float(np.hypot(tip_std, options.offset_std_m)),
-        clock_expected_s=pressing.clock_offset_s,
-        clock_std_s=pressing.clock_std_s,
+        clock_expected_s=record.clock_offset_s,
+        clock_std_s=record.clock_std_s,
         force_std_n=float(max(FROM_MEDIAN * np.median(np.abs(rest - np.median(rest))), 1e-4)),
         shift_std_m=options.shift_std_m,
         contact_m=axis,
@@ -132,13 +132,13 @@ def direct_press(
         noise_std_m=noise,
         moved_std_m=noise,
         patch_m=options.patch_m,
-        patch=surface_patches(motion.cell_m[chosen], size_m=options.patch_m),
-        settling=settling_of(
+        cluster=error_clusters(motion.cell_m[chosen], size_m=options.patch_m),
+        support_axes=support_axes_of(
             motion.cell_m[chosen],
             motion.normal[chosen],
             support=support,
             contact_m=axis,
-            direction=lookup.direction,
+            direction=table.direction,
             options=options,
         ),
         models=models,
@@ -159,7 +159,7 @@ def least_force(force_n: NDArray, options: Fit) -> float:
     return max(options.force_deviations * noise, options.least_force_share * force_n.max())
 
 
-def press_depth(
+def depth_along(
     surface: SmoothSurface, tips_m: NDArray, direction: NDArray, *, radius_m: float
 ) -> NDArray:
     """Way of a sphere along the press since it first touches the undeformed surface, (f,) [m].
@@ -201,34 +201,37 @@ def press_depth(
 
 
 def check_belonging(
-    pressing: Pressing, motion: SurfaceMotion, alignment: Alignment, lookup: IndentationModel
+    record: ProbeRecord,
+    motion: SurfaceMotion,
+    alignment: Alignment,
+    table: IndentationModel,
 ) -> None:
-    """Refuse poses, forces, motion and look-up of different recordings or points.
+    """Refuse poses, forces, motion and indentation table of different recordings or points.
 
     Raises
     ------
     ValueError
         If they have different numbers of frames, a pose or force is no number, or the contact is
-        far from the look-up's point.
+        far from the indentation table's point.
     """
-    counts = {len(pressing.time_s), len(pressing.forces_n), len(motion.moved_m)}
+    counts = {len(record.time_s), len(record.forces_n), len(motion.moved_m)}
     if len(counts) > 1:
         raise ValueError(
             f"frames: expected as many in poses, forces and motion, found {sorted(counts)}"
         )
-    if not (np.isfinite(pressing.tips_m).all() and np.isfinite(pressing.forces_n).all()):
+    if not (np.isfinite(record.tips_m).all() and np.isfinite(record.forces_n).all()):
         raise ValueError("tip: expected numbers in all frames, found NaN or infinity")
-    if not pressing.tip_std_m > 0:
-        raise ValueError(f"tip: expected a deviation above 0 m, found {pressing.tip_std_m}")
-    away = float(np.linalg.norm(alignment.contact_point_m - lookup.point_m))
+    if not record.tip_std_m > 0:
+        raise ValueError(f"tip: expected a deviation above 0 m, found {record.tip_std_m}")
+    away = float(np.linalg.norm(alignment.contact_point_m - table.point_m))
     if away > LARGEST_AWAY_M:
         raise ValueError(
-            f"contact: expected within {LARGEST_AWAY_M * 1e3:g} mm of the look-up's point, found"
-            f" {away * 1e3:.1f} mm away"
+            f"contact: expected within {LARGEST_AWAY_M * 1e3:g} mm of the indentation table's"
+            f" point, found {away * 1e3:.1f} mm away"
         )
 
 
-def check_press(depth_m: NDArray, force_n: NDArray, onset: int) -> None:
+def check_indentation(depth_m: NDArray, force_n: NDArray, onset: int) -> None:
     """Refuse a press whose force and depth contradict each other.
 
     Raises
@@ -261,22 +264,22 @@ def check_press(depth_m: NDArray, force_n: NDArray, onset: int) -> None:
 def _outside(
     motion: SurfaceMotion,
     axis: NDArray,
-    lookup: IndentationModel,
+    table: IndentationModel,
     deepest_m: float,
     smooth: NDArray,
     options: Fit,
 ) -> NDArray:
-    """Cells away from creases, far enough from the contact and near enough to move."""
-    a = hertz_contact_radius(indenter_radius_m=lookup.radius_m, depth_m=max(deepest_m, 1e-6))
+    """Samples away from creases, far enough from the contact and near enough to move."""
+    a = hertz_contact_radius(indenter_radius_m=table.radius_m, depth_m=max(deepest_m, 1e-6))
     way = motion.cell_m - axis
-    across = way - (way @ lookup.direction)[:, None] * lookup.direction
+    across = way - (way @ table.direction)[:, None] * table.direction
     distance = np.linalg.norm(across, axis=1)
     nearest = options.nearest_radii * a + options.nearest_m
     straight = np.linalg.norm(way, axis=1)
     chosen = np.flatnonzero(smooth & (distance > nearest) & (straight < options.farthest_m))
     if not len(chosen):
         raise ValueError(
-            f"cells: expected some from {nearest * 1e3:.0f} to {options['farthest_m'] * 1e3:.0f} mm"
+            f"samples: expected some from {nearest * 1e3:.0f} to {options.farthest_m * 1e3:.0f} mm"
             " from the contact, found none"
         )
     return chosen

@@ -6,18 +6,18 @@ from dataclasses import asdict
 import numpy as np
 
 from palpate.estimate.direct.estimate import DirectEstimate
-from palpate.estimate.direct.indentation import DirectPress, Parameters
+from palpate.estimate.direct.indentation import DirectIndentation, Parameters
 
 
 def described(
-    found: DirectEstimate, presses: Sequence[DirectPress], times_s: Sequence[float]
+    found: DirectEstimate, indentations: Sequence[DirectIndentation], times_s: Sequence[float]
 ) -> dict:
     """Describe an estimate.
 
     Parameters
     ----------
     found : DirectEstimate
-    presses : sequence of DirectPress
+    indentations : sequence of DirectIndentation
         That it was made from.
     times_s : sequence of float
         Relaxation times [s].
@@ -25,15 +25,15 @@ def described(
     best, first = found.solution, found.solution.parameters[0]
     moduli = {name: asdict(interval) for name, interval in found.moduli.items()}
     return {
-        "frames": [len(press.frames) for press in presses],
-        "frames_beyond_lookup": [press.frames_beyond for press in presses],
+        "frames": [len(indentation.frames) for indentation in indentations],
+        "frames_beyond_lookup": [indentation.frames_beyond for indentation in indentations],
         "law": best.law,
         "criterion": found.criterion,
         **moduli,
         "relaxation": {"times_s": list(times_s), "fractions": first.fractions.tolist()},
         "gain": first.gain,
         "nuisances": [_nuisances(p) for p in best.parameters],
-        "residuals": [_summed(*of) for of in zip(presses, best.scales, strict=True)],
+        "residuals": [_summed(*of) for of in zip(indentations, best.scales, strict=True)],
         "laws": [asdict(law) for law in found.laws],
         "profile": asdict(found.profile),
         "choices": {
@@ -45,7 +45,7 @@ def described(
 
 def _nuisances(p: Parameters) -> dict:
     """What a capture has for itself."""
-    sunk, *rocked = p.settled.tolist()
+    sunk, *rocked = p.support_motion.tolist()
     return {
         "offset_m": p.offset_m,
         "clock_s": p.clock_s,
@@ -55,15 +55,15 @@ def _nuisances(p: Parameters) -> dict:
     }
 
 
-def _summed(press: DirectPress, scales) -> dict:
+def _summed(indentation: DirectIndentation, scales) -> dict:
     """How a capture's residuals compare with what was stated."""
     return {
-        "cells": int(press.seen.any(axis=0).sum()),
-        "patches": len(np.unique(press.patch[press.seen.any(axis=0)])),
-        "motion_std_m": float(np.median(press.moved_std_m[press.seen])) * scales.motion,
+        "cells": int(indentation.seen.any(axis=0).sum()),
+        "patches": len(np.unique(indentation.cluster[indentation.seen.any(axis=0)])),
+        "motion_std_m": float(np.median(indentation.moved_std_m[indentation.seen])) * scales.motion,
         "motion_scale": scales.motion,
         "motion_sharing": scales.sharing,
-        "depth_std_m": press.depth_std_m * scales.depth,
+        "depth_std_m": indentation.depth_std_m * scales.depth,
         "depth_scale": scales.depth,
-        "largest_depth_m": float(press.depth_m.max()),
+        "largest_depth_m": float(indentation.depth_m.max()),
     }

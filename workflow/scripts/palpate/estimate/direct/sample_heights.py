@@ -1,4 +1,4 @@
-"""How high the cells of an undeformed surface stand in each frame."""
+"""How high the samples of an undeformed surface stand in each frame."""
 
 from collections.abc import Sequence
 
@@ -7,21 +7,21 @@ from numpy.typing import NDArray
 
 from palpate.estimate.direct.motion_noise import FROM_MEDIAN
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.samples import Cells, Feet, RestSurface
+from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, Samples
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 
-# Points of a cell farther from its median than so many deviations, and what a pressed surface may
+# Points of a sample farther from its median than so many deviations, and what a pressed surface may
 # slope in it, are left out.
 CLIP, SLOPE = 3.0, 0.05
 
 
-def frame_feet(
+def frame_closest(
     surface: RestSurface,
     alignment: Alignment,
     cloud: tuple[NDArray, NDArray],
     options: Observation,
-) -> Feet:
+) -> ClosestAtRest:
     """Feet of a frame's points within reach of the contact.
 
     Parameters
@@ -36,28 +36,28 @@ def frame_feet(
     points, normals = to_object(pose, cloud[0]), cloud[1] @ pose[:3, :3]
     offset = np.linalg.norm(points - alignment.contact_point_m, axis=1)
     near = offset < options.reach_m + options.largest_distance_m
-    feet = surface.feet(
+    closest = surface.closest(
         points[near],
         normals[near],
         largest_distance_m=options.largest_distance_m,
         largest_normal_deg=options.largest_normal_deg,
     )
-    inside = np.linalg.norm(feet.foot_m - alignment.contact_point_m, axis=1) < options.reach_m
-    return Feet(feet.foot_m[inside], feet.normal[inside], feet.distance_m[inside])
+    inside = np.linalg.norm(closest.foot_m - alignment.contact_point_m, axis=1) < options.reach_m
+    return ClosestAtRest(closest.foot_m[inside], closest.normal[inside], closest.distance_m[inside])
 
 
 def cell_heights(
-    cells: Cells, feet: Sequence[Feet], options: Observation
+    samples: Samples, closest: Sequence[ClosestAtRest], options: Observation
 ) -> tuple[NDArray, NDArray]:
-    """Clipped mean distance of each frame's points in each cell [m], and their number, (f, c)."""
-    numbers = [cells.numbers(one, reach_m=options.spacing_m) for one in feet]
-    count, pairs = len(cells.cell_m), list(zip(numbers, feet, strict=True))
+    """Clipped mean distance of each frame's points in each sample [m], and their number, (f, c)."""
+    numbers = [samples.numbers(one, reach_m=options.spacing_m) for one in closest]
+    count, pairs = len(samples.cell_m), list(zip(numbers, closest, strict=True))
     middle = np.array([_medians(number, one.distance_m, count) for number, one in pairs])
-    rest = [one.distance_m - m[n] for n, m, one in zip(numbers, middle, feet, strict=True)]
+    rest = [one.distance_m - m[n] for n, m, one in zip(numbers, middle, closest, strict=True)]
     used = np.concatenate([r[n >= 0] for n, r in zip(numbers, rest, strict=True)])
     limit = CLIP * FROM_MEDIAN * np.median(np.abs(used)) + SLOPE * options.spacing_m
     height, points = np.full(middle.shape, np.nan), np.zeros(middle.shape, dtype=np.int64)
-    for k, one in enumerate(feet):
+    for k, one in enumerate(closest):
         kept = (numbers[k] >= 0) & (np.abs(rest[k]) <= limit)
         points[k] = np.bincount(numbers[k][kept], minlength=middle.shape[1])
         sums = np.bincount(numbers[k][kept], one.distance_m[kept], middle.shape[1])
@@ -67,7 +67,7 @@ def cell_heights(
 
 
 def _medians(numbers: NDArray, values: NDArray, count: int) -> NDArray:
-    """Median of the values in each cell (c,); not a number where there are none."""
+    """Median of the values in each sample (c,); not a number where there are none."""
     kept = numbers >= 0
     order = np.lexsort((values[kept], numbers[kept]))
     sorted_values = values[kept][order]

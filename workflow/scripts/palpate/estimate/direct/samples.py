@@ -1,4 +1,4 @@
-"""Cells of an undeformed surface, and the points that are seen on them."""
+"""Samples of an undeformed surface, and the points that are seen on them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from palpate.surface.distance import ClosestPoints
 from palpate.surface.template import Template
 
 # Points off a crease have no foot of their own: their way from the foot is not along its normal.
-CREASE_COSINE, CREASE_M = 0.87, 0.0005
-# A cell's points have normals like its own.
+SHARP_COSINE, SHARP_EDGE_M = 0.87, 0.0005
+# A sample's points have normals like its own.
 ALIKE_COSINE = 0.8
 
 
 @dataclass(frozen=True)
-class Feet:
+class ClosestAtRest:
     """Points on the undeformed surface, k of them.
 
     Attributes
@@ -36,7 +36,7 @@ class Feet:
 
 
 @dataclass(frozen=True)
-class Cells:
+class Samples:
     """Places of the undeformed surface, c of them.
 
     Attributes
@@ -48,10 +48,10 @@ class Cells:
     cell_m: NDArray
     normal: NDArray
 
-    def numbers(self, feet: Feet, *, reach_m: float) -> NDArray:
+    def numbers(self, closest: ClosestAtRest, *, reach_m: float) -> NDArray:
         """Cell of each foot (k,); -1 where none within reach faces the same way."""
-        distance, number = cKDTree(self.cell_m).query(feet.foot_m)
-        alike = (self.normal[number] * feet.normal).sum(axis=1) > ALIKE_COSINE
+        distance, number = cKDTree(self.cell_m).query(closest.foot_m)
+        alike = (self.normal[number] * closest.normal).sum(axis=1) > ALIKE_COSINE
         return np.where(alike & (distance < reach_m), number, -1)
 
 
@@ -69,14 +69,14 @@ class RestSurface:
         # wrong by as much of what the object sinks.
         self.corner_normal = corner_normals(template.vertices_m, template.faces)
 
-    def feet(
+    def closest(
         self,
         points_m: NDArray,
         normals: NDArray,
         *,
         largest_distance_m: float,
         largest_normal_deg: float,
-    ) -> Feet:
+    ) -> ClosestAtRest:
         """Feet of the points that belong to the surface.
 
         Parameters
@@ -93,27 +93,30 @@ class RestSurface:
         along, length = (gap * normal).sum(axis=1), np.linalg.norm(gap, axis=1)
         kept = length < largest_distance_m
         kept &= (normal * normals).sum(axis=1) > np.cos(np.deg2rad(largest_normal_deg))
-        kept &= (np.abs(along) > CREASE_COSINE * length) | (length < CREASE_M)
-        return Feet(foot[kept], normal[kept], np.copysign(length, along)[kept])
+        kept &= (np.abs(along) > SHARP_COSINE * length) | (length < SHARP_EDGE_M)
+        return ClosestAtRest(foot[kept], normal[kept], np.copysign(length, along)[kept])
 
 
-def cells_of(feet: Sequence[Feet], centre_m: NDArray, *, spacing_m: float) -> Cells:
-    """Cells where points were seen, at the means of their feet.
+def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m: float) -> Samples:
+    """Samples where points were seen, at the means of their feet.
 
     Seeds are taken from the first frame, the nearest to a centre first, each at least a spacing
     from the others; every foot belongs to the nearest of them.
 
     Parameters
     ----------
-    feet : sequence of Feet
+    closest : sequence of ClosestAtRest
         Of frames.
     centre_m : (3,) array
         Object frame [m].
     spacing_m : float
     """
-    seeds = _seeds(feet[0], centre_m, spacing_m)
-    every = Feet(
-        *(np.concatenate([getattr(one, name) for one in feet]) for name in Feet.__annotations__)
+    seeds = _seeds(closest[0], centre_m, spacing_m)
+    every = ClosestAtRest(
+        *(
+            np.concatenate([getattr(one, name) for one in closest])
+            for name in ClosestAtRest.__annotations__
+        )
     )
     number = seeds.numbers(every, reach_m=spacing_m)
     kept, count = number >= 0, len(seeds.cell_m)
@@ -123,15 +126,15 @@ def cells_of(feet: Sequence[Feet], centre_m: NDArray, *, spacing_m: float) -> Ce
     )
     points = np.bincount(number[kept], minlength=count)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return Cells(places / points[:, None], normals / length)
+    return Samples(places / points[:, None], normals / length)
 
 
-def _seeds(feet: Feet, centre_m: NDArray, spacing_m: float) -> Cells:
-    order = np.argsort(np.linalg.norm(feet.foot_m - centre_m, axis=1), kind="stable")
-    places = feet.foot_m[order]
+def _seeds(closest: ClosestAtRest, centre_m: NDArray, spacing_m: float) -> Samples:
+    order = np.argsort(np.linalg.norm(closest.foot_m - centre_m, axis=1), kind="stable")
+    places = closest.foot_m[order]
     tree, free, chosen = cKDTree(places), np.ones(len(places), dtype=bool), []
     for k, place in enumerate(places):
         if free[k]:
             chosen.append(k)
             free[tree.query_ball_point(place, spacing_m)] = False
-    return Cells(places[chosen], feet.normal[order][chosen])
+    return Samples(places[chosen], closest.normal[order][chosen])

@@ -13,7 +13,7 @@ LEAST_EXTENT_M = 0.02
 SAMPLING_M = 0.001
 
 
-def crease_distance(vertices_m: NDArray, faces: NDArray, points_m: NDArray) -> NDArray:
+def sharp_edge_distance(vertices_m: NDArray, faces: NDArray, points_m: NDArray) -> NDArray:
     """Distance of points from the nearest sharp edge, (n,) [m]; infinite without any.
 
     Parameters

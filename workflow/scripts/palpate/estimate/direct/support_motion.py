@@ -17,20 +17,20 @@ MOTIONS = 3
 
 
 @dataclass(frozen=True)
-class Settling:
+class SupportAxes:
     """Rigid motions of an object on its support when it bears the greatest force.
 
     Attributes
     ----------
-    cells_m : (c, 3) array
-        Of the cells along their normals, for a unit of each motion: 1 m, and 1 rad twice.
+    samples_m : (c, 3) array
+        Of the samples along their normals, for a unit of each motion: 1 m, and 1 rad twice.
     tip_m : (3,) array
         Of the contact along the press.
     std : (3,) array
         Deviations of the motions about 0 [m, rad, rad]; 0 where there is none.
     """
 
-    cells_m: NDArray
+    samples_m: NDArray
     tip_m: NDArray
     std: NDArray
 
@@ -42,7 +42,7 @@ def rocking_axes(up: NDArray) -> NDArray:
     return np.stack([first, np.cross(up, first)])
 
 
-def settling_of(
+def support_axes_of(
     cell_m: NDArray,
     normal: NDArray,
     *,
@@ -50,7 +50,7 @@ def settling_of(
     contact_m: NDArray,
     direction: NDArray,
     options: Fit,
-) -> Settling:
+) -> SupportAxes:
     """Rigid motions about the foot under a contact.
 
     Parameters
@@ -77,6 +77,6 @@ def settling_of(
         turns = [(np.cross(axis, place - foot) * way).sum(axis=-1) for axis in across]
         return np.stack([-way @ up, *turns], axis=-1)
 
-    return Settling(
+    return SupportAxes(
         along(cell_m, normal), along(contact_m, direction), np.array(std) * float(support.resting)
     )

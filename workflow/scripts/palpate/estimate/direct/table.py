@@ -1,4 +1,4 @@
-"""What a press of a given depth does to cells of the surface, by law, from a look-up."""
+"""What an indentation of a given depth does to samples of the surface, by law."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,14 +15,14 @@ from palpate.surface.distance import ClosestPoints
 FORCE_POWER = 2 / 3
 # Of the largest force: below it the root's slope has no end.
 LEAST_FORCE = 1e-6
-# Of the search for the material point that comes to lie on a cell's normal.
+# Of the search for the material point that comes to lie on a sample's normal.
 ROUNDS = 3
 # Neighbours that tell how the surface bends, and normals too different to be of one face.
 NEIGHBOURS, SAME_FACE = 8, np.cos(np.deg2rad(40))
 
 
 @dataclass(frozen=True)
-class PressModel:
+class SampleTable:
     """Force and surface motion of one law over depth and Poisson's ratio, at E = 1.
 
     Attributes
@@ -34,7 +34,7 @@ class PressModel:
     force_per_modulus_m2 : (p, k) array
         F / E.
     motion_m : (p, k, c) array
-        Signed distance of the deformed from the undeformed surface, along each cell's normal [m].
+        Signed distance of the deformed from the undeformed surface, along each sample's normal [m].
     """
 
     law: str
@@ -73,7 +73,7 @@ class PressModel:
         return np.maximum(curve(depth), 0) ** (1 / FORCE_POWER)
 
     def motion(self, depth_m: NDArray, nu: float) -> tuple[NDArray, NDArray]:
-        """Motion of each cell at depths (n, c) [m], and its derivative by the depth (n, c).
+        """Motion of each sample at depths (n, c) [m], and its derivative by the depth (n, c).
 
         Cubic splines over depth; the deepest's motion beyond the table.
         """
@@ -91,15 +91,17 @@ class PressModel:
         return ratio_weights(self.poisson_ratios, nu) @ self.force_per_modulus_m2**FORCE_POWER
 
 
-def press_model(lookup: IndentationModel, law: str, cell_m: NDArray, normal: NDArray) -> PressModel:
-    """Take one law's force, and the motion of cells, from a look-up.
+def sample_table(
+    indentation_table: IndentationModel, law: str, cell_m: NDArray, normal: NDArray
+) -> SampleTable:
+    """Take one law's force, and the motion of samples, from an indentation table.
 
-    A cell's motion is where its normal meets the deformed surface. The material point that comes
-    to lie there is sought on the undeformed surface, which bends as the cells' normals turn.
+    A sample's motion is where its normal meets the deformed surface. The material point that comes
+    to lie there is sought on the undeformed surface, which bends as the samples' normals turn.
 
     Parameters
     ----------
-    lookup : IndentationModel
+    indentation_table : IndentationModel
     law : str
     cell_m, normal : (c, 3) arrays
         Places on the undeformed surface, object frame [m], and outward unit normals.
@@ -107,31 +109,31 @@ def press_model(lookup: IndentationModel, law: str, cell_m: NDArray, normal: NDA
     Raises
     ------
     ValueError
-        If the look-up does not hold the law.
+        If the indentation table does not hold the law.
     """
-    if law not in lookup.laws:
-        raise ValueError(f"law: expected one of {', '.join(lookup.laws)}, found {law}")
-    number = lookup.laws.index(law)
-    surface = ClosestPoints(lookup.surface_rest_m, lookup.surface_faces)
+    if law not in indentation_table.laws:
+        raise ValueError(f"law: expected one of {', '.join(indentation_table.laws)}, found {law}")
+    number = indentation_table.laws.index(law)
+    surface = ClosestPoints(indentation_table.surface_rest_m, indentation_table.surface_faces)
     bend = shape_operators(cell_m, normal)
-    fields = lookup.surface_displacement_m[number]
+    fields = indentation_table.surface_displacement_m[number]
     motion = [
-        [_motion(surface, field.astype(float), cell_m, normal, bend) for field in ladder]
-        for ladder in fields
+        [_motion(surface, field.astype(float), cell_m, normal, bend) for field in steps]
+        for steps in fields
     ]
-    return PressModel(
+    return SampleTable(
         law,
-        np.asarray(lookup.poisson_ratios, dtype=float),
-        np.asarray(lookup.depth_m, dtype=float),
-        np.asarray(lookup.force_per_modulus_m2[number], dtype=float),
+        np.asarray(indentation_table.poisson_ratios, dtype=float),
+        np.asarray(indentation_table.depth_m, dtype=float),
+        np.asarray(indentation_table.force_per_modulus_m2[number], dtype=float),
         np.array(motion),
     )
 
 
 def shape_operators(cell_m: NDArray, normal: NDArray) -> NDArray:
-    """How the normal turns along the surface at each cell, (c, 3, 3) [1/m]; 0 where it is flat.
+    """How the normal turns along the surface at each sample, (c, 3, 3) [1/m]; 0 where it is flat.
 
-    Least squares over the nearest cells of the same face, symmetric and in the tangent plane.
+    Least squares over the nearest samples of the same face, symmetric and in the tangent plane.
     """
     count = min(NEIGHBOURS + 1, len(cell_m))
     _, near = cKDTree(cell_m).query(cell_m, k=count)

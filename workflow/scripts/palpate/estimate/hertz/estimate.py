@@ -6,17 +6,17 @@ from numpy.typing import NDArray
 
 from palpate.estimate.hertz.fit import RESIDUALS, Law, fit_free_contact, fit_study
 from palpate.estimate.hertz.laws import contact_law
-from palpate.estimate.hertz.models import Press, fit_held, fit_models, recommended
+from palpate.estimate.hertz.models import Indentation, fit_held, fit_models, recommended
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.record import Record
 
 
-def estimate_hertz(press: Press, record: Record | None, options: Hertz) -> dict:
+def estimate_hertz(indentation: Indentation, record: Record | None, options: Hertz) -> dict:
     """Fit every model to the samples of a press, and the recommended one to its hold too.
 
     Parameters
     ----------
-    press : Press
+    indentation : Indentation
     record : Record or None
         Of the same press with its hold; None where too few samples tell of it.
     options : Hertz
@@ -29,32 +29,40 @@ def estimate_hertz(press: Press, record: Record | None, options: Hertz) -> dict:
         and what they rest on.
     """
     law = contact_law(
-        "parabola", "half_space", radius_m=press.radius_m, thickness_m=press.thickness_m, nu=0.0
+        "parabola",
+        "half_space",
+        radius_m=indentation.radius_m,
+        thickness_m=indentation.thickness_m,
+        nu=0.0,
     )
     fitted = {"baseline": options.baseline, "residual": options.residual}
     of_layers = {"nu": options.assumed_poisson_ratio, "series": options.layer_series}
-    models = fit_models(press, **of_layers, **fitted)
+    models = fit_models(indentation, **of_layers, **fitted)
     relaxation = {"verdict": "too few samples"}
     if record is not None:
-        best = recommended(press, models)
-        rows, relaxation = fit_held(press, record, best, **of_layers, beliefs=options.relaxation)
+        best = recommended(indentation, models)
+        rows, relaxation = fit_held(
+            indentation, record, best, **of_layers, beliefs=options.relaxation
+        )
         models += rows
-    used = slice(press.onset, None)
-    depth, force = press.depth_m[used], press.force_n[used]
+    used = slice(indentation.onset, None)
+    depth, force = indentation.depth_m[used], indentation.force_n[used]
     return {
-        "radius_m": press.radius_m,
-        "thickness_m": press.thickness_m,
-        "depth_std_m": press.depth_std_m,
-        "depth_over_radius": press.depth_over_radius,
-        "chi": press.chi,
-        "study": asdict(fit_study(depth, force, press.radius_m)),
-        "free_contact": asdict(fit_free_contact(press.depth_m, press.force_n, law, **fitted)),
+        "radius_m": indentation.radius_m,
+        "thickness_m": indentation.thickness_m,
+        "depth_std_m": indentation.depth_std_m,
+        "depth_over_radius": indentation.depth_over_radius,
+        "chi": indentation.chi,
+        "study": asdict(fit_study(depth, force, indentation.radius_m)),
+        "free_contact": asdict(
+            fit_free_contact(indentation.depth_m, indentation.force_n, law, **fitted)
+        ),
         "residuals": _by_residual(depth, force, law),
         "assumed_poisson_ratio": options.assumed_poisson_ratio,
         "layer_series": options.layer_series,
         "models": models,
         "relaxation": relaxation,
-        "recommended": recommended(press, models),
+        "recommended": recommended(indentation, models),
     }
 
 

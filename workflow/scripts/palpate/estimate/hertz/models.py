@@ -47,7 +47,7 @@ HELD_POISSON_RATIOS = tuple((np.arange(8) / 16 + 1 / 32).tolist())
 
 
 @dataclass(frozen=True)
-class Press:
+class Indentation:
     """Samples of one press up to the end of deformation, and what they rest on.
 
     Attributes
@@ -81,13 +81,13 @@ class Press:
 
 
 def fit_models(
-    press: Press, *, nu: float, baseline: bool, residual: str, series: str
+    indentation: Indentation, *, nu: float, baseline: bool, residual: str, series: str
 ) -> list[dict]:
     """Fit every model with the contact point known, free and weighted.
 
     Parameters
     ----------
-    press : Press
+    indentation : Indentation
     nu : float
         Poisson's ratio that the layers assume.
     baseline, residual
@@ -102,7 +102,7 @@ def fit_models(
         ``reduced_modulus_range_pa``, the moduli at Poisson's ratios 0 and 0.499. A layer that is
         thinner than the series holds for has none.
     """
-    supports = SUPPORTS if press.chi <= LARGEST_CHI else SUPPORTS[:1]
+    supports = SUPPORTS if indentation.chi <= LARGEST_CHI else SUPPORTS[:1]
     options = {"baseline": baseline, "residual": residual, "series": series}
     rows = []
     for indenter in INDENTERS:
@@ -110,16 +110,18 @@ def fit_models(
             for contact in CONTACTS:
                 name = {"indenter": indenter, "support": support, "contact": contact}
                 row = name | {"relaxation": "none"}
-                row |= vars(fit_model(press, **name, nu=nu, **options))
+                row |= vars(fit_model(indentation, **name, nu=nu, **options))
                 if support != "half_space":
-                    ends = [fit_model(press, **name, nu=end, **options) for end in POISSON_RATIOS]
+                    ends = [
+                        fit_model(indentation, **name, nu=end, **options) for end in POISSON_RATIOS
+                    ]
                     row["reduced_modulus_range_pa"] = sorted(e.reduced_modulus_pa for e in ends)
                 rows.append(row)
     return rows
 
 
 def fit_model(
-    press: Press,
+    indentation: Indentation,
     *,
     indenter: str,
     support: str,
@@ -130,24 +132,27 @@ def fit_model(
     series: str,
 ) -> ContactFit | KnownContactFit:
     """Fit one model, with the contact point ``known``, ``free`` or ``weighted``."""
-    law = _law(press, {"indenter": indenter, "support": support}, nu=nu, series=series)
+    law = _law(indentation, {"indenter": indenter, "support": support}, nu=nu, series=series)
     if contact != "known":
         return fit_free_contact(
-            press.depth_m,
-            press.force_n,
+            indentation.depth_m,
+            indentation.force_n,
             law,
             baseline=baseline,
             residual=residual,
-            depth_std_m=press.depth_std_m if contact == "weighted" else None,
+            depth_std_m=indentation.depth_std_m if contact == "weighted" else None,
         )
-    used = slice(press.onset, None)
+    used = slice(indentation.onset, None)
     return fit_known_contact(
-        press.depth_m[used], press.force_n[used], law, depth_std_m=press.depth_std_m
+        indentation.depth_m[used],
+        indentation.force_n[used],
+        law,
+        depth_std_m=indentation.depth_std_m,
     )
 
 
 def fit_held(
-    press: Press,
+    indentation: Indentation,
     record: Record,
     model: Mapping,
     *,
@@ -161,7 +166,7 @@ def fit_held(
 
     Parameters
     ----------
-    press : Press
+    indentation : Indentation
     record : Record
         Of the same press, from the approach to the end of the hold.
     model : mapping
@@ -182,10 +187,10 @@ def fit_held(
         ``verdict``, ``held_s``, the beliefs, the fit's fields, ``other_shares``, and
         ``by_poisson_ratio``, the modulus for whoever knows nu.
     """
-    times = relaxation_times(record.time_s[press.onset :])
+    times = relaxation_times(record.time_s[indentation.onset :])
     held_s = float(record.time_s[-1] - record.time_s[record.deepest])
     held = held_s >= times[0]
-    laws = {at: _strained(press, model, nu=at, series=series) for at in HELD_POISSON_RATIOS}
+    laws = {at: _strained(indentation, model, nu=at, series=series) for at in HELD_POISSON_RATIOS}
     given = {"times_s": times, "beliefs": beliefs}
     found = fit_relaxation(record, laws, **given)
     single = {at: fit_relaxation(record, {at: law}, **given) for at, law in laws.items()}
@@ -206,7 +211,7 @@ def fit_held(
         ], block
     if not held:
         return [_widened(model, "unheld", found.reduced_modulus_interval_pa)], block
-    assumed = {nu: _strained(press, model, nu=nu, series=series)}
+    assumed = {nu: _strained(indentation, model, nu=nu, series=series)}
     names = {name: model[name] for name in ("indenter", "support", "contact")}
     ends = sorted(fit.reduced_modulus_pa for fit in single.values())
     known = names | {"relaxation": "prony_assumed_nu"}
@@ -215,7 +220,7 @@ def fit_held(
     return [known, unknown | {"reduced_modulus_range_pa": [ends[0], ends[-1]]}], block
 
 
-def recommended(press: Press, models: Sequence[Mapping]) -> dict:
+def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
     """Choose a model by the press's geometry and by what of it was held.
 
     Sneddon's sphere beyond a depth of a tenth of the radius, else the paraboloid; the bonded layer
@@ -228,36 +233,36 @@ def recommended(press: Press, models: Sequence[Mapping]) -> dict:
     dict
         The model, with ``rule`` in words.
     """
-    indenter = "sneddon" if press.depth_over_radius > SHALLOW else "parabola"
-    support = "bonded" if press.chi <= LARGEST_CHI else "half_space"
+    indenter = "sneddon" if indentation.depth_over_radius > SHALLOW else "parabola"
+    support = "bonded" if indentation.chi <= LARGEST_CHI else "half_space"
     wanted = (indenter, support, "weighted")
     # What allows for relaxation follows its own model without.
     best = [m for m in models if (m["indenter"], m["support"], m["contact"]) == wanted][-1]
     rule = (
-        f"depth over radius {press.depth_over_radius:.2f}, chi {press.chi:.2f};"
+        f"depth over radius {indentation.depth_over_radius:.2f}, chi {indentation.chi:.2f};"
         f" sneddon above {SHALLOW:g}, bonded up to chi {LARGEST_CHI:g}, contact weighted,"
         f" relaxation {best['relaxation']}"
     )
     return dict(best) | {"rule": rule}
 
 
-def _law(press: Press, model: Mapping, *, nu: float, series: str) -> Law:
+def _law(indentation: Indentation, model: Mapping, *, nu: float, series: str) -> Law:
     return contact_law(
         model["indenter"],
         model["support"],
-        radius_m=press.radius_m,
-        thickness_m=press.thickness_m,
+        radius_m=indentation.radius_m,
+        thickness_m=indentation.thickness_m,
         nu=nu,
         series=series,
     )
 
 
-def _strained(press: Press, model: Mapping, *, nu: float, series: str) -> Law:
+def _strained(indentation: Indentation, model: Mapping, *, nu: float, series: str) -> Law:
     """Contact law with finite strain."""
-    law = _law(press, model, nu=nu, series=series)
+    law = _law(indentation, model, nu=nu, series=series)
 
     def strained(depth_m: NDArray) -> NDArray:
-        return law(depth_m) * finite_strain_factor(depth_m / press.radius_m, nu)
+        return law(depth_m) * finite_strain_factor(depth_m / indentation.radius_m, nu)
 
     return strained
 

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from palpate.estimate.minimise.objective import Measurement, Objective
 from palpate.estimate.minimise.options import Load
 from palpate.solid.boundary import NodeSets, node_sets
+from palpate.solid.contact_pressure import contact_pressure, hertz_contact_radius
 from palpate.solid.corotation import element_rotations
 from palpate.solid.load import contact_triangle, nodal_force, outward_normal
 from palpate.solid.mesh import SolidMesh, quadratic
 from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.options import Solid
-from palpate.solid.patch import hertz_contact_radius, hertz_patch
 from palpate.solid.refine import refine_near
 from palpate.solid.support import Support
 from palpate.surface.tracked import Tracked
@@ -176,7 +176,7 @@ def _contact_forces(
         options = {"rule": rule, "turn_to_normal": turn_to_normal}
         return nodal_force(mesh, triangle, force_n, **options, **press)
     inward = -outward_normal(mesh, triangle)
-    return hertz_patch(
+    return contact_pressure(
         mesh,
         point_m,
         inward,

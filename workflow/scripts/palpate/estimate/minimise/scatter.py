@@ -72,7 +72,7 @@ def moduli_scatter(
     patch_m = least_patch_m
     if np.linalg.norm(gap, axis=1).mean() > EXACT * objective.full.largest_m:
         patch_m = max(patch_m, 2 * correlation_length(nodes_m[nodes], gap, bin_m=least_patch_m))
-    patches = surface_patches(nodes_m, size_m=patch_m)
+    patches = error_clusters(nodes_m, size_m=patch_m)
     count = len(np.unique(patches[nodes]))
     curvature = _curvature(objective, E, nu, norm)
     if count < FEWEST_PATCHES or np.linalg.eigvalsh(curvature).min() <= 0:
@@ -113,7 +113,7 @@ def correlation_length(points_m: NDArray, gaps: NDArray, *, bin_m: float) -> flo
     return float(length)
 
 
-def surface_patches(nodes_m: NDArray, *, size_m: float) -> NDArray:
+def error_clusters(nodes_m: NDArray, *, size_m: float) -> NDArray:
     """Cell of a cubic grid that each node lies in, shape (n,) int.
 
     Parameters

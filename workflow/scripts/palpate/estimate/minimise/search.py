@@ -187,7 +187,7 @@ def outside_bounds(
     ):
         if not bounds[0] <= value <= bounds[1]:
             expected = f"{name} within {tuple(bounds)}"
-            raise ValueError(f"start: expected {expected}, found {value:g} (minimise.{option})")
+            raise ValueError(f"start: expected {expected}, found {value:g}")
 
 
 def touches_bound(

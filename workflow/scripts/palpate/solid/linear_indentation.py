@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.solid.contact_pressure import contact_pressure, hertz_contact_radius
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.moduli import lame_from_engineering, lame_ratio
-from palpate.solid.patch import hertz_contact_radius, hertz_patch
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
 
@@ -15,7 +15,7 @@ from palpate.solid.stiffness import combined, elastic_stiffness
 MEAN_SINK = 4 / 5
 
 
-def linear_presses(
+def linear_indentations(
     mesh: SolidMesh,
     held: NDArray,
     point_m: NDArray,
@@ -79,7 +79,7 @@ def linear_presses(
 
 def _unit_load(mesh, point_m, direction, radius_m: float, depth_m: float) -> NDArray:
     a = hertz_contact_radius(indenter_radius_m=radius_m, depth_m=depth_m)
-    return hertz_patch(mesh, point_m, direction, direction, contact_radius_m=a)
+    return contact_pressure(mesh, point_m, direction, direction, contact_radius_m=a)
 
 
 def _lame(nu: float) -> tuple[float, float]:

@@ -17,7 +17,7 @@ FEW = 3.0
 
 
 @dataclass(frozen=True)
-class Sight:
+class Correspondences:
     """Points paired with the surface, k of them.
 
     Attributes
@@ -25,9 +25,9 @@ class Sight:
     corners : (k, 3) int array
         Template vertices of the triangle that each point is nearest to.
     weights : (k, 3) array
-        Barycentric weights of its foot there.
+        Barycentric weights of its closest there.
     rest_m : (k, 3) array
-        The foot on the undeformed template [m].
+        The closest on the undeformed template [m].
     normals : (k, 3) array
         Unit normals of the deformed triangles.
     distance_m : (k,) array
@@ -44,7 +44,7 @@ class Sight:
         """Which of a template's vertices have a point on one of their triangles, shape (count,)."""
         return np.bincount(self.corners.ravel(), minlength=count) > 0
 
-    def less(self, offset: NDArray) -> "Sight":
+    def less(self, offset: NDArray) -> "Correspondences":
         """The same with an offset (n,) at the vertices taken off the distances [m]."""
         taken = (self.weights * offset[self.corners]).sum(axis=1)
         return replace(self, distance_m=self.distance_m - taken)
@@ -57,7 +57,7 @@ def pair(
     *,
     largest_distance_m: float,
     largest_normal_deg: float,
-) -> Sight:
+) -> Correspondences:
     """Pair a cloud with the deformed template.
 
     Parameters
@@ -70,20 +70,22 @@ def pair(
         Points farther away, or turned more against the surface, are left out.
     """
     points, directions = cloud
-    foot, triangle, weights = ClosestPoints(vertices_m, template.faces)(points)
+    closest, triangle, weights = ClosestPoints(vertices_m, template.faces)(points)
     a, b, c = (vertices_m[template.faces[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True))[triangle]
-    gap = points - foot
+    gap = points - closest
     kept = np.linalg.norm(gap, axis=1) < largest_distance_m
     kept &= (normals * directions).sum(axis=1) > np.cos(np.deg2rad(largest_normal_deg))
     corners, weights, normals = template.faces[triangle[kept]], weights[kept], normals[kept]
     distance = (gap[kept] * normals).sum(axis=1)
     rest = np.einsum("kc,kcd->kd", weights, template.vertices_m[corners])
-    return Sight(corners, weights, rest, normals, distance)
+    return Correspondences(corners, weights, rest, normals, distance)
 
 
-def rest_offsets(template: Template, sights: Sequence[Sight]) -> tuple[NDArray, NDArray]:
+def rest_offsets(
+    template: Template, pairs_by_frame: Sequence[Correspondences]
+) -> tuple[NDArray, NDArray]:
     """Mean distance of undeformed frames' points at each vertex.
 
     It is what sensor and template are wrong by before anything moves; zero where nothing is seen.
@@ -96,15 +98,15 @@ def rest_offsets(template: Template, sights: Sequence[Sight]) -> tuple[NDArray, 
         Of all frames but one, for each; of that one where it is alone [m].
     """
     count = len(template.vertices_m)
-    sums, seen = np.zeros((2, len(sights), count))
-    for k, sight in enumerate(sights):
-        weights, corners = sight.weights.ravel(), sight.corners.ravel()
-        sums[k] = np.bincount(corners, weights * np.repeat(sight.distance_m, 3), count)
+    sums, seen = np.zeros((2, len(pairs_by_frame), count))
+    for k, pairs in enumerate(pairs_by_frame):
+        weights, corners = pairs.weights.ravel(), pairs.corners.ravel()
+        sums[k] = np.bincount(corners, weights * np.repeat(pairs.distance_m, 3), count)
         seen[k] = np.bincount(corners, weights, count)
     smooth = _gaussian(template.vertices_m)
     sums, seen = (smooth @ sums.T).T, (smooth @ seen.T).T
     whole = sums.sum(axis=0) / (seen.sum(axis=0) + FEW)
-    if len(sights) == 1:
+    if len(pairs_by_frame) == 1:
         return whole, whole[None]
     return whole, (sums.sum(axis=0) - sums) / (seen.sum(axis=0) - seen + FEW)
 

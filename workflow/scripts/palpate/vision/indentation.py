@@ -12,7 +12,7 @@ from palpate.vision.options import Force
 from palpate.vision.probe import ALONG_STD, AXIS, TIP, marker_transforms
 
 
-def press_depth(poses: pd.DataFrame) -> tuple[NDArray, NDArray]:
+def depth_along(poses: pd.DataFrame) -> tuple[NDArray, NDArray]:
     """Tip's place along the mean pressing direction, and its standard deviation, (n,) [m].
 
     Parameters
@@ -27,7 +27,7 @@ def press_depth(poses: pd.DataFrame) -> tuple[NDArray, NDArray]:
     return poses[TIP].to_numpy(float) @ axis, known
 
 
-def press_force(
+def force_along(
     record: pd.DataFrame, probe: Mapping, *, bias_window_s: float
 ) -> tuple[NDArray, NDArray]:
     """Times [s] and force along the pressing direction [N], averaged, (m,) each."""
@@ -36,7 +36,7 @@ def press_force(
     return time_s, -wrench[:, :3] @ axis
 
 
-def press_clock(
+def capture_clock(
     record: pd.DataFrame,
     poses: pd.DataFrame,
     probe: Mapping,
@@ -45,13 +45,13 @@ def press_clock(
     prior_std_s: float,
 ) -> ClockOffset:
     """Offset of the force's clock against the camera's; see `clock_offset`."""
-    depth_m, std_m = press_depth(poses)
-    force = press_force(record, probe, bias_window_s=bias_window_s)
+    depth_m, std_m = depth_along(poses)
+    force = force_along(record, probe, bias_window_s=bias_window_s)
     frames = poses["time_s"].to_numpy(float)
     return clock_offset(*force, frames, depth_m, std_m, prior_std_s=prior_std_s)
 
 
-def press_wrenches(
+def capture_wrenches(
     record: pd.DataFrame, poses: pd.DataFrame, probe: Mapping, options: Force, *, up: NDArray
 ) -> tuple[pd.DataFrame, ClockOffset]:
     """Wrench on the object at every frame, with the offset of the clocks.
@@ -79,7 +79,7 @@ def press_wrenches(
     ValueError
         As `frame_wrenches` does.
     """
-    clock = press_clock(
+    clock = capture_clock(
         record,
         poses,
         probe,

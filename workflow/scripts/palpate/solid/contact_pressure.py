@@ -14,7 +14,7 @@ THREE = np.array([[2 / 3, 1 / 6, 1 / 6], [1 / 6, 2 / 3, 1 / 6], [1 / 6, 1 / 6, 2
 SIDES = np.array([[0, 1], [1, 2], [2, 0]])
 
 
-def hertz_patch(
+def contact_pressure(
     mesh: SolidMesh,
     centre_m: NDArray,
     axis: NDArray,

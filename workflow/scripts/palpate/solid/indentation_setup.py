@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 from palpate.solid.boundary import support_nodes
 from palpate.solid.contact_mesh import (
     Fineness,
+    base_m,
     fine_mesh,
-    foot_m,
     moving_elements,
     moving_nodes,
 )
 from palpate.solid.hyperelastic import HyperelasticSolid
+from palpate.solid.indenting import IndentedSolid
 from palpate.solid.laws import named_law
 from palpate.solid.mesh import SolidMesh, quadratic
 from palpate.solid.obstacle import surface_points
-from palpate.solid.pressing import PressedSolid
+from palpate.solid.resting import standing_table
 from palpate.solid.smooth_surface import SmoothSurface, bent_to, curved_to
-from palpate.solid.standing import standing_table
 from palpate.solid.support import Support
 from palpate.solid.touching import facing_faces, first_touch, thickness_m
 
@@ -31,7 +31,7 @@ TABLE_REACH = 0.3
 
 
 @dataclass(frozen=True)
-class PressOptions:
+class IndentationOptions:
     """How fine a press is computed.
 
     Attributes
@@ -39,7 +39,7 @@ class PressOptions:
     edge_m, growth, refine_radius_m : float
         Longest edges at the contact, or this part of the distance from it, and how far around the
         point elements are refined [m].
-    foot_edge_m, foot_growth, foot_radius_m : float
+    base_edge_m, base_growth, base_radius_m : float
         The same where a resting solid stands.
     still_share : float
         Of bonded solids, nodes that a linear press moves by less than this part of its depth are
@@ -53,16 +53,16 @@ class PressOptions:
     edge_m: float = 0.0025
     growth: float = 0.8
     refine_radius_m: float = 0.025
-    foot_edge_m: float = 0.005
-    foot_growth: float = 1.0
-    foot_radius_m: float = 0.02
+    base_edge_m: float = 0.005
+    base_growth: float = 1.0
+    base_radius_m: float = 0.02
     still_share: float = 0.002
     penalty_per_m: float = 3e4
     largest_gap_m: float = 0.005
 
 
 @dataclass(frozen=True)
-class PressSetup:
+class IndentationSetup:
     """A solid ready to be pressed along a line.
 
     Attributes
@@ -80,7 +80,7 @@ class PressSetup:
     radius_m, deepest_m : float
         Of the sphere [m].
     support : Support
-    options : PressOptions
+    options : IndentationOptions
     """
 
     whole: SolidMesh
@@ -92,9 +92,9 @@ class PressSetup:
     radius_m: float
     deepest_m: float
     support: Support
-    options: PressOptions
+    options: IndentationOptions
 
-    def pressed(self, law: str, nu: float) -> PressedSolid:
+    def pressed(self, law: str, nu: float) -> IndentedSolid:
         """Mechanics of a law and Poisson's ratio."""
         penalty, table = self.options.penalty_per_m, None
         faces = facing_faces(
@@ -109,7 +109,7 @@ class PressSetup:
             table = standing_table(
                 self.moved, self.support, self.touch_m, reach_m=reach, penalty_per_m=penalty
             )
-        return PressedSolid(
+        return IndentedSolid(
             HyperelasticSolid(self.moved, named_law(law), nu),
             self.free,
             surface_points(self.moved, faces, parts=PARTS),
@@ -136,7 +136,7 @@ class PressSetup:
         return u
 
 
-def press_setup(
+def indentation_setup(
     mesh: SolidMesh,
     support: Support,
     point_m: NDArray,
@@ -145,8 +145,8 @@ def press_setup(
     radius_m: float,
     deepest_m: float,
     surface: SmoothSurface | None,
-    options: PressOptions,
-) -> PressSetup:
+    options: IndentationOptions,
+) -> IndentationSetup:
     """Refine a solid for a press and find what holds it and where the sphere touches.
 
     Parameters
@@ -173,7 +173,7 @@ def press_setup(
         elements = moving_elements(whole, coarse, moving)
     moved, nodes, free = _cut(whole, elements, _held(whole, support))
     logging.info("%d nodes move in %d directions", len(nodes), free.sum())
-    return PressSetup(
+    return IndentationSetup(
         whole, moved, nodes, free, touch, direction, radius_m, deepest_m, support, options
     )
 
@@ -198,13 +198,13 @@ def _fine(
     support: Support,
     point_m: NDArray,
     surface: SmoothSurface | None,
-    options: PressOptions,
+    options: IndentationOptions,
 ) -> SolidMesh:
     o = options
     places = [Fineness(point_m, o.refine_radius_m, o.edge_m, o.growth)]
     if support.resting:
-        foot = foot_m(mesh, support)
-        places.append(Fineness(foot, o.foot_radius_m, o.foot_edge_m, o.foot_growth))
+        base = base_m(mesh, support)
+        places.append(Fineness(base, o.base_radius_m, o.base_edge_m, o.base_growth))
     fine = fine_mesh(mesh, tuple(places))
     if surface is None:
         return quadratic(fine)
@@ -221,7 +221,7 @@ def _touch(
     direction: NDArray,
     radius_m: float,
     deepest_m: float,
-    options: PressOptions,
+    options: IndentationOptions,
 ) -> NDArray:
     faces = facing_faces(whole, point_m, direction, radius_m=radius_m, deepest_m=deepest_m)
     gap = first_touch(whole.nodes_m, faces, point_m, direction, radius_m=radius_m)

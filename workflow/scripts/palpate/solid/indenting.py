@@ -16,8 +16,8 @@ from palpate.solid.obstacle import (
     touch_energy,
     touch_forces,
 )
+from palpate.solid.resting import Table
 from palpate.solid.solve import factorise
-from palpate.solid.standing import Table
 
 # Newton's steps end when none moves a node farther; what is left is a square of it.
 SMALLEST_STEP_M = 4e-6
@@ -66,7 +66,7 @@ class State:
         return State(nodes_m, np.zeros(3), 0.0, 0.0, 0)
 
 
-class PressedSolid:
+class IndentedSolid:
     """A solid, what holds it, and a frictionless rigid sphere that presses it.
 
     Parameters

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.hertz.models import Press
+from palpate.estimate.hertz.models import Indentation
 from palpate.estimate.hertz.range import HertzRange, check_contact, hertz_range, indentation_depth
 from palpate.estimate.hertz.record import Record, held_record
 from palpate.surface.alignment import Alignment, thickness_along
@@ -20,7 +20,7 @@ def press_of(
     radius_m: float,
     onset_force_n: float,
     tip_std_m: float,
-) -> tuple[Press, Record | None, dict]:
+) -> tuple[Indentation, Record | None, dict]:
     """Find the press of a capture, and the same with its hold.
 
     Parameters
@@ -40,7 +40,7 @@ def press_of(
 
     Returns
     -------
-    press : Press
+    indentation : Indentation
     record : Record or None
     told : dict
         ``range`` and ``samples`` of hertz.json.
@@ -56,7 +56,7 @@ def press_of(
     chosen = hertz_range(force, onset_force_n=onset_force_n)
     check_contact(depth, chosen.start)
     std = float(np.hypot(tip_std_m, alignment.residual.contact_mean_m))
-    press = Press(
+    indentation = Indentation(
         depth_m=depth[: chosen.stop + 1],
         force_n=force[: chosen.stop + 1],
         onset=chosen.start,
@@ -69,7 +69,7 @@ def press_of(
         "range": {"first_frame": chosen.start, "last_frame": chosen.stop},
         "samples": {"depth_m": depth.tolist(), "force_n": force.tolist()},
     }
-    return press, record, told
+    return indentation, record, told
 
 
 def _thickness(
