@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from palpate.capture.commands import add_commands, add_devices
+from palpate.units import KILOPASCALS
 
-KPA = 1e-3
-SCALES = {"_pa": (KPA, " kPa", 1), "": (1.0, "", 2)}
+SCALES = {"_pa": (KILOPASCALS, " kPa", 1), "": (1.0, "", 2)}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -39,9 +39,9 @@ def _hertz(options: argparse.Namespace) -> None:
     if options.json:
         print(json.dumps(asdict(found), indent=2))
         return
-    low, high = (KPA * end for end in found.reduced_modulus_interval_pa)
-    print(f"E* {KPA * found.reduced_modulus_pa:.4g} kPa (95 %: {low:.4g} to {high:.4g})")
-    print(f"E {KPA * found.youngs_modulus_pa(options.nu):.4g} kPa for nu {options.nu:g}")
+    low, high = (KILOPASCALS * end for end in found.reduced_modulus_interval_pa)
+    print(f"E* {KILOPASCALS * found.reduced_modulus_pa:.4g} kPa (95 %: {low:.4g} to {high:.4g})")
+    print(f"E {KILOPASCALS * found.youngs_modulus_pa(options.nu):.4g} kPa for nu {options.nu:g}")
     print(f"contact at {1e3 * found.contact_m:.3f} mm; {found.indenter}, {found.support}")
 
 

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from palpate.capture.findings import Findings
 from palpate.capture.images import read_image
 from palpate.capture.tables import FRAMES, image_streams, read_frames
+from palpate.units import MILLIMETRES
 
 DETECTION = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 # With fewer frames chance could do it.
@@ -33,7 +34,6 @@ WINDOW_PX, WORST_FIT_PX = 5, 1.0
 STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 30, 1e-3)
 # Of the squares around the inner corners, how much counts as board; pixels with depth on it.
 BORDER, FEWEST_READINGS = 0.6, 20
-MILLIMETRES = 1e3
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from palpate.capture.findings import Findings
+from palpate.units import CUBIC_CENTIMETRES, MILLIMETRES
 
 METRES = {"m": 1.0, "mm": 0.001}
 # Objects that one depth camera and a hand-held probe can measure, by their greatest extent [m].
@@ -16,7 +17,6 @@ PLAUSIBLE_SIZE_M = (0.01, 3.0)
 POINT_WITHIN_M = 0.005
 # Presses run roughly along the surface's normal.
 LARGEST_SLANT_DEG = 45.0
-MILLIMETRES, CUBIC_CENTIMETRES = 1e3, 1e6
 
 
 def examine_template(folder: Path, spec: Mapping) -> Findings:

@@ -27,8 +27,8 @@ from palpate.report.style import (
     sensor_name,
 )
 from palpate.run.read_files import read_all
+from palpate.units import KILOPASCALS, MILLIMETRES, MILLINEWTONS
 
-MILLIMETRES, KILOPASCALS, MILLINEWTONS = 1e3, 1e-3, 1e3
 # Section 5.1: the study's recordings are shifted to meet at this force.
 ALIGNED_AT_N = 0.3
 SHOWN_BEFORE_M = 0.002

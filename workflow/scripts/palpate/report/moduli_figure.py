@@ -21,8 +21,8 @@ from palpate.report.style import (
     sensor_name,
 )
 from palpate.run.read_files import read_all, read_by_folder
+from palpate.units import KILOPASCALS
 
-KILOPASCALS = 1e-3
 # Of captures on an axis.
 MOST_NAMES = 12
 COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}

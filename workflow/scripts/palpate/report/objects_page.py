@@ -12,8 +12,8 @@ from palpate.report.style import ERROR_NAMES, sensor_name
 from palpate.report.tables import bound_mark
 from palpate.surface.pose import to_object
 from palpate.surface.tracked import Tracked
+from palpate.units import KILOPASCALS, MILLIMETRES
 
-MILLIMETRES, KILOPASCALS = 1e3, 1e-3
 # Coordinates are kept as whole steps of the object's extent, with room at both ends.
 LARGEST_STEP = 32_000
 NOTHING = ""

@@ -7,8 +7,8 @@ import pandas as pd
 
 from palpate.report.style import sensor_name
 from palpate.report.tables import AT_BOUND_NOTE, SIMULATED_NOTE, bound_mark
+from palpate.units import KILOPASCALS, MILLIMETRES
 
-KILOPASCALS, MILLIMETRES = 1e-3, 1e3
 MODULI = {
     "youngs_modulus_pa": "E (kPa)",
     "youngs_modulus_1s_pa": "E after 1 s (kPa)",

@@ -153,8 +153,8 @@ def displacement_bar(
     """Bar of the displacement's colours at the right of panels, or lying at a place."""
     boxes = [panel.get_position() for panel in np.ravel(beside)]
     low, high = min(box.y0 for box in boxes), max(box.y1 for box in boxes)
-    resting = (max(box.x1 for box in boxes) + 0.015, low + 0.15 * (high - low), 0.014)
-    axes = figure.add_axes(place or (*resting, 0.7 * (high - low)))
+    upright = (max(box.x1 for box in boxes) + 0.015, low + 0.15 * (high - low), 0.014)
+    axes = figure.add_axes(place or (*upright, 0.7 * (high - low)))
     orientation = "horizontal" if place else "vertical"
     scale = ScalarMappable(Normalize(0, top_mm), MAP)
     figure.colorbar(scale, cax=axes, label=label, orientation=orientation)

@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 
 import yaml
 
+from palpate.markdown import rows_of
+
 PIN = re.compile(r"^([A-Za-z0-9_.-]+)==([^\s\\;]+)", re.MULTILINE)
 
 
@@ -44,7 +46,6 @@ def describe(config: Mapping, versions: Mapping[str, str]) -> str:
     versions : mapping
         Version by name, in the order in which they are to stand.
     """
-    rows = [f"| {name} | {version} |" for name, version in versions.items()]
     options = yaml.safe_dump(_plain(config), sort_keys=False, width=96, allow_unicode=True)
     return "\n".join(
         [
@@ -52,9 +53,7 @@ def describe(config: Mapping, versions: Mapping[str, str]) -> str:
             "",
             "## Versions",
             "",
-            "| package | version |",
-            "|---|---|",
-            *rows,
+            *rows_of(("package", "version"), versions.items()),
             "",
             "## Configuration",
             "",

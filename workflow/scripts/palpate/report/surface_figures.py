@@ -26,9 +26,9 @@ from palpate.report.style import (
 from palpate.run.read_files import read_all
 from palpate.surface.pose import to_object
 from palpate.surface.tracked import load_tracked
+from palpate.units import MILLIMETRES
 from palpate.vision.clouds import read_clouds
 
-MILLIMETRES = 1e3
 ZOOM_M = 0.040
 DETAIL_M = 0.025
 SECTION_HALF_WIDTH_M = 0.0015

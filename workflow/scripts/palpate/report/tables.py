@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from palpate.markdown import rows_of
+
 CAPTURE = ["object", "sensor", "capture", "point"]
 JUDGED = ("youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa")
 # Of the direct estimate: law, captures and frames in it, residuals over what was stated.
@@ -173,12 +175,14 @@ def to_markdown(table: pd.DataFrame, *, title: str, notes: Sequence[str]) -> str
     if any(bound_mark(row) for row in table.to_dict("records")):
         notes = [*notes, AT_BOUND_NOTE]
     lines = [f"# {title}", "", *(f"{note}" for note in notes), ""]
-    lines.append("| " + " | ".join(table.columns) + " |")
-    lines.append("|" + "---|" * len(table.columns))
-    for row in table.to_dict("records"):
-        mark = bound_mark(row)
-        cells = (_cell(value) + mark * (name in (*JUDGED, "value")) for name, value in row.items())
-        lines.append("| " + " | ".join(cells) + " |")
+    cells = (
+        [
+            _cell(value) + bound_mark(row) * (name in (*JUDGED, "value"))
+            for name, value in row.items()
+        ]
+        for row in table.to_dict("records")
+    )
+    lines += rows_of(list(table.columns), cells)
     return "\n".join(lines) + "\n"
 
 

@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
-from palpate.open3d_core import o3d
+from palpate.open3d_core import o3d, scene_of
 from palpate.surface.template import vertex_normals
+from palpate.units import MILLIMETRES
 
-MILLIMETRES = 1e3
 SKIN = "#B9CDE0"
 LIGHT = np.array([-0.45, 0.75, 0.9])
 DARKEST = 0.42
@@ -154,10 +154,7 @@ def render_surface(
 
 def _hits(flat: NDArray, faces: NDArray, x: NDArray, y: NDArray) -> tuple[NDArray, NDArray]:
     """Triangle (-1: none) and barycentric weights of each ray, (h, w) and (h, w, 3)."""
-    scene = o3d.t.geometry.RaycastingScene(nthreads=1)
-    scene.add_triangles(
-        o3d.core.Tensor(flat.astype(np.float32)), o3d.core.Tensor(faces.astype(np.uint32))
-    )
+    scene = scene_of(flat, faces)
     rays = np.zeros((len(y), len(x), 6), dtype=np.float32)
     rays[..., 0], rays[..., 1] = x[None], y[:, None]
     rays[..., 2], rays[..., 5] = flat[:, 2].max() + 1.0, -1.0

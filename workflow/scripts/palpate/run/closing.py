@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pandas as pd
 
-KILOPASCALS = 1e-3
+from palpate.units import KILOPASCALS
+
 # Of the recommended estimate, Poisson's ratio first: whether E can be trusted hangs on it.
 MODULI = {
     "poisson_ratio": "nu",

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import get_type_hints
 
 from palpate.capture.files import whole_file
+from palpate.markdown import rows_of
 from palpate.options import Options, rows
 from palpate.run.options import Config
 from palpate.surface.options import TRACKERS
@@ -38,8 +39,8 @@ def _words(kind: type[Options]) -> str:
 
 
 def _table(found) -> str:
-    lines = ["| option | default | allowed | meaning |", "|---|---|---|---|"]
-    lines += [f"| `{place}` | {' | '.join(words)} |" for place, *words in found]
+    cells = ((f"`{place}`", *words) for place, *words in found)
+    lines = rows_of(("option", "default", "allowed", "meaning"), cells)
     return "\n" + "\n".join(lines) + "\n"
 
 

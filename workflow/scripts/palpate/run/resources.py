@@ -10,6 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.capture.files import whole_file
+from palpate.markdown import rows_of
 
 LAB_RULES = "lab_"
 # A report on the lab's errors, not a part of the lab.
@@ -94,12 +95,11 @@ def gigabytes(folder: Path) -> float:
 def markdown(table: pd.DataFrame, sizes: Sequence[str]) -> str:
     """Write the table in Markdown, with the sizes of folders as sentences before it."""
     lines = ["# Time, memory and disk of a run", "", NOTE, "", *sizes, ""]
-    lines.append("| " + " | ".join(TITLES[name] for name in table.columns) + " |")
-    lines.append("|---|---|" + "---:|" * (len(table.columns) - 2))
-    for row in table.itertuples(index=False):
-        name, part, jobs, *numbers = row
-        cells = [name, part, str(jobs), *("" if pd.isna(n) else f"{n:.0f}" for n in numbers)]
-        lines.append("| " + " | ".join(cells) + " |")
+    cells = (
+        [name, part, str(jobs), *("" if pd.isna(n) else f"{n:.0f}" for n in numbers)]
+        for name, part, jobs, *numbers in table.itertuples(index=False)
+    )
+    lines += rows_of([TITLES[name] for name in table.columns], cells, left=2)
     return "\n".join(lines) + "\n"
 
 

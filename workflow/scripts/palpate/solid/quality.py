@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.open3d_core import o3d
+from palpate.open3d_core import o3d, scene_of
 from palpate.solid.mesh import EDGES, SolidMesh, element_volumes
 
 # The two corners off each edge of EDGES.
@@ -113,16 +113,6 @@ def surface_gap(
     """
     one, two = (vertices_m, faces), (others_m, other_faces)
     return max(float(_distance(a, b).max()) for a, b in ((one, two), (two, one)))
-
-
-def scene_of(vertices_m: NDArray, faces: NDArray) -> o3d.t.geometry.RaycastingScene:
-    """Triangles for Open3D's queries (single precision, one thread)."""
-    scene = o3d.t.geometry.RaycastingScene(nthreads=1)
-    scene.add_triangles(
-        o3d.core.Tensor(np.ascontiguousarray(vertices_m, dtype=np.float32)),
-        o3d.core.Tensor(np.ascontiguousarray(faces, dtype=np.uint32)),
-    )
-    return scene
 
 
 def _distance(surface: tuple[NDArray, NDArray], other: tuple[NDArray, NDArray]) -> NDArray:

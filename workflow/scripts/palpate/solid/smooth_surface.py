@@ -6,9 +6,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.open3d_core import o3d
+from palpate.open3d_core import o3d, scene_of
 from palpate.solid.mesh import SolidMesh, element_volumes
-from palpate.solid.quality import scene_of
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import QUADRATURE, combined, elastic_stiffness, point_volumes
 

@@ -10,12 +10,12 @@ from palpate.surface.distance import ClosestPoints
 from palpate.surface.options import AlignmentLimits
 from palpate.surface.pose import RestingPrior, to_camera, to_object
 from palpate.surface.template import Template
+from palpate.units import MILLIMETRES
 
 # A plane through so many neighbours gives a normal, and so many points a pose.
 FEWEST_POINTS = 30
 # Triangles thinner than this, height over longest edge, have no normal in single precision.
 FLATTEST = 1e-5
-MM = 1e3
 
 
 def require_fit(
@@ -56,7 +56,7 @@ def require_fit(
     near = (closest.distance(to_object(pose, cloud_m)) < largest_distance_m).mean()
     if near < limits.least_near:
         expected = f"at least {limits.least_near:.0%} of its points within"
-        where = f"{largest_distance_m * MM:g} mm of the template"
+        where = f"{largest_distance_m * MILLIMETRES:g} mm of the template"
         raise ValueError(f"cloud: expected {expected} {where}, found {near:.0%}")
     _at_most("residual", alignment.residual.rms_m, limits.largest_rms_m, "rms from the template")
     _require_resting(pose, template, resting, limits)
@@ -74,8 +74,8 @@ def _require_resting(
     found = {"its plane": resting.height_m(pose), "the template's lowest point": heights.min()}
     for what, height in found.items():
         if abs(height) > largest:
-            expected = f"{what} within {largest * MM:g} mm of the table"
-            where = f"{abs(height) * MM:.1f} mm {'below' if height < 0 else 'above'} it"
+            expected = f"{what} within {largest * MILLIMETRES:g} mm of the table"
+            where = f"{abs(height) * MILLIMETRES:.1f} mm {'below' if height < 0 else 'above'} it"
             raise ValueError(f"support: expected {expected}, found {where}")
     cosine = np.clip(pose[:3, :3] @ resting.support.up @ resting.plane[:3], -1, 1)
     tilt = float(np.rad2deg(np.arccos(cosine)))
@@ -86,8 +86,8 @@ def _require_resting(
 
 def _at_most(name: str, found_m: float, largest_m: float, what: str) -> None:
     if not found_m <= largest_m:
-        expected = f"at most {largest_m * MM:g} mm {what}"
-        raise ValueError(f"{name}: expected {expected}, found {found_m * MM:.1f} mm")
+        expected = f"at most {largest_m * MILLIMETRES:g} mm {what}"
+        raise ValueError(f"{name}: expected {expected}, found {found_m * MILLIMETRES:.1f} mm")
 
 
 def require_template(template: Template) -> None:
@@ -177,9 +177,9 @@ def require_contact(
     closest = ClosestPoints(template.vertices_m, template.faces)
     away = float(closest.distance(alignment.contact_point_m[None])[0])
     if away > largest_gap_m:
-        expected = f"within {largest_gap_m * MM:.1f} mm of the template"
-        raise ValueError(f"contact_point_m: expected {expected}, found {away * MM:.1f} mm")
+        expected = f"within {largest_gap_m * MILLIMETRES:.1f} mm of the template"
+        raise ValueError(f"contact_point_m: expected {expected}, found {away * MILLIMETRES:.1f} mm")
     nearest = closest.distance(to_object(alignment.camera_from_object, tips_m)).min()
     if nearest > largest_gap_m:
-        expected = f"within {largest_gap_m * MM:.1f} mm of the template in some frame"
-        raise ValueError(f"tip: expected {expected}, found {nearest * MM:.1f} mm")
+        expected = f"within {largest_gap_m * MILLIMETRES:.1f} mm of the template in some frame"
+        raise ValueError(f"tip: expected {expected}, found {nearest * MILLIMETRES:.1f} mm")

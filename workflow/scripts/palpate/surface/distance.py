@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.open3d_core import o3d
+from palpate.open3d_core import o3d, scene_of
 
 
 class ClosestPoints:
@@ -19,11 +19,7 @@ class ClosestPoints:
         # Single precision: coordinates are taken from their mean to lose nothing.
         self.vertices, self.faces = np.asarray(vertices, dtype=float), np.asarray(faces)
         self.origin = self.vertices.mean(axis=0)
-        self.scene = o3d.t.geometry.RaycastingScene(nthreads=1)
-        self.scene.add_triangles(
-            o3d.core.Tensor((self.vertices - self.origin).astype(np.float32)),
-            o3d.core.Tensor(self.faces.astype(np.uint32)),
-        )
+        self.scene = scene_of(self.vertices - self.origin, self.faces)
 
     def __call__(self, points: NDArray) -> tuple[NDArray, NDArray, NDArray]:
         """Closest points (k, 3) [m], their triangles (k,) and barycentric weights (k, 3)."""

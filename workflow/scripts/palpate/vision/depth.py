@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.units import MILLIMETRES
 from palpate.vision.highlights import highlights
 from palpate.vision.windows import derivative, grey, local_plane, mean, warped
 
-MILLIMETRES = 1000.0
 # Both matchers count disparity in sixteenths of a pixel, and search multiples of 16 pixels.
 SUBPIXELS = 16
 SEARCH_STEP = 16

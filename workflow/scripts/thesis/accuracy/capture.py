@@ -5,11 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 from palpate.surface.distance import ClosestPoints
+from palpate.units import MILLIMETRES, MILLISECONDS
 from palpate.vision.kalman import study_filter
 
 from thesis.accuracy.tracking import DENT_RADIUS_M, tracked_errors
 
-MILLIMETRES = MILLISECONDS = 1000.0
 # The two poses that a plane allows lie farther apart than this.
 FLIPPED_DEG = 15.0
 

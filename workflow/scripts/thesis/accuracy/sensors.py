@@ -5,12 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from palpate.units import MILLIMETRES, MILLISECONDS, PERCENT
 from scipy.spatial.transform import Rotation
 
 from thesis.chapter4.calibration import OPTICS
 from thesis.chapter4.workspace import CORNERS, REFINED, select_threshold
-
-MILLIMETRES, MILLISECONDS, PERCENT = 1e3, 1e3, 100.0
 
 
 def calibration_rows(calibration: Mapping, sensor: Mapping) -> list[dict]:

@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.tracked import Tracked
+from palpate.units import CUBIC_CENTIMETRES, MILLIMETRES
 
-MILLIMETRES = 1000.0
-CUBIC_CENTIMETRES = 1e6
 DENT_RADIUS_M = 0.010
 # Name of the rows of the rigidly aligned template, which no tracker moves.
 UNTRACKED = "none"

@@ -20,8 +20,8 @@ from palpate.solid.options import Solid
 from palpate.solid.refine import refine_near
 from palpate.surface.distance import ClosestPoints
 from palpate.surface.tracked import load_tracked
+from palpate.units import MILLIMETRES
 
-MILLIMETRES = 1e3
 REACH_MM = 16
 PLACE = "#F4F4F4"
 

@@ -26,9 +26,9 @@ from palpate.report.style import (
 from palpate.solid.boundary import node_sets
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.support import Support
+from palpate.units import KILOPASCALS, MILLIMETRES
 from scipy.optimize import minimize
 
-KILOPASCALS, MILLIMETRES = 1e-3, 1e3
 HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
 LEVELS = 12
 # The first triangle, as the study's grid of starts has it: nu 0.25 at the Hertz modulus [Pa].

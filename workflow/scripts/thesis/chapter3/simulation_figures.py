@@ -13,8 +13,8 @@ from matplotlib.lines import Line2D
 from palpate.report.style import BLACK, BLUE, GREEN, ORANGE, PAGE_IN, entitle, finished
 from palpate.report.tables import bound_mark
 from palpate.run.read_files import read_one
+from palpate.units import KILOPASCALS, MILLIMETRES
 
-KILOPASCALS, MILLIMETRES = 1e-3, 1e3
 PALETTE = (BLUE, ORANGE, GREEN, "#CC79A7", "#56B4E9", "#E69F00")
 MARKS = ("o", "s", "^", "D", "v", "P")
 METHODS = {

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from palpate.report.style import BLACK, BLUE, ORANGE, PAGE_IN, label_provenance, panel_letter
 from palpate.surface.simulation import SimulatedSteps, lattice, read_steps
 from palpate.surface.template import unique_edges
+from palpate.units import MILLIMETRES
 
-MILLIMETRES = 1e3
 MAP = "cividis"
 EXAGGERATION = 4.0
 ELEVATION_DEG, AZIMUTH_DEG = 42, -68

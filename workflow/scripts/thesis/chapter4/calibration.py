@@ -22,13 +22,13 @@ from palpate.report.style import (
     panel_letter,
 )
 from palpate.run.read_files import read_all
+from palpate.units import CENTIMETRES
 
 OPTICS = ["fx_px", "fy_px", "cx_px", "cy_px"]
 # The study calls the infrared camera IR and prints its translation in centimetres.
 PUBLISHED_NAMES = {"color": "color", "infrared": "ir"}
 STREAM_TITLES = {"color": "Colour camera", "infrared": "Infrared camera"}
 COLOURS = {"color": ORANGE, "infrared": BLUE}
-CENTIMETRES = 100.0
 OPTICS_TITLE = "Table 4.1: focal lengths and principal points (px)"
 TRANSFORM_TITLE = "Equation 4.12: transform from the infrared to the colour camera"
 

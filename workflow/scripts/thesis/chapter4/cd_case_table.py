@@ -6,11 +6,11 @@ from typing import Any
 import pandas as pd
 from palpate.report import outputs
 from palpate.run.read_files import read_one
+from palpate.units import MILLIMETRES
 
 from thesis.chapter4.sensor_files import by_sensor
 
 TITLE = "Tracing the CD case (Section 4.2.4): the tip's centre against the case's outline (mm)"
-MILLIMETRES = 1e3
 
 
 def make_cd_case_table(inputs: Any, params: Any) -> dict:

@@ -24,10 +24,10 @@ from palpate.report.style import (
 )
 from palpate.report.views import View
 from palpate.run.read_files import read_all
+from palpate.units import MILLIMETRES
 from palpate.vision.clouds import Cloud, read_clouds
 from scipy.spatial import cKDTree
 
-MILLIMETRES = 1e3
 # P lies so far from the pressed point, on the rim of the dent [m].
 ASIDE_M = np.array([0.011, 0.0, 0.0])
 SIDE = View(-62, 24)

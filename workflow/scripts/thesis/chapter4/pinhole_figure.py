@@ -21,9 +21,9 @@ from palpate.report.style import (
     beside,
     sensor_name,
 )
+from palpate.units import MILLIMETRES
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 
-MILLIMETRES = 1e3
 # Where the reader stands. Lengths of the drawing are in pixels: the image plane lies at its focal
 # length, so the field of view is true; the object's point lies so many focal lengths away.
 SIDE_DEG, ABOVE_DEG = 47.0, 20.0

@@ -24,10 +24,10 @@ from palpate.report.style import (
     sensor_name,
 )
 from palpate.run.read_files import read_one
+from palpate.units import CENTIMETRES, MILLIMETRES
 
 from thesis.chapter4.sensor_files import by_sensor, provenances
 
-MILLIMETRES, CENTIMETRES = 1e3, 1e2
 # Figure 4.13 shows so many frames on either side of a corner.
 SHOWN_FRAMES = 9
 TEXT_BOX = {"boxstyle": "square,pad=0.3", "fc": "white", "ec": "none", "alpha": 0.85}

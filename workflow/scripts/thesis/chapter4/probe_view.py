@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.report.style import ARROW, BLACK, PAGE_IN, SMALL, beside, entitle
 from palpate.report.views import View, render_surface
+from palpate.units import MILLIMETRES
 
 from thesis.chapter4.rig_parts import Shape, board_shape, probe_shape
 from thesis.chapter4.transform_chain import (
@@ -18,7 +19,6 @@ from thesis.chapter4.transform_chain import (
     NANO25_RADIUS_M,
 )
 
-MILLIMETRES = 1e3
 PIXELS_PER_MM = 4.0
 # The force frame's z points to the sphere: the probe is shown standing on it.
 UPRIGHT = np.diag([1.0, -1.0, -1.0, 1.0])

@@ -22,12 +22,12 @@ from palpate.report.style import (
     sensor_name,
 )
 from palpate.report.views import View, render_surface
+from palpate.units import MILLIMETRES
 from palpate.vision.camera import camera_from_spec
 
 from thesis.chapter4.rig_parts import Shape, box, joined, probe_shape, sensor_shape
 from thesis.chapter4.transform_chain import HALO
 
-MILLIMETRES = 1e3
 PIXELS_PER_MM = 1.1
 # The drawn field of view goes so far, in distances of the target.
 REACH = 1.12

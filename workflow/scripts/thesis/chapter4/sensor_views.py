@@ -25,12 +25,12 @@ from palpate.report.style import (
     sensor_name,
 )
 from palpate.report.views import View, render_surface
+from palpate.units import MILLIMETRES
 
 from thesis.chapter4.rig_parts import Shape, scanner_shape, sensor_shape
 from thesis.chapter4.rig_views import eyes
 from thesis.chapter4.transform_chain import HALO
 
-MILLIMETRES = 1e3
 WIDTH_PX = 600
 FRONT = View(-72, 14)
 # From a device's axes (right, down, ahead) to axes with z up; the reader stands before it.

@@ -25,6 +25,7 @@ from palpate.report.style import (
     entitle,
     label_provenance,
 )
+from palpate.units import MILLIMETRES
 from palpate.vision.probe import marker_transforms
 
 # Where the reader stands, and sizes of what the files don't give [m]; the sensor's are of ATI's
@@ -33,7 +34,6 @@ SIDE_DEG, ABOVE_DEG = 50.0, 34.0
 CAMERA_M, FRAME_M = 0.060, 0.035
 NANO25_RADIUS_M, NANO25_LENGTH_M = 0.0125, 0.0216
 HANDLE_RADIUS_M, HANDLE_M, STEM_RADIUS_M = 0.011, 0.120, 0.0035
-MILLIMETRES = 1e3
 HALO = Stroke(linewidth=3.2, foreground="white")
 CHAIN_ARROW = ARROW | {"lw": 1.6, "arrowstyle": "-|>,head_width=0.25,head_length=0.5"}
 CHAIN_ARROW |= {"path_effects": [HALO, Normal()]}

@@ -21,8 +21,8 @@ from palpate.report.style import (
     beside,
     entitle,
 )
+from palpate.units import MILLIMETRES
 
-MILLIMETRES = 1e3
 # Where the drawn point lies between the axes, and the drawn image plane on the way to it: at its
 # focal length of a few millimetres the plane could not be seen.
 ACROSS, PLANE, HALF_PLANE, DEPTH_LINE = 0.42, 0.3, 0.4, 2.25

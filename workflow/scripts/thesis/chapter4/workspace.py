@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from palpate.report import outputs
+from palpate.units import CENTIMETRES
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.pose import MarkerPose, candidate_poses, settle
 
@@ -21,7 +22,6 @@ LEAST_FOUND = 0.99
 SAME = 0.02
 CORNERS, REFINED = "corners", "photometric"
 AXES = ("x", "y", "z")
-CENTIMETRES = 100.0
 TITLE = "Table 4.2: mean standard deviation of the resting tip over the workspace (cm)"
 
 

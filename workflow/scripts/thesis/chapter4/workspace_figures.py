@@ -21,11 +21,11 @@ from palpate.report.style import (
     panel_letter,
     sensor_name,
 )
+from palpate.units import CENTIMETRES, MILLIMETRES
 
 from thesis.chapter4.sensor_files import by_sensor, provenances
 from thesis.chapter4.workspace import CORNERS, REFINED, averages, select_threshold
 
-MILLIMETRES, CENTIMETRES = 1e3, 1e2
 AXIS_COLOURS = {"x": BLUE, "y": GREEN, "z": ORANGE}
 SENSOR_COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
 MARKERS = {"bumblebee": "o", "kinect": "s"}

@@ -30,9 +30,9 @@ from palpate.run.read_files import read_all, read_one
 from palpate.surface.alignment import load_alignment
 from palpate.surface.pose import to_camera
 from palpate.surface.template import read_template
+from palpate.units import KILOPASCALS, MILLIMETRES
 from palpate.vision.camera import camera_from_spec, with_calibration
 
-MILLIMETRES, KILOPASCALS = 1e3, 1e-3
 MAP = "cividis"
 FEWEST = 3
 HALO = [Stroke(linewidth=1.8, foreground="white"), Normal()]

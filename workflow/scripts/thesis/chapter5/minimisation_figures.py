@@ -17,8 +17,7 @@ from palpate.report.style import (
 )
 from palpate.report.tables import bound_mark
 from palpate.run.read_files import read_all
-
-MILLIMETRES, KILOPASCALS = 1e3, 1e-3
+from palpate.units import KILOPASCALS, MILLIMETRES
 
 
 def make_minimisation(inputs: Any, params: Any) -> Figure:

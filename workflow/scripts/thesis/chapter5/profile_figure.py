@@ -20,8 +20,8 @@ from palpate.report.style import (
     sensor_name,
 )
 from palpate.run.read_files import minima_by_key
+from palpate.units import KILOPASCALS, PERCENT
 
-KILOPASCALS, PERCENT = 1e-3, 100.0
 COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
 # Curves end where their error is this much above the least: the rest says nothing more.
 HIGHEST_PERCENT = 12.0

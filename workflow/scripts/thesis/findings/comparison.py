@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import pandas as pd
+from palpate.units import MILLIMETRES
 
 from thesis.findings import printed
 from thesis.findings.printed import KEYS, SIMULATED, estimate_rows, row
@@ -12,7 +13,6 @@ MINIMISED = "minimise_"
 SIGNIFICANT = 6
 # Lame parameters within this part of their last values have settled.
 SETTLED = 0.01
-MILLIMETRES = 1e3
 
 
 def comparison(

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
+from palpate.units import CENTIMETRES
 
 KEYS = ["artefact", "object", "sensor", "point", "error", "quantity"]
 PRINTED = [*KEYS, "unit", "published"]
@@ -11,7 +12,6 @@ BLOCK, BALL, EAR, SIMULATED = "foam_block", "foam_ball", "ear", "simulated_block
 REPEATED_POINT, REPEATED_SENSOR = "11", "kinect"
 OPTICS = ("fx_px", "fy_px", "cx_px", "cy_px")
 CAMERAS = {"color": "color", "ir": "infrared"}
-CENTIMETRES = 100.0
 MODULI_UNITS = {
     "youngs_modulus_pa": "Pa",
     "poisson_ratio": "",

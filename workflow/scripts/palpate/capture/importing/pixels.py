@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
+from palpate.units import MILLIMETRES
+
 # What each encoding's numbers are, and as what a capture keeps them.
 RAW_FORMS = {
     "rgb8": (np.uint8, 3, "rgb8"),
@@ -34,7 +36,6 @@ FILE_KINDS = ("PNG", "JPEG")
 DEPTH_CODEC = "compressedDepth"
 DEPTH_CODEC_BYTES = 12
 SMALLEST_PX, LARGEST_PX = 16, 16384
-MILLIMETRES = 1000.0
 FARTHEST_MM = 65535
 
 

@@ -181,10 +181,7 @@ def outside_bounds(
     ValueError
         If E or nu is not within its bounds.
     """
-    options = "youngs_modulus_bounds_pa", "poisson_ratio_bounds"
-    for name, value, bounds, option in zip(
-        ("E", "nu"), start, (E_bounds, nu_bounds), options, strict=True
-    ):
+    for name, value, bounds in zip(("E", "nu"), start, (E_bounds, nu_bounds), strict=True):
         if not bounds[0] <= value <= bounds[1]:
             expected = f"{name} within {tuple(bounds)}"
             raise ValueError(f"start: expected {expected}, found {value:g}")

@@ -1,0 +1,5 @@
+"""Factors from SI units to those that people read."""
+
+MILLIMETRES, CENTIMETRES, CUBIC_CENTIMETRES = 1e3, 1e2, 1e6
+KILOPASCALS, MILLINEWTONS, MILLISECONDS = 1e-3, 1e3, 1e3
+PERCENT = 100.0
