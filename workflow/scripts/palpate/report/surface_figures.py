@@ -73,7 +73,7 @@ def make_tracked_surface(inputs: Any, params: Any) -> Figure:
     """Tracked surface of the most pressed frame of each capture."""
     fits = read_all(inputs.fits)
     parts = zip(inputs.tracked, inputs.clouds, fits, inputs.recorded, params.sensors, strict=True)
-    views = [_read_view(*part) for part in parts]
+    views = [read_view(*part) for part in parts]
     return tracked_surface(params.captures, views)
 
 
@@ -106,11 +106,11 @@ def tracked_surface(captures: Sequence[Mapping], views: Sequence[TrackedView]) -
     figure = plt.figure(figsize=(PAGE_IN, 2.05 * count))
     for k, (capture, view) in enumerate(zip(captures, views, strict=True)):
         photo = figure.add_subplot(count, 3, 3 * k + 1)
-        _photo_panel(photo, view)
+        photo_panel(photo, view)
         photo.set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
         _shaded_panel(figure.add_subplot(count, 3, 3 * k + 2, projection="3d"), view)
         section = figure.add_subplot(count, 3, 3 * k + 3)
-        _section_panel(section, view)
+        section_panel(section, view)
         if k == 0:
             section.legend(loc="lower right", fontsize=6, handlelength=1.4)
         if k == count - 1:
@@ -120,7 +120,7 @@ def tracked_surface(captures: Sequence[Mapping], views: Sequence[TrackedView]) -
     return figure
 
 
-def _read_view(
+def read_view(
     tracked: str, clouds: str, fit: Mapping, recorded: str, sensor: Mapping
 ) -> TrackedView:
     """Most pressed frame of one capture."""
@@ -160,7 +160,8 @@ def _mismatch_panel(axes: Axes, view: Mismatch, limit: float, zoom_m: float | No
     return image
 
 
-def _photo_panel(axes: Axes, view: TrackedView) -> None:
+def photo_panel(axes: Axes, view: TrackedView) -> None:
+    """Show the frame as the camera saw it."""
     grey = "gray" if view.photo.ndim == 2 else None
     axes.imshow(view.photo, cmap=grey, interpolation="antialiased")
     axes.set_axis_off()
@@ -185,7 +186,8 @@ def _shaded_panel(axes: Axes, view: TrackedView) -> None:
     axes.set_axis_off()
 
 
-def _section_panel(axes: Axes, view: TrackedView) -> None:
+def section_panel(axes: Axes, view: TrackedView) -> None:
+    """Draw the section through the dent: undeformed, tracked, captured."""
     centre = view.contact_m
     for vertices, colour, style, label in (
         (view.rest_m, GREY, (0, (4, 2)), "undeformed"),

@@ -71,7 +71,43 @@ def _first_truths(run: Run) -> list[str]:
     return select.truths(run, captures)
 
 
+def _pictured(run: Run) -> list[Described]:
+    """The capture that stands for all."""
+    return select.shown(run, "tracked_surface")[:1] if run.tracked else []
+
+
+def _groups(run: Run, captures: Sequence[Described]) -> list[dict[str, str]]:
+    """What is estimated of the object of a capture."""
+    return [g for g in run.groups() if g["object"] == captures[0]["object"]]
+
+
 ARTEFACTS = (
+    Artefact(
+        "overview",
+        title="A press, its dent, and what it tells",
+        caption="The frame, a section through the dent (mm), and E and nu of all captures of the"
+        " object with each sensor, with 95 % intervals (dashed: the truth)." + TRUTH,
+        make="thesis.accuracy.overview:make_overview",
+        outputs=figure("overview"),
+        captures=_pictured,
+        inputs=lambda run, captures: {
+            "tracked": run.files(captures, f"tracked-{run.tracker}.npz"),
+            "clouds": run.files(captures, "clouds.npz"),
+            "fits": run.files(captures, "hertz.json"),
+            "recorded": run.recordings(captures),
+            "joint": [
+                run.results(f"{g['object']}/{g['sensor']}/direct.json")
+                for g in _groups(run, captures)
+            ],
+            "materials": run.materials(),
+        },
+        params=lambda run, captures: {
+            "sensors": [run.sensors[c["sensor"]] for c in captures],
+            "groups": _groups(run, captures),
+        },
+        made=lambda run: any(c["object"] in run.made_materials for c in _pictured(run)),
+        chapter=ACCURACY,
+    ),
     _estimates("accuracy", "accuracy", "summary.csv"),
     _estimates("validation_accuracy", "validation", "validation_estimates.csv", wanted=False),
     Artefact(

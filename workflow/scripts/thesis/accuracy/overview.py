@@ -1,0 +1,81 @@
+"""The tool in one picture: a press, the dent as the camera saw it, E and nu against the truth."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from palpate.report.moduli_figure import COLOURS
+from palpate.report.moduli_table import truth_of
+from palpate.report.style import BLACK, GREY, PAGE_IN, finished, sensor_name
+from palpate.report.surface_figures import TrackedView, photo_panel, read_view, section_panel
+from palpate.run.read_files import read_all, read_by_folder
+from palpate.units import KILOPASCALS
+
+QUANTITIES = {
+    "youngs_modulus_pa": ("E (kPa)", KILOPASCALS),
+    "poisson_ratio": ("Poisson's ratio", 1.0),
+}
+
+
+def make_overview(inputs: Any, params: Any) -> Figure:
+    """A capture, and the estimate from all captures of its object by each sensor."""
+    (capture,) = params.captures
+    (fit,) = read_all(inputs.fits)
+    view = read_view(
+        inputs.tracked[0], inputs.clouds[0], fit, inputs.recorded[0], params.sensors[0]
+    )
+    truth = truth_of(read_by_folder(inputs.materials)[capture["object"]])
+    return overview(capture, view, params.groups, read_all(inputs.joint), truth)
+
+
+def overview(
+    capture: Mapping,
+    view: TrackedView,
+    groups: Sequence[Mapping],
+    joints: Sequence[Mapping],
+    truth: Mapping[str, float],
+) -> Figure:
+    """Photograph, section through the dent, and moduli by sensor.
+
+    Parameters
+    ----------
+    capture : mapping
+        Described capture that is shown.
+    view : TrackedView
+    groups, joints : sequences of mapping
+        ``object, sensor`` and the direct.json of all captures of each.
+    truth : mapping
+        True moduli, of `truth_of`.
+    """
+    figure = plt.figure(figsize=(PAGE_IN, 2.3))
+    grid = figure.add_gridspec(2, 3, width_ratios=(1.3, 1.5, 1))
+    photo, section = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[:, 1])
+    photo_panel(photo, view)
+    photo.set_title("A press", y=1.02)
+    section_panel(section, view)
+    section.set_title("Its dent, as the camera saw it")
+    section.set_xlabel("From the contact (mm)")
+    section.legend(loc="lower center", fontsize=6, handlelength=1.4, ncols=3, columnspacing=1)
+    for row, (quantity, (label, scale)) in enumerate(QUANTITIES.items()):
+        panel = figure.add_subplot(grid[row, 2])
+        _intervals(panel, groups, joints, quantity, scale)
+        panel.axvline(truth[quantity] * scale, color=BLACK, lw=0.8, ls="--", zorder=0)
+        panel.set_xlabel(label)
+        if row == 0:
+            panel.set_title("Its stiffness")
+    return finished(figure, {capture["provenance"]})
+
+
+def _intervals(
+    panel: Axes, groups: Sequence[Mapping], joints: Sequence[Mapping], quantity: str, scale: float
+) -> None:
+    """Value and 95 % interval of each sensor, a line each."""
+    for place, (group, joint) in enumerate(zip(groups, joints, strict=True)):
+        value, low, high = (scale * joint[quantity][end] for end in ("value", "low", "high"))
+        colour = COLOURS.get(group["sensor"], GREY)
+        panel.plot([low, high], [-place] * 2, color=colour, lw=2.2, solid_capstyle="butt")
+        panel.plot(value, -place, marker="D", ms=4, color=colour)
+    panel.set_yticks([-k for k in range(len(groups))], [sensor_name(g["sensor"]) for g in groups])
+    panel.set_ylim(0.6 - len(groups), 0.4)
