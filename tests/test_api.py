@@ -54,3 +54,22 @@ def test_importing_it_loads_nothing_heavy(root):
         check=True,
     )
     assert done.stdout == "[]\n"
+
+
+def test_the_page_names_them_all(root):
+    text = (root / "docs/api.md").read_text()
+    names = [name for name in things() if f"`{name}`" not in text]
+    assert names == []
+
+
+def test_the_command_ends_in_one_line(root, tmp_path, capsys):
+    from palpate.__main__ import main
+
+    (tmp_path / "curve.csv").write_text("depth_m,force\n0,1\n")
+    assert main(["hertz", str(tmp_path / "curve.csv"), "--radius-mm", "6"]) == 1
+    line = capsys.readouterr().err
+    assert line == (
+        f"error: {tmp_path}/curve.csv: columns: expected force_n, found depth_m, force\n"
+    )
+    assert main(["direct", str(tmp_path / "raw/cow/kinect/01")]) == 1
+    assert "object.yaml: file: expected YAML, found nothing" in capsys.readouterr().err

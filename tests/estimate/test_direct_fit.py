@@ -337,7 +337,7 @@ def test_too_few_frames():
         fit_direct([indentation], "made_up", OPTIONS, START)
 
 
-@pytest.mark.parametrize("press", [{"kept": 1}, {"deepest_m": 4e-4, "least_m": 5e-5}])
+@pytest.mark.parametrize("indentation", [{"kept": 1}, {"deepest_m": 4e-4, "least_m": 5e-5}])
 def test_one_frame_or_a_small_depth_does_not_tell_nu(indentation):
     indentation = press_of(25e3, 0.3, 1, **indentation)
     found = estimate_direct([indentation], OPTIONS, radius_m=RADIUS_M, seed=1).moduli[

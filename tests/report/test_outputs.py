@@ -20,6 +20,7 @@ def frame():
 
 
 def test_a_figure_goes_to_both_forms(tmp_path):
+    plt.close("all")
     output = paths(tmp_path, png="a.png", svg="a.svg")
     outputs.write(plt.figure(), output)
     assert Path(output["png"]).read_bytes().startswith(b"\x89PNG")

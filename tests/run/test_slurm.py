@@ -43,7 +43,7 @@ def test_the_rest_of_the_profile_stays(benchmarks):
 
 def test_names_of_the_profile_are_rules(root):
     profile = yaml.safe_load((root / "workflow/profiles/slurm/config.yaml").read_text())
-    text = "".join(path.read_text() for path in (root / "workflow/rules").glob("*.smk"))
+    text = "".join(path.read_text() for path in (root / "workflow").rglob("*.smk"))
     rules = set(re.findall(r"^ *rule (\w+)", text, re.MULTILINE))
     rules |= {entry.name for entry in ARTEFACTS}
     assert set(profile["groups"]) <= rules

@@ -67,7 +67,7 @@ def test_foam_law_of_a_quarter_is_that_of_1962(strained):
 
 
 def test_bad_input():
-    with pytest.raises(ValueError, match="law: expected one of neo_hookean, blatz_ko, found ogden"):
+    with pytest.raises(ValueError, match="law: expected one of neo_hookean.*, found ogden"):
         named_law("ogden")
     with pytest.raises(ValueError, match="nu: expected from 0 to below 0.5, found 0.5"):
         unit_lame(0.5)

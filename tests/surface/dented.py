@@ -21,9 +21,9 @@ from palpate.surface.pose import to_camera
 from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template
 from virtual_lab.describe import box_template
+from virtual_lab.ladder import ContactLadder
 from virtual_lab.press import press_object
 from virtual_lab.render import look_at
-from virtual_lab.steps import ContactLadder
 
 ROOT = Path(__file__).resolve().parents[2]
 SIZE_M = np.array([0.598, 0.150, 0.0475])

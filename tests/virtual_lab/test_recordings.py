@@ -11,11 +11,11 @@ from palpate.capture.images import read_image
 from palpate.vision.camera import camera_from_spec
 from virtual_lab.calibration import record_calibration
 from virtual_lab.experiments import outline_path, record_workspace
+from virtual_lab.ladder import ContactLadder, load_ladder, mirrored, save_ladder
 from virtual_lab.motion import Hand
 from virtual_lab.record import FACING, real_probe, record_capture, with_motion
 from virtual_lab.rig import bare_bench, make_rig, object_bench, seed_of
 from virtual_lab.shapes import shape_of
-from virtual_lab.steps import ContactLadder, load_ladder, mirrored, save_ladder
 
 R = 0.00622
 MOTION = {

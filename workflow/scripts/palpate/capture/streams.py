@@ -6,9 +6,7 @@ from pathlib import Path
 from numpy.typing import NDArray
 
 from palpate.capture.images import read_image, read_samples
-from palpate.capture.tables import image_streams, read_frames
-
-REFERENCE_STREAM = {"stereo": "left", "structured_light": "color", "depth": "color"}
+from palpate.capture.tables import STREAMS, image_streams, read_frames
 
 
 class Stream(Sequence):
@@ -35,7 +33,7 @@ class Stream(Sequence):
         samples: bool = False,
     ) -> None:
         self.folder, self.read = Path(folder), read_samples if samples else read_image
-        stream = stream or REFERENCE_STREAM[sensor["kind"]]
+        stream = stream or STREAMS[sensor["kind"]][0]
         self.files = [str(name) for name in read_frames(folder)[stream]]
         self.encoding = image_streams(sensor)[stream]["encoding"]
 

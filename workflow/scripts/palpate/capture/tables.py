@@ -21,6 +21,7 @@ LARGE = 1000.0
 MOST_COLUMNS = 1000
 # What pandas makes of the second column of a name.
 TWICE = re.compile(r".*\.[0-9]+", re.DOTALL)
+# Of each kind of sensor, the reference camera's first.
 STREAMS = {
     "stereo": ("left", "right"),
     "structured_light": ("color", "depth"),

@@ -24,11 +24,9 @@ def read_indentations(inputs, options):
     spec, support = read_declared(inputs.object)
     template = read_template(inputs.template, unit=spec["template"]["unit"])
     surface = SmoothSurface(template.vertices_m, template.faces)
-    indentation_tables = {
-        path: load_indentation(path) for path in dict.fromkeys(inputs.indentation_tables)
-    }
+    tables = {path: load_indentation(path) for path in dict.fromkeys(inputs.tables)}
     indentations = []
-    for k, indentation_table in enumerate(inputs.indentation_tables):
+    for k, path in enumerate(inputs.tables):
         probe_record = read_probe_record(inputs.poses[k], inputs.forces[k], inputs.clocks[k])
         with (
             naming(inputs.forces[k], "force", "frames"),
@@ -40,7 +38,7 @@ def read_indentations(inputs, options):
                 load_motion(inputs.motions[k]),
                 load_alignment(inputs.alignments[k]),
                 surface,
-                indentation_tables[indentation_table],
+                tables[path],
                 support,
                 options,
             )

@@ -168,7 +168,10 @@ def filled(config: Mapping, blocks: Mapping[str, type[Options]]) -> dict:
     """
     known = {one.name for one in fields(Config)}
     full = Config.read({k: v for k, v in config.items() if k in known}).written()
-    full["tracking"]["trackers"] = BOTH_TRACKERS | full["tracking"]["trackers"]
+    own = full["tracking"]["trackers"]
+    full["tracking"]["trackers"] = {
+        name: BOTH_TRACKERS.get(name, {}) | own.get(name, {}) for name in {**BOTH_TRACKERS, **own}
+    }
     return full | {name: kind.read(config.get(name, {})).written() for name, kind in blocks.items()}
 
 

@@ -203,7 +203,7 @@ class Run:
 
             return files
 
-        def indentation_tables(wildcards: Any) -> list[str]:
+        def tables(wildcards: Any) -> list[str]:
             points = [capture.partition("-")[0] for capture in captures(wildcards)]
             return [self.results(f"{wildcards.object}/indentation-{p}.npz") for p in points]
 
@@ -215,7 +215,7 @@ class Run:
             "forces": each("force.csv"),
             "clocks": each("clock.json"),
             "motions": each("motion.npz"),
-            "lookups": indentation_tables,
+            "tables": tables,
         }
 
     # Fingerprints of what was dropped, as it was before the checks.

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from palpate.units import MILLIMETRES
 from palpate.vision.highlights import highlights
+from palpate.vision.options import Stereo
 from palpate.vision.windows import derivative, grey, local_plane, mean, warped
 
 # Both matchers count disparity in sixteenths of a pixel, and search multiples of 16 pixels.
@@ -97,17 +98,14 @@ def stereo_disparity(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
     back and forth between the images, and surfaces of few pixels dropped. ``stereo.subpixel``
     leaves the fraction of a pixel to the matcher, or refines it (`refined_disparity`).
     """
-    options, colours = sensor["stereo"], (left, right)
-    _require("stereo.method", options["method"], tuple(UNIQUENESS_PERCENT))
-    _require("stereo.subpixel", options["subpixel"], ("matcher", "least_squares"))
-    _require("stereo.highlights", options["highlights"], ("drop", "keep"))
+    options, colours = Stereo.read(sensor["stereo"]), (left, right)
     left, right = grey(left), grey(right)
     disparity = _matched_both_ways(left, right, options, *_search_range(sensor))
-    disparity = _without_speckles(disparity, options["speckle_size_px"])
-    if options["subpixel"] == "least_squares":
-        disparity = refined_disparity(left, right, disparity, options["window_px"])
-    if options["highlights"] == "drop" and colours[0].ndim == 3:
-        false = highlights(*colours, disparity, options["window_px"])
+    disparity = _without_speckles(disparity, options.speckle_size_px)
+    if options.subpixel == "least_squares":
+        disparity = refined_disparity(left, right, disparity, options.window_px)
+    if options.highlights == "drop" and colours[0].ndim == 3:
+        false = highlights(*colours, disparity, options.window_px)
         disparity = np.where(false, np.float32(np.nan), disparity)
     return disparity.astype(float)
 
@@ -146,7 +144,7 @@ def refined_disparity(left: NDArray, right: NDArray, disparity: NDArray, window_
 
 
 def _matched_both_ways(
-    left: NDArray, right: NDArray, options: Mapping, first: int, count: int
+    left: NDArray, right: NDArray, options: Stereo, first: int, count: int
 ) -> NDArray:
     """Disparity of the left image that the right image's own matches confirm [px], else NaN."""
     matcher = _matcher(options, first, count)
@@ -155,15 +153,15 @@ def _matched_both_ways(
     back = _matched(matcher, right[:, ::-1], left[:, ::-1], first, count)[:, ::-1]
     column = np.arange(there.shape[1]) - np.round(np.nan_to_num(there)).astype(int)
     confirmed = np.take_along_axis(back, np.maximum(column, 0), axis=1)
-    agree = np.abs(there - confirmed) <= options["max_left_right_px"]
+    agree = np.abs(there - confirmed) <= options.max_left_right_px
     return np.where(agree & (column >= 0), there, np.float32(np.nan))
 
 
-def _matcher(options: Mapping, first: int, count: int) -> cv2.StereoMatcher:
+def _matcher(options: Stereo, first: int, count: int) -> cv2.StereoMatcher:
     """Matcher without validation of its own."""
-    method = options["method"]
+    method = options.method
     if method == "block":
-        matcher = cv2.StereoBM.create(count, options["window_px"])
+        matcher = cv2.StereoBM.create(count, options.window_px)
         matcher.setTextureThreshold(TEXTURE_THRESHOLD)
     else:
         matcher = cv2.StereoSGBM.create(0, count, SEMI_GLOBAL_BLOCK_PX, *PENALTIES)
@@ -226,8 +224,3 @@ def _search_range(sensor: Mapping) -> tuple[int, int]:
     product = sensor["color"]["fx_px"] * sensor["stereo"]["baseline_m"]
     first = int(product / farthest_m)
     return first, int(np.ceil((product / nearest_m - first) / SEARCH_STEP)) * SEARCH_STEP
-
-
-def _require(name: str, value: str, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise ValueError(f"{name}: expected one of {', '.join(known)}, found {value}")

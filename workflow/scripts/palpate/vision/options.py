@@ -86,3 +86,16 @@ class Clouds(Options):
     cluster_gap_m: float = option(
         0.010, "of pieces farther apart the largest is the object", above=0, most=0.2
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stereo(Options):
+    """Matching of a rectified pair, of a sensor's file (Section 4.1.2)."""
+
+    baseline_m: float = option(..., "between the cameras", above=0, most=2)
+    method: Literal["block", "semi_global"] = option(..., "block: as the study matches")
+    subpixel: Literal["matcher", "least_squares"] = option(..., "of the disparity")
+    window_px: int = option(..., "side of the window, odd", least=5, most=31)
+    max_left_right_px: float = option(..., "between matches there and back", above=0, most=1000)
+    speckle_size_px: int = option(..., "smaller surfaces are dropped", least=0)
+    highlights: Literal["drop", "keep"] = option(..., "where one camera alone sees a reflection")

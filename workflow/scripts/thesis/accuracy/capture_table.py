@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from palpate.capture.tables import read_table
 from palpate.report import outputs
-from palpate.run.read_files import read_all, read_one
+from palpate.run.read_files import read_all, read_by_folder, read_one
 from palpate.surface.tracked import load_tracked
 from palpate.vision.clouds import unpack_clouds
 from palpate.vision.force import FORCE
@@ -16,7 +16,6 @@ from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS, RAW_TIP, TIP
 
 from thesis.accuracy.capture import capture_accuracy
-from thesis.accuracy.estimates import materials_of
 
 TITLE = "Accuracy of every stage against the virtual lab's truth"
 SIGNIFICANT = 5
@@ -25,7 +24,7 @@ KEYS = ("object", "sensor", "capture")
 
 def make_pipeline_accuracy(inputs: Any, params: Any) -> dict:
     """Errors of each tracked capture, quantity by quantity."""
-    materials, rows = materials_of(inputs.materials), []
+    materials, rows = read_by_folder(inputs.materials), []
     for capture, truth in zip(params.captures, inputs.truths, strict=True):
         with np.load(truth, allow_pickle=False) as data:
             arrays = dict(data)

@@ -1,12 +1,10 @@
 """E and nu of every method against the lab's true materials."""
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
 from palpate.report import moduli_table, outputs, tables
-from palpate.run.read_files import read_all
+from palpate.run.read_files import read_by_folder
 
 TITLE = "E and nu against the virtual lab's truth"
 SHORT_TITLE = "Errors and coverage of the intervals, by object, sensor and method"
@@ -19,15 +17,10 @@ NOTES = (
 
 def make_accuracy(inputs: Any, params: Any) -> dict:
     """All rows, and their errors by object, sensor and method."""
-    materials = materials_of(inputs.materials)
+    materials = read_by_folder(inputs.materials)
     rows = pd.read_csv(inputs.summary, dtype={"capture": str, "point": str})
     whole = moduli_table.accuracy_table(rows[rows["object"].isin(materials)], materials)
     short = moduli_table.coverage_table(whole)
     long = outputs.table(tables.rounded(whole), title=TITLE, more_notes=NOTES)
     summed = outputs.table(short, title=SHORT_TITLE, more_notes=NOTES)
     return long | {"summary": summed["csv"], "summary_md": summed["md"]}
-
-
-def materials_of(paths: Sequence[str]) -> dict[str, Mapping]:
-    """True materials by object."""
-    return dict(zip((Path(path).parent.name for path in paths), read_all(paths), strict=True))

@@ -3,9 +3,7 @@
 from typing import Any
 
 from palpate.report import hertz_tables, tables
-from palpate.run.read_files import read_all
-
-from thesis.accuracy.estimates import materials_of
+from palpate.run.read_files import read_all, read_by_folder
 
 TITLE = "Hertz models against the virtual lab's truth"
 NOTES = (
@@ -22,7 +20,7 @@ NOTES = (
 def make_hertz_accuracy(inputs: Any, params: Any) -> dict:
     """All rows, and those of each sensor and model."""
     fits = read_all(inputs.fits)
-    whole = hertz_tables.accuracy_table(params.captures, fits, materials_of(inputs.materials))
+    whole = hertz_tables.accuracy_table(params.captures, fits, read_by_folder(inputs.materials))
     short = hertz_tables.accuracy_summary(whole)
     text = tables.markdown(short, title=TITLE, more_notes=NOTES)
     return {"csv": tables.rounded(whole), "summary": short, "md": text}

@@ -7,8 +7,7 @@ from typing import Any
 import pandas as pd
 from numpy.typing import NDArray
 from palpate.capture.images import read_image
-from palpate.capture.streams import REFERENCE_STREAM
-from palpate.capture.tables import read_frames, read_table
+from palpate.capture.tables import STREAMS, read_frames, read_table
 from palpate.report import outputs
 from palpate.vision.camera import camera_from_spec, sensor_with_optics
 from palpate.vision.marker import CornerFollower
@@ -40,7 +39,7 @@ def make_workspace_error(inputs: Any, params: Any) -> dict:
 
 def point_images(folder: Path, sensor: Mapping) -> list[NDArray]:
     """Grey images of the reference camera at one point."""
-    stream = REFERENCE_STREAM[sensor["kind"]]
+    stream = STREAMS[sensor["kind"]][0]
     return [read_image(folder / str(name), "mono8") for name in read_frames(folder)[stream]]
 
 

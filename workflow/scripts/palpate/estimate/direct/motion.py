@@ -234,7 +234,7 @@ def _pressed(samples: Samples, moved: NDArray, contact_m: NDArray) -> NDArray:
 
 def _require_seen(closest: ClosestAtRest, alignment: Alignment, options: Observation) -> None:
     """Refuse a capture whose camera does not see the surface around the contact."""
-    offset = np.linalg.norm(closest.foot_m - alignment.contact_point_m, axis=1)
+    offset = np.linalg.norm(closest.closest_m - alignment.contact_point_m, axis=1)
     if not (offset < options.near_m).any():
         raise ValueError(
             f"clouds: expected the surface within {options.near_m:g} m of the contact in view,"

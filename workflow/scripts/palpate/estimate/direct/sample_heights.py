@@ -36,14 +36,16 @@ def frame_closest(
     points, normals = to_object(pose, cloud[0]), cloud[1] @ pose[:3, :3]
     offset = np.linalg.norm(points - alignment.contact_point_m, axis=1)
     near = offset < options.reach_m + options.largest_distance_m
-    closest = surface.closest(
+    closest = surface.at_rest(
         points[near],
         normals[near],
         largest_distance_m=options.largest_distance_m,
         largest_normal_deg=options.largest_normal_deg,
     )
-    inside = np.linalg.norm(closest.foot_m - alignment.contact_point_m, axis=1) < options.reach_m
-    return ClosestAtRest(closest.foot_m[inside], closest.normal[inside], closest.distance_m[inside])
+    inside = np.linalg.norm(closest.closest_m - alignment.contact_point_m, axis=1) < options.reach_m
+    return ClosestAtRest(
+        closest.closest_m[inside], closest.normal[inside], closest.distance_m[inside]
+    )
 
 
 def cell_heights(

@@ -23,14 +23,14 @@ class ClosestAtRest:
 
     Attributes
     ----------
-    foot_m, normal : (k, 3) arrays
+    closest_m, normal : (k, 3) arrays
         Closest places of the surface [m] and unit normals there, of the smooth surface that its
         facets stand for.
     distance_m : (k,) array
         Of the points from there along the normal, positive outside [m].
     """
 
-    foot_m: NDArray
+    closest_m: NDArray
     normal: NDArray
     distance_m: NDArray
 
@@ -50,7 +50,7 @@ class Samples:
 
     def numbers(self, closest: ClosestAtRest, *, reach_m: float) -> NDArray:
         """Cell of each foot (k,); -1 where none within reach faces the same way."""
-        distance, number = cKDTree(self.cell_m).query(closest.foot_m)
+        distance, number = cKDTree(self.cell_m).query(closest.closest_m)
         alike = (self.normal[number] * closest.normal).sum(axis=1) > ALIKE_COSINE
         return np.where(alike & (distance < reach_m), number, -1)
 
@@ -69,7 +69,7 @@ class RestSurface:
         # wrong by as much of what the object sinks.
         self.corner_normal = corner_normals(template.vertices_m, template.faces)
 
-    def closest(
+    def at_rest(
         self,
         points_m: NDArray,
         normals: NDArray,
@@ -122,7 +122,7 @@ def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m
     kept, count = number >= 0, len(seeds.cell_m)
     places, normals = (
         np.stack([np.bincount(number[kept], part[kept, k], count) for k in range(3)], axis=1)
-        for part in (every.foot_m, every.normal)
+        for part in (every.closest_m, every.normal)
     )
     points = np.bincount(number[kept], minlength=count)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
@@ -130,8 +130,8 @@ def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m
 
 
 def _seeds(closest: ClosestAtRest, centre_m: NDArray, spacing_m: float) -> Samples:
-    order = np.argsort(np.linalg.norm(closest.foot_m - centre_m, axis=1), kind="stable")
-    places = closest.foot_m[order]
+    order = np.argsort(np.linalg.norm(closest.closest_m - centre_m, axis=1), kind="stable")
+    places = closest.closest_m[order]
     tree, free, chosen = cKDTree(places), np.ones(len(places), dtype=bool), []
     for k, place in enumerate(places):
         if free[k]:

@@ -11,7 +11,7 @@ RADIUS_M = 0.06
 
 def feet(mesh, points, normals):
     surface = RestSurface(Template(np.array(mesh.vertices), np.array(mesh.faces)))
-    return surface.feet(points, normals, largest_distance_m=0.01, largest_normal_deg=60)
+    return surface.at_rest(points, normals, largest_distance_m=0.01, largest_normal_deg=60)
 
 
 def test_feet_on_a_ball_have_the_balls_normals_not_the_facets():
