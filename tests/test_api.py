@@ -5,6 +5,7 @@ import importlib
 import inspect
 import subprocess
 import sys
+from dataclasses import replace
 
 import palpate
 import pytest
@@ -73,3 +74,22 @@ def test_the_command_ends_in_one_line(root, tmp_path, capsys):
     )
     assert main(["direct", str(tmp_path / "raw/cow/kinect/01")]) == 1
     assert "object.yaml: file: expected YAML, found nothing" in capsys.readouterr().err
+
+
+def test_what_does_not_fit_is_said(root, monkeypatch):
+    monkeypatch.chdir(root)
+    with pytest.raises(ValueError, match="^onset: expected one of onset_force_n, .*found another"):
+        palpate.Config.read({"hertz": {"onset": 1}})
+    with pytest.raises(ValueError, match="depth_m, force_n: expected a press, found no change"):
+        palpate.hertz.fit([0.0, 0.0, 0.0], [0.0, 1.0, 2.0], radius_m=0.006)
+    with pytest.raises(ValueError, match="measured: expected captures of one object and sensor"):
+        palpate.direct.estimate([], [])
+    capture = palpate.open_capture(
+        "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
+    )
+    asks = replace(capture, sensor=capture.sensor | {"optics": "calibration"})
+    with pytest.raises(ValueError, match="optics: expected the calibration.json that kinect's"):
+        palpate.measure(asks)
+    scans = replace(capture, declared=capture.declared | {"template": {"scans": "scans"}})
+    with pytest.raises(ValueError, match="template.file: expected a mesh, found scans"):
+        _ = scans.template

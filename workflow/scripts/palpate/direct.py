@@ -7,7 +7,6 @@ from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.measurement import Measurement
-from palpate.run.options import Config
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.smooth_surface import SmoothSurface
 
@@ -28,7 +27,7 @@ def estimate(
         Of the point that each was pressed at.
     options : Fit, optional
     seed : int, optional
-        Of the bootstrap; that of `Config` by default.
+        Of the bootstrap; both are those of the measurements' configuration by default.
 
     Returns
     -------
@@ -57,9 +56,14 @@ def estimate(
     >>> found.low < found.value < found.high
     True
     """
-    options, fallback = options or Fit(), Config().seed
+    folders = {one.capture.folder.parent for one in measured}
+    if len(folders) != 1:
+        raise ValueError(
+            f"measured: expected captures of one object and sensor, found {len(folders)}"
+        )
+    options = options or measured[0].config.direct.fit
     indentations = [_press(*of, options) for of in zip(measured, tables, strict=True)]
-    radius, seed = measured[0].capture.radius_m, fallback if seed is None else seed
+    radius, seed = measured[0].capture.radius_m, measured[0].config.seed if seed is None else seed
     return estimate_direct(indentations, options, radius_m=radius, seed=seed)
 
 
@@ -70,7 +74,7 @@ def _press(measured: Measurement, table: IndentationModel, options: Fit) -> Dire
         forces_n=measured.forces_n,
         tip_std_m=measured.tip_std_m,
         clock_offset_s=measured.clock.offset_s,
-        clock_std_s=Config().force.clock_offset_std_s,
+        clock_std_s=measured.config.force.clock_offset_std_s,
     )
     surface = SmoothSurface(measured.template.vertices_m, measured.template.faces)
     return direct_indentation(

@@ -138,6 +138,8 @@ def _curve(depth_m: NDArray, force_n: NDArray) -> tuple[NDArray, NDArray]:
         )
     if not (np.isfinite(depth).all() and np.isfinite(force).all()):
         raise ValueError("depth_m, force_n: expected finite numbers, found others")
+    if not len(depth) or not np.ptp(depth) > 0 or not np.ptp(force) > 0:
+        raise ValueError("depth_m, force_n: expected a press, found no change")
     return depth, force
 
 

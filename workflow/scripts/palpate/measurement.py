@@ -12,7 +12,7 @@ from palpate.capture.capture import Capture
 from palpate.capture.streams import Stream, all_streams
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
-from palpate.estimate.hertz.indentation import press_of
+from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.range import force_onset
 from palpate.run.options import Config
 from palpate.solid.fill import tetrahedralise
@@ -33,7 +33,7 @@ from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clock import ClockOffset
 from palpate.vision.clouds import clouds_of, scene_points
 from palpate.vision.follow import followed
-from palpate.vision.force import FORCE
+from palpate.vision.force import FORCE, check_direction, check_lever
 from palpate.vision.foreground import masks_of
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.probe import ALONG_STD, AXIS, TIP
@@ -65,6 +65,8 @@ class Measurement:
         One for each frame, camera frame.
     alignment : Alignment
     motion : SurfaceMotion
+    config : Config
+        That it was worked out with.
 
     Examples
     --------
@@ -90,6 +92,7 @@ class Measurement:
     clouds: list[tuple[NDArray, NDArray]]
     alignment: Alignment
     motion: SurfaceMotion
+    config: Config
 
     @property
     def tips_m(self) -> NDArray:
@@ -106,17 +109,16 @@ class Measurement:
         """Deviation of a tip along the probe's axis [m]."""
         return float(np.nanmedian(self.poses[ALONG_STD]))
 
-    def curve(self, config: Config | None = None) -> tuple[NDArray, NDArray]:
+    def curve(self) -> tuple[NDArray, NDArray]:
         """Depth below the undeformed surface [m] and force [N] up to the deepest, (n,) each."""
-        config = config or Config()
-        press, _, _ = press_of(
+        press, _, _ = indentation_of(
             self.template,
             self.alignment,
             self.tips_m,
             self.forces_n,
             self.poses["time_s"].to_numpy(float),
             radius_m=self.capture.radius_m,
-            onset_force_n=config.hertz.onset_force_n,
+            onset_force_n=self.config.hertz.onset_force_n,
             tip_std_m=self.tip_std_m,
         )
         return press.depth_m, press.force_n
@@ -156,6 +158,11 @@ def measure(
     7.9 mm deep, 1.9 N
     """
     config = config or Config()
+    if capture.sensor.get("optics") == "calibration" and optics is None:
+        raise ValueError(
+            f"optics: expected the calibration.json that {capture.folder.parent.name}'s file asks"
+            " for, found none"
+        )
     sensor = sensor_with_optics(capture.sensor, optics and str(optics))
     folder, probe = capture.folder, capture.probe
     template = read_template(capture.template, unit=capture.declared["template"]["unit"])
@@ -164,6 +171,8 @@ def measure(
     plane = _plane(capture, sensor, config)
     poses = followed(folder, sensor, probe, config.probe_pose)
     wrenches, clock = capture_wrenches(capture.force, poses, probe, config.force, up=plane[:3])
+    check_direction(wrenches, poses[AXIS].to_numpy(float))
+    check_lever(wrenches, capture.radius_m)
     clouds = [
         (cloud.points_m, cloud.normals)
         for cloud in clouds_of(folder, sensor, probe, masks, poses, plane, config.clouds)
@@ -194,7 +203,18 @@ def measure(
         radius_m=radius,
     )
     return Measurement(
-        capture, template, support, plane, masks, poses, wrenches, clock, clouds, alignment, motion
+        capture=capture,
+        template=template,
+        support=support,
+        plane=plane,
+        masks=masks,
+        poses=poses,
+        wrenches=wrenches,
+        clock=clock,
+        clouds=clouds,
+        alignment=alignment,
+        motion=motion,
+        config=config,
     )
 
 

@@ -6,7 +6,7 @@ A field is declared with `option`; from that follow the schema that what people 
 
 import operator
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, asdict, dataclass, field, fields, is_dataclass
+from dataclasses import MISSING, Field, asdict, dataclass, field, fields, is_dataclass
 from types import NoneType, UnionType
 from typing import Any, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
@@ -47,18 +47,26 @@ class Options:
         ----------
         block : mapping
             As `schema_of` has it.
+
+        Raises
+        ------
+        ValueError
+            Naming the option that there is none of, that is missing or out of its bounds.
         """
-        kinds = get_type_hints(cls)
+        kinds = {one.name: kind for one, kind in _kinds(cls)}
+        for name in block:
+            if name not in kinds:
+                raise ValueError(f"{name}: expected one of {', '.join(kinds)}, found another")
         return cls(**{name: _typed(kinds[name], value) for name, value in block.items()})
 
     def __post_init__(self) -> None:
         """Refuse what the schema would, for those who come without one."""
-        kinds = get_type_hints(type(self))
-        for one in fields(self):
-            expected = _allowed(kinds[one.name], one.metadata)
-            if not _fits(kinds[one.name], one.metadata, getattr(self, one.name)):
-                found = getattr(self, one.name)
-                raise ValueError(f"{one.name}: expected {expected}, found {found}")
+        for one, kind in _kinds(type(self)):
+            found = getattr(self, one.name)
+            if not _fits(kind, one.metadata, found):
+                raise ValueError(
+                    f"{one.name}: expected {_allowed(kind, one.metadata)}, found {found}"
+                )
 
     def written(self) -> dict:
         """The options as people write them, all of them."""
@@ -100,24 +108,29 @@ def schema_of(kind: type[Options]) -> dict:
     kind : type
         Dataclass whose fields were declared with `option` and `block`.
     """
-    kinds = get_type_hints(kind)
+    known = _kinds(kind)
     return {
         "type": "object",
         "additionalProperties": False,
-        "required": [one.name for one in fields(kind) if not _has_default(one)],
-        "properties": {one.name: _schema(kinds[one.name], one.metadata) for one in fields(kind)},
+        "required": [one.name for one, _ in known if not _has_default(one)],
+        "properties": {one.name: _schema(of, one.metadata) for one, of in known},
     }
 
 
 def rows(kind: type[Options], place: str = "") -> Iterator[tuple[str, str, str, str]]:
     """Place, default, what is allowed, and meaning of each option, in the order of the fields."""
-    kinds = get_type_hints(kind)
-    for one in fields(kind):
-        name, inner = f"{place}{one.name}", kinds[one.name]
+    for one, inner in _kinds(kind):
+        name = f"{place}{one.name}"
         if is_dataclass(inner):
             yield from rows(inner, f"{name}.")
         else:
             yield name, _said(one), _allowed(inner, one.metadata), one.metadata["meaning"]
+
+
+def _kinds(kind: type) -> list[tuple[Field, Any]]:
+    """Fields of a dataclass and what each holds."""
+    hints = get_type_hints(kind)
+    return [(one, hints[one.name]) for one in fields(kind)]
 
 
 def _has_default(one: Any) -> bool:

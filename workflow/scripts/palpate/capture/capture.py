@@ -51,7 +51,18 @@ class Capture:
 
     @property
     def template(self) -> Path:
-        """File of the object's undeformed surface."""
+        """File of the object's undeformed surface.
+
+        Raises
+        ------
+        ValueError
+            If it is to be made of scans, which the workflow does.
+        """
+        if "file" not in self.declared["template"]:
+            raise ValueError(
+                f"{self.folder.parents[1]}/object.yaml: template.file: expected a mesh, found scans"
+                " (the workflow makes one of them: results/<object>/template.ply)"
+            )
         return self.folder.parents[1] / self.declared["template"]["file"]
 
     @property

@@ -6,7 +6,7 @@ import numpy as np
 
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_table
-from palpate.estimate.hertz.indentation import press_of
+from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.models import Indentation
 from palpate.estimate.hertz.record import Record
 from palpate.run.job import naming
@@ -20,7 +20,7 @@ from palpate.vision.probe import ALONG_STD, TIP
 def read_indentation(
     inputs: Any, *, radius_m: float, onset_force_n: float
 ) -> tuple[Indentation, Record | None, dict]:
-    """Read the press and the same with its hold; see `press_of`.
+    """Read the press and the same with its hold; see `indentation_of`.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def read_indentation(
         naming(inputs.pose, "depth"),
         naming(inputs.template, "direction"),
     ):
-        return press_of(
+        return indentation_of(
             template,
             alignment,
             tips,

@@ -10,7 +10,7 @@ from palpate.surface.alignment import Alignment, thickness_along
 from palpate.surface.template import Template
 
 
-def press_of(
+def indentation_of(
     template: Template,
     alignment: Alignment,
     tips_m: NDArray,
