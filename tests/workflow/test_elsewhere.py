@@ -55,6 +55,20 @@ def test_as_a_module(root, elsewhere):
     assert "own_report" in whole.stdout and "figure_5_5" not in whole.stdout
 
 
+def test_as_a_module_of_a_repository(root, elsewhere, tmp_path):
+    """As snakedeploy names it: there is no folder of the project, but a commit."""
+    copy = shutil.copytree(root, tmp_path / "palpate", ignore=LEFT_BEHIND)
+    git = ["git", "-C", str(copy), "-c", "user.name=lab", "-c", "user.email=lab@example.org"]
+    for command in (["init", "-q"], ["add", "-A"], ["commit", "-q", "-m", "All"]):
+        subprocess.run([*git, *command], check=True)
+    named = MODULE.format(root=f"git+file://{copy}").replace('Snakefile"', 'Snakefile@HEAD"')
+    (elsewhere / "Snakefile").write_text(named)
+    (elsewhere / "config.yaml").write_text(CONFIG)
+    done = snakemake(elsewhere, "--cores", "1", "--", PLANE)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert json.loads((elsewhere / PLANE).read_text())["offset_m"] > 0
+
+
 def test_in_another_directory(root, elsewhere, tmp_path):
     copy = shutil.copytree(root, tmp_path / "palpate", ignore=LEFT_BEHIND)
     (elsewhere / "run.yaml").write_text(CONFIG)

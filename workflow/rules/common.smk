@@ -1,10 +1,25 @@
 # The run that the rules share: what is on the way to it stands in palpate.run.
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
 from snakemake.logging import logger
 
-PROJECT = Path(workflow.current_basedir).parent.parent
+BASE = workflow.current_basedir
+# Named in a repository (github(...), git+file:) the workflow has no folder: its commit gets one.
+if hasattr(BASE, "ref"):
+    CLONE = str(getattr(BASE, "repo_path", None) or BASE.hosted_repo.repo_clone)
+    GIT = ["git", "-C", CLONE]
+    COMMIT = subprocess.check_output([*GIT, "rev-parse", BASE.ref], text=True).strip()
+    PROJECT = Path(".snakemake", "palpate", COMMIT).absolute()
+    if not PROJECT.is_dir():
+        PROJECT.parent.mkdir(parents=True, exist_ok=True)
+        subprocess.run([*GIT, "archive", "-o", f"{PROJECT}.tar", COMMIT], check=True)
+        shutil.unpack_archive(f"{PROJECT}.tar", f"{PROJECT}.part", filter="data")
+        Path(f"{PROJECT}.part").rename(PROJECT)
+else:
+    PROJECT = Path(BASE).parent.parent
 CAPTION = str(PROJECT / "workflow" / "report" / "caption.rst")
 SCRIPTS = str(PROJECT / "workflow" / "scripts")
 sys.path.insert(0, SCRIPTS)
@@ -15,10 +30,9 @@ from palpate.run.configuration import open_run
 from palpate.run.digest import code
 from palpate.run.job_run import own_run
 from palpate.run.lock import begin_run
-from palpate.run.objects import too_many
 from palpate.run.places import sources_of
 from palpate.run.progress import GOES_ON, Plan, be_brief
-from palpate.run.refusal import refuse, require_values
+from palpate.run.refusal import look_first, refuse
 from palpate.run.run import one_of
 from thesis.options import Simulation
 from virtual_lab.checks import lab_problems
@@ -29,12 +43,10 @@ for source in SOURCES:
     configfile: source
 
 
-if workflow.is_main_process and (words := too_many(config)):
-    logger.warning(words)
 own_run(SCRIPTS)
 try:
     if workflow.is_main_process:
-        require_values(workflow.config_settings.config)
+        look_first(config, workflow.config_settings.config, warn=logger.warning)
     # Jobs on a cluster's nodes read the workflow again; captures were checked before the first.
     RUN = open_run(
         config,

@@ -1,8 +1,10 @@
 """How a run ends that can't begin: one line for each thing that is wrong, and nothing else."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NoReturn
+
+from palpate.run.objects import too_many
 
 
 def refuse(error: ValueError) -> NoReturn:
@@ -43,3 +45,25 @@ def require_values(given: Mapping) -> None:
         hint = "leave it out for what the configuration says"
         lines = [f"--config {name}=: expected a value, found nothing ({hint})" for name in empty]
         raise ValueError("\n".join(lines))
+
+
+def look_first(config: Mapping, given: Mapping, *, warn: Callable[[str], None]) -> None:
+    """Refuse options without a value, and warn of more captures than a run is for.
+
+    Parameters
+    ----------
+    config : mapping
+        As merged, not yet checked.
+    given : mapping
+        What the command line says of it.
+    warn : callable
+        Takes a line.
+
+    Raises
+    ------
+    ValueError
+        As `require_values` does.
+    """
+    if words := too_many(config):
+        warn(words)
+    require_values(given)
