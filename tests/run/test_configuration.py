@@ -292,3 +292,15 @@ def test_options_of_an_object_that_is_nowhere(home, block):
     (home / "raw/foam_bal").mkdir(parents=True)
     with pytest.raises(ValueError, match="raw/foam_bal/object.yaml: file: expected YAML"):
         opened(home, **{block: options})
+
+
+def test_a_probe_of_experiments_is_asked_for_where_there_are_any(root, home):
+    drop(root, home)
+    path = home / "raw/foam_block/object.yaml"
+    path.write_text(path.read_text().replace("simulated", "recorded"))
+    paths = {"lab": None, "sensors": str(root / "tests/sample/sensors")}
+    config = {"paths": written(home)["paths"] | paths, "experiments": {"probe": "none_such"}}
+    assert opened(home, **config).captures
+    (home / "raw/sensors/kinect/trace").mkdir(parents=True)
+    with pytest.raises(ValueError, match="experiments.probe: expected one of .*found none_such"):
+        opened(home, **config)

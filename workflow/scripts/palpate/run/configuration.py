@@ -95,7 +95,8 @@ def open_run(
     problems += _wrong_objects(config, found, simulated, (sensors, probes), files=files)
     if config["only"] is None:
         problems += dropped_experiments(Path(paths["raw"]) / "sensors", sensors, lab)
-    if config["experiments"]["probe"]:
+    experiments = (lab or {}).get("experiments") or (Path(paths["raw"]) / "sensors").is_dir()
+    if experiments and config["experiments"]["probe"]:
         problems += unknown_probe(config["experiments"]["probe"], probes, source)
     problems += unknown_captures(config["study"], simulated, source)
     names = {*_objects_in(paths["raw"]), *(lab or {}).get("objects", {})}
