@@ -6,6 +6,7 @@ import inspect
 import subprocess
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import palpate
 import pytest
@@ -93,3 +94,18 @@ def test_what_does_not_fit_is_said(root, monkeypatch):
     scans = replace(capture, declared=capture.declared | {"template": {"scans": "scans"}})
     with pytest.raises(ValueError, match="template.file: expected a mesh, found scans"):
         _ = scans.template
+
+
+def test_captures_of_a_point_share_its_table(monkeypatch, tmp_path):
+    """It takes minutes, and a solid made anew is another one each time."""
+    from palpate import __main__ as command
+
+    made = []
+    monkeypatch.setattr("palpate.measurement.solid_of", lambda one, kept: made.append("solid") or 1)
+    monkeypatch.setattr(
+        "palpate.measurement.indentation_table", lambda one, solid: made.append(solid) or solid
+    )
+    points = [SimpleNamespace(capture=SimpleNamespace(point=name)) for name in ("08", "08", "11")]
+    found = command._tables(points, SimpleNamespace(tables=None, solid=None))
+    assert set(found) == {"08", "11"}
+    assert made == ["solid", 1, 1]

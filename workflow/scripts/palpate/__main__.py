@@ -4,14 +4,13 @@ import argparse
 import json
 import logging
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from palpate.capture.commands import add_commands, add_devices
 from palpate.units import KILOPASCALS
-
-SCALES = {"_pa": (KILOPASCALS, " kPa", 1), "": (1.0, "", 2)}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -55,12 +54,13 @@ def _direct(options: argparse.Namespace) -> None:
     captures = [open_capture(folder, **devices) for folder in options.captures]
     if len({capture.folder.parent for capture in captures}) > 1:
         raise ValueError("captures: expected those of one object and sensor, found others too")
+    _tell_progress()
     measured = []
     for capture in captures:
         logging.info("%s: masks, probe, forces, clouds, motion", capture.folder)
         measured.append(measure(capture, optics=options.optics))
-    tables = [_table(one, options) for one in measured]
-    found = direct.estimate(measured, tables)
+    tables = _tables(measured, options)
+    found = direct.estimate(measured, [tables[one.capture.point] for one in measured])
     if options.json:
         told = {name: asdict(interval) for name, interval in found.moduli.items()}
         print(json.dumps({"law": found.solution.law} | told, indent=2))
@@ -71,28 +71,38 @@ def _direct(options: argparse.Namespace) -> None:
 
 
 def _said(name: str, interval: Any) -> str:
-    scale, unit, places = SCALES["_pa" if name.endswith("_pa") else ""]
+    scale, unit, places = (KILOPASCALS, " kPa", 1) if name.endswith("_pa") else (1.0, "", 2)
     value, low, high = (scale * one for one in (interval.value, interval.low, interval.high))
     return f"{value:.{places}f}{unit} ({low:.{places}f} to {high:.{places}f}), {interval.verdict}"
 
 
-def _table(measured: Any, options: argparse.Namespace) -> Any:
-    """Indentation table of a pressed point: kept, or made and kept."""
+def _tell_progress() -> None:
+    """Say on standard error what is being done; of libraries only what is wrong."""
+    logging.basicConfig(stream=sys.stderr, level=logging.INFO, format="%(message)s", force=True)
+    logging.getLogger("skfem").setLevel(logging.ERROR)
+
+
+def _tables(measured: Sequence[Any], options: argparse.Namespace) -> dict[str, Any]:
+    """Indentation table of each pressed point: kept, or made of one solid and kept."""
     from palpate.capture.files import whole_file
     from palpate.measurement import indentation_table, solid_of
     from palpate.solid.indentation import load_indentation, save_indentation
 
-    name = f"indentation-{measured.capture.point}.npz"
-    path = options.tables / name if options.tables else None
-    if path and path.is_file():
-        return load_indentation(path)
-    logging.info("%s: made now, which takes minutes", name)
-    table = indentation_table(measured, solid_of(measured, options.solid))
-    if path:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as part:
-            save_indentation(part, table)
-    return table
+    found, solid = {}, None
+    for one in {one.capture.point: one for one in measured}.values():
+        point = one.capture.point
+        path = options.tables / f"indentation-{point}.npz" if options.tables else None
+        if path and path.is_file():
+            found[point] = load_indentation(path)
+            continue
+        logging.info("indentation table of point %s: made now, which takes minutes", point)
+        solid = solid or solid_of(one, options.solid)
+        found[point] = indentation_table(one, solid)
+        if path:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with whole_file(path) as part:
+                save_indentation(part, found[point])
+    return found
 
 
 def _version(options: argparse.Namespace) -> None:

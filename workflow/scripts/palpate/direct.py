@@ -62,12 +62,12 @@ def estimate(
             f"measured: expected captures of one object and sensor, found {len(folders)}"
         )
     options = options or measured[0].config.direct.fit
-    indentations = [_press(*of, options) for of in zip(measured, tables, strict=True)]
+    indentations = [_indentation(*of, options) for of in zip(measured, tables, strict=True)]
     radius, seed = measured[0].capture.radius_m, measured[0].config.seed if seed is None else seed
     return estimate_direct(indentations, options, radius_m=radius, seed=seed)
 
 
-def _press(measured: Measurement, table: IndentationModel, options: Fit) -> DirectIndentation:
+def _indentation(measured: Measurement, table: IndentationModel, options: Fit) -> DirectIndentation:
     probe_record = ProbeRecord(
         time_s=measured.poses["time_s"].to_numpy(float),
         tips_m=measured.tips_m,
