@@ -37,7 +37,7 @@ try:
         config["paths"]["lab"] = None
     RUN = open_run(
         config,
-        sources=SOURCES,
+        sources=[*SOURCES, *map(str, workflow.overwrite_configfiles)],
         project=PROJECT,
         files=False,
         blocks={"simulation": Simulation},

@@ -37,6 +37,13 @@ class Outer(Options):
     inner: Inner = block(Inner, "within")  # noqa: RUF009
 
 
+@dataclass(frozen=True, kw_only=True)
+class Named(Options):
+    """A block that has to say something."""
+
+    name: str = option(..., "of it")
+
+
 def wrong(value):
     return [
         e.json_path for e in jsonschema.Draft202012Validator(schema_of(Outer)).iter_errors(value)
@@ -77,6 +84,11 @@ def test_what_is_made_without_a_schema_is_refused_too():
         Inner(rule="three")
     with pytest.raises(ValueError, match="^place_m: expected 2 each at least 0, found"):
         Inner(place_m=(1, -1))
+    for wrong_kind in ({"count": "3"}, {"count": True}, {"edge_m": "1"}, {"inner": {"rule": 1}}):
+        with pytest.raises(ValueError, match=r"^(count|edge_m|rule): expected .*, found"):
+            Outer.read(wrong_kind)
+    with pytest.raises(ValueError, match="^name: expected a text, found none$"):
+        Named.read({})
     with pytest.raises(ValueError, match="bounds: expected some of .*, found larger"):
         option(1, "wrong", larger=2)
 

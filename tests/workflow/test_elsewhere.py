@@ -82,6 +82,15 @@ def test_in_another_directory(root, elsewhere, tmp_path):
     assert not (copy / "results").exists()
 
 
+def test_a_file_of_the_command_line_is_blamed_for_what_it_says(root, tmp_path):
+    """The last that says a thing, as it holds."""
+    path = tmp_path / "run.yaml"
+    path.write_text("hertz:\n  onset_force_n: -1\n")
+    done = snakemake(root, "--dry-run", "--configfile", str(path))
+    assert done.returncode == 1
+    assert f"error: {path}: hertz.onset_force_n: expected " in done.stderr
+
+
 def test_as_the_catalog_tries_it(root, tmp_path):
     copy = shutil.copytree(
         root, tmp_path / "palpate", ignore=shutil.ignore_patterns(".git", ".venv", "results")

@@ -48,6 +48,21 @@ def test_sample_comes_to_moduli(copy):
         assert (copy / f"results/sample/figures/{name}.png").stat().st_size > 20_000
 
 
+def test_the_command_comes_to_the_workflows_moduli(copy, monkeypatch, capsys):
+    """Only what the files in between round parts them."""
+    from palpate.__main__ import main
+
+    monkeypatch.chdir(copy)
+    capture = ["tests/sample/raw/foam_block/kinect/08", "--sensors", "tests/sample/sensors"]
+    assert main(["direct", *capture, "--tables", "results/sample/foam_block", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    known = json.loads((copy / "results/sample/foam_block/kinect/direct.json").read_text())
+    for name in ("youngs_modulus_pa", "poisson_ratio"):
+        told, interval = found[name], known[name]
+        assert told.pop("verdict") == interval.pop("verdict")
+        assert told == pytest.approx(interval, rel=2e-3, abs=1e-6)
+
+
 @pytest.fixture(scope="module")
 def experiments(copy):
     """Small recordings about the sample's Kinect, made by the lab, and what comes of them."""

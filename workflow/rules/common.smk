@@ -50,7 +50,7 @@ try:
     # Jobs on a cluster's nodes read the workflow again; captures were checked before the first.
     RUN = open_run(
         config,
-        sources=SOURCES,
+        sources=[*SOURCES, *map(str, workflow.overwrite_configfiles)],
         project=PROJECT,
         files=not workflow.remote_exec,
         check_lab=lab_problems,

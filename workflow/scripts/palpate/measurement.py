@@ -15,9 +15,9 @@ from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.range import force_onset
 from palpate.run.options import Config
-from palpate.solid.fill import tetrahedralise
 from palpate.solid.indentation import IndentationModel
-from palpate.solid.mesh import SolidMesh, read_solid
+from palpate.solid.mesh import SolidMesh
+from palpate.solid.object_solid import object_solid
 from palpate.solid.options import IndentationTable
 from palpate.solid.point_table import point_table
 from palpate.solid.support import Support, read_support
@@ -38,9 +38,6 @@ from palpate.vision.foreground import masks_of
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.probe import ALONG_STD, AXIS, TIP
 from palpate.vision.support_plane import fit_support_plane
-
-# As of the filled solid: farther from its template than its own ever is, over its size.
-LARGEST_GAP = 0.02
 
 
 @dataclass(frozen=True)
@@ -227,6 +224,11 @@ def solid_of(measured: Measurement, kept: str | Path | None = None) -> SolidMesh
     kept : path, optional
         VTU file.
 
+    Raises
+    ------
+    ValueError
+        If the kept mesh is not the template's.
+
     Examples
     --------
     >>> from palpate import open_capture, measure
@@ -237,17 +239,9 @@ def solid_of(measured: Measurement, kept: str | Path | None = None) -> SolidMesh
     >>> solid.nodes_m.shape[1], solid.order
     (3, 1)
     """
-    if kept is not None:
-        return read_solid(kept)
-    template, counts = measured.template, measured.capture.declared["template"]
-    size = float(np.ptp(template.vertices_m, axis=0).max())
-    return tetrahedralise(
-        template.vertices_m,
-        template.faces,
-        vertices=counts.get("solid_vertices", counts["vertices"]),
-        largest_gap_m=LARGEST_GAP * size,
-        support=measured.support,
-    )
+    template, declared = measured.template, measured.capture.declared["template"]
+    surface = (template.vertices_m, template.faces)
+    return object_solid(*surface, declared, measured.support, kept=kept)[0]
 
 
 def indentation_table(

@@ -7,6 +7,7 @@ A field is declared with `option`; from that follow the schema that what people 
 import operator
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, asdict, dataclass, field, fields, is_dataclass
+from numbers import Integral, Real
 from types import NoneType, UnionType
 from typing import Any, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
@@ -25,6 +26,7 @@ TYPES = {
     str: {"type": "string"},
     NoneType: {"type": "null"},
 }
+NUMBERS = {int: Integral, float: Real}
 MOST_COUNTED = 1_000_000
 # Names that results' files are called by.
 NAME = {
@@ -57,6 +59,11 @@ class Options:
         for name in block:
             if name not in kinds:
                 raise ValueError(f"{name}: expected one of {', '.join(kinds)}, found another")
+        for one in fields(cls):
+            if one.name not in block and not _has_default(one):
+                raise ValueError(
+                    f"{one.name}: expected {_allowed(kinds[one.name], one.metadata)}, found none"
+                )
         return cls(**{name: _typed(kinds[name], value) for name, value in block.items()})
 
     def __post_init__(self) -> None:
@@ -170,15 +177,25 @@ def _list_schema(parts: tuple, bounds: Mapping) -> dict:
 
 
 def _fits(kind: Any, bounds: Mapping, value: Any) -> bool:
-    """Whether a value is among a field's words, and within its bounds."""
+    """Whether a value is of a field's kind, among its words, and within its bounds."""
     origin, parts = get_origin(kind), get_args(kind)
+    if kind is Any:
+        return True
+    if origin is UnionType:
+        return any(_fits(part, bounds, value) for part in parts)
     if origin is Literal:
         return value in parts
     if origin is tuple:
-        return all(_fits(parts[0], bounds, one) for one in value)
-    if isinstance(value, int | float):
-        return all(holds(value, bounds[name]) for name, holds in HOLDS.items() if name in bounds)
-    return True
+        many = isinstance(value, tuple) and (parts[-1] is ... or len(value) == len(parts))
+        return many and all(_fits(parts[0], bounds, one) for one in value)
+    if origin is dict:
+        return isinstance(value, dict) and all(_fits(parts[1], {}, v) for v in value.values())
+    if isinstance(value, bool):
+        return kind is bool
+    if not isinstance(value, Real):
+        return isinstance(value, kind)
+    within = all(holds(value, bounds[name]) for name, holds in HOLDS.items() if name in bounds)
+    return within and isinstance(value, NUMBERS.get(kind, ()))
 
 
 def _typed(kind: Any, value: Any) -> Any:
@@ -207,15 +224,16 @@ def _said(one: Any) -> str:
         return "to be given"
     default = one.default if one.default is not MISSING else one.default_factory()
     if isinstance(default, tuple):
-        return ", ".join(_word(value) for value in default)
-    return _word(default) or "none"
+        return ", ".join(map(_word, default)) or "none"
+    return _word(default)
 
 
 def _word(value: Any) -> str:
-    words = {None: "null", True: "true", False: "false"}
     if value is None or isinstance(value, bool):
-        return words[value]
-    return f"{value:g}" if isinstance(value, float) else str(value or "" if value == {} else value)
+        return {None: "null", True: "true", False: "false"}[value]
+    if isinstance(value, dict) or value == "":
+        return "none"
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _allowed(kind: Any, bounds: Mapping) -> str:

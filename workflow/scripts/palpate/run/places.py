@@ -46,13 +46,14 @@ def who_said(line: str, sources: Sequence[str]) -> str:
     line : str
         That begins with the first of the sources, then the field.
     sources : sequence of str
-        Files of the configuration.
+        Files of the configuration; what one says holds over those before it.
     """
     first, _, rest = line.partition(": ")
     if first != sources[0]:
         return line
     parts = rest.partition(":")[0].split(".")
-    return f"{max(sources, key=lambda source: _known(source, parts))}: {rest}"
+    deepest, _, source = max((_known(source, parts), k, source) for k, source in enumerate(sources))
+    return f"{source if deepest else first}: {rest}"
 
 
 def _known(source: str, parts: Sequence[str]) -> int:
