@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.capture import Capture
 from palpate.capture.streams import Stream, all_streams
+from palpate.capture.tables import columns_of
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.hertz.indentation import indentation_of
@@ -23,7 +24,6 @@ from palpate.solid.point_table import point_table
 from palpate.solid.support import Support, read_support
 from palpate.surface.alignment import Alignment
 from palpate.surface.capture import align_first, track_capture
-from palpate.surface.checks import columns_of
 from palpate.surface.options import ElasticTracking, StudyTracking
 from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, read_template

@@ -186,8 +186,9 @@ def _fits(kind: Any, bounds: Mapping, value: Any) -> bool:
     if origin is Literal:
         return value in parts
     if origin is tuple:
-        many = isinstance(value, tuple) and (parts[-1] is ... or len(value) == len(parts))
-        return many and all(_fits(parts[0], bounds, one) for one in value)
+        several = isinstance(value, list | tuple)
+        several = several and (parts[-1] is ... or len(value) == len(parts))
+        return several and all(_fits(parts[0], bounds, one) for one in value)
     if origin is dict:
         return isinstance(value, dict) and all(_fits(parts[1], {}, v) for v in value.values())
     if isinstance(value, bool):

@@ -4,13 +4,13 @@ import logging
 
 import numpy as np
 from palpate.capture.files import whole_file
-from palpate.capture.tables import read_table
+from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.hertz.range import force_onset
 from palpate.run.declared import read_declared
 from palpate.run.job import naming, run
 from palpate.surface.alignment import save_alignment
 from palpate.surface.capture import align_first
-from palpate.surface.checks import columns_of, require_cloud, require_template
+from palpate.surface.checks import require_cloud, require_template
 from palpate.surface.options import Aligning
 from palpate.surface.template import read_template
 from palpate.vision.clouds import read_clouds

@@ -4,9 +4,8 @@ import json
 import logging
 
 from palpate.capture.files import whole_file
-from palpate.capture.tables import read_force, read_frames, read_table, write_table
+from palpate.capture.tables import columns_of, read_force, read_frames, read_table, write_table
 from palpate.run.job import naming, run
-from palpate.surface.checks import columns_of
 from palpate.vision.force import check_direction, check_lever
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Force

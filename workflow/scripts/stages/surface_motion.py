@@ -4,13 +4,12 @@ import logging
 
 from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
-from palpate.capture.tables import read_table
+from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.motion import save_motion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.direct.options import Observation
 from palpate.run.job import naming, run
 from palpate.surface.alignment import load_alignment
-from palpate.surface.checks import columns_of
 from palpate.surface.template import read_template
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE

@@ -5,13 +5,13 @@ import logging
 from pathlib import Path
 
 from palpate.capture.files import whole_file
-from palpate.capture.tables import read_table
+from palpate.capture.tables import columns_of, read_table
 from palpate.run.declared import read_declared
 from palpate.run.job import naming, run
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment
 from palpate.surface.capture import track_capture
-from palpate.surface.checks import columns_of, require_cloud, require_contact, require_template
+from palpate.surface.checks import require_cloud, require_contact, require_template
 from palpate.surface.options import tracking_options
 from palpate.surface.recorded import Recorded
 from palpate.surface.series import save_series

@@ -57,6 +57,7 @@ class KinectDepth:
         self.distortion_px = options["distortion_px"] * field / field.std()
         self.projector = view.object_from_camera @ [spec["baseline_m"], 0, 0, 1]
         self.pattern = _pattern(self.shape, rng)
+        self.origin_m, self.directions = view.rays(camera.pixel_grid())
         flat = camera.rays(camera.pixel_grid())[:, :2]
         # Undistorted pixel coordinates; the projector sees the same ones, shifted by f b / Z.
         ideal = flat * [camera.fx_px, camera.fy_px] + [camera.cx_px, camera.cy_px]
@@ -92,7 +93,7 @@ class KinectDepth:
     def true_signal(self, scene: Scene) -> tuple[NDArray, NDArray]:
         """Exact disparity f b / Z [px], NaN where nothing is seen, and the light that returns."""
         camera = self.view.camera
-        origin, directions = self.view.rays(camera.pixel_grid())
+        origin, directions = self.origin_m, self.directions
         hits = scene.cast(origin, directions)
         seen = hits["kind"] >= 0
         points = origin + directions * np.where(seen, hits["t"], 0)[:, None]
@@ -138,10 +139,11 @@ class KinectDepth:
         rising = np.zeros(self.shape, dtype=bool)
         for candidate in range(first, last + 1):
             score = cv2.blur(image * self._reference(candidate), (WINDOW_PX, WINDOW_PX))
-            sides[1][rising] = score[rising]
-            rising = score > best
-            best[rising], place[rising] = score[rising], candidate
-            sides[0][rising] = before[rising]
+            np.copyto(sides[1], score, where=rising)
+            np.greater(score, best, out=rising)
+            np.copyto(best, score, where=rising)
+            np.copyto(place, candidate, where=rising)
+            np.copyto(sides[0], before, where=rising)
             before = score
         curvature = sides[0] - 2 * best + sides[1]
         offset = np.where(

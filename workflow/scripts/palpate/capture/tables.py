@@ -2,10 +2,12 @@
 
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from palpate.capture.files import whole_file
 from palpate.capture.schema import is_file
@@ -89,6 +91,38 @@ def read_table(path: str | Path) -> pd.DataFrame:
             found = f"found {str(name).rpartition('.')[0]} twice"
             raise ValueError(one_line(f"{path}: columns: expected each name once, {found}"))
     return table
+
+
+def columns_of(table: Mapping, names: Sequence[str], *, frames: int | None = None) -> NDArray:
+    """Columns of a table as numbers, shape (f, k).
+
+    Parameters
+    ----------
+    table : mapping
+        Columns by name.
+    names : sequence of str
+    frames : int, optional
+        How many rows are expected.
+
+    Raises
+    ------
+    ValueError
+        If a column is missing or not of finite numbers, or there are more or fewer rows.
+    """
+    for name in names:
+        if name not in table:
+            raise ValueError(f"{name}: expected a column, found none")
+    try:
+        values = np.stack([np.asarray(table[name], dtype=float) for name in names], axis=1)
+    except (TypeError, ValueError):
+        raise ValueError(f"{names[0]}: expected numbers, found others") from None
+    wrong = ~np.isfinite(values)
+    if wrong.any():
+        row, column = np.argwhere(wrong)[0]
+        raise ValueError(f"{names[column]}: expected a number in frame {row}, found none")
+    if frames is not None and len(values) != frames:
+        raise ValueError(f"{names[0]}: expected {frames} frames, found {len(values)}")
+    return values
 
 
 def _commas(path: str | Path) -> int:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.capture.tables import read_table
+from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.motion import load_motion
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.run.declared import read_declared
@@ -13,7 +13,6 @@ from palpate.run.job import naming
 from palpate.solid.indentation import load_indentation
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.alignment import load_alignment
-from palpate.surface.checks import columns_of
 from palpate.surface.template import read_template
 from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP

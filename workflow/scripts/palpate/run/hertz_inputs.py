@@ -5,13 +5,12 @@ from typing import Any
 import numpy as np
 
 from palpate.capture.schema import load_yaml
-from palpate.capture.tables import read_table
+from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.models import Indentation
 from palpate.estimate.hertz.record import Record
 from palpate.run.job import naming
 from palpate.surface.alignment import load_alignment
-from palpate.surface.checks import columns_of
 from palpate.surface.template import read_template
 from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP

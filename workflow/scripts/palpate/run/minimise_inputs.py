@@ -3,14 +3,13 @@
 from collections.abc import Mapping
 from typing import Any
 
-from palpate.capture.tables import read_table
+from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.minimise.options import Load
 from palpate.estimate.minimise.problem import Problem, pose_problem
 from palpate.run.declared import read_declared
 from palpate.run.job import naming
 from palpate.solid.mesh import read_solid
 from palpate.solid.options import Solid
-from palpate.surface.checks import columns_of
 from palpate.surface.tracked import Tracked
 from palpate.vision.force import FORCE
 

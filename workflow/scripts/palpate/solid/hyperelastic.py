@@ -7,6 +7,8 @@ from palpate.solid.laws import Law
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.stiffness import QUADRATURE, block_pattern, point_volumes, shape_gradients
 
+# Elements whose tangents are made at once: what a processor's cache holds.
+PART = 256
 # No quadrature point may be squeezed below this share of its volume by a step.
 LEAST_VOLUME = 0.02
 
@@ -28,6 +30,9 @@ class HyperelasticSolid:
         points = QUADRATURE[mesh.order]
         self._gradients = shape_gradients(mesh, points)
         self._weights = point_volumes(mesh, points)
+        m, q, k, _ = self._gradients.shape
+        weighted = self._weights[..., None, None] * self._gradients
+        self._weighted = weighted.transpose(0, 2, 1, 3).reshape(m, k, 3 * q)
         self._place, self.columns, self.starts = block_pattern(mesh.tetrahedra, len(mesh.nodes_m))
         size = len(mesh.nodes_m)
         rows = np.repeat(np.arange(size), np.diff(self.starts))
@@ -46,8 +51,8 @@ class HyperelasticSolid:
 
     def forces(self, x: NDArray) -> NDArray:
         """Gradient of the energy, shape (n, 3) [m^2]."""
-        P = self._weights[..., None, None] * self.law.stress(self._deformation(x), self.nu)
-        pull = np.einsum("eqaJ,eqiJ->eia", P, self._gradients, optimize=True)
+        P = self.law.stress(self._deformation(x), self.nu).swapaxes(2, 3)
+        pull = np.matmul(self._weighted, P.reshape(len(P), -1, 3))
         nodes = self.mesh.tetrahedra.ravel()
         return np.stack(
             [np.bincount(nodes, pull[..., a].ravel(), len(x)) for a in range(3)], axis=1
@@ -63,16 +68,18 @@ class HyperelasticSolid:
         positive : bool, optional
             Leave out what makes the second derivative negative at a quadrature point.
         """
-        A = self.law.tangent(self._deformation(x), self.nu)
-        if positive:
-            A = _positive_part(A)
-        A *= self._weights[..., None, None, None, None]
+        F = self._deformation(x)
         m, q, k, _ = self._gradients.shape
-        right = np.matmul(A.reshape(m, q, 27, 3), self._gradients.swapaxes(2, 3))
-        # From (q, a, J, b, j) to rows (q, J) and columns (a, b, j).
-        right = right.reshape(m, q, 3, 3, 3, k).swapaxes(2, 3).reshape(m, 3 * q, 9 * k)
-        left = self._gradients.transpose(0, 2, 1, 3).reshape(m, k, 3 * q)
-        whole = np.matmul(left, right).reshape(m, k, 9, k).swapaxes(2, 3)
+        whole = np.empty((m, k, 9 * k))
+        for start in range(0, m, PART):
+            part = slice(start, start + PART)
+            A = self.law.tangent(F[part], self.nu)
+            if positive:
+                A = _positive_part(A)
+            # From (q, a, J, b, L) to (q, J, L, a, b); with j for L to rows (q, J), columns (j, a, b).
+            A = A.transpose(0, 1, 3, 5, 2, 4).reshape(-1, q, 3, 3, 9)
+            right = np.matmul(self._gradients[part, :, None], A).reshape(-1, 3 * q, 9 * k)
+            np.matmul(self._weighted[part], right, out=whole[part])
         return (self._place @ whole.reshape(-1, 9)).reshape(-1, 3, 3)
 
     def block_of(self, rows: NDArray, columns: NDArray) -> NDArray:

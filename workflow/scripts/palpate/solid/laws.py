@@ -58,14 +58,14 @@ def _neo_hookean_energy(F: NDArray, nu: float) -> NDArray:
 def _neo_hookean_stress(F: NDArray, nu: float) -> NDArray:
     lam, mu = unit_lame(nu)
     J, g = _volume_and_cofactor(F)
-    return mu * (F - g) + (lam * (J - 1) * J)[..., None, None] * g
+    return mu * (F - g) + _scaled(lam * (J - 1) * J, g)
 
 
 def _neo_hookean_tangent(F: NDArray, nu: float) -> NDArray:
     lam, mu = unit_lame(nu)
     J, g = _volume_and_cofactor(F)
-    A = _scaled(mu - lam * (J - 1) * J, _crossed(g, g))
-    A += _scaled(lam * (2 * J - 1) * J, _outer(g, g))
+    A = _crossed(_scaled(mu - lam * (J - 1) * J, g), g)
+    A += _outer(_scaled(lam * (2 * J - 1) * J, g), g)
     for i in range(3):
         for k in range(3):
             A[..., i, k, i, k] += mu
@@ -83,7 +83,7 @@ def _blatz_ko_energy(F: NDArray, nu: float) -> NDArray:
 def _blatz_ko_stress(F: NDArray, nu: float) -> NDArray:
     _, mu = unit_lame(nu)
     J, g = _volume_and_cofactor(F)
-    return mu * ((J ** (2 * _exponent(nu)))[..., None, None] * g - g @ _turned(g) @ g)
+    return mu * (_scaled(J ** (2 * _exponent(nu)), g) - g @ _turned(g) @ g)
 
 
 def _blatz_ko_tangent(F: NDArray, nu: float) -> NDArray:
@@ -93,10 +93,12 @@ def _blatz_ko_tangent(F: NDArray, nu: float) -> NDArray:
     power = J ** (2 * beta)
     left, right = g @ _turned(g), _turned(g) @ g
     cubed = left @ g
-    A = _scaled(2 * beta * power, _outer(g, g)) - _scaled(power, _crossed(g, g))
-    A += _crossed(g, cubed) + _crossed(cubed, g)
+    A = _outer(_scaled(2 * beta * power, g), g)
+    A += _crossed(g, cubed - _scaled(power, g))
+    A += _crossed(cubed, g)
     A += left[..., :, None, :, None] * right[..., None, :, None, :]
-    return mu * A
+    A *= mu
+    return A
 
 
 def _exponent(nu: float) -> float:
@@ -104,16 +106,23 @@ def _exponent(nu: float) -> float:
 
 
 def _volume_and_cofactor(F: NDArray) -> tuple[NDArray, NDArray]:
-    """J = det F and F^-T."""
-    return np.linalg.det(F), _turned(np.linalg.inv(F))
+    """J = det F and F^-T, faster than LAPACK one matrix at a time."""
+    cofactors = np.empty_like(F)
+    for i in range(3):
+        for k in range(3):
+            rows, columns = ((i + 1) % 3, (i + 2) % 3), ((k + 1) % 3, (k + 2) % 3)
+            (a, b), (c, d) = ([F[..., row, column] for column in columns] for row in rows)
+            cofactors[..., i, k] = a * d - b * c
+    J = (F[..., 0, :] * cofactors[..., 0, :]).sum(axis=-1)
+    return J, _scaled(1 / J, cofactors)
 
 
 def _turned(matrix: NDArray) -> NDArray:
     return np.swapaxes(matrix, -1, -2)
 
 
-def _scaled(factor: NDArray, tensor: NDArray) -> NDArray:
-    return np.asarray(factor)[..., None, None, None, None] * tensor
+def _scaled(factor: NDArray, matrix: NDArray) -> NDArray:
+    return factor[..., None, None] * matrix
 
 
 def _outer(a: NDArray, b: NDArray) -> NDArray:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.linalg import eigh
 
@@ -72,27 +72,36 @@ class ReducedModel:
         """Unknowns, shape (n,)."""
         return self.modes @ self.amplitudes(lam, mu)
 
-    def error_bound(self, lam: float, mu: float) -> float:
-        """Bound on the relative error of the solution in the energy norm.
+    def error_bounds(self, moduli_pa: ArrayLike) -> NDArray:
+        """Bounds on the relative error of solutions in the energy norm, shape (k,).
 
         The residual is measured in the inverse of K at the model's middle ratio, which bounds the
         inverse of K(lam, mu) since the poles of the system lie between 0 and 3/2: no further
-        factorisation. It holds for all stable moduli, also outside of the model's range.
+        factorisation, and one solve for all. They hold for all stable moduli, also outside of the
+        model's range.
+
+        Parameters
+        ----------
+        moduli_pa : (k, 2) array
+            lam and mu [Pa].
 
         Raises
         ------
         ValueError
             If the moduli are not those of a stable solid.
         """
-        least = min((lam * w + mu) / (self.shift * w + 1) for w in (0.0, LARGEST_POLE))
-        if not least > 0:
-            raise ValueError(f"moduli: expected those of a stable solid, found {lam:g}, {mu:g}")
+        places = np.asarray(moduli_pa, dtype=float)
+        lam, mu = places.T
+        least = np.minimum(mu, (lam * LARGEST_POLE + mu) / (self.shift * LARGEST_POLE + 1))
+        if not (least > 0).all():
+            found = ", ".join(f"{value:g}" for value in places[np.argmin(least)])
+            raise ValueError(f"moduli: expected those of a stable solid, found {found}")
         A1, A2, b1, b2, f = self.system
-        x = self.solution(lam, mu)
-        Kx = lam * (A1 @ x) + mu * (A2 @ x)
-        residual = lam * b1 + mu * b2 + f - Kx
-        square = float(residual @ self.solve(residual)) / least
-        return float(np.sqrt(max(square, 0.0) / float(x @ Kx)))
+        X = np.column_stack([self.solution(*place) for place in places])
+        KX = (A1 @ X) * lam + (A2 @ X) * mu
+        residuals = np.outer(b1, lam) + np.outer(b2, mu) + f[:, None] - KX
+        squares = np.sum(residuals * self.solve(residuals), axis=0) / least
+        return np.sqrt(np.maximum(squares, 0.0) / np.sum(X * KX, axis=0))
 
 
 def reduced_model(

@@ -1,7 +1,5 @@
 """What must hold before a capture is aligned and tracked, and whether an alignment fits."""
 
-from collections.abc import Mapping, Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -119,38 +117,6 @@ def require_cloud(points_m: NDArray, *, frame: int) -> None:
         raise ValueError(f"frame {frame}: cloud: {expected}, found {len(points_m)}")
     if not np.isfinite(points_m).all():
         raise ValueError(f"frame {frame}: cloud: expected finite points, found some that are not")
-
-
-def columns_of(table: Mapping, names: Sequence[str], *, frames: int | None = None) -> NDArray:
-    """Columns of a table as numbers, shape (f, k).
-
-    Parameters
-    ----------
-    table : mapping
-        Columns by name.
-    names : sequence of str
-    frames : int, optional
-        How many rows are expected.
-
-    Raises
-    ------
-    ValueError
-        If a column is missing or not of finite numbers, or there are more or fewer rows.
-    """
-    for name in names:
-        if name not in table:
-            raise ValueError(f"{name}: expected a column, found none")
-    try:
-        values = np.stack([np.asarray(table[name], dtype=float) for name in names], axis=1)
-    except (TypeError, ValueError):
-        raise ValueError(f"{names[0]}: expected numbers, found others") from None
-    wrong = ~np.isfinite(values)
-    if wrong.any():
-        row, column = np.argwhere(wrong)[0]
-        raise ValueError(f"{names[column]}: expected a number in frame {row}, found none")
-    if frames is not None and len(values) != frames:
-        raise ValueError(f"{names[0]}: expected {frames} frames, found {len(values)}")
-    return values
 
 
 def require_contact(

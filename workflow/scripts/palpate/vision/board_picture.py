@@ -14,15 +14,12 @@ def place_derivatives(
     u: NDArray, v: NDArray, w: NDArray, inverse: NDArray, pose: NDArray, square_m: float
 ) -> tuple[NDArray, NDArray]:
     """Derivatives of u and v by rotation vector and shift of the board, (n, 6) each."""
-    y = (np.column_stack([u, v]) * w[:, None] * square_m) @ pose[:3, :2].T
-    parts = []
-    for axis in np.eye(3):
-        parts.append(-np.cross(axis, y) @ inverse.T)
-    parts += [-w[:, None] * (inverse @ axis) for axis in np.eye(3)]
-    dw = np.stack(parts, axis=1)
-    return tuple(
-        (dw[..., k] - place[:, None] * dw[..., 2]) / w[:, None] for k, place in ((0, u), (1, v))
-    )
+    x, y, z = pose[:3, :2] @ (np.stack([u, v]) * w * square_m)
+    dw = [
+        np.stack([z * b - y * c, x * c - z * a, y * a - x * b, -w * a, -w * b, -w * c])
+        for a, b, c in inverse
+    ]
+    return tuple(((dw[k] - place * dw[2]) / w).T for k, place in ((0, u), (1, v)))
 
 
 def pixel_sizes(

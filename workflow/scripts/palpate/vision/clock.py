@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
+from scipy.linalg import solve_banded
 from scipy.optimize import least_squares, nnls
-from scipy.signal import lfilter
 
 # A soft object's force is F = k x^1.5 (1 + c x), Hertz's law and its first departure, relaxing with
 # two times; what the departures may be [1/m], [-], [N].
@@ -223,4 +223,7 @@ class _Press:
         step = (self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
         decay = np.exp(-step / relaxation_s)
         rate = relaxation_s / step * (1 - decay)
-        return lfilter([rate], [1, -decay], np.diff(elastic, prepend=elastic[0]))
+        # held[n] - decay held[n - 1] = rate (elastic[n] - elastic[n - 1])
+        bands = np.ones((2, len(elastic)))
+        bands[1] = -decay
+        return solve_banded((1, 0), bands, rate * np.diff(elastic, prepend=elastic[0]))

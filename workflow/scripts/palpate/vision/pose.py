@@ -131,9 +131,7 @@ def point_covariance(camera_from_marker: NDArray, covariance: NDArray, point_m: 
     point_m : (3,) array
         The point in the marker frame [m].
     """
-    x, y, z = camera_from_marker[:3, :3] @ point_m
-    by_turn = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
-    jacobian = np.hstack([by_turn, np.eye(3)])
+    jacobian = np.hstack([_by_turn(camera_from_marker[:3, :3] @ point_m), np.eye(3)])
     return jacobian @ covariance @ jacobian.T
 
 
@@ -172,9 +170,16 @@ def corner_cofactor(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> 
 def _cofactor(by_shift: NDArray, turned: NDArray) -> NDArray:
     """Inverse of the normal matrix of rotation vector and shift, (6, 6)."""
     rows = by_shift.reshape(-1, 2, 3)
-    by_turn = np.stack([(np.cross(axis, turned)[:, None] * rows).sum(2) for axis in np.eye(3)], -1)
-    jacobian = np.concatenate([by_turn, rows], axis=-1).reshape(-1, 6)
+    jacobian = np.concatenate([rows @ _by_turn(turned), rows], axis=-1).reshape(-1, 6)
     return np.linalg.inv(jacobian.T @ jacobian)
+
+
+def _by_turn(places: NDArray) -> NDArray:
+    """Derivatives of places (..., 3) by a rotation vector before them, (..., 3, 3)."""
+    x, y, z = np.moveaxis(places, -1, 0)
+    zero = np.zeros_like(x)
+    rows = (np.stack(row, axis=-1) for row in ((zero, z, -y), (-z, zero, x), (y, -x, zero)))
+    return np.stack(list(rows), axis=-2)
 
 
 def _misfit(pose: MarkerPose, scale: float) -> float:

@@ -53,11 +53,13 @@ def blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) -
     # One after the other: sums of matrix products hang on where in memory their rows lie.
     order = np.argsort(cluster, kind="stable")
     there, first = np.unique(cluster[order], return_index=True)
-    weighted = weight[order, None] * slope[order]
-    products = weighted[:, :, None] * slope[order, None, :]
+    columns = np.ascontiguousarray(slope[order].T)
+    weighted = weight[order] * columns
     matrix, total = np.zeros((count, q, q)), np.zeros((count, q))
-    matrix[there] = np.add.reduceat(products, first, axis=0)
-    total[there] = np.add.reduceat(weighted * gaps[order, None], first, axis=0)
+    for k in range(q):
+        sums = np.add.reduceat(weighted[k] * columns[k:], first, axis=1).T
+        matrix[there, k, k:] = matrix[there, k:, k] = sums
+    total[there] = np.add.reduceat(weighted * gaps[order], first, axis=1).T
     depth, by = line.residuals.depth / scale.depth, line.depth_slope / scale.depth
     outer = by[:, :, None] * by[:, None, :]
     return Blocks(matrix, total, outer, by * depth[:, None])

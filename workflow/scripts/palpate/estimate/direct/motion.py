@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from palpate.estimate.direct.correspondences import ProbeInView, facing_samples, hidden_samples
 from palpate.estimate.direct.motion_noise import (
@@ -221,7 +221,7 @@ def _noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
     """
     own = np.isfinite(noise).sum(axis=0)
     squares = np.nansum(noise**2, axis=0)
-    usual = np.median(squares / chi2.ppf(0.5, own - 1))
+    usual = np.median(squares / chdtri(own - 1, 0.5))
     return (POOLED_FRAMES * usual + squares) / (POOLED_FRAMES + own - 1), own
 
 

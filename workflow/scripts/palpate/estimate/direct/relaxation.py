@@ -68,14 +68,18 @@ def elastic_force(
     """
     time, force, g, tau = _checked(time_s, force_n, "force_n", fractions, times_s)
     keep, add = _steps(time, tau)
-    elastic, memory = np.empty_like(force), np.empty((len(tau), *force.shape[1:]))
-    elastic[0] = memory[:] = force[0]
-    for n in range(1, len(time)):
-        a, b = keep[n - 1], add[n - 1]
-        past = np.tensordot(g * a, memory, 1) - (g @ b) * elastic[n - 1]
-        elastic[n] = (force[n] - past) / (1 - g.sum() + g @ b)
-        memory = np.multiply.outer(b, elastic[n] - elastic[n - 1]) + (a * memory.T).T
-    return elastic
+    # Shapes of one and of many histories alike, the terms first.
+    columns = force.reshape(len(time), -1)
+    elastic, memory = np.empty_like(columns), np.empty((len(tau), columns.shape[1]))
+    elastic[0] = memory[:] = columns[0]
+    shares, rest = add @ g, 1 - g.sum()
+    steps = zip(columns[1:], g * keep, keep[..., None], add[..., None], shares, strict=True)
+    for n, (now, left, a, b, share) in enumerate(steps):
+        past = left @ memory - share * elastic[n]
+        elastic[n + 1] = (now - past) / (rest + share)
+        memory *= a
+        memory += b * (elastic[n + 1] - elastic[n])
+    return elastic.reshape(force.shape)
 
 
 def elastic_force_derivatives(
