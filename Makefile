@@ -21,7 +21,7 @@ endef
 # Of `make faults`.
 kills := 50
 
-.PHONY: results sample cut validation test faults lint bench check lock docs pictures sample-captures \
+.PHONY: results sample cut validation test test-all faults lint bench check lock docs pictures sample-captures \
   own-object-captures slurm-resources mutations audit clean
 
 results: .venv/installed
@@ -44,8 +44,12 @@ cut: .venv/installed
 validation: .venv/installed
 	$(VALIDATION) -- validation
 
+# A worker for each core; the long ones (tests/: pytest.mark.long) take three times as long.
 test: .venv/installed
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses logical --dist loadfile
+
+test-all: .venv/installed
+	$(BIN)/python -m pytest --numprocesses logical --dist loadfile -m "not cut"
 
 # Runs of the sample, killed again and again at random moments; half an hour on two quiet cores.
 faults: .venv/installed

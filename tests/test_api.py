@@ -31,7 +31,14 @@ def test_there_are_about_twenty():
         _ = palpate.stiffness
 
 
-@pytest.mark.parametrize("name", sorted(set(things()) - {"hertz.HertzFit"}))
+def examples():
+    """Names with an example; those that press or track a solid take a quarter of a minute each."""
+    long = {"direct.estimate", "indentation_table", "track"}
+    for name in sorted(set(things()) - {"hertz.HertzFit"}):
+        yield pytest.param(name, marks=pytest.mark.long) if name in long else name
+
+
+@pytest.mark.parametrize("name", examples())
 def test_its_example_runs(root, monkeypatch, name):
     monkeypatch.chdir(root)
     thing = things()[name]

@@ -39,6 +39,7 @@ try:
         config,
         sources=[*SOURCES, *map(str, workflow.overwrite_configfiles)],
         project=PROJECT,
+        told=workflow.config_settings.config,
         files=False,
         blocks={"simulation": Simulation},
     )

@@ -87,6 +87,7 @@ def test_forces_and_energy_balance(shallow):
     assert steps[4].energy_j - steps[2].energy_j == pytest.approx(work, rel=0.02)
 
 
+@pytest.mark.long
 def test_friction_holds_points_and_hardly_changes_the_force():
     depths = np.linspace(0.0001, 0.0006, 6)
     smooth, without = quarter_block(0.03, 0.0007, depths, width_m=0.03)
@@ -101,6 +102,7 @@ def test_friction_holds_points_and_hardly_changes_the_force():
     assert held < 0.6 * slid
 
 
+@pytest.mark.long
 def test_a_foam_law_agrees_at_small_depth_and_is_stiffer_deep():
     depths = np.array([0.0001, 0.001, 0.004])
     neo = forces_n(quarter_block(0.0475, 0.0015, depths, width_m=0.06)[1])

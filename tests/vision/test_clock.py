@@ -30,6 +30,7 @@ def test_stiff_presses_filmed_fast_tell_the_offset(offset_s):
     assert abs(found.offset_s - offset_s) < 4 * found.std_s
 
 
+@pytest.mark.long
 def test_the_stated_deviation_is_that_of_the_errors():
     offsets = np.random.default_rng(7).normal(0, PRIOR_S, 30)
     found = [

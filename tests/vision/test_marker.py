@@ -159,6 +159,7 @@ def test_the_covariance_is_that_of_the_scatter(probe):
     assert ratio == pytest.approx(1, abs=0.15)
 
 
+@pytest.mark.long
 def test_no_flipped_pose_in_ten_thousand_frames(probe, sensors):
     """Boards at the far end of the Kinect's workspace, corners as noisy as its pictures'."""
     camera = camera_from_spec(sensors["kinect"]["color"])

@@ -1,5 +1,6 @@
 """What the tests that run scripts, or Snakemake itself, share."""
 
+import fcntl
 import logging
 import shutil
 
@@ -8,14 +9,28 @@ from sample_run import LEFT_BEHIND, SAMPLE, snakemake
 
 
 @pytest.fixture(scope="session")
-def copy(root, tmp_path_factory):
-    """A copy of the project in which the sample ran once."""
-    folder = tmp_path_factory.mktemp("palpate") / "main"
-    shutil.copytree(root, folder, ignore=LEFT_BEHIND)
+def sample(root, tmp_path_factory, worker_id):
+    """A copy of the project in which the sample ran, for all workers: not to be changed."""
+    shared = tmp_path_factory.getbasetemp()
+    shared = (shared if worker_id == "master" else shared.parent) / "sample"
+    with (shared.parent / "sample.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (shared / "results/sample/summary.csv").is_file():
+            _run_sample(root, shared)
+    return shared
+
+
+@pytest.fixture(scope="session")
+def copy(sample, tmp_path_factory):
+    """The same, to be changed."""
+    return shutil.copytree(sample, tmp_path_factory.mktemp("palpate") / "main")
+
+
+def _run_sample(root, folder):
+    shutil.copytree(root, folder, ignore=LEFT_BEHIND, dirs_exist_ok=True)
     shutil.copytree(root / "tests/sample/raw", folder / "tests/sample/raw", dirs_exist_ok=True)
     done = snakemake(folder, *SAMPLE)
     assert done.returncode == 0, done.stderr[-3000:]
-    return folder
 
 
 @pytest.fixture(autouse=True)

@@ -15,7 +15,7 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 import faults
 from palpate.run.progress import ENDS, GOES_ON
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.long]
 KINECT = "results/sample/foam_block/kinect"
 TARGETS = [f"{KINECT}/08/mask.npz", "results/sample/figures/figure_3_1.png"]
 

@@ -39,7 +39,7 @@ def test_one_job_an_object(project):
 @pytest.mark.parametrize(
     ("option", "line"),
     [
-        ("paths=3", "config/config.yaml: paths: expected a mapping, found 3"),
+        ("paths=3", "--config: paths: expected a mapping, found 3"),
         ("only=", "--config only=: expected a value, found nothing"),
     ],
 )

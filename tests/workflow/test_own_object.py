@@ -60,6 +60,7 @@ def test_the_study_runs_beside_it(dropped):
     assert {"own_report", "table_5_3", "lab_capture"} <= counted(done)
 
 
+@pytest.mark.long
 def test_one_row_is_recommended_and_it_is_near_the_truth(results, root):
     table = pd.read_csv(results / f"{NAME}/summary.csv", dtype={"capture": str})
     (advised,) = table[table["recommended"]].to_dict("records")
@@ -75,6 +76,7 @@ def test_one_row_is_recommended_and_it_is_near_the_truth(results, root):
     assert advised["poisson_ratio_low"] - 0.05 < nu < advised["poisson_ratio_high"] + 0.05
 
 
+@pytest.mark.long
 def test_the_run_is_the_objects_alone(results):
     whole = (results / "summary.csv").read_bytes()
     assert whole == (results / f"{NAME}/summary.csv").read_bytes()
@@ -83,6 +85,7 @@ def test_the_run_is_the_objects_alone(results):
     assert not (results / "lab").exists()
 
 
+@pytest.mark.long
 def test_its_page_shows_it(results):
     page = (results / f"{NAME}/report.html").read_text()
     assert page.count('<img src="data:image/png;base64,') == 3
@@ -95,6 +98,7 @@ def test_its_page_shows_it(results):
     assert "Toy cow" in (results / "objects.html").read_text()
 
 
+@pytest.mark.long
 def test_a_further_capture_costs_just_itself(results, dropped):
     more = dropped / f"raw/{NAME}/{SENSOR}/back-a03"
     shutil.copytree(more.with_name("back"), more)

@@ -10,6 +10,7 @@ from sample_run import LEFT_BEHIND, SAMPLE, snakemake
 from slurm_machine import CORES, missing, slurm
 
 pytestmark = [
+    pytest.mark.long,
     pytest.mark.workflow,
     pytest.mark.skipif(
         bool(missing()),

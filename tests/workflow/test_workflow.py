@@ -89,6 +89,7 @@ def experiments(copy):
     return folder
 
 
+@pytest.mark.long
 def test_experiments_come_to_tables_and_figures(experiments):
     for name in EXPERIMENT_TABLES:
         assert "simulated" in (experiments / f"tables/{name}.md").read_text()
@@ -105,8 +106,8 @@ def test_experiments_come_to_tables_and_figures(experiments):
     assert case["smooth_offset_mm"].between(5.2, 7.2).all()
 
 
-def test_second_run_has_nothing_to_do(copy):
-    done = snakemake(copy, "--configfile", "tests/sample/config.yaml")
+def test_second_run_has_nothing_to_do(sample):
+    done = snakemake(sample, "--configfile", "tests/sample/config.yaml")
     assert done.returncode == 0
     assert "Nothing to be done" in done.stdout + done.stderr
 
@@ -229,7 +230,7 @@ ITS_OWN = ("Using profile", "Config file ")
 @pytest.mark.parametrize(
     ("option", "line"),
     [
-        ("seed=now", "config/config.yaml: seed: expected an integer, found 'now'"),
+        ("seed=now", "--config: seed: expected an integer, found 'now'"),
         ("only=nix", "only: expected an object of raw/ or of the lab (ear, foam_ball, foam_block)"
          ", found nix"),
         ("only=", "--config only=: expected a value, found nothing (leave it out for what the"

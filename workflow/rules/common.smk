@@ -52,6 +52,7 @@ try:
         config,
         sources=[*SOURCES, *map(str, workflow.overwrite_configfiles)],
         project=PROJECT,
+        told=workflow.config_settings.config,
         files=not workflow.remote_exec,
         check_lab=lab_problems,
         blocks={"simulation": Simulation},
@@ -72,8 +73,7 @@ wildcard_constraints:
 
 # Whether this Snakemake begins a run (onstart), and doesn't just look or do one job of one.
 PLAN = Plan(
-    logger,
-    begins=lambda: not workflow.dryrun and not workflow.execution_settings.no_hooks,
+    logger, begins=lambda: not workflow.dryrun and not workflow.execution_settings.no_hooks
 )
 
 
@@ -90,7 +90,7 @@ onstart:
     except ValueError as error:
         refuse(error)
     if workflow.local_exec:
-        # With a rate limit each pass of the scheduler starts a clock that makes another pass.
+        # With a rate limit each pass of the scheduler starts a clock that makes another: decisions.md.
         workflow.scheduler.job_rate_limiter = None
     PLAN.show()
     be_brief(logger, len(workflow.dag))

@@ -5,9 +5,6 @@ from thesis.selections import objects_shown
 report: "../report/workflow.rst"
 
 
-CAPTION = str(PROJECT / "workflow" / "report" / "caption.rst")
-
-
 rule summary:
     input:
         fits=RUN.files(RUN.described(), "hertz.json"),

@@ -47,6 +47,7 @@ def open_run(
     *,
     sources: Sequence[str],
     project: Path,
+    told: Mapping = MappingProxyType({}),
     files: bool = True,
     check_lab: Callable = no_problems,
     blocks: Mapping[str, type[Options]] = MappingProxyType({}),
@@ -62,6 +63,8 @@ def open_run(
         Files that it was read of, the first of them with the defaults.
     project : Path
         Folder of the project, whose devices serve where the run has none of its own.
+    told : mapping, optional
+        What the command line says of the configuration.
     files : bool, optional
         False: tables and images of captures are not opened, as jobs are to check them, and nothing
         is stamped.
@@ -78,14 +81,14 @@ def open_run(
         With one line for each thing that is wrong.
     """
     source = sources[0]
-    _require_none(validate(config, config_schema(blocks), source), sources)
+    _require_none(validate(config, config_schema(blocks), source), sources, told)
     config = filled(config, blocks)
     config["paths"] = placed(config["paths"], project)
     paths, problems = config["paths"], _wrong_options(config, source)
     sensors = _named_files(paths["sensors"], "sensor", problems)
     probes = _named_files(paths["probes"], "probe", problems)
     lab = _lab(paths["lab"], problems)
-    _require_none(problems, sources)
+    _require_none(problems, sources, told)
     seen = stamps_below(paths["raw"], only=config["only"]) if files else {}
     problems = [] if lab is None else list(check_lab(lab, sensors, paths["lab"]))
     problems += _wrong_devices(sensors, probes, paths)
@@ -105,7 +108,7 @@ def open_run(
     problems += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
     if not wanted and not problems:
         problems.append(_nothing_found(paths, config["only"], names))
-    _require_none(problems, sources)
+    _require_none(problems, sources, told)
     own = _object_files(Path(paths["raw"]), wanted, simulated)
     return Run(
         config,
@@ -123,9 +126,9 @@ def open_run(
     )
 
 
-def _require_none(problems: list[str], sources: Sequence[str]) -> None:
+def _require_none(problems: list[str], sources: Sequence[str], told: Mapping) -> None:
     if problems:
-        raise ValueError("\n".join(one_line(who_said(line, sources)) for line in problems))
+        raise ValueError("\n".join(one_line(who_said(line, sources, told)) for line in problems))
 
 
 def _wrong_options(config: Mapping, source: str) -> list[str]:

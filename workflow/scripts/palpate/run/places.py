@@ -38,8 +38,8 @@ def placed(paths: Mapping[str, str | None], project: Path) -> dict[str, str | No
     }
 
 
-def who_said(line: str, sources: Sequence[str]) -> str:
-    """A line about the configuration, with the file that says most of its field.
+def who_said(line: str, sources: Sequence[str], told: Mapping) -> str:
+    """A line about the configuration, with what says most of its field.
 
     Parameters
     ----------
@@ -47,21 +47,27 @@ def who_said(line: str, sources: Sequence[str]) -> str:
         That begins with the first of the sources, then the field.
     sources : sequence of str
         Files of the configuration; what one says holds over those before it.
+    told : mapping
+        What the command line says, which holds over all.
     """
     first, _, rest = line.partition(": ")
     if first != sources[0]:
         return line
     parts = rest.partition(":")[0].split(".")
-    deepest, _, source = max((_known(source, parts), k, source) for k, source in enumerate(sources))
-    return f"{source if deepest else first}: {rest}"
+    said = [(source, _content(source)) for source in sources] + [("--config", told)]
+    deepest, _, place = max((_known(what, parts), k, place) for k, (place, what) in enumerate(said))
+    return f"{place if deepest else first}: {rest}"
 
 
-def _known(source: str, parts: Sequence[str]) -> int:
-    """How many parts of a field's place a file knows."""
+def _content(source: str) -> object:
     try:
-        content = load_yaml(source)
+        return load_yaml(source)
     except ValueError:
-        return 0
+        return {}
+
+
+def _known(content: object, parts: Sequence[str]) -> int:
+    """How many parts of a field's place are known."""
     for k, part in enumerate(parts):
         if not isinstance(content, Mapping) or part not in content:
             return k

@@ -76,7 +76,7 @@ class HyperelasticSolid:
             A = self.law.tangent(F[part], self.nu)
             if positive:
                 A = _positive_part(A)
-            # From (q, a, J, b, L) to (q, J, L, a, b); with j for L to rows (q, J), columns (j, a, b).
+            # From (q, a, J, b, L) to (q, J, L, a, b); with j for L: rows (q, J), columns (j, a, b).
             A = A.transpose(0, 1, 3, 5, 2, 4).reshape(-1, q, 3, 3, 9)
             right = np.matmul(self._gradients[part, :, None], A).reshape(-1, 3 * q, 9 * k)
             np.matmul(self._weighted[part], right, out=whole[part])

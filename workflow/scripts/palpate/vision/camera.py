@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import cv2
@@ -88,6 +89,14 @@ class PinholeCamera:
         """Coordinates of all pixel centres in row order, shape (height * width, 2) [px]."""
         rows, columns = np.mgrid[: self.height_px, : self.width_px]
         return np.column_stack([columns.ravel(), rows.ravel()]).astype(float)
+
+
+@lru_cache(maxsize=4)
+def pixel_rays(camera: PinholeCamera) -> NDArray:
+    """Directions through all pixel centres in row order, (height * width, 3); not to be written."""
+    rays = camera.rays(camera.pixel_grid())
+    rays.flags.writeable = False
+    return rays
 
 
 def camera_from_spec(spec: Mapping) -> PinholeCamera:

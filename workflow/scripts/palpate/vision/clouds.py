@@ -13,7 +13,7 @@ from palpate.capture.examine_order import wrong_order
 from palpate.capture.streams import all_streams
 from palpate.npz import read_arrays
 from palpate.open3d_core import o3d
-from palpate.vision.camera import PinholeCamera, camera_from_spec
+from palpate.vision.camera import PinholeCamera, camera_from_spec, pixel_rays
 from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth
 from palpate.vision.marker import board_points
 from palpate.vision.options import Clouds
@@ -242,7 +242,7 @@ def read_clouds(path: str | Path) -> list[Cloud]:
 def _deprojected(depth_m: NDArray, camera: PinholeCamera, range_m: tuple) -> NDArray:
     flat = depth_m.ravel()
     valid = (flat >= range_m[0]) & (flat <= range_m[1])
-    return camera.rays(camera.pixel_grid()[valid]) * flat[valid, None]
+    return pixel_rays(camera)[valid] * flat[valid, None]
 
 
 def clouds_of(

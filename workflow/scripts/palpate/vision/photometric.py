@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from palpate.vision.board_picture import pixel_sizes, place_derivatives, square_wave
-from palpate.vision.camera import PinholeCamera
+from palpate.vision.camera import PinholeCamera, pixel_rays
 from palpate.vision.marker import board_points
 from palpate.vision.pose import corner_cofactor
 
@@ -109,7 +109,7 @@ class BoardRefiner:
         self.mosaic, self.sampled = encoding == "bayer_rggb8", encoding != "rgb8"
         self.columns, self.rows = marker["inner_corners"]
         self.points = board_points(marker)
-        grid = camera.rays(camera.pixel_grid())
+        grid = pixel_rays(camera)
         self.rays = grid.reshape(camera.height_px, camera.width_px, 3)
         y, x = np.mgrid[: camera.height_px, : camera.width_px]
         self.sites = (2 * (y % 2) + x % 2).astype(np.uint8)
