@@ -16,7 +16,7 @@ from palpate.run.trackers import options_of
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.surface.pose import to_camera
-from palpate.vision.clouds import Cloud, pack_clouds
+from palpate.vision.clouds import Cloud, save_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
 from settings import full
@@ -79,7 +79,7 @@ def inputs(tmp_path_factory):
     mesh = MeshTet.init_ball(2)
     write_solid(folder / "solid.vtu", solid_mesh(BALL_M * (mesh.p.T + [0, 0, 1]), mesh.t.T))
     clouds = [_cloud(ball, pose, depth, rng) for depth in DEPTHS_M]
-    np.savez(folder / "clouds.npz", **pack_clouds(clouds))
+    save_clouds(folder / "clouds.npz", clouds)
     up = np.array([0.0, 0.0, 1.0])
     tips = to_camera(pose, np.array([TOP_M + up * (RADIUS_M - depth) for depth in DEPTHS_M]))
     table = pd.DataFrame(tips, columns=TIP).assign(time_s=np.arange(len(tips)) / 6)

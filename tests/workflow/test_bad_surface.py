@@ -12,7 +12,7 @@ import yaml
 from palpate.capture.tables import write_table
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
-from palpate.vision.clouds import Cloud, pack_clouds
+from palpate.vision.clouds import Cloud, save_clouds
 from palpate.vision.foreground import save_masks
 from settings import full
 from skfem import MeshTet
@@ -92,8 +92,7 @@ class Files:
 
     def cloud(self, *clouds):
         clouds = clouds if len(clouds) > 1 else clouds * FRAMES
-        packed = pack_clouds([Cloud(*cloud) for cloud in clouds])
-        np.savez(self.folder / "clouds.npz", **packed)
+        save_clouds(self.folder / "clouds.npz", [Cloud(*cloud) for cloud in clouds])
 
     def tips(self, tips_m):
         tips = tips_m @ POSE[:3, :3].T + POSE[:3, 3]
@@ -247,24 +246,24 @@ def test_clouds_that_are_damaged(request, files, how, which):
     path = files.folder / "clouds.npz"
     path.write_bytes(spoilt(path.read_bytes(), how))
     line = request.getfixturevalue(which)()
-    assert f"{path}: file: expected an NPZ file of arrays, found" in line
+    assert f"{path}: file: expected an NPZ file of frames, found" in line
 
 
 @pytest.mark.parametrize(
     ("change", "found"),
     [
-        ({"points_m": None}, "points_m: expected an array, found none"),
-        ({"points_m": np.array([{}])}, "file: expected an NPZ file of arrays, found none (Object"),
-        ({"normals": np.zeros((3, 3))}, "normals: expected as many as points"),
-        ({"points_m": np.zeros((3, 2))}, "points_m: expected numbers of shape (n, 3), found float"),
-        ({"frame_start": np.array([0, 9, 3])}, "frame_start: expected whole numbers rising"),
+        ({"points_m": None}, "000001/points_m: expected an array, found none"),
+        ({"points_m": None, "normals": None}, "000001/points_m: expected an array, found none"),
+        ({"points_m": np.array([{}])}, "file: expected an NPZ file of frames, found none (Object"),
+        ({"normals": np.zeros((3, 3))}, "frame 1: normals: expected as many as points"),
+        ({"points_m": np.zeros((3, 2))}, "frame 1: points_m: expected numbers of shape (n, 3)"),
     ],
-    ids=["missing", "pickled", "short", "flat", "order"],
+    ids=["missing", "no frame", "pickled", "short", "flat"],
 )
 def test_clouds_whose_arrays_do_not_belong_together(files, track, change, found):
     path = files.folder / "clouds.npz"
     with np.load(path) as data:
-        arrays = dict(data) | change
+        arrays = dict(data) | {f"000001/{name}": array for name, array in change.items()}
     np.savez(path, **{name: array for name, array in arrays.items() if array is not None})
     assert f"{path}: {found}" in track()
 

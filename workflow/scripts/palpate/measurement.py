@@ -170,10 +170,7 @@ def measure(
     wrenches, clock = capture_wrenches(capture.force, poses, probe, config.force, up=plane[:3])
     check_direction(wrenches, poses[AXIS].to_numpy(float))
     check_lever(wrenches, capture.radius_m)
-    clouds = [
-        (cloud.points_m, cloud.normals)
-        for cloud in clouds_of(folder, sensor, probe, masks, poses, plane, config.clouds)
-    ]
+    clouds = list(clouds_of(folder, sensor, probe, masks, poses, plane, config.clouds))
     tips, axes = columns_of(poses, TIP), columns_of(poses, AXIS)
     forces, radius = columns_of(wrenches, FORCE), capture.radius_m
     least = config.hertz.onset_force_n
@@ -325,7 +322,7 @@ def track(
 def _masks(capture: Capture, sensor: Mapping, config: Config) -> NDArray:
     rate = config.background.false_positive_rate
     model = build_model(Stream(capture.background, sensor), false_positive_rate=rate)
-    return masks_of(Stream(capture.folder, sensor), model, config.background)
+    return np.stack(list(masks_of(Stream(capture.folder, sensor), model, config.background)))
 
 
 def _plane(capture: Capture, sensor: Mapping, config: Config) -> NDArray:

@@ -46,7 +46,7 @@ def main(snakemake):
             support,
             point,
             plane,
-            (cloud.points_m, cloud.normals),
+            cloud,
             tips,
             onset,
             Aligning.read(params.options),

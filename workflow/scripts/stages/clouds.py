@@ -1,11 +1,10 @@
 """Clouds of the object at the chosen frames of a capture, or at all."""
 
-import numpy as np
 from palpate.capture.files import whole_file
 from palpate.capture.tables import read_frames, read_table
 from palpate.run.job import run
 from palpate.vision.camera import sensor_with_optics
-from palpate.vision.clouds import clouds_of, pack_clouds
+from palpate.vision.clouds import clouds_of, save_clouds
 from palpate.vision.foreground import load_masks
 from palpate.vision.options import Clouds
 from palpate.vision.support_plane import read_plane
@@ -28,8 +27,8 @@ def main(snakemake):
         Clouds.read(params.options),
         params.frames,
     )
-    with whole_file(snakemake.output.clouds) as part, part.open("wb") as stream:
-        np.savez_compressed(stream, **pack_clouds(clouds))
+    with whole_file(snakemake.output.clouds) as part:
+        save_clouds(part, clouds)
 
 
 def require_frames(inputs, masks, poses):
@@ -38,8 +37,8 @@ def require_frames(inputs, masks, poses):
     for path, field, found in ((inputs.mask, "mask", masks), (inputs.pose, "tip_x_m", poses)):
         if len(found) != count:
             raise ValueError(f"{path}: {field}: expected {count} frames, found {len(found)}")
-    empty = np.flatnonzero(~masks.any(axis=(1, 2)))
-    if len(empty):
+    empty = [k for k, mask in enumerate(masks) if not mask.any()]
+    if empty:
         expected = f"frame {empty[0]}: mask: expected foreground"
         raise ValueError(f"{inputs.mask}: {expected}, found none ({len(empty)} such frames)")
 

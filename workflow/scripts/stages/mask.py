@@ -14,8 +14,8 @@ def main(snakemake):
     model = load_model(snakemake.input.model)
     with naming(snakemake.input.capture, "mask", "image", "camera"):
         masks = masks_of(frames, model, Background.read(snakemake.params.options))
-    with whole_file(snakemake.output.mask) as part:
-        save_masks(part, masks)
+        with whole_file(snakemake.output.mask) as part:
+            save_masks(part, masks)
 
 
 run(main, snakemake)

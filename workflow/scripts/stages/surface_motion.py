@@ -30,11 +30,16 @@ def main(snakemake):
         rest = rest_frames(
             *known, tips, forces, radius_m=radius, onset_force_n=params.onset_force_n
         )
-    clouds = [(cloud.points_m, cloud.normals) for cloud in read_clouds(inputs.clouds)]
     options = Observation.read(params.options)
     with naming(inputs.clouds, "clouds", "frames"):
         motion = observed_motion(
-            *known, clouds, (tips, axes), rest, params.sensor, options, radius_m=radius
+            *known,
+            read_clouds(inputs.clouds),
+            (tips, axes),
+            rest,
+            params.sensor,
+            options,
+            radius_m=radius,
         )
     logging.info("%d samples, %d frames at rest", motion.moved_m.shape[1], len(rest))
     with whole_file(snakemake.output.motion) as part:

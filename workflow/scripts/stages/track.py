@@ -46,7 +46,7 @@ def main(snakemake):
 def recording(inputs, radius_m):
     """Read and check what is tracked, and the frames' times [s]."""
     spec, support = read_declared(inputs.object)
-    clouds = [(cloud.points_m, cloud.normals) for cloud in read_clouds(inputs.clouds)]
+    clouds = read_clouds(inputs.clouds)
     with naming(inputs.clouds):
         for k, (points, _) in enumerate(clouds):
             require_cloud(points, frame=k)

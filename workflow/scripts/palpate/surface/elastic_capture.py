@@ -1,11 +1,13 @@
 """Track one capture with the elastic tracker: mesh, noise, weight, every frame."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.frames import Mapped
 from palpate.solid.boundary import support_nodes
 from palpate.solid.refine import refine_near
 from palpate.surface.distance import ClosestPoints
@@ -38,7 +40,7 @@ class Scene:
 
     Attributes
     ----------
-    clouds : list of (points (n, 3) [m], normals (n, 3))
+    clouds : sequence of (points (n, 3) [m], normals (n, 3))
     spheres : list of Sphere
     depth_m : (f,) array
         Of the sphere below the undeformed surface [m].
@@ -49,7 +51,7 @@ class Scene:
         Frames before the contact; the first one always.
     """
 
-    clouds: list
+    clouds: Sequence
     spheres: list
     depth_m: NDArray
     contact_m: NDArray
@@ -261,7 +263,7 @@ def _scene(recorded: Recorded, reach_m: float) -> Scene:
     tips = to_object(pose, recorded.tips_m)
     surface = ClosestPoints(recorded.template.vertices_m, recorded.template.faces)
     return Scene(
-        clouds=[(to_object(pose, p), n @ pose[:3, :3]) for p, n in recorded.clouds],
+        clouds=Mapped(recorded.clouds, lambda c: (to_object(pose, c[0]), c[1] @ pose[:3, :3])),
         spheres=[Sphere(tip, radius) for tip in tips],
         depth_m=radius - surface.signed_distance(tips),
         contact_m=recorded.alignment.contact_point_m,

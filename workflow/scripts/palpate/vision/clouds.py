@@ -1,9 +1,10 @@
 """From depth images to clouds of the object with normals (Sections 4.1.2, 4.1.4)."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.examine_order import wrong_order
 from palpate.capture.streams import all_streams
-from palpate.npz import read_arrays
+from palpate.frames import Film, write_film
 from palpate.open3d_core import o3d
 from palpate.vision.camera import PinholeCamera, camera_from_spec, pixel_rays
 from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth
@@ -22,8 +23,7 @@ from palpate.vision.probe import AXIS, TIP, marker_transforms
 from palpate.vision.support_plane import height_above
 
 
-@dataclass(frozen=True)
-class Cloud:
+class Cloud(NamedTuple):
     """Points and their unit normals, camera frame, both (n, 3); points in metres."""
 
     points_m: NDArray
@@ -197,46 +197,31 @@ def _seen_through(points_m: NDArray, sheet_m: NDArray | None) -> NDArray:
     return (sides > 0).all(axis=1) | (sides < 0).all(axis=1)
 
 
-def pack_clouds(clouds: list[Cloud]) -> dict[str, NDArray]:
-    """Arrays of clouds.npz: all points one after another, and where each frame starts."""
-    counts = [len(cloud.points_m) for cloud in clouds]
-    return {
-        "points_m": np.concatenate([cloud.points_m for cloud in clouds]).astype(np.float32),
-        "normals": np.concatenate([cloud.normals for cloud in clouds]).astype(np.float32),
-        "frame_start": np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
-    }
+def save_clouds(path: str | Path, clouds: Iterable[Cloud]) -> None:
+    """Write clouds in single precision as NPZ, as they come."""
+    write_film(path, ({k: v.astype(np.float32) for k, v in c._asdict().items()} for c in clouds))
 
 
-def unpack_clouds(arrays: Mapping[str, NDArray]) -> list[Cloud]:
-    """Clouds of each frame from the arrays of `pack_clouds`."""
-    points, normals = (np.asarray(arrays[name], dtype=float) for name in ("points_m", "normals"))
-    cuts = arrays["frame_start"][1:-1]
-    pairs = zip(np.split(points, cuts), np.split(normals, cuts), strict=True)
-    return [Cloud(part, direction) for part, direction in pairs]
-
-
-def read_clouds(path: str | Path) -> list[Cloud]:
-    """Read and check clouds.npz or rest_cloud.npz.
+def read_clouds(path: str | Path) -> Film:
+    """Read clouds.npz or rest_cloud.npz, each cloud when it is asked for.
 
     Raises
     ------
     ValueError
         If the file is damaged, or its arrays do not belong together.
     """
-    arrays = read_arrays(path, ("points_m", "normals", "frame_start"))
-    points, normals, start = arrays["points_m"], arrays["normals"], arrays["frame_start"]
+    return Film(path, Cloud._fields, _checked)
+
+
+def _checked(points: NDArray, normals: NDArray) -> Cloud:
     for name, array in (("points_m", points), ("normals", normals)):
         if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind != "f":
             found = f"{array.dtype} of shape {array.shape}"
-            raise ValueError(f"{path}: {name}: expected numbers of shape (n, 3), found {found}")
+            raise ValueError(f"{name}: expected numbers of shape (n, 3), found {found}")
     if len(points) != len(normals):
         expected = f"as many as points, {len(points)}"
-        raise ValueError(f"{path}: normals: expected {expected}, found {len(normals)}")
-    rising = start.ndim == 1 and start.dtype.kind == "i" and len(start) > 1
-    if not (rising and start[0] == 0 and start[-1] == len(points) and (np.diff(start) >= 0).all()):
-        expected = f"whole numbers rising from 0 to {len(points)}"
-        raise ValueError(f"{path}: frame_start: expected {expected}, found others")
-    return unpack_clouds(arrays)
+        raise ValueError(f"normals: expected {expected}, found {len(normals)}")
+    return Cloud(points.astype(float), normals.astype(float))
 
 
 def _deprojected(depth_m: NDArray, camera: PinholeCamera, range_m: tuple) -> NDArray:
@@ -249,13 +234,13 @@ def clouds_of(
     folder: str | Path,
     sensor: Mapping,
     probe: Mapping,
-    masks: NDArray,
+    masks: Sequence[NDArray],
     poses: pd.DataFrame,
     plane: NDArray,
     options: Clouds,
     frames: Sequence[int] | None = None,
-) -> list[Cloud]:
-    """Clouds of the object, with normals, camera frame.
+) -> Iterator[Cloud]:
+    """Clouds of the object, with normals, camera frame, one after the other.
 
     Parameters
     ----------
@@ -263,7 +248,8 @@ def clouds_of(
         Of a capture.
     sensor, probe : mapping
         Specifications.
-    masks : (f, h, w) bool array
+    masks : sequence of (h, w) bool arrays
+        Of all frames.
     poses : DataFrame
         probe_pose.csv.
     plane : (4,) array
@@ -282,19 +268,18 @@ def clouds_of(
         raise ValueError(problem)
     places = probe_places(poses, probe)
     chosen, written = range(len(masks)) if frames is None else frames, options.written()
-    clouds = []
     for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
-        points = scene_points(images, sensor, masks[k])
+        mask = masks[k]
+        points = scene_points(images, sensor, mask)
         if not len(points):
             nearest_m, farthest_m = sensor["range_m"]
             expected = f"points {nearest_m:g} to {farthest_m:g} m away"
             raise ValueError(f"frame {k}: depth: expected {expected}, found none")
         try:
             cloud = object_cloud(
-                points, masks[k], camera, plane, places[k], probe["exclusion"], **written
+                points, mask, camera, plane, places[k], probe["exclusion"], **written
             )
         except ValueError as error:
             raise ValueError(f"{folder}: frame {k}: {error}") from error
         logging.info("frame %d: %d points", k, len(cloud.points_m))
-        clouds.append(cloud)
-    return clouds
+        yield cloud

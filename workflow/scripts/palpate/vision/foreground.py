@@ -1,13 +1,13 @@
 """Foreground of an image before a modelled background (Eq. 4.19, Section 4.2.1)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.npz import read_arrays
+from palpate.frames import Film, write_film
 from palpate.vision.background import (
     SMALLEST,
     BackgroundModel,
@@ -155,31 +155,34 @@ def _without_small(mask: NDArray, smallest_px: int) -> NDArray:
     return keep.astype(np.uint8)[labels]
 
 
-def save_masks(path: str | Path, masks: NDArray) -> None:
-    """Write masks (f, h, w) packed to bits as NPZ."""
-    with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, mask=np.packbits(masks, axis=-1), shape=masks.shape)
+def save_masks(path: str | Path, masks: Iterable[NDArray]) -> None:
+    """Write masks (h, w) packed to bits as NPZ, as they come."""
+    write_film(path, ({"mask": np.packbits(m, axis=-1), "shape": np.array(m.shape)} for m in masks))
 
 
-def load_masks(path: str | Path) -> NDArray:
-    """Read the masks that `save_masks` wrote, (f, h, w) bool.
+def load_masks(path: str | Path) -> Film:
+    """Read the masks that `save_masks` wrote, (h, w) bool each.
 
     Raises
     ------
     ValueError
         If the file is damaged, or holds other bits than the masks' shape asks for.
     """
-    data = read_arrays(path, ("mask", "shape"))
-    packed, shape = data["mask"], data["shape"]
-    whole = shape.shape == (3,) and shape.dtype.kind == "i" and packed.dtype == np.uint8
-    if not whole or packed.shape != (*shape[:2], -(-shape[2] // 8)):
+    return Film(path, ("mask", "shape"), _unpacked)
+
+
+def _unpacked(packed: NDArray, shape: NDArray) -> NDArray:
+    whole = shape.shape == (2,) and shape.dtype.kind == "i" and packed.dtype == np.uint8
+    if not whole or packed.shape != (shape[0], -(-shape[1] // 8)):
         found = f"{packed.dtype} {packed.shape} for {shape.tolist()}"
-        raise ValueError(f"{path}: mask: expected the bits of (frames, h, w), found {found}")
-    return np.unpackbits(data["mask"], axis=-1, count=data["shape"][-1]).astype(bool)
+        raise ValueError(f"mask: expected the bits of (h, w), found {found}")
+    return np.unpackbits(packed, axis=-1, count=shape[1]).astype(bool)
 
 
-def masks_of(frames: Sequence[NDArray], model: BackgroundModel, options: Background) -> NDArray:
-    """Foreground of each frame, (f, h, w) bool.
+def masks_of(
+    frames: Sequence[NDArray], model: BackgroundModel, options: Background
+) -> Iterator[NDArray]:
+    """Foreground of each frame, (h, w) bool, one after the other.
 
     Parameters
     ----------
@@ -201,18 +204,19 @@ def masks_of(frames: Sequence[NDArray], model: BackgroundModel, options: Backgro
         closing_px=options.closing_px,
         smallest_blob_px=options.smallest_blob_px,
     )
-    masks = np.stack([classify(image) for image in frames])
-    for k in (0, len(masks) - 1):
+    for k in (0, len(frames) - 1):
+        image = frames[k]
         check_still(
-            model.mean, frames[k], masks[k], largest_shift_px=options.largest_shift_px, frame=k
+            model.mean, image, classify(image), largest_shift_px=options.largest_shift_px, frame=k
         )
-    full = masks.mean(axis=(1, 2))
-    if full.max() > MOST_FOREGROUND:
-        raise ValueError(
-            f"mask: expected background around the object, found {full.max():.0%} foreground in"
-            f" frame {int(full.argmax())} (does the background show the same scene and light?)"
-        )
-    empty = np.flatnonzero(~masks.any(axis=(1, 2)))
-    if len(empty):
-        raise ValueError(f"mask: expected foreground in each frame, found none in {empty[0]}")
-    return masks
+    for k, image in enumerate(frames):
+        mask = classify(image)
+        full = mask.mean()
+        if full > MOST_FOREGROUND:
+            raise ValueError(
+                f"mask: expected background around the object, found {full:.0%} foreground in"
+                f" frame {k} (does the background show the same scene and light?)"
+            )
+        if not full:
+            raise ValueError(f"mask: expected foreground in each frame, found none in {k}")
+        yield mask

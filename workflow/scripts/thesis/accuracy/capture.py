@@ -1,6 +1,6 @@
 """How right a capture's results are, against the virtual lab's truth."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ def capture_accuracy(truth: Mapping, material: Mapping, results: Mapping) -> lis
     results : mapping
         ``tip_m`` and ``raw_tip_m`` (f, 3) [m], ``axis`` (f, 3), ``force_n`` (f, 3) [N], ``clock``
         (clock.json), ``mask`` (f, h, w) bool,
-        ``clouds`` (list of (n, 3) [m]), ``tracked`` (Tracked), ``hertz`` (hertz.json) and
+        ``clouds`` (sequence of Cloud), ``tracked`` (Tracked), ``hertz`` (hertz.json) and
         ``minima`` (minimise-<error>.json by error option).
 
     Returns
@@ -96,9 +96,9 @@ def _mask(truth: Mapping, mask: NDArray) -> list[dict]:
     ]
 
 
-def _cloud(truth: Mapping, clouds: list[NDArray], frame: int) -> list[dict]:
+def _cloud(truth: Mapping, clouds: Sequence, frame: int) -> list[dict]:
     pose = truth["camera_from_object"]
-    points = (clouds[frame] - pose[:3, 3]) @ pose[:3, :3]
+    points = (clouds[frame].points_m - pose[:3, 3]) @ pose[:3, :3]
     closest = ClosestPoints(truth["surface_m"][frame], truth["surface_faces"])
     distance = closest.distance(points)
     return [

@@ -10,7 +10,7 @@ from palpate.capture.tables import read_table
 from palpate.report import outputs
 from palpate.run.read_files import read_all, read_by_folder, read_one
 from palpate.surface.tracked import load_tracked
-from palpate.vision.clouds import unpack_clouds
+from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS, RAW_TIP, TIP
@@ -42,16 +42,14 @@ def read_results(capture: Mapping, params: Any) -> dict:
     """What the pipeline found for one capture."""
     folder = Path(params.results).joinpath(*(capture[key] for key in KEYS))
     poses = read_table(folder / "probe_pose.csv")
-    with np.load(folder / "clouds.npz", allow_pickle=False) as data:
-        clouds = [cloud.points_m for cloud in unpack_clouds(data)]
     return {
         "tip_m": poses[TIP].to_numpy(float),
         "raw_tip_m": poses[RAW_TIP].to_numpy(float),
         "axis": poses[AXIS].to_numpy(float),
         "clock": read_one(str(folder / "clock.json")),
         "force_n": read_table(folder / "force.csv")[FORCE].to_numpy(float),
-        "mask": load_masks(folder / "mask.npz"),
-        "clouds": clouds,
+        "mask": np.stack(list(load_masks(folder / "mask.npz"))),
+        "clouds": read_clouds(folder / "clouds.npz"),
         "tracked": load_tracked(folder / f"tracked-{params.tracker}.npz"),
         "hertz": read_one(str(folder / "hertz.json")),
         "minima": _minima(folder, params.errors),

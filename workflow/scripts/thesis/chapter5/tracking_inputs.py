@@ -95,7 +95,7 @@ def _recorded(spec, template, solid, clouds, pose, force, alignment, probe) -> R
         read_template(template, unit=declared["template"]["unit"]),
         read_solid(solid),
         support,
-        [(cloud.points_m, cloud.normals) for cloud in read_clouds(clouds)],
+        read_clouds(clouds),
         read_table(pose)[TIP].to_numpy(float),
         read_table(force)[FORCE].to_numpy(float),
         probe["indenter"]["radius_m"],
