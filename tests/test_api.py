@@ -38,7 +38,7 @@ def examples():
         yield pytest.param(name, marks=pytest.mark.long) if name in long else name
 
 
-@pytest.mark.parametrize("name", examples())
+@pytest.mark.parametrize("name", list(examples()))
 def test_its_example_runs(root, monkeypatch, name):
     monkeypatch.chdir(root)
     thing = things()[name]

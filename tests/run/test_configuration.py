@@ -282,6 +282,22 @@ def test_a_search_that_cannot_start(home, change, line):
         opened(home, minimise=options)
 
 
+@pytest.mark.parametrize(
+    ("block", "change", "line"),
+    [
+        ("model", {"laws": ["linear"]}, "model.laws: expected one of finite strain beside linear"),
+        ("model", {"poisson_ratios": [0.49, 0.0]}, "model.poisson_ratios: expected increasing"),
+        ("fit", {"poisson_ratio_bounds": [0.0, 0.494]}, "expected low and high within the table's"),
+    ],
+    ids=["laws", "ratios", "bounds"],
+)
+def test_a_table_that_does_not_serve(home, block, change, line):
+    options = written(home).get("direct", {})
+    options[block] = options.get(block, {}) | change
+    with pytest.raises(ValueError, match=f"config/config.yaml: direct.*{line}"):
+        opened(home, direct=options)
+
+
 @pytest.mark.parametrize("block", ["tracking", "minimise"])
 def test_options_of_an_object_that_is_nowhere(home, block):
     options = written(home)[block]

@@ -8,9 +8,11 @@ import jsonschema
 import pytest
 import yaml
 from palpate.estimate.direct.relaxation import relaxed_share
+from palpate.estimate.minimise.options import Minimise
 from palpate.options import Options, block, option, rows, schema_of
 from palpate.run.options import Config, config_schema, filled
 from palpate.run.options_page import options_page
+from palpate.solid.options import IndentationTable
 from palpate.solid.support import Support
 from palpate.vision.clouds import object_cloud
 from palpate.vision.options import Clouds
@@ -42,6 +44,13 @@ class Named(Options):
     """A block that has to say something."""
 
     name: str = option(..., "of it")
+
+
+def option_fits(kind, **value):
+    try:
+        return kind(**value)
+    except ValueError as error:
+        assert str(error).startswith(f"{next(iter(value))}: expected ")
 
 
 def wrong(value):
@@ -84,6 +93,10 @@ def test_what_is_made_without_a_schema_is_refused_too():
         Inner(rule="three")
     with pytest.raises(ValueError, match="^place_m: expected 2 each at least 0, found"):
         Inner(place_m=(1, -1))
+    assert not option_fits(IndentationTable, laws=())
+    assert not option_fits(IndentationTable, laws=("linear", "linear"))
+    assert not option_fits(Minimise, iterations=10**9)
+    assert not option_fits(IndentationTable, growth=float("inf"))
     for wrong_kind in ({"count": "3"}, {"count": True}, {"edge_m": "1"}, {"inner": {"rule": 1}}):
         with pytest.raises(ValueError, match=r"^(count|edge_m|rule): expected .*, found"):
             Outer.read(wrong_kind)

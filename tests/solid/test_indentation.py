@@ -106,7 +106,7 @@ def test_bad_arguments(model):
 def test_bad_files(model, tmp_path):
     path = tmp_path / "a.npz"
     path.write_bytes(b"nothing")
-    with pytest.raises(ValueError, match="a.npz: file: expected an indentation indentation table"):
+    with pytest.raises(ValueError, match="a.npz: file: expected an indentation table"):
         load_indentation(path)
     arrays = vars(model) | {"laws": np.array(model.laws)}
     np.savez(path, **{name: arrays[name] for name in arrays if name != "depth_m"})

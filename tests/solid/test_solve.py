@@ -68,6 +68,8 @@ def test_bad_input_and_the_way_without_mkl(parts, right, monkeypatch):
         factorise(K[:-1])
     with pytest.raises(ValueError, match="K: expected a regular matrix, found"):
         factorise(sparse.csr_matrix([[1.0, 1.0], [1.0, 1.0]]), solver="superlu")
+    with pytest.raises(ValueError, match="K: expected a positive definite matrix, found a pivot"):
+        factorise(sparse.csr_matrix([[1.0, 2.0], [2.0, 1.0]]), solver="superlu")
     monkeypatch.setattr(solve, "PyPardisoSolver", None)
     assert factorise(K).solver == "superlu"
     with pytest.raises(ValueError, match="found pardiso without MKL"):

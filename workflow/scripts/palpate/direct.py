@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from palpate.estimate.direct.estimate import DirectEstimate, estimate_direct
 from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Fit
@@ -9,6 +11,10 @@ from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.measurement import Measurement
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.smooth_surface import SmoothSurface
+from palpate.units import MILLIMETRES
+
+# A table of another sphere is another force.
+SAME_RADIUS = 1e-6
 
 
 def estimate(
@@ -61,9 +67,16 @@ def estimate(
         raise ValueError(
             f"measured: expected captures of one object and sensor, found {len(folders)}"
         )
+    if len(tables) != len(measured):
+        raise ValueError(f"tables: expected {len(measured)}, one a capture, found {len(tables)}")
+    radius, seed = measured[0].capture.radius_m, measured[0].config.seed if seed is None else seed
+    for table in tables:
+        if not np.isclose(table.radius_m, radius, rtol=SAME_RADIUS):
+            expected = f"one of the probe's {radius * MILLIMETRES:g} mm sphere"
+            found = f"{table.radius_m * MILLIMETRES:g} mm"
+            raise ValueError(f"tables: expected {expected}, found one of {found}")
     options = options or measured[0].config.direct.fit
     indentations = [_indentation(*of, options) for of in zip(measured, tables, strict=True)]
-    radius, seed = measured[0].capture.radius_m, measured[0].config.seed if seed is None else seed
     return estimate_direct(indentations, options, radius_m=radius, seed=seed)
 
 

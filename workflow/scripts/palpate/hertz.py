@@ -41,7 +41,14 @@ class HertzFit:
     support: str
 
     def youngs_modulus_pa(self, poisson_ratio: float) -> float:
-        """Young's modulus for a known Poisson's ratio [Pa]."""
+        """Young's modulus for a known Poisson's ratio [Pa].
+
+        Raises
+        ------
+        ValueError
+            If the ratio is not from 0 to 0.5.
+        """
+        _check_ratio(poisson_ratio)
         return self.reduced_modulus_pa * (1 - poisson_ratio**2)
 
 
@@ -92,6 +99,9 @@ def fit(
     depth, force = _curve(depth_m, force_n)
     if not radius_m > 0:
         raise ValueError(f"radius_m: expected above 0, found {radius_m}")
+    if thickness_m is not None and not thickness_m > 0:
+        raise ValueError(f"thickness_m: expected above 0, found {thickness_m}")
+    _check_ratio(poisson_ratio)
     if indenter is not None:
         return _fitted(depth, force, indenter, radius_m, thickness_m, poisson_ratio, baseline)
     first = _fitted(depth, force, "parabola", radius_m, thickness_m, poisson_ratio, baseline)
@@ -129,6 +139,11 @@ def read_curve(path: str | Path) -> tuple[NDArray, NDArray]:
     return table[DEPTH].to_numpy(float), table[FORCE].to_numpy(float)
 
 
+def _check_ratio(poisson_ratio: float) -> None:
+    if not 0 <= poisson_ratio <= 0.5:
+        raise ValueError(f"poisson_ratio: expected from 0 to 0.5, found {poisson_ratio}")
+
+
 def _curve(depth_m: NDArray, force_n: NDArray) -> tuple[NDArray, NDArray]:
     depth, force = np.asarray(depth_m, dtype=float), np.asarray(force_n, dtype=float)
     if depth.ndim != 1 or depth.shape != force.shape:
@@ -140,6 +155,8 @@ def _curve(depth_m: NDArray, force_n: NDArray) -> tuple[NDArray, NDArray]:
         raise ValueError("depth_m, force_n: expected finite numbers, found others")
     if not len(depth) or not np.ptp(depth) > 0 or not np.ptp(force) > 0:
         raise ValueError("depth_m, force_n: expected a press, found no change")
+    if not np.cov(depth, force)[0, 1] > 0:
+        raise ValueError("force_n: expected to rise with depth, found it to fall")
     return depth, force
 
 

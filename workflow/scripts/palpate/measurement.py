@@ -251,6 +251,7 @@ def indentation_table(
     measured : Measurement
     solid : SolidMesh
     options : IndentationTable, optional
+        Those of the measurement's configuration by default.
 
     Examples
     --------
@@ -274,7 +275,7 @@ def indentation_table(
         measured.support,
         (measured.template.vertices_m, measured.template.faces),
         declared["points"][measured.capture.point],
-        options or IndentationTable(),
+        options or measured.config.direct.model,
         radius_m=measured.capture.radius_m,
         deepest_m=declared.get("deepest_m"),
     )
@@ -290,7 +291,7 @@ def track(
     measured : Measurement
     solid : SolidMesh
     options : StudyTracking or ElasticTracking, optional
-        By elasticity by default.
+        By elasticity by default, whatever trackers the configuration names.
 
     Examples
     --------

@@ -7,6 +7,7 @@ A field is declared with `option`; from that follow the schema that what people 
 import operator
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, asdict, dataclass, field, fields, is_dataclass
+from math import isfinite
 from numbers import Integral, Real
 from types import NoneType, UnionType
 from typing import Any, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
@@ -70,10 +71,11 @@ class Options:
         """Refuse what the schema would, for those who come without one."""
         for one, kind in _kinds(type(self)):
             found = getattr(self, one.name)
-            if not _fits(kind, one.metadata, found):
-                raise ValueError(
-                    f"{one.name}: expected {_allowed(kind, one.metadata)}, found {found}"
-                )
+            if not _of_kind(kind, found):
+                raise ValueError(f"{one.name}: expected {_allowed(kind, {})}, found {found!r}")
+            if not _within(kind, one.metadata, found):
+                allowed = _allowed(kind, one.metadata)
+                raise ValueError(f"{one.name}: expected {allowed}, found {found}")
 
     def written(self) -> dict:
         """The options as people write them, all of them."""
@@ -176,27 +178,45 @@ def _list_schema(parts: tuple, bounds: Mapping) -> dict:
     return content | ({"uniqueItems": True} if bounds.get("unique") else {})
 
 
-def _fits(kind: Any, bounds: Mapping, value: Any) -> bool:
-    """Whether a value is of a field's kind, among its words, and within its bounds."""
+def _of_kind(kind: Any, value: Any) -> bool:
+    """Whether a value is of a field's kind."""
     origin, parts = get_origin(kind), get_args(kind)
     if kind is Any:
         return True
     if origin is UnionType:
-        return any(_fits(part, bounds, value) for part in parts)
+        return any(_of_kind(part, value) for part in parts)
     if origin is Literal:
-        return value in parts
+        return type(value) in set(map(type, parts))
     if origin is tuple:
         several = isinstance(value, list | tuple)
         several = several and (parts[-1] is ... or len(value) == len(parts))
-        return several and all(_fits(parts[0], bounds, one) for one in value)
+        return several and all(_of_kind(parts[0], one) for one in value)
     if origin is dict:
-        return isinstance(value, dict) and all(_fits(parts[1], {}, v) for v in value.values())
+        return isinstance(value, dict) and all(_of_kind(parts[1], one) for one in value.values())
     if isinstance(value, bool):
         return kind is bool
-    if not isinstance(value, Real):
-        return isinstance(value, kind)
-    within = all(holds(value, bounds[name]) for name, holds in HOLDS.items() if name in bounds)
-    return within and isinstance(value, NUMBERS.get(kind, ()))
+    return isinstance(value, NUMBERS.get(kind, kind))
+
+
+def _within(kind: Any, bounds: Mapping, value: Any) -> bool:
+    """Whether a value of a field's kind is among its words, and within its bounds."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is UnionType:
+        return any(_of_kind(part, value) and _within(part, bounds, value) for part in parts)
+    if origin is Literal:
+        return value in parts
+    if origin is tuple:
+        several = len(value) >= bounds.get("fewest", 0)
+        several = several and (not bounds.get("unique") or len(set(value)) == len(value))
+        each = {name: bounds[name] for name in BOUNDS if name in bounds}
+        return several and all(_within(parts[0], each, one) for one in value)
+    if kind is str:
+        return len(value) >= bounds.get("fewest", 0)
+    if kind not in NUMBERS:
+        return True
+    limits = ({"most": MOST_COUNTED} if kind is int else {}) | bounds
+    held = (holds(value, limits[name]) for name, holds in HOLDS.items() if name in limits)
+    return isfinite(value) and all(held)
 
 
 def _typed(kind: Any, value: Any) -> Any:
@@ -246,8 +266,9 @@ def _allowed(kind: Any, bounds: Mapping) -> str:
         return ", ".join(map(str, parts))
     if origin is tuple:
         inner = _allowed(parts[0], bounds)
-        many = "" if parts[-1] is ... else f"{len(parts)} "
-        return f"{many}each {inner}" if inner else "a list"
+        many = f"{bounds['fewest']} or more, " if "fewest" in bounds else ""
+        many = many if parts[-1] is ... else f"{len(parts)} "
+        return f"{many}each {inner}{', no two alike' if bounds.get('unique') else ''}"
     if origin is UnionType:
         return " or ".join(filter(None, (_allowed(part, bounds) for part in parts)))
     if origin is dict:

@@ -188,12 +188,6 @@ def tracker_of(run: Run, captures: Iterable[Described], tracker: str) -> list[Ma
     return [options_of(run.config["tracking"], tracker, c["object"]) for c in captures]
 
 
-def template_of(run: Run, name: str) -> str:
-    """Template of an object: its own file, or the one made of its scans."""
-    kind, file = run.template_source(name)
-    return run.raw(f"{name}/{file}") if kind == "file" else run.results(f"{name}/template.ply")
-
-
 def calibrations_of(run: Run, captures: Iterable[Described]) -> list[str]:
     """Calibration of each sensor whose file asks for it."""
     return [
@@ -208,7 +202,7 @@ def tracker_inputs(run: Run, captures: Sequence[Described]) -> dict[str, list[st
     names = [capture["object"] for capture in captures]
     return {
         "object": [run.raw(f"{name}/object.yaml") for name in names],
-        "template": [template_of(run, name) for name in names],
+        "template": [run.template(name) for name in names],
         "solid": [run.results(f"{name}/solid.vtu") for name in names],
         "alignment": run.files(captures, "alignment.json"),
         "clouds": run.files(captures, "clouds.npz"),

@@ -1,5 +1,6 @@
 """One capture as it was dropped, with what was written about it."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -117,7 +118,7 @@ def open_capture(
     >>> capture.point, len(capture.frames), capture.radius_m
     ('08', 10, 0.00622)
     """
-    folder = Path(folder).absolute()
+    folder = Path(os.path.abspath(folder))
     declared = _read(folder.parents[1] / "object.yaml", "object")
     sensor = _read(Path(sensors) / f"{folder.parent.name}.yaml", "sensor")
     probe = _read(Path(probes) / f"{declared['probe']}.yaml", "probe")

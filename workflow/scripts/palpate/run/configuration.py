@@ -22,7 +22,12 @@ from palpate.run.options import config_schema, filled
 from palpate.run.path_checks import path_problems
 from palpate.run.places import placed, who_said
 from palpate.run.run import Run
-from palpate.run.search_checks import impossible_search, unknown_objects, unknown_step_trackers
+from palpate.run.search_checks import (
+    impossible_search,
+    impossible_table,
+    unknown_objects,
+    unknown_step_trackers,
+)
 from palpate.run.selection import estimated, selected, unknown_captures
 from palpate.run.sensor_checks import (
     ambiguous_boards,
@@ -135,6 +140,7 @@ def _wrong_options(config: Mapping, source: str) -> list[str]:
     """What is wrong with the configuration by itself, beyond its schema."""
     problems = path_problems(config["paths"], source)
     problems += impossible_search(config["minimise"], source)
+    problems += impossible_table(config["direct"], source)
     problems += tracker_problems(config["tracking"], source)
     return problems + unknown_step_trackers(config, source)
 

@@ -30,7 +30,9 @@ def read_indentations(inputs, options):
         with (
             naming(inputs.forces[k], "force", "frames"),
             naming(inputs.poses[k], "depth", "tip"),
-            naming(inputs.motions[k], "cells"),
+            naming(inputs.motions[k], "samples"),
+            naming(inputs.alignments[k], "contact"),
+            naming(path, "table"),
         ):
             indentation = direct_indentation(
                 probe_record,

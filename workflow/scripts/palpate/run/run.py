@@ -141,14 +141,18 @@ class Run:
         """File of the probe that an object is pressed with."""
         return self.probe_of(wildcards.object)
 
+    def template(self, name: str) -> str:
+        """Template of an object: its own file, or the one made of its scans."""
+        kind, file = self.template_source(name)
+        return (
+            self.raw(f"{name}/{file}") if kind == "file" else self.results(f"{name}/template.ply")
+        )
+
     # Inputs of rules.
 
     def template_of(self, wildcards: Any) -> str:
-        """An object's template: its own file, or the one made of its scans."""
-        kind, name = self.template_source(wildcards.object)
-        if kind == "file":
-            return self.raw(f"{wildcards.object}/{name}")
-        return self.results(f"{wildcards.object}/template.ply")
+        """An object's template."""
+        return self.template(wildcards.object)
 
     def scans_of(self, wildcards: Any) -> str:
         """Folder of an object's scans."""

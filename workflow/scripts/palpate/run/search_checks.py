@@ -2,6 +2,8 @@
 
 from collections.abc import Collection, Mapping
 
+from palpate.solid.options import LINEAR
+
 
 def impossible_search(options: Mapping, source: str) -> list[str]:
     """Find bounds out of order and starts outside of them.
@@ -29,6 +31,33 @@ def impossible_search(options: Mapping, source: str) -> list[str]:
     ratios = options["profile_poisson_ratios"]
     if sorted(set(ratios)) != list(ratios):
         problems.append(f"{source}: minimise.profile_poisson_ratios: expected increasing numbers")
+    return problems
+
+
+def impossible_table(options: Mapping, source: str) -> list[str]:
+    """Find options of the direct estimate whose indentation table can't be made, or doesn't reach.
+
+    Parameters
+    ----------
+    options : mapping
+        ``direct`` block of config.yaml.
+    source : str
+        File named in messages.
+    """
+    problems, place = [], f"{source}: direct"
+    if set(options["model"]["laws"]) <= {LINEAR}:
+        expected = f"one of finite strain beside {LINEAR}"
+        problems.append(f"{place}.model.laws: expected {expected}, found none")
+    ratios = options["model"]["poisson_ratios"]
+    if sorted(set(ratios)) != list(ratios):
+        problems.append(f"{place}.model.poisson_ratios: expected increasing numbers")
+        return problems
+    low, high = options["fit"]["poisson_ratio_bounds"]
+    if not ratios[0] <= low < high <= ratios[-1]:
+        expected = f"low and high within the table's {ratios[0]:g} to {ratios[-1]:g}"
+        problems.append(
+            f"{place}.fit.poisson_ratio_bounds: expected {expected}, found {low:g}, {high:g}"
+        )
     return problems
 
 

@@ -155,7 +155,7 @@ def load_indentation(path: str | Path) -> IndentationModel:
     ValueError
         If the file is no such archive, or an array is missing or of another shape.
     """
-    arrays = read_npz(path, what="an indentation indentation table")
+    arrays = read_npz(path, what="an indentation table")
     _check_shapes(path, arrays)
     plain = {
         "radius_m": float(arrays["radius_m"]),

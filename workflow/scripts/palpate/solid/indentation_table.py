@@ -12,18 +12,18 @@ from palpate.solid.indentation_setup import IndentationOptions, IndentationSetup
 from palpate.solid.indenting import IndentedSolid, State
 from palpate.solid.linear_indentation import linear_indentations
 from palpate.solid.mesh import SolidMesh
+from palpate.solid.options import LINEAR
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.solid.support import Support
 
 # First depths, as parts of the step: Hertz's contact begins steeply.
 BEGINNING = (0.25, 0.5, 1.0, 1.5)
-# How often a step of depth is halved before the ladder ends.
+# How often a step of depth is halved before the load steps end.
 CUTS = 3
 # A start that squeezes an element below this share of its volume is not taken.
 LEAST_START = 0.1
 # Triangles of a face's corners and middles.
 QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-LINEAR = "linear"
 LAW_NAMES = ("neo_hookean", "blatz_ko")
 POISSON_RATIOS = (0.0, 0.15, 0.3, 0.42, 0.49)
 
@@ -110,7 +110,7 @@ def indentation_model(
     for law in finite:
         for number, nu in enumerate(poisson_ratios):
             near = [steps_of.get((law, n)) for n in (number - 1, number - 2)]
-            # A law's first ladder starts from that of the law before it.
+            # A law's first load steps start from that of the law before it.
             near[0] = near[0] or steps_of.get((finite[0], number))
             steps_of[law, number] = steps(setup, law, nu, depths, near)
     model = _model(setup, steps_of, finite, poisson_ratios, depths)
@@ -162,7 +162,7 @@ def steps(
     depths_m : (k,) array
         From 0 [m].
     near : list
-        Up to two steps_of of like materials, the nearest first: their steps guess the next.
+        Up to two of like materials, the nearest first: their steps guess the next.
     """
     pressed, states = setup.pressed(law, nu), [State.at_rest(setup.moved.nodes_m)]
     for k in range(1, len(depths_m)):
@@ -170,7 +170,7 @@ def steps(
         try:
             state = _step(pressed, states[-1], start, depths_m[k - 1], depths_m[k], CUTS)
         except ValueError as error:
-            text = "%s, Poisson's ratio %g: ladder ends before %.3g mm (%s)"
+            text = "%s, Poisson's ratio %g: load steps end before %.3g mm (%s)"
             logging.warning(text, law, nu, 1000 * depths_m[k], error)
             break
         states.append(state)
@@ -202,7 +202,7 @@ def _step(
 def _start(
     setup: IndentationSetup, states: list[State], depths: NDArray, near: list[list[State] | None]
 ) -> NDArray:
-    """Guess of the next equilibrium: as other steps_of went on from there, else straight on."""
+    """Guess of the next equilibrium: as others went on from there, else straight on."""
     k, x = len(states), states[-1].x_m
     first, second = (other if other and len(other) > k else None for other in near)
     if first is not None:
@@ -226,7 +226,7 @@ def _model(
     count = min(map(len, steps_of.values()))
     if count <= len(BEGINNING):
         raise ValueError(
-            f"ladder: expected equilibria to {depths[len(BEGINNING)]:g} m, found fewer"
+            f"load steps: expected equilibria to {depths[len(BEGINNING)]:g} m, found fewer"
         )
     faces = setup.whole.surface_faces()
     surface, number = np.unique(faces[:, QUARTERS].reshape(-1, 3), return_inverse=True)

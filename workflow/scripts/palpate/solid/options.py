@@ -5,6 +5,9 @@ from typing import Literal
 
 from palpate.options import Options, option
 
+# Of the laws, the one of small strain.
+LINEAR = "linear"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Solid(Options):

@@ -114,6 +114,9 @@ class SuperLUFactors:
             )
         except RuntimeError as error:
             raise ValueError(f"K: expected a regular matrix, found: {error}") from None
+        # Pivots are the diagonal's own: one that is not above 0 tells, as PARDISO would.
+        if not (self._factors.U.diagonal() > 0).all():
+            raise ValueError("K: expected a positive definite matrix, found a pivot not above 0")
         return self
 
 

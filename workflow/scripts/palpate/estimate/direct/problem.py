@@ -94,8 +94,8 @@ def direct_indentation(
     frames = frames[frames >= onset]
     if not len(frames):
         raise ValueError(
-            "depth: expected frames in contact within the indentation table's"
-            f" {table.depth_m[-1] * 1e3:.1f} mm, found none (a deeper table?)"
+            "table: expected frames in contact within its"
+            f" {table.depth_m[-1] * 1e3:.1f} mm, found none (a deeper one?)"
         )
     axis = tips[frames].mean(axis=0)
     sharp_edges = sharp_edge_distance(template.vertices_m, template.faces, motion.cell_m)

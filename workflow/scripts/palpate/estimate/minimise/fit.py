@@ -27,15 +27,15 @@ class ReducedAccuracy:
         Factorisations that each took.
     modes : int
         Of the largest.
-    relative_error_bound : float
-        At the minimum, in the energy norm.
+    relative_error_bound : float or None
+        At the minimum, in the energy norm; None where it was solved in full.
     largest_error_bound : float
         Over the profile's Poisson's ratios too.
     """
 
     shifts: int
     modes: int
-    relative_error_bound: float
+    relative_error_bound: float | None
     largest_error_bound: float
 
 
@@ -113,10 +113,12 @@ def _accuracy(
     objective: ReducedObjective, minimum: Minimum, poisson_ratios: Sequence[float]
 ) -> ReducedAccuracy:
     places = [lame_from_engineering(minimum.youngs_modulus_pa, nu) for nu in poisson_ratios]
-    bounds = objective.error_bounds([(minimum.lame_lambda_pa, minimum.lame_mu_pa), *places])
+    minima = [(minimum.lame_lambda_pa, minimum.lame_mu_pa)]
+    minima = minima if objective.holds(*minima[0]) else []
+    bounds = objective.error_bounds(minima + places)
     return ReducedAccuracy(
         shifts=objective.shifts,
         modes=max(len(model.poles) for model in objective.models.values() if model),
-        relative_error_bound=float(bounds[0]),
+        relative_error_bound=float(bounds[0]) if minima else None,
         largest_error_bound=float(bounds.max()),
     )

@@ -1,0 +1,130 @@
+"""Time and memory of one capture's stages against its frames, picture size and template.
+
+``make bench sections=growth``: a quarter of an hour, and 3 GB of disk for a while. The sample's
+capture is filmed longer (each image stands for many, a pixel changed), finer (images and optics
+scaled) or of an object with a finer template, and run by Snakemake.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pandas as pd
+import trimesh
+import yaml
+from palpate.capture.images import read_image, write_image
+from palpate.capture.tables import write_table
+
+ROOT = Path(__file__).resolve().parents[1]
+SAMPLE = ROOT / "tests/sample"
+STAGES = ("mask", "probe_pose", "force", "clouds", "align", "surface_motion", "hertz")
+# Each of the sample's ten frames so often; pixels a side; triangles an edge is divided into.
+FILMS = {"24": 2.4, "240": 24, "2,400": 240}
+PICTURES = {"0.3 MP": 1, "1.2 MP": 2, "2.8 MP": 3}
+TEMPLATES = {"1,200": None, "19,000": 2, "77,000": 3}
+
+
+def growth_rows() -> list[tuple]:
+    """Clock and peak memory of each stage, against the sample's own size."""
+    rows = []
+    for label, often in FILMS.items():
+        rows += _measured(f"{label} frames", often=often)
+    for label, scale in PICTURES.items():
+        rows += _measured(f"pictures of {label}", scale=scale)
+    for label, divided in TEMPLATES.items():
+        rows += _measured(f"template of {label} vertices", divided=divided)
+    return rows
+
+
+def _measured(what: str, **grown) -> list[tuple]:
+    with tempfile.TemporaryDirectory(dir=os.environ.get("TMPDIR")) as name:
+        folder = Path(name)
+        _write(folder, **grown)
+        place = folder / "results/foam_block/kinect/08"
+        wanted = [str(place / name) for name in ("hertz.json", "motion.npz")]
+        command = [sys.executable, "-m", "snakemake", "--cores", "1", "--configfile"]
+        command += [str(folder / "run.yaml"), "--", *wanted]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        if done.returncode:
+            sys.exit(f"error: growth: {what}: {done.stderr[-500:]}")
+        rows = []
+        for stage in STAGES:
+            path = folder / f"results/benchmarks/{stage}/foam_block-kinect-08.tsv"
+            found = pd.read_csv(path, sep="\t").iloc[0]
+            rows.append((f"{stage}, {what}: clock", found["s"], "s", ""))
+            rows.append((f"{stage}, {what}: peak memory", found["max_rss"], "MB", ""))
+    return rows
+
+
+def _write(folder: Path, *, often: float = 1, scale: int = 1, divided: int | None = None) -> None:
+    """A run's raw captures, sensor and configuration."""
+    block = folder / "raw/foam_block"
+    for name in ("08", "background"):
+        (block / "kinect" / name).mkdir(parents=True)
+        _film(SAMPLE / "raw/foam_block/kinect" / name, block / "kinect" / name, often, scale)
+    force = pd.read_csv(SAMPLE / "raw/foam_block/kinect/08/force.csv")
+    write_table(block / "kinect/08/force.csv", force.assign(time_s=force["time_s"] * often))
+    spec = yaml.safe_load((SAMPLE / "raw/foam_block/object.yaml").read_text())
+    mesh = trimesh.load_mesh(SAMPLE / "raw/foam_block/template.ply")
+    for _ in range(divided or 0):
+        mesh = mesh.subdivide()
+    mesh.export(block / "template.ply")
+    (block / "object.yaml").write_text(yaml.safe_dump(spec))
+    (folder / "sensors").mkdir()
+    sensor = _scaled(yaml.safe_load((SAMPLE / "sensors/kinect.yaml").read_text()), scale)
+    (folder / "sensors/kinect.yaml").write_text(yaml.safe_dump(sensor))
+    paths = {"raw": "raw", "results": "results", "sensors": "sensors"}
+    paths = {name: str(folder / path) for name, path in paths.items()}
+    (folder / "run.yaml").write_text(yaml.safe_dump({"paths": paths}))
+
+
+def _scaled(sensor: dict, scale: int) -> dict:
+    if scale == 1:
+        return sensor
+    for camera in (sensor["color"], sensor["depth"]):
+        for name in ("width_px", "height_px", "fx_px", "fy_px"):
+            camera[name] *= scale
+        for name in ("cx_px", "cy_px"):
+            camera[name] = scale * (camera[name] + 0.5) - 0.5
+    sensor["color"]["encoding"] = "rgb8"
+    for name in ("disparity_scale", "disparity_offset_px"):
+        sensor["depth"][name] *= scale
+    sensor["marker"]["reprojection_threshold_px"] *= scale
+    return sensor
+
+
+def _film(source: Path, target: Path, often: float, scale: int) -> None:
+    """A recording whose frames stand for several each, in larger pictures."""
+    table = pd.read_csv(source / "frames.csv")
+    still = source.name == "background"
+    count = len(table) if still else round(len(table) * often)
+    origin = np.minimum((np.arange(count) * len(table)) // count, len(table) - 1)
+    longer = pd.DataFrame({"frame": range(count)})
+    longer["time_s"] = np.linspace(0, table["time_s"].iloc[-1] * (1 if still else often), count)
+    encodings = {"color": "bayer_rggb8", "depth": "kinect_disparity"}
+    for stream, encoding in encodings.items():
+        (target / stream).mkdir()
+        longer[stream] = [f"{stream}/{k:06}.png" for k in range(count)]
+        for k in range(count):
+            place, same = target / longer[stream][k], int((origin[:k] == origin[k]).sum())
+            image = source / table[stream][origin[k]]
+            if scale == 1 and not same:
+                shutil.copy(image, place)
+                continue
+            pixels = cv2.imread(str(image), cv2.IMREAD_UNCHANGED)
+            if scale > 1:
+                kind = cv2.INTER_NEAREST
+                if stream == "color":
+                    pixels, kind = read_image(image, encoding), cv2.INTER_CUBIC
+                pixels = cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=kind)
+            pixels[0, 0] ^= same
+            if scale > 1 and stream == "color":
+                write_image(place, pixels, "rgb8")
+            else:
+                cv2.imwrite(str(place), pixels)
+    write_table(target / "frames.csv", longer.round(9))
