@@ -24,7 +24,6 @@ CAPTION = str(PROJECT / "workflow" / "report" / "caption.rst")
 SCRIPTS = str(PROJECT / "workflow" / "scripts")
 sys.path.insert(0, SCRIPTS)
 
-import palpate
 from palpate.capture.discover import CAPTURE_NAME
 from palpate.run.configuration import open_run
 from palpate.run.digest import code
@@ -73,7 +72,8 @@ wildcard_constraints:
 
 # Whether this Snakemake begins a run (onstart), and doesn't just look or do one job of one.
 PLAN = Plan(
-    logger, begins=lambda: not workflow.dryrun and not workflow.execution_settings.no_hooks
+    logger,
+    begins=lambda: not workflow.dryrun and not workflow.execution_settings.no_hooks,
 )
 
 

@@ -1,4 +1,5 @@
 # Summary, configuration and pages: what a person reads of a run.
+import palpate
 from thesis.selections import objects_shown
 
 
