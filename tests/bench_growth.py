@@ -79,7 +79,7 @@ def _write(folder: Path, *, often: float = 1, scale: int = 1, divided: int | Non
     sensor = _scaled(yaml.safe_load((SAMPLE / "sensors/kinect.yaml").read_text()), scale)
     (folder / "sensors/kinect.yaml").write_text(yaml.safe_dump(sensor))
     paths = {"raw": "raw", "results": "results", "sensors": "sensors"}
-    paths = {name: str(folder / path) for name, path in paths.items()}
+    paths = {name: str(folder / path) for name, path in paths.items()} | {"lab": None}
     (folder / "run.yaml").write_text(yaml.safe_dump({"paths": paths}))
 
 
