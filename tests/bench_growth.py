@@ -1,8 +1,8 @@
 """Time and memory of one capture's stages against its frames, picture size and template.
 
 ``make bench sections=growth``: a quarter of an hour, and 3 GB of disk for a while. The sample's
-capture is filmed longer (each image stands for many, a pixel changed), finer (images and optics
-scaled) or of an object with a finer template, and run by Snakemake.
+capture is filmed longer (each image stands for many, with noise of its own), finer (images and
+optics scaled) or of an object with a finer template, and run by Snakemake.
 """
 
 import os
@@ -122,9 +122,18 @@ def _film(source: Path, target: Path, often: float, scale: int) -> None:
                 if stream == "color":
                     pixels, kind = read_image(image, encoding), cv2.INTER_CUBIC
                 pixels = cv2.resize(pixels, None, fx=scale, fy=scale, interpolation=kind)
-            pixels[0, 0] ^= same
+            if same:
+                pixels = _noisy(pixels, np.random.default_rng(k), stream)
             if scale > 1 and stream == "color":
                 write_image(place, pixels, "rgb8")
             else:
                 cv2.imwrite(str(place), pixels)
     write_table(target / "frames.csv", longer.round(9))
+
+
+def _noisy(pixels: np.ndarray, rng: np.random.Generator, stream: str) -> np.ndarray:
+    """The same picture with a sensor's noise of its own."""
+    largest, unread = (255, 256) if stream == "color" else (2046, 2047)
+    noise = rng.integers(-1, 2, pixels.shape)
+    noisy = np.clip(pixels.astype(int) + noise, 0, largest)
+    return np.where(pixels >= unread, pixels, noisy).astype(pixels.dtype)
