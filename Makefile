@@ -44,7 +44,7 @@ cut: .venv/installed
 validation: .venv/installed
 	$(VALIDATION) -- validation
 
-# A worker for each core; the long ones (tests/: pytest.mark.long) take three times as long.
+# A worker for each core; with the long ones (pytest.mark.long) nearly twice as long.
 test: .venv/installed
 	$(BIN)/python -m pytest --numprocesses logical --dist loadfile
 

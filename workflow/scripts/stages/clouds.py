@@ -16,7 +16,7 @@ def main(snakemake):
     sensor = sensor_with_optics(params.sensor, inputs.get("optics"))
     plane = read_plane(inputs.plane)
     masks, poses = load_masks(inputs.mask), read_table(inputs.pose)
-    require_frames(inputs, masks, poses)
+    require_frames(inputs, masks, poses, params.frames)
     clouds = clouds_of(
         inputs.capture,
         sensor,
@@ -31,13 +31,13 @@ def main(snakemake):
         save_clouds(part, clouds)
 
 
-def require_frames(inputs, masks, poses):
-    """Refuse masks and poses of other frames than the capture's, and frames without foreground."""
+def require_frames(inputs, masks, poses, chosen):
+    """Refuse masks and poses of other frames, and chosen frames without foreground."""
     count = len(read_frames(inputs.capture))
     for path, field, found in ((inputs.mask, "mask", masks), (inputs.pose, "tip_x_m", poses)):
         if len(found) != count:
             raise ValueError(f"{path}: {field}: expected {count} frames, found {len(found)}")
-    empty = [k for k, mask in enumerate(masks) if not mask.any()]
+    empty = [k for k in (range(count) if chosen is None else chosen) if not masks[k].any()]
     if empty:
         expected = f"frame {empty[0]}: mask: expected foreground"
         raise ValueError(f"{inputs.mask}: {expected}, found none ({len(empty)} such frames)")
