@@ -83,15 +83,13 @@ class Scene:
 
     def cast(self, origins: NDArray, directions: NDArray) -> dict[str, NDArray]:
         """First hit of each ray: t, kind and part (-1 for none), triangle, uv and normal."""
-        rays = np.concatenate(
-            [np.broadcast_to(origins, directions.shape), directions], axis=1
-        ).astype(np.float32)
-        answer = self.caster.cast_rays(o3d.core.Tensor(rays), nthreads=1)
+        answer = self.caster.cast_rays(_rays(origins, directions), nthreads=1)
         part = answer["geometry_ids"].numpy().astype(np.int64)
+        # A ray that hits nothing looks up the last of the kinds.
         part[part >= len(self.kinds)] = -1
         return {
             "t": answer["t_hit"].numpy().astype(float),
-            "kind": np.where(part >= 0, np.array(self.kinds)[part], -1),
+            "kind": np.array([*self.kinds, -1])[part],
             "part": part,
             "triangle": answer["primitive_ids"].numpy().astype(np.int64),
             "uv": answer["primitive_uvs"].numpy().astype(float),
@@ -100,10 +98,7 @@ class Scene:
 
     def blocked(self, origins: NDArray, directions: NDArray) -> NDArray:
         """Whether anything lies on each ray, shape (n,)."""
-        rays = np.concatenate([origins, np.broadcast_to(directions, origins.shape)], axis=1).astype(
-            np.float32
-        )
-        return self.caster.test_occlusions(o3d.core.Tensor(rays), nthreads=1).numpy()
+        return self.caster.test_occlusions(_rays(origins, directions), nthreads=1).numpy()
 
     def _add(self, kind: int, vertices: NDArray, triangles: NDArray, finish: Finish) -> None:
         self.caster.add_triangles(
@@ -112,6 +107,13 @@ class Scene:
         )
         self.kinds.append(kind)
         self.finishes.append(finish)
+
+
+def _rays(origins: NDArray, directions: NDArray) -> o3d.core.Tensor:
+    count = max(len(np.atleast_2d(origins)), len(np.atleast_2d(directions)))
+    rays = np.empty((count, 6), dtype=np.float32)
+    rays[:, :3], rays[:, 3:] = origins, directions
+    return o3d.core.Tensor(rays)
 
 
 def barycentric(hits: dict, chosen: NDArray, faces: NDArray, values: NDArray) -> NDArray:

@@ -4,11 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from pypardiso import PyPardisoSolver
+from palpate.mkl import SETTINGS, PyPardisoSolver
 from scipy import sparse
 
 SYMMETRIC_INDEFINITE = -2
 ANALYSE_FACTORISE_SOLVE, FACTORISE_SOLVE = 13, 23
+# MKL's own choice for such matrices: how small a pivot is perturbed, pivots of one and two rows.
+PERTURBATION, PIVOTING = (9, 8), (20, 1)
 
 
 class OnePatternSolver(PyPardisoSolver):
@@ -16,6 +18,9 @@ class OnePatternSolver(PyPardisoSolver):
 
     def __init__(self) -> None:
         super().__init__(mtype=SYMMETRIC_INDEFINITE)
+        self.iparm[: len(SETTINGS)] = SETTINGS
+        for place, value in (PERTURBATION, PIVOTING):
+            self.iparm[place] = value
         self.analysed = False
 
     def set_phase(self, phase: int) -> None:

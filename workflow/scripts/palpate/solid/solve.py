@@ -4,35 +4,24 @@ PARDISO of MKL was faster than SciPy's SuperLU at all sizes that occur here (tes
 SuperLU stays for machines without MKL.
 """
 
-import os
-import sys
 import weakref
 from collections.abc import Callable
 from copy import copy
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-# Where pip puts MKL. Left to itself the wrapper asks compilers and walks all of the environment.
-for _library in sorted(Path(sys.prefix, "lib").glob("libmkl_rt.so*"))[:1]:
-    os.environ.setdefault("PYPARDISO_MKL_RT", str(_library))
-
 try:
-    from pypardiso import PyPardisoSolver
-    from pypardiso.pardiso_wrapper import PyPardisoError
+    from palpate.mkl import SETTINGS, PyPardisoError, PyPardisoSolver
 except ImportError:  # no MKL on this machine
-    PyPardisoSolver, PyPardisoError = None, RuntimeError
+    SETTINGS, PyPardisoSolver, PyPardisoError = (), None, RuntimeError
 
 SOLVERS = ("auto", "superlu", "pardiso")
-# MKL PARDISO: real, symmetric, positive definite; own settings, with METIS's order of unknowns and
-# no refinement of solutions (two rounds by default, each as long as a solve; what they leave of a
-# residual, 1e-12, is the same without); what a call does.
+# MKL PARDISO: real, symmetric, positive definite; what a call does.
 POSITIVE_DEFINITE = 2
-SETTINGS = (1, 2)
 ANALYSE, FACTORISE, SOLVE = 11, 22, 33
 
 

@@ -26,11 +26,13 @@ def pixel_sizes(
     u: NDArray, v: NDArray, w: NDArray, inverse: NDArray, camera: PinholeCamera
 ) -> tuple[NDArray, NDArray]:
     """Squares per pixel across the edges of constant u and of constant v, (n,) each."""
-    scale = np.array([1 / camera.fx_px, 1 / camera.fy_px])
     sizes = []
     for k, place in ((0, u), (1, v)):
-        gradient = (inverse[k, :2] - place[:, None] * inverse[2, :2]) / w[:, None] * scale
-        sizes.append(np.linalg.norm(gradient, axis=1))
+        across, down = (
+            (inverse[k, axis] - place * inverse[2, axis]) / w * (1 / focal)
+            for axis, focal in ((0, camera.fx_px), (1, camera.fy_px))
+        )
+        sizes.append(np.sqrt(across**2 + down**2))
     return tuple(sizes)
 
 

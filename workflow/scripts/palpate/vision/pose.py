@@ -47,9 +47,6 @@ def candidate_poses(
 ) -> list[MarkerPose]:
     """Both poses that a planar board's corners allow, the better fit first.
 
-    RANSAC picks the corners whose reprojection stays below the threshold; both solutions of the
-    planar problem are refined on them.
-
     Parameters
     ----------
     corners_px : (n, 2) array
@@ -65,19 +62,40 @@ def candidate_poses(
     list of MarkerPose
         Empty when too few corners agree.
     """
-    points = board_points(marker)
-    lens = camera.matrix, np.array(camera.distortion)
-    done, _, _, kept = cv2.solvePnPRansac(
-        points,
-        corners_px,
-        *lens,
-        iterationsCount=RANSAC_ITERATIONS,
-        reprojectionError=threshold_px,
-    )
-    if not done or kept is None or len(kept) < FEWEST_INLIERS:
-        return []
-    kept = np.sort(kept.ravel())
-    points, corners = points[kept], corners_px[kept]
+    return candidates_by_threshold(corners_px, camera, marker, [threshold_px])[0]
+
+
+def candidates_by_threshold(
+    corners_px: NDArray, camera: PinholeCamera, marker: Mapping, thresholds_px: Sequence[float]
+) -> list[list[MarkerPose]]:
+    """`candidate_poses` at each of several thresholds.
+
+    RANSAC picks the corners whose reprojection stays below the threshold; both solutions of the
+    planar problem are refined on them, once for all thresholds that leave the same corners.
+    """
+    points, lens = board_points(marker), (camera.matrix, np.array(camera.distortion))
+    known: dict[bytes, list[MarkerPose]] = {}
+    found = []
+    for threshold_px in thresholds_px:
+        done, _, _, kept = cv2.solvePnPRansac(
+            points,
+            corners_px,
+            *lens,
+            iterationsCount=RANSAC_ITERATIONS,
+            reprojectionError=threshold_px,
+        )
+        if not done or kept is None or len(kept) < FEWEST_INLIERS:
+            found.append([])
+            continue
+        kept = np.sort(kept.ravel())
+        key = kept.tobytes()
+        if key not in known:
+            known[key] = _both_poses(points[kept], corners_px[kept], lens)
+        found.append(known[key])
+    return found
+
+
+def _both_poses(points: NDArray, corners: NDArray, lens: tuple) -> list[MarkerPose]:
     _, turns, shifts, _ = cv2.solvePnPGeneric(points, corners, *lens, flags=cv2.SOLVEPNP_IPPE)
     poses = [_refined(points, corners, lens, r, t) for r, t in zip(turns, shifts, strict=True)]
     return sorted(poses, key=lambda pose: pose.reprojection_error_px)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from palpate.report import outputs
 from palpate.units import CENTIMETRES
 from palpate.vision.camera import PinholeCamera
-from palpate.vision.pose import MarkerPose, candidate_poses, settle
+from palpate.vision.pose import MarkerPose, candidates_by_threshold, settle
 
 from thesis.chapter4.sensor_files import by_sensor
 
@@ -77,16 +77,15 @@ def threshold_rows(
     corners_px : sequence of (n, 2) arrays or None
         Corners in each frame, None where the board was not seen.
     """
+    found = [
+        [[]] * len(THRESHOLDS_PX)
+        if corners is None
+        else candidates_by_threshold(corners, camera, marker, THRESHOLDS_PX)
+        for corners in corners_px
+    ]
     rows = []
-    for threshold_px in THRESHOLDS_PX:
-        poses = settle(
-            [
-                []
-                if corners is None
-                else candidate_poses(corners, camera, marker, threshold_px=threshold_px)
-                for corners in corners_px
-            ]
-        )
+    for k, threshold_px in enumerate(THRESHOLDS_PX):
+        poses = settle([candidates[k] for candidates in found])
         row = {"method": CORNERS, "threshold_px": threshold_px}
         rows.append(row | point_row(poses, marker_from_tip))
     return rows
