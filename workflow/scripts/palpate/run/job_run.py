@@ -23,8 +23,8 @@ THREADS = (
     "MKL_NUM_THREADS",
     "OPENCV_FOR_THREADS_NUM",
 )
-# Of glibc: what a job frees it keeps, as it soon wants as much again. Handed back, each page of each
-# large array is zeroed anew by the kernel: 2 to 4 % of a long job's time.
+# Of glibc: what a job frees it keeps, as it soon wants as much again. Handed back, each page of a
+# large array is zeroed anew by the kernel, 2 to 4 % of a long job's time.
 KEEP_FREED = {
     "MALLOC_MMAP_THRESHOLD_": str(32 * 2**20),
     "MALLOC_TRIM_THRESHOLD_": str(2**30),
