@@ -16,6 +16,7 @@ from bench_growth import growth_rows
 from bench_lab import lab_rows
 from bench_scale import scale_rows
 from bench_solid import solid_rows
+from bench_study import study_rows
 from bench_tracking import tracking_rows
 from bench_vision import vision_rows
 from palpate.capture.files import whole_file
@@ -54,6 +55,7 @@ SECTIONS = {
     "vision": lambda: vision_rows(ratio),
     "lab": lambda: lab_rows(ratio),
     "scale": scale_rows,
+    "study": study_rows,
     "growth": growth_rows,
 }
 # Measured when it is named: a quarter of an hour.

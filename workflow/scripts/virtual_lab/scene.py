@@ -110,8 +110,7 @@ class Scene:
 
 
 def _rays(origins: NDArray, directions: NDArray) -> o3d.core.Tensor:
-    count = max(len(np.atleast_2d(origins)), len(np.atleast_2d(directions)))
-    rays = np.empty((count, 6), dtype=np.float32)
+    rays = np.empty((np.broadcast(origins, directions).shape[0], 6), dtype=np.float32)
     rays[:, :3], rays[:, 3:] = origins, directions
     return o3d.core.Tensor(rays)
 

@@ -1,5 +1,6 @@
 """What every script of the workflow shares: its log, its thread count, one line per error."""
 
+import cProfile
 import logging
 import os
 import sys
@@ -16,6 +17,8 @@ from palpate.run.job_run import THREADS, Inputs, end_with_run
 os.environ |= dict.fromkeys(THREADS, "1")
 # Before the script's other imports, which take seconds.
 end_with_run()
+# Folder for a profile of each job, where it is set (docs/performance.md).
+PROFILES = "PALPATE_PROFILES"
 
 
 def run(main: Callable, snakemake: object) -> None:
@@ -55,7 +58,7 @@ def _on_steady_inputs(main: Callable, snakemake: object) -> None:
     """Run the main function; what it made of inputs that changed meanwhile is taken away."""
     inputs = Inputs(snakemake.input)
     try:
-        main(snakemake)
+        _profiled(main, snakemake)
     except (ValueError, OSError):
         inputs.require_unchanged()
         raise
@@ -66,6 +69,18 @@ def _on_steady_inputs(main: Callable, snakemake: object) -> None:
             if path.is_file():
                 path.unlink()
         raise
+
+
+def _profiled(main: Callable, snakemake: object) -> None:
+    folder = os.environ.get(PROFILES)
+    if not folder:
+        main(snakemake)
+        return
+    profile = cProfile.Profile()
+    profile.runcall(main, snakemake)
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    name = "-".join([snakemake.rule, *map(str, snakemake.wildcards)]).replace("/", "-")
+    profile.dump_stats(Path(folder, f"{name}.prof"))
 
 
 def tell_defect(
