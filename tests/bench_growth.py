@@ -13,12 +13,14 @@ import tempfile
 from pathlib import Path
 
 import cv2
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import trimesh
 import yaml
 from palpate.capture.images import read_image, write_image
 from palpate.capture.tables import write_table
+from palpate.report.style import journal
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLE = ROOT / "tests/sample"
@@ -30,7 +32,7 @@ TEMPLATES = {"1,200": None, "19,000": 2, "77,000": 3}
 
 
 def growth_rows() -> list[tuple]:
-    """Clock and peak memory of each stage, against the sample's own size."""
+    """Clock and peak memory of each stage, against the sample's own size; drawn too."""
     rows = []
     for label, often in FILMS.items():
         rows += _measured(f"{label} frames", often=often)
@@ -38,7 +40,34 @@ def growth_rows() -> list[tuple]:
         rows += _measured(f"pictures of {label}", scale=scale)
     for label, divided in TEMPLATES.items():
         rows += _measured(f"template of {label} vertices", divided=divided)
+    _draw(rows, ROOT / "results/figures/growth.png")
     return rows
+
+
+def _draw(rows: list[tuple], target: Path) -> None:
+    """Times and memory of the stages, a column of panels for each way of growing."""
+    found = {name: value for name, value, *_ in rows}
+    ways = (
+        ("frames of a film", [f"{label} frames" for label in FILMS]),
+        ("pixels of a picture (MP)", [f"pictures of {label}" for label in PICTURES]),
+        ("vertices of the template", [f"template of {label} vertices" for label in TEMPLATES]),
+    )
+    with journal():
+        figure, panels = plt.subplots(2, 3, figsize=(7.2, 4.6), sharey="row", layout="constrained")
+        for (title, labels), column in zip(ways, panels.T, strict=True):
+            for panel, measure in zip(column, ("clock", "peak memory"), strict=True):
+                for stage in STAGES:
+                    values = [found[f"{stage}, {label}: {measure}"] for label in labels]
+                    panel.plot(range(3), values, marker="o", ms=3, label=stage)
+                panel.set(yscale="log", xticks=range(3), xlim=(-0.2, 2.2))
+                panel.set_xticklabels([label.split()[-2] for label in labels])
+            column[1].set_xlabel(title)
+        panels[0, 0].set_ylabel("time by the clock (s)")
+        panels[1, 0].set_ylabel("peak memory (MB)")
+        panels[0, 2].legend(fontsize=6, ncols=2)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(target, dpi=200)
+        plt.close(figure)
 
 
 def _measured(what: str, **grown) -> list[tuple]:
