@@ -26,7 +26,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SAMPLE = ROOT / "tests/sample"
 STAGES = ("mask", "probe_pose", "force", "clouds", "align", "surface_motion", "hertz")
 # Each of the sample's ten frames so often; pixels a side; triangles an edge is divided into.
-FORCE_STEP_S = 0.005
+FORCE_STEP_S, FORCE_NOISE_V = 0.005, 0.002
 FILMS = {"24": 2.4, "240": 24, "2,400": 240}
 PICTURES = {"0.3 MP": 1, "1.2 MP": 2, "2.8 MP": 3}
 TEMPLATES = {"1,200": None, "19,000": 2, "77,000": 3}
@@ -98,10 +98,15 @@ def _write(folder: Path, *, often: float = 1, scale: int = 1, divided: int | Non
         (block / "kinect" / name).mkdir(parents=True)
         _film(SAMPLE / "raw/foam_block/kinect" / name, block / "kinect" / name, often, scale)
     force = pd.read_csv(SAMPLE / "raw/foam_block/kinect/08/force.csv")
-    # As slow as the film, and sampled as often as ever.
+    # As slow as the film; no gauge shows one value for seconds.
     slow = force["time_s"] * often
     time = np.arange(slow.iloc[0], slow.iloc[-1], FORCE_STEP_S)
-    columns = {name: np.interp(time, slow, force[name]) for name in force if name != "time_s"}
+    noise = np.random.default_rng(0).normal(0, FORCE_NOISE_V, (6, len(time)))
+    names = [name for name in force if name != "time_s"]
+    columns = {
+        name: np.interp(time, slow, force[name]) + own
+        for name, own in zip(names, noise, strict=True)
+    }
     write_table(block / "kinect/08/force.csv", pd.DataFrame({"time_s": time, **columns}).round(9))
     spec = yaml.safe_load((SAMPLE / "raw/foam_block/object.yaml").read_text())
     mesh = trimesh.load_mesh(SAMPLE / "raw/foam_block/template.ply")
