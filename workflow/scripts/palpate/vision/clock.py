@@ -18,6 +18,8 @@ BASELINE_STD_N = 0.05
 DEPTH_STD_M = 1e-4
 NEAR_FRAME_S = 0.03
 FEWEST_PRESSED, FEWEST_SAMPLES = 4, 10
+# Each frame's depth is an unknown: the work goes with the square of their number.
+MOST_FRAMES, MOST_SAMPLES = 120, 20_000
 SMALLEST_NOISE_N = 1e-3
 # Offsets that are searched for a press at quite another time, and what of them is told.
 SEARCHED_S, SEARCH_STEP_S, FARTHEST_S = 1.0, 0.02, 0.1
@@ -75,16 +77,18 @@ def clock_offset(
     ValueError
         If the force follows the depth at quite another time.
     """
-    between = (force_time_s > frame_time_s[0]) & (force_time_s < frame_time_s[-1])
-    time_s, force = force_time_s[between], force_n[between]
+    time_s, force = _between(force_time_s, force_n, frame_time_s)
     at_frames = np.interp(frame_time_s, force_time_s, force_n)
     if force.size < FEWEST_SAMPLES or at_frames.max() < SMALLEST_FORCE_N:
         return ClockOffset(0.0, prior_std_s)
     if (at_frames > PRESSED * at_frames.max()).sum() < FEWEST_PRESSED:
         return ClockOffset(0.0, prior_std_s)
     depth_std_m = np.hypot(depth_std_m, DEPTH_STD_M)
-    noise = max(np.diff(force).std() / np.sqrt(2), SMALLEST_NOISE_N)
-    _check_near(force_time_s, force_n, frame_time_s, depth_m, depth_std_m, noise)
+    _check_near(force_time_s, force_n, frame_time_s, depth_m, depth_std_m, _noise(force))
+    told = _telling(at_frames)
+    frame_time_s, depth_m, depth_std_m = (x[told] for x in (frame_time_s, depth_m, depth_std_m))
+    time_s, force = _between(force_time_s, force_n, frame_time_s)
+    noise = _noise(force)
     press = _Press(time_s, force, noise, frame_time_s, depth_m, depth_std_m)
     span = depth_m.max() - depth_m.min()
     starts = [press.start(depth_m.min() + part * span) for part in CONTACT_GUESSES]
@@ -97,6 +101,34 @@ def clock_offset(
         best = least_squares(press.residual, best.x, args=(prior_std_s,))
     covariance = np.linalg.pinv(best.jac.T @ best.jac)
     return ClockOffset(float(best.x[0] * SCALE_S), float(np.sqrt(covariance[0, 0]) * SCALE_S))
+
+
+def _between(
+    force_time_s: NDArray, force_n: NDArray, frame_time_s: NDArray
+) -> tuple[NDArray, NDArray]:
+    """Samples between the first and the last frame: of many, means of a few each."""
+    between = (force_time_s > frame_time_s[0]) & (force_time_s < frame_time_s[-1])
+    few = -(-np.count_nonzero(between) // MOST_SAMPLES)
+    samples = np.stack([force_time_s[between], force_n[between]])
+    if few > 1:
+        samples = samples[:, : samples.shape[1] // few * few].reshape(2, -1, few).mean(axis=2)
+    return samples[0], samples[1]
+
+
+def _noise(force_n: NDArray) -> float:
+    return max(np.diff(force_n).std() / np.sqrt(2), SMALLEST_NOISE_N)
+
+
+def _telling(force_n: NDArray) -> NDArray:
+    """Frames of a long film that tell of the clocks: the press, or its rise, evenly."""
+    if len(force_n) <= MOST_FRAMES:
+        return np.arange(len(force_n))
+    margin, pressed = MOST_FRAMES // 10, np.flatnonzero(force_n > PRESSED * force_n.max())
+    first, last = pressed[0] - margin, pressed[-1] + margin
+    if last - first >= MOST_FRAMES:
+        last = int(np.argmax(force_n)) + margin
+    chosen = np.arange(max(first, 0), min(last + 1, len(force_n)))
+    return chosen[:: -(-len(chosen) // MOST_FRAMES)]
 
 
 def _check_near(
