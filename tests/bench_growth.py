@@ -1,8 +1,8 @@
 """Time and memory of one capture's stages against its frames, picture size and template.
 
 ``make bench sections=growth``: a quarter of an hour, and 3 GB of disk for a while. The sample's
-capture is filmed longer (each image stands for many, with noise of its own), finer (images and
-optics scaled) or of an object with a finer template, and run by Snakemake.
+capture is filmed longer (before the press and while it is held, with noise of its own), finer
+(images and optics scaled) or of an object with a finer template, and run by Snakemake.
 """
 
 import os
@@ -25,9 +25,9 @@ from palpate.report.style import journal
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLE = ROOT / "tests/sample"
 STAGES = ("mask", "probe_pose", "force", "clouds", "align", "surface_motion", "hertz")
-# Each of the sample's ten frames so often; pixels a side; triangles an edge is divided into.
 FORCE_STEP_S, FORCE_NOISE_V = 0.005, 0.002
-FILMS = {"24": 2.4, "240": 24, "2,400": 240}
+# Frames; pixels a side; triangles an edge is divided into.
+FILMS = {"24": 24, "240": 240, "2,400": 2400}
 PICTURES = {"0.3 MP": 1, "1.2 MP": 2, "2.8 MP": 3}
 TEMPLATES = {"1,200": None, "19,000": 2, "77,000": 3}
 
@@ -35,8 +35,8 @@ TEMPLATES = {"1,200": None, "19,000": 2, "77,000": 3}
 def growth_rows() -> list[tuple]:
     """Clock and peak memory of each stage, against the sample's own size; drawn too."""
     rows = []
-    for label, often in FILMS.items():
-        rows += _measured(f"{label} frames", often=often)
+    for label, frames in FILMS.items():
+        rows += _measured(f"{label} frames", frames=frames)
     for label, scale in PICTURES.items():
         rows += _measured(f"pictures of {label}", scale=scale)
     for label, divided in TEMPLATES.items():
@@ -91,20 +91,23 @@ def _measured(what: str, **grown) -> list[tuple]:
     return rows
 
 
-def _write(folder: Path, *, often: float = 1, scale: int = 1, divided: int | None = None) -> None:
+def _write(
+    folder: Path, *, frames: int | None = None, scale: int = 1, divided: int | None = None
+) -> None:
     """A run's raw captures, sensor and configuration."""
     block = folder / "raw/foam_block"
-    for name in ("08", "background"):
-        (block / "kinect" / name).mkdir(parents=True)
-        _film(SAMPLE / "raw/foam_block/kinect" / name, block / "kinect" / name, often, scale)
-    force = pd.read_csv(SAMPLE / "raw/foam_block/kinect/08/force.csv")
-    # As slow as the film; no gauge shows one value for seconds.
-    slow = force["time_s"] * often
-    time = np.arange(slow.iloc[0], slow.iloc[-1], FORCE_STEP_S)
+    source = SAMPLE / "raw/foam_block/kinect"
+    _film(source / "background", block / "kinect/background", None, scale)
+    early_s, late_s = _film(source / "08", block / "kinect/08", frames, scale)
+    force = pd.read_csv(source / "08/force.csv")
+    then = force["time_s"] + early_s
+    time = np.arange(force["time_s"].iloc[0], then.iloc[-1] + late_s, FORCE_STEP_S)
     noise = np.random.default_rng(0).normal(0, FORCE_NOISE_V, (6, len(time)))
+    # No gauge shows one value for seconds.
+    held = (time < then.iloc[0]) | (time > then.iloc[-1])
     names = [name for name in force if name != "time_s"]
     columns = {
-        name: np.interp(time, slow, force[name]) + own
+        name: np.interp(time, then, force[name]) + held * own
         for name, own in zip(names, noise, strict=True)
     }
     write_table(block / "kinect/08/force.csv", pd.DataFrame({"time_s": time, **columns}).round(9))
@@ -137,17 +140,23 @@ def _scaled(sensor: dict, scale: int) -> dict:
     return sensor
 
 
-def _film(source: Path, target: Path, often: float, scale: int) -> None:
-    """A recording whose frames stand for several each, in larger pictures."""
+def _film(source: Path, target: Path, frames: int | None, scale: int) -> tuple[float, float]:
+    """A recording filmed from earlier on and for longer, in larger pictures.
+
+    Returns by how much, before and after [s].
+    """
     table = pd.read_csv(source / "frames.csv")
-    still = source.name == "background"
-    count = len(table) if still else round(len(table) * often)
-    origin = np.minimum((np.arange(count) * len(table)) // count, len(table) - 1)
+    count = frames or len(table)
+    more, step_s = count - len(table), np.diff(table["time_s"]).mean()
+    early = more // 2
+    origin = np.clip(np.arange(count) - early, 0, len(table) - 1)
     longer = pd.DataFrame({"frame": range(count)})
-    longer["time_s"] = np.linspace(0, table["time_s"].iloc[-1] * (1 if still else often), count)
+    # Those of the sample keep the times between them.
+    beside = np.arange(count) - early - origin
+    longer["time_s"] = table["time_s"].to_numpy()[origin] + (beside + early) * step_s
     encodings = {"color": "bayer_rggb8", "depth": "kinect_disparity"}
     for stream, encoding in encodings.items():
-        (target / stream).mkdir()
+        (target / stream).mkdir(parents=True)
         longer[stream] = [f"{stream}/{k:06}.png" for k in range(count)]
         for k in range(count):
             place, same = target / longer[stream][k], int((origin[:k] == origin[k]).sum())
@@ -168,6 +177,7 @@ def _film(source: Path, target: Path, often: float, scale: int) -> None:
             else:
                 cv2.imwrite(str(place), pixels)
     write_table(target / "frames.csv", longer.round(9))
+    return early * step_s, (more - early) * step_s
 
 
 def _noisy(pixels: np.ndarray, rng: np.random.Generator, stream: str) -> np.ndarray:

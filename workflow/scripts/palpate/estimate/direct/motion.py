@@ -20,10 +20,7 @@ from palpate.estimate.direct.motion_noise import (
     pattern_growth,
 )
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.sample_heights import (
-    cell_heights,
-    frame_closest,
-)
+from palpate.estimate.direct.sample_heights import cell_heights, frame_closest
 from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, Samples, samples_of
 from palpate.npz import read_npz
 from palpate.surface.alignment import Alignment
@@ -31,6 +28,8 @@ from palpate.surface.template import Template
 
 # A sample's own few frames at rest, against the deviation of all samples: worth so many frames.
 POOLED_FRAMES = 6.0
+# More frames at rest than these do not tell better where samples are.
+MOST_AT_REST = 120
 # The surface counts as pressed in frames in which it moved at least this part of the farthest.
 PRESSED_PART = 0.8
 
@@ -138,13 +137,19 @@ def surface_motion(
         expected = f"some at rest and one place of the probe for each of {len(clouds)}"
         raise ValueError(f"frames: expected {expected}, found {len(frames)}, {len(probe.tip_m)}")
     surface = RestSurface(template)
-    closest = [frame_closest(surface, alignment, cloud, options) for cloud in clouds]
-    at_rest = [closest[k] for k in frames]
-    _require_seen(at_rest[0], alignment, options)
-    samples = facing_samples(
-        samples_of(at_rest, alignment.contact_point_m, spacing_m=options.spacing_m), probe, options
+    at_rest = {
+        k: frame_closest(surface, alignment, clouds[k], options) for k in frames[:MOST_AT_REST]
+    }
+    _require_seen(at_rest[frames[0]], alignment, options)
+    found = samples_of(
+        list(at_rest.values()), alignment.contact_point_m, spacing_m=options.spacing_m
     )
-    height, points = cell_heights(samples, closest, options)
+    samples = facing_samples(found, probe, options)
+    every = (
+        at_rest.pop(k, None) or frame_closest(surface, alignment, clouds[k], options)
+        for k in range(len(clouds))
+    )
+    height, points = cell_heights(samples, every, options)
     height[hidden_samples(samples, points, probe, frames, options)] = np.nan
     seen = np.isfinite(height[frames]).sum(axis=0) >= options.fewest_rest_frames
     if not seen.any():

@@ -1,6 +1,6 @@
 """How high the samples of an undeformed surface stand in each frame."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,20 +49,26 @@ def frame_closest(
 
 
 def cell_heights(
-    samples: Samples, closest: Sequence[ClosestAtRest], options: Observation
+    samples: Samples, closest: Iterable[ClosestAtRest], options: Observation
 ) -> tuple[NDArray, NDArray]:
-    """Clipped mean distance of each frame's points in each sample [m], and their number, (f, c)."""
-    numbers = [samples.numbers(one, reach_m=options.spacing_m) for one in closest]
-    count, pairs = len(samples.cell_m), list(zip(numbers, closest, strict=True))
-    middle = np.array([_medians(number, one.distance_m, count) for number, one in pairs])
-    rest = [one.distance_m - m[n] for n, m, one in zip(numbers, middle, closest, strict=True)]
-    used = np.concatenate([r[n >= 0] for n, r in zip(numbers, rest, strict=True)])
-    limit = CLIP * FROM_MEDIAN * np.median(np.abs(used)) + SLOPE * options.spacing_m
+    """Clipped mean distance of each frame's points in each sample [m], and their number, (f, c).
+
+    Of a frame the points' samples and distances are kept, no more.
+    """
+    numbers, distances = [], []
+    for one in closest:
+        number = samples.numbers(one, reach_m=options.spacing_m)
+        numbers.append(number[number >= 0].astype(np.int32))
+        distances.append(one.distance_m[number >= 0])
+    count, pairs = len(samples.cell_m), list(zip(numbers, distances, strict=True))
+    middle = np.array([_medians(*pair, count) for pair in pairs])
+    rest = [np.abs(far - m[n]) for (n, far), m in zip(pairs, middle, strict=True)]
+    limit = CLIP * FROM_MEDIAN * np.median(np.concatenate(rest)) + SLOPE * options.spacing_m
     height, points = np.full(middle.shape, np.nan), np.zeros(middle.shape, dtype=np.int64)
-    for k, one in enumerate(closest):
-        kept = (numbers[k] >= 0) & (np.abs(rest[k]) <= limit)
-        points[k] = np.bincount(numbers[k][kept], minlength=middle.shape[1])
-        sums = np.bincount(numbers[k][kept], one.distance_m[kept], middle.shape[1])
+    for k, (number, far) in enumerate(pairs):
+        kept = rest[k] <= limit
+        points[k] = np.bincount(number[kept], minlength=count)
+        sums = np.bincount(number[kept], far[kept], count)
         seen = points[k] >= options.fewest_points
         height[k, seen] = sums[seen] / points[k, seen]
     return height, points
@@ -70,10 +76,8 @@ def cell_heights(
 
 def _medians(numbers: NDArray, values: NDArray, count: int) -> NDArray:
     """Median of the values in each sample (c,); not a number where there are none."""
-    kept = numbers >= 0
-    order = np.lexsort((values[kept], numbers[kept]))
-    sorted_values = values[kept][order]
-    size = np.bincount(numbers[kept], minlength=count)
+    sorted_values = values[np.lexsort((values, numbers))]
+    size = np.bincount(numbers, minlength=count)
     first = np.cumsum(size) - size
     last = max(len(sorted_values) - 1, 0)
     low, high = (np.minimum(first + half, last) for half in ((size - 1) // 2, size // 2))
