@@ -8,7 +8,7 @@ VALIDATION := $(SNAKEMAKE) --configfile config/validation.yaml
 SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
 CUT := $(SNAKEMAKE) --configfile tests/cut/config.yaml
 # Figures of a full run that README.md shows.
-PICTURES := overview
+PICTURES := overview growth
 REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
 # What follows a run: captures $(1), results $(2), the run's command $(3).
