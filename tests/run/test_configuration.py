@@ -285,11 +285,10 @@ def test_a_search_that_cannot_start(home, change, line):
 @pytest.mark.parametrize(
     ("block", "change", "line"),
     [
-        ("model", {"laws": ["linear"]}, "model.laws: expected one of finite strain beside linear"),
         ("model", {"poisson_ratios": [0.49, 0.0]}, "model.poisson_ratios: expected increasing"),
         ("fit", {"poisson_ratio_bounds": [0.0, 0.494]}, "expected low and high within the table's"),
     ],
-    ids=["laws", "ratios", "bounds"],
+    ids=["ratios", "bounds"],
 )
 def test_a_table_that_does_not_serve(home, block, change, line):
     options = written(home).get("direct", {})

@@ -93,8 +93,8 @@ def test_what_is_made_without_a_schema_is_refused_too():
         Inner(rule="three")
     with pytest.raises(ValueError, match="^place_m: expected 2 each at least 0, found"):
         Inner(place_m=(1, -1))
-    assert not option_fits(IndentationTable, laws=())
-    assert not option_fits(IndentationTable, laws=("linear", "linear"))
+    assert not option_fits(IndentationTable, poisson_ratios=())
+    assert not option_fits(IndentationTable, poisson_ratios=(0.3,))
     assert not option_fits(Minimise, iterations=10**9)
     assert not option_fits(IndentationTable, growth=float("inf"))
     for wrong_kind in ({"count": "3"}, {"count": True}, {"edge_m": "1"}, {"inner": {"rule": 1}}):

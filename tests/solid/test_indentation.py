@@ -55,9 +55,12 @@ def test_force_between_the_table_s_places(model, nu):
     assert model.force_per_modulus(depth, nu, "blatz_ko") == pytest.approx(2 * found)
 
 
-def test_weights_have_the_same_bytes_each_time():
+def test_weights_and_slopes_are_those_of_polynomials():
     ratios = np.array([0.0, 0.15, 0.3, 0.42, 0.49])
-    assert len({ratio_weights(ratios, 0.29).tobytes() for _ in range(50)}) == 1
+    weights, slopes = ratio_weights(ratios, 0.29)
+    assert weights @ ratios**4 == pytest.approx(0.29**4, rel=1e-9)
+    assert slopes @ ratios**4 == pytest.approx(4 * 0.29**3, rel=1e-9)
+    assert ratio_weights(ratios, 0.3)[0] == pytest.approx([0, 0, 1, 0, 0], abs=1e-10)
 
 
 def test_displacement_between_the_table_s_places(model):

@@ -30,7 +30,9 @@ def estimate(E, nu, half):
         "reduced_modulus_pa": interval(E / (1 - nu**2), half),
         "youngs_modulus_1s_pa": interval(0.93679 * E, half),
         "poisson_ratio": interval(nu, 0.05),
-        "law": "neo_hookean",
+        "equivalent_reduced_modulus_pa": interval(E / (1 - nu**2), half),
+        "equivalent": {"depth_m": 0.004},
+        "law": {name: {"value": 0.1, "std": 0.2} for name in ("force", "motion")},
         "captures": ["01"],
         "frames": [12],
         "residuals": [residual],
@@ -57,6 +59,13 @@ def test_truth_after_a_second():
     assert truth_of(MATERIAL | {"relaxation": None})["youngs_modulus_1s_pa"] == 20000.0
 
 
+def test_the_equivalent_of_another_law_has_no_truth_here():
+    star = truth_of(MATERIAL)["reduced_modulus_pa"]
+    assert truth_of(MATERIAL)["equivalent_reduced_modulus_pa"] == star == 20000 / (1 - 0.3**2)
+    foam = truth_of(MATERIAL | {"law": "blatz_ko"})
+    assert pd.isna(foam["equivalent_reduced_modulus_pa"]) and foam["reduced_modulus_pa"] == star
+
+
 def test_one_row_is_recommended_and_none_is_without_a_verdict(summary):
     assert summary.loc[summary["recommended"], ["method", "point"]].values.tolist() == [
         ["direct_joint", "all"]
@@ -73,6 +82,8 @@ def test_errors_and_coverage(summary):
     assert not found.loc["direct", "youngs_modulus_covered"]
     assert found.loc["direct_joint", "youngs_modulus_covered"]
     assert pd.isna(found.loc["hertz", "reduced_modulus_covered"])
+    other = accuracy_table(summary, {"foam": MATERIAL | {"law": "blatz_ko"}})
+    assert other["equivalent_reduced_modulus_covered"].isna().all()
     short = coverage_table(found.reset_index()).set_index(["object", "sensor", "method"])
     assert short.loc[("all", "all", "direct"), "youngs_modulus_coverage"] == 0.0
     assert short.loc[("all", "all", "direct_joint"), "poisson_ratio_coverage"] == 1.0

@@ -28,9 +28,15 @@ ADVISED = {
     "reduced_modulus_low_pa": 43000.0,
     "reduced_modulus_high_pa": 46000.0,
     "reduced_modulus_verdict": "identified",
+    "equivalent_reduced_modulus_pa": 45000.0,
+    "equivalent_reduced_modulus_low_pa": 44000.0,
+    "equivalent_reduced_modulus_high_pa": 46000.0,
+    "equivalent_reduced_modulus_verdict": "identified",
+    "equivalent_depth_m": 0.0042,
+    "force_law": 0.12,
+    "force_law_std": 0.3,
     "captures": 2,
     "motion_scale": 1.1,
-    "law": "neo_hookean",
     "provenance": "recorded",
 }
 HERTZ = {"object": "toy", "sensor": "my_cam", "capture": "1", "point": "1", "method": "hertz"}
@@ -42,18 +48,36 @@ SEARCHED = HERTZ | {"method": "minimise_displacement", "youngs_modulus_pa": 1e8}
 SEARCHED |= {"poisson_ratio": 0.0, "reduced_modulus_pa": 1e8}
 
 
+PARTS = ("log_reduced_modulus", "log_youngs_modulus", "poisson_ratio")
+
+
+def source(name, *parts):
+    row = {"source": name, "standard_uncertainty": 0.0005, "unit": "m"}
+    return row | {f"contribution_{of}": part for of, part in zip(PARTS, parts, strict=True)}
+
+
+BUDGET = [source("noise of the depth", 0.031, 0.03, 0.01), source("clocks", 1e-4, 1e-3, 1e-4)]
+
+
 def page(pictures=None, at_bound=False, **changes):
     rows = pd.DataFrame([HERTZ, SEARCHED | {"at_bound": at_bound}, ADVISED | changes])
-    return own_page("toy", rows, [PRESS], pictures or {})
+    return own_page("toy", rows, [PRESS], pictures or {}, {"my_cam": BUDGET})
 
 
 def test_the_recommended_row_comes_first_with_its_intervals():
     text = page()
     assert (
-        "| my_cam | 2 | 38.1 (35.0 to 41.0): identified | 35.0 (34.0 to 36.0): identified" in text
+        "| my_cam | 2 | 44.5 (43.0 to 46.0): identified | 45.0 (44.0 to 46.0): identified"
+        " | 38.1 (35.0 to 41.0): identified | 0.38 (0.20 to 0.49): bounded" in text
     )
-    assert "0.38 (0.20 to 0.49): bounded | 44.5 (43.0 to 46.0): identified | neo-hookean |" in text
+    assert "| 35.0 (34.0 to 36.0): identified | 4.2 | +0.12 ± 0.30 |" in text
     assert text.index("## How stiff") < text.index("## Captures") < text.index("## All estimates")
+
+
+def test_the_budget_shows_what_counts():
+    text = page()
+    assert "| noise of the depth | 0.0005 m | 3.1 | 3.0 | 0.010 |" in text
+    assert "clocks" not in text
 
 
 def test_just_the_verdicts_that_occur_are_explained():
@@ -69,7 +93,7 @@ def test_a_surface_unlike_the_model_is_told():
 
 def test_a_search_that_ended_at_a_bound_is_told():
     text = page(at_bound=True)
-    assert "| 100000.0 (at a bound) |  | 0.00 (at a bound) | 100000.0 (at a bound) |" in text
+    assert "| 100000.0 (at a bound) |  | 100000.0 (at a bound) | 0.00 (at a bound) |" in text
     assert text.count("(at a bound)") == 3 and AT_BOUND_NOTE in text
     assert "at a bound" not in page() and AT_BOUND_NOTE not in page()
 
@@ -85,7 +109,7 @@ def test_pictures_are_in_the_page():
 
 def test_a_summary_without_a_recommended_row():
     with pytest.raises(ValueError, match="recommended: expected a row for each sensor"):
-        own_page("toy", pd.DataFrame([HERTZ]), [PRESS], {})
+        own_page("toy", pd.DataFrame([HERTZ]), [PRESS], {}, {})
 
 
 def test_what_a_capture_held():

@@ -120,7 +120,6 @@ rule direct:
         code=code("stages/direct"),
         probe=RUN.probe_spec,
         captures=RUN.one,
-        seed=RUN.config["seed"],
         options=RUN.config["direct"]["fit"],
     message:
         "Direct estimate of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
@@ -133,6 +132,7 @@ rule direct_object:
         **RUN.direct_files(RUN.together),
     output:
         estimate=RUN.results("{object}/{sensor}/direct.json"),
+        budget=RUN.results("{object}/{sensor}/uncertainty_budget.csv"),
     log:
         RUN.results("logs/direct_object/{object}-{sensor}.log"),
     benchmark:
@@ -143,7 +143,6 @@ rule direct_object:
         code=code("stages/direct"),
         probe=RUN.probe_spec,
         captures=RUN.together,
-        seed=RUN.config["seed"],
         options=RUN.config["direct"]["fit"],
     message:
         "Direct estimate of {wildcards.object}, {wildcards.sensor}: all captures together"

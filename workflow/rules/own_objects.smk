@@ -142,6 +142,7 @@ rule own_report:
         summary=RUN.results("{object}/summary.csv"),
         fits=OWN.files(OWN.captures, "hertz.json"),
         direct=OWN.files(OWN.captures, "direct.json"),
+        joint=OWN.joint,
         moduli=RUN.results("{object}/figures/moduli.png"),
         hertz_fit=RUN.results("{object}/figures/hertz_fit.png"),
         surface=RUN.results("{object}/figures/surface.png"),
@@ -158,6 +159,7 @@ rule own_report:
     params:
         code=code("stages/own_report"),
         captures=OWN.captures,
+        groups=OWN.groups,
     message:
         "Page of {wildcards.object}"
     script:

@@ -48,6 +48,7 @@ def _direct(options: argparse.Namespace) -> None:
     """E and nu of captures."""
     from palpate import direct
     from palpate.capture.capture import open_capture
+    from palpate.estimate.direct.result import described_law
     from palpate.measurement import measure
 
     devices = {"sensors": options.sensors, "probes": options.probes}
@@ -63,11 +64,14 @@ def _direct(options: argparse.Namespace) -> None:
     found = direct.estimate(measured, [tables[one.capture.point] for one in measured])
     if options.json:
         told = {name: asdict(interval) for name, interval in found.moduli.items()}
-        print(json.dumps({"law": found.solution.law} | told, indent=2))
+        print(json.dumps(told | described_law(found), indent=2))
         return
     for name, interval in found.moduli.items():
         print(f"{name.removesuffix('_pa')}: {_said(name, interval)}")
-    print(f"law: {found.solution.law} ({found.criterion})")
+    at, strain = 1e3 * found.quantities.depth_m, found.quantities.strain
+    print(f"equivalent told at {at:.1f} mm, strain {strain:.2f}")
+    for which, law in described_law(found)["law"].items():
+        print(f"law of the {which}: {law['value']:+.2f} +- {law['std']:.2f} (docs/theory.md, 14)")
 
 
 def _said(name: str, interval: Any) -> str:

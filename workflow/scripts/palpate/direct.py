@@ -21,8 +21,6 @@ def estimate(
     measured: Sequence[Measurement],
     tables: Sequence[IndentationModel],
     options: Fit | None = None,
-    *,
-    seed: int | None = None,
 ) -> DirectEstimate:
     """Estimate E and nu of an object from one or more of its captures with one sensor.
 
@@ -32,8 +30,7 @@ def estimate(
     tables : sequence of IndentationModel
         Of the point that each was pressed at.
     options : Fit, optional
-    seed : int, optional
-        Of the bootstrap; both are those of the measurements' configuration by default.
+        That of the measurements' configuration by default.
 
     Returns
     -------
@@ -55,7 +52,7 @@ def estimate(
     >>> solid = solid_of(measured, kept="config/meshes/foam_block.vtu")
     >>> # Too coarse for its numbers to mean anything, but quick.
     >>> coarse = IndentationTable(
-    ...     laws=("neo_hookean",), poisson_ratios=(0.0, 0.49), step_m=0.004, edge_m=0.01, growth=2.0
+    ...     poisson_ratios=(0.0, 0.49), step_m=0.004, edge_m=0.01, growth=2.0
     ... )
     >>> table = indentation_table(measured, solid, coarse)
     >>> found = estimate([measured], [table]).moduli["youngs_modulus_pa"]
@@ -69,7 +66,7 @@ def estimate(
         )
     if len(tables) != len(measured):
         raise ValueError(f"tables: expected {len(measured)}, one a capture, found {len(tables)}")
-    radius, seed = measured[0].capture.radius_m, measured[0].config.seed if seed is None else seed
+    radius = measured[0].capture.radius_m
     for table in tables:
         if not np.isclose(table.radius_m, radius, rtol=SAME_RADIUS):
             expected = f"one of the probe's {radius * MILLIMETRES:g} mm sphere"
@@ -77,7 +74,7 @@ def estimate(
             raise ValueError(f"tables: expected {expected}, found one of {found}")
     options = options or measured[0].config.direct.fit
     indentations = [_indentation(*of, options) for of in zip(measured, tables, strict=True)]
-    return estimate_direct(indentations, options, radius_m=radius, seed=seed)
+    return estimate_direct(indentations, options, radius_m=radius)
 
 
 def _indentation(measured: Measurement, table: IndentationModel, options: Fit) -> DirectIndentation:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.capture import Capture
 from palpate.capture.streams import Stream, all_streams
-from palpate.capture.tables import columns_of
+from palpate.capture.tables import as_written, columns_of
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.hertz.indentation import indentation_of
@@ -31,7 +31,7 @@ from palpate.surface.tracked import Tracked
 from palpate.vision.background import build_model
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clock import ClockOffset
-from palpate.vision.clouds import clouds_of, scene_points
+from palpate.vision.clouds import cloud_as_written, clouds_of, scene_points
 from palpate.vision.follow import followed
 from palpate.vision.force import FORCE, check_direction, check_lever
 from palpate.vision.foreground import masks_of
@@ -166,11 +166,14 @@ def measure(
     support = read_support(capture.declared["support"])
     masks = _masks(capture, sensor, config)
     plane = _plane(capture, sensor, config)
-    poses = followed(folder, sensor, probe, config.probe_pose)
+    # Numbers are those of the files between the workflow's stages: one answer either way.
+    poses = as_written(followed(folder, sensor, probe, config.probe_pose))
     wrenches, clock = capture_wrenches(capture.force, poses, probe, config.force, up=plane[:3])
+    wrenches = as_written(wrenches)
     check_direction(wrenches, poses[AXIS].to_numpy(float))
     check_lever(wrenches, capture.radius_m)
-    clouds = list(clouds_of(folder, sensor, probe, masks, poses, plane, config.clouds))
+    each = clouds_of(folder, sensor, probe, masks, poses, plane, config.clouds)
+    clouds = [cloud_as_written(cloud) for cloud in each]
     tips, axes = columns_of(poses, TIP), columns_of(poses, AXIS)
     forces, radius = columns_of(wrenches, FORCE), capture.radius_m
     least = config.hertz.onset_force_n

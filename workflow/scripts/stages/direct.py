@@ -2,6 +2,7 @@
 
 import json
 
+import pandas as pd
 from palpate.capture.files import whole_file
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.options import Fit
@@ -16,11 +17,14 @@ def main(snakemake):
     indentations = read_indentations(snakemake.input, options)
     radius = params.probe["indenter"]["radius_m"]
     with naming(", ".join(snakemake.input.poses), "frames"):
-        found = estimate_direct(indentations, options, radius_m=radius, seed=params.seed)
+        found = estimate_direct(indentations, options, radius_m=radius)
     told = described(found, indentations, options.relaxation_times_s)
     with whole_file(snakemake.output.estimate) as part:
         text = json.dumps({"captures": list(params.captures)} | told, indent=2)
         part.write_text(text + "\n", encoding="utf-8")
+    if "budget" in snakemake.output.keys():
+        with whole_file(snakemake.output.budget) as part:
+            pd.DataFrame(found.budget.rows()).to_csv(part, index=False)
 
 
 run(main, snakemake)

@@ -18,8 +18,10 @@ def main(snakemake):
     pictures = {name: Path(inputs[name]).read_bytes() for name in CAPTIONS}
     name = snakemake.wildcards.object
     summary = pd.read_csv(inputs.summary, dtype={"capture": str, "point": str})
+    joints = zip(snakemake.params.groups, read_all(inputs.joint), strict=True)
+    budgets = {group["sensor"]: found["budget"] for group, found in joints}
     with naming(inputs.summary):
-        text = own_page(name, summary, presses, pictures)
+        text = own_page(name, summary, presses, pictures, budgets)
     with whole_file(snakemake.output.page) as part:
         part.write_text(table_page.page(text, title=name), encoding="utf-8")
 

@@ -137,6 +137,16 @@ def write_table(path: str | Path, table: pd.DataFrame) -> None:
         table.to_csv(part, index=False, float_format=number_text, lineterminator="\n")
 
 
+def as_written(table: pd.DataFrame) -> pd.DataFrame:
+    """A table whose numbers are those that `write_table` keeps."""
+    numbers = table.select_dtypes("float")
+    return table.assign(**{name: numbers[name].map(_kept) for name in numbers})
+
+
+def _kept(value: float) -> float:
+    return float(number_text(value))
+
+
 def number_text(value: float) -> str:
     """Nine significant digits, and never less than microseconds."""
     return f"{value:.6f}" if abs(value) >= LARGE else f"{value:.9g}"

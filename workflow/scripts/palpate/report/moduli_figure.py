@@ -27,8 +27,8 @@ from palpate.units import KILOPASCALS
 MOST_NAMES = 12
 COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
 ROWS = {
+    "equivalent_reduced_modulus_pa": ("equivalent E* (kPa)", KILOPASCALS),
     "youngs_modulus_pa": ("E (kPa)", KILOPASCALS),
-    "youngs_modulus_1s_pa": ("E after 1 s (kPa)", KILOPASCALS),
     "poisson_ratio": ("Poisson's ratio", 1.0),
 }
 

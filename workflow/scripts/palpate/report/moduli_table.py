@@ -5,10 +5,17 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-MODULI = ("youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa", "youngs_modulus_1s_pa")
+MODULI = (
+    "reduced_modulus_pa",
+    "equivalent_reduced_modulus_pa",
+    "youngs_modulus_pa",
+    "poisson_ratio",
+    "youngs_modulus_1s_pa",
+)
 TOGETHER = "all"
 JOINT, ONE = "direct_joint", "direct"
 ONE_SECOND_S = 1.0
+NEO_HOOKEAN = "neo_hookean"
 
 
 def direct_rows(
@@ -47,16 +54,20 @@ def truth_of(material: Mapping) -> dict[str, float]:
     """True moduli of a material of the lab; material.json.
 
     ``youngs_modulus_pa`` is the instantaneous one, which no relaxation has lowered yet;
-    ``youngs_modulus_1s_pa`` is what a step of strain leaves after a second.
+    ``youngs_modulus_1s_pa`` is what a step of strain leaves after a second;
+    ``equivalent_reduced_modulus_pa`` is E* of a neo-Hookean material and not a number of others.
     """
     E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
+    star = E / (1 - nu**2)
+    neo_hookean = material.get("law", NEO_HOOKEAN) == NEO_HOOKEAN
     relaxation = material.get("relaxation") or {"fractions": [], "times_s": []}
     share, tau = (np.array(relaxation[name], dtype=float) for name in ("fractions", "times_s"))
     left = 1 - float(share @ -np.expm1(-ONE_SECOND_S / tau)) if len(tau) else 1.0
     return {
         "youngs_modulus_pa": E,
         "poisson_ratio": nu,
-        "reduced_modulus_pa": E / (1 - nu**2),
+        "reduced_modulus_pa": star,
+        "equivalent_reduced_modulus_pa": star if neo_hookean else float("nan"),
         "youngs_modulus_1s_pa": E * left,
     }
 
@@ -89,7 +100,7 @@ def accuracy_table(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> pd.D
             pd.to_numeric(table[_end(name, end)]).to_numpy(dtype=float) for end in ("low", "high")
         )
         covers = pd.array((low <= true) & (true <= high), dtype="boolean")
-        covers[~np.isfinite(low)] = pd.NA
+        covers[~(np.isfinite(low) & np.isfinite(true))] = pd.NA
         table[f"{stem}_covered"] = covers
     first = ["object", "sensor", "point", "method", "youngs_modulus_pa", "true_youngs_modulus_pa"]
     first += ["poisson_ratio", "true_poisson_ratio"]
@@ -138,7 +149,11 @@ def _row(capture: Mapping, found: Mapping, *, method: str, recommended: bool) ->
         row[f"{name.removesuffix('_pa')}_verdict"] = found[name]["verdict"]
     residuals = found["residuals"]
     row |= {
-        "law": found["law"],
+        "equivalent_depth_m": found["equivalent"]["depth_m"],
+        "force_law": found["law"]["force"]["value"],
+        "force_law_std": found["law"]["force"]["std"],
+        "motion_law": found["law"]["motion"]["value"],
+        "motion_law_std": found["law"]["motion"]["std"],
         "captures": len(found["captures"]),
         "frames": sum(found["frames"]),
         "motion_scale": float(np.median([r["motion_scale"] for r in residuals])),

@@ -10,10 +10,11 @@ from palpate.report.tables import AT_BOUND_NOTE, SIMULATED_NOTE, bound_mark
 from palpate.units import KILOPASCALS, MILLIMETRES
 
 MODULI = {
-    "youngs_modulus_pa": "E (kPa)",
-    "youngs_modulus_1s_pa": "E after 1 s (kPa)",
-    "poisson_ratio": "nu",
     "reduced_modulus_pa": "E* = E/(1 - nu^2) (kPa)",
+    "equivalent_reduced_modulus_pa": "equivalent E* (kPa)",
+    "youngs_modulus_pa": "E (kPa)",
+    "poisson_ratio": "nu",
+    "youngs_modulus_1s_pa": "E after 1 s (kPa)",
 }
 METHODS = {
     "direct_joint": "direct, all captures together",
@@ -38,6 +39,14 @@ CAPTIONS = {
     "surface": "What the camera sees in the deepest frame, the tracked surface, and a section"
     " through the dent. Surface and points should lie on each other away from the probe.",
 }
+WHICH = (
+    "Compare objects by the equivalent E*: of the neo-Hookean solid that answers with the same"
+    " force at the depth given. E*, E and nu are those of small strain, for computing with: they"
+    " carry the doubt of how the material stiffens. The law of the force is 0 for neo-Hooke's solid"
+    " and 1 for Blatz and Ko's."
+)
+# Sources of a budget that are shown, as they add at least this part of the largest.
+LEAST_PART = 0.1
 # From here on the motion of the surface differs from the model's by much more than its noise.
 LARGE_SCALE = 3.0
 
@@ -47,6 +56,7 @@ def own_page(
     summary: pd.DataFrame,
     presses: Sequence[Mapping],
     pictures: Mapping[str, bytes],
+    budgets: Mapping[str, Sequence[Mapping]],
 ) -> str:
     """Write an object's page.
 
@@ -60,6 +70,8 @@ def own_page(
         Of `press_of`, a row of the table of captures each.
     pictures : mapping
         PNG by name, in their order; names as in `CAPTIONS`.
+    budgets : mapping
+        Rows of the uncertainty budget by sensor.
 
     Returns
     -------
@@ -77,7 +89,8 @@ def own_page(
     lines = [f"# {name.replace('_', ' ').capitalize()}", ""]
     if (summary["provenance"] == "simulated").any():
         lines += [SIMULATED_NOTE, ""]
-    lines += ["## How stiff", "", *_advised(advised), "", *_meanings(advised), *_doubts(advised)]
+    lines += ["## How stiff", "", *_advised(advised), "", WHICH, "", *_meanings(advised)]
+    lines += [*_doubts(advised), *_budgets(budgets)]
     lines += _pictures(pictures)
     lines += ["", "## Captures", "", *_table(presses), "", "## All estimates", ""]
     rows = summary.to_dict("records")
@@ -120,7 +133,9 @@ def _advised(rows: pd.DataFrame) -> list[str]:
     for row in rows.to_dict("records"):
         cells = {"sensor": sensor_name(row["sensor"]), "captures": f"{row['captures']:.0f}"}
         cells |= {label: _judged(row, quantity) for quantity, label in MODULI.items()}
-        found.append(cells | {"law": str(row["law"]).replace("_", "-")})
+        place = f"{row['force_law']:+.2f} ± {row['force_law_std']:.2f}"
+        depth = f"{row['equivalent_depth_m'] * MILLIMETRES:.1f}"
+        found.append(cells | {"equivalent told at (mm)": depth, "law of the force": place})
     return _table(found)
 
 
@@ -158,6 +173,34 @@ def _doubts(rows: pd.DataFrame) -> list[str]:
         for row in rows.to_dict("records")
         if row["motion_scale"] > LARGE_SCALE
     ]
+
+
+def _budgets(budgets: Mapping[str, Sequence[Mapping]]) -> list[str]:
+    """What makes the intervals, by sensor: sources and what each adds, the largest first."""
+    lines = ["", "## What makes the intervals", ""]
+    lines += ["Standard uncertainties that each source of error adds; they add up in squares.", ""]
+    for sensor, rows in budgets.items():
+        lines += [f"### {sensor_name(sensor)}", "", *_table(_budget_rows(rows)), ""]
+    return lines
+
+
+def _budget_rows(rows: Sequence[Mapping]) -> list[dict[str, str]]:
+    heads = {
+        "contribution_log_reduced_modulus": "of E* (%)",
+        "contribution_log_youngs_modulus": "of E (%)",
+        "contribution_poisson_ratio": "of nu",
+    }
+    most = {name: max(abs(row[name]) for row in rows) for name in heads}
+    found = []
+    for row in rows:
+        if all(abs(row[name]) < LEAST_PART * most[name] for name in heads):
+            continue
+        cells = {"source": row["source"]}
+        cells |= {"standard uncertainty": f"{row['standard_uncertainty']:.2g} {row['unit']}"}
+        for name, head in heads.items():
+            cells[head] = f"{100 * row[name]:.1f}" if "%" in head else f"{row[name]:.3f}"
+        found.append(cells)
+    return found
 
 
 def _pictures(pictures: Mapping[str, bytes]) -> list[str]:

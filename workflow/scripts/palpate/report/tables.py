@@ -9,8 +9,20 @@ from palpate.markdown import rows_of
 
 CAPTURE = ["object", "sensor", "capture", "point"]
 JUDGED = ("youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa")
-# Of the direct estimate: law, captures and frames in it, residuals over what was stated.
-DIAGNOSTICS = ("law", "captures", "frames", "motion_scale", "motion_sharing", "depth_scale")
+# Of the direct estimate: where the equivalent modulus is told, the law, captures and frames in it,
+# residuals over what was stated.
+DIAGNOSTICS = (
+    "equivalent_depth_m",
+    "force_law",
+    "force_law_std",
+    "motion_law",
+    "motion_law_std",
+    "captures",
+    "frames",
+    "motion_scale",
+    "motion_sharing",
+    "depth_scale",
+)
 # From here on numbers stand without an exponent.
 LARGE = 1e4
 SIMULATED_NOTE = "Rows marked simulated come from the virtual lab, not from recordings."
@@ -132,6 +144,10 @@ def summary(
         "reduced_modulus_low_pa",
         "reduced_modulus_high_pa",
         "reduced_modulus_verdict",
+        "equivalent_reduced_modulus_pa",
+        "equivalent_reduced_modulus_low_pa",
+        "equivalent_reduced_modulus_high_pa",
+        "equivalent_reduced_modulus_verdict",
         "at_bound",
         *DIAGNOSTICS,
         "provenance",

@@ -12,10 +12,12 @@ import pandas as pd
 
 from palpate.units import KILOPASCALS
 
-# Of the recommended estimate, Poisson's ratio first: whether E can be trusted hangs on it.
+# Of the recommended estimate; the first two need no Poisson's ratio.
 MODULI = {
-    "poisson_ratio": "nu",
+    "reduced_modulus_pa": "E*",
+    "equivalent_reduced_modulus_pa": "equivalent E*",
     "youngs_modulus_pa": "E at once",
+    "poisson_ratio": "nu",
     "youngs_modulus_1s_pa": "E after 1 s",
 }
 # The published study's own methods.
@@ -131,7 +133,7 @@ def _recommended(rows: pd.DataFrame) -> list[str]:
         return ["  none: no capture of it is estimated directly"]
     row = advised.iloc[0]
     values = {label: _judged(row, quantity) for quantity, label in MODULI.items()}
-    lines = [f"  {label:<12} {text}" for label, text in values.items() if text]
+    lines = [f"  {label:<13} {text}" for label, text in values.items() if text]
     return [*lines, f"  from {_captures(int(row['captures']))}"]
 
 

@@ -2,8 +2,6 @@
 
 from collections.abc import Collection, Mapping
 
-from palpate.solid.options import LINEAR
-
 
 def impossible_search(options: Mapping, source: str) -> list[str]:
     """Find bounds out of order and starts outside of them.
@@ -45,9 +43,6 @@ def impossible_table(options: Mapping, source: str) -> list[str]:
         File named in messages.
     """
     problems, place = [], f"{source}: direct"
-    if set(options["model"]["laws"]) <= {LINEAR}:
-        expected = f"one of finite strain beside {LINEAR}"
-        problems.append(f"{place}.model.laws: expected {expected}, found none")
     ratios = options["model"]["poisson_ratios"]
     if sorted(set(ratios)) != list(ratios):
         problems.append(f"{place}.model.poisson_ratios: expected increasing numbers")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BarycentricInterpolator, CubicSpline, PchipInterpolator
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from palpate.npz import read_npz
 
@@ -76,7 +76,8 @@ class IndentationModel:
             If the law is not in the table, or depth or Poisson's ratio are beyond it.
         """
         depth = self._checked(depth_m, nu)
-        table = ratio_weights(self.poisson_ratios, nu) @ self.force_per_modulus_m2[self._law(law)]
+        weights, _ = ratio_weights(self.poisson_ratios, nu)
+        table = weights @ self.force_per_modulus_m2[self._law(law)]
         straight = PchipInterpolator(self.depth_m, np.maximum(table, 0) ** STRAIGHT)
         return straight(depth) ** (1 / STRAIGHT)
 
@@ -92,7 +93,8 @@ class IndentationModel:
         """
         depth = self._checked(depth_m, nu)
         over_depth = CubicSpline(self.depth_m, np.eye(len(self.depth_m)), axis=0)(depth)
-        weights = ratio_weights(self.poisson_ratios, nu)[:, None] * over_depth[..., None, :]
+        weights, _ = ratio_weights(self.poisson_ratios, nu)
+        weights = weights[:, None] * over_depth[..., None, :]
         table = self.surface_displacement_m[self._law(law)]
         return np.tensordot(weights, table, axes=2)
 
@@ -112,12 +114,12 @@ class IndentationModel:
         return np.clip(depth, 0, deepest)
 
 
-def ratio_weights(ratios: NDArray, nu: float) -> NDArray:
-    """Lagrange's polynomials of a table's Poisson's ratios at one, shape (p,).
-
-    The interpolator draws the order of its factors, and with it the last digits: always alike here.
-    """
-    return BarycentricInterpolator(ratios, np.eye(len(ratios)), rng=0)(nu)
+def ratio_weights(ratios: NDArray, nu: float) -> tuple[NDArray, NDArray]:
+    """Lagrange's polynomials of a table's Poisson's ratios at one, and their slopes, (p,) each."""
+    power = np.arange(len(ratios))
+    at = np.stack([nu**power, power * nu ** np.maximum(power - 1, 0)], axis=1)
+    value, slope = np.linalg.solve(np.vander(ratios, increasing=True).T, at).T
+    return value, slope
 
 
 def mirrored(model: IndentationModel, point_m: NDArray, normal: NDArray) -> IndentationModel:

@@ -1,18 +1,15 @@
 """Make the indentation table of one pressed point by finite elements."""
 
 import logging
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.boundary import support_nodes
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.indentation_setup import IndentationOptions, IndentationSetup, indentation_setup
 from palpate.solid.indenting import IndentedSolid, State
-from palpate.solid.linear_indentation import linear_indentations
+from palpate.solid.laws import LAW_NAMES
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.options import LINEAR
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.solid.support import Support
 
@@ -24,7 +21,6 @@ CUTS = 3
 LEAST_START = 0.1
 # Triangles of a face's corners and middles.
 QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-LAW_NAMES = ("neo_hookean", "blatz_ko")
 POISSON_RATIOS = (0.0, 0.15, 0.3, 0.42, 0.49)
 
 
@@ -93,9 +89,6 @@ def indentation_model(
         equilibrium at the first depths.
     """
     depths = depth_steps(deepest_m, step_m)
-    finite = tuple(law for law in laws if law != LINEAR)
-    if not finite:
-        raise ValueError(f"laws: expected one of finite strain beside {LINEAR}, found none")
     setup = indentation_setup(
         mesh,
         support,
@@ -107,43 +100,13 @@ def indentation_model(
         options=options or IndentationOptions(),
     )
     steps_of: dict[tuple[str, int], list[State]] = {}
-    for law in finite:
+    for law in laws:
         for number, nu in enumerate(poisson_ratios):
             near = [steps_of.get((law, n)) for n in (number - 1, number - 2)]
             # A law's first load steps start from that of the law before it.
-            near[0] = near[0] or steps_of.get((finite[0], number))
+            near[0] = near[0] or steps_of.get((laws[0], number))
             steps_of[law, number] = steps(setup, law, nu, depths, near)
-    model = _model(setup, steps_of, finite, poisson_ratios, depths)
-    return _with_linear(setup, model) if LINEAR in laws else model
-
-
-def _with_linear(setup: IndentationSetup, model: IndentationModel) -> IndentationModel:
-    """The same with the linear solid as one more law, if the support holds its nodes."""
-    if setup.support.resting:
-        logging.info("a resting solid has no linear law: its support grows with the force")
-        return model
-    mesh, support = setup.whole, setup.support
-    held = np.zeros(len(mesh.nodes_m), dtype=bool)
-    held[support_nodes(mesh, support)] = True
-    forces, fields = linear_indentations(
-        mesh,
-        held,
-        setup.touch_m,
-        setup.direction,
-        radius_m=setup.radius_m,
-        depth_m=model.depth_m[1:],
-        poisson_ratios=model.poisson_ratios,
-    )
-    surface = np.unique(mesh.surface_faces())
-    moves = np.zeros((1, *model.surface_displacement_m.shape[1:]), dtype=np.float32)
-    moves[0, :, 1:] = fields[:, :, surface]
-    forces = np.pad(forces, ((0, 0), (1, 0)))[None]
-    return replace(
-        model,
-        laws=(*model.laws, LINEAR),
-        force_per_modulus_m2=np.concatenate([model.force_per_modulus_m2, forces]),
-        surface_displacement_m=np.concatenate([model.surface_displacement_m, moves]),
-    )
+    return _model(setup, steps_of, laws, poisson_ratios, depths)
 
 
 def steps(

@@ -142,6 +142,7 @@ NEO_HOOKEAN = Law("neo_hookean", _neo_hookean_energy, _neo_hookean_stress, _neo_
 # and Storakers with the single exponent -2.
 BLATZ_KO = Law("blatz_ko", _blatz_ko_energy, _blatz_ko_stress, _blatz_ko_tangent)
 LAWS = {law.name: law for law in (NEO_HOOKEAN, BLATZ_KO)}
+LAW_NAMES = tuple(LAWS)
 
 
 def named_law(name: str) -> Law:

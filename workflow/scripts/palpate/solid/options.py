@@ -5,9 +5,6 @@ from typing import Literal
 
 from palpate.options import Options, option
 
-# Of the laws, the one of small strain.
-LINEAR = "linear"
-
 
 @dataclass(frozen=True, kw_only=True)
 class Solid(Options):
@@ -24,16 +21,10 @@ class IndentationTable(Options):
 
     Examples
     --------
-    >>> IndentationTable(laws=("neo_hookean",), deepest_m=0.006).deepest_m
+    >>> IndentationTable(deepest_m=0.006).deepest_m
     0.006
     """
 
-    laws: tuple[Literal["neo_hookean", "blatz_ko", "linear"], ...] = option(
-        ("neo_hookean", "blatz_ko", "linear"),
-        "the last for shallow presses of bonded objects",
-        fewest=1,
-        unique=True,
-    )
     poisson_ratios: tuple[float, ...] = option(
         (0.0, 0.15, 0.3, 0.42, 0.49), "of the table's columns", least=0, most=0.495, fewest=2
     )

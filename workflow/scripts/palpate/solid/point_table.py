@@ -63,7 +63,6 @@ def point_table(
         radius_m=radius_m,
         deepest_m=deepest,
         surface=SmoothSurface(*surface),
-        laws=options.laws,
         poisson_ratios=options.poisson_ratios,
         step_m=min(options.step_m, deepest / FEWEST_STEPS),
         options=IndentationOptions(

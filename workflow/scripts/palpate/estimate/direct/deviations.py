@@ -6,7 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from palpate.estimate.direct.indentation import DirectIndentation, Parameters, residuals
+from palpate.estimate.direct.indentation import (
+    DirectIndentation,
+    Parameters,
+    residuals,
+    with_depth_std,
+)
 from palpate.estimate.direct.motion_noise import correlation_length
 from palpate.estimate.hertz.range import FROM_MEDIAN
 from palpate.estimate.minimise.scatter import error_clusters
@@ -21,7 +26,7 @@ LARGEST_PATCH_M = 0.04
 
 
 def with_pattern(
-    indentation: DirectIndentation, law: str, of: Parameters, *, times_s: NDArray
+    indentation: DirectIndentation, of: Parameters, *, times_s: NDArray
 ) -> DirectIndentation:
     """Deviations as the residuals show them: of each frame's noise, and of what moves.
 
@@ -29,7 +34,7 @@ def with_pattern(
     a variance about in proportion to the motion.
     """
     gaps = (
-        residuals(indentation, law, of, times_s=times_s).motion
+        residuals(indentation, of, times_s=times_s).motion
         * indentation.moved_std_m[indentation.seen]
     )
     noise = indentation.noise_std_m[indentation.seen] ** 2
@@ -41,6 +46,7 @@ def with_pattern(
     pressed = replace(indentation, moved_std_m=np.sqrt(variance + of_motion * motion))
     left = np.full(indentation.moved_m.shape, np.nan)
     left[indentation.seen] = gaps
+    pressed = with_depth_std(pressed, of, times_s=times_s)
     return replace(pressed, cluster=_clusters(pressed, left))
 
 

@@ -1,7 +1,7 @@
-"""Joint robust least squares of (log E, nu) and nuisances over all frames of captures."""
+"""Joint robust least squares of E, nu, the law and nuisances over all frames of captures."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -17,33 +17,35 @@ from palpate.estimate.direct.blocks import (
 from palpate.estimate.direct.deviations import ROBUST, robust_scale, with_pattern
 from palpate.estimate.direct.indentation import (
     OWN,
+    SHARED,
     DirectIndentation,
     Linearised,
     Parameters,
     linearised,
     residuals,
+    with_depth_std,
 )
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.support_motion import MOTIONS
 
+# Unknowns without a prior: log E and nu; and the law's: q and m.
+FREE, LAWS = 2, 2
 # Deviation of motions that do not happen [m, rad].
 UNMOVED = 1e-12
 ITERATIONS = 40
 ROUNDS = 3
-# Steps of log E and nu are held to these; below the last numbers they have converged.
-LARGEST_STEP = np.array([0.5, 0.1])
-SMALLEST_STEP = np.array([2e-5, 2e-5])
+# Steps of log E, nu, q and m are held to these; below the last numbers they have converged.
+LARGEST_STEP = np.array([0.5, 0.1, 0.5, 0.5])
+SMALLEST_STEP = np.array([1e-5, 1e-5, 1e-4, 1e-4])
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Least cost of captures under one law.
+    """Least cost of captures.
 
     Attributes
     ----------
-    law : str
     parameters : tuple of Parameters
-        Of each capture; moduli, gain and fractions are the same in all.
+        Of each capture; moduli, laws, gain and fractions are the same in all.
     cost : float
         Twice the negative logarithm of the posterior density, up to a constant.
     scales : tuple of Scales
@@ -54,7 +56,6 @@ class Solution:
         With the deviations that were found.
     """
 
-    law: str
     parameters: tuple[Parameters, ...]
     cost: float
     scales: tuple[Scales, ...]
@@ -62,42 +63,29 @@ class Solution:
     indentations: tuple[DirectIndentation, ...]
 
     @property
-    def spread(self) -> float:
-        """Mean logarithm of the deviations that the residuals were divided by, depths' and all."""
-        total = 0.0
-        for indentation, scale in zip(self.indentations, self.scales, strict=True):
-            motion = np.log(indentation.moved_std_m[indentation.seen]).mean() + np.log(scale.motion)
-            total += motion + np.log(scale.sharing) / 2 + np.log(scale.depth)
-        return float(total) / len(self.indentations)
-
-    @property
     def vector(self) -> NDArray:
-        """(log E, nu, gain, fractions, and what each capture has for itself)."""
+        """(log E, nu, q, m, gain, fractions, and what each capture has for itself)."""
         own = [p.vector[-OWN:] for p in self.parameters]
         return np.concatenate([self.parameters[0].vector[:-OWN], *own])
 
 
 def fit_direct(
     indentations: Sequence[DirectIndentation],
-    law: str,
     options: Fit,
     start: Parameters,
     *,
     scales: Sequence[Scales] | None = None,
-    fixed_poisson_ratio: float | None = None,
 ) -> Solution:
-    """Minimise over the moduli and the nuisances of all captures.
+    """Minimise over the moduli, the law and the nuisances of all captures.
 
     Parameters
     ----------
     indentations : sequence of DirectIndentation
-    law : str
     options : Fit
     start : Parameters
         Where all captures start.
     scales : sequence of Scales, optional
-        Kept as they are, with the deviations of the motions; found from the residuals by default.
-    fixed_poisson_ratio : float, optional
+        Kept as they are, with all deviations; found from the residuals by default.
 
     Raises
     ------
@@ -107,18 +95,18 @@ def fit_direct(
     check_count(indentations, options)
     given = scales is not None
     scales = tuple(scales) if given else (Scales(),) * len(indentations)
+    joint = _Joint(indentations, options)
     parameters = (start,) * len(indentations)
-    if fixed_poisson_ratio is not None:
-        parameters = tuple(replace(p, poisson_ratio=fixed_poisson_ratio) for p in parameters)
-    joint = _Joint(indentations, law, options, fixed_poisson_ratio is not None)
     parameters = split(np.clip(_joined(parameters), joint.low, joint.high), joint)
+    if not given:
+        joint = joint.with_depths(parameters)
     for _ in range(0 if given else ROUNDS):
         parameters = joint.minimise(parameters, scales)
         joint = joint.with_patterns(parameters)
         scales = joint.scales_at(parameters)
     parameters = joint.minimise(parameters, scales)
     blocks, cost = joint.blocks_at(parameters, scales), joint.cost(parameters, scales)
-    return Solution(law, parameters, cost, scales, blocks, joint.indentations)
+    return Solution(parameters, cost, scales, blocks, joint.indentations)
 
 
 def check_count(indentations: Sequence[DirectIndentation], options: Fit) -> None:
@@ -130,7 +118,8 @@ def check_count(indentations: Sequence[DirectIndentation], options: Fit) -> None
     """
     for indentation in indentations:
         free = OWN - int((indentation.support_axes.std == 0).sum())
-        unknowns = 3 + len(options.relaxation_times_s) + free
+        # The law is held by its priors where frames don't tell it.
+        unknowns = SHARED - LAWS + len(options.relaxation_times_s) + free
         if len(indentation.time_s) < unknowns:
             raise ValueError(
                 f"frames: expected at least {unknowns}, as many as there are unknowns (moduli,"
@@ -141,15 +130,10 @@ def check_count(indentations: Sequence[DirectIndentation], options: Fit) -> None
 class _Joint:
     """Normal equations of all captures."""
 
-    def __init__(self, indentations, law: str, options: Fit, fixed: bool) -> None:
-        self.indentations, self.law, self.options, self.fixed = (
-            tuple(indentations),
-            law,
-            options,
-            fixed,
-        )
+    def __init__(self, indentations, options: Fit) -> None:
+        self.indentations, self.options = tuple(indentations), options
         self.times_s = np.array(options.relaxation_times_s, dtype=float)
-        self.shared = 3 + len(self.times_s)
+        self.shared = SHARED + len(self.times_s)
         self.size = self.shared + OWN * len(indentations)
         self.prior = prior_of(indentations, options)
         self.low, self.high = parameter_bounds(len(indentations), options)
@@ -164,17 +148,21 @@ class _Joint:
             matrix, slope = self.normal_equations(parameters, blocks)
             step = self.step(matrix, slope, _joined(parameters))
             before, parameters = parameters, self._moved(parameters, step, scales)
-            if parameters is before or (np.abs(step[:2]) < SMALLEST_STEP).all():
+            if parameters is before or (np.abs(step[: len(SMALLEST_STEP)]) < SMALLEST_STEP).all():
                 break
         return parameters
 
+    def with_depths(self, parameters) -> "_Joint":
+        """The same with the deviations of the depths that these parameters make."""
+        return self._each(with_depth_std, parameters)
+
     def with_patterns(self, parameters) -> "_Joint":
-        """The same with the deviations of the motions that these parameters leave."""
+        """The same with the deviations of motions and depths that these parameters leave."""
+        return self._each(with_pattern, parameters)
+
+    def _each(self, changed, parameters) -> "_Joint":
         pairs = zip(self.indentations, parameters, strict=True)
-        indentations = [
-            with_pattern(indentation, self.law, p, times_s=self.times_s) for indentation, p in pairs
-        ]
-        return _Joint(indentations, self.law, self.options, self.fixed)
+        return _Joint([changed(*pair, times_s=self.times_s) for pair in pairs], self.options)
 
     def _moved(self, parameters, step, scales):
         """Take the step, halved until it does not raise the cost."""
@@ -187,7 +175,7 @@ class _Joint:
 
     def linearised(self, parameters) -> list[Linearised]:
         return [
-            linearised(indentation, self.law, p, times_s=self.times_s)
+            linearised(indentation, p, times_s=self.times_s)
             for indentation, p in zip(self.indentations, parameters, strict=True)
         ]
 
@@ -208,16 +196,15 @@ class _Joint:
 
     def step(self, matrix, slope, vector) -> NDArray:
         low, high = self.low - vector, self.high - vector
-        low[:2] = np.maximum(low[:2], -LARGEST_STEP)
-        high[:2] = np.minimum(high[:2], LARGEST_STEP)
-        if self.fixed:
-            low[1], high[1] = -1e-12, 1e-12
+        held = slice(len(LARGEST_STEP))
+        low[held] = np.maximum(low[held], -LARGEST_STEP)
+        high[held] = np.minimum(high[held], LARGEST_STEP)
         return bounded_solution(matrix, -slope, low, high)
 
     def cost(self, parameters, scales) -> float:
         total = float((self.prior.gaps(_joined(parameters)) ** 2).sum())
         for indentation, p, scale in zip(self.indentations, parameters, scales, strict=True):
-            gaps = residuals(indentation, self.law, p, times_s=self.times_s)
+            gaps = residuals(indentation, p, times_s=self.times_s)
             total += float((gaps.depth**2).sum()) / scale.depth**2
             soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion)) ** 2) - 1
             total += 2 * ROBUST**2 * float(soft.sum()) / scale.sharing
@@ -243,10 +230,16 @@ class Prior:
     ----------
     rows : (r, size) array
     values : (r,) array
+    sources : tuple of str
+        What each equation is about.
+    units : dict of str to str
+        By source.
     """
 
     rows: NDArray
     values: NDArray
+    sources: tuple[str, ...]
+    units: dict[str, str]
 
     def gaps(self, vector: NDArray) -> NDArray:
         """How far unknowns are from what was expected, in deviations, (r,)."""
@@ -264,27 +257,31 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     Soft tissue and foam relax over many decades of time, with a flat spectrum (Fung's
     quasi-linear viscoelasticity, 1981), so neighbouring times have about the same share: without
     this the shortest, of which a press tells the least, takes up what else is wrong.
-    `other_choices` leaves it out.
     """
     terms = len(options.relaxation_times_s)
-    stds = [options.gain_std, *[options.fraction_std] * terms]
-    means = [0.0] * len(stds)
+    known = [("law of the force", "1", 0.0, options.force_law_std)]
+    known += [("law of the motion", "1", 0.0, options.motion_law_std)]
+    known += [("scale of the camera", "1", 0.0, options.gain_std)]
+    known += [("relaxation", "1", 0.0, options.fraction_std)] * terms
     # One foot settles alike in all captures: their mean keeps the deviation of one.
     alike = np.sqrt(sum(bool(indentation.support_axes.std.any()) for indentation in indentations))
     for indentation in indentations:
-        means += [0.0, indentation.clock_expected_s, 0.0, *[0.0] * MOTIONS]
-        stds += [indentation.offset_std_m, indentation.clock_std_s, indentation.shift_std_m]
+        known += [("zero of the depth", "m", 0.0, indentation.offset_std_m)]
+        known += [("clocks", "s", indentation.clock_expected_s, indentation.clock_std_s)]
+        known += [("zero of the motion", "m", 0.0, indentation.shift_std_m)]
         # What does not move at all is held by a deviation that is nothing beside any motion.
-        stds += list(np.maximum(alike * indentation.support_axes.std, UNMOVED))
-    free = 2
-    rows = np.zeros((len(stds) + max(terms - 1, 0), free + len(stds)))
-    rows[np.arange(len(stds)), free + np.arange(len(stds))] = 1 / np.array(stds)
-    for k in range(terms - 1):
-        at = free + 1 + k
-        rows[len(stds) + k, [at, at + 1]] = np.array([1, -1]) / options.fraction_step_std
-    values = np.zeros(len(rows))
-    values[: len(means)] = np.array(means) / np.array(stds)
-    return Prior(rows, values)
+        stds = np.maximum(alike * indentation.support_axes.std, UNMOVED)
+        known += [("settling on the support", "m, rad", 0.0, std) for std in stds]
+    sources, units, means, stds = zip(*known, strict=True)
+    steps = max(terms - 1, 0)
+    rows = np.zeros((len(known) + steps, FREE + len(known)))
+    rows[np.arange(len(known)), FREE + np.arange(len(known))] = 1 / np.array(stds)
+    for k in range(steps):
+        at = SHARED + k
+        rows[len(known) + k, [at, at + 1]] = np.array([1, -1]) / options.fraction_step_std
+    values = np.append(np.array(means) / np.array(stds), np.zeros(steps))
+    named = dict(zip(sources, units, strict=True))
+    return Prior(rows, values, (*sources, *["relaxation"] * steps), named)
 
 
 def parameter_bounds(captures: int, options: Fit) -> tuple[NDArray, NDArray]:
@@ -294,8 +291,9 @@ def parameter_bounds(captures: int, options: Fit) -> tuple[NDArray, NDArray]:
     low_E, high_E = np.log(options.youngs_modulus_bounds_pa)
     most = 0.95 / max(terms, 1)
     wide = [np.inf] * (OWN * captures)
-    low = [low_E, low_nu, -np.inf, *[0.0] * terms, *(-x for x in wide)]
-    return np.array(low), np.array([high_E, high_nu, np.inf, *[most] * terms, *wide])
+    free = [np.inf] * (SHARED - FREE)
+    low = [low_E, low_nu, *np.negative(free), *[0.0] * terms, *np.negative(wide)]
+    return np.array(low), np.array([high_E, high_nu, *free, *[most] * terms, *wide])
 
 
 def split(vector: NDArray, joint: _Joint) -> tuple[Parameters, ...]:

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from palpate.estimate.direct.relaxation import elastic_force, elastic_force_derivatives
 from palpate.estimate.direct.support_motion import MOTIONS, SupportAxes
-from palpate.estimate.direct.table import SampleTable
+from palpate.estimate.direct.table import DepthOfForce, MotionAtDepth, SampleTable
 
-# Of the difference that gives the derivative by nu.
-STEP = 1e-4
+# Unknowns that all captures share, before what relaxes: log E, nu, q, m, gain.
+SHARED = 5
 # Unknowns that each capture has for itself: offset, clock, shift, and how the object settles.
 OWN = 3 + MOTIONS
 
@@ -30,8 +30,11 @@ class DirectIndentation:
         Frames that are not, as they are deeper than the indentation table.
     depth_m, speed_m_s : (k,) arrays
         Way of the sphere since its first touch in them [m], and its speed [m/s].
-    depth_std_m : float
-        Standard deviation of the depth from frame to frame [m].
+    tip_std_m : float
+        Standard deviation of the tip along the press from frame to frame [m].
+    depth_std_m : (k,) array
+        Deviation that the fit divides depths by: of the tip, and of the force that gives the depth
+        [m].
     offset_std_m : float
         Of an error that all depths share [m].
     clock_expected_s, clock_std_s : float
@@ -56,8 +59,8 @@ class DirectIndentation:
     cluster : (c,) int array
         Part of the surface that a sample belongs to; errors of different parts are independent.
     support_axes : SupportAxes
-    models : dict of str to SampleTable
-        By law.
+    table : SampleTable
+        Of the pressed point, at the samples.
     """
 
     time_s: NDArray
@@ -66,7 +69,8 @@ class DirectIndentation:
     frames_beyond: int
     depth_m: NDArray
     speed_m_s: NDArray
-    depth_std_m: float
+    tip_std_m: float
+    depth_std_m: NDArray
     offset_std_m: float
     clock_expected_s: float
     clock_std_s: float
@@ -81,7 +85,7 @@ class DirectIndentation:
     patch_m: float
     cluster: NDArray
     support_axes: SupportAxes
-    models: dict[str, SampleTable]
+    table: SampleTable
 
     @cached_property
     def load(self) -> NDArray:
@@ -103,6 +107,8 @@ class Parameters:
     ----------
     youngs_modulus_pa, poisson_ratio : float
         Instantaneous modulus [Pa].
+    force_law, motion_law : float
+        Places of force and motion among the laws, q and m (`SampleTable`).
     gain : float
         Relative error of the camera's distances along the normals.
     fractions : (p,) array
@@ -115,6 +121,8 @@ class Parameters:
 
     youngs_modulus_pa: float
     poisson_ratio: float
+    force_law: float
+    motion_law: float
     gain: float
     fractions: NDArray
     offset_m: float
@@ -124,17 +132,18 @@ class Parameters:
 
     @property
     def vector(self) -> NDArray:
-        """(log E, nu, gain, fractions, offset, clock, shift, settled)."""
-        shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, self.gain]
+        """(log E, nu, q, m, gain, fractions, offset, clock, shift, settled)."""
+        laws = [self.force_law, self.motion_law]
+        shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, *laws, self.gain]
         own = [self.offset_m, self.clock_s, self.shift_m]
         return np.array([*shared, *self.fractions, *own, *self.support_motion])
 
     @staticmethod
     def of(vector: NDArray) -> "Parameters":
         """Read a vector as `vector` writes it."""
-        E, nu, gain = float(np.exp(vector[0])), float(vector[1]), float(vector[2])
+        E, others = float(np.exp(vector[0])), map(float, vector[1:SHARED])
         own, support_motion = vector[-OWN:-MOTIONS], vector[-MOTIONS:]
-        return Parameters(E, nu, gain, vector[3:-OWN], *map(float, own), support_motion)
+        return Parameters(E, *others, vector[SHARED:-OWN], *map(float, own), support_motion)
 
 
 @dataclass(frozen=True)
@@ -162,27 +171,24 @@ class Linearised:
 
 @dataclass(frozen=True)
 class Predicted:
-    """What parameters make of a capture's force: depths (k,), motions (k, c), and their slopes.
+    """What parameters make of a capture's force.
 
     Attributes
     ----------
-    unit_m2, depth_m, softness_per_m : (k,) arrays
-        Elastic force over E [m^2], depth when it was measured [m], its derivative by the former
-        [1/m].
-    motion_m, motion_slope : (k, c) arrays
-        Without gain and shift [m], and by the depth.
+    unit_m2 : (k,) array
+        Elastic force over E [m^2].
+    depth : DepthOfForce
+        When it was measured.
+    motion : MotionAtDepth
+        When the camera saw it, without gain and shift.
     """
 
     unit_m2: NDArray
-    depth_m: NDArray
-    softness_per_m: NDArray
-    motion_m: NDArray
-    motion_slope: NDArray
+    depth: DepthOfForce
+    motion: MotionAtDepth
 
 
-def predicted(
-    indentation: DirectIndentation, law: str, of: Parameters, *, times_s: NDArray
-) -> Predicted:
+def predicted(indentation: DirectIndentation, of: Parameters, *, times_s: NDArray) -> Predicted:
     """Depth and motion that a capture's measured force makes of the object.
 
     The force's history gives the elastic force, that over E the depth, and the depth the motion of
@@ -191,87 +197,84 @@ def predicted(
     Parameters
     ----------
     indentation : DirectIndentation
-    law : str
     of : Parameters
     times_s : (p,) array
         Relaxation times [s].
     """
-    model, nu = indentation.models[law], of.poisson_ratio
+    nu, table = of.poisson_ratio, indentation.table
     elastic = elastic_force(
         indentation.time_s, indentation.force_n, fractions=of.fractions, times_s=times_s
     )
     unit = elastic[indentation.frames] / of.youngs_modulus_pa
-    depth, softness = model.depth(unit, nu)
+    depth = table.depth(unit, nu, of.force_law)
     # The camera saw the surface a little earlier or later than the force was read.
-    seen_at = depth - of.clock_s * indentation.speed_m_s
-    return Predicted(unit, depth, softness, *model.motion(seen_at, nu))
+    seen_at = depth.depth_m - of.clock_s * indentation.speed_m_s
+    return Predicted(unit, depth, table.motion(seen_at, nu, of.motion_law))
 
 
-def residuals(
-    indentation: DirectIndentation, law: str, of: Parameters, *, times_s: NDArray
-) -> Residuals:
+def residuals(indentation: DirectIndentation, of: Parameters, *, times_s: NDArray) -> Residuals:
     """Compare a capture with what its measured force makes of the object."""
-    return _residuals(indentation, of, predicted(indentation, law, of, times_s=times_s))
+    return _residuals(indentation, of, predicted(indentation, of, times_s=times_s))
 
 
-def linearised(
-    indentation: DirectIndentation, law: str, of: Parameters, *, times_s: NDArray
-) -> Linearised:
-    """Residuals and their derivatives: by nu as a difference, else exact but for the deviations'.
-
-    Columns are in the order of `Parameters.vector`.
-    """
-    here = predicted(indentation, law, of, times_s=times_s)
-    there = predicted(
-        indentation, law, replace(of, poisson_ratio=of.poisson_ratio + STEP), times_s=times_s
-    )
+def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArray) -> Linearised:
+    """Residuals and their derivatives, in the order of `Parameters.vector`."""
+    here = predicted(indentation, of, times_s=times_s)
     by_fraction = elastic_force_derivatives(
         indentation.time_s, indentation.force_n, fractions=of.fractions, times_s=times_s
     )[indentation.frames]
-    by_fraction = here.softness_per_m[:, None] * by_fraction / of.youngs_modulus_pa
-    by_log_E = -here.softness_per_m * here.unit_m2
+    deeper, motion = here.depth, here.motion
+    # Of the depth that the force gives, by log E, nu, q and each fraction.
+    by_force = [-deeper.by_unit_per_m * here.unit_m2, deeper.by_nu_m, deeper.by_law_m]
+    by_force += list((deeper.by_unit_per_m[:, None] * by_fraction / of.youngs_modulus_pa).T)
+    by_E, by_nu, by_q, *by_fractions = by_force
     zero, one = np.zeros(len(indentation.frames)), np.ones(len(indentation.frames))
-    by_nu = (there.depth_m - here.depth_m) / STEP
-    # Depth: by log E, nu, gain, fractions; the measured depth's offset, clock, shift; settling.
-    support_motion = indentation.load[:, None] * indentation.support_axes.tip_m
-    depth = np.column_stack(
-        [by_log_E, by_nu, zero, by_fraction, -one, -indentation.speed_m_s, zero, support_motion]
-    )
-    gain = 1 + of.gain
-    motion = [
-        gain * here.motion_slope * by_log_E[:, None],
-        gain * (there.motion_m - here.motion_m) / STEP,
-        here.motion_m + _support_motion(indentation, of),
-        *(gain * here.motion_slope * column[:, None] for column in by_fraction.T),
-        np.zeros_like(here.motion_m),
-        -gain * here.motion_slope * indentation.speed_m_s[:, None],
-        np.ones_like(here.motion_m),
+    # Those of the measured depth's offset, clock and shift; what settles is added.
+    own = [-one, -indentation.speed_m_s, zero]
+    settled = indentation.load[:, None] * indentation.support_axes.tip_m
+    depth = np.column_stack([by_E, by_nu, by_q, zero, zero, *by_fractions, *own, settled])
+    gain, none = 1 + of.gain, np.zeros_like(motion.motion_m)
+    follows = [gain * motion.by_depth * column[:, None] for column in by_force]
+    columns = [
+        follows[0],
+        follows[1] + gain * motion.by_nu_m,
+        follows[2],
+        gain * motion.by_law_m,
+        motion.motion_m + _support_motion(indentation, of),
+        *follows[3:],
+        none,
+        -gain * motion.by_depth * indentation.speed_m_s[:, None],
+        none + 1,
         *(
             gain * indentation.load[:, None] * column
             for column in indentation.support_axes.samples_m.T
         ),
     ]
-    divided = [(-column / indentation.moved_std_m)[indentation.seen] for column in motion]
-    std = depth_std(indentation, of, here)
+    divided = [(-column / indentation.moved_std_m)[indentation.seen] for column in columns]
     return Linearised(
-        _residuals(indentation, of, here), depth / std[:, None], np.stack(divided, axis=1)
+        _residuals(indentation, of, here),
+        depth / indentation.depth_std_m[:, None],
+        np.stack(divided, axis=1),
     )
 
 
-def depth_std(indentation: DirectIndentation, of: Parameters, here: Predicted) -> NDArray:
-    """Deviation of each depth residual: of the tip, and of the force that gives the depth [m]."""
-    return np.hypot(
-        indentation.depth_std_m,
-        indentation.force_std_n / of.youngs_modulus_pa * here.softness_per_m,
-    )
+def with_depth_std(
+    indentation: DirectIndentation, of: Parameters, *, times_s: NDArray
+) -> DirectIndentation:
+    """The same with the depths' deviations: of the tip, and of the force that gives the depth."""
+    softness = predicted(indentation, of, times_s=times_s).depth.by_unit_per_m
+    of_force = indentation.force_std_n / of.youngs_modulus_pa * softness
+    return replace(indentation, depth_std_m=np.hypot(indentation.tip_std_m, of_force))
 
 
 def _residuals(indentation: DirectIndentation, of: Parameters, here: Predicted) -> Residuals:
     measured = indentation.depth_m + of.offset_m + of.clock_s * indentation.speed_m_s
-    motion = (1 + of.gain) * (here.motion_m + _support_motion(indentation, of)) + of.shift_m
+    motion = here.motion.motion_m + _support_motion(indentation, of)
+    motion = (1 + of.gain) * motion + of.shift_m
     gap = ((indentation.moved_m - motion) / indentation.moved_std_m)[indentation.seen]
-    depth = here.depth_m + indentation.load * (indentation.support_axes.tip_m @ of.support_motion)
-    return Residuals((depth - measured) / depth_std(indentation, of, here), gap)
+    settled = indentation.load * (indentation.support_axes.tip_m @ of.support_motion)
+    depth = here.depth.depth_m + settled
+    return Residuals((depth - measured) / indentation.depth_std_m, gap)
 
 
 def _support_motion(indentation: DirectIndentation, of: Parameters) -> NDArray:

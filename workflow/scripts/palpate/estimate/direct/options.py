@@ -96,15 +96,11 @@ class Fit(Options):
     )
     youngs_modulus_bounds_pa: tuple[float, float] = option((100.0, 1e8), "of the fit", above=0)
     poisson_ratio_bounds: tuple[float, float] = option((0.0, 0.49), "the table's", **RATIOS)
-    profile_poisson_ratios: tuple[float, ...] = option(
-        (0.0, 0.1, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.49), "of the profile", fewest=3, **RATIOS
+    force_law_std: float = option(
+        0.5,
+        "of the place of the force's law between neo-Hooke's (0) and Blatz and Ko's (1)",
+        above=0,
     )
-    linear_depth: float = option(
-        0.1, "over the sphere's radius: presses no deeper take the linear solid", least=0
-    )
-    law_margin: float = option(
-        6.0, "of twice the log likelihood: laws that are closer are not told apart", least=0
-    )
-    draws: int = option(400, "of the bootstrap", least=100)
+    motion_law_std: float = option(1.0, "the same of the surface's motion", above=0)
     force_std: float = option(0.01, "of the force sensor's scale", least=0)
     model_std: ModelStd = block(ModelStd, "of the indentation table")

@@ -105,10 +105,6 @@ def direct_indentation(
         raise ValueError(
             "samples: expected some that are seen while the tip presses, found all hidden"
         )
-    models = {
-        law: sample_table(table, law, motion.cell_m[chosen], motion.normal[chosen])
-        for law in table.laws
-    }
     rest = force[: max(onset - 1, 2)]
     tip_std = record.tip_std_m
     noise = np.hypot(motion.std_m[np.ix_(frames, chosen)], motion.rest_std_m[chosen])
@@ -119,7 +115,8 @@ def direct_indentation(
         frames_beyond=int(((force > least) & (depth > table.depth_m[-1])).sum()),
         depth_m=depth[frames],
         speed_m_s=np.gradient(depth, record.time_s)[frames],
-        depth_std_m=tip_std,
+        tip_std_m=tip_std,
+        depth_std_m=np.full(len(frames), tip_std),
         offset_std_m=float(np.hypot(tip_std, options.offset_std_m)),
         clock_expected_s=record.clock_offset_s,
         clock_std_s=record.clock_std_s,
@@ -141,7 +138,7 @@ def direct_indentation(
             direction=table.direction,
             options=options,
         ),
-        models=models,
+        table=sample_table(table, motion.cell_m[chosen], motion.normal[chosen]),
     )
 
 

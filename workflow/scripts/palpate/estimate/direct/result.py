@@ -7,6 +7,7 @@ import numpy as np
 
 from palpate.estimate.direct.estimate import DirectEstimate
 from palpate.estimate.direct.indentation import DirectIndentation, Parameters
+from palpate.estimate.direct.quantities import FORCE_LAW, MOTION_LAW
 
 
 def described(
@@ -27,18 +28,28 @@ def described(
     return {
         "frames": [len(indentation.frames) for indentation in indentations],
         "frames_beyond_lookup": [indentation.frames_beyond for indentation in indentations],
-        "law": best.law,
-        "criterion": found.criterion,
         **moduli,
+        **described_law(found),
         "relaxation": {"times_s": list(times_s), "fractions": first.fractions.tolist()},
         "gain": first.gain,
         "nuisances": [_nuisances(p) for p in best.parameters],
-        "residuals": [_summed(*of) for of in zip(indentations, best.scales, strict=True)],
-        "laws": [asdict(law) for law in found.laws],
-        "profile": asdict(found.profile),
-        "choices": {
-            name: {"youngs_modulus_pa": E, "poisson_ratio": nu}
-            for name, (E, nu) in found.choices.items()
+        "residuals": [_summed(*of) for of in zip(best.indentations, best.scales, strict=True)],
+        "budget": found.budget.rows(),
+    }
+
+
+def described_law(found: DirectEstimate) -> dict:
+    """Places of force and motion among the laws, and where the equivalent modulus is told."""
+    std, told, first = found.std, found.quantities, found.solution.parameters[0]
+    return {
+        "law": {
+            "force": {"value": first.force_law, "std": float(std[FORCE_LAW])},
+            "motion": {"value": first.motion_law, "std": float(std[MOTION_LAW])},
+        },
+        "equivalent": {
+            "depth_m": told.depth_m,
+            "depth_over_radius": told.depth_radii,
+            "strain": told.strain,
         },
     }
 
@@ -63,7 +74,7 @@ def _summed(indentation: DirectIndentation, scales) -> dict:
         "motion_std_m": float(np.median(indentation.moved_std_m[indentation.seen])) * scales.motion,
         "motion_scale": scales.motion,
         "motion_sharing": scales.sharing,
-        "depth_std_m": indentation.depth_std_m * scales.depth,
+        "depth_std_m": float(np.median(indentation.depth_std_m)) * scales.depth,
         "depth_scale": scales.depth,
         "largest_depth_m": float(indentation.depth_m.max()),
     }

@@ -1,4 +1,4 @@
-"""What an indentation of a given depth does to samples of the surface, by law."""
+"""What an indentation of a given depth does to samples of the surface, whatever the law."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.spatial import cKDTree
 
 from palpate.solid.indentation import IndentationModel, ratio_weights
+from palpate.solid.laws import LAW_NAMES
 from palpate.surface.distance import ClosestPoints
 
 # Hertz: force to the power 2/3 is about linear in depth, which interpolates well.
@@ -17,84 +18,142 @@ FORCE_POWER = 2 / 3
 LEAST_FORCE = 1e-6
 # Of the search for the material point that comes to lie on a sample's normal.
 ROUNDS = 3
+# Of the search for a depth, from a chord's guess on.
+NEWTON_STEPS = 8
 # Neighbours that tell how the surface bends, and normals too different to be of one face.
 NEIGHBOURS, SAME_FACE = 8, np.cos(np.deg2rad(40))
 
 
 @dataclass(frozen=True)
+class DepthOfForce:
+    """Depths at which an object returns forces, (n,) [m], with their derivatives."""
+
+    depth_m: NDArray
+    by_unit_per_m: NDArray
+    by_nu_m: NDArray
+    by_law_m: NDArray
+
+
+@dataclass(frozen=True)
+class MotionAtDepth:
+    """Motions of c samples at n depths, (n, c) [m], with their derivatives."""
+
+    motion_m: NDArray
+    by_depth: NDArray
+    by_nu_m: NDArray
+    by_law_m: NDArray
+
+
+@dataclass(frozen=True)
 class SampleTable:
-    """Force and surface motion of one law over depth and Poisson's ratio, at E = 1.
+    """Force and surface motion over depth, Poisson's ratio and law, at E = 1.
+
+    A law is a place on a line through two: 0 is the first (neo-Hooke's), 1 the second (Blatz and
+    Ko's), and what lies between and beyond is a law of its own. Force and motion have places of
+    their own, q and m: F = F_first exp(q * stiffening), w = w_first + m * motion_change.
 
     Attributes
     ----------
-    law : str
     poisson_ratios : (p,) array
     depth_m : (k,) array
         From 0 [m].
     force_per_modulus_m2 : (p, k) array
-        F / E.
-    motion_m : (p, k, c) array
-        Signed distance of the deformed from the undeformed surface, along each sample's normal [m].
+        F / E under the first law.
+    stiffening : (p, k) array
+        Logarithm of the second law's force over the first's; 0 at no depth.
+    motion_m, motion_change_m : (p, k, c) arrays
+        Signed distance of the deformed from the undeformed surface, along each sample's normal,
+        under the first law, and what the second adds [m].
     """
 
-    law: str
     poisson_ratios: NDArray
     depth_m: NDArray
     force_per_modulus_m2: NDArray
+    stiffening: NDArray
     motion_m: NDArray
+    motion_change_m: NDArray
 
-    def depth(self, force_per_modulus_m2: NDArray, nu: float) -> tuple[NDArray, NDArray]:
-        """Depth at which the object returns a force, and its slope; linear in F^(2/3) beyond.
+    def depth(self, force_per_modulus_m2: NDArray, nu: float, law: float) -> DepthOfForce:
+        """Depth at which the object returns a force; linear in F^(2/3) beyond the table.
 
         Parameters
         ----------
         force_per_modulus_m2 : (n,) array
             Elastic force over Young's modulus, above 0.
-        nu : float
-
-        Returns
-        -------
-        depth_m, slope_per_m : (n,) arrays
-            Depth [m] and its derivative by F / E [1/m].
+        nu, law : float
+            Poisson's ratio and the force's place among the laws, q.
         """
-        straight = self._power(nu)
         force = np.maximum(force_per_modulus_m2, LEAST_FORCE * self.force_per_modulus_m2.max())
         wanted = force**FORCE_POWER
-        curve = PchipInterpolator(straight, self.depth_m)
-        inside = np.minimum(wanted, straight[-1])
-        by_power = curve.derivative()(inside)
-        depth = curve(inside) + (wanted - inside) * by_power
-        return depth, by_power * FORCE_POWER * wanted / force
+        depth = np.interp(wanted, self._power(self.depth_m, nu, law)[0], self.depth_m)
+        for _ in range(NEWTON_STEPS):
+            power, slope, *_ = self._power(depth, nu, law)
+            depth = np.maximum(depth + (wanted - power) / slope, 0.0)
+        _, slope, by_nu, by_law = self._power(depth, nu, law)
+        by_unit = FORCE_POWER * wanted / force / slope
+        return DepthOfForce(depth, by_unit, -by_nu / slope, -by_law / slope)
 
-    def force(self, depth_m: NDArray, nu: float) -> NDArray:
+    def force(self, depth_m: NDArray, nu: float, law: float) -> NDArray:
         """Elastic force over Young's modulus at depths, (n,) [m^2]; zero before contact."""
-        curve = PchipInterpolator(self.depth_m, self._power(nu))
         depth = np.clip(depth_m, 0, self.depth_m[-1])
-        return np.maximum(curve(depth), 0) ** (1 / FORCE_POWER)
+        return np.maximum(self._power(depth, nu, law)[0], 0) ** (1 / FORCE_POWER)
 
-    def motion(self, depth_m: NDArray, nu: float) -> tuple[NDArray, NDArray]:
-        """Motion of each sample at depths (n, c) [m], and its derivative by the depth (n, c).
+    def stiffening_at(self, depth_m: NDArray, nu: float) -> tuple[NDArray, NDArray]:
+        """Logarithm of the second law's force over the first's, (n,), and its slope by nu."""
+        log = self._curves[1](np.clip(depth_m, 0, self.depth_m[-1]))
+        weights, slopes = ratio_weights(self.poisson_ratios, nu)
+        return log @ weights, log @ slopes
 
-        Cubic splines over depth; the deepest's motion beyond the table.
+    def motion(self, depth_m: NDArray, nu: float, law: float) -> MotionAtDepth:
+        """Motion of each sample at depths; the deepest's beyond the table.
+
+        Parameters
+        ----------
+        depth_m : (n,) array
+            [m].
+        nu, law : float
+            Poisson's ratio and the motion's place among the laws, m.
         """
         depth = np.clip(depth_m, 0, self.depth_m[-1])
-        table = np.tensordot(ratio_weights(self.poisson_ratios, nu), self.motion_m, axes=1)
+        weights, slopes = ratio_weights(self.poisson_ratios, nu)
+        whole = self.motion_m + law * self.motion_change_m
+        here, by_nu, by_law = (
+            np.tensordot(w, of, axes=1)
+            for w, of in ((weights, whole), (slopes, whole), (weights, self.motion_change_m))
+        )
         inside = (depth_m < self.depth_m[-1])[:, None]
-        return self._basis(depth) @ table, inside * (self._basis(depth, 1) @ table)
+        basis, bent = self._basis(depth), inside * self._basis(depth, 1)
+        return MotionAtDepth(basis @ here, bent @ here, basis @ by_nu, basis @ by_law)
 
     @cached_property
     def _basis(self) -> CubicSpline:
         """Splines that are 1 at one depth of the table and 0 at the others."""
         return CubicSpline(self.depth_m, np.eye(len(self.depth_m)))
 
-    def _power(self, nu: float) -> NDArray:
-        return ratio_weights(self.poisson_ratios, nu) @ self.force_per_modulus_m2**FORCE_POWER
+    @cached_property
+    def _curves(self) -> tuple[PchipInterpolator, ...]:
+        """Power of the force and stiffening over depth, of each Poisson's ratio, and slopes."""
+        tables = (self.force_per_modulus_m2**FORCE_POWER, self.stiffening)
+        curves = [PchipInterpolator(self.depth_m, table.T, axis=0) for table in tables]
+        return (*curves, *(curve.derivative() for curve in curves))
+
+    def _power(self, depth_m: NDArray, nu: float, law: float) -> tuple[NDArray, ...]:
+        """F^(2/3) at depths, (n,), and its derivatives by depth, nu and law; linear beyond."""
+        inside = np.minimum(depth_m, self.depth_m[-1])
+        weights, slopes = ratio_weights(self.poisson_ratios, nu)
+        power, log, bent, log_bent = (curve(inside) for curve in self._curves)
+        grown = np.exp(FORCE_POWER * law * (log @ weights))
+        at = grown * (power @ weights)
+        by_depth = grown * (bent @ weights) + FORCE_POWER * law * (log_bent @ weights) * at
+        by_nu = grown * (power @ slopes) + FORCE_POWER * law * (log @ slopes) * at
+        by_law = FORCE_POWER * (log @ weights) * at
+        return at + (depth_m - inside) * by_depth, by_depth, by_nu, by_law
 
 
 def sample_table(
-    indentation_table: IndentationModel, law: str, cell_m: NDArray, normal: NDArray
+    indentation_table: IndentationModel, cell_m: NDArray, normal: NDArray
 ) -> SampleTable:
-    """Take one law's force, and the motion of samples, from an indentation table.
+    """Take force, and motion of samples, from an indentation table.
 
     A sample's motion is where its normal meets the deformed surface. The material point that comes
     to lie there is sought on the undeformed surface, which bends as the samples' normals turn.
@@ -102,31 +161,39 @@ def sample_table(
     Parameters
     ----------
     indentation_table : IndentationModel
-    law : str
     cell_m, normal : (c, 3) arrays
         Places on the undeformed surface, object frame [m], and outward unit normals.
 
     Raises
     ------
     ValueError
-        If the indentation table does not hold the law.
+        If the indentation table does not hold both laws.
     """
-    if law not in indentation_table.laws:
-        raise ValueError(f"law: expected one of {', '.join(indentation_table.laws)}, found {law}")
-    number = indentation_table.laws.index(law)
-    surface = ClosestPoints(indentation_table.surface_rest_m, indentation_table.surface_faces)
+    table = indentation_table
+    if table.laws != LAW_NAMES:
+        expected, found = ", ".join(LAW_NAMES), ", ".join(table.laws)
+        raise ValueError(f"table: expected the laws {expected}, found {found} (an older one?)")
+    surface = ClosestPoints(table.surface_rest_m, table.surface_faces)
     bend = shape_operators(cell_m, normal)
-    fields = indentation_table.surface_displacement_m[number]
-    motion = [
-        [_motion(surface, field.astype(float), cell_m, normal, bend) for field in steps]
-        for steps in fields
-    ]
+    first, second = (
+        np.array(
+            [
+                [_motion(surface, field.astype(float), cell_m, normal, bend) for field in steps]
+                for steps in fields
+            ]
+        )
+        for fields in table.surface_displacement_m
+    )
+    force, other = np.asarray(table.force_per_modulus_m2, dtype=float)
+    stiffening = np.zeros_like(force)
+    stiffening[:, 1:] = np.log(other[:, 1:] / force[:, 1:])
     return SampleTable(
-        law,
-        np.asarray(indentation_table.poisson_ratios, dtype=float),
-        np.asarray(indentation_table.depth_m, dtype=float),
-        np.asarray(indentation_table.force_per_modulus_m2[number], dtype=float),
-        np.array(motion),
+        np.asarray(table.poisson_ratios, dtype=float),
+        np.asarray(table.depth_m, dtype=float),
+        force,
+        stiffening,
+        first,
+        second - first,
     )
 
 

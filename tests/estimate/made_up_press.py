@@ -1,0 +1,114 @@
+"""Presses of a made-up solid whose moduli are known, for the tests of the direct estimate."""
+
+from dataclasses import replace
+
+import numpy as np
+from floor import floor
+from palpate.estimate.direct.indentation import DirectIndentation, Parameters
+from palpate.estimate.direct.options import Fit, ModelStd
+from palpate.estimate.direct.relaxation import relaxed_force
+from palpate.estimate.direct.support_motion import support_axes_of
+from palpate.estimate.direct.table import SampleTable
+
+RADIUS_M = 0.006
+# Relaxation times of what is pressed.
+SHARE_TIMES_S = (0.3, 3.0)
+OPTIONS = Fit(
+    relaxation_times_s=SHARE_TIMES_S,
+    fraction_std=0.1,
+    fraction_step_std=0.1,
+    force_std=0.0,
+    model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0),
+)
+START = Parameters(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(3))
+STANDING = floor(1e-3, height_m=-0.05, contact="resting")
+
+
+def model_of(cell_m):
+    """Force like Hertz's; a surface that sinks less far off, and rises with nu.
+
+    The second law stiffens like Blatz and Ko's, and draws the surface down with it.
+    """
+    nus, depth = np.array([0.0, 0.2, 0.35, 0.45, 0.49]), np.linspace(0, 0.009, 13)
+    force = 4 / 3 * np.sqrt(RADIUS_M) * depth**1.5 / (1 - nus[:, None] ** 2)
+    r = np.linalg.norm(cell_m, axis=1)
+    motion = [-depth[:, None] * RADIUS_M / r * (1 - (0.5 + 2 * nu**2) * (r / 0.1)) for nu in nus]
+    stiffening = np.outer(0.4 - 0.4 * nus, np.sqrt(depth / 0.009))
+    change = -0.2 * stiffening[..., None] * depth[:, None] * (RADIUS_M / r) ** 2
+    return SampleTable(nus, depth, force, stiffening, np.array(motion), change)
+
+
+def support_axes(cell_m, support):
+    return support_axes_of(
+        cell_m,
+        np.tile([0.0, 0, 1], (len(cell_m), 1)),
+        support=support,
+        contact_m=np.zeros(3),
+        direction=np.array([0.0, 0, -1]),
+        options=Fit(sinking_std_m=1e-4, rocking_std_rad=1e-3),
+    )
+
+
+def press_of(
+    E,
+    nu,
+    seed,
+    *,
+    noise=1.0,
+    shares=(0.08, 0.05),
+    frames=24,
+    deepest_m=0.007,
+    start_s=1.0,
+    least_m=5e-4,
+    kept=None,
+    support=None,
+    late_s=0.0,
+    laws=(0.0, 0.0),
+):
+    """A capture of 24 frames: rest, press, hold."""
+    rng = np.random.default_rng(seed)
+    cell = np.column_stack([rng.uniform(-0.08, 0.08, (400, 2)), np.zeros(400)])
+    cell = cell[np.linalg.norm(cell, axis=1) > 0.015]
+    model = model_of(cell)
+    time = np.arange(frames) / 6
+    depth = deepest_m * np.clip((time - start_s) / 1.8, 0, 1)
+    elastic = E * model.force(depth, nu, laws[0])
+    force = relaxed_force(time, elastic, fractions=shares, times_s=SHARE_TIMES_S)
+    if late_s:
+        fine = np.arange(0, time[-1] + 0.1, 0.005)
+        way = deepest_m * np.clip((fine - start_s) / 1.8, 0, 1)
+        whole = E * model.force(way, nu, laws[0])
+        whole = relaxed_force(fine, whole, fractions=shares, times_s=SHARE_TIMES_S)
+        force = np.interp(time + late_s, fine, whole)
+    force = force + noise * rng.normal(0, 0.003 * force.max(), frames)
+    used = np.flatnonzero(depth > least_m)[:kept]
+    motion = model.motion(depth[used], nu, laws[1]).motion_m
+    motion = motion + noise * rng.normal(0, 5e-5, motion.shape)
+    offset = noise * rng.normal(0, 1e-4)
+    measured = depth[used] + offset + noise * rng.normal(0, 8e-5, len(used))
+    cluster = np.unique((cell[:, :2] // 0.02).astype(int), axis=0, return_inverse=True)[1].ravel()
+    return DirectIndentation(
+        time_s=time,
+        force_n=force,
+        frames=used,
+        frames_beyond=0,
+        depth_m=measured,
+        speed_m_s=np.gradient(depth, time)[used],
+        tip_std_m=8e-5,
+        depth_std_m=np.full(len(used), 8e-5),
+        offset_std_m=1e-4,
+        clock_expected_s=0.0,
+        clock_std_s=0.01,
+        force_std_n=0.003 * force.max(),
+        contact_m=np.zeros(3),
+        cell_m=cell,
+        normal=np.tile([0.0, 0, 1], (len(cell), 1)),
+        moved_m=motion,
+        noise_std_m=np.full(motion.shape, 5e-5),
+        moved_std_m=np.full(motion.shape, 5e-5),
+        shift_std_m=2e-5,
+        patch_m=0.02,
+        cluster=cluster,
+        support_axes=support_axes(cell, support or replace(STANDING, contact="bonded")),
+        table=model,
+    )

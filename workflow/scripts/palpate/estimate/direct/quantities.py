@@ -1,0 +1,100 @@
+"""Moduli as functions of an estimate's unknowns, and the one that hangs least on the law.
+
+E* and E at small strain are told by the first millimetre, and carry the whole doubt of the law. The
+neo-Hookean solid that answers with the same force at one greater depth is known much better.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.estimate.direct.fit import Solution
+from palpate.estimate.direct.indentation import SHARED
+from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.relaxation import relaxed_share
+
+# Places of unknowns in a solution's vector.
+LOG_E, NU, FORCE_LAW, MOTION_LAW = range(4)
+ONE_SECOND_S = 1.0
+# Mean strain of a contact over its radius divided by the sphere's (D. Tabor, The hardness of
+# metals, 1951).
+TABOR = 0.2
+# Depths that are tried, as parts of the greatest.
+PARTS = np.linspace(0.1, 1.0, 91)
+NAMES = (
+    "reduced_modulus_pa",
+    "equivalent_reduced_modulus_pa",
+    "youngs_modulus_pa",
+    "poisson_ratio",
+    "youngs_modulus_1s_pa",
+)
+LOG_MODULI = tuple(name.endswith("_pa") for name in NAMES)
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """Logarithms of moduli and Poisson's ratio, in the order of `NAMES`, by an estimate's unknowns.
+
+    Attributes
+    ----------
+    values : (5,) array
+    slopes : (5, size) array
+        Derivatives by `Solution.vector`.
+    depth_m : float
+        Where the equivalent modulus is told [m].
+    strain : float
+        Mean strain under the sphere there.
+    depth_radii : float
+        The depth over the sphere's radius.
+    """
+
+    values: NDArray
+    slopes: NDArray
+    depth_m: float
+    depth_radii: float
+    strain: float
+
+
+def quantities_of(
+    best: Solution, covariance: NDArray, options: Fit, *, radius_m: float
+) -> Quantities:
+    """Moduli of an estimate and their slopes, the equivalent where it is told best.
+
+    Parameters
+    ----------
+    best : Solution
+    covariance : (size, size) array
+        Of its unknowns.
+    options : Fit
+    radius_m : float
+        Of the sphere.
+    """
+    vector = best.vector
+    log_E, nu, q = vector[[LOG_E, NU, FORCE_LAW]]
+    unit = np.eye(len(vector))
+    star = log_E - np.log1p(-(nu**2))
+    by_star = unit[LOG_E] + 2 * nu / (1 - nu**2) * unit[NU]
+    times = np.array(options.relaxation_times_s, dtype=float)
+    fractions = slice(SHARED, SHARED + len(times))
+    left = 1 - float(relaxed_share(ONE_SECOND_S, fractions=vector[fractions], times_s=times))
+    later = unit[LOG_E].copy()
+    later[fractions] = np.expm1(-ONE_SECOND_S / times) / left
+    depths = PARTS * max(float(one.depth_m.max()) for one in best.indentations)
+    harder, by_nu = _stiffening(best, depths, nu)
+    slopes = by_star + harder[:, None] * unit[FORCE_LAW] + q * by_nu[:, None] * unit[NU]
+    at = int(np.argmin(np.einsum("di,ij,dj->d", slopes, covariance, slopes)))
+    return Quantities(
+        np.array([star, star + q * harder[at], log_E, nu, log_E + np.log(left)]),
+        np.stack([by_star, slopes[at], unit[LOG_E], unit[NU], later]),
+        float(depths[at]),
+        float(depths[at] / radius_m),
+        float(TABOR * np.sqrt(depths[at] / radius_m)),
+    )
+
+
+def _stiffening(best: Solution, depths_m: NDArray, nu: float) -> tuple[NDArray, NDArray]:
+    """Mean over captures of the second law's log force over the first's, and its slope by nu."""
+    each = [one.table.stiffening_at(depths_m, nu) for one in best.indentations]
+    value, slope = np.mean(each, axis=0)
+    return value, slope
