@@ -14,6 +14,7 @@ import trimesh
 from bench_estimate import estimate_rows
 from bench_growth import growth_rows
 from bench_lab import lab_rows
+from bench_laws import law_rows
 from bench_scale import scale_rows
 from bench_solid import solid_rows
 from bench_study import study_rows
@@ -57,9 +58,10 @@ SECTIONS = {
     "scale": scale_rows,
     "study": study_rows,
     "growth": growth_rows,
+    "laws": law_rows,
 }
-# Measured when it is named: a quarter of an hour.
-APART = ("growth",)
+# Measured when they are named: a quarter of an hour each.
+APART = ("growth", "laws")
 
 
 def main(target: Path, sections: list[str]) -> None:

@@ -13,7 +13,7 @@ from virtual_lab.block_mesh import block_mesh
 from virtual_lab.contact import ContactProblem
 from virtual_lab.material import neo_hookean
 from virtual_lab.obstacle import Sphere
-from virtual_lab.press import contact_problem, first_touch
+from virtual_lab.press import contact_problem, first_touch, patch_points
 from virtual_lab.shapes import shape_of
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -124,5 +124,5 @@ def _problem(name: str, point: str) -> ContactProblem:
     spec = _lab()["objects"][name]
     place = np.array(spec["object"]["points"][point]["position_m"])
     model = shape_of(spec).model(place, spec["contact"])
-    start = first_touch(model.surface_rest_m, place, RADIUS_M)
+    start = first_touch(patch_points(model.solid, "top"), place, RADIUS_M)
     return contact_problem(spec, model, start, RADIUS_M)

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from palpate.capture.tables import (
+    as_written,
     image_streams,
     number_text,
     read_force,
@@ -11,6 +12,7 @@ from palpate.capture.tables import (
     read_table,
     write_force,
     write_frames,
+    write_table,
 )
 
 FRAME_STEP_S = 1 / 30
@@ -35,6 +37,16 @@ def test_round_trip_of_frames_is_exact_in_bytes(tmp_path):
     write_frames(tmp_path, read_frames(tmp_path))
     assert (tmp_path / "frames.csv").read_bytes() == first
     assert b"\r" not in first
+
+
+def test_a_table_as_written_is_what_is_read_back(tmp_path):
+    time_s = 1712345678.25 + FRAME_STEP_S * np.arange(5)
+    table = pd.DataFrame(
+        {"time_s": time_s, "fx_n": np.pi * 10.0 ** np.arange(-3, 2), "n": range(5)}
+    )
+    write_table(tmp_path / "a.csv", table)
+    pd.testing.assert_frame_equal(as_written(table), read_table(tmp_path / "a.csv"))
+    assert not table.equals(as_written(table))
 
 
 def test_round_trip_of_force(tmp_path):

@@ -1,11 +1,11 @@
 """Presses of a made-up solid whose moduli are known, for the tests of the direct estimate."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from floor import floor
 from palpate.estimate.direct.indentation import DirectIndentation, Parameters
-from palpate.estimate.direct.options import Fit, ModelStd
+from palpate.estimate.direct.options import Fit, ModelStd, Rig
 from palpate.estimate.direct.relaxation import relaxed_force
 from palpate.estimate.direct.support_motion import support_axes_of
 from palpate.estimate.direct.table import SampleTable
@@ -13,11 +13,12 @@ from palpate.estimate.direct.table import SampleTable
 RADIUS_M = 0.006
 # Relaxation times of what is pressed.
 SHARE_TIMES_S = (0.3, 3.0)
+NO_RIG = Rig(**{one.name: 0.0 for one in fields(Rig)})
 OPTIONS = Fit(
     relaxation_times_s=SHARE_TIMES_S,
     fraction_std=0.1,
     fraction_step_std=0.1,
-    force_std=0.0,
+    rig=NO_RIG,
     model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0),
 )
 START = Parameters(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(3))
@@ -64,12 +65,20 @@ def press_of(
     support=None,
     late_s=0.0,
     laws=(0.0, 0.0),
+    solid=None,
+    motion_std_m=5e-5,
+    offset_std_m=1e-4,
 ):
-    """A capture of 24 frames: rest, press, hold."""
+    """A capture of 24 frames: rest, press, hold.
+
+    A solid of its own is its samples' places, what it does, and the table that is fitted to it.
+    """
     rng = np.random.default_rng(seed)
     cell = np.column_stack([rng.uniform(-0.08, 0.08, (400, 2)), np.zeros(400)])
     cell = cell[np.linalg.norm(cell, axis=1) > 0.015]
-    model = model_of(cell)
+    table = model = model_of(cell)
+    if solid:
+        cell, model, table = solid
     time = np.arange(frames) / 6
     depth = deepest_m * np.clip((time - start_s) / 1.8, 0, 1)
     elastic = E * model.force(depth, nu, laws[0])
@@ -83,20 +92,21 @@ def press_of(
     force = force + noise * rng.normal(0, 0.003 * force.max(), frames)
     used = np.flatnonzero(depth > least_m)[:kept]
     motion = model.motion(depth[used], nu, laws[1]).motion_m
-    motion = motion + noise * rng.normal(0, 5e-5, motion.shape)
-    offset = noise * rng.normal(0, 1e-4)
+    motion = motion + noise * rng.normal(0, motion_std_m, motion.shape)
+    offset = noise * rng.normal(0, offset_std_m)
     measured = depth[used] + offset + noise * rng.normal(0, 8e-5, len(used))
     cluster = np.unique((cell[:, :2] // 0.02).astype(int), axis=0, return_inverse=True)[1].ravel()
     return DirectIndentation(
         time_s=time,
         force_n=force,
+        sideways_n=0.1 * force,
         frames=used,
         frames_beyond=0,
         depth_m=measured,
         speed_m_s=np.gradient(depth, time)[used],
         tip_std_m=8e-5,
         depth_std_m=np.full(len(used), 8e-5),
-        offset_std_m=1e-4,
+        offset_std_m=offset_std_m,
         clock_expected_s=0.0,
         clock_std_s=0.01,
         force_std_n=0.003 * force.max(),
@@ -104,11 +114,11 @@ def press_of(
         cell_m=cell,
         normal=np.tile([0.0, 0, 1], (len(cell), 1)),
         moved_m=motion,
-        noise_std_m=np.full(motion.shape, 5e-5),
-        moved_std_m=np.full(motion.shape, 5e-5),
+        noise_std_m=np.full(motion.shape, motion_std_m),
+        moved_std_m=np.full(motion.shape, motion_std_m),
         shift_std_m=2e-5,
         patch_m=0.02,
         cluster=cluster,
         support_axes=support_axes(cell, support or replace(STANDING, contact="bonded")),
-        table=model,
+        table=table,
     )

@@ -43,7 +43,7 @@ def errors():
         best = fit_direct([press], OPTIONS, START)
         covariance = covariance_of(best, OPTIONS)
         told = quantities_of(best, covariance, OPTIONS, radius_m=RADIUS_M)
-        budget = budget_of(best, covariance, told, OPTIONS)
+        budget = budget_of(best, covariance, told, OPTIONS, radius_m=RADIUS_M)
         half = budget.std * stdtrit(budget.freedom, (1 + CONFIDENCE) / 2)
         star = np.log(E / (1 - NU**2))
         harder = q * press.table.stiffening_at(np.array([told.depth_m]), NU)[0][0]

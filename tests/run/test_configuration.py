@@ -236,6 +236,12 @@ def test_unknown_object(home):
             "1.1,",
             "expected a rotation and a shift",
         ),
+        (
+            "probes/nano25_sphere",
+            "exclusion:",
+            "stiffness_n_m: 0\nexclusion:",
+            "stiffness_n_m: expected",
+        ),
         ("probes/nano25_sphere", "[1.0, 0.0, 0.0, 0.0]", "[-1.0, 0.0, 0.0, 0.0]", "a mirrored one"),
         (
             "probes/nano25_sphere",
@@ -286,7 +292,7 @@ def test_a_search_that_cannot_start(home, change, line):
     ("block", "change", "line"),
     [
         ("model", {"poisson_ratios": [0.49, 0.0]}, "model.poisson_ratios: expected increasing"),
-        ("fit", {"poisson_ratio_bounds": [0.0, 0.494]}, "expected low and high within the table's"),
+        ("model", {"poisson_ratios": [0.0, 0.42]}, "expected low and high within the table's 0 to"),
     ],
     ids=["ratios", "bounds"],
 )

@@ -12,6 +12,7 @@ from palpate.solid.indentation import (
     save_indentation,
 )
 from palpate.solid.indentation_table import POISSON_RATIOS, depth_steps
+from palpate.solid.options import greatest_ratio
 
 RATIOS = np.array(POISSON_RATIOS)
 
@@ -63,6 +64,21 @@ def test_weights_and_slopes_are_those_of_polynomials():
     assert ratio_weights(ratios, 0.3)[0] == pytest.approx([0, 0, 1, 0, 0], abs=1e-10)
 
 
+def test_polynomials_go_on_to_incompressibility():
+    """Force on a bonded layer (Dimitriadis 2002, to the second power of chi)."""
+
+    def force(nu, chi=0.2):
+        a = -(1.2876 - 1.4678 * nu + 1.3442 * nu**2) / (1 - nu)
+        return (1 - 2 * a / np.pi * chi + 4 * (a / np.pi * chi) ** 2) / (1 - nu**2)
+
+    ratios = np.array([0.0, 0.2, 0.37, 0.49])
+    assert greatest_ratio(ratios) == 0.4999
+    assert ratio_weights(ratios, 0.4999)[0] @ force(ratios) == pytest.approx(
+        force(0.4999), rel=2e-3
+    )
+    assert greatest_ratio(ratios[:-1]) == 0.37
+
+
 def test_displacement_between_the_table_s_places(model):
     found = model.displacement(np.array([[0.0007, 0.0033]]), 0.25, "neo_hookean")
     assert found.shape == (1, 2, 4, 3)
@@ -100,8 +116,8 @@ def test_bad_arguments(model):
         model.force_per_modulus(0.001, 0.3, "ogden")
     with pytest.raises(ValueError, match="depth_m: expected at most 0.009, found 0.01"):
         model.force_per_modulus(0.01, 0.3, "blatz_ko")
-    with pytest.raises(ValueError, match="nu: expected from 0 to 0.49, found 0.495"):
-        model.displacement(0.001, 0.495, "blatz_ko")
+    with pytest.raises(ValueError, match="nu: expected from 0 to 0.4999, found 0.49999"):
+        model.displacement(0.001, 0.49999, "blatz_ko")
     with pytest.raises(ValueError, match="deepest_m: expected above 1.5 steps of 0.001 m"):
         depth_steps(0.0015, 0.001)
 

@@ -83,6 +83,7 @@ def _indentation(measured: Measurement, table: IndentationModel, options: Fit) -
         tips_m=measured.tips_m,
         forces_n=measured.forces_n,
         tip_std_m=measured.tip_std_m,
+        stiffness_n_m=measured.capture.probe.get("stiffness_n_m", np.inf),
         clock_offset_s=measured.clock.offset_s,
         clock_std_s=measured.config.force.clock_offset_std_s,
     )

@@ -14,7 +14,7 @@ from palpate.run.job import naming, run
 def main(snakemake):
     """Write direct.json."""
     params, options = snakemake.params, Fit.read(snakemake.params.options)
-    indentations = read_indentations(snakemake.input, options)
+    indentations = read_indentations(snakemake.input, params.probe, options)
     radius = params.probe["indenter"]["radius_m"]
     with naming(", ".join(snakemake.input.poses), "frames"):
         found = estimate_direct(indentations, options, radius_m=radius)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from virtual_lab.contact import ContactProblem, ContactStep
 from virtual_lab.ladder import ContactLadder
 from virtual_lab.material import LAWS
+from virtual_lab.mesh import SolidMesh
 from virtual_lab.model import Model
 from virtual_lab.obstacle import Sphere
 from virtual_lab.shapes import shape_of
@@ -35,7 +36,7 @@ def press_object(spec: Mapping, point_m: NDArray, radius_m: float) -> ContactLad
         If the point is not on the object, or the depth exceeds its thickness there.
     """
     model = shape_of(spec).model(point_m, spec["contact"])
-    start = first_touch(model.surface_rest_m, point_m, radius_m)
+    start = first_touch(patch_points(model.solid, "top"), point_m, radius_m)
     problem = contact_problem(spec, model, start, radius_m)
     step, deepest = spec["contact"]["step_m"], spec["contact"]["deepest_m"]
     steps = problem.press(np.linspace(0, deepest, int(np.ceil(deepest / step)) + 1)[1:])
@@ -58,12 +59,19 @@ def contact_problem(
     )
 
 
+def patch_points(solid: SolidMesh, name: str) -> NDArray:
+    """Where a patch's contact is asked for, on the curved elements themselves, (n, 3) [m]."""
+    patch = solid.patches[name]
+    places = patch.shapes @ solid.nodes_m[solid.elements[patch.elements]]
+    return places.reshape(-1, 3)
+
+
 def first_touch(surface_m: NDArray, point_m: NDArray, radius_m: float) -> NDArray:
     """Centre of a sphere that comes straight down above a point and just touches, (3,) [m]."""
     point = np.asarray(point_m, dtype=float)
     away = ((surface_m[:, :2] - point[:2]) ** 2).sum(axis=1)
     below = away < radius_m**2
-    # A surface of triangles lies a little inside its own vertices' curve: the point counts too.
+    # Points of quadrature end a little beside the touch: the point counts too.
     heights = surface_m[below, 2] + np.sqrt(radius_m**2 - away[below])
     return np.array([*point[:2], max(float(heights.max()), point[2] + radius_m)])
 

@@ -18,7 +18,7 @@ from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP
 
 
-def read_indentations(inputs, options):
+def read_indentations(inputs, probe, options):
     """Read each capture; files of one kind go in the captures' order."""
     spec, support = read_declared(inputs.object)
     template = read_template(inputs.template, unit=spec["template"]["unit"])
@@ -26,7 +26,9 @@ def read_indentations(inputs, options):
     tables = {path: load_indentation(path) for path in dict.fromkeys(inputs.tables)}
     indentations = []
     for k, path in enumerate(inputs.tables):
-        probe_record = read_probe_record(inputs.poses[k], inputs.forces[k], inputs.clocks[k])
+        stiffness = probe.get("stiffness_n_m", np.inf)
+        files = inputs.poses[k], inputs.forces[k], inputs.clocks[k]
+        probe_record = read_probe_record(*files, stiffness)
         with (
             naming(inputs.forces[k], "force", "frames"),
             naming(inputs.poses[k], "depth", "tip"),
@@ -47,7 +49,7 @@ def read_indentations(inputs, options):
     return indentations
 
 
-def read_probe_record(pose, force, clock):
+def read_probe_record(pose, force, clock, stiffness_n_m):
     """Tip, force and clock of a capture."""
     poses = read_table(pose)
     with naming(force):
@@ -60,6 +62,7 @@ def read_probe_record(pose, force, clock):
         tips_m=tips,
         forces_n=forces,
         tip_std_m=float(np.nanmedian(poses[ALONG_STD])),
+        stiffness_n_m=stiffness_n_m,
         clock_offset_s=float(clocks["offset_s"]),
         clock_std_s=float(clocks["prior_std_s"]),
     )

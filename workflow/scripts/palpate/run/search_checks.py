@@ -2,6 +2,8 @@
 
 from collections.abc import Collection, Mapping
 
+from palpate.solid.options import greatest_ratio
+
 
 def impossible_search(options: Mapping, source: str) -> list[str]:
     """Find bounds out of order and starts outside of them.
@@ -48,8 +50,9 @@ def impossible_table(options: Mapping, source: str) -> list[str]:
         problems.append(f"{place}.model.poisson_ratios: expected increasing numbers")
         return problems
     low, high = options["fit"]["poisson_ratio_bounds"]
-    if not ratios[0] <= low < high <= ratios[-1]:
-        expected = f"low and high within the table's {ratios[0]:g} to {ratios[-1]:g}"
+    greatest = greatest_ratio(ratios)
+    if not ratios[0] <= low < high <= greatest:
+        expected = f"low and high within the table's {ratios[0]:g} to {greatest:g}"
         problems.append(
             f"{place}.fit.poisson_ratio_bounds: expected {expected}, found {low:g}, {high:g}"
         )

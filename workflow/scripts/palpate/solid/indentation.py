@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from palpate.npz import read_npz
+from palpate.solid.options import greatest_ratio
 
 # In this power of the force Hertz's contact is straight over depth.
 STRAIGHT = 2 / 3
@@ -38,7 +39,8 @@ class IndentationModel:
     radius_m : float
         Of the sphere [m].
     laws : tuple of str
-        l names of laws (`palpate.solid.laws`).
+        l names of laws (`palpate.solid.laws`). All but the first are solved at the least and the
+        greatest Poisson's ratio alone.
     poisson_ratios : (p,) array
         Increasing.
     depth_m : (k,) array
@@ -106,7 +108,8 @@ class IndentationModel:
     def _checked(self, depth_m: NDArray | float, nu: float) -> NDArray:
         """Depths from 0 on."""
         depth = np.asarray(depth_m, dtype=float)
-        deepest, (least, *_, greatest) = self.depth_m[-1], self.poisson_ratios
+        deepest, least = self.depth_m[-1], self.poisson_ratios[0]
+        greatest = greatest_ratio(self.poisson_ratios)
         if not (depth <= deepest * (1 + 1e-9)).all():
             raise ValueError(f"depth_m: expected at most {deepest:g}, found {depth.max():g}")
         if not least - 1e-9 <= nu <= greatest + 1e-9:

@@ -5,7 +5,7 @@ import logging
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.indentation import IndentationModel, ratio_weights
 from palpate.solid.indentation_setup import IndentationOptions, IndentationSetup, indentation_setup
 from palpate.solid.indenting import IndentedSolid, State
 from palpate.solid.laws import LAW_NAMES
@@ -21,7 +21,7 @@ CUTS = 3
 LEAST_START = 0.1
 # Triangles of a face's corners and middles.
 QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-POISSON_RATIOS = (0.0, 0.15, 0.3, 0.42, 0.49)
+POISSON_RATIOS = (0.0, 0.2, 0.37, 0.49)
 
 
 def depth_steps(deepest_m: float, step_m: float) -> NDArray:
@@ -53,7 +53,7 @@ def indentation_model(
     surface: SmoothSurface | None = None,
     laws: tuple[str, ...] = LAW_NAMES,
     poisson_ratios: tuple[float, ...] = POISSON_RATIOS,
-    step_m: float = 0.001,
+    step_m: float = 0.0015,
     options: IndentationOptions | None = None,
 ) -> IndentationModel:
     """Press a solid with a sphere, for each law, Poisson's ratio and depth.
@@ -101,12 +101,22 @@ def indentation_model(
     )
     steps_of: dict[tuple[str, int], list[State]] = {}
     for law in laws:
-        for number, nu in enumerate(poisson_ratios):
+        for number in solved_ratios(law == laws[0], len(poisson_ratios)):
             near = [steps_of.get((law, n)) for n in (number - 1, number - 2)]
-            # A law's first load steps start from that of the law before it.
-            near[0] = near[0] or steps_of.get((laws[0], number))
-            steps_of[law, number] = steps(setup, law, nu, depths, near)
+            # Another law's load steps start from those of the first.
+            if law != laws[0]:
+                near = [steps_of[laws[0], number], None]
+            steps_of[law, number] = steps(setup, law, poisson_ratios[number], depths, near)
     return _model(setup, steps_of, laws, poisson_ratios, depths)
+
+
+def solved_ratios(first: bool, count: int) -> list[int]:
+    """Numbers of the Poisson's ratios that a law is solved at.
+
+    All under the first law; under others the least and the greatest: how they part from the first
+    changes slowly between, and what they give is a direction, not a law to choose.
+    """
+    return list(range(count)) if first else sorted({0, count - 1})
 
 
 def steps(
@@ -196,10 +206,16 @@ def _model(
     forces = np.zeros((len(laws), len(ratios), count))
     moves = np.zeros((*forces.shape, len(surface), 3), dtype=np.float32)
     for i, law in enumerate(laws):
-        for j in range(len(ratios)):
+        solved = solved_ratios(i == 0, len(ratios))
+        for j in solved:
             for k, state in enumerate(steps_of[law, j][:count]):
                 forces[i, j, k] = state.force_m2 @ setup.direction
                 moves[i, j, k] = setup.displacement(state.x_m)[surface]
+        if len(solved) < len(ratios):
+            between = np.array([ratio_weights(np.array(ratios)[solved], nu)[0] for nu in ratios])
+            harder = np.log(forces[i, solved, 1:] / forces[0, solved, 1:])
+            forces[i, :, 1:] = forces[0, :, 1:] * np.exp(between @ harder)
+            moves[i] = moves[0] + np.tensordot(between, moves[i, solved] - moves[0, solved], axes=1)
     return IndentationModel(
         point_m=setup.touch_m,
         direction=setup.direction,

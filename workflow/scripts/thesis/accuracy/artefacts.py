@@ -42,6 +42,15 @@ def _estimates(rule: str, name: str, summary: str, **more) -> Artefact:
     )
 
 
+def _pressed_points(run: Run) -> list[Described]:
+    """A simulated capture of each point of an object that the lab solves by itself."""
+    found: dict[tuple[str, str], Described] = {}
+    for capture in run.described(simulated=True, direct=True):
+        name, point = capture["object"], capture["point"]
+        found.setdefault((name, run.lab_point(name, point)), capture)
+    return list(found.values())
+
+
 def _folder(wildcards: object, output: Any) -> str:
     """Folder of all results, from a table's."""
     return str(Path(output.csv).parents[1])
@@ -125,6 +134,28 @@ ARTEFACTS = (
         chapter=ACCURACY,
         local=True,
         message="Hertz models against the lab's truth",
+    ),
+    Artefact(
+        "indentation_accuracy",
+        title="Indentation tables against the lab's mechanics",
+        caption="Force of the indentation table over that of the lab's own contact solution, at"
+        " the true moduli, by depth." + TRUTH,
+        make="thesis.accuracy.indentation:make_indentation_accuracy",
+        outputs=table("indentation_accuracy"),
+        captures=_pressed_points,
+        inputs=lambda run, captures: {
+            "tables": [
+                run.results("{object}/indentation-{point}.npz".format(**c)) for c in captures
+            ],
+            "ladders": [
+                run.truth(f"{c['object']}/contact-{run.lab_point(c['object'], c['point'])}.npz")
+                for c in captures
+            ],
+            "materials": run.materials(),
+        },
+        chapter=ACCURACY,
+        local=True,
+        message="Indentation tables against the lab's contact solutions",
     ),
     Artefact(
         "pipeline_accuracy",

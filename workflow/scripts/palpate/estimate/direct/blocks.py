@@ -7,7 +7,12 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from palpate.estimate.direct.deviations import robust_weights
-from palpate.estimate.direct.indentation import DirectIndentation, Linearised
+from palpate.estimate.direct.indentation import (
+    DirectIndentation,
+    Linearised,
+    Parameters,
+    linearised,
+)
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,16 @@ def blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) -
     depth, by = line.residuals.depth / scale.depth, line.depth_slope / scale.depth
     outer = by[:, :, None] * by[:, None, :]
     return Blocks(matrix, total, outer, by * depth[:, None])
+
+
+def normal_rows(
+    indentation: DirectIndentation, of: Parameters, scale: Scales, *, times_s: NDArray
+) -> tuple[Linearised, NDArray, NDArray]:
+    """Residuals of a capture, and what each adds to the slope of the cost, (q, k) and (q, m)."""
+    line = linearised(indentation, of, times_s=times_s)
+    weight = robust_weights(line.residuals.motion, scale.motion)
+    motion = line.motion_slope * (weight / (scale.motion**2 * scale.sharing))[:, None]
+    return line, line.depth_slope.T / scale.depth**2, motion.T
 
 
 def sharing_of(blocks: Blocks) -> float:

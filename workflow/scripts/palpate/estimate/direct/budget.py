@@ -10,11 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.blocks import Blocks
+from palpate.estimate.direct.blocks import Blocks, normal_rows
 from palpate.estimate.direct.fit import Prior, Solution, prior_of
-from palpate.estimate.direct.indentation import OWN
+from palpate.estimate.direct.indentation import OWN, residuals
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.quantities import LOG_MODULI, Quantities
+from palpate.estimate.direct.rig import rig_errors
 
 # Fewer captures don't tell how much they scatter.
 FEWEST_CAPTURES = 6
@@ -86,7 +87,9 @@ def covariance_of(best: Solution, options: Fit) -> NDArray:
     return np.linalg.inv(scaled) * scale * scale[:, None]
 
 
-def budget_of(best: Solution, covariance: NDArray, quantities: Quantities, options: Fit) -> Budget:
+def budget_of(
+    best: Solution, covariance: NDArray, quantities: Quantities, options: Fit, *, radius_m: float
+) -> Budget:
     """What each source adds to the uncertainties of the moduli.
 
     Parameters
@@ -96,14 +99,16 @@ def budget_of(best: Solution, covariance: NDArray, quantities: Quantities, optio
         Of `covariance_of`.
     quantities : Quantities
     options : Fit
+    radius_m : float
+        Of the sphere.
     """
     onto = quantities.slopes @ covariance
     sources = _of_priors(onto, prior_of(best.indentations, options))
     sources += _of_noise(onto, best)
+    sources += _of_rig(onto, best, options, radius_m)
     log = np.array(LOG_MODULI, dtype=float)
     table_E, table_nu = options.model_std.log_youngs_modulus, options.model_std.nu
     sources += [
-        Source("scale of the force", options.force_std, "1", options.force_std * log),
         Source(
             "indentation table: force",
             table_E,
@@ -125,6 +130,28 @@ def _of_priors(onto: NDArray, prior: Prior) -> list[Source]:
         std = 1 / np.abs(prior.rows[rows]).max()
         parts = np.sqrt((moved[:, rows] ** 2).sum(axis=1))
         found.append(Source(name, std, prior.units[name], parts))
+    return found
+
+
+def _of_rig(onto: NDArray, best: Solution, options: Fit, radius_m: float) -> list[Source]:
+    """Sources that are no unknowns: what the fit makes of a capture that each has changed."""
+    times = np.array(options.relaxation_times_s, dtype=float)
+    each = list(zip(_placed(best), best.indentations, best.parameters, best.scales, strict=True))
+    normal = [normal_rows(one, p, scale, times_s=times) for _, one, p, scale in each]
+    found = []
+    for error in rig_errors(options.rig, radius_m=radius_m):
+        if not error.std:
+            continue
+        moved = []
+        for ((at, _), one, p, _), (line, depth, motion) in zip(each, normal, strict=True):
+            other = residuals(error.changed(one, error.std), p, times_s=times)
+            change = depth @ (other.depth - line.residuals.depth)
+            change += motion @ (other.motion - line.residuals.motion)
+            moved.append(-onto[:, at] @ change)
+        parts = np.abs(np.sum(moved, axis=0))
+        if not error.common:
+            parts = np.sqrt((np.array(moved) ** 2).sum(axis=0))
+        found.append(Source(error.source, error.std, error.unit, parts))
     return found
 
 

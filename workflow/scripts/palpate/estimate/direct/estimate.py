@@ -66,7 +66,7 @@ def estimate_direct(
     best = best_of_starts(indentations, options)
     covariance = covariance_of(best, options)
     quantities = quantities_of(best, covariance, options, radius_m=radius_m)
-    budget = budget_of(best, covariance, quantities, options)
+    budget = budget_of(best, covariance, quantities, options, radius_m=radius_m)
     moduli = intervals(best, covariance, quantities, budget, options)
     return DirectEstimate(best, moduli, quantities, covariance, budget)
 

@@ -22,8 +22,8 @@ class DirectIndentation:
 
     Attributes
     ----------
-    time_s, force_n : (f,) arrays
-        Times of all frames [s] and force along the press in them [N].
+    time_s, force_n, sideways_n : (f,) arrays
+        Times of all frames [s], force along the press in them, and across it [N].
     frames : (k,) int array
         Frames in contact that are compared.
     frames_beyond : int
@@ -65,6 +65,7 @@ class DirectIndentation:
 
     time_s: NDArray
     force_n: NDArray
+    sideways_n: NDArray
     frames: NDArray
     frames_beyond: int
     depth_m: NDArray

@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 from palpate.options import Options, block, option
 
-RATIOS = {"least": 0, "most": 0.495}
-
 
 @dataclass(frozen=True, kw_only=True)
 class Observation(Options):
@@ -47,6 +45,24 @@ class ModelStd(Options):
 
     log_youngs_modulus: float = option(0.015, "of log E", least=0)
     nu: float = option(0.01, "of Poisson's ratio", least=0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rig(Options):
+    """Standard uncertainties of a rig that no press tells; what a careful lab reaches."""
+
+    force_scale_std: float = option(0.01, "of the force sensor's scale", least=0)
+    force_zero_std_n: float = option(0.003, "of what it reports unloaded", least=0)
+    force_drift_std_n: float = option(0.01, "of that from a record's beginning to its end", least=0)
+    force_axes_std_rad: float = option(0.01, "of its axes, which a force across tells", least=0)
+    radius_std_m: float = option(0.00002, "of the sphere's radius", least=0, most=0.2)
+    curvature_std_per_m: float = option(
+        2.0, "of the template at the contact: 0.1 mm over 10 mm", least=0
+    )
+    board_scale_std: float = option(0.001, "of the side of the board's squares", least=0)
+    compliance_std_m_n: float = option(
+        2e-6, "of what the probe gives way by between board and tip, beside its file's", least=0
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,12 +111,14 @@ class Fit(Options):
         0.0002, "and rocks on its foot, beside the indentation table", least=0
     )
     youngs_modulus_bounds_pa: tuple[float, float] = option((100.0, 1e8), "of the fit", above=0)
-    poisson_ratio_bounds: tuple[float, float] = option((0.0, 0.49), "the table's", **RATIOS)
+    poisson_ratio_bounds: tuple[float, float] = option(
+        (0.0, 0.4999), "of the fit; the table's, and up to 0.01 beyond", least=0, most=0.4999
+    )
     force_law_std: float = option(
         0.5,
         "of the place of the force's law between neo-Hooke's (0) and Blatz and Ko's (1)",
         above=0,
     )
     motion_law_std: float = option(1.0, "the same of the surface's motion", above=0)
-    force_std: float = option(0.01, "of the force sensor's scale", least=0)
+    rig: Rig = block(Rig, "of errors that are no unknowns of the fit")
     model_std: ModelStd = block(ModelStd, "of the indentation table")

@@ -40,6 +40,9 @@ class ProbeRecord:
         On the object, camera frame [N].
     tip_std_m : float
         Deviation of a tip along the probe's axis [m].
+    stiffness_n_m : float
+        Of the probe between board and tip along its axis; infinite where its file says nothing
+        [N/m].
     clock_offset_s, clock_std_s : float
         Force clock minus camera clock as the forces take it, and its deviation from 0 before a
         press tells more [s].
@@ -49,6 +52,7 @@ class ProbeRecord:
     tips_m: NDArray
     forces_n: NDArray
     tip_std_m: float
+    stiffness_n_m: float
     clock_offset_s: float
     clock_std_s: float
 
@@ -85,8 +89,11 @@ def direct_indentation(
     check_belonging(record, motion, alignment, table)
     turn = alignment.camera_from_object[:3, :3]
     force = record.forces_n @ (turn @ table.direction)
+    across = record.forces_n - np.outer(force, turn @ table.direction)
     tips = to_object(alignment.camera_from_object, record.tips_m)
     depth = depth_along(template, tips, table.direction, radius_m=table.radius_m)
+    # The board goes down farther than the tip by what the probe between them gives way.
+    depth = depth - force / record.stiffness_n_m
     least = least_force(force, options)
     onset = force_onset(force, onset_force_n=least)
     check_indentation(depth, force, onset)
@@ -111,6 +118,7 @@ def direct_indentation(
     return DirectIndentation(
         time_s=record.time_s,
         force_n=force,
+        sideways_n=np.linalg.norm(across, axis=1),
         frames=frames,
         frames_beyond=int(((force > least) & (depth > table.depth_m[-1])).sum()),
         depth_m=depth[frames],
