@@ -270,3 +270,46 @@ def test_a_force_of_another_scale_is_a_line_of_the_budget():
     )
     assert wide[0] == pytest.approx(np.hypot(narrow[0], 0.03), rel=2e-3)
     assert wide[3] == pytest.approx(narrow[3], rel=1e-3)
+
+
+@pytest.mark.parametrize("kept", [1, 3, None])
+def test_e_holds_what_belongs_to_both_ends_of_nu(kept):
+    """E is E* (1 - nu^2) at each nu that is left open, wherever nu itself was found."""
+    found = estimate_direct([press_of(25e3, 0.3, 13, kept=kept)], OPTIONS, radius_m=RADIUS_M)
+    nu, star = found.moduli["poisson_ratio"], found.moduli["reduced_modulus_pa"]
+    E = found.moduli["youngs_modulus_pa"]
+    for one in (star, E):
+        assert one.low < one.value < one.high
+    by_nu = (found.quantities.slopes @ found.covariance @ found.quantities.slopes[3])[0]
+    by_nu /= found.covariance[1, 1]
+    for end in (nu.low, nu.high):
+        follows = star.value * np.exp(by_nu * (end - nu.value)) * (1 - end**2)
+        assert 0.99 * E.low < follows < 1.01 * E.high
+
+
+def test_captures_that_contradict_each_other_widen_the_intervals():
+    rng = np.random.default_rng(4)
+    presses = [press_of(25e3, 0.3, seed) for seed in range(4)]
+    scaled = [replace(one, force_n=one.force_n * np.exp(rng.normal(0, 0.1))) for one in presses]
+    alike, apart = (
+        estimate_direct(chosen, OPTIONS, radius_m=RADIUS_M).budget for chosen in (presses, scaled)
+    )
+    (line,) = (source for source in apart.sources if source.name == "captures apart")
+    assert line.contributions[1] == pytest.approx(0.1 / np.sqrt(4), rel=0.5)
+    assert (line.freedom == 3).all()
+    assert apart.std[1] > 2 * alike.std[1] and apart.freedom[1] < 8
+
+
+def test_poisson_s_ratio_ends_with_the_table():
+    press = press_of(25e3, 0.45, 1)
+    table = press.table
+    short = replace(
+        table,
+        poisson_ratios=table.poisson_ratios[:3],
+        force_per_modulus_m2=table.force_per_modulus_m2[:3],
+        stiffening=table.stiffening[:3],
+        motion_m=table.motion_m[:3],
+        motion_change_m=table.motion_change_m[:3],
+    )
+    found = estimate_direct([replace(press, table=short)], OPTIONS, radius_m=RADIUS_M)
+    assert found.moduli["poisson_ratio"].high == 0.35

@@ -186,6 +186,7 @@ def _budgets(budgets: Mapping[str, Sequence[Mapping]]) -> list[str]:
 
 def _budget_rows(rows: Sequence[Mapping]) -> list[dict[str, str]]:
     heads = {
+        "contribution_log_equivalent_reduced_modulus": "of the equivalent (%)",
         "contribution_log_reduced_modulus": "of E* (%)",
         "contribution_log_youngs_modulus": "of E (%)",
         "contribution_poisson_ratio": "of nu",
@@ -196,7 +197,8 @@ def _budget_rows(rows: Sequence[Mapping]) -> list[dict[str, str]]:
         if all(abs(row[name]) < LEAST_PART * most[name] for name in heads):
             continue
         cells = {"source": row["source"]}
-        cells |= {"standard uncertainty": f"{row['standard_uncertainty']:.2g} {row['unit']}"}
+        unit = "" if row["unit"] == "1" else f" {row['unit']}"
+        cells |= {"standard uncertainty": f"{row['standard_uncertainty']:.2g}{unit}"}
         for name, head in heads.items():
             cells[head] = f"{100 * row[name]:.1f}" if "%" in head else f"{row[name]:.3f}"
         found.append(cells)

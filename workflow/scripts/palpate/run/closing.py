@@ -12,7 +12,7 @@ import pandas as pd
 
 from palpate.units import KILOPASCALS
 
-# Of the recommended estimate; the first two need no Poisson's ratio.
+# Of the recommended estimate; the first two hang least on Poisson's ratio.
 MODULI = {
     "reduced_modulus_pa": "E*",
     "equivalent_reduced_modulus_pa": "equivalent E*",

@@ -11,16 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.blocks import Blocks, normal_rows
-from palpate.estimate.direct.fit import Prior, Solution, prior_of
+from palpate.estimate.direct.fit import UNMOVED, Prior, Solution, prior_of
 from palpate.estimate.direct.indentation import OWN, residuals
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.quantities import LOG_MODULI, Quantities
+from palpate.estimate.direct.quantities import LOG_MODULI, NAMES, Quantities
 from palpate.estimate.direct.rig import rig_errors
 
-# Fewer captures don't tell how much they scatter.
-FEWEST_CAPTURES = 6
-# Fewer patches don't tell their own scatter.
-FEWEST_PATCHES = 4.0
+# Fewer patches or frames don't tell their own scatter.
+FEWEST_PARTS = 4.0
+COLUMNS = [
+    f"log_{name.removesuffix('_pa')}" if log else name
+    for name, log in zip(NAMES, LOG_MODULI, strict=True)
+]
+# Priors of what each capture has for itself.
+OWN_SOURCES = ("zero of the depth", "clocks", "zero of the motion", "sinking", "rocking")
 
 
 @dataclass(frozen=True)
@@ -35,15 +39,15 @@ class Source:
     unit : str
     contributions : (5,) array
         What it adds to the standard uncertainties of `quantities.NAMES`.
-    freedom : float
-        Degrees of freedom of its standard uncertainty.
+    freedom : (5,) array or float
+        Degrees of freedom of those.
     """
 
     name: str
     std: float
     unit: str
     contributions: NDArray
-    freedom: float = np.inf
+    freedom: NDArray | float = np.inf
 
 
 @dataclass(frozen=True)
@@ -64,12 +68,15 @@ class Budget:
         return self.std**4 / np.maximum(fourth, 1e-300)
 
     def rows(self) -> list[dict]:
-        """One mapping for each source: uncertainty_budget.csv."""
-        names = ("log_reduced_modulus", "log_youngs_modulus", "poisson_ratio")
+        """One mapping for each source: uncertainty_budget.csv.
+
+        Contributions to the logarithms of moduli and to Poisson's ratio; sensitivities are those
+        over the source's own uncertainty.
+        """
         found = []
         for source in self.sources:
-            parts = dict(zip(names, source.contributions[[0, 2, 3]], strict=True))
             row = {"source": source.name, "standard_uncertainty": source.std, "unit": source.unit}
+            parts = dict(zip(COLUMNS, source.contributions, strict=True))
             row |= {f"sensitivity_{name}": part / source.std for name, part in parts.items()}
             found.append(row | {f"contribution_{name}": part for name, part in parts.items()})
         return found
@@ -105,6 +112,8 @@ def budget_of(
     onto = quantities.slopes @ covariance
     sources = _of_priors(onto, prior_of(best.indentations, options))
     sources += _of_noise(onto, best)
+    own = [s for s in sources if s.name in OWN_SOURCES or s.name.startswith("noise")]
+    sources += _of_captures(onto, best, sum(source.contributions**2 for source in own))
     sources += _of_rig(onto, best, options, radius_m)
     log = np.array(LOG_MODULI, dtype=float)
     table_E, table_nu = options.model_std.log_youngs_modulus, options.model_std.nu
@@ -128,6 +137,8 @@ def _of_priors(onto: NDArray, prior: Prior) -> list[Source]:
     for name in dict.fromkeys(prior.sources):
         rows = np.flatnonzero(np.array(prior.sources) == name)
         std = 1 / np.abs(prior.rows[rows]).max()
+        if std <= 2 * UNMOVED:
+            continue
         parts = np.sqrt((moved[:, rows] ** 2).sum(axis=1))
         found.append(Source(name, std, prior.units[name], parts))
     return found
@@ -156,39 +167,54 @@ def _of_rig(onto: NDArray, best: Solution, options: Fit, radius_m: float) -> lis
 
 
 def _of_noise(onto: NDArray, best: Solution) -> list[Source]:
-    """Noise of motion and depth: as stated, or as patches, frames and captures scatter if more."""
-    stated, scattered = {}, {}
-    for kind in ("motion", "depth"):
-        each = [_shares(onto[:, at], block, kind) for at, block in _placed(best)]
-        stated[kind] = sum(expected.sum(axis=0) for expected, _ in each)
-        moved = [moves for _, moves in each]
-        if len(moved) >= FEWEST_CAPTURES:
-            moved = [np.stack([moves.sum(axis=0) for moves in moved])]
-        scattered[kind] = sum((moves**2).sum(axis=0) for moves in moved)
+    """Noise of motion and depth: as stated, or as patches and frames scatter if that is more."""
     found = []
     for kind, std in _noise_std(best).items():
-        variance = np.maximum(stated[kind], scattered[kind])
-        found.append(
-            Source(f"noise of the {kind}", std, "m", np.sqrt(variance), _freedom(onto, best, kind))
-        )
+        each = [_shares(onto[:, at], block, kind) for at, block in _placed(best)]
+        shares, moves = (np.concatenate(parts) for parts in zip(*each, strict=True))
+        variance = np.maximum(shares.sum(axis=0), (moves**2).sum(axis=0))
+        # Far from the contact there are many patches that say next to nothing.
+        count = shares.sum(axis=0) ** 2 / np.maximum((shares**2).sum(axis=0), 1e-300)
+        freedom = np.maximum(count, FEWEST_PARTS) - 1
+        found.append(Source(f"noise of the {kind}", std, "m", np.sqrt(variance), freedom))
     return found
+
+
+def _of_captures(onto: NDArray, best: Solution, told: NDArray) -> list[Source]:
+    """By how much captures are farther apart than their noise and own unknowns explain.
+
+    What each capture moves the moduli by, less the mean of all, against what was told of it: the
+    excess, as in a meta-analysis (R. DerSimonian and N. Laird, Control. Clin. Trials 7, 1986, 177).
+
+    Parameters
+    ----------
+    onto : (5, size) array
+    best : Solution
+    told : (5,) array
+        Variances that the noise and what each capture has for itself explain.
+    """
+    count = len(best.blocks)
+    if count < 2:
+        return []
+    shared = len(best.vector) - OWN * count
+    moved = np.stack(
+        [
+            sum(_shares(onto[:, at], block, kind)[1].sum(axis=0) for kind in ("motion", "depth"))
+            for at, block in _placed(best, shared)
+        ]
+    )
+    scatter = count * moved.var(axis=0, ddof=1)
+    parts = np.sqrt(np.maximum(scatter - told, 0.0))
+    freedom = np.full(len(parts), count - 1.0)
+    return [Source("captures apart", 1.0, "1", parts, freedom)] if parts.any() else []
 
 
 def _shares(onto: NDArray, block: Blocks, kind: str) -> tuple[NDArray, NDArray]:
     """Of each patch or frame: its expected part of the variances, and what it moves, (b, 5)."""
     matrix, slope = getattr(block, f"{kind}_matrix"), getattr(block, f"{kind}_slope")
+    size = onto.shape[1]
+    matrix, slope = matrix[:, :size, :size], slope[:, :size]
     return np.einsum("qi,bij,qj->bq", onto, matrix, onto), slope @ onto.T
-
-
-def _freedom(onto: NDArray, best: Solution, kind: str) -> float:
-    """How many patches or frames tell nu, less one: the inverse of their shares' sum of squares.
-
-    Far from the contact there are many patches that say next to nothing.
-    """
-    shares = [_shares(onto[:, at], block, kind)[0][:, 3] for at, block in _placed(best)]
-    share = np.concatenate(shares)
-    count = share.sum() ** 2 / max(float((share**2).sum()), 1e-300)
-    return max(float(count), FEWEST_PATCHES) - 1
 
 
 def _noise_std(best: Solution) -> dict[str, float]:
@@ -204,10 +230,10 @@ def _noise_std(best: Solution) -> dict[str, float]:
     return {"motion": float(np.median(motion)), "depth": float(np.median(depth))}
 
 
-def _placed(best: Solution) -> Sequence[tuple[NDArray, Blocks]]:
-    """Blocks of each capture with the places of its unknowns."""
+def _placed(best: Solution, count: int | None = None) -> Sequence[tuple[NDArray, Blocks]]:
+    """Blocks of each capture with the places of its unknowns, or of the first so many of them."""
     shared = len(best.vector) - OWN * len(best.indentations)
     return [
-        (np.concatenate([np.arange(shared), shared + OWN * k + np.arange(OWN)]), block)
+        (np.concatenate([np.arange(shared), shared + OWN * k + np.arange(OWN)])[:count], block)
         for k, block in enumerate(best.blocks)
     ]

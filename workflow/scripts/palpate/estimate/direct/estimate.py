@@ -1,7 +1,7 @@
 """E and nu straight from clouds and forces, whatever the law."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from palpate.estimate.direct.interval import Interval, intervals
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.quantities import Quantities, quantities_of
 from palpate.estimate.direct.support_motion import MOTIONS
+from palpate.solid.options import greatest_ratio
 
 START_POISSON_RATIOS = (0.1, 0.3, 0.45)
 
@@ -63,12 +64,21 @@ def estimate_direct(
         If a record has fewer frames than unknowns.
     """
     check_count(indentations, options)
+    options = within_tables(indentations, options)
     best = best_of_starts(indentations, options)
     covariance = covariance_of(best, options)
     quantities = quantities_of(best, covariance, options, radius_m=radius_m)
     budget = budget_of(best, covariance, quantities, options, radius_m=radius_m)
     moduli = intervals(best, covariance, quantities, budget, options)
     return DirectEstimate(best, moduli, quantities, covariance, budget)
+
+
+def within_tables(indentations: Sequence[DirectIndentation], options: Fit) -> Fit:
+    """Options whose Poisson's ratios all tables serve for."""
+    ratios = [one.table.poisson_ratios for one in indentations]
+    low = max(options.poisson_ratio_bounds[0], *(each[0] for each in ratios))
+    high = min(options.poisson_ratio_bounds[1], *(greatest_ratio(each) for each in ratios))
+    return replace(options, poisson_ratio_bounds=(float(low), float(high)))
 
 
 def best_of_starts(indentations: Sequence[DirectIndentation], options: Fit) -> Solution:

@@ -29,6 +29,7 @@ from palpate.estimate.direct.options import Fit
 
 # Unknowns without a prior: log E and nu; and the law's: q and m.
 FREE, LAWS = 2, 2
+STEPS = "relaxing shares of neighbouring times"
 # Deviation of motions that do not happen [m, rad].
 UNMOVED = 1e-12
 ITERATIONS = 40
@@ -262,7 +263,7 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     known = [("law of the force", "1", 0.0, options.force_law_std)]
     known += [("law of the motion", "1", 0.0, options.motion_law_std)]
     known += [("scale of the camera", "1", 0.0, options.gain_std)]
-    known += [("relaxation", "1", 0.0, options.fraction_std)] * terms
+    known += [("relaxing shares", "1", 0.0, options.fraction_std)] * terms
     # One foot settles alike in all captures: their mean keeps the deviation of one.
     alike = np.sqrt(sum(bool(indentation.support_axes.std.any()) for indentation in indentations))
     for indentation in indentations:
@@ -271,7 +272,8 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         known += [("zero of the motion", "m", 0.0, indentation.shift_std_m)]
         # What does not move at all is held by a deviation that is nothing beside any motion.
         stds = np.maximum(alike * indentation.support_axes.std, UNMOVED)
-        known += [("settling on the support", "m, rad", 0.0, std) for std in stds]
+        known += [("sinking", "m", 0.0, stds[0])]
+        known += [("rocking", "rad", 0.0, std) for std in stds[1:]]
     sources, units, means, stds = zip(*known, strict=True)
     steps = max(terms - 1, 0)
     rows = np.zeros((len(known) + steps, FREE + len(known)))
@@ -280,8 +282,8 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         at = SHARED + k
         rows[len(known) + k, [at, at + 1]] = np.array([1, -1]) / options.fraction_step_std
     values = np.append(np.array(means) / np.array(stds), np.zeros(steps))
-    named = dict(zip(sources, units, strict=True))
-    return Prior(rows, values, (*sources, *["relaxation"] * steps), named)
+    named = dict(zip(sources, units, strict=True)) | {STEPS: "1"}
+    return Prior(rows, values, (*sources, *[STEPS] * steps), named)
 
 
 def parameter_bounds(captures: int, options: Fit) -> tuple[NDArray, NDArray]:

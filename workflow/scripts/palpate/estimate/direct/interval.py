@@ -19,6 +19,7 @@ NARROW_NU = 0.2
 NARROW_E = 1.5
 # Ends of an interval this close to the range's are at its bound.
 AT_BOUND = 0.005
+POISSON, NU_STEPS = NAMES.index("poisson_ratio"), 41
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ def intervals(
     """Moduli with their intervals and verdicts.
 
     Poisson's ratio ends at the range's bounds; of a modulus, what goes with Poisson's ratio ends
-    where that does.
+    where that does, and E is E* (1 - nu^2) at each.
 
     Parameters
     ----------
@@ -55,25 +56,37 @@ def intervals(
     """
     quantile = stdtrit(budget.freedom, (1 + CONFIDENCE) / 2)
     half = quantile * budget.std
-    at = NAMES.index("poisson_ratio")
-    bounds, nu = options.poisson_ratio_bounds, float(quantities.values[at])
+    bounds, nu = options.poisson_ratio_bounds, float(quantities.values[POISSON])
     few = few_frames(best, options)
     # What so few frames say of nu is the priors'.
-    ends = np.array(bounds) if few else np.clip([nu - half[at], nu + half[at]], *bounds)
-    moved = quantities.slopes @ covariance @ quantities.slopes[at]
-    by_nu = moved / moved[at]
+    ends = bounds if few else np.clip([nu - half[POISSON], nu + half[POISSON]], *bounds)
+    moved = quantities.slopes @ covariance @ quantities.slopes[POISSON]
+    by_nu, nu_std = moved / moved[POISSON], np.sqrt(moved[POISSON])
     found = {}
     for k, name in enumerate(NAMES):
-        if k == at:
+        if k == POISSON:
             found[name] = Interval(nu, *map(float, ends), verdict_of_nu(*ends, bounds))
             continue
-        rest = max(half[k] ** 2 - (by_nu[k] * half[at]) ** 2, 0.0)
-        with_nu = np.sort(by_nu[k] * (ends - nu))
-        low, high = quantities.values[k] + np.sqrt(rest + with_nu**2) * [-1, 1]
+        told = bounds if few else np.clip(nu + quantile[k] * nu_std * np.array([-1, 1]), *bounds)
+        with_nu = _with_nu(name, by_nu, nu, np.linspace(*told, NU_STEPS))
+        # The budget holds the covariance: what is left of it does not go with nu.
+        rest = np.sqrt(max(budget.std[k] ** 2 - (by_nu[k] * nu_std) ** 2, 0.0)) * quantile[k]
+        low = quantities.values[k] - np.hypot(rest, min(with_nu.min(), 0.0))
+        high = quantities.values[k] + np.hypot(rest, max(with_nu.max(), 0.0))
         value, low, high = np.exp([quantities.values[k], low, high])
         interval = Interval.of_modulus(float(value), float(low), float(high))
         found[name] = replace(interval, verdict="bounded") if few else interval
     return found
+
+
+def _with_nu(name: str, by_nu: NDArray, nu: float, ratios: NDArray) -> NDArray:
+    """How the logarithm of a modulus goes with nu: E* about linearly, E as E* (1 - nu^2)."""
+    k, star = NAMES.index(name), NAMES.index("reduced_modulus_pa")
+    if name.endswith("reduced_modulus_pa"):
+        return by_nu[k] * (ratios - nu)
+    later = by_nu[k] - by_nu[NAMES.index("youngs_modulus_pa")]
+    exact = np.log((1 - ratios**2) / (1 - nu**2))
+    return (by_nu[star] + later) * (ratios - nu) + exact
 
 
 def few_frames(best: Solution, options: Fit) -> bool:

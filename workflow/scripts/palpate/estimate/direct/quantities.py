@@ -59,7 +59,7 @@ class Quantities:
 def quantities_of(
     best: Solution, covariance: NDArray, options: Fit, *, radius_m: float
 ) -> Quantities:
-    """Moduli of an estimate and their slopes, the equivalent where it is told best.
+    """Moduli of an estimate and their slopes, the equivalent where it is told best at its nu.
 
     Parameters
     ----------
@@ -80,10 +80,14 @@ def quantities_of(
     left = 1 - float(relaxed_share(ONE_SECOND_S, fractions=vector[fractions], times_s=times))
     later = unit[LOG_E].copy()
     later[fractions] = np.expm1(-ONE_SECOND_S / times) / left
-    depths = PARTS * max(float(one.depth_m.max()) for one in best.indentations)
+    pairs = zip(best.indentations, best.parameters, strict=True)
+    depths = PARTS * max(float(one.depth_m.max()) + p.offset_m for one, p in pairs)
     harder, by_nu = _stiffening(best, depths, nu)
     slopes = by_star + harder[:, None] * unit[FORCE_LAW] + q * by_nu[:, None] * unit[NU]
-    at = int(np.argmin(np.einsum("di,ij,dj->d", slopes, covariance, slopes)))
+    # Where nu is not told its doubt would choose the depth.
+    column = covariance[:, NU]
+    fixed = covariance - np.outer(column, column) / covariance[NU, NU]
+    at = int(np.argmin(np.einsum("di,ij,dj->d", slopes, fixed, slopes)))
     return Quantities(
         np.array([star, star + q * harder[at], log_E, nu, log_E + np.log(left)]),
         np.stack([by_star, slopes[at], unit[LOG_E], unit[NU], later]),

@@ -62,7 +62,7 @@ def rig_errors(options: Rig, *, radius_m: float) -> tuple[RigError, ...]:
             "curvature of the template",
             options.curvature_std_per_m,
             "1/m",
-            False,
+            True,
             lambda one, error: _scaled_force(one, error * radius_m / 2),
         ),
         RigError("side of the board", options.board_scale_std, "1", True, _scaled_depth),
@@ -89,7 +89,9 @@ def _turned_force(one: DirectIndentation, error: float) -> DirectIndentation:
 
 
 def _scaled_depth(one: DirectIndentation, error: float) -> DirectIndentation:
-    return replace(one, depth_m=one.depth_m * (1 + error))
+    """Of the way; what the board's scale does to the place of all frames is the depth's zero."""
+    part = 1 + error
+    return replace(one, depth_m=one.depth_m * part, speed_m_s=one.speed_m_s * part)
 
 
 def _given_depth(one: DirectIndentation, error: float) -> DirectIndentation:

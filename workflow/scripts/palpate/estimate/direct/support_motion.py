@@ -64,7 +64,7 @@ def support_axes_of(
 
     Returns
     -------
-    Settling
+    SupportAxes
         In proportion to the measured force: of a foot of the same relaxing material that is a
         tenth off while it relaxes by a tenth.
     """

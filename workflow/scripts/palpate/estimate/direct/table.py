@@ -121,7 +121,7 @@ class SampleTable:
             np.tensordot(w, of, axes=1)
             for w, of in ((weights, whole), (slopes, whole), (weights, self.motion_change_m))
         )
-        inside = (depth_m < self.depth_m[-1])[:, None]
+        inside = ((depth_m > 0) & (depth_m < self.depth_m[-1]))[:, None]
         basis, bent = self._basis(depth), inside * self._basis(depth, 1)
         return MotionAtDepth(basis @ here, bent @ here, basis @ by_nu, basis @ by_law)
 
