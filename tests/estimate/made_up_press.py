@@ -6,9 +6,9 @@ import numpy as np
 from floor import floor
 from palpate.estimate.direct.indentation import DirectIndentation, Parameters
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
-from palpate.estimate.direct.relaxation import relaxed_force
 from palpate.estimate.direct.support_motion import support_axes_of
 from palpate.estimate.direct.table import SampleTable
+from palpate.estimate.relaxation import relaxed_force
 
 RADIUS_M = 0.006
 # Relaxation times of what is pressed.

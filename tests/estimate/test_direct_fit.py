@@ -1,10 +1,12 @@
 """Direct estimate on presses whose moduli are known."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from made_up_press import NO_RIG, OPTIONS, RADIUS_M, STANDING, START, press_of
+from palpate import direct
 from palpate.estimate.direct.blocks import Scales, blocks_of
 from palpate.estimate.direct.budget import covariance_of
 from palpate.estimate.direct.deviations import LEAST_NOISE, robust_weights, variance_parts
@@ -313,3 +315,13 @@ def test_poisson_s_ratio_ends_with_the_table():
     )
     found = estimate_direct([replace(press, table=short)], OPTIONS, radius_m=RADIUS_M)
     assert found.moduli["poisson_ratio"].high == 0.35
+    with pytest.raises(ValueError, match="poisson_ratio_bounds: expected low below high within"):
+        estimate_direct(
+            [press], replace(OPTIONS, poisson_ratio_bounds=(0.4, 0.1)), radius_m=RADIUS_M
+        )
+
+
+def test_a_capture_counts_once(tmp_path):
+    one = SimpleNamespace(capture=SimpleNamespace(folder=tmp_path / "08"))
+    with pytest.raises(ValueError, match="measured: expected each capture once, found 08 again"):
+        direct.estimate([one, one], [])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.direct.relaxation import (
+from palpate.estimate.relaxation import (
     elastic_force,
     elastic_force_derivatives,
     relaxed_force,

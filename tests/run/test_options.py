@@ -7,8 +7,8 @@ from typing import Literal
 import jsonschema
 import pytest
 import yaml
-from palpate.estimate.direct.relaxation import relaxed_share
 from palpate.estimate.minimise.options import Minimise
+from palpate.estimate.relaxation import relaxed_share
 from palpate.options import Options, block, option, rows, schema_of
 from palpate.run.options import Config, config_schema, filled
 from palpate.run.options_page import options_page

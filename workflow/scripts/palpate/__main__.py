@@ -64,14 +64,16 @@ def _direct(options: argparse.Namespace) -> None:
     found = direct.estimate(measured, [tables[one.capture.point] for one in measured])
     if options.json:
         told = {name: asdict(interval) for name, interval in found.moduli.items()}
-        print(json.dumps(told | described_law(found), indent=2))
+        print(json.dumps(told | described_law(found) | {"budget": found.budget.rows()}, indent=2))
         return
     for name, interval in found.moduli.items():
         print(f"{name.removesuffix('_pa')}: {_said(name, interval)}")
-    at, strain = 1e3 * found.quantities.depth_m, found.quantities.strain
-    print(f"equivalent told at {at:.1f} mm, strain {strain:.2f}")
+    at, largest = 1e3 * found.quantities.depth_m, found.budget.sources[0].name
+    print(f"95 % intervals; largest source of E*'s: {largest}")
+    print(f"to compare objects: equivalent E*, at {at:.1f} mm; to compute with: E and nu")
     for which, law in described_law(found)["law"].items():
-        print(f"law of the {which}: {law['value']:+.2f} +- {law['std']:.2f} (docs/theory.md, 14)")
+        text = f"{law['value']:+.2f} +- {law['std']:.2f}"
+        print(f"law of the {which}: {text} (0: neo-Hooke's, 1: Blatz and Ko's)")
 
 
 def _said(name: str, interval: Any) -> str:

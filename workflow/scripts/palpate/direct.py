@@ -64,6 +64,10 @@ def estimate(
         raise ValueError(
             f"measured: expected captures of one object and sensor, found {len(folders)}"
         )
+    places = [one.capture.folder.resolve() for one in measured]
+    if len(set(places)) < len(places):
+        twice = next(place.name for place in places if places.count(place) > 1)
+        raise ValueError(f"measured: expected each capture once, found {twice} again")
     if len(tables) != len(measured):
         raise ValueError(f"tables: expected {len(measured)}, one a capture, found {len(tables)}")
     radius = measured[0].capture.radius_m

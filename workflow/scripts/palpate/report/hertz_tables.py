@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from palpate.estimate.direct.relaxation import relaxed_share
+from palpate.estimate.relaxation import relaxed_share
 from palpate.report.tables import CAPTURE
 
 ROWS_OF_BLOCK = 3

@@ -206,7 +206,7 @@ def _of_captures(onto: NDArray, best: Solution, told: NDArray) -> list[Source]:
     scatter = count * moved.var(axis=0, ddof=1)
     parts = np.sqrt(np.maximum(scatter - told, 0.0))
     freedom = np.full(len(parts), count - 1.0)
-    return [Source("captures apart", 1.0, "1", parts, freedom)] if parts.any() else []
+    return [Source("captures apart", float(parts.max()), "1", parts, freedom)]
 
 
 def _shares(onto: NDArray, block: Blocks, kind: str) -> tuple[NDArray, NDArray]:

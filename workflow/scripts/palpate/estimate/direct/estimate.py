@@ -74,10 +74,20 @@ def estimate_direct(
 
 
 def within_tables(indentations: Sequence[DirectIndentation], options: Fit) -> Fit:
-    """Options whose Poisson's ratios all tables serve for."""
+    """Options whose Poisson's ratios all tables serve for.
+
+    Raises
+    ------
+    ValueError
+        If there are none.
+    """
     ratios = [one.table.poisson_ratios for one in indentations]
     low = max(options.poisson_ratio_bounds[0], *(each[0] for each in ratios))
     high = min(options.poisson_ratio_bounds[1], *(greatest_ratio(each) for each in ratios))
+    if not low < high:
+        expected = f"low below high within the tables' {low:g} to {high:g}"
+        found = ", ".join(f"{end:g}" for end in options.poisson_ratio_bounds)
+        raise ValueError(f"poisson_ratio_bounds: expected {expected}, found {found}")
     return replace(options, poisson_ratio_bounds=(float(low), float(high)))
 
 

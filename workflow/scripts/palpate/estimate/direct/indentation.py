@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.relaxation import elastic_force, elastic_force_derivatives
 from palpate.estimate.direct.support_motion import MOTIONS, SupportAxes
 from palpate.estimate.direct.table import DepthOfForce, MotionAtDepth, SampleTable
+from palpate.estimate.relaxation import elastic_force, elastic_force_derivatives
 
 # Unknowns that all captures share, before what relaxes: log E, nu, q, m, gain.
 SHARED = 5

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.sharp_edges import sharp_edge_distance
 from palpate.estimate.direct.support_motion import support_axes_of
 from palpate.estimate.direct.table import sample_table
 from palpate.estimate.hertz.range import FROM_MEDIAN, force_onset
@@ -19,6 +18,7 @@ from palpate.solid.smooth_surface import SmoothSurface
 from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
+from palpate.surface.sharp_edges import sharp_edge_distance
 
 # A sphere is led to the surface from so far outside [m], until it is as near as this.
 OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import SHARED
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.relaxation import relaxed_share
+from palpate.estimate.relaxation import relaxed_share
 
 # Places of unknowns in a solution's vector.
 LOG_E, NU, FORCE_LAW, MOTION_LAW = range(4)

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from palpate.estimate.direct.relaxation import relaxed_force
-from palpate.estimate.direct.relaxation_prior import amplitude_grid
 from palpate.estimate.hertz.fit import Law
 from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.record import Record
+from palpate.estimate.hertz.relaxation_prior import amplitude_grid
+from palpate.estimate.relaxation import relaxed_force
 
 ROUNDS = 12
 # The contact is moved by no more than this part of the deepest depth in one round.

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from palpate.estimate.direct.relaxation_prior import relaxation_times
 from palpate.estimate.hertz.fit import (
     CONFIDENCE,
     ContactFit,
@@ -24,6 +23,7 @@ from palpate.estimate.hertz.relaxation import (
     verdict,
     with_other_shares,
 )
+from palpate.estimate.hertz.relaxation_prior import relaxation_times
 from palpate.estimate.hertz.strain import finite_strain_factor
 
 # Contact at the surface; wherever the force says; or at the surface within its stated deviation.

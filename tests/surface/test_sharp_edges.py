@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.estimate.direct.sharp_edges import sharp_edge_distance
+from palpate.surface.sharp_edges import sharp_edge_distance
 
 
 def test_distance_from_the_edges_of_a_box():
