@@ -264,13 +264,13 @@ def indentation_table(
     ... )
     >>> measured = measure(capture)
     >>> coarse = IndentationTable(
-    ...     laws=("neo_hookean",), poisson_ratios=(0.0, 0.49), step_m=0.004, edge_m=0.01, growth=2.0
+    ...     poisson_ratios=(0.0, 0.49), step_m=0.004, edge_m=0.01, growth=2.0
     ... )
     >>> table = indentation_table(
     ...     measured, solid_of(measured, kept="config/meshes/foam_block.vtu"), coarse
     ... )
     >>> table.laws, f"{1e3 * table.depth_m[-1]:.0f} mm"
-    (('neo_hookean',), '9 mm')
+    (('neo_hookean', 'blatz_ko'), '9 mm')
     """
     declared = measured.capture.declared
     return point_table(
