@@ -105,7 +105,7 @@ def test_what_does_not_fit_is_said(root, monkeypatch):
 
 def test_captures_of_a_point_share_its_table(monkeypatch, tmp_path):
     """It takes minutes, and a solid made anew is another one each time."""
-    from palpate import __main__ as command
+    from palpate.commands import direct as command
 
     made = []
     monkeypatch.setattr("palpate.measurement.solid_of", lambda one, kept: made.append("solid") or 1)
