@@ -74,11 +74,12 @@ def test_the_page_names_them_all(root):
 def test_the_command_ends_in_one_line(root, tmp_path, capsys):
     from palpate.__main__ import main
 
-    (tmp_path / "curve.csv").write_text("depth_m,force\n0,1\n")
+    (tmp_path / "curve.csv").write_text("depth_m,way_m\n0,1\n1,2\n2,3\n")
     assert main(["hertz", str(tmp_path / "curve.csv"), "--radius-mm", "6"]) == 1
     line = capsys.readouterr().err
     assert line == (
-        f"error: {tmp_path}/curve.csv: columns: expected force_n, found depth_m, force\n"
+        f"error: {tmp_path}/curve.csv: columns: expected one column of force, found depth_m, way_m"
+        " (say --force-column NAME, or its number)\n"
     )
     assert main(["direct", str(tmp_path / "raw/cow/kinect/01")]) == 1
     assert "object.yaml: file: expected YAML, found nothing" in capsys.readouterr().err

@@ -176,6 +176,7 @@ def fit_free_contact(
     baseline: bool = False,
     residual: str = "force",
     depth_std_m: float | None = None,
+    weights: NDArray | None = None,
 ) -> ContactFit:
     """Fit E* and the depth of first contact by least squares.
 
@@ -194,6 +195,8 @@ def fit_free_contact(
     depth_std_m : float, optional
         Standard deviation of an error that all depths share [m]: contact is then expected at depth
         0 with this deviation, and weighs as much as that says beside the residuals.
+    weights : (n,) array, optional
+        Of the squared residuals, beside each other; all alike by default.
 
     Raises
     ------
@@ -213,10 +216,11 @@ def fit_free_contact(
         return np.exp(x[0]) * modulus * law(depth_m - x[1] * length) / force_scale + level
 
     wanted, exponent = force_n / force_scale, RESIDUALS[residual]
-    best = _least(force, wanted, exponent, baseline, depth_m)
+    roots = 1.0 if weights is None else np.sqrt(weights / np.mean(weights))
+    best = _least(force, wanted, exponent, baseline, depth_m, roots)
     if depth_std_m is not None:
         weight = deviation(best.fun[:-1], len(best.x)) * length / max(depth_std_m, TINY * length)
-        best = _least(force, wanted, exponent, baseline, depth_m, weight=weight)
+        best = _least(force, wanted, exponent, baseline, depth_m, roots, weight=weight)
     return _contact_fit(best, force(best.x) * force_scale - force_n, modulus, length, force_scale)
 
 
@@ -226,14 +230,18 @@ def _least(
     power: float,
     baseline: bool,
     depth_m: NDArray,
+    roots: NDArray | float,
     *,
     weight: float = 0.0,
 ) -> OptimizeResult:
-    """Least squares of powers of the force and of the weighted contact, from several places."""
+    """Least squares of powers of the force and of the weighted contact, from several places.
+
+    ``roots`` are those of the samples' weights.
+    """
     wanted = _power(measured, power)
     fits = [
         least_squares(
-            lambda x: np.r_[_power(force(x), power) - wanted, weight * x[1]],
+            lambda x: np.r_[roots * (_power(force(x), power) - wanted), weight * x[1]],
             np.r_[0.0, place, [0.0] * baseline],
             x_scale="jac",
             xtol=1e-14,

@@ -2,7 +2,7 @@
 
 Sources
 -------
-Eq. 5.1 of the study (Hertz). I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47: sphere of any depth.
+Eq. 5.1 of the study (Hertz). I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47: deep sphere, cone.
 E. K. Dimitriadis et al., Biophys. J. 82 (2002) 2798: layer on a rigid base. P. D. Garcia and
 R. Garcia, Biophys. J. 114 (2018) 2923: consistent series of the same at nu 0.5.
 """
@@ -46,6 +46,14 @@ def sneddon_force(depth_m: NDArray, radius_m: float) -> NDArray:
         if np.all(np.abs(step) <= CONVERGED * t):
             break
     return radius_m**2 * ((np.tanh(t) ** 2 + 1) * t - np.tanh(t))
+
+
+def cone_force(depth_m: NDArray, half_angle_rad: float) -> NDArray:
+    """Sneddon's cone at E* = 1, F = 2/pi tan(alpha) d^2, zero before contact, (n,) [N/Pa].
+
+    ``half_angle_rad`` is that between the axis and the side.
+    """
+    return 2 / np.pi * np.tan(half_angle_rad) * np.maximum(depth_m, 0) ** 2
 
 
 def layer_factor(chi: NDArray, nu: float, support: str) -> NDArray:

@@ -1,0 +1,196 @@
+"""Curves as instruments write them."""
+
+import io
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from instruments import E_STAR_PA, MANNERS, PLAIN, RADIUS_M, press
+from palpate.__main__ import main
+from palpate.capture.curves.curve import read_curve
+
+
+def told(path, capsys, *options):
+    """What the command prints for a program."""
+    status = main(["hertz", str(path), "--radius-mm", f"{1e3 * RADIUS_M:g}", "--json", *options])
+    printed = capsys.readouterr()
+    assert status == 0, printed.err
+    return json.loads(printed.out)
+
+
+def test_there_are_forty():
+    assert len(MANNERS) >= 40
+
+
+@pytest.mark.parametrize("manner", list(MANNERS))
+def test_it_is_read_right(manner, tmp_path, capsys):
+    path = tmp_path / "curve.txt"
+    path.write_bytes(MANNERS[manner].content())
+    found = told(path, capsys, "--indenter", "parabola", *MANNERS[manner].options)
+    assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.01)
+    assert found["depth_sign"] * found["contact_m"] * MANNERS[manner].signs[0] > 0
+    assert abs(found["contact_m"]) == pytest.approx(4e-4, rel=0.02) or MANNERS[manner].signs[0] < 0
+    low, high = found["reduced_modulus_interval_pa"]
+    assert low < found["reduced_modulus_pa"] < high
+
+
+def test_what_was_found_is_said_in_a_line(tmp_path):
+    path = tmp_path / "curve.txt"
+    path.write_bytes(MANNERS["retract, everything at once"].content())
+    assert read_curve(path).read == (
+        "utf-16, ; as delimiter, decimal commas, 12 lines of preamble, depth in mm (Weg), force in"
+        " mN (Kraft), depth sign turned, force sign turned, 681 samples: 281 of loading, 120 of"
+        " hold, 280 of retract; the loading is fitted"
+    )
+
+
+def written(tmp_path, manner=PLAIN, name="curve.txt"):
+    path = tmp_path / name
+    path.write_bytes(manner.content())
+    return path
+
+
+def refused(path, capsys, *options):
+    assert main(["hertz", str(path), "--radius-mm", "5", *options]) == 1
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    assert not any(word in printed.err for word in ("pandas", "token", "C error", "Traceback"))
+    return printed.err
+
+
+REFUSED = {
+    "depth and load\nno numbers here\n": "expected a text table of 3 or more rows",
+    "": "expected a text table of 3 or more rows .*found nothing",
+    "a,b\n1,2\n2,3\n3,4\n4,5\n5,6\n": "one column of depth, found a, b .*--depth-column NAME",
+    "1,2\n2,3\n3,4\n4,5\n5,6\n": "names of the columns, found 2 columns without names",
+    "depth,force_n\n1,2\n2,3\n3,4\n4,5\n5,6\n": "depth: expected a unit of depth.*--depth-unit mm",
+    "depth_mm,x_mm\n1,2\n2,3\n3,4\n4,5\n5,6\n": "one column of force, found depth_mm, x_mm",
+    "depth_a_mm,depth_b_mm,f_n\n1,2,3\n2,3,4\n3,4,5\n": "found depth_a_mm, depth_b_mm",
+    "depth_mm,force_n\n1,2\n2,3\n3,4\n": "expected at least 5 rows",
+    "depth_mm,force_n\n" + "1,2\n" * 9: "depth: expected a column that changes",
+    "depth_mm,torque_Nm\n1,2\n2,3\n3,4\n4,5\n5,6\n": "expected one column of force",
+}
+
+
+@pytest.mark.parametrize("text", list(REFUSED))
+def test_what_is_no_curve_is_refused_with_the_remedy(text, tmp_path, capsys):
+    path = tmp_path / "curve.csv"
+    path.write_text(text)
+    pattern = REFUSED[text]
+    line = refused(path, capsys)
+    assert re.search(pattern, line), line
+    assert line.startswith(f"error: {path}: ")
+
+
+def test_what_is_no_text_is_refused(tmp_path, capsys):
+    path = tmp_path / "curve.xlsx"
+    path.write_bytes(bytes(range(256)) * 10)
+    assert "expected text, found other bytes (export the curve" in refused(path, capsys)
+    assert "found a folder" in refused(tmp_path, capsys)
+    assert "found nothing" in refused(tmp_path / "none.csv", capsys)
+    path = written(tmp_path)
+    assert "--depth-unit: expected one of m, cm, mm" in refused(path, capsys, "--depth-unit", "kN")
+    line = refused(path, capsys, "--depth-column", "way")
+    assert "--depth-column: expected one of Displacement (mm), Load (N), found way" in line
+    line = refused(path, capsys, "--range-mm", "5", "6")
+    assert "--range-mm: expected a part of the depth's column, 0 to 1.4 mm, found 5 to 6" in line
+
+
+def test_noise_is_no_press(tmp_path, capsys):
+    rng = np.random.default_rng(3)
+    rows = "\n".join(f"{k / 50},{x:.6f}" for k, x in enumerate(1e-3 * rng.normal(size=200)))
+    path = tmp_path / "curve.csv"
+    path.write_text("depth_mm,force_n\n" + rows + "\n")
+    assert "force: expected a rise of three times its noise, found" in refused(path, capsys)
+
+
+def test_standard_input_is_a_curve(monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(PLAIN.content())))
+    assert told("-", capsys, "--indenter", "parabola")["reduced_modulus_pa"] == pytest.approx(
+        E_STAR_PA, rel=0.02
+    )
+
+
+def test_a_column_of_weights_counts(tmp_path, capsys):
+    depth, force = press()
+    # Beyond a depth the force is another thing's, and its weight is none.
+    force[depth > 1e-3] *= 2
+    weights = np.where(depth > 1e-3, 0.0, 1.0)
+    rows = [f"{1e3 * d:.6f},{f:.6f},{w:g}" for d, f, w in zip(depth, force, weights, strict=True)]
+    path = tmp_path / "curve.csv"
+    path.write_text("depth_mm,force_n,w\n" + "\n".join(rows) + "\n")
+    law = ("--indenter", "parabola")
+    assert told(path, capsys, *law)["reduced_modulus_pa"] > 1.2 * E_STAR_PA
+    for used in (("--weights", "w"), ("--range-mm", "0", "1")):
+        found = told(path, capsys, *law, *used)
+        assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.02)
+
+
+def test_several_curves_are_a_table(tmp_path, capsys):
+    paths = [str(written(tmp_path, name=f"{k}.csv")) for k in range(2)]
+    table, figure = tmp_path / "all.csv", tmp_path / "all.png"
+    spoilt = tmp_path / "spoilt.csv"
+    spoilt.write_text("no curve\n")
+    given = [
+        *paths,
+        str(spoilt),
+        "--radius-mm",
+        "5",
+        "--table",
+        str(table),
+        "--figure",
+        str(figure),
+    ]
+    assert main(["hertz", *given]) == 1
+    printed = capsys.readouterr()
+    assert printed.err.startswith(f"error: {spoilt}: file: expected a text table")
+    rows = pd.read_csv(table)
+    assert list(rows["curve"]) == paths
+    assert (rows["reduced_modulus_low_pa"] < rows["reduced_modulus_pa"]).all()
+    assert figure.stat().st_size > 10_000
+    assert main(["hertz", *paths, "--radius-mm", "5", "--figure", "fit.xyz"]) == 1
+    assert "--figure: expected a file that ends with one of .png" in capsys.readouterr().err
+
+
+def test_what_was_chosen_and_what_it_hangs_on_is_said(tmp_path, capsys):
+    path = written(tmp_path)
+    assert main(["hertz", str(path), "--radius-mm", "5"]) == 0
+    text = capsys.readouterr().out
+    assert "sneddon, since the press is 0.201 radii deep (above 0.1)" in text
+    assert "baseline fitted, since 80 samples lie before the contact" in text
+    assert re.search(r"contact at 0\.3\d+ \+- [\d.]+ mm, 1 mm deep; fair fit, res", text)
+    assert re.search(r"hangs on this: by parabola E\* would be [\d.]+ kPa \(-\d", text)
+
+
+def test_radii_of_bodies_go_together(tmp_path, capsys):
+    path = written(tmp_path)
+    flat = told(path, capsys, "--indenter", "parabola")["reduced_modulus_pa"]
+    curved = told(path, capsys, "--object-radius-mm", "5")
+    assert curved["effective_radius_m"] == pytest.approx(0.0025)
+    assert curved["reduced_modulus_pa"] == pytest.approx(np.sqrt(2) * flat)
+    given = ["hertz", str(path), "--effective-radius-mm", "2.5", "--json"]
+    assert main(given) == 0
+    same = json.loads(capsys.readouterr().out)
+    assert same["reduced_modulus_pa"] == pytest.approx(curved["reduced_modulus_pa"])
+    assert main([*given, "--radius-mm", "5"]) == 1
+    assert "expected no other radius, found one" in capsys.readouterr().err
+    assert main(["hertz", str(path)]) == 1
+    assert "--radius-mm: expected the sphere's radius, found none" in capsys.readouterr().err
+
+
+REFERENCE = Path(__file__).resolve().parents[3] / "shared/real/hertz_afm/reference.csv"
+
+
+@pytest.mark.skipif(not REFERENCE.is_file(), reason="the real curves are not here")
+def test_real_curves_as_another_program_fits_them(capsys):
+    """E by nanite 4.2.3: paraboloid, whole approach, contact and baseline free."""
+    for row in pd.read_csv(REFERENCE).itertuples():
+        path, radius = REFERENCE.parent / row.file, f"{1e3 * row.radius_m:g}"
+        given = ["hertz", str(path), "--radius-mm", radius, "--nu", f"{row.poisson_ratio:g}"]
+        assert main([*given, "--indenter", "parabola", "--baseline", "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert found["youngs_modulus_pa"] == pytest.approx(row.youngs_modulus_pa, rel=5e-4)

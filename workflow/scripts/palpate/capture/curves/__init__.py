@@ -1,0 +1,1 @@
+"""Curves of force against depth, as instruments write them."""

@@ -1,0 +1,177 @@
+"""One curve of force against depth, of a file as an instrument wrote it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.capture.curves.columns import (
+    DEPTH,
+    FORCE,
+    Asked,
+    asked_column,
+    column_of,
+    numbers_of,
+)
+from palpate.capture.curves.export import read_export
+from palpate.capture.curves.phases import Phases, phases_of, signs_of
+from palpate.capture.words import one_line
+
+FEWEST_SAMPLES = 5
+# More rows without a number are another table than was thought.
+MOST_LEFT_OUT = 0.5
+# A record whose deepest sample is among this part of its first ones runs backwards.
+BEGINS = 0.05
+NAMES = ("depth", "force")
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A record of depth and force.
+
+    Attributes
+    ----------
+    path : str
+        Of the file.
+    depth_m, force_n : (n,) arrays
+        Depth from any zero [m], growing into the object, and force [N], growing in the press; in
+        the order of the record.
+    weights : (n,) array or None
+        Of each sample.
+    phases : Phases
+    depth_sign : int
+        Of ``depth_m`` against the file's column.
+    read : str
+        How the file was read, in words.
+    """
+
+    path: str
+    depth_m: NDArray
+    force_n: NDArray
+    weights: NDArray | None
+    phases: Phases
+    depth_sign: int
+    read: str
+
+    def loading(self) -> tuple[NDArray, NDArray]:
+        """Depth [m] and force [N] of approach and loading, (n,) each."""
+        return self.depth_m[self.phases.loading], self.force_n[self.phases.loading]
+
+    def __repr__(self) -> str:
+        return f"Curve({self.path}: {self.read})"
+
+
+def read_curve(
+    path: str | Path,
+    *,
+    depth_column: str | None = None,
+    force_column: str | None = None,
+    depth_unit: str | None = None,
+    force_unit: str | None = None,
+    weights_column: str | None = None,
+    range_m: tuple[float, float] | None = None,
+) -> Curve:
+    r"""Read a curve.
+
+    Parameters
+    ----------
+    path : path
+        Text table with columns of depth and force; ``-`` is standard input.
+    depth_column, force_column : str, optional
+        Name or number (from 1), where the header does not tell it.
+    depth_unit, force_unit : str, optional
+        Like mm, mN; the header's by default.
+    weights_column : str, optional
+        Column of the samples' weights.
+    range_m : (float, float), optional
+        Least and greatest value of the depth's column that are used [m], as the file counts.
+
+    Raises
+    ------
+    ValueError
+        Naming file, column and remedy, if it is no curve.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> rows = [f"{-0.1 * k:.1f};{0.02 * max(k - 9, 0) ** 1.5:.3f}" for k in range(30)]
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "curve.txt")
+    ...     _ = path.write_text("\n".join(["Travel (mm);Load (N)", *rows]).replace(".", ","))
+    ...     curve = read_curve(path)
+    >>> print(curve.read.partition(", depth")[0])
+    ; as delimiter, decimal commas
+    >>> depth_m, force_n = curve.loading()
+    >>> print(f"{1e3 * depth_m[-1]:.1f} mm, {force_n[-1]:.2f} N")
+    2.9 mm, 1.79 N
+    """
+    export = read_export(path)
+    position, of_depth = column_of(export, DEPTH, Asked(depth_column, depth_unit))
+    load, of_force = column_of(export, FORCE, Asked(force_column, force_unit))
+    extra = [asked_column(export, weights_column, "--weights")] if weights_column else []
+    columns, left_out = numbers_of([position, load, *extra])
+    _check_samples(export.path, columns, left_out)
+    signs = signs_of(*columns[:2])
+    used = _within(export.path, columns[0], range_m)
+    depth_m, force_n, *extra = (column[used] for column in columns)
+    depth_m, force_n = signs[0] * depth_m, signs[1] * force_n
+    turned = bool(np.argmax(depth_m) < BEGINS * len(depth_m) and depth_m[0] > depth_m[-1])
+    if turned:
+        depth_m, force_n, *extra = (column[::-1] for column in (depth_m, force_n, *extra))
+    phases = phases_of(depth_m, force_n)
+    if phases.loading.stop < FEWEST_SAMPLES:
+        expected = f"expected {FEWEST_SAMPLES} samples or more up to the deepest"
+        found = f"{phases.loading.stop} of {len(depth_m)} (are depth and force the right columns?)"
+        raise ValueError(one_line(f"{export.path}: rows: {expected}, found {found}"))
+    told = [*export.read, of_depth, of_force]
+    told += [f"{name} sign turned" for name, sign in zip(NAMES, signs, strict=True) if sign < 0]
+    told += [f"{left_out} rows without a number left out"] if left_out else []
+    told += [f"{used.sum()} of {len(used)} samples in range"] if not used.all() else []
+    told += ["rows turned, since it begins at its deepest (a retract?)"] if turned else []
+    told += [_phases_told(phases, len(depth_m))]
+    weights = extra[0] if extra else None
+    return Curve(export.path, depth_m, force_n, weights, phases, signs[0], ", ".join(told))
+
+
+def _check_samples(path: str, columns: list[NDArray], left_out: int) -> None:
+    count = len(columns[0])
+    if count < FEWEST_SAMPLES or left_out > MOST_LEFT_OUT * (count + left_out):
+        found = f"{count} and {left_out} rows without"
+        expected = f"expected at least {FEWEST_SAMPLES} rows with depth and force, and few without"
+        raise ValueError(one_line(f"{path}: rows: {expected}, found {found}"))
+    for name, values in zip(NAMES, columns, strict=False):
+        if not np.ptp(values) > 0:
+            expected = f"expected a column that changes (--{name}-column names another)"
+            raise ValueError(
+                one_line(f"{path}: {name}: {expected}, found {values[0]:g} throughout")
+            )
+    for weights in columns[2:]:
+        if not weights.min() >= 0:
+            line = f"{path}: weights: expected none below 0, found {weights.min():g}"
+            raise ValueError(one_line(line))
+
+
+def _within(path: str, position: NDArray, range_m: tuple[float, float] | None) -> NDArray:
+    """Which samples lie in a range."""
+    if range_m is None:
+        return np.ones(len(position), bool)
+    used = (position >= min(range_m)) & (position <= max(range_m))
+    if used.sum() < FEWEST_SAMPLES:
+        ends = f"{1e3 * position.min():g} to {1e3 * position.max():g} mm"
+        expected = f"expected a part of the depth's column, {ends}"
+        found = f"{1e3 * range_m[0]:g} to {1e3 * range_m[1]:g}"
+        raise ValueError(one_line(f"{path}: --range-mm: {expected}, found {found}"))
+    return used
+
+
+def _phases_told(phases: Phases, count: int) -> str:
+    loading = phases.loading.stop
+    held, back = (part.stop - part.start for part in (phases.hold, phases.retract))
+    if not held and not back:
+        return f"{count} samples"
+    parts = [f"{loading} of loading"]
+    parts += [f"{held} of hold"] if held else []
+    parts += [f"{back} of retract"] if back else []
+    return f"{count} samples: {', '.join(parts)}; the loading is fitted"

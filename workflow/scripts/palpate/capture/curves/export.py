@@ -1,0 +1,238 @@
+"""Tables of numbers in text files as instruments write them: any delimiter, preamble, encoding."""
+
+import codecs
+import csv
+import re
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.capture.curves.units import are_units, with_unit
+from palpate.capture.words import one_line
+
+STANDARD_INPUT = "-"
+LARGEST_BYTES = 2**28
+MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
+DELIMITERS = {"\t": "tabs", ";": ";", ",": ",", "|": "|", " ": "blanks"}
+COMMENTS = "#%!*/'\""
+# Lines that tell the delimiter and where the numbers begin.
+LOOKED_AT = 2000
+FEWEST_ROWS = 3
+NUMBER = {
+    ".": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|[+-]?nan", re.IGNORECASE),
+    ",": re.compile(r"[+-]?(\d+,?\d*|,\d+)([eEdD][+-]?\d+)?|[+-]?nan", re.IGNORECASE),
+}
+# Of rows with blanks between.
+CELLS = re.compile(r'"[^"]*"|\S+')
+LONGEST_SHOWN = 60
+
+
+@dataclass(frozen=True)
+class Export:
+    """Columns of numbers of a text file.
+
+    Attributes
+    ----------
+    path : str
+        For messages.
+    names : tuple of str
+        Of the columns, as the header has them, units with them; empty where there is no header.
+    values : (n, k) array
+        NaN where a cell has no number.
+    read : tuple of str
+        How the file was read, where that is no plain CSV.
+    """
+
+    path: str
+    names: tuple[str, ...]
+    values: NDArray
+    read: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How cells are told apart, and how many a row has."""
+
+    delimiter: str
+    decimal: str
+    cells: int
+
+    def split(self, line: str) -> list[str]:
+        """Cells of a line."""
+        if self.delimiter == " ":
+            return [cell.strip('"') for cell in CELLS.findall(line)]
+        cells = next(csv.reader([line], delimiter=self.delimiter), [])
+        cells = [cell.strip() for cell in cells]
+        return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+
+    def numbers(self, cells: Iterable[str]) -> list[float]:
+        """Numbers of cells, NaN for others."""
+        return [self._number(cell) for cell in cells]
+
+    def is_number(self, cell: str) -> bool:
+        """Whether a cell is a number."""
+        return NUMBER[self.decimal].fullmatch(cell) is not None
+
+    def _number(self, cell: str) -> float:
+        if not self.is_number(cell):
+            return np.nan
+        return float(cell.replace(",", ".").lower().replace("d", "e"))
+
+
+def read_export(path: str | Path) -> Export:
+    """Read the table of numbers that a text file holds.
+
+    Lines before it are its preamble, of which the last may name the columns and their units; so may
+    the lines of a comment. Tables that other lines part, like the segments of one curve, are read
+    as one.
+
+    Parameters
+    ----------
+    path : path
+        ``-`` is standard input.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file, or no table of at least two columns of numbers in it.
+    """
+    shown = "standard input" if str(path) == STANDARD_INPUT else str(path)
+    text, encoding = _decoded(_content(path, shown), shown)
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    found = _layout(lines[:LOOKED_AT])
+    if found is None:
+        first = next((line.strip() for line in lines if line.strip()), "nothing")
+        expected = (
+            f"expected a text table of {FEWEST_ROWS} or more rows with two or more numbers"
+            " (export it as text or CSV)"
+        )
+        raise ValueError(one_line(f"{shown}: file: {expected}, found {first[:LONGEST_SHOWN]}"))
+    layout, begins = found
+    rows, others = [], 0
+    for line in lines[begins:]:
+        values = _row(layout, line)
+        if values is not None:
+            rows.append(values)
+        elif line.strip():
+            others += 1
+    before = lines[:begins]
+    names, named = _names(layout, before)
+    told = _told(layout, encoding, before, named, others)
+    return Export(shown, names, np.array(rows), told)
+
+
+def _content(path: str | Path, shown: str) -> bytes:
+    if str(path) == STANDARD_INPUT:
+        content = sys.stdin.buffer.read(LARGEST_BYTES + 1)
+    elif not Path(path).is_file():
+        found = "a folder" if Path(path).is_dir() else "nothing"
+        raise ValueError(one_line(f"{shown}: file: expected a table of a curve, found {found}"))
+    else:
+        with Path(path).open("rb") as stream:
+            content = stream.read(LARGEST_BYTES + 1)
+    if len(content) > LARGEST_BYTES:
+        expected = f"expected at most {LARGEST_BYTES >> 20} MB, found more"
+        raise ValueError(one_line(f"{shown}: file: {expected}"))
+    return content
+
+
+def _decoded(content: bytes, shown: str) -> tuple[str, str]:
+    """Text of a file and its encoding: by its mark, UTF-8, or Western Europe's of Windows."""
+    marked = [name for mark, name in MARKS.items() if content.startswith(mark)]
+    zeros = content[:200].count(0)
+    if not marked and zeros > len(content[:200]) / 4:
+        marked = ["utf-16-le" if content[1:2] == b"\0" else "utf-16-be"]
+    for encoding in marked or ["utf-8", "cp1252"]:
+        try:
+            text = content.decode(encoding).replace("\N{MINUS SIGN}", "-")
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text, encoding
+    expected = "expected text, found other bytes (export the curve as text or CSV)"
+    raise ValueError(one_line(f"{shown}: file: {expected}"))
+
+
+def _layout(lines: Sequence[str]) -> tuple[Layout, int] | None:
+    """Delimiter and decimal sign that make the most rows of numbers, and the first such row."""
+    best, found = (0, 0.0), None
+    for delimiter in DELIMITERS:
+        for decimal in NUMBER:
+            counts = [_cells(Layout(delimiter, decimal, 0), line) for line in lines]
+            for wanted in {count for count in counts if count is not None}:
+                rows = [k for k, count in enumerate(counts) if count == wanted]
+                score = len(rows), wanted[1] / wanted[0]
+                if len(rows) >= FEWEST_ROWS and score > best:
+                    best, found = score, (Layout(delimiter, decimal, wanted[0]), rows[0])
+    return found
+
+
+def _cells(layout: Layout, line: str) -> tuple[int, int] | None:
+    """How many cells a line has, and how many are numbers; None where fewer than two are."""
+    cells = layout.split(line)
+    numbers = sum(layout.is_number(cell) for cell in cells)
+    return (len(cells), numbers) if numbers >= 2 else None
+
+
+def _row(layout: Layout, line: str) -> list[float] | None:
+    """Numbers of a line of the table; None for other lines."""
+    cells = layout.split(line)
+    if not cells or len(cells) > layout.cells:
+        return None
+    values = layout.numbers(cells)
+    if np.isfinite(values).sum() < min(2, layout.cells - 1):
+        return None
+    return values + [np.nan] * (layout.cells - len(values))
+
+
+def _names(layout: Layout, before: Sequence[str]) -> tuple[tuple[str, ...], int]:
+    """Names of the columns, units with them, and of how many lines before the table they are."""
+    rows: list[list[str]] = []
+    for line in reversed([line for line in before if line.strip()]):
+        cells = _header_cells(layout, line)
+        if cells is None:
+            break
+        rows.insert(0, cells)
+        if not are_units(cells):
+            break
+    if not rows:
+        return (), 0
+    units = rows[1] if len(rows) > 1 else [""] * layout.cells
+    return tuple(map(with_unit, rows[0], units)), len(rows)
+
+
+def _header_cells(layout: Layout, line: str) -> list[str] | None:
+    """Cells of a header, by the table's delimiter or another; None where none makes as many."""
+    plain = line.strip().lstrip(COMMENTS).strip()
+    # Where blanks are the delimiter, a unit in brackets follows its name after one.
+    ways = [layout.split, *(Layout(sign, ".", 0).split for sign in DELIMITERS)]
+    ways.append(lambda text: re.split(r"\s+(?![\[(])", text))
+    for split in ways:
+        for text in (line, plain):
+            cells = [cell.strip().lstrip(COMMENTS).strip() for cell in split(text)]
+            if len(cells) == layout.cells and not np.isfinite(layout.numbers(cells)).any():
+                return cells
+    return None
+
+
+def _told(
+    layout: Layout, encoding: str, before: Sequence[str], named: int, others: int
+) -> tuple[str, ...]:
+    """How the file was read, where that is no plain CSV."""
+    told = []
+    if encoding not in ("utf-8", "utf-8-sig"):
+        told.append(encoding)
+    if layout.delimiter != ",":
+        told.append(f"{DELIMITERS[layout.delimiter]} as delimiter")
+    if layout.decimal == ",":
+        told.append("decimal commas")
+    preamble = sum(bool(line.strip()) for line in before) - named
+    if preamble:
+        told.append(f"{preamble} lines of preamble")
+    if others:
+        told.append(f"{others} lines between or after the rows left out")
+    return tuple(told)

@@ -1,0 +1,53 @@
+"""Units of lengths and forces as headers write them."""
+
+import re
+from collections.abc import Sequence
+
+# In metres; letters of either case, since no instrument counts in megametres.
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "micron": 1e-6, "microns": 1e-6,
+           "nm": 1e-9, "pm": 1e-12, "in": 0.0254, "inch": 0.0254}  # fmt: skip
+# In newtons.
+FORCES = {"kn": 1e3, "n": 1.0, "cn": 1e-2, "mn": 1e-3, "un": 1e-6, "nn": 1e-9, "pn": 1e-12,
+          "kgf": 9.80665, "gf": 9.80665e-3, "kg": 9.80665, "g": 9.80665e-3,
+          "lbf": 4.4482216152605}  # fmt: skip
+# Of other columns, in a row of units.
+OTHERS = {"", "-", "s", "ms", "sec", "min", "v", "mv", "%", "1", "n/m", "hz", "mm/s", "mm/min",
+          "pa", "kpa", "mpa", "deg", "\N{DEGREE SIGN}c"}  # fmt: skip
+MICRO = str.maketrans({"\N{MICRO SIGN}": "u", "\N{GREEK SMALL LETTER MU}": "u"})
+# As people write them, where that is not in small letters.
+UNITS = {"um": "\N{MICRO SIGN}m", "kn": "kN", "n": "N", "cn": "cN", "mn": "mN",
+         "un": "\N{MICRO SIGN}N", "nn": "nN", "pn": "pN"}  # fmt: skip
+# Torque: the only unit that another case makes a length of.
+TORQUE = "Nm"
+# Behind a name: in brackets, after a slash, a comma, "in" or a blank, or as the last part of it.
+BEHIND = re.compile(r"^(?P<name>.*?)\s*(?:[\[({<]\s*(?P<a>[^\[\](){}<>]*?)\s*[\])}>]"
+                    r"|(?:/|,|\bin\b|\s|_)\s*(?P<b>[^\s\[\]()_/,]+))\s*$")  # fmt: skip
+
+
+def plain(unit: str) -> str:
+    """A unit in small letters, without brackets."""
+    return unit.strip("[](){}<> \t").translate(MICRO).lower()
+
+
+def are_units(cells: Sequence[str]) -> bool:
+    """Whether cells are a row of units, one of a length or a force among them."""
+    found = [plain(cell) for cell in cells]
+    measured = [unit in LENGTHS or unit in FORCES for unit in found]
+    return any(measured) and all(
+        known or unit in OTHERS for known, unit in zip(measured, found, strict=True)
+    )
+
+
+def with_unit(name: str, unit: str) -> str:
+    """Name of a column with its unit from a row of units."""
+    return f"{name} [{unit.strip('[](){} ')}]" if unit else name
+
+
+def name_and_unit(header: str) -> tuple[str, str]:
+    """Name of a column and its unit; the unit is empty where none is known."""
+    found = BEHIND.match(header)
+    if found:
+        unit = found["a"] if found["a"] is not None else found["b"]
+        if unit != TORQUE and (plain(unit) in LENGTHS or plain(unit) in FORCES):
+            return found["name"], plain(unit)
+    return header, ""

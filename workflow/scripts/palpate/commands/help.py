@@ -1,0 +1,46 @@
+"""What all verbs of the command share: their help, and where figures may go."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+FIGURES = (".png", ".svg", ".pdf")
+
+
+def add_verb(
+    commands: Any, name: str, short: str, work: Any, *, about: str, example: str
+) -> argparse.ArgumentParser:
+    """Add a verb to a parser's commands.
+
+    Parameters
+    ----------
+    commands
+        Of `argparse`'s ``add_subparsers``.
+    name, short : str
+        The verb, and its line in the table of contents.
+    work : callable
+        Takes the options, gives the exit status or None.
+    about, example : str
+        What its help begins and ends with.
+    """
+    verb = commands.add_parser(
+        name,
+        help=short,
+        description=about,
+        epilog=f"example:\n  {example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    verb.set_defaults(work=work)
+    return verb
+
+
+def check_figure(path: Path | None) -> None:
+    """Refuse a figure of another kind than is drawn, before the work begins.
+
+    Raises
+    ------
+    ValueError
+    """
+    if path is not None and path.suffix.lower() not in FIGURES:
+        kinds = ", ".join(FIGURES)
+        raise ValueError(f"--figure: expected a file that ends with one of {kinds}, found {path}")

@@ -1,0 +1,249 @@
+"""E* of a bare curve: what was chosen for it, what it hangs on, and what speaks against it."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.estimate.hertz.curve_doubts import (
+    doubts_of,
+    hangs_on,
+    quality_of,
+    require_press,
+)
+from palpate.estimate.hertz.curve_setup import (
+    CONE,
+    Setup,
+    check_ratio,
+    chosen_baseline,
+    chosen_indenter,
+)
+from palpate.estimate.hertz.fit import RESIDUALS, ContactFit, fit_free_contact
+from palpate.estimate.hertz.laws import INDENTERS
+from palpate.units import readable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# How much of the approach is drawn, as part of the press.
+SHOWN = 1.0
+ARRAYS = ("depth_m", "force_n", "fitted_n")
+
+
+@dataclass(frozen=True, repr=False)
+class HertzFit:
+    """Reduced modulus of a curve, and all that it rests on.
+
+    Attributes
+    ----------
+    reduced_modulus_pa : float
+        E* = E / (1 - nu^2) [Pa].
+    reduced_modulus_interval_pa : (float, float)
+        Of 95 %, of the residuals' scatter alone [Pa].
+    contact_m, contact_std_m : float
+        Depth at which contact begins, and its standard deviation [m].
+    baseline_n : float
+        Constant force before contact; 0 where it was not fitted [N].
+    rms_n : float
+        Of the residuals [N].
+    effective_samples : float
+        Number of independent residuals that their serial correlation leaves.
+    indenter, support : str
+        Law that was fitted.
+    baseline : bool
+        Whether the constant force was fitted.
+    setup : Setup
+        What was asked for.
+    chosen : dict of str to str
+        What was chosen by the curve, and why.
+    others : dict of str to float
+        E* by what else could be chosen [Pa].
+    doubts : tuple of str
+        What speaks against trusting it, a line each.
+    depth_m, force_n, fitted_n : (n,) arrays
+        Samples that were fitted, and the law at them [m, N, N].
+    """
+
+    reduced_modulus_pa: float
+    reduced_modulus_interval_pa: tuple[float, float]
+    contact_m: float
+    contact_std_m: float
+    baseline_n: float
+    rms_n: float
+    effective_samples: float
+    indenter: str
+    support: str
+    baseline: bool
+    setup: Setup
+    chosen: Mapping[str, str]
+    others: Mapping[str, float]
+    doubts: tuple[str, ...]
+    depth_m: NDArray
+    force_n: NDArray
+    fitted_n: NDArray
+
+    def __repr__(self) -> str:
+        doubts = f"; doubtful: {'; '.join(self.doubts)}" if self.doubts else ""
+        law = f"{self.indenter}, {self.support}"
+        return f"HertzFit(E* {self.modulus_text}; {law}; {self.quality}{doubts})"
+
+    @property
+    def modulus_text(self) -> str:
+        """E* with its interval, in the unit that it is read best in."""
+        return modulus_text(self.reduced_modulus_pa, self.reduced_modulus_interval_pa)
+
+    @property
+    def residual_n(self) -> NDArray:
+        """Force less the law, (n,) [N]."""
+        return self.force_n - self.fitted_n
+
+    @property
+    def press_m(self) -> float:
+        """Depth of the press, from the contact [m]."""
+        return float(self.depth_m.max()) - self.contact_m
+
+    @property
+    def hangs_on(self) -> tuple[str, ...]:
+        """Other choices that would move E* out of its interval, a line each."""
+        return tuple(hangs_on(self))
+
+    @property
+    def quality(self) -> str:
+        """How well the law follows the samples, in words."""
+        return quality_of(self.rms_n, self.fitted_n)
+
+    def youngs_modulus_pa(self, poisson_ratio: float) -> float:
+        """Young's modulus for a known Poisson's ratio [Pa].
+
+        Raises
+        ------
+        ValueError
+            If the ratio is not from 0 to 0.5.
+        """
+        check_ratio(poisson_ratio)
+        return self.reduced_modulus_pa * (1 - poisson_ratio**2)
+
+    def youngs_modulus_interval_pa(self, poisson_ratio: float) -> tuple[float, float]:
+        """Interval of 95 % of Young's modulus for a known Poisson's ratio [Pa]."""
+        check_ratio(poisson_ratio)
+        low, high = (end * (1 - poisson_ratio**2) for end in self.reduced_modulus_interval_pa)
+        return low, high
+
+    def told(self) -> dict:
+        """All of it but the samples, as JSON has it."""
+        kept = {one.name: getattr(self, one.name) for one in fields(self)}
+        nu = self.setup.poisson_ratio
+        return {name: value for name, value in kept.items() if name not in ARRAYS} | {
+            "youngs_modulus_pa": self.youngs_modulus_pa(nu),
+            "youngs_modulus_interval_pa": self.youngs_modulus_interval_pa(nu),
+            "quality": self.quality,
+            "hangs_on": self.hangs_on,
+            "press_m": self.press_m,
+            "samples": len(self.depth_m),
+            "samples_in_contact": int((self.depth_m > self.contact_m).sum()),
+            "effective_radius_m": self.setup.effective_radius_m,
+            "setup": asdict(self.setup),
+        }
+
+    def plot(self, axes: "Axes") -> None:
+        """Draw samples and law, force over indentation, into axes of Matplotlib."""
+        way, length = readable(self.press_m, "m")
+        load, force = readable(float(np.ptp(self.fitted_n)), "N")
+        order = np.argsort(self.depth_m)
+        depth = way * (self.depth_m - self.contact_m)
+        axes.plot(depth, load * self.force_n, ".", ms=3, color="#9A9A9A", label="measured")
+        law = f"{self.indenter}, {self.support}".replace("_", "-")
+        law = f"{law}\nE* {self.modulus_text}"
+        axes.plot(depth[order], load * self.fitted_n[order], color="#D55E00", label=law)
+        axes.axvline(0, lw=0.6, color="#1A1A1A")
+        # A long approach would leave no room for the press.
+        axes.set_xlim(max(depth.min(), -SHOWN * depth.max()), 1.05 * depth.max())
+        axes.set(xlabel=f"indentation ({length})", ylabel=f"force ({force})")
+        axes.legend()
+
+
+def modulus_text(value_pa: float, interval_pa: tuple[float, float]) -> str:
+    """A modulus with its interval, in the unit that it is read best in."""
+    scale, unit = readable(value_pa, "Pa")
+    low, high = (scale * end for end in interval_pa)
+    return f"{scale * value_pa:.4g} {unit} (95 %: {low:.4g} to {high:.4g})"
+
+
+def fit_curve(
+    depth_m: NDArray, force_n: NDArray, setup: Setup, weights: NDArray | None = None
+) -> HertzFit:
+    """Fit E* and the depth of first contact to approach and loading.
+
+    Parameters
+    ----------
+    depth_m, force_n : (n,) arrays
+    setup : Setup
+    weights : (n,) array, optional
+        Of the squared residuals.
+
+    Raises
+    ------
+    ValueError
+        If the force does not rise above its noise, or a layer is thinner than its series holds for.
+    """
+    require_press(depth_m, force_n)
+
+    def fitted(indenter: str, baseline: bool, residual: str = setup.residual) -> ContactFit:
+        law, options = setup.law(indenter), {"baseline": baseline, "residual": residual}
+        return fit_free_contact(depth_m, force_n, law, weights=weights, **options)
+
+    chosen: dict[str, str] = {}
+    indenter, baseline = setup.indenter or "parabola", setup.baseline
+    if baseline is None:
+        with_it = fitted(indenter, True)
+        baseline, chosen["baseline"] = chosen_baseline(depth_m, force_n, with_it)
+    found = fitted(indenter, baseline)
+    if setup.indenter is None:
+        press = float(depth_m.max()) - found.contact_depth_m
+        indenter, chosen["indenter"] = chosen_indenter(press, setup)
+        found = fitted(indenter, baseline)
+    setup.check_layer(float(depth_m.max()) - found.contact_depth_m)
+    law = setup.law(indenter)(depth_m - found.contact_depth_m)
+    result = HertzFit(
+        reduced_modulus_pa=found.reduced_modulus_pa,
+        reduced_modulus_interval_pa=found.reduced_modulus_interval_pa,
+        contact_m=found.contact_depth_m,
+        contact_std_m=found.contact_depth_std_m,
+        baseline_n=found.baseline_n,
+        rms_n=found.rms_n,
+        effective_samples=found.effective_samples,
+        indenter=indenter,
+        support=setup.support,
+        baseline=baseline,
+        setup=setup,
+        chosen=chosen,
+        others={},
+        doubts=(),
+        depth_m=depth_m,
+        force_n=force_n,
+        fitted_n=found.reduced_modulus_pa * law + found.baseline_n,
+    )
+    result = replace(result, others=_others(result, fitted))
+    return replace(result, doubts=tuple(doubts_of(result)))
+
+
+def _others(found: HertzFit, fitted) -> dict[str, float]:
+    """E* with the other indenter, baseline and residual, each alone."""
+    used = {
+        "indenter": found.indenter,
+        "baseline": found.baseline,
+        "residual": found.setup.residual,
+    }
+    changes = {
+        "without a baseline" if found.baseline else "with a free baseline": {
+            "baseline": not found.baseline
+        }
+    }
+    if found.indenter != CONE and found.setup.object_radius_m is None:
+        other = next(name for name in INDENTERS if name != found.indenter)
+        changes[f"by {other}"] = {"indenter": other}
+    other = next(name for name in RESIDUALS if name != found.setup.residual)
+    changes[f"with {other} compared"] = {"residual": other}
+    return {name: fitted(**(used | change)).reduced_modulus_pa for name, change in changes.items()}

@@ -1,0 +1,172 @@
+"""What a bare curve is fitted with, and what is chosen for whoever does not say."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.estimate.hertz.fit import RESIDUALS, ContactFit, Law
+from palpate.estimate.hertz.laws import INDENTERS, LARGEST_CHI, cone_force, contact_law
+from palpate.estimate.hertz.models import SHALLOW
+
+CONE = "cone"
+# An approach tells the baseline if it is so long beside the press, has so many samples, and its
+# force rises by no more than this part of the whole.
+LEAST_APPROACH, FEWEST_APPROACH, FLAT = 0.1, 5, 0.02
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What a curve is fitted with; None is chosen by the curve.
+
+    Attributes
+    ----------
+    radius_m : float or None
+        Of the sphere; a cone has none.
+    indenter : {"parabola", "sneddon", "cone"} or None
+    half_angle_rad : float or None
+        Between a cone's axis and its side.
+    object_radius_m : float or None
+        Of a curved object at the contact, negative where it is hollow; flat by default.
+    thickness_m : float or None
+        Of a layer on a rigid base.
+    poisson_ratio : float
+        That a layer's correction and E assume.
+    baseline : bool or None
+        Whether a constant force is fitted too.
+    residual : {"force", "force_two_thirds"}
+        What of the force is compared.
+
+    Raises
+    ------
+    ValueError
+        If one of them is out of its range, or two don't go together.
+    """
+
+    radius_m: float | None = None
+    indenter: str | None = None
+    half_angle_rad: float | None = None
+    object_radius_m: float | None = None
+    thickness_m: float | None = None
+    poisson_ratio: float = 0.33
+    baseline: bool | None = None
+    residual: str = "force"
+
+    def __post_init__(self) -> None:
+        """Refuse what does not go together."""
+        check_ratio(self.poisson_ratio)
+        _one_of("indenter", self.indenter, (None, *INDENTERS, CONE))
+        _one_of("residual", self.residual, RESIDUALS)
+        if self.thickness_m is not None and not self.thickness_m > 0:
+            raise ValueError(f"thickness_m: expected above 0, found {self.thickness_m}")
+        if self.indenter == CONE:
+            self._check_cone()
+            return
+        if self.half_angle_rad is not None:
+            raise ValueError("half_angle_rad: expected none but of a cone, found one of a sphere")
+        if self.radius_m is None or not self.radius_m > 0:
+            raise ValueError(f"radius_m: expected above 0, found {self.radius_m}")
+        radius = self.object_radius_m
+        if radius is not None and not (radius > 0 or radius < -self.radius_m):
+            expected = "expected above 0, or below minus the sphere's where the object is hollow"
+            raise ValueError(f"object_radius_m: {expected}, found {radius}")
+        if radius is not None and self.indenter == "sneddon":
+            expected = "expected parabola where object_radius_m is given"
+            raise ValueError(f"indenter: {expected}, found sneddon")
+
+    @property
+    def effective_radius_m(self) -> float | None:
+        """1/R = 1/R_sphere + 1/R_object (K. L. Johnson, Contact Mechanics, 4.2) [m]."""
+        if self.radius_m is None or self.object_radius_m is None:
+            return self.radius_m
+        return 1 / (1 / self.radius_m + 1 / self.object_radius_m)
+
+    @property
+    def support(self) -> str:
+        """What the object stands on, as a law has it."""
+        return "half_space" if self.thickness_m is None else "bonded"
+
+    def law(self, indenter: str) -> Law:
+        """Force over depth at E* = 1."""
+        if indenter == CONE:
+            return lambda depth_m: cone_force(depth_m, self.half_angle_rad)
+        return contact_law(
+            indenter,
+            self.support,
+            radius_m=self.effective_radius_m,
+            thickness_m=np.inf if self.thickness_m is None else self.thickness_m,
+            nu=self.poisson_ratio,
+        )
+
+    def check_layer(self, press_m: float) -> None:
+        """Refuse a layer that is thinner than its series holds for.
+
+        Raises
+        ------
+        ValueError
+        """
+        if self.thickness_m is None:
+            return
+        chi = np.sqrt(self.effective_radius_m * max(press_m, 0.0)) / self.thickness_m
+        if chi > LARGEST_CHI:
+            raise ValueError(
+                "thickness_m: expected a layer that sqrt(radius depth) is at most"
+                f" {LARGEST_CHI:g} of, found {chi:.2g}"
+            )
+
+    def _check_cone(self) -> None:
+        if self.half_angle_rad is None or not 0 < self.half_angle_rad < np.pi / 2:
+            found = self.half_angle_rad
+            raise ValueError(f"half_angle_rad: expected above 0 and below pi/2, found {found}")
+        for name in ("radius_m", "object_radius_m", "thickness_m"):
+            if getattr(self, name) is not None:
+                raise ValueError(f"{name}: expected none of a cone, found {getattr(self, name)}")
+
+
+def check_ratio(poisson_ratio: float) -> None:
+    """Refuse what is no Poisson's ratio from 0 to 0.5.
+
+    Raises
+    ------
+    ValueError
+    """
+    if not 0 <= poisson_ratio <= 0.5:
+        raise ValueError(f"poisson_ratio: expected from 0 to 0.5, found {poisson_ratio}")
+
+
+def chosen_baseline(depth_m: NDArray, force_n: NDArray, with_it: ContactFit) -> tuple[bool, str]:
+    """Whether a constant force is fitted, and why: where the approach tells it.
+
+    Without an approach a free constant takes up the foot of the curve, and E* with it.
+
+    Parameters
+    ----------
+    depth_m, force_n : (n,) arrays
+    with_it : ContactFit
+        With the constant.
+    """
+    before = depth_m < with_it.contact_depth_m
+    press = float(depth_m.max()) - with_it.contact_depth_m
+    length = with_it.contact_depth_m - float(depth_m.min())
+    if before.sum() < FEWEST_APPROACH or length < LEAST_APPROACH * press:
+        return False, "none, since no approach tells it"
+    slope = np.polyfit(depth_m[before] - depth_m.min(), force_n[before], 1)[0]
+    # A short one that rises is the foot of a press.
+    if length < press and abs(slope) * length > FLAT * np.ptp(force_n):
+        return False, "none, since the approach is short and rises"
+    return True, f"fitted, since {int(before.sum())} samples lie before the contact"
+
+
+def chosen_indenter(press_m: float, setup: Setup) -> tuple[str, str]:
+    """Law of the sphere, and why: by depth over radius."""
+    part = press_m / setup.effective_radius_m
+    if setup.object_radius_m is not None:
+        return "parabola", "parabola, as Hertz has it of two curved bodies"
+    name, than = ("sneddon", "above") if part > SHALLOW else ("parabola", "up to")
+    return name, f"{name}, since the press is {part:.3g} radii deep ({than} {SHALLOW:g})"
+
+
+def _one_of(name: str, found: str | None, known) -> None:
+    if found not in known:
+        names = ", ".join(one for one in known if one)
+        raise ValueError(f"{name}: expected one of {names}, found {found}")
