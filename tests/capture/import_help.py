@@ -1,6 +1,7 @@
 """What tests of the import share: recordings of each kind, imports and their refusals."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -90,6 +91,18 @@ def assert_same(folder, film):
     for row, color, depth in zip(frames.itertuples(), film.color, film.depth, strict=True):
         assert np.array_equal(read_image(folder / row.color, "rgb8"), color)
         assert np.array_equal(read_image(folder / row.depth, "millimetre"), depth)
+
+
+def without_partners(film):
+    """A film of which one colour and the next depth image are lost: a pair is 30 ms apart."""
+    colors, depths = ([k for k in range(len(film.color)) if k != lost] for lost in (4, 5))
+    return replace(
+        film,
+        color=[film.color[k] for k in colors],
+        depth=[film.depth[k] for k in depths],
+        color_ns=film.color_ns[colors],
+        depth_ns=film.depth_ns[depths],
+    )
 
 
 def bag_of(path, film, change=None, *, ros1=True, **options):

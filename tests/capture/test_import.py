@@ -34,6 +34,7 @@ from import_help import (
     ros1_lz4,
     sqlite3,
     tum,
+    without_partners,
     wrench_file,
 )
 from palpate.capture.__main__ import main
@@ -142,8 +143,50 @@ def test_images_without_a_partner_are_told(tmp_path, capsys):
     assert bring(sqlite3(tmp_path, less), target) == 0
     told = capsys.readouterr().out
     assert "2 of 12 images have no depth image within half a frame (16.7 ms), left out" in told
+    # The partners of these are lost: no window brings them back.
+    assert "--pairing-ms" not in told
     kept = replace(less, color=[film.color[k] for k in some], color_ns=film.color_ns[some])
     assert_same(target, kept)
+
+
+@pytest.mark.parametrize("kind", [sqlite3, tum], ids=lambda kind: kind.__name__)
+def test_a_wider_window_takes_pairs_that_are_far_apart(kind, tmp_path, capsys):
+    film = without_partners(stand_in(frames=12))
+    recording, options = kind(tmp_path, film), options_for(kind, tmp_path, film)
+    assert bring(recording, tmp_path / "raw/block/camera/08", *options) == 0
+    said = capsys.readouterr().out
+    for other in ("depth", "color"):
+        assert f"1 of 11 images have no {other} image within half a frame (16.7 ms)" in said
+    assert said.count(" s; of 1 the nearest is 30.0 ms away (--pairing-ms)\n") == 2
+    assert len(read_frames(tmp_path / "raw/block/camera/08")) == 10
+    target = tmp_path / "raw/block/camera/09"
+    assert bring(recording, target, *options, "--pairing-ms", "30") == 0
+    said = capsys.readouterr().out
+    assert "stamps apart by at most 30.0 ms" in said and "--pairing-ms" not in said
+    assert_same(target, film)
+
+
+def test_a_narrower_window(tmp_path, capsys):
+    film = stand_in(frames=12)
+    late = film.depth_ns + np.arange(12) * 100_000
+    bag = ros1(tmp_path, replace(film, depth_ns=late))
+    assert bring(bag, tmp_path / "raw/block/camera/08", "--pairing-ms", "3.75") == 0
+    line = "7 of 12 images have no depth image within 3.75 ms, left out, the first at"
+    assert line in (said := capsys.readouterr().out)
+    assert "; of 7 the nearest is 3.9 to 4.5 ms away (--pairing-ms)" in said
+    assert len(read_frames(tmp_path / "raw/block/camera/08")) == 5
+
+
+def test_the_lens_of_a_folder(tmp_path):
+    film, options = stand_in(), ["--intrinsics", "60.5", "61.25", "31", "23.5"]
+    lens = ["0.2624", "-0.9531", "-5e-05", "0.0026", "1.1633"]
+    options += ["--distortion", *lens]
+    target = tmp_path / "raw/block/camera/08"
+    assert bring(tum(tmp_path, film), target, *options) == 0
+    spec = yaml.safe_load((tmp_path / "sensors/camera.yaml").read_text())
+    for kind in ("color", "depth"):
+        assert spec[kind]["distortion"] == [0.2624, -0.9531, -5e-05, 0.0026, 1.1633]
+        assert spec[kind]["fx_px"] == 60.5
 
 
 def test_frames_before_the_first_force_are_told(tmp_path, capsys):

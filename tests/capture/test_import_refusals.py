@@ -1,5 +1,6 @@
 """What makes no capture is refused in one line, and nothing is left behind."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from bag_writing import (
 )
 from import_help import assert_like, attributes, bag_of, refused, with_message, without
 from palpate.capture.__main__ import main
+from palpate.capture.importing.pixels import RAW_FORMS
 
 
 def turned_round(message, _):
@@ -230,6 +232,115 @@ def test_lists_that_say_nonsense(text, line, film, tmp_path, capsys):
     (tmp_path / "secret.png").write_bytes(b"x")
     (folder / "rgb.txt").write_text(f"# stamps\n{text}\n")
     assert_like(line, refused(capsys, tmp_path, folder))
+
+
+@pytest.mark.parametrize("name", ["rgb.txt", "depth.txt"])
+@pytest.mark.parametrize(
+    ("order", "line"),
+    [
+        ([1, 0, 2, 3, 4, 5], "3: expected increasing stamps, found {1} then {0} (sort the list)"),
+        ([5, 4, 3, 2, 1, 0], "3: expected increasing stamps, found {5} then {4} (sort the list)"),
+        ([0, 1, 1, 2], "4: expected increasing stamps, found {1} then {1} (leave one of them out)"),
+    ],
+)
+def test_lists_whose_stamps_do_not_increase(name, order, line, film, tmp_path, capsys):
+    folder = write_tum(tmp_path / "film", film)
+    head, *rows = (folder / name).read_text().splitlines()
+    (folder / name).write_text("\n".join([head, *(rows[k] for k in order)]))
+    stamps = [row.split()[0] for row in rows]
+    found = refused(capsys, tmp_path, folder, "--intrinsics", "60", "60", "32", "24")
+    assert found == f"{folder / name}: line {line.format(*stamps)}"
+
+
+def bag_with(path, film, messages, topics):
+    """A bag of the wrench and one scan in each of some topics."""
+    header = messages.header(film.color_ns[0], "laser")
+    numbers = ("angle_min", "angle_max", "angle_increment", "time_increment", "scan_time")
+    fields = dict.fromkeys((*numbers, "range_min", "range_max"), 0.0)
+    empty = {"ranges": np.zeros(0, np.float32), "intensities": np.zeros(0, np.float32)}
+    scan = messages.make("sensor_msgs/msg/LaserScan", header=header, **fields, **empty)
+    found = [item for item in camera_messages(film, messages) if item[0] == WRENCH]
+    found += [(topic, found[-1][1], scan) for topic in topics]
+    return write_ros1(path / "press.bag", found, messages)
+
+
+NO_COLOR = (
+    "color: expected one topic of Image of rgb8, bgr8, rgba8, bgra8, mono8, 8UC1 or bayer_rggb8,"
+    " or CompressedImage of PNG or JPEG, found none"
+)
+NO_DEPTH = (
+    "depth: expected one topic of Image of 16UC1, mono16 or 32FC1, or CompressedImage of PNG,"
+    " found none"
+)
+SCAN = "of sensor_msgs/msg/LaserScan"
+
+
+@pytest.mark.parametrize(("count", "rest"), [(1, ""), (8, " and 1 other"), (9, " and 2 others")])
+def test_a_bag_without_images_says_what_it_holds(count, rest, film, tmp_path, capsys):
+    bag = bag_with(tmp_path, film, Messages(ros1=True), [f"/scan{k}" for k in range(count)])
+    line = refused(capsys, tmp_path, bag)
+    held = [f"{WRENCH} of geometry_msgs/msg/WrenchStamped"]
+    held += [f"/scan{k} {SCAN}" for k in range(min(count, 7))]
+    assert line == f"{bag}: {NO_COLOR} (it holds {', '.join(held)}{rest})"
+
+
+def test_a_bag_that_holds_nothing(film, tmp_path, capsys):
+    bag = write_ros1(tmp_path / "film.bag", [], Messages(ros1=True))
+    assert refused(capsys, tmp_path, bag) == f"{bag}: {NO_COLOR} (it holds no messages)"
+
+
+def test_the_lines_name_what_is_taken(root, film, tmp_path, capsys):
+    line = refused(capsys, tmp_path, bag_of(tmp_path, film, without(DEPTH)))
+    assert_like(
+        f"{NO_DEPTH} .it holds {COLOR_INFO} of sensor_msgs/msg/CameraInfo, {COLOR} of", line
+    )
+    page = (root / "docs/importing.md").read_text()
+    for encoding in RAW_FORMS:
+        assert len(re.findall(rf"\b{encoding}\b", NO_COLOR + NO_DEPTH)) == 1
+        assert f"`{encoding}`" in page
+
+
+@pytest.mark.parametrize("window", ["0", "-1", "nan", "inf"])
+def test_windows_that_are_none(window, film, tmp_path, capsys):
+    line = refused(capsys, tmp_path, bag_of(tmp_path, film), "--pairing-ms", window)
+    assert line == f"--pairing-ms: expected milliseconds above 0, found {window}"
+
+
+def test_too_few_pairs_name_the_window(film, tmp_path, capsys):
+    line = refused(capsys, tmp_path, bag_of(tmp_path, film), "--pairing-ms", "1")
+    expected = "frames: expected at least 3 pairs of images within 1 ms, found 0"
+    assert line == f"{expected}; of 6 the nearest is 3.4 ms away (--pairing-ms)"
+
+
+LENS = ["--distortion", "0.1", "0", "0", "0", "0"]
+
+
+@pytest.mark.parametrize(
+    "option", [["--intrinsics", "60", "60", "32", "24"], LENS, ["--depth-factor", "1000"]]
+)
+def test_options_of_folders_with_a_bag(option, film, tmp_path, capsys):
+    bag = bag_of(tmp_path, film)
+    line = refused(capsys, tmp_path, bag, *option)
+    assert line == f"{option[0]}: expected a folder with rgb.txt and depth.txt, found {bag}"
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (LENS, "--distortion: expected --intrinsics beside it, found none"),
+        (
+            ["--intrinsics", "60", "60", "32", "24", "--distortion", "0.1", "nan", "0", "0", "inf"],
+            "--distortion: expected finite numbers, found 0.1 nan 0 0 inf",
+        ),
+        (
+            ["--intrinsics", "60", "60", "32", "nan"],
+            "--intrinsics: expected finite numbers, found 60 60 32 nan",
+        ),
+    ],
+)
+def test_optics_of_a_folder_that_are_none(options, line, film, tmp_path, capsys):
+    folder = write_tum(tmp_path / "film", film)
+    assert refused(capsys, tmp_path, folder, *options) == line
 
 
 def test_nothing_to_import(tmp_path, capsys):

@@ -3,7 +3,7 @@
 import argparse
 import re
 from collections.abc import Mapping
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 
 from palpate.capture.discover import (
@@ -22,7 +22,9 @@ from palpate.capture.importing.ros import (
 )
 from palpate.capture.importing.sensor_file import RANGE_M
 from palpate.capture.importing.tum import (
+    COLOR_LIST,
     DEPTH_FACTOR,
+    DEPTH_LIST,
     WRENCH_LIST,
     TumRecording,
     is_tum,
@@ -34,10 +36,14 @@ from palpate.capture.tables import FORCE, read_table
 
 SENSOR_NAME = re.compile("[a-z][a-z0-9_]*")
 OBJECT_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_]*")
+# Options for folders with rgb.txt, and what they are if not given.
+OF_FOLDERS = {"intrinsics": None, "distortion": None, "depth_factor": DEPTH_FACTOR}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Options of the import."""
+    # Coefficients of a lens are often as small as -5e-05, which argparse takes for an option.
+    parser._negative_number_matcher = re.compile(r"-\.?[0-9]")
     add = parser.add_argument
     add("recording", type=Path, help="a .bag, .mcap or .db3, a ROS 2 folder, or one with rgb.txt")
     add("target", type=Path, help="raw/<object>/<sensor>/<capture>, which must not exist yet")
@@ -51,6 +57,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     add("--force-offset", type=float, metavar="SECONDS", default=0.0,
         help="added to the force's times, where its clock is another")  # fmt: skip
+    add("--pairing-ms", type=float, metavar="MS",
+        help="how far apart a frame's images may be (half a frame if not given)")  # fmt: skip
     for name in ("color", "depth", "wrench", "color-info", "depth-info"):
         add(f"--{name}", metavar="TOPIC", help=f"topic of {name}, where it is not plain by itself")
     add("--registered", action="store_true", help="depth lies in the colour camera's frame")
@@ -62,6 +70,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--depth-factor", type=float, default=DEPTH_FACTOR, help="rgb.txt: counts in a metre")
     add("--intrinsics", type=float, nargs=4, metavar=("FX", "FY", "CX", "CY"),
         help="rgb.txt: of the colour camera [px], depth registered to it")  # fmt: skip
+    add("--distortion", type=float, nargs=5, metavar=("K1", "K2", "P1", "P2", "K3"),
+        help="rgb.txt: of the same camera, in OpenCV's order")  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> list[str]:
@@ -79,6 +89,9 @@ def run(options: argparse.Namespace) -> list[str]:
         raise ValueError(f"--force: expected none with --background, found {options.force}")
     if not isfinite(options.force_offset):
         raise ValueError(f"--force-offset: expected seconds, found {options.force_offset}")
+    if options.pairing_ms is not None and not 0 < options.pairing_ms < inf:
+        found = f"{options.pairing_ms:g}"
+        raise ValueError(f"--pairing-ms: expected milliseconds above 0, found {found}")
     recording = _recording(options, force=own_force)
     force = None
     if options.force is not None:
@@ -86,7 +99,13 @@ def run(options: argparse.Namespace) -> list[str]:
     elif own_force and isinstance(recording, TumRecording):
         beside = options.recording / FORCE
         force = _force(beside if beside.is_file() else options.recording / WRENCH_LIST, Names())
-    return import_recording(recording, target, force=force, force_offset_s=options.force_offset)
+    return import_recording(
+        recording,
+        target,
+        force=force,
+        force_offset_s=options.force_offset,
+        pairing_ms=options.pairing_ms,
+    )
 
 
 def _target(options: argparse.Namespace) -> Target:
@@ -136,8 +155,16 @@ def _recording(options: argparse.Namespace, *, force: bool) -> Recording:
             expected = "--depth-factor for rgb.txt"
             raise ValueError(f"--depth-unit: expected {expected}, found {options.depth_unit:g}")
         return TumRecording(
-            options.recording, depth_factor=options.depth_factor, intrinsics_px=options.intrinsics
+            options.recording,
+            depth_factor=options.depth_factor,
+            intrinsics_px=options.intrinsics,
+            distortion=options.distortion,
         )
+    for name, default in OF_FOLDERS.items():
+        if getattr(options, name) != default:
+            option = f"--{name.replace('_', '-')}"
+            expected = f"a folder with {COLOR_LIST} and {DEPTH_LIST}"
+            raise ValueError(f"{option}: expected {expected}, found {options.recording}")
     if options.depth_unit is not None and not SMALLEST_UNIT_M <= options.depth_unit <= 1:
         expected = "between a micrometre and a metre"
         raise ValueError(f"--depth-unit: expected {expected}, found {options.depth_unit:g} m")

@@ -15,36 +15,42 @@ class Pairs:
     color, depth : (n,) int arrays
         Their places in the streams, by the time of the colour image.
     within_ns : float
-        How far apart they may be: half a frame [ns].
+        How far apart they may be [ns].
     farthest_ns : int
         How far apart they are at most [ns].
+    missed_ns : (k,) int array
+        How far apart those are that are each other's nearest, but not within that [ns].
     """
 
     color: NDArray
     depth: NDArray
     within_ns: float
     farthest_ns: int
+    missed_ns: NDArray
 
 
-def paired(color_ns: NDArray, depth_ns: NDArray) -> Pairs:
-    """Pair images of two streams that are nearest to each other, within half a frame.
+def paired(color_ns: NDArray, depth_ns: NDArray, within_ns: float | None = None) -> Pairs:
+    """Pair images of two streams that are nearest to each other.
 
     Parameters
     ----------
     color_ns, depth_ns : (n,), (m,) int64 arrays
         Stamps [ns], in any order.
+    within_ns : float, optional
+        How far apart they may be [ns]; half a frame if not given. A frame lasts as long as the
+        median interval of the faster stream.
 
     Returns
     -------
     Pairs
-        A frame lasts as long as the median interval of the faster stream.
 
     Raises
     ------
     ValueError
         If a stream has fewer than two images, or its stamps do not move.
     """
-    within_ns = min(_interval(color_ns, "color"), _interval(depth_ns, "depth")) / 2
+    half_ns = min(_interval(color_ns, "color"), _interval(depth_ns, "depth")) / 2
+    within_ns = half_ns if within_ns is None else within_ns
     # Halfway between two, one side takes the later and the other the earlier: they still agree.
     to_depth = _nearest(color_ns, depth_ns, later=True)
     to_color = _nearest(depth_ns, color_ns, later=False)
@@ -53,7 +59,7 @@ def paired(color_ns: NDArray, depth_ns: NDArray) -> Pairs:
     color = np.flatnonzero(mutual & (apart <= within_ns))
     color = color[np.argsort(color_ns[color], kind="stable")]
     farthest = int(apart[color].max()) if len(color) else 0
-    return Pairs(color, to_depth[color], within_ns, farthest)
+    return Pairs(color, to_depth[color], within_ns, farthest, apart[mutual & (apart > within_ns)])
 
 
 def _interval(times_ns: NDArray, name: str) -> float:

@@ -1,6 +1,7 @@
 """Images of other software as arrays of the capture format."""
 
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,8 @@ from PIL import Image, UnidentifiedImageError
 
 from palpate.units import MILLIMETRES
 
+# Encoding of depth in the capture format.
+DEPTH = "millimetre"
 # What each encoding's numbers are, and as what a capture keeps them.
 RAW_FORMS = {
     "rgb8": (np.uint8, 3, "rgb8"),
@@ -20,9 +23,9 @@ RAW_FORMS = {
     "mono8": (np.uint8, 1, "mono8"),
     "8UC1": (np.uint8, 1, "mono8"),
     "bayer_rggb8": (np.uint8, 1, "bayer_rggb8"),
-    "16UC1": (np.uint16, 1, "millimetre"),
-    "mono16": (np.uint16, 1, "millimetre"),
-    "32FC1": (np.float32, 1, "millimetre"),
+    "16UC1": (np.uint16, 1, DEPTH),
+    "mono16": (np.uint16, 1, DEPTH),
+    "32FC1": (np.float32, 1, DEPTH),
 }
 TO_RGB = {
     "bgr8": cv2.COLOR_BGR2RGB,
@@ -32,6 +35,8 @@ TO_RGB = {
 # Modes of Pillow for PNG and JPEG.
 FILE_FORMS = {"L": "mono8", "RGB": "rgb8", "RGBA": "rgba8", "I;16": "16UC1", "I": "16UC1"}
 FILE_KINDS = ("PNG", "JPEG")
+# JPEG holds no 16 bits.
+DEPTH_FILE_KINDS = ("PNG",)
 # The depth codec of image_transport puts its parameters before the PNG.
 DEPTH_CODEC = "compressedDepth"
 DEPTH_CODEC_BYTES = 12
@@ -55,10 +60,18 @@ class Form:
     @property
     def is_depth(self) -> bool:
         """Whether the numbers are depths."""
-        return self.stored == "millimetre"
+        return self.stored == DEPTH
 
     def __str__(self) -> str:
         return f"{self.width_px} x {self.height_px} {self.encoding}"
+
+
+def taken(*, depth: bool) -> str:
+    """Images that are taken as colour, or as depth, in words."""
+    stored = {name: form[2] for name, form in RAW_FORMS.items()}
+    encodings = [name for name, kept in stored.items() if (kept == DEPTH) == depth]
+    files = _either(DEPTH_FILE_KINDS if depth else FILE_KINDS)
+    return f"Image of {_either(encodings)}, or CompressedImage of {files}"
 
 
 def form_of(message: Any) -> Form:
@@ -90,7 +103,9 @@ def file_form(data: bytes) -> Form:
             mode, size = picture.mode, picture.size
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, SyntaxError) as error:
         reason = type(error).__name__
-        raise ValueError(f"image: expected PNG or JPEG, found neither ({reason})") from None
+        raise ValueError(
+            f"image: expected {_either(FILE_KINDS)}, found neither ({reason})"
+        ) from None
     if mode not in FILE_FORMS:
         known = "8-bit grey or colour, or 16-bit grey"
         raise ValueError(f"image: expected {known}, found mode {mode}")
@@ -179,6 +194,10 @@ def millimetres(depth: NDArray, unit_m: float) -> tuple[NDArray, int]:
     rounded = np.rint(np.where(seen, values, 0))
     beyond = rounded > FARTHEST_MM
     return np.where(beyond, 0, rounded).astype(np.uint16), int(beyond.sum())
+
+
+def _either(names: Sequence[str]) -> str:
+    return " or ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
 def _file_bytes(message: Any) -> bytes:

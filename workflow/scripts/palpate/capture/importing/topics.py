@@ -12,13 +12,14 @@ from palpate.capture.importing.bags import (
     Bag,
     shown,
 )
-from palpate.capture.importing.pixels import Form, form_of
+from palpate.capture.importing.pixels import Form, form_of, taken
 
 # image_transport puts these behind the name of the plain image.
 CODECS = ("compressed", "compressedDepth")
 # Layout of the RealSense SDK's recorder: <stream>/image/data, <stream>/info/camera_info.
 REALSENSE_DATA = "/image/data"
 REALSENSE_INFO = "/info/camera_info"
+MOST_SHOWN = 8
 
 
 @dataclass(frozen=True)
@@ -83,8 +84,7 @@ def color_topic(
     # Depth cameras often record their infrared image, which is grey, as well.
     coloured = [name for name in color if forms[name].stored != "mono8"]
     found = color if asked else coloured or color
-    kind = "Image or CompressedImage of rgb8, bgr8 or mono8"
-    return _chosen(bag, "color", found, asked, kind, others)
+    return _chosen(bag, "color", found, asked, taken(depth=False), _no_image(bag, others))
 
 
 def depth_topic(
@@ -92,8 +92,18 @@ def depth_topic(
 ) -> str:
     """Topic of the depth images; refuses if there is none or several."""
     found = [name for name, form in forms.items() if form.is_depth]
-    kind = "Image or CompressedImage of 16UC1 or 32FC1"
-    return _chosen(bag, "depth", found, asked, kind, others)
+    return _chosen(bag, "depth", found, asked, taken(depth=True), _no_image(bag, others))
+
+
+def _no_image(bag: Bag, others: Sequence[str]) -> str:
+    """What is found where there is no such image: others, or topics of other types."""
+    if others:
+        return f"none but {others[0]}"
+    topics = list(bag.topics().values())
+    listed = ", ".join(f"{shown(one.name)} of {shown(one.type)}" for one in topics[:MOST_SHOWN])
+    more = len(topics) - MOST_SHOWN
+    rest = f" and {more} other{'s' if more > 1 else ''}" if more > 0 else ""
+    return f"none (it holds {listed or 'no messages'}{rest})"
 
 
 def _chosen(
@@ -102,15 +112,15 @@ def _chosen(
     found: list[str],
     asked: str | None,
     kind: str,
-    others: Sequence[str] = (),
+    none: str = "none",
 ) -> str:
     if asked in found or (not asked and len(found) == 1):
         return asked or found[0]
-    listed = ", ".join(map(shown, found)) or " but ".join(["none", *others[:1]])
+    listed = ", ".join(map(shown, found)) or none
     if asked:
         held = bag.topics().get(asked)
         here = f"{held.type} that can't serve" if held else "no such topic"
-        expected = f"a topic of {kind} ({listed})"
+        expected = f"a topic of {kind}: {listed}"
         raise ValueError(f"{bag.path}: --{what} {shown(asked)}: expected {expected}, found {here}")
     which = f", named by --{what}" if found else ""
     raise ValueError(f"{bag.path}: {what}: expected one topic of {kind}{which}, found {listed}")

@@ -8,6 +8,7 @@ import numpy as np
 
 from palpate.capture.importing import optics
 from palpate.capture.importing.bags import LARGEST_BYTES, shown
+from palpate.capture.importing.lens import NO_DISTORTION
 from palpate.capture.importing.pixels import MILLIMETRES, Form, file_form, file_pixels
 from palpate.capture.importing.recording import (
     NANOSECONDS,
@@ -34,14 +35,26 @@ class TumRecording:
         Counts of a depth image in a metre.
     intrinsics_px : sequence of 4 floats, optional
         fx, fy, cx, cy of the colour camera [px], in whose frame depth is; no file states them.
+    distortion : sequence of 5 floats, optional
+        k1, k2, p1, p2, k3 of the same camera; none if not given.
     """
 
     def __init__(
-        self, path: Path, *, depth_factor: float, intrinsics_px: Sequence[float] | None = None
+        self,
+        path: Path,
+        *,
+        depth_factor: float,
+        intrinsics_px: Sequence[float] | None = None,
+        distortion: Sequence[float] | None = None,
     ) -> None:
         if not (np.isfinite(depth_factor) and depth_factor > 0):
             raise ValueError(f"--depth-factor: expected a number above 0, found {depth_factor}")
+        if distortion is not None and intrinsics_px is None:
+            raise ValueError("--distortion: expected --intrinsics beside it, found none")
+        _require_finite("--intrinsics", intrinsics_px or ())
+        _require_finite("--distortion", distortion or ())
         self.path, self._factor, self._intrinsics = path, depth_factor, intrinsics_px
+        self._distortion = distortion or NO_DISTORTION
         self._files, self._times_ns = {}, {}
         for kind, name in (("color", COLOR_LIST), ("depth", DEPTH_LIST)):
             self._files[kind], self._times_ns[kind] = _listed(path / name)
@@ -64,8 +77,10 @@ class TumRecording:
         )
         cameras = None
         if self._intrinsics is not None:
-            blocks = [optics.plain_block(form, self._intrinsics) for form in self._forms.values()]
-            cameras = dict(zip(self._forms, blocks, strict=True))
+            cameras = {
+                kind: optics.plain_block(form, self._intrinsics, self._distortion)
+                for kind, form in self._forms.items()
+            }
             cameras["depth"]["color_from_depth"] = optics.rows(np.eye(4))
         notes = ()
         if self._factor > MILLIMETRES:
@@ -119,7 +134,7 @@ def read_wrenches(path: Path) -> tuple:
 
 def _listed(path: Path) -> tuple[list[Path], np.ndarray]:
     """Files and stamps [ns] of a list."""
-    files, times_ns = [], []
+    files, times_ns, before = [], [], ""
     for number, words in _lines(path):
         place = f"{path}: line {number}"
         try:
@@ -128,6 +143,11 @@ def _listed(path: Path) -> tuple[list[Path], np.ndarray]:
         except (ValueError, InvalidOperation):
             found = shown(" ".join(words))
             raise ValueError(f"{place}: expected a stamp and a file, found {found}") from None
+        if len(times_ns) > 1 and times_ns[-1] <= times_ns[-2]:
+            remedy = "sort the list" if times_ns[-1] < times_ns[-2] else "leave one of them out"
+            found = f"{shown(before)} then {shown(stamp)} ({remedy})"
+            raise ValueError(f"{place}: expected increasing stamps, found {found}")
+        before = stamp
         file = path.parent / name
         if not file.resolve().is_relative_to(path.parent.resolve()):
             raise ValueError(f"{place}: expected a file of this folder, found {shown(name)}")
@@ -156,6 +176,12 @@ def _nanoseconds(text: str) -> int:
     if not seconds.is_finite() or abs(seconds) > 2**33:
         raise ValueError(text)
     return int((seconds * NANOSECONDS).to_integral_value())
+
+
+def _require_finite(option: str, numbers: Sequence[float]) -> None:
+    if not np.isfinite(numbers).all():
+        found = " ".join(f"{number:g}" for number in numbers)
+        raise ValueError(f"{option}: expected finite numbers, found {found}")
 
 
 def _form(file: Path) -> Form:

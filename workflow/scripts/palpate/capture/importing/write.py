@@ -15,13 +15,20 @@ from palpate.capture.files import whole_folder
 from palpate.capture.images import write_image
 from palpate.capture.importing.pairing import Pairs, paired
 from palpate.capture.importing.pixels import MILLIMETRES, millimetres
-from palpate.capture.importing.recording import NANOSECONDS, Content, Picture, Recording
+from palpate.capture.importing.recording import (
+    NANOSECONDS,
+    Content,
+    Picture,
+    Recording,
+    Stream,
+)
 from palpate.capture.importing.repeats import digest, left_out, notes_on, repeating
 from palpate.capture.importing.sensor_file import RANGE_M, sensor_of, write_sensor
 from palpate.capture.pictures import check_frames
 from palpate.capture.tables import image_streams, write_force, write_frames
 
 LOWEST_FORCE_RATE_HZ = 100
+NS_PER_MS = 1_000_000
 # Table of force.csv, and notes on it.
 ForceTable = tuple[pd.DataFrame, tuple[str, ...]]
 
@@ -57,6 +64,7 @@ def import_recording(
     *,
     force: ForceTable | None = None,
     force_offset_s: float = 0.0,
+    pairing_ms: float | None = None,
 ) -> list[str]:
     """Write a recording as a capture.
 
@@ -68,6 +76,8 @@ def import_recording(
         If the recording itself holds no wrench.
     force_offset_s : float, optional
         What brings the force's clock to that of the images [s]; it is added.
+    pairing_ms : float, optional
+        How far apart a frame's colour and depth may be [ms]; half a frame if not given.
 
     Returns
     -------
@@ -85,7 +95,7 @@ def import_recording(
         table = None if target.background else table
         if table is not None and force_offset_s:
             table = table.assign(time_s=table["time_s"] + force_offset_s)
-        frames, covered = _frames(content, table)
+        frames, covered = _frames(content, table, pairing_ms)
         rate_hz = _rate_hz(content.color.times_ns[frames.color])
         sensor, new = sensor_of(
             target.sensor_file, content, rate_hz, range_m=target.range_m, trusted=target.trusted
@@ -106,13 +116,11 @@ def _surveyed(recording: Recording) -> Content:
         return recording.survey(bar.update)
 
 
-def _frames(content: Content, force: pd.DataFrame | None) -> tuple[Pairs, list[str]]:
+def _frames(
+    content: Content, force: pd.DataFrame | None, pairing_ms: float | None
+) -> tuple[Pairs, list[str]]:
     """Pairs of images that make the frames, and notes on what makes none."""
-    pairs = paired(content.color.times_ns, content.depth.times_ns)
-    notes = [
-        *_unpaired(content.color.name, content.color.times_ns, pairs.color, "depth", pairs),
-        *_unpaired(content.depth.name, content.depth.times_ns, pairs.depth, "color", pairs),
-    ]
+    pairs, notes = _pairs(content, pairing_ms)
     if force is None:
         return pairs, notes
     times_s = content.color.times_ns[pairs.color] / NANOSECONDS
@@ -131,20 +139,43 @@ def _frames(content: Content, force: pd.DataFrame | None) -> tuple[Pairs, list[s
     if rate_hz < LOWEST_FORCE_RATE_HZ:
         notes.append(f"force: {rate_hz:.3g} samples a second; below {LOWEST_FORCE_RATE_HZ} the"
                      " force of a frame is poorly known")  # fmt: skip
-    chosen = Pairs(pairs.color[kept], pairs.depth[kept], pairs.within_ns, pairs.farthest_ns)
-    return chosen, notes
+    return replace(pairs, color=pairs.color[kept], depth=pairs.depth[kept]), notes
 
 
-def _unpaired(
-    name: str, times_ns: NDArray, used: NDArray, other: str, pairs: Pairs
-) -> Iterator[str]:
-    left = np.setdiff1d(np.arange(len(times_ns)), used)
+def _pairs(content: Content, pairing_ms: float | None) -> tuple[Pairs, list[str]]:
+    """Pairs of images, and notes on those without a partner."""
+    within_ns = None if pairing_ms is None else round(pairing_ms * NS_PER_MS)
+    pairs = paired(content.color.times_ns, content.depth.times_ns, within_ns)
+    within = f"within half a frame ({pairs.within_ns / NS_PER_MS:.1f} ms)"
+    within = within if pairing_ms is None else f"within {pairing_ms:g} ms"
+    missed = _missed(pairs)
+    if len(pairs.color) < FEWEST_FRAMES:
+        expected = f"at least {FEWEST_FRAMES} pairs of images {within}"
+        raise ValueError(f"frames: expected {expected}, found {len(pairs.color)}{missed}")
+    notes = [
+        *_unpaired(content.color, pairs.color, f"depth image {within}"),
+        *_unpaired(content.depth, pairs.depth, f"color image {within}"),
+    ]
+    return pairs, [line + missed for line in notes]
+
+
+def _unpaired(stream: Stream, used: NDArray, partner: str) -> Iterator[str]:
+    left = np.setdiff1d(np.arange(len(stream.times_ns)), used)
     if len(left):
-        first_s = times_ns[left[0]] / NANOSECONDS
-        within = f"within half a frame ({pairs.within_ns / 1e6:.1f} ms)"
-        count = f"{len(left)} of {len(times_ns)} images"
-        line = f"{name}: {count} have no {other} image {within}, left out"
-        yield f"{line}, the first at {first_s:.3f} s"
+        first_s = stream.times_ns[left[0]] / NANOSECONDS
+        count = f"{len(left)} of {len(stream.times_ns)} images"
+        yield f"{stream.name}: {count} have no {partner}, left out, the first at {first_s:.3f} s"
+
+
+def _missed(pairs: Pairs) -> str:
+    """Say how far apart the pairs are that only a wider window would take."""
+    if not len(pairs.missed_ns):
+        return ""
+    # Rounded up: the number that is told is one that takes them.
+    tenths = np.ceil(10 * np.sort(pairs.missed_ns) / NS_PER_MS) / 10
+    low, high = (f"{tenths[k]:.1f}" for k in (0, -1))
+    apart = high if low == high else f"{low} to {high}"
+    return f"; of {len(tenths)} the nearest is {apart} ms away (--pairing-ms)"
 
 
 def _write(
@@ -245,5 +276,5 @@ def _headline(target: Target, content: Content, frames: Pairs, force: pd.DataFra
     times_s = content.color.times_ns[frames.color] / NANOSECONDS
     line = f"{target.folder}: {len(times_s)} frames over {times_s[-1] - times_s[0]:.2f} s"
     line += f" ({content.color.name}, {content.depth.name};"
-    line += f" stamps apart by at most {frames.farthest_ns / 1e6:.1f} ms)"
+    line += f" stamps apart by at most {frames.farthest_ns / NS_PER_MS:.1f} ms)"
     return line if force is None else f"{line}, {len(force)} force samples"
