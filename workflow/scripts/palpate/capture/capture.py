@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from palpate.capture.devices import device_folder
 from palpate.capture.discover import BACKGROUND
 from palpate.capture.schema import SCHEMAS, load_yaml, validate
 from palpate.capture.streams import Stream
@@ -89,8 +90,8 @@ class Capture:
 def open_capture(
     folder: str | Path,
     *,
-    sensors: str | Path = "config/sensors",
-    probes: str | Path = "config/probes",
+    sensors: str | Path | None = None,
+    probes: str | Path | None = None,
 ) -> Capture:
     """Open a capture's folder with the files that its object, sensor and probe have.
 
@@ -99,7 +100,8 @@ def open_capture(
     folder : path
         ``raw/<object>/<sensor>/<capture>``.
     sensors, probes : path, optional
-        Folders with a file for each.
+        Folders with a file for each; else ``config/sensors`` and ``config/probes`` of the nearest
+        folder above the capture, or above the current one, that has them.
 
     Returns
     -------
@@ -120,8 +122,12 @@ def open_capture(
     """
     folder = Path(os.path.abspath(folder))
     declared = _read(folder.parents[1] / "object.yaml", "object")
-    sensor = _read(Path(sensors) / f"{folder.parent.name}.yaml", "sensor")
-    probe = _read(Path(probes) / f"{declared['probe']}.yaml", "probe")
+    sensors, probes = (
+        device_folder(name, given and Path(given), folder)
+        for name, given in (("sensors", sensors), ("probes", probes))
+    )
+    sensor = _read(sensors / f"{folder.parent.name}.yaml", "sensor")
+    probe = _read(probes / f"{declared['probe']}.yaml", "probe")
     if folder.name.partition("-")[0] not in declared["points"]:
         names = ", ".join(sorted(declared["points"]))
         raise ValueError(f"{folder}: point: expected one of {names}, found {folder.name}")

@@ -68,7 +68,7 @@ def check_object(
     folder : path
         ``raw/<object>``.
     sensors, probes : mapping
-        Specifications by name.
+        Specifications by name; None of a file that is wrong, to which nothing is held.
     files : bool, optional
         False: of captures only what can be told without opening their tables and images.
 
@@ -103,7 +103,7 @@ def checked_object(
     listed, right = sensor_folders(folder), set()
     for place in listed:
         problems += _check_sensor(place, sensors, (spec or {}).get("points"))
-        if place.folder.name not in sensors:
+        if sensors.get(place.folder.name) is None:
             continue
         for capture in place.contents:
             if not files:
@@ -148,6 +148,8 @@ def _check_object_file(folder: Path, probes: Mapping) -> tuple[list[str], Mappin
         return [str(error)], None
     problems = validate(spec, SCHEMA, str(path))
     if problems:
+        if not any(line.startswith((f"{path}: template", f"{path}: content")) for line in problems):
+            problems += _check_template(folder, path, spec["template"])
         return problems, None
     if spec["object"] != folder.absolute().name:
         expected = folder.absolute().name

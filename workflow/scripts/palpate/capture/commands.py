@@ -2,39 +2,93 @@
 
 import argparse
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from palpate.capture.check import SCHEMA
-from palpate.capture.discover import NOT_OBJECTS, folders
+from palpate.capture.devices import PLACES, Devices, add_devices, raw_folder, read_devices
+from palpate.capture.discover import NOT_OBJECTS, folders, sensor_folders
 from palpate.capture.examine import examine_object
+from palpate.capture.findings import Findings
 from palpate.capture.importing import command
-from palpate.capture.schema import load_yaml, validate
+from palpate.capture.schema import load_yaml
 
 
 def _check(options: argparse.Namespace) -> int:
-    sensors, problems = _specifications(options.sensors, "sensor")
-    probes, more = _specifications(options.probes, "probe")
-    problems += more
-    # Captures are held to their sensor's file; with a wrong one there is nothing to hold them to.
-    if problems:
-        print("\n".join(problems))
-        return 1
-    objects = options.folders or _objects(options.raw)
+    raw = raw_folder(options.raw)
+    objects = options.folders or _objects(raw)
     if not objects:
-        print(f"{options.raw}: folder: expected objects (<object>/object.yaml), found none")
+        print(f"{raw}: folder: expected objects (<object>/object.yaml), found none")
         return 1
-    return max(_checked(folder, sensors, probes) for folder in objects)
+    status, used, others = 0, set(), {}
+    for folder in objects:
+        devices, missing = _devices(folder, options)
+        if missing:
+            print("\n".join(missing))
+            status = 1
+            continue
+        wrong = _wrong_files(devices)
+        needed = {path: wrong[path] for path in _files_of(folder, devices) if path in wrong}
+        status |= _checked(folder, devices, [line for lines in needed.values() for line in lines])
+        used, others = used | needed.keys(), others | wrong
+    for path in sorted(others.keys() - used):
+        print(f"worth a look: {_first(others[path])} (not used here, but a run refuses it)")
+    return status
 
 
-def _checked(folder: Path, sensors: dict, probes: dict) -> int:
-    """Say what an object's folder holds; 1 when anything is wrong with it."""
-    findings = examine_object(folder, sensors, probes)
+def _devices(folder: Path, options: argparse.Namespace) -> tuple[dict[str, Devices], list[str]]:
+    """Files of sensors and of probes that stand nearest to an object, and what is not there."""
+    found, missing = {}, []
+    for name in PLACES:
+        try:
+            found[name] = read_devices(name, getattr(options, name), folder)
+        except ValueError as error:
+            missing.append(str(error))
+    return found, missing
+
+
+def _checked(folder: Path, devices: Mapping[str, Devices], lines: list[str]) -> int:
+    """Say what an object's folder holds; 1 when anything is wrong with it or its devices' files."""
+    findings = Findings(tuple(lines)) + examine_object(
+        folder, devices["sensors"].specs, devices["probes"].specs
+    )
     lines = list(findings.wrong) or [f"{folder}: nothing wrong"]
+    places = {name: devices[name].folder for name in PLACES}
+    if places != PLACES:
+        lines.append(f"  sensors and probes: of {places['sensors']} and {places['probes']}")
     lines += [f"  {line}" for line in findings.found]
     lines += [f"worth a look: {line}" for line in findings.doubts]
     print("\n".join(lines))
     return 1 if findings.wrong else 0
+
+
+def _wrong_files(devices: Mapping[str, Devices]) -> dict[Path, tuple[str, ...]]:
+    """What is wrong with the files of sensors and probes, by file."""
+    return {
+        one.folder / f"{key}.yaml": lines
+        for one in devices.values()
+        for key, lines in one.problems.items()
+    }
+
+
+def _files_of(folder: Path, devices: Mapping[str, Devices]) -> list[Path]:
+    """Files of the sensors and of the probe that an object names, there or not."""
+    names = {"sensors": [place.folder.name for place in sensor_folders(folder)]}
+    names["probes"] = [_probe_of(folder)]
+    return [devices[kind].folder / f"{name}.yaml" for kind in PLACES for name in names[kind]]
+
+
+def _probe_of(folder: Path) -> Any:
+    try:
+        spec = load_yaml(folder / "object.yaml")
+    except ValueError:
+        return None
+    return spec.get("probe") if isinstance(spec, Mapping) else None
+
+
+def _first(lines: tuple[str, ...]) -> str:
+    more = len(lines) - 1
+    return lines[0] + (f", and {more} more" if more else "")
 
 
 def _objects(raw: Path) -> list[Path]:
@@ -50,35 +104,23 @@ def _import(options: argparse.Namespace) -> int:
     return 0
 
 
-def _specifications(folder: Path, kind: str) -> tuple[dict, list[str]]:
-    """Specifications of a folder by name, and what is wrong with them."""
-    found, problems = {}, []
-    for path in sorted(folder.glob("*.yaml")):
-        try:
-            found[path.stem] = load_yaml(path)
-        except ValueError as error:
-            problems.append(str(error))
-            continue
-        schema = SCHEMA.with_name(f"{kind}.schema.yaml")
-        problems += validate(found[path.stem], schema, str(path))
-    if not found and not problems:
-        problems.append(f"{folder}: folder: expected a {kind} file (*.yaml), found none")
-    return found, problems
-
-
 def add_commands(commands: Any) -> None:
-    """Add the commands ``check`` and ``import`` to a parser's."""
-    check = commands.add_parser("check", help="say all that is wrong with objects' captures")
-    check.add_argument("folders", type=Path, nargs="*", help="raw/<object>; else all in raw/")
-    check.add_argument("--raw", type=Path, default=Path("raw"))
-    add_devices(check)
-    check.set_defaults(work=_check)
-    recording = commands.add_parser("import", help="make a capture of a recording")
+    """Add the commands ``import`` and ``check`` to a parser's."""
+    recording = commands.add_parser(
+        "import",
+        help="make a capture of a recording",
+        epilog="example: palpate import press.bag raw/sponge/d435/08",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     command.add_options(recording)
     recording.set_defaults(work=_import)
-
-
-def add_devices(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say where the files of sensors and probes are."""
-    parser.add_argument("--sensors", type=Path, default=Path("config/sensors"))
-    parser.add_argument("--probes", type=Path, default=Path("config/probes"))
+    check = commands.add_parser(
+        "check",
+        help="say all that is wrong with objects' captures",
+        epilog="example: palpate check raw/sponge",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    check.add_argument("folders", type=Path, nargs="*", help="raw/<object>; else all in raw/")
+    check.add_argument("--raw", type=Path, help="folder of all objects; else raw beside config")
+    add_devices(check)
+    check.set_defaults(work=_check)

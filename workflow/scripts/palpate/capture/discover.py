@@ -11,6 +11,8 @@ NOT_OBJECTS = ("sensors", "simulations")
 # Folders of results/ that are no object's, whatever the case of their letters.
 TAKEN = ("benchmarks", "figures", "lab", "logs", "objects", "pages")
 TAKEN += ("sample", "sensors", "simulation", "tables")
+SENSOR_NAME = re.compile("[a-z][a-z0-9_]*")
+OBJECT_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_]*")
 # A point, or a point and an attempt: 08, 11-a03.
 CAPTURE_NAME = re.compile("[A-Za-z0-9]+(-a[0-9]+)?")
 CAPTURE_WORDS = (
@@ -60,6 +62,25 @@ class SensorFolder:
     def contents(self) -> tuple[Path, ...]:
         """Background, where there is one, and captures."""
         return (*[self.background] * self.has_background, *self.captures)
+
+
+def object_fault(name: str) -> str:
+    """What keeps a name from being an object's, as expected and found; empty where nothing does."""
+    if not OBJECT_NAME.fullmatch(name) or name in NOT_OBJECTS:
+        others = " and ".join(NOT_OBJECTS)
+        words = f"a name of letters, digits and _ other than {others}, like red_sponge"
+        return f"expected {words}, found {name}"
+    if name.casefold() in TAKEN:
+        return f"expected none of {', '.join(TAKEN)}, found {name}"
+    return ""
+
+
+def sensor_fault(name: str) -> str:
+    """What keeps a name from being a sensor's, as expected and found; empty where nothing does."""
+    if SENSOR_NAME.fullmatch(name) and name not in NOT_SENSORS:
+        return ""
+    words = "a name of small letters, digits and _ other than scans, like d435"
+    return f"expected {words}, found {name}"
 
 
 def sensor_folders(folder: str | Path) -> tuple[SensorFolder, ...]:

@@ -28,7 +28,7 @@ def examine_object(folder: str | Path, sensors: Mapping, probes: Mapping) -> Fin
     folder : path
         ``raw/<object>``.
     sensors, probes : mapping
-        Specifications by name.
+        Specifications by name; None of a file that is wrong, to which nothing is held.
 
     Returns
     -------
@@ -44,8 +44,8 @@ def examine_object(folder: str | Path, sensors: Mapping, probes: Mapping) -> Fin
     spec = load_yaml(folder / "object.yaml")
     result += examine_template(folder, spec)
     for place in checked.listed:
-        if place.folder.name in sensors:
-            sensor, probe = sensors[place.folder.name], probes[spec["probe"]]
+        sensor, probe = sensors.get(place.folder.name), probes[spec["probe"]]
+        if sensor is not None and probe is not None:
             result += _sensor(place, checked.right, sensor, probe)
     return result
 

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from palpate.capture.commands import add_devices
+from palpate.capture.devices import add_devices
 from palpate.units import KILOPASCALS
 
 

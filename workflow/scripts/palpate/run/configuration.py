@@ -6,6 +6,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from palpate.capture.check import check_object
+from palpate.capture.device_checks import wrong_devices
 from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
 from palpate.capture.fingerprint import stamps_below
 from palpate.capture.schema import SCHEMAS, load_yaml, validate
@@ -29,16 +30,7 @@ from palpate.run.search_checks import (
     unknown_step_trackers,
 )
 from palpate.run.selection import estimated, selected, unknown_captures
-from palpate.run.sensor_checks import (
-    ambiguous_boards,
-    bent_transforms,
-    dead_gauges,
-    dropped_experiments,
-    impossible_optics,
-    missing_calibrations,
-    unknown_probe,
-    unlike_tips,
-)
+from palpate.run.sensor_checks import dropped_experiments, missing_calibrations, unknown_probe
 from palpate.run.trackers import tracker_problems
 
 
@@ -96,7 +88,7 @@ def open_run(
     _require_none(problems, sources, told)
     seen = stamps_below(paths["raw"], only=config["only"]) if files else {}
     problems = [] if lab is None else list(check_lab(lab, sensors, paths["lab"]))
-    problems += _wrong_devices(sensors, probes, paths)
+    problems += wrong_devices(sensors, probes, paths)
     found = set(discover(Path(paths["raw"])))
     simulated = _simulated(config, found, lab, (sensors, probes), problems)
     problems += dropped_among(by_object(simulated), by_object(found), paths)
@@ -143,13 +135,6 @@ def _wrong_options(config: Mapping, source: str) -> list[str]:
     problems += impossible_table(config["direct"], source)
     problems += tracker_problems(config["tracking"], source)
     return problems + unknown_step_trackers(config, source)
-
-
-def _wrong_devices(sensors: Mapping, probes: Mapping, paths: Mapping) -> list[str]:
-    """What no sensor or probe can be."""
-    problems = ambiguous_boards(probes, paths["probes"]) + impossible_optics(sensors, paths)
-    problems += bent_transforms(probes, sensors, paths) + dead_gauges(probes, paths["probes"])
-    return problems + unlike_tips(probes, paths["probes"])
 
 
 def _chosen(name: str, config: Mapping) -> bool:

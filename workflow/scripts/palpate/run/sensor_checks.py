@@ -1,20 +1,11 @@
-"""What is wrong with sensors, probes and the recordings about them, a line for each thing."""
+"""What is wrong with the recordings about sensors, a line for each thing."""
 
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-
 from palpate.capture.discover import folders
 from palpate.capture.experiments import check_experiment
 from palpate.run.lab_captures import says_simulated
-
-# Eq. 4.12 as printed is a rotation to 1e-8; files may be rounded further.
-ROTATION_TOLERANCE = 1e-4
-# Parts of one probe, or of one sensor, are nearer to each other [m].
-LONGEST_SHIFT_M = 2.0
-# What depth images blur around a tip [m].
-TIP_MARGIN_M = 0.002
 
 
 def dropped_experiments(folder: Path, sensors: Mapping, lab: Mapping | None) -> list[str]:
@@ -53,98 +44,3 @@ def unknown_probe(name: str, probes: Mapping, source: str) -> list[str]:
         return []
     known = ", ".join(sorted(probes))
     return [f"{source}: experiments.probe: expected one of {known}, found {name}"]
-
-
-def ambiguous_boards(probes: Mapping, folder: str) -> list[str]:
-    """Boards that look the same from both ends: their corners' order could not be settled."""
-    lines = []
-    for name, probe in probes.items():
-        columns, rows = probe["marker"]["inner_corners"]
-        if (columns + rows) % 2 == 0:
-            place = f"{Path(folder) / name}.yaml: marker.inner_corners"
-            lines.append(f"{place}: expected one odd and one even, found {columns}, {rows}")
-    return lines
-
-
-def impossible_optics(sensors: Mapping, paths: Mapping) -> list[str]:
-    """Ranges that end before they begin, and optical axes that miss the image."""
-    lines = []
-    for name, sensor in sensors.items():
-        place = f"{Path(paths['sensors']) / name}.yaml"
-        near, far = sensor["range_m"]
-        if near >= far:
-            found = f"expected increasing distances, found {near:g}, {far:g}"
-            lines.append(f"{place}: range_m: {found}")
-        for part in ("color", "depth"):
-            lines += _off_axis(place, part, sensor.get(part))
-    return lines
-
-
-def _off_axis(place: str, part: str, block: Mapping | None) -> list[str]:
-    """Lines for the coordinates of a principal point that lie outside its image."""
-    sides = {"cx_px": "width_px", "cy_px": "height_px"} if block else {}
-    return [
-        f"{place}: {part}.{centre}: expected within the image, 0 to {block[side]}, found"
-        f" {block[centre]:g}"
-        for centre, side in sides.items()
-        if not 0 <= block[centre] <= block[side]
-    ]
-
-
-def dead_gauges(probes: Mapping, folder: str) -> list[str]:
-    """Calibrations that leave out a part of the wrench, whatever the gauges say."""
-    lines = []
-    for name, probe in probes.items():
-        rows = np.array(probe.get("gauge", {}).get("calibration", np.eye(6)), dtype=float)
-        rank = np.linalg.matrix_rank(rows)
-        if rank < len(rows):
-            place = f"{Path(folder) / name}.yaml: gauge.calibration"
-            lines.append(f"{place}: expected six independent rows, found {rank}")
-    return lines
-
-
-def unlike_tips(probes: Mapping, folder: str) -> list[str]:
-    """Spheres whose radius does not go with what of a cloud is the tip: the wrong unit, a diameter.
-
-    The force at a depth says nothing of it: a tenth of the radius makes E three times as large.
-    """
-    lines = []
-    for name, probe in probes.items():
-        radius_m, tip_m = probe["indenter"]["radius_m"], probe["exclusion"]["tip_radius_m"]
-        widest_m = 2 * radius_m + TIP_MARGIN_M
-        if not radius_m <= tip_m <= widest_m:
-            expected = f"indenter.radius_m {radius_m:g} to {widest_m:g}"
-            place = f"{Path(folder) / name}.yaml: exclusion.tip_radius_m"
-            lines.append(f"{place}: expected {expected}, found {tip_m:g}")
-    return lines
-
-
-def bent_transforms(probes: Mapping, sensors: Mapping, paths: Mapping) -> list[str]:
-    """Transforms that turn and shift nothing rigidly."""
-    places = [
-        (Path(paths["probes"]) / f"{name}.yaml", key, probe[key])
-        for name, probe in probes.items()
-        for key in ("marker_from_force", "force_from_tip")
-    ]
-    places += [
-        (Path(paths["sensors"]) / f"{name}.yaml", "color_from_depth", depth["color_from_depth"])
-        for name, sensor in sensors.items()
-        if (depth := sensor.get("depth"))
-    ]
-    return [
-        f"{path}: {key}: expected a rotation and a shift, found {found}"
-        for path, key, rows in places
-        if (found := _bent(np.array(rows, dtype=float)))
-    ]
-
-
-def _bent(transform: np.ndarray) -> str:
-    """What is wrong with a rigid transform; empty where nothing is."""
-    turn = transform[:3, :3]
-    if not np.abs(transform[:3, 3]).max() <= LONGEST_SHIFT_M:
-        return f"a shift of {np.abs(transform[:3, 3]).max():g} m (metres?)"
-    if not np.allclose(transform[3], [0, 0, 0, 1], atol=1e-9):
-        return "another last row than 0, 0, 0, 1"
-    if not np.allclose(turn @ turn.T, np.eye(3), atol=ROTATION_TOLERANCE):
-        return "rows that are not square to each other and of length 1"
-    return "" if np.linalg.det(turn) > 0 else "a mirrored one"

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from math import inf, isfinite
 from pathlib import Path
 
+from palpate.capture.devices import PLACES, add_devices, found_folder
 from palpate.capture.discover import (
     BACKGROUND,
     CAPTURE_NAME,
     CAPTURE_WORDS,
-    NOT_OBJECTS,
-    NOT_SENSORS,
+    object_fault,
+    sensor_fault,
 )
 from palpate.capture.importing.recording import Recording
 from palpate.capture.importing.ros import (
@@ -34,8 +35,6 @@ from palpate.capture.importing.write import Target, import_recording
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import FORCE, read_table
 
-SENSOR_NAME = re.compile("[a-z][a-z0-9_]*")
-OBJECT_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_]*")
 # Options for folders with rgb.txt, and what they are if not given.
 OF_FOLDERS = {"intrinsics": None, "distortion": None, "depth_factor": DEPTH_FACTOR}
 
@@ -48,7 +47,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("recording", type=Path, help="a .bag, .mcap or .db3, a ROS 2 folder, or one with rgb.txt")
     add("target", type=Path, help="raw/<object>/<sensor>/<capture>, which must not exist yet")
     add("--background", action="store_true", help="frames without object and probe, and no force")
-    add("--sensors", type=Path, default=Path("config/sensors"), help="folder of the sensor files")
+    add_devices(parser, "sensors")
     add(
         "--force",
         type=Path,
@@ -118,7 +117,8 @@ def _target(options: argparse.Namespace) -> Target:
         raise ValueError(f"{folder}: capture: expected --background for this name, found no option")
     if name != BACKGROUND and not CAPTURE_NAME.fullmatch(name):
         raise ValueError(f"{folder}: capture: expected {CAPTURE_WORDS}, found {name}")
-    sensor_file = options.sensors / f"{sensor}.yaml"
+    sensors = found_folder("sensors", options.sensors, folder) or PLACES["sensors"]
+    sensor_file = sensors / f"{sensor}.yaml"
     return Target(
         folder, sensor_file, options.background, tuple(options.range), options.trust_sensor_file
     )
@@ -129,13 +129,10 @@ def _require_target(target: Path, subject: str, sensor: str) -> None:
     if not subject or not sensor:
         expected = "raw/<object>/<sensor>/<capture>, like raw/red_sponge/d435/08"
         raise ValueError(f"{target}: target: expected {expected}, found {target}")
-    if not SENSOR_NAME.fullmatch(sensor) or sensor in NOT_SENSORS:
-        expected = "a name of small letters, digits and _ other than scans, like d435"
-        raise ValueError(f"{target}: sensor: expected {expected}, found {sensor}")
-    if not OBJECT_NAME.fullmatch(subject) or subject in NOT_OBJECTS:
-        others = " and ".join(NOT_OBJECTS)
-        expected = f"a name of letters, digits and _ other than {others}, like red_sponge"
-        raise ValueError(f"{target}: object: expected {expected}, found {subject}")
+    if fault := sensor_fault(sensor):
+        raise ValueError(f"{target}: sensor: {fault}")
+    if fault := object_fault(subject):
+        raise ValueError(f"{target}: object: {fault}")
 
 
 def _require_recorded(folder: Path) -> None:

@@ -3,7 +3,12 @@
 import copy
 
 import pytest
-from palpate.run.sensor_checks import bent_transforms, dead_gauges, impossible_optics, unlike_tips
+from palpate.capture.device_checks import (
+    bent_transforms,
+    dead_gauges,
+    impossible_optics,
+    unlike_tips,
+)
 
 PATHS = {"sensors": "sensors", "probes": "probes"}
 

@@ -1,0 +1,118 @@
+"""Files of sensors and probes: where they stand, what they say, what is wrong with them."""
+
+import argparse
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from palpate.capture.device_checks import wrong_devices
+from palpate.capture.schema import SCHEMAS, load_yaml, validate
+
+PLACES = {"sensors": Path("config/sensors"), "probes": Path("config/probes")}
+
+
+@dataclass(frozen=True)
+class Devices:
+    """Files of a folder of sensors, or of probes.
+
+    Attributes
+    ----------
+    specs : mapping
+        What each file says, by name; None of a wrong one.
+    problems : mapping
+        What is wrong with each wrong file, by name, as lines.
+    folder : Path
+    """
+
+    specs: Mapping[str, Mapping | None]
+    problems: Mapping[str, tuple[str, ...]]
+    folder: Path
+
+
+def add_devices(parser: argparse.ArgumentParser, *names: str) -> None:
+    """Add the options that say where the files of sensors and probes are."""
+    for name in names or PLACES:
+        text = f"folder of their files; else the nearest {PLACES[name]} above the object, or here"
+        parser.add_argument(f"--{name}", type=Path, help=text)
+
+
+def found_folder(name: str, given: Path | None, near: Path) -> Path | None:
+    """Where files of sensors or of probes stand.
+
+    Parameters
+    ----------
+    name : {"sensors", "probes"}
+    given : path, optional
+        The folder that was asked for.
+    near : path
+        An object's folder or a capture's, from which the search goes up; then from here.
+
+    Returns
+    -------
+    Path or None
+        As the current folder has it; None if there is none.
+    """
+    if given is not None:
+        return given
+    for start in map(Path, (os.path.abspath(near), os.getcwd())):
+        for folder in (start, *start.parents):
+            if os.path.isdir(folder / PLACES[name]):
+                return Path(os.path.relpath(folder / PLACES[name]))
+    return None
+
+
+def device_folder(name: str, given: Path | None, near: Path) -> Path:
+    """Like `found_folder`.
+
+    Raises
+    ------
+    ValueError
+        That says where it looked, if there is none.
+    """
+    folder = found_folder(name, given, near)
+    if folder is None:
+        looked = f"in {os.path.abspath(near)}, in {os.getcwd()} and above them"
+        expected = f"a folder of {name[:-1]} files {looked} (or --{name})"
+        raise ValueError(f"{PLACES[name]}: folder: expected {expected}, found none")
+    return folder
+
+
+def raw_folder(given: Path | None) -> Path:
+    """Folder of the objects: that asked for, else the one here, else beside ``config``."""
+    if given is not None or os.path.isdir("raw"):
+        return given or Path("raw")
+    config = found_folder("sensors", None, Path()) or PLACES["sensors"]
+    return Path(os.path.relpath(config.parents[1] / "raw"))
+
+
+def read_devices(name: str, given: Path | None, near: Path) -> Devices:
+    """Read the files of sensors or of probes, right and wrong ones; see `found_folder`.
+
+    Raises
+    ------
+    ValueError
+        If there are none.
+    """
+    folder = device_folder(name, given, near)
+    read = {path.stem: _read(path, name) for path in sorted(folder.glob("*.yaml"))}
+    if not read:
+        raise ValueError(f"{folder}: folder: expected a {name[:-1]} file (*.yaml), found none")
+    problems = {key: lines for key, (_, lines) in read.items() if lines}
+    specs = {key: None if lines else spec for key, (spec, lines) in read.items()}
+    return Devices(specs, problems, folder)
+
+
+def _read(path: Path, name: str) -> tuple[Mapping | None, tuple[str, ...]]:
+    kind = name[:-1]
+    try:
+        spec = load_yaml(path)
+    except ValueError as error:
+        return None, (str(error),)
+    lines = validate(spec, SCHEMAS / f"{kind}.schema.yaml", str(path))
+    if lines:
+        return spec, tuple(lines)
+    if spec[kind] != path.stem:
+        lines.append(f"{path}: {kind}: expected {path.stem}, found {spec[kind]}")
+    devices = {"sensors": {}, "probes": {}} | {name: {path.stem: spec}}
+    return spec, (*lines, *wrong_devices(**devices, paths=dict.fromkeys(PLACES, path.parent)))
