@@ -5,7 +5,7 @@ import sys
 
 from palpate import __version__
 from palpate.capture import commands as capture
-from palpate.commands import direct, hertz
+from palpate.commands import direct, hertz, new
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -25,6 +25,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="command")
+    new.add(commands)
     capture.add_commands(commands)
     hertz.add(commands)
     direct.add(commands)

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,8 @@ import yaml
 from palpate.capture.words import one_line
 
 SCHEMAS = Path(__file__).resolve().parents[1] / "schemas"
+# Stands for what must be filled in; no schema lets it through.
+FILL_IN = "FILL_IN"
 TYPE_NAMES = {
     "null": "null",
     "object": "a mapping",
@@ -121,10 +123,65 @@ def validate(value: Any, schema: str | Path | Mapping, source: str) -> list[str]
     list of str
         One line for each problem: file, field, expected, found.
     """
-    errors = _held_to(schema).iter_errors(value)
-    lines = [line for error in errors if _says_more(error) for line in _lines(error, source)]
+    held, blank = _held_to(schema), blank_fields(value)
+    lines = [
+        line
+        for error in held.iter_errors(value)
+        if _says_more(error) and not any(_begins(error.absolute_path, field) for field in blank)
+        for line in _lines(error, source)
+    ]
     lines += _beyond_json(value, source, "")
-    return sorted(dict.fromkeys(lines))
+    # What is left to fill in comes last, and in the file's order.
+    left = [_to_fill_in(held.schema, field, source) for field in blank]
+    return [*sorted(dict.fromkeys(lines)), *left]
+
+
+def blank_fields(value: Any) -> list[tuple[str, ...]]:
+    """List the fields of a file where something is left to fill in; a list is one field."""
+    return list(dict.fromkeys(_blank_fields(value, ())))
+
+
+def _blank_fields(value: Any, field: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    if isinstance(value, str) and value == FILL_IN:
+        yield field
+    elif isinstance(value, Mapping):
+        for key, content in value.items():
+            yield from _blank_fields(content, (*field, str(key)))
+    elif isinstance(value, list):
+        for content in value:
+            yield from _blank_fields(content, field)
+
+
+def _begins(path: Sequence, field: tuple[str, ...]) -> bool:
+    return tuple(map(str, path))[: len(field)] == field
+
+
+def _to_fill_in(schema: Mapping, field: tuple[str, ...], source: str) -> str:
+    rule = schema
+    for key in field:
+        rule = part_of(schema, rule, key)
+    expected = rule.get("description", "a value")
+    return _line(source, ".".join(field), "", expected, "nothing filled in yet")
+
+
+def part_of(schema: Mapping, rule: Mapping, key: str) -> Mapping:
+    """Give what a schema says of a field in a mapping, references followed; else nothing."""
+    others = rule.get("additionalProperties")
+    part = rule.get("properties", {}).get(key, others if isinstance(others, Mapping) else {})
+    if "$ref" not in part:
+        return part
+    return schema["$defs"][part["$ref"].rpartition("/")[2]] | part
+
+
+def missing_fields(value: Any, schema: str | Path) -> list[tuple[str, ...]]:
+    """List the fields that a schema asks for and a value lacks."""
+    return [
+        (*map(str, error.absolute_path), key)
+        for error in _held_to(schema).iter_errors(value)
+        if error.validator == "required"
+        for key in error.validator_value
+        if key not in error.instance
+    ]
 
 
 def _held_to(schema: str | Path | Mapping) -> jsonschema.protocols.Validator:

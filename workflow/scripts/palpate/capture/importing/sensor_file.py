@@ -8,7 +8,7 @@ import yaml
 from palpate.capture.files import whole_file
 from palpate.capture.importing.optics import agree
 from palpate.capture.importing.recording import Content
-from palpate.capture.schema import SCHEMAS, load_yaml, validate
+from palpate.capture.schema import SCHEMAS, blank_fields, load_yaml, validate
 
 SCHEMA = SCHEMAS / "sensor.schema.yaml"
 # Depth cameras differ; what is seen is bounded by mask and table, not by this.
@@ -29,7 +29,7 @@ def sensor_of(
     Parameters
     ----------
     path : Path
-        ``config/sensors/<sensor>.yaml``.
+        ``config/sensors/<sensor>.yaml``; fields left to fill in are taken from the recording.
     content : Content
         What the recording holds.
     rate_hz : float
@@ -43,7 +43,7 @@ def sensor_of(
     -------
     spec : dict
     new : bool
-        Whether the file is to be written.
+        Whether the file is to be written: none is there, or one with fields left to fill in.
 
     Raises
     ------
@@ -51,25 +51,38 @@ def sensor_of(
         If the file is wrong or contradicts the recording, or there is neither file nor optics.
     """
     if path.exists():
-        spec = load_yaml(path)
+        written = load_yaml(path)
+        spec = _filled_in(written, _stated(path, content, rate_hz, range_m))
         _require_valid(spec, path)
         _check_streams(spec, content, path)
         if not trusted and spec.get("optics", "stated") == "stated":
             _check_optics(spec, content.cameras or {}, path)
-        return spec, False
+        return spec, spec != written
     if content.cameras is None:
         expected = "a sensor file, or optics in the recording (camera_info, --intrinsics)"
         raise ValueError(f"{path}: file: expected {expected}, found neither")
-    spec = {
+    spec = _stated(path, content, rate_hz, range_m)
+    _require_valid(spec, path)
+    return spec, True
+
+
+def _stated(path: Path, content: Content, rate_hz: float, range_m) -> dict:
+    """What a recording says of its sensor, and what a new file has besides."""
+    return {
         "sensor": path.stem,
         "kind": "depth",
         "frame_rate_hz": float(f"{rate_hz:.4g}"),
         "range_m": [float(value) for value in range_m],
-        **content.cameras,
+        **(content.cameras or {}),
         "marker": {"reprojection_threshold_px": REPROJECTION_THRESHOLD_PX},
     }
-    _require_valid(spec, path)
-    return spec, True
+
+
+def _filled_in(written: object, stated: object) -> object:
+    """A file's content with what is left to fill in taken from the recording."""
+    if isinstance(written, Mapping) and isinstance(stated, Mapping):
+        return {k: _filled_in(v, stated[k]) if k in stated else v for k, v in written.items()}
+    return stated if blank_fields(written) else written
 
 
 def write_sensor(path: Path, spec: Mapping) -> None:

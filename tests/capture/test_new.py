@@ -1,0 +1,260 @@
+"""A new object: what is written, what is left to fill in, and the check once it is filled in."""
+
+import re
+import shutil
+
+import pytest
+import yaml
+from import_help import bring, mcap_file, tum
+from palpate import open_capture
+from palpate.__main__ import main
+from palpate.capture.schema import FILL_IN, SCHEMAS, load_yaml, validate
+
+KINDS = ("depth", "structured_light", "stereo")
+LEFT = re.compile(r"(\S+): (\S+): expected (.+), found nothing filled in yet")
+NAMES = ["--sensor", "bench_cam", "--probe", "bench_probe"]
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    """An empty folder, in which commands are given."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def files(folder):
+    return {path: path.read_text() for path in folder.rglob("*") if path.is_file()}
+
+
+def filled(blank, real):
+    """A file's content with each value to fill in taken from another's, and the rest as it is."""
+    if isinstance(blank, dict):
+        return {key: filled(value, real[key]) for key, value in blank.items()}
+    if isinstance(blank, list):
+        return [filled(*pair) for pair in zip(blank, real, strict=True)]
+    return real if blank == FILL_IN else blank
+
+
+def fill_in(path, real):
+    spec = filled(yaml.safe_load(path.read_text()), real)
+    path.write_text(yaml.safe_dump(spec))
+    return spec
+
+
+def lines_left(capsys, folder):
+    """Files and fields that a check says are left, and its other lines."""
+    capsys.readouterr()
+    assert main(["check", str(folder)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    left = [LEFT.fullmatch(line) for line in lines]
+    other = [line for line, match in zip(lines, left, strict=True) if not match]
+    return [match.groups()[:2] for match in left if match], other
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_left_is_told_and_nothing_else(lab, kind, capsys):
+    assert main(["new", "sponge", "--sensor", "eye", "--kind", kind]) == 0
+    counts = re.findall(r"(\S+): written, (\d+) fields to fill in", capsys.readouterr().out)
+    left, other = lines_left(capsys, "raw/sponge")
+    assert {(path, str(sum(place == path for place, _ in left))) for path, _ in left} == set(counts)
+    fields = [field for path, field in left if path == "config/probes/probe.yaml"]
+    assert fields == ["indenter.radius_m", "marker.inner_corners", "marker.square_m",
+        "marker_from_force", "force_from_tip", "exclusion.radius_m", "exclusion.tip_radius_m",
+        "exclusion.board_radius_m"]  # fmt: skip
+    fields = [field for path, field in left if path == "raw/sponge/object.yaml"]
+    assert fields == ["support.plane_point_m", "support.plane_normal", "points.01.position_m"]
+    assert ("config/sensors/eye.yaml", "color.fx_px") in left
+    disparities = ("config/sensors/eye.yaml", "depth.disparity_offset_px") in left
+    assert disparities == (kind == "structured_light")
+    assert ("stereo.baseline_m" in dict(map(reversed, left))) == (kind == "stereo")
+    assert other == [
+        "raw/sponge/template.ply: template: expected a closed surface, found nothing",
+        "raw/sponge/eye/background: folder: expected background frames, found nothing",
+    ]
+
+
+def test_each_field_says_what_to_put_there(lab, capsys):
+    for kind in KINDS:
+        assert main(["new", kind, "--sensor", kind, "--kind", kind]) == 0
+    assert main(["check"]) == 1
+    found = re.findall("expected (.+), found nothing filled in yet", capsys.readouterr().out)
+    assert len(found) > 50
+    assert "a value" not in found
+    text = (lab / "config/probes/probe.yaml").read_text()
+    assert "  # the ball's radius [m], half of what a calliper says" in text
+    assert "# load:\n#   # its mass [kg], weighed\n#   mass_kg: FILL_IN" in text
+    assert max(map(len, text.splitlines())) <= 100
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_filled_in_it_passes_the_schemas(lab, root, kind):
+    assert main(["new", "sponge", "--sensor", "eye", "--kind", kind]) == 0
+    real = {
+        "depth": "tests/own_object/sensors/bench_cam.yaml",
+        "structured_light": "config/sensors/kinect.yaml",
+        "stereo": "config/sensors/bumblebee.yaml",
+    }
+    path = lab / "config/sensors/eye.yaml"
+    spec = fill_in(path, load_yaml(root / real[kind]))
+    assert (spec["sensor"], spec["kind"]) == ("eye", kind)
+    assert validate(spec, SCHEMAS / "sensor.schema.yaml", "eye.yaml") == []
+
+
+def test_what_may_be_left_out_fits_when_it_is_put_in(lab, root):
+    """The fields behind a # without it, and filled in."""
+    assert main(["new", "sponge"]) == 0
+    path = lab / "config/probes/probe.yaml"
+    text = path.read_text()
+    start = text.index("# # what the probe gives way by")
+    path.write_text(text[:start] + re.sub("^# ", "", text[start:], flags=re.MULTILINE))
+    probe = load_yaml(root / "config/probes/nano25_sphere.yaml") | {"stiffness_n_m": 2e4}
+    spec = fill_in(path, probe)
+    assert {"stiffness_n_m", "load", "gauge"} <= set(spec)
+    assert validate(spec, SCHEMAS / "probe.schema.yaml", "probe.yaml") == []
+
+
+@pytest.fixture
+def cow(lab, root):
+    """The own object begun anew under its names, with its numbers filled in, and its captures."""
+    assert main(["new", "toy_cow", *NAMES]) == 0
+    own = root / "tests/own_object"
+    path = lab / "config/sensors/bench_cam.yaml"
+    path.write_text(path.read_text().replace("encoding: rgb8", "encoding: bayer_rggb8"))
+    fill_in(path, load_yaml(own / "sensors/bench_cam.yaml"))
+    fill_in(lab / "config/probes/bench_probe.yaml", load_yaml(own / "probes/bench_probe.yaml"))
+    path = lab / "raw/toy_cow/object.yaml"
+    path.write_text(path.read_text().replace('"01":', '"back":'))
+    fill_in(path, load_yaml(own / "raw/toy_cow/object.yaml"))
+    shutil.copy(own / "raw/toy_cow/template.ply", path.parent)
+    captures = lab / "raw/toy_cow/bench_cam"
+    shutil.copytree(own / "raw/toy_cow/bench_cam", captures, dirs_exist_ok=True)
+    return path.parent
+
+
+def test_an_own_object_from_its_files_to_nothing_wrong(cow, lab, monkeypatch, capsys):
+    assert main(["check", "raw/toy_cow"]) == 0
+    said = capsys.readouterr().out
+    assert "raw/toy_cow: nothing wrong" in said
+    assert "sensors and probes" not in said
+    monkeypatch.chdir(lab / "raw")
+    assert main(["check", "toy_cow"]) == 0
+    said = capsys.readouterr().out
+    assert "sensors and probes: of ../config/sensors and ../config/probes" in said
+    assert open_capture("toy_cow/bench_cam/back").radius_m == 0.006
+    (lab / "elsewhere").mkdir()
+    monkeypatch.chdir(lab / "elsewhere")
+    assert open_capture(cow / "bench_cam/back").radius_m == 0.006
+    assert main(["check"]) == 0
+    assert "../raw/toy_cow: nothing wrong" in capsys.readouterr().out
+
+
+def test_files_of_others_do_not_hold_up_an_object(cow, lab, capsys):
+    assert main(["new", "sponge", "--sensor", "eye"]) == 0
+    capsys.readouterr()
+    assert main(["check", "raw/toy_cow"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "raw/toy_cow: nothing wrong"
+    probe, eye = lines[-2:]
+    assert probe.startswith("worth a look: config/probes/probe.yaml: indenter.radius_m: expected")
+    assert probe.endswith("and 7 more (not used here, but a run refuses it)")
+    assert eye.startswith("worth a look: config/sensors/eye.yaml: frame_rate_hz: expected")
+    assert main(["check", "raw/toy_cow", "raw/sponge"]) == 1
+    assert "worth a look" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("folder", "old", "new", "words"),
+    [
+        ("sensors/bench_cam", "kind: depth", "kind: sonar", "kind: expected one of depth, stereo"),
+        ("probes/bench_probe", "radius_m: 0.006", "radius_m: 0.06", "tip_radius_m: expected"),
+        ("probes/bench_probe", "probe: bench_probe", "probe: another", "expected bench_probe"),
+    ],
+)
+def test_a_wrong_file_is_told_of_the_objects_that_use_it(cow, lab, folder, old, new, words, capsys):
+    path = lab / f"config/{folder}.yaml"
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+    assert main(["check", "raw/toy_cow"]) == 1
+    (line,) = capsys.readouterr().out.splitlines()[:1]
+    assert line.startswith(f"config/{folder}.yaml: ") and words in line
+
+
+def test_without_sensors_and_probes_a_check_says_where_it_looked(lab, capsys):
+    (lab / "raw/sponge").mkdir(parents=True)
+    assert main(["check", "raw/sponge"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(":")[0] for line in lines] == ["config/sensors", "config/probes"]
+    assert f"{lab}/raw/sponge, in {lab} and above them" in lines[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["My Cow"], "object: expected a name of letters, digits and _ other than sensors"),
+        (["../sponge"], "object: expected a name of letters, digits and _"),
+        (["sensors"], "object: expected a name"),
+        (["Tables"], "object: expected none of benchmarks, figures, lab"),
+        (["sponge", "--sensor", "D435"], "sensor: expected a name of small letters"),
+        (["sponge", "--sensor", "scans"], "sensor: expected a name of small letters"),
+        (["sponge", "--probe", "../nano"], "probe: expected a name of small letters"),
+    ],
+)
+def test_names_are_refused_before_anything_is_written(lab, arguments, words, capsys):
+    assert main(["new", *arguments]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert words in line
+    assert not list(lab.iterdir())
+
+
+def test_files_that_are_there_are_left_alone(lab, capsys):
+    assert main(["new", "sponge"]) == 0
+    before = files(lab)
+    assert len(before) == 3
+    assert main(["new", "sponge"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: raw/sponge/object.yaml: file: expected none yet, found one")
+    assert files(lab) == before
+    assert main(["new", "cushion"]) == 0
+    said = capsys.readouterr().out
+    assert "config/sensors/camera.yaml: there already, and used as it is" in said
+    assert "config/probes/probe.yaml: there already, and used as it is" in said
+    assert {path: text for path, text in files(lab).items() if path in before} == before
+
+
+def test_it_goes_where_the_project_is(lab, monkeypatch, capsys):
+    (lab / "config/sensors").mkdir(parents=True)
+    (lab / "config/probes").mkdir()
+    (lab / "raw").mkdir()
+    monkeypatch.chdir(lab / "raw")
+    assert main(["new", "sponge"]) == 0
+    expected = ["config/probes/probe.yaml", "config/sensors/camera.yaml", "raw/sponge/object.yaml"]
+    assert sorted(str(path.relative_to(lab)) for path in files(lab)) == expected
+    assert "4. palpate check sponge\n" in capsys.readouterr().out
+
+
+def test_an_import_fills_in_the_cameras_file(lab, film, capsys):
+    assert main(["new", "block", "--sensor", "eye"]) == 0
+    path = lab / "config/sensors/eye.yaml"
+    path.write_text(path.read_text().replace("range_m: [FILL_IN, FILL_IN]", "range_m: [0.3, 2.5]"))
+    assert main(["import", str(mcap_file(lab, film)), "raw/block/eye/01"]) == 0
+    assert (
+        "config/sensors/eye.yaml: written, from the recording's optics" in capsys.readouterr().out
+    )
+    spec = load_yaml(path)
+    assert validate(spec, SCHEMAS / "sensor.schema.yaml", "eye.yaml") == []
+    assert spec["range_m"] == [0.3, 2.5]
+    assert spec["color"]["fx_px"] == film.color_optics[0]
+
+
+def test_an_import_that_cannot_fill_it_in_says_what_is_left(lab, film, capsys):
+    assert main(["new", "block", "--sensor", "eye"]) == 0
+    assert bring(tum(lab, film), lab / "raw/block/eye/01", sensors=lab / "config/sensors") == 1
+    assert "eye.yaml: color.width_px: expected the images' width" in capsys.readouterr().err
+
+
+def test_without_a_name_the_camera_is_the_one_that_is_there(lab, film, capsys):
+    assert main(["import", str(mcap_file(lab, film)), "raw/block/eye/01"]) == 0
+    assert main(["new", "block"]) == 0
+    said = capsys.readouterr().out
+    assert "config/sensors/eye.yaml: there already" in said
+    assert [path.name for path in (lab / "raw/block").iterdir() if path.is_dir()] == ["eye"]
