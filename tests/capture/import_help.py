@@ -14,7 +14,7 @@ from bag_writing import (
     write_ros2,
     write_tum,
 )
-from palpate.capture.__main__ import main
+from palpate.__main__ import main
 from palpate.capture.images import read_image
 from palpate.capture.tables import WRENCH_COLUMNS, read_force, read_frames
 from rosbags.rosbag1 import Writer as Writer1
@@ -146,8 +146,9 @@ def refused(capsys, tmp_path, recording, *options, target="raw/block/camera/08")
     assert not said.out
     lines = said.err.strip().splitlines()
     assert len(lines) == 1
+    assert lines[0].startswith("error: ")
     assert sorted(tmp_path.rglob("*")) == before
-    return lines[0]
+    return lines[0].removeprefix("error: ")
 
 
 def assert_like(pattern, line):

@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 import spoils
-from palpate.capture.__main__ import main
+from palpate.__main__ import main
 from palpate.capture.check import check_object
 
 

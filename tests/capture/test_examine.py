@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import trimesh
 import yaml
-from palpate.capture.__main__ import main
+from palpate.__main__ import main
 from palpate.capture.check import check_capture
 from palpate.capture.examine import examine_object
 from palpate.capture.examine_force import examine_force

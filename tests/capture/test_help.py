@@ -6,6 +6,7 @@ import shutil
 
 import pytest
 from import_help import ros1
+from instruments import PLAIN
 from palpate.__main__ import main
 
 
@@ -27,7 +28,11 @@ def recording(root, folder, film):
     ros1(folder, film).rename(folder / "press.bag")
 
 
-NEEDED = {"new": nothing, "import": recording, "check": sponge}
+def curve(root, folder, film):
+    (folder / "curve.csv").write_bytes(PLAIN.content())
+
+
+NEEDED = {"hertz": curve, "new": nothing, "import": recording, "check": sponge}
 
 
 @pytest.mark.parametrize("verb", NEEDED)
@@ -36,6 +41,6 @@ def test_the_example_runs(verb, root, tmp_path, film, monkeypatch, capsys):
     with pytest.raises(SystemExit, match="0"):
         main([verb, "--help"])
     last = capsys.readouterr().out.rstrip().splitlines()[-1]
-    example = re.fullmatch(rf"example: palpate ({verb} .+)", last).group(1)
+    example = re.fullmatch(rf"  palpate ({verb} .+)", last).group(1)
     NEEDED[verb](root, tmp_path, film)
     assert main(shlex.split(example)) == 0

@@ -37,7 +37,7 @@ from import_help import (
     without_partners,
     wrench_file,
 )
-from palpate.capture.__main__ import main
+from palpate.__main__ import main
 from palpate.capture.images import read_image
 from palpate.capture.tables import GAUGE_COLUMNS, read_force, read_frames
 from palpate.vision.depth import kinect_depth
@@ -258,7 +258,7 @@ def test_the_same_bytes_twice(tmp_path):
 MEASURED = """
 import sys
 from pathlib import Path
-from palpate.capture.__main__ import main
+from palpate.__main__ import main
 assert main(sys.argv[1:]) == 0
 lines = Path("/proc/self/status").read_text().splitlines()
 print(next(line.split()[1] for line in lines if line.startswith("VmHWM")))

@@ -10,7 +10,7 @@ import pytest
 from backports import zstd
 from bag_writing import COLOR, Messages
 from import_help import assert_like, bag_of, refused
-from palpate.capture.__main__ import main
+from palpate.__main__ import main
 from palpate.capture.importing import bag_bounds, bags
 from palpate.capture.tables import read_frames
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin

@@ -19,7 +19,7 @@ from bag_writing import (
     write_tum,
 )
 from import_help import assert_like, attributes, bag_of, refused, with_message, without
-from palpate.capture.__main__ import main
+from palpate.__main__ import main
 from palpate.capture.importing.pixels import RAW_FORMS
 
 
@@ -132,7 +132,7 @@ def test_a_target_of_too_few_folders(target, film, tmp_path, capsys, monkeypatch
     assert main(["import", str(bag), target]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     expected = "expected raw/<object>/<sensor>/<capture>, like raw/red_sponge/d435/08"
-    assert line == f"{target}: target: {expected}, found {target}"
+    assert line == f"error: {target}: target: {expected}, found {target}"
 
 
 def test_an_object_that_the_lab_makes(film, tmp_path, capsys):

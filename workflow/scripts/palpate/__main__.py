@@ -4,8 +4,10 @@ import argparse
 import sys
 
 from palpate import __version__
-from palpate.capture import commands as capture
-from palpate.commands import direct, hertz, new
+from palpate.commands import check, direct, hertz, new, recording
+
+# In the order in which a person meets them.
+VERBS = (hertz, new, recording, check, direct)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -21,14 +23,14 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="palpate", description="Elastic moduli of soft objects: captures, curves, estimates."
+        prog="palpate",
+        description="How stiff soft things are: curves, recordings, captures, estimates.",
+        epilog="palpate <command> --help ends with an example of it.",
     )
     parser.add_argument("--version", action="version", version=__version__)
-    commands = parser.add_subparsers(required=True, metavar="command")
-    new.add(commands)
-    capture.add_commands(commands)
-    hertz.add(commands)
-    direct.add(commands)
+    commands = parser.add_subparsers(required=True, metavar="command", title="commands")
+    for verb in VERBS:
+        verb.add(commands)
     return parser
 
 

@@ -11,9 +11,15 @@ from palpate.capture.devices import PLACES, add_devices, found_folder, raw_folde
 from palpate.capture.discover import BACKGROUND, object_fault, sensor_fault, sensor_folders
 from palpate.capture.files import whole_file
 from palpate.capture.schema import FILL_IN, blank_fields
+from palpate.commands.help import add_verb
 
 # What a depth image of each kind of sensor holds.
 ENCODINGS = {"depth": "millimetre", "structured_light": "kinect_disparity", "stereo": None}
+
+ABOUT = """\
+Begin an object: write its file, its camera's and its probe's, to fill in, and say what to do next.
+Files that are there already are used as they are.
+"""
 
 
 def _new(options: argparse.Namespace) -> None:
@@ -82,11 +88,13 @@ def _next(folder: Path, sensor: str, files: list[Path]) -> list[str]:
 
 def add(commands: Any) -> None:
     """Add the command to a parser's."""
-    new = commands.add_parser(
+    new = add_verb(
+        commands,
         "new",
-        help="begin an object: its files, its camera's and its probe's, to fill in",
-        epilog="example: palpate new sponge --sensor d435 --probe bench_probe",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        "begin an object: its files, to fill in",
+        _new,
+        about=ABOUT,
+        example="palpate new sponge --sensor d435 --probe bench_probe",
     )
     new.add_argument("object", help="its name, like red_sponge")
     new.add_argument("--sensor", help="the camera's name (camera)")
@@ -94,4 +102,3 @@ def add(commands: Any) -> None:
     new.add_argument("--kind", choices=ENCODINGS, default="depth", help="of camera (depth)")
     new.add_argument("--raw", type=Path, help="folder of all objects; else raw beside config")
     add_devices(new)
-    new.set_defaults(work=_new)

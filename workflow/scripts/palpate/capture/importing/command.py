@@ -1,4 +1,4 @@
-"""Command line of the import: ``python -m palpate.capture import <recording> <capture>``."""
+"""Options of ``palpate import <recording> <capture>``, and what they ask for."""
 
 import argparse
 import re

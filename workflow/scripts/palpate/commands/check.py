@@ -1,7 +1,6 @@
-"""Commands of the capture format: ``check`` objects, ``import`` a recording."""
+"""The command ``palpate check``: all that is wrong with objects' captures."""
 
 import argparse
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,13 @@ from palpate.capture.devices import PLACES, Devices, add_devices, raw_folder, re
 from palpate.capture.discover import NOT_OBJECTS, folders, sensor_folders
 from palpate.capture.examine import examine_object
 from palpate.capture.findings import Findings
-from palpate.capture.importing import command
 from palpate.capture.schema import load_yaml
+from palpate.commands.help import add_verb
+
+ABOUT = """\
+Say all that is wrong with objects' folders, a line each, and what they hold where all is right;
+what is left to fill in, too.
+"""
 
 
 def _check(options: argparse.Namespace) -> int:
@@ -95,32 +99,16 @@ def _objects(raw: Path) -> list[Path]:
     return [folder for folder in folders(raw) if folder.name not in NOT_OBJECTS]
 
 
-def _import(options: argparse.Namespace) -> int:
-    try:
-        print("\n".join(command.run(options)))
-    except (ValueError, OSError) as error:
-        print(" ".join(str(error).split()), file=sys.stderr)
-        return 1
-    return 0
-
-
-def add_commands(commands: Any) -> None:
-    """Add the commands ``import`` and ``check`` to a parser's."""
-    recording = commands.add_parser(
-        "import",
-        help="make a capture of a recording",
-        epilog="example: palpate import press.bag raw/sponge/d435/08",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    command.add_options(recording)
-    recording.set_defaults(work=_import)
-    check = commands.add_parser(
+def add(commands: Any) -> None:
+    """Add the command to a parser's."""
+    check = add_verb(
+        commands,
         "check",
-        help="say all that is wrong with objects' captures",
-        epilog="example: palpate check raw/sponge",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        "say all that is wrong with objects' captures",
+        _check,
+        about=ABOUT,
+        example="palpate check raw/sponge",
     )
     check.add_argument("folders", type=Path, nargs="*", help="raw/<object>; else all in raw/")
     check.add_argument("--raw", type=Path, help="folder of all objects; else raw beside config")
     add_devices(check)
-    check.set_defaults(work=_check)
