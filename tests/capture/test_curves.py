@@ -3,14 +3,18 @@
 import io
 import json
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from instruments import E_STAR_PA, MANNERS, PLAIN, RADIUS_M, press
 from palpate.__main__ import main
+from palpate.capture.check import check_object
 from palpate.capture.curves.curve import read_curve
+from palpate.capture.examine import examine_object
 
 
 def told(path, capsys, *options):
@@ -194,3 +198,57 @@ def test_real_curves_as_another_program_fits_them(capsys):
         assert main([*given, "--indenter", "parabola", "--baseline", "--json"]) == 0
         found = json.loads(capsys.readouterr().out)
         assert found["youngs_modulus_pa"] == pytest.approx(row.youngs_modulus_pa, rel=5e-4)
+
+
+@pytest.fixture
+def bench(tmp_path, root):
+    """An object with a curve and nothing else: declared, written, checked."""
+    folder = tmp_path / "block"
+    folder.mkdir()
+    shutil.copy(root / "tests/sample/raw/foam_block/template.ply", folder)
+    spec = yaml.safe_load((root / "tests/sample/raw/foam_block/object.yaml").read_text())
+    del spec["probe"]
+    spec |= {"object": "block", "curves": {"poisson_ratio": 0.4, "radius_m": 0.005}}
+    (folder / "08.csv").write_bytes(MANNERS["german"].content())
+
+    def checked(curves=None, **changes):
+        block = spec["curves"] if curves is None else curves
+        (folder / "object.yaml").write_text(yaml.safe_dump(spec | {"curves": block} | changes))
+        return check_object(folder, {}, {"ball": {}})
+
+    checked.folder = folder
+    return checked
+
+
+def test_a_curve_without_a_camera_is_a_capture(bench):
+    assert bench() == []
+    assert bench({"poisson_ratio": [0.3, 0.45], "radius_m": 0.005}) == []
+    found = examine_object(bench.folder, {}, {"ball": {}})
+    assert any(line.startswith("curve 08: ; as delimiter, decimal commas") for line in found.found)
+
+
+@pytest.mark.parametrize(
+    ("curves", "changes", "expected"),
+    [
+        ({"poisson_ratio": [0.45, 0.3], "radius_m": 0.005}, {},
+         "curves.poisson_ratio: expected the lower before the higher, found [0.45, 0.3]"),
+        ({"poisson_ratio": 0.4}, {}, "probe: expected one of ball, found none"),
+        ({"poisson_ratio": 0.4, "radius_m": 0.005}, {"probe": "ball"},
+         "curves.radius_m: expected none beside a probe, which has its own"),
+    ],
+)  # fmt: skip
+def test_what_is_declared_wrong_is_said(bench, curves, changes, expected):
+    (line,) = bench(curves, **changes)
+    assert line.startswith(f"{bench.folder / 'object.yaml'}: {expected}")
+
+
+def test_a_curve_that_is_none_is_said(bench):
+    (bench.folder / "08.csv").write_text("depth;force\n1;2\n2;3\n3;4\n4;5\n5;6\n")
+    (line,) = bench()
+    assert "depth: expected a unit of depth, found none (say curves.depth_unit" in line
+    (bench.folder / "08.csv").rename(bench.folder / "99.csv")
+    (line,) = bench()
+    assert "99.csv: point: expected one of" in line
+    (bench.folder / "99.csv").unlink()
+    (line,) = bench()
+    assert "curves: expected" in line and line.endswith("<point>.csv, found none")

@@ -51,7 +51,7 @@ def joint(name, sensor, *, captures, **same):
 def write(folder, hertz, searched, direct):
     """A results folder whose files are all there, with a summary of the workflow's own columns."""
     squares = searched.drop(columns="poisson_ratio_verdict") if len(searched) else searched
-    summary = tables.rounded(tables.summary(hertz, searched, squares, direct))
+    summary = tables.rounded(tables.summary(hertz, searched, squares, direct, pd.DataFrame()))
     put(folder, "summary.csv", "objects.html", "pages/summary.html", *AFTERWARDS)
     wanted = ["objects.html", "pages/summary.html", "summary.csv"]
     (folder / "wanted.txt").write_text("".join(f"{name}\n" for name in wanted))

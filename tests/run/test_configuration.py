@@ -42,11 +42,11 @@ def test_the_lab_alone(home):
     attempts = {c for c in run.captures if "-" in c.capture}
     assert set(run.tracked) == set(run.captures) - attempts
     assert len(run.described()) == 67
-    assert len(run.described(simulated=True, tracked=True)) == 39
+    assert len(run.described("tracked", simulated=True)) == 39
     # Repeated presses of ball and ear are estimated directly; the block's attempts are Hertz's.
     again = {c for c in attempts if c.object != "foam_block"}
     assert set(run.direct) == set(run.tracked) | again
-    assert len(run.described(direct=True)) == 39 + 12
+    assert len(run.described("direct")) == 39 + 12
 
 
 def test_a_lab_like_another_says_only_what_is_different(home):

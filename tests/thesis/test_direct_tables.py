@@ -49,7 +49,7 @@ def summary():
     for name in ("free_contact", "recommended"):
         for end in ("reduced_modulus_pa", "low_pa", "high_pa"):
             hertz[f"{name}_{end}"] = 21000.0
-    return tables.summary(hertz, empty, empty, rows)
+    return tables.summary(hertz, empty, empty, rows, empty)
 
 
 def test_truth_after_a_second():

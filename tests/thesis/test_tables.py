@@ -157,7 +157,7 @@ def test_accuracy_of_a_minimum_at_a_bound_says_so():
 
 
 def test_summary_has_a_row_for_each_method(hertz, minima, squares):
-    summary = tables.summary(hertz, minima, squares, pd.DataFrame())
+    summary = tables.summary(hertz, minima, squares, pd.DataFrame(), pd.DataFrame())
     assert len(summary) == 5 * len(CAPTURES)
     assert summary.groupby("capture").size().to_dict() == {"08": 10, "11-a03": 5}
     searched = summary[summary["method"] == "minimise_displacement"]
@@ -178,7 +178,7 @@ def test_what_is_not_judged_stays_blank(found):
 
 def test_summary_of_a_run_that_minimises_nothing(hertz):
     searched = (make(CAPTURES, {}) for make in (tables.minimum_table, tables.least_squares_table))
-    summary = tables.summary(hertz, *searched, pd.DataFrame())
+    summary = tables.summary(hertz, *searched, pd.DataFrame(), pd.DataFrame())
     assert set(summary["method"]) == {"hertz", "hertz_free_contact", "hertz_recommended"}
     assert summary["youngs_modulus_pa"].isna().all()
 

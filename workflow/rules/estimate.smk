@@ -148,3 +148,27 @@ rule direct_object:
         "Direct estimate of {wildcards.object}, {wildcards.sensor}: all captures together"
     script:
         "../scripts/stages/direct.py"
+
+
+# Force and position of a robot or a bench: raw/<object>/<point>.csv.
+rule curve:
+    input:
+        object=RUN.raw("{object}/object.yaml"),
+        curve=RUN.raw("{object}/{capture}.csv"),
+        table=RUN.table_of,
+    output:
+        estimate=RUN.results("{object}/curve/{capture}/curve.json"),
+    log:
+        RUN.results("logs/curve/{object}-{capture}.log"),
+    benchmark:
+        RUN.results("benchmarks/curve/{object}-{capture}.tsv")
+    conda:
+        "../envs/palpate.yaml"
+    params:
+        code=code("stages/curve"),
+        probe=RUN.probe_spec,
+        options=RUN.config["direct"]["fit"],
+    message:
+        "E of {wildcards.object} by its curve {wildcards.capture}"
+    script:
+        "../scripts/stages/curve.py"

@@ -7,10 +7,11 @@ OWN = OwnObjects(RUN)
 
 rule own_summary:
     input:
-        fits=OWN.files(OWN.captures, "hertz.json"),
-        results=OWN.files(OWN.captures, *RUN.minima),
-        direct=OWN.files(OWN.captures, "direct.json"),
+        fits=OWN.files(OWN.of("fitted"), "hertz.json"),
+        results=OWN.minima,
+        direct=OWN.files(OWN.of("direct"), "direct.json"),
         joint=OWN.joint,
+        curves=OWN.files(OWN.of("curves"), "curve.json"),
     output:
         csv=RUN.results("{object}/summary.csv"),
     log:
@@ -18,15 +19,16 @@ rule own_summary:
     benchmark:
         RUN.results("benchmarks/own_summary/{object}.tsv")
     wildcard_constraints:
-        object=one_of(OWN.names),
+        object=one_of(OWN.summed),
     conda:
         "../envs/palpate.yaml"
     params:
         code=code("stages/summary"),
-        captures=OWN.captures,
-        tracked=OWN.captures,
-        estimated=OWN.captures,
+        captures=OWN.of("fitted"),
+        minimised=OWN.of("minimised"),
+        estimated=OWN.of("direct"),
         groups=OWN.groups,
+        curves=OWN.of("curves"),
         errors=RUN.errors,
     message:
         "Summary of {wildcards.object}: every sensor, capture and method"

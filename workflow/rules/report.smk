@@ -8,10 +8,11 @@ report: "../report/workflow.rst"
 
 rule summary:
     input:
-        fits=RUN.files(RUN.described(), "hertz.json"),
-        results=RUN.files(RUN.described(tracked=True), *RUN.minima),
-        direct=RUN.files(RUN.described(direct=True), "direct.json"),
+        fits=RUN.files(RUN.described("fitted"), "hertz.json"),
+        results=RUN.minima_of(RUN.described()),
+        direct=RUN.files(RUN.described("direct"), "direct.json"),
         joint=RUN.joint_estimates(),
+        curves=RUN.files(RUN.described("curves"), "curve.json"),
     output:
         csv=RUN.results("summary.csv"),
         page=report(
@@ -32,10 +33,11 @@ rule summary:
         title="Summary: every capture and method",
         caption="E, nu and E* with intervals and verdicts, all moduli in Pa. The same is in"
         " ``summary.csv``.\n\nRows whose provenance is *simulated* come from the virtual lab.",
-        captures=RUN.described(),
-        tracked=RUN.described(tracked=True),
-        estimated=RUN.described(direct=True),
+        captures=RUN.described("fitted"),
+        minimised=RUN.described("minimised"),
+        estimated=RUN.described("direct"),
         groups=RUN.groups(),
+        curves=RUN.described("curves"),
         errors=RUN.errors,
     message:
         "Summary: every object, sensor, capture and method"
@@ -82,7 +84,7 @@ rule objects_page:
         behaviour=str(PROJECT / "workflow/report/objects.js"),
         tracked=RUN.files(objects_shown(RUN), f"tracked-{RUN.tracker}.npz"),
         fits=RUN.files(objects_shown(RUN), "hertz.json"),
-        minima=RUN.files(objects_shown(RUN), *RUN.minima),
+        minima=RUN.minima_of(objects_shown(RUN)),
     output:
         page=RUN.results("objects.html"),
     log:
@@ -94,6 +96,7 @@ rule objects_page:
     params:
         code=code("stages/objects_page"),
         captures=objects_shown(RUN),
+        minimised=RUN.described("minimised"),
         errors=RUN.errors,
         tracker=RUN.tracker,
     message:

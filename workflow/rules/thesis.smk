@@ -36,6 +36,7 @@ rule validation_estimates:
         results=[],
         direct=RUN.files(RUN.described(), "direct.json"),
         joint=RUN.joint_estimates(),
+        curves=[],
     output:
         csv=RUN.results("validation_estimates.csv"),
     log:
@@ -47,9 +48,10 @@ rule validation_estimates:
     params:
         code=code("stages/summary"),
         captures=RUN.described(),
-        tracked=[],
+        minimised=[],
         estimated=RUN.described(),
         groups=RUN.groups(),
+        curves=[],
         errors=[],
     message:
         "Estimates of every capture, without the error minimisation"

@@ -5,6 +5,7 @@ from io import StringIO
 import pandas as pd
 from palpate.report import hertz_tables, outputs, table_page, tables
 from palpate.report import moduli_table as direct_tables
+from palpate.report.curve_rows import curve_rows
 from palpate.run.job import run
 from palpate.run.read_files import minima_by_key, read_all
 
@@ -13,9 +14,9 @@ def main(snakemake):
     """Write summary.csv."""
     params = snakemake.params
     hertz = hertz_tables.hertz_table(params.captures, read_all(snakemake.input.fits))
-    minima = minima_by_key(params.tracked, params.errors, snakemake.input.results)
+    minima = minima_by_key(params.minimised, params.errors, snakemake.input.results)
     searched = [
-        table(params.tracked, minima)
+        table(params.minimised, minima)
         for table in (tables.minimum_table, tables.least_squares_table)
     ]
     direct = direct_tables.direct_rows(
@@ -24,7 +25,8 @@ def main(snakemake):
         params.groups,
         read_all(snakemake.input.joint),
     )
-    whole = tables.rounded(tables.summary(hertz, *searched, direct))
+    curves = curve_rows(params.curves, read_all(snakemake.input.curves))
+    whole = tables.rounded(tables.summary(hertz, *searched, direct, curves))
     made = {"csv": whole}
     if "page" in snakemake.output.keys():
         made["page"] = table_page.page(as_markdown(whole), title="summary")

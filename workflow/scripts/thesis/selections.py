@@ -47,7 +47,7 @@ def block(run: Run) -> str:
 def shown(run: Run, figure: str) -> list[Described]:
     """Captures that a figure shows: for each sensor the study's point, or else the first."""
     wanted = study(run)["figure_points"].get(figure)
-    every = run.described(tracked=figure not in UNTRACKED_FIGURES)
+    every = run.described("captures" if figure in UNTRACKED_FIGURES else "tracked")
     ours = [capture for capture in every if capture["object"] == block(run)] or every
     chosen = []
     for sensor in sorted({capture["sensor"] for capture in ours}):
@@ -103,7 +103,7 @@ def at_the_end(run: Run) -> list[Described]:
 
 def all_tracked(run: Run, name: str) -> list[Described]:
     """Every tracked capture of an object."""
-    return [c for c in run.described(tracked=True) if c["object"] == name]
+    return [c for c in run.described("tracked") if c["object"] == name]
 
 
 def table_5_3_captures(run: Run) -> list[Described]:
@@ -124,7 +124,7 @@ def traced(run: Run) -> list[Described]:
 
 def simulated_tracked(run: Run) -> list[Described]:
     """Tracked captures whose truth the lab knows."""
-    return run.described(simulated=True, tracked=True)
+    return run.described("tracked", simulated=True)
 
 
 def stepped(run: Run) -> list[Described]:

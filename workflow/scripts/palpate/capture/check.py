@@ -6,11 +6,10 @@ from pathlib import Path
 
 import pandas as pd
 
+from palpate.capture.check_curves import check_curves, check_name
 from palpate.capture.columns import all_finite, check_increasing, check_numbers, read_columns
 from palpate.capture.discover import (
     BACKGROUND,
-    CAPTURE_NAME,
-    CAPTURE_WORDS,
     TAKEN,
     SensorFolder,
     sensor_folders,
@@ -101,6 +100,8 @@ def checked_object(
     problems, spec = _check_object_file(folder, probes)
     probe = probes.get((spec or {}).get("probe"))
     listed, right = sensor_folders(folder), set()
+    if spec is not None:
+        problems += check_curves(folder, spec, files=files)
     for place in listed:
         problems += _check_sensor(place, sensors, (spec or {}).get("points"))
         if sensors.get(place.folder.name) is None:
@@ -154,9 +155,11 @@ def _check_object_file(folder: Path, probes: Mapping) -> tuple[list[str], Mappin
     if spec["object"] != folder.absolute().name:
         expected = folder.absolute().name
         problems.append(f"{path}: object: expected {expected}, found {spec['object']}")
-    if spec["probe"] not in probes:
-        known = ", ".join(sorted(probes))
-        problems.append(f"{path}: probe: expected one of {known}, found {spec['probe']}")
+    # Curves alone need no board.
+    needed = sensor_folders(folder) or "radius_m" not in spec.get("curves", {})
+    if spec.get("probe") not in probes and (needed or "probe" in spec):
+        known, found = ", ".join(sorted(probes)), spec.get("probe", "none")
+        problems.append(f"{path}: probe: expected one of {known}, found {found}")
     if spec["object"].casefold() in TAKEN:
         known = ", ".join(TAKEN)
         problems.append(f"{path}: object: expected none of {known}, found {spec['object']}")
@@ -210,23 +213,13 @@ def _check_sensor(place: SensorFolder, sensors: Mapping, points: Mapping | None)
     if not place.has_background:
         problems.append(f"{place.background}: folder: expected background frames, found nothing")
     for capture in place.captures:
-        problems += _check_name(capture, points)
+        problems += check_name(capture, capture.name, points)
     return problems
 
 
 def _check_tables_are_there(capture: Path) -> list[str]:
     names = [FRAMES] if capture.name == BACKGROUND else [FRAMES, FORCE]
     return [MISSING_TABLE.format(path) for name in names if not (path := capture / name).is_file()]
-
-
-def _check_name(capture: Path, points: Mapping | None) -> list[str]:
-    if not CAPTURE_NAME.fullmatch(capture.name):
-        return [f"{capture}: capture: expected {CAPTURE_WORDS}, found {capture.name}"]
-    point = capture.name.partition("-")[0]
-    if points is None or point in points:
-        return []
-    known = ", ".join(sorted(points))
-    return [f"{capture}: point: expected one of {known}, found {point}"]
 
 
 def _check_gauge(capture: Path, probe: Mapping | None) -> list[str]:

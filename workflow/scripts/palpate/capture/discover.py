@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 BACKGROUND = "background"
-NOT_SENSORS = ("scans",)
+# What stands for the sensor of a curve that was recorded without a camera: raw/<object>/08.csv.
+CURVE, CURVE_END = "curve", ".csv"
+NOT_SENSORS = ("scans", CURVE)
 # Recordings about the sensors, and simulations: no objects.
 NOT_OBJECTS = ("sensors", "simulations")
 # Folders of results/ that are no object's, whatever the case of their letters.
@@ -79,7 +81,7 @@ def sensor_fault(name: str) -> str:
     """What keeps a name from being a sensor's, as expected and found; empty where nothing does."""
     if SENSOR_NAME.fullmatch(name) and name not in NOT_SENSORS:
         return ""
-    words = "a name of small letters, digits and _ other than scans, like d435"
+    words = "a name of small letters, digits and _ other than scans and curve, like d435"
     return f"expected {words}, found {name}"
 
 
@@ -92,6 +94,13 @@ def _listed(folder: Path) -> SensorFolder:
     found = folders(folder)
     captures = tuple(place for place in found if place.name != BACKGROUND)
     return SensorFolder(folder, captures, folder / BACKGROUND, len(captures) < len(found))
+
+
+def curve_files(folder: str | Path) -> list[Path]:
+    """Curves of force and depth in an object's folder, sorted; see `CURVE`."""
+    folder = Path(folder)
+    found = folder.glob(f"*{CURVE_END}") if folder.is_dir() else ()
+    return sorted(path for path in found if path.is_file() and not path.name.startswith("."))
 
 
 def discover(raw: str | Path) -> list[CaptureId]:

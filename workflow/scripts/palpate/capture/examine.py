@@ -10,7 +10,8 @@ from pathlib import Path
 from numpy.typing import NDArray
 
 from palpate.capture.check import checked_object
-from palpate.capture.discover import SensorFolder
+from palpate.capture.check_curves import declared_curve
+from palpate.capture.discover import SensorFolder, curve_files
 from palpate.capture.examine_force import examine_force
 from palpate.capture.examine_frames import examine_frames
 from palpate.capture.examine_order import grey_frame
@@ -43,11 +44,23 @@ def examine_object(folder: str | Path, sensors: Mapping, probes: Mapping) -> Fin
         return result
     spec = load_yaml(folder / "object.yaml")
     result += examine_template(folder, spec)
+    result += _curves(folder, spec)
     for place in checked.listed:
         sensor, probe = sensors.get(place.folder.name), probes[spec["probe"]]
         if sensor is not None and probe is not None:
             result += _sensor(place, checked.right, sensor, probe)
     return result
+
+
+def _curves(folder: Path, spec: Mapping) -> Findings:
+    """What an object's curves hold; those that nothing is declared of are doubtful."""
+    found = curve_files(folder)
+    if "curves" not in spec:
+        lone = [path for path in found if path.stem.partition("-")[0] in spec["points"]]
+        line = "not used: object.yaml declares no curves"
+        return Findings(doubts=tuple(f"{path}: {line}" for path in lone))
+    curves = {path: declared_curve(path, spec) for path in found}
+    return Findings(found=tuple(f"curve {path.stem}: {one.read}" for path, one in curves.items()))
 
 
 def _sensor(

@@ -19,6 +19,8 @@ MODULI = {
 METHODS = {
     "direct_joint": "direct, all captures together",
     "direct": "direct",
+    "curve_table": "curve without a camera, indentation table",
+    "curve_hertz": "curve without a camera, Hertz",
     "hertz": "Hertz fit (Eq. 5.1)",
     "hertz_free_contact": "Hertz fit, contact point free",
     "hertz_recommended": "Hertz, recommended contact model",
@@ -30,6 +32,7 @@ MEANING = {
     "not identified": "the captures do not tell it: any value of the range explains them.",
     "interval": "it has an interval; whether that is narrow is not judged.",
     "not judged": "no interval can be given: a number to compare, not to rely on.",
+    "assumed": "as it was declared: a curve without a camera does not tell it.",
 }
 CAPTIONS = {
     "moduli": "E and nu of each capture and of all together, with 95 % intervals; open symbols are"
@@ -134,7 +137,8 @@ def _advised(rows: pd.DataFrame) -> list[str]:
         cells = {"sensor": sensor_name(row["sensor"]), "captures": f"{row['captures']:.0f}"}
         cells |= {label: _judged(row, quantity) for quantity, label in MODULI.items()}
         place = f"{row['force_law']:+.2f} ± {row['force_law_std']:.2f}"
-        depth = f"{row['equivalent_depth_m'] * MILLIMETRES:.1f}"
+        depth = row["equivalent_depth_m"] * MILLIMETRES
+        depth = "" if pd.isna(depth) else f"{depth:.1f}"
         found.append(cells | {"equivalent told at (mm)": depth, "law of the force": place})
     return _table(found)
 

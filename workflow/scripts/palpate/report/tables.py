@@ -94,7 +94,11 @@ def least_squares_table(
 
 
 def summary(
-    hertz: pd.DataFrame, minima: pd.DataFrame, squares: pd.DataFrame, direct: pd.DataFrame
+    hertz: pd.DataFrame,
+    minima: pd.DataFrame,
+    squares: pd.DataFrame,
+    direct: pd.DataFrame,
+    curves: pd.DataFrame,
 ) -> pd.DataFrame:
     """One row for each object, sensor, capture and method, and for all captures together.
 
@@ -102,21 +106,10 @@ def summary(
 
     Parameters
     ----------
-    hertz, minima, squares, direct : DataFrame
-        Of `hertz_tables.hertz_table`, `minimum_table`, `least_squares_table` and
-        `direct_tables.direct_rows`.
+    hertz, minima, squares, direct, curves : DataFrame
+        Of `hertz_tables.hertz_table`, `minimum_table`, `least_squares_table`,
+        `direct_tables.direct_rows` and `curve_rows`; a run may have none of any.
     """
-    study = hertz[[*CAPTURE, "reduced_modulus_pa", "provenance"]].assign(method="hertz")
-    others = [
-        hertz[[*CAPTURE, "provenance"]].assign(
-            method=f"hertz_{name}",
-            reduced_modulus_pa=hertz[f"{name}_reduced_modulus_pa"],
-            reduced_modulus_low_pa=hertz[f"{name}_low_pa"],
-            reduced_modulus_high_pa=hertz[f"{name}_high_pa"],
-        )
-        for name in ("free_contact", "recommended")
-    ]
-    # A run may minimise nothing.
     searched = [
         table.assign(method=f"{method}_" + table["error"]) if len(table) else table
         for method, table in (("minimise", minima), ("least_squares", squares))
@@ -152,13 +145,29 @@ def summary(
         *DIAGNOSTICS,
         "provenance",
     ]
-    tables = (study, *others, *searched, direct)
+    tables = (*_of_hertz(hertz), *searched, direct, curves)
     rows = [table.reindex(columns=columns).astype(object) for table in tables]
     whole = pd.concat(rows, ignore_index=True)
     whole["recommended"] = whole["recommended"].fillna(False).astype(bool)
     for name in JUDGED:
         _judge(whole, name)
     return whole.sort_values([*CAPTURE, "method"]).reset_index(drop=True)
+
+
+def _of_hertz(hertz: pd.DataFrame) -> list[pd.DataFrame]:
+    """Rows of the study's fit, and of the two others."""
+    if not len(hertz):
+        return []
+    study = hertz[[*CAPTURE, "reduced_modulus_pa", "provenance"]].assign(method="hertz")
+    return [study] + [
+        hertz[[*CAPTURE, "provenance"]].assign(
+            method=f"hertz_{name}",
+            reduced_modulus_pa=hertz[f"{name}_reduced_modulus_pa"],
+            reduced_modulus_low_pa=hertz[f"{name}_low_pa"],
+            reduced_modulus_high_pa=hertz[f"{name}_high_pa"],
+        )
+        for name in ("free_contact", "recommended")
+    ]
 
 
 def _judge(whole: pd.DataFrame, name: str) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from palpate.capture.discover import CURVE
 from palpate.units import KILOPASCALS
 
 # Of the recommended estimate; the first two hang least on Poisson's ratio.
@@ -36,6 +37,7 @@ MEANING = {
     "bounded": "trust the interval, not the value",
     "not identified": "the captures do not tell it",
     "not judged": "no interval can be given",
+    "assumed": "as it was declared; a curve does not tell it",
 }
 # The run's own list of what it makes (rule configuration), and what make makes after it.
 WANTED = "wanted.txt"
@@ -131,10 +133,13 @@ def _recommended(rows: pd.DataFrame) -> list[str]:
     advised = rows[rows["recommended"]]
     if not len(advised):
         return ["  none: no capture of it is estimated directly"]
-    row = advised.iloc[0]
-    values = {label: _judged(row, quantity) for quantity, label in MODULI.items()}
-    lines = [f"  {label:<13} {text}" for label, text in values.items() if text]
-    return [*lines, f"  from {_captures(int(row['captures']))}"]
+    lines = []
+    for row in advised.to_dict("records"):
+        values = {label: _judged(row, quantity) for quantity, label in MODULI.items()}
+        lines += [f"  {label:<13} {text}" for label, text in values.items() if text]
+        of_curve = f"curve {row['capture']}" if row["sensor"] == CURVE else ""
+        lines += [f"  from {of_curve or _captures(int(row['captures']))}"]
+    return lines
 
 
 def _judged(row: Mapping, quantity: str) -> str:

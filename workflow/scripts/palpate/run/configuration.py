@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from palpate.capture.check import check_object
 from palpate.capture.device_checks import wrong_devices
-from palpate.capture.discover import NOT_OBJECTS, CaptureId, discover
+from palpate.capture.discover import CURVE, NOT_OBJECTS, CaptureId, curve_files, discover
 from palpate.capture.fingerprint import stamps_below
 from palpate.capture.schema import SCHEMAS, load_yaml, validate
 from palpate.capture.words import one_line
@@ -19,6 +19,7 @@ from palpate.run.lab_captures import (
     recordings,
     still_the_labs,
 )
+from palpate.run.objects import studied
 from palpate.run.options import config_schema, filled
 from palpate.run.path_checks import path_problems
 from palpate.run.places import placed, who_said
@@ -101,25 +102,26 @@ def open_run(
     problems += unknown_captures(config["study"], simulated, source)
     names = {*_objects_in(paths["raw"]), *(lab or {}).get("objects", {})}
     problems += unknown_objects(config, names, source)
-    wanted, tracked, direct = _taken(config, found, simulated)
+    taken = _taken(config, found, simulated)
+    wanted = taken["captures"]
+    curves = () if problems else _curves(config, Path(paths["raw"]), by_object(simulated))
     problems += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
-    if not wanted and not problems:
+    if not wanted and not curves and not problems:
         problems.append(_nothing_found(paths, config["only"], names))
     _require_none(problems, sources, told)
-    own = _object_files(Path(paths["raw"]), wanted, simulated)
+    own = _object_files(Path(paths["raw"]), (*wanted, *curves), simulated)
     return Run(
-        config,
-        paths,
-        sensors,
-        probes,
-        lab,
-        wanted,
-        tracked,
-        direct,
-        frozenset(simulated),
-        own,
-        seen,
-        rules,
+        config=config,
+        paths=paths,
+        sensors=sensors,
+        probes=probes,
+        lab=lab,
+        simulated=frozenset(simulated),
+        object_files=own,
+        seen=seen,
+        rules=rules,
+        curves=curves,
+        **taken,
     )
 
 
@@ -179,15 +181,40 @@ def _wrong_objects(
 
 def _taken(
     config: Mapping, found: set[CaptureId], simulated: set[CaptureId]
-) -> tuple[tuple[CaptureId, ...], ...]:
-    """Captures of the run; those of them that are tracked; those that are estimated directly."""
-    study = config["study"]
+) -> dict[str, tuple[CaptureId, ...]]:
+    """Captures of the run, and those of them that each method runs on, as `Run` has them."""
+    study, methods, others = config["study"], config["methods"], studied(config)
     of_run = sorted(c for c in found | simulated if _chosen(c.object, config))
-    wanted = [c for c in of_run if c not in simulated or selected(c, study["captures"])]
-    return (
-        tuple(wanted),
-        tuple(c for c in wanted if c not in simulated or selected(c, study["tracked"])),
-        tuple(c for c in wanted if c not in simulated or selected(c, estimated(study))),
+    captures = [c for c in of_run if c not in simulated or selected(c, study["captures"])]
+    chosen = {
+        name: [c for c in captures if c not in simulated or selected(c, selection)]
+        for name, selection in (("tracked", study["tracked"]), ("direct", estimated(study)))
+    }
+
+    def asked(method: str, captures: list[CaptureId]) -> tuple[CaptureId, ...]:
+        """Captures that a method runs on; of people's own objects where they ask for it."""
+        runs = method in methods
+        return tuple(c for c in captures if runs or c in simulated or c.object in others)
+
+    return {
+        "captures": tuple(captures),
+        "tracked": tuple(chosen["tracked"]),
+        "fitted": asked("hertz", captures),
+        "minimised": asked("minimise", chosen["tracked"]),
+        "direct": asked("direct", chosen["direct"]),
+    }
+
+
+def _curves(config: Mapping, raw: Path, simulated: Mapping) -> tuple[CaptureId, ...]:
+    """Curves of the objects that declare some, none of the lab's."""
+    return tuple(
+        CaptureId(name, CURVE, path.stem)
+        for name in sorted(_objects_in(str(raw)))
+        if _chosen(name, config)
+        and name not in simulated
+        and curve_files(raw / name)
+        and "curves" in load_yaml(raw / name / "object.yaml")
+        for path in curve_files(raw / name)
     )
 
 

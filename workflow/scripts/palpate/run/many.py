@@ -45,6 +45,8 @@ class ManyObjects:
         """What an object's run makes; its configuration makes the rest where somebody wants it."""
         if wildcards.object in studied(self.run.config):
             return ["summary.csv", "figures/direct_moduli.png", "figures/tracked_surface.png"]
+        if not self._captures[wildcards.object]:
+            return ["summary.csv"]
         return ["summary.csv", f"{wildcards.object}/report.html"]
 
     def sensors(self, wildcards: Any) -> dict[str, Mapping]:
@@ -54,8 +56,8 @@ class ManyObjects:
 
     def probes(self, wildcards: Any) -> dict[str, Mapping]:
         """Probe that it was pressed with."""
-        name = self.run.object_files[wildcards.object]["probe"]
-        return {name: self.run.probes[name]}
+        name = self.run.object_files[wildcards.object].get("probe")
+        return {} if name is None else {name: self.run.probes[name]}
 
     def content(self, wildcards: Any) -> str:
         """Fingerprint of all that was dropped for an object."""
@@ -78,8 +80,9 @@ class ManyObjects:
     def minutes(self, wildcards: Any, threads: int, attempt: int) -> int:
         """Time of an object: an indentation table of each point, and a film of each capture."""
         captures = self._captures[wildcards.object]
+        curves = [one for one in self.run.curves if one.object == wildcards.object]
         work = CAPTURE_MINUTES * len(captures)
-        work += TABLE_MINUTES * len({capture.point for capture in captures})
+        work += TABLE_MINUTES * len({capture.point for capture in [*captures, *curves]})
         return int(BASE_MINUTES + work / threads) * 2 ** (attempt - 1)
 
     @cached_property

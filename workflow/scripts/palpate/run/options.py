@@ -139,6 +139,13 @@ class Config(Options):
     paths: Paths = block(Paths, "of files")
     only: str | None = option(None, "name of one object, or null for all")
     seed: int = option(20150401, "of all that is drawn", least=0, most=2**53)
+    methods: tuple[Literal["hertz", "direct", "minimise"], ...] = option(
+        ("hertz", "direct"),
+        "of people's own objects; a page needs the first two; minimise, the study's, takes minutes"
+        " a capture and tells less",
+        fewest=1,
+        unique=True,
+    )
     error_options: tuple[Literal["force_displacement", "displacement"], ...] = option(
         ("force_displacement", "displacement"), "Section 3.3.3", fewest=1, unique=True
     )

@@ -30,19 +30,36 @@ class OwnObjects:
         return sorted(captured - studied(self.run.config) - set(self.run.lab_objects))
 
     @property
+    def summed(self) -> list[str]:
+        """Those and the objects of which there are curves alone: they have a summary."""
+        return sorted({*self.names, *(curve.object for curve in self.run.curves)})
+
+    @property
     def alone(self) -> bool:
         """Whether nothing of the study, and nothing of the lab's, is in the run."""
         return {capture.object for capture in self.run.captures} <= set(self.names)
 
     def outputs(self) -> list[str]:
-        """Page, summary and figures of every object."""
-        files = ["report.html", "summary.csv"]
+        """Summary of every object, and page and figures of those whose methods they show."""
+        files = ["report.html"]
         files += [f"figures/{name}.{end}" for name in FIGURES for end in ("png", "svg")]
-        return [self.run.results(f"{own}/{name}") for own in self.names for name in files]
+        shown = self.names if {"hertz", "direct"} <= set(self.run.config["methods"]) else []
+        found = [self.run.results(f"{own}/{name}") for own in shown for name in files]
+        return found + [self.run.results(f"{own}/summary.csv") for own in self.summed]
+
+    def of(self, which: str) -> Callable[[Any], list[Described]]:
+        """Captures of an object that a method runs on; see `Run.described`."""
+        return lambda wildcards: [
+            c for c in self.run.described(which) if c["object"] == wildcards.object
+        ]
 
     def captures(self, wildcards: Any) -> list[Described]:
         """Captures of an object."""
-        return [c for c in self.run.described() if c["object"] == wildcards.object]
+        return self.of("captures")(wildcards)
+
+    def minima(self, wildcards: Any) -> list[str]:
+        """What the error minimisation finds of an object's captures."""
+        return self.run.minima_of(self.captures(wildcards))
 
     def first(self, wildcards: Any) -> list[Described]:
         """First capture of an object by each sensor."""

@@ -36,8 +36,12 @@ class Run:
         The virtual lab's configuration; None where the run has only dropped captures.
     captures : tuple of CaptureId
         Captures that the run uses, dropped in or to be made by the lab, sorted.
+    fitted : tuple of CaptureId
+        Those of them whose Hertz fits are told.
     tracked : tuple of CaptureId
-        Those of them whose surfaces are tracked and whose errors are minimised.
+        Those of them whose surfaces are tracked where somebody wants them.
+    minimised : tuple of CaptureId
+        Those of the tracked whose errors are minimised.
     direct : tuple of CaptureId
         Those that E and nu are estimated of directly: the tracked, and repeated presses.
     simulated : frozenset of CaptureId
@@ -48,6 +52,8 @@ class Run:
         Stamps of what stood in ``raw/`` before it was checked, by path.
     rules : iterable, optional
         The workflow's rules, for those that show it.
+    curves : tuple of CaptureId
+        Curves of force and position, without a camera; `CURVE` stands for their sensor.
     """
 
     config: Mapping[str, Any]
@@ -56,12 +62,15 @@ class Run:
     probes: Mapping[str, Mapping]
     lab: Mapping | None
     captures: tuple[CaptureId, ...]
+    fitted: tuple[CaptureId, ...]
     tracked: tuple[CaptureId, ...]
+    minimised: tuple[CaptureId, ...]
     direct: tuple[CaptureId, ...]
     simulated: frozenset[CaptureId]
     object_files: Mapping[str, Mapping]
     seen: Mapping[str, str]
     rules: Iterable[Any] = ()
+    curves: tuple[CaptureId, ...] = ()
 
     # Places of files.
 
@@ -97,6 +106,13 @@ class Run:
             for c in captures
             for name in names
         ]
+
+    def minima_of(self, captures: Iterable[Described]) -> list[str]:
+        """Minima of those captures whose errors are minimised, by capture and then by error."""
+        known = set(self.minimised)
+        keys = ("object", "sensor", "capture")
+        chosen = [c for c in captures if CaptureId(*(c[key] for key in keys)) in known]
+        return self.files(chosen, *self.minima)
 
     def recordings(self, captures: Iterable[Described]) -> list[str]:
         """Folders of captures."""
@@ -173,6 +189,11 @@ class Run:
         """Clouds that begin with a capture's first; of others than Hertz's all are made anyway."""
         all_made = CaptureId(*wildcards) in self.direct
         return self.of_capture("clouds.npz" if all_made else "rest_cloud.npz")
+
+    def table_of(self, wildcards: Any) -> str:
+        """Indentation table of the point that a curve was recorded at."""
+        point = wildcards.capture.partition("-")[0]
+        return self.results(f"{wildcards.object}/indentation-{point}.npz")
 
     def image_of(self, wildcards: Any) -> str | list:
         """Indentation table of the first point that a point is a mirror image of, if it is one."""
@@ -264,7 +285,8 @@ class Run:
     @property
     def objects(self) -> list[str]:
         """Names of the objects of the run and of the lab."""
-        return sorted({capture.object for capture in {*self.captures, *self.simulated}})
+        known = {*self.captures, *self.curves, *self.simulated}
+        return sorted({capture.object for capture in known})
 
     @property
     def simulated_captures(self) -> list[CaptureId]:
@@ -275,7 +297,10 @@ class Run:
         """Probe of an object: declared by its object.yaml, or by the lab that is to write it."""
         if self.made_by_lab(name):
             return self.probes[self.lab["objects"][name]["object"]["probe"]]
-        return self.probes[self.object_files[name]["probe"]]
+        spec = self.object_files[name]
+        if "probe" not in spec:
+            return {"indenter": {"radius_m": spec["curves"]["radius_m"]}}
+        return self.probes[spec["probe"]]
 
     @property
     def lab_objects(self) -> list[str]:
@@ -298,7 +323,7 @@ class Run:
 
     def groups(self) -> list[dict[str, str]]:
         """Objects and sensors whose captures are estimated together, as tables name them."""
-        found = {(c["object"], c["sensor"]): c for c in self.described(direct=True)}
+        found = {(c["object"], c["sensor"]): c for c in self.described("direct")}
         return [
             {name: c[name] for name in ("object", "sensor", "provenance")}
             for _, c in sorted(found.items())
@@ -310,7 +335,7 @@ class Run:
 
     def first_tracked(self, name: str) -> list[dict[str, str]]:
         """First tracked capture of an object by each sensor."""
-        mine = [c for c in self.described(tracked=True) if c["object"] == name]
+        mine = [c for c in self.described("tracked") if c["object"] == name]
         first = {capture["sensor"]: capture for capture in reversed(mine)}
         return [first[sensor] for sensor in sorted(first)]
 
@@ -338,32 +363,28 @@ class Run:
         key = "scans" if "scans" in template else "file"
         return key, template[key]
 
-    def described(
-        self, *, simulated: bool = False, tracked: bool = False, direct: bool = False
-    ) -> list[dict[str, str]]:
+    def described(self, which: str = "captures", *, simulated: bool = False) -> list[Described]:
         """Describe the captures of the run, as tables name them.
 
         Parameters
         ----------
+        which : {"captures", "fitted", "tracked", "minimised", "direct", "curves"}, optional
+            All, or those that a method runs on.
         simulated : bool, optional
             True: just those that the lab makes.
-        tracked : bool, optional
-            True: just those whose surfaces are tracked.
-        direct : bool, optional
-            True: just those that are estimated directly.
         """
-        wanted = self.direct if direct else self.tracked if tracked else self.captures
+        wanted = getattr(self, which)
         chosen = [c for c in wanted if c in self.simulated] if simulated else wanted
-        return [
-            {
-                "object": c.object,
-                "sensor": c.sensor,
-                "capture": c.capture,
-                "point": c.point,
-                "provenance": self._provenance_of(c.object),
-            }
-            for c in chosen
-        ]
+        return [self._described(c) for c in chosen]
+
+    def _described(self, capture: CaptureId) -> dict[str, str]:
+        return {
+            "object": capture.object,
+            "sensor": capture.sensor,
+            "capture": capture.capture,
+            "point": capture.point,
+            "provenance": self._provenance_of(capture.object),
+        }
 
     def description_of(self, name: str) -> Mapping:
         """object.yaml of an object, or what the lab is to write into it."""

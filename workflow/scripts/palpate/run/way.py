@@ -15,7 +15,7 @@ STAGES = {"hertz": "hertz", "minimise": "elasticity"}
 def way_to_moduli(run: Run, rules: Iterable[Any]) -> list[dict]:
     """Rules from the recordings to (E, nu), each with what it reads of which other.
 
-    The way is walked back from the results of the first tracked capture of each object by each
+    The way is walked back from the results of the first minimised capture of each object by each
     sensor: a new rule on the way comes by itself.
 
     Parameters
@@ -24,7 +24,7 @@ def way_to_moduli(run: Run, rules: Iterable[Any]) -> list[dict]:
     rules : iterable
         Snakemake's rules.
     """
-    firsts = {(c.object, c.sensor): c for c in reversed(run.tracked)}
+    firsts = {(c.object, c.sensor): c for c in reversed(run.minimised)}
     wanted = {
         run.of_capture(name).format(**vars(capture))
         for capture in firsts.values()
@@ -76,5 +76,5 @@ def _pattern_of(writer: Any, path: str) -> str:
 
 def _recording_name(run: Run, path: str) -> str:
     """What a recording is, without whose it is."""
-    captures = {run.raw(f"{c.object}/{c.sensor}/{c.capture}") for c in run.tracked}
+    captures = {run.raw(f"{c.object}/{c.sensor}/{c.capture}") for c in run.minimised}
     return "capture" if path in captures else Path(path).name

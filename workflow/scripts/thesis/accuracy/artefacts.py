@@ -34,7 +34,7 @@ def _estimates(rule: str, name: str, summary: str, **more) -> Artefact:
             "summary": run.results(summary),
             "materials": run.materials(),
         },
-        made=lambda run: run.described(simulated=True, direct=True),
+        made=lambda run: run.described("direct", simulated=True),
         chapter=ACCURACY,
         local=True,
         message="E and nu of all methods against the lab's truth",
@@ -45,7 +45,7 @@ def _estimates(rule: str, name: str, summary: str, **more) -> Artefact:
 def _pressed_points(run: Run) -> list[Described]:
     """A simulated capture of each point of an object that the lab solves by itself."""
     found: dict[tuple[str, str], Described] = {}
-    for capture in run.described(simulated=True, direct=True):
+    for capture in run.described("direct", simulated=True):
         name, point = capture["object"], capture["point"]
         found.setdefault((name, run.lab_point(name, point)), capture)
     return list(found.values())

@@ -13,6 +13,6 @@ ARTEFACTS = (
         make="thesis.chapter1.rule_graph:make_figure_1_1",
         outputs=figure("figure_1_1"),
         params=lambda run, captures: {"rules": lambda wildcards: way_to_moduli(run, run.rules)},
-        made=lambda run: bool(run.tracked),
+        made=lambda run: bool(run.minimised),
     ),
 )

@@ -1,6 +1,6 @@
 """What an indentation of a given depth does to samples of the surface, whatever the law."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -170,9 +170,7 @@ def sample_table(
         If the indentation table does not hold both laws.
     """
     table = indentation_table
-    if table.laws != LAW_NAMES:
-        expected, found = ", ".join(LAW_NAMES), ", ".join(table.laws)
-        raise ValueError(f"table: expected the laws {expected}, found {found} (an older one?)")
+    forces = force_table(table)
     surface = ClosestPoints(table.surface_rest_m, table.surface_faces)
     bend = shape_operators(cell_m, normal)
     first, second = (
@@ -184,17 +182,26 @@ def sample_table(
         )
         for fields in table.surface_displacement_m
     )
+    return replace(forces, motion_m=first, motion_change_m=second - first)
+
+
+def force_table(table: IndentationModel) -> SampleTable:
+    """Take the force alone from an indentation table, for no samples.
+
+    Raises
+    ------
+    ValueError
+        If the indentation table does not hold both laws.
+    """
+    if table.laws != LAW_NAMES:
+        expected, found = ", ".join(LAW_NAMES), ", ".join(table.laws)
+        raise ValueError(f"table: expected the laws {expected}, found {found} (an older one?)")
     force, other = np.asarray(table.force_per_modulus_m2, dtype=float)
     stiffening = np.zeros_like(force)
     stiffening[:, 1:] = np.log(other[:, 1:] / force[:, 1:])
-    return SampleTable(
-        np.asarray(table.poisson_ratios, dtype=float),
-        np.asarray(table.depth_m, dtype=float),
-        force,
-        stiffening,
-        first,
-        second - first,
-    )
+    none = np.empty((*force.shape, 0))
+    ratios, depth = (np.asarray(one, dtype=float) for one in (table.poisson_ratios, table.depth_m))
+    return SampleTable(ratios, depth, force, stiffening, none, none)
 
 
 def shape_operators(cell_m: NDArray, normal: NDArray) -> NDArray:

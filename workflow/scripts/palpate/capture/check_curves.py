@@ -1,0 +1,81 @@
+"""What is wrong with an object's curves: force and position without a camera."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from palpate.capture.curves.curve import Curve, read_curve
+from palpate.capture.discover import CAPTURE_NAME, CAPTURE_WORDS, curve_files
+
+OPTION = re.compile("--(depth|force)-(column|unit)")
+COLUMNS = ("depth_column", "force_column", "depth_unit", "force_unit")
+
+
+def check_curves(folder: Path, spec: Mapping, *, files: bool) -> list[str]:
+    """Check the curves of an object that declares some: one line for each problem.
+
+    Parameters
+    ----------
+    folder : Path
+        ``raw/<object>``.
+    spec : mapping
+        object.yaml.
+    files : bool
+        False: without opening them.
+    """
+    if "curves" not in spec:
+        return []
+    found, path = curve_files(folder), folder / "object.yaml"
+    if not found:
+        return [f"{path}: curves: expected {folder}/<point>.csv, found none"]
+    low, high = poisson_ratios(spec)
+    problems = []
+    if "probe" in spec and "radius_m" in spec["curves"]:
+        line = "expected none beside a probe, which has its own, found one"
+        problems.append(f"{path}: curves.radius_m: {line}")
+    if low > high:
+        line = f"expected the lower before the higher, found {[low, high]}"
+        problems.append(f"{path}: curves.poisson_ratio: {line}")
+    for curve in found:
+        lines = check_name(curve, curve.stem, spec["points"])
+        if files and not lines:
+            try:
+                declared_curve(curve, spec)
+            except ValueError as error:
+                lines = [str(error)]
+        problems += lines
+    return problems
+
+
+def check_name(path: Path, name: str, points: Mapping | None) -> list[str]:
+    """Hold a capture's or a curve's name to the points that are declared."""
+    if not CAPTURE_NAME.fullmatch(name):
+        return [f"{path}: capture: expected {CAPTURE_WORDS}, found {name}"]
+    point = name.partition("-")[0]
+    if points is None or point in points:
+        return []
+    known = ", ".join(sorted(points))
+    return [f"{path}: point: expected one of {known}, found {point}"]
+
+
+def declared_curve(path: str | Path, spec: Mapping) -> Curve:
+    """Read a curve by what object.yaml says of its columns.
+
+    Raises
+    ------
+    ValueError
+        Naming file, column and remedy, if it is no curve.
+    """
+    block = spec["curves"]
+    try:
+        return read_curve(path, **{name: block[name] for name in COLUMNS if name in block})
+    except ValueError as error:
+        # What is an option of the command is a field here.
+        raise ValueError(OPTION.sub(r"curves.\1_\2", str(error))) from None
+
+
+def poisson_ratios(spec: Mapping) -> tuple[float, float]:
+    """Least and greatest Poisson's ratio that are declared for an object's curves."""
+    given = spec["curves"]["poisson_ratio"]
+    low, high = given if isinstance(given, list) else (given, given)
+    return float(low), float(high)

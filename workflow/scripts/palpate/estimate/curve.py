@@ -1,0 +1,196 @@
+"""E of an object from one curve of force against depth, by the indentation table of its shape.
+
+A curve tells one modulus and no more. Poisson's ratio is taken as declared, within what is declared
+of it, and how the material stiffens is held by a prior (docs/theory.md): both widen the interval.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import OptimizeResult, least_squares
+from scipy.special import ndtri
+
+from palpate.estimate.direct.interval import Interval
+from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.table import SampleTable, force_table
+from palpate.estimate.hertz.curve_fit import HertzFit
+from palpate.estimate.hertz.fit import CONFIDENCE
+from palpate.estimate.hertz.scatter import deviation
+from palpate.solid.indentation import IndentationModel
+from palpate.solid.options import greatest_ratio
+
+# Unknowns: log E, contact over the press, baseline over the peak, nu, the force's law.
+UNKNOWNS = 5
+LOG_E, CONTACT, BASELINE, NU, LAW = range(UNKNOWNS)
+# Deviation of what is taken for known, beside that of unknowns of size 1.
+HELD = 1e-9
+ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class CurveEstimate:
+    """Moduli of a curve.
+
+    Attributes
+    ----------
+    moduli : dict of str to Interval
+        ``youngs_modulus_pa``, ``reduced_modulus_pa``, and ``poisson_ratio``, whose verdict is
+        *assumed*.
+    force_law, force_law_std : float
+        Place of the force's law between neo-Hooke's (0) and Blatz and Ko's (1).
+    contact_m, contact_std_m : float
+        Depth at which contact begins [m].
+    press_m : float
+        Depth of the press, from there [m].
+    baseline_n : float
+        Constant force [N].
+    rms_n : float
+        Of the residuals [N].
+    fitted_n : (n,) array
+        Force of the fit at the samples [N].
+    """
+
+    moduli: dict[str, Interval]
+    force_law: float
+    force_law_std: float
+    contact_m: float
+    contact_std_m: float
+    press_m: float
+    baseline_n: float
+    rms_n: float
+    fitted_n: NDArray
+
+
+def estimate_curve(
+    hertz: HertzFit, model: IndentationModel, ratios: tuple[float, float], options: Fit
+) -> CurveEstimate:
+    """Estimate E of a curve.
+
+    Parameters
+    ----------
+    hertz : HertzFit
+        Of the same curve: where the fit starts, and whether it has a baseline.
+    model : IndentationModel
+        Of the point that was pressed.
+    ratios : (float, float)
+        Least and greatest Poisson's ratio that the material may have, any between as likely.
+    options : Fit
+        Of the direct estimate: its prior of the law, its rig and its table.
+
+    Raises
+    ------
+    ValueError
+        If the table holds neither the press's depth nor those ratios.
+    """
+    _check_ratios(model, ratios)
+    fit = _Fit(hertz, force_table(model), ratios, options)
+    best = fit.best()
+    covariance = np.linalg.inv(best.jac.T @ best.jac)
+    std = np.sqrt(np.diag(covariance))
+    press = float(hertz.depth_m.max()) - float(best.x[CONTACT]) * hertz.press_m
+    _check_depth(model, press)
+    fitted = fit.force(best.x)
+    return CurveEstimate(
+        moduli=_moduli(best, covariance, _rig_std(hertz, press, options), ratios),
+        force_law=float(best.x[LAW]),
+        force_law_std=float(std[LAW]),
+        contact_m=float(hertz.depth_m.max()) - press,
+        contact_std_m=float(std[CONTACT]) * hertz.press_m,
+        press_m=press,
+        baseline_n=float(best.x[BASELINE]) * fit.peak_n,
+        rms_n=float(np.sqrt(np.mean((fitted - hertz.force_n) ** 2))),
+        fitted_n=fitted,
+    )
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Least squares of a curve with what is held likely."""
+
+    hertz: HertzFit
+    table: SampleTable
+    ratios: tuple[float, float]
+    options: Fit
+    std_n: float = np.nan
+
+    @property
+    def peak_n(self) -> float:
+        return float(np.ptp(self.hertz.force_n))
+
+    def force(self, x: NDArray) -> NDArray:
+        """Force at the samples [N]; as beyond the table's end where they are deeper."""
+        depth = self.hertz.depth_m - x[CONTACT] * self.hertz.press_m
+        unit = self.table.force(depth, x[NU], x[LAW])
+        return np.exp(x[LOG_E]) * unit + x[BASELINE] * self.peak_n
+
+    def best(self) -> OptimizeResult:
+        start = self._start()
+        fit = replace(self, std_n=max(self.hertz.rms_n, HELD * self.peak_n))
+        for _ in range(ROUNDS):
+            found = fit._least(start)
+            start, left = found.x, fit.force(found.x) - self.hertz.force_n
+            fit = replace(fit, std_n=max(deviation(left, UNKNOWNS), HELD * self.peak_n))
+        return fit._least(start)
+
+    def _least(self, start: NDArray) -> OptimizeResult:
+        free = np.full(UNKNOWNS, np.inf)
+        low, high = -free, free
+        low[NU], high[NU] = self.ratios[0] - HELD, self.ratios[1] + HELD
+        return least_squares(self._gaps, start, bounds=(low, high), x_scale="jac")
+
+    def _start(self) -> NDArray:
+        nu, found = np.mean(self.ratios), self.hertz
+        E = found.reduced_modulus_pa * (1 - nu**2)
+        place = found.contact_m / found.press_m
+        return np.array([np.log(E), place, found.baseline_n / self.peak_n, nu, 0.0])
+
+    def _gaps(self, x: NDArray) -> NDArray:
+        """Residuals and distances from what is held likely, in deviations."""
+        low, high = self.ratios
+        # A uniform distribution's deviation.
+        nu_std = max((high - low) / np.sqrt(12), HELD)
+        known = [(x[NU] - (low + high) / 2) / nu_std, x[LAW] / self.options.force_law_std]
+        known += [] if self.hertz.baseline else [x[BASELINE] / HELD]
+        return np.r_[(self.force(x) - self.hertz.force_n) / self.std_n, known]
+
+
+def _moduli(
+    best: OptimizeResult, covariance: NDArray, rig_std: float, ratios: tuple[float, float]
+) -> dict[str, Interval]:
+    log_E, nu = best.x[LOG_E], float(best.x[NU])
+    level = float(ndtri((1 + CONFIDENCE) / 2))
+    found = {}
+    slopes = {"youngs_modulus_pa": 0.0, "reduced_modulus_pa": 2 * nu / (1 - nu**2)}
+    for name, by_nu in slopes.items():
+        slope = np.zeros(UNKNOWNS)
+        slope[[LOG_E, NU]] = 1.0, by_nu
+        width = level * float(np.hypot(np.sqrt(slope @ covariance @ slope), rig_std))
+        log = log_E - (np.log(1 - nu**2) if by_nu else 0.0)
+        ends = (float(np.exp(log + sign * width)) for sign in (0, -1, 1))
+        found[name] = Interval.of_modulus(*ends)
+    return found | {"poisson_ratio": Interval(nu, *ratios, "assumed")}
+
+
+def _rig_std(hertz: HertzFit, press_m: float, options: Fit) -> float:
+    """Deviation of log E by the rig and the table, which a curve does not tell."""
+    rig, radius = options.rig, hertz.setup.radius_m
+    bent = rig.compliance_std_m_n * float(np.ptp(hertz.fitted_n))
+    parts = (rig.force_scale_std, rig.radius_std_m / radius / 2, 1.5 * bent / press_m)
+    return float(np.linalg.norm([*parts, options.model_std.log_youngs_modulus]))
+
+
+def _check_ratios(model: IndentationModel, ratios: tuple[float, float]) -> None:
+    least, greatest = float(model.poisson_ratios[0]), greatest_ratio(model.poisson_ratios)
+    if not least <= ratios[0] <= ratios[1] <= greatest:
+        expected = f"expected from {least:g} to {greatest:g}, low before high"
+        raise ValueError(f"curves.poisson_ratio: {expected}, found {list(ratios)}")
+
+
+def _check_depth(model: IndentationModel, press_m: float) -> None:
+    deepest = float(model.depth_m[-1])
+    if press_m > deepest:
+        raise ValueError(
+            f"deepest_m: expected at least the curve's press, {1e3 * press_m:.2f} mm, found a table"
+            f" of {1e3 * deepest:.2f} mm"
+        )

@@ -1,0 +1,45 @@
+"""Estimates of curves of force and position, as the summary has them."""
+
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+
+from palpate.report.tables import CAPTURE
+
+# Hertz's E*; and E by the indentation table of the object's own shape.
+BY_HERTZ, BY_TABLE = "curve_hertz", "curve_table"
+ASSUMED = "a curve does not tell it"
+
+
+def curve_rows(curves: Sequence[Mapping], found: Sequence[Mapping]) -> pd.DataFrame:
+    """Two rows of each curve: E* by Hertz, and E for the declared Poisson's ratio.
+
+    Parameters
+    ----------
+    curves : sequence of mapping
+        Described curves.
+    found : sequence of mapping
+        Their curve.json.
+    """
+    rows = []
+    for curve, one in zip(curves, found, strict=True):
+        known = {name: curve[name] for name in [*CAPTURE, "provenance"]}
+        hertz, moduli = one["hertz"], one["moduli"]
+        low, high = hertz["reduced_modulus_interval_pa"]
+        interval = {"reduced_modulus_low_pa": low, "reduced_modulus_high_pa": high}
+        by_hertz = {"method": BY_HERTZ, "reduced_modulus_pa": hertz["reduced_modulus_pa"]}
+        rows.append(known | by_hertz | interval)
+        by_table = {"method": BY_TABLE, "recommended": True, "captures": 1}
+        for name, judged in moduli.items():
+            by_table |= _cells(name, judged)
+        by_table |= {"poisson_ratio_reason": ASSUMED}
+        by_table |= {name: one[name] for name in ("force_law", "force_law_std")}
+        rows.append(known | by_table)
+    return pd.DataFrame(rows)
+
+
+def _cells(name: str, judged: Mapping) -> dict:
+    stem = name.removesuffix("_pa")
+    end = name[len(stem) :]
+    ends = {f"{stem}_{side}{end}": judged[side] for side in ("low", "high")}
+    return {name: judged["value"], f"{stem}_verdict": judged["verdict"]} | ends
