@@ -3,10 +3,12 @@
 import doctest
 import importlib
 import inspect
+import json
+import re
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
-from types import SimpleNamespace
 
 import palpate
 import pytest
@@ -82,7 +84,7 @@ def test_the_command_ends_in_one_line(root, tmp_path, capsys):
         " (say --force-column NAME, or its number)\n"
     )
     assert main(["direct", str(tmp_path / "raw/cow/kinect/01")]) == 1
-    assert "object.yaml: file: expected YAML, found nothing" in capsys.readouterr().err
+    assert "kinect/01: folder: expected a capture, or an object's" in capsys.readouterr().err
 
 
 def test_what_does_not_fit_is_said(root, monkeypatch):
@@ -104,16 +106,87 @@ def test_what_does_not_fit_is_said(root, monkeypatch):
         _ = scans.template
 
 
-def test_captures_of_a_point_share_its_table(monkeypatch, tmp_path):
-    """It takes minutes, and a solid made anew is another one each time."""
-    from palpate.commands import direct as command
+@pytest.fixture(scope="module")
+def lab(root, tmp_path_factory):
+    """A folder as a lab has it: configuration, devices, two presses of one point."""
+    folder = tmp_path_factory.mktemp("lab")
+    own = root / "tests/own_object"
+    for name in ("sensors", "probes"):
+        shutil.copytree(own / name, folder / "config" / name)
+    (folder / "config/config.yaml").write_text("hertz: {onset_force_n: 0.08}\n")
+    shutil.copytree(own / "raw", folder / "raw")
+    return folder
 
-    made = []
-    monkeypatch.setattr("palpate.measurement.solid_of", lambda one, kept: made.append("solid") or 1)
-    monkeypatch.setattr(
-        "palpate.measurement.indentation_table", lambda one, solid: made.append(solid) or solid
-    )
-    points = [SimpleNamespace(capture=SimpleNamespace(point=name)) for name in ("08", "08", "11")]
-    found = command._tables(points, SimpleNamespace(tables=None, solid=None))
-    assert set(found) == {"08", "11"}
-    assert made == ["solid", 1, 1]
+
+@pytest.mark.long
+def test_the_command_finds_all_of_an_object_by_itself(lab, monkeypatch, capsys):
+    """Captures, configuration and tables; a point's table is made once and kept, with a name."""
+    from palpate.__main__ import main
+
+    monkeypatch.chdir(lab / "raw")
+    assert main(["direct", "toy_cow", "--fast", "--figure", str(lab / "direct.svg")]) == 0
+    said = capsys.readouterr()
+    steps = [line for line in said.err.splitlines() if line.startswith("[")]
+    assert [line[:8] for line in steps] == [f"[{k} of 4]" for k in (1, 2, 3, 4)]
+    assert "kept in ../results/toy_cow/indentation-back-fast.npz" in steps[2]
+    assert "skfem" not in said.err
+    assert said.out.startswith("toy_cow, bench_cam: 2 captures\n  reduced_modulus: ")
+    assert "coarse indentation table (--fast)" in said.out
+    assert (lab / "direct.svg").stat().st_size > 10_000
+    given = ["direct", "toy_cow/bench_cam/back", "--fast", "--nu", "0.38", "--nu-std", "0.02"]
+    assert main([*given, "--json"]) == 0
+    said = capsys.readouterr()
+    assert "made now" not in said.err
+    told = json.loads(said.out)
+    ratio, E = told["poisson_ratio"], told["youngs_modulus_pa"]
+    assert ratio["verdict"] == "assumed"
+    assert (ratio["low"], ratio["high"]) == pytest.approx((0.38 - 0.0392, 0.38 + 0.0392), abs=1e-3)
+    # The lab's material: 38 kPa.
+    assert E["low"] < 38e3 < E["high"]
+    assert "Poisson's ratio" in {row["source"] for row in told["budget"]}
+
+
+@pytest.mark.long
+def test_a_table_of_another_object_is_refused(lab, root, monkeypatch, capsys):
+    from palpate.__main__ import main
+
+    monkeypatch.chdir(root)
+    capture = ["tests/sample/raw/foam_block/kinect/08", "--sensors", "tests/sample/sensors"]
+    tables = lab / "results/toy_cow"
+    (tables / "indentation-08.npz").symlink_to(tables / "indentation-back-fast.npz")
+    assert main(["direct", *capture, "--tables", str(tables)]) == 1
+    assert "error: tables: expected one" in capsys.readouterr().err
+
+
+WRONG = {
+    ("raw",): "raw: folder: expected a capture, or an object's or a sensor's folder with captures",
+    ("raw/toy_cow/nothing",): "nothing: folder: expected a capture, .*found no such folder",
+    ("raw/toy_cow", "--solid", "none.vtu"): "--solid: expected a file, found nothing at none.vtu",
+    ("raw/toy_cow", "--nu-std", "0.1"): "--nu-std: expected --nu beside it, found none",
+    ("raw/toy_cow", "--figure", "fit.bmp"): "--figure: expected a file that ends with one of .png",
+}
+
+
+@pytest.mark.parametrize("given", WRONG)
+def test_what_is_no_capture_is_said_before_the_work(lab, given, monkeypatch, capsys):
+    from palpate.__main__ import main
+
+    monkeypatch.chdir(lab)
+    assert main(["direct", *given]) == 1
+    said = capsys.readouterr()
+    assert not said.out
+    assert re.fullmatch(f"error: .*{WRONG[given]}.*\n", said.err), said.err
+
+
+def test_a_table_without_rows_is_said(lab, monkeypatch, capsys):
+    from palpate.__main__ import main
+
+    monkeypatch.chdir(lab)
+    frames = lab / "raw/toy_cow/bench_cam/back-a02/frames.csv"
+    whole = frames.read_text()
+    try:
+        frames.write_text(whole.splitlines()[0] + "\n")
+        assert main(["direct", "raw/toy_cow"]) == 1
+    finally:
+        frames.write_text(whole)
+    assert "back-a02/frames.csv: rows: expected at least 3, found 0" in capsys.readouterr().err

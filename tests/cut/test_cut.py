@@ -13,6 +13,7 @@ NOT_RUN = {
     "all": "a target",
     "lab": "a target: all that the lab makes",
     "validation": "a target",
+    "curve": OWN_OBJECTS,
     "own_hertz_fit": OWN_OBJECTS,
     "own_moduli": OWN_OBJECTS,
     "own_report": OWN_OBJECTS,

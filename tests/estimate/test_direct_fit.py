@@ -3,6 +3,7 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from made_up_press import NO_RIG, OPTIONS, RADIUS_M, STANDING, START, press_of
@@ -217,6 +218,40 @@ def test_the_equivalent_modulus_is_that_of_the_force_at_its_depth():
     # One noisy press tells it better than E* at small strain.
     one = estimate_direct([press_of(25e3, 0.3, 1)], OPTIONS, radius_m=RADIUS_M).budget.std
     assert one[1] < 0.8 * one[0]
+
+
+def test_a_ratio_that_is_known_beforehand_narrows_e():
+    press = press_of(25e3, 0.3, 1)
+    free = estimate_direct([press], OPTIONS, radius_m=RADIUS_M)
+    options = replace(OPTIONS, poisson_ratio=0.3, poisson_ratio_std=0.002)
+    known = estimate_direct([press], options, radius_m=RADIUS_M)
+    E, nu = (known.moduli[name] for name in ("youngs_modulus_pa", "poisson_ratio"))
+    assert E.low < 25e3 < E.high
+    wider = free.moduli["youngs_modulus_pa"]
+    assert E.high / E.low < wider.high / wider.low
+    assert nu.verdict == "assumed"
+    assert (nu.low, nu.high) == pytest.approx((0.3 - 0.00392, 0.3 + 0.00392), abs=1e-4)
+    # What is held beforehand gives way to what the press tells well.
+    wide = replace(OPTIONS, poisson_ratio=0.4, poisson_ratio_std=0.3)
+    told = estimate_direct([press], wide, radius_m=RADIUS_M).moduli["poisson_ratio"]
+    assert told.verdict != "assumed"
+    assert abs(told.value - free.moduli["poisson_ratio"].value) < 0.02
+
+
+def test_an_estimate_can_be_looked_at():
+    presses = [press_of(25e3, 0.3, k) for k in (1, 2)]
+    found = estimate_direct(presses, OPTIONS, radius_m=RADIUS_M)
+    assert repr(found).startswith("DirectEstimate of 2 captures (95 % intervals)\n")
+    assert f"youngs_modulus: {found.moduli['youngs_modulus_pa']}" in repr(found)
+    for one, press in zip(found.captures(), presses, strict=True):
+        assert np.array_equal(one.force_n, press.force_n[press.frames])
+        assert np.std(one.fitted_depth_m - one.depth_m) < 2 * np.median(press.depth_std_m)
+        left = one.moved_m - one.fitted_moved_m
+        assert np.array_equal(np.isnan(left), ~press.seen)
+        assert np.nanstd(left) < 1.5 * np.median(press.moved_std_m[press.seen])
+    axes = plt.figure().add_subplot()
+    found.plot(axes)
+    assert [len(line.get_xdata()) for line in axes.lines] == [len(presses[0].frames)] * 4
 
 
 def test_the_budget_is_the_covariance():

@@ -82,6 +82,19 @@ def test_in_another_directory(root, elsewhere, tmp_path):
     assert not (copy / "results").exists()
 
 
+def test_in_another_directory_with_devices_of_its_own(root, tmp_path):
+    """The project's lab, which films with the project's sensors, stays at home."""
+    own, here = root / "tests/own_object", tmp_path / "here"
+    for name in ("sensors", "probes"):
+        shutil.copytree(own / name, here / "config" / name)
+    done = snakemake(root, "--directory", str(here), "--dry-run")
+    assert "error: raw: expected captures" in done.stderr
+    shutil.copytree(own / "raw", here / "raw")
+    done = snakemake(root, "--directory", str(here), "--dry-run")
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert "own_report" in done.stdout and "lab_capture" not in done.stdout
+
+
 def test_a_file_of_the_command_line_is_blamed_for_what_it_says(root, tmp_path):
     """The last that says a thing, as it holds."""
     path = tmp_path / "run.yaml"

@@ -11,10 +11,13 @@ from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.measurement import Measurement
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.smooth_surface import SmoothSurface
+from palpate.surface.distance import ClosestPoints
 from palpate.units import MILLIMETRES
 
 # A table of another sphere is another force.
 SAME_RADIUS = 1e-6
+# Of a declared point and its table's, and of a template and the solid that is made of it.
+SAME_POINT_M, SAME_SURFACE_M = 0.01, 0.003
 
 
 def estimate(
@@ -76,9 +79,26 @@ def estimate(
             expected = f"one of the probe's {radius * MILLIMETRES:g} mm sphere"
             found = f"{table.radius_m * MILLIMETRES:g} mm"
             raise ValueError(f"tables: expected {expected}, found one of {found}")
+    for one, table in zip(measured, tables, strict=True):
+        _check_table(one, table)
     options = options or measured[0].config.direct.fit
     indentations = [_indentation(*of, options) for of in zip(measured, tables, strict=True)]
     return estimate_direct(indentations, options, radius_m=radius)
+
+
+def _check_table(measured: Measurement, table: IndentationModel) -> None:
+    """Refuse a table of another point, or of another object."""
+    declared = measured.capture.declared["points"][measured.capture.point]["position_m"]
+    apart = float(np.linalg.norm(table.point_m - np.array(declared)))
+    if apart > SAME_POINT_M:
+        expected = f"expected one of point {measured.capture.point}"
+        found = f"{apart * MILLIMETRES:.0f} mm off it"
+        raise ValueError(f"tables: {expected}, found one of a point {found}")
+    surface = ClosestPoints(measured.template.vertices_m, measured.template.faces)
+    off = float(np.abs(surface.signed_distance(table.surface_rest_m)).max())
+    if off > SAME_SURFACE_M:
+        found = f"one whose surface lies up to {off * MILLIMETRES:.1f} mm off it"
+        raise ValueError(f"tables: expected one of this object's template, found {found}")
 
 
 def _indentation(measured: Measurement, table: IndentationModel, options: Fit) -> DirectIndentation:

@@ -2,96 +2,203 @@
 
 import argparse
 import json
-import logging
+import os
 import sys
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, replace
+from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from palpate.capture.devices import add_devices
-from palpate.units import KILOPASCALS
+from palpate.capture.capture import Capture
+from palpate.capture.devices import PLACES, add_devices
+from palpate.commands.found import Project, captures_of, opened
+from palpate.commands.help import add_verb, check_figure
+
+if TYPE_CHECKING:
+    from palpate.estimate.direct.estimate import DirectEstimate
+    from palpate.measurement import Measurement
+    from palpate.solid.indentation import IndentationModel
+
+ABOUT = """\
+Estimate E and nu of captures: of one, of all of a sensor's folder, or of all of an object's, those
+of one sensor together. Configuration, optics, solid and indentation tables are those of the
+project's folder above, and a table that is made now is kept where a run keeps it.
+"""
+EXAMPLE = "palpate direct raw/sponge --fast"
+# Of --fast: a table in a tenth of the time, and what it may be off by.
+FAST = {"poisson_ratios": (0.0, 0.3, 0.49), "step_m": 0.003, "edge_m": 0.004}
+FAST_STD = {"log_youngs_modulus": 0.05, "nu": 0.03}
+FAST_NOTE = "coarse indentation table (--fast): 5 % of E and 0.03 of nu are allowed for it"
 
 
 def _direct(options: argparse.Namespace) -> None:
-    """E and nu of captures."""
+    """E and nu, by object and sensor."""
+    check_figure(options.figure)
+    _check_files(options)
+    captures = opened(
+        captures_of(options.folders), {name: getattr(options, name) for name in PLACES}
+    )
+    points = {(one.folder.parents[1], one.point) for one in captures}
+    groups = [list(of) for _, of in groupby(captures, key=lambda one: one.folder.parent)]
+    steps = _Steps(len(captures) + len(points) + len(groups))
+    made: dict[tuple[Path, str], Any] = {}
+    found = {_title(group): _estimated(group, options, steps, made) for group in groups}
+    if options.figure:
+        _write_figure(options.figure, found)
+    if options.json:
+        told = {title: _told(one) for title, one in found.items()}
+        print(json.dumps(told if len(found) > 1 else next(iter(told.values())), indent=2))
+        return
+    for title, one in found.items():
+        print("\n".join(_lines(title, one, options)))
+
+
+class _Steps:
+    """One line for each step as it begins, with how many are left."""
+
+    def __init__(self, count: int) -> None:
+        self.count, self.done = count, 0
+
+    def begin(self, text: str) -> None:
+        self.done += 1
+        print(f"[{self.done} of {self.count}] {text}", file=sys.stderr, flush=True)
+
+
+def _check_files(options: argparse.Namespace) -> None:
+    for name in ("solid", "optics", "config"):
+        path = getattr(options, name)
+        if path is not None and not path.is_file():
+            raise ValueError(f"--{name}: expected a file, found nothing at {path}")
+    if options.nu_std is not None and options.nu is None:
+        raise ValueError("--nu-std: expected --nu beside it, found none")
+
+
+def _title(group: Sequence[Capture]) -> str:
+    folder = group[0].folder
+    count = len(group)
+    return f"{folder.parents[1].name}, {folder.parent.name}: {count} capture{'s' * (count > 1)}"
+
+
+def _estimated(
+    group: Sequence[Capture], options: argparse.Namespace, steps: _Steps, made: dict
+) -> "DirectEstimate":
+    """Estimate of captures of one object with one sensor."""
     from palpate import direct
-    from palpate.capture.capture import open_capture
-    from palpate.estimate.direct.result import described_law
     from palpate.measurement import measure
 
-    devices = {"sensors": options.sensors, "probes": options.probes}
-    captures = [open_capture(folder, **devices) for folder in options.captures]
-    if len({capture.folder.parent for capture in captures}) > 1:
-        raise ValueError("captures: expected those of one object and sensor, found others too")
-    _tell_progress()
+    folder = group[0].folder
+    project = Project.near(folder)
+    config = project.config(options.config)
+    optics = options.optics
+    if optics is None and group[0].sensor.get("optics") == "calibration":
+        optics = project.optics(folder.parent.name)
     measured = []
-    for capture in captures:
-        logging.info("%s: masks, probe, forces, clouds, motion", capture.folder)
-        measured.append(measure(capture, optics=options.optics))
-    tables = _tables(measured, options)
-    found = direct.estimate(measured, [tables[one.capture.point] for one in measured])
-    if options.json:
-        told = {name: asdict(interval) for name, interval in found.moduli.items()}
-        print(json.dumps(told | described_law(found) | {"budget": found.budget.rows()}, indent=2))
-        return
-    for name, interval in found.moduli.items():
-        print(f"{name.removesuffix('_pa')}: {_said(name, interval)}")
-    at, largest = 1e3 * found.quantities.depth_m, found.budget.sources[0].name
-    print(f"95 % intervals; largest source of E*'s: {largest}")
-    print(f"to compare objects: equivalent E*, at {at:.1f} mm; to compute with: E and nu")
-    for which, law in described_law(found)["law"].items():
-        text = f"{law['value']:+.2f} +- {law['std']:.2f}"
-        print(f"law of the {which}: {text} (0: neo-Hooke's, 1: Blatz and Ko's)")
+    for capture in group:
+        shown = os.path.relpath(capture.folder)
+        steps.begin(f"{shown}: masks, probe, forces, clouds, motion")
+        try:
+            measured.append(measure(capture, config, optics=optics))
+        except ValueError as error:
+            line = str(error)
+            raise ValueError(line if shown in line else f"{shown}: {line}") from None
+    for one in measured:
+        key = folder.parents[1], one.capture.point
+        if key not in made:
+            made[key] = _table(one, project, options, steps)
+    tables = [made[folder.parents[1], one.capture.point] for one in measured]
+    steps.begin(f"{_title(group)}: E and nu")
+    return direct.estimate(measured, tables, _fit(config.direct.fit, options))
 
 
-def _said(name: str, interval: Any) -> str:
-    scale, unit, places = (KILOPASCALS, " kPa", 1) if name.endswith("_pa") else (1.0, "", 2)
-    value, low, high = (scale * one for one in (interval.value, interval.low, interval.high))
-    return f"{value:.{places}f}{unit} ({low:.{places}f} to {high:.{places}f}), {interval.verdict}"
+def _fit(fit: Any, options: argparse.Namespace) -> Any:
+    """Options of the fit, with what a person says of nu and of the table."""
+    changes: dict[str, Any] = {}
+    if options.nu is not None:
+        changes["poisson_ratio"] = options.nu
+    if options.nu_std is not None:
+        changes["poisson_ratio_std"] = options.nu_std
+    if options.fast:
+        changes["model_std"] = replace(fit.model_std, **FAST_STD)
+    return replace(fit, **changes)
 
 
-def _tell_progress() -> None:
-    """Say on standard error what is being done; of libraries only what is wrong."""
-    logging.basicConfig(stream=sys.stderr, level=logging.INFO, format="%(message)s", force=True)
-    logging.getLogger("skfem").setLevel(logging.ERROR)
-
-
-def _tables(measured: Sequence[Any], options: argparse.Namespace) -> dict[str, Any]:
-    """Indentation table of each pressed point: kept, or made of one solid and kept."""
+def _table(
+    one: "Measurement", project: Project, options: argparse.Namespace, steps: _Steps
+) -> "IndentationModel":
+    """Indentation table of a pressed point: kept, or made and kept."""
     from palpate.capture.files import whole_file
     from palpate.measurement import indentation_table, solid_of
     from palpate.solid.indentation import load_indentation, save_indentation
 
-    found, solid = {}, None
-    for one in {one.capture.point: one for one in measured}.values():
-        point = one.capture.point
-        path = options.tables / f"indentation-{point}.npz" if options.tables else None
-        if path and path.is_file():
-            found[point] = load_indentation(path)
-            continue
-        logging.info("indentation table of point %s: made now, which takes minutes", point)
-        solid = solid or solid_of(one, options.solid)
-        found[point] = indentation_table(one, solid)
-        if path:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with whole_file(path) as part:
-                save_indentation(part, found[point])
-    return found
+    name, point = one.capture.declared["object"], one.capture.point
+    folder = options.tables or project.results(name)
+    path = folder and folder / f"indentation-{point}{'-fast' * options.fast}.npz"
+    if path and path.is_file():
+        steps.begin(f"indentation table of point {point}: {os.path.relpath(path)}")
+        return load_indentation(path)
+    kept = f", kept in {os.path.relpath(path)}" if path else ""
+    steps.begin(f"indentation table of point {point}: made now, a minute or more{kept}")
+    solid = solid_of(one, options.solid or project.solid(name))
+    model = one.config.direct.model
+    table = indentation_table(one, solid, replace(model, **FAST) if options.fast else model)
+    if path:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(path) as part:
+            save_indentation(part, table)
+    return table
+
+
+def _told(found: "DirectEstimate") -> dict:
+    from palpate.estimate.direct.result import described_law
+
+    told = {name: asdict(interval) for name, interval in found.moduli.items()}
+    return told | described_law(found) | {"budget": found.budget.rows()}
+
+
+def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> Iterator[str]:
+    from palpate.estimate.direct.result import described_law
+
+    yield title
+    for name, interval in found.moduli.items():
+        yield f"  {name.removesuffix('_pa')}: {interval}"
+    at, largest = 1e3 * found.quantities.depth_m, found.budget.sources[0].name
+    yield f"  95 % intervals; largest source of E*'s: {largest}"
+    yield f"  to compare objects: equivalent E*, at {at:.1f} mm; to compute with: E and nu"
+    for which, law in described_law(found)["law"].items():
+        text = f"{law['value']:+.2f} +- {law['std']:.2f}"
+        yield f"  law of the {which}: {text} (0: neo-Hooke's, 1: Blatz and Ko's)"
+    if options.fast:
+        yield f"  {FAST_NOTE}"
+
+
+def _write_figure(path: Path, found: dict[str, "DirectEstimate"]) -> None:
+    from palpate.capture.files import whole_file
+    from palpate.report.direct_figure import figure_of_estimates
+
+    with whole_file(path) as part:
+        figure_of_estimates(found).savefig(part)
 
 
 def add(commands: Any) -> None:
     """Add the command to a parser's."""
-    direct = commands.add_parser("direct", help="estimate E and nu of captures")
-    direct.add_argument("captures", type=Path, nargs="+", help="raw/<object>/<sensor>/<capture>")
-    add_devices(direct)
-    direct.add_argument("--solid", type=Path, help="kept mesh of the object (VTU); else made anew")
-    direct.add_argument(
-        "--tables",
-        type=Path,
-        help="folder of indentation tables: taken from it, or made and kept there (delete them when"
-        " the object, its solid or the probe change)",
+    verb = add_verb(
+        commands, "direct", "E and nu of captures", _direct, about=ABOUT, example=EXAMPLE
     )
-    direct.add_argument("--optics", type=Path, help="calibration.json of the sensor")
-    direct.add_argument("--json", action="store_true", help="for programs")
-    direct.set_defaults(work=_direct)
+    verb.add_argument(
+        "folders",
+        type=Path,
+        nargs="+",
+        metavar="FOLDER",
+        help="raw/<object>, raw/<object>/<sensor> or raw/<object>/<sensor>/<capture>",
+    )
+    verb.add_argument("--nu", type=float, help="Poisson's ratio, where it is known beforehand")
+    verb.add_argument("--nu-std", type=float, metavar="STD", help="and how well (0.002)")
+    verb.add_argument("--fast", action="store_true", help="a coarse table, in a tenth of the time")
+    verb.add_argument("--figure", type=Path, help="draw press and surface (.png, .svg, .pdf)")
+    verb.add_argument("--json", action="store_true", help="for programs")
+    verb.add_argument("--config", type=Path, help="options of all steps; else config/config.yaml")
+    verb.add_argument("--tables", type=Path, help="folder of tables; else results/<object>")
+    verb.add_argument("--solid", type=Path, help="mesh of the object (VTU); else a kept one")
+    verb.add_argument("--optics", type=Path, help="calibration.json; else that of a run")
+    add_devices(verb)

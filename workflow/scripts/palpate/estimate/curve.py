@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 from scipy.special import ndtri
 
-from palpate.estimate.direct.interval import Interval
+from palpate.estimate.direct.interval import ASSUMED, Interval
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.table import SampleTable, force_table
 from palpate.estimate.hertz.curve_fit import HertzFit
@@ -169,7 +169,7 @@ def _moduli(
         log = log_E - (np.log(1 - nu**2) if by_nu else 0.0)
         ends = (float(np.exp(log + sign * width)) for sign in (0, -1, 1))
         found[name] = Interval.of_modulus(*ends)
-    return found | {"poisson_ratio": Interval(nu, *ratios, "assumed")}
+    return found | {"poisson_ratio": Interval(nu, *ratios, ASSUMED)}
 
 
 def _rig_std(hertz: HertzFit, press_m: float, options: Fit) -> float:

@@ -7,7 +7,8 @@ from palpate.capture.schema import load_yaml
 
 # Of a run's paths, those that the project has something at.
 CONFIGURATION = ("config/config.yaml", "config/thesis.yaml")
-SHIPPED = ("sensors", "probes", "meshes", "lab")
+SHIPPED = ("sensors", "probes", "meshes")
+LAB = "config/lab.yaml"
 
 
 def sources_of(project: Path) -> list[str]:
@@ -31,11 +32,15 @@ def beside(path: str, project: Path) -> str:
 
 
 def placed(paths: Mapping[str, str | None], project: Path) -> dict[str, str | None]:
-    """Paths of a run, those of devices and the lab as `beside` has them."""
-    return {
+    """Paths of a run, those of devices as `beside` has them.
+
+    The lab is the working directory's own, or none: it films with the project's sensors.
+    """
+    found = {
         name: beside(path, project) if name in SHIPPED and path else path
         for name, path in paths.items()
     }
+    return found | ({} if found["lab"] != LAB or Path(LAB).exists() else {"lab": None})
 
 
 def who_said(line: str, sources: Sequence[str], told: Mapping) -> str:

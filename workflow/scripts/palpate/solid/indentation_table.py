@@ -4,6 +4,7 @@ import logging
 
 import numpy as np
 from numpy.typing import NDArray
+from tqdm import tqdm
 
 from palpate.solid.indentation import IndentationModel, ratio_weights
 from palpate.solid.indentation_setup import IndentationOptions, IndentationSetup, indentation_setup
@@ -100,13 +101,17 @@ def indentation_model(
         options=options or IndentationOptions(),
     )
     steps_of: dict[tuple[str, int], list[State]] = {}
-    for law in laws:
-        for number in solved_ratios(law == laws[0], len(poisson_ratios)):
-            near = [steps_of.get((law, n)) for n in (number - 1, number - 2)]
-            # Another law's load steps start from those of the first.
-            if law != laws[0]:
-                near = [steps_of[laws[0], number], None]
-            steps_of[law, number] = steps(setup, law, poisson_ratios[number], depths, near)
+    presses = [
+        (law, number)
+        for law in laws
+        for number in solved_ratios(law == laws[0], len(poisson_ratios))
+    ]
+    for law, number in tqdm(presses, "indentation table", unit="press", disable=None, leave=False):
+        near = [steps_of.get((law, n)) for n in (number - 1, number - 2)]
+        # Another law's load steps start from those of the first.
+        if law != laws[0]:
+            near = [steps_of[laws[0], number], None]
+        steps_of[law, number] = steps(setup, law, poisson_ratios[number], depths, near)
     return _model(setup, steps_of, laws, poisson_ratios, depths)
 
 

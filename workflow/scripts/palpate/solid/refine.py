@@ -1,11 +1,15 @@
 """A solid mesh made finer near a point, the same way each time."""
 
+import logging
+
 import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshTet
 
 from palpate.solid.mesh import SolidMesh, solid_mesh
 
+# It warns of the order of the arrays that it has made itself.
+logging.getLogger("skfem.mesh").setLevel(logging.ERROR)
 BISECTIONS = 12
 # From the centroid to a corner of a regular element, in edges.
 AROUND = 0.612

@@ -2,23 +2,53 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.budget import Budget, budget_of, covariance_of
 from palpate.estimate.direct.fit import Solution, check_count, fit_direct
-from palpate.estimate.direct.indentation import DirectIndentation, Parameters
+from palpate.estimate.direct.indentation import DirectIndentation, Parameters, residuals
 from palpate.estimate.direct.interval import Interval, intervals
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.quantities import Quantities, quantities_of
 from palpate.estimate.direct.support_motion import MOTIONS
 from palpate.solid.options import greatest_ratio
+from palpate.units import MILLIMETRES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 START_POISSON_RATIOS = (0.1, 0.3, 0.45)
 
 
 @dataclass(frozen=True)
+class CaptureFit:
+    """What one capture shows and what the estimate makes of it, in the k frames compared.
+
+    Attributes
+    ----------
+    force_n : (k,) array
+        Along the press [N].
+    depth_m, fitted_depth_m : (k,) arrays
+        Indentation as it was seen, its fitted offset and clock allowed for, and as the force and
+        the estimate have it [m].
+    moved_m, fitted_moved_m : (k, c) arrays
+        Motion of c samples of the surface; NaN where one was not seen [m].
+    distance_m : (c,) array
+        Of the samples from the contact [m].
+    """
+
+    force_n: NDArray
+    depth_m: NDArray
+    fitted_depth_m: NDArray
+    moved_m: NDArray
+    fitted_moved_m: NDArray
+    distance_m: NDArray
+
+
+@dataclass(frozen=True, repr=False)
 class DirectEstimate:
     """Moduli of captures of one object, with what they rest on.
 
@@ -32,6 +62,8 @@ class DirectEstimate:
         Of the solution's unknowns.
     budget : Budget
         What each source of error adds to the moduli's deviations.
+    options : Fit
+        That it was made with.
     """
 
     solution: Solution
@@ -39,6 +71,48 @@ class DirectEstimate:
     quantities: Quantities
     covariance: NDArray
     budget: Budget
+
+    options: Fit
+
+    def __repr__(self) -> str:
+        lines = [f"{name.removesuffix('_pa')}: {one}" for name, one in self.moduli.items()]
+        count = len(self.solution.indentations)
+        head = f"DirectEstimate of {count} capture{'s' * (count > 1)} (95 % intervals)"
+        return "\n  ".join([head, *lines])
+
+    def captures(self) -> list[CaptureFit]:
+        """What each capture shows, beside what the estimate makes of it."""
+        times = np.array(self.options.relaxation_times_s, dtype=float)
+        best = self.solution
+        found = []
+        for one, p in zip(best.indentations, best.parameters, strict=True):
+            gaps = residuals(one, p, times_s=times)
+            measured = one.depth_m + p.offset_m + p.clock_s * one.speed_m_s
+            gap = np.full(one.moved_m.shape, np.nan)
+            gap[one.seen] = gaps.motion * one.moved_std_m[one.seen]
+            found.append(
+                CaptureFit(
+                    force_n=one.force_n[one.frames],
+                    depth_m=measured,
+                    fitted_depth_m=measured + gaps.depth * one.depth_std_m,
+                    moved_m=np.where(one.seen, one.moved_m, np.nan),
+                    fitted_moved_m=one.moved_m - gap,
+                    distance_m=np.linalg.norm(one.cell_m - one.contact_m, axis=1),
+                )
+            )
+        return found
+
+    def plot(self, axes: "Axes") -> None:
+        """Draw force over indentation of each capture, seen and fitted, into axes of Matplotlib."""
+        for number, one in enumerate(self.captures()):
+            order = np.argsort(one.fitted_depth_m)
+            seen = {"color": "#9A9A9A", "label": None if number else "seen"}
+            fitted = {"color": "#D55E00", "label": None if number else "fitted"}
+            axes.plot(MILLIMETRES * one.depth_m, one.force_n, ".", **seen)
+            depth = MILLIMETRES * one.fitted_depth_m
+            axes.plot(depth[order], one.force_n[order], lw=0.9, **fitted)
+        axes.set(xlabel="indentation (mm)", ylabel="force (N)")
+        axes.legend()
 
     @property
     def std(self) -> NDArray:
@@ -70,7 +144,7 @@ def estimate_direct(
     quantities = quantities_of(best, covariance, options, radius_m=radius_m)
     budget = budget_of(best, covariance, quantities, options, radius_m=radius_m)
     moduli = intervals(best, covariance, quantities, budget, options)
-    return DirectEstimate(best, moduli, quantities, covariance, budget)
+    return DirectEstimate(best, moduli, quantities, covariance, budget, options)
 
 
 def within_tables(indentations: Sequence[DirectIndentation], options: Fit) -> Fit:

@@ -1,7 +1,7 @@
 """Joint robust least squares of E, nu, the law and nuisances over all frames of captures."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +29,7 @@ from palpate.estimate.direct.options import Fit
 
 # Unknowns without a prior: log E and nu; and the law's: q and m.
 FREE, LAWS = 2, 2
+RATIO, NU = "Poisson's ratio", 1
 STEPS = "relaxing shares of neighbouring times"
 # Deviation of motions that do not happen [m, rad].
 UNMOVED = 1e-12
@@ -253,7 +254,9 @@ class Prior:
 
 
 def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
-    """Priors of the unknowns of captures, in the order of `Solution.vector`; none of log E and nu.
+    """Priors of the unknowns of captures, in the order of `Solution.vector`.
+
+    There is none of log E, and of nu where it is known beforehand.
 
     Soft tissue and foam relax over many decades of time, with a flat spectrum (Fung's
     quasi-linear viscoelasticity, 1981), so neighbouring times have about the same share: without
@@ -282,8 +285,19 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         at = SHARED + k
         rows[len(known) + k, [at, at + 1]] = np.array([1, -1]) / options.fraction_step_std
     values = np.append(np.array(means) / np.array(stds), np.zeros(steps))
-    named = dict(zip(sources, units, strict=True)) | {STEPS: "1"}
-    return Prior(rows, values, (*sources, *[STEPS] * steps), named)
+    named = dict(zip(sources, units, strict=True)) | {STEPS: "1", RATIO: "1"}
+    prior = Prior(rows, values, (*sources, *[STEPS] * steps), named)
+    return prior if options.poisson_ratio is None else _with_ratio(prior, options)
+
+
+def _with_ratio(prior: Prior, options: Fit) -> Prior:
+    """The same with a Poisson's ratio that is known beforehand."""
+    row = np.zeros((1, prior.rows.shape[1]))
+    row[0, NU] = 1 / options.poisson_ratio_std
+    values = np.append(prior.values, options.poisson_ratio / options.poisson_ratio_std)
+    return replace(
+        prior, rows=np.vstack([prior.rows, row]), values=values, sources=(*prior.sources, RATIO)
+    )
 
 
 def parameter_bounds(captures: int, options: Fit) -> tuple[NDArray, NDArray]:

@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
+from scipy.special import ndtri, stdtrit
 
 from palpate.estimate.direct.budget import Budget
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.quantities import NAMES, Quantities
+from palpate.units import KILOPASCALS
 
 CONFIDENCE = 0.95
 # An interval of nu narrower than this tells materials apart: cork, foam, rubber.
@@ -19,6 +20,8 @@ NARROW_NU = 0.2
 NARROW_E = 1.5
 # Ends of an interval this close to the range's are at its bound.
 AT_BOUND = 0.005
+# A press that leaves more of the deviation that was known beforehand tells nothing of nu.
+ASSUMED, TOLD_PART = "assumed", 0.8
 POISSON, NU_STEPS = NAMES.index("poisson_ratio"), 41
 
 
@@ -30,6 +33,15 @@ class Interval:
     low: float
     high: float
     verdict: str
+
+    def __str__(self) -> str:
+        """Value and interval, a modulus in kPa, and the verdict."""
+        modulus = self.value > 1
+        scale, unit, places = (KILOPASCALS, " kPa", 1) if modulus else (1.0, "", 2)
+        value, low, high = (
+            f"{scale * one:.{places}f}" for one in (self.value, self.low, self.high)
+        )
+        return f"{value}{unit} ({low} to {high}), {self.verdict}"
 
     @staticmethod
     def of_modulus(value: float, low: float, high: float) -> "Interval":
@@ -57,7 +69,7 @@ def intervals(
     quantile = stdtrit(budget.freedom, (1 + CONFIDENCE) / 2)
     half = quantile * budget.std
     bounds, nu = options.poisson_ratio_bounds, float(quantities.values[POISSON])
-    few = few_frames(best, options)
+    few = few_frames(best, options) and options.poisson_ratio is None
     # What so few frames say of nu is the priors'.
     ends = bounds if few else np.clip([nu - half[POISSON], nu + half[POISSON]], *bounds)
     moved = quantities.slopes @ covariance @ quantities.slopes[POISSON]
@@ -65,7 +77,11 @@ def intervals(
     found = {}
     for k, name in enumerate(NAMES):
         if k == POISSON:
-            found[name] = Interval(nu, *map(float, ends), verdict_of_nu(*ends, bounds))
+            verdict = verdict_of_nu(*ends, bounds)
+            if _is_assumed(nu_std, options):
+                known = options.poisson_ratio + _ends(options.poisson_ratio_std)
+                ends, verdict = np.clip(known, *bounds), ASSUMED
+            found[name] = Interval(nu, *map(float, ends), verdict)
             continue
         told = bounds if few else np.clip(nu + quantile[k] * nu_std * np.array([-1, 1]), *bounds)
         with_nu = _with_nu(name, by_nu, nu, np.linspace(*told, NU_STEPS))
@@ -87,6 +103,16 @@ def _with_nu(name: str, by_nu: NDArray, nu: float, ratios: NDArray) -> NDArray:
     later = by_nu[k] - by_nu[NAMES.index("youngs_modulus_pa")]
     exact = np.log((1 - ratios**2) / (1 - nu**2))
     return (by_nu[star] + later) * (ratios - nu) + exact
+
+
+def _ends(std: float) -> NDArray:
+    """Ends of a normal distribution's interval about its mean, (2,)."""
+    return float(ndtri((1 + CONFIDENCE) / 2)) * std * np.array([-1.0, 1.0])
+
+
+def _is_assumed(std: float, options: Fit) -> bool:
+    """Whether what is said of nu is what was known beforehand, and hardly more."""
+    return options.poisson_ratio is not None and std > TOLD_PART * options.poisson_ratio_std
 
 
 def few_frames(best: Solution, options: Fit) -> bool:

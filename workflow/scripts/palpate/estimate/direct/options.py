@@ -114,6 +114,10 @@ class Fit(Options):
     poisson_ratio_bounds: tuple[float, float] = option(
         (0.0, 0.4999), "of the fit; the table's, and up to 0.01 beyond", least=0, most=0.4999
     )
+    poisson_ratio: float | None = option(
+        None, "that is known beforehand; null where the press is to tell it", least=0, most=0.4999
+    )
+    poisson_ratio_std: float = option(0.002, "of it, where it is known", above=0, most=0.5)
     force_law_std: float = option(
         0.5,
         "of the place of the force's law between neo-Hooke's (0) and Blatz and Ko's (1)",

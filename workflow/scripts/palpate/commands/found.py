@@ -1,0 +1,113 @@
+"""What a verb finds by itself of a folder: captures, configuration, kept solids, tables, optics."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from palpate.capture.capture import Capture, open_capture
+from palpate.capture.check import check_capture
+from palpate.capture.discover import sensor_folders
+from palpate.capture.schema import load_yaml
+from palpate.capture.tables import FRAMES
+
+CONFIG, OBJECT = Path("config/config.yaml"), "object.yaml"
+
+
+def captures_of(folders: Sequence[Path]) -> list[Path]:
+    """Folders of captures in given ones: themselves, or those of a sensor or an object.
+
+    Raises
+    ------
+    ValueError
+        If a folder holds none.
+    """
+    found: list[Path] = []
+    for folder in folders:
+        path = Path(os.path.abspath(folder))
+        above = sensor_folders(path.parent) if (path.parent / OBJECT).is_file() else ()
+        inside = [place for place in above if place.folder == path]
+        inside = list(sensor_folders(path)) if (path / OBJECT).is_file() else inside
+        here = [path] if (path / FRAMES).is_file() else []
+        here = here or [capture for place in inside for capture in place.captures]
+        if not here:
+            expected = "expected a capture, or an object's or a sensor's folder with captures"
+            there = "none in it" if path.is_dir() else "no such folder"
+            raise ValueError(f"{folder}: folder: {expected}, found {there}")
+        found += [Path(os.path.relpath(one)) for one in here]
+    return list(dict.fromkeys(found))
+
+
+def opened(folders: Sequence[Path], devices: Mapping[str, Path | None]) -> list[Capture]:
+    """Open captures whose files are right by their format.
+
+    Raises
+    ------
+    ValueError
+        With a line for each thing that is wrong.
+    """
+    captures = [open_capture(folder, **devices) for folder in folders]
+    checked = {one.folder: one.sensor for one in captures}
+    checked |= {one.background: one.sensor for one in captures}
+    wrong = [line for folder, sensor in checked.items() for line in check_capture(folder, sensor)]
+    if wrong:
+        raise ValueError("\n".join(wrong))
+    return captures
+
+
+@dataclass(frozen=True)
+class Project:
+    """Folder with a configuration, and what a run of the workflow keeps in it.
+
+    Attributes
+    ----------
+    folder : Path or None
+        None where there is none above the captures or here.
+    content : mapping
+        config.yaml.
+    """
+
+    folder: Path | None
+    content: Mapping[str, Any]
+
+    @classmethod
+    def near(cls, folder: Path) -> "Project":
+        """The nearest one above a folder, or above the current one."""
+        for start in map(Path, (os.path.abspath(folder), os.getcwd())):
+            for place in (start, *start.parents):
+                if (place / CONFIG).is_file():
+                    return cls(place, load_yaml(place / CONFIG))
+        return cls(None, {})
+
+    def config(self, own: Path | None) -> Any:
+        """Options of all steps: of a file, else the project's, else the defaults."""
+        from palpate.run.options import Config
+
+        path = own or (self.folder and self.folder / CONFIG)
+        content = load_yaml(own) if own else self.content
+        known = {one.name for one in fields(Config)}
+        try:
+            return Config.read({key: value for key, value in content.items() if key in known})
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+
+    def results(self, *parts: str) -> Path | None:
+        """Where the workflow keeps a result."""
+        if self.folder is None:
+            return None
+        folder = self.content.get("paths", {}).get("results", "results")
+        return self.folder.joinpath(folder, *parts)
+
+    def solid(self, name: str) -> Path | None:
+        """Kept solid mesh of an object."""
+        if self.folder is None:
+            return None
+        meshes = self.content.get("paths", {}).get("meshes", "config/meshes")
+        places = (self.folder / meshes / f"{name}.vtu", self.results(name, "solid.vtu"))
+        return next((path for path in places if path.is_file()), None)
+
+    def optics(self, sensor: str) -> Path | None:
+        """Calibration of a sensor that a run has made."""
+        path = self.results("sensors", sensor, "calibration.json")
+        return path if path is not None and path.is_file() else None
