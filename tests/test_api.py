@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import palpate
 import pytest
+from capture.instruments import PLAIN
 
 MODULES = ("hertz", "direct")
 FUNCTIONS = {"hertz": ("fit", "read_curve", "HertzFit"), "direct": ("estimate",)}
@@ -190,3 +191,31 @@ def test_a_table_without_rows_is_said(lab, monkeypatch, capsys):
     finally:
         frames.write_text(whole)
     assert "back-a02/frames.csv: rows: expected at least 3, found 0" in capsys.readouterr().err
+
+
+def blocks_of(page):
+    """Python blocks of a page, those of its captures apart from those of its curves."""
+    curves, _, captures = page.partition("## Captures")
+    return [re.findall(r"```python\n(.*?)```", text, re.DOTALL) for text in (curves, captures)]
+
+
+@pytest.mark.parametrize("part", [0, pytest.param(1, marks=pytest.mark.long)])
+def test_the_page_runs_as_it_stands(part, root, tmp_path, monkeypatch, capsys):
+    (tmp_path / "curves").mkdir()
+    for name in ("curve.csv", "curves/one.csv", "curves/two.csv"):
+        (tmp_path / name).write_bytes(PLAIN.content())
+    (tmp_path / "curves/none.csv").write_text("no curve\n")
+    for name in ("tests", "config"):
+        (tmp_path / name).symlink_to(root / name)
+    monkeypatch.chdir(tmp_path)
+    blocks = blocks_of((root / "docs/api.md").read_text())[part]
+    names = {"palpate": palpate}
+    for block in blocks:
+        exec(compile(block, "docs/api.md", "exec"), names)
+    said = capsys.readouterr()
+    assert "skfem" not in said.err
+    if part == 0:
+        assert list(names["table"].index) == ["one.csv", "two.csv"]
+        assert "curves/none.csv: file: expected a text table" in said.out
+    else:
+        assert said.out.count("DirectEstimate of 1 capture") == 2
