@@ -129,7 +129,7 @@ def test_the_command_finds_all_of_an_object_by_itself(lab, monkeypatch, capsys):
     said = capsys.readouterr()
     steps = [line for line in said.err.splitlines() if line.startswith("[")]
     assert [line[:8] for line in steps] == [f"[{k} of 4]" for k in (1, 2, 3, 4)]
-    assert "kept in ../results/toy_cow/indentation-back-fast.npz" in steps[2]
+    assert re.search(r"kept in ../results/toy_cow/indentation-back-[0-9a-f]{8}.npz", steps[2])
     assert "skfem" not in said.err
     assert said.out.startswith("toy_cow, bench_cam: 2 captures\n  reduced_modulus: ")
     assert "coarse indentation table (--fast)" in said.out
@@ -144,6 +144,8 @@ def test_the_command_finds_all_of_an_object_by_itself(lab, monkeypatch, capsys):
     assert (ratio["low"], ratio["high"]) == pytest.approx((0.38 - 0.0392, 0.38 + 0.0392), abs=1e-3)
     # The lab's material: 38 kPa.
     assert E["low"] < 38e3 < E["high"]
+    assert told["captures"] == ["toy_cow/bench_cam/back"] and told["fast"]
+    assert told["options"]["poisson_ratio_std"] == 0.02
     assert "Poisson's ratio" in {row["source"] for row in told["budget"]}
 
 
@@ -154,9 +156,24 @@ def test_a_table_of_another_object_is_refused(lab, root, monkeypatch, capsys):
     monkeypatch.chdir(root)
     capture = ["tests/sample/raw/foam_block/kinect/08", "--sensors", "tests/sample/sensors"]
     tables = lab / "results/toy_cow"
-    (tables / "indentation-08.npz").symlink_to(tables / "indentation-back-fast.npz")
+    (made,) = tables.glob("indentation-back-*.npz")
+    (tables / "indentation-08.npz").symlink_to(made)
     assert main(["direct", *capture, "--tables", str(tables)]) == 1
     assert "error: tables: expected one" in capsys.readouterr().err
+
+
+def test_a_recording_given_twice_is_refused(root, tmp_path, monkeypatch):
+    """Under another name it would count twice, and the interval would be too narrow."""
+    shutil.copytree(root / "tests/sample/raw/foam_block", tmp_path / "foam_block")
+    folder = tmp_path / "foam_block/kinect"
+    shutil.copytree(folder / "08", folder / "08-a02")
+    monkeypatch.chdir(root)
+    measured = [
+        palpate.measure(palpate.open_capture(folder / name, sensors="tests/sample/sensors"))
+        for name in ("08", "08-a02")
+    ]
+    with pytest.raises(ValueError, match="found 08-a02, the same recording as 08"):
+        palpate.direct.estimate(measured, [None, None])
 
 
 WRONG = {
@@ -216,6 +233,6 @@ def test_the_page_runs_as_it_stands(part, root, tmp_path, monkeypatch, capsys):
     assert "skfem" not in said.err
     if part == 0:
         assert list(names["table"].index) == ["one.csv", "two.csv"]
-        assert "curves/none.csv: file: expected a text table" in said.out
+        assert "none.csv curves/none.csv: file: expected a text table" in said.out
     else:
         assert said.out.count("DirectEstimate of 1 capture") == 2

@@ -169,3 +169,10 @@ def test_command_line(block, root, capsys):
     spoils.drop_force(block)
     assert main(["check", str(block), *options]) == 1
     assert "force.csv" in capsys.readouterr().out
+
+
+def test_a_recording_under_two_names_is_one(block, specifications):
+    shutil.copytree(block / "kinect/08", block / "kinect/08-a02")
+    (line,) = check_object(block, *specifications)
+    assert line.startswith(f"{block}/kinect/08-a02/force.csv: content: expected another recording")
+    assert line.endswith("found that of 08")

@@ -11,10 +11,12 @@ import pandas as pd
 import pytest
 import yaml
 from instruments import E_STAR_PA, MANNERS, PLAIN, RADIUS_M, press
+from palpate import hertz
 from palpate.__main__ import main
 from palpate.capture.check import check_object
 from palpate.capture.curves.curve import read_curve
 from palpate.capture.examine import examine_object
+from scipy.signal import lfilter
 
 
 def told(path, capsys, *options):
@@ -232,7 +234,7 @@ def test_a_curve_without_a_camera_is_a_capture(bench):
     [
         ({"poisson_ratio": [0.45, 0.3], "radius_m": 0.005}, {},
          "curves.poisson_ratio: expected the lower before the higher, found [0.45, 0.3]"),
-        ({"poisson_ratio": 0.4}, {}, "probe: expected one of ball, found none"),
+        ({"poisson_ratio": 0.4}, {}, "probe: expected one of ball, or curves.radius_m, found none"),
         ({"poisson_ratio": 0.4, "radius_m": 0.005}, {"probe": "ball"},
          "curves.radius_m: expected none beside a probe, which has its own"),
     ],
@@ -252,3 +254,168 @@ def test_a_curve_that_is_none_is_said(bench):
     (bench.folder / "99.csv").unlink()
     (line,) = bench()
     assert "curves: expected" in line and line.endswith("<point>.csv, found none")
+
+
+def written_columns(tmp_path, header, *columns, name="curve.csv"):
+    rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+    path = tmp_path / name
+    path.write_text("\n".join([header, *rows]) + "\n")
+    return path
+
+
+def test_what_gives_way_before_the_tip_is_taken_off(tmp_path, capsys):
+    """A cantilever as soft as the contact: the piezo's way is not the tip's."""
+    depth, force = press()
+    stiffness = 60.0
+    header = "Piezo (mm),Force (N)"
+    path = written_columns(tmp_path, header, 1e3 * (depth + force / stiffness), force)
+    law = ("--indenter", "parabola")
+    found = told(path, capsys, *law)
+    assert found["reduced_modulus_pa"] < 0.7 * E_STAR_PA
+    assert any(line.startswith("Piezo is the way of the drive") for line in found["doubts"])
+    found = told(path, capsys, *law, "--stiffness-n-m", f"{stiffness:g}")
+    assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.01)
+
+
+@pytest.mark.parametrize("power", [0.5, 0.9, 1.0])
+def test_a_force_that_softens_keeps_the_files_signs(power, tmp_path):
+    depth = np.linspace(0, 5, 200)
+    force = depth**power + 0.01 * np.random.default_rng(1).normal(size=200)
+    curve = read_curve(written_columns(tmp_path, "depth_mm,force_n", depth, force))
+    assert "turned" not in curve.read
+    assert curve.force_n[-1] > curve.force_n[0] and curve.depth_m[-1] > curve.depth_m[0]
+
+
+def test_a_retract_alone_is_turned_and_said(tmp_path):
+    depth, force = press()
+    curve = read_curve(written_columns(tmp_path, "d (mm),F (N)", 1e3 * depth[::-1], force[::-1]))
+    assert curve.depth_m[0] < curve.depth_m[-1]
+    assert any("its rows were turned" in line for line in curve.doubts)
+
+
+def test_of_cycles_the_deepest_loading_is_taken(tmp_path):
+    depth, force = press()
+    way = [part * depth[::step] for part in (0.8, 0.9, 1.0) for step in (1, -1)]
+    load = [part * force[::step] for part in (0.8, 0.9, 1.0) for step in (1, -1)]
+    header = "depth_mm,force_n"
+    curve = read_curve(written_columns(tmp_path, header, 1e3 * np.hstack(way), np.hstack(load)))
+    assert (curve.phases.loading.start, curve.phases.loading.stop) == (4 * 281 - 1, 5 * 281)
+    assert "the record holds 3 loadings: the deepest is fitted" in curve.doubts
+
+
+def test_a_glitch_is_no_deepest_sample(tmp_path):
+    depth, force = press(retract=True)
+    depth[40] = 9e-3
+    curve = read_curve(written_columns(tmp_path, "depth_mm,force_n", 1e3 * depth, force))
+    assert curve.phases.loading.stop == 281
+
+
+def test_a_fit_without_a_press_is_refused(tmp_path, capsys):
+    depth = np.linspace(0, 5, 60)
+    force = np.where(depth > 4.95, 1.0, 1 - 0.19 * depth)
+    path = written_columns(tmp_path, "depth_mm,force_n", depth, force)
+    line = refused(path, capsys)
+    assert re.search("contact: expected 3 samples or more|force: expected a rise", line), line
+
+
+def test_samples_without_weight_count_for_nothing(tmp_path):
+    depth, force = press()
+    rng = np.random.default_rng(2)
+    kept = rng.random(len(depth)) < 0.2
+    given = hertz.fit(depth, force, radius_m=RADIUS_M, weights=kept.astype(float))
+    alone = hertz.fit(depth[kept], force[kept], radius_m=RADIUS_M)
+    assert given.reduced_modulus_interval_pa == pytest.approx(alone.reduced_modulus_interval_pa)
+    with pytest.raises(ValueError, match="weights: expected one from 0"):
+        hertz.fit(depth, force, radius_m=RADIUS_M, weights=np.zeros(len(depth)))
+
+
+def test_intervals_allow_for_noise_that_drifts():
+    """First-order noise of 0.99 from sample to sample: 2,000 of them are worth ten."""
+    depth = np.linspace(-1e-3, 1e-3, 2000)
+    exact = 4 / 3 * 2e4 * np.sqrt(0.005) * np.maximum(depth, 0) ** 1.5
+    held = 0
+    for seed in range(20):
+        drift = lfilter([1], [1, -0.99], np.random.default_rng(seed).normal(size=2000))
+        noisy = exact + 0.01 * exact.max() * drift / np.std(drift)
+        found = hertz.fit(depth, noisy, radius_m=0.005, indenter="parabola", baseline=True)
+        low, high = found.reduced_modulus_interval_pa
+        held += low < 2e4 < high
+        assert any("follow a pattern" in line for line in found.doubts)
+    assert held >= 15
+
+
+MISREAD = {
+    "sample_n,disp_mm,reading": "expected one column of force",
+    "Displacement (mm),Cycle N": "expected one column of force",
+    "Stiffness N/mm,Force (N)": "expected one column of depth",
+    "Torque N m,Force (N)": "expected one column of depth",
+    "Time (m),Force (N)": "expected one column of depth",
+    "Displacement (mm),Force (V)": r"Force \(V\): expected a unit of force, found V \(another col",
+    "Displacement rate (mm),Force (N)": "expected one column of depth",
+}
+
+
+@pytest.mark.parametrize("header", MISREAD)
+def test_a_unit_alone_makes_no_column(header, tmp_path, capsys):
+    columns = [np.arange(1, 31.0) ** (1 + k) for k in range(header.count(",") + 1)]
+    line = refused(written_columns(tmp_path, header, *columns), capsys)
+    assert re.search(MISREAD[header], line), line
+
+
+@pytest.mark.parametrize(
+    "rows", ['250,"1,234"\n260,"1,300"\n270,"1,400"\n', "0.1;999.5\n0.2;1,234.5\n0.3;1,400.25\n"]
+)
+def test_thousands_are_never_guessed(rows, tmp_path, capsys):
+    path = tmp_path / "curve.csv"
+    mark = ";" if ";" in rows else ","
+    path.write_text(f"Depth (um){mark}Force (mN)\n" + rows * 4)
+    assert "expected numbers without separators of thousands" in refused(path, capsys)
+
+
+def test_points_that_may_be_of_thousands_are_doubted(tmp_path):
+    depth, force = press()
+    rows = [f"{57 + 1e3 * d:.3f};{f:.4f}" for d, f in zip(depth, force, strict=True)]
+    path = tmp_path / "curve.csv"
+    path.write_text("Weg (mm);Kraft (N)\n" + "\n".join(rows) + "\n")
+    assert "numbers like 57.000 have points as of thousands" in read_curve(path).doubts[0]
+
+
+def test_decimal_commas_of_three_places_are_no_thousands(tmp_path):
+    depth, force = press()
+    rows = [f"{1e3 * d:.3f};{f:.3f}".replace(".", ",") for d, f in zip(depth, force, strict=True)]
+    path = tmp_path / "curve.csv"
+    path.write_text("Weg (mm);Kraft (N)\n" + "\n".join(rows) + "\n")
+    assert read_curve(path).depth_m.max() == pytest.approx(1.4e-3)
+
+
+def test_labelled_comments_and_unit_rows_are_headers(tmp_path):
+    depth, force = press()
+    rows = [f"{d:.9g} {f:.9g} {k}" for k, (d, f) in enumerate(zip(-depth, force, strict=True))]
+    path = tmp_path / "jpk.txt"
+    head = ["# columns: verticalTipPosition vDeflection seriesTime", "# units: m N s"]
+    path.write_text("\n".join([*head, *rows]) + "\n")
+    assert "depth in m (verticalTipPosition), force in N (vDeflection)" in read_curve(path).read
+    rows = [f"{1e3 * d:.9g},{f:.9g},{d / 0.01:.6f}" for d, f in zip(depth, force, strict=True)]
+    path.write_text("\n".join(["Extension,Load,Strain", "mm,N,mm/mm", *rows]) + "\n")
+    assert "depth in mm (Extension), force in N (Load)" in read_curve(path).read
+
+
+OPTIONS = {
+    ("--radius-mm", "-5"): "--radius-mm: expected a number above 0, found -5",
+    ("--radius-mm", "inf"): "--radius-mm: expected a number above 0, found inf",
+    (
+        "--half-angle-deg",
+        "95",
+    ): "--half-angle-deg: expected a number above 0 and below 90, found 95",
+    ("--indenter", "cone"): "--half-angle-deg: expected the cone's, found none",
+    ("--radius-mm", "5", "--nu", "0.7"): "--nu: expected from 0 to 0.5, found 0.7",
+    ("--radius-mm", "5", "--thickness-mm", "1"): "--thickness-mm: expected at least ",
+}
+
+
+@pytest.mark.parametrize("given", OPTIONS)
+def test_options_are_named_in_their_own_units(given, tmp_path, capsys):
+    path = written(tmp_path)
+    assert main(["hertz", str(path), *given]) == 1
+    line = capsys.readouterr().err
+    assert OPTIONS[given] in line and line.count("\n") == 1

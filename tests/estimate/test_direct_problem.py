@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.estimate.direct.problem import check_indentation, depth_along
+from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.problem import (
+    check_indentation,
+    depth_along,
+    least_force,
+    loaded_frames,
+    unloaded,
+)
 from palpate.solid.smooth_surface import SmoothSurface
 
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -65,3 +72,33 @@ def test_a_sound_press_passes():
 def test_force_and_depth_that_contradict_each_other(depth_mm, force_n, message):
     with pytest.raises(ValueError, match=message):
         check_indentation(*press(depth_mm, force_n), 1)
+
+
+@pytest.mark.parametrize("rate_hz", [6, 15, 30])
+@pytest.mark.parametrize("above_m", [0.0005, 0.006])
+def test_noise_is_that_of_frames_at_rest(rate_hz, above_m):
+    """Half a second of rest, four of press: the threshold is the stated part of the peak."""
+    time = np.arange(0, 6, 1 / rate_hz)
+    depth = np.clip((time - 0.5) / 4, 0, 1) * (0.006 + above_m) - above_m
+    force = 2e3 * np.maximum(depth, 0) ** 1.5
+    force += 0.002 * np.random.default_rng(rate_hz).normal(size=len(time))
+    options = Fit()
+    least = least_force(force, unloaded(depth, force), options)
+    assert least == pytest.approx(options.least_force_share * force.max(), rel=0.25)
+
+
+def test_a_tip_that_never_rests_has_its_first_frames():
+    depth, force = np.linspace(-0.002, 0.006, 20), np.linspace(-0.1, 2, 20)
+    assert list(unloaded(depth, force)) == [0, 1, 2]
+
+
+def test_a_release_is_not_compared():
+    depth = (
+        np.r_[np.full(3, -2), np.linspace(-2, 6, 9), np.full(5, 6.0), np.linspace(6, -2, 9)] * 1e-3
+    )
+    force = 2e3 * np.maximum(depth, 0) ** 1.5
+    frames = loaded_frames(depth, force, 6, 0.02, tip_std_m=1e-4)
+    assert list(frames) == list(range(6, 18))
+    held = depth[:17]
+    whole = loaded_frames(held, force[:17], 6, 0.02, tip_std_m=1e-4)
+    assert list(whole) == list(range(6, 17))

@@ -168,6 +168,9 @@ def test_its_page_shows_it(results):
 def test_a_further_capture_costs_just_itself(results, dropped):
     more = dropped / f"raw/{NAME}/{SENSOR}/back-a03"
     shutil.copytree(more.with_name("back"), more)
+    # Another recording: the very same one is refused.
+    force = (more / "force.csv").read_text().splitlines()
+    (more / "force.csv").write_text("\n".join(force[:-1]) + "\n")
     try:
         done = snakemake(dropped, *COARSE, "--dry-run", "--config", f"only={NAME}")
     finally:

@@ -17,7 +17,7 @@ from palpate.units import MILLIMETRES
 # A table of another sphere is another force.
 SAME_RADIUS = 1e-6
 # Of a declared point and its table's, and of a template and the solid that is made of it.
-SAME_POINT_M, SAME_SURFACE_M = 0.01, 0.003
+SAME_POINT_M, SAME_SURFACE_M = 0.0005, 0.003
 
 
 def estimate(
@@ -71,6 +71,13 @@ def estimate(
     if len(set(places)) < len(places):
         twice = next(place.name for place in places if places.count(place) > 1)
         raise ValueError(f"measured: expected each capture once, found {twice} again")
+    for k, one in enumerate(measured):
+        for other in measured[:k]:
+            if np.array_equal(one.forces_n, other.forces_n):
+                names = (
+                    f"{one.capture.folder.name}, the same recording as {other.capture.folder.name}"
+                )
+                raise ValueError(f"measured: expected each recording once, found {names}")
     if len(tables) != len(measured):
         raise ValueError(f"tables: expected {len(measured)}, one a capture, found {len(tables)}")
     radius = measured[0].capture.radius_m
@@ -88,11 +95,13 @@ def estimate(
 
 def _check_table(measured: Measurement, table: IndentationModel) -> None:
     """Refuse a table of another point, or of another object."""
-    declared = measured.capture.declared["points"][measured.capture.point]["position_m"]
-    apart = float(np.linalg.norm(table.point_m - np.array(declared)))
+    declared = measured.capture.declared["points"][measured.capture.point]
+    way = np.array(declared["position_m"], dtype=float) - table.point_m
+    # A table's point is where the sphere first touches on the declared line.
+    apart = float(np.linalg.norm(way - (way @ table.direction) * table.direction))
     if apart > SAME_POINT_M:
         expected = f"expected one of point {measured.capture.point}"
-        found = f"{apart * MILLIMETRES:.0f} mm off it"
+        found = f"{apart * MILLIMETRES:.1f} mm off it"
         raise ValueError(f"tables: {expected}, found one of a point {found}")
     surface = ClosestPoints(measured.template.vertices_m, measured.template.faces)
     off = float(np.abs(surface.signed_distance(table.surface_rest_m)).max())

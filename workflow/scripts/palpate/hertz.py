@@ -23,6 +23,7 @@ def fit(
     baseline: bool | None = None,
     residual: str = "force",
     weights: ArrayLike | None = None,
+    stiffness_n_m: float | None = None,
 ) -> HertzFit:
     """Fit E* and the depth of first contact to a curve (Eq. 5.1).
 
@@ -50,6 +51,9 @@ def fit(
         What is compared: the force, or its power 2/3, in which Eq. 5.1 is straight.
     weights : (n,) array, optional
         Of the squared residuals.
+    stiffness_n_m : float, optional
+        Of what gives way between a drive, whose way the depth is, and the tip, such as a
+        cantilever; stiff by default.
 
     Raises
     ------
@@ -71,7 +75,7 @@ def fit(
     """
     depth, force = _curve(depth_m, force_n)
     given = None if weights is None else np.asarray(weights, dtype=float)
-    if given is not None and (given.shape != depth.shape or not (given >= 0).all()):
+    if given is not None and not (given.shape == depth.shape and given.min() >= 0 < given.max()):
         raise ValueError("weights: expected one from 0 for each of depth_m, found others")
     setup = Setup(
         radius_m=radius_m,
@@ -82,6 +86,7 @@ def fit(
         poisson_ratio=poisson_ratio,
         baseline=baseline,
         residual=residual,
+        stiffness_n_m=stiffness_n_m,
     )
     return fit_curve(depth, force, setup, given)
 

@@ -40,7 +40,7 @@ from palpate.vision.probe import ALONG_STD, AXIS, TIP
 from palpate.vision.support_plane import fit_support_plane
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Measurement:
     """What one capture tells, from its pictures and its force record.
 
@@ -90,6 +90,10 @@ class Measurement:
     alignment: Alignment
     motion: SurfaceMotion
     config: Config
+
+    def __repr__(self) -> str:
+        frames, folder = len(self.poses), self.capture.folder
+        return f"Measurement({folder}: {frames} frames, contact in {self.alignment.contact_frame})"
 
     @property
     def tips_m(self) -> NDArray:

@@ -8,7 +8,7 @@ from palpate.capture.files import whole_file
 from palpate.estimate.curve import estimate_curve
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.hertz.curve_fit import fit_curve
-from palpate.estimate.hertz.curve_setup import Setup
+from palpate.estimate.hertz.curve_setup import curve_setup
 from palpate.run.declared import read_declared
 from palpate.run.job import naming, run
 from palpate.solid.indentation import load_indentation
@@ -19,17 +19,22 @@ def main(snakemake):
     inputs, params = snakemake.input, snakemake.params
     spec, _ = read_declared(inputs.object)
     curve, ratios = declared_curve(inputs.curve, spec), poisson_ratios(spec)
-    radius = params.probe["indenter"]["radius_m"]
-    with naming(inputs.curve, "force", "depth"):
-        hertz = fit_curve(*curve.loading(), Setup(radius, poisson_ratio=sum(ratios) / 2))
-    with naming(inputs.object, "deepest_m", "curves"), naming(inputs.table, "table"):
+    setup = curve_setup(spec, params.probe)
+    with naming(inputs.curve, "force", "contact", "samples"):
+        hertz = fit_curve(*curve.loading(), setup, curve.weights)
+    with (
+        naming(inputs.curve, "samples"),
+        naming(inputs.object, "deepest_m", "curves"),
+        naming(inputs.table, "table"),
+    ):
         options = Fit.read(params.options)
         found = estimate_curve(hertz, load_indentation(inputs.table), ratios, options)
     told = {
         name: value for name, value in vars(found).items() if name not in ("moduli", "fitted_n")
     }
     told |= {"moduli": {name: asdict(one) for name, one in found.moduli.items()}}
-    told |= {"read": curve.read, "hertz": hertz.told()}
+    told |= {"read": curve.read, "doubts": [*curve.doubts, *hertz.doubts]}
+    told |= {"hertz": hertz.told()}
     samples = {"depth_m": hertz.depth_m, "force_n": hertz.force_n, "fitted_n": found.fitted_n}
     told |= {"samples": {name: values.tolist() for name, values in samples.items()}}
     with whole_file(snakemake.output.estimate) as part:

@@ -1,5 +1,7 @@
 """Check what people drop into ``raw/``: everything that is wrong, one line each."""
 
+import hashlib
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,6 +115,7 @@ def checked_object(
             lines = check_capture(capture, sensors[place.folder.name])
             problems += _check_gauge(capture, probe) + lines
             right |= set() if lines else {capture}
+        problems += _check_twice(place) if files else []
     return Checked(tuple(map(one_line, problems)), listed, frozenset(right))
 
 
@@ -152,13 +155,14 @@ def _check_object_file(folder: Path, probes: Mapping) -> tuple[list[str], Mappin
         if not any(line.startswith((f"{path}: template", f"{path}: content")) for line in problems):
             problems += _check_template(folder, path, spec["template"])
         return problems, None
-    if spec["object"] != folder.absolute().name:
-        expected = folder.absolute().name
+    expected = Path(os.path.abspath(folder)).name
+    if spec["object"] != expected:
         problems.append(f"{path}: object: expected {expected}, found {spec['object']}")
     # Curves alone need no board.
     needed = sensor_folders(folder) or "radius_m" not in spec.get("curves", {})
     if spec.get("probe") not in probes and (needed or "probe" in spec):
         known, found = ", ".join(sorted(probes)), spec.get("probe", "none")
+        known += ", or curves.radius_m" if "curves" in spec and "probe" not in spec else ""
         problems.append(f"{path}: probe: expected one of {known}, found {found}")
     if spec["object"].casefold() in TAKEN:
         known = ", ".join(TAKEN)
@@ -214,6 +218,21 @@ def _check_sensor(place: SensorFolder, sensors: Mapping, points: Mapping | None)
         problems.append(f"{place.background}: folder: expected background frames, found nothing")
     for capture in place.captures:
         problems += check_name(capture, capture.name, points)
+    return problems
+
+
+def _check_twice(place: SensorFolder) -> list[str]:
+    """A recording that is there under two names would count twice."""
+    problems, known = [], {}
+    for capture in place.captures:
+        path = capture / FORCE
+        if not path.is_file():
+            continue
+        content = hashlib.sha256(path.read_bytes()).digest()
+        other = known.setdefault(content, capture)
+        if other is not capture:
+            expected = "expected another recording than the other captures'"
+            problems.append(f"{path}: content: {expected}, found that of {other.name}")
     return problems
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.check import checked_object
 from palpate.capture.check_curves import declared_curve
-from palpate.capture.discover import SensorFolder, curve_files
+from palpate.capture.discover import CURVE_END, SensorFolder, curve_files
 from palpate.capture.examine_force import examine_force
 from palpate.capture.examine_frames import examine_frames
 from palpate.capture.examine_order import grey_frame
@@ -19,6 +19,9 @@ from palpate.capture.examine_template import examine_template
 from palpate.capture.findings import Findings
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import WRENCH_COLUMNS, image_streams, read_force, read_frames
+
+# Texts that a person may take for curves.
+TEXTS = (".txt", ".dat", ".tsv", ".asc")
 
 
 def examine_object(folder: str | Path, sensors: Mapping, probes: Mapping) -> Findings:
@@ -60,7 +63,13 @@ def _curves(folder: Path, spec: Mapping) -> Findings:
         line = "not used: object.yaml declares no curves"
         return Findings(doubts=tuple(f"{path}: {line}" for path in lone))
     curves = {path: declared_curve(path, spec) for path in found}
-    return Findings(found=tuple(f"curve {path.stem}: {one.read}" for path, one in curves.items()))
+    doubts = [f"{path}: {line}" for path, one in curves.items() for line in one.doubts]
+    others = [path for path in folder.iterdir() if path.suffix in TEXTS and path.is_file()]
+    for path in sorted(others):
+        if path.stem.partition("-")[0] in spec["points"]:
+            doubts.append(f"{path}: not used: a curve's name ends with {CURVE_END}")
+    told = tuple(f"curve {path.stem}: {one.read}" for path, one in curves.items())
+    return Findings(doubts=tuple(doubts), found=told)
 
 
 def _sensor(

@@ -26,6 +26,11 @@ def _check(options: argparse.Namespace) -> int:
         return 1
     status, used, others = 0, set(), {}
     for folder in objects:
+        if not folder.is_dir():
+            found = "a file" if folder.is_file() else "nothing"
+            print(f"{folder}: folder: expected an object's, with object.yaml, found {found}")
+            status = 1
+            continue
         devices, missing = _devices(folder, options)
         if missing:
             print("\n".join(missing))
@@ -43,11 +48,14 @@ def _check(options: argparse.Namespace) -> int:
 def _devices(folder: Path, options: argparse.Namespace) -> tuple[dict[str, Devices], list[str]]:
     """Files of sensors and of probes that stand nearest to an object, and what is not there."""
     found, missing = {}, []
-    for name in PLACES:
+    spec = _object_file(folder)
+    curves_alone = "curves" in spec and "probe" not in spec and not sensor_folders(folder)
+    for name, place in PLACES.items():
         try:
             found[name] = read_devices(name, getattr(options, name), folder)
         except ValueError as error:
-            missing.append(str(error))
+            missing += [] if curves_alone else [str(error)]
+            found[name] = Devices({}, {}, place)
     return found, missing
 
 
@@ -78,16 +86,17 @@ def _wrong_files(devices: Mapping[str, Devices]) -> dict[Path, tuple[str, ...]]:
 def _files_of(folder: Path, devices: Mapping[str, Devices]) -> list[Path]:
     """Files of the sensors and of the probe that an object names, there or not."""
     names = {"sensors": [place.folder.name for place in sensor_folders(folder)]}
-    names["probes"] = [_probe_of(folder)]
+    names["probes"] = [_object_file(folder).get("probe")]
     return [devices[kind].folder / f"{name}.yaml" for kind in PLACES for name in names[kind]]
 
 
-def _probe_of(folder: Path) -> Any:
+def _object_file(folder: Path) -> Mapping:
+    """What object.yaml says; nothing where it is none."""
     try:
         spec = load_yaml(folder / "object.yaml")
     except ValueError:
-        return None
-    return spec.get("probe") if isinstance(spec, Mapping) else None
+        return {}
+    return spec if isinstance(spec, Mapping) else {}
 
 
 def _first(lines: tuple[str, ...]) -> str:

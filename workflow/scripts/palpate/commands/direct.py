@@ -1,12 +1,13 @@
 """The command ``palpate direct``: E and nu of captures."""
 
 import argparse
+import hashlib
 import json
 import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
-from itertools import groupby
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from palpate.capture.capture import Capture
 from palpate.capture.devices import PLACES, add_devices
 from palpate.commands.found import Project, captures_of, opened
 from palpate.commands.help import add_verb, check_figure
+from palpate.solid.options import LARGEST_RATIO
 
 if TYPE_CHECKING:
     from palpate.estimate.direct.estimate import DirectEstimate
@@ -29,10 +31,11 @@ EXAMPLE = "palpate direct raw/sponge --fast"
 # Of --fast: a table in a tenth of the time, and what it may be off by.
 FAST = {"poisson_ratios": (0.0, 0.3, 0.49), "step_m": 0.003, "edge_m": 0.004}
 FAST_STD = {"log_youngs_modulus": 0.05, "nu": 0.03}
+FAR_DEVIATIONS = 2.0
 FAST_NOTE = "coarse indentation table (--fast): 5 % of E and 0.03 of nu are allowed for it"
 
 
-def _direct(options: argparse.Namespace) -> None:
+def _direct(options: argparse.Namespace) -> int:
     """E and nu, by object and sensor."""
     check_figure(options.figure)
     _check_files(options)
@@ -40,18 +43,29 @@ def _direct(options: argparse.Namespace) -> None:
         captures_of(options.folders), {name: getattr(options, name) for name in PLACES}
     )
     points = {(one.folder.parents[1], one.point) for one in captures}
-    groups = [list(of) for _, of in groupby(captures, key=lambda one: one.folder.parent)]
+    groups: dict[Path, list[Capture]] = {}
+    for capture in captures:
+        groups.setdefault(capture.folder.parent, []).append(capture)
     steps = _Steps(len(captures) + len(points) + len(groups))
     made: dict[tuple[Path, str], Any] = {}
-    found = {_title(group): _estimated(group, options, steps, made) for group in groups}
+    found, failed = [], 0
+    for group in groups.values():
+        try:
+            found.append((group, _estimated(group, options, steps, made)))
+        except ValueError as error:
+            failed = 1
+            print("\n".join(f"error: {line}" for line in str(error).splitlines()), file=sys.stderr)
+    if not found:
+        return failed
     if options.figure:
-        _write_figure(options.figure, found)
+        _write_figure(options.figure, [(_title(group), one) for group, one in found])
     if options.json:
-        told = {title: _told(one) for title, one in found.items()}
-        print(json.dumps(told if len(found) > 1 else next(iter(told.values())), indent=2))
-        return
-    for title, one in found.items():
-        print("\n".join(_lines(title, one, options)))
+        told = [_told(group, one, options) for group, one in found]
+        print(json.dumps(told if len(groups) > 1 else told[0], indent=2))
+        return failed
+    for group, one in found:
+        print("\n".join(_lines(_title(group), one, options)))
+    return failed
 
 
 class _Steps:
@@ -70,6 +84,10 @@ def _check_files(options: argparse.Namespace) -> None:
         path = getattr(options, name)
         if path is not None and not path.is_file():
             raise ValueError(f"--{name}: expected a file, found nothing at {path}")
+    if options.nu is not None and not 0 <= options.nu <= LARGEST_RATIO:
+        raise ValueError(f"--nu: expected from 0 to {LARGEST_RATIO:g}, found {options.nu:g}")
+    if options.nu_std is not None and not 0 < options.nu_std < inf:
+        raise ValueError(f"--nu-std: expected a number above 0, found {options.nu_std:g}")
     if options.nu_std is not None and options.nu is None:
         raise ValueError("--nu-std: expected --nu beside it, found none")
 
@@ -131,17 +149,18 @@ def _table(
     from palpate.measurement import indentation_table, solid_of
     from palpate.solid.indentation import load_indentation, save_indentation
 
-    name, point = one.capture.declared["object"], one.capture.point
+    name, point, model = one.capture.declared["object"], one.capture.point, one.config.direct.model
+    model = replace(model, **FAST) if options.fast else model
+    kept = options.solid or project.solid(name)
+    for path in _kept_tables(one, model, kept, project, options):
+        if path.is_file():
+            steps.begin(f"indentation table of point {point}: {os.path.relpath(path)}")
+            return load_indentation(path)
     folder = options.tables or project.results(name)
-    path = folder and folder / f"indentation-{point}{'-fast' * options.fast}.npz"
-    if path and path.is_file():
-        steps.begin(f"indentation table of point {point}: {os.path.relpath(path)}")
-        return load_indentation(path)
-    kept = f", kept in {os.path.relpath(path)}" if path else ""
-    steps.begin(f"indentation table of point {point}: made now, a minute or more{kept}")
-    solid = solid_of(one, options.solid or project.solid(name))
-    model = one.config.direct.model
-    table = indentation_table(one, solid, replace(model, **FAST) if options.fast else model)
+    path = folder and folder / _table_name(one, model, kept)
+    where = f", kept in {os.path.relpath(path)}" if path else ""
+    steps.begin(f"indentation table of point {point}: made now, a minute or more{where}")
+    table = indentation_table(one, solid_of(one, kept), model)
     if path:
         path.parent.mkdir(parents=True, exist_ok=True)
         with whole_file(path) as part:
@@ -149,11 +168,59 @@ def _table(
     return table
 
 
-def _told(found: "DirectEstimate") -> dict:
+def _kept_tables(
+    one: "Measurement",
+    model: Any,
+    solid: Path | None,
+    project: Project,
+    options: argparse.Namespace,
+) -> Iterator[Path]:
+    """Places of a table that serves: of a folder that was named, of a run, made here before."""
+    capture = one.capture
+    of_run = f"indentation-{capture.point}.npz"
+    if options.tables:
+        yield options.tables / of_run
+    folder = options.tables or project.results(capture.declared["object"])
+    if folder is None:
+        return
+    yield folder / _table_name(one, model, solid)
+    if options.fast or options.solid or options.config or options.tables:
+        return
+    # A run makes it anew where one of these has changed.
+    sources = [capture.folder.parents[1] / "object.yaml", capture.template, project.config_file]
+    path = folder / of_run
+    if path.is_file() and all(path.stat().st_mtime >= one.stat().st_mtime for one in sources):
+        yield path
+
+
+def _table_name(one: "Measurement", model: Any, solid: Path | None) -> str:
+    """Name of a table that says all that it is made of: any change makes another."""
+    declared, point = one.capture.declared, one.capture.point
+    of_object = {name: declared.get(name) for name in ("template", "support", "deepest_m")}
+    made_of = [of_object, declared["points"][point], one.capture.radius_m, model.written()]
+    digest = hashlib.sha256(json.dumps(made_of, sort_keys=True).encode())
+    for path in filter(None, (one.capture.template, solid)):
+        digest.update(path.read_bytes())
+    return f"indentation-{point}-{digest.hexdigest()[:8]}.npz"
+
+
+def _told(group: Sequence[Capture], found: "DirectEstimate", options: argparse.Namespace) -> dict:
+    """All that went in and came out."""
     from palpate.estimate.direct.result import described_law
 
-    told = {name: asdict(interval) for name, interval in found.moduli.items()}
-    return told | described_law(found) | {"budget": found.budget.rows()}
+    told = {"captures": [os.path.relpath(one.folder) for one in group], "fast": options.fast}
+    told |= {name: asdict(interval) for name, interval in found.moduli.items()}
+    told |= described_law(found) | {"budget": found.budget.rows()}
+    return told | {"doubts": _doubts(found), "options": found.options.written()}
+
+
+def _doubts(found: "DirectEstimate") -> list[str]:
+    """What speaks against a Poisson's ratio that was given."""
+    given, told = found.options.poisson_ratio, found.moduli["poisson_ratio"].value
+    apart = 0.0 if given is None else abs(told - given) / found.options.poisson_ratio_std
+    if apart <= FAR_DEVIATIONS:
+        return []
+    return [f"the captures pull nu to {told:.3f}, {apart:.1f} deviations from the one given"]
 
 
 def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> Iterator[str]:
@@ -170,9 +237,10 @@ def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> 
         yield f"  law of the {which}: {text} (0: neo-Hooke's, 1: Blatz and Ko's)"
     if options.fast:
         yield f"  {FAST_NOTE}"
+    yield from (f"  doubtful: {line}" for line in _doubts(found))
 
 
-def _write_figure(path: Path, found: dict[str, "DirectEstimate"]) -> None:
+def _write_figure(path: Path, found: Sequence[tuple[str, "DirectEstimate"]]) -> None:
     from palpate.capture.files import whole_file
     from palpate.report.direct_figure import figure_of_estimates
 

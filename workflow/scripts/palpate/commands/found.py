@@ -92,6 +92,11 @@ class Project:
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
+    @property
+    def config_file(self) -> Path:
+        """Of a project that has a folder."""
+        return self.folder / CONFIG
+
     def results(self, *parts: str) -> Path | None:
         """Where the workflow keeps a result."""
         if self.folder is None:

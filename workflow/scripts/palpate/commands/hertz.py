@@ -3,8 +3,9 @@
 import argparse
 import json
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
+from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from palpate.capture.curves.curve import Curve
     from palpate.estimate.hertz.curve_fit import HertzFit
 
-    Fits = Mapping[str, tuple[Curve, HertzFit]]
+    Fits = Sequence[tuple[Curve, HertzFit]]
 
 ABOUT = """\
 Fit E* and the contact to curves of force against depth, in text files as instruments write them.
@@ -23,6 +24,16 @@ Columns, units, delimiter, preamble, signs and the part that is loading are foun
 can't be found is asked for by the option that says it.
 """
 EXAMPLE = "palpate hertz curve.csv --radius-mm 6.22"
+# Options of numbers above 0, and what parts of a setup are called as options.
+ABOVE_ZERO = ("radius_mm", "effective_radius_mm", "thickness_mm", "stiffness_n_m")
+OPTIONS = {
+    "radius_m": "--radius-mm",
+    "object_radius_m": "--object-radius-mm",
+    "thickness_m": "--thickness-mm",
+    "half_angle_rad": "--half-angle-deg",
+    "poisson_ratio": "--nu",
+    "indenter": "--indenter",
+}
 # Drawn beside each other, more could not be read.
 MOST_DRAWN = 12
 
@@ -31,10 +42,10 @@ def _hertz(options: argparse.Namespace) -> int:
     """E* of each curve; 1 if one of them has none."""
     check_figure(options.figure)
     setup = _setup(options)
-    found, failed = {}, 0
+    found, failed = [], 0
     for path in options.curves:
         try:
-            found[path] = _fitted(path, setup, options)
+            found.append(_fitted(path, setup, options))
         except ValueError as error:
             failed = 1
             print(f"error: {_naming(path, str(error))}", file=sys.stderr)
@@ -45,10 +56,10 @@ def _hertz(options: argparse.Namespace) -> int:
     if options.figure:
         _write_figure(options.figure, found)
     if options.json:
-        rows = [_row(path, *of) for path, of in found.items()]
+        rows = [_row(*of) for of in found]
         print(json.dumps(rows if len(options.curves) > 1 else rows[0], indent=2))
     else:
-        print("\n".join(line for path, of in found.items() for line in _lines(path, *of)))
+        print("\n".join(line for of in found for line in _lines(*of)))
     return failed
 
 
@@ -58,8 +69,9 @@ def _setup(options: argparse.Namespace) -> Any:
 
     from palpate.estimate.hertz.curve_setup import Setup
 
+    _check_numbers(options)
     given = {
-        f"{name}_m": getattr(options, f"{name}_mm") and getattr(options, f"{name}_mm") / 1e3
+        f"{name}_m": None if (found := getattr(options, f"{name}_mm")) is None else found / 1e3
         for name in ("radius", "thickness", "object_radius")
     }
     indenter, angle = options.indenter, options.half_angle_deg
@@ -68,16 +80,39 @@ def _setup(options: argparse.Namespace) -> Any:
             raise ValueError("--effective-radius-mm: expected no other radius, found one")
         given["radius_m"] = options.effective_radius_mm / 1e3
         indenter = indenter or "parabola"
+    if indenter == "cone" and angle is None:
+        raise ValueError("--half-angle-deg: expected the cone's, found none")
     if given["radius_m"] is None and angle is None:
         raise ValueError("--radius-mm: expected the sphere's radius, found none")
-    return Setup(
-        **given,
-        indenter=indenter or ("cone" if angle is not None else None),
-        half_angle_rad=None if angle is None else float(np.radians(angle)),
-        poisson_ratio=options.nu,
-        baseline=options.baseline,
-        residual=options.residual,
-    )
+    try:
+        return Setup(
+            **given,
+            indenter=indenter or ("cone" if angle is not None else None),
+            half_angle_rad=None if angle is None else float(np.radians(angle)),
+            poisson_ratio=options.nu,
+            baseline=options.baseline,
+            residual=options.residual,
+            stiffness_n_m=options.stiffness_n_m,
+        )
+    except ValueError as error:
+        raise ValueError(_as_option(str(error))) from None
+
+
+def _check_numbers(options: argparse.Namespace) -> None:
+    """Hold numbers to their bounds, in the units of the options."""
+    bounds = dict.fromkeys(ABOVE_ZERO, inf) | {"half_angle_deg": 90.0}
+    for name, most in bounds.items():
+        found = getattr(options, name)
+        if found is not None and not 0 < found < most:
+            below = f" and below {most:g}" if isfinite(most) else ""
+            option = f"--{name.replace('_', '-')}"
+            raise ValueError(f"{option}: expected a number above 0{below}, found {found:g}")
+
+
+def _as_option(line: str) -> str:
+    """A line about a part of the setup as one about the option that says it."""
+    name, _, rest = line.partition(": ")
+    return f"{OPTIONS[name]}: {rest}" if name in OPTIONS else line
 
 
 def _fitted(path: str, setup: Any, options: argparse.Namespace) -> tuple["Curve", "HertzFit"]:
@@ -93,8 +128,10 @@ def _fitted(path: str, setup: Any, options: argparse.Namespace) -> tuple["Curve"
         weights_column=options.weights,
         range_m=options.range_mm and tuple(end / 1e3 for end in options.range_mm),
     )
-    weights = None if curve.weights is None else curve.weights[curve.phases.loading]
-    return curve, fit_curve(*curve.loading(), setup, weights)
+    try:
+        return curve, fit_curve(*curve.loading(), setup, curve.weights)
+    except ValueError as error:
+        raise ValueError(f"{curve.path}: {_as_option(str(error))}") from None
 
 
 def _naming(path: str, line: str) -> str:
@@ -103,7 +140,7 @@ def _naming(path: str, line: str) -> str:
     return line if line.startswith((shown, "--")) else f"{shown}: {line}"
 
 
-def _lines(path: str, curve: "Curve", fit: "HertzFit") -> Iterator[str]:
+def _lines(curve: "Curve", fit: "HertzFit") -> Iterator[str]:
     from palpate.estimate.hertz.curve_fit import modulus_text
 
     way, length = readable(max(abs(fit.contact_m), fit.press_m), "m")
@@ -118,7 +155,7 @@ def _lines(path: str, curve: "Curve", fit: "HertzFit") -> Iterator[str]:
     yield f"  {contact}, {way * fit.press_m:.4g} {length} deep; {fit.quality}"
     yield f"  law: {_law(fit)}"
     yield from (f"  hangs on this: {line}" for line in fit.hangs_on)
-    yield from (f"  doubtful: {line}" for line in fit.doubts)
+    yield from (f"  doubtful: {line}" for line in (*curve.doubts, *fit.doubts))
 
 
 def _law(fit: "HertzFit") -> str:
@@ -131,10 +168,11 @@ def _law(fit: "HertzFit") -> str:
     return f"{chosen.get('indenter', fit.indenter)}; {support}; baseline {baseline}{level}"
 
 
-def _row(path: str, curve: "Curve", fit: "HertzFit") -> dict:
+def _row(curve: "Curve", fit: "HertzFit") -> dict:
     """All that went in and came out, but the samples."""
     of_file = {"curve": curve.path, "read": curve.read, "depth_sign": curve.depth_sign}
-    return of_file | fit.told()
+    told = fit.told()
+    return of_file | told | {"doubts": [*curve.doubts, *told["doubts"]]}
 
 
 def _write_table(path: Path, found: "Fits") -> None:
@@ -142,7 +180,7 @@ def _write_table(path: Path, found: "Fits") -> None:
 
     from palpate.capture.tables import write_table
 
-    write_table(path, pd.DataFrame([_cells(_row(path, *of)) for path, of in found.items()]))
+    write_table(path, pd.DataFrame([_cells(_row(*of)) for of in found]))
 
 
 def _cells(row: Mapping[str, Any]) -> dict:
@@ -165,7 +203,7 @@ def _write_figure(path: Path, found: "Fits") -> None:
     from palpate.capture.files import whole_file
     from palpate.report.curve_figure import figure_of_curves
 
-    figure = figure_of_curves({name: fit for name, (_, fit) in list(found.items())[:MOST_DRAWN]})
+    figure = figure_of_curves([(curve.path, fit) for curve, fit in found[:MOST_DRAWN]])
     with whole_file(path) as part:
         figure.savefig(part)
     if len(found) > MOST_DRAWN:
@@ -186,6 +224,7 @@ def add(commands: Any) -> None:
     number("--half-angle-deg", help="of a cone, between axis and side")
     verb.add_argument("--indenter", choices=("parabola", "sneddon", "cone"), help="by depth, else")
     number("--thickness-mm", help="of a layer on a rigid base")
+    number("--stiffness-n-m", help="between drive and tip: of a cantilever, a load cell")
     number("--nu", default=0.33, help="Poisson's ratio that E and a layer's law assume (0.33)")
     verb.add_argument(
         "--baseline",

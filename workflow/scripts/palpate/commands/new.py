@@ -42,7 +42,8 @@ def _new(options: argparse.Namespace) -> None:
     # The object's comes last: what came before a failure is there already when one tries again.
     told = [_written(*item) for item in files.items()]
     (folder / sensor).mkdir(exist_ok=True)
-    print("\n".join(told + _next(folder, sensor, list(files))))
+    blanks = [path for path, line in zip(files, told, strict=True) if FILL_IN in path.read_text()]
+    print("\n".join(told + _next(folder, sensor, blanks)))
 
 
 def _there_already(folder: Path) -> str | None:

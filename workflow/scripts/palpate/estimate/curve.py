@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
-from scipy.special import ndtri
+from scipy.special import stdtrit
 
 from palpate.estimate.direct.interval import ASSUMED, Interval
 from palpate.estimate.direct.options import Fit
@@ -26,6 +26,8 @@ LOG_E, CONTACT, BASELINE, NU, LAW = range(UNKNOWNS)
 # Deviation of what is taken for known, beside that of unknowns of size 1.
 HELD = 1e-9
 ROUNDS = 3
+# In contact: fewer tell no scatter.
+FEWEST = 10
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,9 @@ def estimate_curve(
         If the table holds neither the press's depth nor those ratios.
     """
     _check_ratios(model, ratios)
+    in_contact = int((hertz.depth_m > hertz.contact_m).sum())
+    if in_contact < FEWEST:
+        raise ValueError(f"samples: expected {FEWEST} or more in contact, found {in_contact}")
     fit = _Fit(hertz, force_table(model), ratios, options)
     best = fit.best()
     covariance = np.linalg.inv(best.jac.T @ best.jac)
@@ -92,7 +97,9 @@ def estimate_curve(
     _check_depth(model, press)
     fitted = fit.force(best.x)
     return CurveEstimate(
-        moduli=_moduli(best, covariance, _rig_std(hertz, press, options), ratios),
+        moduli=_moduli(
+            best, covariance, _rig_std(hertz, press, options), ratios, in_contact - UNKNOWNS
+        ),
         force_law=float(best.x[LAW]),
         force_law_std=float(std[LAW]),
         contact_m=float(hertz.depth_m.max()) - press,
@@ -151,15 +158,21 @@ class _Fit:
         # A uniform distribution's deviation.
         nu_std = max((high - low) / np.sqrt(12), HELD)
         known = [(x[NU] - (low + high) / 2) / nu_std, x[LAW] / self.options.force_law_std]
-        known += [] if self.hertz.baseline else [x[BASELINE] / HELD]
+        # Where no approach tells the constant, the force is zero as well as a sensor knows it.
+        zero = self.options.rig.force_zero_std_n / self.peak_n
+        known += [] if self.hertz.baseline else [x[BASELINE] / max(zero, HELD)]
         return np.r_[(self.force(x) - self.hertz.force_n) / self.std_n, known]
 
 
 def _moduli(
-    best: OptimizeResult, covariance: NDArray, rig_std: float, ratios: tuple[float, float]
+    best: OptimizeResult,
+    covariance: NDArray,
+    rig_std: float,
+    ratios: tuple[float, float],
+    freedom: int,
 ) -> dict[str, Interval]:
     log_E, nu = best.x[LOG_E], float(best.x[NU])
-    level = float(ndtri((1 + CONFIDENCE) / 2))
+    level = float(stdtrit(freedom, (1 + CONFIDENCE) / 2))
     found = {}
     slopes = {"youngs_modulus_pa": 0.0, "reduced_modulus_pa": 2 * nu / (1 - nu**2)}
     for name, by_nu in slopes.items():

@@ -1,6 +1,6 @@
 """Figure of bare curves with their Hertz fits."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -14,19 +14,19 @@ from palpate.units import readable
 ROW_IN = 2.3
 
 
-def figure_of_curves(fits: Mapping[str, HertzFit]) -> Figure:
+def figure_of_curves(fits: Sequence[tuple[str, HertzFit]]) -> Figure:
     """Force over indentation with the law, and what it leaves, a row for each curve.
 
     Parameters
     ----------
-    fits : mapping of str to HertzFit
-        By the curve's file.
+    fits : sequence of (str, HertzFit)
+        With the curves' files.
     """
     with journal():
         figure, axes = plt.subplots(
             len(fits), 2, figsize=(PAGE_IN, ROW_IN * len(fits)), squeeze=False
         )
-        for (name, fit), (left, right) in zip(fits.items(), axes, strict=True):
+        for (name, fit), (left, right) in zip(fits, axes, strict=True):
             fit.plot(left)
             left.set_title(Path(name).name, fontsize=7.5)
             _residuals(fit, right)

@@ -8,6 +8,7 @@ from palpate.report.tables import CAPTURE
 
 # Hertz's E*; and E by the indentation table of the object's own shape.
 BY_HERTZ, BY_TABLE = "curve_hertz", "curve_table"
+DOUBTED, DOUBTABLE = "bounded", ("youngs_modulus_pa", "reduced_modulus_pa")
 ASSUMED = "a curve does not tell it"
 
 
@@ -32,7 +33,10 @@ def curve_rows(curves: Sequence[Mapping], found: Sequence[Mapping]) -> pd.DataFr
         by_table = {"method": BY_TABLE, "recommended": True, "captures": 1}
         for name, judged in moduli.items():
             by_table |= _cells(name, judged)
-        by_table |= {"poisson_ratio_reason": ASSUMED}
+        by_table |= {"poisson_ratio_reason": ASSUMED, "doubts": "; ".join(one["doubts"])}
+        if one["doubts"]:
+            # Of what may have been read or fitted otherwise an interval says too little.
+            by_table |= {f"{name.removesuffix('_pa')}_verdict": DOUBTED for name in DOUBTABLE}
         by_table |= {name: one[name] for name in ("force_law", "force_law_std")}
         rows.append(known | by_table)
     return pd.DataFrame(rows)

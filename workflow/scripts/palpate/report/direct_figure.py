@@ -1,6 +1,6 @@
 """Figure of direct estimates: force over indentation, and motion over distance."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,20 +14,20 @@ from palpate.units import MILLIMETRES
 ROW_IN = 2.6
 
 
-def figure_of_estimates(estimates: Mapping[str, DirectEstimate]) -> Figure:
+def figure_of_estimates(estimates: Sequence[tuple[str, DirectEstimate]]) -> Figure:
     """What captures show beside what the estimate makes of it, a row for each estimate.
 
     Parameters
     ----------
-    estimates : mapping of str to DirectEstimate
-        By title.
+    estimates : sequence of (str, DirectEstimate)
+        With their titles.
     """
     count = len(estimates)
     with journal():
         figure, axes = plt.subplots(
             count, 2, figsize=(PAGE_IN, ROW_IN * count), squeeze=False, layout="constrained"
         )
-        for (title, found), (left, right) in zip(estimates.items(), axes, strict=True):
+        for (title, found), (left, right) in zip(estimates, axes, strict=True):
             found.plot(left)
             left.set_title(title, fontsize=7.5)
             _motion(max(found.captures(), key=lambda one: one.depth_m.max()), right)

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from palpate.capture.discover import CURVE
 from palpate.report.style import sensor_name
 from palpate.report.tables import AT_BOUND_NOTE, SIMULATED_NOTE, bound_mark
 from palpate.units import KILOPASCALS, MILLIMETRES
@@ -32,7 +33,7 @@ MEANING = {
     "not identified": "the captures do not tell it: any value of the range explains them.",
     "interval": "it has an interval; whether that is narrow is not judged.",
     "not judged": "no interval can be given: a number to compare, not to rely on.",
-    "assumed": "as it was declared: a curve without a camera does not tell it.",
+    "assumed": "as it was declared: what was recorded tells hardly more.",
 }
 CAPTIONS = {
     "moduli": "E and nu of each capture and of all together, with 95 % intervals; open symbols are"
@@ -134,7 +135,8 @@ def _advised(rows: pd.DataFrame) -> list[str]:
     """Recommended row of each sensor, with intervals and verdicts."""
     found = []
     for row in rows.to_dict("records"):
-        cells = {"sensor": sensor_name(row["sensor"]), "captures": f"{row['captures']:.0f}"}
+        curve = f" {row['capture']}" if row["sensor"] == CURVE else ""
+        cells = {"sensor": sensor_name(row["sensor"]) + curve, "captures": f"{row['captures']:.0f}"}
         cells |= {label: _judged(row, quantity) for quantity, label in MODULI.items()}
         place = f"{row['force_law']:+.2f} ± {row['force_law_std']:.2f}"
         depth = row["equivalent_depth_m"] * MILLIMETRES

@@ -143,6 +143,7 @@ def summary(
         "equivalent_reduced_modulus_verdict",
         "at_bound",
         *DIAGNOSTICS,
+        "doubts",
         "provenance",
     ]
     tables = (*_of_hertz(hertz), *searched, direct, curves)

@@ -37,7 +37,7 @@ MEANING = {
     "bounded": "trust the interval, not the value",
     "not identified": "the captures do not tell it",
     "not judged": "no interval can be given",
-    "assumed": "as it was declared; a curve does not tell it",
+    "assumed": "as it was declared; what was recorded tells hardly more",
 }
 # The run's own list of what it makes (rule configuration), and what make makes after it.
 WANTED = "wanted.txt"
@@ -139,6 +139,8 @@ def _recommended(rows: pd.DataFrame) -> list[str]:
         lines += [f"  {label:<13} {text}" for label, text in values.items() if text]
         of_curve = f"curve {row['capture']}" if row["sensor"] == CURVE else ""
         lines += [f"  from {of_curve or _captures(int(row['captures']))}"]
+        if isinstance(row.get("doubts"), str):
+            lines += [f"  doubtful: {doubt}" for doubt in row["doubts"].split("; ")]
     return lines
 
 

@@ -45,7 +45,7 @@ class ManyObjects:
         """What an object's run makes; its configuration makes the rest where somebody wants it."""
         if wildcards.object in studied(self.run.config):
             return ["summary.csv", "figures/direct_moduli.png", "figures/tracked_surface.png"]
-        if not self._captures[wildcards.object]:
+        if not self._captures[wildcards.object] or not self.run.shows_pages:
             return ["summary.csv"]
         return ["summary.csv", f"{wildcards.object}/report.html"]
 

@@ -43,7 +43,7 @@ class OwnObjects:
         """Summary of every object, and page and figures of those whose methods they show."""
         files = ["report.html"]
         files += [f"figures/{name}.{end}" for name in FIGURES for end in ("png", "svg")]
-        shown = self.names if {"hertz", "direct"} <= set(self.run.config["methods"]) else []
+        shown = self.names if self.run.shows_pages else []
         found = [self.run.results(f"{own}/{name}") for own in shown for name in files]
         return found + [self.run.results(f"{own}/summary.csv") for own in self.summed]
 

@@ -131,6 +131,11 @@ class Run:
         return self.config["error_options"]
 
     @property
+    def shows_pages(self) -> bool:
+        """Whether people's own objects have the estimates that their pages show."""
+        return {"hertz", "direct"} <= set(self.config["methods"])
+
+    @property
     def tracker(self) -> str:
         """Tracker whose surfaces the estimates are made from."""
         return self.config["tracking"]["estimate_from"]

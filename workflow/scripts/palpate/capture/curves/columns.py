@@ -1,13 +1,14 @@
 """Which columns of an export are depth and force, and in what unit."""
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.capture.curves.export import Export
-from palpate.capture.curves.units import FORCES, LENGTHS, UNITS, name_and_unit, plain
+from palpate.capture.curves.units import FORCES, LENGTHS, UNITS, bracketed, name_and_unit, plain
 from palpate.capture.words import one_line
 
 
@@ -43,6 +44,17 @@ FORCE = Quantity(
 )
 
 
+# Words of what is neither; and of what a unit alone does not make one.
+NEITHER = r"torque|moment|stiffness|energy|work|stress|strain|rate|speed|velocity"
+OTHERS = re.compile(
+    rf"\b({NEITHER}|time|zeit|cycles?|samples?|index|segments?|temp\w*|count|area|diameter|radius|width"
+    r"|thickness|mass|weight)\b"
+)
+NEVER = re.compile(rf"\b({NEITHER})\b")
+# Words of what drives the indenter.
+DRIVE = re.compile(r"\b(piezo|height|z sensor|z|crosshead|traverse|stage|motor)\b")
+
+
 @dataclass(frozen=True)
 class Asked:
     """What a person says of a column: its name or number (from 1), and its unit."""
@@ -51,8 +63,16 @@ class Asked:
     unit: str | None = None
 
 
-def column_of(export: Export, quantity: Quantity, asked: Asked) -> tuple[NDArray, str]:
-    """Column of a quantity in SI units (n,), and how it was found, in words.
+@dataclass(frozen=True)
+class Found:
+    """How a column was found, in words, and what of that may be otherwise, a line each."""
+
+    text: str
+    doubts: tuple[str, ...]
+
+
+def column_of(export: Export, quantity: Quantity, asked: Asked) -> tuple[NDArray, Found]:
+    """Column of a quantity in SI units (n,), and how it was found.
 
     Parameters
     ----------
@@ -65,32 +85,50 @@ def column_of(export: Export, quantity: Quantity, asked: Asked) -> tuple[NDArray
     ValueError
         Naming the option that says which column, or which unit.
     """
-    place = _asked_place(export, quantity, asked.column) if asked.column else None
-    if place is None:
+    if asked.column is None:
         place = _found_place(export, quantity)
+    else:
+        place = _place(export, asked.column, f"--{quantity.name}-column")
     header = export.names[place] if export.names else f"column {place + 1}"
     name, unit = name_and_unit(header)
     if asked.unit is not None and plain(asked.unit) not in quantity.units:
         known = ", ".join(quantity.units)
         expected = f"--{quantity.name}-unit: expected one of {known}, found {asked.unit}"
-        raise ValueError(one_line(expected))
-    unit = plain(asked.unit) if asked.unit is not None else unit
-    if unit not in quantity.units:
-        remedy = f"say --{quantity.name}-unit, like --{quantity.name}-unit {quantity.example}"
-        line = f"{export.path}: {header}: expected a unit of {quantity.name}, found none ({remedy})"
-        raise ValueError(one_line(line))
-    told = f"{quantity.name} in {UNITS.get(unit, unit)}"
-    shown = told if plain(name) == quantity.name else f"{told} ({name})"
-    return export.values[:, place] * quantity.units[unit], shown
+        raise ValueError(one_line(f"{export.path}: {expected}"))
+    written = UNITS.get(unit, unit) or bracketed(header)
+    used = plain(asked.unit) if asked.unit is not None else unit
+    if used not in quantity.units:
+        raise ValueError(one_line(f"{export.path}: {_no_unit(quantity, header, written)}"))
+    told = f"{quantity.name} in {UNITS.get(used, used)}"
+    told += "" if plain(name) == quantity.name else f" ({name})"
+    doubts = tuple(_doubts(quantity, asked, name, written, used))
+    return export.values[:, place] * quantity.units[used], Found(told, doubts)
+
+
+def _doubts(quantity: Quantity, asked: Asked, name: str, written: str, used: str) -> Iterator[str]:
+    if asked.unit is not None and written and plain(written) != used:
+        yield f"{name} says {written}, where {asked.unit} was asked for"
+    if asked.column is None and _word_rank(name, quantity) is None:
+        yield f"{name} is taken for {quantity.name} by its unit alone"
+    if quantity is DEPTH and DRIVE.search(_words(name)):
+        yield (
+            f"{name} is the way of the drive, not of the tip: what gives way between them counts as"
+            " the object (--stiffness-n-m takes it off)"
+        )
+
+
+def _no_unit(quantity: Quantity, header: str, written: str) -> str:
+    expected = f"{header}: expected a unit of {quantity.name}"
+    if written:
+        remedy = f"another column? --{quantity.name}-column names it"
+        return f"{expected}, found {written} ({remedy})"
+    option = f"--{quantity.name}-unit"
+    return f"{expected}, found none (say {option}, like {option} {quantity.example})"
 
 
 def asked_column(export: Export, column: str, option: str) -> NDArray:
     """A column that a person named, as it is, (n,)."""
     return export.values[:, _place(export, column, option)]
-
-
-def _asked_place(export: Export, quantity: Quantity, column: str) -> int:
-    return _place(export, column, f"--{quantity.name}-column")
 
 
 def _place(export: Export, column: str, option: str) -> int:
@@ -117,7 +155,8 @@ def _found_place(export: Export, quantity: Quantity) -> int:
         return places[0]
     what = f"one column of {quantity.name}" if export.names else "names of the columns"
     found = ", ".join(export.names[k] for k in places) if places else _listed(export)
-    remedy = f"say --{quantity.name}-column NAME, or its number"
+    how = "NAME, or its number" if export.names else "and its number, from 1"
+    remedy = f"say --{quantity.name}-column {how}"
     line = f"{export.path}: columns: expected {what}, found {found} ({remedy})"
     raise ValueError(one_line(line))
 
@@ -125,13 +164,27 @@ def _found_place(export: Export, quantity: Quantity) -> int:
 def _rank(header: str, quantity: Quantity) -> tuple[int, int] | None:
     """How unlikely a column is of a quantity: by its words, and whether its unit is one of it."""
     name, unit = name_and_unit(header)
-    if unit and unit not in quantity.units:
+    words, rank = _words(name), _word_rank(name, quantity)
+    if (unit and unit not in quantity.units) or NEVER.search(words):
         return None
-    words = re.sub(r"[^\w]+|_", " ", name.lower()).strip()
-    for rank, pattern in enumerate(quantity.words):
-        if re.search(rf"(?<!\w)(?:{pattern})(?!\w)", words):
-            return rank, not unit
-    return (len(quantity.words), 0) if unit else None
+    if rank is not None:
+        return rank, not unit
+    # A unit alone tells enough where it stands in brackets.
+    alone = unit and bracketed(header) and not OTHERS.search(words)
+    return (len(quantity.words), 0) if alone else None
+
+
+def _word_rank(name: str, quantity: Quantity) -> int | None:
+    """Which of a quantity's words a name has, the likeliest first."""
+    words = _words(name)
+    found = (re.search(rf"(?<!\w)(?:{pattern})(?!\w)", words) for pattern in quantity.words)
+    return next((rank for rank, one in enumerate(found) if one), None)
+
+
+def _words(name: str) -> str:
+    """Words of a name, apart: verticalTip_position is vertical tip position."""
+    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
+    return re.sub(r"[^\w]+|_", " ", apart.lower()).strip()
 
 
 def _listed(export: Export) -> str:

@@ -1,5 +1,6 @@
 """One curve of force against depth, of a file as an instrument wrote it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from palpate.capture.words import one_line
 
 FEWEST_SAMPLES = 5
 # More rows without a number are another table than was thought.
-MOST_LEFT_OUT = 0.5
+MOST_LEFT_OUT, FEW_LEFT_OUT = 0.5, 0.02
 # A record whose deepest sample is among this part of its first ones runs backwards.
 BEGINS = 0.05
 NAMES = ("depth", "force")
@@ -37,26 +38,32 @@ class Curve:
     depth_m, force_n : (n,) arrays
         Depth from any zero [m], growing into the object, and force [N], growing in the press; in
         the order of the record.
-    weights : (n,) array or None
-        Of each sample.
+    chosen : (k,) int array
+        Samples of approach and loading that are in range and have weight.
+    weights : (k,) array or None
+        Of them.
     phases : Phases
     depth_sign : int
         Of ``depth_m`` against the file's column.
     read : str
         How the file was read, in words.
+    doubts : tuple of str
+        What of that may be otherwise, a line each.
     """
 
     path: str
     depth_m: NDArray
     force_n: NDArray
+    chosen: NDArray
     weights: NDArray | None
     phases: Phases
     depth_sign: int
     read: str
+    doubts: tuple[str, ...]
 
     def loading(self) -> tuple[NDArray, NDArray]:
-        """Depth [m] and force [N] of approach and loading, (n,) each."""
-        return self.depth_m[self.phases.loading], self.force_n[self.phases.loading]
+        """Depth [m] and force [N] of approach and loading, as far as they are chosen, (k,) each."""
+        return self.depth_m[self.chosen], self.force_n[self.chosen]
 
     def __repr__(self) -> str:
         return f"Curve({self.path}: {self.read})"
@@ -113,26 +120,67 @@ def read_curve(
     extra = [asked_column(export, weights_column, "--weights")] if weights_column else []
     columns, left_out = numbers_of([position, load, *extra])
     _check_samples(export.path, columns, left_out)
-    signs = signs_of(*columns[:2])
+    signs, plain = signs_of(*columns[:2])
     used = _within(export.path, columns[0], range_m)
-    depth_m, force_n, *extra = (column[used] for column in columns)
-    depth_m, force_n = signs[0] * depth_m, signs[1] * force_n
+    depth_m, force_n = signs[0] * columns[0], signs[1] * columns[1]
+    weights = columns[2] if extra else np.ones(len(depth_m))
     turned = bool(np.argmax(depth_m) < BEGINS * len(depth_m) and depth_m[0] > depth_m[-1])
     if turned:
-        depth_m, force_n, *extra = (column[::-1] for column in (depth_m, force_n, *extra))
+        depth_m, force_n, weights, used = (one[::-1] for one in (depth_m, force_n, weights, used))
     phases = phases_of(depth_m, force_n)
-    if phases.loading.stop < FEWEST_SAMPLES:
-        expected = f"expected {FEWEST_SAMPLES} samples or more up to the deepest"
-        found = f"{phases.loading.stop} of {len(depth_m)} (are depth and force the right columns?)"
-        raise ValueError(one_line(f"{export.path}: rows: {expected}, found {found}"))
-    told = [*export.read, of_depth, of_force]
+    chosen = np.arange(len(depth_m))[phases.loading]
+    chosen = chosen[(used & (weights > 0))[chosen]]
+    _check_loading(export.path, chosen, len(depth_m))
+    told = [*export.read, of_depth.text, of_force.text]
     told += [f"{name} sign turned" for name, sign in zip(NAMES, signs, strict=True) if sign < 0]
     told += [f"{left_out} rows without a number left out"] if left_out else []
     told += [f"{used.sum()} of {len(used)} samples in range"] if not used.all() else []
-    told += ["rows turned, since it begins at its deepest (a retract?)"] if turned else []
     told += [_phases_told(phases, len(depth_m))]
-    weights = extra[0] if extra else None
-    return Curve(export.path, depth_m, force_n, weights, phases, signs[0], ", ".join(told))
+    return Curve(
+        path=export.path,
+        depth_m=depth_m,
+        force_n=force_n,
+        chosen=chosen,
+        weights=weights[chosen] if extra else None,
+        phases=phases,
+        depth_sign=signs[0],
+        read=", ".join(told),
+        doubts=tuple(
+            _doubts(
+                plain,
+                turned,
+                phases,
+                left_out,
+                (*export.doubts, *of_depth.doubts, *of_force.doubts),
+            )
+        ),
+    )
+
+
+def _doubts(
+    plain: bool, turned: bool, phases: Phases, left_out: int, of_columns: tuple[str, ...]
+) -> Iterator[str]:
+    """What of a reading may be otherwise, a line each."""
+    count = max(phases.retract.stop, phases.loading.stop)
+    if turned:
+        yield "the record begins at its deepest, as a retract does: its rows were turned"
+    elif not plain:
+        yield (
+            "which end of the record is free is not plain (a force that softens?): it is taken to"
+            " begin free"
+        )
+    if phases.loadings > 1:
+        yield f"the record holds {phases.loadings} loadings: the deepest is fitted"
+    if left_out > FEW_LEFT_OUT * count:
+        yield f"{left_out} of {left_out + count} rows have no number where depth or force stand"
+    yield from of_columns
+
+
+def _check_loading(path: str, chosen: NDArray, count: int) -> None:
+    if len(chosen) < FEWEST_SAMPLES:
+        expected = f"expected {FEWEST_SAMPLES} samples or more of loading, in range and with weight"
+        found = f"{len(chosen)} of {count} (are depth and force the right columns?)"
+        raise ValueError(one_line(f"{path}: rows: {expected}, found {found}"))
 
 
 def _check_samples(path: str, columns: list[NDArray], left_out: int) -> None:
@@ -148,8 +196,9 @@ def _check_samples(path: str, columns: list[NDArray], left_out: int) -> None:
                 one_line(f"{path}: {name}: {expected}, found {values[0]:g} throughout")
             )
     for weights in columns[2:]:
-        if not weights.min() >= 0:
-            line = f"{path}: weights: expected none below 0, found {weights.min():g}"
+        if not (weights.min() >= 0 and weights.max() > 0):
+            found = f"{weights.min():g} to {weights.max():g}"
+            line = f"{path}: weights: expected none below 0 and some above, found {found}"
             raise ValueError(one_line(line))
 
 
@@ -167,11 +216,14 @@ def _within(path: str, position: NDArray, range_m: tuple[float, float] | None) -
 
 
 def _phases_told(phases: Phases, count: int) -> str:
-    loading = phases.loading.stop
-    held, back = (part.stop - part.start for part in (phases.hold, phases.retract))
-    if not held and not back:
+    before = phases.loading.start
+    loading, held, back = (
+        part.stop - part.start for part in (phases.loading, phases.hold, phases.retract)
+    )
+    if loading == count:
         return f"{count} samples"
-    parts = [f"{loading} of loading"]
+    parts = [f"{before} before"] if before else []
+    parts += [f"{loading} of loading"]
     parts += [f"{held} of hold"] if held else []
     parts += [f"{back} of retract"] if back else []
     return f"{count} samples: {', '.join(parts)}; the loading is fitted"

@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,10 @@ NUMBER = {
 }
 # Of rows with blanks between.
 CELLS = re.compile(r'"[^"]*"|\S+')
+LABEL = re.compile(r"(columns|fancyNames|units):\s*", re.IGNORECASE)
+# Numbers with separators of thousands, of which a decimal comma can't always be told.
+THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}([,. ]\d{3})+([.,]\d*)?")
+GROUP = re.compile(r"\d[,. ]\d{3}(?!\d)")
 LONGEST_SHOWN = 60
 
 
@@ -45,12 +50,15 @@ class Export:
         NaN where a cell has no number.
     read : tuple of str
         How the file was read, where that is no plain CSV.
+    doubts : tuple of str
+        What of that may be otherwise.
     """
 
     path: str
     names: tuple[str, ...]
     values: NDArray
     read: tuple[str, ...]
+    doubts: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -119,10 +127,38 @@ def read_export(path: str | Path) -> Export:
             rows.append(values)
         elif line.strip():
             others += 1
+    doubts = _plain_numbers(shown, layout, lines[begins:])
     before = lines[:begins]
     names, named = _names(layout, before)
     told = _told(layout, encoding, before, named, others)
-    return Export(shown, names, np.array(rows), told)
+    return Export(shown, names, np.array(rows), told, doubts)
+
+
+def _plain_numbers(shown: str, layout: Layout, lines: Sequence[str]) -> tuple[str, ...]:
+    """Refuse separators of thousands, and doubt what may be some: a factor of a thousand.
+
+    A column counts as one with such where all its signs stand before exactly three digits, some
+    after a digit other than a leading zero, and some of its numbers have none; or where a number
+    has two kinds of sign.
+    """
+    if not any(GROUP.search(line) for line in lines):
+        return ()
+    rows = [layout.split(line) for line in lines if _row(layout, line)]
+    for column in zip_longest(*rows, fillvalue=""):
+        signed = [cell for cell in column if set(cell) & {",", "."}]
+        grouped = [cell for cell in signed if THOUSANDS.fullmatch(cell)]
+        mixed = [cell for cell in grouped if not layout.is_number(cell)]
+        bare = len(signed) < len(column) - column.count("")
+        whole = bool(grouped) and len(grouped) == len(signed)
+        if mixed or (whole and (bare or layout.delimiter == layout.decimal)):
+            found = (mixed or grouped)[0]
+            expected = "expected numbers without separators of thousands (export them without)"
+            raise ValueError(one_line(f"{shown}: rows: {expected}, found {found}"))
+        if whole and layout.delimiter == ";" and layout.decimal == ".":
+            return (
+                f"numbers like {grouped[0]} have points as of thousands: taken for decimal ones",
+            )
+    return ()
 
 
 def _content(path: str | Path, shown: str) -> bytes:
@@ -207,13 +243,17 @@ def _names(layout: Layout, before: Sequence[str]) -> tuple[tuple[str, ...], int]
 
 def _header_cells(layout: Layout, line: str) -> list[str] | None:
     """Cells of a header, by the table's delimiter or another; None where none makes as many."""
-    plain = line.strip().lstrip(COMMENTS).strip()
+    # JPK's files say what their comments are.
+    plain = LABEL.sub("", line.strip().lstrip(COMMENTS).strip())
     # Where blanks are the delimiter, a unit in brackets follows its name after one.
     ways = [layout.split, *(Layout(sign, ".", 0).split for sign in DELIMITERS)]
     ways.append(lambda text: re.split(r"\s+(?![\[(])", text))
     for split in ways:
         for text in (line, plain):
             cells = [cell.strip().lstrip(COMMENTS).strip() for cell in split(text)]
+            # LabVIEW's header ends with a name that rows have no cell of.
+            if split == ways[0] and layout.delimiter != " " and len(cells) == layout.cells + 1:
+                cells = cells[:-1]
             if len(cells) == layout.cells and not np.isfinite(layout.numbers(cells)).any():
                 return cells
     return None

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 # Normal distribution: standard deviation over median absolute value; of second differences, over
 # that of the samples.
@@ -22,6 +23,10 @@ END = 0.05
 BINS = 50
 # A way back shorter than this part of the whole is noise of the last samples.
 BACK = 0.02
+# Samples that leave their neighbours by this part of the range are glitches.
+GLITCH, GLITCH_SAMPLES = 0.1, 25
+# A loading goes from within this part of the range of its least to as near its greatest.
+AGAIN = 0.4
 
 
 @dataclass(frozen=True)
@@ -31,23 +36,28 @@ class Phases:
     Attributes
     ----------
     loading, hold, retract : slice
-        Approach and loading; what is held after it; the way back.
+        Approach and loading; what is held after it; the way back, and what follows.
+    loadings : int
+        How many there are in the record.
     """
 
     loading: slice
     hold: slice
     retract: slice
+    loadings: int = 1
 
 
-def signs_of(position: NDArray, force: NDArray) -> tuple[int, int]:
-    """Signs that make depth grow into the object and force grow with it.
+def signs_of(position: NDArray, force: NDArray) -> tuple[tuple[int, int], bool]:
+    """Signs that make depth grow into the object and force grow with it, and whether that is plain.
 
-    The free end of the way is the one whose force is nearer to the mean over the way: force over
-    depth is convex, and flat before contact.
+    A record begins free; and force over depth is flat before contact and mostly convex, so that the
+    free end of the way is the one whose force is nearer to the mean over the way. Where the two
+    disagree the file's own signs are kept if either has them.
 
     Parameters
     ----------
     position, force : (n,) arrays
+        In the order of the record.
     """
     low, high = np.quantile(position, [0, 1])
     place = (position - low) / (high - low)
@@ -55,33 +65,80 @@ def signs_of(position: NDArray, force: NDArray) -> tuple[int, int]:
     counts = np.bincount(bins, minlength=BINS)
     levels = np.bincount(bins, weights=force, minlength=BINS)[counts > 0] / counts[counts > 0]
     ends = force[place <= END].mean(), force[place >= 1 - END].mean()
-    deeper_is_higher = abs(ends[0] - levels.mean()) <= abs(ends[1] - levels.mean())
-    free, pressed = ends if deeper_is_higher else ends[::-1]
-    return (1 if deeper_is_higher else -1), (1 if pressed >= free else -1)
+    by_shape = _signs(abs(ends[0] - levels.mean()) <= abs(ends[1] - levels.mean()), ends)
+    by_order = _signs(float(np.median(place[:FEWEST_HELD])) < 0.5, ends)
+    if by_shape == by_order:
+        return by_shape, True
+    return (by_shape if by_shape == (1, 1) else by_order), False
+
+
+def _signs(free_is_low: bool, ends: tuple[float, float]) -> tuple[int, int]:
+    """Signs of depth and force, where one end of the way is free."""
+    free, pressed = ends if free_is_low else ends[::-1]
+    return (1 if free_is_low else -1), (1 if pressed >= free else -1)
 
 
 def phases_of(depth: NDArray, force: NDArray) -> Phases:
-    """Loading, hold and retract of a record.
+    """Loading, hold and retract of a record, of its deepest loading if it has several.
 
     The loading ends where depth or force first come within noise of their highest, if they stay
-    there; else with the deepest sample.
+    there; else with the deepest sample. It begins with the record, or with the end of the retract
+    before it.
 
     Parameters
     ----------
     depth, force : (n,) arrays
         Both growing in the press, in the order of the record.
     """
-    count, deepest = len(depth), int(np.argmax(depth))
-    after = depth[deepest:] < depth[deepest] - BACK * np.ptp(depth)
-    back = deepest + int(np.argmax(after)) if after.any() else count
-    ends = [end for end in (_held_from(depth[:back]), _held_from(force[:back])) if end is not None]
-    if ends:
-        stop, band = min(ends) + 1, _band(depth[:back])
-        back = int(np.flatnonzero(depth[:back] >= depth[deepest] - band)[-1]) + 1
-        return Phases(slice(0, stop), slice(stop, back), slice(back, count))
+    count, way = len(depth), _without_glitches(depth)
+    deepest, back = int(np.argmax(way)), _back(depth)
+    after = way[deepest:] < way[deepest] - back
+    end = deepest + int(np.argmax(after)) if after.any() else count
+    start = _begin(way[: deepest + 1], back)
+    held = [_held_from(one[start:end]) for one in (way, force)]
+    found = [start + one for one in held if one is not None]
+    loadings = _loadings(way, back)
+    if found:
+        stop, band = min(found) + 1, _band(way[start:end])
+        end = int(np.flatnonzero(way[:end] >= way[deepest] - band)[-1]) + 1
+        return Phases(slice(start, stop), slice(stop, end), slice(end, count), loadings)
     # Noise of the last samples is no hold and no way back.
     stop = deepest + 1 if after.any() else count
-    return Phases(slice(0, stop), slice(stop, stop), slice(stop, count))
+    return Phases(slice(start, stop), slice(stop, stop), slice(stop, count), loadings)
+
+
+def _without_glitches(values: NDArray) -> NDArray:
+    """A record without single samples that leave it, where it is long enough to tell."""
+    if len(values) < GLITCH_SAMPLES:
+        return values
+    smooth = median_filter(values, 5, mode="nearest")
+    apart = np.abs(values - smooth)
+    return np.where(apart > GLITCH * np.ptp(smooth), smooth, values)
+
+
+def _back(depth: NDArray) -> float:
+    """A way back shorter than this is noise [as the depth]."""
+    return max(BACK * float(np.ptp(depth)), 2 * BAND_DEVIATIONS * noise_of(depth))
+
+
+def _begin(way: NDArray, back: float) -> int:
+    """Sample with which the last loading of a way to its deepest begins."""
+    falls = np.flatnonzero(np.maximum.accumulate(way) - way > back)
+    if not len(falls):
+        return 0
+    top = int(np.argmax(way[: falls[-1] + 1]))
+    return top + int(np.argmin(way[top:]))
+
+
+def _loadings(way: NDArray, back: float) -> int:
+    """How often a way goes down into the object by most of its reach."""
+    level, deep = way.min() + AGAIN * np.ptp(way), False
+    count = 0
+    for value in way:
+        if not deep and value > way.max() - AGAIN * np.ptp(way):
+            count, deep = count + 1, True
+        deep = deep and value > level
+    return max(count, 1)
 
 
 def noise_of(values: NDArray) -> float:

@@ -13,6 +13,7 @@ FORCES = {"kn": 1e3, "n": 1.0, "cn": 1e-2, "mn": 1e-3, "un": 1e-6, "nn": 1e-9, "
 # Of other columns, in a row of units.
 OTHERS = {"", "-", "s", "ms", "sec", "min", "v", "mv", "%", "1", "n/m", "hz", "mm/s", "mm/min",
           "pa", "kpa", "mpa", "deg", "\N{DEGREE SIGN}c"}  # fmt: skip
+UNIT_LIKE = re.compile(r"[\w%/^*.\N{DEGREE SIGN}-]{0,8}")
 MICRO = str.maketrans({"\N{MICRO SIGN}": "u", "\N{GREEK SMALL LETTER MU}": "u"})
 # As people write them, where that is not in small letters.
 UNITS = {"um": "\N{MICRO SIGN}m", "kn": "kN", "n": "N", "cn": "cN", "mn": "mN",
@@ -32,15 +33,22 @@ def plain(unit: str) -> str:
 def are_units(cells: Sequence[str]) -> bool:
     """Whether cells are a row of units, one of a length or a force among them."""
     found = [plain(cell) for cell in cells]
-    measured = [unit in LENGTHS or unit in FORCES for unit in found]
-    return any(measured) and all(
-        known or unit in OTHERS for known, unit in zip(measured, found, strict=True)
-    )
+    kinds = [unit in LENGTHS for unit in found], [unit in FORCES for unit in found]
+    if all(one in LENGTHS or one in FORCES or one in OTHERS for one in found):
+        return any(kinds[0]) or any(kinds[1])
+    # Of others, like mm/mm, no list is whole.
+    return any(kinds[0]) and any(kinds[1]) and all(map(UNIT_LIKE.fullmatch, found))
 
 
 def with_unit(name: str, unit: str) -> str:
     """Name of a column with its unit from a row of units."""
     return f"{name} [{unit.strip('[](){} ')}]" if unit else name
+
+
+def bracketed(header: str) -> str:
+    """What stands in brackets, or behind a slash, at the end of a header."""
+    found = re.search(r"[\[({<]\s*([^\[\](){}<>]*?)\s*[\])}>]\s*$|\s/\s*(\S+)\s*$", header)
+    return (found[1] or found[2] or "") if found else ""
 
 
 def name_and_unit(header: str) -> tuple[str, str]:

@@ -162,6 +162,9 @@ def within_tables(indentations: Sequence[DirectIndentation], options: Fit) -> Fi
         expected = f"low below high within the tables' {low:g} to {high:g}"
         found = ", ".join(f"{end:g}" for end in options.poisson_ratio_bounds)
         raise ValueError(f"poisson_ratio_bounds: expected {expected}, found {found}")
+    known = options.poisson_ratio
+    if known is not None and not low <= known <= high:
+        raise ValueError(f"poisson_ratio: expected {low:g} to {high:g}, found {known:g}")
     return replace(options, poisson_ratio_bounds=(float(low), float(high)))
 
 

@@ -11,7 +11,7 @@ from palpate.estimate.direct.budget import Budget
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.quantities import NAMES, Quantities
-from palpate.units import KILOPASCALS
+from palpate.units import readable
 
 CONFIDENCE = 0.95
 # An interval of nu narrower than this tells materials apart: cork, foam, rubber.
@@ -35,13 +35,14 @@ class Interval:
     verdict: str
 
     def __str__(self) -> str:
-        """Value and interval, a modulus in kPa, and the verdict."""
-        modulus = self.value > 1
-        scale, unit, places = (KILOPASCALS, " kPa", 1) if modulus else (1.0, "", 2)
+        """Value and interval, a modulus in the unit that it is read best in, and the verdict."""
+        scale, unit, places = 1.0, "", 2
+        if self.value > 1:
+            (scale, unit), places = readable(self.value, "Pa"), 1
         value, low, high = (
             f"{scale * one:.{places}f}" for one in (self.value, self.low, self.high)
         )
-        return f"{value}{unit} ({low} to {high}), {self.verdict}"
+        return f"{value}{' ' * bool(unit)}{unit} ({low} to {high}), {self.verdict}"
 
     @staticmethod
     def of_modulus(value: float, low: float, high: float) -> "Interval":

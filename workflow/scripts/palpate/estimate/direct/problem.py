@@ -11,6 +11,7 @@ from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.support_motion import support_axes_of
 from palpate.estimate.direct.table import sample_table
 from palpate.estimate.hertz.range import FROM_MEDIAN, force_onset
+from palpate.estimate.hertz.record import FEWEST_AT_REST, hold_end
 from palpate.estimate.minimise.scatter import error_clusters
 from palpate.solid.contact_pressure import hertz_contact_radius
 from palpate.solid.indentation import IndentationModel
@@ -22,6 +23,10 @@ from palpate.surface.sharp_edges import sharp_edge_distance
 
 # A sphere is led to the surface from so far outside [m], until it is as near as this.
 OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200
+# Farther from the surface than tip and template are wrong by, a tip touches nothing.
+CLEAR_M = 0.003
+# And a tip that has gone no farther than this part of its way is still at rest.
+MOVED = 0.01
 # Of a contact from the point that its indentation table was made for [m].
 LARGEST_AWAY_M = 0.015
 
@@ -94,11 +99,11 @@ def direct_indentation(
     depth = depth_along(template, tips, table.direction, radius_m=table.radius_m)
     # The board goes down farther than the tip by what the probe between them gives way.
     depth = depth - force / record.stiffness_n_m
-    least = least_force(force, options)
+    least = least_force(force, unloaded(depth, force), options)
     onset = force_onset(force, onset_force_n=least)
     check_indentation(depth, force, onset)
-    frames = np.flatnonzero((force > least) & (depth <= table.depth_m[-1]))
-    frames = frames[frames >= onset]
+    loaded = loaded_frames(depth, force, onset, least, tip_std_m=record.tip_std_m)
+    frames = loaded[depth[loaded] <= table.depth_m[-1]]
     if not len(frames):
         raise ValueError(
             "table: expected frames in contact within its"
@@ -120,7 +125,7 @@ def direct_indentation(
         force_n=force,
         sideways_n=np.linalg.norm(across, axis=1),
         frames=frames,
-        frames_beyond=int(((force > least) & (depth > table.depth_m[-1])).sum()),
+        frames_beyond=len(loaded) - len(frames),
         depth_m=depth[frames],
         speed_m_s=np.gradient(depth, record.time_s)[frames],
         tip_std_m=tip_std,
@@ -150,16 +155,59 @@ def direct_indentation(
     )
 
 
-def least_force(force_n: NDArray, options: Fit) -> float:
+def loaded_frames(
+    depth_m: NDArray, force_n: NDArray, onset: int, least_n: float, *, tip_std_m: float
+) -> NDArray:
+    """Frames from the onset to the end of the hold with force enough, (k,).
+
+    The elastic force follows from a record's history while the contact grows or is held; that of a
+    release needs another law (T. C. T. Ting, J. Appl. Mech. 33, 1966, 845).
+
+    Parameters
+    ----------
+    depth_m, force_n : (f,) arrays
+        Of all frames [m, N].
+    onset : int
+        First frame in contact.
+    least_n : float
+        Of `least_force`.
+    tip_std_m : float
+        Deviation of a depth from frame to frame [m].
+    """
+    end = hold_end(depth_m, int(np.argmax(depth_m)), frame_std_m=tip_std_m)
+    return onset + np.flatnonzero(force_n[onset:end] > least_n)
+
+
+def unloaded(depth_m: NDArray, force_n: NDArray) -> NDArray:
+    """Frames that are known to be unloaded, (k,): before the peak, the tip clear of the object.
+
+    Where it never is, those in which it has not moved from where it began, three at least.
+
+    Parameters
+    ----------
+    depth_m, force_n : (f,) arrays
+        Depth below the undeformed surface [m] and force along the press [N] of all frames.
+    """
+    clear = np.flatnonzero(depth_m[: int(np.argmax(force_n))] < -CLEAR_M)
+    if len(clear) >= FEWEST_AT_REST:
+        return clear
+    moved = depth_m > depth_m[:FEWEST_AT_REST].max() + MOVED * np.ptp(depth_m)
+    still = int(np.argmax(moved)) if moved.any() else 0
+    return np.arange(max(still, FEWEST_AT_REST))
+
+
+def least_force(force_n: NDArray, rest: NDArray, options: Fit) -> float:
     """Force from which on frames are compared: above the noise, and enough of the peak [N].
 
     Parameters
     ----------
     force_n : (f,) array
-        Of all frames, the first unloaded [N].
+        Of all frames [N].
+    rest : (k,) int array
+        Frames that are known to be unloaded.
     options : Fit
     """
-    early = force_n[: max(int(np.argmax(force_n)) // 2, 2)]
+    early = force_n[rest]
     noise = FROM_MEDIAN * float(np.median(np.abs(early - np.median(early))))
     return max(options.force_deviations * noise, options.least_force_share * force_n.max())
 

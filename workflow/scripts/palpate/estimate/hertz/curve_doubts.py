@@ -22,9 +22,11 @@ DEEP, ABSURD = 1.0, 5.0
 BEFORE = 0.02
 # An interval this narrow is of made-up data.
 EXACT = 1e-6
-FEWEST_IN_CONTACT = 10
+FEWEST_IN_CONTACT, FEWEST_FITTED = 10, 3
 # Residuals are a pattern, not noise, where fewer of them than this part are independent.
 INDEPENDENT = 0.1
+# An approach that rises or falls by more than this part of the peak is none of a level.
+SLOPING = 0.05
 # Smaller changes of E* are not worth a line.
 LEAST_CHANGE = 0.01
 # Rms of the residuals over the peak, and what is said of it.
@@ -47,6 +49,20 @@ def require_press(depth_m: NDArray, force_n: NDArray) -> None:
         scale, unit = readable(max(rise, noise), "N")
         found = f"{scale * rise:.2g} {unit} in noise of {scale * noise:.2g} {unit}"
         raise ValueError(f"force: expected a rise of three times its noise, found {found}")
+
+
+def require_contact(depth_m: NDArray, contact_m: float) -> None:
+    """Refuse a fit that found no press: its contact lies at the record's end.
+
+    Raises
+    ------
+    ValueError
+    """
+    found = int((depth_m > contact_m).sum())
+    if found < FEWEST_FITTED or not depth_m.max() > contact_m:
+        expected = f"expected {FEWEST_FITTED} samples or more deeper than the contact"
+        hint = "(is it a press, the force's sign right, the approach flat?)"
+        raise ValueError(f"contact: {expected}, found {found} {hint}")
 
 
 def quality_of(rms_n: float, fitted_n: NDArray) -> str:
@@ -100,6 +116,25 @@ def _of_samples(found: "HertzFit") -> Iterator[str]:
     explained = 1 - float(np.sum(found.residual_n**2)) / power
     if explained < LEAST_EXPLAINED:
         yield f"the law explains {PERCENT * explained:.2g} % of the force's scatter"
-    poor = found.rms_n > QUALITIES[0][0] * np.ptp(found.fitted_n)
-    if poor and found.effective_samples < INDEPENDENT * len(found.force_n):
-        yield "the residuals follow a pattern: law, baseline or range is another"
+    count, left = len(found.force_n), found.effective_samples
+    if left < INDEPENDENT * count:
+        yield (
+            f"the residuals follow a pattern, as of {left:.0f} samples and not {count}: law,"
+            " baseline or range is another"
+        )
+    yield from _of_approach(found)
+
+
+def _of_approach(found: "HertzFit") -> Iterator[str]:
+    """An approach that slopes, as of a drifting or a tilted baseline."""
+    before = found.depth_m < found.contact_m
+    if before.sum() < FEWEST_IN_CONTACT:
+        return
+    depth, force = found.depth_m[before], found.force_n[before]
+    slope = float(np.polyfit(depth - depth.mean(), force, 1)[0])
+    rise = slope * float(np.ptp(depth)) / float(np.ptp(found.fitted_n))
+    if abs(rise) > SLOPING:
+        yield (
+            f"the approach slopes, by {PERCENT * rise:+.2g} % of the peak: a tilted or drifting"
+            " baseline (--range-mm leaves it out)"
+        )

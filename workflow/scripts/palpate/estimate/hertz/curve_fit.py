@@ -1,6 +1,6 @@
 """E* of a bare curve: what was chosen for it, what it hangs on, and what speaks against it."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,7 @@ from palpate.estimate.hertz.curve_doubts import (
     doubts_of,
     hangs_on,
     quality_of,
+    require_contact,
     require_press,
 )
 from palpate.estimate.hertz.curve_setup import (
@@ -63,7 +64,7 @@ class HertzFit:
     doubts : tuple of str
         What speaks against trusting it, a line each.
     depth_m, force_n, fitted_n : (n,) arrays
-        Samples that were fitted, and the law at them [m, N, N].
+        Samples that were fitted, the tip's depth, and the law at them [m, N, N].
     """
 
     reduced_modulus_pa: float
@@ -188,11 +189,16 @@ def fit_curve(
     ValueError
         If the force does not rise above its noise, or a layer is thinner than its series holds for.
     """
+    if weights is not None:
+        depth_m, force_n, weights = (one[weights > 0] for one in (depth_m, force_n, weights))
+    depth_m = setup.tip_depth(depth_m, force_n)
     require_press(depth_m, force_n)
 
-    def fitted(indenter: str, baseline: bool, residual: str = setup.residual) -> ContactFit:
+    def fitted(
+        indenter: str, baseline: bool, residual: str = setup.residual, level_n: float = 0.0
+    ) -> ContactFit:
         law, options = setup.law(indenter), {"baseline": baseline, "residual": residual}
-        return fit_free_contact(depth_m, force_n, law, weights=weights, **options)
+        return fit_free_contact(depth_m, force_n - level_n, law, weights=weights, **options)
 
     chosen: dict[str, str] = {}
     indenter, baseline = setup.indenter or "parabola", setup.baseline
@@ -204,6 +210,7 @@ def fit_curve(
         press = float(depth_m.max()) - found.contact_depth_m
         indenter, chosen["indenter"] = chosen_indenter(press, setup)
         found = fitted(indenter, baseline)
+    require_contact(depth_m, found.contact_depth_m)
     setup.check_layer(float(depth_m.max()) - found.contact_depth_m)
     law = setup.law(indenter)(depth_m - found.contact_depth_m)
     result = HertzFit(
@@ -229,21 +236,23 @@ def fit_curve(
     return replace(result, doubts=tuple(doubts_of(result)))
 
 
-def _others(found: HertzFit, fitted) -> dict[str, float]:
+def _others(found: HertzFit, fitted: Callable[..., ContactFit]) -> dict[str, float]:
     """E* with the other indenter, baseline and residual, each alone."""
-    used = {
-        "indenter": found.indenter,
-        "baseline": found.baseline,
-        "residual": found.setup.residual,
-    }
-    changes = {
-        "without a baseline" if found.baseline else "with a free baseline": {
-            "baseline": not found.baseline
-        }
-    }
+    used = {"indenter": found.indenter, "baseline": found.baseline}
+    changes = {}
+    if not found.baseline:
+        changes["with a free baseline"] = {"baseline": True}
+    elif "baseline" not in found.chosen:
+        # Where the approach shows it, a fit without is of another curve.
+        changes["without a baseline"] = {"baseline": False}
     if found.indenter != CONE and found.setup.object_radius_m is None:
         other = next(name for name in INDENTERS if name != found.indenter)
         changes[f"by {other}"] = {"indenter": other}
     other = next(name for name in RESIDUALS if name != found.setup.residual)
-    changes[f"with {other} compared"] = {"residual": other}
+    # A power of the force is one of the force above its level.
+    changes[f"with {other} compared"] = {
+        "residual": other,
+        "baseline": False,
+        "level_n": found.baseline_n,
+    }
     return {name: fitted(**(used | change)).reduced_modulus_pa for name, change in changes.items()}

@@ -1,5 +1,6 @@
 """What a bare curve is fitted with, and what is chosen for whoever does not say."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +37,8 @@ class Setup:
         Whether a constant force is fitted too.
     residual : {"force", "force_two_thirds"}
         What of the force is compared.
+    stiffness_n_m : float or None
+        Of what gives way between the drive, whose way the depth is, and the tip; stiff by default.
 
     Raises
     ------
@@ -51,21 +54,24 @@ class Setup:
     poisson_ratio: float = 0.33
     baseline: bool | None = None
     residual: str = "force"
+    stiffness_n_m: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse what does not go together."""
         check_ratio(self.poisson_ratio)
         _one_of("indenter", self.indenter, (None, *INDENTERS, CONE))
         _one_of("residual", self.residual, RESIDUALS)
-        if self.thickness_m is not None and not self.thickness_m > 0:
-            raise ValueError(f"thickness_m: expected above 0, found {self.thickness_m}")
+        for name in ("radius_m", "thickness_m", "stiffness_n_m"):
+            found = getattr(self, name)
+            if found is not None and not 0 < found < np.inf:
+                raise ValueError(f"{name}: expected above 0, found {found}")
         if self.indenter == CONE:
             self._check_cone()
             return
         if self.half_angle_rad is not None:
             raise ValueError("half_angle_rad: expected none but of a cone, found one of a sphere")
-        if self.radius_m is None or not self.radius_m > 0:
-            raise ValueError(f"radius_m: expected above 0, found {self.radius_m}")
+        if self.radius_m is None:
+            raise ValueError("radius_m: expected the sphere's radius, found none")
         radius = self.object_radius_m
         if radius is not None and not (radius > 0 or radius < -self.radius_m):
             expected = "expected above 0, or below minus the sphere's where the object is hollow"
@@ -85,6 +91,10 @@ class Setup:
     def support(self) -> str:
         """What the object stands on, as a law has it."""
         return "half_space" if self.thickness_m is None else "bonded"
+
+    def tip_depth(self, depth_m: NDArray, force_n: NDArray) -> NDArray:
+        """Way of the tip, of that of its drive, (n,) [m]."""
+        return depth_m if self.stiffness_n_m is None else depth_m - force_n / self.stiffness_n_m
 
     def law(self, indenter: str) -> Law:
         """Force over depth at E* = 1."""
@@ -109,10 +119,10 @@ class Setup:
             return
         chi = np.sqrt(self.effective_radius_m * max(press_m, 0.0)) / self.thickness_m
         if chi > LARGEST_CHI:
-            raise ValueError(
-                "thickness_m: expected a layer that sqrt(radius depth) is at most"
-                f" {LARGEST_CHI:g} of, found {chi:.2g}"
-            )
+            least = chi / LARGEST_CHI * self.thickness_m
+            expected = f"at least {1e3 * least:.3g} mm for this press (no series holds for thinner)"
+            found = f"{1e3 * self.thickness_m:.3g} mm"
+            raise ValueError(f"thickness_m: expected {expected}, found {found}")
 
     def _check_cone(self) -> None:
         if self.half_angle_rad is None or not 0 < self.half_angle_rad < np.pi / 2:
@@ -121,6 +131,22 @@ class Setup:
         for name in ("radius_m", "object_radius_m", "thickness_m"):
             if getattr(self, name) is not None:
                 raise ValueError(f"{name}: expected none of a cone, found {getattr(self, name)}")
+
+
+def curve_setup(spec: Mapping, probe: Mapping) -> Setup:
+    """What an object's curves are fitted with: object.yaml and its probe say it.
+
+    Parameters
+    ----------
+    spec, probe : mapping
+        object.yaml, and the probe's file or what stands for it.
+    """
+    block, ratios = spec["curves"], np.atleast_1d(spec["curves"]["poisson_ratio"])
+    return Setup(
+        probe["indenter"]["radius_m"],
+        poisson_ratio=float(np.mean(ratios)),
+        stiffness_n_m=block.get("stiffness_n_m", probe.get("stiffness_n_m")),
+    )
 
 
 def check_ratio(poisson_ratio: float) -> None:

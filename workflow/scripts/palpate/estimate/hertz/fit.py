@@ -17,6 +17,10 @@ TOLERANCE = 1e-10
 RESIDUALS = {"force": 1.0, "force_two_thirds": 2 / 3}
 # Least deviation of the depth that a fit's scaling bears, as part of the press.
 TINY = 1e-6
+# Places of first contact that are tried, as parts of the depth's range from its least; a press may
+# begin before its record. The fit starts from those that are better than their neighbours.
+PLACES = np.linspace(-0.5, 0.95, 30)
+STARTS = 3
 
 Law = Callable[[NDArray], NDArray]
 
@@ -217,10 +221,11 @@ def fit_free_contact(
 
     wanted, exponent = force_n / force_scale, RESIDUALS[residual]
     roots = 1.0 if weights is None else np.sqrt(weights / np.mean(weights))
-    best = _least(force, wanted, exponent, baseline, depth_m, roots)
+    starts = _starts(lambda depth: modulus * law(depth) / force_scale, depth_m, wanted, baseline)
+    best = _least(force, wanted, exponent, starts, roots)
     if depth_std_m is not None:
         weight = deviation(best.fun[:-1], len(best.x)) * length / max(depth_std_m, TINY * length)
-        best = _least(force, wanted, exponent, baseline, depth_m, roots, weight=weight)
+        best = _least(force, wanted, exponent, starts, roots, weight=weight)
     return _contact_fit(best, force(best.x) * force_scale - force_n, modulus, length, force_scale)
 
 
@@ -228,8 +233,7 @@ def _least(
     force: Law,
     measured: NDArray,
     power: float,
-    baseline: bool,
-    depth_m: NDArray,
+    starts: list[NDArray],
     roots: NDArray | float,
     *,
     weight: float = 0.0,
@@ -242,13 +246,13 @@ def _least(
     fits = [
         least_squares(
             lambda x: np.r_[roots * (_power(force(x), power) - wanted), weight * x[1]],
-            np.r_[0.0, place, [0.0] * baseline],
+            start,
             x_scale="jac",
             xtol=1e-14,
             ftol=1e-14,
             gtol=1e-14,
         )
-        for place in _contact_guesses(depth_m, measured)
+        for start in starts
     ]
     return min(fits, key=lambda fit: fit.cost)
 
@@ -288,12 +292,29 @@ def _check_in_contact(depth_m: NDArray) -> None:
         raise ValueError(f"depth: expected at least 2 samples in contact, found {found}")
 
 
-def _contact_guesses(depth_m: NDArray, force: NDArray) -> list[float]:
-    """Places of first contact to start from, as parts of the depth's range."""
-    length = np.ptp(depth_m)
-    risen = np.flatnonzero(force > force.min() + 0.05 * np.ptp(force))
-    first = depth_m[risen[0]] if len(risen) else depth_m.min()
-    return [(first - back * length) / length for back in (0.0, 0.1, 0.3)]
+def _starts(unit: Law, depth_m: NDArray, force: NDArray, baseline: bool) -> list[NDArray]:
+    """Unknowns to start from: places of contact better than those beside them, the rest fitted.
+
+    Parameters
+    ----------
+    unit : callable
+        Force over depth of the first unknown at 0.
+    depth_m, force : (n,) arrays
+    baseline : bool
+        Whether a constant force is an unknown too.
+    """
+    length = float(np.ptp(depth_m))
+    found = []
+    for part in PLACES:
+        place = float(depth_m.min()) + part * length
+        columns = np.stack([unit(depth_m - place), np.ones(len(depth_m))][: 1 + baseline], axis=1)
+        best, *_ = np.linalg.lstsq(columns, force, rcond=None)
+        cost = float(np.sum((columns @ best - force) ** 2)) if best[0] > 0 else np.inf
+        found.append((cost, np.r_[np.log(max(best[0], TINY)), place / length, best[1:]]))
+    costs = np.array([np.inf, *(cost for cost, _ in found), np.inf])
+    least = (costs[1:-1] <= np.minimum(costs[:-2], costs[2:])) & np.isfinite(costs[1:-1])
+    chosen = sorted((found[k] for k in np.flatnonzero(least)), key=lambda one: one[0])
+    return [start for _, start in chosen[:STARTS]] or [np.zeros(2 + baseline)]
 
 
 def _power(values: NDArray, exponent: float) -> NDArray:

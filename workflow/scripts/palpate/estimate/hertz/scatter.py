@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-# Any more would leave a press no sample at all.
-LARGEST_AUTOCORRELATION = 0.9
+# Any more would leave a press no sample at all; of a long record so many are left.
+LARGEST_AUTOCORRELATION, FEWEST_LEFT = 0.9, 5.0
 
 
 def effective_samples(residual: NDArray) -> float:
@@ -17,7 +17,8 @@ def effective_samples(residual: NDArray) -> float:
     centred, n = residual - residual.mean(), len(residual)
     power = float(centred @ centred)
     lag = float(centred[1:] @ centred[:-1]) / power if power > 0 else 0.0
-    lag = float(np.clip(lag + (1 + 4 * lag) / n, 0, LARGEST_AUTOCORRELATION))
+    most = max(LARGEST_AUTOCORRELATION, (n - FEWEST_LEFT) / (n + FEWEST_LEFT))
+    lag = float(np.clip(lag + (1 + 4 * lag) / n, 0, most))
     return n * (1 - lag) / (1 + lag)
 
 
