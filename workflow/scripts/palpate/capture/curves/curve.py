@@ -1,7 +1,7 @@
 """One curve of force against depth, of a file as an instrument wrote it."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from palpate.capture.curves.columns import (
     column_of,
     numbers_of,
 )
-from palpate.capture.curves.export import read_export
+from palpate.capture.curves.export import Export, read_export
 from palpate.capture.curves.phases import Phases, phases_of, signs_of
 from palpate.capture.words import one_line
 
@@ -115,65 +115,88 @@ def read_curve(
     2.9 mm, 1.79 N
     """
     export = read_export(path)
-    position, of_depth = column_of(export, DEPTH, Asked(depth_column, depth_unit))
-    load, of_force = column_of(export, FORCE, Asked(force_column, force_unit))
+    asked = Asked(depth_column, depth_unit), Asked(force_column, force_unit)
+    record = _record(export, *asked, weights_column, range_m)
+    phases = phases_of(record.depth_m, record.force_n)
+    chosen = np.arange(len(record.used))[phases.loading]
+    chosen = chosen[record.used[chosen]]
+    _check_loading(export.path, chosen, len(record.used))
+    return Curve(
+        path=export.path,
+        depth_m=record.depth_m,
+        force_n=record.force_n,
+        chosen=chosen,
+        weights=None if record.weights is None else record.weights[chosen],
+        phases=phases,
+        depth_sign=record.signs[0],
+        read=", ".join([*record.read, _phases_told(phases, len(record.used))]),
+        doubts=(*record.doubts, *_doubts_of_phases(phases)),
+    )
+
+
+@dataclass(frozen=True)
+class _Record:
+    """Columns of a curve with their signs, which samples are used, and how all that was read."""
+
+    depth_m: NDArray
+    force_n: NDArray
+    weights: NDArray | None
+    used: NDArray
+    signs: tuple[int, int]
+    read: tuple[str, ...]
+    doubts: tuple[str, ...]
+
+    def turned(self) -> "_Record":
+        """The same from its last row to its first."""
+        names = ("depth_m", "force_n", "weights", "used")
+        rows = {name: getattr(self, name) for name in names}
+        return replace(self, **{name: one[::-1] for name, one in rows.items() if one is not None})
+
+
+def _record(
+    export: Export,
+    depth: Asked,
+    force: Asked,
+    weights_column: str | None,
+    range_m: tuple[float, float] | None,
+) -> _Record:
+    position, of_depth = column_of(export, DEPTH, depth)
+    load, of_force = column_of(export, FORCE, force)
     extra = [asked_column(export, weights_column, "--weights")] if weights_column else []
     columns, left_out = numbers_of([position, load, *extra])
     _check_samples(export.path, columns, left_out)
     signs, plain = signs_of(*columns[:2])
     used = _within(export.path, columns[0], range_m)
+    read = [*export.read, of_depth.text, of_force.text]
+    read += [f"{name} sign turned" for name, sign in zip(NAMES, signs, strict=True) if sign < 0]
+    read += [f"{left_out} rows without a number left out"] if left_out else []
+    read += [f"{used.sum()} of {len(used)} samples in range"] if not used.all() else []
     depth_m, force_n = signs[0] * columns[0], signs[1] * columns[1]
-    weights = columns[2] if extra else np.ones(len(depth_m))
-    turned = bool(np.argmax(depth_m) < BEGINS * len(depth_m) and depth_m[0] > depth_m[-1])
-    if turned:
-        depth_m, force_n, weights, used = (one[::-1] for one in (depth_m, force_n, weights, used))
-    phases = phases_of(depth_m, force_n)
-    chosen = np.arange(len(depth_m))[phases.loading]
-    chosen = chosen[(used & (weights > 0))[chosen]]
-    _check_loading(export.path, chosen, len(depth_m))
-    told = [*export.read, of_depth.text, of_force.text]
-    told += [f"{name} sign turned" for name, sign in zip(NAMES, signs, strict=True) if sign < 0]
-    told += [f"{left_out} rows without a number left out"] if left_out else []
-    told += [f"{used.sum()} of {len(used)} samples in range"] if not used.all() else []
-    told += [_phases_told(phases, len(depth_m))]
-    return Curve(
-        path=export.path,
-        depth_m=depth_m,
-        force_n=force_n,
-        chosen=chosen,
-        weights=weights[chosen] if extra else None,
-        phases=phases,
-        depth_sign=signs[0],
-        read=", ".join(told),
-        doubts=tuple(
-            _doubts(
-                plain,
-                turned,
-                phases,
-                left_out,
-                (*export.doubts, *of_depth.doubts, *of_force.doubts),
-            )
-        ),
-    )
+    backwards = bool(np.argmax(depth_m) < BEGINS * len(depth_m) and depth_m[0] > depth_m[-1])
+    doubts = [*export.doubts, *of_depth.doubts, *of_force.doubts]
+    doubts += _doubts(plain, backwards, left_out / (left_out + len(used)))
+    used &= columns[2] > 0 if extra else True
+    weights = columns[2] if extra else None
+    record = _Record(depth_m, force_n, weights, used, signs, tuple(read), tuple(doubts))
+    return record.turned() if backwards else record
 
 
-def _doubts(
-    plain: bool, turned: bool, phases: Phases, left_out: int, of_columns: tuple[str, ...]
-) -> Iterator[str]:
-    """What of a reading may be otherwise, a line each."""
-    count = max(phases.retract.stop, phases.loading.stop)
-    if turned:
+def _doubts(plain: bool, backwards: bool, left_out: float) -> Iterator[str]:
+    """What of the columns may be otherwise, a line each."""
+    if backwards:
         yield "the record begins at its deepest, as a retract does: its rows were turned"
     elif not plain:
         yield (
             "which end of the record is free is not plain (a force that softens?): it is taken to"
             " begin free"
         )
-    if phases.loadings > 1:
-        yield f"the record holds {phases.loadings} loadings: the deepest is fitted"
-    if left_out > FEW_LEFT_OUT * count:
-        yield f"{left_out} of {left_out + count} rows have no number where depth or force stand"
-    yield from of_columns
+    if left_out > FEW_LEFT_OUT:
+        yield f"{100 * left_out:.2g} % of the rows have no number where depth or force stand"
+
+
+def _doubts_of_phases(phases: Phases) -> list[str]:
+    count = phases.loadings
+    return [f"the record holds {count} loadings: the deepest is fitted"] * (count > 1)
 
 
 def _check_loading(path: str, chosen: NDArray, count: int) -> None:

@@ -1,6 +1,6 @@
 """E* of a bare curve: what was chosen for it, what it hangs on, and what speaks against it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from typing import TYPE_CHECKING
 
@@ -172,6 +172,33 @@ def modulus_text(value_pa: float, interval_pa: tuple[float, float]) -> str:
     return f"{scale * value_pa:.4g} {unit} (95 %: {low:.4g} to {high:.4g})"
 
 
+@dataclass(frozen=True)
+class _Samples:
+    """What is fitted: samples of a loading, and with what."""
+
+    depth_m: NDArray
+    force_n: NDArray
+    weights: NDArray | None
+    setup: Setup
+
+    @property
+    def deepest_m(self) -> float:
+        return float(self.depth_m.max())
+
+    def fitted(
+        self, indenter: str, baseline: bool, residual: str | None = None, level_n: float = 0.0
+    ) -> ContactFit:
+        """Fit of a law, to the force above a level."""
+        return fit_free_contact(
+            self.depth_m,
+            self.force_n - level_n,
+            self.setup.law(indenter),
+            baseline=baseline,
+            residual=residual or self.setup.residual,
+            weights=self.weights,
+        )
+
+
 def fit_curve(
     depth_m: NDArray, force_n: NDArray, setup: Setup, weights: NDArray | None = None
 ) -> HertzFit:
@@ -182,38 +209,46 @@ def fit_curve(
     depth_m, force_n : (n,) arrays
     setup : Setup
     weights : (n,) array, optional
-        Of the squared residuals.
+        Of the squared residuals; samples of none are left out.
 
     Raises
     ------
     ValueError
-        If the force does not rise above its noise, or a layer is thinner than its series holds for.
+        If the force does not rise above its noise, no contact is found, or a layer is thinner than
+        its series holds for.
     """
     if weights is not None:
         depth_m, force_n, weights = (one[weights > 0] for one in (depth_m, force_n, weights))
-    depth_m = setup.tip_depth(depth_m, force_n)
-    require_press(depth_m, force_n)
+    samples = _Samples(setup.tip_depth(depth_m, force_n), force_n, weights, setup)
+    require_press(samples.depth_m, force_n)
+    found, law = _chosen(samples)
+    require_contact(samples.depth_m, found.contact_depth_m)
+    setup.check_layer(samples.deepest_m - found.contact_depth_m)
+    result = _result(samples, found, **law)
+    result = replace(result, others=_others(result, samples))
+    return replace(result, doubts=tuple(doubts_of(result)))
 
-    def fitted(
-        indenter: str, baseline: bool, residual: str = setup.residual, level_n: float = 0.0
-    ) -> ContactFit:
-        law, options = setup.law(indenter), {"baseline": baseline, "residual": residual}
-        return fit_free_contact(depth_m, force_n - level_n, law, weights=weights, **options)
 
-    chosen: dict[str, str] = {}
+def _chosen(samples: _Samples) -> tuple[ContactFit, dict]:
+    """Fit with the law that was asked for, or that the curve chooses: which, and why."""
+    setup, chosen = samples.setup, {}
     indenter, baseline = setup.indenter or "parabola", setup.baseline
     if baseline is None:
-        with_it = fitted(indenter, True)
-        baseline, chosen["baseline"] = chosen_baseline(depth_m, force_n, with_it)
-    found = fitted(indenter, baseline)
+        with_it = samples.fitted(indenter, True)
+        baseline, chosen["baseline"] = chosen_baseline(samples.depth_m, samples.force_n, with_it)
+    found = samples.fitted(indenter, baseline)
     if setup.indenter is None:
-        press = float(depth_m.max()) - found.contact_depth_m
+        press = samples.deepest_m - found.contact_depth_m
         indenter, chosen["indenter"] = chosen_indenter(press, setup)
-        found = fitted(indenter, baseline)
-    require_contact(depth_m, found.contact_depth_m)
-    setup.check_layer(float(depth_m.max()) - found.contact_depth_m)
-    law = setup.law(indenter)(depth_m - found.contact_depth_m)
-    result = HertzFit(
+        found = samples.fitted(indenter, baseline)
+    return found, {"indenter": indenter, "baseline": baseline, "chosen": chosen}
+
+
+def _result(
+    samples: _Samples, found: ContactFit, indenter: str, baseline: bool, chosen: dict
+) -> HertzFit:
+    unit = samples.setup.law(indenter)(samples.depth_m - found.contact_depth_m)
+    return HertzFit(
         reduced_modulus_pa=found.reduced_modulus_pa,
         reduced_modulus_interval_pa=found.reduced_modulus_interval_pa,
         contact_m=found.contact_depth_m,
@@ -222,21 +257,19 @@ def fit_curve(
         rms_n=found.rms_n,
         effective_samples=found.effective_samples,
         indenter=indenter,
-        support=setup.support,
+        support=samples.setup.support,
         baseline=baseline,
-        setup=setup,
+        setup=samples.setup,
         chosen=chosen,
         others={},
         doubts=(),
-        depth_m=depth_m,
-        force_n=force_n,
-        fitted_n=found.reduced_modulus_pa * law + found.baseline_n,
+        depth_m=samples.depth_m,
+        force_n=samples.force_n,
+        fitted_n=found.reduced_modulus_pa * unit + found.baseline_n,
     )
-    result = replace(result, others=_others(result, fitted))
-    return replace(result, doubts=tuple(doubts_of(result)))
 
 
-def _others(found: HertzFit, fitted: Callable[..., ContactFit]) -> dict[str, float]:
+def _others(found: HertzFit, samples: _Samples) -> dict[str, float]:
     """E* with the other indenter, baseline and residual, each alone."""
     used = {"indenter": found.indenter, "baseline": found.baseline}
     changes = {}
@@ -250,9 +283,9 @@ def _others(found: HertzFit, fitted: Callable[..., ContactFit]) -> dict[str, flo
         changes[f"by {other}"] = {"indenter": other}
     other = next(name for name in RESIDUALS if name != found.setup.residual)
     # A power of the force is one of the force above its level.
-    changes[f"with {other} compared"] = {
-        "residual": other,
-        "baseline": False,
-        "level_n": found.baseline_n,
+    of_power = {"residual": other, "baseline": False, "level_n": found.baseline_n}
+    changes[f"with {other} compared"] = of_power
+    return {
+        name: samples.fitted(**(used | change)).reduced_modulus_pa
+        for name, change in changes.items()
     }
-    return {name: fitted(**(used | change)).reduced_modulus_pa for name, change in changes.items()}
