@@ -305,9 +305,17 @@ def test_of_cycles_the_deepest_loading_is_taken(tmp_path):
 
 def test_a_glitch_is_no_deepest_sample(tmp_path):
     depth, force = press(retract=True)
-    depth[40] = 9e-3
+    depth[200] = 1.7e-3
     curve = read_curve(written_columns(tmp_path, "depth_mm,force_n", 1e3 * depth, force))
     assert curve.phases.loading.stop == 281
+
+
+def test_an_outlier_is_named(tmp_path, capsys):
+    depth, force = press()
+    force[120] = -500
+    line = refused(written_columns(tmp_path, "depth_mm,force_n", 1e3 * depth, force), capsys)
+    assert "force: expected no sample that leaves its neighbours" in line
+    assert "found -500 in row 121 of the numbers" in line
 
 
 def test_a_fit_without_a_press_is_refused(tmp_path, capsys):

@@ -16,7 +16,7 @@ from palpate.capture.curves.columns import (
     numbers_of,
 )
 from palpate.capture.curves.export import Export, read_export
-from palpate.capture.curves.phases import Phases, phases_of, signs_of
+from palpate.capture.curves.phases import Phases, outlier, phases_of, signs_of
 from palpate.capture.words import one_line
 
 FEWEST_SAMPLES = 5
@@ -218,6 +218,11 @@ def _check_samples(path: str, columns: list[NDArray], left_out: int) -> None:
             raise ValueError(
                 one_line(f"{path}: {name}: {expected}, found {values[0]:g} throughout")
             )
+        place = outlier(values)
+        if place is not None:
+            found = f"{values[place]:.6g} in row {place + 1} of the numbers (take it out)"
+            expected = "expected no sample that leaves its neighbours by several times their range"
+            raise ValueError(one_line(f"{path}: {name}: {expected}, found {found}"))
     for weights in columns[2:]:
         if not (weights.min() >= 0 and weights.max() > 0):
             found = f"{weights.min():g} to {weights.max():g}"

@@ -25,6 +25,8 @@ BINS = 50
 BACK = 0.02
 # Samples that leave their neighbours by this part of the range are glitches.
 GLITCH, GLITCH_SAMPLES = 0.1, 25
+# By so many times the range of the others: not a measurement.
+OUT = 3.0
 # A loading goes from within this part of the range of its least to as near its greatest.
 AGAIN = 0.4
 
@@ -105,6 +107,15 @@ def phases_of(depth: NDArray, force: NDArray) -> Phases:
     # Noise of the last samples is no hold and no way back.
     stop = deepest + 1 if after.any() else count
     return Phases(slice(start, stop), slice(stop, stop), slice(stop, count), loadings)
+
+
+def outlier(values: NDArray) -> int | None:
+    """First single sample that leaves its neighbours by several times the range of all others."""
+    if len(values) < GLITCH_SAMPLES:
+        return None
+    smooth = median_filter(values, 5, mode="nearest")
+    out = np.abs(values - smooth) > OUT * np.ptp(smooth)
+    return int(np.argmax(out)) if out.any() and np.ptp(smooth) > 0 else None
 
 
 def _without_glitches(values: NDArray) -> NDArray:
