@@ -53,6 +53,17 @@ def test_a_sphere_that_passes_by_meets_no_surface():
         depth_along(box(), tips, DOWN, radius_m=RADIUS_M)
 
 
+def test_a_wall_beside_the_way_is_no_depth():
+    """A sphere that passes it by a hair marches on in hairs, and never arrives."""
+    floor = trimesh.creation.box(extents=(0.1, 0.1, 0.04))
+    wall = trimesh.creation.box(extents=(0.02, 0.1, 0.2))
+    wall.apply_translation([0.01 + RADIUS_M + 2e-5, 0, 0.12])
+    mesh = trimesh.util.concatenate([floor, wall])
+    surface = SmoothSurface(np.array(mesh.vertices), np.array(mesh.faces))
+    with pytest.raises(ValueError, match="tip: expected a way along the press that meets"):
+        depth_along(surface, np.array([[0.0, 0.0, 0.03]]), DOWN, radius_m=RADIUS_M)
+
+
 def press(depth_mm, force_n):
     return np.array(depth_mm) * 1e-3, np.array(force_n, dtype=float)
 

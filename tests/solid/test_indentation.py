@@ -11,7 +11,7 @@ from palpate.solid.indentation import (
     ratio_weights,
     save_indentation,
 )
-from palpate.solid.indentation_table import POISSON_RATIOS, depth_steps
+from palpate.solid.indentation_table import POISSON_RATIOS, depth_steps, indentation_model
 from palpate.solid.options import greatest_ratio
 
 RATIOS = np.array(POISSON_RATIOS)
@@ -120,6 +120,14 @@ def test_bad_arguments(model):
         model.displacement(0.001, 0.49999, "blatz_ko")
     with pytest.raises(ValueError, match="deepest_m: expected above 1.5 steps of 0.001 m"):
         depth_steps(0.0015, 0.001)
+    for ratios, found in (((0.2, 0.0), "0.2, 0"), ((0.2, 0.2), "0.2, 0.2")):
+        with pytest.raises(ValueError, match=f"expected increasing numbers, found {found}"):
+            indentation_model(
+                *(None, None, np.zeros(3), np.array([0.0, 0, -1])),
+                radius_m=0.006,
+                deepest_m=0.006,
+                poisson_ratios=ratios,
+            )
 
 
 def test_bad_files(model, tmp_path):

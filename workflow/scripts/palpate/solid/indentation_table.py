@@ -89,6 +89,9 @@ def indentation_model(
         If an argument is out of its range, the point is off the surface, or there is no
         equilibrium at the first depths.
     """
+    if sorted(set(poisson_ratios)) != list(poisson_ratios):
+        found = ", ".join(f"{ratio:g}" for ratio in poisson_ratios)
+        raise ValueError(f"poisson_ratios: expected increasing numbers, found {found}")
     depths = depth_steps(deepest_m, step_m)
     setup = indentation_setup(
         mesh,

@@ -23,6 +23,8 @@ from palpate.surface.sharp_edges import sharp_edge_distance
 
 # A sphere is led to the surface from so far outside [m], until it is as near as this.
 OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200
+# Still so far from it after all those steps, it was never led there.
+UNFINISHED_M = 1e-5
 # Farther from the surface than tip and template are wrong by, a tip touches nothing.
 CLEAR_M = 0.003
 # And a tip that has gone no farther than this part of its way is still at rest.
@@ -244,7 +246,8 @@ def depth_along(
         way += gap
         if np.abs(gap).max() < TOUCHING_M or way.max() > 3 * OUTSIDE_M:
             break
-    lost = np.flatnonzero(~(way < 3 * OUTSIDE_M))
+    # A wall beside the way lets a march come to no end.
+    lost = np.flatnonzero(~(way < 3 * OUTSIDE_M) | (np.abs(gap) > UNFINISHED_M))
     if len(lost):
         raise ValueError(
             f"tip: expected a way along the press that meets the surface, found none in frame"
