@@ -115,7 +115,10 @@ def lab(root, tmp_path_factory):
     for name in ("sensors", "probes"):
         shutil.copytree(own / name, folder / "config" / name)
     (folder / "config/config.yaml").write_text("hertz: {onset_force_n: 0.08}\n")
-    shutil.copytree(own / "raw", folder / "raw")
+    # As the help's example has it.
+    shutil.copytree(own / "raw/toy_cow", folder / "raw/sponge")
+    described = folder / "raw/sponge/object.yaml"
+    described.write_text(described.read_text().replace("object: toy_cow", "object: sponge"))
     return folder
 
 
@@ -124,17 +127,21 @@ def test_the_command_finds_all_of_an_object_by_itself(lab, monkeypatch, capsys):
     """Captures, configuration and tables; a point's table is made once and kept, with a name."""
     from palpate.__main__ import main
 
-    monkeypatch.chdir(lab / "raw")
-    assert main(["direct", "toy_cow", "--fast", "--figure", str(lab / "direct.svg")]) == 0
+    monkeypatch.chdir(lab)
+    with pytest.raises(SystemExit, match="0"):
+        main(["direct", "--help"])
+    example = capsys.readouterr().out.split()[-4:]
+    assert example == ["palpate", "direct", "raw/sponge", "--fast"]
+    assert main([*example[1:], "--figure", str(lab / "direct.svg")]) == 0
     said = capsys.readouterr()
     steps = [line for line in said.err.splitlines() if line.startswith("[")]
     assert [line[:8] for line in steps] == [f"[{k} of 4]" for k in (1, 2, 3, 4)]
-    assert re.search(r"kept in ../results/toy_cow/indentation-back-[0-9a-f]{8}.npz", steps[2])
+    assert re.search(r"kept in results/sponge/indentation-back-[0-9a-f]{8}.npz", steps[2])
     assert "skfem" not in said.err
-    assert said.out.startswith("toy_cow, bench_cam: 2 captures\n  reduced_modulus: ")
+    assert said.out.startswith("sponge, bench_cam: 2 captures\n  reduced_modulus: ")
     assert "coarse indentation table (--fast)" in said.out
     assert (lab / "direct.svg").stat().st_size > 10_000
-    given = ["direct", "toy_cow/bench_cam/back", "--fast", "--nu", "0.38", "--nu-std", "0.02"]
+    given = ["direct", "raw/sponge/bench_cam/back", "--fast", "--nu", "0.38", "--nu-std", "0.02"]
     assert main([*given, "--json"]) == 0
     said = capsys.readouterr()
     assert "made now" not in said.err
@@ -144,7 +151,7 @@ def test_the_command_finds_all_of_an_object_by_itself(lab, monkeypatch, capsys):
     assert (ratio["low"], ratio["high"]) == pytest.approx((0.38 - 0.0392, 0.38 + 0.0392), abs=1e-3)
     # The lab's material: 38 kPa.
     assert E["low"] < 38e3 < E["high"]
-    assert told["captures"] == ["toy_cow/bench_cam/back"] and told["fast"]
+    assert told["captures"] == ["raw/sponge/bench_cam/back"] and told["fast"]
     assert told["options"]["poisson_ratio_std"] == 0.02
     assert "Poisson's ratio" in {row["source"] for row in told["budget"]}
 
@@ -155,33 +162,29 @@ def test_a_table_of_another_object_is_refused(lab, root, monkeypatch, capsys):
 
     monkeypatch.chdir(root)
     capture = ["tests/sample/raw/foam_block/kinect/08", "--sensors", "tests/sample/sensors"]
-    tables = lab / "results/toy_cow"
+    tables = lab / "results/sponge"
     (made,) = tables.glob("indentation-back-*.npz")
     (tables / "indentation-08.npz").symlink_to(made)
     assert main(["direct", *capture, "--tables", str(tables)]) == 1
     assert "error: tables: expected one" in capsys.readouterr().err
 
 
-def test_a_recording_given_twice_is_refused(root, tmp_path, monkeypatch):
+def test_a_recording_given_twice_is_refused(root, monkeypatch):
     """Under another name it would count twice, and the interval would be too narrow."""
-    shutil.copytree(root / "tests/sample/raw/foam_block", tmp_path / "foam_block")
-    folder = tmp_path / "foam_block/kinect"
-    shutil.copytree(folder / "08", folder / "08-a02")
     monkeypatch.chdir(root)
-    measured = [
-        palpate.measure(palpate.open_capture(folder / name, sensors="tests/sample/sensors"))
-        for name in ("08", "08-a02")
-    ]
+    folder = root / "tests/sample/raw/foam_block/kinect/08"
+    one = palpate.measure(palpate.open_capture(folder, sensors="tests/sample/sensors"))
+    again = replace(one, capture=replace(one.capture, folder=folder.with_name("08-a02")))
     with pytest.raises(ValueError, match="found 08-a02, the same recording as 08"):
-        palpate.direct.estimate(measured, [None, None])
+        palpate.direct.estimate([one, again], [None, None])
 
 
 WRONG = {
     ("raw",): "raw: folder: expected a capture, or an object's or a sensor's folder with captures",
-    ("raw/toy_cow/nothing",): "nothing: folder: expected a capture, .*found no such folder",
-    ("raw/toy_cow", "--solid", "none.vtu"): "--solid: expected a file, found nothing at none.vtu",
-    ("raw/toy_cow", "--nu-std", "0.1"): "--nu-std: expected --nu beside it, found none",
-    ("raw/toy_cow", "--figure", "fit.bmp"): "--figure: expected a file that ends with one of .png",
+    ("raw/sponge/nothing",): "nothing: folder: expected a capture, .*found no such folder",
+    ("raw/sponge", "--solid", "none.vtu"): "--solid: expected a file, found nothing at none.vtu",
+    ("raw/sponge", "--nu-std", "0.1"): "--nu-std: expected --nu beside it, found none",
+    ("raw/sponge", "--figure", "fit.bmp"): "--figure: expected a file that ends with one of .png",
 }
 
 
@@ -200,11 +203,11 @@ def test_a_table_without_rows_is_said(lab, monkeypatch, capsys):
     from palpate.__main__ import main
 
     monkeypatch.chdir(lab)
-    frames = lab / "raw/toy_cow/bench_cam/back-a02/frames.csv"
+    frames = lab / "raw/sponge/bench_cam/back-a02/frames.csv"
     whole = frames.read_text()
     try:
         frames.write_text(whole.splitlines()[0] + "\n")
-        assert main(["direct", "raw/toy_cow"]) == 1
+        assert main(["direct", "raw/sponge"]) == 1
     finally:
         frames.write_text(whole)
     assert "back-a02/frames.csv: rows: expected at least 3, found 0" in capsys.readouterr().err
