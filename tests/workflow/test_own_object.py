@@ -72,6 +72,7 @@ def test_the_study_runs_beside_it(dropped):
     assert {"own_report", "table_5_3", "lab_capture"} <= counted(done)
 
 
+@pytest.mark.long
 def test_methods_are_those_that_are_asked_for(dropped):
     """The study's is not run where nobody asks; a page shows Hertz and direct estimates."""
     rules = {}
