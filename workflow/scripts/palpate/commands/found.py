@@ -77,7 +77,7 @@ class Project:
         for start in map(Path, (os.path.abspath(folder), os.getcwd())):
             for place in (start, *start.parents):
                 if (place / CONFIG).is_file():
-                    return cls(place, load_yaml(place / CONFIG))
+                    return cls(place, load_yaml(place / CONFIG) or {})
         return cls(None, {})
 
     def config(self, own: Path | None) -> Any:

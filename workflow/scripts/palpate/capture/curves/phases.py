@@ -99,7 +99,7 @@ def phases_of(depth: NDArray, force: NDArray) -> Phases:
     start = _begin(way[: deepest + 1], back)
     held = [_held_from(one[start:end]) for one in (way, force)]
     found = [start + one for one in held if one is not None]
-    loadings = _loadings(way, back)
+    loadings = _loadings(way)
     if found:
         stop, band = min(found) + 1, _band(way[start:end])
         end = int(np.flatnonzero(way[:end] >= way[deepest] - band)[-1]) + 1
@@ -141,7 +141,7 @@ def _begin(way: NDArray, back: float) -> int:
     return top + int(np.argmin(way[top:]))
 
 
-def _loadings(way: NDArray, back: float) -> int:
+def _loadings(way: NDArray) -> int:
     """How often a way goes down into the object by most of its reach."""
     level, deep = way.min() + AGAIN * np.ptp(way), False
     count = 0
