@@ -6,7 +6,7 @@ import numpy as np
 from floor import floor
 from palpate.estimate.direct.indentation import DirectIndentation, Parameters
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
-from palpate.estimate.direct.support_motion import support_axes_of
+from palpate.estimate.direct.support_motion import rocking_axes, support_axes_of
 from palpate.estimate.direct.table import SampleTable
 from palpate.estimate.relaxation import relaxed_force
 
@@ -21,7 +21,8 @@ OPTIONS = Fit(
     rig=NO_RIG,
     model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0),
 )
-START = Parameters(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(3))
+START = Parameters(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(2), np.zeros(3))
+ACROSS = rocking_axes(np.array([0.0, 0.0, -1.0]))
 STANDING = floor(1e-3, height_m=-0.05, contact="resting")
 
 
@@ -32,11 +33,18 @@ def model_of(cell_m):
     """
     nus, depth = np.array([0.0, 0.2, 0.35, 0.45, 0.49]), np.linspace(0, 0.009, 13)
     force = 4 / 3 * np.sqrt(RADIUS_M) * depth**1.5 / (1 - nus[:, None] ** 2)
-    r = np.linalg.norm(cell_m, axis=1)
-    motion = [-depth[:, None] * RADIUS_M / r * (1 - (0.5 + 2 * nu**2) * (r / 0.1)) for nu in nus]
+
+    def motion(place_m):
+        r = np.linalg.norm(cell_m - place_m, axis=1)
+        each = [-depth[:, None] * RADIUS_M / r * (1 - (0.5 + 2 * nu**2) * (r / 0.1)) for nu in nus]
+        return np.array(each)
+
+    r, step = np.linalg.norm(cell_m, axis=1), 1e-4
+    ends = [(motion(step * axis), motion(-step * axis)) for axis in ACROSS]
+    by_place = np.array([(far - near) / (2 * step) for far, near in ends])
     stiffening = np.outer(0.4 - 0.4 * nus, np.sqrt(depth / 0.009))
     change = -0.2 * stiffening[..., None] * depth[:, None] * (RADIUS_M / r) ** 2
-    return SampleTable(nus, depth, force, stiffening, np.array(motion), change)
+    return SampleTable(nus, depth, force, stiffening, motion(np.zeros(3)), change, by_place)
 
 
 def support_axes(cell_m, support):
@@ -48,6 +56,12 @@ def support_axes(cell_m, support):
         direction=np.array([0.0, 0, -1]),
         options=Fit(sinking_std_m=1e-4, rocking_std_rad=1e-3),
     )
+
+
+def wave(way_m, rng, *, length_m=0.002, terms=12):
+    """A smooth random function of a way, of deviation 1."""
+    turns, phases = rng.normal(0, 1 / length_m, terms), rng.uniform(0, 2 * np.pi, terms)
+    return np.sqrt(2 / terms) * np.cos(np.outer(way_m, turns) + phases).sum(axis=1)
 
 
 def press_of(
@@ -68,10 +82,14 @@ def press_of(
     solid=None,
     motion_std_m=5e-5,
     offset_std_m=1e-4,
+    beside_m=(0.0, 0.0),
+    rate_hz=6,
+    wavy_m=0.0,
 ):
     """A capture of 24 frames: rest, press, hold.
 
-    A solid of its own is its samples' places, what it does, and the table that is fitted to it.
+    A depth's error that hangs on the way is `wavy_m`. A solid of its own is its samples' places,
+    what it does, and the table that is fitted to it.
     """
     rng = np.random.default_rng(seed)
     cell = np.column_stack([rng.uniform(-0.08, 0.08, (400, 2)), np.zeros(400)])
@@ -79,7 +97,7 @@ def press_of(
     table = model = model_of(cell)
     if solid:
         cell, model, table = solid
-    time = np.arange(frames) / 6
+    time = np.arange(frames) / rate_hz
     depth = deepest_m * np.clip((time - start_s) / 1.8, 0, 1)
     elastic = E * model.force(depth, nu, laws[0])
     force = relaxed_force(time, elastic, fractions=shares, times_s=SHARE_TIMES_S)
@@ -91,10 +109,11 @@ def press_of(
         force = np.interp(time + late_s, fine, whole)
     force = force + noise * rng.normal(0, 0.003 * force.max(), frames)
     used = np.flatnonzero(depth > least_m)[:kept]
-    motion = model.motion(depth[used], nu, laws[1]).motion_m
+    motion = model.motion(depth[used], nu, laws[1], np.array(beside_m)).motion_m
     motion = motion + noise * rng.normal(0, motion_std_m, motion.shape)
     offset = noise * rng.normal(0, offset_std_m)
     measured = depth[used] + offset + noise * rng.normal(0, 8e-5, len(used))
+    measured += wavy_m * wave(depth[used], rng)
     cluster = np.unique((cell[:, :2] // 0.02).astype(int), axis=0, return_inverse=True)[1].ravel()
     return DirectIndentation(
         time_s=time,
@@ -102,10 +121,12 @@ def press_of(
         sideways_n=0.1 * force,
         frames=used,
         frames_beyond=0,
+        oblique_rad=0.0,
         depth_m=measured,
         speed_m_s=np.gradient(depth, time)[used],
         tip_std_m=8e-5,
-        depth_std_m=np.full(len(used), 8e-5),
+        pattern_std_m=3e-5,
+        depth_root_m=8e-5 * np.eye(len(used)),
         offset_std_m=offset_std_m,
         clock_expected_s=0.0,
         clock_std_s=0.01,
@@ -117,6 +138,7 @@ def press_of(
         noise_std_m=np.full(motion.shape, motion_std_m),
         moved_std_m=np.full(motion.shape, motion_std_m),
         shift_std_m=2e-5,
+        place_std_m=5e-4,
         patch_m=0.02,
         cluster=cluster,
         support_axes=support_axes(cell, support or replace(STANDING, contact="bonded")),

@@ -4,14 +4,20 @@ import numpy as np
 import pytest
 import trimesh
 from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.placement import object_from_table
 from palpate.estimate.direct.problem import (
     check_indentation,
     depth_along,
     least_force,
     loaded_frames,
+    oblique,
     unloaded,
 )
+from palpate.estimate.direct.table import sample_table
+from palpate.solid.indentation import IndentationModel
+from palpate.solid.laws import LAW_NAMES
 from palpate.solid.smooth_surface import SmoothSurface
+from palpate.surface.pose import to_object
 
 DOWN = np.array([0.0, 0.0, -1.0])
 RADIUS_M = 0.006
@@ -113,3 +119,89 @@ def test_a_release_is_not_compared():
     held = depth[:17]
     whole = loaded_frames(held, force[:17], 6, 0.02, tip_std_m=1e-4)
     assert list(whole) == list(range(6, 17))
+
+
+def dent(points, middle):
+    """What goes down around a place, less with the distance."""
+    away = np.linalg.norm(points - middle, axis=-1)
+    return -0.002 / (1 + (away / 0.01) ** 2)
+
+
+def table_of(mesh, point):
+    """Table of a made-up press straight down at a point of a mesh."""
+    rest = np.array(mesh.vertices)
+    field = np.zeros((len(LAW_NAMES), 2, 2, len(rest), 3))
+    field[:, :, 1, :, 2] = dent(rest, point)
+    force = np.tile([0.0, 1e-5], (len(LAW_NAMES), 2, 1))
+    return IndentationModel(
+        point_m=np.array(point),
+        direction=DOWN,
+        radius_m=RADIUS_M,
+        laws=LAW_NAMES,
+        poisson_ratios=np.array([0.0, 0.4]),
+        depth_m=np.array([0.0, 0.004]),
+        force_per_modulus_m2=force,
+        surface_rest_m=rest,
+        surface_faces=np.array(mesh.faces),
+        surface_displacement_m=field,
+    )
+
+
+def fine_box():
+    return trimesh.creation.box(extents=(0.1, 0.1, 0.04)).subdivide_to_size(0.003)
+
+
+def test_a_table_lies_where_the_sphere_presses():
+    """5 mm beside the declared point, samples 14 mm away move by up to a half more or less."""
+    mesh, beside = fine_box(), np.array([0.005, 0, 0])
+    point, table = np.array([0, 0, 0.02]), table_of(fine_box(), [0, 0, 0.02])
+    surface = SmoothSurface(np.array(mesh.vertices), np.array(mesh.faces))
+    place = object_from_table(table, surface, point + beside - RADIUS_M * DOWN)
+    cell = point + 0.014 * np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0]])
+    normal = np.tile(-DOWN, (3, 1))
+    found = sample_table(table, to_object(place, cell), normal).motion_m[0, 1]
+    truth = dent(cell, point + beside)
+    assert found == pytest.approx(truth, rel=0.02)
+    assert np.abs(sample_table(table, cell, normal).motion_m[0, 1] / truth - 1).max() > 0.3
+
+
+def test_what_its_place_does_is_told_with_the_table():
+    table, point = table_of(fine_box(), [0, 0, 0.02]), np.array([0, 0, 0.02])
+    cell = point + np.array([[0.014, 0.003, 0], [-0.02, 0, 0]])
+    known = sample_table(table, cell, np.tile(-DOWN, (2, 1)))
+    moved = known.motion(np.array([0.004]), 0.2, 0.0, np.array([0.0005, 0.001])).motion_m[0]
+    # Across a press downward: it x object's x, and it x that.
+    truth = dent(cell, point + [-0.001, -0.0005, 0]) - dent(cell, point)
+    still = known.motion(np.array([0.004]), 0.2, 0.0, np.zeros(2)).motion_m[0]
+    assert moved - still == pytest.approx(truth, rel=0.15)
+
+
+def test_a_table_turns_with_a_ball():
+    mesh = trimesh.creation.icosphere(5, radius=0.06)
+    surface = SmoothSurface(np.array(mesh.vertices), np.array(mesh.faces))
+    angle = 0.005 / 0.06
+    towards = np.array([np.sin(angle), 0, np.cos(angle)])
+    place = object_from_table(table_of(mesh, [0, 0, 0.06]), surface, (0.06 + RADIUS_M) * towards)
+    assert place[:3, :3] @ [0, 0, 1] == pytest.approx(towards, abs=0.01)
+    assert place[:3, 3] == pytest.approx(np.zeros(3), abs=6e-4)
+
+
+def test_near_an_edge_a_table_stays_or_is_refused():
+    mesh = fine_box()
+    surface = SmoothSurface(np.array(mesh.vertices), np.array(mesh.faces))
+    point = np.array([0.035, 0, 0.02])
+    table = table_of(mesh, point)
+    near, far = (point + [by, 0, 0] - RADIUS_M * DOWN for by in (0.0015, 0.005))
+    assert np.array_equal(object_from_table(table, surface, near), np.eye(4))
+    expected = (
+        r"contact: expected within 2 mm .* found 5.0 mm away \(a point .* \[0.04, 0.0, 0.02\]"
+    )
+    with pytest.raises(ValueError, match=expected):
+        object_from_table(table, surface, far)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 20.0, 90.0])
+def test_a_way_beside_the_press(degrees):
+    way = np.array([np.sin(np.deg2rad(degrees)), 0, -np.cos(np.deg2rad(degrees))])
+    found = oblique(np.array([0.01, 0, 0.03]), np.array([0.01, 0, 0.03]) + 0.02 * way, DOWN)
+    assert np.rad2deg(found) == pytest.approx(degrees, abs=1e-6)

@@ -35,6 +35,7 @@ def estimate(E, nu, half):
         "law": {name: {"value": 0.1, "std": 0.2} for name in ("force", "motion")},
         "captures": ["01"],
         "frames": [12],
+        "doubts": [],
         "residuals": [residual],
     }
 

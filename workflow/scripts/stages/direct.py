@@ -6,7 +6,6 @@ import pandas as pd
 from palpate.capture.files import whole_file
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.result import described
 from palpate.run.direct_inputs import read_indentations
 from palpate.run.job import naming, run
 
@@ -18,9 +17,8 @@ def main(snakemake):
     radius = params.probe["indenter"]["radius_m"]
     with naming(", ".join(snakemake.input.poses), "frames"):
         found = estimate_direct(indentations, options, radius_m=radius)
-    told = described(found, indentations, options.relaxation_times_s)
     with whole_file(snakemake.output.estimate) as part:
-        text = json.dumps({"captures": list(params.captures)} | told, indent=2)
+        text = json.dumps({"captures": list(params.captures)} | found.to_dict(), indent=2)
         part.write_text(text + "\n", encoding="utf-8")
     if "budget" in snakemake.output.keys():
         with whole_file(snakemake.output.budget) as part:

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,7 +31,6 @@ EXAMPLE = "palpate direct raw/sponge --fast"
 # Of --fast: a table in a tenth of the time, and what it may be off by.
 FAST = {"poisson_ratios": (0.0, 0.3, 0.49), "step_m": 0.003, "edge_m": 0.004}
 FAST_STD = {"log_youngs_modulus": 0.05, "nu": 0.03}
-FAR_DEVIATIONS = 2.0
 FAST_NOTE = "coarse indentation table (--fast): 5 % of E and 0.03 of nu are allowed for it"
 
 
@@ -206,21 +205,8 @@ def _table_name(one: "Measurement", model: Any, solid: Path | None) -> str:
 
 def _told(group: Sequence[Capture], found: "DirectEstimate", options: argparse.Namespace) -> dict:
     """All that went in and came out."""
-    from palpate.estimate.direct.result import described_law
-
     told = {"captures": [os.path.relpath(one.folder) for one in group], "fast": options.fast}
-    told |= {name: asdict(interval) for name, interval in found.moduli.items()}
-    told |= described_law(found) | {"budget": found.budget.rows()}
-    return told | {"doubts": _doubts(found), "options": found.options.written()}
-
-
-def _doubts(found: "DirectEstimate") -> list[str]:
-    """What speaks against a Poisson's ratio that was given."""
-    given, told = found.options.poisson_ratio, found.moduli["poisson_ratio"].value
-    apart = 0.0 if given is None else abs(told - given) / found.options.poisson_ratio_std
-    if apart <= FAR_DEVIATIONS:
-        return []
-    return [f"the captures pull nu to {told:.3f}, {apart:.1f} deviations from the one given"]
+    return told | found.to_dict() | {"options": found.options.written()}
 
 
 def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> Iterator[str]:
@@ -237,7 +223,7 @@ def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> 
         yield f"  law of the {which}: {text} (0: neo-Hooke's, 1: Blatz and Ko's)"
     if options.fast:
         yield f"  {FAST_NOTE}"
-    yield from (f"  doubtful: {line}" for line in _doubts(found))
+    yield from (f"  doubtful: {line}" for line in found.doubts)
 
 
 def _write_figure(path: Path, found: Sequence[tuple[str, "DirectEstimate"]]) -> None:

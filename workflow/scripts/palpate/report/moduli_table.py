@@ -160,6 +160,8 @@ def _row(capture: Mapping, found: Mapping, *, method: str, recommended: bool) ->
         "motion_sharing": float(np.median([r["motion_sharing"] for r in residuals])),
         "depth_scale": float(np.median([r["depth_scale"] for r in residuals])),
     }
+    if found["doubts"]:
+        row["doubts"] = "; ".join(found["doubts"])
     return row | {"provenance": capture["provenance"]}
 
 

@@ -171,8 +171,14 @@ def _meanings(rows: pd.DataFrame) -> list[str]:
 
 
 def _doubts(rows: pd.DataFrame) -> list[str]:
-    """Lines for sensors whose captures the model explains badly."""
-    return [
+    """Lines for sensors whose captures the model explains badly, and what else was told."""
+    named = rows[rows["doubts"].notna()] if "doubts" in rows else rows[:0]
+    lines = [
+        f"- {sensor_name(row['sensor'])}: {doubt}."
+        for row in named.to_dict("records")
+        for doubt in row["doubts"].split("; ")
+    ]
+    return lines + [
         f"- {sensor_name(row['sensor'])}: the surface moves unlike the model, by"
         f" {row['motion_scale']:.1f} times what its noise explains. Look at the pictures: the"
         " template, the point or what holds the object may be other than described."

@@ -21,15 +21,14 @@ class Scales:
 
     Attributes
     ----------
-    motion, depth : float
-        Scatter of motions and depths over what was stated, the latter at least 1.
+    motion : float
+        Scatter of motions over what was stated.
     sharing : float
         Motions that err together: by so much the mean of a patch scatters more than it would if
         they were independent (variance).
     """
 
     motion: float = 1.0
-    depth: float = 1.0
     sharing: float = 1.0
 
 
@@ -65,7 +64,7 @@ def blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) -
         sums = np.add.reduceat(weighted[k] * columns[k:], first, axis=1).T
         matrix[there, k, k:] = matrix[there, k:, k] = sums
     total[there] = np.add.reduceat(weighted * gaps[order], first, axis=1).T
-    depth, by = line.residuals.depth / scale.depth, line.depth_slope / scale.depth
+    depth, by = line.residuals.depth, line.depth_slope
     outer = by[:, :, None] * by[:, None, :]
     return Blocks(matrix, total, outer, by * depth[:, None])
 
@@ -77,7 +76,7 @@ def normal_rows(
     line = linearised(indentation, of, times_s=times_s)
     weight = robust_weights(line.residuals.motion, scale.motion)
     motion = line.motion_slope * (weight / (scale.motion**2 * scale.sharing))[:, None]
-    return line, line.depth_slope.T / scale.depth**2, motion.T
+    return line, line.depth_slope.T, motion.T
 
 
 def sharing_of(blocks: Blocks) -> float:

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.blocks import Blocks, normal_rows
-from palpate.estimate.direct.fit import UNMOVED, Prior, Solution, prior_of
+from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import OWN, residuals
 from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.prior import UNMOVED, Prior, prior_of, scaled_inverse
 from palpate.estimate.direct.quantities import LOG_MODULI, NAMES, Quantities
 from palpate.estimate.direct.rig import rig_errors
 
@@ -24,7 +25,14 @@ COLUMNS = [
     for name, log in zip(NAMES, LOG_MODULI, strict=True)
 ]
 # Priors of what each capture has for itself.
-OWN_SOURCES = ("zero of the depth", "clocks", "zero of the motion", "sinking", "rocking")
+OWN_SOURCES = (
+    "zero of the depth",
+    "clocks",
+    "zero of the motion",
+    "place of the contact",
+    "sinking",
+    "rocking",
+)
 
 
 @dataclass(frozen=True)
@@ -88,10 +96,7 @@ def covariance_of(best: Solution, options: Fit) -> NDArray:
     for at, block in _placed(best):
         information[np.ix_(at, at)] += block.motion_matrix.sum(axis=0)
         information[np.ix_(at, at)] += block.depth_matrix.sum(axis=0)
-    # Deviations differ by many orders.
-    scale = 1 / np.sqrt(np.maximum(np.diag(information), 1e-12))
-    scaled = information * scale * scale[:, None] + 1e-12 * np.eye(len(information))
-    return np.linalg.inv(scaled) * scale * scale[:, None]
+    return scaled_inverse(information)
 
 
 def budget_of(
@@ -223,10 +228,7 @@ def _noise_std(best: Solution) -> dict[str, float]:
         np.median(one.moved_std_m[one.seen]) * scale.motion
         for one, scale in zip(best.indentations, best.scales, strict=True)
     ]
-    depth = [
-        np.median(one.depth_std_m) * scale.depth
-        for one, scale in zip(best.indentations, best.scales, strict=True)
-    ]
+    depth = [np.median(one.depth_std_m) for one in best.indentations]
     return {"motion": float(np.median(motion)), "depth": float(np.median(depth))}
 
 

@@ -4,15 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
 from palpate.estimate.direct.indentation import (
     DirectIndentation,
     Parameters,
+    depth_noise,
+    linearised,
     residuals,
-    with_depth_std,
 )
 from palpate.estimate.direct.motion_noise import correlation_length
+from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.prior import FREE, prior_of, scaled_inverse
 from palpate.estimate.hertz.range import FROM_MEDIAN
 from palpate.estimate.minimise.scatter import error_clusters
 
@@ -21,14 +25,20 @@ ROBUST = 8.0
 # Degrees of freedom of the motions' scatter, steps of its search, and the least part of a variance
 # that was stated.
 TAILS, VARIANCE_STEPS, LEAST_NOISE = 4.0, 30, 0.1
-# Larger parts would be too few to tell their scatter [m].
+# Over such a way and so long errors of depths are alike that hang on where the probe is.
+ALIKE_M, ALIKE_S = 0.002, 2.0
+# Multiples of the stated deviations of depths that are tried.
+NOISES, PATTERNS = np.geomspace(1, 10, 8), np.geomspace(1, 30, 8)
+# Of log E and nu, where depths alone are to tell them.
+WIDE_STD = np.array([10.0, 0.5])
+# Larger parts than these, where none are asked for, would be too few to tell their scatter [m].
 LARGEST_PATCH_M = 0.04
 
 
 def with_pattern(
     indentation: DirectIndentation, of: Parameters, *, times_s: NDArray
 ) -> DirectIndentation:
-    """Deviations as the residuals show them: of each frame's noise, and of what moves.
+    """Deviations of motions as residuals show them: of each frame's noise, and of what moves.
 
     A sensor's fixed pattern cancels where nothing moves; where the surface moves it does not, with
     a variance about in proportion to the motion.
@@ -46,8 +56,59 @@ def with_pattern(
     pressed = replace(indentation, moved_std_m=np.sqrt(variance + of_motion * motion))
     left = np.full(indentation.moved_m.shape, np.nan)
     left[indentation.seen] = gaps
-    pressed = with_depth_std(pressed, of, times_s=times_s)
     return replace(pressed, cluster=_clusters(pressed, left))
+
+
+def with_depth_errors(
+    indentation: DirectIndentation, of: Parameters, options: Fit, *, likeliest: bool
+) -> DirectIndentation:
+    """Errors of the depths: noise from frame to frame, and what hangs on where the probe is.
+
+    A longer hold and a faster camera have more frames, but no more of the latter (lens, board,
+    template, law): those of the same place and time err together.
+
+    Parameters
+    ----------
+    indentation : DirectIndentation
+    of : Parameters
+    options : Fit
+    likeliest : bool
+        Both as large as the residuals are most likely with, the unknowns integrated over, and at
+        least as large as stated; else as stated.
+    """
+    times_s = np.array(options.relaxation_times_s, dtype=float)
+    noise = depth_noise(indentation, of, times_s=times_s)
+    way, time = indentation.depth_m, indentation.time_s[indentation.frames]
+    apart = np.subtract.outer(way, way) / ALIKE_M, np.subtract.outer(time, time) / ALIKE_S
+    alike = indentation.pattern_std_m**2 * np.exp(-(apart[0] ** 2) / 2 - np.abs(apart[1]))
+    if not likeliest:
+        return replace(indentation, depth_root_m=np.linalg.cholesky(np.diag(noise**2) + alike))
+    gap, spread = _depths_beforehand(indentation, of, options, times_s)
+    found = []
+    for by_noise in NOISES:
+        for by_pattern in PATTERNS:
+            covariance = np.diag((by_noise * noise) ** 2) + by_pattern**2 * alike
+            root = np.linalg.cholesky(covariance + spread)
+            left = solve_triangular(root, gap, lower=True)
+            found.append((float(left @ left + 2 * np.log(np.diag(root)).sum()), covariance))
+    _, covariance = min(found, key=lambda one: one[0])
+    return replace(indentation, depth_root_m=np.linalg.cholesky(covariance))
+
+
+def _depths_beforehand(
+    indentation: DirectIndentation, of: Parameters, options: Fit, times_s: NDArray
+) -> tuple[NDArray, NDArray]:
+    """Gaps of the depths as expected beforehand, (k,) [m], and their covariance by the unknowns."""
+    line = linearised(indentation, of, times_s=times_s)
+    root = indentation.depth_root_m
+    gap, slope = root @ line.residuals.depth, root @ line.depth_slope
+    prior = prior_of([indentation], options)
+    information, right = prior.information.copy(), prior.rows.T @ prior.values
+    free = np.arange(FREE)
+    information[free, free] += WIDE_STD**-2
+    right[free] += of.vector[free] * WIDE_STD**-2
+    covariance = scaled_inverse(information)
+    return gap + slope @ (covariance @ right - of.vector), slope @ covariance @ slope.T
 
 
 def variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
@@ -83,7 +144,7 @@ def _clusters(indentation: DirectIndentation, left_m: NDArray) -> NDArray:
     seen = indentation.seen.any(axis=0)
     mean = np.nanmean((left_m / indentation.moved_std_m)[:, seen], axis=0)
     length = correlation_length(indentation.cell_m[seen], mean[None])
-    size = min(max(indentation.patch_m, 2 * length), LARGEST_PATCH_M)
+    size = max(indentation.patch_m, min(2 * length, LARGEST_PATCH_M))
     return error_clusters(indentation.cell_m, size_m=size)
 
 

@@ -8,11 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.budget import Budget, budget_of, covariance_of
-from palpate.estimate.direct.fit import Solution, check_count, fit_direct
-from palpate.estimate.direct.indentation import DirectIndentation, Parameters, residuals
+from palpate.estimate.direct.doubts import doubts_of
+from palpate.estimate.direct.fit import Solution, fit_direct
+from palpate.estimate.direct.indentation import (
+    PLACES,
+    DirectIndentation,
+    Parameters,
+    residuals,
+)
 from palpate.estimate.direct.interval import Interval, intervals
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.quantities import Quantities, quantities_of
+from palpate.estimate.direct.result import described
 from palpate.estimate.direct.support_motion import MOTIONS
 from palpate.solid.options import greatest_ratio
 from palpate.units import MILLIMETRES
@@ -80,6 +87,15 @@ class DirectEstimate:
         head = f"DirectEstimate of {count} capture{'s' * (count > 1)} (95 % intervals)"
         return "\n  ".join([head, *lines])
 
+    @property
+    def doubts(self) -> list[str]:
+        """What speaks against the estimate beside its intervals, one line each."""
+        return list(doubts_of(self.solution, self.options))
+
+    def to_dict(self) -> dict:
+        """All that direct.json says of it."""
+        return described(self)
+
     def captures(self) -> list[CaptureFit]:
         """What each capture shows, beside what the estimate makes of it."""
         times = np.array(self.options.relaxation_times_s, dtype=float)
@@ -94,7 +110,7 @@ class DirectEstimate:
                 CaptureFit(
                     force_n=one.force_n[one.frames],
                     depth_m=measured,
-                    fitted_depth_m=measured + gaps.depth * one.depth_std_m,
+                    fitted_depth_m=measured + one.depth_root_m @ gaps.depth,
                     moved_m=np.where(one.seen, one.moved_m, np.nan),
                     fitted_moved_m=one.moved_m - gap,
                     distance_m=np.linalg.norm(one.cell_m - one.contact_m, axis=1),
@@ -135,9 +151,8 @@ def estimate_direct(
     Raises
     ------
     ValueError
-        If a record has fewer frames than unknowns.
+        If the tables have no Poisson's ratio in common.
     """
-    check_count(indentations, options)
     options = within_tables(indentations, options)
     best = best_of_starts(indentations, options)
     covariance = covariance_of(best, options)
@@ -187,4 +202,5 @@ def _start(indentation: DirectIndentation, nu: float, terms: int) -> Parameters:
     unit = indentation.table.force(np.maximum(indentation.depth_m, 0), nu, 0.0)
     force = indentation.force_n[indentation.frames]
     E = max(float((force @ unit) / max(float(unit @ unit), 1e-300)), 1.0)
-    return Parameters(E, nu, 0.0, 0.0, 0.0, np.full(terms, 0.02), 0.0, 0.0, 0.0, np.zeros(MOTIONS))
+    own = (0.0, 0.0, 0.0, np.zeros(PLACES), np.zeros(MOTIONS))
+    return Parameters(E, nu, 0.0, 0.0, 0.0, np.full(terms, 0.02), *own)

@@ -1,10 +1,11 @@
 """One capture in the direct estimate: what it measured, and what moduli and nuisances predict."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from palpate.estimate.direct.support_motion import MOTIONS, SupportAxes
 from palpate.estimate.direct.table import DepthOfForce, MotionAtDepth, SampleTable
@@ -12,8 +13,10 @@ from palpate.estimate.relaxation import elastic_force, elastic_force_derivatives
 
 # Unknowns that all captures share, before what relaxes: log E, nu, q, m, gain.
 SHARED = 5
-# Unknowns that each capture has for itself: offset, clock, shift, and how the object settles.
-OWN = 3 + MOTIONS
+# Unknowns that each capture has for itself: offset, clock, shift, the contact's place, and how the
+# object settles.
+PLACES = 2
+OWN = 3 + PLACES + MOTIONS
 
 
 @dataclass(frozen=True)
@@ -28,13 +31,16 @@ class DirectIndentation:
         Frames in contact that are compared.
     frames_beyond : int
         Frames that are not, as they are deeper than the indentation table.
+    oblique_rad : float
+        Between the tip's way in them and the press.
     depth_m, speed_m_s : (k,) arrays
         Way of the sphere since its first touch in them [m], and its speed [m/s].
     tip_std_m : float
         Standard deviation of the tip along the press from frame to frame [m].
-    depth_std_m : (k,) array
-        Deviation that the fit divides depths by: of the tip, and of the force that gives the depth
-        [m].
+    pattern_std_m : float
+        Least deviation of what of a depth's error hangs on where the probe is [m].
+    depth_root_m : (k, k) array
+        Lower triangular root of the depths' covariance that the fit divides by [m].
     offset_std_m : float
         Of an error that all depths share [m].
     clock_expected_s, clock_std_s : float
@@ -45,6 +51,8 @@ class DirectIndentation:
         Of the force from frame to frame [N].
     shift_std_m : float
         Of what the camera is off by in common while the object is pressed [m].
+    place_std_m : float
+        Of the contact's place along the surface [m].
     contact_m : (3,) array
         Middle of the contact, object frame [m].
     cell_m, normal : (c, 3) arrays
@@ -60,7 +68,7 @@ class DirectIndentation:
         Part of the surface that a sample belongs to; errors of different parts are independent.
     support_axes : SupportAxes
     table : SampleTable
-        Of the pressed point, at the samples.
+        Of the pressed point, brought to the contact, at the samples.
     """
 
     time_s: NDArray
@@ -68,15 +76,18 @@ class DirectIndentation:
     sideways_n: NDArray
     frames: NDArray
     frames_beyond: int
+    oblique_rad: float
     depth_m: NDArray
     speed_m_s: NDArray
     tip_std_m: float
-    depth_std_m: NDArray
+    pattern_std_m: float
+    depth_root_m: NDArray
     offset_std_m: float
     clock_expected_s: float
     clock_std_s: float
     force_std_n: float
     shift_std_m: float
+    place_std_m: float
     contact_m: NDArray
     cell_m: NDArray
     normal: NDArray
@@ -87,6 +98,11 @@ class DirectIndentation:
     cluster: NDArray
     support_axes: SupportAxes
     table: SampleTable
+
+    @property
+    def depth_std_m(self) -> NDArray:
+        """Deviations of the depths, (k,) [m]."""
+        return np.linalg.norm(self.depth_root_m, axis=1)
 
     @cached_property
     def load(self) -> NDArray:
@@ -116,6 +132,8 @@ class Parameters:
         Shares of the modulus that relax.
     offset_m, clock_s, shift_m : float
         Errors of the depth [m] and of the clock [s], and what all motions have in common [m].
+    place_m : (2,) array
+        How far the contact is beside where it was seen, along the axes across the press [m].
     support_motion : (3,) array
         Motions of the object on its support under the greatest force (`SupportAxes`) [m, rad, rad].
     """
@@ -129,27 +147,29 @@ class Parameters:
     offset_m: float
     clock_s: float
     shift_m: float
+    place_m: NDArray
     support_motion: NDArray
 
     @property
     def vector(self) -> NDArray:
-        """(log E, nu, q, m, gain, fractions, offset, clock, shift, settled)."""
+        """(log E, nu, q, m, gain, fractions, offset, clock, shift, place, settled)."""
         laws = [self.force_law, self.motion_law]
         shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, *laws, self.gain]
         own = [self.offset_m, self.clock_s, self.shift_m]
-        return np.array([*shared, *self.fractions, *own, *self.support_motion])
+        return np.array([*shared, *self.fractions, *own, *self.place_m, *self.support_motion])
 
     @staticmethod
     def of(vector: NDArray) -> "Parameters":
         """Read a vector as `vector` writes it."""
         E, others = float(np.exp(vector[0])), map(float, vector[1:SHARED])
-        own, support_motion = vector[-OWN:-MOTIONS], vector[-MOTIONS:]
-        return Parameters(E, *others, vector[SHARED:-OWN], *map(float, own), support_motion)
+        fractions, own = vector[SHARED:-OWN], map(float, vector[-OWN : 3 - OWN])
+        place, support_motion = vector[3 - OWN : -MOTIONS], vector[-MOTIONS:]
+        return Parameters(E, *others, fractions, *own, place, support_motion)
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """Depth residuals (k,) and motion residuals (number seen,), over their deviations."""
+    """Depth residuals (k,) and motion residuals (number seen,), of deviation 1, each by itself."""
 
     depth: NDArray
     motion: NDArray
@@ -210,7 +230,7 @@ def predicted(indentation: DirectIndentation, of: Parameters, *, times_s: NDArra
     depth = table.depth(unit, nu, of.force_law)
     # The camera saw the surface a little earlier or later than the force was read.
     seen_at = depth.depth_m - of.clock_s * indentation.speed_m_s
-    return Predicted(unit, depth, table.motion(seen_at, nu, of.motion_law))
+    return Predicted(unit, depth, table.motion(seen_at, nu, of.motion_law, of.place_m))
 
 
 def residuals(indentation: DirectIndentation, of: Parameters, *, times_s: NDArray) -> Residuals:
@@ -231,7 +251,7 @@ def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArr
     by_E, by_nu, by_q, *by_fractions = by_force
     zero, one = np.zeros(len(indentation.frames)), np.ones(len(indentation.frames))
     # Those of the measured depth's offset, clock and shift; what settles is added.
-    own = [-one, -indentation.speed_m_s, zero]
+    own = [-one, -indentation.speed_m_s, zero, zero, zero]
     settled = indentation.load[:, None] * indentation.support_axes.tip_m
     depth = np.column_stack([by_E, by_nu, by_q, zero, zero, *by_fractions, *own, settled])
     gain, none = 1 + of.gain, np.zeros_like(motion.motion_m)
@@ -246,6 +266,7 @@ def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArr
         none,
         -gain * motion.by_depth * indentation.speed_m_s[:, None],
         none + 1,
+        *gain * motion.by_place,
         *(
             gain * indentation.load[:, None] * column
             for column in indentation.support_axes.samples_m.T
@@ -254,18 +275,16 @@ def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArr
     divided = [(-column / indentation.moved_std_m)[indentation.seen] for column in columns]
     return Linearised(
         _residuals(indentation, of, here),
-        depth / indentation.depth_std_m[:, None],
+        solve_triangular(indentation.depth_root_m, depth, lower=True),
         np.stack(divided, axis=1),
     )
 
 
-def with_depth_std(
-    indentation: DirectIndentation, of: Parameters, *, times_s: NDArray
-) -> DirectIndentation:
-    """The same with the depths' deviations: of the tip, and of the force that gives the depth."""
+def depth_noise(indentation: DirectIndentation, of: Parameters, *, times_s: NDArray) -> NDArray:
+    """Deviations of the depths from frame to frame, (k,) [m]: of the tip, and of the force."""
     softness = predicted(indentation, of, times_s=times_s).depth.by_unit_per_m
     of_force = indentation.force_std_n / of.youngs_modulus_pa * softness
-    return replace(indentation, depth_std_m=np.hypot(indentation.tip_std_m, of_force))
+    return np.hypot(indentation.tip_std_m, of_force)
 
 
 def _residuals(indentation: DirectIndentation, of: Parameters, here: Predicted) -> Residuals:
@@ -275,7 +294,7 @@ def _residuals(indentation: DirectIndentation, of: Parameters, here: Predicted) 
     gap = ((indentation.moved_m - motion) / indentation.moved_std_m)[indentation.seen]
     settled = indentation.load * (indentation.support_axes.tip_m @ of.support_motion)
     depth = here.depth.depth_m + settled
-    return Residuals((depth - measured) / indentation.depth_std_m, gap)
+    return Residuals(solve_triangular(indentation.depth_root_m, depth - measured, lower=True), gap)
 
 
 def _support_motion(indentation: DirectIndentation, of: Parameters) -> NDArray:

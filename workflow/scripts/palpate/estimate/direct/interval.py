@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri, stdtrit
 
 from palpate.estimate.direct.budget import Budget
+from palpate.estimate.direct.doubts import at_end
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.quantities import NAMES, Quantities
@@ -92,7 +93,8 @@ def intervals(
         high = quantities.values[k] + np.hypot(rest, max(with_nu.max(), 0.0))
         value, low, high = np.exp([quantities.values[k], low, high])
         interval = Interval.of_modulus(float(value), float(low), float(high))
-        found[name] = replace(interval, verdict="bounded") if few else interval
+        open_end = few or at_end(best, options) or not best.converged
+        found[name] = replace(interval, verdict="bounded") if open_end else interval
     return found
 
 

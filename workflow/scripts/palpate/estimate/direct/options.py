@@ -33,7 +33,7 @@ class Observation(Options):
     shaft_from_m: float = option(0.05, "above the tip, where the handle begins", least=0)
     fewest_points: float = option(2, "of a sample in a frame; with fewer it was not seen", above=0)
     fewest_part: float = option(0.5, "nor with less than this part of its mean count", least=0)
-    fewest_rest_frames: int = option(3, "in which a sample is seen", least=1)
+    fewest_rest_frames: int = option(3, "in which a sample is seen", least=2)
     near_m: float = option(
         0.04, "the camera must see some of the surface this near to the contact", above=0
     )
@@ -103,7 +103,19 @@ class Fit(Options):
         above=0,
         most=0.2,
     )
+    depth_pattern_std_m: float = option(
+        0.00003,
+        "of the depth, of what hangs on where the probe is: no frames more tell more of it",
+        above=0,
+        most=0.2,
+    )
     shift_std_m: float = option(0.00003, "of all motions in common", above=0, most=0.2)
+    place_std_m: float = option(
+        0.0005,
+        "of the contact's place along the surface, of camera against probe",
+        above=0,
+        most=0.2,
+    )
     sinking_std_m: float = option(
         0.00001, "of what only stands: how far it goes down under the greatest force", least=0
     )

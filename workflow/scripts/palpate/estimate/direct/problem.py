@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.placement import object_from_table
 from palpate.estimate.direct.support_motion import support_axes_of
 from palpate.estimate.direct.table import sample_table
 from palpate.estimate.hertz.range import FROM_MEDIAN, force_onset
@@ -29,8 +30,6 @@ UNFINISHED_M = 1e-5
 CLEAR_M = 0.003
 # And a tip that has gone no farther than this part of its way is still at rest.
 MOVED = 0.01
-# Of a contact from the point that its indentation table was made for [m].
-LARGEST_AWAY_M = 0.015
 
 
 @dataclass(frozen=True)
@@ -93,7 +92,7 @@ def direct_indentation(
         If the tip never touches, force and depth contradict each other, or no frame or sample is
         left.
     """
-    check_belonging(record, motion, alignment, table)
+    check_belonging(record, motion)
     turn = alignment.camera_from_object[:3, :3]
     force = record.forces_n @ (turn @ table.direction)
     across = record.forces_n - np.outer(force, turn @ table.direction)
@@ -112,6 +111,8 @@ def direct_indentation(
             f" {table.depth_m[-1] * 1e3:.1f} mm, found none (a deeper one?)"
         )
     axis = tips[frames].mean(axis=0)
+    first_touch = (tips - depth[:, None] * table.direction)[frames].mean(axis=0)
+    place = object_from_table(table, template, first_touch)
     sharp_edges = sharp_edge_distance(template.vertices_m, template.faces, motion.cell_m)
     smooth = sharp_edges > options.crease_m
     chosen = _outside(motion, axis, table, depth[frames].max(), smooth, options)
@@ -128,15 +129,18 @@ def direct_indentation(
         sideways_n=np.linalg.norm(across, axis=1),
         frames=frames,
         frames_beyond=len(loaded) - len(frames),
+        oblique_rad=oblique(tips[onset - 1], tips[int(np.argmax(depth))], table.direction),
         depth_m=depth[frames],
         speed_m_s=np.gradient(depth, record.time_s)[frames],
         tip_std_m=tip_std,
-        depth_std_m=np.full(len(frames), tip_std),
+        pattern_std_m=options.depth_pattern_std_m,
+        depth_root_m=tip_std * np.eye(len(frames)),
         offset_std_m=float(np.hypot(tip_std, options.offset_std_m)),
         clock_expected_s=record.clock_offset_s,
         clock_std_s=record.clock_std_s,
         force_std_n=float(max(FROM_MEDIAN * np.median(np.abs(rest - np.median(rest))), 1e-4)),
         shift_std_m=options.shift_std_m,
+        place_std_m=options.place_std_m,
         contact_m=axis,
         cell_m=motion.cell_m[chosen],
         normal=motion.normal[chosen],
@@ -153,7 +157,11 @@ def direct_indentation(
             direction=table.direction,
             options=options,
         ),
-        table=sample_table(table, motion.cell_m[chosen], motion.normal[chosen]),
+        table=sample_table(
+            table,
+            to_object(place, motion.cell_m[chosen]),
+            motion.normal[chosen] @ place[:3, :3],
+        ),
     )
 
 
@@ -178,6 +186,12 @@ def loaded_frames(
     """
     end = hold_end(depth_m, int(np.argmax(depth_m)), frame_std_m=tip_std_m)
     return onset + np.flatnonzero(force_n[onset:end] > least_n)
+
+
+def oblique(start_m: NDArray, end_m: NDArray, direction: NDArray) -> float:
+    """Angle between a tip's way (3,) and the press [rad]."""
+    along = float((end_m - start_m) @ direction)
+    return float(np.arctan2(np.linalg.norm(np.cross(end_m - start_m, direction)), along))
 
 
 def unloaded(depth_m: NDArray, force_n: NDArray) -> NDArray:
@@ -259,16 +273,13 @@ def depth_along(
 def check_belonging(
     record: ProbeRecord,
     motion: SurfaceMotion,
-    alignment: Alignment,
-    table: IndentationModel,
 ) -> None:
-    """Refuse poses, forces, motion and indentation table of different recordings or points.
+    """Refuse poses, forces and motion of different recordings.
 
     Raises
     ------
     ValueError
-        If they have different numbers of frames, a pose or force is no number, or the contact is
-        far from the indentation table's point.
+        If they have different numbers of frames, or a pose or force is no number.
     """
     counts = {len(record.time_s), len(record.forces_n), len(motion.moved_m)}
     if len(counts) > 1:
@@ -279,12 +290,6 @@ def check_belonging(
         raise ValueError("tip: expected numbers in all frames, found NaN or infinity")
     if not record.tip_std_m > 0:
         raise ValueError(f"tip: expected a deviation above 0 m, found {record.tip_std_m}")
-    away = float(np.linalg.norm(alignment.contact_point_m - table.point_m))
-    if away > LARGEST_AWAY_M:
-        raise ValueError(
-            f"contact: expected within {LARGEST_AWAY_M * 1e3:g} mm of the indentation table's"
-            f" point, found {away * 1e3:.1f} mm away"
-        )
 
 
 def check_indentation(depth_m: NDArray, force_n: NDArray, onset: int) -> None:

@@ -1,44 +1,38 @@
 """What direct.json says of an estimate."""
 
-from collections.abc import Sequence
 from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.estimate.direct.estimate import DirectEstimate
 from palpate.estimate.direct.indentation import DirectIndentation, Parameters
 from palpate.estimate.direct.quantities import FORCE_LAW, MOTION_LAW
 
+if TYPE_CHECKING:
+    from palpate.estimate.direct.estimate import DirectEstimate
 
-def described(
-    found: DirectEstimate, indentations: Sequence[DirectIndentation], times_s: Sequence[float]
-) -> dict:
-    """Describe an estimate.
 
-    Parameters
-    ----------
-    found : DirectEstimate
-    indentations : sequence of DirectIndentation
-        That it was made from.
-    times_s : sequence of float
-        Relaxation times [s].
-    """
+def described(found: "DirectEstimate") -> dict:
+    """Describe an estimate in what a JSON file holds."""
     best, first = found.solution, found.solution.parameters[0]
+    indentations, times = best.indentations, found.options.relaxation_times_s
     moduli = {name: asdict(interval) for name, interval in found.moduli.items()}
     return {
         "frames": [len(indentation.frames) for indentation in indentations],
         "frames_beyond_lookup": [indentation.frames_beyond for indentation in indentations],
         **moduli,
         **described_law(found),
-        "relaxation": {"times_s": list(times_s), "fractions": first.fractions.tolist()},
+        "relaxation": {"times_s": list(times), "fractions": first.fractions.tolist()},
         "gain": first.gain,
         "nuisances": [_nuisances(p) for p in best.parameters],
         "residuals": [_summed(*of) for of in zip(best.indentations, best.scales, strict=True)],
         "budget": found.budget.rows(),
+        "converged": best.converged,
+        "doubts": found.doubts,
     }
 
 
-def described_law(found: DirectEstimate) -> dict:
+def described_law(found: "DirectEstimate") -> dict:
     """Places of force and motion among the laws, and where the equivalent modulus is told."""
     std, told, first = found.std, found.quantities, found.solution.parameters[0]
     return {
@@ -61,6 +55,7 @@ def _nuisances(p: Parameters) -> dict:
         "offset_m": p.offset_m,
         "clock_s": p.clock_s,
         "shift_m": p.shift_m,
+        "place_m": p.place_m.tolist(),
         "sunk_m": sunk,
         "rocked_rad": rocked,
     }
@@ -74,7 +69,7 @@ def _summed(indentation: DirectIndentation, scales) -> dict:
         "motion_std_m": float(np.median(indentation.moved_std_m[indentation.seen])) * scales.motion,
         "motion_scale": scales.motion,
         "motion_sharing": scales.sharing,
-        "depth_std_m": float(np.median(indentation.depth_std_m)) * scales.depth,
-        "depth_scale": scales.depth,
+        "depth_std_m": float(np.median(indentation.depth_std_m)),
+        "depth_scale": float(np.median(indentation.depth_std_m)) / indentation.tip_std_m,
         "largest_depth_m": float(indentation.depth_m.max()),
     }

@@ -36,7 +36,7 @@ class SupportAxes:
 
 
 def rocking_axes(up: NDArray) -> NDArray:
-    """Two axes across the support's normal (3,), (2, 3): up x object's x, and up x that."""
+    """Two axes across a unit vector (3,), (2, 3): it x object's x, and it x that."""
     first = np.cross(up, [1.0, 0, 0]) if abs(up[0]) < 0.9 else np.cross(up, [0, 1.0, 0])
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(up, first)])

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.spatial import cKDTree
 
+from palpate.estimate.direct.support_motion import rocking_axes
 from palpate.solid.indentation import IndentationModel, ratio_weights
 from palpate.solid.laws import LAW_NAMES
 from palpate.surface.distance import ClosestPoints
@@ -22,6 +23,8 @@ ROUNDS = 3
 NEWTON_STEPS = 8
 # Neighbours that tell how the surface bends, and normals too different to be of one face.
 NEIGHBOURS, SAME_FACE = 8, np.cos(np.deg2rad(40))
+# By which a contact is moved to either side, to see what its place does [m].
+ASIDE_M = 0.001
 
 
 @dataclass(frozen=True)
@@ -36,12 +39,13 @@ class DepthOfForce:
 
 @dataclass(frozen=True)
 class MotionAtDepth:
-    """Motions of c samples at n depths, (n, c) [m], with their derivatives."""
+    """Motions of c samples at n depths, (n, c) [m], with their derivatives; by place (2, n, c)."""
 
     motion_m: NDArray
     by_depth: NDArray
     by_nu_m: NDArray
     by_law_m: NDArray
+    by_place: NDArray
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,9 @@ class SampleTable:
     motion_m, motion_change_m : (p, k, c) arrays
         Signed distance of the deformed from the undeformed surface, along each sample's normal,
         under the first law, and what the second adds [m].
+    motion_by_place : (2, p, k, c) array
+        What a contact farther along the two axes across the press adds to the motion under the
+        first law, for each metre.
     """
 
     poisson_ratios: NDArray
@@ -72,6 +79,7 @@ class SampleTable:
     stiffening: NDArray
     motion_m: NDArray
     motion_change_m: NDArray
+    motion_by_place: NDArray
 
     def depth(self, force_per_modulus_m2: NDArray, nu: float, law: float) -> DepthOfForce:
         """Depth at which the object returns a force; linear in F^(2/3) beyond the table.
@@ -104,7 +112,7 @@ class SampleTable:
         weights, slopes = ratio_weights(self.poisson_ratios, nu)
         return log @ weights, log @ slopes
 
-    def motion(self, depth_m: NDArray, nu: float, law: float) -> MotionAtDepth:
+    def motion(self, depth_m: NDArray, nu: float, law: float, place_m: NDArray) -> MotionAtDepth:
         """Motion of each sample at depths; the deepest's beyond the table.
 
         Parameters
@@ -113,17 +121,23 @@ class SampleTable:
             [m].
         nu, law : float
             Poisson's ratio and the motion's place among the laws, m.
+        place_m : (2,) array
+            Of the contact along the axes across the press [m].
         """
         depth = np.clip(depth_m, 0, self.depth_m[-1])
         weights, slopes = ratio_weights(self.poisson_ratios, nu)
         whole = self.motion_m + law * self.motion_change_m
+        whole = whole + np.tensordot(place_m, self.motion_by_place, axes=1)
         here, by_nu, by_law = (
             np.tensordot(w, of, axes=1)
             for w, of in ((weights, whole), (slopes, whole), (weights, self.motion_change_m))
         )
+        by_place = np.tensordot(self.motion_by_place, weights, axes=(1, 0))
         inside = ((depth_m > 0) & (depth_m < self.depth_m[-1]))[:, None]
         basis, bent = self._basis(depth), inside * self._basis(depth, 1)
-        return MotionAtDepth(basis @ here, bent @ here, basis @ by_nu, basis @ by_law)
+        return MotionAtDepth(
+            basis @ here, bent @ here, basis @ by_nu, basis @ by_law, basis @ by_place
+        )
 
     @cached_property
     def _basis(self) -> CubicSpline:
@@ -162,7 +176,7 @@ def sample_table(
     ----------
     indentation_table : IndentationModel
     cell_m, normal : (c, 3) arrays
-        Places on the undeformed surface, object frame [m], and outward unit normals.
+        Places on the undeformed surface, in the table's frame [m], and outward unit normals.
 
     Raises
     ------
@@ -173,16 +187,27 @@ def sample_table(
     forces = force_table(table)
     surface = ClosestPoints(table.surface_rest_m, table.surface_faces)
     bend = shape_operators(cell_m, normal)
-    first, second = (
-        np.array(
+
+    def motion(law: int, aside_m: NDArray | float = 0.0) -> NDArray:
+        fields = table.surface_displacement_m[law]
+        places = cell_m + aside_m
+        return np.array(
             [
-                [_motion(surface, field.astype(float), cell_m, normal, bend) for field in steps]
+                [_motion(surface, field.astype(float), places, normal, bend) for field in steps]
                 for steps in fields
             ]
         )
-        for fields in table.surface_displacement_m
+
+    first = motion(0)
+    # A contact farther on is a sample farther back.
+    aside = ASIDE_M * rocking_axes(table.direction)
+    by_place = [(motion(0, -step) - motion(0, step)) / (2 * ASIDE_M) for step in aside]
+    return replace(
+        forces,
+        motion_m=first,
+        motion_change_m=motion(1) - first,
+        motion_by_place=np.array(by_place),
     )
-    return replace(forces, motion_m=first, motion_change_m=second - first)
 
 
 def force_table(table: IndentationModel) -> SampleTable:
@@ -199,9 +224,9 @@ def force_table(table: IndentationModel) -> SampleTable:
     force, other = np.asarray(table.force_per_modulus_m2, dtype=float)
     stiffening = np.zeros_like(force)
     stiffening[:, 1:] = np.log(other[:, 1:] / force[:, 1:])
-    none = np.empty((*force.shape, 0))
+    none, nowhere = np.empty((*force.shape, 0)), np.empty((2, *force.shape, 0))
     ratios, depth = (np.asarray(one, dtype=float) for one in (table.poisson_ratios, table.depth_m))
-    return SampleTable(ratios, depth, force, stiffening, none, none)
+    return SampleTable(ratios, depth, force, stiffening, none, none, nowhere)
 
 
 def shape_operators(cell_m: NDArray, normal: NDArray) -> NDArray:

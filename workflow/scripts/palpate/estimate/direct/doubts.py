@@ -1,0 +1,53 @@
+"""What speaks against an estimate that its intervals do not hold."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from palpate.estimate.direct.fit import Solution
+from palpate.estimate.direct.options import Fit
+
+# Of a Poisson's ratio that was given, from what the captures say.
+FAR_DEVIATIONS = 2.0
+# Of the tip's way from the declared press: tables are of a press along it.
+OBLIQUE_DEG = 10.0
+# Of log E from the ends of its range.
+AT_END = 1e-6
+
+
+def doubts_of(best: Solution, options: Fit) -> Iterator[str]:
+    """Say what a reader of an estimate has to know beside its intervals, one line each."""
+    if not best.converged:
+        yield "the fit did not converge"
+    if at_end(best, options):
+        low, high = options.youngs_modulus_bounds_pa
+        yield f"E lies at an end of its range, {low:g} to {high:g} Pa"
+    given, nu = options.poisson_ratio, best.parameters[0].poisson_ratio
+    if given is not None and abs(nu - given) > FAR_DEVIATIONS * options.poisson_ratio_std:
+        apart = abs(nu - given) / options.poisson_ratio_std
+        yield f"the captures pull nu to {nu:.3f}, {apart:.1f} deviations from the one given"
+    yield from _of_captures(best)
+
+
+def at_end(best: Solution, options: Fit) -> bool:
+    """Whether E is as small or as large as it may be."""
+    E = best.parameters[0].youngs_modulus_pa
+    return bool(np.abs(np.log(np.array(options.youngs_modulus_bounds_pa) / E)).min() < AT_END)
+
+
+def _of_captures(best: Solution) -> Iterator[str]:
+    beyond = [one.frames_beyond for one in best.indentations]
+    if any(beyond):
+        deepest = 1e3 * float(best.indentations[int(np.argmax(beyond))].table.depth_m[-1])
+        frames = sum(len(one.frames) for one in best.indentations)
+        yield (
+            f"{sum(beyond)} of {frames + sum(beyond)} frames are deeper than the table's"
+            f" {deepest:.1f} mm and were left out (deepest_m)"
+        )
+    angles = np.rad2deg([one.oblique_rad for one in best.indentations])
+    if angles.max() > OBLIQUE_DEG:
+        yield f"the tip went {_some(angles)} degrees beside the declared direction of the press"
+
+
+def _some(angles: Sequence[float]) -> str:
+    return " to ".join(f"{angle:.0f}" for angle in sorted({min(angles), max(angles)}))
