@@ -120,7 +120,7 @@ def press(deepest_m=0.008, thickness_m=0.0475, depth_std_m=1e-4, shift_m=0.0):
     law = contact_law("sneddon", "bonded", radius_m=R, thickness_m=thickness_m, nu=0.3)
     force = TRUTH * law(depth) + np.random.default_rng(5).normal(0, 0.002, depth.size)
     onset = int(np.argmax(depth > 0))
-    return Indentation(depth + shift_m, force, onset, R, thickness_m, depth_std_m)
+    return Indentation(depth + shift_m, force, force, onset, R, thickness_m, depth_std_m)
 
 
 def test_all_models_and_the_recommended_one():

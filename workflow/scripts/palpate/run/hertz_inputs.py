@@ -8,6 +8,7 @@ from palpate.capture.schema import load_yaml
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.models import Indentation
+from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.record import Record
 from palpate.run.job import naming
 from palpate.surface.alignment import load_alignment
@@ -17,7 +18,7 @@ from palpate.vision.probe import ALONG_STD, TIP
 
 
 def read_indentation(
-    inputs: Any, *, radius_m: float, onset_force_n: float
+    inputs: Any, *, radius_m: float, options: Hertz
 ) -> tuple[Indentation, Record | None, dict]:
     """Read the press and the same with its hold; see `indentation_of`.
 
@@ -27,8 +28,7 @@ def read_indentation(
         Files by name: ``object``, ``template``, ``alignment``, ``pose``, ``force``.
     radius_m : float
         Of the sphere.
-    onset_force_n : float
-        Smallest force that counts as contact [N].
+    options : Hertz
     """
     poses = read_table(inputs.pose)
     with naming(inputs.force):
@@ -51,6 +51,6 @@ def read_indentation(
             forces,
             time,
             radius_m=radius_m,
-            onset_force_n=onset_force_n,
             tip_std_m=float(np.nanmedian(poses[ALONG_STD])),
+            options=options,
         )

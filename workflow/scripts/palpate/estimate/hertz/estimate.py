@@ -53,7 +53,7 @@ def estimate_hertz(indentation: Indentation, record: Record | None, options: Her
         "depth_std_m": indentation.depth_std_m,
         "depth_over_radius": indentation.depth_over_radius,
         "chi": indentation.chi,
-        "study": asdict(fit_study(depth, force, indentation.radius_m)),
+        "study": asdict(fit_study(depth, indentation.magnitude_n[used], indentation.radius_m)),
         "free_contact": asdict(
             fit_free_contact(indentation.depth_m, indentation.force_n, law, **fitted)
         ),

@@ -19,6 +19,7 @@ from palpate.estimate.hertz.laws import INDENTERS, LARGEST_CHI, SUPPORTS, contac
 from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.record import Record
 from palpate.estimate.hertz.relaxation import (
+    RelaxationFit,
     fit_relaxation,
     verdict,
     with_other_shares,
@@ -53,7 +54,9 @@ class Indentation:
     Attributes
     ----------
     depth_m, force_n : (n,) arrays
-        Depth [m] and force [N], approach included.
+        Depth [m] and force along the press [N], approach included.
+    magnitude_n : (n,) array
+        Of the force, which the study's fit takes [N].
     onset : int
         First sample in contact.
     radius_m, thickness_m : float
@@ -64,6 +67,7 @@ class Indentation:
 
     depth_m: NDArray
     force_n: NDArray
+    magnitude_n: NDArray
     onset: int
     radius_m: float
     thickness_m: float
@@ -194,7 +198,8 @@ def fit_held(
     given = {"times_s": times, "beliefs": beliefs}
     found = fit_relaxation(record, laws, **given)
     single = {at: fit_relaxation(record, {at: law}, **given) for at, law in laws.items()}
-    shallow = float(record.depth_m.max()) < SHALLOWEST * _depth_std(record)
+    press, depth_std = _press(record, found)
+    shallow = press < SHALLOWEST * depth_std
     said = "too shallow" if shallow else verdict(found, held=held)
     block = {"verdict": said, "held_s": held_s}
     block |= vars(beliefs) | vars(found)
@@ -206,7 +211,9 @@ def fit_held(
     if shallow:
         return [
             _widened(
-                model, "shallow", (*found.reduced_modulus_interval_pa, *_depth_ends(model, record))
+                model,
+                "shallow",
+                (*found.reduced_modulus_interval_pa, *_depth_ends(model, press, depth_std)),
             )
         ], block
     if not held:
@@ -267,14 +274,18 @@ def _strained(indentation: Indentation, model: Mapping, *, nu: float, series: st
     return strained
 
 
-def _depth_std(record: Record) -> float:
-    """Standard deviation of one depth, its own error and the common one together [m]."""
-    return float(np.hypot(record.frame_std_m, record.contact_std_m))
+def _press(record: Record, found: RelaxationFit) -> tuple[float, float]:
+    """Greatest depth from the contact that was found, and its deviation [m].
+
+    Of the error that all depths share that is left which the force did not tell.
+    """
+    press = float(record.depth_m.max()) - found.contact_depth_m
+    return press, float(np.hypot(record.frame_std_m, found.contact_depth_std_m))
 
 
-def _depth_ends(model: Mapping, record: Record) -> tuple[float, float]:
+def _depth_ends(model: Mapping, press_m: float, std_m: float) -> tuple[float, float]:
     """Ends of the modulus, which goes with the depth's power -3/2, by the depth's error alone."""
-    part = 1.5 * _depth_std(record) / max(float(record.depth_m.max()), _depth_std(record))
+    part = 1.5 * std_m / max(press_m, std_m)
     width = float(np.exp(ndtri((1 + CONFIDENCE) / 2) * part))
     return model["reduced_modulus_pa"] / width, model["reduced_modulus_pa"] * width
 
