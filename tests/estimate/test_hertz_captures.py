@@ -8,6 +8,7 @@ from palpate.estimate.hertz.laws import contact_law
 from palpate.estimate.hertz.models import fit_model
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.strain import finite_strain_factor
+from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.template import Template
 from trimesh.creation import box
@@ -40,6 +41,7 @@ def pressed(zero_m=0.0, across=0.0, noise_n=NOISE_N, frames=WHOLE, seed=1):
     forces = np.stack([across * force * (-1) ** np.arange(len(TIME)), 0 * force, -force], axis=1)
     return indentation_of(
         Template(np.asarray(block.vertices), np.asarray(block.faces)),
+        Support(np.array([0, 0, -HEIGHT / 2]), np.array([0.0, 0, 1]), 0.001),
         Alignment(np.eye(4), np.array([0, 0, HEIGHT / 2]), 12, RESIDUAL),
         np.stack([0 * tip, 0 * tip, tip], axis=1)[:frames],
         (forces + rng.normal(0, noise_n, forces.shape))[:frames],

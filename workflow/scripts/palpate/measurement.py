@@ -114,6 +114,7 @@ class Measurement:
         """Depth [m] and force along the press [N] up to the deepest, (n,) each."""
         press, _, _ = indentation_of(
             self.template,
+            self.support,
             self.alignment,
             self.tips_m,
             self.forces_n,

@@ -11,6 +11,7 @@ from palpate.estimate.hertz.models import Indentation
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.record import Record
 from palpate.run.job import naming
+from palpate.solid.support import read_support
 from palpate.surface.alignment import load_alignment
 from palpate.surface.template import read_template
 from palpate.vision.force import FORCE
@@ -36,8 +37,8 @@ def read_indentation(
         forces, time = columns_of(table, FORCE), columns_of(table, ["time_s"])[:, 0]
     with naming(inputs.pose):
         tips = columns_of(poses, TIP, frames=len(forces))
-    unit = load_yaml(inputs.object)["template"]["unit"]
-    template = read_template(inputs.template, unit=unit)
+    spec = load_yaml(inputs.object)
+    template = read_template(inputs.template, unit=spec["template"]["unit"])
     alignment = load_alignment(inputs.alignment)
     with (
         naming(inputs.force, "force"),
@@ -46,6 +47,7 @@ def read_indentation(
     ):
         return indentation_of(
             template,
+            read_support(spec["support"]),
             alignment,
             tips,
             forces,

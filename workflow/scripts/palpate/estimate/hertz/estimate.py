@@ -51,6 +51,7 @@ def estimate_hertz(indentation: Indentation, record: Record | None, options: Her
         "radius_m": indentation.radius_m,
         "thickness_m": indentation.thickness_m,
         "depth_std_m": indentation.depth_std_m,
+        "shape": asdict(indentation.shape),
         "depth_over_radius": indentation.depth_over_radius,
         "chi": indentation.chi,
         "study": asdict(fit_study(depth, indentation.magnitude_n[used], indentation.radius_m)),

@@ -5,14 +5,17 @@ from numpy.typing import NDArray
 
 from palpate.estimate.hertz.models import Indentation
 from palpate.estimate.hertz.options import Hertz
-from palpate.estimate.hertz.range import HertzRange, check_contact, hertz_range, indentation_depth
+from palpate.estimate.hertz.range import check_contact, hertz_range, indentation_depth
 from palpate.estimate.hertz.record import Record, forces_along, held_record
+from palpate.estimate.hertz.shape import shape_at
+from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment, thickness_along
 from palpate.surface.template import Template
 
 
 def indentation_of(
     template: Template,
+    support: Support,
     alignment: Alignment,
     tips_m: NDArray,
     forces_n: NDArray,
@@ -27,6 +30,7 @@ def indentation_of(
     Parameters
     ----------
     template : Template
+    support : Support
     alignment : Alignment
     tips_m, forces_n : (f, 3) arrays
         Centre of the sphere and force on the object, camera frame [m, N].
@@ -58,14 +62,25 @@ def indentation_of(
     std = float(np.hypot(tip_std_m, options.offset_std_m))
     force = forces_along(depth, forces_n, chosen, frame_std_m=tip_std_m)
     used = slice(chosen.stop + 1)
+    moved = tips_m[chosen.stop] - tips_m[chosen.start - 1]
+    direction = alignment.camera_from_object[:3, :3].T @ moved
+    shape = shape_at(
+        template,
+        support,
+        alignment.contact_point_m,
+        direction,
+        radius_m=radius_m,
+        depth_m=max(float(depth[used].max()), 0.0),
+    )
     indentation = Indentation(
         depth_m=depth[used],
         force_n=force[used],
         magnitude_n=magnitude[used],
         onset=chosen.start,
         radius_m=radius_m,
-        thickness_m=_thickness(template, alignment, tips_m, chosen),
+        thickness_m=thickness_along(template, alignment.contact_point_m, direction),
         depth_std_m=std,
+        shape=shape,
     )
     record = held_record(time_s, depth, forces_n, chosen, frame_std_m=tip_std_m, contact_std_m=std)
     told = {
@@ -73,12 +88,3 @@ def indentation_of(
         "samples": {"depth_m": depth.tolist(), "force_n": magnitude.tolist()},
     }
     return indentation, record, told
-
-
-def _thickness(
-    template: Template, alignment: Alignment, tips_m: NDArray, chosen: HertzRange
-) -> float:
-    """Thickness of the object along the way of the tip from its touch to its deepest place [m]."""
-    moved = tips_m[chosen.stop] - tips_m[chosen.start - 1]
-    direction = alignment.camera_from_object[:3, :3].T @ moved
-    return thickness_along(template, alignment.contact_point_m, direction)
