@@ -123,7 +123,7 @@ def test_elliptic_contacts_against_the_potential(curvatures):
 
 
 def test_a_loose_ball_gives_way_above_and_below():
-    """Without curvature and foot, as a layer that sticks, E* would come out a quarter low."""
+    """As a layer that sticks, without curvature and foot, E* would come out at 0.45 of it."""
     mesh, both = ball(0.03), in_series(1 / (1 / R + 1 / 0.03), 0.03)
     press = pressed(mesh, both, contact="resting")
     indentation = press[0]
@@ -131,7 +131,7 @@ def test_a_loose_ball_gives_way_above_and_below():
     found = fit_model(indentation, support="round_foot", **FREE).reduced_modulus_pa
     assert found == pytest.approx(TRUTH, rel=0.02)
     flat = replace(indentation, shape=Shape())
-    assert fit_model(flat, support="bonded", **FREE).reduced_modulus_pa < 0.8 * TRUTH
+    assert fit_model(flat, support="bonded", **FREE).reduced_modulus_pa < 0.5 * TRUTH
     best = advised(*press)
     assert (best["support"], best["doubts"]) == ("round_foot", [])
     low, high = best["reduced_modulus_interval_pa"]
