@@ -121,16 +121,24 @@ class HertzFit:
         Raises
         ------
         ValueError
-            If the ratio is not from 0 to 0.5.
+            If the ratio is not from 0 to 0.5, or another than a layer's E* goes with.
         """
-        check_ratio(poisson_ratio)
-        return self.reduced_modulus_pa * (1 - poisson_ratio**2)
+        return self.reduced_modulus_pa * self._of_reduced(poisson_ratio)
 
     def youngs_modulus_interval_pa(self, poisson_ratio: float) -> tuple[float, float]:
         """Interval of 95 % of Young's modulus for a known Poisson's ratio [Pa]."""
-        check_ratio(poisson_ratio)
-        low, high = (end * (1 - poisson_ratio**2) for end in self.reduced_modulus_interval_pa)
+        part = self._of_reduced(poisson_ratio)
+        low, high = (end * part for end in self.reduced_modulus_interval_pa)
         return low, high
+
+    def _of_reduced(self, poisson_ratio: float) -> float:
+        """Young's modulus over the reduced one."""
+        check_ratio(poisson_ratio)
+        assumed = self.setup.poisson_ratio
+        if self.support != "half_space" and poisson_ratio != assumed:
+            expected = f"expected {assumed:g}, which the layer was fitted with"
+            raise ValueError(f"poisson_ratio: {expected}, found {poisson_ratio:g}")
+        return 1 - poisson_ratio**2
 
     def told(self) -> dict:
         """All of it but the samples, as JSON has it."""

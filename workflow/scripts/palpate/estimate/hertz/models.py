@@ -107,7 +107,8 @@ def fit_models(
     -------
     list of dict
         ``indenter, support, contact``, ``relaxation`` (none), the fit's fields, and for layers
-        ``reduced_modulus_range_pa``, the moduli at Poisson's ratios 0 and 0.499. A layer that is
+        ``poisson_ratio``, which E* goes with, and ``reduced_modulus_range_pa``, the moduli at
+        Poisson's ratios 0 and 0.499. A layer that is
         thinner than the series holds for has none.
     """
     supports = SUPPORTS if indentation.chi <= LARGEST_CHI else SUPPORTS[:1]
@@ -122,6 +123,7 @@ def fit_models(
                 row = name | {"relaxation": "none"}
                 row |= vars(fit_model(indentation, **name, nu=nu, **options))
                 if support in LAYERS:
+                    row["poisson_ratio"] = nu
                     ends = [
                         fit_model(indentation, **name, nu=end, **options) for end in POISSON_RATIOS
                     ]
