@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from palpate import hertz
 from palpate.estimate.hertz.estimate import estimate_hertz
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.laws import contact_law, parabola_force, sneddon_force
@@ -215,6 +216,39 @@ def test_where_no_law_holds_the_interval_spans_them(mesh, contact, line):
         if (model["indenter"], model["contact"]) == ("sneddon", "weighted"):
             assert low <= model["reduced_modulus_interval_pa"][0]
             assert model["reduced_modulus_interval_pa"][1] <= high
+
+
+def test_curves_of_curved_objects_and_loose_layers():
+    """With the paraboloid, as curved objects had it, E* would be a tenth off."""
+    depth = np.linspace(-0.002, 0.005, 80)
+    noise = np.random.default_rng(4).normal(0, 0.002, 80)
+    force = TRUTH * sneddon_force(depth, R, 1 / 0.03) + noise
+    found = hertz.fit(depth, force, radius_m=R, object_radius_m=0.03)
+    assert (found.indenter, found.setup.effective_radius_m) == ("sneddon", 1 / (1 / R + 1 / 0.03))
+    assert found.reduced_modulus_pa == pytest.approx(TRUTH, rel=0.01)
+    blunt = found.others["by parabola"]
+    assert abs(blunt / TRUTH - 1) > 0.05
+    law = contact_law("sneddon", "not_bonded", radius_m=R, thickness_m=0.02, nu=0.4)
+    layer = {"radius_m": R, "thickness_m": 0.02, "poisson_ratio": 0.4}
+    loose = hertz.fit(depth, TRUTH * law(depth) + noise, base="not_bonded", **layer)
+    assert loose.support == "not_bonded"
+    assert loose.reduced_modulus_pa == pytest.approx(TRUTH, rel=0.01)
+    with pytest.raises(ValueError, match="base: expected one of bonded, not_bonded, found glued"):
+        hertz.fit(depth, force, base="glued", **layer)
+
+
+def test_a_curve_without_approach_takes_what_is_expected_of_its_contact():
+    depth = np.linspace(0.001, 0.002, 40)
+    force = TRUTH * parabola_force(depth, R) + np.random.default_rng(1).normal(0, 0.02, 40)
+    given = {"radius_m": R, "indenter": "parabola", "baseline": False}
+    free = hertz.fit(depth, force, **given)
+    told = hertz.fit(depth + 1, force, contact_m=(1.0, 5e-5), **given)
+    low, high = told.reduced_modulus_interval_pa
+    assert low < TRUTH < high
+    assert high - low < 0.5 * np.ptp(free.reduced_modulus_interval_pa)
+    assert told.contact_m == pytest.approx(1, abs=1e-4)
+    with pytest.raises(ValueError, match="contact_m: expected a deviation above 0, found 0"):
+        hertz.fit(depth, force, contact_m=(0.0, 0.0), **given)
 
 
 def test_sneddons_sphere_on_a_curved_object_begins_as_hertzs():

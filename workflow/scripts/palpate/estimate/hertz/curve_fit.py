@@ -42,7 +42,7 @@ class HertzFit:
     reduced_modulus_pa : float
         E* = E / (1 - nu^2) [Pa].
     reduced_modulus_interval_pa : (float, float)
-        Of 95 %, of the residuals' scatter alone [Pa].
+        Of 95 %, of the residuals' scatter and what is expected of the contact alone [Pa].
     contact_m, contact_std_m : float
         Depth at which contact begins, and its standard deviation [m].
     baseline_n : float
@@ -197,14 +197,17 @@ class _Samples:
         self, indenter: str, baseline: bool, residual: str | None = None, level_n: float = 0.0
     ) -> ContactFit:
         """Fit of a law, to the force above a level."""
-        return fit_free_contact(
-            self.depth_m,
+        expected, std = self.setup.contact_m or (0.0, None)
+        found = fit_free_contact(
+            self.depth_m - expected,
             self.force_n - level_n,
             self.setup.law(indenter),
             baseline=baseline,
             residual=residual or self.setup.residual,
             weights=self.weights,
+            depth_std_m=std,
         )
+        return replace(found, contact_depth_m=found.contact_depth_m + expected)
 
 
 def fit_curve(
@@ -286,7 +289,7 @@ def _others(found: HertzFit, samples: _Samples) -> dict[str, float]:
     elif "baseline" not in found.chosen:
         # Where the approach shows it, a fit without is of another curve.
         changes["without a baseline"] = {"baseline": False}
-    if found.indenter != CONE and found.setup.object_radius_m is None:
+    if found.indenter != CONE:
         other = next(name for name in INDENTERS if name != found.indenter)
         changes[f"by {other}"] = {"indenter": other}
     other = next(name for name in RESIDUALS if name != found.setup.residual)
