@@ -67,6 +67,13 @@ def test_an_interval_holds_the_modulus_though_the_depths_zero_is_off(zero_m, fra
     assert found["reduced_modulus_pa"] == pytest.approx(TRUTH, rel=0.08)
 
 
+def test_without_a_record_the_interval_is_doubted():
+    indentation, _, _ = pressed()
+    assert best((indentation, None, {}))["doubts"] == [
+        "too few samples to allow for relaxation and finite strain"
+    ]
+
+
 def test_noise_alone_is_no_force():
     indentation, _, told = pressed(noise_n=0.06)
     rest = slice(indentation.onset - 1)

@@ -252,7 +252,7 @@ def test_a_curve_without_approach_takes_what_is_expected_of_its_contact():
 
 
 def test_sneddons_sphere_on_a_curved_object_begins_as_hertzs():
-    depth, foot = np.array([1e-3, 1e-4]) * R, 0.04
+    depth, foot = np.array([1e-3, 1e-4]) * R, 25.0
     hertz = parabola_force(depth, R, 30.0, foot)
     assert sneddon_force(depth, R, 30.0, foot) == pytest.approx(hertz, rel=1e-3)
     # As an axisymmetric gap that is solved by quadrature (Sneddon 1965, with a = 3 mm).

@@ -29,19 +29,25 @@ TANGENTS = np.geomspace(1e-2, 1e12, 20000)
 
 
 def parabola_force(
-    depth_m: NDArray, radius_m: float, curvature_per_m: float = 0.0, foot_radius_m: float = np.inf
+    depth_m: NDArray,
+    radius_m: float,
+    curvature_per_m: float = 0.0,
+    foot_curvature_per_m: float = 0.0,
 ) -> NDArray:
     """Eq. 5.1 at E* = 1, F = 4/3 R^(1/2) d^(3/2), zero before contact, (n,) [N/Pa].
 
     1/R is the sphere's and the object's curvature. Of two contacts in series the depths add up,
     and so do the powers -1/3 of the radii.
     """
-    radius = (np.cbrt(1 / radius_m + curvature_per_m) + np.cbrt(1 / foot_radius_m)) ** -3
+    radius = (np.cbrt(1 / radius_m + curvature_per_m) + np.cbrt(foot_curvature_per_m)) ** -3
     return 4 / 3 * np.sqrt(radius) * np.maximum(depth_m, 0) ** 1.5
 
 
 def sneddon_force(
-    depth_m: NDArray, radius_m: float, curvature_per_m: float = 0.0, foot_radius_m: float = np.inf
+    depth_m: NDArray,
+    radius_m: float,
+    curvature_per_m: float = 0.0,
+    foot_curvature_per_m: float = 0.0,
 ) -> NDArray:
     """Sneddon's sphere at E* = 1, zero before contact, (n,) [N/Pa].
 
@@ -52,7 +58,7 @@ def sneddon_force(
     exceed the radius.
     """
     depth = np.maximum(np.asarray(depth_m, dtype=float), 0) / radius_m
-    over_hertz = _sneddon_over_hertz(radius_m * curvature_per_m, radius_m / foot_radius_m)
+    over_hertz = _sneddon_over_hertz(radius_m * curvature_per_m, radius_m * foot_curvature_per_m)
     return radius_m**2 * over_hertz(depth) * depth**1.5
 
 
@@ -62,7 +68,7 @@ def _sneddon_over_hertz(curvature: float, foot: float) -> CubicSpline:
     t, a = TANGENTS, np.tanh(TANGENTS)
     force = (a**2 + 1) * t - a + 4 / 3 * curvature * a**3
     depth = t * a + curvature * a**2 + np.cbrt(foot * (3 / 4 * force) ** 2)
-    least = float(parabola_force(1.0, 1.0, curvature, 1 / foot if foot else np.inf))
+    least = float(parabola_force(1.0, 1.0, curvature, foot))
     return CubicSpline(np.r_[0, depth], np.r_[least, force / depth**1.5])
 
 
@@ -163,7 +169,7 @@ def contact_law(
     nu: float,
     series: str = "consistent",
     curvature_per_m: float = 0.0,
-    foot_radius_m: float = np.inf,
+    foot_curvature_per_m: float = 0.0,
 ) -> Callable[[NDArray], NDArray]:
     """Force over depth at E* = 1 of one model.
 
@@ -180,8 +186,8 @@ def contact_law(
         `layer_factor` or `printed_layer_factor`.
     curvature_per_m : float
         Of the object at the contact, negative where it is hollow [1/m].
-    foot_radius_m : float
-        Of the foot on a plane, by which *round_foot* gives way too [m].
+    foot_curvature_per_m : float
+        Of the foot on a plane, by which *round_foot* gives way too [1/m].
 
     Returns
     -------
@@ -200,7 +206,7 @@ def contact_law(
     factor = layer_factor if series == "consistent" else printed_layer_factor
     force = parabola_force if indenter == "parabola" else sneddon_force
     if support == FOOT:
-        return lambda depth_m: force(depth_m, radius_m, curvature_per_m, foot_radius_m)
+        return lambda depth_m: force(depth_m, radius_m, curvature_per_m, foot_curvature_per_m)
 
     def law(depth_m: NDArray) -> NDArray:
         chi = np.sqrt(radius_m * np.maximum(depth_m, 0)) / thickness_m

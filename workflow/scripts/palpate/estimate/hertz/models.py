@@ -246,8 +246,8 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
     Returns
     -------
     dict
-        The model, with ``rule`` in words, and ``doubts``, why no law holds or the interval leaves
-        something out, a line each: the interval then reaches to those of all supports.
+        The model, with ``rule`` in words, and ``doubts``, why no law holds, a line each: the
+        interval then reaches to those of all supports.
     """
     indenter = "sneddon" if indentation.depth_over_radius > SHALLOW else "parabola"
     support, doubts = indentation.shape.support, [*indentation.shape.doubts]
@@ -272,8 +272,6 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
             if (m["indenter"], m["contact"]) == (indenter, "weighted")
         ]
         best = _widened(best, best["relaxation"], ends)
-    if best["relaxation"] == "none":
-        doubts.append("too few samples at rest or in contact to allow for relaxation and nu")
     return dict(best) | {"rule": rule, "doubts": doubts}
 
 
@@ -286,7 +284,7 @@ def _law(indentation: Indentation, model: Mapping, *, nu: float, series: str) ->
         nu=nu,
         series=series,
         curvature_per_m=indentation.shape.curvature_per_m,
-        foot_radius_m=indentation.shape.foot_radius_m,
+        foot_curvature_per_m=indentation.shape.foot_curvature_per_m,
     )
 
 
@@ -295,7 +293,7 @@ def _strained(indentation: Indentation, model: Mapping, *, nu: float, series: st
     law = _law(indentation, model, nu=nu, series=series)
     bend = 1 / indentation.radius_m + indentation.shape.curvature_per_m
     # A foot goes in as the powers -1/3 of the radii; what it takes up it also takes from the rise.
-    part = 1 / (1 + np.cbrt(1 / bend / indentation.shape.foot_radius_m))
+    part = 1 / (1 + np.cbrt(indentation.shape.foot_curvature_per_m / bend))
 
     def strained(depth_m: NDArray) -> NDArray:
         factor = finite_strain_factor(part * depth_m / indentation.radius_m, nu)

@@ -50,15 +50,15 @@ class Shape:
         Of the law that comes nearest.
     curvature_per_m : float
         Of the sphere that makes the same contact as the object's surface [1/m].
-    foot_radius_m : float
-        Of a round foot on a plane [m].
+    foot_curvature_per_m : float
+        Of a round foot on a plane, 0 where there is none [1/m].
     doubts : tuple of str
         Why no law holds, a line each.
     """
 
     support: str = "bonded"
     curvature_per_m: float = 0.0
-    foot_radius_m: float = np.inf
+    foot_curvature_per_m: float = 0.0
     doubts: tuple[str, ...] = ()
 
 
@@ -93,14 +93,14 @@ def shape_at(
     thickness = thickness_along(template, point_m, -up)
     base = point_m - thickness * up
     borne = float(support.heights_m(base[None])[0]) < max(LOW * thickness, support.tolerance_m)
-    foot, kind = np.inf, "half_space"
+    foot, kind = 0.0, "half_space"
     if borne and _flat(surface, (point_m, base), up, contact, thickness):
         kind = "not_bonded" if support.resting else "bonded"
     elif borne and support.resting:
         low, high = principal_curvatures(surface, base, -up, contact)
         # A flat or a straight foot has no contact of Hertz.
         if low > STRAIGHT * high:
-            foot, kind = contact_radius(low, high), FOOT
+            foot, kind = 1 / contact_radius(low, high), FOOT
     bend = 1 / radius_m + principal_curvatures(surface, point_m, up, contact)
     side = _side_m(template, support, point_m, up)
     held = thickness if borne else np.inf
