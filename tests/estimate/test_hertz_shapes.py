@@ -10,7 +10,7 @@ from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.laws import contact_law, parabola_force, sneddon_force
 from palpate.estimate.hertz.models import fit_model
 from palpate.estimate.hertz.options import Hertz
-from palpate.estimate.hertz.shape import Shape, contact_radius, side_part
+from palpate.estimate.hertz.shape import Shape, equivalent_radius, side_part
 from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.template import Template
@@ -119,7 +119,7 @@ def elliptic_force(low, high):
 
 @pytest.mark.parametrize("curvatures", [(160.0, 244.0), (100.0, 400.0), (10.0, 1000.0)])
 def test_elliptic_contacts_against_the_potential(curvatures):
-    force = parabola_force(1.0, contact_radius(*curvatures))
+    force = parabola_force(1.0, equivalent_radius(*curvatures))
     assert force == pytest.approx(elliptic_force(*curvatures), rel=1e-6)
 
 

@@ -70,7 +70,8 @@ def indentation_of(
         alignment.contact_point_m,
         direction,
         radius_m=radius_m,
-        depth_m=max(float(depth[used].max()), 0.0),
+        # A zero that is off can leave no depth at all.
+        depth_m=max(float(depth[used].max()), std),
     )
     indentation = Indentation(
         depth_m=depth[used],

@@ -100,7 +100,7 @@ def shape_at(
         low, high = principal_curvatures(surface, base, -up, contact)
         # A flat or a straight foot has no contact of Hertz.
         if low > STRAIGHT * high:
-            foot, kind = 1 / contact_radius(low, high), FOOT
+            foot, kind = 1 / equivalent_radius(low, high), FOOT
     bend = 1 / radius_m + principal_curvatures(surface, point_m, up, contact)
     side = _side_m(template, support, point_m, up)
     held = thickness if borne else np.inf
@@ -108,11 +108,11 @@ def shape_at(
     if bend[0] <= 0:
         doubts.append(f"the surface is hollower than the sphere is round: {INSTEAD}")
         bend = np.full(2, 1 / radius_m)
-    curvature = 1 / contact_radius(*bend) - 1 / radius_m
+    curvature = 1 / equivalent_radius(*bend) - 1 / radius_m
     return Shape(kind, curvature, foot, tuple(doubts))
 
 
-def contact_radius(low_per_m: float, high_per_m: float) -> float:
+def equivalent_radius(low_per_m: float, high_per_m: float) -> float:
     """Radius of the sphere on a plane that gives way as an elliptic contact does [m].
 
     With the ellipse's half axes a > b, m = 1 - b^2/a^2 and K, E the complete elliptic integrals of
