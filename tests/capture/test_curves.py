@@ -175,7 +175,7 @@ def test_what_was_chosen_and_what_it_hangs_on_is_said(tmp_path, capsys):
 def test_radii_of_bodies_go_together(tmp_path, capsys):
     path = written(tmp_path)
     flat = told(path, capsys, "--indenter", "parabola")["reduced_modulus_pa"]
-    curved = told(path, capsys, "--object-radius-mm", "5")
+    curved = told(path, capsys, "--object-radius-mm", "5", "--indenter", "parabola")
     assert curved["effective_radius_m"] == pytest.approx(0.0025)
     assert curved["reduced_modulus_pa"] == pytest.approx(np.sqrt(2) * flat)
     given = ["hertz", str(path), "--effective-radius-mm", "2.5", "--json"]

@@ -83,6 +83,18 @@ def test_intervals_cover_the_truth(lag, least):
     assert least <= weighted / 100 <= 1.0
 
 
+def test_few_independent_samples_make_a_wide_interval():
+    """Of 200 samples with a correlation of 0.9 ten are left, and Student's quantile is theirs."""
+    depth, law, rng = np.linspace(1e-4, 0.008, 200), law_of(), np.random.default_rng(11)
+    held = 0
+    for _ in range(300):
+        force = TRUTH * law(depth) + correlated(rng, depth.size, 0.9, 0.03)
+        fit = fit_known_contact(depth, force, law, depth_std_m=0.0)
+        low, high = fit.reduced_modulus_interval_pa
+        held += low < TRUTH < high
+    assert 0.92 <= held / 300 <= 0.99
+
+
 def test_correlated_residuals_count_less():
     rng = np.random.default_rng(2)
     assert effective_samples(rng.normal(size=4000)) == pytest.approx(4000, rel=0.1)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from palpate import hertz
 from palpate.estimate.hertz.fit import hertz_force
 from palpate.estimate.hertz.laws import (
     contact_law,
@@ -120,7 +121,7 @@ def press(deepest_m=0.008, thickness_m=0.0475, depth_std_m=1e-4, shift_m=0.0):
     law = contact_law("sneddon", "bonded", radius_m=R, thickness_m=thickness_m, nu=0.3)
     force = TRUTH * law(depth) + np.random.default_rng(5).normal(0, 0.002, depth.size)
     onset = int(np.argmax(depth > 0))
-    return Indentation(depth + shift_m, force, onset, R, thickness_m, depth_std_m)
+    return Indentation(depth + shift_m, force, force, onset, R, thickness_m, depth_std_m)
 
 
 def test_all_models_and_the_recommended_one():
@@ -130,6 +131,8 @@ def test_all_models_and_the_recommended_one():
     chosen = recommended(ours, models)
     assert (chosen["indenter"], chosen["support"]) == ("sneddon", "bonded")
     assert chosen["reduced_modulus_pa"] == pytest.approx(TRUTH, rel=0.02)
+    assert chosen["poisson_ratio"] == OPTIONS["nu"]
+    assert all(("poisson_ratio" in m) == (m["support"] != "half_space") for m in models)
     low, high = chosen["reduced_modulus_range_pa"]
     assert low < chosen["reduced_modulus_pa"] < high
     known = {(m["indenter"], m["support"]): m for m in models if m["contact"] == "known"}
@@ -144,6 +147,22 @@ def test_recommendation_follows_geometry():
     models = fit_models(thin, **OPTIONS)
     assert {m["support"] for m in models} == {"half_space"}
     assert recommended(thin, models)["support"] == "half_space"
+
+
+def test_a_layers_modulus_goes_with_one_poissons_ratio():
+    """At chi 0.5 E with another ratio afterwards would be a fifth off, and is refused."""
+    height, depth = 0.01, np.linspace(0, 0.25e-4 / R, 60)
+    law = contact_law("parabola", "bonded", radius_m=R, thickness_m=height, nu=0.49)
+    given = {"radius_m": R, "thickness_m": height, "indenter": "parabola"}
+    given |= {"depth_m": depth, "force_n": TRUTH * law(depth), "baseline": False}
+    right, other = (hertz.fit(**given, poisson_ratio=nu) for nu in (0.49, 0.33))
+    E = TRUTH * (1 - 0.49**2)
+    assert right.youngs_modulus_pa(0.49) == pytest.approx(E, rel=1e-3)
+    assert other.reduced_modulus_pa * (1 - 0.49**2) > 1.2 * E
+    line = "poisson_ratio: expected 0.33, which the layer was fitted with, found 0.49"
+    for of in (other.youngs_modulus_pa, other.youngs_modulus_interval_pa):
+        with pytest.raises(ValueError, match=line):
+            of(0.49)
 
 
 @pytest.mark.parametrize(("depth_std_m", "alike"), [(1e-7, "known"), (1.0, "free")])

@@ -175,7 +175,7 @@ def test_record_takes_the_force_along_the_press():
 
 def held(ours):
     depth, force = ours.depth_m[: DEEPEST + 1], ours.force_n[: DEEPEST + 1]
-    press = Indentation(depth, force, ONSET, R, 0.0475, ours.contact_std_m)
+    press = Indentation(depth, force, force, ONSET, R, 0.0475, ours.contact_std_m)
     common = {"nu": 0.3, "series": "consistent"}
     models = fit_models(press, baseline=False, residual="force", **common)
     base = recommended(press, models)
@@ -211,12 +211,23 @@ def test_press_without_a_hold_keeps_the_effective_modulus_with_a_wider_interval(
 
 
 def test_press_no_deeper_than_its_errors_gets_an_interval_that_says_so():
-    """Depths of 7.5 mm by 1.2 mm: a part of 0.24 in E*, and 1.96 of it in the interval."""
-    base, (row,), block, best = held(replace(record(seed=12), contact_std_m=1.2e-3))
+    """Depths by 1.2 mm: a part of 0.2 in E*, and 1.96 of it in the interval."""
+    ours = record(seed=12, frame_std_m=1.2e-3)
+    base, (row,), block, best = held(ours)
     assert (block["verdict"], best["relaxation"]) == ("too shallow", "shallow")
     assert best["reduced_modulus_pa"] == base["reduced_modulus_pa"]
     low, high = row["reduced_modulus_interval_pa"]
-    assert high / low > np.exp(2 * 1.9 * 1.5 * 1.2 / 7.6)
+    press = ours.depth_m.max() - block["contact_depth_m"]
+    assert high / low > np.exp(2 * 1.9 * 1.5 * 1.2e-3 / press)
+    assert low < TRUTH < high
+
+
+def test_a_zero_that_only_the_force_tells_makes_no_press_shallow():
+    """A stated deviation of 1.2 mm, which the force leaves 0.1 mm of."""
+    *_, block, best = held(replace(record(seed=12), contact_std_m=1.2e-3))
+    assert (block["verdict"], best["relaxation"]) == ("relaxes", "prony")
+    assert block["contact_depth_std_m"] < 2e-4
+    low, high = best["reduced_modulus_interval_pa"]
     assert low < TRUTH < high
 
 

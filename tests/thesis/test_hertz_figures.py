@@ -25,7 +25,7 @@ def make_fit(E_star=25e3, noise_n=0.01, seed=3):
         "samples": {"depth_m": depth.tolist(), "force_n": force.tolist()},
         "study": asdict(fit_study(depth[10:], force[10:], RADIUS_M)),
         "free_contact": free,
-        "recommended": free,
+        "recommended": free | {"doubts": []},
     }
 
 

@@ -34,7 +34,7 @@ def fit(modulus):
         "study": {"reduced_modulus_pa": modulus},
         "free_contact": models[1],
         "models": models,
-        "recommended": models[1],
+        "recommended": models[1] | {"doubts": []},
     }
 
 

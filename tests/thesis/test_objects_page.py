@@ -22,6 +22,7 @@ FIT = {
     "recommended": {
         "reduced_modulus_pa": 24021.3,
         "reduced_modulus_interval_pa": [22560.8, 25576.4],
+        "doubts": [],
     },
 }
 MINIMUM = {
@@ -115,6 +116,13 @@ def test_the_page_is_the_same_and_no_part_ends_its_script():
     pages = {objects_page.page(TEMPLATE, views=[view()], **parts) for _ in range(2)}
     assert len(pages) == 1
     assert pages.pop().count("</script>") == 3
+
+
+def test_a_doubtful_model_says_why():
+    line = "a free side 6 mm from the press takes some 22 % of the force: trust the direct estimate"
+    doubtful = FIT | {"recommended": FIT["recommended"] | {"doubts": [line]}}
+    assert objects_page.moduli(doubtful, {})[1]["verdict"] == line
+    assert objects_page.moduli(FIT, {})[1]["verdict"] == objects_page.NOTHING
 
 
 def test_a_template_without_a_place_is_refused():

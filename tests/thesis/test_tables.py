@@ -38,7 +38,7 @@ def fit(modulus):
         },
         "study": {"reduced_modulus_pa": modulus, "rms_n": 0.02},
         "models": [model("parabola", "known", modulus), model("sneddon", "free", modulus + 200)],
-        "recommended": model("sneddon", "free", modulus + 200),
+        "recommended": model("sneddon", "free", modulus + 200) | {"doubts": []},
         "free_contact": {
             "reduced_modulus_pa": modulus + 100,
             "reduced_modulus_interval_pa": [modulus - 1000, modulus + 1200],
@@ -181,6 +181,16 @@ def test_summary_of_a_run_that_minimises_nothing(hertz):
     summary = tables.summary(hertz, *searched, pd.DataFrame(), pd.DataFrame())
     assert set(summary["method"]) == {"hertz", "hertz_free_contact", "hertz_recommended"}
     assert summary["youngs_modulus_pa"].isna().all()
+
+
+def test_a_hertz_fit_with_doubts_is_not_judged():
+    doubtful = fit(2e4)
+    doubtful["recommended"] = doubtful["recommended"] | {"doubts": ["no layer"]}
+    hertz = hertz_tables.hertz_table(CAPTURES[:2], [fit(2e4), doubtful])
+    searched = (make([], {}) for make in (tables.minimum_table, tables.least_squares_table))
+    summary = tables.summary(hertz, *searched, pd.DataFrame(), pd.DataFrame())
+    best = summary[summary["method"] == "hertz_recommended"]
+    assert best["reduced_modulus_verdict"].tolist() == ["interval", "not judged"]
 
 
 def test_what_is_written_says_what_is_simulated(hertz, root):

@@ -24,6 +24,8 @@ def fit(
     residual: str = "force",
     weights: ArrayLike | None = None,
     stiffness_n_m: float | None = None,
+    base: str = "bonded",
+    contact_m: tuple[float, float] | None = None,
 ) -> HertzFit:
     """Fit E* and the depth of first contact to a curve (Eq. 5.1).
 
@@ -54,6 +56,10 @@ def fit(
     stiffness_n_m : float, optional
         Of what gives way between a drive, whose way the depth is, and the tip, such as a
         cantilever; stiff by default.
+    base : {"bonded", "not_bonded"}, optional
+        Whether a layer sticks to its base.
+    contact_m : (float, float), optional
+        Depth at which contact is expected, and that depth's standard deviation [m].
 
     Raises
     ------
@@ -87,6 +93,8 @@ def fit(
         baseline=baseline,
         residual=residual,
         stiffness_n_m=stiffness_n_m,
+        base=base,
+        contact_m=contact_m,
     )
     return fit_curve(depth, force, setup, given)
 

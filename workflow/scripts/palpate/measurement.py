@@ -111,16 +111,17 @@ class Measurement:
         return float(np.nanmedian(self.poses[ALONG_STD]))
 
     def curve(self) -> tuple[NDArray, NDArray]:
-        """Depth below the undeformed surface [m] and force [N] up to the deepest, (n,) each."""
+        """Depth [m] and force along the press [N] up to the deepest, (n,) each."""
         press, _, _ = indentation_of(
             self.template,
+            self.support,
             self.alignment,
             self.tips_m,
             self.forces_n,
             self.poses["time_s"].to_numpy(float),
             radius_m=self.capture.radius_m,
-            onset_force_n=self.config.hertz.onset_force_n,
             tip_std_m=self.tip_std_m,
+            options=self.config.hertz,
         )
         return press.depth_m, press.force_n
 

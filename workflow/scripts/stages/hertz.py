@@ -15,7 +15,7 @@ def main(snakemake):
     indentation, record, told = read_indentation(
         snakemake.input,
         radius_m=snakemake.params.probe["indenter"]["radius_m"],
-        onset_force_n=options.onset_force_n,
+        options=options,
     )
     with naming(snakemake.input.force):
         found = estimate_hertz(indentation, record, options)

@@ -43,7 +43,8 @@ def hertz_table(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> pd.Data
     -------
     DataFrame
         Reduced moduli [Pa] of the study's fit, of the fit with the contact point free and of the
-        recommended model, the latter two with their 95 % intervals.
+        recommended model, the latter two with their 95 % intervals; ``recommended_verdict`` is
+        *not judged* where something speaks against its law.
     """
     rows = []
     for capture, fit in zip(captures, fits, strict=True):
@@ -53,6 +54,8 @@ def hertz_table(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> pd.Data
             low, high = fit[name]["reduced_modulus_interval_pa"]
             values[f"{name}_reduced_modulus_pa"] = fit[name]["reduced_modulus_pa"]
             values |= {f"{name}_low_pa": low, f"{name}_high_pa": high}
+        doubtful = len(fit["recommended"]["doubts"]) > 0
+        values["recommended_verdict"] = "not judged" if doubtful else None
         rows.append(values | {"provenance": capture["provenance"]})
     return pd.DataFrame(rows)
 

@@ -139,10 +139,10 @@ def moduli(fit: Mapping, minima: Mapping[str, Mapping]) -> list[dict[str, str]]:
     """Moduli of a capture by method, as text in kPa, with what is to be said of nu."""
     advised = fit["recommended"]
     low, high = (_kpa(value) for value in advised["reduced_modulus_interval_pa"])
-    rows = [
-        _row("Hertz fit (Eq. 5.1)", fit["study"]["reduced_modulus_pa"]),
-        _row("Recommended contact model", advised["reduced_modulus_pa"], f" ({low} to {high})"),
-    ]
+    row = _row("Recommended contact model", advised["reduced_modulus_pa"], f" ({low} to {high})")
+    if advised["doubts"]:
+        row["verdict"] = "; ".join(advised["doubts"])
+    rows = [_row("Hertz fit (Eq. 5.1)", fit["study"]["reduced_modulus_pa"]), row]
     for error, minimum in minima.items():
         mark, method = bound_mark(minimum), f"Minimisation, {ERROR_NAMES[error]} error"
         row = _row(method, minimum["reduced_modulus_pa"], mark)

@@ -166,6 +166,7 @@ def _of_hertz(hertz: pd.DataFrame) -> list[pd.DataFrame]:
             reduced_modulus_pa=hertz[f"{name}_reduced_modulus_pa"],
             reduced_modulus_low_pa=hertz[f"{name}_low_pa"],
             reduced_modulus_high_pa=hertz[f"{name}_high_pa"],
+            reduced_modulus_verdict=hertz.get(f"{name}_verdict"),
         )
         for name in ("free_contact", "recommended")
     ]

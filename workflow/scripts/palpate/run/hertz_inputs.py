@@ -8,8 +8,10 @@ from palpate.capture.schema import load_yaml
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.models import Indentation
+from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.record import Record
 from palpate.run.job import naming
+from palpate.solid.support import read_support
 from palpate.surface.alignment import load_alignment
 from palpate.surface.template import read_template
 from palpate.vision.force import FORCE
@@ -17,7 +19,7 @@ from palpate.vision.probe import ALONG_STD, TIP
 
 
 def read_indentation(
-    inputs: Any, *, radius_m: float, onset_force_n: float
+    inputs: Any, *, radius_m: float, options: Hertz
 ) -> tuple[Indentation, Record | None, dict]:
     """Read the press and the same with its hold; see `indentation_of`.
 
@@ -27,8 +29,7 @@ def read_indentation(
         Files by name: ``object``, ``template``, ``alignment``, ``pose``, ``force``.
     radius_m : float
         Of the sphere.
-    onset_force_n : float
-        Smallest force that counts as contact [N].
+    options : Hertz
     """
     poses = read_table(inputs.pose)
     with naming(inputs.force):
@@ -36,8 +37,8 @@ def read_indentation(
         forces, time = columns_of(table, FORCE), columns_of(table, ["time_s"])[:, 0]
     with naming(inputs.pose):
         tips = columns_of(poses, TIP, frames=len(forces))
-    unit = load_yaml(inputs.object)["template"]["unit"]
-    template = read_template(inputs.template, unit=unit)
+    spec = load_yaml(inputs.object)
+    template = read_template(inputs.template, unit=spec["template"]["unit"])
     alignment = load_alignment(inputs.alignment)
     with (
         naming(inputs.force, "force"),
@@ -46,11 +47,12 @@ def read_indentation(
     ):
         return indentation_of(
             template,
+            read_support(spec["support"]),
             alignment,
             tips,
             forces,
             time,
             radius_m=radius_m,
-            onset_force_n=onset_force_n,
             tip_std_m=float(np.nanmedian(poses[ALONG_STD])),
+            options=options,
         )

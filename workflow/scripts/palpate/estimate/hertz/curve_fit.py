@@ -42,7 +42,7 @@ class HertzFit:
     reduced_modulus_pa : float
         E* = E / (1 - nu^2) [Pa].
     reduced_modulus_interval_pa : (float, float)
-        Of 95 %, of the residuals' scatter alone [Pa].
+        Of 95 %, of the residuals' scatter and what is expected of the contact alone [Pa].
     contact_m, contact_std_m : float
         Depth at which contact begins, and its standard deviation [m].
     baseline_n : float
@@ -121,16 +121,24 @@ class HertzFit:
         Raises
         ------
         ValueError
-            If the ratio is not from 0 to 0.5.
+            If the ratio is not from 0 to 0.5, or another than a layer's E* goes with.
         """
-        check_ratio(poisson_ratio)
-        return self.reduced_modulus_pa * (1 - poisson_ratio**2)
+        return self.reduced_modulus_pa * self._of_reduced(poisson_ratio)
 
     def youngs_modulus_interval_pa(self, poisson_ratio: float) -> tuple[float, float]:
         """Interval of 95 % of Young's modulus for a known Poisson's ratio [Pa]."""
-        check_ratio(poisson_ratio)
-        low, high = (end * (1 - poisson_ratio**2) for end in self.reduced_modulus_interval_pa)
+        part = self._of_reduced(poisson_ratio)
+        low, high = (end * part for end in self.reduced_modulus_interval_pa)
         return low, high
+
+    def _of_reduced(self, poisson_ratio: float) -> float:
+        """Young's modulus over the reduced one."""
+        check_ratio(poisson_ratio)
+        assumed = self.setup.poisson_ratio
+        if self.support != "half_space" and poisson_ratio != assumed:
+            expected = f"expected {assumed:g}, which the layer was fitted with"
+            raise ValueError(f"poisson_ratio: {expected}, found {poisson_ratio:g}")
+        return 1 - poisson_ratio**2
 
     def told(self) -> dict:
         """All of it but the samples, as JSON has it."""
@@ -189,14 +197,17 @@ class _Samples:
         self, indenter: str, baseline: bool, residual: str | None = None, level_n: float = 0.0
     ) -> ContactFit:
         """Fit of a law, to the force above a level."""
-        return fit_free_contact(
-            self.depth_m,
+        expected, std = self.setup.contact_m or (0.0, None)
+        found = fit_free_contact(
+            self.depth_m - expected,
             self.force_n - level_n,
             self.setup.law(indenter),
             baseline=baseline,
             residual=residual or self.setup.residual,
             weights=self.weights,
+            depth_std_m=std,
         )
+        return replace(found, contact_depth_m=found.contact_depth_m + expected)
 
 
 def fit_curve(
@@ -278,7 +289,7 @@ def _others(found: HertzFit, samples: _Samples) -> dict[str, float]:
     elif "baseline" not in found.chosen:
         # Where the approach shows it, a fit without is of another curve.
         changes["without a baseline"] = {"baseline": False}
-    if found.indenter != CONE and found.setup.object_radius_m is None:
+    if found.indenter != CONE:
         other = next(name for name in INDENTERS if name != found.indenter)
         changes[f"by {other}"] = {"indenter": other}
     other = next(name for name in RESIDUALS if name != found.setup.residual)

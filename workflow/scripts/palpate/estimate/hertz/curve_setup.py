@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.hertz.fit import RESIDUALS, ContactFit, Law
-from palpate.estimate.hertz.laws import INDENTERS, LARGEST_CHI, cone_force, contact_law
+from palpate.estimate.hertz.laws import INDENTERS, LARGEST_CHI, LAYERS, cone_force, contact_law
 from palpate.estimate.hertz.models import SHALLOW
 
 CONE = "cone"
@@ -39,6 +39,10 @@ class Setup:
         What of the force is compared.
     stiffness_n_m : float or None
         Of what gives way between the drive, whose way the depth is, and the tip; stiff by default.
+    base : {"bonded", "not_bonded"}
+        Whether a layer sticks to its base.
+    contact_m : (float, float) or None
+        Depth at which contact is expected, and that depth's standard deviation.
 
     Raises
     ------
@@ -55,12 +59,17 @@ class Setup:
     baseline: bool | None = None
     residual: str = "force"
     stiffness_n_m: float | None = None
+    base: str = "bonded"
+    contact_m: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse what does not go together."""
         check_ratio(self.poisson_ratio)
         _one_of("indenter", self.indenter, (None, *INDENTERS, CONE))
         _one_of("residual", self.residual, RESIDUALS)
+        _one_of("base", self.base, LAYERS)
+        if self.contact_m is not None and not 0 < self.contact_m[1] < np.inf:
+            raise ValueError(f"contact_m: expected a deviation above 0, found {self.contact_m[1]}")
         for name in ("radius_m", "thickness_m", "stiffness_n_m"):
             found = getattr(self, name)
             if found is not None and not 0 < found < np.inf:
@@ -76,9 +85,6 @@ class Setup:
         if radius is not None and not (radius > 0 or radius < -self.radius_m):
             expected = "expected above 0, or below minus the sphere's where the object is hollow"
             raise ValueError(f"object_radius_m: {expected}, found {radius}")
-        if radius is not None and self.indenter == "sneddon":
-            expected = "expected parabola where object_radius_m is given"
-            raise ValueError(f"indenter: {expected}, found sneddon")
 
     @property
     def effective_radius_m(self) -> float | None:
@@ -90,7 +96,7 @@ class Setup:
     @property
     def support(self) -> str:
         """What the object stands on, as a law has it."""
-        return "half_space" if self.thickness_m is None else "bonded"
+        return "half_space" if self.thickness_m is None else self.base
 
     def tip_depth(self, depth_m: NDArray, force_n: NDArray) -> NDArray:
         """Way of the tip, of that of its drive, (n,) [m]."""
@@ -103,9 +109,10 @@ class Setup:
         return contact_law(
             indenter,
             self.support,
-            radius_m=self.effective_radius_m,
+            radius_m=self.radius_m,
             thickness_m=np.inf if self.thickness_m is None else self.thickness_m,
             nu=self.poisson_ratio,
+            curvature_per_m=1 / (self.object_radius_m or np.inf),
         )
 
     def check_layer(self, press_m: float) -> None:
@@ -186,8 +193,6 @@ def chosen_baseline(depth_m: NDArray, force_n: NDArray, with_it: ContactFit) -> 
 def chosen_indenter(press_m: float, setup: Setup) -> tuple[str, str]:
     """Law of the sphere, and why: by depth over radius."""
     part = press_m / setup.effective_radius_m
-    if setup.object_radius_m is not None:
-        return "parabola", "parabola, as Hertz has it of two curved bodies"
     name, than = ("sneddon", "above") if part > SHALLOW else ("parabola", "up to")
     return name, f"{name}, since the press is {part:.3g} radii deep ({than} {SHALLOW:g})"
 

@@ -2,9 +2,7 @@
 
 from dataclasses import asdict
 
-from numpy.typing import NDArray
-
-from palpate.estimate.hertz.fit import RESIDUALS, Law, fit_free_contact, fit_study
+from palpate.estimate.hertz.fit import fit_free_contact, fit_study
 from palpate.estimate.hertz.laws import contact_law
 from palpate.estimate.hertz.models import Indentation, fit_held, fit_models, recommended
 from palpate.estimate.hertz.options import Hertz
@@ -24,7 +22,7 @@ def estimate_hertz(indentation: Indentation, record: Record | None, options: Her
     Returns
     -------
     dict
-        ``study``, as the study fits; ``free_contact`` and ``residuals``, with the contact free;
+        ``study``, as the study fits; ``free_contact``, the same with the contact free;
         ``models``, ``relaxation`` and ``recommended``, as `palpate.estimate.hertz.models` has them;
         and what they rest on.
     """
@@ -38,38 +36,34 @@ def estimate_hertz(indentation: Indentation, record: Record | None, options: Her
     fitted = {"baseline": options.baseline, "residual": options.residual}
     of_layers = {"nu": options.assumed_poisson_ratio, "series": options.layer_series}
     models = fit_models(indentation, **of_layers, **fitted)
-    relaxation = {"verdict": "too few samples"}
-    if record is not None:
-        best = recommended(indentation, models)
+    best, relaxation = recommended(indentation, models), {"verdict": "too few samples"}
+    if record is None:
+        best["doubts"].append("too few samples to allow for relaxation and finite strain")
+    else:
         rows, relaxation = fit_held(
             indentation, record, best, **of_layers, beliefs=options.relaxation
         )
         models += rows
+        best = recommended(indentation, models)
     used = slice(indentation.onset, None)
-    depth, force = indentation.depth_m[used], indentation.force_n[used]
     return {
         "radius_m": indentation.radius_m,
         "thickness_m": indentation.thickness_m,
         "depth_std_m": indentation.depth_std_m,
+        "shape": asdict(indentation.shape),
         "depth_over_radius": indentation.depth_over_radius,
         "chi": indentation.chi,
-        "study": asdict(fit_study(depth, force, indentation.radius_m)),
+        "study": asdict(
+            fit_study(
+                indentation.depth_m[used], indentation.magnitude_n[used], indentation.radius_m
+            )
+        ),
         "free_contact": asdict(
             fit_free_contact(indentation.depth_m, indentation.force_n, law, **fitted)
         ),
-        "residuals": _by_residual(depth, force, law),
         "assumed_poisson_ratio": options.assumed_poisson_ratio,
         "layer_series": options.layer_series,
         "models": models,
         "relaxation": relaxation,
-        "recommended": recommended(indentation, models),
-    }
-
-
-def _by_residual(depth_m: NDArray, force_n: NDArray, law: Law) -> dict:
-    """Fit the samples in range with each choice of what is compared; it alone can move E*."""
-    if len(force_n) <= 2:
-        return {}
-    return {
-        name: asdict(fit_free_contact(depth_m, force_n, law, residual=name)) for name in RESIDUALS
+        "recommended": best,
     }

@@ -9,7 +9,7 @@ from scipy.optimize import OptimizeResult, least_squares, minimize
 from scipy.special import ndtri, stdtrit
 
 from palpate.estimate.hertz.laws import parabola_force
-from palpate.estimate.hertz.scatter import deviation, effective_samples
+from palpate.estimate.hertz.scatter import deviation, effective_samples, freedom
 
 CONFIDENCE = 0.95
 TOLERANCE = 1e-10
@@ -166,7 +166,7 @@ def fit_known_contact(
     slope = (modulus(shift) - modulus(-shift)) / (2 * shift) if shift > 0 else 0.0
     std = float(np.hypot(scatter, slope * depth_std_m))
     level = (1 + CONFIDENCE) / 2
-    of_scatter = stdtrit(len(residual) - 1, level) * scatter
+    of_scatter = stdtrit(freedom(residual, 1), level) * scatter
     width = float(np.hypot(of_scatter, ndtri(level) * slope * depth_std_m)) / E_star
     interval = (E_star * float(np.exp(-width)), E_star * float(np.exp(width)))
     return KnownContactFit(E_star, std, interval, count, _rms(residual))
@@ -262,11 +262,11 @@ def _contact_fit(
 ) -> ContactFit:
     """What a fit in (log E*, contact, baseline), each in its own unit, comes to."""
     # The last row is the contact's own weight.
-    count, freedom = effective_samples(best.fun[:-1]), len(best.fun) - 1 - len(best.x)
-    variance = deviation(best.fun[:-1], len(best.x)) ** 2
+    residual, parameters = best.fun[:-1], len(best.x)
+    variance = deviation(residual, parameters) ** 2
     covariance = np.linalg.pinv(best.jac.T @ best.jac) * variance
     std = np.sqrt(np.diag(covariance))
-    width = stdtrit(freedom, (1 + CONFIDENCE) / 2) * std[0]
+    width = stdtrit(freedom(residual, parameters), (1 + CONFIDENCE) / 2) * std[0]
     E_star = float(np.exp(best.x[0])) * modulus
     # Exact data leave no residual, and then no correlation.
     product = float(std[0] * std[1])
@@ -280,7 +280,7 @@ def _contact_fit(
         contact_depth_m=float(best.x[1]) * length,
         contact_depth_std_m=float(std[1]) * length,
         contact_correlation=float(covariance[0, 1]) / product if product > 0 else 0.0,
-        effective_samples=count,
+        effective_samples=effective_samples(residual),
         baseline_n=float(best.x[2]) * force_scale if len(best.x) > 2 else 0.0,
         rms_n=_rms(left),
     )

@@ -4,28 +4,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.hertz.models import Indentation
-from palpate.estimate.hertz.range import HertzRange, check_contact, hertz_range, indentation_depth
-from palpate.estimate.hertz.record import Record, held_record
+from palpate.estimate.hertz.options import Hertz
+from palpate.estimate.hertz.range import check_contact, hertz_range, indentation_depth
+from palpate.estimate.hertz.record import Record, forces_along, held_record
+from palpate.estimate.hertz.shape import shape_at
+from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment, thickness_along
 from palpate.surface.template import Template
 
 
 def indentation_of(
     template: Template,
+    support: Support,
     alignment: Alignment,
     tips_m: NDArray,
     forces_n: NDArray,
     time_s: NDArray,
     *,
     radius_m: float,
-    onset_force_n: float,
     tip_std_m: float,
+    options: Hertz,
 ) -> tuple[Indentation, Record | None, dict]:
     """Find the press of a capture, and the same with its hold.
 
     Parameters
     ----------
     template : Template
+    support : Support
     alignment : Alignment
     tips_m, forces_n : (f, 3) arrays
         Centre of the sphere and force on the object, camera frame [m, N].
@@ -33,10 +38,9 @@ def indentation_of(
         Of the frames [s].
     radius_m : float
         Of the sphere.
-    onset_force_n : float
-        Smallest force that counts as contact [N].
     tip_std_m : float
         Deviation of a tip along the probe's axis [m].
+    options : Hertz
 
     Returns
     -------
@@ -51,31 +55,37 @@ def indentation_of(
         ``force``, ``depth`` or ``direction``: if there is no press, it begins elsewhere than at
         the surface, or the object has no thickness under it.
     """
-    force = np.linalg.norm(forces_n, axis=1)
+    magnitude = np.linalg.norm(forces_n, axis=1)
     depth = indentation_depth(template, alignment, tips_m, radius_m=radius_m)
-    chosen = hertz_range(force, onset_force_n=onset_force_n)
+    chosen = hertz_range(magnitude, onset_force_n=options.onset_force_n)
     check_contact(depth, chosen.start)
-    std = float(np.hypot(tip_std_m, alignment.residual.contact_mean_m))
+    std = float(np.hypot(tip_std_m, options.offset_std_m))
+    force = forces_along(depth, forces_n, chosen, frame_std_m=tip_std_m)
+    used = slice(chosen.stop + 1)
+    moved = tips_m[chosen.stop] - tips_m[chosen.start - 1]
+    direction = alignment.camera_from_object[:3, :3].T @ moved
+    shape = shape_at(
+        template,
+        support,
+        alignment.contact_point_m,
+        direction,
+        radius_m=radius_m,
+        # A zero that is off can leave no depth at all.
+        depth_m=max(float(depth[used].max()), std),
+    )
     indentation = Indentation(
-        depth_m=depth[: chosen.stop + 1],
-        force_n=force[: chosen.stop + 1],
+        depth_m=depth[used],
+        force_n=force[used],
+        magnitude_n=magnitude[used],
         onset=chosen.start,
         radius_m=radius_m,
-        thickness_m=_thickness(template, alignment, tips_m, chosen),
+        thickness_m=thickness_along(template, alignment.contact_point_m, direction),
         depth_std_m=std,
+        shape=shape,
     )
     record = held_record(time_s, depth, forces_n, chosen, frame_std_m=tip_std_m, contact_std_m=std)
     told = {
         "range": {"first_frame": chosen.start, "last_frame": chosen.stop},
-        "samples": {"depth_m": depth.tolist(), "force_n": force.tolist()},
+        "samples": {"depth_m": depth.tolist(), "force_n": magnitude.tolist()},
     }
     return indentation, record, told
-
-
-def _thickness(
-    template: Template, alignment: Alignment, tips_m: NDArray, chosen: HertzRange
-) -> float:
-    """Thickness of the object along the way of the tip from its touch to its deepest place [m]."""
-    moved = tips_m[chosen.stop] - tips_m[chosen.start - 1]
-    direction = alignment.camera_from_object[:3, :3].T @ moved
-    return thickness_along(template, alignment.contact_point_m, direction)

@@ -13,39 +13,63 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import quad
+from scipy.interpolate import CubicSpline
 
 INDENTERS = ("parabola", "sneddon")
 SUPPORTS = ("half_space", "bonded", "not_bonded")
+LAYERS = SUPPORTS[1:]
+# A loose object that stands on a round foot, which gives way too.
+FOOT = "round_foot"
 # Above this the series of a layer is no better than its own last terms (see `layer_factor`).
 LARGEST_CHI = 0.6
 # Beyond it the kernel's transform differs from the half-space's by less than 1e-20.
 TRANSFORM_END = 30.0
-NEWTON_STEPS = 60
-CONVERGED = 1e-15
+# Of Sneddon's t, whose powers cancel below the first; splines between them are right to 1e-11.
+TANGENTS = np.geomspace(1e-2, 1e12, 20000)
 
 
-def parabola_force(depth_m: NDArray, radius_m: float) -> NDArray:
-    """Eq. 5.1 at E* = 1, F = 4/3 R^(1/2) d^(3/2), zero before contact, (n,) [N/Pa]."""
-    return 4 / 3 * np.sqrt(radius_m) * np.maximum(depth_m, 0) ** 1.5
+def parabola_force(
+    depth_m: NDArray,
+    radius_m: float,
+    curvature_per_m: float = 0.0,
+    foot_curvature_per_m: float = 0.0,
+) -> NDArray:
+    """Eq. 5.1 at E* = 1, F = 4/3 R^(1/2) d^(3/2), zero before contact, (n,) [N/Pa].
+
+    1/R is the sphere's and the object's curvature. Of two contacts in series the depths add up,
+    and so do the powers -1/3 of the radii.
+    """
+    radius = (np.cbrt(1 / radius_m + curvature_per_m) + np.cbrt(foot_curvature_per_m)) ** -3
+    return 4 / 3 * np.sqrt(radius) * np.maximum(depth_m, 0) ** 1.5
 
 
-def sneddon_force(depth_m: NDArray, radius_m: float) -> NDArray:
+def sneddon_force(
+    depth_m: NDArray,
+    radius_m: float,
+    curvature_per_m: float = 0.0,
+    foot_curvature_per_m: float = 0.0,
+) -> NDArray:
     """Sneddon's sphere at E* = 1, zero before contact, (n,) [N/Pa].
 
     F = (a^2 + R^2)/2 ln((R + a)/(R - a)) - a R and d = a/2 ln((R + a)/(R - a)); with
-    a = R tanh t the depth is d = R t tanh t. Small strain is assumed, frictionless contact, and
-    depth may exceed the radius.
+    a = R tanh t the depth is d = R t tanh t. The gap of an object of curvature k grows by k r^2/2
+    more, which by the same solution adds k a^2 to the depth and 4/3 k a^3 to the force; a round
+    foot adds its own depth by Hertz. Small strain is assumed, frictionless contact, and depth may
+    exceed the radius.
     """
-    d = np.maximum(np.asarray(depth_m, dtype=float), 0) / radius_m
-    t = np.sqrt(d) + d
-    for _ in range(NEWTON_STEPS):
-        tanh = np.tanh(t)
-        slope = tanh + t * (1 - tanh**2)
-        step = np.divide(t * tanh - d, slope, out=np.zeros_like(t), where=slope > 0)
-        t = t - step
-        if np.all(np.abs(step) <= CONVERGED * t):
-            break
-    return radius_m**2 * ((np.tanh(t) ** 2 + 1) * t - np.tanh(t))
+    depth = np.maximum(np.asarray(depth_m, dtype=float), 0) / radius_m
+    over_hertz = _sneddon_over_hertz(radius_m * curvature_per_m, radius_m * foot_curvature_per_m)
+    return radius_m**2 * over_hertz(depth) * depth**1.5
+
+
+@cache
+def _sneddon_over_hertz(curvature: float, foot: float) -> CubicSpline:
+    """Force over the depth's power 3/2 by depth, for R = 1."""
+    t, a = TANGENTS, np.tanh(TANGENTS)
+    force = (a**2 + 1) * t - a + 4 / 3 * curvature * a**3
+    depth = t * a + curvature * a**2 + np.cbrt(foot * (3 / 4 * force) ** 2)
+    least = float(parabola_force(1.0, 1.0, curvature, foot))
+    return CubicSpline(np.r_[0, depth], np.r_[least, force / depth**1.5])
 
 
 def cone_force(depth_m: NDArray, half_angle_rad: float) -> NDArray:
@@ -144,6 +168,8 @@ def contact_law(
     thickness_m: float,
     nu: float,
     series: str = "consistent",
+    curvature_per_m: float = 0.0,
+    foot_curvature_per_m: float = 0.0,
 ) -> Callable[[NDArray], NDArray]:
     """Force over depth at E* = 1 of one model.
 
@@ -152,12 +178,16 @@ def contact_law(
     Parameters
     ----------
     indenter : {"parabola", "sneddon"}
-    support : {"half_space", "bonded", "not_bonded"}
+    support : {"half_space", "bonded", "not_bonded", "round_foot"}
     radius_m, thickness_m : float
     nu : float
         Poisson's ratio; the half-space does not need it.
     series : {"consistent", "printed"}
         `layer_factor` or `printed_layer_factor`.
+    curvature_per_m : float
+        Of the object at the contact, negative where it is hollow [1/m].
+    foot_curvature_per_m : float
+        Of the foot on a plane, by which *round_foot* gives way too [1/m].
 
     Returns
     -------
@@ -175,16 +205,18 @@ def contact_law(
         raise ValueError(f"series: expected consistent or printed, found {series}")
     factor = layer_factor if series == "consistent" else printed_layer_factor
     force = parabola_force if indenter == "parabola" else sneddon_force
+    if support == FOOT:
+        return lambda depth_m: force(depth_m, radius_m, curvature_per_m, foot_curvature_per_m)
 
     def law(depth_m: NDArray) -> NDArray:
         chi = np.sqrt(radius_m * np.maximum(depth_m, 0)) / thickness_m
-        return force(depth_m, radius_m) * factor(chi, nu, support)
+        return force(depth_m, radius_m, curvature_per_m) * factor(chi, nu, support)
 
     return law
 
 
 def _check_layer(nu: float, support: str) -> None:
-    if support not in SUPPORTS[1:]:
+    if support not in LAYERS:
         raise ValueError(f"support: expected one of {', '.join(SUPPORTS)}, found {support}")
     if not 0 <= nu <= 0.5:
         raise ValueError(f"nu: expected a Poisson's ratio from 0 to 0.5, found {nu:g}")

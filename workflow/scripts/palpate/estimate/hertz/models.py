@@ -1,7 +1,7 @@
 """All models of a press side by side, and the one that its geometry and its hold recommend."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +15,17 @@ from palpate.estimate.hertz.fit import (
     fit_free_contact,
     fit_known_contact,
 )
-from palpate.estimate.hertz.laws import INDENTERS, LARGEST_CHI, SUPPORTS, contact_law
+from palpate.estimate.hertz.laws import FOOT, INDENTERS, LARGEST_CHI, LAYERS, SUPPORTS, contact_law
 from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.record import Record
 from palpate.estimate.hertz.relaxation import (
+    RelaxationFit,
     fit_relaxation,
     verdict,
     with_other_shares,
 )
 from palpate.estimate.hertz.relaxation_prior import relaxation_times
+from palpate.estimate.hertz.shape import INSTEAD, Shape
 from palpate.estimate.hertz.strain import finite_strain_factor
 
 # Contact at the surface; wherever the force says; or at the surface within its stated deviation.
@@ -53,21 +55,27 @@ class Indentation:
     Attributes
     ----------
     depth_m, force_n : (n,) arrays
-        Depth [m] and force [N], approach included.
+        Depth [m] and force along the press [N], approach included.
+    magnitude_n : (n,) array
+        Of the force, which the study's fit takes [N].
     onset : int
         First sample in contact.
     radius_m, thickness_m : float
         Of the sphere, and of the object along the press [m].
     depth_std_m : float
         Standard deviation of an error that all depths share [m].
+    shape : Shape
+        Of the object at the press.
     """
 
     depth_m: NDArray
     force_n: NDArray
+    magnitude_n: NDArray
     onset: int
     radius_m: float
     thickness_m: float
     depth_std_m: float
+    shape: Shape = field(default_factory=Shape)
 
     @property
     def depth_over_radius(self) -> float:
@@ -99,10 +107,13 @@ def fit_models(
     -------
     list of dict
         ``indenter, support, contact``, ``relaxation`` (none), the fit's fields, and for layers
-        ``reduced_modulus_range_pa``, the moduli at Poisson's ratios 0 and 0.499. A layer that is
+        ``poisson_ratio``, which E* goes with, and ``reduced_modulus_range_pa``, the moduli at
+        Poisson's ratios 0 and 0.499. A layer that is
         thinner than the series holds for has none.
     """
     supports = SUPPORTS if indentation.chi <= LARGEST_CHI else SUPPORTS[:1]
+    if indentation.shape.support == FOOT:
+        supports = (SUPPORTS[0], FOOT)
     options = {"baseline": baseline, "residual": residual, "series": series}
     rows = []
     for indenter in INDENTERS:
@@ -111,7 +122,8 @@ def fit_models(
                 name = {"indenter": indenter, "support": support, "contact": contact}
                 row = name | {"relaxation": "none"}
                 row |= vars(fit_model(indentation, **name, nu=nu, **options))
-                if support != "half_space":
+                if support in LAYERS:
+                    row["poisson_ratio"] = nu
                     ends = [
                         fit_model(indentation, **name, nu=end, **options) for end in POISSON_RATIOS
                     ]
@@ -194,7 +206,8 @@ def fit_held(
     given = {"times_s": times, "beliefs": beliefs}
     found = fit_relaxation(record, laws, **given)
     single = {at: fit_relaxation(record, {at: law}, **given) for at, law in laws.items()}
-    shallow = float(record.depth_m.max()) < SHALLOWEST * _depth_std(record)
+    press, depth_std = _press(record, found)
+    shallow = press < SHALLOWEST * depth_std
     said = "too shallow" if shallow else verdict(found, held=held)
     block = {"verdict": said, "held_s": held_s}
     block |= vars(beliefs) | vars(found)
@@ -206,7 +219,9 @@ def fit_held(
     if shallow:
         return [
             _widened(
-                model, "shallow", (*found.reduced_modulus_interval_pa, *_depth_ends(model, record))
+                model,
+                "shallow",
+                (*found.reduced_modulus_interval_pa, *_depth_ends(model, press, depth_std)),
             )
         ], block
     if not held:
@@ -223,27 +238,41 @@ def fit_held(
 def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
     """Choose a model by the press's geometry and by what of it was held.
 
-    Sneddon's sphere beyond a depth of a tenth of the radius, else the paraboloid; the bonded layer
-    where the series holds, since everything downstream takes the support as fixed, else the
-    half-space; the weighted contact, since it leaves neither the surface nor the force unused; and
-    relaxation allowed for wherever it was fitted.
+    Sneddon's sphere beyond a depth of a tenth of the radius, else the paraboloid; the layer or the
+    round foot where the shape is one, and the layer's series holds, else the half-space; the
+    weighted contact, since it leaves neither the surface nor the force unused; and relaxation
+    allowed for wherever it was fitted.
 
     Returns
     -------
     dict
-        The model, with ``rule`` in words.
+        The model, with ``rule`` in words, and ``doubts``, why no law holds, a line each: the
+        interval then reaches to those of all supports.
     """
     indenter = "sneddon" if indentation.depth_over_radius > SHALLOW else "parabola"
-    support = "bonded" if indentation.chi <= LARGEST_CHI else "half_space"
+    support, doubts = indentation.shape.support, [*indentation.shape.doubts]
+    if support in LAYERS and indentation.chi > LARGEST_CHI:
+        support = "half_space"
+        doubts.append(
+            f"the layer is thin, chi {indentation.chi:.2f} above {LARGEST_CHI}: {INSTEAD}"
+        )
     wanted = (indenter, support, "weighted")
     # What allows for relaxation follows its own model without.
     best = [m for m in models if (m["indenter"], m["support"], m["contact"]) == wanted][-1]
     rule = (
         f"depth over radius {indentation.depth_over_radius:.2f}, chi {indentation.chi:.2f};"
-        f" sneddon above {SHALLOW:g}, bonded up to chi {LARGEST_CHI:g}, contact weighted,"
+        f" sneddon above {SHALLOW:g}, a layer up to chi {LARGEST_CHI:g}, contact weighted,"
         f" relaxation {best['relaxation']}"
     )
-    return dict(best) | {"rule": rule}
+    if doubts:
+        ends = [
+            end
+            for m in models
+            for end in m["reduced_modulus_interval_pa"]
+            if (m["indenter"], m["contact"]) == (indenter, "weighted")
+        ]
+        best = _widened(best, best["relaxation"], ends)
+    return dict(best) | {"rule": rule, "doubts": doubts}
 
 
 def _law(indentation: Indentation, model: Mapping, *, nu: float, series: str) -> Law:
@@ -254,27 +283,37 @@ def _law(indentation: Indentation, model: Mapping, *, nu: float, series: str) ->
         thickness_m=indentation.thickness_m,
         nu=nu,
         series=series,
+        curvature_per_m=indentation.shape.curvature_per_m,
+        foot_curvature_per_m=indentation.shape.foot_curvature_per_m,
     )
 
 
 def _strained(indentation: Indentation, model: Mapping, *, nu: float, series: str) -> Law:
-    """Contact law with finite strain."""
+    """Contact law with finite strain, of the sphere's own part of the depth."""
     law = _law(indentation, model, nu=nu, series=series)
+    bend = 1 / indentation.radius_m + indentation.shape.curvature_per_m
+    # A foot goes in as the powers -1/3 of the radii; what it takes up it also takes from the rise.
+    part = 1 / (1 + np.cbrt(indentation.shape.foot_curvature_per_m / bend))
 
     def strained(depth_m: NDArray) -> NDArray:
-        return law(depth_m) * finite_strain_factor(depth_m / indentation.radius_m, nu)
+        factor = finite_strain_factor(part * depth_m / indentation.radius_m, nu)
+        return law(depth_m) * factor**part
 
     return strained
 
 
-def _depth_std(record: Record) -> float:
-    """Standard deviation of one depth, its own error and the common one together [m]."""
-    return float(np.hypot(record.frame_std_m, record.contact_std_m))
+def _press(record: Record, found: RelaxationFit) -> tuple[float, float]:
+    """Greatest depth from the contact that was found, and its deviation [m].
+
+    Of the error that all depths share that is left which the force did not tell.
+    """
+    press = float(record.depth_m.max()) - found.contact_depth_m
+    return press, float(np.hypot(record.frame_std_m, found.contact_depth_std_m))
 
 
-def _depth_ends(model: Mapping, record: Record) -> tuple[float, float]:
+def _depth_ends(model: Mapping, press_m: float, std_m: float) -> tuple[float, float]:
     """Ends of the modulus, which goes with the depth's power -3/2, by the depth's error alone."""
-    part = 1.5 * _depth_std(record) / max(float(record.depth_m.max()), _depth_std(record))
+    part = 1.5 * std_m / max(press_m, std_m)
     width = float(np.exp(ndtri((1 + CONFIDENCE) / 2) * part))
     return model["reduced_modulus_pa"] / width, model["reduced_modulus_pa"] * width
 

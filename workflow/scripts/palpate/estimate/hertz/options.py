@@ -28,6 +28,12 @@ class Hertz(Options):
     """Reduced modulus from force and depth (Section 5.1)."""
 
     onset_force_n: float = option(0.1, "smallest force that counts as contact", above=0)
+    offset_std_m: float = option(
+        0.001,
+        "of the depth's zero, from tip and alignment: as direct.fit.offset_std_m",
+        above=0,
+        most=0.2,
+    )
     baseline: bool = option(False, "true: fit a constant force too")
     residual: Literal["force", "force_two_thirds"] = option(
         "force", "compared; force_two_thirds: its power 2/3, in which Eq. 5.1 is straight"

@@ -59,6 +59,19 @@ def hold_end(depth_m: NDArray, deepest: int, *, frame_std_m: float) -> int:
     return deepest + (int(np.argmax(risen)) if risen.any() else len(risen))
 
 
+def forces_along(
+    depth_m: NDArray, forces_n: NDArray, chosen: HertzRange, *, frame_std_m: float
+) -> NDArray:
+    """Forces along the press, whose direction is that of the mean force of the hold, (n,) [N].
+
+    A magnitude has a positive mean where there is noise alone, and takes what goes across for
+    stiffness. Arguments are those of `held_record`.
+    """
+    end = hold_end(depth_m, chosen.stop, frame_std_m=frame_std_m)
+    held = forces_n[chosen.stop : end].mean(axis=0)
+    return forces_n @ (held / np.linalg.norm(held))
+
+
 def held_record(
     time_s: NDArray,
     depth_m: NDArray,
@@ -70,8 +83,7 @@ def held_record(
 ) -> Record | None:
     """Samples from the approach to the end of the hold, with the force along the press.
 
-    The direction is that of the mean force of the hold. The force's scatter is that of its three
-    components before contact, about their means.
+    The force's scatter is that of its three components before contact, about their means.
 
     Parameters
     ----------
@@ -89,15 +101,15 @@ def held_record(
         None if there are fewer than three samples at rest or four in contact.
     """
     end = hold_end(depth_m, chosen.stop, frame_std_m=frame_std_m)
+    along = forces_along(depth_m, forces_n, chosen, frame_std_m=frame_std_m)
     rest = forces_n[: max(chosen.start - 1, 0)]
     used = depth_m[chosen.start : end]
     if len(rest) < FEWEST_AT_REST or (used > 0).sum() < FEWEST_IN_CONTACT:
         return None
-    held = forces_n[chosen.stop : end].mean(axis=0)
     return Record(
         time_s=time_s[:end],
         depth_m=depth_m[:end],
-        force_n=forces_n[:end] @ (held / np.linalg.norm(held)),
+        force_n=along[:end],
         deepest=chosen.stop,
         frame_std_m=float(frame_std_m),
         contact_std_m=float(contact_std_m),

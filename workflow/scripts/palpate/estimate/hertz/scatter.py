@@ -22,6 +22,21 @@ def effective_samples(residual: NDArray) -> float:
     return n * (1 - lag) / (1 + lag)
 
 
+def freedom(residual: NDArray, parameters: int) -> float:
+    """Degrees of freedom that serially correlated residuals of a fit leave to Student's quantile.
+
+    Of few samples, which hardly tell their correlation, those of five are left, or all.
+
+    Parameters
+    ----------
+    residual : (n,) array
+    parameters : int
+        Number of parameters fitted.
+    """
+    n = len(residual)
+    return max(effective_samples(residual), min(n, FEWEST_LEFT)) * (1 - parameters / n)
+
+
 def deviation(residual: NDArray, parameters: int) -> float:
     """Standard deviation of a fit's residuals, as large as their serial correlation asks.
 
@@ -33,5 +48,5 @@ def deviation(residual: NDArray, parameters: int) -> float:
     parameters : int
         Number of parameters fitted.
     """
-    freedom = effective_samples(residual) * (1 - parameters / len(residual))
-    return float(np.sqrt(residual @ residual / freedom))
+    left = effective_samples(residual) * (1 - parameters / len(residual))
+    return float(np.sqrt(residual @ residual / left))

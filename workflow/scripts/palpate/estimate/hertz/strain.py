@@ -26,6 +26,10 @@ DEEPEST = 1.45
 def finite_strain_factor(depth_over_radius: NDArray, nu: float) -> NDArray:
     """Force of a neo-Hookean solid over that of small strain, for one E*.
 
+    Holds for what was computed: a flat bonded block 7.6 radii thick, pressed to 1.45 radii far from
+    its sides, neo-Hookean, without friction. Other laws of finite strain stiffen or soften
+    otherwise, and a curved surface strains less or more at the same depth.
+
     Parameters
     ----------
     depth_over_radius : array
