@@ -5,8 +5,12 @@ MODULE := PYTHONPATH=workflow/scripts $(BIN)/python -m palpate.run
 SNAKEMAKE := $(BIN)/snakemake --profile workflow/profiles/default
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 VALIDATION := $(SNAKEMAKE) --configfile config/validation.yaml
+MANNERS := $(SNAKEMAKE) --configfile config/manners.yaml
 SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
 CUT := $(SNAKEMAKE) --configfile tests/cut/config.yaml
+# Captures of `make manners`: config/manners_lab.yaml.
+GLUED := 01 $(addprefix 01-a0,1 2 3 4 5 6 7 8 9) 02
+PRESSES := $(addprefix glued_block/bumblebee/,$(GLUED)) loose_block/bumblebee/01
 # Figures of a full run that README.md shows.
 PICTURES := overview growth
 REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
@@ -21,7 +25,7 @@ endef
 # Of `make faults`.
 kills := 50
 
-.PHONY: results sample cut validation test test-all faults lint bench check lock docs pictures sample-captures \
+.PHONY: results sample cut validation manners test test-all faults lint bench check lock docs pictures sample-captures \
   own-object-captures slurm-resources mutations audit clean
 
 results: .venv/installed
@@ -43,6 +47,11 @@ cut: .venv/installed
 # Other materials than the study's, which nothing is tuned on.
 validation: .venv/installed
 	$(VALIDATION) -- validation
+
+# One press in many manners, each estimated by itself; one that is refused does not stop the others.
+manners: .venv/installed
+	-$(MANNERS) --keep-going -- $(PRESSES:%=manners/results/%/direct.json)
+	$(BIN)/python tests/manners.py manners/results
 
 # A worker for each core; with the long ones (pytest.mark.long) nearly twice as long.
 test: .venv/installed

@@ -45,6 +45,36 @@ SPOILT = [
         "material.relaxation.fractions: expected a sum < 1",
     ),
     (("objects", "foam_block", "recordings", "kinect"), ["19"], "found 19"),
+    (
+        ("objects", "foam_block", "motion", "release_s"),
+        1.0,
+        "motion.hold_s: expected for release_s, found nothing",
+    ),
+    (
+        ("objects", "foam_block", "motions"),
+        {"99": {"rest_s": 5.0}},
+        "motions: expected captures of recordings, found 99",
+    ),
+    (
+        ("objects", "foam_block", "motions"),
+        {"01": {"depth_m": 0.02}},
+        "motion.depth_m: expected less than",
+    ),
+    (
+        ("objects", "foam_block", "pressed_at"),
+        {"01": [0.4, 0, 0.0475]},
+        "pressed_at.01: expected on the block's top face, found [0.4, 0.0, 0.0475]",
+    ),
+    (
+        ("objects", "foam_block", "contact", "table_friction"),
+        0.5,
+        "object.support.contact: expected resting with contact.table_friction, found bonded",
+    ),
+    (
+        ("objects", "foam_block", "object", "points", "08", "direction"),
+        [1.0, 0, -0.5],
+        "points.08.direction: expected within 45 degrees of straight down",
+    ),
     (("experiments", "loading", "object"), "sponge", "found sponge"),
     (("experiments", "planes", "distances_m", "kinect"), [9.0], "found 9.0"),
     (("experiments", "calibration", "sensors"), ["bumblebee"], "with an infrared camera"),

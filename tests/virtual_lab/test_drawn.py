@@ -127,7 +127,7 @@ def test_a_sensor_that_reports_wrenches(own):
     lab, _, probe = own
     options = lab["force"]
     time = np.arange(0, 1, 0.002)
-    force = np.where(time > 0.5, 2.0, 0.0)
+    force = np.where(time > 0.5, 2.0, 0.0)[:, None] * [0, 0, 1]
     upside_down = np.broadcast_to(np.diag([1.0, -1.0, -1.0]), (len(time), 3, 3))
     rng = np.random.default_rng(1)
     record = gauge_record(time, force, upside_down, probe, options, rng)

@@ -34,7 +34,7 @@ OPTIONS = {
 def press(probe):
     """A press that ramps up after half a second, with a tilted probe and a camera above it."""
     time_s = np.arange(2000) / 1000
-    force = np.clip(time_s - 0.5, 0, 1) * 2.0
+    force = np.clip(time_s - 0.5, 0, 1)[:, None] * [0, 0, 2.0]
     down = Rotation.from_rotvec([np.pi, 0, 0]) * Rotation.from_rotvec([0.05, 0.02, 0])
     rotation = np.tile(down.as_matrix(), (len(time_s), 1, 1))
     record = gauge_record(time_s, force, rotation, probe, LAB, np.random.default_rng(0))
@@ -125,7 +125,9 @@ def test_the_loads_weight_is_taken_out_as_the_probe_turns(probe):
     time_s = np.arange(2000) / 1000
     turn = Rotation.from_rotvec(np.outer(np.clip(time_s - 0.5, 0, 1) * 0.7, [1, 0.2, 0]))
     rotation = (turn * Rotation.from_rotvec([np.pi, 0, 0])).as_matrix()
-    record = gauge_record(time_s, np.zeros(2000), rotation, probe, LAB, np.random.default_rng(1))
+    record = gauge_record(
+        time_s, np.zeros((2000, 3)), rotation, probe, LAB, np.random.default_rng(1)
+    )
     times = np.arange(0.0, 2.0, 0.2)
     poses = np.tile(np.eye(4), (len(times), 1, 1))
     from_marker = np.array(probe["marker_from_force"])[:3, :3].T

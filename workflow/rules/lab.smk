@@ -20,6 +20,7 @@ rule lab_contact:
         RUN.results("benchmarks/lab_contact/{object}-{point}.tsv")
     wildcard_constraints:
         object=one_of(LAB.modelled),
+        point=CAPTURE_NAME.pattern,
     conda:
         "../envs/palpate.yaml"
     params:
@@ -141,7 +142,8 @@ rule lab_capture:
     params:
         code=code("lab/capture"),
         common=LAB.common,
-        spec=LAB.spec,
+        spec=LAB.recorded,
+        place=LAB.place,
         sensor=RUN.sensor_spec,
         probe=RUN.probe_spec,
     message:

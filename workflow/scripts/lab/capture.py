@@ -17,8 +17,7 @@ def main(snakemake):
     name, sensor, capture = wildcards.object, wildcards.sensor, wildcards.capture
     bench = object_bench(params.common, params.spec, name=name)
     rig = make_rig(params.common, params.sensor, params.spec["cameras"][sensor], bench)
-    point = params.spec["object"]["points"][capture.split("-")[0]]["position_m"]
-    ladder = mirrored(load_ladder(snakemake.input.ladder), point)
+    ladder = mirrored(load_ladder(snakemake.input.ladder), params.place["position_m"])
     seed = seed_of(params.common, name, sensor, capture)
     with whole_folder(snakemake.output.capture) as folder:
         truth = record_capture(

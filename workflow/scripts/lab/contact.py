@@ -3,14 +3,20 @@
 from palpate.capture.files import whole_file
 from palpate.run.job import run
 from virtual_lab.ladder import save_ladder
+from virtual_lab.obstacle import DOWN
 from virtual_lab.press import press_object
 
 
 def main(snakemake):
     """Solve the contact problem of one point."""
     spec = snakemake.params.spec
-    point = spec["points"][snakemake.wildcards.point]["position_m"]
-    ladder = press_object(spec, point, snakemake.params.probe["indenter"]["radius_m"])
+    place = spec["points"][snakemake.wildcards.point]
+    ladder = press_object(
+        spec,
+        place["position_m"],
+        snakemake.params.probe["indenter"]["radius_m"],
+        direction=place.get("direction", DOWN),
+    )
     with whole_file(snakemake.output.ladder) as part:
         save_ladder(part, ladder)
 

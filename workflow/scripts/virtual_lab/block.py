@@ -7,17 +7,22 @@ from numpy.typing import NDArray
 
 from virtual_lab.block_mesh import BlockMesh, block_mesh, graded_axis
 from virtual_lab.model import Model
+from virtual_lab.obstacle import Table
 
 VERTICAL_GROWTH = 1.6
+# A whole face stands on the table: with the sphere's stiffness its points come and go without end.
+TABLE_PENALTY = 0.1
 FINE_STEP_M = 0.0007
 FINE_REACH_M = 0.014
 FINE_GROWTH = 1.35
 
 
 def block_model(size_m: NDArray, point_m: NDArray, options: Mapping) -> Model:
-    """Discretise a block bonded to its support, pressed at a point of its top face.
+    """Discretise a block that is pressed at a point of its top face.
 
-    Where the point lies on the block's long mid-plane, half of the block is solved.
+    Where the point lies on the block's long mid-plane, half of the block is solved. The block is
+    bonded to its support, or stands loose on the table where the options have ``table_friction``;
+    then of a press in the middle a quarter is solved, since little else keeps it from sliding.
 
     Parameters
     ----------
@@ -34,22 +39,24 @@ def block_model(size_m: NDArray, point_m: NDArray, options: Mapping) -> Model:
     """
     size, point = np.asarray(size_m, dtype=float), np.asarray(point_m, dtype=float)
     _check(size, point, options["deepest_m"])
-    half = abs(point[1]) < 1e-9
-    mesh = _mesh(size, point, options, half)
+    loose = "table_friction" in options
+    mirrors = tuple(axis for axis in ((0, 1) if loose else (1,)) if abs(point[axis]) < 1e-9)
+    mesh = _mesh(size, point, options, mirrors)
     nodes = mesh.solid.nodes_m
     fixed = np.zeros(nodes.shape, dtype=bool)
-    fixed[nodes[:, 2] < 1e-9] = True
-    if half:
-        fixed[np.abs(nodes[:, 1]) < 1e-9, 1] = True
+    supports = (Table(options["table_friction"], penalty=TABLE_PENALTY),) if loose else ()
+    fixed[nodes[:, 2] < 1e-9] = not loose
+    for axis in mirrors:
+        fixed[np.abs(nodes[:, axis]) < 1e-9, axis] = True
     rest, faces = fine_surface(size, point)
     axes = list(mesh.axes_m)
-    if half:
-        axes[1] = np.concatenate([-axes[1][:0:-1], axes[1]])
+    for axis in mirrors:
+        axes[axis] = np.concatenate([-axes[axis][:0:-1], axes[axis]])
 
     def sample(displacement_m: NDArray) -> NDArray:
-        return _sample(axes, _grid_field(mesh, displacement_m, half), rest)
+        return _sample(axes, _grid_field(mesh, displacement_m, mirrors), rest)
 
-    return Model(mesh.solid, fixed, (), 2.0 if half else 1.0, rest, faces, sample)
+    return Model(mesh.solid, fixed, supports, mirrors, rest, faces, sample)
 
 
 def _check(size: NDArray, point: NDArray, deepest_m: float) -> None:
@@ -60,21 +67,23 @@ def _check(size: NDArray, point: NDArray, deepest_m: float) -> None:
         raise ValueError(f"deepest_m: expected 0 < depth < {size[2]} m, found {deepest_m}")
 
 
-def _mesh(size: NDArray, point: NDArray, options: Mapping, half: bool) -> BlockMesh:
+def _mesh(size: NDArray, point: NDArray, options: Mapping, mirrors: tuple) -> BlockMesh:
     smallest, growth = options["element_m"], options["growth"]
-    x = graded_axis(-size[0] / 2, size[0] / 2, point[0], smallest, growth)
-    y = graded_axis(0.0 if half else -size[1] / 2, size[1] / 2, point[1], smallest, growth)
+    x, y = (
+        graded_axis(0.0 if k in mirrors else -size[k] / 2, size[k] / 2, point[k], smallest, growth)
+        for k in range(2)
+    )
     z = graded_axis(0.0, size[2], size[2], smallest, VERTICAL_GROWTH)
     return block_mesh(x, y, z, reach_m=options["reach_m"], centre_m=point[:2])
 
 
-def _grid_field(mesh: BlockMesh, displacement: NDArray, half: bool) -> NDArray:
+def _grid_field(mesh: BlockMesh, displacement: NDArray, mirrors: tuple) -> NDArray:
     """Displacement on the tensor grid of nodes, mirrored where half was solved."""
     field = displacement[mesh.grid]
-    if not half:
-        return field
-    mirrored = field[:, :0:-1] * [1.0, -1.0, 1.0]
-    return np.concatenate([mirrored, field], axis=1)
+    for axis in mirrors:
+        other = np.flip(field, axis) * np.where(np.arange(3) == axis, -1.0, 1.0)
+        field = np.concatenate([np.delete(other, -1, axis), field], axis)
+    return field
 
 
 def _sample(axes: list[NDArray], field: NDArray, points: NDArray) -> NDArray:

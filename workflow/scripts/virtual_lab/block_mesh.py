@@ -23,7 +23,7 @@ class BlockMesh:
     grid : (nx, ny, nz) int array
         Number of the node at each place of the tensor grid.
     solid : SolidMesh
-        With the patch ``top``.
+        With the patches ``top`` and ``bottom``.
     """
 
     axes_m: tuple[NDArray, NDArray, NDArray]
@@ -63,7 +63,10 @@ def block_mesh(
     solid = solid_mesh(
         mesh,
         ElementHex2(),
-        {"top": mesh.facets_satisfying(near, boundaries_only=True)},
+        {
+            "top": mesh.facets_satisfying(near, boundaries_only=True),
+            "bottom": mesh.facets_satisfying(lambda x: x[2] < 1e-9, boundaries_only=True),
+        },
         volume_order=VOLUME_QUADRATURE,
         facet_order=CONTACT_QUADRATURE,
     )

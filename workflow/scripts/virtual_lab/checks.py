@@ -4,7 +4,11 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from virtual_lab.obstacle import DOWN
+
 ON_SURFACE_M = 5e-4
+# Beyond it the probe's handle comes near the table.
+STEEPEST_RAD = np.pi / 4
 NEEDED = {
     "block": {"contact": ("growth", "reach_m")},
     "ball": {"contact": ("spacing_m", "table_friction"), "object": ("paint",)},
@@ -37,7 +41,8 @@ def lab_problems(lab: Mapping, sensors: Mapping, source: str) -> list[str]:
 def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
     yield from _missing(spec)
     yield from _material(spec["material"])
-    yield from _depths(spec["motion"], spec["contact"])
+    yield from _motions(spec)
+    yield from _standing(spec)
     points = spec["object"]["points"]
     for sensor, captures in spec["recordings"].items():
         if sensor not in spec["cameras"]:
@@ -48,7 +53,10 @@ def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
     for sensor, placement in spec["cameras"].items():
         yield from _placement(f"cameras.{sensor}", sensor, placement, sensors)
     for number, point in points.items():
-        yield from _point(f"object.points.{number}", spec, np.array(point["position_m"]))
+        yield from _point(f"object.points.{number}.position_m", spec, np.array(point["position_m"]))
+        yield from _direction(f"object.points.{number}.direction", point)
+    for capture, place in spec.get("pressed_at", {}).items():
+        yield from _point(f"pressed_at.{capture}", spec, np.array(place))
 
 
 def _missing(spec: Mapping) -> Iterator[str]:
@@ -70,6 +78,44 @@ def _material(material: Mapping) -> Iterator[str]:
         yield f"material.relaxation.fractions: expected a sum < 1, found {relaxation['fractions']}"
 
 
+def _motions(spec: Mapping) -> Iterator[str]:
+    recorded = {str(capture) for captures in spec["recordings"].values() for capture in captures}
+    for block in ("motions", "pressed_at"):
+        for capture in sorted(set(spec.get(block, {})) - recorded):
+            yield f"{block}: expected captures of recordings, found {capture}"
+    yield from _depths(spec["motion"], spec["contact"])
+    yield from _ends("motion", spec["motion"])
+    for capture, changes in spec.get("motions", {}).items():
+        motion = spec["motion"] | changes
+        yield from _depths(motion, spec["contact"])
+        yield from _ends(f"motions.{capture}", motion)
+
+
+def _ends(field: str, motion: Mapping) -> Iterator[str]:
+    if "hold_s" not in motion and ("frames" not in motion or "release_s" in motion):
+        needing = "release_s" if "release_s" in motion else "a film without frames"
+        yield f"{field}.hold_s: expected for {needing}, found nothing"
+
+
+def _standing(spec: Mapping) -> Iterator[str]:
+    """What the lab's block does on the table, and what its description says of it."""
+    if spec["shape"]["kind"] == "block":
+        expected = "resting" if "table_friction" in spec["contact"] else "bonded"
+        found = spec["object"]["support"].get("contact", "bonded")
+        if found != expected:
+            why = "with" if expected == "resting" else "without"
+            yield (
+                f"object.support.contact: expected {expected} {why} contact.table_friction,"
+                f" found {found}"
+            )
+
+
+def _direction(field: str, point: Mapping) -> Iterator[str]:
+    found = point.get("direction", DOWN)
+    if not -found[2] > np.linalg.norm(found) * np.cos(STEEPEST_RAD):
+        yield f"{field}: expected within 45 degrees of straight down, found {list(found)}"
+
+
 def _depths(motion: Mapping, contact: Mapping) -> Iterator[str]:
     deepest = contact["deepest_m"]
     if motion.get("depth_m", 0) > deepest - 3 * motion.get("depth_tremor_m", 0):
@@ -89,7 +135,7 @@ def _placement(field: str, sensor: str, placement: Mapping, sensors: Mapping) ->
 
 def _point(field: str, spec: Mapping, point: np.ndarray) -> Iterator[str]:
     shape, deepest = spec["shape"], spec["contact"]["deepest_m"]
-    place = f"{field}.position_m: expected on the {shape['kind']}'s"
+    place = f"{field}: expected on the {shape['kind']}'s"
     if shape["kind"] == "block":
         size = np.array(shape["size_m"])
         if (np.abs(point[:2]) >= size[:2] / 2).any() or abs(point[2] - size[2]) > ON_SURFACE_M:

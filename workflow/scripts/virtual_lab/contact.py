@@ -1,6 +1,6 @@
 """A soft solid between rigid obstacles: finite strain, penalty contact, Coulomb friction.
 
-Total Lagrangian with quadratic elements. The sphere goes down in steps; each is solved by Newton's
+Total Lagrangian with quadratic elements. The sphere advances in steps; each is solved by Newton's
 method and halved when that fails. The estimators share none of this code.
 """
 
@@ -36,7 +36,7 @@ class ContactStep:
     Attributes
     ----------
     depth_m : float
-        How far the sphere went down since it first touched [m].
+        How far the sphere went since it first touched [m].
     displacement_m : (n, 3) array
         Nodal displacements [m].
     forces_n : (k, 3) array
@@ -136,7 +136,7 @@ class ContactProblem:
                 step_before, depth = step, depth + step
                 grips = self._grips(u, depth, grips)
             steps.append(self._describe(u, depth, grips))
-            found = -steps[-1].forces_n[0, 2]
+            found = steps[-1].forces_n[0] @ self.obstacles[0].direction
             logging.info("depth %.2f mm: %.4f N (%d)", depth * 1e3, found, self.iterations)
         return steps
 
@@ -200,10 +200,12 @@ class ContactProblem:
         """Nodal forces, tangent blocks (with elements), tractions and overlap of an obstacle."""
         patch, positions = self._positions(obstacle, u)
         gap, normal, curvature = obstacle.gap(positions, depth_m)
-        pressure = self.penalty * np.maximum(-gap, 0.0)
+        penalty = self.penalty * obstacle.penalty
+        pressure = penalty * np.maximum(-gap, 0.0)
         outer = normal[..., :, None] * normal[..., None, :]
         across = np.eye(3) - outer
-        stiffness = ((gap < 0) * self.penalty)[..., None, None] * outer
+        # A flat bottom at rest just touches: nothing else holds it before it is pressed.
+        stiffness = ((gap <= 0) * penalty)[..., None, None] * outer
         if turning:
             stiffness = stiffness - (pressure * curvature)[..., None, None] * across
         traction = np.zeros_like(positions)
@@ -224,7 +226,7 @@ class ContactProblem:
         self, obstacle: Obstacle, grip: Grip, across: NDArray, pressure: NDArray, moved: NDArray
     ) -> tuple[NDArray, NDArray]:
         """Tangential tractions [Pa] and their tangent (symmetric part, negated)."""
-        sticking = STICKING_FACTOR * self.penalty
+        sticking = STICKING_FACTOR * self.penalty * obstacle.penalty
         trial = np.einsum("...ij,...j->...i", across, grip.traction_pa - sticking * moved)
         size, limit = np.linalg.norm(trial, axis=-1), obstacle.friction * pressure
         share = np.minimum(1.0, limit / np.maximum(size, 1e-12))

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from virtual_lab.obstacle import DOWN
+
 # Hertz: force to the power 2/3 is about linear in depth, which interpolates well.
 FORCE_POWER = 2 / 3
 
@@ -18,17 +20,21 @@ class ContactLadder:
     Attributes
     ----------
     point_m : (3,) array
-        Lowest point of the sphere when it first touches, object frame [m].
+        Foremost point of the sphere when it first touches, object frame [m].
     depth_m : (k,) array
-        Depths, from 0 [m].
+        Depths along the direction, from 0 [m].
     force_n : (k,) array
-        Force along the outward normal that the object returns [N].
+        Force against the direction that the object returns [N].
     surface_rest_m : (n, 3) array
         Closed undeformed surface, object frame [m].
     surface_faces : (m, 3) int array
         Its triangles, outward.
     surface_displacement_m : (k, n, 3) array
         Its displacement at each depth [m].
+    direction : (3,) array, optional
+        Of the press, of length 1.
+    heading : (k, 3) array, optional
+        Force over its part against the direction; none: the force has no other part.
     """
 
     point_m: NDArray
@@ -37,11 +43,20 @@ class ContactLadder:
     surface_rest_m: NDArray
     surface_faces: NDArray
     surface_displacement_m: NDArray
+    direction: NDArray | tuple[float, ...] = DOWN
+    heading: NDArray | None = None
 
     def force_at(self, depth_m: NDArray) -> NDArray:
         """Elastic force at depths [N]; zero before contact."""
         curve = PchipInterpolator(self.depth_m, self.force_n**FORCE_POWER)
         return np.maximum(curve(self._within(depth_m)), 0) ** (1 / FORCE_POWER)
+
+    def force_vector_at(self, depth_m: NDArray) -> NDArray:
+        """Elastic force of the object on the sphere at depths, shape (len(depth_m), 3) [N]."""
+        heading = np.negative(self.direction)
+        if self.heading is not None:
+            heading = PchipInterpolator(self.depth_m, self.heading)(self._within(depth_m))
+        return self.force_at(depth_m)[:, None] * heading
 
     def surface_at(self, depth_m: NDArray) -> NDArray:
         """Deformed surface at depths, shape (len(depth_m), n, 3) [m]."""
@@ -57,9 +72,10 @@ class ContactLadder:
 
 
 def save_ladder(path: str | Path, ladder: ContactLadder) -> None:
-    """Write a ladder as NPZ."""
+    """Write a ladder as NPZ; of one straight down what says so is left out."""
+    told = {k: v for k, v in vars(ladder).items() if v is not None and v is not DOWN}
     with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, **vars(ladder))
+        np.savez_compressed(stream, **told)
 
 
 def load_ladder(path: str | Path) -> ContactLadder:
@@ -75,7 +91,7 @@ def mirrored(ladder: ContactLadder, point_m: NDArray) -> ContactLadder:
     ----------
     ladder : ContactLadder
     point_m : (3,) array
-        Point whose x and y have the ladder's sizes, with any signs [m].
+        Point on the line of the press, or one whose x and y have other signs [m].
 
     Raises
     ------
@@ -83,7 +99,8 @@ def mirrored(ladder: ContactLadder, point_m: NDArray) -> ContactLadder:
         If the point is no mirror image.
     """
     signs = np.where(np.asarray(point_m) * ladder.point_m < 0, -1.0, 1.0)
-    if np.abs(signs * ladder.point_m - point_m)[:2].max() > 1e-6:
+    direction = signs * ladder.direction
+    if np.abs(np.cross(signs * ladder.point_m - point_m, direction)).max() > 1e-6:
         found = np.asarray(point_m).tolist()
         raise ValueError(
             f"point: expected a mirror image of {ladder.point_m.tolist()}, found {found}"
@@ -96,4 +113,6 @@ def mirrored(ladder: ContactLadder, point_m: NDArray) -> ContactLadder:
         signs * ladder.surface_rest_m,
         faces,
         signs * ladder.surface_displacement_m,
+        direction,
+        None if ladder.heading is None else signs * ladder.heading,
     )

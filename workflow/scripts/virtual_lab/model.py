@@ -21,8 +21,8 @@ class Model:
         Displacements that are held at zero.
     supports : tuple of Table
         Obstacles besides the probe.
-    share : float
-        The whole object over the part that is solved.
+    mirrors : tuple of int
+        Axes along which the other half of the object is the mirror image of what is solved.
     surface_rest_m : (k, 3) array
         Closed undeformed surface, object frame [m].
     surface_faces : (m, 3) int array
@@ -34,7 +34,7 @@ class Model:
     solid: SolidMesh
     fixed: NDArray
     supports: tuple[Table, ...]
-    share: float
+    mirrors: tuple[int, ...]
     surface_rest_m: NDArray
     surface_faces: NDArray
     sample: Callable[[NDArray], NDArray]

@@ -1,4 +1,4 @@
-"""The hand that moves the probe: rest, approach, press, hold, with tilt and tremor."""
+"""The hand that moves the probe: rest, approach, press, hold, release, with tilt and tremor."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-DOWN = np.array([0.0, 0.0, -1.0])
+from virtual_lab.obstacle import DOWN
+
 # A hand's tremor lies below about ten hertz.
 TREMOR_HZ = (0.6, 9.0)
 TREMOR_TONES = 12
@@ -23,7 +24,7 @@ class ProbeMotion:
     ----------
     time_s : (n,) array
     depth_m : (n,) array
-        Depth of the sphere's lowest point below the undeformed surface, negative above it [m].
+        How far the sphere went since it first touched, negative before [m].
     tip_m : (n, 3) array
         Centre of the sphere [m].
     object_from_force : (n, 3, 3) array
@@ -44,9 +45,11 @@ class Hand:
     options : mapping
         ``motion`` block of lab.yaml.
     point_m : (3,) array
-        Point to press, object frame [m].
+        Foremost point of the sphere when it first touches, object frame [m].
     radius_m : float
         Radius of the sphere [m].
+    direction : (3,) array, optional
+        Of the press, of length 1.
     facing : (3,) array
         Horizontal unit vector from the object to the camera; the marker faces it.
     rng : numpy.random.Generator
@@ -59,15 +62,25 @@ class Hand:
         *,
         point_m: NDArray,
         radius_m: float,
+        direction: NDArray | tuple[float, ...] = DOWN,
         facing: NDArray,
         rng: np.random.Generator,
     ) -> None:
         self.options, self.radius_m = options, radius_m
         self.point_m, self.facing = np.asarray(point_m), np.asarray(facing)
+        self.turn = _turn_to(direction)
         self.tilt_rad = np.deg2rad(options["tilt_deg"]) * rng.uniform(-1, 1, 2)
         self.tones = _Tones(rng, channels=5)
         self.pace = 1 + options["pace_spread"] * rng.uniform(-1, 1)
         self.depth_m = options["depth_m"] * (1 - options["depth_spread"] * rng.uniform(0, 1))
+
+    @property
+    def frames(self) -> int:
+        """Frames of the film: as many as ``frames`` says, else until the motion ends."""
+        o = self.options
+        moving_s = (o["press_s"] + o.get("release_s", 0)) * self.pace
+        stop_s = o["rest_s"] + o["approach_s"] + moving_s + o.get("hold_s", 0)
+        return o.get("frames", int(stop_s * o["frame_rate_hz"]) + 1)
 
     def at(self, time_s: NDArray) -> ProbeMotion:
         """Where the probe is at times [s]."""
@@ -77,15 +90,19 @@ class Hand:
         free = np.clip(-depth / o["approach_m"], 0, 1)
         depth = depth + tremor[:, 0] * o["depth_tremor_m"] * np.clip(depth / HOVER_M, 0, 1)
         sideways = tremor[:, 1:3] * o["lateral_tremor_m"] * free[:, None]
-        tip = self.point_m + np.column_stack([sideways, self.radius_m - depth])
+        tip = self.point_m + np.column_stack([sideways, self.radius_m - depth]) @ self.turn.T
         tilt = self.tilt_rad + tremor[:, 3:5] * np.deg2rad(o["tilt_tremor_deg"])
-        return ProbeMotion(time_s, depth, tip, upright(self.facing, tilt))
+        return ProbeMotion(time_s, depth, tip, self.turn @ upright(self.facing, tilt))
 
     def _depth(self, time_s: NDArray) -> NDArray:
         o = self.options
         start = o["rest_s"]
         approach = _minimum_jerk((time_s - start) / o["approach_s"])
-        press = _ramped((time_s - start - o["approach_s"]) / (o["press_s"] * self.pace))
+        pressing_s = time_s - start - o["approach_s"]
+        press = _ramped(pressing_s / (o["press_s"] * self.pace))
+        if "release_s" in o:
+            released_s = pressing_s - o["press_s"] * self.pace - o["hold_s"]
+            press = press - _ramped(released_s / (o["release_s"] * self.pace))
         above = o["approach_m"] - HOVER_M
         return -o["approach_m"] + above * approach + (self.depth_m + HOVER_M) * press
 
@@ -103,6 +120,14 @@ def upright(facing: NDArray, tilt_rad: NDArray) -> NDArray:
     untilted = np.column_stack([np.cross(facing, DOWN), facing, DOWN])
     vectors = np.column_stack([tilt_rad, np.zeros(len(tilt_rad))])
     return Rotation.from_rotvec(vectors).as_matrix() @ untilted
+
+
+def _turn_to(direction: NDArray) -> NDArray:
+    """Rotation that takes straight down to a direction by the shortest way, (3, 3)."""
+    axis = np.cross(DOWN, direction)
+    sine = np.linalg.norm(axis)
+    angle = np.arctan2(sine, np.dot(DOWN, direction))
+    return Rotation.from_rotvec(axis * (angle / max(sine, 1e-12))).as_matrix()
 
 
 class _Tones:

@@ -5,10 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+DOWN = (0.0, 0.0, -1.0)
+
 
 @dataclass(frozen=True)
 class Sphere:
-    """The indenter, which comes down along z.
+    """The indenter, which comes along a line.
 
     Attributes
     ----------
@@ -19,16 +21,22 @@ class Sphere:
         Coulomb's coefficient.
     patch : str
         Facets of the mesh that it can touch.
+    direction : (3,) tuple
+        In which it goes, of length 1.
+    penalty : float
+        Its stiffness, in the solver's.
     """
 
     start_m: NDArray
     radius_m: float
     friction: float = 0.0
     patch: str = "top"
+    direction: tuple[float, ...] = DOWN
+    penalty: float = 1.0
 
     def place(self, depth_m: float) -> NDArray:
         """Its centre at a depth, shape (3,) [m]."""
-        return np.asarray(self.start_m) - [0.0, 0.0, depth_m]
+        return np.asarray(self.start_m) + depth_m * np.asarray(self.direction)
 
     def gap(self, points_m: NDArray, depth_m: float) -> tuple[NDArray, NDArray, NDArray]:
         """Gap (...) [m], outward normal (..., 3) and curvature (...) [1/m] seen from points."""
@@ -47,10 +55,13 @@ class Table:
         Coulomb's coefficient.
     patch : str
         Facets of the mesh that can touch it.
+    penalty : float
+        Its stiffness, in the solver's.
     """
 
     friction: float = 0.0
     patch: str = "bottom"
+    penalty: float = 1.0
 
     def place(self, depth_m: float) -> NDArray:
         """Return a point that is fixed to it, shape (3,) [m]."""

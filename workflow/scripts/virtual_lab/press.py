@@ -1,6 +1,6 @@
 """Press the probe's sphere into an object of the lab over a ladder of depths."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,14 @@ from virtual_lab.ladder import ContactLadder
 from virtual_lab.material import LAWS
 from virtual_lab.mesh import SolidMesh
 from virtual_lab.model import Model
-from virtual_lab.obstacle import Sphere
+from virtual_lab.obstacle import DOWN, Sphere
 from virtual_lab.shapes import shape_of
 
 
-def press_object(spec: Mapping, point_m: NDArray, radius_m: float) -> ContactLadder:
-    """Press a rigid sphere straight down into an object.
+def press_object(
+    spec: Mapping, point_m: NDArray, radius_m: float, *, direction: Sequence[float] = DOWN
+) -> ContactLadder:
+    """Press a rigid sphere into an object.
 
     Parameters
     ----------
@@ -25,6 +27,8 @@ def press_object(spec: Mapping, point_m: NDArray, radius_m: float) -> ContactLad
         Point of its surface, object frame [m].
     radius_m : float
         Radius of the sphere [m].
+    direction : (3,) sequence, optional
+        In which its centre moves along a line through the point, of any length; else straight down.
 
     Returns
     -------
@@ -33,23 +37,34 @@ def press_object(spec: Mapping, point_m: NDArray, radius_m: float) -> ContactLad
     Raises
     ------
     ValueError
-        If the point is not on the object, or the depth exceeds its thickness there.
+        If the point is not on the object, the depth exceeds its thickness there, or the direction
+        breaks the symmetry that its model takes for granted.
     """
     model = shape_of(spec).model(point_m, spec["contact"])
-    start = first_touch(patch_points(model.solid, "top"), point_m, radius_m)
-    problem = contact_problem(spec, model, start, radius_m)
+    if direction is not DOWN:
+        direction = tuple(np.asarray(direction) / np.linalg.norm(direction))
+        if any(direction[axis] for axis in model.mirrors):
+            found = np.round(direction, 3).tolist()
+            raise ValueError(f"direction: expected within the planes of symmetry, found {found}")
+    start = first_touch(patch_points(model.solid, "top"), point_m, radius_m, direction)
+    problem = contact_problem(spec, model, start, radius_m, direction)
     step, deepest = spec["contact"]["step_m"], spec["contact"]["deepest_m"]
     steps = problem.press(np.linspace(0, deepest, int(np.ceil(deepest / step)) + 1)[1:])
-    return _ladder(model, steps, start - [0, 0, radius_m])
+    return _ladder(model, steps, start + radius_m * np.array(direction), direction)
 
 
 def contact_problem(
-    spec: Mapping, model: Model, start_m: NDArray, radius_m: float
+    spec: Mapping,
+    model: Model,
+    start_m: NDArray,
+    radius_m: float,
+    direction: tuple[float, ...] = DOWN,
 ) -> ContactProblem:
     """Contact of an object and a sphere whose centre starts at a place."""
     material = spec["material"]
     E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
-    sphere = Sphere(start_m, radius_m, friction=spec["contact"]["friction"])
+    friction = spec["contact"]["friction"]
+    sphere = Sphere(start_m, radius_m, friction, direction=direction)
     return ContactProblem(
         model.solid,
         LAWS[material["law"]](E, nu),
@@ -66,23 +81,35 @@ def patch_points(solid: SolidMesh, name: str) -> NDArray:
     return places.reshape(-1, 3)
 
 
-def first_touch(surface_m: NDArray, point_m: NDArray, radius_m: float) -> NDArray:
-    """Centre of a sphere that comes straight down above a point and just touches, (3,) [m]."""
-    point = np.asarray(point_m, dtype=float)
-    away = ((surface_m[:, :2] - point[:2]) ** 2).sum(axis=1)
+def first_touch(
+    surface_m: NDArray, point_m: NDArray, radius_m: float, direction: Sequence[float] = DOWN
+) -> NDArray:
+    """Centre of a sphere that comes along a line through a point and just touches, (3,) [m]."""
+    point, up = np.asarray(point_m, dtype=float), np.negative(direction)
+    offset = surface_m - point
+    away = ((offset - (offset @ up)[:, None] * up) ** 2).sum(axis=1)
     below = away < radius_m**2
     # Points of quadrature end a little beside the touch: the point counts too.
-    heights = surface_m[below, 2] + np.sqrt(radius_m**2 - away[below])
-    return np.array([*point[:2], max(float(heights.max()), point[2] + radius_m)])
+    heights = surface_m[below] @ up + np.sqrt(radius_m**2 - away[below])
+    return point - (point @ up) * up + max(heights.max(), point @ up + radius_m) * up
 
 
-def _ladder(model: Model, steps: list[ContactStep], point: NDArray) -> ContactLadder:
+def _ladder(
+    model: Model, steps: list[ContactStep], point: NDArray, direction: tuple[float, ...]
+) -> ContactLadder:
     fields = [model.sample(step.displacement_m) for step in steps]
+    share, slanted = 2 ** len(model.mirrors), {}
+    if direction is not DOWN:
+        back = -np.array([step.forces_n[0] for step in steps])
+        back[:, list(model.mirrors)] = 0
+        heading = back / -(back @ direction)[:, None]
+        slanted = {"direction": np.array(direction), "heading": heading[[0, *range(len(steps))]]}
     return ContactLadder(
         point_m=point,
         depth_m=np.array([0.0, *(step.depth_m for step in steps)]),
-        force_n=np.array([0.0, *(-model.share * step.forces_n[0, 2] for step in steps)]),
+        force_n=np.array([0.0, *(share * step.forces_n[0] @ direction for step in steps)]),
         surface_rest_m=model.surface_rest_m,
         surface_faces=model.surface_faces,
         surface_displacement_m=np.stack([np.zeros_like(model.surface_rest_m), *fields]),
+        **slanted,
     )

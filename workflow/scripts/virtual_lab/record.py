@@ -77,11 +77,12 @@ def record_capture(
         motion,
         point_m=ladder.point_m,
         radius_m=probe_spec["indenter"]["radius_m"],
+        direction=ladder.direction,
         facing=FACING,
         rng=np.random.default_rng([*seed, 1]),
     )
     clock = np.random.default_rng([*seed, 4])
-    time_s = frame_times(common, motion["frames"], motion["frame_rate_hz"], clock)
+    time_s = frame_times(common, hand.frames, motion["frame_rate_hz"], clock)
     offset_s = common["timing"]["clock_offset_s"] * clock.uniform(-1, 1)
     force_time_s, force_n = _record_force(
         folder, hand, ladder, common, spec, probe_spec, seed, offset_s=offset_s
@@ -93,12 +94,12 @@ def record_capture(
     masks = film(folder, rig, body, path, probe, seed=[*seed, 3])
     transform = rig.reference.camera_from_object
     turn = transform[:3, :3]
-    normal_force = np.interp(time_s, force_time_s, force_n)
+    force = np.column_stack([np.interp(time_s, force_time_s, part) for part in force_n.T])
     return {
         "time_s": time_s,
         "tip_m": path.tip_m @ turn.T + transform[:3, 3],
         "axis": path.object_from_force[:, :, 2] @ turn.T,
-        "force_n": normal_force[:, None] * (turn @ [0.0, 0.0, -1.0]),
+        "force_n": -force @ turn.T,
         "depth_m": path.depth_m,
         "clock_offset_s": np.array(offset_s),
         "camera_from_object": transform,
@@ -170,13 +171,15 @@ def _record_force(
     *,
     offset_s: float,
 ) -> tuple[NDArray, NDArray]:
-    """Write force.csv; returns times [s] and true normal force [N] at the sensor's rate."""
+    """Write force.csv; returns times [s] and true forces (n, 3) on the tip [N] at its rate."""
     options, motion = common["force"], spec["motion"]
     lead = options["lead_s"]
-    stop_s = motion["frames"] / motion["frame_rate_hz"] + lead
+    stop_s = hand.frames / motion["frame_rate_hz"] + lead
     time_s = np.arange(round((stop_s + lead) * options["rate_hz"])) / options["rate_hz"] - lead
     path = hand.at(time_s)
-    force_n = relaxed_force(time_s, ladder.force_at(path.depth_m), **spec["material"]["relaxation"])
+    elastic_n = ladder.force_vector_at(path.depth_m)
+    relaxation = spec["material"]["relaxation"]
+    force_n = np.column_stack([relaxed_force(time_s, part, **relaxation) for part in elastic_n.T])
     rng = np.random.default_rng([*seed, 2])
     record = gauge_record(time_s, force_n, path.object_from_force, probe_spec, options, rng)
     record["time_s"] += offset_s

@@ -35,7 +35,7 @@ class Shape(Protocol):
 
 @dataclass(frozen=True)
 class Block:
-    """Rectangular block on the table, bonded to it.
+    """Rectangular block on the table, bonded to it or loose.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class Ball:
             return signs * (matrix @ displacement_m)
 
         table = Table(friction=options["table_friction"])
-        return Model(solid, fixed, (table,), 4.0, rest, faces, sample)
+        return Model(solid, fixed, (table,), (0, 1), rest, faces, sample)
 
     def distance(self, points_m: NDArray) -> NDArray:
         """Signed distance [m]."""
@@ -194,7 +194,7 @@ def _bonded(
     fixed = np.repeat(solid.nodes_m[:, 2:] < 1e-9, 3, axis=1)
     rest, faces = surface
     matrix = interpolation(mesh, solid, rest)
-    return Model(solid, fixed, (), 1.0, rest, faces, lambda u: matrix @ u)
+    return Model(solid, fixed, (), (), rest, faces, lambda u: matrix @ u)
 
 
 def _check_point(point: NDArray, distance: object, deepest_m: float) -> None:

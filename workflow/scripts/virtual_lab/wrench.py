@@ -17,7 +17,7 @@ GAUGES = [f"v{k}" for k in range(6)]
 
 def gauge_record(
     time_s: NDArray,
-    normal_force_n: NDArray,
+    force_n: NDArray,
     object_from_force: NDArray,
     probe: Mapping,
     options: Mapping,
@@ -25,15 +25,14 @@ def gauge_record(
 ) -> pd.DataFrame:
     """Record a frictionless press: ``time_s`` and six gauge volts, or a wrench without gauges.
 
-    The object's pressure on the sphere passes through the sphere's centre and pushes the tip up,
-    along z of the object frame.
+    The object's pressure on the sphere passes through the sphere's centre.
 
     Parameters
     ----------
     time_s : (n,) array
         Times of the samples [s].
-    normal_force_n : (n,) array
-        Force of the object on the tip [N].
+    force_n : (n, 3) array
+        Force of the object on the tip, object frame [N].
     object_from_force : (n, 3, 3) array
         Rotation of the probe.
     probe : mapping
@@ -52,7 +51,7 @@ def gauge_record(
     ValueError
         If the probe has no gauges and the options no ``wrench``.
     """
-    load = load_on_sensor(normal_force_n, object_from_force, probe, options)
+    load = load_on_sensor(force_n, object_from_force, probe, options)
     if "gauge" not in probe:
         return _wrench_record(time_s, load, options, rng)
     sensitivity = np.linalg.inv(np.array(probe["gauge"]["calibration"]))
@@ -81,13 +80,13 @@ def _wrench_record(
 
 
 def load_on_sensor(
-    normal_force_n: NDArray, object_from_force: NDArray, probe: Mapping, options: Mapping
+    force_n: NDArray, object_from_force: NDArray, probe: Mapping, options: Mapping
 ) -> NDArray:
     """Wrench on the sensor about its origin, force frame, shape (n, 6) [N, Nm]."""
     up = object_from_force[:, 2, :]
     tip = np.array(probe["force_from_tip"])[:3, 3]
     weight = -options["mass_kg"] * GRAVITY_M_S2 * up
-    contact = normal_force_n[:, None] * up
+    contact = np.einsum("ni,nij->nj", force_n, object_from_force)
     centre = np.array(options["centre_of_mass_m"])
     torque = np.cross(tip, contact) + np.cross(centre, weight)
     return np.hstack([contact + weight, torque])

@@ -9,6 +9,8 @@ from palpate.run.run import Run
 
 # Of lab.yaml: what no film needs.
 APART = ("objects", "experiments", "simulated_block", "laser")
+# Of an object's block: what its form, its looks and its description do not depend on.
+RECORDED = ("recordings", "scan", "motions", "pressed_at")
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,27 @@ class LabRules:
     def spec(self, wildcards: Any) -> Mapping:
         """An object's block of lab.yaml, but for what is recorded of it."""
         spec = self.run.lab["objects"][wildcards.object]
-        return {k: v for k, v in spec.items() if k not in ("recordings", "scan")}
+        return {k: v for k, v in spec.items() if k not in RECORDED}
+
+    def recorded(self, wildcards: Any) -> Mapping:
+        """An object's block of lab.yaml with a capture's own motion."""
+        spec = self.spec(wildcards)
+        own = self.run.lab["objects"][wildcards.object].get("motions", {})
+        return spec | {"motion": spec["motion"] | own.get(wildcards.capture, {})}
+
+    def place(self, wildcards: Any) -> Mapping:
+        """Where, and in which direction, the hand presses for a capture."""
+        places, capture = self._places(wildcards.object), wildcards.capture
+        return places.get(capture) or places[capture.split("-")[0]]
+
+    def _places(self, name: str) -> dict[str, Mapping]:
+        """An object's points, and by capture the places pressed beside them."""
+        spec = self.run.lab["objects"][name]
+        points, beside = spec["object"]["points"], spec.get("pressed_at", {})
+        return points | {
+            capture: points[capture.split("-")[0]] | {"position_m": place}
+            for capture, place in beside.items()
+        }
 
     def common(self, wildcards: Any) -> Mapping:
         """What all films of the lab share."""
@@ -85,12 +107,14 @@ class LabRules:
         """What the mechanics of an object depend on."""
         spec = self.spec(wildcards)
         return {key: spec[key] for key in ("shape", "material", "contact")} | {
-            "points": spec["object"]["points"]
+            "points": self._places(wildcards.object)
         }
 
     def load_steps(self, wildcards: Any) -> str:
         """Mechanics of a capture's point; mirror images of a symmetric object share one."""
-        point = self.run.lab_point(wildcards.object, wildcards.capture.split("-")[0])
+        name, point = wildcards.object, wildcards.capture
+        if point not in self.run.lab["objects"][name].get("pressed_at", {}):
+            point = self.run.lab_point(name, point.split("-")[0])
         return self.run.truth(f"{wildcards.object}/contact-{point}.npz")
 
     def experiment(self, wildcards: Any) -> Mapping:

@@ -403,10 +403,14 @@ class Run:
         """Point of an object of the lab whose mechanics a point shares: its first mirror image."""
         spec = self.lab["objects"][name]
         points = spec["object"]["points"]
-        if spec["shape"]["kind"] != "block":
+        if spec["shape"]["kind"] != "block" or "direction" in points[point]:
             return point
         wanted = _sizes(points[point])
-        return next(other for other in sorted(points) if _sizes(points[other]) == wanted)
+        return next(
+            other
+            for other in sorted(points)
+            if _sizes(points[other]) == wanted and "direction" not in points[other]
+        )
 
     def _provenance_of(self, name: str) -> str:
         return "simulated" if self.made_by_lab(name) else self.object_files[name]["provenance"]

@@ -1,0 +1,169 @@
+"""Presses as people make them: holds, releases, along an inclined line, of a loose block."""
+
+import numpy as np
+import pytest
+from palpate.vision.force import WRENCH, frame_wrenches
+from virtual_lab.ladder import ContactLadder, load_ladder, mirrored, save_ladder
+from virtual_lab.motion import HOVER_M, Hand
+from virtual_lab.press import contact_problem, first_touch, patch_points, press_object
+from virtual_lab.record import FACING
+from virtual_lab.shapes import shape_of
+from virtual_lab.wrench import gauge_record
+
+R = 0.00622
+TILT_RAD = np.deg2rad(20)
+INCLINED = np.array([np.sin(TILT_RAD), 0.0, -np.cos(TILT_RAD)])
+STEADY = {
+    "frame_rate_hz": 10,
+    "rest_s": 0.5,
+    "approach_s": 0.6,
+    "press_s": 1.5,
+    "approach_m": 0.015,
+    "depth_m": 0.006,
+    "pace_spread": 0.1,
+    "depth_spread": 0.0,
+    "tilt_deg": 0.0,
+    "tilt_tremor_deg": 0.0,
+    "depth_tremor_m": 0.0,
+    "lateral_tremor_m": 0.0006,
+}
+TOP = np.array([0.0, 0.0, 0.02])
+BLOCK = {
+    "shape": {"kind": "block", "size_m": [0.05, 0.03, 0.02]},
+    "material": {"law": "neo_hookean", "youngs_modulus_pa": 25000, "poisson_ratio": 0.3},
+    "contact": {
+        "step_m": 0.00075,
+        "deepest_m": 0.0015,
+        "element_m": 0.0015,
+        "growth": 1.9,
+        "reach_m": 0.009,
+        "friction": 0.0,
+    },
+}
+
+
+def hand_of(seed=1, **options):
+    rng = np.random.default_rng(seed)
+    more = {key: options.pop(key) for key in ("direction",) if key in options}
+    return Hand(STEADY | options, point_m=TOP, radius_m=R, facing=FACING, rng=rng, **more)
+
+
+def test_the_film_lasts_as_long_as_the_motion():
+    for hold_s in (0.0, 5.0):
+        hand = hand_of(hold_s=hold_s)
+        ends_s = 0.5 + 0.6 + 1.5 * hand.pace + hold_s
+        assert 0 <= ends_s - (hand.frames - 1) / 10 < 0.1
+        depth = hand.at(np.array([ends_s - hold_s, ends_s])).depth_m
+        assert depth == pytest.approx([0.006, 0.006])
+    assert hand_of(frames=24).frames == 24
+
+
+def test_a_release_goes_back_as_the_press_came():
+    hand = hand_of(hold_s=0.7, release_s=1.5)
+    deepest_s = 0.5 + 0.6 + 1.5 * hand.pace
+    before = np.linspace(0, 1.5 * hand.pace, 40)
+    pressing = hand.at(deepest_s - before).depth_m
+    assert np.allclose(hand.at(deepest_s + 0.7 + before).depth_m, pressing)
+    assert pressing[0] == pytest.approx(0.006) and pressing[-1] == pytest.approx(-HOVER_M)
+    assert (hand.frames - 1) / 10 == pytest.approx(deepest_s + 0.7 + 1.5 * hand.pace, abs=0.1)
+
+
+def test_an_inclined_hand_goes_along_its_line():
+    hand = hand_of(frames=24, direction=INCLINED)
+    path = hand.at(np.arange(0, 4, 0.01))
+    away = path.tip_m - (TOP - R * INCLINED)
+    assert np.allclose(away @ INCLINED, path.depth_m)
+    touching = path.depth_m >= 0
+    assert touching.any() and np.abs(np.cross(away[touching], INCLINED)).max() < 1e-12
+    # The probe's axis lies along it, and its marker still faces the camera.
+    assert np.allclose(path.object_from_force[:, :, 2], INCLINED)
+    assert np.allclose(path.object_from_force[:, :, 1], FACING)
+
+
+@pytest.fixture(scope="module")
+def straight():
+    return press_object(BLOCK, TOP, R)
+
+
+@pytest.fixture(scope="module")
+def inclined():
+    return press_object(BLOCK, TOP, R, direction=2 * INCLINED)
+
+
+def test_a_smooth_sphere_slides_on_a_flat_face(straight, inclined):
+    """Only what it goes down counts, and its force is square to the face however it comes."""
+    assert np.allclose(np.cross(inclined.point_m - TOP, INCLINED), 0, atol=1e-9)
+    centre = inclined.point_m - R * INCLINED
+    assert centre[2] == pytest.approx(TOP[2] + R, abs=1e-5)
+    depth = inclined.depth_m[1:]
+    force = inclined.force_vector_at(depth)
+    assert force[:, 2] == pytest.approx(straight.force_at(depth * np.cos(TILT_RAD)), rel=0.04)
+    assert np.abs(force[:, :2] / force[:, 2:]).max() < 0.03
+    assert inclined.force_n[1:] == pytest.approx(-force @ INCLINED)
+
+
+def test_an_inclined_press_out_of_a_mirrored_models_plane_is_refused():
+    with pytest.raises(ValueError, match="direction: expected within the planes of symmetry"):
+        press_object(BLOCK, TOP, R, direction=[0.0, 0.3, -0.9])
+
+
+def test_a_ladder_keeps_its_direction_and_its_mirror_image_turns_it(inclined, straight, tmp_path):
+    save_ladder(tmp_path / "inclined.npz", inclined)
+    again = mirrored(load_ladder(tmp_path / "inclined.npz"), TOP)
+    assert np.array_equal(again.force_vector_at([0.001]), inclined.force_vector_at([0.001]))
+    point = TOP + [0.01, 0, 0]
+    moved = ContactLadder(**(vars(again) | {"point_m": again.point_m + [0.01, 0, 0]}))
+    image = mirrored(moved, point * [-1, 1, 1])
+    assert np.allclose(image.direction, INCLINED * [-1, 1, 1])
+    assert np.allclose(image.force_vector_at([0.001]) @ [1, 1, 0], 0, atol=1e-2)
+    # What a straight press always wrote.
+    save_ladder(tmp_path / "straight.npz", straight)
+    with np.load(tmp_path / "straight.npz") as data:
+        assert not {"direction", "heading"} & set(data.files)
+
+
+def test_the_sensor_records_the_force_as_it_is(inclined, probe):
+    """Read as the tool reads it, the record gives the force's vector back."""
+    lab = {"noise_v": 0.002, "bias_v": 0.3, "mass_kg": 0.03, "centre_of_mass_m": [0, 0, 0.035]}
+    hard = ContactLadder(**(vars(inclined) | {"force_n": 20 * inclined.force_n}))
+    time_s = np.arange(0, 4, 0.001)
+    path = hand_of(depth_m=0.0015, hold_s=1.0, direction=hard.direction).at(time_s)
+    force, turns = hard.force_vector_at(path.depth_m), path.object_from_force
+    record = gauge_record(time_s, force, turns, probe, lab, np.random.default_rng(0))
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    poses[:, :3, :3] = turns[0] @ np.array(probe["marker_from_force"])[:3, :3].T
+    options = {"up": None, "matching": "linear", "bias_window_s": 0.4, "linear_window_s": 0.1}
+    options["largest_gap_s"] = 0.02
+    found = frame_wrenches(record, np.array([0.3, 3.5]), poses, probe, **options)
+    found = found[WRENCH].to_numpy()[:, :3]
+    assert np.abs(found - [np.zeros(3), -force[3500]]).max() < 0.12
+    # A normal force alone would be seen along the probe's axis.
+    assert np.linalg.norm(np.cross(force[3500], INCLINED)) > 0.6
+
+
+LOOSE = BLOCK | {
+    "shape": {"kind": "block", "size_m": [0.08, 0.06, 0.02]},
+    "contact": BLOCK["contact"] | {"table_friction": 0.5, "growth": 2.5},
+}
+
+
+def test_a_loose_block_lifts_its_edges_and_stands_on_what_it_is_pressed_by(straight):
+    model = shape_of(LOOSE).model(TOP, LOOSE["contact"])
+    start = first_touch(patch_points(model.solid, "top"), TOP, R)
+    step = contact_problem(LOOSE, model, start, R).press(np.array([0.00075]))[0]
+    sphere, table = step.forces_n
+    assert table[2] == pytest.approx(-sphere[2], rel=1e-6) and -sphere[2] > 0
+    nodes, moved = model.solid.nodes_m, step.displacement_m
+    corner = np.argmax(nodes @ [1, 1, -100])
+    assert nodes[corner] == pytest.approx([0.04, 0.03, 0]) and moved[corner, 2] > 1e-6
+    # It gives way as a glued one does, or a little more.
+    assert -4 * sphere[2] == pytest.approx(straight.force_n[1], rel=0.1)
+
+
+def test_pictures_of_a_quartered_block_are_symmetric():
+    model = shape_of(LOOSE).model(TOP, LOOSE["contact"])
+    x, y, z = model.solid.nodes_m.T
+    field = model.sample(np.column_stack([x * z, x * x * y, x + y]))
+    a, b, c = model.surface_rest_m.T
+    expected = np.column_stack([a * c, a * a * b, abs(a) + abs(b)])
+    assert field == pytest.approx(expected, abs=1e-9)
