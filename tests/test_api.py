@@ -15,7 +15,7 @@ import pytest
 from capture.instruments import PLAIN
 
 MODULES = ("hertz", "direct")
-FUNCTIONS = {"hertz": ("fit", "read_curve", "HertzFit"), "direct": ("estimate",)}
+FUNCTIONS = {"hertz": ("fit", "fit_shape", "read_curve", "HertzFit"), "direct": ("estimate",)}
 
 
 def things():
@@ -36,7 +36,7 @@ def test_there_are_about_twenty():
 
 def examples():
     """Names with an example; those that press or track a solid take a quarter of a minute each."""
-    long = {"direct.estimate", "indentation_table", "track"}
+    long = {"direct.estimate", "hertz.fit_shape", "indentation_model", "indentation_table", "track"}
     for name in sorted(set(things()) - {"hertz.HertzFit"}):
         yield pytest.param(name, marks=pytest.mark.long) if name in long else name
 

@@ -10,7 +10,7 @@ from palpate.surface.alignment import (
     save_alignment,
     thickness_along,
 )
-from palpate.surface.pose import to_camera
+from palpate.surface.pose import initial_pose, to_camera
 from palpate.surface.template import Template
 from trimesh.creation import box, icosphere
 from trimesh.sample import sample_surface
@@ -46,7 +46,8 @@ def alignment(template, pose):
     heights = np.array([0.015, 0.004, -0.001, -0.006])
     tips = to_camera(pose, POINT + np.outer(heights + R, [0, 0, 1]))
     plane = np.append(up, -up @ pose[:3, 3])
-    resting = resting_prior(floor(1e-3), POINT, plane, tips[2], indenter_radius_m=R)
+    point = {"position_m": POINT}
+    resting = resting_prior(floor(1e-3), point, plane, tips, 2, indenter_radius_m=R)
     return align_capture(
         template,
         (cloud[seen], normals[seen]),
@@ -80,7 +81,7 @@ def test_a_ball_does_not_roll_or_turn_over(pose):
     up, top = pose[:3, 2], np.array([0, 0, 0.12])
     tips = to_camera(pose, top + np.outer([0.015, -1e-3], [0, 0, 1]) + [0, 0, R])
     plane = np.append(up, -up @ pose[:3, 3])
-    resting = resting_prior(floor(1e-3), top, plane, tips[1], indenter_radius_m=R)
+    resting = resting_prior(floor(1e-3), {"position_m": top}, plane, tips, 1, indenter_radius_m=R)
     cloud = cloud[seen], normals[seen]
     options = {"largest_distance_m": 0.012, "largest_normal_deg": 60}
     found = align_capture(ball, cloud, resting, tips, 1, **options)
@@ -91,6 +92,24 @@ def test_a_ball_does_not_roll_or_turn_over(pose):
     assert (
         np.abs(to_camera(found.camera_from_object, centre) - to_camera(pose, centre)).max() < 3e-4
     )
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_of_two_equal_turns_the_press_goes_the_declared_way(template, pose, sign):
+    """A block is its own image turned by half: a press that leans along it tells which is meant."""
+    mesh = box(SIZE)
+    mesh.apply_translation([0, 0, SIZE[2] / 2])
+    points, _ = sample_surface(mesh, 12000, seed=3)
+    cloud, up = to_camera(pose, points), pose[:3, 2]
+    lean = np.array([np.sin(0.35), 0, -np.cos(0.35)])
+    tips = to_camera(
+        pose, [0, 0, SIZE[2] + R] + np.outer([-0.01, 0, 0.006], sign * lean * [1, 1, sign])
+    )
+    plane = np.append(up, -up @ pose[:3, 3])
+    point = {"position_m": [0, 0, SIZE[2]], "direction": lean}
+    resting = resting_prior(floor(1e-3), point, plane, tips, 1, indenter_radius_m=R)
+    found = initial_pose(template, cloud, resting)
+    assert found[:3, 0] @ pose[:3, 0] == pytest.approx(sign, abs=0.01)
 
 
 def test_round_trip(alignment, tmp_path):

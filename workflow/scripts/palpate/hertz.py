@@ -4,10 +4,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.capture.curves.curve import Curve, read_curve
+from palpate.estimate.curve import CurveEstimate, estimate_curve
+from palpate.estimate.direct.options import Fit
 from palpate.estimate.hertz.curve_fit import HertzFit, fit_curve
 from palpate.estimate.hertz.curve_setup import Setup
+from palpate.solid.indentation import IndentationModel
 
-__all__ = ["Curve", "HertzFit", "fit", "read_curve"]
+__all__ = ["Curve", "CurveEstimate", "HertzFit", "fit", "fit_shape", "read_curve"]
 
 
 def fit(
@@ -97,6 +100,50 @@ def fit(
         contact_m=contact_m,
     )
     return fit_curve(depth, force, setup, given)
+
+
+def fit_shape(
+    found: HertzFit,
+    table: IndentationModel,
+    poisson_ratio: tuple[float, float],
+    options: Fit | None = None,
+) -> CurveEstimate:
+    """Fit E to a curve by the object's own shape, where no half-space or layer is near it.
+
+    Parameters
+    ----------
+    found : HertzFit
+        Of the curve: where this starts from.
+    table : IndentationModel
+        Of the pressed point (`palpate.indentation_model`).
+    poisson_ratio : (float, float)
+        Least and greatest that the material may have.
+    options : Fit, optional
+        Of the direct estimate: what is held likely of the law, the rig and the table.
+
+    Raises
+    ------
+    ValueError
+        If the table holds neither the press's depth nor those ratios.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from palpate import Support, indentation_model, read_solid
+    >>> block = read_solid("config/meshes/foam_block.vtu")
+    >>> ground = Support(np.zeros(3), np.array([0.0, 0.0, 1.0]), tolerance_m=1e-3)
+    >>> point, down = np.array([-0.05, 0.0, 0.0475]), np.array([0.0, 0.0, -1.0])
+    >>> press = {"radius_m": 6e-3, "deepest_m": 3e-3, "poisson_ratios": (0.0, 0.49)}
+    >>> table = indentation_model(block, ground, point, down, **press)
+    >>> depth_m = np.linspace(-1e-3, 2.9e-3, 80)
+    >>> force_n = 20e3 * table.force_per_modulus(depth_m, 0.3, table.laws[0])
+    >>> force_n += 1e-3 * np.random.default_rng(1).normal(size=80)
+    >>> shape = fit_shape(fit(depth_m, force_n, radius_m=6e-3), table, (0.25, 0.35))
+    >>> E = shape.moduli["youngs_modulus_pa"]
+    >>> bool(E.low < 20e3 < E.high)
+    True
+    """
+    return estimate_curve(found, table, poisson_ratio, options or Fit())
 
 
 def _curve(depth_m: ArrayLike, force_n: ArrayLike) -> tuple[NDArray, NDArray]:

@@ -185,7 +185,7 @@ def measure(
     alignment = align_first(
         template,
         support,
-        capture.declared["points"][capture.point]["position_m"],
+        capture.declared["points"][capture.point],
         plane,
         clouds[0],
         tips,

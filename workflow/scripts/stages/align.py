@@ -23,7 +23,7 @@ def main(snakemake):
     """Write alignment.json."""
     inputs, params = snakemake.input, snakemake.params
     spec, support = read_declared(inputs.object)
-    point = spec["points"][snakemake.wildcards.capture.partition("-")[0]]["position_m"]
+    point = spec["points"][snakemake.wildcards.capture.partition("-")[0]]
     with naming(inputs.force):
         force = columns_of(read_table(inputs.force), FORCE)
         onset = force_onset(np.linalg.norm(force, axis=1), onset_force_n=params.onset_force_n)

@@ -162,6 +162,11 @@ def read_solid(path: str | Path) -> SolidMesh:
     ------
     ValueError
         If the file is no VTU, holds no tetrahedra of one kind, or `solid_mesh` refuses them.
+
+    Examples
+    --------
+    >>> read_solid("config/meshes/foam_block.vtu").tetrahedra.shape[1]
+    4
     """
     mesh = _read_vtu(path)
     kinds = sorted(mesh.cells_dict)

@@ -28,6 +28,12 @@ class Support:
     ------
     ValueError
         If the normal has no direction, or the contact is unknown.
+
+    Examples
+    --------
+    >>> ground = Support(np.zeros(3), np.array([0.0, 0.0, 2.0]), tolerance_m=1e-3)
+    >>> ground.holds(np.array([[0.1, 0.0, 0.0005], [0.0, 0.0, 0.02]])).tolist()
+    [True, False]
     """
 
     plane_point_m: NDArray

@@ -18,6 +18,8 @@ from palpate.surface.template import Template
 NEIGHBOURHOOD_M = 0.040
 # A ray along the press starts a little outside the surface [m].
 OUTSIDE_M = 1e-4
+# The tip's way from the touch to its lowest place has a direction from here on [m].
+SHORTEST_WAY_M = 1e-3
 
 
 @dataclass(frozen=True)
@@ -114,26 +116,38 @@ def align_capture(
 
 
 def resting_prior(
-    support: Support, point_m: NDArray, plane: NDArray, tip_m: NDArray, *, indenter_radius_m: float
+    support: Support,
+    point: Mapping,
+    plane: NDArray,
+    tips_m: NDArray,
+    onset: int,
+    *,
+    indenter_radius_m: float,
 ) -> RestingPrior:
     """What object.yaml, the table and the first touch say of the object's place.
 
     Parameters
     ----------
     support : Support
-    point_m : (3,) array
-        Declared point, object frame [m].
+    point : mapping
+        Declared ``position_m`` and, where the press is not straight down, ``direction``.
     plane : (4,) array
         Table, camera frame.
-    tip_m : (3,) array
-        Centre of the sphere when the force begins, camera frame [m].
+    tips_m : (f, 3) array
+        Centre of the sphere in each frame, camera frame [m].
+    onset : int
+        First frame with force.
     indenter_radius_m : float
     """
+    way = tips_m[int(np.argmin(tips_m @ plane[:3]))] - tips_m[onset]
+    direction = np.array(point.get("direction", -support.up), dtype=float)
     return RestingPrior(
         plane,
         support,
-        point_m=np.asarray(point_m, dtype=float),
-        touched_m=tip_m - indenter_radius_m * plane[:3],
+        point_m=np.array(point["position_m"], dtype=float),
+        touched_m=tips_m[onset] - indenter_radius_m * plane[:3],
+        direction=direction / np.linalg.norm(direction),
+        way=way / max(float(np.linalg.norm(way)), SHORTEST_WAY_M),
     )
 
 

@@ -1,5 +1,7 @@
 """The template through one capture: aligned with its first frame, and tracked."""
 
+from collections.abc import Mapping
+
 from numpy.typing import NDArray
 
 from palpate.solid.support import Support
@@ -18,7 +20,7 @@ TRACKERS = {"study": track_by_study, "elastic": track_by_elasticity}
 def align_first(
     template: Template,
     support: Support,
-    point_m: NDArray,
+    point: Mapping,
     plane: NDArray,
     cloud: tuple[NDArray, NDArray],
     tips_m: NDArray,
@@ -34,8 +36,8 @@ def align_first(
     template : Template
         Undeformed, object frame.
     support : Support
-    point_m : (3,) array
-        Declared point, object frame [m].
+    point : mapping
+        Declared ``position_m`` and, where the press is not straight down, ``direction``.
     plane : (4,) array
         The table, camera frame.
     cloud : (points (n, 3) [m], normals (n, 3))
@@ -53,7 +55,7 @@ def align_first(
         If too little of the cloud lies near the template, or a limit does not hold.
     """
     resting = resting_prior(
-        support, point_m, plane, tips_m[onset], indenter_radius_m=indenter_radius_m
+        support, point, plane, tips_m, onset, indenter_radius_m=indenter_radius_m
     )
     found = align_capture(
         template,

@@ -1,6 +1,6 @@
 """Rigid alignment of the template with the first frame (Eq. 4.24), without help by hand."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ SHARED_ERRORS = 30
 NORMAL_MAD = 1.4826
 # How well a hand meets the declared point, and table and support are flat and known.
 TOUCH_STD_M, TILT_STD_RAD, HEIGHT_STD_M = 0.001, np.deg2rad(0.2), 0.0005
+# Distance of a cloud that a press the other way is worth [m].
+WAY_M = 0.002
 
 
 @dataclass(frozen=True)
@@ -38,12 +40,17 @@ class RestingPrior:
         Object frame.
     point_m, touched_m : (3,) arrays
         Declared point, object frame, and where the probe touched, camera frame [m].
+    direction, way : (3,) arrays
+        Declared direction of the press, object frame, and where the tip went, camera frame, of
+        length 1; 0 where nothing is known.
     """
 
     plane: NDArray
     support: Support
     point_m: NDArray
     touched_m: NDArray
+    direction: NDArray = field(default_factory=lambda: np.zeros(3))
+    way: NDArray = field(default_factory=lambda: np.zeros(3))
 
     def pose(self, yaw: float) -> NDArray:
         """Camera_from_object that stands on the table with the touched point, turned by a yaw."""
@@ -86,7 +93,8 @@ def initial_pose(template: Template, cloud_m: NDArray, resting: RestingPrior) ->
     """Find the template's pose from the table, the touched point and the cloud.
 
     The support lies on the table and the declared point where the probe touched; what is left, the
-    turn about the table's normal, is the one that brings the cloud nearest to the surface.
+    turn about the table's normal, is the one that brings the cloud nearest to the surface; of
+    turns that do so alike, as a block's do, the one whose press goes the way that the tip went.
 
     Parameters
     ----------
@@ -105,7 +113,8 @@ def initial_pose(template: Template, cloud_m: NDArray, resting: RestingPrior) ->
     turns = np.linspace(0, 2 * np.pi, YAW_STEPS, endpoint=False)
     candidates = [resting.pose(yaw) for yaw in turns]
     costs = [_trimmed_mean(closest.distance(to_object(pose, sample))) for pose in candidates]
-    return candidates[int(np.argmin(costs))]
+    ways = [1 - (pose[:3, :3] @ resting.direction) @ resting.way for pose in candidates]
+    return candidates[int(np.argmin(np.array(costs) + WAY_M * np.array(ways)))]
 
 
 def align_rigidly(

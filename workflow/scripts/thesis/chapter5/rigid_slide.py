@@ -261,11 +261,11 @@ def figure_5_6(
 
 def _resting(inputs: Any, recorded: Recorded, point: str) -> RestingPrior:
     """What table and touched point tell of the block's place."""
-    position = load_yaml(inputs.object[0])["points"][point]["position_m"]
+    declared = load_yaml(inputs.object[0])["points"][point]
     plane = read_plane(inputs.planes[0])
-    tip = recorded.tips_m[recorded.alignment.contact_frame]
+    touch = recorded.tips_m, recorded.alignment.contact_frame
     radius = recorded.indenter_radius_m
-    return resting_prior(recorded.support, position, plane, tip, indenter_radius_m=radius)
+    return resting_prior(recorded.support, declared, plane, *touch, indenter_radius_m=radius)
 
 
 def _kept(recorded: Recorded, cloud_m: NDArray) -> NDArray:
