@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.contact_pressure import face_parts, face_shapes
+from palpate.solid.contact_pressure import face_parts
 from palpate.solid.mesh import SolidMesh
+from palpate.solid.stiffness import shape_values
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ def surface_points(mesh: SolidMesh, faces: NDArray, *, parts: int) -> SurfacePoi
     inside = face_parts(parts)
     areas = np.linalg.norm(double, axis=1)[:, None] / (2 * len(inside))
     return SurfacePoints(
-        faces, face_shapes(inside, mesh.order), np.repeat(areas, len(inside), axis=1)
+        faces, shape_values(inside, mesh.order), np.repeat(areas, len(inside), axis=1)
     )
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.smooth_surface import corner_normals
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.template import Template
 
 # Points off a crease have no foot of their own: their way from the foot is not along its normal.

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.spatial import cKDTree
 
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.indentation import IndentationModel, ratio_weights
 from palpate.solid.laws import LAW_NAMES
-from palpate.surface.distance import ClosestPoints
 
 # Hertz: force to the power 2/3 is about linear in depth, which interpolates well.
 FORCE_POWER = 2 / 3

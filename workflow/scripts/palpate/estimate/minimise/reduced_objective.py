@@ -5,9 +5,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.estimate.minimise.objective import Objective, dofs
+from palpate.estimate.minimise.objective import Objective
 from palpate.solid.moduli import poisson_ratio
 from palpate.solid.reduced import SHIFTS, ReducedModel, reduced_model
+from palpate.solid.stiffness import dofs
 
 # Relative error of displacements in the energy norm that a fit may carry.
 TOLERANCE = 1e-5
