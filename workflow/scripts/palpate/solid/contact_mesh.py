@@ -1,4 +1,4 @@
-"""Ten-node mesh for one pressed point: fine at the contact, without what does not move."""
+"""Which nodes of a solid a press moves, by a linear solution."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,10 +56,3 @@ def moving_nodes(
     # Hertz: the depth of force 1 at this contact radius.
     depth = 3 * (1 - nu**2) / (4 * contact)
     return np.linalg.norm(u.reshape(-1, 3), axis=1) > share * depth
-
-
-def base_m(mesh: SolidMesh, support: Support) -> NDArray:
-    """Middle of the surface nodes that are nearest to the support, (3,) [m]."""
-    nodes = mesh.nodes_m[mesh.surface_nodes()]
-    heights = support.heights_m(nodes)
-    return nodes[heights <= heights.min() + support.tolerance_m].mean(axis=0)

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.mesh import SolidMesh
+from palpate.solid.mesh import SolidMesh, doubled_normals
 from palpate.solid.stiffness import shape_values
 
 # Edge of the parts a triangle is cut into, as a share of the contact radius.
@@ -87,11 +87,10 @@ def _near(mesh: SolidMesh, centre_m: NDArray, axis: NDArray, reach_m: float) -> 
     """Faces against the axis whose bounding box is in reach of the centre, (k, 3) or (k, 6)."""
     faces = mesh.surface_faces()
     corners = mesh.nodes_m[faces[:, :3]] - centre_m
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     # The cylinder of radius and half length a lies in a ball.
     reach = 2**0.5 * reach_m
     near = (corners.min(axis=1) <= reach).all(axis=1) & (corners.max(axis=1) >= -reach).all(axis=1)
-    return faces[near & (normals @ axis < 0)]
+    return faces[near & (doubled_normals(mesh.nodes_m, faces) @ axis < 0)]
 
 
 def _integral(corners: NDArray, axis: NDArray, order: int) -> NDArray:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from palpate.solid.boundary import support_nodes
-from palpate.solid.contact_mesh import base_m, moving_nodes
+from palpate.solid.contact_mesh import moving_nodes
 from palpate.solid.hyperelastic import HyperelasticSolid
 from palpate.solid.indenting import IndentedSolid
 from palpate.solid.laws import named_law
@@ -151,39 +151,33 @@ def indentation_setup(
         If the direction has no length, the depth is not within the thickness, or the point is off
         the surface.
     """
-    point_m, direction = np.asarray(point_m, dtype=float), _unit(direction)
-    _check_depth(thickness_m(mesh, point_m, direction), deepest_m)
+    length = np.linalg.norm(direction)
+    if not 0 < length < np.inf:
+        raise ValueError(f"direction: expected one with a length, found {list(direction)}")
+    point_m, direction = np.asarray(point_m, dtype=float), np.asarray(direction) / length
+    thickness = thickness_m(mesh, point_m, direction)
+    if not 0 < deepest_m < thickness:
+        raise ValueError(
+            f"deepest_m: expected above 0 and below the thickness of {thickness:.3g} m,"
+            f" found {deepest_m:g}"
+        )
     whole = _fine(mesh, support, point_m, surface, options)
     touch = _touch(whole, point_m, direction, radius_m, deepest_m)
-    if support.resting:
-        elements = np.ones(len(whole.tetrahedra), dtype=bool)
-    else:
+    held = np.zeros(len(whole.nodes_m), dtype=bool)
+    elements = np.ones(len(whole.tetrahedra), dtype=bool)
+    if not support.resting:
+        held[support_nodes(whole, support)] = True
         coarse = quadratic(mesh)
         moving = moving_nodes(
             coarse, support, touch, direction, radius_m=radius_m, share=STILL_SHARE
         )
         nearest = cKDTree(coarse.nodes_m).query(whole.nodes_m)[1]
         elements = moving[nearest][whole.tetrahedra].any(axis=1)
-    moved, nodes, free = _cut(whole, elements, _held(whole, support))
+    moved, nodes, free = _cut(whole, elements, held)
     logging.info("%d nodes move in %d directions", len(nodes), free.sum())
     return IndentationSetup(
         whole, moved, nodes, free, touch, direction, radius_m, deepest_m, support, options
     )
-
-
-def _unit(direction: NDArray) -> NDArray:
-    length = np.linalg.norm(direction)
-    if not 0 < length < np.inf:
-        raise ValueError(f"direction: expected one with a length, found {list(direction)}")
-    return np.asarray(direction, dtype=float) / length
-
-
-def _check_depth(thickness: float, deepest_m: float) -> None:
-    if not 0 < deepest_m < thickness:
-        raise ValueError(
-            f"deepest_m: expected above 0 and below the thickness of {thickness:.3g} m,"
-            f" found {deepest_m:g}"
-        )
 
 
 def _fine(
@@ -196,7 +190,10 @@ def _fine(
     places = [(point_m, options.refine_radius_m)]
     edges = [{"edge_m": options.edge_m, "growth": options.growth}]
     if support.resting:
-        places.append((base_m(mesh, support), BASE_RADIUS_M))
+        nodes = mesh.nodes_m[mesh.surface_nodes()]
+        heights = support.heights_m(nodes)
+        base = nodes[heights <= heights.min() + support.tolerance_m].mean(axis=0)
+        places.append((base, BASE_RADIUS_M))
         edges.append({"edge_m": options.base_edge_m, "growth": BASE_GROWTH})
     for (middle, radius), edge in zip(places, edges, strict=True):
         mesh = refine_near(mesh, middle, radius_m=radius, **edge)
@@ -227,17 +224,8 @@ def _touch(
     return point_m + gap * direction
 
 
-def _held(whole: SolidMesh, support: Support) -> NDArray:
-    """Nodes that the support holds, (n,) bool."""
-    held = np.zeros(len(whole.nodes_m), dtype=bool)
-    if not support.resting:
-        held[support_nodes(whole, support)] = True
-    return held
-
-
 def _cut(whole: SolidMesh, elements: NDArray, held: NDArray) -> tuple[SolidMesh, NDArray, NDArray]:
     """The elements that move, the numbers of their nodes, and where these are free."""
-    held = held.copy()
     held[whole.tetrahedra[~elements]] = True
     nodes = np.unique(whole.tetrahedra[elements])
     number = np.full(len(whole.nodes_m), -1)

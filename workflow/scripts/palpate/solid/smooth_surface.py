@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.open3d_core import ClosestPoints
-from palpate.solid.mesh import SolidMesh, element_volumes
+from palpate.solid.mesh import SolidMesh, at_nodes, doubled_normals, element_volumes
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import QUADRATURE, combined, dofs, elastic_stiffness, point_volumes
 
@@ -192,12 +192,9 @@ def _edge_rises(vertices_m: NDArray, faces: NDArray) -> NDArray:
     pairs = np.sort(faces[:, SIDES].reshape(-1, 2), axis=1)
     _, number, count = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
     number = number.ravel()
-    flat = rises.reshape(-1, 3)
-    sums = np.stack([np.bincount(number, flat[:, k]) for k in range(3)], axis=1)
-    means = sums / count[:, None]
-    face_normals = _unit(np.cross(a[:, 1] - a[:, 0], a[:, 2] - a[:, 0]))
-    facing = np.repeat(face_normals, 3, axis=0)
-    joint = np.stack([np.bincount(number, facing[:, k]) for k in range(3)], axis=1)
+    means = at_nodes(number, rises, len(count)) / count[:, None]
+    facing = np.repeat(_unit(doubled_normals(vertices_m, faces)), 3, axis=0)
+    joint = at_nodes(number, facing, len(count))
     # Of two facets at an angle t the normals' sum has the length 2 cos(t/2).
     smooth = np.linalg.norm(joint, axis=1) > 2 * np.cos(np.radians(SHARP_DEG) / 2)
     return np.where(smooth[:, None], means, 0.0)[number].reshape(-1, 3, 3)
@@ -218,10 +215,9 @@ def corner_normals(vertices_m: NDArray, faces: NDArray) -> NDArray:
     (m, 3, 3) array
         Of length 1.
     """
-    corners = vertices_m[faces]
-    double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    double = doubled_normals(vertices_m, faces)
     flat = ~double.any(axis=1)
-    normals, weights = _unit(double), _corner_weights(corners)
+    normals, weights = _unit(double), _corner_weights(vertices_m[faces])
     order = np.argsort(faces.ravel(), kind="stable")
     starts = np.searchsorted(faces.ravel()[order], np.arange(len(vertices_m) + 1))
     least = np.cos(np.radians(SHARP_DEG))

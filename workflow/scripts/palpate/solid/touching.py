@@ -5,7 +5,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from palpate.solid.contact_pressure import face_parts
-from palpate.solid.mesh import SolidMesh
+from palpate.solid.mesh import SolidMesh, doubled_normals
 from palpate.solid.stiffness import shape_values
 
 # Faces this many radii around the sphere's line may come into touch.
@@ -28,9 +28,8 @@ def facing_faces(
         Of the sphere; how deep it goes [m].
     """
     faces = mesh.surface_faces()
-    corners = mesh.nodes_m[faces[:, :3]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    away = corners.mean(axis=1) - point_m
+    normals = doubled_normals(mesh.nodes_m, faces)
+    away = mesh.nodes_m[faces[:, :3]].mean(axis=1) - point_m
     along = away @ direction
     beside = np.linalg.norm(away - along[:, None] * direction, axis=1)
     size = np.sqrt(np.linalg.norm(normals, axis=1))

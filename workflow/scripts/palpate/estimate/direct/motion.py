@@ -32,6 +32,8 @@ POOLED_FRAMES = 6.0
 MOST_AT_REST = 120
 # The surface counts as pressed in frames in which it moved at least this part of the farthest.
 PRESSED_PART = 0.8
+# At rest the tip is at least so far above the surface; depths are known to about half of it [m].
+CLEAR_M = 0.0005
 SHAPES = {
     "cell_m": ("samples", 3),
     "normal": ("samples", 3),
@@ -84,9 +86,7 @@ class SurfaceMotion:
     pattern_m: float
 
 
-def frames_at_rest(
-    depth_m: NDArray, force_n: NDArray, *, onset_force_n: float, clear_m: float = 0.0005
-) -> NDArray:
+def frames_at_rest(depth_m: NDArray, force_n: NDArray, *, onset_force_n: float) -> NDArray:
     """Frames before the touch, (r,).
 
     Parameters
@@ -97,8 +97,6 @@ def frames_at_rest(
         Magnitude of the force [N].
     onset_force_n : float
         Smallest force that counts as contact [N].
-    clear_m : float, optional
-        The tip is at least this far above the surface; depths are known to about half of it [m].
 
     Raises
     ------
@@ -107,9 +105,9 @@ def frames_at_rest(
     """
     touched = np.flatnonzero(force_n > onset_force_n)
     before = np.arange(len(force_n)) < (touched[0] if len(touched) else len(force_n))
-    frames = np.flatnonzero(before & (depth_m < -clear_m))
+    frames = np.flatnonzero(before & (depth_m < -CLEAR_M))
     if not len(frames):
-        expected = f"frames before the force's onset with the tip {clear_m * 1e3:g} mm clear"
+        expected = f"frames before the force's onset with the tip {CLEAR_M * 1e3:g} mm clear"
         raise ValueError(f"frames: expected {expected} of the surface, found none")
     return frames
 

@@ -137,7 +137,9 @@ def linear_method(
         )
     system = LinearSystem(mesh, sets, measurement)
     lam, mu = (float(value) for value in start)
-    trace = [_step(0, lam, mu, _residual(system, lam, mu))]
+    u, f = (values.ravel() for values in system.fill_in(lam, mu))
+    residual = float(np.linalg.norm(lam * (system.K1 @ u) + mu * (system.K2 @ u) - f))
+    trace = [_step(0, lam, mu, residual)]
     converged = False
     while not converged and len(trace) <= iterations and np.hypot(lam, mu) > COLLAPSED * start[1]:
         before = np.array([lam, mu])
@@ -146,13 +148,7 @@ def linear_method(
         change = np.linalg.norm(np.array([lam, mu]) - before)
         converged = bool(change <= tolerance * np.linalg.norm(before))
     E, nu = engineering_from_lame(lam, mu)
-    count = len(trace) - 1
-    return LinearEstimate(lam, mu, E, nu, trace[-1]["residual_n"], count, converged, tuple(trace))
-
-
-def _residual(system: LinearSystem, lam: float, mu: float) -> float:
-    u, f = (values.ravel() for values in system.fill_in(lam, mu))
-    return float(np.linalg.norm(lam * (system.K1 @ u) + mu * (system.K2 @ u) - f))
+    return LinearEstimate(lam, mu, E, nu, residual, len(trace) - 1, converged, tuple(trace))
 
 
 def _step(iteration: int, lam: float, mu: float, residual: float) -> dict:
