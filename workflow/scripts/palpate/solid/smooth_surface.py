@@ -41,6 +41,7 @@ class SmoothSurface:
     """
 
     def __init__(self, vertices_m: NDArray, faces: NDArray) -> None:
+        self.vertices_m, self.faces = vertices_m, faces
         self._closest = ClosestPoints(vertices_m, faces)
         self._rises = _edge_rises(vertices_m, faces)
 
