@@ -21,7 +21,7 @@ from bench_study import study_rows
 from bench_tracking import tracking_rows
 from bench_vision import vision_rows
 from palpate.capture.files import whole_file
-from palpate.surface.distance import ClosestPoints
+from palpate.open3d_core import ClosestPoints
 
 ROUNDS = 7
 

@@ -53,13 +53,14 @@ def test_edge_puts_the_wanted_nodes_on_the_area():
 
 def test_field_grows_from_the_support_and_covers_the_surface(ball):
     field = edge_field(ball.vertices, table(0.001), support_edge_m=0.004, edge_m=0.02)
-    heights = np.abs(field.nodes_m[:, 2])
-    assert field.edge_m == pytest.approx(np.minimum(0.004 + heights, 0.02))
-    assert (field.nodes_m.min(axis=0) < ball.bounds[0]).all()
-    assert (field.nodes_m.max(axis=0) > ball.bounds[1]).all()
-    corners = field.nodes_m[field.tetrahedra]
+    nodes = field["bg_vertices"]
+    heights = np.abs(nodes[:, 2])
+    assert field["bg_values"] == pytest.approx(np.minimum(0.004 + heights, 0.02))
+    assert (nodes.min(axis=0) < ball.bounds[0]).all()
+    assert (nodes.max(axis=0) > ball.bounds[1]).all()
+    corners = nodes[field["bg_tets"]]
     volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 6
-    assert volume == pytest.approx(np.prod(np.ptp(field.nodes_m, axis=0)))
+    assert volume == pytest.approx(np.prod(np.ptp(nodes, axis=0)))
 
 
 def test_a_ball_is_filled_so_that_it_can_be_held(ball):

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import trimesh
 from floor import floor
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.capture import track_capture
 from palpate.surface.correspondences import pair, rest_offsets
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.elastic import ElasticTracker
 from palpate.surface.obstacle import Sphere, Table
 from palpate.surface.options import ElasticTracking

@@ -151,13 +151,14 @@ def whole(start):
     return folder
 
 
-def test_a_killed_job_runs_again_to_the_same_bytes(start, whole):
-    for where in ("tracking", "writing"):
+def test_a_killed_job_runs_again_to_the_same_bytes(start, whole, tracker):
+    # Nothing that a kill meets depends on the tracker.
+    for where in ("tracking", "writing") if tracker == "study" else ():
         done, broken = start("broken", where)
         assert done.returncode == -signal.SIGKILL
         assert not any((broken / name).exists() for name in OUTPUTS)
-    # The second kill came with half a file written.
-    assert list(broken.iterdir())
+        # The second kill comes with half a file written.
+        assert where == "tracking" or list(broken.iterdir())
     done, broken = start("broken")
     assert done.returncode == 0, done.stderr
     # What the killed writer left goes when the next run begins (palpate/run/lock.py).

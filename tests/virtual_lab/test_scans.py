@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import trimesh
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.surface_check import cutting_triangles
 from palpate.surface import unfold
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.scans import read_scans, register, template_from_scans
 from palpate.surface.unfold import unfolded
 from virtual_lab.scanner import NOISE_M, scan_views, write_scans

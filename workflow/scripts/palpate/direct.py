@@ -9,9 +9,9 @@ from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.measurement import Measurement
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.smooth_surface import SmoothSurface
-from palpate.surface.distance import ClosestPoints
 from palpate.units import MILLIMETRES
 
 # A table of another sphere is another force.

@@ -3,7 +3,7 @@
 import struct
 import zipfile
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -66,7 +66,43 @@ def read_arrays(path: str | Path, names: Sequence[str]) -> dict[str, NDArray]:
         If the file is none, or lacks an array.
     """
     arrays = read_npz(path)
+    _require(path, arrays, names)
+    return arrays
+
+
+def read_shaped(
+    path: str | Path, shapes: Mapping[str, tuple[int | str, ...]], *, what: str
+) -> dict[str, NDArray]:
+    """Read arrays of given shapes from an NPZ file; see `read_npz`.
+
+    Parameters
+    ----------
+    path : path
+    shapes : mapping
+        By name; a side is a number, or a word that is the same number wherever it stands.
+    what : str
+        As `read_npz` has it.
+
+    Raises
+    ------
+    ValueError
+        If the file is none, or an array is missing or of another shape.
+    """
+    arrays = read_npz(path, what=what)
+    _require(path, arrays, shapes)
+    sizes: dict[str, int] = {}
+    for name, wanted in shapes.items():
+        found = arrays[name].shape
+        fits = len(found) == len(wanted) and all(
+            size == (side if isinstance(side, int) else sizes.setdefault(side, size))
+            for size, side in zip(found, wanted, strict=True)
+        )
+        if not fits:
+            raise ValueError(f"{path}: {name}: expected shape {wanted}, found {found}")
+    return {name: arrays[name] for name in shapes}
+
+
+def _require(path: str | Path, arrays: Mapping[str, NDArray], names: Iterable[str]) -> None:
     missing = [name for name in names if name not in arrays]
     if missing:
         raise ValueError(f"{path}: {missing[0]}: expected an array, found none")
-    return arrays

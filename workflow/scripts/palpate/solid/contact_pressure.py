@@ -5,13 +5,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.mesh import SolidMesh
+from palpate.solid.mesh import SolidMesh, doubled_normals
+from palpate.solid.stiffness import shape_values
 
 # Edge of the parts a triangle is cut into, as a share of the contact radius.
 FINENESS = 1 / 12
 # Three points of equal weight in each part, exact for polynomials of degree 2.
 THREE = np.array([[2 / 3, 1 / 6, 1 / 6], [1 / 6, 2 / 3, 1 / 6], [1 / 6, 1 / 6, 2 / 3]])
-SIDES = np.array([[0, 1], [1, 2], [2, 0]])
 
 
 def contact_pressure(
@@ -87,11 +87,10 @@ def _near(mesh: SolidMesh, centre_m: NDArray, axis: NDArray, reach_m: float) -> 
     """Faces against the axis whose bounding box is in reach of the centre, (k, 3) or (k, 6)."""
     faces = mesh.surface_faces()
     corners = mesh.nodes_m[faces[:, :3]] - centre_m
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     # The cylinder of radius and half length a lies in a ball.
     reach = 2**0.5 * reach_m
     near = (corners.min(axis=1) <= reach).all(axis=1) & (corners.max(axis=1) >= -reach).all(axis=1)
-    return faces[near & (normals @ axis < 0)]
+    return faces[near & (doubled_normals(mesh.nodes_m, faces) @ axis < 0)]
 
 
 def _integral(corners: NDArray, axis: NDArray, order: int) -> NDArray:
@@ -103,15 +102,7 @@ def _integral(corners: NDArray, axis: NDArray, order: int) -> NDArray:
     r2 = (place * place).sum(axis=1) - height**2
     pressure = np.sqrt(np.maximum(1 - r2, 0)) * (np.abs(height) <= 1)
     across = abs(np.cross(corners[1] - corners[0], corners[2] - corners[0]) @ axis) / 2
-    return across * pressure @ face_shapes(points, order) / len(points)
-
-
-def face_shapes(points: NDArray, order: int) -> NDArray:
-    """Shape functions of the triangle of three or six nodes at barycentric points (p, 3)."""
-    if order == 1:
-        return points
-    middles = 4 * points[:, SIDES[:, 0]] * points[:, SIDES[:, 1]]
-    return np.concatenate([points * (2 * points - 1), middles], axis=1)
+    return across * pressure @ shape_values(points, order) / len(points)
 
 
 @lru_cache(maxsize=64)

@@ -7,7 +7,7 @@ displacement as Eq. 3.4, but zero for a solid that turns as R does, which Eq. 3.
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.mesh import SolidMesh
+from palpate.solid.mesh import SolidMesh, at_nodes
 from palpate.solid.stiffness import QUADRATURE, point_volumes, shape_gradients
 
 
@@ -62,19 +62,12 @@ def rotation_loads(mesh: SolidMesh, rotations: NDArray) -> tuple[NDArray, NDArra
     b1, b2 : (3n,) arrays
         Degree of freedom 3 * node + axis; [m^2], to be multiplied by Pa.
     """
-    points = QUADRATURE[mesh.order]
+    points, size = QUADRATURE[mesh.order], len(mesh.nodes_m)
     gradients = shape_gradients(mesh, points)
     weight = point_volumes(mesh, points)[:, :, None, None]
-    S = (rotations + np.swapaxes(rotations, -1, -2)) / 2 - np.eye(3)
+    S = (rotations + rotations.mT) / 2 - np.eye(3)
     volumetric = np.trace(S, axis1=-2, axis2=-1)[..., None, None] * rotations
     return tuple(
-        -_gathered(mesh, (weight * gradients @ np.swapaxes(stress, -1, -2)).sum(axis=1))
+        -at_nodes(mesh.tetrahedra, (weight * gradients @ stress.mT).sum(axis=1), size).ravel()
         for stress in (volumetric, 2 * rotations @ S)
     )
-
-
-def _gathered(mesh: SolidMesh, forces: NDArray) -> NDArray:
-    """Sum of the elements' nodal vectors (m, k, 3), shape (3n,)."""
-    total = np.zeros_like(mesh.nodes_m)
-    np.add.at(total, mesh.tetrahedra, forces)
-    return total.ravel()

@@ -130,17 +130,12 @@ class _Filler:
     def _field(self, edge_m: float) -> dict[str, NDArray]:
         if self.support_edge_m >= edge_m:
             return {}
-        sizing = edge_field(
+        return edge_field(
             self.surface.vertices,
             self.support,
             support_edge_m=self.support_edge_m,
             edge_m=edge_m,
         )
-        return {
-            "bg_vertices": np.ascontiguousarray(sizing.nodes_m),
-            "bg_tets": np.ascontiguousarray(sizing.tetrahedra, dtype=np.int32),
-            "bg_values": sizing.edge_m,
-        }
 
 
 @dataclass(frozen=True)

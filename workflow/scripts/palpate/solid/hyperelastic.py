@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.solid.laws import Law
-from palpate.solid.mesh import SolidMesh
+from palpate.solid.mesh import SolidMesh, at_nodes
 from palpate.solid.stiffness import QUADRATURE, block_pattern, point_volumes, shape_gradients
 
 # Elements whose tangents are made at once: what a processor's cache holds.
@@ -53,10 +53,7 @@ class HyperelasticSolid:
         """Gradient of the energy, shape (n, 3) [m^2]."""
         P = self.law.stress(self._deformation(x), self.nu).swapaxes(2, 3)
         pull = np.matmul(self._weighted, P.reshape(len(P), -1, 3))
-        nodes = self.mesh.tetrahedra.ravel()
-        return np.stack(
-            [np.bincount(nodes, pull[..., a].ravel(), len(x)) for a in range(3)], axis=1
-        )
+        return at_nodes(self.mesh.tetrahedra, pull, len(x))
 
     def blocks(self, x: NDArray, *, positive: bool = False) -> NDArray:
         """Second derivative of the energy as blocks in the places of `block_of`, (k, 3, 3) [m].

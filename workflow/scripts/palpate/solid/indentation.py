@@ -5,13 +5,10 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from palpate.npz import read_npz
-from palpate.solid.options import greatest_ratio
+from palpate.npz import read_shaped
+from palpate.solid.mirror import Mirror
 
-# In this power of the force Hertz's contact is straight over depth.
-STRAIGHT = 2 / 3
 SHAPES = {
     "point_m": (3,),
     "direction": (3,),
@@ -66,56 +63,6 @@ class IndentationModel:
     surface_faces: NDArray
     surface_displacement_m: NDArray
 
-    def force_per_modulus(self, depth_m: NDArray | float, nu: float, law: str) -> NDArray:
-        """Force over Young's modulus at depths [m], in their shape [m^2].
-
-        0 where the sphere does not touch. Polynomial in Poisson's ratio; over depth the force's
-        power 2/3 is interpolated, monotonically.
-
-        Raises
-        ------
-        ValueError
-            If the law is not in the table, or depth or Poisson's ratio are beyond it.
-        """
-        depth = self._checked(depth_m, nu)
-        weights, _ = ratio_weights(self.poisson_ratios, nu)
-        table = weights @ self.force_per_modulus_m2[self._law(law)]
-        straight = PchipInterpolator(self.depth_m, np.maximum(table, 0) ** STRAIGHT)
-        return straight(depth) ** (1 / STRAIGHT)
-
-    def displacement(self, depth_m: NDArray | float, nu: float, law: str) -> NDArray:
-        """Displacement of the surface's nodes at depths [m], shape (..., n, 3) [m].
-
-        0 where the sphere does not touch. Polynomial in Poisson's ratio, cubic splines over depth.
-
-        Raises
-        ------
-        ValueError
-            As `force_per_modulus` does.
-        """
-        depth = self._checked(depth_m, nu)
-        over_depth = CubicSpline(self.depth_m, np.eye(len(self.depth_m)), axis=0)(depth)
-        weights, _ = ratio_weights(self.poisson_ratios, nu)
-        weights = weights[:, None] * over_depth[..., None, :]
-        table = self.surface_displacement_m[self._law(law)]
-        return np.tensordot(weights, table, axes=2)
-
-    def _law(self, law: str) -> int:
-        if law not in self.laws:
-            raise ValueError(f"law: expected one of {', '.join(self.laws)}, found {law}")
-        return self.laws.index(law)
-
-    def _checked(self, depth_m: NDArray | float, nu: float) -> NDArray:
-        """Depths from 0 on."""
-        depth = np.asarray(depth_m, dtype=float)
-        deepest, least = self.depth_m[-1], self.poisson_ratios[0]
-        greatest = greatest_ratio(self.poisson_ratios)
-        if not (depth <= deepest * (1 + 1e-9)).all():
-            raise ValueError(f"depth_m: expected at most {deepest:g}, found {depth.max():g}")
-        if not least - 1e-9 <= nu <= greatest + 1e-9:
-            raise ValueError(f"nu: expected from {least:g} to {greatest:g}, found {nu:g}")
-        return np.clip(depth, 0, deepest)
-
 
 def ratio_weights(ratios: NDArray, nu: float) -> tuple[NDArray, NDArray]:
     """Lagrange's polynomials of a table's Poisson's ratios at one, and their slopes, (p,) each."""
@@ -125,21 +72,13 @@ def ratio_weights(ratios: NDArray, nu: float) -> tuple[NDArray, NDArray]:
     return value, slope
 
 
-def mirrored(model: IndentationModel, point_m: NDArray, normal: NDArray) -> IndentationModel:
-    """Model of the mirror image of the pressed point, for a solid that is its own image.
-
-    Parameters
-    ----------
-    model : IndentationModel
-    point_m, normal : (3,) arrays
-        The mirror: a point of it [m] and its normal, of length 1.
-    """
-    turn = np.eye(3) - 2 * np.outer(normal, normal)
-    shift = 2 * (point_m @ normal) * np.asarray(normal)
+def mirrored(model: IndentationModel, mirror: Mirror) -> IndentationModel:
+    """Model of the mirror image of the pressed point, for a solid that is its own image."""
+    turn = np.eye(3) - 2 * np.outer(mirror.normal, mirror.normal)
     moved = {
-        "point_m": model.point_m @ turn + shift,
+        "point_m": mirror.image(model.point_m),
         "direction": model.direction @ turn,
-        "surface_rest_m": model.surface_rest_m @ turn + shift,
+        "surface_rest_m": mirror.image(model.surface_rest_m),
         "surface_faces": model.surface_faces[:, [0, 2, 1]],
         "surface_displacement_m": model.surface_displacement_m @ turn.astype(np.float32),
     }
@@ -160,25 +99,9 @@ def load_indentation(path: str | Path) -> IndentationModel:
     ValueError
         If the file is no such archive, or an array is missing or of another shape.
     """
-    arrays = read_npz(path, what="an indentation table")
-    _check_shapes(path, arrays)
+    arrays = read_shaped(path, SHAPES, what="an indentation table")
     plain = {
         "radius_m": float(arrays["radius_m"]),
         "laws": tuple(str(law) for law in arrays["laws"]),
     }
-    return IndentationModel(**{name: arrays[name] for name in SHAPES} | plain)
-
-
-def _check_shapes(path: str | Path, arrays: dict[str, NDArray]) -> None:
-    missing = [name for name in SHAPES if name not in arrays]
-    if missing:
-        raise ValueError(f"{path}: {missing[0]}: expected an array, found none")
-    sizes: dict[str, int] = {}
-    for name, wanted in SHAPES.items():
-        found = arrays[name].shape
-        fits = len(found) == len(wanted) and all(
-            size == (side if isinstance(side, int) else sizes.setdefault(side, size))
-            for size, side in zip(found, wanted, strict=True)
-        )
-        if not fits:
-            raise ValueError(f"{path}: {name}: expected shape {wanted}, found {found}")
+    return IndentationModel(**arrays | plain)

@@ -5,20 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from palpate.solid.boundary import support_nodes
-from palpate.solid.contact_mesh import (
-    Fineness,
-    base_m,
-    fine_mesh,
-    moving_elements,
-    moving_nodes,
-)
+from palpate.solid.contact_mesh import moving_nodes
 from palpate.solid.hyperelastic import HyperelasticSolid
 from palpate.solid.indenting import IndentedSolid
 from palpate.solid.laws import named_law
 from palpate.solid.mesh import SolidMesh, quadratic
 from palpate.solid.obstacle import surface_points
+from palpate.solid.refine import refine_near
 from palpate.solid.resting import standing_table
 from palpate.solid.smooth_surface import SmoothSurface, bent_to, curved_to
 from palpate.solid.support import Support
@@ -28,6 +24,14 @@ from palpate.solid.touching import facing_faces, first_touch, thickness_m
 PARTS = 4
 # Of a resting solid: faces this part of the greatest depth above the table may come down to it.
 TABLE_REACH = 0.3
+# Where it stands: edges as parts of the distance from there, and how far around they are refined.
+BASE_GROWTH, BASE_RADIUS_M = 1.0, 0.02
+# Of bonded solids, nodes that a linear press moves by less than this part of its depth are held.
+STILL_SHARE = 0.002
+# Of the contacts: pressure per penetration over Young's modulus [1/m].
+PENALTY_PER_M = 3e4
+# Of the point from the surface along the direction [m].
+LARGEST_GAP_M = 0.005
 
 
 @dataclass(frozen=True)
@@ -39,26 +43,14 @@ class IndentationOptions:
     edge_m, growth, refine_radius_m : float
         Longest edges at the contact, or this part of the distance from it, and how far around the
         point elements are refined [m].
-    base_edge_m, base_growth, base_radius_m : float
-        The same where a resting solid stands.
-    still_share : float
-        Of bonded solids, nodes that a linear press moves by less than this part of its depth are
-        held.
-    penalty_per_m : float
-        Of the contacts: pressure per penetration over Young's modulus [1/m].
-    largest_gap_m : float
-        Of the point from the surface along the direction [m].
+    base_edge_m : float
+        Longest edges where a resting solid stands [m].
     """
 
     edge_m: float = 0.0025
     growth: float = 0.8
     refine_radius_m: float = 0.025
     base_edge_m: float = 0.005
-    base_growth: float = 1.0
-    base_radius_m: float = 0.02
-    still_share: float = 0.002
-    penalty_per_m: float = 3e4
-    largest_gap_m: float = 0.005
 
 
 @dataclass(frozen=True)
@@ -96,7 +88,7 @@ class IndentationSetup:
 
     def pressed(self, law: str, nu: float) -> IndentedSolid:
         """Mechanics of a law and Poisson's ratio."""
-        penalty, table = self.options.penalty_per_m, None
+        table = None
         faces = facing_faces(
             self.moved,
             self.touch_m,
@@ -107,7 +99,7 @@ class IndentationSetup:
         if self.support.resting:
             reach = TABLE_REACH * self.deepest_m
             table = standing_table(
-                self.moved, self.support, self.touch_m, reach_m=reach, penalty_per_m=penalty
+                self.moved, self.support, self.touch_m, reach_m=reach, penalty_per_m=PENALTY_PER_M
             )
         return IndentedSolid(
             HyperelasticSolid(self.moved, named_law(law), nu),
@@ -116,7 +108,7 @@ class IndentationSetup:
             touch_m=self.touch_m,
             direction=self.direction,
             radius_m=self.radius_m,
-            penalty_per_m=penalty,
+            penalty_per_m=PENALTY_PER_M,
             table=table,
         )
 
@@ -159,38 +151,33 @@ def indentation_setup(
         If the direction has no length, the depth is not within the thickness, or the point is off
         the surface.
     """
-    point_m, direction = np.asarray(point_m, dtype=float), _unit(direction)
-    _check_depth(thickness_m(mesh, point_m, direction), deepest_m)
-    whole = _fine(mesh, support, point_m, surface, options)
-    touch = _touch(whole, point_m, direction, radius_m, deepest_m, options)
-    if support.resting:
-        elements = np.ones(len(whole.tetrahedra), dtype=bool)
-    else:
-        coarse = quadratic(mesh)
-        moving = moving_nodes(
-            coarse, support, touch, direction, radius_m=radius_m, share=options.still_share
-        )
-        elements = moving_elements(whole, coarse, moving)
-    moved, nodes, free = _cut(whole, elements, _held(whole, support))
-    logging.info("%d nodes move in %d directions", len(nodes), free.sum())
-    return IndentationSetup(
-        whole, moved, nodes, free, touch, direction, radius_m, deepest_m, support, options
-    )
-
-
-def _unit(direction: NDArray) -> NDArray:
     length = np.linalg.norm(direction)
     if not 0 < length < np.inf:
         raise ValueError(f"direction: expected one with a length, found {list(direction)}")
-    return np.asarray(direction, dtype=float) / length
-
-
-def _check_depth(thickness: float, deepest_m: float) -> None:
+    point_m, direction = np.asarray(point_m, dtype=float), np.asarray(direction) / length
+    thickness = thickness_m(mesh, point_m, direction)
     if not 0 < deepest_m < thickness:
         raise ValueError(
             f"deepest_m: expected above 0 and below the thickness of {thickness:.3g} m,"
             f" found {deepest_m:g}"
         )
+    whole = _fine(mesh, support, point_m, surface, options)
+    touch = _touch(whole, point_m, direction, radius_m, deepest_m)
+    held = np.zeros(len(whole.nodes_m), dtype=bool)
+    elements = np.ones(len(whole.tetrahedra), dtype=bool)
+    if not support.resting:
+        held[support_nodes(whole, support)] = True
+        coarse = quadratic(mesh)
+        moving = moving_nodes(
+            coarse, support, touch, direction, radius_m=radius_m, share=STILL_SHARE
+        )
+        nearest = cKDTree(coarse.nodes_m).query(whole.nodes_m)[1]
+        elements = moving[nearest][whole.tetrahedra].any(axis=1)
+    moved, nodes, free = _cut(whole, elements, held)
+    logging.info("%d nodes move in %d directions", len(nodes), free.sum())
+    return IndentationSetup(
+        whole, moved, nodes, free, touch, direction, radius_m, deepest_m, support, options
+    )
 
 
 def _fine(
@@ -200,19 +187,24 @@ def _fine(
     surface: SmoothSurface | None,
     options: IndentationOptions,
 ) -> SolidMesh:
-    o = options
-    places = [Fineness(point_m, o.refine_radius_m, o.edge_m, o.growth)]
+    places = [(point_m, options.refine_radius_m)]
+    edges = [{"edge_m": options.edge_m, "growth": options.growth}]
     if support.resting:
-        base = base_m(mesh, support)
-        places.append(Fineness(base, o.base_radius_m, o.base_edge_m, o.base_growth))
-    fine = fine_mesh(mesh, tuple(places))
+        nodes = mesh.nodes_m[mesh.surface_nodes()]
+        heights = support.heights_m(nodes)
+        base = nodes[heights <= heights.min() + support.tolerance_m].mean(axis=0)
+        places.append((base, BASE_RADIUS_M))
+        edges.append({"edge_m": options.base_edge_m, "growth": BASE_GROWTH})
+    for (middle, radius), edge in zip(places, edges, strict=True):
+        mesh = refine_near(mesh, middle, radius_m=radius, **edge)
     if surface is None:
-        return quadratic(fine)
+        return quadratic(mesh)
 
     def smooth_at(points_m: NDArray) -> NDArray:
-        return np.any([p.holds(points_m) for p in places], axis=0)
+        near = [np.linalg.norm(points_m - middle, axis=1) < radius for middle, radius in places]
+        return np.any(near, axis=0)
 
-    return curved_to(quadratic(bent_to(fine, surface, smooth_at)), surface, smooth_at)
+    return curved_to(quadratic(bent_to(mesh, surface, smooth_at)), surface, smooth_at)
 
 
 def _touch(
@@ -221,29 +213,19 @@ def _touch(
     direction: NDArray,
     radius_m: float,
     deepest_m: float,
-    options: IndentationOptions,
 ) -> NDArray:
     faces = facing_faces(whole, point_m, direction, radius_m=radius_m, deepest_m=deepest_m)
     gap = first_touch(whole.nodes_m, faces, point_m, direction, radius_m=radius_m)
-    if abs(gap) > options.largest_gap_m:
+    if abs(gap) > LARGEST_GAP_M:
         raise ValueError(
-            f"point_m: expected within {options.largest_gap_m:g} m of the surface,"
+            f"point_m: expected within {LARGEST_GAP_M:g} m of the surface,"
             f" found {abs(gap):.3g} m along the direction"
         )
     return point_m + gap * direction
 
 
-def _held(whole: SolidMesh, support: Support) -> NDArray:
-    """Nodes that the support holds, (n,) bool."""
-    held = np.zeros(len(whole.nodes_m), dtype=bool)
-    if not support.resting:
-        held[support_nodes(whole, support)] = True
-    return held
-
-
 def _cut(whole: SolidMesh, elements: NDArray, held: NDArray) -> tuple[SolidMesh, NDArray, NDArray]:
     """The elements that move, the numbers of their nodes, and where these are free."""
-    held = held.copy()
     held[whole.tetrahedra[~elements]] = True
     nodes = np.unique(whole.tetrahedra[elements])
     number = np.full(len(whole.nodes_m), -1)

@@ -83,7 +83,7 @@ def _blatz_ko_energy(F: NDArray, nu: float) -> NDArray:
 def _blatz_ko_stress(F: NDArray, nu: float) -> NDArray:
     _, mu = unit_lame(nu)
     J, g = _volume_and_cofactor(F)
-    return mu * (_scaled(J ** (2 * _exponent(nu)), g) - g @ _turned(g) @ g)
+    return mu * (_scaled(J ** (2 * _exponent(nu)), g) - g @ g.mT @ g)
 
 
 def _blatz_ko_tangent(F: NDArray, nu: float) -> NDArray:
@@ -91,7 +91,7 @@ def _blatz_ko_tangent(F: NDArray, nu: float) -> NDArray:
     J, g = _volume_and_cofactor(F)
     beta = _exponent(nu)
     power = J ** (2 * beta)
-    left, right = g @ _turned(g), _turned(g) @ g
+    left, right = g @ g.mT, g.mT @ g
     cubed = left @ g
     A = _outer(_scaled(2 * beta * power, g), g)
     A += _crossed(g, cubed - _scaled(power, g))
@@ -117,10 +117,6 @@ def _volume_and_cofactor(F: NDArray) -> tuple[NDArray, NDArray]:
     return J, _scaled(1 / J, cofactors)
 
 
-def _turned(matrix: NDArray) -> NDArray:
-    return np.swapaxes(matrix, -1, -2)
-
-
 def _scaled(factor: NDArray, matrix: NDArray) -> NDArray:
     return factor[..., None, None] * matrix
 
@@ -132,7 +128,7 @@ def _outer(a: NDArray, b: NDArray) -> NDArray:
 
 def _crossed(a: NDArray, b: NDArray) -> NDArray:
     """a_iL b_kJ in the place iJkL."""
-    return a[..., :, None, None, :] * np.swapaxes(b, -1, -2)[..., None, :, :, None]
+    return a[..., :, None, None, :] * b.mT[..., None, :, :, None]
 
 
 # Eq. 2.2: mu/2 (I1 - 3) - mu ln J + lam/2 (J - 1)^2.

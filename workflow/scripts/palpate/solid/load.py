@@ -4,7 +4,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from palpate.solid.mesh import SolidMesh
+from palpate.solid.mesh import SolidMesh, doubled_normals
 
 RULES = ("conserve", "area_ratio")
 
@@ -83,8 +83,7 @@ def nodal_force(
         If the rule is unknown or meant for four-node elements, or nodes are missing.
     """
     _check(mesh, triangle, rule)
-    a, b, c = mesh.nodes_m[triangle[:3]]
-    area = np.linalg.norm(np.cross(b - a, c - a)) / 2
+    area = np.linalg.norm(doubled_normals(mesh.nodes_m, triangle[None])) / 2
     force = np.asarray(force_n, dtype=float)
     if turn_to_normal:
         force = -np.linalg.norm(force) * outward_normal(mesh, triangle)
@@ -97,8 +96,7 @@ def nodal_force(
 
 def outward_normal(mesh: SolidMesh, triangle: NDArray) -> NDArray:
     """Unit normal of a surface triangle whose first three nodes are its corners, shape (3,)."""
-    a, b, c = mesh.nodes_m[triangle[:3]]
-    normal = np.cross(b - a, c - a)
+    normal = doubled_normals(mesh.nodes_m, triangle[None])[0]
     return normal / np.linalg.norm(normal)
 
 

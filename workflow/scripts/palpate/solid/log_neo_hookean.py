@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from palpate.solid.mesh import SolidMesh, element_volumes
+from palpate.solid.mesh import SolidMesh, at_nodes, element_volumes
 from palpate.solid.stiffness import block_pattern, shape_gradients
 
 # A step may not squeeze an element below this share of its volume.
@@ -78,9 +78,7 @@ class LogNeoHookean:
         h = np.einsum("eba,eib->eia", np.linalg.inv(F), self.gradients)
         pull = self.mu * (np.einsum("eab,eib->eia", F, self.gradients) - h)
         pull = self.volume[:, None, None] * (pull + (self.lam * log_J)[:, None, None] * h)
-        forces = np.stack(
-            [np.bincount(corners.ravel(), pull[..., a].ravel(), len(x)) for a in range(3)], axis=1
-        )
+        forces = at_nodes(corners, pull, len(x))
         H = np.einsum("eia,ejb->eijab", h, h)
         blocks = self._inner + (self.lam * self.volume)[:, None, None, None, None] * H
         if not positive:

@@ -85,6 +85,18 @@ def element_volumes(nodes_m: NDArray, tetrahedra: NDArray) -> NDArray:
     return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
 
 
+def doubled_normals(nodes_m: NDArray, faces: NDArray) -> NDArray:
+    """Normals of triangles over nodes, as long as twice their areas, shape (k, 3) [m^2]."""
+    a, b, c = (nodes_m[faces[:, k]] for k in range(3))
+    return np.cross(b - a, c - a)
+
+
+def at_nodes(nodes: NDArray, vectors: NDArray, size: int) -> NDArray:
+    """Sums of vectors (..., 3) at the nodes (...) that they belong to, shape (size, 3)."""
+    parts = vectors.reshape(-1, 3).T
+    return np.stack([np.bincount(nodes.ravel(), part, size) for part in parts], axis=1)
+
+
 def solid_mesh(nodes_m: NDArray, tetrahedra: NDArray) -> SolidMesh:
     """Make a solid mesh, with all elements turned to positive volume.
 

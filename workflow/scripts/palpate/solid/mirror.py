@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.open3d_core import o3d
-from palpate.solid.quality import scene_of
+from palpate.open3d_core import ClosestPoints
 
 # Points of a facet that are compared, barycentric.
 POINTS = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1 / 3, 1 / 3, 1 / 3]])
@@ -51,17 +50,10 @@ def require_image(
     ValueError
         If they are farther.
     """
-    gap = _gap(mirror, vertices_m, faces)
+    places = mirror.image(np.matmul(POINTS, vertices_m[faces]).reshape(-1, 3))
+    gap = ClosestPoints(vertices_m, faces).distance(places).max()
     if not gap <= tolerance_m:
         raise ValueError(
             f"mirrors: expected planes in which the template is its own image within"
             f" {tolerance_m:g} m, found {mirror.normal.tolist()} with {gap:.2g} m"
         )
-
-
-def _gap(mirror: Mirror, vertices_m: NDArray, faces: NDArray) -> float:
-    """Largest distance of the image's vertices and facets' middles from the surface [m]."""
-    places = np.matmul(POINTS, vertices_m[faces]).reshape(-1, 3)
-    scene = scene_of(vertices_m - mirror.point_m, faces)
-    query = o3d.core.Tensor((mirror.image(places) - mirror.point_m).astype(np.float32))
-    return float(scene.compute_distance(query, nthreads=1).numpy().max())

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.contact_pressure import face_parts, face_shapes
-from palpate.solid.mesh import SolidMesh
+from palpate.solid.contact_pressure import face_parts
+from palpate.solid.mesh import SolidMesh, at_nodes, doubled_normals
+from palpate.solid.stiffness import shape_values
 
 
 @dataclass(frozen=True)
@@ -43,12 +44,12 @@ def surface_points(mesh: SolidMesh, faces: NDArray, *, parts: int) -> SurfacePoi
     parts : int
         Parts of an edge.
     """
-    corners = mesh.nodes_m[faces[:, :3]]
-    double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     inside = face_parts(parts)
-    areas = np.linalg.norm(double, axis=1)[:, None] / (2 * len(inside))
+    areas = np.linalg.norm(doubled_normals(mesh.nodes_m, faces), axis=1)[:, None] / (
+        2 * len(inside)
+    )
     return SurfacePoints(
-        faces, face_shapes(inside, mesh.order), np.repeat(areas, len(inside), axis=1)
+        faces, shape_values(inside, mesh.order), np.repeat(areas, len(inside), axis=1)
     )
 
 
@@ -103,8 +104,7 @@ def touch_forces(touch: Touch, surface: SurfacePoints, penalty_per_m: float, siz
     pull = -pressure[:, None, None] * (
         surface.shapes[inside][:, :, None] * touch.normals[:, None, :]
     )
-    nodes = surface.faces[faces].ravel()
-    return np.stack([np.bincount(nodes, pull[..., a].ravel(), size) for a in range(3)], axis=1)
+    return at_nodes(surface.faces[faces], pull, size)
 
 
 def touch_blocks(

@@ -101,5 +101,5 @@ def image_table(
         unit = np.array(normal, float) / np.linalg.norm(normal)
         mirror = Mirror(support.plane_point_m, unit)
         require_image(mirror, *surface, tolerance_m=IMAGE_TOLERANCE_M)
-        model = mirrored(model, mirror.point_m, mirror.normal)
+        model = mirrored(model, mirror)
     return model

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.open3d_core import o3d, scene_of
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.mesh import EDGES, SolidMesh, element_volumes
 
 # The two corners off each edge of EDGES.
@@ -121,8 +121,4 @@ def _distance(surface: tuple[NDArray, NDArray], other: tuple[NDArray, NDArray]) 
     corners = vertices[faces]
     middles = (corners + np.roll(corners, -1, axis=1)).reshape(-1, 3) / 2
     points = np.concatenate([used, middles, corners.mean(axis=1)])
-    # Single precision: coordinates are taken from their mean to lose nothing.
-    origin = used.mean(axis=0)
-    scene = scene_of(other[0] - origin, other[1])
-    query = o3d.core.Tensor((points - origin).astype(np.float32))
-    return scene.compute_distance(query, nthreads=1).numpy().astype(float)
+    return ClosestPoints(*other).distance(points)

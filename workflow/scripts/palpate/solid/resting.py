@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from palpate.solid.mesh import SolidMesh
+from palpate.solid.mesh import SolidMesh, at_nodes, doubled_normals
 from palpate.solid.obstacle import (
     SurfacePoints,
     Touch,
@@ -77,9 +77,8 @@ class Table:
         faces, inside = touch.points
         shear = (stiff * self.surface.areas_m2[touch.points])[:, None] * slid
         pull = self.surface.shapes[inside][:, :, None] * shear[:, None, :]
-        nodes = self.surface.faces[faces].ravel()
         forces = touch_forces(touch, self.surface, self.penalty_per_m, len(x))
-        forces += np.stack([np.bincount(nodes, pull[..., a].ravel(), len(x)) for a in range(3)], 1)
+        forces += at_nodes(self.surface.faces[faces], pull, len(x))
         forces[self.pinned] += self._pulls(x)
         return forces
 
@@ -136,11 +135,11 @@ def standing_table(
         As `Table` has it.
     """
     normal, faces = support.up, mesh.surface_faces()
-    corners = mesh.nodes_m[faces[:, :3]]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     heights = mesh.nodes_m[faces] @ normal
     lowest = float(heights.min())
-    low = (heights.min(axis=1) < lowest + reach_m) & (across @ normal < 0)
+    low = (heights.min(axis=1) < lowest + reach_m) & (
+        doubled_normals(mesh.nodes_m, faces) @ normal < 0
+    )
     height = touch_m @ normal - lowest
     line = touch_m - np.outer(PINNED, height * normal)
     away = mesh.nodes_m - touch_m

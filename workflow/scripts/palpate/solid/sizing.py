@@ -1,7 +1,5 @@
 """Where a solid mesh needs shorter edges: on what the object stands on."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
@@ -19,24 +17,6 @@ GROWTH = 1.0
 LATTICE = 3**0.5 / 2
 # Most cells of the grid that the wanted edge is given on, along an axis.
 CELLS = 24
-
-
-@dataclass(frozen=True)
-class EdgeField:
-    """Wanted edge in space, linear in each tetrahedron of a coarse grid.
-
-    Attributes
-    ----------
-    nodes_m : (n, 3) array
-        [m].
-    tetrahedra : (m, 4) int array
-    edge_m : (n,) array
-        Edge wanted at the nodes [m].
-    """
-
-    nodes_m: NDArray
-    tetrahedra: NDArray
-    edge_m: NDArray
 
 
 def supported_area(surface: trimesh.Trimesh, support: Support) -> float:
@@ -57,8 +37,8 @@ def support_edge(surface: trimesh.Trimesh, support: Support) -> float:
 
 def edge_field(
     vertices_m: NDArray, support: Support, *, support_edge_m: float, edge_m: float
-) -> EdgeField:
-    """Edges that grow from the support's to those of the rest.
+) -> dict[str, NDArray]:
+    """Edges that grow from the support's to those of the rest, linear between a grid's nodes.
 
     Parameters
     ----------
@@ -70,7 +50,9 @@ def edge_field(
 
     Returns
     -------
-    EdgeField
+    dict
+        As `pytetwild.tetrahedralize` takes it: ``bg_vertices`` (n, 3) [m], ``bg_tets`` (m, 4) and
+        the edge wanted at the nodes, ``bg_values`` (n,) [m].
     """
     low, high = vertices_m.min(axis=0) - edge_m, vertices_m.max(axis=0) + edge_m
     cells = np.clip(np.ceil((high - low) / support_edge_m), 2, CELLS).astype(int)
@@ -79,4 +61,8 @@ def edge_field(
     )
     away = np.abs(support.heights_m(grid.p.T))
     wanted = np.minimum(support_edge_m + GROWTH * away, edge_m)
-    return EdgeField(grid.p.T, grid.t.T, wanted)
+    return {
+        "bg_vertices": np.ascontiguousarray(grid.p.T),
+        "bg_tets": np.ascontiguousarray(grid.t.T, dtype=np.int32),
+        "bg_values": wanted,
+    }

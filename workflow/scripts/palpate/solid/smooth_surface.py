@@ -6,10 +6,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.open3d_core import o3d, scene_of
-from palpate.solid.mesh import SolidMesh, element_volumes
+from palpate.open3d_core import ClosestPoints
+from palpate.solid.mesh import SolidMesh, at_nodes, doubled_normals, element_volumes
 from palpate.solid.solve import factorise
-from palpate.solid.stiffness import QUADRATURE, combined, elastic_stiffness, point_volumes
+from palpate.solid.stiffness import QUADRATURE, combined, dofs, elastic_stiffness, point_volumes
 
 # Facets that meet at a greater angle meet at an edge of the object.
 SHARP_DEG = 35.0
@@ -42,20 +42,14 @@ class SmoothSurface:
 
     def __init__(self, vertices_m: NDArray, faces: NDArray) -> None:
         self.vertices_m, self.faces = vertices_m, faces
-        self._origin = vertices_m.mean(axis=0)
-        self._corners = vertices_m[faces] - self._origin
+        self._closest = ClosestPoints(vertices_m, faces)
         self._rises = _edge_rises(vertices_m, faces)
-        self._scene = scene_of(vertices_m - self._origin, faces)
 
     def nearest(self, points_m: NDArray) -> NDArray:
         """Points (k, 3) put on the surface by way of the nearest point of its facets [m]."""
-        query = o3d.core.Tensor((points_m - self._origin).astype(np.float32))
-        found = self._scene.compute_closest_points(query, nthreads=1)
-        face, (u, v) = found["primitive_ids"].numpy(), found["primitive_uvs"].numpy().T
-        weights = np.stack([1 - u - v, u, v], axis=1).astype(float)
-        flat = np.einsum("ki,kia->ka", weights, self._corners[face])
+        flat, face, weights = self._closest(points_m)
         bends = 4 * weights[:, SIDES[:, 0]] * weights[:, SIDES[:, 1]]
-        return self._origin + flat + np.einsum("ke,kea->ka", bends, self._rises[face])
+        return flat + np.einsum("ke,kea->ka", bends, self._rises[face])
 
     def distance(self, points_m: NDArray) -> NDArray:
         """Distance of points (k, 3) from the surface, (k,) [m]."""
@@ -176,7 +170,7 @@ def curved_to(
 def _following(mesh: SolidMesh, outer: NDArray) -> Callable[[NDArray], NDArray]:
     """How all nodes move (n, 3) with the outer ones (k, 3), as an elastic solid."""
     inner = np.setdiff1d(np.arange(len(mesh.nodes_m)), outer)
-    free, given = ((3 * nodes[:, None] + np.arange(3)).ravel() for nodes in (inner, outer))
+    free, given = dofs(inner), dofs(outer)
     K = combined(*elastic_stiffness(mesh), 0.5, 0.5)
     solve, coupling = factorise(K[free][:, free]), K[free][:, given]
 
@@ -199,12 +193,9 @@ def _edge_rises(vertices_m: NDArray, faces: NDArray) -> NDArray:
     pairs = np.sort(faces[:, SIDES].reshape(-1, 2), axis=1)
     _, number, count = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
     number = number.ravel()
-    flat = rises.reshape(-1, 3)
-    sums = np.stack([np.bincount(number, flat[:, k]) for k in range(3)], axis=1)
-    means = sums / count[:, None]
-    face_normals = _unit(np.cross(a[:, 1] - a[:, 0], a[:, 2] - a[:, 0]))
-    facing = np.repeat(face_normals, 3, axis=0)
-    joint = np.stack([np.bincount(number, facing[:, k]) for k in range(3)], axis=1)
+    means = at_nodes(number, rises, len(count)) / count[:, None]
+    facing = np.repeat(_unit(doubled_normals(vertices_m, faces)), 3, axis=0)
+    joint = at_nodes(number, facing, len(count))
     # Of two facets at an angle t the normals' sum has the length 2 cos(t/2).
     smooth = np.linalg.norm(joint, axis=1) > 2 * np.cos(np.radians(SHARP_DEG) / 2)
     return np.where(smooth[:, None], means, 0.0)[number].reshape(-1, 3, 3)
@@ -225,10 +216,9 @@ def corner_normals(vertices_m: NDArray, faces: NDArray) -> NDArray:
     (m, 3, 3) array
         Of length 1.
     """
-    corners = vertices_m[faces]
-    double = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    double = doubled_normals(vertices_m, faces)
     flat = ~double.any(axis=1)
-    normals, weights = _unit(double), _corner_weights(corners)
+    normals, weights = _unit(double), _corner_weights(vertices_m[faces])
     order = np.argsort(faces.ravel(), kind="stable")
     starts = np.searchsorted(faces.ravel()[order], np.arange(len(vertices_m) + 1))
     least = np.cos(np.radians(SHARP_DEG))

@@ -71,6 +71,11 @@ def combined(
     )
 
 
+def dofs(nodes: NDArray) -> NDArray:
+    """Degrees of freedom of nodes, 3 * node + axis."""
+    return (3 * nodes[:, None] + np.arange(3)).ravel()
+
+
 def shape_gradients(mesh: SolidMesh, points: NDArray) -> NDArray:
     """Gradients of the shape functions at points of each element (Eq. 3.15).
 
@@ -124,10 +129,12 @@ def _sides_slopes(points: NDArray) -> NDArray:
 
 
 def shape_values(points: NDArray, order: int) -> NDArray:
-    """Shape functions at barycentric points (p, 4): shape (p, 4) or (p, 10)."""
+    """Shape functions of tetrahedra (p, 4) or triangles (p, 3) at barycentric points, (p, k)."""
     if order == 1:
-        return np.asarray(points, dtype=float)
-    middles = 4 * points[:, EDGES[:, 0]] * points[:, EDGES[:, 1]]
+        return points
+    # A triangle's edges are the first three.
+    first, second = EDGES[: 3 * (points.shape[1] - 2)].T
+    middles = 4 * points[:, first] * points[:, second]
     return np.concatenate([points * (2 * points - 1), middles], axis=1)
 
 

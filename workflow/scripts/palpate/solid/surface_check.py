@@ -4,8 +4,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from palpate.open3d_core import o3d
-from palpate.solid.quality import scene_of
+from palpate.open3d_core import o3d, scene_of
 
 # Heights below this share of an edge are touching, not cutting.
 TOUCH = 1e-9
@@ -36,30 +35,13 @@ def check_surface(vertices_m: NDArray, faces: NDArray) -> trimesh.Trimesh:
         surface = _wound_alike(surface)
     if surface.volume < 0:
         surface.invert()
-    pair = self_intersection(surface.vertices, surface.faces)
-    if pair is not None:
+    pairs = cutting_triangles(surface.vertices, surface.faces)
+    if len(pairs):
         raise ValueError(
             "surface: expected one that does not cut itself,"
-            f" found triangles {pair[0]} and {pair[1]} that do"
+            f" found triangles {pairs[0, 0]} and {pairs[0, 1]} that do"
         )
     return surface
-
-
-def self_intersection(vertices_m: NDArray, faces: NDArray) -> tuple[int, int] | None:
-    """Find two triangles of a surface that cut each other.
-
-    Parameters
-    ----------
-    vertices_m, faces : (n, 3), (m, 3) arrays
-        The surface [m].
-
-    Returns
-    -------
-    (int, int) or None
-        Numbers of two such triangles; None if there are none.
-    """
-    pairs = cutting_triangles(vertices_m, faces)
-    return (int(pairs[0, 0]), int(pairs[0, 1])) if len(pairs) else None
 
 
 def cutting_triangles(vertices_m: NDArray, faces: NDArray) -> NDArray:

@@ -1,10 +1,12 @@
 """Where a sphere that moves along a line touches a surface first."""
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
 
-from palpate.solid.contact_pressure import face_parts, face_shapes
-from palpate.solid.mesh import SolidMesh
+from palpate.solid.contact_pressure import face_parts
+from palpate.solid.mesh import SolidMesh, doubled_normals
+from palpate.solid.stiffness import shape_values
 
 # Faces this many radii around the sphere's line may come into touch.
 AROUND = 2.2
@@ -26,9 +28,8 @@ def facing_faces(
         Of the sphere; how deep it goes [m].
     """
     faces = mesh.surface_faces()
-    corners = mesh.nodes_m[faces[:, :3]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    away = corners.mean(axis=1) - point_m
+    normals = doubled_normals(mesh.nodes_m, faces)
+    away = mesh.nodes_m[faces[:, :3]].mean(axis=1) - point_m
     along = away @ direction
     beside = np.linalg.norm(away - along[:, None] * direction, axis=1)
     size = np.sqrt(np.linalg.norm(normals, axis=1))
@@ -62,7 +63,7 @@ def first_touch(
     ValueError
         If it touches no face.
     """
-    shapes = face_shapes(face_parts(PARTS), 1 if faces.shape[1] == 3 else 2)
+    shapes = shape_values(face_parts(PARTS), 1 if faces.shape[1] == 3 else 2)
     places = np.matmul(shapes, nodes_m[faces]).reshape(-1, 3)
     places = np.concatenate([places, nodes_m[faces[:, :3]].reshape(-1, 3)]) - point_m
     along = places @ direction
@@ -82,19 +83,11 @@ def thickness_m(mesh: SolidMesh, point_m: NDArray, direction: NDArray) -> float:
     ValueError
         If the line misses the solid.
     """
-    a, b, c = np.moveaxis(mesh.nodes_m[mesh.surface_triangles()], 1, 0)
-    normal = np.cross(b - a, c - a)
-    slope = normal @ direction
-    ahead = np.abs(slope) > 1e-12 * np.abs(slope).max()
-    a, b, c, normal, slope = (values[ahead] for values in (a, b, c, normal, slope))
-    way = ((a - point_m) * normal).sum(axis=1) / slope
-    hit = point_m + way[:, None] * direction
-    inside = np.ones(len(way), dtype=bool)
-    for first, second in ((a, b), (b, c), (c, a)):
-        side = (np.cross(second - first, hit - first) * normal).sum(axis=1)
-        inside &= side >= -1e-9 * (normal**2).sum(axis=1)
-    entering, leaving = way[inside & (slope < 0)], way[inside & (slope > 0)]
-    if not len(entering) or not len(leaving):
+    surface = trimesh.Trimesh(mesh.nodes_m, mesh.surface_triangles(), process=False)
+    start = point_m - np.ptp(mesh.nodes_m, axis=0).sum() * direction
+    hits, _, faces = surface.ray.intersects_location([start], [direction])
+    if not len(hits):
         raise ValueError("point_m: expected a line through the solid, found one beside it")
-    nearest = entering[np.argmin(np.abs(entering))]
-    return float(leaving[leaving > nearest].min() - nearest)
+    way, inward = (hits - point_m) @ direction, surface.face_normals[faces] @ direction < 0
+    nearest = min(way[inward], key=abs)
+    return float(way[~inward & (way > nearest)].min() - nearest)

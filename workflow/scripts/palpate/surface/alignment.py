@@ -9,8 +9,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.support import Support
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.pose import RestingPrior, align_rigidly, initial_pose, to_camera, to_object
 from palpate.surface.template import Template
 

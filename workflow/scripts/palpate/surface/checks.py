@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.open3d_core import ClosestPoints
 from palpate.surface.alignment import Alignment
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.options import AlignmentLimits
 from palpate.surface.pose import RestingPrior, to_camera, to_object
 from palpate.surface.template import Template

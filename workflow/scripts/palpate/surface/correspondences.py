@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from palpate.surface.distance import ClosestPoints
+from palpate.open3d_core import ClosestPoints
 from palpate.surface.template import Template
 
 # Distances at rest are smoothed over this [m]; they shrink to zero where fewer points are seen.

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.frames import Mapped
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.boundary import support_nodes
 from palpate.solid.refine import refine_near
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.elastic import ElasticTracker, Fitted
 from palpate.surface.obstacle import Sphere, Table
 from palpate.surface.options import ElasticTracking

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.support import Support
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.template import Template, vertex_normals
 
 YAW_STEPS = 72

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from palpate.open3d_core import o3d
-from palpate.surface.distance import ClosestPoints
+from palpate.open3d_core import ClosestPoints, o3d
 from palpate.surface.template import METRES
 from palpate.surface.unfold import unfolded
 

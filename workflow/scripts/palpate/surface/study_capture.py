@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.open3d_core import ClosestPoints
 from palpate.surface.augment import (
     indenter_points,
     pressed_places,
@@ -11,7 +12,6 @@ from palpate.surface.augment import (
 )
 from palpate.surface.completion import Completion
 from palpate.surface.data_points import Frame
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.options import StudyTracking
 from palpate.surface.pose import to_camera
 from palpate.surface.recorded import Recorded

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.mesh import SolidMesh
-from palpate.surface.distance import ClosestPoints
 
 
 def to_solid(

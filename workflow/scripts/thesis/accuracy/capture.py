@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from palpate.surface.distance import ClosestPoints
+from palpate.open3d_core import ClosestPoints
 from palpate.units import MILLIMETRES, MILLISECONDS
 from palpate.vision.kalman import study_filter
 

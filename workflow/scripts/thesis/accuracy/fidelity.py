@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from palpate.surface.distance import ClosestPoints
+from palpate.open3d_core import ClosestPoints
 
 # Part of a plane's width and height that counts: matching windows hang over its edges.
 INNER = 0.9

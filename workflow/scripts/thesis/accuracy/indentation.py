@@ -4,10 +4,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from palpate.estimate.direct.table import force_table
 from palpate.npz import read_npz
 from palpate.report import outputs
 from palpate.run.read_files import read_by_folder
 from palpate.solid.indentation import load_indentation
+from palpate.solid.laws import LAW_NAMES
 from palpate.units import MILLIMETRES
 
 TITLE = "Force of indentation tables over that of the lab's contact solutions"
@@ -25,13 +27,14 @@ def make_indentation_accuracy(inputs: Any, params: Any) -> dict:
     for known, table, ladder in zip(params.captures, inputs.tables, inputs.ladders, strict=True):
         material = materials[known["object"]]
         arrays = read_npz(ladder, what="load steps of the lab")
-        model = load_indentation(table)
+        model = force_table(load_indentation(table))
         deepest = min(model.depth_m[-1], arrays["depth_m"][-1])
         row = {"object": known["object"], "point": known["point"]}
         for depth in DEPTHS_M[deepest >= DEPTHS_M]:
             lab = float(np.interp(depth, arrays["depth_m"], arrays["force_n"] ** (2 / 3))) ** 1.5
-            ours = material["youngs_modulus_pa"] * model.force_per_modulus(
-                depth, material["poisson_ratio"], material["law"]
+            law = LAW_NAMES.index(material["law"])
+            ours = material["youngs_modulus_pa"] * model.force(
+                depth, material["poisson_ratio"], law
             )
             row[f"force_ratio_{depth * MILLIMETRES:g}_mm"] = float(ours) / lab
         rows.append(row | {"provenance": "simulated"})

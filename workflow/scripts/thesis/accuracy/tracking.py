@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from palpate.surface.distance import ClosestPoints
+from palpate.open3d_core import ClosestPoints
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.tracked import Tracked
 from palpate.units import CUBIC_CENTIMETRES, MILLIMETRES

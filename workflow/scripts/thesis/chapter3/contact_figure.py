@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 from numpy.typing import NDArray
+from palpate.open3d_core import ClosestPoints
 from palpate.report.style import BLACK, GREEN, GREY, ORANGE, PAGE_IN, entitle, finished
 from palpate.run.read_files import read_one
 from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import read_solid
 from palpate.solid.options import Solid
 from palpate.solid.refine import refine_near
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.tracked import load_tracked
 from palpate.units import MILLIMETRES
 

@@ -6,7 +6,7 @@ the frames at rest; noise is left, and what the sensor does to a surface that mo
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,7 @@ from palpate.estimate.direct.motion_noise import (
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.sample_heights import cell_heights, frame_closest
 from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, Samples, samples_of
-from palpate.npz import read_npz
+from palpate.npz import read_shaped
 from palpate.surface.alignment import Alignment
 from palpate.surface.template import Template
 
@@ -32,6 +32,20 @@ POOLED_FRAMES = 6.0
 MOST_AT_REST = 120
 # The surface counts as pressed in frames in which it moved at least this part of the farthest.
 PRESSED_PART = 0.8
+# At rest the tip is at least so far above the surface; depths are known to about half of it [m].
+CLEAR_M = 0.0005
+SHAPES = {
+    "cell_m": ("samples", 3),
+    "normal": ("samples", 3),
+    "moved_m": ("frames", "samples"),
+    "std_m": ("frames", "samples"),
+    "rest_height_m": ("samples",),
+    "rest_std_m": ("samples",),
+    "points": ("frames", "samples"),
+    "rest_frames": ("frames at rest",),
+    "correlation_m": (),
+    "pattern_m": (),
+}
 
 
 @dataclass(frozen=True)
@@ -72,9 +86,7 @@ class SurfaceMotion:
     pattern_m: float
 
 
-def frames_at_rest(
-    depth_m: NDArray, force_n: NDArray, *, onset_force_n: float, clear_m: float = 0.0005
-) -> NDArray:
+def frames_at_rest(depth_m: NDArray, force_n: NDArray, *, onset_force_n: float) -> NDArray:
     """Frames before the touch, (r,).
 
     Parameters
@@ -85,8 +97,6 @@ def frames_at_rest(
         Magnitude of the force [N].
     onset_force_n : float
         Smallest force that counts as contact [N].
-    clear_m : float, optional
-        The tip is at least this far above the surface; depths are known to about half of it [m].
 
     Raises
     ------
@@ -95,9 +105,9 @@ def frames_at_rest(
     """
     touched = np.flatnonzero(force_n > onset_force_n)
     before = np.arange(len(force_n)) < (touched[0] if len(touched) else len(force_n))
-    frames = np.flatnonzero(before & (depth_m < -clear_m))
+    frames = np.flatnonzero(before & (depth_m < -CLEAR_M))
     if not len(frames):
-        expected = f"frames before the force's onset with the tip {clear_m * 1e3:g} mm clear"
+        expected = f"frames before the force's onset with the tip {CLEAR_M * 1e3:g} mm clear"
         raise ValueError(f"frames: expected {expected} of the surface, found none")
     return frames
 
@@ -161,9 +171,8 @@ def surface_motion(
 
 def save_motion(path: str | Path, motion: SurfaceMotion) -> None:
     """Write a motion as NPZ."""
-    arrays = {one.name: getattr(motion, one.name) for one in fields(motion)}
     with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, **arrays)
+        np.savez_compressed(stream, **vars(motion))
 
 
 def load_motion(path: str | Path) -> SurfaceMotion:
@@ -174,21 +183,7 @@ def load_motion(path: str | Path) -> SurfaceMotion:
     ValueError
         If an array is missing, or of another number of frames or samples than the rest.
     """
-    arrays = read_npz(path, what="a surface's motion")
-    missing = [one.name for one in fields(SurfaceMotion) if one.name not in arrays]
-    if missing:
-        raise ValueError(f"{path}: {missing[0]}: expected an array, found none")
-    shape = arrays["moved_m"].shape
-    for name in ("std_m", "points"):
-        if arrays[name].shape != shape or len(shape) != 2:
-            raise ValueError(f"{path}: {name}: expected shape {shape}, found {arrays[name].shape}")
-    for name in ("cell_m", "normal"):
-        if arrays[name].shape != (shape[1], 3):
-            expected = (shape[1], 3)
-            raise ValueError(f"{path}: {name}: expected shape {expected}, found others")
-    for name in ("rest_std_m", "rest_height_m"):
-        if arrays[name].shape != shape[1:]:
-            raise ValueError(f"{path}: {name}: expected shape {shape[1:]}, found others")
+    arrays = read_shaped(path, SHAPES, what="a surface's motion")
     lengths = {name: float(arrays[name]) for name in ("correlation_m", "pattern_m")}
     return SurfaceMotion(**arrays | lengths)
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Rig
@@ -46,10 +47,14 @@ def rig_errors(options: Rig, *, radius_m: float) -> tuple[RigError, ...]:
     """
     return (
         RigError("scale of the force", options.force_scale_std, "1", True, _scaled_force),
-        RigError("zero of the force", options.force_zero_std_n, "N", False, _shifted_force),
+        RigError("zero of the force", options.force_zero_std_n, "N", False, _more_force),
         RigError("drift of the force", options.force_drift_std_n, "N", False, _drifting_force),
         RigError(
-            "axes of the force sensor", options.force_axes_std_rad, "rad", True, _turned_force
+            "axes of the force sensor",
+            options.force_axes_std_rad,
+            "rad",
+            True,
+            lambda one, error: _more_force(one, error * one.sideways_n),
         ),
         RigError(
             "radius of the sphere",
@@ -74,18 +79,14 @@ def _scaled_force(one: DirectIndentation, error: float) -> DirectIndentation:
     return replace(one, force_n=one.force_n * (1 + error))
 
 
-def _shifted_force(one: DirectIndentation, error: float) -> DirectIndentation:
+def _more_force(one: DirectIndentation, error: NDArray | float) -> DirectIndentation:
     return replace(one, force_n=one.force_n + error)
 
 
 def _drifting_force(one: DirectIndentation, error: float) -> DirectIndentation:
     """By so much from the beginning of the record to its end."""
     part = (one.time_s - one.time_s[0]) / np.ptp(one.time_s)
-    return replace(one, force_n=one.force_n + error * part)
-
-
-def _turned_force(one: DirectIndentation, error: float) -> DirectIndentation:
-    return replace(one, force_n=one.force_n + error * one.sideways_n)
+    return _more_force(one, error * part)
 
 
 def _scaled_depth(one: DirectIndentation, error: float) -> DirectIndentation:

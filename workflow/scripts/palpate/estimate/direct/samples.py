@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from palpate.open3d_core import ClosestPoints
+from palpate.solid.mesh import at_nodes
 from palpate.solid.smooth_surface import corner_normals
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.template import Template
 
 # Points off a crease have no foot of their own: their way from the foot is not along its normal.
@@ -121,8 +122,7 @@ def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m
     number = seeds.numbers(every, reach_m=spacing_m)
     kept, count = number >= 0, len(seeds.cell_m)
     places, normals = (
-        np.stack([np.bincount(number[kept], part[kept, k], count) for k in range(3)], axis=1)
-        for part in (every.closest_m, every.normal)
+        at_nodes(number[kept], part[kept], count) for part in (every.closest_m, every.normal)
     )
     points = np.bincount(number[kept], minlength=count)
     length = np.linalg.norm(normals, axis=1, keepdims=True)

@@ -9,9 +9,9 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.spatial import cKDTree
 
 from palpate.estimate.direct.support_motion import rocking_axes
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.indentation import IndentationModel, ratio_weights
 from palpate.solid.laws import LAW_NAMES
-from palpate.surface.distance import ClosestPoints
 
 # Hertz: force to the power 2/3 is about linear in depth, which interpolates well.
 FORCE_POWER = 2 / 3

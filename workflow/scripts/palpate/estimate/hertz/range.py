@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.open3d_core import ClosestPoints
 from palpate.surface.alignment import Alignment
-from palpate.surface.distance import ClosestPoints
 from palpate.surface.pose import to_object
 from palpate.surface.template import Template
 

@@ -11,7 +11,7 @@ from palpate.solid.boundary import NodeSets
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.moduli import engineering_from_lame
 from palpate.solid.solve import factorise
-from palpate.solid.stiffness import elastic_stiffness
+from palpate.solid.stiffness import dofs, elastic_stiffness
 
 # Both halves of an iteration are singular when the moduli have fallen to nothing.
 COLLAPSED = 1e-12
@@ -68,7 +68,7 @@ class LinearSystem:
         self.u = measurement.displacement_m.copy()
         self.u[sets.support] = self.u[sets.interior] = 0
         self.u, self.f = self.u.ravel(), measurement.force_n.astype(float).ravel()
-        self.inside, self.held = _dofs(sets.interior), _dofs(sets.support)
+        self.inside, self.held = dofs(sets.interior), dofs(sets.support)
         self.rows = np.setdiff1d(np.arange(self.u.size), self.held)
         self._parts = [
             (K[self.rows][:, self.inside], K[self.rows] @ self.u) for K in (self.K1, self.K2)
@@ -137,7 +137,9 @@ def linear_method(
         )
     system = LinearSystem(mesh, sets, measurement)
     lam, mu = (float(value) for value in start)
-    trace = [_step(0, lam, mu, _residual(system, lam, mu))]
+    u, f = (values.ravel() for values in system.fill_in(lam, mu))
+    residual = float(np.linalg.norm(lam * (system.K1 @ u) + mu * (system.K2 @ u) - f))
+    trace = [_step(0, lam, mu, residual)]
     converged = False
     while not converged and len(trace) <= iterations and np.hypot(lam, mu) > COLLAPSED * start[1]:
         before = np.array([lam, mu])
@@ -146,13 +148,7 @@ def linear_method(
         change = np.linalg.norm(np.array([lam, mu]) - before)
         converged = bool(change <= tolerance * np.linalg.norm(before))
     E, nu = engineering_from_lame(lam, mu)
-    count = len(trace) - 1
-    return LinearEstimate(lam, mu, E, nu, trace[-1]["residual_n"], count, converged, tuple(trace))
-
-
-def _residual(system: LinearSystem, lam: float, mu: float) -> float:
-    u, f = (values.ravel() for values in system.fill_in(lam, mu))
-    return float(np.linalg.norm(lam * (system.K1 @ u) + mu * (system.K2 @ u) - f))
+    return LinearEstimate(lam, mu, E, nu, residual, len(trace) - 1, converged, tuple(trace))
 
 
 def _step(iteration: int, lam: float, mu: float, residual: float) -> dict:
@@ -172,10 +168,6 @@ def _least_squares(A: sparse.spmatrix, b: NDArray) -> NDArray:
     solve = factorise(A.T @ A)
     x = solve(A.T @ b)
     return x + solve(A.T @ (b - A @ x))
-
-
-def _dofs(nodes: NDArray) -> NDArray:
-    return (3 * nodes[:, None] + np.arange(3)).ravel()
 
 
 def _check(sets: NodeSets, measurement: Measurement) -> None:

@@ -10,7 +10,7 @@ from palpate.solid.boundary import NodeSets
 from palpate.solid.corotation import rotation_loads
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.solve import factorise
-from palpate.solid.stiffness import elastic_stiffness
+from palpate.solid.stiffness import dofs, elastic_stiffness
 
 OPTIONS = ("force_displacement", "displacement")
 
@@ -149,11 +149,6 @@ class Objective:
 
     def _combined(self, name: str, lam: float, mu: float):
         return lam * self.blocks[0][name] + mu * self.blocks[1][name]
-
-
-def dofs(nodes: NDArray) -> NDArray:
-    """Degrees of freedom of nodes, 3 * node + axis."""
-    return (3 * nodes[:, None] + np.arange(3)).ravel()
 
 
 def _compared(surface: NDArray, sets: NodeSets, left_out: NDArray | None) -> NDArray:

@@ -113,16 +113,12 @@ def pose_problem(
     left_out = None
     if load.leave_out_radii > 0:
         reach = hertz_contact_radius(indenter_radius_m=indenter_radius_m, depth_m=depth_m)
-        left_out = _around(mesh, tracked.contact_point_m, load.leave_out_radii * reach)
+        away = np.linalg.norm(mesh.nodes_m - tracked.contact_point_m, axis=1)
+        near = np.flatnonzero(away < load.leave_out_radii * reach)
+        left_out = np.intersect1d(mesh.surface_nodes(), near)
     turned = load.strain == "corotational"
     rotations = tracked_rotations(mesh, sets, measurement) if turned else None
     return Problem(mesh, sets, measurement, left_out, rotations)
-
-
-def _around(mesh: SolidMesh, point_m: NDArray, radius_m: float) -> NDArray:
-    """Surface nodes nearer to a point than a radius."""
-    surface = mesh.surface_nodes()
-    return surface[np.linalg.norm(mesh.nodes_m[surface] - point_m, axis=1) < radius_m]
 
 
 def tracked_rotations(
@@ -130,7 +126,6 @@ def tracked_rotations(
     sets: NodeSets,
     measurement: Measurement,
     *,
-    poisson_ratio: float = COMPLETION_POISSON_RATIO,
     completions: int = COMPLETIONS,
 ) -> NDArray:
     """Rotations of the solid's elements that the tracked displacement has.
@@ -143,8 +138,6 @@ def tracked_rotations(
         m elements, with p points each.
     sets : NodeSets
     measurement : Measurement
-    poisson_ratio : float, optional
-        Of the solve for interior nodes.
     completions : int, optional
         How often they are solved for.
 
@@ -152,7 +145,7 @@ def tracked_rotations(
     -------
     (m, p, 3, 3) array
     """
-    moduli, rotations = lame_from_engineering(1.0, poisson_ratio), None
+    moduli, rotations = lame_from_engineering(1.0, COMPLETION_POISSON_RATIO), None
     for _ in range(completions):
         full = Objective(mesh, sets, measurement, option="displacement", rotations=rotations)
         rotations = element_rotations(mesh, full.completed(*moduli))

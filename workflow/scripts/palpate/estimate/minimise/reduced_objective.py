@@ -5,9 +5,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.estimate.minimise.objective import Objective, dofs
+from palpate.estimate.minimise.objective import Objective
 from palpate.solid.moduli import poisson_ratio
 from palpate.solid.reduced import SHIFTS, ReducedModel, reduced_model
+from palpate.solid.stiffness import dofs
 
 # Relative error of displacements in the energy norm that a fit may carry.
 TOLERANCE = 1e-5
@@ -50,10 +51,7 @@ class ReducedObjective:
         self.evaluations += 1
         if not self.holds(lam, mu):
             return self.full(lam, mu)
-        error = 0.0
-        for term in self._terms:
-            error += term.error(lam, mu)
-        return error
+        return sum(term.error(lam, mu) for term in self._terms)
 
     def holds(self, lam: float, mu: float) -> bool:
         """Whether moduli lie in the range of the reduced models."""
@@ -91,16 +89,11 @@ class _Term:
         count = len(nodes)
         order = np.arange(3 * count).reshape(count, 3).T.ravel()
         self._columns = np.asfortranarray(columns[order])
-        self._gap = np.empty(3 * count)
         self.weight, self.nodes, self.model = weight, nodes, model
 
     def error(self, lam: float, mu: float) -> float:
-        gap = self._gap
-        np.dot(self._columns, self.factors(lam, mu), out=gap)
-        np.multiply(gap, gap, out=gap)
-        lengths = np.add.reduce(gap.reshape(3, -1), axis=0)
-        np.sqrt(lengths, out=lengths)
-        return self.weight * float(np.add.reduce(lengths))
+        gap = (self._columns @ self.factors(lam, mu)).reshape(3, -1)
+        return self.weight * float(np.sqrt((gap * gap).sum(axis=0)).sum())
 
     def gap(self, lam: float, mu: float) -> tuple[NDArray, NDArray]:
         count = len(self.nodes)
@@ -112,22 +105,8 @@ class _Term:
 class _DisplacementTerm(_Term):
     """Columns [modes, measured displacement]."""
 
-    def __init__(self, *arguments):
-        super().__init__(*arguments)
-        self._factors = np.full(len(self.model.poles) + 1, -1.0)
-        self._rotated = self.model.lam_load.any() or self.model.mu_load.any()
-
     def factors(self, lam: float, mu: float) -> NDArray:
-        # In place: at a dozen modes a new array costs more than its arithmetic.
-        factors, model = self._factors, self.model
-        c = factors[:-1]
-        if self._rotated:
-            c[:] = model.amplitudes(lam, mu)
-            return factors
-        np.multiply(model.poles, lam, out=c)
-        np.add(c, mu, out=c)
-        np.divide(model.load, c, out=c)
-        return factors
+        return np.append(self.model.amplitudes(lam, mu), -1.0)
 
     def factor_derivatives(self, lam: float, mu: float) -> NDArray:
         return np.vstack([self.model.amplitude_derivatives(lam, mu), np.zeros((1, 2))])
@@ -136,19 +115,9 @@ class _DisplacementTerm(_Term):
 class _ForceTerm(_Term):
     """Columns [K1 modes, K2 modes, K1 u - b1, K2 u - b2, measured force], u as tracked."""
 
-    def __init__(self, *arguments):
-        super().__init__(*arguments)
-        self._modes = len(self.model.poles) if self.model else 0
-        self._factors = np.full(2 * self._modes + 3, -1.0)
-
     def factors(self, lam: float, mu: float) -> NDArray:
-        factors, k = self._factors, self._modes
-        if k:
-            c = self.model.amplitudes(lam, mu)
-            np.multiply(c, lam, out=factors[:k])
-            np.multiply(c, mu, out=factors[k : 2 * k])
-        factors[-3], factors[-2] = lam, mu
-        return factors
+        c = self.model.amplitudes(lam, mu) if self.model else np.zeros(0)
+        return np.concatenate([lam * c, mu * c, [lam, mu, -1.0]])
 
     def factor_derivatives(self, lam: float, mu: float) -> NDArray:
         constant = np.vstack([np.eye(2), np.zeros((1, 2))])

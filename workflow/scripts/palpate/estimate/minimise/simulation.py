@@ -12,9 +12,9 @@ from palpate.surface.tracked import Tracked
 
 
 def pose_simulation(
-    steps: SimulatedSteps, support: Support, *, tracked: Tracked | None = None, frame: int = -1
+    steps: SimulatedSteps, support: Support, *, tracked: Tracked | None = None
 ) -> Problem:
-    """Pose the inverse problem of one simulated frame.
+    """Pose the inverse problem of the last simulated frame.
 
     The loads are the simulation's; the surface's displacement is the simulation's too, or the
     tracker's. Interior displacements are left out.
@@ -26,8 +26,6 @@ def pose_simulation(
         What holds the block.
     tracked : Tracked, optional
         Its vertices are the solid's surface nodes.
-    frame : int, optional
-        Step, counted from the end so that it is the same in both; the last by default.
 
     Raises
     ------
@@ -36,16 +34,16 @@ def pose_simulation(
     """
     nodes = steps.mesh.surface_nodes()
     if tracked is None:
-        moved = steps.displacement_m[frame, nodes]
+        moved = steps.displacement_m[-1, nodes]
     else:
         if len(tracked.template_m) != len(nodes):
             count = len(tracked.template_m)
             raise ValueError(f"tracked: expected {len(nodes)} vertices, found {count}")
-        moved = tracked.vertices_m[frame] - tracked.vertices_m[0]
+        moved = tracked.vertices_m[-1] - tracked.vertices_m[0]
     displacement = np.full(steps.mesh.nodes_m.shape, np.nan)
     displacement[nodes] = moved
     sets = node_sets(steps.mesh, support, contact_nodes=steps.triangle)
-    force = steps.force_n[frame]
+    force = steps.force_n[-1]
     total = float(np.linalg.norm(force.sum(axis=0)))
     return Problem(steps.mesh, sets, Measurement(displacement, force, total))
 
