@@ -426,3 +426,14 @@ def test_patches_are_as_large_as_asked():
         for size in (0.02, 0.04, 0.08)
     ]
     assert counts[0] >= counts[1] > counts[2]
+
+
+def test_the_friction_of_a_broad_loose_foot_widens_nu():
+    options = replace(OPTIONS, model_std=replace(OPTIONS.model_std, nu_loose=0.08))
+    press = press_of(25e3, 0.3, 1)
+    for one, added in ((press, 0.0), (replace(press, broad_foot=True), 0.08)):
+        plain, found = (estimate_direct([one], o, radius_m=RADIUS_M) for o in (OPTIONS, options))
+        nu = found.quantities.values[3]
+        of_E = added * 2 * nu / (1 - nu**2)
+        widths = np.hypot(plain.budget.std, [0, 0, of_E, added, of_E])
+        assert found.budget.std == pytest.approx(widths)

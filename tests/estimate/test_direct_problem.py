@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from floor import floor
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.placement import object_from_table
 from palpate.estimate.direct.problem import (
@@ -13,6 +14,7 @@ from palpate.estimate.direct.problem import (
     oblique,
     unloaded,
 )
+from palpate.estimate.direct.support_motion import broad_foot
 from palpate.estimate.direct.table import sample_table
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.laws import LAW_NAMES
@@ -205,3 +207,14 @@ def test_a_way_beside_the_press(degrees):
     way = np.array([np.sin(np.deg2rad(degrees)), 0, -np.cos(np.deg2rad(degrees))])
     found = oblique(np.array([0.01, 0, 0.03]), np.array([0.01, 0, 0.03]) + 0.02 * way, DOWN)
     assert np.rad2deg(found) == pytest.approx(degrees, abs=1e-6)
+
+
+def test_what_stands_broad_and_loose():
+    mesh, contact = fine_box(), np.array([0, 0, 0.02])
+    surface = np.array(mesh.vertices), np.array(mesh.faces)
+    loose, bonded = (floor(1e-3, height_m=-0.02, contact=kind) for kind in ("resting", "bonded"))
+    assert broad_foot(*surface, loose, contact)
+    assert not broad_foot(*surface, bonded, contact)
+    ball = trimesh.creation.icosphere(5, radius=0.06)
+    surface = np.array(ball.vertices), np.array(ball.faces)
+    assert not broad_foot(*surface, floor(1e-3, height_m=-0.06, contact="resting"), 3 * contact)

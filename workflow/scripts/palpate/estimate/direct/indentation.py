@@ -67,6 +67,8 @@ class DirectIndentation:
     cluster : (c,) int array
         Part of the surface that a sample belongs to; errors of different parts are independent.
     support_axes : SupportAxes
+    broad_foot : bool
+        Whether the object stands loose on a broad foot, whose friction nobody knows.
     table : SampleTable
         Of the pressed point, brought to the contact, at the samples.
     """
@@ -97,6 +99,7 @@ class DirectIndentation:
     patch_m: float
     cluster: NDArray
     support_axes: SupportAxes
+    broad_foot: bool
     table: SampleTable
 
     @property
