@@ -1,13 +1,15 @@
-"""Digest of a script's transitive local imports.
+"""Digest of a script's transitive imports: our modules' text, and the versions of others'.
 
 Snakemake tracks a script's own text but not the modules it imports. The digest goes into the
-rule's ``params``, so that an edit of the library re-runs just what depends on it.
+rule's ``params``, so that an edit of the library, or another version of a package, re-runs just
+what depends on it.
 """
 
 import ast
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cache
+from importlib import metadata
 from pathlib import Path
 
 PACKAGES = ("palpate", "virtual_lab", "thesis")
@@ -21,9 +23,13 @@ def code(script: str) -> str:
 
 
 def function_code(make: str) -> str:
-    """Digest of a function's module, named as ``module:function``, and of all that it imports."""
+    """Digest of what `stages/artefact` makes with a function, named as ``module:function``.
+
+    Of its module, of the script that writes what it returns, and of all that they import.
+    """
     module = ROOT.joinpath(*make.partition(":")[0].split(".")).with_suffix(".py")
-    return _digest([module, *imported_modules(module)])
+    script = ROOT / "stages" / "artefact.py"
+    return _digest([script, module, *imported_modules(script), *imported_modules(module)])
 
 
 def code_digest(script: str | Path, root: Path = ROOT) -> str:
@@ -38,16 +44,34 @@ def code_digest(script: str | Path, root: Path = ROOT) -> str:
     Returns
     -------
     str
-        Sixteen hexadecimal digits that change when any of those modules changes.
+        Sixteen hexadecimal digits that change when any of those modules changes, or the version of
+        a package that one of them imports.
     """
-    return _digest(imported_modules(script, root))
+    return _digest(imported_modules(script, root), script=Path(script))
 
 
-def _digest(modules: Iterable[Path]) -> str:
-    digest = hashlib.sha256()
-    for module in sorted(set(modules)):
+def _digest(modules: Iterable[Path], script: Path | None = None) -> str:
+    modules, digest = sorted(set(modules)), hashlib.sha256()
+    for module in modules:
         digest.update(module.name.encode() + b"\0" + module.read_bytes() + b"\0")
+    # Snakemake tracks a script's text, not the packages that it names.
+    sources = [*modules, script] if script else modules
+    names = {name.partition(".")[0] for source in sources for name in _imported_names(source)}
+    for name in sorted(names):
+        digest.update(f"{name} {_version(name)}\0".encode())
     return digest.hexdigest()[:16]
+
+
+@cache
+def _version(name: str) -> str:
+    """Version of the packages that an imported name comes from, empty for Python's own and ours."""
+    packages = sorted(set(_packages().get(name, ())))
+    return " ".join(f"{package} {metadata.version(package)}" for package in packages)
+
+
+@cache
+def _packages() -> Mapping[str, list[str]]:
+    return metadata.packages_distributions()
 
 
 def imported_modules(script: str | Path, root: Path = ROOT) -> list[Path]:
@@ -65,22 +89,19 @@ def imported_modules(script: str | Path, root: Path = ROOT) -> list[Path]:
 
 @cache
 def _local_imports(source: Path, root: Path) -> tuple[Path, ...]:
+    return tuple(path for name in _imported_names(source) for path in _files_of(name, root))
+
+
+@cache
+def _imported_names(source: Path) -> tuple[str, ...]:
+    """Dotted names that a file imports."""
     names = []
     for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            base = _absolute_name(node, source, root)
-            names += [base, *(f"{base}.{alias.name}" for alias in node.names)]
-    return tuple(path for name in names for path in _files_of(name, root))
-
-
-def _absolute_name(node: ast.ImportFrom, source: Path, root: Path) -> str:
-    if not node.level:
-        return node.module or ""
-    package = source.relative_to(root).parent.parts
-    parts = package[: len(package) - node.level + 1]
-    return ".".join([*parts, *([node.module] if node.module else [])])
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+    return tuple(names)
 
 
 def _files_of(name: str, root: Path) -> list[Path]:
