@@ -138,6 +138,7 @@ def press_of(
         noise_std_m=np.full(motion.shape, motion_std_m),
         moved_std_m=np.full(motion.shape, motion_std_m),
         shift_std_m=2e-5,
+        place_expected_m=np.zeros(2),
         place_std_m=5e-4,
         patch_m=0.02,
         cluster=cluster,

@@ -4,11 +4,15 @@ import numpy as np
 import pytest
 import trimesh
 from floor import floor
+from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.placement import object_from_table
 from palpate.estimate.direct.problem import (
+    ProbeRecord,
     check_indentation,
     depth_along,
+    direct_indentation,
+    first_touch,
     least_force,
     loaded_frames,
     oblique,
@@ -19,6 +23,7 @@ from palpate.estimate.direct.table import sample_table
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.laws import LAW_NAMES
 from palpate.solid.smooth_surface import SmoothSurface
+from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -218,3 +223,56 @@ def test_what_stands_broad_and_loose():
     ball = trimesh.creation.icosphere(5, radius=0.06)
     surface = np.array(ball.vertices), np.array(ball.faces)
     assert not broad_foot(*surface, floor(1e-3, height_m=-0.06, contact="resting"), 3 * contact)
+
+
+def test_where_a_sphere_first_touched_is_told_by_its_deepest_frames():
+    """A way that leans by 20 degrees goes on along the surface: the deep half of it counts."""
+    depth = np.array([-0.004, -0.001, 0.002, 0.004, 0.005])
+    tips = np.array([0.35 * depth, 0 * depth, 0.02 + RADIUS_M - depth]).T
+    found = first_touch(box(), tips, table_of(fine_box(), [0, 0, 0.02]))
+    assert found == pytest.approx([0.35 * 0.0045, 0, 0.02 + RADIUS_M], abs=1e-5)
+
+
+def test_beside_the_point_of_a_ball_the_press_is_along_its_normal_there():
+    """13 degrees down the side, unturned, a force would count with its cosine alone."""
+    mesh = trimesh.creation.icosphere(5, radius=0.06)
+    surface = SmoothSurface(np.array(mesh.vertices), np.array(mesh.faces))
+    angle = np.deg2rad(13)
+    towards = np.array([np.sin(angle), 0, np.cos(angle)])
+    depth = np.r_[np.linspace(-0.012, -0.004, 6), np.linspace(0.0005, 0.003, 6)]
+    force = np.where(depth > 0, 500 * np.maximum(depth, 0) ** 1.5, 0.0)
+    frames, cell = len(depth), np.array(mesh.triangles_center)
+    near = np.linalg.norm(cell - 0.06 * towards, axis=1)
+    cell = cell[(near > 0.02) & (near < 0.05)]
+    count = len(cell)
+    record = ProbeRecord(
+        time_s=np.arange(frames) / 6,
+        tips_m=np.outer(0.06 + RADIUS_M - depth, towards),
+        forces_n=np.outer(-force, towards),
+        tip_std_m=1e-4,
+        stiffness_n_m=np.inf,
+        clock_offset_s=0.0,
+        clock_std_s=0.01,
+    )
+    motion = SurfaceMotion(
+        cell_m=cell,
+        normal=cell / 0.06,
+        moved_m=np.zeros((frames, count)),
+        std_m=np.full((frames, count), 1e-4),
+        rest_height_m=np.zeros(count),
+        rest_std_m=np.full(count, 1e-5),
+        points=np.full((frames, count), 9),
+        rest_frames=np.arange(6),
+        correlation_m=0.005,
+        pattern_m=0.0,
+    )
+    alignment = Alignment(np.eye(4), 0.06 * towards, 6, None)
+    support = floor(1e-3, height_m=-0.06)
+    table = table_of(mesh, [0, 0, 0.06])
+    found = direct_indentation(record, motion, alignment, surface, table, support, Fit())
+    assert found.frames.tolist() == list(range(6, 12))
+    assert found.depth_m == pytest.approx(depth[6:], abs=3e-5)
+    assert found.force_n[6:] == pytest.approx(force[6:], rel=1e-3)
+    assert found.sideways_n.max() < 0.02 * force.max()
+    assert np.rad2deg(found.oblique_rad) < 1
+    assert found.place_expected_m == pytest.approx([0, 0], abs=1e-4)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import trimesh
 from floor import floor
 from palpate.surface.alignment import (
     align_capture,
@@ -47,7 +48,7 @@ def alignment(template, pose):
     tips = to_camera(pose, POINT + np.outer(heights + R, [0, 0, 1]))
     plane = np.append(up, -up @ pose[:3, 3])
     point = {"position_m": POINT}
-    resting = resting_prior(floor(1e-3), point, plane, tips, 2, indenter_radius_m=R)
+    resting = resting_prior(floor(1e-3), point, plane, tips, 2, 3, indenter_radius_m=R)
     return align_capture(
         template,
         (cloud[seen], normals[seen]),
@@ -81,7 +82,9 @@ def test_a_ball_does_not_roll_or_turn_over(pose):
     up, top = pose[:3, 2], np.array([0, 0, 0.12])
     tips = to_camera(pose, top + np.outer([0.015, -1e-3], [0, 0, 1]) + [0, 0, R])
     plane = np.append(up, -up @ pose[:3, 3])
-    resting = resting_prior(floor(1e-3), {"position_m": top}, plane, tips, 1, indenter_radius_m=R)
+    resting = resting_prior(
+        floor(1e-3), {"position_m": top}, plane, tips, 1, 1, indenter_radius_m=R
+    )
     cloud = cloud[seen], normals[seen]
     options = {"largest_distance_m": 0.012, "largest_normal_deg": 60}
     found = align_capture(ball, cloud, resting, tips, 1, **options)
@@ -107,7 +110,7 @@ def test_of_two_equal_turns_the_press_goes_the_declared_way(template, pose, sign
     )
     plane = np.append(up, -up @ pose[:3, 3])
     point = {"position_m": [0, 0, SIZE[2]], "direction": lean}
-    resting = resting_prior(floor(1e-3), point, plane, tips, 1, indenter_radius_m=R)
+    resting = resting_prior(floor(1e-3), point, plane, tips, 1, 2, indenter_radius_m=R)
     found = initial_pose(template, cloud, resting)
     assert found[:3, 0] @ pose[:3, 0] == pytest.approx(sign, abs=0.01)
 
@@ -132,3 +135,28 @@ def test_thickness(template):
     assert thickness_along(ball, top, [0, 0, -1]) == pytest.approx(0.12, rel=1e-3)
     with pytest.raises(ValueError, match="direction: expected a ray through the template"):
         thickness_along(template, POINT, [0, 0, 1.0])
+
+
+def test_a_cloud_that_tells_turns_apart_outweighs_the_way(template, pose):
+    """A wedge seen whole stands as it is seen, whatever the way of the tip."""
+    mesh = box(SIZE)
+    mesh.apply_translation([0, 0, SIZE[2] / 2])
+    vertices = np.array(mesh.vertices)
+    vertices[(vertices[:, 0] > 0) & (vertices[:, 2] > 0.01), 2] *= 0.6
+    wedge = Template(vertices, np.array(mesh.faces))
+    points, _ = sample_surface(trimesh.Trimesh(vertices, mesh.faces, process=False), 12000, seed=3)
+    lean = np.array([np.sin(0.35), 0, -np.cos(0.35)])
+    touch = np.array([0, 0, 0.8 * SIZE[2]])
+    tips = to_camera(pose, touch + [0, 0, R] + np.outer([-0.01, 0, 0.006], lean * [-1, 1, 1]))
+    up = pose[:3, 2]
+    resting = resting_prior(
+        floor(1e-3),
+        {"position_m": touch, "direction": lean},
+        np.append(up, -up @ pose[:3, 3]),
+        tips,
+        1,
+        2,
+        indenter_radius_m=R,
+    )
+    found = initial_pose(wedge, to_camera(pose, points), resting)
+    assert found[:3, 0] @ pose[:3, 0] == pytest.approx(1, abs=0.01)

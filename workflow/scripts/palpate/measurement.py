@@ -190,6 +190,7 @@ def measure(
         clouds[0],
         tips,
         force_onset(np.linalg.norm(forces, axis=1), onset_force_n=least),
+        int(np.argmax(np.linalg.norm(forces, axis=1))),
         config.tracking.alignment,
         indenter_radius_m=radius,
     )

@@ -26,7 +26,8 @@ def main(snakemake):
     point = spec["points"][snakemake.wildcards.capture.partition("-")[0]]
     with naming(inputs.force):
         force = columns_of(read_table(inputs.force), FORCE)
-        onset = force_onset(np.linalg.norm(force, axis=1), onset_force_n=params.onset_force_n)
+        size = np.linalg.norm(force, axis=1)
+        onset = force_onset(size, onset_force_n=params.onset_force_n)
     plane = read_plane(inputs.plane)
     cloud = read_clouds(inputs.cloud)[0]
     with naming(inputs.cloud):
@@ -49,6 +50,7 @@ def main(snakemake):
             cloud,
             tips,
             onset,
+            int(np.argmax(size)),
             Aligning.read(params.options),
             indenter_radius_m=params.probe["indenter"]["radius_m"],
         )

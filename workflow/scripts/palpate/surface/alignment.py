@@ -18,7 +18,7 @@ from palpate.surface.template import Template
 NEIGHBOURHOOD_M = 0.040
 # A ray along the press starts a little outside the surface [m].
 OUTSIDE_M = 1e-4
-# The tip's way from the touch to its lowest place has a direction from here on [m].
+# The tip's way from the touch to the peak of the force has a direction from here on [m].
 SHORTEST_WAY_M = 1e-3
 
 
@@ -121,6 +121,7 @@ def resting_prior(
     plane: NDArray,
     tips_m: NDArray,
     onset: int,
+    peak: int,
     *,
     indenter_radius_m: float,
 ) -> RestingPrior:
@@ -135,11 +136,11 @@ def resting_prior(
         Table, camera frame.
     tips_m : (f, 3) array
         Centre of the sphere in each frame, camera frame [m].
-    onset : int
-        First frame with force.
+    onset, peak : int
+        First frame with force, and that with the most.
     indenter_radius_m : float
     """
-    way = tips_m[int(np.argmin(tips_m @ plane[:3]))] - tips_m[onset]
+    way = tips_m[peak] - tips_m[onset]
     direction = np.array(point.get("direction", -support.up), dtype=float)
     return RestingPrior(
         plane,

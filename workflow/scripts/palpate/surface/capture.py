@@ -25,6 +25,7 @@ def align_first(
     cloud: tuple[NDArray, NDArray],
     tips_m: NDArray,
     onset: int,
+    peak: int,
     options: Aligning,
     *,
     indenter_radius_m: float,
@@ -44,8 +45,8 @@ def align_first(
         Of the first frame, camera frame.
     tips_m : (f, 3) array
         Centre of the sphere in each frame, camera frame [m].
-    onset : int
-        First frame with force.
+    onset, peak : int
+        First frame with force, and that with the most.
     options : Aligning
     indenter_radius_m : float
 
@@ -55,7 +56,7 @@ def align_first(
         If too little of the cloud lies near the template, or a limit does not hold.
     """
     resting = resting_prior(
-        support, point, plane, tips_m, onset, indenter_radius_m=indenter_radius_m
+        support, point, plane, tips_m, onset, peak, indenter_radius_m=indenter_radius_m
     )
     found = align_capture(
         template,

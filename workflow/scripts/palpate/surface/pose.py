@@ -24,8 +24,9 @@ SHARED_ERRORS = 30
 NORMAL_MAD = 1.4826
 # How well a hand meets the declared point, and table and support are flat and known.
 TOUCH_STD_M, TILT_STD_RAD, HEIGHT_STD_M = 0.001, np.deg2rad(0.2), 0.0005
-# Distance of a cloud that a press the other way is worth [m].
-WAY_M = 0.002
+# Clouds nearer by less than the first do not tell turns apart [m]; a press the other way costs the
+# second [m].
+ALIKE_M, WAY_M = 0.0003, 0.002
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,9 @@ def initial_pose(template: Template, cloud_m: NDArray, resting: RestingPrior) ->
     candidates = [resting.pose(yaw) for yaw in turns]
     costs = [_trimmed_mean(closest.distance(to_object(pose, sample))) for pose in candidates]
     ways = [1 - (pose[:3, :3] @ resting.direction) @ resting.way for pose in candidates]
-    return candidates[int(np.argmin(np.array(costs) + WAY_M * np.array(ways)))]
+    alike = np.array(costs) < min(costs) + ALIKE_M
+    found = np.where(alike, np.array(costs) + WAY_M * np.array(ways), np.inf)
+    return candidates[int(np.argmin(found))]
 
 
 def align_rigidly(

@@ -263,7 +263,8 @@ def _resting(inputs: Any, recorded: Recorded, point: str) -> RestingPrior:
     """What table and touched point tell of the block's place."""
     declared = load_yaml(inputs.object[0])["points"][point]
     plane = read_plane(inputs.planes[0])
-    touch = recorded.tips_m, recorded.alignment.contact_frame
+    frame = recorded.alignment.contact_frame
+    touch = recorded.tips_m, frame, frame
     radius = recorded.indenter_radius_m
     return resting_prior(recorded.support, declared, plane, *touch, indenter_radius_m=radius)
 

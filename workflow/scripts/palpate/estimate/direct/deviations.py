@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
 from palpate.estimate.direct.indentation import (
@@ -28,7 +27,7 @@ TAILS, VARIANCE_STEPS, LEAST_NOISE = 4.0, 30, 0.1
 # Over such a way and so long errors of depths are alike that hang on where the probe is.
 ALIKE_M, ALIKE_S = 0.002, 2.0
 # Multiples of the stated deviations of depths that are tried.
-NOISES, PATTERNS = np.geomspace(1, 10, 8), np.geomspace(1, 30, 8)
+NOISES, PATTERNS = np.geomspace(1, 100, 30), np.geomspace(1, 300, 30)
 # Of log E and nu, where depths alone are to tell them.
 WIDE_STD = np.array([10.0, 0.5])
 # Larger parts than these, where none are asked for, would be too few to tell their scatter [m].
@@ -84,21 +83,39 @@ def with_depth_errors(
     if not likeliest:
         return replace(indentation, depth_root_m=np.linalg.cholesky(np.diag(noise**2) + alike))
     gap, spread = _depths_beforehand(indentation, of, options, times_s)
-    found = []
-    for by_noise in NOISES:
-        for by_pattern in PATTERNS:
-            covariance = np.diag((by_noise * noise) ** 2) + by_pattern**2 * alike
-            root = np.linalg.cholesky(covariance + spread)
-            left = solve_triangular(root, gap, lower=True)
-            found.append((float(left @ left + 2 * np.log(np.diag(root)).sum()), covariance))
-    _, covariance = min(found, key=lambda one: one[0])
+    by_noise, by_pattern = _likeliest(
+        gap / noise, spread / noise[:, None], alike / np.outer(noise, noise)
+    )
+    covariance = np.diag((by_noise * noise) ** 2) + by_pattern**2 * alike
     return replace(indentation, depth_root_m=np.linalg.cholesky(covariance))
+
+
+def _likeliest(gap: NDArray, spread: NDArray, alike: NDArray) -> tuple[float, float]:
+    """Multiples n and p with which gaps of covariance n^2 I + p^2 A + W W' are most likely.
+
+    In the axes of A the first two are diagonal, and W has few columns.
+    """
+    values, axes = np.linalg.eigh(alike)
+    gap, spread = axes.T @ gap, axes.T @ spread
+    costs = np.empty((len(NOISES), len(PATTERNS)))
+    for i, by_noise in enumerate(NOISES):
+        for j, by_pattern in enumerate(PATTERNS):
+            variance = by_noise**2 + by_pattern**2 * np.maximum(values, 0)
+            inner = np.eye(spread.shape[1]) + spread.T @ (spread / variance[:, None])
+            right = spread.T @ (gap / variance)
+            cost = (gap**2 / variance).sum() - right @ np.linalg.solve(inner, right)
+            costs[i, j] = cost + np.log(variance).sum() + np.linalg.slogdet(inner)[1]
+    best = np.unravel_index(int(np.argmin(costs)), costs.shape)
+    return float(NOISES[best[0]]), float(PATTERNS[best[1]])
 
 
 def _depths_beforehand(
     indentation: DirectIndentation, of: Parameters, options: Fit, times_s: NDArray
 ) -> tuple[NDArray, NDArray]:
-    """Gaps of the depths as expected beforehand, (k,) [m], and their covariance by the unknowns."""
+    """Gaps of the depths as expected beforehand, (k,) [m], and a root of what the unknowns add.
+
+    The root W (k, q) has the covariance W W'.
+    """
     line = linearised(indentation, of, times_s=times_s)
     root = indentation.depth_root_m
     gap, slope = root @ line.residuals.depth, root @ line.depth_slope
@@ -108,7 +125,10 @@ def _depths_beforehand(
     information[free, free] += WIDE_STD**-2
     right[free] += of.vector[free] * WIDE_STD**-2
     covariance = scaled_inverse(information)
-    return gap + slope @ (covariance @ right - of.vector), slope @ covariance @ slope.T
+    beforehand = gap + slope @ (covariance @ right - of.vector)
+    scale = np.sqrt(np.diag(covariance))
+    root = np.linalg.cholesky(covariance / np.outer(scale, scale) + 1e-12 * np.eye(len(scale)))
+    return beforehand, slope @ (scale[:, None] * root)
 
 
 def variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:

@@ -11,6 +11,8 @@ from palpate.estimate.direct.options import Fit
 FAR_DEVIATIONS = 2.0
 # Of the tip's way from the declared press: tables are of a press along it.
 OBLIQUE_DEG = 10.0
+# Of depths, over what the pose of the board in each frame explains.
+RESTLESS = 8.0
 # Of log E from the ends of its range.
 AT_END = 1e-6
 
@@ -44,6 +46,9 @@ def _of_captures(best: Solution) -> Iterator[str]:
             f"{sum(beyond)} of {frames + sum(beyond)} frames are deeper than the table's"
             f" {deepest:.1f} mm and were left out (deepest_m)"
         )
+    depths = max(float(np.median(one.depth_std_m)) / one.tip_std_m for one in best.indentations)
+    if depths > RESTLESS:
+        yield f"depths scatter by {depths:.0f} times what the pictures of the probe explain"
     angles = np.rad2deg([one.oblique_rad for one in best.indentations])
     if angles.max() > OBLIQUE_DEG:
         yield f"the tip went {_some(angles)} degrees beside the declared direction of the press"

@@ -36,6 +36,7 @@ ROUNDS = 3
 # Steps of log E, nu, q and m are held to these; below the last numbers they have converged.
 LARGEST_STEP = np.array([0.5, 0.1, 0.5, 0.5])
 SMALLEST_STEP = np.array([1e-5, 1e-5, 1e-4, 1e-4])
+ROUNDED = 100.0
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,8 @@ def fit_direct(
         joint = joint.with_deviations(parameters)
         scales = joint.scales_at(parameters)
     parameters, converged = joint.minimise(parameters, scales)
-    blocks, cost = joint.blocks_at(parameters, scales), joint.cost(parameters, scales)
+    blocks = joint.blocks_at(parameters, scales)
+    cost = joint.cost(parameters, scales) + joint.log_determinant(scales)
     return Solution(parameters, cost, scales, blocks, joint.indentations, converged)
 
 
@@ -128,8 +130,10 @@ class _Joint:
             matrix, slope = self.normal_equations(parameters, blocks)
             step = self.step(matrix, slope, _joined(parameters))
             before, parameters = parameters, self._moved(parameters, step, scales)
-            if parameters is before or (np.abs(step[: len(SMALLEST_STEP)]) < SMALLEST_STEP).all():
-                return parameters, True
+            over = float((np.abs(step[: len(SMALLEST_STEP)]) / SMALLEST_STEP).max())
+            if parameters is before or over < 1:
+                # Rounding ends the search a little earlier, too.
+                return parameters, over < ROUNDED
         return parameters, False
 
     def with_deviations(self, parameters, *, first=False) -> "_Joint":
@@ -184,6 +188,15 @@ class _Joint:
             total += float((gaps.depth**2).sum())
             soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion)) ** 2) - 1
             total += 2 * ROBUST**2 * float(soft.sum()) / scale.sharing
+        return total
+
+    def log_determinant(self, scales) -> float:
+        """What the cost lacks where deviations differ."""
+        total = 0.0
+        for one, scale in zip(self.indentations, scales, strict=True):
+            total += 2 * float(np.log(np.diag(one.depth_root_m)).sum())
+            motion = np.log(one.moved_std_m[one.seen] * scale.motion)
+            total += 2 * float(motion.sum()) / scale.sharing
         return total
 
     def scales_at(self, parameters) -> tuple[Scales, ...]:

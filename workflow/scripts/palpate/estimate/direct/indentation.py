@@ -51,8 +51,10 @@ class DirectIndentation:
         Of the force from frame to frame [N].
     shift_std_m : float
         Of what the camera is off by in common while the object is pressed [m].
+    place_expected_m : (2,) array
+        Contact from where the table has it, along the axes across the press [m].
     place_std_m : float
-        Of the contact's place along the surface [m].
+        Of that [m].
     contact_m : (3,) array
         Middle of the contact, object frame [m].
     cell_m, normal : (c, 3) arrays
@@ -89,6 +91,7 @@ class DirectIndentation:
     clock_std_s: float
     force_std_n: float
     shift_std_m: float
+    place_expected_m: NDArray
     place_std_m: float
     contact_m: NDArray
     cell_m: NDArray

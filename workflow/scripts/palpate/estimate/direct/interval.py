@@ -76,10 +76,12 @@ def intervals(
     ends = bounds if few else np.clip([nu - half[POISSON], nu + half[POISSON]], *bounds)
     moved = quantities.slopes @ covariance @ quantities.slopes[POISSON]
     by_nu, nu_std = moved / moved[POISSON], np.sqrt(moved[POISSON])
+    open_end = few or at_end(best, options) or not best.converged
     found = {}
     for k, name in enumerate(NAMES):
         if k == POISSON:
             verdict = verdict_of_nu(*ends, bounds)
+            verdict = "bounded" if open_end and verdict == "identified" else verdict
             if _is_assumed(nu_std, options):
                 known = options.poisson_ratio + _ends(options.poisson_ratio_std)
                 ends, verdict = np.clip(known, *bounds), ASSUMED
@@ -93,7 +95,6 @@ def intervals(
         high = quantities.values[k] + np.hypot(rest, max(with_nu.max(), 0.0))
         value, low, high = np.exp([quantities.values[k], low, high])
         interval = Interval.of_modulus(float(value), float(low), float(high))
-        open_end = few or at_end(best, options) or not best.converged
         found[name] = replace(interval, verdict="bounded") if open_end else interval
     return found
 

@@ -9,7 +9,7 @@ from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.placement import object_from_table
-from palpate.estimate.direct.support_motion import broad_foot, support_axes_of
+from palpate.estimate.direct.support_motion import broad_foot, rocking_axes, support_axes_of
 from palpate.estimate.direct.table import sample_table
 from palpate.estimate.hertz.range import FROM_MEDIAN, force_onset
 from palpate.estimate.hertz.record import FEWEST_AT_REST, hold_end
@@ -28,6 +28,8 @@ OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200
 UNFINISHED_M = 1e-5
 # Farther from the surface than tip and template are wrong by, a tip touches nothing.
 CLEAR_M = 0.003
+# Where the contact is is told by frames at least so deep, as a part of the deepest.
+PRESSED = 0.5
 # And a tip that has gone no farther than this part of its way is still at rest.
 MOVED = 0.01
 
@@ -94,10 +96,15 @@ def direct_indentation(
     """
     check_belonging(record, motion)
     turn = alignment.camera_from_object[:3, :3]
-    force = record.forces_n @ (turn @ table.direction)
-    across = record.forces_n - np.outer(force, turn @ table.direction)
     tips = to_object(alignment.camera_from_object, record.tips_m)
-    depth = depth_along(template, tips, table.direction, radius_m=table.radius_m)
+    touch = first_touch(template, tips, table)
+    place = object_from_table(table, template, touch)
+    beside_m = to_object(place, touch[None])[0] - (table.point_m - table.radius_m * table.direction)
+    # A table that turned with the surface is of a press that turned too.
+    direction = place[:3, :3] @ table.direction
+    depth = depth_along(template, tips, direction, radius_m=table.radius_m)
+    force = record.forces_n @ (turn @ direction)
+    across = record.forces_n - np.outer(force, turn @ direction)
     # The board goes down farther than the tip by what the probe between them gives way.
     depth = depth - force / record.stiffness_n_m
     least = least_force(force, unloaded(depth, force), options)
@@ -111,11 +118,11 @@ def direct_indentation(
             f" {table.depth_m[-1] * 1e3:.1f} mm, found none (a deeper one?)"
         )
     axis = tips[frames].mean(axis=0)
-    first_touch = (tips - depth[:, None] * table.direction)[frames].mean(axis=0)
-    place = object_from_table(table, template, first_touch)
     sharp_edges = sharp_edge_distance(template.vertices_m, template.faces, motion.cell_m)
     smooth = sharp_edges > options.crease_m
-    chosen = _outside(motion, axis, table, depth[frames].max(), smooth, options)
+    chosen = _outside(
+        motion, axis, direction, depth[frames].max(), smooth, options, radius_m=table.radius_m
+    )
     if not np.isfinite(motion.moved_m[np.ix_(frames, chosen)]).any():
         raise ValueError(
             "samples: expected some that are seen while the tip presses, found all hidden"
@@ -129,7 +136,7 @@ def direct_indentation(
         sideways_n=np.linalg.norm(across, axis=1),
         frames=frames,
         frames_beyond=len(loaded) - len(frames),
-        oblique_rad=oblique(tips[onset - 1], tips[int(np.argmax(depth))], table.direction),
+        oblique_rad=oblique(tips[onset - 1], tips[int(np.argmax(depth))], direction),
         depth_m=depth[frames],
         speed_m_s=np.gradient(depth, record.time_s)[frames],
         tip_std_m=tip_std,
@@ -140,6 +147,7 @@ def direct_indentation(
         clock_std_s=record.clock_std_s,
         force_std_n=float(max(FROM_MEDIAN * np.median(np.abs(rest - np.median(rest))), 1e-4)),
         shift_std_m=options.shift_std_m,
+        place_expected_m=rocking_axes(table.direction) @ beside_m,
         place_std_m=options.place_std_m,
         contact_m=axis,
         cell_m=motion.cell_m[chosen],
@@ -154,7 +162,7 @@ def direct_indentation(
             motion.normal[chosen],
             support=support,
             contact_m=axis,
-            direction=table.direction,
+            direction=direction,
             options=options,
         ),
         broad_foot=broad_foot(template.vertices_m, template.faces, support, axis),
@@ -187,6 +195,22 @@ def loaded_frames(
     """
     end = hold_end(depth_m, int(np.argmax(depth_m)), frame_std_m=tip_std_m)
     return onset + np.flatnonzero(force_n[onset:end] > least_n)
+
+
+def first_touch(surface: SmoothSurface, tips_m: NDArray, table: IndentationModel) -> NDArray:
+    """Centre of the sphere when it first touched, by the way of the deepest tips, (3,) [m].
+
+    Parameters
+    ----------
+    surface : SmoothSurface
+        Object frame.
+    tips_m : (f, 3) array
+        Centres of the sphere, object frame [m].
+    table : IndentationModel
+    """
+    depth = depth_along(surface, tips_m, table.direction, radius_m=table.radius_m)
+    pressed = depth > PRESSED * depth.max()
+    return (tips_m - depth[:, None] * table.direction)[pressed].mean(axis=0)
 
 
 def oblique(start_m: NDArray, end_m: NDArray, direction: NDArray) -> float:
@@ -326,15 +350,17 @@ def check_indentation(depth_m: NDArray, force_n: NDArray, onset: int) -> None:
 def _outside(
     motion: SurfaceMotion,
     axis: NDArray,
-    table: IndentationModel,
+    direction: NDArray,
     deepest_m: float,
     smooth: NDArray,
     options: Fit,
+    *,
+    radius_m: float,
 ) -> NDArray:
     """Samples away from creases, far enough from the contact and near enough to move."""
-    a = hertz_contact_radius(indenter_radius_m=table.radius_m, depth_m=max(deepest_m, 1e-6))
+    a = hertz_contact_radius(indenter_radius_m=radius_m, depth_m=max(deepest_m, 1e-6))
     way = motion.cell_m - axis
-    across = way - (way @ table.direction)[:, None] * table.direction
+    across = way - (way @ direction)[:, None] * direction
     distance = np.linalg.norm(across, axis=1)
     nearest = options.nearest_radii * a + options.nearest_m
     straight = np.linalg.norm(way, axis=1)

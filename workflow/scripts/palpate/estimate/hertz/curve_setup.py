@@ -68,8 +68,9 @@ class Setup:
         _one_of("indenter", self.indenter, (None, *INDENTERS, CONE))
         _one_of("residual", self.residual, RESIDUALS)
         _one_of("base", self.base, LAYERS)
-        if self.contact_m is not None and not 0 < self.contact_m[1] < np.inf:
-            raise ValueError(f"contact_m: expected a deviation above 0, found {self.contact_m[1]}")
+        known = (0.0, 1.0) if self.contact_m is None else tuple(self.contact_m)
+        if not (len(known) == 2 and np.isfinite(known).all() and known[1] > 0):
+            raise ValueError(f"contact_m: expected a depth and a deviation above 0, found {known}")
         for name in ("radius_m", "thickness_m", "stiffness_n_m"):
             found = getattr(self, name)
             if found is not None and not 0 < found < np.inf:

@@ -8,7 +8,7 @@ R. Garcia, Biophys. J. 114 (2018) 2923: consistent series of the same at nu 0.5.
 """
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +62,7 @@ def sneddon_force(
     return radius_m**2 * over_hertz(depth) * depth**1.5
 
 
-@cache
+@lru_cache(maxsize=64)
 def _sneddon_over_hertz(curvature: float, foot: float) -> CubicSpline:
     """Force over the depth's power 3/2 by depth, for R = 1."""
     t, a = TANGENTS, np.tanh(TANGENTS)
@@ -209,7 +209,8 @@ def contact_law(
         return lambda depth_m: force(depth_m, radius_m, curvature_per_m, foot_curvature_per_m)
 
     def law(depth_m: NDArray) -> NDArray:
-        chi = np.sqrt(radius_m * np.maximum(depth_m, 0)) / thickness_m
+        bend = 1 / radius_m + curvature_per_m
+        chi = np.sqrt(np.maximum(depth_m, 0) / bend) / thickness_m
         return force(depth_m, radius_m, curvature_per_m) * factor(chi, nu, support)
 
     return law

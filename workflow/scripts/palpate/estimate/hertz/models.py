@@ -15,7 +15,15 @@ from palpate.estimate.hertz.fit import (
     fit_free_contact,
     fit_known_contact,
 )
-from palpate.estimate.hertz.laws import FOOT, INDENTERS, LARGEST_CHI, LAYERS, SUPPORTS, contact_law
+from palpate.estimate.hertz.laws import (
+    FOOT,
+    INDENTERS,
+    LARGEST_CHI,
+    LAYERS,
+    SUPPORTS,
+    contact_law,
+    layer_factor,
+)
 from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.record import Record
 from palpate.estimate.hertz.relaxation import (
@@ -38,6 +46,8 @@ POISSON_RATIOS = (0.0, 0.499)
 SHALLOWEST = 8.0
 # The fit with relaxation is repeated with the prior's share scaled, to show what the prior decides.
 SHARE_FACTORS = (0.5, 2.0)
+# No side takes more of a force than leaves this part.
+LEAST_LEFT = 0.1
 BY_RATIO = (
     "reduced_modulus_pa",
     "reduced_modulus_interval_pa",
@@ -247,11 +257,12 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
     -------
     dict
         The model, with ``rule`` in words, and ``doubts``, why no law holds, a line each: the
-        interval then reaches to those of all supports.
+        interval then reaches to those of all supports, and as far as side or base move it.
     """
     indenter = "sneddon" if indentation.depth_over_radius > SHALLOW else "parabola"
     support, doubts = indentation.shape.support, [*indentation.shape.doubts]
-    if support in LAYERS and indentation.chi > LARGEST_CHI:
+    thin = support in LAYERS and indentation.chi > LARGEST_CHI
+    if thin:
         support = "half_space"
         doubts.append(
             f"the layer is thin, chi {indentation.chi:.2f} above {LARGEST_CHI}: {INSTEAD}"
@@ -271,6 +282,12 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
             for end in m["reduced_modulus_interval_pa"]
             if (m["indenter"], m["contact"]) == (indenter, "weighted")
         ]
+        # A free side leaves an object softer than it is; a thin layer's base makes it stiffer.
+        ends.append(max(ends) / max(1 - indentation.shape.side_part, LEAST_LEFT))
+        if thin:
+            chi = np.array(indentation.chi)
+            ratio = best.get("poisson_ratio", POISSON_RATIOS[1])
+            ends += [min(ends) / float(layer_factor(chi, ratio, layer)) for layer in LAYERS]
         best = _widened(best, best["relaxation"], ends)
     return dict(best) | {"rule": rule, "doubts": doubts}
 

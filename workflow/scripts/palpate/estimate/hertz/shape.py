@@ -52,6 +52,8 @@ class Shape:
         Of the sphere that makes the same contact as the object's surface [1/m].
     foot_curvature_per_m : float
         Of a round foot on a plane, 0 where there is none [1/m].
+    side_part : float
+        Part of the force that a free side takes.
     doubts : tuple of str
         Why no law holds, a line each.
     """
@@ -59,6 +61,7 @@ class Shape:
     support: str = "bonded"
     curvature_per_m: float = 0.0
     foot_curvature_per_m: float = 0.0
+    side_part: float = 0.0
     doubts: tuple[str, ...] = ()
 
 
@@ -104,12 +107,13 @@ def shape_at(
     bend = 1 / radius_m + principal_curvatures(surface, point_m, up, contact)
     side = _side_m(template, support, point_m, up)
     held = thickness if borne else np.inf
-    doubts = [*_of_side(side, contact, held), *_of_base(kind, thickness, radius_m, depth_m)]
+    part = side_part(side, contact, held)
+    doubts = [*_of_side(side, part), *_of_base(kind, thickness, radius_m, depth_m)]
     if bend[0] <= 0:
         doubts.append(f"the surface is hollower than the sphere is round: {INSTEAD}")
         bend = np.full(2, 1 / radius_m)
     curvature = 1 / equivalent_radius(*bend) - 1 / radius_m
-    return Shape(kind, curvature, foot, tuple(doubts))
+    return Shape(kind, curvature, foot, part, tuple(doubts))
 
 
 def equivalent_radius(low_per_m: float, high_per_m: float) -> float:
@@ -148,6 +152,8 @@ def side_part(side_m: float, contact_m: float, thickness_m: float) -> float:
     side_m, contact_m, thickness_m : float
         Distance c, contact radius a, and thickness h, infinite where no base holds the object [m].
     """
+    if side_m <= 0:
+        return 1.0
     held = float(np.exp(-((2 * side_m / thickness_m) ** 2)))
     return 1 - 1 / (1 + SIDE_PART * contact_m / side_m * held)
 
@@ -190,7 +196,7 @@ def _flat(
 ) -> bool:
     """Whether the surface around both places is flat, and square to a direction."""
     reach = max(CONTACT_REACH * contact_m, LAYER_REACH * thickness_m)
-    rings = np.concatenate([_ring(place, up, reach) for place in places_m])
+    rings = np.concatenate([_ring(at, up, part * reach) for at in places_m for part in RINGS])
     return bool(surface.distance(rings).max() < FLAT * thickness_m)
 
 
@@ -204,8 +210,7 @@ def _side_m(template: Template, support: Support, point_m: NDArray, up: NDArray)
     return float(np.linalg.norm(near - point_m, axis=1).min(initial=np.inf))
 
 
-def _of_side(side_m: float, contact_m: float, held_m: float) -> Iterator[str]:
-    part = side_part(side_m, contact_m, held_m)
+def _of_side(side_m: float, part: float) -> Iterator[str]:
     if part > LARGEST_PART:
         yield (
             f"a free side {MILLIMETRES * side_m:.2g} mm from the press takes some"
