@@ -1,52 +1,82 @@
-"""Digest of a script's transitive local imports.
+"""What a job depends on beside its inputs and options: code, versions of packages, folders.
 
-Snakemake tracks a script's own text but not the modules it imports. The digest goes into the
-rule's ``params``, so that an edit of the library re-runs just what depends on it.
+Snakemake tracks a script's own text but not the modules it imports, what these compute with, nor
+what lies in a folder. All of it goes into the ``params`` of each rule, so that a change re-runs
+just what depends on it.
 """
 
 import ast
 import hashlib
-from collections.abc import Iterable
+import re
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 
 PACKAGES = ("palpate", "virtual_lab", "thesis")
 # Where the packages and the folders of scripts lie.
 ROOT = Path(__file__).resolve().parents[2]
+# What the run of an object by itself may use, below the project.
+WHOLE = ("workflow/Snakefile", "workflow/rules", "workflow/scripts", "config/published")
+PIN = re.compile(r"^([A-Za-z0-9_.-]+)==([^\s\\;]+)", re.MULTILINE)
 
 
-def code(script: str) -> str:
-    """Digest of the modules that a script of the workflow imports, such as ``stages/mask``."""
-    return code_digest(ROOT / f"{script}.py")
+def follow(rules: Iterable, content: Callable) -> None:
+    """Give the project's rules the params ``code`` and ``content``.
+
+    Parameters
+    ----------
+    rules : iterable of Snakemake's rules
+        Those without a script of the project, or that have the params, stay as they are.
+    content : callable
+        Takes a job's wildcards and, if it likes, input; tells states of folders apart.
+    """
+    for rule in rules:
+        script = ROOT / str(rule.script or "").rpartition("scripts/")[2]
+        if script.is_file() and "code" not in rule.params.keys():
+            rule.set_params(code=code(script, rule.params.get("make", "")), content=content)
 
 
-def function_code(make: str) -> str:
-    """Digest of a function's module, named as ``module:function``, and of all that it imports."""
-    module = ROOT.joinpath(*make.partition(":")[0].split(".")).with_suffix(".py")
-    return _digest([module, *imported_modules(module)])
-
-
-def code_digest(script: str | Path, root: Path = ROOT) -> str:
-    """Digest the modules that a script imports, directly or not.
+def code(script: str | Path, make: str = "", root: Path = ROOT) -> str:
+    """Digest what a script computes with.
 
     Parameters
     ----------
     script : path
+    make : str, optional
+        ``module:function`` that it calls.
     root : path, optional
-        Folder of the packages.
+        Folder of the packages, ``workflow/scripts`` of a project.
 
     Returns
     -------
     str
-        Sixteen hexadecimal digits that change when any of those modules changes.
+        Sixteen hexadecimal digits that change when any module changes that script or function
+        import, directly or not, or any pinned version: which packages a result hangs on through
+        other packages nobody can tell.
     """
-    return _digest(imported_modules(script, root))
+    modules = set(imported_modules(script, root))
+    if make:
+        module = root.joinpath(*make.partition(":")[0].split(".")).with_suffix(".py")
+        modules |= {module, *imported_modules(module, root)}
+    return _digest(modules, root)
 
 
-def _digest(modules: Iterable[Path]) -> str:
-    digest = hashlib.sha256()
-    for module in sorted(set(modules)):
-        digest.update(module.name.encode() + b"\0" + module.read_bytes() + b"\0")
+def whole_code(root: Path = ROOT) -> str:
+    """Digest all that the workflow computes with, as `code` does."""
+    places = [root.parents[1] / name for name in WHOLE]
+    files = [path for place in places for path in (place, *place.rglob("*"))]
+    return _digest((path for path in files if path.is_file() and path.suffix != ".pyc"), root)
+
+
+def pins(root: Path = ROOT) -> dict[str, str]:
+    """Version of each package that the project's lock pins."""
+    return dict(PIN.findall((root.parents[1] / "environment.lock").read_text(encoding="utf-8")))
+
+
+def _digest(files: Iterable[Path], root: Path) -> str:
+    digest = hashlib.sha256(repr(sorted(pins(root).items())).encode())
+    for path in sorted(files):
+        digest.update(f"{path.relative_to(root.parents[1])}\0".encode() + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
 
 
