@@ -13,7 +13,7 @@ SCRIPTS = str(PROJECT / "workflow" / "scripts")
 sys.path.insert(0, SCRIPTS)
 
 from palpate.run.configuration import open_run
-from palpate.run.digest import code
+from palpate.run.digest import follow
 from palpate.run.job_run import own_run
 from palpate.run.lock import begin_run
 from palpate.run.many import ManyObjects
@@ -46,7 +46,7 @@ try:
 except ValueError as error:
     refuse(error)
 
-MANY = ManyObjects(RUN, PROJECT)
+MANY = ManyObjects(RUN)
 PLAN = Plan(
     logger,
     begins=lambda: not workflow.dryrun and not workflow.execution_settings.no_hooks,
@@ -93,8 +93,6 @@ rule object_check:
         mem_mb=600,
         runtime=5,
     params:
-        code=code("stages/object_check"),
-        content=MANY.content,
         sensors=MANY.sensors,
         probes=MANY.probes,
     message:
@@ -115,8 +113,6 @@ rule objects_checked:
     localrule: True
     conda:
         "envs/palpate.yaml"
-    params:
-        code=code("stages/objects_checked"),
     message:
         "Nothing is wrong with any capture"
     script:
@@ -142,7 +138,6 @@ rule object_study:
         runtime=MANY.minutes,
     params:
         origin=MANY.origin,
-        content=MANY.content,
         folder=MANY.of_object(""),
         wanted=MANY.wanted,
     message:
@@ -163,8 +158,6 @@ rule objects_summary:
     localrule: True
     conda:
         "envs/palpate.yaml"
-    params:
-        code=code("stages/objects_summary"),
     message:
         "Summary of all objects"
     script:
@@ -176,3 +169,6 @@ rule all:
     input:
         RUN.results("objects.csv"),
     localrule: True
+
+
+follow(workflow.rules, MANY.content)

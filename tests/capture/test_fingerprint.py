@@ -28,3 +28,15 @@ def test_passes_over_hidden_files(folder):
     before = folder_fingerprint(folder)
     (folder / ".snakemake_timestamp").write_bytes(b"")
     assert folder_fingerprint(folder) == before
+
+
+@pytest.mark.parametrize("place", ["kinect", "kinect/08"])
+def test_an_objects_sensor_or_capture_may_be_a_link(folder, tmp_path, place):
+    """On another disk: what lies there counts, and a link to a link ends."""
+    link = tmp_path / "raw/sponge" / place
+    link.parent.mkdir(parents=True)
+    link.symlink_to(folder / "left")
+    (folder / "left" / "round").symlink_to(folder / "left")
+    before = folder_fingerprint(tmp_path / "raw/sponge", linked=2)
+    (folder / "left" / "000000.png").write_bytes(b"another image")
+    assert folder_fingerprint(tmp_path / "raw/sponge", linked=2) != before

@@ -1,11 +1,10 @@
 """What an object's own run gets, and when it is made anew."""
 
-import shutil
 from pathlib import Path
 
 import pytest
 from palpate.run.object_config import object_config
-from palpate.run.objects import MANY, kept_files, project_digest, studied, too_many, value_digest
+from palpate.run.objects import MANY, kept_files, studied, too_many, value_digest
 from settings import full
 
 
@@ -20,17 +19,6 @@ def test_own_configuration(config):
     assert own["paths"] == config["paths"] | {"results": "results/objects/cushion", "lab": None}
     assert {**own, "only": None, "paths": config["paths"]} == config
     assert config["only"] is None and config["paths"]["results"] == "results"
-
-
-def test_digest_follows_the_project(root, tmp_path):
-    for name in ("workflow/Snakefile", "workflow/scripts/stages/mask.py"):
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(root / name, tmp_path / name)
-    first = project_digest(tmp_path)
-    (tmp_path / "README.md").write_text("no part of what computes")
-    assert project_digest(tmp_path) == first
-    (tmp_path / "workflow/scripts/stages/mask.py").write_text("MOST_FOREGROUND = 0.9\n")
-    assert project_digest(tmp_path) != first
 
 
 def test_the_studys_objects(config):

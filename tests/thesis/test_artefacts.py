@@ -4,15 +4,18 @@ import csv
 import subprocess
 import sys
 from importlib import import_module
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from docutils.core import publish_parts
 from jinja2 import Environment
-from palpate.run.digest import ROOT, function_code
+from palpate.run.digest import ROOT, code
 from thesis.artefacts import ARTEFACTS
 
 FILES = {"table": "tables/{}.csv", "figure": "figures/{}.png"}
+# Of all that artefacts make.
+WRITERS = [(f"palpate/{name}.py", "") for name in ("report/outputs", "capture/files")]
 SHOWN = [entry for entry in ARTEFACTS if entry.wanted]
 
 
@@ -63,14 +66,18 @@ def test_the_table_costs_no_library():
     assert done.stderr.strip() == ""
 
 
-def test_an_edit_changes_the_code_of_its_own_artefacts(tmp_path, monkeypatch):
-    """By the digest that is a param of each rule."""
+@pytest.mark.parametrize(
+    ("edited", "of"),
+    [("thesis/chapter5/rigid_slide.py", "thesis.chapter5.rigid_slide:"), *WRITERS],
+)
+def test_an_edit_changes_the_code_of_its_own_artefacts(monkeypatch, edited, of):
+    """By the digest that is a param of each rule; what writes their files is all artefacts'."""
     makes = {entry.make for entry in ARTEFACTS}
-    before = {make: function_code(make) for make in makes}
-    edited = ROOT / "thesis/chapter5/rigid_slide.py"
-    read = type(edited).read_bytes
+    script = ROOT / "stages/artefact.py"
+    before = {make: code(script, make) for make in makes}
+    read = Path.read_bytes
     monkeypatch.setattr(
-        type(edited), "read_bytes", lambda path: read(path) + b"#" * (path == edited)
+        Path, "read_bytes", lambda path: read(path) + b"#" * (path == ROOT / edited)
     )
-    changed = {make for make in makes if function_code(make) != before[make]}
-    assert changed == {make for make in makes if make.startswith("thesis.chapter5.rigid_slide:")}
+    changed = {make for make in makes if code(script, make) != before[make]}
+    assert changed == {make for make in makes if make.startswith(of)}

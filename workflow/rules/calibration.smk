@@ -10,9 +10,6 @@ rule camera_calibration:
         RUN.results("benchmarks/camera_calibration/{sensor}.tsv")
     conda:
         "../envs/palpate.yaml"
-    params:
-        code=code("stages/camera_calibration"),
-        content=RUN.experiment_content("calibration"),
     message:
         "Calibrating the cameras of the {wildcards.sensor}"
     script:

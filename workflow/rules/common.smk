@@ -26,7 +26,7 @@ sys.path.insert(0, SCRIPTS)
 
 from palpate.capture.discover import CAPTURE_NAME
 from palpate.run.configuration import open_run
-from palpate.run.digest import code
+from palpate.run.digest import follow
 from palpate.run.job_run import own_run
 from palpate.run.lock import begin_run
 from palpate.run.places import sources_of

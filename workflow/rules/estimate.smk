@@ -15,7 +15,6 @@ rule hertz:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/hertz"),
         probe=RUN.probe_spec,
         options=RUN.config["hertz"],
     message:
@@ -41,7 +40,6 @@ rule minimise:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/minimise"),
         probe=RUN.probe_spec,
         solid=RUN.config["solid"],
         options=RUN.search_of,
@@ -67,7 +65,6 @@ rule indentation:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/indentation"),
         probe=RUN.probe_spec,
         options=RUN.config["direct"]["model"],
         mirrors=RUN.mirrors_of,
@@ -94,7 +91,6 @@ rule surface_motion:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/surface_motion"),
         probe=RUN.probe_spec,
         sensor=RUN.sensor_spec,
         onset_force_n=RUN.config["hertz"]["onset_force_n"],
@@ -117,7 +113,6 @@ rule direct:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/direct"),
         probe=RUN.probe_spec,
         captures=RUN.one,
         options=RUN.config["direct"]["fit"],
@@ -140,7 +135,6 @@ rule direct_object:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/direct"),
         probe=RUN.probe_spec,
         captures=RUN.together,
         options=RUN.config["direct"]["fit"],
@@ -165,7 +159,6 @@ rule curve:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/curve"),
         probe=RUN.probe_spec,
         options=RUN.config["direct"]["fit"],
     message:

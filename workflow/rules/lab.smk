@@ -24,7 +24,6 @@ rule lab_contact:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("lab/contact"),
         spec=LAB.mechanics,
         probe=LAB.probe,
     message:
@@ -46,7 +45,6 @@ rule lab_object:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("lab/object"),
         spec=LAB.spec,
     message:
         "Lab: describing {wildcards.object}"
@@ -68,7 +66,6 @@ rule lab_template:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("lab/template"),
         shape=LAB.shape,
     message:
         "Lab: template of {wildcards.object}"
@@ -90,7 +87,6 @@ rule lab_scans:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("lab/scans"),
         laser=LAB.laser,
         shape=LAB.shape,
     message:
@@ -113,7 +109,6 @@ rule lab_background:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("lab/background"),
         common=LAB.common,
         spec=LAB.spec,
         sensor=RUN.sensor_spec,
@@ -140,7 +135,6 @@ rule lab_capture:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("lab/capture"),
         common=LAB.common,
         spec=LAB.recorded,
         place=LAB.place,
@@ -167,7 +161,6 @@ rule lab_experiment:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("lab/experiment"),
         common=LAB.common,
         experiment=LAB.experiment,
         sensor=LAB.experiment_sensor,
@@ -193,7 +186,6 @@ if LAB.simulates:
         conda:
             "../envs/palpate.yaml"
         params:
-            code=code("lab/simulated_block"),
             spec=LAB.simulated_block,
         message:
             "Lab: linear FEM of the foam block of Section 3.3.2"

@@ -1,5 +1,4 @@
 # What a person gets of an object of their own: a summary, figures, and a page of them.
-from palpate.run.digest import function_code
 from palpate.run.own_objects import OwnObjects
 
 OWN = OwnObjects(RUN)
@@ -23,7 +22,6 @@ rule own_summary:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/summary"),
         captures=OWN.of("fitted"),
         minimised=OWN.of("minimised"),
         estimated=OWN.of("direct"),
@@ -58,7 +56,6 @@ rule own_moduli:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=function_code("palpate.report.moduli_figure:make_direct_moduli"),
         make="palpate.report.moduli_figure:make_direct_moduli",
         title="E and nu of an object",
         caption="Direct estimates straight from clouds and forces, with 95 % intervals: each capture, and all"
@@ -91,7 +88,6 @@ rule own_hertz_fit:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=function_code("palpate.report.hertz_figures:make_hertz_fits"),
         make="palpate.report.hertz_figures:make_hertz_fits",
         title="Hertz fit of an object",
         caption="Hertz model (Eq. 5.1) fitted to force (N) and depth (mm) of the first captures, with a contact"
@@ -126,7 +122,6 @@ rule own_surface:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=function_code("palpate.report.surface_figures:make_tracked_surface"),
         make="palpate.report.surface_figures:make_tracked_surface",
         title="Tracked surface of an object",
         caption="What the camera sees in the deepest frame of the first capture with each sensor, the tracked"
@@ -159,7 +154,6 @@ rule own_report:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/own_report"),
         captures=OWN.captures,
         groups=OWN.groups,
     message:

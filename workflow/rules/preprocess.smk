@@ -11,8 +11,6 @@ rule background_model:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/background_model"),
-        content=RUN.content(RUN.raw("{object}/{sensor}/background")),
         sensor=RUN.sensor_spec,
         options=RUN.config["background"],
     message:
@@ -34,8 +32,6 @@ rule support_plane:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/support_plane"),
-        content=RUN.content(RUN.raw("{object}/{sensor}/background")),
         sensor=RUN.sensor_spec,
         options=RUN.config["support_plane"],
         seed=RUN.config["seed"],
@@ -58,8 +54,6 @@ rule mask:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/mask"),
-        content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
         sensor=RUN.sensor_spec,
         options=RUN.config["background"],
     message:
@@ -81,8 +75,6 @@ rule probe_pose:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/probe_pose"),
-        content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
         sensor=RUN.sensor_spec,
         probe=RUN.probe_spec,
         options=RUN.config["probe_pose"],
@@ -107,8 +99,6 @@ rule force:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/force"),
-        content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
         probe=RUN.probe_spec,
         options=RUN.config["force"],
     message:
@@ -134,8 +124,6 @@ rule clouds:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/clouds"),
-        content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
         sensor=RUN.sensor_spec,
         probe=RUN.probe_spec,
         options=RUN.config["clouds"],
@@ -162,8 +150,6 @@ rule rest_cloud:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/clouds"),
-        content=RUN.content(RUN.raw("{object}/{sensor}/{capture}")),
         sensor=RUN.sensor_spec,
         probe=RUN.probe_spec,
         options=RUN.config["clouds"],

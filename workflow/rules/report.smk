@@ -29,7 +29,6 @@ rule summary:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/summary"),
         title="Summary: every capture and method",
         caption="E, nu and E* with intervals and verdicts, all moduli in Pa. The same is in"
         " ``summary.csv``.\n\nRows whose provenance is *simulated* come from the virtual lab.",
@@ -65,7 +64,6 @@ rule configuration:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/configuration"),
         title="Configuration and versions",
         caption="Options of this run after all overrides, and the versions of project, Python and"
         " pinned packages.",
@@ -94,7 +92,6 @@ rule objects_page:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/objects_page"),
         captures=objects_shown(RUN),
         minimised=RUN.described("minimised"),
         errors=RUN.errors,

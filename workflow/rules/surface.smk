@@ -14,9 +14,6 @@ rule template:
     priority: 10
     conda:
         "../envs/palpate.yaml"
-    params:
-        code=code("stages/template"),
-        content=RUN.scans_content,
     message:
         "Template of {wildcards.object} from its laser scans"
     script:
@@ -37,8 +34,6 @@ rule solid_mesh:
         RUN.results("benchmarks/solid_mesh/{object}.tsv")
     conda:
         "../envs/palpate.yaml"
-    params:
-        code=code("stages/solid_mesh"),
     message:
         "Solid mesh of {wildcards.object}"
     script:
@@ -62,7 +57,6 @@ rule align:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/align"),
         probe=RUN.probe_spec,
         options=RUN.config["tracking"]["alignment"],
         onset_force_n=RUN.config["hertz"]["onset_force_n"],
@@ -92,7 +86,6 @@ rule track:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/track"),
         probe=RUN.probe_spec,
         options=RUN.tracker_options,
     message:

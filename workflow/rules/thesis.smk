@@ -46,7 +46,6 @@ rule validation_estimates:
     conda:
         "../envs/palpate.yaml"
     params:
-        code=code("stages/summary"),
         captures=RUN.described(),
         minimised=[],
         estimated=RUN.described(),

@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from palpate.run.digest import function_code
 from palpate.run.run import Described, Run
 
 # Browsers sort results by name, letter for letter.
@@ -118,8 +117,7 @@ class Artefact:
     def rule_params(self, run: Run) -> dict:
         """Params of its rule."""
         captures = self.shown(run)
-        known = {"code": function_code(self.make), "make": self.make}
-        known |= {"title": self.title, "caption": self.caption}
+        known = {"make": self.make, "title": self.title, "caption": self.caption}
         described = {"captures": captures} if self.captures else {}
         return known | described | dict(self.params(run, captures))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from palpate.capture.discover import NOT_OBJECTS, NOT_SENSORS
 
 
-def folder_fingerprint(folder: str | Path) -> str:
+def folder_fingerprint(folder: str | Path, *, linked: int = 0) -> str:
     """Digest the names, sizes and modification times of a folder's files.
 
     Reading the images themselves at every start would take minutes for a large study; size and
@@ -17,7 +17,9 @@ def folder_fingerprint(folder: str | Path) -> str:
     Parameters
     ----------
     folder : path
-        Folder of a capture; hidden files are passed over.
+        Folder of a capture, itself a link or not; hidden files are passed over.
+    linked : int, optional
+        Levels below it whose folders may be links: 2 in an object's, for sensors and captures.
 
     Returns
     -------
@@ -25,14 +27,16 @@ def folder_fingerprint(folder: str | Path) -> str:
         Sixteen hexadecimal digits.
     """
     digest = hashlib.sha256()
-    for parts, status in sorted(_files(str(folder), ()), key=lambda file: file[0]):
+    for parts, status in sorted(_files(str(folder), (), linked), key=lambda file: file[0]):
         entry = f"{'/'.join(parts)} {status.st_size} {status.st_mtime_ns}\n"
         digest.update(entry.encode())
     return digest.hexdigest()[:16]
 
 
-def _files(folder: str, parts: tuple[str, ...]) -> Iterator[tuple[tuple, os.stat_result]]:
-    """Visible files below a folder; a linked folder is not entered."""
+def _files(
+    folder: str, parts: tuple[str, ...], linked: int
+) -> Iterator[tuple[tuple, os.stat_result]]:
+    """Visible files below a folder; a linked folder is entered on the first levels alone."""
     try:
         entries = list(os.scandir(folder))
     except (FileNotFoundError, NotADirectoryError):
@@ -40,8 +44,8 @@ def _files(folder: str, parts: tuple[str, ...]) -> Iterator[tuple[tuple, os.stat
     for entry in entries:
         if entry.name.startswith("."):
             continue
-        if entry.is_dir(follow_symlinks=False):
-            yield from _files(entry.path, (*parts, entry.name))
+        if entry.is_dir(follow_symlinks=linked > 0):
+            yield from _files(entry.path, (*parts, entry.name), linked - 1)
         elif _is_file(entry):
             yield (*parts, entry.name), entry.stat()
 

@@ -1,13 +1,11 @@
 """What a run was made with: its options and the versions behind it."""
 
-import re
 from collections.abc import Mapping, Sequence
 
 import yaml
 
 from palpate.markdown import rows_of
-
-PIN = re.compile(r"^([A-Za-z0-9_.-]+)==([^\s\\;]+)", re.MULTILINE)
+from palpate.run.digest import PIN
 
 
 def pinned(lock: str, names: Sequence[str]) -> dict[str, str]:

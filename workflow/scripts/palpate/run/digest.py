@@ -1,77 +1,83 @@
-"""Digest of a script's transitive imports: our modules' text, and the versions of others'.
+"""What a job depends on beside its inputs and options: code, versions of packages, folders.
 
-Snakemake tracks a script's own text but not the modules it imports. The digest goes into the
-rule's ``params``, so that an edit of the library, or another version of a package, re-runs just
-what depends on it.
+Snakemake tracks a script's own text but not the modules it imports, what these compute with, nor
+what lies in a folder. All of it goes into the ``params`` of each rule, so that a change re-runs
+just what depends on it.
 """
 
 import ast
 import hashlib
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Callable, Iterable
 from functools import cache
-from importlib import metadata
 from pathlib import Path
 
 PACKAGES = ("palpate", "virtual_lab", "thesis")
 # Where the packages and the folders of scripts lie.
 ROOT = Path(__file__).resolve().parents[2]
+# What the run of an object by itself may use, below the project.
+WHOLE = ("workflow/Snakefile", "workflow/rules", "workflow/scripts", "config/published")
+PIN = re.compile(r"^([A-Za-z0-9_.-]+)==([^\s\\;]+)", re.MULTILINE)
 
 
-def code(script: str) -> str:
-    """Digest of the modules that a script of the workflow imports, such as ``stages/mask``."""
-    return code_digest(ROOT / f"{script}.py")
+def follow(rules: Iterable, content: Callable) -> None:
+    """Give the project's rules the params ``code`` and ``content``.
 
-
-def function_code(make: str) -> str:
-    """Digest of what `stages/artefact` makes with a function, named as ``module:function``.
-
-    Of its module, of the script that writes what it returns, and of all that they import.
+    Parameters
+    ----------
+    rules : iterable of Snakemake's rules
+        Those without a script of the project, or that have the params, stay as they are.
+    content : callable
+        Takes a job's wildcards and, if it likes, input; tells states of folders apart.
     """
-    module = ROOT.joinpath(*make.partition(":")[0].split(".")).with_suffix(".py")
-    script = ROOT / "stages" / "artefact.py"
-    return _digest([script, module, *imported_modules(script), *imported_modules(module)])
+    for rule in rules:
+        script = ROOT / str(rule.script or "").rpartition("scripts/")[2]
+        if script.is_file() and "code" not in rule.params.keys():
+            rule.set_params(code=code(script, rule.params.get("make", "")), content=content)
 
 
-def code_digest(script: str | Path, root: Path = ROOT) -> str:
-    """Digest the modules that a script imports, directly or not.
+def code(script: str | Path, make: str = "", root: Path = ROOT) -> str:
+    """Digest what a script computes with.
 
     Parameters
     ----------
     script : path
+    make : str, optional
+        ``module:function`` that it calls.
     root : path, optional
-        Folder of the packages.
+        Folder of the packages, ``workflow/scripts`` of a project.
 
     Returns
     -------
     str
-        Sixteen hexadecimal digits that change when any of those modules changes, or the version of
-        a package that one of them imports.
+        Sixteen hexadecimal digits that change when any module changes that script or function
+        import, directly or not, or any pinned version: which packages a result hangs on through
+        other packages nobody can tell.
     """
-    return _digest(imported_modules(script, root), script=Path(script))
+    modules = set(imported_modules(script, root))
+    if make:
+        module = root.joinpath(*make.partition(":")[0].split(".")).with_suffix(".py")
+        modules |= {module, *imported_modules(module, root)}
+    return _digest(modules, root)
 
 
-def _digest(modules: Iterable[Path], script: Path | None = None) -> str:
-    modules, digest = sorted(set(modules)), hashlib.sha256()
-    for module in modules:
-        digest.update(module.name.encode() + b"\0" + module.read_bytes() + b"\0")
-    # Snakemake tracks a script's text, not the packages that it names.
-    sources = [*modules, script] if script else modules
-    names = {name.partition(".")[0] for source in sources for name in _imported_names(source)}
-    for name in sorted(names):
-        digest.update(f"{name} {_version(name)}\0".encode())
+def whole_code(root: Path = ROOT) -> str:
+    """Digest all that the workflow computes with, as `code` does."""
+    places = [root.parents[1] / name for name in WHOLE]
+    files = [path for place in places for path in (place, *place.rglob("*"))]
+    return _digest((path for path in files if path.is_file() and path.suffix != ".pyc"), root)
+
+
+def pins(root: Path = ROOT) -> dict[str, str]:
+    """Version of each package that the project's lock pins."""
+    return dict(PIN.findall((root.parents[1] / "environment.lock").read_text(encoding="utf-8")))
+
+
+def _digest(files: Iterable[Path], root: Path) -> str:
+    digest = hashlib.sha256(repr(sorted(pins(root).items())).encode())
+    for path in sorted(files):
+        digest.update(f"{path.relative_to(root.parents[1])}\0".encode() + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
-
-
-@cache
-def _version(name: str) -> str:
-    """Version of the packages that an imported name comes from, empty for Python's own and ours."""
-    packages = sorted(set(_packages().get(name, ())))
-    return " ".join(f"{package} {metadata.version(package)}" for package in packages)
-
-
-@cache
-def _packages() -> Mapping[str, list[str]]:
-    return metadata.packages_distributions()
 
 
 def imported_modules(script: str | Path, root: Path = ROOT) -> list[Path]:
@@ -89,19 +95,22 @@ def imported_modules(script: str | Path, root: Path = ROOT) -> list[Path]:
 
 @cache
 def _local_imports(source: Path, root: Path) -> tuple[Path, ...]:
-    return tuple(path for name in _imported_names(source) for path in _files_of(name, root))
-
-
-@cache
-def _imported_names(source: Path) -> tuple[str, ...]:
-    """Dotted names that a file imports."""
     names = []
     for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-    return tuple(names)
+        elif isinstance(node, ast.ImportFrom):
+            base = _absolute_name(node, source, root)
+            names += [base, *(f"{base}.{alias.name}" for alias in node.names)]
+    return tuple(path for name in names for path in _files_of(name, root))
+
+
+def _absolute_name(node: ast.ImportFrom, source: Path, root: Path) -> str:
+    if not node.level:
+        return node.module or ""
+    package = source.relative_to(root).parent.parts
+    parts = package[: len(package) - node.level + 1]
+    return ".".join([*parts, *([node.module] if node.module else [])])
 
 
 def _files_of(name: str, root: Path) -> list[Path]:

@@ -3,15 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 from palpate.capture.discover import CaptureId
-from palpate.capture.fingerprint import folder_fingerprint
+from palpate.run.digest import whole_code
 from palpate.run.object_config import object_config
-from palpate.run.objects import kept_files, project_digest, studied, value_digest
+from palpate.run.objects import kept_files, studied, value_digest
 from palpate.run.run import Run
 
+# Levels of an object's folder that may be links: sensors and captures.
+LINKED = 2
 # Of one core: what the largest job of an object's takes, see workflow/profiles/slurm.
 CORE_MB = 1600
 # On one core that has nothing else to do, with a margin of two (docs/cluster.md).
@@ -26,12 +27,9 @@ class ManyObjects:
     ----------
     run : Run
         Without a lab: what stands in raw/ is taken as it is.
-    project : Path
-        Folder of the project.
     """
 
     run: Run
-    project: Path
 
     def of_object(self, name: str) -> str:
         """Pattern of a file about an object."""
@@ -60,11 +58,9 @@ class ManyObjects:
         return {} if name is None else {name: self.run.probes[name]}
 
     def content(self, wildcards: Any) -> str:
-        """Fingerprint of all that was dropped for an object."""
-        known = self._fingerprints
-        if wildcards.object not in known:
-            known[wildcards.object] = folder_fingerprint(self.run.raw(wildcards.object))
-        return known[wildcards.object]
+        """Fingerprint of all that was dropped for an object, if a job is about one."""
+        name = wildcards.get("object")
+        return self.run.fingerprint_of(self.run.raw(name), linked=LINKED) if name else ""
 
     def origin(self, wildcards: Any) -> str:
         """Digest of what an object's results follow from, beside its captures."""
@@ -93,9 +89,5 @@ class ManyObjects:
         return found
 
     @cached_property
-    def _fingerprints(self) -> dict[str, str]:
-        return {}
-
-    @cached_property
     def _digest(self) -> str:
-        return project_digest(self.project)
+        return whole_code()

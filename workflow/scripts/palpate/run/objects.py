@@ -15,9 +15,6 @@ MANY = 1_000
 # Objects of the study beside its block.
 BALL, EAR = "foam_ball", "ear"
 
-# What an object's results come from, beside its captures and the configuration.
-PROJECT = ("workflow/Snakefile", "workflow/rules", "workflow/scripts", "config/published")
-
 
 def too_many(config: Mapping) -> str | None:
     """Say when a run has more captures than the ordinary workflow is for; None when it has not.
@@ -43,28 +40,6 @@ def studied(config: Mapping) -> set[str]:
     """Names of the study's objects: any other is of people's own, and gets a page of its own."""
     study = config["study"]
     return {study["block"], BALL, EAR, *study["captures"]}
-
-
-def project_digest(root: str | Path) -> str:
-    """Digest the text of the workflow and its library.
-
-    Parameters
-    ----------
-    root : path
-        Folder of the project.
-
-    Returns
-    -------
-    str
-        Sixteen hexadecimal digits.
-    """
-    digest = hashlib.sha256()
-    for place in (Path(root) / name for name in PROJECT):
-        files = [place] if place.is_file() else sorted(place.rglob("*"))
-        for path in files:
-            if path.is_file() and path.suffix != ".pyc":
-                digest.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
 
 
 def value_digest(value: Any) -> str:

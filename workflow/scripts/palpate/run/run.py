@@ -250,35 +250,24 @@ class Run:
 
     # Fingerprints of what was dropped, as it was before the checks.
 
-    def content(self, folder: str) -> Callable[[Any], str]:
-        """Fingerprint of a folder of an object; the lab's follow from its configuration."""
+    def content(self, wildcards: Any, input: Iterable[str]) -> dict[str, str]:
+        """Fingerprints of the dropped folders among a job's inputs; the lab's have rules."""
+        return {path: self.fingerprint_of(path) for path in input if self._is_dropped(path)}
 
-        def fingerprint(wildcards: Any) -> str:
-            if self.made_by_lab(wildcards.object):
-                return "lab"
-            return self.fingerprint_of(folder.format(**wildcards))
+    def _is_dropped(self, path: str) -> bool:
+        raw = Path(self.paths["raw"])
+        if not Path(path).is_relative_to(raw) or not Path(path).is_dir():
+            return False
+        top, *rest = Path(path).relative_to(raw).parts
+        if top == "sensors":
+            return "/".join(rest) not in self.lab_experiments
+        return not self.made_by_lab(top)
 
-        return fingerprint
-
-    def scans_content(self, wildcards: Any) -> str:
-        """Fingerprint of an object's scans."""
-        return self.content(self.scans_of(wildcards))(wildcards)
-
-    def experiment_content(self, experiment: str) -> Callable[[Any], str]:
-        """Fingerprint of an experiment about a sensor."""
-
-        def fingerprint(wildcards: Any) -> str:
-            if f"{wildcards.sensor}/{experiment}" in self.lab_experiments:
-                return "lab"
-            return self.fingerprint_of(self.raw(f"sensors/{wildcards.sensor}/{experiment}"))
-
-        return fingerprint
-
-    def fingerprint_of(self, folder: str) -> str:
+    def fingerprint_of(self, folder: str, *, linked: int = 0) -> str:
         """Fingerprint of a dropped folder; many rules ask for the same."""
         known = self.seen.get(str(Path(folder))) or self._fingerprints.get(folder)
         if known is None:
-            known = self._fingerprints[folder] = folder_fingerprint(folder)
+            known = self._fingerprints[folder] = folder_fingerprint(folder, linked=linked)
         return known
 
     @cached_property

@@ -246,7 +246,6 @@ ARTEFACTS = (
         outputs={"noise": "sensors/{sensor}/plane_noise.csv"},
         inputs=lambda run, captures: {"planes": run.raw("sensors/{sensor}/planes")},
         params=lambda run, captures: {
-            "content": run.experiment_content("planes"),
             "sensor": run.sensor_spec,
         },
         wanted=False,

@@ -24,10 +24,9 @@ def _readings(run: Run, experiment: str) -> dict:
     return {"names": run.sensors_of(experiment), "provenance": provenance}
 
 
-def _sensor(run: Run, experiment: str) -> dict:
+def _sensor(run: Run) -> dict:
     """Params of what reads an experiment of one sensor."""
     return {
-        "content": run.experiment_content(experiment),
         "sensor": run.sensor_spec,
         "probe": lambda wildcards: select.probe_of_experiments(run),
     }
@@ -123,7 +122,7 @@ WORKSPACE = (
             "workspace": run.raw("sensors/{sensor}/workspace"),
             "optics": run.optics_of,
         },
-        params=lambda run, captures: _sensor(run, "workspace"),
+        params=lambda run, captures: _sensor(run),
         wanted=False,
         priority=10,
         log_name="workspace_error/{sensor}",
@@ -194,7 +193,7 @@ LOADING = (
             "optics": run.optics_of,
         },
         params=lambda run, captures: (
-            _sensor(run, "loading")
+            _sensor(run)
             | {
                 "pose": run.config["probe_pose"],
                 "options": run.config["force"],
@@ -270,7 +269,7 @@ CASE = (
             "optics": run.optics_of,
         },
         params=lambda run, captures: (
-            _sensor(run, "cd_case")
+            _sensor(run)
             | {
                 "size_m": run.config["experiments"]["cd_case_size_m"],
                 "pose": run.config["probe_pose"],
