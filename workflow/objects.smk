@@ -15,7 +15,7 @@ sys.path.insert(0, SCRIPTS)
 from palpate.run.configuration import open_run
 from palpate.run.digest import follow
 from palpate.run.job_run import own_run
-from palpate.run.lock import begin_run
+from palpate.run.lock import begin_run, last_holders
 from palpate.run.many import ManyObjects
 from palpate.run.places import sources_of
 from palpate.run.progress import GOES_ON, Plan, be_brief
@@ -46,6 +46,8 @@ try:
 except ValueError as error:
     refuse(error)
 
+# From before the plan: it holds if nobody works here until the run begins.
+LAST = last_holders(RUN.results("objects"))
 MANY = ManyObjects(RUN)
 PLAN = Plan(
     logger,
@@ -66,6 +68,8 @@ onstart:
             results=RUN.results("objects"),
             raw=RUN.paths["raw"],
             seen=RUN.seen,
+            last=LAST,
+            shared=[RUN.paths["results"]],
             warn=logger.warning,
         )
     except ValueError as error:

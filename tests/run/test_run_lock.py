@@ -60,6 +60,39 @@ def test_a_lock_ends_with_its_process(holder, tmp_path):
     assert f"process {os.getpid()} " in (tmp_path / "results" / run_lock.LOCK).read_text()
 
 
+def test_a_plan_from_while_another_run_was_at_work_is_refused(holder, tmp_path):
+    """What was planned then is what that run had not made yet."""
+    folder = str(tmp_path / "results")
+    last = run_lock.last_holders(folder)
+    holder.kill()
+    holder.wait()
+    with pytest.raises(ValueError, match=f"since this one was planned, found one .*{holder.pid} "):
+        run_lock.lock_folder(folder, last=last, warn=print)
+    run_lock.lock_folder(folder, last=run_lock.last_holders(folder), warn=print)
+
+
+def test_a_plan_from_before_another_run_is_refused(tmp_path, request):
+    folder = str(tmp_path / "results")
+    last = run_lock.last_holders(folder)
+    run = request.getfixturevalue("holder")
+    run.kill()
+    run.wait()
+    with pytest.raises(ValueError, match="since this one was planned"):
+        run_lock.lock_folder(folder, last=last, warn=print)
+
+
+def test_objects_runs_share_what_an_ordinary_run_holds_alone(tmp_path):
+    for _ in range(2):
+        run_lock.lock_folder(tmp_path, shared=True, warn=print)
+    with pytest.raises(ValueError, match="expected no other run at work"):
+        run_lock.lock_folder(tmp_path, warn=print)
+
+
+def test_a_look_leaves_nothing(tmp_path):
+    assert run_lock.last_holders(str(tmp_path / "results")) == {str(tmp_path / "results"): ""}
+    assert not (tmp_path / "results").exists()
+
+
 def test_a_folder_that_can_not_be_written_to(tmp_path):
     (tmp_path / "results").touch()
     with pytest.raises(ValueError, match="results: expected a folder to write into, found"):
@@ -92,6 +125,7 @@ def test_a_run_writes_down_what_it_did_not_make(tmp_path, monkeypatch):
         results="results",
         raw="raw",
         seen={"raw/08": "seen"},
+        last={},
         warn=print,
     )
     begun = json.loads((tmp_path / os.environ[run_lock.INPUTS]).read_text())
@@ -107,7 +141,7 @@ def test_a_run_writes_down_what_it_did_not_make(tmp_path, monkeypatch):
 def test_a_run_of_the_lab_holds_raw_too(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     lab = SimpleNamespace(input=[], output=["raw/block/object.yaml"], log=[], benchmark=None)
-    run_lock.begin_run([lab], [lab], results="results", raw="raw", seen={}, warn=print)
+    run_lock.begin_run([lab], [lab], results="results", raw="raw", seen={}, last={}, warn=print)
     assert (tmp_path / "raw" / run_lock.LOCK).exists()
 
 
@@ -115,18 +149,18 @@ def test_each_run_has_a_number_of_its_own(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     numbers = set()
     for folder in ("results", "results/objects"):
-        run_lock.begin_run([], [], results=folder, raw="raw", seen={}, warn=print)
+        run_lock.begin_run([], [], results=folder, raw="raw", seen={}, last={}, warn=print)
         numbers.add(os.environ[run_lock.RUN])
     assert len(numbers) == 2
 
 
 def test_parts_of_the_objects_runs_are_not_an_ordinary_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    run_lock.begin_run([], [], results="results/objects", raw="raw", seen={}, warn=print)
+    run_lock.begin_run([], [], results="results/objects", raw="raw", seen={}, last={}, warn=print)
     kept = [tmp_path / f"results/objects/{name}.part-0-a.csv" for name in ("", "cushion/")]
     gone = tmp_path / "results/block/.part-0-a.csv"
     for path in (*kept, gone):
         path.parent.mkdir(exist_ok=True)
         path.touch()
-    run_lock.begin_run([], [], results="results", raw="raw", seen={}, warn=print)
+    run_lock.begin_run([], [], results="results", raw="raw", seen={}, last={}, warn=print)
     assert all(path.exists() for path in kept) and not gone.exists()

@@ -28,7 +28,7 @@ from palpate.capture.discover import CAPTURE_NAME
 from palpate.run.configuration import open_run
 from palpate.run.digest import follow
 from palpate.run.job_run import own_run
-from palpate.run.lock import begin_run
+from palpate.run.lock import begin_run, last_holders
 from palpate.run.places import sources_of
 from palpate.run.progress import GOES_ON, Plan, be_brief
 from palpate.run.refusal import look_first, refuse
@@ -59,6 +59,8 @@ try:
     )
 except ValueError as error:
     refuse(error)
+# From before the plan: it holds if nobody works here until the run begins.
+LAST = last_holders(RUN.paths["results"], RUN.paths["raw"])
 
 
 wildcard_constraints:
@@ -85,6 +87,7 @@ onstart:
             results=RUN.paths["results"],
             raw=RUN.paths["raw"],
             seen=RUN.seen,
+            last=LAST,
             warn=logger.warning,
         )
     except ValueError as error:
