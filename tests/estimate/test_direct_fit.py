@@ -394,7 +394,7 @@ def test_a_faster_camera_knows_no_more_of_what_hangs_on_the_place():
 
 
 def test_a_fit_that_did_not_converge_says_so(monkeypatch):
-    monkeypatch.setattr(fit, "SMALLEST_STEP", np.full(4, 1e-15))
+    monkeypatch.setattr(fit, "SMALLEST_STEP", np.full(4, 1e-22))
     found = estimate_direct([press_of(25e3, 0.3, 1)], OPTIONS, radius_m=RADIUS_M)
     assert found.doubts == ["the fit did not converge"]
     assert {one.verdict for one in found.moduli.values()} == {"bounded"}

@@ -1,6 +1,7 @@
 """Hertz on balls, ridges, layers and near edges: the law, or one line that refuses it."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -279,3 +280,27 @@ def test_sneddons_sphere_on_a_curved_object_begins_as_hertzs():
     turn = lambda f: quad(lambda u: f(a * np.sin(u)), 0, np.pi / 2)[0]  # noqa: E731
     way, force = a * turn(slope), 2 * turn(lambda r: r * r * slope(r))
     assert sneddon_force(np.array(way), R, bend) == pytest.approx(force, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (
+            {"contact_m": 0.0003},
+            "contact_m: expected a depth and a deviation above 0, found 0.0003",
+        ),
+        ({"contact_m": (np.nan, 1e-4)}, "contact_m: expected a depth and a deviation"),
+        ({"base": "not_bonded"}, "base: expected with thickness_m"),
+    ],
+)
+def test_what_a_curve_s_fit_refuses(wrong, message):
+    depth = np.linspace(-0.002, 0.004, 60)
+    with pytest.raises(ValueError, match=message):
+        hertz.fit(depth, TRUTH * sneddon_force(depth, R), radius_m=R, **wrong)
+
+
+def test_a_curve_s_shape_is_of_its_own_sphere():
+    depth = np.linspace(-0.002, 0.004, 60)
+    found = hertz.fit(depth, TRUTH * sneddon_force(depth, R), radius_m=R)
+    with pytest.raises(ValueError, match=r"found: expected a fit of the table's sphere of 0.01 m"):
+        hertz.fit_shape(found, SimpleNamespace(radius_m=0.01), (0.3, 0.3))

@@ -124,25 +124,32 @@ def fit_shape(
     Raises
     ------
     ValueError
-        If the table holds neither the press's depth nor those ratios.
+        If the table is of another sphere, or holds neither the press's depth nor those ratios.
 
     Examples
     --------
     >>> import numpy as np
     >>> from palpate import Support, indentation_model, read_solid
+    >>> from palpate.estimate.direct.table import force_table
     >>> block = read_solid("config/meshes/foam_block.vtu")
     >>> ground = Support(np.zeros(3), np.array([0.0, 0.0, 1.0]), tolerance_m=1e-3)
     >>> point, down = np.array([-0.05, 0.0, 0.0475]), np.array([0.0, 0.0, -1.0])
     >>> press = {"radius_m": 6e-3, "deepest_m": 3e-3, "poisson_ratios": (0.0, 0.49)}
     >>> table = indentation_model(block, ground, point, down, **press)
     >>> depth_m = np.linspace(-1e-3, 2.9e-3, 80)
-    >>> force_n = 20e3 * table.force_per_modulus(depth_m, 0.3, table.laws[0])
+    >>> force_n = 20e3 * force_table(table).force(depth_m, 0.3, 0.0)
     >>> force_n += 1e-3 * np.random.default_rng(1).normal(size=80)
     >>> shape = fit_shape(fit(depth_m, force_n, radius_m=6e-3), table, (0.25, 0.35))
     >>> E = shape.moduli["youngs_modulus_pa"]
     >>> bool(E.low < 20e3 < E.high)
     True
     """
+    radius, setup = table.radius_m, found.setup
+    if setup.radius_m is None or not np.isclose(setup.radius_m, radius) or setup.object_radius_m:
+        raise ValueError(
+            f"found: expected a fit of the table's sphere of {radius:g} m on what is flat, found"
+            f" radius_m {setup.radius_m}, object_radius_m {setup.object_radius_m}"
+        )
     return estimate_curve(found, table, poisson_ratio, options or Fit())
 
 

@@ -197,7 +197,7 @@ def _check_ratios(model: IndentationModel, ratios: tuple[float, float]) -> None:
     least, greatest = float(model.poisson_ratios[0]), greatest_ratio(model.poisson_ratios)
     if not least <= ratios[0] <= ratios[1] <= greatest:
         expected = f"expected from {least:g} to {greatest:g}, low before high"
-        raise ValueError(f"curves.poisson_ratio: {expected}, found {list(ratios)}")
+        raise ValueError(f"poisson_ratio: {expected}, found {list(ratios)}")
 
 
 def _check_depth(model: IndentationModel, press_m: float) -> None:

@@ -132,9 +132,9 @@ class _Joint:
             before, parameters = parameters, self._moved(parameters, step, scales)
             over = float((np.abs(step[: len(SMALLEST_STEP)]) / SMALLEST_STEP).max())
             if parameters is before or over < 1:
-                # Rounding ends the search a little earlier, too.
-                return parameters, over < ROUNDED
-        return parameters, False
+                break
+        # Rounding ends a search a little earlier, or lets it go to and fro.
+        return parameters, over < ROUNDED
 
     def with_deviations(self, parameters, *, first=False) -> "_Joint":
         """The same with deviations as these parameters leave them; at first the depths' alone."""

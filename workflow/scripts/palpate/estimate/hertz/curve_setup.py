@@ -68,9 +68,14 @@ class Setup:
         _one_of("indenter", self.indenter, (None, *INDENTERS, CONE))
         _one_of("residual", self.residual, RESIDUALS)
         _one_of("base", self.base, LAYERS)
-        known = (0.0, 1.0) if self.contact_m is None else tuple(self.contact_m)
-        if not (len(known) == 2 and np.isfinite(known).all() and known[1] > 0):
-            raise ValueError(f"contact_m: expected a depth and a deviation above 0, found {known}")
+        known = np.array((0.0, 1.0) if self.contact_m is None else self.contact_m, dtype=float)
+        if known.shape != (2,) or not np.isfinite(known).all() or not known[1] > 0:
+            expected = "expected a depth and a deviation above 0"
+            raise ValueError(f"contact_m: {expected}, found {self.contact_m}")
+        if self.thickness_m is None and self.base != LAYERS[0]:
+            raise ValueError(
+                f"base: expected with thickness_m, of a layer, found {self.base} alone"
+            )
         for name in ("radius_m", "thickness_m", "stiffness_n_m"):
             found = getattr(self, name)
             if found is not None and not 0 < found < np.inf:
