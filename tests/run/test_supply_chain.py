@@ -49,7 +49,7 @@ def test_no_job_needs_a_network(root, tmp_path):
     alone = [unshare or "", "--net", "--map-root-user"]
     if not unshare or subprocess.run([*alone, "true"], capture_output=True).returncode:
         pytest.skip("unshare --net is not there or not permitted on this machine")
-    for name in ("Snakefile", "config", "workflow"):
+    for name in ("Snakefile", "config", "environment.lock", "workflow"):
         source = root / name
         copy = shutil.copytree if source.is_dir() else shutil.copy
         copy(source, tmp_path / name)
