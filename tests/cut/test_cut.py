@@ -17,7 +17,6 @@ NOT_RUN = {
     "own_hertz_fit": OWN_OBJECTS,
     "own_moduli": OWN_OBJECTS,
     "own_report": OWN_OBJECTS,
-    "own_summary": OWN_OBJECTS,
     "own_surface": OWN_OBJECTS,
 }
 SENSORS = ("bumblebee", "kinect")

@@ -141,6 +141,17 @@ def test_a_library_edit_reruns_what_it_affects(copy, modules, affected, untouche
     assert not untouched & counted(done)
 
 
+def test_another_version_of_a_package_reruns_what_computes(copy):
+    path = copy / "environment.lock"
+    before = path.read_text()
+    path.write_text(before.replace("\nopencv-python-headless==", "\nopencv-python-headless==9"))
+    try:
+        done = snakemake(copy, "--configfile", "tests/sample/config.yaml", "--dry-run")
+    finally:
+        path.write_text(before)
+    assert {"mask", "probe_pose", "hertz", "table_5_2"} <= counted(done)
+
+
 def changed_force(folder, change):
     path = folder / "force.csv"
     table = pd.read_csv(path)

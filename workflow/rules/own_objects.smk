@@ -1,7 +1,9 @@
 # What a person gets of an object of their own: a summary, figures, and a page of them.
 from palpate.run.own_objects import OwnObjects
+from palpate.run.standing import ORIGIN, Standing
 
 OWN = OwnObjects(RUN)
+STANDING = Standing(RUN)
 
 
 rule own_summary:
@@ -13,6 +15,7 @@ rule own_summary:
         curves=OWN.files(OWN.of("curves"), "curve.json"),
     output:
         csv=RUN.results("{object}/summary.csv"),
+        origin=RUN.results(f"{{object}}/{ORIGIN}"),
     log:
         RUN.results("logs/own_summary/{object}.log"),
     benchmark:
@@ -28,6 +31,7 @@ rule own_summary:
         groups=OWN.groups,
         curves=OWN.of("curves"),
         errors=RUN.errors,
+        origin=STANDING.origin_of,
     message:
         "Summary of {wildcards.object}: every sensor, capture and method"
     script:

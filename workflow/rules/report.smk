@@ -6,13 +6,12 @@ from thesis.selections import objects_shown
 report: "../report/workflow.rst"
 
 
+SHOWN = [*objects_shown(RUN), *STANDING.tracked()]
+
+
 rule summary:
     input:
-        fits=RUN.files(RUN.described("fitted"), "hertz.json"),
-        results=RUN.minima_of(RUN.described()),
-        direct=RUN.files(RUN.described("direct"), "direct.json"),
-        joint=RUN.joint_estimates(),
-        curves=RUN.files(RUN.described("curves"), "curve.json"),
+        summaries=OWN.summaries(STANDING.names),
     output:
         csv=RUN.results("summary.csv"),
         page=report(
@@ -32,16 +31,10 @@ rule summary:
         title="Summary: every capture and method",
         caption="E, nu and E* with intervals and verdicts, all moduli in Pa. The same is in"
         " ``summary.csv``.\n\nRows whose provenance is *simulated* come from the virtual lab.",
-        captures=RUN.described("fitted"),
-        minimised=RUN.described("minimised"),
-        estimated=RUN.described("direct"),
-        groups=RUN.groups(),
-        curves=RUN.described("curves"),
-        errors=RUN.errors,
     message:
-        "Summary: every object, sensor, capture and method"
+        STANDING.told("Summary: every object, sensor, capture and method")
     script:
-        "../scripts/stages/summary.py"
+        "../scripts/stages/objects_summary.py"
 
 
 rule configuration:
@@ -80,9 +73,10 @@ rule objects_page:
     input:
         page=str(PROJECT / "workflow/report/objects.html"),
         behaviour=str(PROJECT / "workflow/report/objects.js"),
-        tracked=RUN.files(objects_shown(RUN), f"tracked-{RUN.tracker}.npz"),
-        fits=RUN.files(objects_shown(RUN), "hertz.json"),
-        minima=RUN.minima_of(objects_shown(RUN)),
+        tracked=RUN.files(SHOWN, f"tracked-{RUN.tracker}.npz"),
+        fits=RUN.files(SHOWN, "hertz.json"),
+        minima=RUN.minima_of(objects_shown(RUN))
+        + RUN.files(STANDING.minimised(), *RUN.minima),
     output:
         page=RUN.results("objects.html"),
     log:
@@ -92,8 +86,8 @@ rule objects_page:
     conda:
         "../envs/palpate.yaml"
     params:
-        captures=objects_shown(RUN),
-        minimised=RUN.described("minimised"),
+        captures=SHOWN,
+        minimised=[*RUN.described("minimised"), *STANDING.minimised()],
         errors=RUN.errors,
         tracker=RUN.tracker,
     message:

@@ -65,13 +65,13 @@ rule validation:
         "The validation set is recorded, estimated and held against its truth"
 
 
-# What a run makes for its own sake.
+# What a run makes for its own sake: of one object nothing that is a run's of all.
 WANTED = [
-    *wanted_of(RUN, of_sensors=OWN.alone),
     *OWN.outputs(),
     RUN.results("summary.csv"),
     RUN.results("pages/summary.html"),
-    RUN.results("pages/configuration.html"),
-    RUN.results("wanted.txt"),
     *([RUN.results("objects.html")] if RUN.tracked else []),
 ]
+if RUN.config["only"] is None:
+    WANTED += wanted_of(RUN, of_sensors=OWN.alone)
+    WANTED += [RUN.results("pages/configuration.html"), RUN.results("wanted.txt")]

@@ -1,24 +1,29 @@
-"""Summary of all objects, each run on its own."""
+"""Summary of all objects, of the summary of each."""
 
 import pandas as pd
-from palpate.capture.files import whole_file
+from palpate.report import outputs, table_page, tables
 from palpate.run.job import naming, run
 
 
 def main(snakemake):
     """Write the rows of all objects' summary.csv, in the objects' order, as texts."""
-    tables = []
+    found = []
     for path in snakemake.input.summaries:
         with naming(path):
             table = pd.read_csv(path, dtype=str, keep_default_na=False)
-            if tables and list(table.columns) != list(tables[0].columns):
+            if found and list(table.columns) != list(found[0].columns):
                 raise ValueError(
-                    f"columns: expected {', '.join(tables[0].columns)},"
+                    f"columns: expected {', '.join(found[0].columns)},"
                     f" found {', '.join(table.columns)}"
                 )
-        tables.append(table)
-    with whole_file(snakemake.output.csv) as part:
-        pd.concat(tables).to_csv(part, index=False, lineterminator="\n")
+        found.append(table)
+    whole = pd.concat(found, ignore_index=True)
+    made = {"csv": whole}
+    if "page" in snakemake.output.keys():
+        notes = [tables.SIMULATED_NOTE] if (whole["provenance"] == "simulated").any() else []
+        text = tables.to_markdown(whole, title="Summary", notes=notes)
+        made["page"] = table_page.page(text, title="summary")
+    outputs.write(made, snakemake.output)
 
 
 run(main, snakemake)

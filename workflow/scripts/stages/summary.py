@@ -1,9 +1,6 @@
-"""Summary: one row for each object, sensor, capture and method."""
+"""Rows of each object, sensor, capture and method."""
 
-from io import StringIO
-
-import pandas as pd
-from palpate.report import hertz_tables, outputs, table_page, tables
+from palpate.report import hertz_tables, outputs, tables
 from palpate.report import moduli_table as direct_tables
 from palpate.report.curve_rows import curve_rows
 from palpate.run.job import run
@@ -26,18 +23,10 @@ def main(snakemake):
         read_all(snakemake.input.joint),
     )
     curves = curve_rows(params.curves, read_all(snakemake.input.curves))
-    whole = tables.rounded(tables.summary(hertz, *searched, direct, curves))
-    made = {"csv": whole}
-    if "page" in snakemake.output.keys():
-        made["page"] = table_page.page(as_markdown(whole), title="summary")
+    made = {"csv": tables.rounded(tables.summary(hertz, *searched, direct, curves))}
+    if "origin" in snakemake.output.keys():
+        made["origin"] = f"{params.origin}\n"
     outputs.write(made, snakemake.output)
-
-
-def as_markdown(whole):
-    """The table as people read it, of the texts that the CSV has."""
-    read = pd.read_csv(StringIO(whole.to_csv(index=False)), dtype=str, keep_default_na=False)
-    notes = [tables.SIMULATED_NOTE] if (read["provenance"] == "simulated").any() else []
-    return tables.to_markdown(read, title="Summary", notes=notes)
 
 
 run(main, snakemake)

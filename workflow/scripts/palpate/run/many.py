@@ -11,8 +11,6 @@ from palpate.run.object_config import object_config
 from palpate.run.objects import kept_files, studied, value_digest
 from palpate.run.run import Run
 
-# Levels of an object's folder that may be links: sensors and captures.
-LINKED = 2
 # Of one core: what the largest job of an object's takes, see workflow/profiles/slurm.
 CORE_MB = 1600
 # On one core that has nothing else to do, with a margin of two (docs/cluster.md).
@@ -60,7 +58,7 @@ class ManyObjects:
     def content(self, wildcards: Any) -> str:
         """Fingerprint of all that was dropped for an object, if a job is about one."""
         name = wildcards.get("object")
-        return self.run.fingerprint_of(self.run.raw(name), linked=LINKED) if name else ""
+        return self.run.object_fingerprint(name) if name else ""
 
     def origin(self, wildcards: Any) -> str:
         """Digest of what an object's results follow from, beside its captures."""

@@ -31,8 +31,13 @@ class OwnObjects:
 
     @property
     def summed(self) -> list[str]:
-        """Those and the objects of which there are curves alone: they have a summary."""
-        return sorted({*self.names, *(curve.object for curve in self.run.curves)})
+        """All objects of the run, each of which has a summary."""
+        return sorted({one.object for one in (*self.run.captures, *self.run.curves)})
+
+    def summaries(self, others: Sequence[str]) -> list[str]:
+        """Summary of each of them and of others, by object."""
+        names = sorted({*self.summed, *others})
+        return [self.run.results(f"{name}/summary.csv") for name in names]
 
     @property
     def alone(self) -> bool:

@@ -263,6 +263,10 @@ class Run:
             return "/".join(rest) not in self.lab_experiments
         return not self.made_by_lab(top)
 
+    def object_fingerprint(self, name: str) -> str:
+        """Fingerprint of all that was dropped for an object; sensors and captures may be links."""
+        return self.fingerprint_of(self.raw(name), linked=2)
+
     def fingerprint_of(self, folder: str, *, linked: int = 0) -> str:
         """Fingerprint of a dropped folder; many rules ask for the same."""
         known = self.seen.get(str(Path(folder))) or self._fingerprints.get(folder)
