@@ -112,6 +112,35 @@ def test_press_of_a_long_block_moves_its_neighbourhood(block):
     assert not moving[block.nodes_m[:, 2] == 0].any()
 
 
+def test_what_borders_on_what_is_still_is_held(block):
+    setup = indentation_setup(
+        block,
+        FLOOR,
+        np.array([-0.05, 0.0, 0.0475]),
+        2 * DOWN,
+        radius_m=0.006,
+        deepest_m=0.003,
+        surface=None,
+        options=IndentationOptions(edge_m=0.006, growth=1.0, refine_radius_m=0.01),
+    )
+    assert np.array_equal(setup.moved.nodes_m, setup.whole.nodes_m[setup.nodes])
+    outside = {tuple(sorted(face)) for face in setup.whole.surface_faces().tolist()}
+    cut = [
+        face
+        for face in setup.nodes[setup.moved.surface_faces()].tolist()
+        if tuple(sorted(face)) not in outside
+    ]
+    assert len(cut) > 100
+    bonded = np.flatnonzero(setup.whole.nodes_m[:, 2] == 0)
+    held = np.isin(setup.nodes, np.append(np.unique(cut), bonded))
+    assert not setup.free[held].any()
+    # A few more touch what is still along an edge.
+    assert setup.free[~held].mean() > 0.99
+    moved = setup.displacement(setup.moved.nodes_m + [0, 0, 1e-3])
+    assert moved[setup.nodes] == pytest.approx(np.tile([0, 0, 1e-3], (len(setup.nodes), 1)))
+    assert not np.delete(moved, setup.nodes, axis=0).any()
+
+
 def test_first_touch_of_a_plane_and_of_a_slope(mesh):
     whole = quadratic(mesh)
     faces = facing_faces(whole, TOP, DOWN, radius_m=RADIUS, deepest_m=0.004)
