@@ -13,6 +13,7 @@ from palpate.vision.clouds import (
     probe_places,
     read_clouds,
     save_clouds,
+    scene_points,
 )
 from palpate.vision.depth import stereo_depth, stereo_disparity
 from palpate.vision.probe import AXIS, MARKER, QUATERNION, TIP
@@ -26,6 +27,46 @@ OPTIONS = {
     "outlier_ratio": 2.0,
     "cluster_gap_m": 0.01,
 }
+
+
+@pytest.mark.parametrize("encoding", ["kinect_disparity", "millimetre"])
+def test_points_of_a_depth_image_lie_in_the_colour_cameras_frame(sensors, encoding):
+    """Two pixels within the range; nearer and farther ones are left out."""
+    sensor = dict(sensors["kinect"], range_m=[0.5, 1.0])
+    depth = sensor["depth"] = dict(sensor["depth"], encoding=encoding, distortion=[0.0] * 5)
+    image = np.zeros((480, 640), np.uint16)
+    kinect = encoding == "kinect_disparity"
+    # d = 136.25 - d'/8 = 62.5 px and 50 px; 120 px is nearer than half a metre, 20 px too far.
+    image[:] = 2047 if kinect else 0
+    places, counts = [(100, 200), (300, 400), (10, 10), (20, 20)], [590, 690, 130, 930]
+    metres = [584.6213 * 0.075 / disparity for disparity in (62.5, 50.0, 120.0, 20.0)]
+    for place, count, z in zip(places, counts, metres, strict=True):
+        image[place] = count if kinect else round(1e3 * z)
+    found = scene_points({"depth": image}, sensor)
+    expected = []
+    for (row, column), z in zip(places[:2], metres, strict=False):
+        z = z if kinect else round(z, 3)
+        x = (column - depth["cx_px"]) / depth["fx_px"] * z
+        y = (row - depth["cy_px"]) / depth["fy_px"] * z
+        expected.append((np.array(depth["color_from_depth"]) @ [x, y, z, 1])[:3])
+    assert found == pytest.approx(np.array(expected))
+
+
+def test_points_of_a_stereo_pair_lie_in_the_left_cameras_frame(sensors):
+    sensor = with_stereo(sensors["bumblebee"], "semi_global", "least_squares", (80, 128))
+    sensor["color"] = dict(sensor["color"], width_px=500, height_px=120)
+    left, right = rendered_pair(np.full((120, 500), 100.5))
+    wanted = np.zeros((120, 500), bool)
+    wanted[50:70, 250:270] = True
+    points = scene_points({"left": left, "right": right}, sensor, wanted)
+    optics = sensor["color"]
+    z = optics["fx_px"] * sensor["stereo"]["baseline_m"] / 100.5
+    assert np.median(points[:, 2]) == pytest.approx(z, rel=1e-3)
+    camera = camera_from_spec(optics)
+    pixels = np.round(camera.project(points)).astype(int)
+    seen = np.zeros((120, 500), bool)
+    seen[pixels[:, 1], pixels[:, 0]] = True
+    assert seen[wanted].mean() > 0.95
 
 
 STEREO = [("block", "matcher"), ("block", "least_squares")]
