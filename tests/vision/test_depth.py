@@ -160,7 +160,7 @@ def real_pair(request):
     return (left, right), truth, (first, last - 0.1), plain
 
 
-# Coverage is a share of plain semi-global matching's. Blocks without refinement are the study's way.
+# Coverage is a share of plain semi-global matching's. Unrefined blocks are the study's own way.
 @pytest.mark.parametrize(
     ("method", "subpixel", "coverage"),
     [
