@@ -7,7 +7,8 @@ import sys
 
 import pandas as pd
 import pytest
-from palpate.report.moduli_table import MODULI, truth_of
+from palpate.modulus import LABELS
+from palpate.report.moduli_table import truth_of
 from thesis.artefacts import ARTEFACTS
 from truth import estimates_of_known
 
@@ -79,7 +80,7 @@ def test_recommended_intervals_hold_the_truth(found, stiffer):
     rows = found[found["recommended"]]
     assert len(rows) == 5
     by = rows["object"].map(stiffer)
-    for name in (name for name in MODULI if name.endswith("_pa")):
+    for name in (name for name in LABELS if name.endswith("_pa")):
         low, high = (by * rows[name.replace("_pa", f"_{end}_pa")] for end in ("low", "high"))
         assert rows[f"true_{name}"].between(low, high).all(), name
     assert rows["poisson_ratio_covered"].all()

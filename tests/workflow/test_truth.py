@@ -3,7 +3,8 @@
 import pandas as pd
 import pytest
 from palpate.capture.schema import load_yaml
-from palpate.report.moduli_table import MODULI, accuracy_table, truth_of
+from palpate.modulus import LABELS
+from palpate.report.moduli_table import accuracy_table, truth_of
 from truth import estimates_of_known
 
 pytestmark = pytest.mark.workflow
@@ -27,7 +28,7 @@ def test_the_intervals_hold_the_truth_and_say_something(sample, material):
     found = accuracy_table(summary, {NAME: material})
     joint, hertz = found[found["recommended"]], found[found["method"] == "hertz_recommended"]
     assert sorted(joint["sensor"]) == sorted(hertz["sensor"]) == list(SENSORS)
-    assert joint[[f"{name.removesuffix('_pa')}_covered" for name in MODULI]].all(axis=None)
+    assert joint[[f"{name.removesuffix('_pa')}_covered" for name in LABELS]].all(axis=None)
     assert hertz["reduced_modulus_covered"].all()
     for rows, name in ((joint, "equivalent_reduced_modulus"), (hertz, "reduced_modulus")):
         # Widest from end to end: the equivalent modulus of the Bumblebee2, by a factor of 2.2.
