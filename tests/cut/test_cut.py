@@ -63,6 +63,16 @@ def test_every_kind_of_capture_went_through(results):
     assert places == pairs | {("ear", "bumblebee")}
 
 
+def test_what_documents_quote_can_be_written_of_a_run(root, results):
+    texts = [(root / name).read_text() for name in DOCUMENTS]
+    marks = [mark for text in texts for mark in MARK.finditer(text)]
+    ours = [mark for mark in marks if mark["file"].startswith("results/")]
+    assert len(ours) == 4
+    for mark in ours:
+        rows = rows_of(results.parent / mark["file"], mark)
+        assert rows and "%" not in "".join(rows)
+
+
 @pytest.fixture(scope="module")
 def stiffer(results):
     """How much harder each object's coarse tables press than the lab's, where they are deepest."""
