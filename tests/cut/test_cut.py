@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from palpate.modulus import LABELS
 from palpate.report.moduli_table import truth_of
+from quoted import DOCUMENTS, MARK, rows_of
 from thesis.artefacts import ARTEFACTS
 from truth import estimates_of_known
 
