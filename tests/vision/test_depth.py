@@ -14,7 +14,7 @@ from palpate.vision.clouds import (
     read_clouds,
     save_clouds,
 )
-from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth, stereo_disparity
+from palpate.vision.depth import stereo_depth, stereo_disparity
 from palpate.vision.probe import AXIS, MARKER, QUATERNION, TIP
 from palpate.vision.support_plane import fit_support_plane, height_above
 
@@ -26,18 +26,6 @@ OPTIONS = {
     "outlier_ratio": 2.0,
     "cluster_gap_m": 0.01,
 }
-
-
-def test_kinect_equation(sensors):
-    spec = sensors["kinect"]["depth"]
-    depth = kinect_depth(np.array([[690, 2047, 1090]], np.uint16), spec)
-    assert depth[0, 0] == pytest.approx(584.6213 * 0.075 / 50)
-    assert np.isnan(depth[0, 1:]).all()
-
-
-def test_millimetres():
-    assert millimetre_depth(np.array([[850, 0]]))[0, 0] == 0.85
-    assert np.isnan(millimetre_depth(np.array([[850, 0]]))[0, 1])
 
 
 STEREO = [("block", "matcher"), ("block", "least_squares")]

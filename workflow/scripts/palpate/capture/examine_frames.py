@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.capture.depth import depth_of
 from palpate.capture.examine_order import (
     board_corners,
-    depth_m,
     examine_order,
     grey_frame,
 )
@@ -129,7 +129,9 @@ def _against_background(folder: Path, grey: NDArray, background: NDArray) -> Fin
 
 def _depths(folder: Path, names: Sequence[str], sensor: Mapping) -> Findings:
     """Depths of the first frame's middle against the sensor's range."""
-    depth = depth_m(read_image(folder / names.iloc[0], sensor["depth"]["encoding"]), sensor)
+    depth = depth_of(
+        read_image(folder / names.iloc[0], sensor["depth"]["encoding"]), sensor["depth"]
+    )
     h, w = depth.shape
     middle = depth[h // 4 : -(h // 4), w // 4 : -(w // 4)]
     known = np.isfinite(middle)

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from palpate.capture.depth import depth_of
 from palpate.capture.findings import Findings
 from palpate.capture.images import read_image
 from palpate.capture.tables import FRAMES, image_streams, read_frames
@@ -140,18 +141,6 @@ def board_corners(grey: NDArray, marker: Mapping) -> NDArray | None:
     return cv2.cornerSubPix(grey, start, window, (-1, -1), STOP).reshape(-1, 2).astype(float)
 
 
-def depth_m(counts: NDArray, sensor: Mapping) -> NDArray:
-    """Depths by the sensor's encoding, NaN where there is none [m]."""
-    spec = sensor["depth"]
-    if spec["encoding"] == "millimetre":
-        return np.where(counts > 0, counts / MILLIMETRES, np.nan)
-    disparity = spec["disparity_scale"] * counts.astype(float) + spec["disparity_offset_px"]
-    known = (counts != spec["no_reading"]) & (disparity > 0)
-    return np.where(
-        known, spec["fx_px"] * spec["baseline_m"] / np.where(known, disparity, 1), np.nan
-    )
-
-
 def _rows(
     paths: Sequence[Path], corners_px: Sequence[NDArray], sensor: Mapping, marker: Mapping
 ) -> tuple[NDArray, NDArray]:
@@ -183,7 +172,7 @@ def _distances(
     planes_m = np.array([(pose[:3, 2] @ pose[:3, 3]) / (rays @ pose[:3, 2]) for pose in poses])
     usual_m, pairs = planes_m.mean(axis=0), []
     for path, plane_m in zip(paths, planes_m, strict=True):
-        seen_m = depth_m(read_image(path, sensor["depth"]["encoding"]), sensor)
+        seen_m = depth_of(read_image(path, sensor["depth"]["encoding"]), sensor["depth"])
         off_m = seen_m[tuple(places_px.T[::-1])] - usual_m
         if np.isfinite(off_m).sum() >= FEWEST_READINGS:
             pairs.append(((plane_m - usual_m).mean(), np.nanmedian(off_m)))
