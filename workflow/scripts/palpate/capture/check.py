@@ -2,8 +2,8 @@
 
 import hashlib
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pandas as pd
@@ -14,6 +14,7 @@ from palpate.capture.discover import (
     BACKGROUND,
     TAKEN,
     SensorFolder,
+    sensor_folder,
     sensor_folders,
 )
 from palpate.capture.pictures import check_frames, check_repeated
@@ -92,17 +93,24 @@ def check_object(
 
 
 def checked_object(
-    folder: str | Path, sensors: Mapping, probes: Mapping, *, files: bool = True
+    folder: str | Path,
+    sensors: Mapping,
+    probes: Mapping,
+    *,
+    files: bool = True,
+    only: Path | None = None,
 ) -> Checked:
     """Check all that was dropped in for one object, and hand on what was listed for it.
 
-    See `check_object` for the parameters.
+    See `check_object` for the parameters; ``only`` is a capture whose neighbours are passed over.
     """
     folder = Path(folder)
     problems, spec = _check_object_file(folder, probes)
     probe = probes.get((spec or {}).get("probe"))
     listed, right = sensor_folders(folder), set()
-    if spec is not None:
+    if only is not None:
+        listed = (replace(sensor_folder(only.parent), captures=(only,)),)
+    elif spec is not None:
         problems += check_curves(folder, spec, files=files)
     for place in listed:
         problems += _check_sensor(place, sensors, (spec or {}).get("points"))
@@ -115,7 +123,7 @@ def checked_object(
             lines = check_capture(capture, sensors[place.folder.name])
             problems += _check_gauge(capture, probe) + lines
             right |= set() if lines else {capture}
-        problems += _check_twice(place) if files else []
+        problems += check_twice(place.captures) if files else []
     return Checked(tuple(map(one_line, problems)), listed, frozenset(right))
 
 
@@ -221,10 +229,10 @@ def _check_sensor(place: SensorFolder, sensors: Mapping, points: Mapping | None)
     return problems
 
 
-def _check_twice(place: SensorFolder) -> list[str]:
-    """A recording that is there under two names would count twice."""
+def check_twice(captures: Iterable[Path]) -> list[str]:
+    """A recording that is there under two names would count twice: a line for each."""
     problems, known = [], {}
-    for capture in place.captures:
+    for capture in captures:
         path = capture / FORCE
         if not path.is_file():
             continue
