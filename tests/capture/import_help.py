@@ -15,8 +15,9 @@ from bag_writing import (
     write_tum,
 )
 from palpate.__main__ import main
+from palpate.capture.force_record import WRENCH_COLUMNS
 from palpate.capture.images import read_image
-from palpate.capture.tables import WRENCH_COLUMNS, read_force, read_frames
+from palpate.capture.tables import read_force, read_frames
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 

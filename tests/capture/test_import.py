@@ -38,8 +38,9 @@ from import_help import (
     wrench_file,
 )
 from palpate.__main__ import main
+from palpate.capture.force_record import GAUGE_COLUMNS
 from palpate.capture.images import read_image
-from palpate.capture.tables import GAUGE_COLUMNS, read_force, read_frames
+from palpate.capture.tables import read_force, read_frames
 from palpate.vision.depth import kinect_depth
 from scipy.spatial.transform import RigidTransform, Rotation
 

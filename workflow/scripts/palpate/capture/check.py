@@ -17,13 +17,12 @@ from palpate.capture.discover import (
     sensor_folder,
     sensor_folders,
 )
+from palpate.capture.force_record import GAUGE_COLUMNS, force_columns, sampled_s
 from palpate.capture.pictures import check_frames, check_repeated
 from palpate.capture.schema import SCHEMAS, is_file, load_yaml, validate
 from palpate.capture.tables import (
     FORCE,
     FRAMES,
-    GAUGE_COLUMNS,
-    WRENCH_COLUMNS,
     image_streams,
     number_text,
 )
@@ -255,7 +254,7 @@ def _check_gauge(capture: Path, probe: Mapping | None) -> list[str]:
         return []
     path = capture / FORCE
     table, _ = read_columns(path, ["time_s"])
-    if table is None or not set(GAUGE_COLUMNS) <= set(table.columns):
+    if table is None or force_columns(table.columns, probe) != GAUGE_COLUMNS:
         return []
     expected = f"fx_n..tz_nm (probe {probe['probe']} states no gauge)"
     return [f"{path}: columns: expected {expected}, found v0..v5"]
@@ -266,8 +265,7 @@ def _check_force(folder: Path, frames: pd.DataFrame | None) -> list[str]:
     table, problems = read_columns(path, ["time_s"])
     if table is None:
         return problems
-    sets = [set(GAUGE_COLUMNS), set(WRENCH_COLUMNS)]
-    columns = next((names for names in sets if names <= set(table.columns)), None)
+    columns = force_columns(table.columns)
     if columns is None:
         found = ", ".join(map(str, table.columns))
         return [f"{path}: columns: expected time_s and v0..v5 or fx_n..tz_nm, found {found}"]
@@ -276,6 +274,8 @@ def _check_force(folder: Path, frames: pd.DataFrame | None) -> list[str]:
             f"{path}: rows: expected at least {FEWEST_FORCE_SAMPLES}, found {len(table)}"
         )
     problems += check_numbers(path, table, ["time_s", *sorted(columns)])
+    if all_finite(table["time_s"]):
+        table["time_s"] = sampled_s(table["time_s"].to_numpy(float))[0]
     problems += check_increasing(path, table, "time_s")
     return problems or _check_overlap(path, table, frames)
 

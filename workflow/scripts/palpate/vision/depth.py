@@ -30,6 +30,12 @@ DAMPING = 4.0
 SURROUNDINGS_PX = 40
 
 
+def depth_of(image: NDArray, spec: Mapping) -> NDArray:
+    """Depth of a depth image by the ``depth`` block of the sensor's file, (h, w) [m]."""
+    kinect = spec["encoding"] == "kinect_disparity"
+    return kinect_depth(image, spec) if kinect else millimetre_depth(image)
+
+
 def kinect_depth(counts: NDArray, spec: Mapping) -> NDArray:
     """Depth from normalised disparity (Eq. 4.1-4.3).
 
