@@ -147,6 +147,27 @@ def test_the_loads_weight_is_taken_out_as_the_probe_turns(probe):
     assert np.allclose(same[WRENCH], left_in[WRENCH])
 
 
+def test_zero_and_pose_are_of_the_same_moments(probe):
+    """A probe that lay on the table as the record began, taken up before the first frame."""
+    time_s = np.arange(4000) / 1000
+    turn = Rotation.from_rotvec(np.outer(1.5 - 1.5 * np.clip(time_s - 0.8, 0, 1), [1, 0, 0]))
+    rotation = (turn * Rotation.from_rotvec([np.pi, 0, 0])).as_matrix()
+    still = np.zeros((len(time_s), 3))
+    record = gauge_record(time_s, still, rotation, probe, LAB, np.random.default_rng(1))
+    times = np.arange(2.2, 3.9, 0.2)
+    poses = np.tile(np.eye(4), (len(times), 1, 1))
+    poses[:, :3, :3] = rotation[-1] @ np.array(probe["marker_from_force"])[:3, :3].T
+    options = OPTIONS | {"matching": "linear", "up": np.array([0.0, 0.0, 1.0])}
+    largest = {}
+    for first_s in (times[0], 0.0):
+        known = zeroed(record, probe, BIAS_WINDOW_S, first_s)
+        found = frame_wrenches(known, times, poses, probe, **options)
+        largest[first_s] = np.linalg.norm(found[WRENCH[:3]], axis=1).max()
+    # What the probe's weight is wrong by with the zero of the record's beginning.
+    assert largest[0.0] > 0.35
+    assert largest[times[0]] < 0.04
+
+
 def test_a_press_that_does_not_push_along_the_probe(press, probe):
     table = wrenches(press, probe, [0.2, 1.0, 1.8])
     axis = np.tile([0.0, 0.0, -1.0], (3, 1))

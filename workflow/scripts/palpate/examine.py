@@ -4,7 +4,7 @@
 This looks at what they hold: template, board, force, depth.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from palpate.capture.discover import CURVE_END, SensorFolder, curve_files
 from palpate.capture.examine_force import examine_force
 from palpate.capture.examine_template import examine_template
 from palpate.capture.findings import Findings
-from palpate.capture.force_record import GAUGE_COLUMNS, force_columns, sampled_s
+from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS, sampled_s
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import FORCE, read_table
 from palpate.estimate.hertz.range import force_onset
@@ -144,13 +144,27 @@ def _press(capture: Capture, press: Press, config: Config) -> Findings:
         frames_s + press.clock.offset_s,
         onset_n=config.hertz.onset_force_n,
     )
-    raw = read_table(capture.folder / FORCE)
-    burst, told = sampled_s(raw["time_s"].to_numpy(float))[1], []
-    if burst > 1:
-        told.append(f"its stamps in bursts of {burst:.0f} samples, which were spread")
-    if force_columns(raw.columns, {}) != force_columns(raw.columns, {"gauge": None}):
-        taken = "v0..v5" if known.columns == GAUGE_COLUMNS else "fx_n..tz_nm"
-        told.append(f"volts and newtons, of which {taken} were taken")
     offset_ms, std_ms = 1e3 * press.clock.offset_s, 1e3 * press.clock.std_s
-    told.append(f"its clock {offset_ms:+.0f} +- {std_ms:.0f} ms")
-    return found + Findings(found=tuple(told))
+    told = (
+        *told_of(capture.folder, known.columns),
+        f"its clock {offset_ms:+.0f} +- {std_ms:.0f} ms",
+    )
+    return found + Findings(found=told)
+
+
+def told_of(folder: Path, taken: Sequence[str]) -> Iterator[str]:
+    """Say what was made of a record's stamps and of its columns, where another might be expected.
+
+    Parameters
+    ----------
+    folder : Path
+        Of a capture.
+    taken : sequence of str
+        Columns of force.csv that were.
+    """
+    raw = read_table(folder / FORCE)
+    burst = sampled_s(raw["time_s"].to_numpy(float))[1]
+    if burst > 1:
+        yield f"its stamps in bursts of {burst:.0f} samples, which were spread"
+    if {*GAUGE_COLUMNS, *WRENCH_COLUMNS} <= set(raw.columns):
+        yield f"volts and newtons, of which {taken[0]}..{taken[-1]} were taken"
