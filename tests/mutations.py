@@ -17,9 +17,9 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE / part) for part in ("", "workflow", "../workflow/scripts")]
 
 import palpate.run.job  # noqa: E402, F401 - one thread
-from mutants.corpus import corpus, drawn  # noqa: E402
-from mutants.judge import Verdict, judge, right_moduli, row_of, warm_up  # noqa: E402
-from mutants.place import Mutation, make_bases  # noqa: E402
+from spoilt.corpus import corpus, drawn  # noqa: E402
+from spoilt.judge import Verdict, judge, right_moduli, row_of, warm_up  # noqa: E402
+from spoilt.place import Mutation, make_bases  # noqa: E402
 
 
 def main() -> int:

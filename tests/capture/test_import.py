@@ -38,10 +38,10 @@ from import_help import (
     wrench_file,
 )
 from palpate.__main__ import main
+from palpate.capture.depth import depth_of
 from palpate.capture.force_record import GAUGE_COLUMNS
 from palpate.capture.images import read_image
 from palpate.capture.tables import read_force, read_frames
-from palpate.vision.depth import kinect_depth
 from scipy.spatial.transform import RigidTransform, Rotation
 
 START_S = 1_700_000_000
@@ -74,7 +74,7 @@ def film(root, probe):
 
 
 def millimetres(path, spec):
-    depth_m = kinect_depth(read_image(path, "kinect_disparity"), spec)
+    depth_m = depth_of(read_image(path, "kinect_disparity"), spec)
     return np.nan_to_num(np.rint(1000 * depth_m)).astype(np.uint16)
 
 

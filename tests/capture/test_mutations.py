@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 import pytest
-from mutants.corpus import corpus, drawn
+from spoilt.corpus import corpus, drawn
 
 KINDS = ("picture", "background", "table", "YAML", "name", "template", "field")
 COUNT, SEED = 60, 20

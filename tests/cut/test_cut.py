@@ -1,11 +1,16 @@
-"""What the cut of the study ran: every rule, but for those that others run."""
+"""What the cut of the study ran, every rule but for those that others run, and what it found."""
 
 import csv
+import json
 import subprocess
 import sys
 
+import pandas as pd
 import pytest
+from palpate.modulus import LABELS
+from palpate.report.moduli_table import truth_of
 from thesis.artefacts import ARTEFACTS
+from truth import estimates_of_known
 
 pytestmark = pytest.mark.cut
 OWN_OBJECTS = "for people's own objects: tests/workflow/test_own_object.py runs them"
@@ -20,6 +25,10 @@ NOT_RUN = {
     "own_surface": OWN_OBJECTS,
 }
 SENSORS = ("bumblebee", "kinect")
+# Of the modulus where all else is known. The block is found 2 % off, ball and ear, whose curved
+# surfaces the coarse meshes cut short, 8 and 3 %.
+BANDS = {"foam_block": 0.06, "foam_ball": 0.15, "ear": 0.15}
+HERTZ_BAND = 0.05
 FILES = {"table": "tables/{}.csv", "figure": "figures/{}.png"}
 
 
@@ -52,3 +61,48 @@ def test_every_kind_of_capture_went_through(results):
     places = {path.relative_to(results).parts[:2] for path in results.glob("*/*/*/hertz.json")}
     pairs = {(name, sensor) for name in ("foam_block", "foam_ball") for sensor in SENSORS}
     assert places == pairs | {("ear", "bumblebee")}
+
+
+@pytest.fixture(scope="module")
+def stiffer(results):
+    """How much harder each object's coarse tables press than the lab's, where they are deepest."""
+    table = pd.read_csv(results / "tables/indentation_accuracy.csv")
+    deepest = table.filter(like="force_ratio").ffill(axis=1).iloc[:, -1]
+    return deepest.groupby(table["object"]).mean()
+
+
+@pytest.fixture(scope="module")
+def found(results):
+    return pd.read_csv(results / "tables/accuracy.csv")
+
+
+def test_recommended_intervals_hold_the_truth(found, stiffer):
+    rows = found[found["recommended"]]
+    assert len(rows) == 5
+    by = rows["object"].map(stiffer)
+    for name in (name for name in LABELS if name.endswith("_pa")):
+        low, high = (by * rows[name.replace("_pa", f"_{end}_pa")] for end in ("low", "high"))
+        assert rows[f"true_{name}"].between(low, high).all(), name
+    assert rows["poisson_ratio_covered"].all()
+
+
+@pytest.mark.parametrize("name", BANDS)
+def test_a_tenth_of_the_force_is_seen_on_the_block(results, stiffer, name):
+    material = json.loads((results / f"lab/{name}/material.json").read_text())
+    joints = results.glob(f"{name}/*/direct.json")
+    captures = {path.parent.name: json.loads(path.read_text())["captures"] for path in joints}
+    folders = results / name, results.parent / "captures" / name
+    scales = (1.0, 0.9, 1.1) if name == "foam_block" else (1.0,)
+    each = estimates_of_known(*folders, captures, material, forces=scales)
+    moduli = [one.moduli["youngs_modulus_1s_pa"].value for one in each]
+    true = truth_of(material)["youngs_modulus_1s_pa"]
+    right, *wrong = (abs(stiffer[name] * modulus / true - 1) for modulus in moduli)
+    assert right < BANDS[name] and all(off > BANDS[name] for off in wrong)
+
+
+def test_so_it_is_by_hertzs_fits_of_the_block(found):
+    rows = found[(found["object"] == "foam_block") & (found["method"] == "hertz_recommended")]
+    assert len(rows) == 11 and rows["reduced_modulus_covered"].all()
+    for _, part in rows.groupby("sensor"):
+        ratio = (part["reduced_modulus_pa"] / part["true_reduced_modulus_pa"]).median()
+        assert abs(ratio - 1) < HERTZ_BAND < min(abs(0.9 * ratio - 1), abs(1.1 * ratio - 1))

@@ -159,6 +159,9 @@ def test_orientation_is_turned_outward():
     mixed[::3] = mixed[::3, ::-1]
     assert check_surface(ball.vertices, mixed).volume == pytest.approx(ball.volume)
     assert check_surface(ball.vertices, ball.faces[:, ::-1]).volume == pytest.approx(ball.volume)
+    apart = ball.triangles.reshape(-1, 3)
+    with pytest.raises(ValueError, match="expected a closed one, found open edges"):
+        check_surface(apart, np.arange(len(apart)).reshape(-1, 3))
 
 
 def test_quality_of_a_regular_and_of_a_corner_element():

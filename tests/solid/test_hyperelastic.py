@@ -117,3 +117,19 @@ def test_what_touches_the_table_sticks(mesh):
     step = 1e-7 * np.random.default_rng(3).normal(size=down.shape)
     slope = (table.energy(aside + step) - table.energy(aside - step)) / 2
     assert (table.forces(aside) * step).sum() == pytest.approx(slope, rel=1e-6)
+
+
+def test_what_stands_is_held_sideways_on_the_line_of_the_press_and_against_spinning(mesh):
+    support = Support(np.zeros(3), np.array([0.0, 0, 2]), 1e-3)
+    touch = np.array([0.06, 0.05, 0.1])
+    table = standing_table(mesh, support, touch, reach_m=0.01, penalty_per_m=PENALTY)
+    *line, far = mesh.nodes_m[table.pinned]
+    assert np.linalg.norm(line - np.array([[0.06, 0.05, 0.065], [0.06, 0.05, 0.035]]), axis=1) == (
+        pytest.approx(0, abs=0.01)
+    )
+    beside = far - touch
+    assert np.hypot(*beside[:2]) == pytest.approx(np.hypot(0.06, 0.05))
+    around = np.array([-beside[1], beside[0], 0]) / np.hypot(*beside[:2])
+    assert table.pins_m[0] == pytest.approx(np.diag([1.0, 1, 0]))
+    assert table.pins_m[1] == pytest.approx(np.diag([1.0, 1, 0]))
+    assert table.pins_m[2] == pytest.approx(np.outer(around, around))

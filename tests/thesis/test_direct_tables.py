@@ -1,7 +1,10 @@
 """Direct estimates in tables: rows, truth, errors and coverage."""
 
+from dataclasses import asdict
+
 import pandas as pd
 import pytest
+from palpate.modulus import Modulus
 from palpate.report import tables
 from palpate.report.moduli_table import accuracy_table, coverage_table, direct_rows, truth_of
 
@@ -17,12 +20,8 @@ MATERIAL = {
 
 def estimate(E, nu, half):
     def interval(value, width):
-        return {
-            "value": value,
-            "low": value - width,
-            "high": value + width,
-            "verdict": "identified",
-        }
+        unit = "Pa" if value > 1 else "1"
+        return asdict(Modulus(value, value - width, value + width, "identified", unit))
 
     residual = {"motion_scale": 1.0, "motion_sharing": 4.0, "depth_scale": 1.0}
     return {

@@ -94,16 +94,16 @@ def test_frames_carry_their_units_and_no_depth_before_contact():
 
 def test_moduli_carry_interval_and_verdict():
     rows = view()["moduli"]
-    assert [row["reduced_kpa"] for row in rows] == ["28.7", "24.0 (22.6 to 25.6)", "21.3"]
-    assert rows[2]["E_kpa"] == "20.0"
+    assert [row["reduced"] for row in rows] == ["28.7 kPa", "24.0 kPa (22.6 to 25.6)", "21.3 kPa"]
+    assert rows[2]["E"] == "20.0 kPa"
     assert rows[2]["nu"] == "0.25"
     assert rows[2]["verdict"] == "not identified (gaps agree over the surface)"
 
 
 def test_a_minimum_at_a_bound_says_so():
     row = objects_page.moduli(FIT, {"displacement": MINIMUM | {"at_bound": True}})[2]
-    assert row["E_kpa"] == "20.0 (at a bound)" and row["nu"] == "0.25 (at a bound)"
-    assert row["reduced_kpa"] == "21.3 (at a bound)"
+    assert row["E"] == "20.0 kPa (at a bound)" and row["nu"] == "0.25 (at a bound)"
+    assert row["reduced"] == "21.3 kPa (at a bound)"
 
 
 def test_title_and_provenance():

@@ -75,10 +75,10 @@ def page(pictures=None, at_bound=False, **changes):
 def test_the_recommended_row_comes_first_with_its_intervals():
     text = page()
     assert (
-        "| my_cam | 2 | 44.5 (43.0 to 46.0): identified | 45.0 (44.0 to 46.0): identified"
-        " | 38.1 (35.0 to 41.0): identified | 0.38 (0.20 to 0.49): bounded" in text
+        "| my_cam | 2 | 44.5 kPa (43.0 to 46.0): identified | 45.0 kPa (44.0 to 46.0): identified"
+        " | 38.1 kPa (35.0 to 41.0): identified | 0.38 (0.20 to 0.49): bounded" in text
     )
-    assert "| 35.0 (34.0 to 36.0): identified | 4.2 | +0.12 ± 0.30 |" in text
+    assert "| 35.0 kPa (34.0 to 36.0): identified | 4.2 | +0.12 ± 0.30 |" in text
     assert text.index("## How stiff") < text.index("## Captures") < text.index("## All estimates")
 
 
@@ -101,7 +101,7 @@ def test_a_surface_unlike_the_model_is_told():
 
 def test_a_search_that_ended_at_a_bound_is_told():
     text = page(at_bound=True)
-    assert "| 100000.0 (at a bound) |  | 100000.0 (at a bound) | 0.00 (at a bound) |" in text
+    assert "| 100.0 MPa (at a bound) |  | 100.0 MPa (at a bound) | 0.00 (at a bound) |" in text
     assert text.count("(at a bound)") == 3 and AT_BOUND_NOTE in text
     assert "at a bound" not in page() and AT_BOUND_NOTE not in page()
 

@@ -14,7 +14,7 @@ from palpate.vision.clouds import (
     read_clouds,
     save_clouds,
 )
-from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth, stereo_disparity
+from palpate.vision.depth import stereo_depth, stereo_disparity
 from palpate.vision.probe import AXIS, MARKER, QUATERNION, TIP
 from palpate.vision.support_plane import fit_support_plane, height_above
 
@@ -26,18 +26,6 @@ OPTIONS = {
     "outlier_ratio": 2.0,
     "cluster_gap_m": 0.01,
 }
-
-
-def test_kinect_equation(sensors):
-    spec = sensors["kinect"]["depth"]
-    depth = kinect_depth(np.array([[690, 2047, 1090]], np.uint16), spec)
-    assert depth[0, 0] == pytest.approx(584.6213 * 0.075 / 50)
-    assert np.isnan(depth[0, 1:]).all()
-
-
-def test_millimetres():
-    assert millimetre_depth(np.array([[850, 0]]))[0, 0] == 0.85
-    assert np.isnan(millimetre_depth(np.array([[850, 0]]))[0, 1])
 
 
 STEREO = [("block", "matcher"), ("block", "least_squares")]
@@ -100,6 +88,16 @@ def test_what_one_camera_sees_is_left_out(sensors, method, subpixel):
     assert np.nanmedian(found[110:190, 510:640]) == pytest.approx(150, abs=0.1)
     rest = np.abs(found[:80, 260:-20] - 100)
     assert np.nanmax(rest) < 1
+
+
+@pytest.mark.parametrize("method", ["block", "semi_global"])
+def test_matches_that_the_other_image_does_not_confirm_are_left_out(sensors, method):
+    """Of two unlike images a sixth is matched by chance, without the way back two fifths."""
+    left, right = rendered_pair(np.full((120, 500), 100.5))
+    sensor = with_stereo(sensors["bumblebee"], method, "matcher")
+    sensor["stereo"]["speckle_size_px"] = 1
+    found = stereo_disparity(left, np.ascontiguousarray(right[::-1]), sensor)
+    assert np.isfinite(found).mean() < 0.25
 
 
 @pytest.mark.parametrize(
@@ -297,6 +295,16 @@ def test_what_is_seen_through_the_board_is_the_board(probe):
     inside, outside = 0.49 * np.array([width, 0, 0]), 0.51 * np.array([width, 0, 0])
     seen = np.stack([away + 1.8 * inside, away - 1.8 * inside, away + 1.8 * outside])
     assert belongs_to_probe(seen, place, probe["exclusion"]).tolist() == [True, True, False]
+
+
+def test_tip_shaft_and_board_are_the_probe():
+    """Each by itself: its middle, just inside and just outside of it."""
+    place = ProbePlace(np.zeros(3), np.array([0, 0, 1.0]), np.array([0.3, 0, 0]))
+    exclusion = {"tip_radius_m": 0.01, "radius_m": 0.03, "board_radius_m": 0.1}
+    inside = [[0, 0, 0], [0, 0, 0.009], [0, 0.029, -0.011], [0, 0, -0.5], [0.3, 0.099, 0]]
+    outside = [[0, 0, 0.011], [0, 0.029, -0.009], [0, 0.031, -0.011], [0.3, 0.101, 0]]
+    assert belongs_to_probe(np.array(inside), place, exclusion).all()
+    assert not belongs_to_probe(np.array(outside), place, exclusion).any()
 
 
 def test_a_piece_apart_is_not_the_object(wall, probe):

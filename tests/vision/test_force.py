@@ -122,6 +122,20 @@ def test_local_lines_are_exact_on_lines():
     assert found == pytest.approx(np.array([[0, 1], [0.666, 0.667], [1.98, 0.01]]))
 
 
+def test_local_lines_are_of_the_samples_around_a_time():
+    """Of a kinked record: level before half a second, rising after; two samples at least."""
+    time_s = np.arange(101) / 100
+    values = np.maximum(time_s - 0.5, 0)[:, None]
+    values[0] = -1.0
+    at = np.array([0.0, 0.25, 0.44, 0.56, 1.0])
+    found = local_lines(at, time_s, values, window_s=0.1)
+    assert found[1:, 0] == pytest.approx([0, 0, 0.06, 0.5])
+    # Of five samples, -1 and four times 0: mean -0.2, slope 0.2 a sample.
+    assert found[0, 0] == pytest.approx(-0.6)
+    few = local_lines(np.array([0.0, 0.999]), time_s, values, window_s=0.004)
+    assert few[:, 0] == pytest.approx([-1.0, 0.499])
+
+
 def test_the_loads_weight_is_taken_out_as_the_probe_turns(probe):
     """A probe that turns by forty degrees in the air presses nothing."""
     time_s = np.arange(2000) / 1000

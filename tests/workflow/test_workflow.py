@@ -25,9 +25,6 @@ def test_sample_comes_to_moduli(copy):
     summary = pd.read_csv(copy / "results/sample/summary.csv")
     assert set(summary["sensor"]) == {"bumblebee", "kinect"}
     assert (summary["provenance"] == "simulated").all()
-    hertz = summary[summary["method"] == "hertz"]["reduced_modulus_pa"]
-    # The material's instantaneous E* is 27473 Pa; relaxation during the press takes off a tenth.
-    assert hertz.between(20000, 30000).all()
     searched = summary[summary["method"].str.startswith("minimise")]
     assert searched["poisson_ratio"].between(0, 0.499).all()
     assert searched["youngs_modulus_pa"].between(1e3, 1e6).all()
@@ -48,7 +45,8 @@ def test_the_command_comes_to_the_workflows_moduli(copy, monkeypatch, capsys):
     known = json.loads((copy / "results/sample/foam_block/kinect/direct.json").read_text())
     for name in ("youngs_modulus_pa", "poisson_ratio"):
         told, interval = found[name], known[name]
-        assert told.pop("verdict") == interval.pop("verdict")
+        for word in ("verdict", "unit"):
+            assert told.pop(word) == interval.pop(word)
         assert told == pytest.approx(interval, rel=1e-6)
 
 

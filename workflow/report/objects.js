@@ -111,8 +111,8 @@ function showModuli(view) {
   document.getElementById("of").textContent = `${view.title} (${view.provenance})`;
   const rows = view.moduli.map((row) => {
     const line = document.createElement("tr");
-    line.append(cell("th", row.method), cell("td", row.E_kpa), cell("td", row.nu));
-    line.append(cell("td", row.reduced_kpa), cell("td", row.verdict));
+    line.append(cell("th", row.method), cell("td", row.E), cell("td", row.nu));
+    line.append(cell("td", row.reduced), cell("td", row.verdict));
     return line;
   });
   document.getElementById("moduli").replaceChildren(...rows);

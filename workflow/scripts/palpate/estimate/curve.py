@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 from scipy.special import stdtrit
 
-from palpate.estimate.direct.interval import ASSUMED, Interval
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.table import SampleTable, force_table
 from palpate.estimate.hertz.curve_fit import HertzFit
-from palpate.estimate.hertz.fit import CONFIDENCE
 from palpate.estimate.hertz.scatter import deviation
+from palpate.modulus import ASSUMED, CONFIDENCE, Modulus
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.options import greatest_ratio
 
@@ -36,7 +35,7 @@ class CurveEstimate:
 
     Attributes
     ----------
-    moduli : dict of str to Interval
+    moduli : dict of str to Modulus
         ``youngs_modulus_pa``, ``reduced_modulus_pa``, and ``poisson_ratio``, whose verdict is
         *assumed*.
     force_law, force_law_std : float
@@ -53,7 +52,7 @@ class CurveEstimate:
         Force of the fit at the samples [N].
     """
 
-    moduli: dict[str, Interval]
+    moduli: dict[str, Modulus]
     force_law: float
     force_law_std: float
     contact_m: float
@@ -170,7 +169,7 @@ def _moduli(
     rig_std: float,
     ratios: tuple[float, float],
     freedom: int,
-) -> dict[str, Interval]:
+) -> dict[str, Modulus]:
     log_E, nu = best.x[LOG_E], float(best.x[NU])
     level = float(stdtrit(freedom, (1 + CONFIDENCE) / 2))
     found = {}
@@ -181,8 +180,8 @@ def _moduli(
         width = level * float(np.hypot(np.sqrt(slope @ covariance @ slope), rig_std))
         log = log_E - (np.log(1 - nu**2) if by_nu else 0.0)
         ends = (float(np.exp(log + sign * width)) for sign in (0, -1, 1))
-        found[name] = Interval.of_modulus(*ends)
-    return found | {"poisson_ratio": Interval(nu, *ratios, ASSUMED)}
+        found[name] = Modulus.of_pascals(*ends)
+    return found | {"poisson_ratio": Modulus(nu, *ratios, ASSUMED, "1")}
 
 
 def _rig_std(hertz: HertzFit, press_m: float, options: Fit) -> float:

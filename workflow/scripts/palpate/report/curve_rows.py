@@ -4,12 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from palpate.modulus import BOUNDED, Modulus, columns
 from palpate.report.tables import CAPTURE
 
 # Hertz's E*; and E by the indentation table of the object's own shape.
 BY_HERTZ, BY_TABLE = "curve_hertz", "curve_table"
-DOUBTED, DOUBTABLE = "bounded", ("youngs_modulus_pa", "reduced_modulus_pa")
-ASSUMED = "a curve does not tell it"
+DOUBTABLE = ("youngs_modulus_pa", "reduced_modulus_pa")
+UNTOLD = "a curve does not tell it"
 
 
 def curve_rows(curves: Sequence[Mapping], found: Sequence[Mapping]) -> pd.DataFrame:
@@ -32,18 +33,11 @@ def curve_rows(curves: Sequence[Mapping], found: Sequence[Mapping]) -> pd.DataFr
         rows.append(known | by_hertz | interval)
         by_table = {"method": BY_TABLE, "recommended": True, "captures": 1}
         for name, judged in moduli.items():
-            by_table |= _cells(name, judged)
-        by_table |= {"poisson_ratio_reason": ASSUMED, "doubts": "; ".join(one["doubts"])}
+            by_table |= Modulus(**judged).cells(name)
+        by_table |= {"poisson_ratio_reason": UNTOLD, "doubts": "; ".join(one["doubts"])}
         if one["doubts"]:
             # Of what may have been read or fitted otherwise an interval says too little.
-            by_table |= {f"{name.removesuffix('_pa')}_verdict": DOUBTED for name in DOUBTABLE}
+            by_table |= {columns(name)[-1]: BOUNDED for name in DOUBTABLE}
         by_table |= {name: one[name] for name in ("force_law", "force_law_std")}
         rows.append(known | by_table)
     return pd.DataFrame(rows)
-
-
-def _cells(name: str, judged: Mapping) -> dict:
-    stem = name.removesuffix("_pa")
-    end = name[len(stem) :]
-    ends = {f"{stem}_{side}{end}": judged[side] for side in ("low", "high")}
-    return {name: judged["value"], f"{stem}_verdict": judged["verdict"]} | ends

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from palpate.estimate.hertz.fit import CONFIDENCE, hertz_force
+from palpate.estimate.hertz.fit import hertz_force
+from palpate.modulus import CONFIDENCE
 from palpate.report.hertz_tables import ROWS_OF_BLOCK
 from palpate.report.style import (
     BLACK,

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.estimate.relaxation import relaxed_share
+from palpate.modulus import NOT_JUDGED
 from palpate.report.tables import CAPTURE
 
 ROWS_OF_BLOCK = 3
@@ -55,7 +56,7 @@ def hertz_table(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> pd.Data
             values[f"{name}_reduced_modulus_pa"] = fit[name]["reduced_modulus_pa"]
             values |= {f"{name}_low_pa": low, f"{name}_high_pa": high}
         doubtful = len(fit["recommended"]["doubts"]) > 0
-        values["recommended_verdict"] = "not judged" if doubtful else None
+        values["recommended_verdict"] = NOT_JUDGED if doubtful else None
         rows.append(values | {"provenance": capture["provenance"]})
     return pd.DataFrame(rows)
 

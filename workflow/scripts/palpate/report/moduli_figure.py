@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from palpate.modulus import IDENTIFIED, VERDICTS
 from palpate.report.moduli_table import truth_of
 from palpate.report.style import (
     BLACK,
@@ -84,7 +85,8 @@ def direct_moduli(
         panel_letter(panel, letter)
     for row, (label, _) in zip(axes, ROWS.values(), strict=True):
         row[0].set_ylabel(label)
-    _legend(figure, groups, bool(materials))
+    given = {found[name]["verdict"] for found in (*singles, *joints) for name in ROWS}
+    _legend(figure, groups, bool(materials), given)
     return finished(figure, {capture["provenance"] for capture in captures})
 
 
@@ -105,7 +107,7 @@ def _draw(panel: Axes, places: Sequence, quantity: str, scale: float) -> None:
     for place, capture, found, together in places:
         value, low, high = (scale * found[quantity][end] for end in ("value", "low", "high"))
         colour = COLOURS.get(capture["sensor"], GREY)
-        known = found[quantity]["verdict"] == "identified"
+        known = found[quantity]["verdict"] == IDENTIFIED
         width = 2.2 if together else 0.9
         panel.plot([place] * 2, [low, high], color=colour, lw=width, solid_capstyle="butt")
         panel.plot(
@@ -132,7 +134,7 @@ def _name_captures(panel: Axes, places: Sequence) -> None:
     panel.set_xlim(min(ends) - 1, max(ends) + 1)
 
 
-def _legend(figure: Figure, groups: Sequence[Mapping], truth: bool) -> None:
+def _legend(figure: Figure, groups: Sequence[Mapping], truth: bool, given: set[str]) -> None:
     sensors = dict.fromkeys(group["sensor"] for group in groups)
     dot = {"marker": "o", "ms": 3}
     handles = [
@@ -140,7 +142,9 @@ def _legend(figure: Figure, groups: Sequence[Mapping], truth: bool) -> None:
         for sensor in sensors
     ]
     handles.append(Line2D([], [], color=GREY, marker="D", ms=5, lw=2.2, label="all together"))
-    handles.append(Line2D([], [], color=GREY, mfc="white", lw=0, label="not identified", **dot))
+    if others := [verdict for verdict in VERDICTS if verdict in given - {IDENTIFIED}]:
+        label = " or ".join(others)
+        handles.append(Line2D([], [], color=GREY, mfc="white", lw=0, label=label, **dot))
     if truth:
         handles.append(Line2D([], [], color=BLACK, lw=0.8, ls="--", label="truth"))
     place = {"loc": "lower left", "bbox_to_anchor": (0.05, -0.005)}

@@ -5,13 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-MODULI = (
-    "reduced_modulus_pa",
-    "equivalent_reduced_modulus_pa",
-    "youngs_modulus_pa",
-    "poisson_ratio",
-    "youngs_modulus_1s_pa",
-)
+from palpate.modulus import IDENTIFIED, LABELS, Modulus, columns
+
 TOGETHER = "all"
 JOINT, ONE = "direct_joint", "direct"
 ONE_SECOND_S = 1.0
@@ -90,15 +85,13 @@ def accuracy_table(rows: pd.DataFrame, materials: Mapping[str, Mapping]) -> pd.D
     """
     table = rows.copy()
     truths = pd.DataFrame([truth_of(materials[name]) for name in table["object"]])
-    for name in MODULI:
+    for name in LABELS:
         true = truths[name].to_numpy()
         found = pd.to_numeric(table[name]).to_numpy(dtype=float)
         table[f"true_{name}"] = true
         stem = name.removesuffix("_pa")
         table[f"{stem}_error"] = found - true if name == "poisson_ratio" else found / true - 1
-        low, high = (
-            pd.to_numeric(table[_end(name, end)]).to_numpy(dtype=float) for end in ("low", "high")
-        )
+        low, high = (pd.to_numeric(table[end]).to_numpy(dtype=float) for end in columns(name)[1:3])
         covers = pd.array((low <= true) & (true <= high), dtype="boolean")
         covers[~(np.isfinite(low) & np.isfinite(true))] = pd.NA
         table[f"{stem}_covered"] = covers
@@ -125,7 +118,7 @@ def coverage_table(accuracy: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for names, part in groups:
         row = dict(zip(keys, names, strict=True)) | {"runs": len(part)}
-        for name in MODULI:
+        for name in LABELS:
             stem = name.removesuffix("_pa")
             errors = part[f"{stem}_error"].dropna()
             covered = part[f"{stem}_covered"].dropna()
@@ -134,7 +127,7 @@ def coverage_table(accuracy: pd.DataFrame) -> pd.DataFrame:
             row[f"{stem}_coverage"] = float(covered.mean()) if len(covered) else None
         known = part["poisson_ratio_verdict"].dropna()
         row["poisson_ratio_identified"] = (
-            float((known == "identified").mean()) if len(known) else None
+            float((known == IDENTIFIED).mean()) if len(known) else None
         )
         rows.append(row | {"provenance": part["provenance"].iloc[0]})
     return pd.DataFrame(rows)
@@ -143,10 +136,8 @@ def coverage_table(accuracy: pd.DataFrame) -> pd.DataFrame:
 def _row(capture: Mapping, found: Mapping, *, method: str, recommended: bool) -> dict:
     row = {name: capture[name] for name in ("object", "sensor", "capture", "point")}
     row |= {"method": method, "recommended": recommended}
-    for name in MODULI:
-        row[name] = found[name]["value"]
-        row[_end(name, "low")], row[_end(name, "high")] = found[name]["low"], found[name]["high"]
-        row[f"{name.removesuffix('_pa')}_verdict"] = found[name]["verdict"]
+    for name in LABELS:
+        row |= Modulus(**found[name]).cells(name)
     residuals = found["residuals"]
     row |= {
         "equivalent_depth_m": found["equivalent"]["depth_m"],
@@ -163,9 +154,3 @@ def _row(capture: Mapping, found: Mapping, *, method: str, recommended: bool) ->
     if found["doubts"]:
         row["doubts"] = "; ".join(found["doubts"])
     return row | {"provenance": capture["provenance"]}
-
-
-def _end(name: str, end: str) -> str:
-    """Column of an interval's end: ``youngs_modulus_low_pa``, ``poisson_ratio_low``."""
-    stem = name.removesuffix("_pa")
-    return f"{stem}_{end}" + ("_pa" if stem != name else "")

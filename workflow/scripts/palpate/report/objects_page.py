@@ -8,15 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.modulus import INTERVAL, Modulus
 from palpate.report.style import ERROR_NAMES, sensor_name
 from palpate.report.tables import bound_mark
 from palpate.surface.pose import to_object
 from palpate.surface.tracked import Tracked
-from palpate.units import KILOPASCALS, MILLIMETRES
+from palpate.units import MILLIMETRES
 
 # Coordinates are kept as whole steps of the object's extent, with room at both ends.
 LARGEST_STEP = 32_000
 NOTHING = ""
+# Of the table of moduli.
+COLUMNS = {"E": "youngs_modulus_pa", "nu": "poisson_ratio", "reduced": "reduced_modulus_pa"}
 
 
 @dataclass(frozen=True)
@@ -136,18 +139,18 @@ def title(capture: Mapping) -> str:
 
 
 def moduli(fit: Mapping, minima: Mapping[str, Mapping]) -> list[dict[str, str]]:
-    """Moduli of a capture by method, as text in kPa, with what is to be said of nu."""
+    """Moduli of a capture by method, as text, with what is to be said of nu."""
     advised = fit["recommended"]
-    low, high = (_kpa(value) for value in advised["reduced_modulus_interval_pa"])
-    row = _row("Recommended contact model", advised["reduced_modulus_pa"], f" ({low} to {high})")
-    if advised["doubts"]:
-        row["verdict"] = "; ".join(advised["doubts"])
-    rows = [_row("Hertz fit (Eq. 5.1)", fit["study"]["reduced_modulus_pa"]), row]
+    star = Modulus(
+        advised["reduced_modulus_pa"], *advised["reduced_modulus_interval_pa"], INTERVAL, "Pa"
+    )
+    rows = [
+        _row("Hertz fit (Eq. 5.1)", fit["study"]),
+        _row("Recommended contact model", star.cells("reduced_modulus_pa"))
+        | {"verdict": "; ".join(advised["doubts"]) or NOTHING},
+    ]
     for error, minimum in minima.items():
-        mark, method = bound_mark(minimum), f"Minimisation, {ERROR_NAMES[error]} error"
-        row = _row(method, minimum["reduced_modulus_pa"], mark)
-        row["E_kpa"] = _kpa(minimum["youngs_modulus_pa"]) + mark
-        row["nu"] = f"{minimum['poisson_ratio']:.2f}{mark}"
+        row = _row(f"Minimisation, {ERROR_NAMES[error]} error", minimum)
         rows.append(row | {"verdict": _verdict(minimum)})
     return rows
 
@@ -195,19 +198,11 @@ def _verdict(minimum: Mapping) -> str:
     return f"{verdict} ({reason})" if reason else verdict
 
 
-def _row(method: str, reduced_modulus_pa: float, remark: str = NOTHING) -> dict[str, str]:
-    reduced = _kpa(reduced_modulus_pa) + remark
-    return {
-        "method": method,
-        "E_kpa": NOTHING,
-        "nu": NOTHING,
-        "reduced_kpa": reduced,
-        "verdict": NOTHING,
-    }
-
-
-def _kpa(modulus_pa: float) -> str:
-    return f"{modulus_pa * KILOPASCALS:.1f}"
+def _row(method: str, found: Mapping) -> dict[str, str]:
+    """Row of the table of moduli; whether a bound ended the search for them."""
+    moduli = {key: Modulus.of_row(found, name) for key, name in COLUMNS.items()}
+    told = {key: one.told() + bound_mark(found) for key, one in moduli.items() if one}
+    return dict.fromkeys(COLUMNS, NOTHING) | told | {"method": method, "verdict": NOTHING}
 
 
 def _encoded(values: NDArray, kind: str) -> str:

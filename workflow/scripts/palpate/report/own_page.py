@@ -6,17 +6,12 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from palpate.capture.discover import CURVE
+from palpate.modulus import LABELS, VERDICTS, Modulus, verdicts_in
 from palpate.report.style import sensor_name
 from palpate.report.tables import AT_BOUND_NOTE, SIMULATED_NOTE, bound_mark
-from palpate.units import KILOPASCALS, MILLIMETRES
+from palpate.units import MILLIMETRES
 
-MODULI = {
-    "reduced_modulus_pa": "E* = E/(1 - nu^2) (kPa)",
-    "equivalent_reduced_modulus_pa": "equivalent E* (kPa)",
-    "youngs_modulus_pa": "E (kPa)",
-    "poisson_ratio": "nu",
-    "youngs_modulus_1s_pa": "E after 1 s (kPa)",
-}
+TITLES = LABELS | {"reduced_modulus_pa": "E* = E/(1 - nu^2)"}
 METHODS = {
     "direct_joint": "direct, all captures together",
     "direct": "direct",
@@ -26,18 +21,9 @@ METHODS = {
     "hertz_free_contact": "Hertz fit, contact point free",
     "hertz_recommended": "Hertz, recommended contact model",
 }
-MEANING = {
-    "identified": "the captures tell it.",
-    "bounded": "the captures leave a wide interval, or one end of it open: trust the interval,"
-    " not the value.",
-    "not identified": "the captures do not tell it: any value of the range explains them.",
-    "interval": "it has an interval; whether that is narrow is not judged.",
-    "not judged": "no interval can be given: a number to compare, not to rely on.",
-    "assumed": "as it was declared: what was recorded tells hardly more.",
-}
 CAPTIONS = {
-    "moduli": "E and nu of each capture and of all together, with 95 % intervals; open symbols are"
-    " not identified.",
+    "moduli": "E and nu of each capture and of all together, with 95 % intervals; open symbols:"
+    " every verdict but *identified*.",
     "hertz_fit": "Hertz model fitted to force and depth. Where the points leave the curve"
     " systematically, trust the direct estimate more.",
     "surface": "What the camera sees in the deepest frame, the tracked surface, and a section"
@@ -137,7 +123,7 @@ def _advised(rows: pd.DataFrame) -> list[str]:
     for row in rows.to_dict("records"):
         curve = f" {row['capture']}" if row["sensor"] == CURVE else ""
         cells = {"sensor": sensor_name(row["sensor"]) + curve, "captures": f"{row['captures']:.0f}"}
-        cells |= {label: _judged(row, quantity) for quantity, label in MODULI.items()}
+        cells |= {label: _judged(row, quantity) for quantity, label in TITLES.items()}
         place = f"{row['force_law']:+.2f} ± {row['force_law_std']:.2f}"
         depth = row["equivalent_depth_m"] * MILLIMETRES
         depth = "" if pd.isna(depth) else f"{depth:.1f}"
@@ -145,29 +131,20 @@ def _advised(rows: pd.DataFrame) -> list[str]:
     return _table(found)
 
 
-def _judged(row: Mapping, quantity: str) -> str:
-    verdict = row.get(f"{quantity.removesuffix('_pa')}_verdict")
-    return f"{_value(row, quantity)}: {verdict}" if isinstance(verdict, str) else ""
+def _judged(row: Mapping, name: str) -> str:
+    modulus = Modulus.of_row(row, name)
+    return f"{modulus.told()}: {modulus.verdict}" if modulus and modulus.verdict else ""
 
 
-def _value(row: Mapping, quantity: str) -> str:
-    """Value with its interval, moduli in kPa; whether a bound ended the search for it."""
-    stem, end = quantity.removesuffix("_pa"), "_pa" if quantity.endswith("_pa") else ""
-    scale, places = (KILOPASCALS, 1) if end else (1.0, 2)
-    value, low, high = (row.get(key) for key in (quantity, f"{stem}_low{end}", f"{stem}_high{end}"))
-    if pd.isna(value):
-        return ""
-    text = f"{scale * value:.{places}f}"
-    if pd.isna(low):
-        return text + bound_mark(row)
-    return f"{text}{bound_mark(row)} ({scale * low:.{places}f} to {scale * high:.{places}f})"
+def _value(row: Mapping, name: str) -> str:
+    """Value with its interval; whether a bound ended the search for it."""
+    modulus = Modulus.of_row(row, name)
+    return modulus.told() + bound_mark(row) if modulus else ""
 
 
 def _meanings(rows: pd.DataFrame) -> list[str]:
     """What the verdicts in the table say."""
-    columns = [f"{quantity.removesuffix('_pa')}_verdict" for quantity in MODULI]
-    seen = {verdict for name in columns for verdict in rows[name].dropna()}
-    return [f"- *{verdict}*: {text}" for verdict, text in MEANING.items() if verdict in seen]
+    return [f"- *{verdict}*: {VERDICTS[verdict]}." for verdict in verdicts_in(rows)]
 
 
 def _doubts(rows: pd.DataFrame) -> list[str]:
@@ -232,7 +209,7 @@ def _estimate(row: Mapping) -> dict[str, str]:
         "capture": str(row["capture"]),
         "method": METHODS.get(row["method"], row["method"].replace("_", " ")),
     }
-    cells |= {label: _value(row, quantity) for quantity, label in MODULI.items()}
+    cells |= {label: _value(row, quantity) for quantity, label in TITLES.items()}
     verdict = row["poisson_ratio_verdict"]
     return cells | {"verdict on nu": verdict if isinstance(verdict, str) else ""}
 

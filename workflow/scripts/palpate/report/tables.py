@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.markdown import rows_of
+from palpate.modulus import INTERVAL, LABELS, NOT_JUDGED, columns
 
 CAPTURE = ["object", "sensor", "capture", "point"]
 JUDGED = ("youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa")
@@ -114,40 +115,21 @@ def summary(
         table.assign(method=f"{method}_" + table["error"]) if len(table) else table
         for method, table in (("minimise", minima), ("least_squares", squares))
     ]
-    columns = [
+    wanted = [
         *CAPTURE,
         "method",
         "recommended",
-        "youngs_modulus_pa",
-        "youngs_modulus_low_pa",
-        "youngs_modulus_high_pa",
+        *(column for name in LABELS for column in columns(name)),
         "youngs_modulus_std_pa",
-        "youngs_modulus_verdict",
-        "youngs_modulus_1s_pa",
-        "youngs_modulus_1s_low_pa",
-        "youngs_modulus_1s_high_pa",
-        "youngs_modulus_1s_verdict",
-        "poisson_ratio",
-        "poisson_ratio_low",
-        "poisson_ratio_high",
         "poisson_ratio_std",
-        "poisson_ratio_verdict",
         "poisson_ratio_reason",
-        "reduced_modulus_pa",
-        "reduced_modulus_low_pa",
-        "reduced_modulus_high_pa",
-        "reduced_modulus_verdict",
-        "equivalent_reduced_modulus_pa",
-        "equivalent_reduced_modulus_low_pa",
-        "equivalent_reduced_modulus_high_pa",
-        "equivalent_reduced_modulus_verdict",
         "at_bound",
         *DIAGNOSTICS,
         "doubts",
         "provenance",
     ]
     tables = (*_of_hertz(hertz), *searched, direct, curves)
-    rows = [table.reindex(columns=columns).astype(object) for table in tables]
+    rows = [table.reindex(columns=wanted).astype(object) for table in tables]
     whole = pd.concat(rows, ignore_index=True)
     whole["recommended"] = whole["recommended"].fillna(False).astype(bool)
     for name in JUDGED:
@@ -174,11 +156,10 @@ def _of_hertz(hertz: pd.DataFrame) -> list[pd.DataFrame]:
 
 def _judge(whole: pd.DataFrame, name: str) -> None:
     """Say of a modulus without a verdict whether it has an interval, in place."""
-    stem, verdict = name.removesuffix("_pa"), f"{name.removesuffix('_pa')}_verdict"
-    low = f"{stem}_low" + ("_pa" if stem != name else "")
+    _, low, _, verdict = columns(name)
     open_question = whole[name].notna() & whole[verdict].isna()
     whole.loc[open_question, verdict] = np.where(
-        whole.loc[open_question, low].notna(), "interval", "not judged"
+        whole.loc[open_question, low].notna(), INTERVAL, NOT_JUDGED
     )
 
 

@@ -5,22 +5,14 @@ Called after ``make results`` and ``make sample``: ``python -m palpate.run.closi
 
 import csv
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
 
 from palpate.capture.discover import CURVE
+from palpate.modulus import LABELS, VERDICTS, Modulus, verdicts_in
 from palpate.units import KILOPASCALS
 
-# Of the recommended estimate; the first two hang least on Poisson's ratio.
-MODULI = {
-    "reduced_modulus_pa": "E*",
-    "equivalent_reduced_modulus_pa": "equivalent E*",
-    "youngs_modulus_pa": "E at once",
-    "poisson_ratio": "nu",
-    "youngs_modulus_1s_pa": "E after 1 s",
-}
 # The published study's own methods.
 STUDY = {
     "hertz": "Hertz fit",
@@ -31,14 +23,6 @@ COMPARED = (
     "The published study's methods, for comparison; not to be relied on"
     " (medians over the captures, with their ranges):"
 )
-# Verdicts, the best first.
-MEANING = {
-    "identified": "the captures tell it",
-    "bounded": "trust the interval, not the value",
-    "not identified": "the captures do not tell it",
-    "not judged": "no interval can be given",
-    "assumed": "as it was declared; what was recorded tells hardly more",
-}
 # The run's own list of what it makes (rule configuration), and what make makes after it.
 WANTED = "wanted.txt"
 AFTERWARDS = ("report.html", "tables/resources.csv")
@@ -135,8 +119,8 @@ def _recommended(rows: pd.DataFrame) -> list[str]:
         return ["  none: no capture of it is estimated directly"]
     lines = []
     for row in advised.to_dict("records"):
-        values = {label: _judged(row, quantity) for quantity, label in MODULI.items()}
-        lines += [f"  {label:<13} {text}" for label, text in values.items() if text]
+        values = {label: Modulus.of_row(row, name) for name, label in LABELS.items()}
+        lines += [f"  {label:<13} {one}" for label, one in values.items() if one]
         of_curve = f"curve {row['capture']}" if row["sensor"] == CURVE else ""
         lines += [f"  from {of_curve or _captures(int(row['captures']))}"]
         if isinstance(row.get("doubts"), str):
@@ -144,24 +128,10 @@ def _recommended(rows: pd.DataFrame) -> list[str]:
     return lines
 
 
-def _judged(row: Mapping, quantity: str) -> str:
-    """Value, interval and verdict of a quantity; moduli in kPa."""
-    stem, end = quantity.removesuffix("_pa"), "_pa" if quantity.endswith("_pa") else ""
-    scale, places, unit = (KILOPASCALS, 1, " kPa") if end else (1.0, 2, "")
-    keys = (quantity, f"{stem}_low{end}", f"{stem}_high{end}")
-    if row.get(quantity) is None or pd.isna(row[quantity]):
-        return ""
-    value, low, high = (f"{scale * row[key]:.{places}f}" for key in keys)
-    return f"{value} ({low} to {high}){unit}, {row[f'{stem}_verdict']}"
-
-
 def _meanings(summary: pd.DataFrame) -> list[str]:
     """What the verdicts say that were given."""
-    columns = [f"{quantity.removesuffix('_pa')}_verdict" for quantity in MODULI]
-    advised = summary.loc[summary["recommended"], summary.columns.intersection(columns)]
-    given = set(advised.to_numpy().ravel())
-    lines = [f"{verdict}: {text}." for verdict, text in MEANING.items() if verdict in given]
-    return ["", *lines] if lines else []
+    given = verdicts_in(summary[summary["recommended"]])
+    return ["", *(f"{verdict}: {VERDICTS[verdict]}." for verdict in given)] if given else []
 
 
 def _of_study(rows: pd.DataFrame) -> list[str]:
@@ -197,7 +167,7 @@ def _verdicts(verdicts: pd.Series) -> str:
     counts = verdicts.value_counts()
     if not len(counts):
         return ""
-    ordered = [name for name in MEANING if name in counts]
+    ordered = [name for name in VERDICTS if name in counts]
     parts = [f"{name} {counts[name]}x" if len(ordered) > 1 else name for name in ordered]
     return f"[{', '.join(parts)}]"
 

@@ -61,11 +61,12 @@ def code(script: str | Path, make: str = "", root: Path = ROOT) -> str:
     return _digest(modules, root)
 
 
-def whole_code(root: Path = ROOT) -> str:
-    """Digest all that the workflow computes with, as `code` does."""
+def whole_code(root: Path = ROOT, apart: Iterable[str] = ()) -> str:
+    """Digest all that the workflow computes with, as `code` does, but for some files or folders."""
     places = [root.parents[1] / name for name in WHOLE]
-    files = [path for place in places for path in (place, *place.rglob("*"))]
-    return _digest((path for path in files if path.is_file() and path.suffix != ".pyc"), root)
+    files = {path for place in places for path in (place, *place.rglob("*")) if path.is_file()}
+    left = {path for path in files if any(path.is_relative_to(root.parent / one) for one in apart)}
+    return _digest((path for path in files - left if path.suffix != ".pyc"), root)
 
 
 def pins(root: Path = ROOT) -> dict[str, str]:

@@ -8,13 +8,15 @@ from typing import Any
 
 from palpate.capture.discover import NOT_OBJECTS, discover, folders
 from palpate.capture.schema import load_yaml
-from palpate.run.digest import whole_code
+from palpate.run.digest import ROOT, code, whole_code
 from palpate.run.objects import kept_files, value_digest
 from palpate.run.run import Described, Run
 
 ORIGIN = "origin.txt"
 # Of the configuration: what no number of an object hangs on.
 APART = ("only", "paths")
+# And of the workflow: what is made of numbers, but for the summary.
+OF_ALL = ("rules/thesis.smk", "rules/report.smk", "scripts/thesis", "scripts/palpate/report")
 
 
 @dataclass(frozen=True)
@@ -38,15 +40,15 @@ class Standing:
             content = run.lab
         else:
             content = run.object_fingerprint(name)
-        return value_digest([self._code, options, run.sensors, run.probes, kept, content])
+        return value_digest([*self._code, options, run.sensors, run.probes, kept, content])
 
     def origin_of(self, wildcards: Any) -> str:
         """The same, for a rule."""
         return self.origin(wildcards.object)
 
     @cached_property
-    def _code(self) -> str:
-        return whole_code()
+    def _code(self) -> list[str]:
+        return [whole_code(apart=OF_ALL), code(ROOT / "stages/summary.py")]
 
     @cached_property
     def _others(self) -> dict[str, bool]:

@@ -15,11 +15,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from palpate.capture.depth import depth_of
 from palpate.capture.images import read_image
 from palpate.capture.tables import FRAMES, image_streams, read_frames
 from palpate.units import MILLIMETRES
 from palpate.vision.camera import PinholeCamera, camera_from_spec
-from palpate.vision.depth import depth_of
 from palpate.vision.marker import board_points, find_corners
 from palpate.vision.probe import marker_transforms
 from palpate.vision.windows import grey

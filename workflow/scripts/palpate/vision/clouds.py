@@ -10,11 +10,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.capture.depth import depth_of
 from palpate.capture.streams import all_streams
 from palpate.frames import Film, write_film
 from palpate.open3d_core import o3d
 from palpate.vision.camera import PinholeCamera, camera_from_spec, pixel_rays
-from palpate.vision.depth import depth_of, stereo_depth
+from palpate.vision.depth import stereo_depth
 from palpate.vision.marker import board_points
 from palpate.vision.options import Clouds
 from palpate.vision.pieces import largest_piece

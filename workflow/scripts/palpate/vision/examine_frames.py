@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.capture.depth import depth_of
 from palpate.capture.findings import Findings
 from palpate.capture.streams import Stream
 from palpate.capture.tables import FRAMES, read_frames
-from palpate.vision.depth import depth_of
 from palpate.vision.windows import grey
 
 # A frame's grey levels.

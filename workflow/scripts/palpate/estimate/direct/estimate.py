@@ -16,11 +16,12 @@ from palpate.estimate.direct.indentation import (
     Parameters,
     residuals,
 )
-from palpate.estimate.direct.interval import Interval, intervals
+from palpate.estimate.direct.interval import intervals
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.quantities import Quantities, quantities_of
 from palpate.estimate.direct.result import described
 from palpate.estimate.direct.support_motion import MOTIONS
+from palpate.modulus import Modulus
 from palpate.solid.options import greatest_ratio
 from palpate.units import MILLIMETRES
 
@@ -62,7 +63,7 @@ class DirectEstimate:
     Attributes
     ----------
     solution : Solution
-    moduli : dict of str to Interval
+    moduli : dict of str to Modulus
     quantities : Quantities
         Among them where the equivalent modulus is told.
     covariance : (size, size) array
@@ -74,7 +75,7 @@ class DirectEstimate:
     """
 
     solution: Solution
-    moduli: dict[str, Interval]
+    moduli: dict[str, Modulus]
     quantities: Quantities
     covariance: NDArray
     budget: Budget

@@ -1,7 +1,6 @@
 """Intervals of the moduli from their budget, and verdicts: how far an estimate can be trusted."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,48 +11,16 @@ from palpate.estimate.direct.doubts import at_end
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.quantities import NAMES, Quantities
-from palpate.units import readable
+from palpate.modulus import ASSUMED, BOUNDED, CONFIDENCE, IDENTIFIED, Modulus, verdict_of_nu
 
-CONFIDENCE = 0.95
-# An interval of nu narrower than this tells materials apart: cork, foam, rubber.
-NARROW_NU = 0.2
-# And one of E that is not wider than by this factor from end to end.
-NARROW_E = 1.5
-# Ends of an interval this close to the range's are at its bound.
-AT_BOUND = 0.005
 # A press that leaves more of the deviation that was known beforehand tells nothing of nu.
-ASSUMED, TOLD_PART = "assumed", 0.8
+TOLD_PART = 0.8
 POISSON, NU_STEPS = NAMES.index("poisson_ratio"), 41
-
-
-@dataclass(frozen=True)
-class Interval:
-    """Estimate of one quantity with its 95 % interval and what it is worth."""
-
-    value: float
-    low: float
-    high: float
-    verdict: str
-
-    def __str__(self) -> str:
-        """Value and interval, a modulus in the unit that it is read best in, and the verdict."""
-        scale, unit, places = 1.0, "", 2
-        if self.value > 1:
-            (scale, unit), places = readable(self.value, "Pa"), 1
-        value, low, high = (
-            f"{scale * one:.{places}f}" for one in (self.value, self.low, self.high)
-        )
-        return f"{value}{' ' * bool(unit)}{unit} ({low} to {high}), {self.verdict}"
-
-    @staticmethod
-    def of_modulus(value: float, low: float, high: float) -> "Interval":
-        """Judge the interval of a modulus [Pa]."""
-        return Interval(value, low, high, "identified" if high / low <= NARROW_E else "bounded")
 
 
 def intervals(
     best: Solution, covariance: NDArray, quantities: Quantities, budget: Budget, options: Fit
-) -> dict[str, Interval]:
+) -> dict[str, Modulus]:
     """Moduli with their intervals and verdicts.
 
     Poisson's ratio ends at the range's bounds; of a modulus, what goes with Poisson's ratio ends
@@ -81,11 +48,11 @@ def intervals(
     for k, name in enumerate(NAMES):
         if k == POISSON:
             verdict = verdict_of_nu(*ends, bounds)
-            verdict = "bounded" if open_end and verdict == "identified" else verdict
+            verdict = BOUNDED if open_end and verdict == IDENTIFIED else verdict
             if _is_assumed(nu_std, options):
                 known = options.poisson_ratio + _ends(options.poisson_ratio_std)
                 ends, verdict = np.clip(known, *bounds), ASSUMED
-            found[name] = Interval(nu, *map(float, ends), verdict)
+            found[name] = Modulus(nu, *map(float, ends), verdict, "1")
             continue
         told = bounds if few else np.clip(nu + quantile[k] * nu_std * np.array([-1, 1]), *bounds)
         with_nu = _with_nu(name, by_nu, nu, np.linspace(*told, NU_STEPS))
@@ -94,8 +61,8 @@ def intervals(
         low = quantities.values[k] - np.hypot(rest, min(with_nu.min(), 0.0))
         high = quantities.values[k] + np.hypot(rest, max(with_nu.max(), 0.0))
         value, low, high = np.exp([quantities.values[k], low, high])
-        interval = Interval.of_modulus(float(value), float(low), float(high))
-        found[name] = replace(interval, verdict="bounded") if open_end else interval
+        modulus = Modulus.of_pascals(float(value), float(low), float(high))
+        found[name] = replace(modulus, verdict=BOUNDED) if open_end else modulus
     return found
 
 
@@ -123,13 +90,3 @@ def few_frames(best: Solution, options: Fit) -> bool:
     """Whether there are fewer compared frames than moduli and relaxing shares."""
     frames = sum(len(indentation.frames) for indentation in best.indentations)
     return frames < 2 + len(options.relaxation_times_s)
-
-
-def verdict_of_nu(low: float, high: float, bounds: Sequence[float]) -> str:
-    """Inside the range and narrow; reaching one end of it, or wide; reaching both."""
-    at_low, at_high = low <= bounds[0] + AT_BOUND, high >= bounds[1] - AT_BOUND
-    if at_low and at_high:
-        return "not identified"
-    if at_low or at_high or high - low > NARROW_NU:
-        return "bounded"
-    return "identified"

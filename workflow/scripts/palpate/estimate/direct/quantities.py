@@ -13,6 +13,7 @@ from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import SHARED
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.relaxation import relaxed_share
+from palpate.modulus import LABELS
 
 # Places of unknowns in a solution's vector.
 LOG_E, NU, FORCE_LAW, MOTION_LAW = range(4)
@@ -22,13 +23,7 @@ ONE_SECOND_S = 1.0
 TABOR = 0.2
 # Depths that are tried, as parts of the greatest.
 PARTS = np.linspace(0.1, 1.0, 91)
-NAMES = (
-    "reduced_modulus_pa",
-    "equivalent_reduced_modulus_pa",
-    "youngs_modulus_pa",
-    "poisson_ratio",
-    "youngs_modulus_1s_pa",
-)
+NAMES = tuple(LABELS)
 LOG_MODULI = tuple(name.endswith("_pa") for name in NAMES)
 
 

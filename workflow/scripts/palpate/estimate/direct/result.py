@@ -16,7 +16,7 @@ def described(found: "DirectEstimate") -> dict:
     """Describe an estimate in what a JSON file holds."""
     best, first = found.solution, found.solution.parameters[0]
     indentations, times = best.indentations, found.options.relaxation_times_s
-    moduli = {name: asdict(interval) for name, interval in found.moduli.items()}
+    moduli = {name: asdict(modulus) for name, modulus in found.moduli.items()}
     return {
         "frames": [len(indentation.frames) for indentation in indentations],
         "frames_beyond_lookup": [indentation.frames_beyond for indentation in indentations],

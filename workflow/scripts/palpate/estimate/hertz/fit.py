@@ -10,8 +10,8 @@ from scipy.special import ndtri, stdtrit
 
 from palpate.estimate.hertz.laws import parabola_force
 from palpate.estimate.hertz.scatter import deviation, effective_samples, freedom
+from palpate.modulus import CONFIDENCE
 
-CONFIDENCE = 0.95
 TOLERANCE = 1e-10
 # Forces are compared as they are, or to this power, which makes Eq. 5.1 a straight line.
 RESIDUALS = {"force": 1.0, "force_two_thirds": 2 / 3}

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from palpate.estimate.hertz.fit import (
-    CONFIDENCE,
     ContactFit,
     KnownContactFit,
     Law,
@@ -35,6 +34,7 @@ from palpate.estimate.hertz.relaxation import (
 from palpate.estimate.hertz.relaxation_prior import relaxation_times
 from palpate.estimate.hertz.shape import INSTEAD, Shape
 from palpate.estimate.hertz.strain import finite_strain_factor
+from palpate.modulus import CONFIDENCE
 
 # Contact at the surface; wherever the force says; or at the surface within its stated deviation.
 CONTACTS = ("known", "free", "weighted")

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import ndtr
 
-from palpate.estimate.hertz.fit import CONFIDENCE, Law
+from palpate.estimate.hertz.fit import Law
 from palpate.estimate.hertz.mixture import Mixture, freedom, joined, settled
 from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.record import Record
 from palpate.estimate.relaxation import relaxed_share
+from palpate.modulus import CONFIDENCE
 
 # Median and ends of the interval.
 LEVELS = (0.5, (1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2)

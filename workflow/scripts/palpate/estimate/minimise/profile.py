@@ -10,13 +10,10 @@ from scipy.special import stdtrit
 
 from palpate.estimate.minimise.least_squares import FORCE_TERM, LeastSquaresFit
 from palpate.estimate.minimise.search import Cost
+from palpate.modulus import CONFIDENCE, NOT_IDENTIFIED, NOT_JUDGED, verdict_of_nu
 from palpate.solid.moduli import lame_from_engineering
 
-CONFIDENCE = 0.95
-# An interval of nu narrower than this tells materials apart: cork, foam, rubber.
-NARROW = 0.2
 Profile = Callable[[float], tuple[float, float]]
-VERDICTS = ("identified", "bounded", "not identified", "not judged")
 
 
 @dataclass(frozen=True)
@@ -146,9 +143,5 @@ def _verdict(
     interval: tuple[float, float] | None, limits: tuple[float, float], unknown: str | None
 ) -> str:
     if interval is None:
-        return "not judged" if unknown == FORCE_TERM else "not identified"
-    open_ends = int(interval[0] <= limits[0]) + int(interval[1] >= limits[1])
-    if open_ends == 2:
-        return "not identified"
-    wide = interval[1] - interval[0] > NARROW
-    return "bounded" if open_ends or wide else "identified"
+        return NOT_JUDGED if unknown == FORCE_TERM else NOT_IDENTIFIED
+    return verdict_of_nu(*interval, limits)

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import trimesh
 
-from mutants.place import GAUGES, ROOT, WRENCH, Mutation, Place
+from spoilt.place import GAUGES, ROOT, WRENCH, Mutation, Place
 
 SAMPLE = ROOT / "tests/sample/raw/foam_block"
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import yaml
 
-from mutants.place import ROOT, Mutation, Place
-from mutants.texts import path_of
+from spoilt.place import ROOT, Mutation, Place
+from spoilt.texts import path_of
 
 WRONG = ["text", -1, 0, 1e30, 1e-30, float("nan"), float("inf"), [], {}, None, True, 2**70, 0.5]
 # How many of them, or to be dropped, each field meets.

@@ -20,9 +20,9 @@ from palpate.run.run import Run
 from thesis.options import Simulation
 from virtual_lab.checks import lab_problems
 
-from mutants.chain import Refused, run_chain
-from mutants.kept import reader_of
-from mutants.place import ROOT, Mutation, Place, linked_copy
+from spoilt.chain import Refused, run_chain
+from spoilt.kept import reader_of
+from spoilt.place import ROOT, Mutation, Place, linked_copy
 
 # A busy machine gives a process little of its time: the processor's seconds are what counts.
 LONGEST_CPU_S, LONGEST_S = 60, 400.0

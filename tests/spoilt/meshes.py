@@ -4,7 +4,7 @@
 import numpy as np
 import trimesh
 
-from mutants.place import Mutation, Place
+from spoilt.place import Mutation, Place
 
 
 def _bytes(change):

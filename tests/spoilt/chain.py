@@ -24,7 +24,7 @@ import palpate.vision.support_plane  # noqa: F401
 import yaml
 from stand_in import Named
 
-from mutants.place import CAPTURE, OBJECT, ROOT, SENSOR, Place
+from spoilt.place import CAPTURE, OBJECT, ROOT, SENSOR, Place
 
 SCRIPTS = ROOT / "workflow/scripts/stages"
 

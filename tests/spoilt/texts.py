@@ -5,7 +5,7 @@ import os
 
 import yaml
 
-from mutants.place import Mutation, Place
+from spoilt.place import Mutation, Place
 
 
 def _laughs() -> str:

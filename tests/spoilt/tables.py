@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from mutants.place import GAUGES, WRENCH, Mutation, Place
+from spoilt.place import GAUGES, WRENCH, Mutation, Place
 
 
 def _text(name: str, change):

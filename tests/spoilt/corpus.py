@@ -3,8 +3,8 @@
 import random
 from collections.abc import Sequence
 
-from mutants import images, kept, meshes, names, physics, tables, texts, walk
-from mutants.place import Mutation
+from spoilt import images, kept, meshes, names, physics, tables, texts, walk
+from spoilt.place import Mutation
 
 GROUPS = (images, tables, physics, texts, names, meshes, kept, walk)
 

@@ -3,7 +3,7 @@
 # ruff: noqa: E731
 import shutil
 
-from mutants.place import Mutation, Place
+from spoilt.place import Mutation, Place
 
 ODD = [
     "../08", "..", ".", "/etc", "a b", "-rf", "--help", "08\n", "08\n09", "\n", "08;ls", "$(ls)",

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mutants.chain import jobs, run_script
-from mutants.place import CAPTURE, OBJECT, SENSOR, Mutation, Place
+from spoilt.chain import jobs, run_script
+from spoilt.place import CAPTURE, OBJECT, SENSOR, Mutation, Place
 
 FOLDER = f"results/{OBJECT}/{SENSOR}"
 # A result and the script that reads it.

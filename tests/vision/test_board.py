@@ -1,0 +1,52 @@
+"""Corners of drawn checkerboards, and where their order starts."""
+
+import numpy as np
+import pytest
+from palpate.vision.board import Board, board_views, find_board
+
+SQUARE_PX, MARGIN_PX = 20, 25
+
+
+def drawn(board):
+    """A board with a black square beside its first corner, on white."""
+    colours = (np.indices((board.rows + 1, board.columns + 1)).sum(axis=0) % 2) * 255
+    squares = np.kron(colours, np.ones((SQUARE_PX, SQUARE_PX)))
+    return np.pad(squares, MARGIN_PX, constant_values=255).astype(np.uint8)
+
+
+def corners_of(board):
+    """Where they are drawn [px]: between two pixels."""
+    return board.points_m[:, :2] / board.square_m * SQUARE_PX + MARGIN_PX + SQUARE_PX - 0.5
+
+
+@pytest.mark.parametrize("size", [(6, 5), (5, 4), (5, 6)])
+def test_the_order_starts_beside_a_black_square(size):
+    board = Board(*size, 0.02)
+    image, corners = drawn(board), corners_of(board)
+    assert np.abs(find_board(image, board) - corners).max() < 0.1
+    turned = np.ascontiguousarray(image[::-1, ::-1])
+    height, width = image.shape
+    found = find_board(turned, board)
+    assert np.abs(found - ([width - 1, height - 1] - corners)).max() < 0.1
+
+
+def test_a_stain_does_not_turn_the_order():
+    board = Board(6, 5, 0.02)
+    image = drawn(board)
+    first = MARGIN_PX + SQUARE_PX
+    image[first : first + SQUARE_PX, first : first + SQUARE_PX] = 150
+    assert np.abs(find_board(image, board) - corners_of(board)).max() < 0.5
+
+
+def test_a_board_of_two_orders_has_its_corners():
+    board = Board(5, 5, 0.02)
+    found = find_board(drawn(board), board)
+    apart = [np.abs(order - corners_of(board)).max() for order in (found, found[::-1])]
+    assert board.ambiguous and min(apart) < 0.1
+
+
+def test_pictures_without_the_board_are_named():
+    board = Board(6, 5, 0.02)
+    empty = np.full((150, 150), 255, np.uint8)
+    corners, missing = board_views([("01", drawn(board)), ("02", empty)], board)
+    assert list(corners) == ["01"] and list(missing) == ["02"]
