@@ -16,9 +16,10 @@ from bag_writing import (
 )
 from palpate.__main__ import main
 from palpate.capture.depth import depth_of
+from palpate.capture.force_record import WRENCH_COLUMNS
 from palpate.capture.images import read_image
 from palpate.capture.schema import load_yaml
-from palpate.capture.tables import WRENCH_COLUMNS, read_force, read_frames
+from palpate.capture.tables import read_force, read_frames
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 

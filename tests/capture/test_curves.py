@@ -14,7 +14,7 @@ from palpate import hertz
 from palpate.__main__ import main
 from palpate.capture.check import check_object
 from palpate.capture.curves.curve import read_curve
-from palpate.capture.examine import examine_object
+from palpate.examine import examine_object
 from scipy.signal import lfilter
 
 

@@ -11,7 +11,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.depth import depth_of
-from palpate.capture.examine_order import wrong_order
 from palpate.capture.streams import all_streams
 from palpate.frames import Film, write_film
 from palpate.open3d_core import o3d
@@ -266,16 +265,14 @@ def clouds_of(
         The table.
     options : Clouds
     frames : sequence of int, optional
-        All by default; then the order of the pictures is examined too.
+        All by default.
 
     Raises
     ------
     ValueError
-        If pictures of two streams are of different moments, or a frame shows no points.
+        If a frame shows no points.
     """
     camera = camera_from_spec(sensor["color"])
-    if frames is None and (problem := wrong_order(folder, sensor, probe["marker"])):
-        raise ValueError(problem)
     places = probe_places(poses, probe)
     chosen, written = range(len(masks)) if frames is None else frames, options.written()
     for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
