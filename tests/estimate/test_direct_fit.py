@@ -344,27 +344,8 @@ def test_a_faster_camera_knows_no_more_of_what_hangs_on_the_place():
 
 def test_a_fit_that_did_not_converge_says_so(monkeypatch):
     monkeypatch.setattr(fit, "SMALLEST_STEP", np.full(4, 1e-22))
-    found = estimate_direct([press_of(25e3, 0.3, 1)], OPTIONS, radius_m=RADIUS_M)
-    assert found.doubts == ["the fit did not converge"]
-    assert {one.verdict for one in found.moduli.values()} == {"bounded"}
-    assert not found.to_dict()["converged"]
-
-
-def test_e_at_an_end_of_its_range_is_not_identified():
-    options = replace(OPTIONS, youngs_modulus_bounds_pa=(40e3, 1e8))
-    found = estimate_direct([press_of(25e3, 0.3, 1)], options, radius_m=RADIUS_M)
-    assert found.doubts == ["E lies at an end of its range, 40000 to 1e+08 Pa"]
-    assert found.moduli["youngs_modulus_pa"].verdict == "bounded"
-
-
-def test_frames_that_were_left_out_and_an_oblique_way_are_told():
-    press = replace(press_of(25e3, 0.3, 1), frames_beyond=3, oblique_rad=np.deg2rad(20))
-    found = estimate_direct([press], OPTIONS, radius_m=RADIUS_M)
-    frames = len(press.frames) + 3
-    assert found.doubts == [
-        f"3 of {frames} frames are deeper than the table's 9.0 mm and were left out (deepest_m)",
-        "the tip went 20 degrees beside the declared direction of the press",
-    ]
+    monkeypatch.setattr(fit, "ITERATIONS", 8)
+    assert not fit_direct([press_of(25e3, 0.3, 1)], OPTIONS, START).converged
 
 
 def test_patches_are_as_large_as_asked():
