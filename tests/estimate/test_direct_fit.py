@@ -15,6 +15,7 @@ from palpate.estimate.direct.deviations import (
     LEAST_NOISE,
     robust_weights,
     variance_parts,
+    with_depth_errors,
     with_pattern,
 )
 from palpate.estimate.direct.estimate import estimate_direct
@@ -356,6 +357,24 @@ def test_patches_are_as_large_as_asked():
         for size in (0.02, 0.04, 0.08)
     ]
     assert counts[0] >= counts[1] > counts[2]
+
+
+@pytest.mark.parametrize("times", [1, 3, 10])
+def test_deviations_that_are_found_are_those_of_the_errors(times):
+    """Of depths and motions, that scatter as is stated or by more."""
+    press = press_of(25e3, 0.3, 5)
+    rng, more = np.random.default_rng(5), np.sqrt(times**2 - 1)
+    spoilt = replace(
+        press,
+        depth_m=press.depth_m + more * rng.normal(0, press.tip_std_m, len(press.depth_m)),
+        moved_m=press.moved_m + more * rng.normal(0, press.noise_std_m),
+    )
+    best = fit_direct([spoilt], OPTIONS, START)
+    (found,), (scale,) = best.indentations, best.scales
+    stated = with_depth_errors(press, best.parameters[0], OPTIONS, likeliest=False).depth_std_m
+    assert 0.65 < np.median(found.depth_std_m / np.hypot(stated, more * press.tip_std_m)) < 1.5
+    motion = np.median(found.moved_std_m) * scale.motion * np.sqrt(scale.sharing)
+    assert motion == pytest.approx(times * press.noise_std_m[0, 0], rel=0.05)
 
 
 def test_depths_that_scatter_far_beyond_what_is_stated_are_told():
