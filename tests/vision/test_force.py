@@ -13,6 +13,8 @@ from palpate.vision.force import (
     match_nearest,
     zeroed,
 )
+from palpate.vision.indentation import depth_along, force_along
+from palpate.vision.probe import ALONG_STD, AXIS, TIP
 from scipy.spatial.transform import Rotation
 from virtual_lab.wrench import gauge_record
 
@@ -159,6 +161,19 @@ def test_the_loads_weight_is_taken_out_as_the_probe_turns(probe):
     without = {key: value for key, value in probe.items() if key != "load"}
     same = frame_wrenches(known, times, poses, without, **(options | {"up": up}))
     assert np.allclose(same[WRENCH], left_in[WRENCH])
+
+
+def test_force_and_depth_are_taken_along_the_press(press, probe):
+    record, _ = press
+    time_s, force = force_along(zeroed(record, probe, 0.4, 0.0), probe)
+    assert force == pytest.approx(2 * np.clip(time_s - 0.5, 0, 1), abs=0.15)
+    poses = pd.DataFrame(np.zeros((3, 7)), columns=[*TIP, *AXIS, ALONG_STD])
+    poses[AXIS[0]], poses[AXIS[1]] = [0.6, 0.6, 0.6], [0.7, 0.8, 0.9]
+    poses[TIP[0]], poses[TIP[1]] = [0.0, 0.3, -0.8], [0.0, 0.4, 0.6]
+    poses[ALONG_STD] = [1e-4, 3e-4, np.nan]
+    depth_m, std_m = depth_along(poses)
+    assert depth_m == pytest.approx([0, 0.5, 0])
+    assert std_m.tolist() == [1e-4, 3e-4, 3e-4]
 
 
 def test_zero_and_pose_are_of_the_same_moments(probe):
