@@ -349,6 +349,18 @@ def test_a_fit_that_did_not_converge_says_so(monkeypatch):
     assert not fit_direct([press_of(25e3, 0.3, 1)], OPTIONS, START).converged
 
 
+def test_a_press_that_begins_far_from_the_surface_is_told():
+    """A diameter for a radius of 6 mm: every depth is 6 mm too much."""
+    press = press_of(25e3, 0.3, 1)
+    press = replace(press, depth_m=press.depth_m + 0.006, offset_std_m=1e-3)
+    found = estimate_direct([press], OPTIONS, radius_m=RADIUS_M)
+    (line,) = found.doubts
+    assert line.startswith(
+        "the force begins 6.2 mm below the surface, 6.2 deviations off (radius_m"
+    )
+    assert {one.verdict for one in found.moduli.values()} == {"bounded"}
+
+
 def test_patches_are_as_large_as_asked():
     press = press_of(25e3, 0.3, 1)
     times = np.array(OPTIONS.relaxation_times_s)
