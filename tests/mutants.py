@@ -54,6 +54,8 @@ OTHERS |= dict.fromkeys((ast.Pow, ast.FloorDiv, ast.Mod, ast.MatMult), ast.Mult)
 SPARED = (ast.JoinedStr, ast.Raise)
 SPARED_FIELDS = {"annotation", "returns", "decorator_list"}
 SPARED_NAMES = {"option", "block", "strict"}
+# Smaller numbers keep from dividing by 0: one is as good as another.
+NOTHING = 1e-100
 
 
 def places(node: ast.AST, line: int = 0) -> Iterator[tuple[int, int, Callable[[], None]]]:
@@ -82,7 +84,7 @@ def _changed(node: ast.AST) -> ast.AST | None:
             return ast.Constant(not value)
         case ast.Constant(value=int(value)):
             return ast.Constant(1 - value if value in (0, 1) else value + 1)
-        case ast.Constant(value=float(value)):
+        case ast.Constant(value=float(value)) if not 0 < value < NOTHING:
             return ast.Constant(1.1 * value or 1.0)
         case ast.UnaryOp(op=ast.USub() | ast.Not() | ast.Invert()):
             return node.operand

@@ -79,6 +79,7 @@ def test_a_weak_test_lets_a_mutant_live(project):
         ("f(True)", ["f(False)"]),
         ("0.5", ["0.55"]),
         ("0.0", ["1.0"]),
+        ("1e-300", []),
         ("a += b", ["a -= b"]),
         ("a[-1]", ["a[1]", "a[-0]"]),
         ("option(3)", []),

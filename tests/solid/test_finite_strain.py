@@ -42,6 +42,15 @@ def test_blocks_are_the_slope_of_the_forces(elastic, bent):
     assert np.linalg.norm(found - (after - before)) < 1e-6 * np.linalg.norm(after - before)
 
 
+def test_blocks_lie_where_block_of_says(elastic, bent):
+    _, blocks = elastic.forces_and_blocks(bent)
+    matrix = elastic.matrix(blocks).toarray()
+    rows, columns = elastic.mesh.tetrahedra[::7, 0], elastic.mesh.tetrahedra[::7, 2]
+    for row, column, place in zip(rows, columns, elastic.block_of(rows, columns), strict=True):
+        there = np.s_[3 * row : 3 * row + 3, 3 * column : 3 * column + 3]
+        assert np.array_equal(blocks[place], matrix[there])
+
+
 def test_turning_changes_nothing(elastic, bent):
     turn = Rotation.from_rotvec([0.4, -1.9, 1.1]).as_matrix()
     assert elastic.energy(bent @ turn.T) == pytest.approx(elastic.energy(bent), rel=1e-12)

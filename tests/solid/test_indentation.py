@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from palpate.estimate.direct.table import force_table, sample_table
 from palpate.solid.indentation import (
     IndentationModel,
@@ -15,6 +16,8 @@ from palpate.solid.indentation import (
 from palpate.solid.indentation_table import POISSON_RATIOS, depth_steps, indentation_model
 from palpate.solid.mirror import Mirror
 from palpate.solid.options import greatest_ratio
+from palpate.solid.point_table import image_table
+from palpate.solid.support import Support
 
 RATIOS = np.array(POISSON_RATIOS)
 
@@ -98,6 +101,20 @@ def test_mirror_image_twice_is_the_model(model):
     for name, wanted in vars(model).items():
         if name not in ("laws", "radius_m"):
             assert np.allclose(getattr(twice, name), wanted, rtol=1e-6, atol=1e-8)
+
+
+def test_the_table_of_a_point_in_two_mirrors(model):
+    box = trimesh.creation.box((0.2, 0.1, 0.04))
+    surface = box.vertices + [0.1, 0.2, 0.02], box.faces
+    support = Support(np.array([0.1, 0.2, 0.0]), np.array([0.0, 0.0, 1.0]), 1e-3)
+    found = image_table(model, support, surface, [[2, 0, 0], [0, 1, 0]])
+    assert found.point_m == pytest.approx([0.19, 0.38, 0.03])
+    assert found.direction == pytest.approx([0.0, -0.6, -0.8])
+    assert np.array_equal(found.force_per_modulus_m2, model.force_per_modulus_m2)
+    move = model.surface_displacement_m * [-1, -1, 1]
+    assert found.surface_displacement_m == pytest.approx(move, rel=1e-6)
+    with pytest.raises(ValueError, match="mirror"):
+        image_table(model, support, surface, [[1, 1, 0]])
 
 
 def test_file_keeps_the_model(model, tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from floor import floor
 from palpate.solid.boundary import node_sets
-from palpate.solid.contact_pressure import contact_pressure
+from palpate.solid.contact_pressure import contact_pressure, hertz_contact_radius
 from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import quadratic, solid_mesh
 from palpate.solid.refine import refine_near
@@ -108,6 +108,13 @@ def test_hertz_patch_loads_the_near_side_alone():
     )
     loads = contact_pressure(mesh, TOP * [1, 1, 0.1], DOWN, DOWN, contact_radius_m=0.02)
     assert np.allclose(mesh.nodes_m[loads.any(axis=1), 2], 0.01)
+
+
+def test_hertzs_contact_radius():
+    assert hertz_contact_radius(indenter_radius_m=0.009, depth_m=0.004) == pytest.approx(0.006)
+    assert hertz_contact_radius(indenter_radius_m=0.009, depth_m=0.02) == 0.009
+    with pytest.raises(ValueError, match="depth_m: expected above 0, found 0"):
+        hertz_contact_radius(indenter_radius_m=0.009, depth_m=0.0)
 
 
 def test_bad_patches_are_refused(cube):

@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 from palpate.vision.background import build_model, distortion, load_model, save_model
-from palpate.vision.foreground import Classifier
+from palpate.vision.foreground import Classifier, load_masks, masks_of, save_masks
+from palpate.vision.options import Background
 from palpate.vision.stillness import camera_shift, check_still
 
 OPTIONS = {
@@ -164,6 +165,52 @@ def test_model_round_trip(scene, tmp_path):
     save_model(tmp_path / "m.npz", model)
     again = load_model(tmp_path / "m.npz")
     assert np.array_equal(classify(again, image), classify(model, image))
+
+
+def test_masks_of_a_film(scene):
+    frames, image, _ = scene
+    model, options = build_model(frames, false_positive_rate=0.002), Background(**OPTIONS)
+    found = list(masks_of([image, image], model, options))
+    assert len(found) == 2
+    assert np.array_equal(found[1], classify(model, image))
+    with pytest.raises(ValueError, match="mask: expected foreground in each frame, found none in"):
+        list(masks_of([image, frames[-1]], model, options))
+    elsewhere = np.full_like(image, 250)
+    elsewhere[:, :20] = image[:, :20]
+    with pytest.raises(ValueError, match="found 8[78]% foreground in frame 0"):
+        list(masks_of([elsewhere, image], model, options))
+
+
+def test_a_camera_that_moved_at_the_end_of_a_film():
+    rng = np.random.default_rng(4)
+    grey = cv2.GaussianBlur(rng.uniform(0, 255, (272, 272, 1)), (0, 0), 3)
+    wide = np.clip(128 + 4 * (grey - 128), 60, 200)[..., None] * [1.0, 0.9, 0.8]
+
+    def shot(place, with_object=True):
+        picture = wide[place : place + 256, 8:264].copy()
+        if with_object:
+            picture[20:50, 20:50] = [5, 120, 250]
+        return np.round(picture + rng.normal(0, 1, picture.shape)).astype(np.uint8)
+
+    model = build_model([shot(8, False) for _ in range(6)], false_positive_rate=0.002)
+    with pytest.raises(ValueError, match="found it moved by 1.0 px in frame 2"):
+        film = [shot(8), shot(8), shot(9)]
+        list(masks_of(film, model, Background(largest_shift_px=0.5)))
+
+
+def test_masks_round_trip(tmp_path):
+    rng = np.random.default_rng(0)
+    masks = [rng.random((5, width)) > 0.5 for width in (16, 19, 7)]
+    save_masks(tmp_path / "mask.npz", iter(masks))
+    again = load_masks(tmp_path / "mask.npz")
+    assert len(again) == 3
+    assert all(np.array_equal(one, other) for one, other in zip(masks, again, strict=True))
+    short = {"000000/mask": np.zeros((5, 2), np.uint8), "000000/shape": np.array([5, 17])}
+    np.savez(tmp_path / "short.npz", **short)
+    with pytest.raises(
+        ValueError, match=r"expected the bits of \(h, w\), found uint8 \(5, 2\) for"
+    ):
+        load_masks(tmp_path / "short.npz")[0]
 
 
 def test_bad_input(scene):

@@ -75,6 +75,14 @@ def test_no_press_leaves_what_was_known():
     assert (found.offset_s, found.std_s) == (0.0, PRIOR_S)
 
 
+@pytest.mark.parametrize("shown", [slice(None, None, 20), slice(0, 15)])
+def test_few_frames_of_a_press_leave_what_was_known(shown):
+    """Every twentieth, three of them with a force; or those before the press."""
+    force_time, force, *frames = tap(0.0, stiffness=3e3, rate_hz=30, noise_n=0.01)
+    found = clock_offset(force_time, force, *(x[shown] for x in frames), prior_std_s=PRIOR_S)
+    assert (found.offset_s, found.std_s) == (0.0, PRIOR_S)
+
+
 @pytest.mark.parametrize("offset_s", [-0.4, 0.3])
 def test_a_press_at_another_time_is_told(offset_s):
     with pytest.raises(ValueError, match="within 0.1 s, found the press about [+-]0.[34]"):

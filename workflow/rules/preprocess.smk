@@ -86,6 +86,7 @@ rule probe_pose:
 
 rule force:
     input:
+        object=RUN.raw("{object}/object.yaml"),
         capture=RUN.raw("{object}/{sensor}/{capture}"),
         pose=RUN.of_capture("probe_pose.csv"),
         plane=RUN.results("{object}/{sensor}/support_plane.json"),

@@ -11,12 +11,12 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from palpate.capture.examine_order import wrong_order
+from palpate.capture.depth import depth_of
 from palpate.capture.streams import all_streams
 from palpate.frames import Film, write_film
 from palpate.open3d_core import o3d
 from palpate.vision.camera import PinholeCamera, camera_from_spec, pixel_rays
-from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth
+from palpate.vision.depth import stereo_depth
 from palpate.vision.marker import board_points
 from palpate.vision.options import Clouds
 from palpate.vision.probe import AXIS, TIP, marker_transforms
@@ -107,9 +107,9 @@ def scene_points(
         depth_m = stereo_depth(images["left"], images["right"], sensor, wanted)
         return _deprojected(depth_m, camera_from_spec(sensor["color"]), sensor["range_m"])
     spec = sensor["depth"]
-    kinect = spec["encoding"] == "kinect_disparity"
-    depth_m = kinect_depth(images["depth"], spec) if kinect else millimetre_depth(images["depth"])
-    points = _deprojected(depth_m, camera_from_spec(spec), sensor["range_m"])
+    points = _deprojected(
+        depth_of(images["depth"], spec), camera_from_spec(spec), sensor["range_m"]
+    )
     color_from_depth = np.array(spec["color_from_depth"])
     return points @ color_from_depth[:3, :3].T + color_from_depth[:3, 3]
 
@@ -310,16 +310,14 @@ def clouds_of(
     reach : Reach
     options : Clouds
     frames : sequence of int, optional
-        All by default; then the order of the pictures is examined too.
+        All by default.
 
     Raises
     ------
     ValueError
-        If pictures of two streams are of different moments, or a frame shows no points.
+        If a frame shows no points.
     """
     camera = camera_from_spec(sensor["color"])
-    if frames is None and (problem := wrong_order(folder, sensor, probe["marker"])):
-        raise ValueError(problem)
     places = probe_places(poses, probe)
     chosen, written = range(len(masks)) if frames is None else frames, options.written()
     for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):

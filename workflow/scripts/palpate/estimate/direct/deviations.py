@@ -152,7 +152,7 @@ def variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
     table, square = parts / unit, gaps**2
     shares = np.full(parts.shape[1], square.mean() / parts.shape[1])
     for _ in range(VARIANCE_STEPS):
-        variance = np.maximum(table @ shares, LEAST_NOISE * table[:, 0] * unit[0])
+        variance = np.maximum(table @ shares, LEAST_NOISE * parts[:, 0])
         expected = square * (TAILS + 1) / (TAILS + square / variance)
         shares, _ = nnls(table / variance[:, None], expected / variance)
     shares = shares / unit

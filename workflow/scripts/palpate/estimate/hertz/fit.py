@@ -319,7 +319,7 @@ def _starts(unit: Law, depth_m: NDArray, force: NDArray, baseline: bool) -> list
 
 def _power(values: NDArray, exponent: float) -> NDArray:
     """Signed power."""
-    return values if exponent == 1 else np.sign(values) * np.abs(values) ** exponent
+    return np.sign(values) * np.abs(values) ** exponent
 
 
 def _rms(residual: NDArray) -> float:

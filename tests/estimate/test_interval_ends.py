@@ -1,0 +1,87 @@
+"""Ends of the moduli's intervals, by hand: E is E* (1 - nu^2) at each nu."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from palpate.estimate.direct.interval import few_frames, intervals
+from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.quantities import NAMES
+
+E_STAR, NORMAL = 30e3, 1.959964
+
+
+def told(nu, stds, *, options=None, frames=50):
+    """Intervals where log E*, nu and a share that relaxes within a second have these deviations."""
+    by_nu = {"reduced": 0.0, "equivalent": 0.0, "youngs": -2 * nu / (1 - nu**2)}
+    slopes = [
+        [0.0, 1, 0]
+        if name == "poisson_ratio"
+        else [1.0, by_nu[name.split("_")[0]], -1.0 if name.endswith("1s_pa") else 0]
+        for name in NAMES
+    ]
+    log = np.log([E_STAR, E_STAR, *[E_STAR * (1 - nu**2)] * 3])
+    values = np.where(np.array(NAMES) == "poisson_ratio", nu, log)
+    covariance = np.diag(np.square(stds))
+    std = np.sqrt(np.einsum("qi,ij,qj->q", slopes, covariance, slopes))
+    best = SimpleNamespace(
+        converged=True,
+        parameters=[SimpleNamespace(youngs_modulus_pa=E_STAR * (1 - nu**2))],
+        indentations=[SimpleNamespace(frames=np.arange(frames))],
+    )
+    quantities = SimpleNamespace(values=values, slopes=np.array(slopes))
+    budget = SimpleNamespace(freedom=np.full(5, 1e9), std=std)
+    return intervals(best, covariance, quantities, budget, options or Fit())
+
+
+def test_what_is_not_known_of_nu_moves_e_as_far_as_e_star_says():
+    found = told(0.4, [0.0, 0.03, 0.0])
+    nu, E = found["poisson_ratio"], found["youngs_modulus_pa"]
+    ends = 0.4 + np.array([-1, 1]) * NORMAL * 0.03
+    assert (nu.low, nu.high) == pytest.approx(ends)
+    assert (E.high, E.low) == pytest.approx(E_STAR * (1 - ends**2))
+    star = found["reduced_modulus_pa"]
+    assert (star.low, star.value, star.high) == pytest.approx((E_STAR,) * 3)
+
+
+def test_what_does_not_go_with_nu_adds_in_squares():
+    found = told(0.3, [0.04, 0.02, 0.03])
+    star, E, later = (
+        found[name] for name in ("reduced_modulus_pa", "youngs_modulus_pa", "youngs_modulus_1s_pa")
+    )
+    assert np.log([star.low / E_STAR, star.high / E_STAR]) == pytest.approx(
+        np.array([-1, 1]) * NORMAL * 0.04
+    )
+    ends = 0.3 + np.array([1, -1]) * NORMAL * 0.02
+    with_nu = np.log((1 - ends**2) / (1 - 0.3**2))
+    for modulus, rest in ((E, 0.04), (later, 0.05)):
+        half = np.array([-1, 1]) * np.hypot(NORMAL * rest, with_nu)
+        found = np.log([modulus.low / modulus.value, modulus.high / modulus.value])
+        assert found == pytest.approx(half, rel=1e-3)
+
+
+def test_intervals_end_at_the_range_of_nu():
+    found = told(0.47, [0.0, 0.1, 0.0])
+    low, E = 0.47 - NORMAL * 0.1, found["youngs_modulus_pa"]
+    assert found["poisson_ratio"].high == 0.4999
+    assert (E.low, E.high) == pytest.approx((E_STAR * (1 - 0.4999**2), E_STAR * (1 - low**2)))
+
+
+def test_few_frames_leave_all_of_the_range():
+    found = told(0.3, [0.01, 0.01, 0.0], frames=4)
+    nu, E = found["poisson_ratio"], found["youngs_modulus_pa"]
+    assert (nu.low, nu.high) == (0.0, 0.4999)
+    assert E.low < E_STAR * (1 - 0.4999**2) and E.high > E_STAR
+    counts = [SimpleNamespace(frames=np.arange(2)), SimpleNamespace(frames=np.arange(3))]
+    assert not few_frames(SimpleNamespace(indentations=counts), Fit())
+    assert few_frames(SimpleNamespace(indentations=counts[:1] * 2), Fit())
+
+
+def test_a_ratio_that_was_given_and_is_hardly_told_keeps_its_deviation():
+    options = Fit(poisson_ratio=0.35, poisson_ratio_std=0.02)
+    nu = told(0.34, [0.0, 0.019, 0.0], options=options)["poisson_ratio"]
+    assert (nu.value, nu.low, nu.high) == pytest.approx(
+        (0.34, 0.35 - NORMAL * 0.02, 0.35 + NORMAL * 0.02)
+    )
+    nu = told(0.34, [0.0, 0.01, 0.0], options=options)["poisson_ratio"]
+    assert (nu.low, nu.high) == pytest.approx((0.34 - NORMAL * 0.01, 0.34 + NORMAL * 0.01))
