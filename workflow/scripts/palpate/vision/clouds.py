@@ -18,9 +18,9 @@ from palpate.open3d_core import o3d
 from palpate.vision.camera import PinholeCamera, camera_from_spec, pixel_rays
 from palpate.vision.depth import stereo_depth
 from palpate.vision.marker import board_points
-from palpate.vision.options import Clouds
+from palpate.vision.options import Clouds, SupportPlane
 from palpate.vision.probe import AXIS, TIP, marker_transforms
-from palpate.vision.support_plane import height_above
+from palpate.vision.support_plane import SAMPLES, fit_support_plane, height_above
 
 # So far may the object lie beside where template and tip put it (a hand misses the declared point
 # by 10 mm, a press from the side goes as deep), and above it (noise, and the table's) [m].
@@ -112,6 +112,14 @@ def scene_points(
     )
     color_from_depth = np.array(spec["color_from_depth"])
     return points @ color_from_depth[:3, :3].T + color_from_depth[:3, 3]
+
+
+def table_of(folder: str | Path, sensor: Mapping, options: SupportPlane, *, seed: int) -> NDArray:
+    """Plane of the table from all frames of a background, as `fit_support_plane` finds it, (4,)."""
+    rng = np.random.default_rng(seed)
+    each = (scene_points(images, sensor) for images in all_streams(folder, sensor))
+    points = np.concatenate([rng.permutation(found)[:SAMPLES] for found in each])
+    return fit_support_plane(points, inlier_distance_m=options.inlier_distance_m, rng=rng)
 
 
 def object_cloud(
