@@ -15,7 +15,9 @@ otherwise, and ends with status 1 if there is one.
 
 import re
 import sys
+from collections import defaultdict
 from io import StringIO
+from math import nan
 from pathlib import Path
 
 import pandas as pd
@@ -57,7 +59,8 @@ def rows_of(path: Path, mark: re.Match) -> list[str]:
     table = pd.read_csv(StringIO(text), sep=separator, engine="python", dtype=read_as)
     if mark["column"]:
         table = table[table[mark["column"]].astype(str) == mark["value"]]
-    values = [as_read(row) for row in table.to_dict("records")]
+    # A run that presses less deep lacks a column.
+    values = [defaultdict(lambda: nan, as_read(row)) for row in table.to_dict("records")]
     lines = [line % each for line in mark["rows"].splitlines() for each in values]
     return [re.sub(r"[^|]*\bnan\b[^|]*", " ", line) for line in lines]
 
