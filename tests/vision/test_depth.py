@@ -8,6 +8,7 @@ from palpate.vision.camera import camera_from_spec
 from palpate.vision.clouds import (
     Cloud,
     ProbePlace,
+    Reach,
     belongs_to_probe,
     object_cloud,
     probe_places,
@@ -27,6 +28,7 @@ OPTIONS = {
     "outlier_ratio": 2.0,
     "cluster_gap_m": 0.01,
 }
+REACH = Reach(np.array([-0.05, 0, 0.7]), 0.2, 0.2)
 
 
 @pytest.mark.parametrize("encoding", ["kinect_disparity", "millimetre"])
@@ -303,13 +305,14 @@ def test_cloud_is_cut_thinned_and_oriented(wall, probe):
     camera, points, mask = wall
     place = ProbePlace(np.array([-0.05, 0, 0.7]), np.array([0, 1.0, 0]), np.array([0, -0.5, 0.7]))
     plane = np.array([0, -1.0, 0, 0.06])
-    cloud = object_cloud(points, mask, camera, plane, place, probe["exclusion"], **OPTIONS)
+    arguments = camera, plane, place, probe["exclusion"], REACH
+    cloud = object_cloud(points, mask, *arguments, **OPTIONS)
     assert cloud.points_m[:, 0].max() < 0.002
     assert cloud.points_m[:, 1].max() < 0.06 - OPTIONS["lowest_m"] + 1e-9
     assert not belongs_to_probe(cloud.points_m, place, probe["exclusion"]).any()
     assert np.allclose(cloud.normals, [0, 0, -1], atol=1e-6)
     with pytest.raises(ValueError, match="expected points of the object, found 0"):
-        object_cloud(points, ~(mask | True), camera, plane, place, probe["exclusion"], **OPTIONS)
+        object_cloud(points, ~(mask | True), *arguments, **OPTIONS)
 
 
 def test_what_is_seen_through_the_board_is_the_board(probe):
@@ -343,7 +346,7 @@ def test_a_piece_apart_is_not_the_object(wall, probe):
     place = ProbePlace(np.array([-0.05, 0, 0.9]), np.array([0, 1.0, 0]), np.array([0, -0.5, 0.9]))
     plane = np.array([0, -1.0, 0, 0.06])
     both = np.concatenate([points, stray])
-    cloud = object_cloud(both, mask, camera, plane, place, probe["exclusion"], **OPTIONS)
+    cloud = object_cloud(both, mask, camera, plane, place, probe["exclusion"], REACH, **OPTIONS)
     assert np.allclose(cloud.points_m[:, 2], 0.7)
 
 

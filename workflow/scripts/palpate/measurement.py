@@ -31,7 +31,7 @@ from palpate.surface.template import Template, read_template
 from palpate.surface.tracked import Tracked
 from palpate.vision.background import build_model
 from palpate.vision.clock import ClockOffset
-from palpate.vision.clouds import cloud_as_written, clouds_of
+from palpate.vision.clouds import Reach, cloud_as_written, clouds_of
 from palpate.vision.force import FORCE
 from palpate.vision.foreground import masks_of
 from palpate.vision.probe import ALONG_STD, AXIS, TIP
@@ -162,20 +162,24 @@ def measure(
     press = press_of(capture, config, optics)
     sensor, plane, poses, wrenches = press.sensor, press.plane, press.poses, press.wrenches
     masks = _masks(capture, sensor, config)
-    each = clouds_of(capture.folder, sensor, capture.probe, masks, poses, plane, config.clouds)
-    clouds = [cloud_as_written(cloud) for cloud in each]
     tips, axes = columns_of(poses, TIP), columns_of(poses, AXIS)
     forces, radius = columns_of(wrenches, FORCE), capture.radius_m
-    least = config.hertz.onset_force_n
+    sizes, point = np.linalg.norm(forces, axis=1), capture.declared["points"][capture.point]
+    least, peak = config.hertz.onset_force_n, int(np.argmax(sizes))
+    reach = Reach(tips[peak], *support.extent_m(template.vertices_m, point["position_m"]))
+    each = clouds_of(
+        capture.folder, sensor, capture.probe, masks, poses, plane, reach, config.clouds
+    )
+    clouds = [cloud_as_written(cloud) for cloud in each]
     alignment = align_first(
         template,
         support,
-        capture.declared["points"][capture.point],
+        point,
         plane,
         clouds[0],
         tips,
-        force_onset(np.linalg.norm(forces, axis=1), onset_force_n=least),
-        int(np.argmax(np.linalg.norm(forces, axis=1))),
+        force_onset(sizes, onset_force_n=least),
+        peak,
         config.tracking.alignment,
         indenter_radius_m=radius,
     )

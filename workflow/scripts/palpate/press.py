@@ -4,21 +4,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.capture import Capture
-from palpate.capture.streams import all_streams
 from palpate.capture.tables import as_written
 from palpate.run.options import Config
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clock import ClockOffset
-from palpate.vision.clouds import scene_points
+from palpate.vision.clouds import table_of
 from palpate.vision.follow import followed
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.probe import check_steepness
-from palpate.vision.support_plane import fit_support_plane
 
 
 @dataclass(frozen=True)
@@ -68,11 +65,7 @@ def press_of(capture: Capture, config: Config, optics: str | Path | None = None)
     sensor, probe = sensor_with_optics(capture.sensor, optics and str(optics)), capture.probe
     # Numbers are those of the files between the workflow's stages: one answer either way.
     poses = as_written(followed(capture.folder, sensor, probe, config.probe_pose))
-    plane = fit_support_plane(
-        scene_points(next(all_streams(capture.background, sensor)), sensor),
-        inlier_distance_m=config.support_plane.inlier_distance_m,
-        rng=np.random.default_rng(config.seed),
-    )
+    plane = table_of(capture.background, sensor, config.support_plane, seed=config.seed)
     declared = capture.declared
     check_steepness(poses, probe, plane[:3], declared["points"][capture.point], declared["support"])
     wrenches, clock = capture_wrenches(
