@@ -25,7 +25,7 @@ endef
 # Of `make faults`.
 kills := 50
 
-.PHONY: results sample cut validation manners test test-all faults lint bench check lock docs pictures sample-captures \
+.PHONY: results sample cut validation manners test test-all faults lint bench check lock docs pictures quoted sample-captures \
   own-object-captures slurm-resources mutations mutants audit clean
 
 results: .venv/installed
@@ -97,6 +97,10 @@ docs: .venv/installed
 # From the last `make results`: docs/pictures holds copies, nothing drawn by hand.
 pictures:
 	cp $(PICTURES:%=results/figures/%.png) docs/pictures/
+
+# What README.md and docs/results.md quote, against the last `make results` and `make manners`.
+quoted: .venv/installed
+	$(BIN)/python tests/quoted.py
 
 # What the SLURM profile asks for, from the benchmarks of the last `make results`.
 slurm-resources: .venv/installed

@@ -26,8 +26,9 @@ def probe():
 
 
 @pytest.fixture(scope="session")
-def real_data():
+def more_real_data():
+    """Too large to be committed, or not to be passed on; tests/real is in every clone."""
     folder = ROOT.parent / "shared" / "real"
     if not folder.is_dir():
-        pytest.skip(f"real data is not beside the project ({folder})")
+        pytest.skip(f"more real data is not beside the project ({folder})")
     return folder

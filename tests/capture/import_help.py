@@ -15,8 +15,11 @@ from bag_writing import (
     write_tum,
 )
 from palpate.__main__ import main
+from palpate.capture.depth import depth_of
+from palpate.capture.force_record import WRENCH_COLUMNS
 from palpate.capture.images import read_image
-from palpate.capture.tables import WRENCH_COLUMNS, read_force, read_frames
+from palpate.capture.schema import load_yaml
+from palpate.capture.tables import read_force, read_frames
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 
@@ -83,6 +86,7 @@ def options_for(kind, path, film):
 
 def assert_same(folder, film):
     frames, force = read_frames(folder), read_force(folder)
+    spec = load_yaml(folder.parents[3] / f"sensors/{folder.parent.name}.yaml")
     assert len(frames) == len(film.color)
     np.testing.assert_allclose(frames["time_s"], film.color_ns / NANOSECONDS, rtol=0, atol=1e-6)
     np.testing.assert_allclose(force["time_s"], film.wrench_ns / NANOSECONDS, rtol=0, atol=1e-6)
@@ -90,7 +94,8 @@ def assert_same(folder, film):
     np.testing.assert_allclose(found, film.wrench, rtol=1e-8, atol=1e-12)
     for row, color, depth in zip(frames.itertuples(), film.color, film.depth, strict=True):
         assert np.array_equal(read_image(folder / row.color, "rgb8"), color)
-        assert np.array_equal(read_image(folder / row.depth, "millimetre"), depth)
+        found_m = np.nan_to_num(depth_of(read_image(folder / row.depth, "counts"), spec["depth"]))
+        assert np.array_equal(np.rint(1000 * found_m), depth)
 
 
 def without_partners(film):

@@ -4,7 +4,6 @@ import io
 import json
 import re
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -15,7 +14,7 @@ from palpate import hertz
 from palpate.__main__ import main
 from palpate.capture.check import check_object
 from palpate.capture.curves.curve import read_curve
-from palpate.capture.examine import examine_object
+from palpate.examine import examine_object
 from scipy.signal import lfilter
 
 
@@ -188,14 +187,11 @@ def test_radii_of_bodies_go_together(tmp_path, capsys):
     assert "--radius-mm: expected the sphere's radius, found none" in capsys.readouterr().err
 
 
-REFERENCE = Path(__file__).resolve().parents[3] / "shared/real/hertz_afm/reference.csv"
-
-
-@pytest.mark.skipif(not REFERENCE.is_file(), reason="the real curves are not here")
-def test_real_curves_as_another_program_fits_them(capsys):
+def test_a_real_curve_as_another_program_fits_it(root, capsys):
     """E by nanite 4.2.3: paraboloid, whole approach, contact and baseline free."""
-    for row in pd.read_csv(REFERENCE).itertuples():
-        path, radius = REFERENCE.parent / row.file, f"{1e3 * row.radius_m:g}"
+    folder = root / "tests/real/curves"
+    for row in pd.read_csv(folder / "reference.csv").itertuples():
+        path, radius = folder / row.file, f"{1e3 * row.radius_m:g}"
         given = ["hertz", str(path), "--radius-mm", radius, "--nu", f"{row.poisson_ratio:g}"]
         assert main([*given, "--indenter", "parabola", "--baseline", "--json"]) == 0
         found = json.loads(capsys.readouterr().out)

@@ -38,19 +38,21 @@ from import_help import (
     wrench_file,
 )
 from palpate.__main__ import main
+from palpate.capture.depth import depth_of
+from palpate.capture.force_record import GAUGE_COLUMNS
 from palpate.capture.images import read_image
-from palpate.capture.tables import GAUGE_COLUMNS, read_force, read_frames
-from palpate.vision.depth import kinect_depth
+from palpate.capture.tables import read_force, read_frames
 from scipy.spatial.transform import RigidTransform, Rotation
 
 START_S = 1_700_000_000
 RATE_HZ = 30
-FRAMES = 5
+# The press begins with the sixth.
+FRAMES = 8
 
 
 @pytest.fixture(scope="module")
 def film(root, probe):
-    """Half of the sample's capture with the Kinect, as a camera of millimetres would have it."""
+    """Most of the sample's capture with the Kinect, as a camera of millimetres would have it."""
     sensor = yaml.safe_load((root / "tests/sample/sensors/kinect.yaml").read_text())
     folder = root / "tests/sample/raw/foam_block/kinect/08"
     frames, force = read_frames(folder).iloc[:FRAMES], read_force(folder).iloc[::4]
@@ -72,7 +74,7 @@ def film(root, probe):
 
 
 def millimetres(path, spec):
-    depth_m = kinect_depth(read_image(path, "kinect_disparity"), spec)
+    depth_m = depth_of(read_image(path, "kinect_disparity"), spec)
     return np.nan_to_num(np.rint(1000 * depth_m)).astype(np.uint16)
 
 

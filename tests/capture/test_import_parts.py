@@ -7,7 +7,7 @@ from bag_writing import Messages
 from palpate.capture.importing.lens import five_coefficients
 from palpate.capture.importing.optics import chained, matrix
 from palpate.capture.importing.pairing import paired
-from palpate.capture.importing.pixels import Form, file_form, form_of, millimetres
+from palpate.capture.importing.pixels import Form, counted, file_form, form_of
 
 FORM = Form(1280, 720, "rgb8")
 K = np.array([640.0, 0, 645, 0, 640, 361, 0, 0, 1])
@@ -97,10 +97,10 @@ def test_pictures_that_are_none():
         form_of(codec)
 
 
-def test_millimetres_round_to_the_nearest():
+def test_counts_round_to_the_nearest():
     metres = np.array([[0.5004, 0.5006, np.nan, 65.535, 65.536, -0.1]], np.float32)
-    values, beyond = millimetres(metres, 1.0)
+    values, beyond = counted(metres, 1.0, 0.001)
     assert values.tolist() == [[500, 501, 0, 65535, 0, 0]]
     assert beyond == 1
     counts = np.array([[5000, 5004, 0]], np.uint16)
-    assert millimetres(counts, 1 / 5000)[0].tolist() == [[1000, 1001, 0]]
+    assert counted(counts, 1 / 5000, 0.001)[0].tolist() == [[1000, 1001, 0]]

@@ -61,9 +61,10 @@ def test_a_plane_is_where_it_stood(metres, tmp_path):
     color_from_depth = np.array(spec["depth"]["color_from_depth"])
     turned = color_from_depth[:3, :3] @ normal
     off = points @ turned - distance_m - turned @ color_from_depth[:3, 3]
-    # Half a millimetre along the optical axis is more or less along the normal.
-    assert np.abs(off).max() < 0.0005 * (rays @ normal).max() + 1e-6
-    assert 0.0001 < off.std() < 0.0004  # a millimetre over the root of twelve
+    # Half a count along the optical axis is more or less along the normal.
+    count_m = 0.0001 if metres else 0.001
+    assert np.abs(off).max() < 0.5 * count_m * (rays @ normal).max() + 1e-6
+    assert 0.1 < off.std() / count_m < 0.4  # a count over the root of twelve
 
 
 def test_other_encodings(tmp_path):
@@ -109,8 +110,19 @@ def test_depth_units_of_a_realsense(tmp_path, capsys):
     bag = write_realsense(tmp_path / "film.bag", film, unit_m=0.0001)
     options = ["--force", str(wrench_file(tmp_path, film))]
     assert bring(bag, tmp_path / "raw/block/camera/08", *options) == 0
-    assert "100 um were rounded to whole millimetres" in capsys.readouterr().out
-    depth = read_image(tmp_path / "raw/block/camera/08/depth/000000.png", "millimetre")
+    assert "rounded" not in capsys.readouterr().out
+    place = tmp_path / "sensors/camera.yaml"
+    spec = yaml.safe_load(place.read_text())
+    assert spec["depth"]["encoding"] == "counts" and spec["depth"]["count_m"] == 0.0001
+    depth = read_image(tmp_path / "raw/block/camera/08/depth/000000.png", "counts")
+    assert np.array_equal(depth, film.depth[0])
+    # A file of whole millimetres, of earlier captures, is obeyed, and that is told.
+    spec["depth"] |= {"encoding": "millimetre"}
+    del spec["depth"]["count_m"]
+    place.write_text(yaml.safe_dump(spec))
+    assert bring(bag, tmp_path / "raw/block/camera/09", *options) == 0
+    assert "depth: 100 um were rounded to counts of 1000 um" in capsys.readouterr().out
+    depth = read_image(tmp_path / "raw/block/camera/09/depth/000000.png", "millimetre")
     assert np.array_equal(depth, np.rint(film.depth[0] / 10))
 
 
@@ -143,8 +155,8 @@ def test_depth_units_of_a_realsense_in_ros2(unit, tmp_path, capsys):
         line = capsys.readouterr().err
         assert f"Depth_0/image/data: depth units: expected {expected}" in line
         assert bring(bag, target, "--registered", "--depth-unit", "0.0001") == 0
-    depth = read_image(target / "depth/000000.png", "millimetre")
-    assert np.array_equal(depth, np.rint(film.depth[0] / 10))
+    depth = read_image(target / "depth/000000.png", "counts")
+    assert np.array_equal(depth, film.depth[0])
 
 
 @pytest.mark.parametrize("marked", [False, True])
@@ -158,8 +170,8 @@ def test_depth_units_of_a_realsense_without_the_option(marked, tmp_path, capsys)
         assert status == 1
         assert "depth units: expected the recording or --depth-unit" in capsys.readouterr().err
         assert bring(bag, target, *options, "--depth-unit", "0.0005") == 0
-    depth = read_image(target / "depth/000000.png", "millimetre")
-    assert np.array_equal(depth, np.rint(film.depth[0] / 2))
+    depth = read_image(target / "depth/000000.png", "counts")
+    assert np.array_equal(depth, film.depth[0])
 
 
 def test_depth_too_far_for_the_file_is_told(tmp_path, capsys):
@@ -170,7 +182,7 @@ def test_depth_too_far_for_the_file_is_told(tmp_path, capsys):
     film = replace(film, depth=depth)
     bag = write_ros1(tmp_path / "film.bag", camera_messages(film, messages), messages)
     assert bring(bag, tmp_path / "raw/block/camera/08") == 0
-    assert "depth: 6 pixels beyond 65.535 m, left out (0)" in capsys.readouterr().out
+    assert "depth: 6 pixels beyond 6.554 m, left out (0)" in capsys.readouterr().out
     image = read_image(tmp_path / "raw/block/camera/08/depth/000001.png", "millimetre")
     assert not image[0, :3].any() and image[1:].all()
 

@@ -36,7 +36,7 @@ from thesis.options import Simulation
         ),
         (
             lambda s: s.update(kind="depth"),
-            "k.yaml: depth.encoding: expected millimetre, found 'kinect_disparity'",
+            "k.yaml: depth.encoding: expected one of counts, millimetre, found 'kinect_disparity'",
         ),
         (
             lambda s: s["color"].update(fx_px=float("inf")),

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from palpate.modulus import LABELS
 from palpate.report.moduli_table import truth_of
+from quoted import DOCUMENTS, MARK, rows_of
 from thesis.artefacts import ARTEFACTS
 from truth import estimates_of_known
 
@@ -61,6 +62,16 @@ def test_every_kind_of_capture_went_through(results):
     places = {path.relative_to(results).parts[:2] for path in results.glob("*/*/*/hertz.json")}
     pairs = {(name, sensor) for name in ("foam_block", "foam_ball") for sensor in SENSORS}
     assert places == pairs | {("ear", "bumblebee")}
+
+
+def test_what_documents_quote_can_be_written_of_a_run(root, results):
+    texts = [(root / name).read_text() for name in DOCUMENTS]
+    marks = [mark for text in texts for mark in MARK.finditer(text)]
+    ours = [mark for mark in marks if mark["file"].startswith("results/")]
+    assert len(ours) == 4
+    for mark in ours:
+        rows = rows_of(results.parent / mark["file"], mark)
+        assert rows and "%" not in "".join(rows)
 
 
 @pytest.fixture(scope="module")

@@ -47,14 +47,17 @@ def model_of(cell_m):
     return SampleTable(nus, depth, force, stiffening, motion(np.zeros(3)), change, by_place)
 
 
-def support_axes(cell_m, support):
+SETTLING = Fit(sinking_std_m=1e-4, rocking_std_rad=1e-3)
+
+
+def support_axes(cell_m, support, options=SETTLING):
     return support_axes_of(
         cell_m,
         np.tile([0.0, 0, 1], (len(cell_m), 1)),
         support=support,
         contact_m=np.zeros(3),
         direction=np.array([0.0, 0, -1]),
-        options=Fit(sinking_std_m=1e-4, rocking_std_rad=1e-3),
+        options=options,
     )
 
 

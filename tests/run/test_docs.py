@@ -18,7 +18,7 @@ from thesis.options import Simulation
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 THEORY = (ROOT / "docs/theory.md").read_text(encoding="utf-8")
-ROOMS = ("capture", "vision", "solid", "surface", "estimate", "report", "run")
+ROOMS = ("capture", "vision", "solid", "surface", "estimate", "report", "run", "modulus")
 WINGS = ("palpate", "virtual_lab", "thesis")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 NUMBER = r"[2-5]\.\d+"

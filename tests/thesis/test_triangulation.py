@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from palpate.capture.depth import depth_of
 from palpate.report import style
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.depth import kinect_depth
 from thesis.chapter4 import pinhole_figure, triangulation
 
 
@@ -26,7 +26,7 @@ def test_disparity_of_the_drawn_point_gives_its_depth(sensors, depth_m):
 def test_counts_and_depth_are_the_sensors_own(sensors):
     spec = sensors["kinect"]["depth"]
     counts = np.arange(400, 1050)
-    image = kinect_depth(counts[None].astype(np.uint16), spec)[0]
+    image = depth_of(counts[None].astype(np.uint16), spec)[0]
     assert triangulation.depth_of(spec, counts) == pytest.approx(image, rel=1e-6)
     disparity = spec["fx_px"] * spec["baseline_m"] / triangulation.depth_of(spec, counts)
     assert triangulation.counts_of(spec, disparity) == pytest.approx(counts)

@@ -3,8 +3,8 @@
 import cv2
 import numpy as np
 import pytest
+from palpate.capture.depth import depth_of
 from palpate.vision.camera import PinholeCamera
-from palpate.vision.depth import kinect_depth
 from palpate.vision.marker import find_corners
 from virtual_lab.block import fine_surface
 from virtual_lab.cameras import color_image
@@ -163,7 +163,7 @@ def test_kinect_sees_a_plane_with_the_published_noise(sensors, bench, distance_m
     sensor = sensors["kinect"]
     device, plane = facing_plane(sensor, distance_m, bench.table)
     rng = np.random.default_rng(1)
-    depths = np.stack([kinect_depth(device.image(plane, rng), sensor["depth"]) for _ in range(8)])
+    depths = np.stack([depth_of(device.image(plane, rng), sensor["depth"]) for _ in range(8)])
     depth = depths[:, 20:-20, 20:-20]
     assert np.isfinite(depth).mean() > 0.98
     assert np.nanmean(depth) == pytest.approx(distance_m, abs=1e-3)

@@ -11,6 +11,7 @@ from palpate.vision.force import (
     frame_wrenches,
     local_lines,
     match_nearest,
+    zeroed,
 )
 from palpate.vision.indentation import depth_along, force_along
 from palpate.vision.probe import ALONG_STD, AXIS, TIP
@@ -23,10 +24,10 @@ LAB = {
     "mass_kg": 0.03,
     "centre_of_mass_m": [0, 0, 0.035],
 }
+BIAS_WINDOW_S = 0.4
 OPTIONS = {
     "up": None,
     "matching": "nearest",
-    "bias_window_s": 0.4,
     "linear_window_s": 0.1,
     "largest_gap_s": 0.02,
 }
@@ -45,10 +46,11 @@ def press(probe):
     return record, marker
 
 
-def wrenches(press, probe, times, **options):
+def wrenches(press, probe, times, *, bias_window_s=BIAS_WINDOW_S, **options):
     record, marker = press
     poses = np.tile(marker, (len(times), 1, 1))
-    return frame_wrenches(record, np.array(times), poses, probe, **(OPTIONS | options))
+    known = zeroed(record, probe, bias_window_s, 0.0)
+    return frame_wrenches(known, np.array(times), poses, probe, **(OPTIONS | options))
 
 
 def test_force_on_the_object_in_the_cameras_frame(press, probe):
@@ -150,19 +152,20 @@ def test_the_loads_weight_is_taken_out_as_the_probe_turns(probe):
     poses[:, :3, :3] = rotation[(times * 1000).astype(int)] @ from_marker
     options = OPTIONS | {"matching": "linear"}
     up = np.array([0.0, 0.0, 1.0])
-    left_in = frame_wrenches(record, times, poses, probe, **options)
-    taken_out = frame_wrenches(record, times, poses, probe, **(options | {"up": up}))
+    known = zeroed(record, probe, BIAS_WINDOW_S, 0.0)
+    left_in = frame_wrenches(known, times, poses, probe, **options)
+    taken_out = frame_wrenches(known, times, poses, probe, **(options | {"up": up}))
     size = [np.linalg.norm(t[["fx_n", "fy_n", "fz_n"]], axis=1).max() for t in (left_in, taken_out)]
     assert size[0] > 0.15
     assert size[1] < 0.04
     without = {key: value for key, value in probe.items() if key != "load"}
-    same = frame_wrenches(record, times, poses, without, **(options | {"up": up}))
+    same = frame_wrenches(known, times, poses, without, **(options | {"up": up}))
     assert np.allclose(same[WRENCH], left_in[WRENCH])
 
 
 def test_force_and_depth_are_taken_along_the_press(press, probe):
     record, _ = press
-    time_s, force = force_along(record, probe, bias_window_s=0.4)
+    time_s, force = force_along(zeroed(record, probe, 0.4, 0.0), probe)
     assert force == pytest.approx(2 * np.clip(time_s - 0.5, 0, 1), abs=0.15)
     poses = pd.DataFrame(np.zeros((3, 7)), columns=[*TIP, *AXIS, ALONG_STD])
     poses[AXIS[0]], poses[AXIS[1]] = [0.6, 0.6, 0.6], [0.7, 0.8, 0.9]
@@ -171,6 +174,27 @@ def test_force_and_depth_are_taken_along_the_press(press, probe):
     depth_m, std_m = depth_along(poses)
     assert depth_m == pytest.approx([0, 0.5, 0])
     assert std_m.tolist() == [1e-4, 3e-4, 3e-4]
+
+
+def test_zero_and_pose_are_of_the_same_moments(probe):
+    """A probe that lay on the table as the record began, taken up before the first frame."""
+    time_s = np.arange(4000) / 1000
+    turn = Rotation.from_rotvec(np.outer(1.5 - 1.5 * np.clip(time_s - 0.8, 0, 1), [1, 0, 0]))
+    rotation = (turn * Rotation.from_rotvec([np.pi, 0, 0])).as_matrix()
+    still = np.zeros((len(time_s), 3))
+    record = gauge_record(time_s, still, rotation, probe, LAB, np.random.default_rng(1))
+    times = np.arange(2.2, 3.9, 0.2)
+    poses = np.tile(np.eye(4), (len(times), 1, 1))
+    poses[:, :3, :3] = rotation[-1] @ np.array(probe["marker_from_force"])[:3, :3].T
+    options = OPTIONS | {"matching": "linear", "up": np.array([0.0, 0.0, 1.0])}
+    largest = {}
+    for first_s in (times[0], 0.0):
+        known = zeroed(record, probe, BIAS_WINDOW_S, first_s)
+        found = frame_wrenches(known, times, poses, probe, **options)
+        largest[first_s] = np.linalg.norm(found[WRENCH[:3]], axis=1).max()
+    # What the probe's weight is wrong by with the zero of the record's beginning.
+    assert largest[0.0] > 0.35
+    assert largest[times[0]] < 0.04
 
 
 def test_a_press_that_does_not_push_along_the_probe(press, probe):

@@ -17,7 +17,6 @@ from palpate.run.job import naming
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.surface.tracked import Tracked, save_tracked
-from palpate.vision.foreground import save_masks
 from settings import full
 from skfem import MeshTet
 from stand_in import Named
@@ -275,14 +274,7 @@ def test_depth_images_in_another_order(run, root, tmp_path):
         for name, end in (("sensor", "cam"), ("probe", "probe"))
     }
     inputs = {"capture": capture, "optics": None}
-    inputs |= {name: tmp_path / name for name in ("mask.npz", "pose.csv", "plane.json")}
-    inputs = {name.partition(".")[0]: path for name, path in inputs.items()}
-    save_masks(inputs["mask"], np.ones((len(table), 4, 4), bool))
-    write_table(inputs["pose"], pd.DataFrame({"tip_x_m": np.zeros(len(table))}))
-    inputs["plane"].write_text(json.dumps({"normal": [0, 0, 1], "offset_m": 0}))
-    line = run(
-        "clouds", inputs=inputs, outputs=["clouds"], params=specs | {"frames": None, "options": {}}
-    )
+    line = run("probe_pose", inputs=inputs, outputs=["pose"], params=specs | {"options": {}})
     assert f"{capture}/frames.csv: depth: expected the board where color shows it" in line
 
 

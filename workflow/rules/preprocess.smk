@@ -86,6 +86,7 @@ rule probe_pose:
 
 rule force:
     input:
+        object=RUN.raw("{object}/object.yaml"),
         capture=RUN.raw("{object}/{sensor}/{capture}"),
         pose=RUN.of_capture("probe_pose.csv"),
         plane=RUN.results("{object}/{sensor}/support_plane.json"),
@@ -111,9 +112,12 @@ rule force:
 rule clouds:
     input:
         capture=RUN.raw("{object}/{sensor}/{capture}"),
+        object=RUN.raw("{object}/object.yaml"),
+        template=RUN.template_of,
         optics=RUN.optics_of,
         mask=RUN.of_capture("mask.npz"),
         pose=RUN.of_capture("probe_pose.csv"),
+        force=RUN.of_capture("force.csv"),
         plane=RUN.results("{object}/{sensor}/support_plane.json"),
     output:
         clouds=RUN.of_capture("clouds.npz"),
@@ -137,9 +141,12 @@ rule clouds:
 rule rest_cloud:
     input:
         capture=RUN.raw("{object}/{sensor}/{capture}"),
+        object=RUN.raw("{object}/object.yaml"),
+        template=RUN.template_of,
         optics=RUN.optics_of,
         mask=RUN.of_capture("mask.npz"),
         pose=RUN.of_capture("probe_pose.csv"),
+        force=RUN.of_capture("force.csv"),
         plane=RUN.results("{object}/{sensor}/support_plane.json"),
     output:
         clouds=RUN.of_capture("rest_cloud.npz"),

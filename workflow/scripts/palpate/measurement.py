@@ -9,12 +9,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.capture import Capture
-from palpate.capture.streams import Stream, all_streams
-from palpate.capture.tables import as_written, columns_of
+from palpate.capture.streams import Stream
+from palpate.capture.tables import columns_of
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.range import force_onset
+from palpate.press import press_of
 from palpate.run.options import Config
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.mesh import SolidMesh
@@ -29,15 +30,11 @@ from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, read_template
 from palpate.surface.tracked import Tracked
 from palpate.vision.background import build_model
-from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clock import ClockOffset
-from palpate.vision.clouds import cloud_as_written, clouds_of, scene_points
-from palpate.vision.follow import followed
-from palpate.vision.force import FORCE, check_direction, check_lever
+from palpate.vision.clouds import Reach, cloud_as_written, clouds_of
+from palpate.vision.force import FORCE
 from palpate.vision.foreground import masks_of
-from palpate.vision.indentation import capture_wrenches
 from palpate.vision.probe import ALONG_STD, AXIS, TIP
-from palpate.vision.support_plane import fit_support_plane
 
 
 @dataclass(frozen=True, repr=False)
@@ -160,37 +157,29 @@ def measure(
     7.9 mm deep, 1.9 N
     """
     config = config or Config()
-    if capture.sensor.get("optics") == "calibration" and optics is None:
-        raise ValueError(
-            f"optics: expected the calibration.json that {capture.folder.parent.name}'s file asks"
-            " for, found none"
-        )
-    sensor = sensor_with_optics(capture.sensor, optics and str(optics))
-    folder, probe = capture.folder, capture.probe
     template = read_template(capture.template, unit=capture.declared["template"]["unit"])
     support = read_support(capture.declared["support"])
+    press = press_of(capture, config, optics)
+    sensor, plane, poses, wrenches = press.sensor, press.plane, press.poses, press.wrenches
     masks = _masks(capture, sensor, config)
-    plane = _plane(capture, sensor, config)
-    # Numbers are those of the files between the workflow's stages: one answer either way.
-    poses = as_written(followed(folder, sensor, probe, config.probe_pose))
-    wrenches, clock = capture_wrenches(capture.force, poses, probe, config.force, up=plane[:3])
-    wrenches = as_written(wrenches)
-    check_direction(wrenches, poses[AXIS].to_numpy(float))
-    check_lever(wrenches, capture.radius_m)
-    each = clouds_of(folder, sensor, probe, masks, poses, plane, config.clouds)
-    clouds = [cloud_as_written(cloud) for cloud in each]
     tips, axes = columns_of(poses, TIP), columns_of(poses, AXIS)
     forces, radius = columns_of(wrenches, FORCE), capture.radius_m
-    least = config.hertz.onset_force_n
+    sizes, point = np.linalg.norm(forces, axis=1), capture.declared["points"][capture.point]
+    least, peak = config.hertz.onset_force_n, int(np.argmax(sizes))
+    reach = Reach(tips[peak], *support.extent_m(template.vertices_m, point["position_m"]))
+    each = clouds_of(
+        capture.folder, sensor, capture.probe, masks, poses, plane, reach, config.clouds
+    )
+    clouds = [cloud_as_written(cloud) for cloud in each]
     alignment = align_first(
         template,
         support,
-        capture.declared["points"][capture.point],
+        point,
         plane,
         clouds[0],
         tips,
-        force_onset(np.linalg.norm(forces, axis=1), onset_force_n=least),
-        int(np.argmax(np.linalg.norm(forces, axis=1))),
+        force_onset(sizes, onset_force_n=least),
+        peak,
         config.tracking.alignment,
         indenter_radius_m=radius,
     )
@@ -213,7 +202,7 @@ def measure(
         masks=masks,
         poses=poses,
         wrenches=wrenches,
-        clock=clock,
+        clock=press.clock,
         clouds=clouds,
         alignment=alignment,
         motion=motion,
@@ -333,12 +322,3 @@ def _masks(capture: Capture, sensor: Mapping, config: Config) -> NDArray:
     rate = config.background.false_positive_rate
     model = build_model(Stream(capture.background, sensor), false_positive_rate=rate)
     return np.stack(list(masks_of(Stream(capture.folder, sensor), model, config.background)))
-
-
-def _plane(capture: Capture, sensor: Mapping, config: Config) -> NDArray:
-    images = next(all_streams(capture.background, sensor))
-    return fit_support_plane(
-        scene_points(images, sensor),
-        inlier_distance_m=config.support_plane.inlier_distance_m,
-        rng=np.random.default_rng(config.seed),
-    )

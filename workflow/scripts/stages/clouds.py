@@ -1,12 +1,17 @@
 """Clouds of the object at the chosen frames of a capture, or at all."""
 
+import numpy as np
 from palpate.capture.files import whole_file
-from palpate.capture.tables import read_frames, read_table
-from palpate.run.job import run
+from palpate.capture.tables import columns_of, read_frames, read_table
+from palpate.run.declared import read_declared
+from palpate.run.job import naming, run
+from palpate.surface.template import read_template
 from palpate.vision.camera import sensor_with_optics
-from palpate.vision.clouds import clouds_of, save_clouds
+from palpate.vision.clouds import Reach, clouds_of, save_clouds
+from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks
 from palpate.vision.options import Clouds
+from palpate.vision.probe import TIP
 from palpate.vision.support_plane import read_plane
 
 
@@ -24,11 +29,25 @@ def main(snakemake):
         masks,
         poses,
         plane,
+        reach_of(inputs, poses, snakemake.wildcards.capture),
         Clouds.read(params.options),
         params.frames,
     )
     with whole_file(snakemake.output.clouds) as part:
         save_clouds(part, clouds)
+
+
+def reach_of(inputs, poses, capture):
+    """How far the object reaches from where the tip presses most."""
+    spec, support = read_declared(inputs.object)
+    point = spec["points"][capture.partition("-")[0]]["position_m"]
+    template = read_template(inputs.template, unit=spec["template"]["unit"])
+    with naming(inputs.force):
+        forces = columns_of(read_table(inputs.force), FORCE, frames=len(poses))
+    with naming(inputs.pose):
+        tips = columns_of(poses, TIP)
+    peak = np.argmax(np.linalg.norm(forces, axis=1))
+    return Reach(tips[peak], *support.extent_m(template.vertices_m, point))
 
 
 def require_frames(inputs, masks, poses, chosen):

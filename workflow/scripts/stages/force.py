@@ -4,12 +4,13 @@ import json
 import logging
 
 from palpate.capture.files import whole_file
+from palpate.capture.schema import load_yaml
 from palpate.capture.tables import columns_of, read_force, read_frames, read_table, write_table
+from palpate.run.declared import declared_point
 from palpate.run.job import naming, run
-from palpate.vision.force import check_direction, check_lever
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Force
-from palpate.vision.probe import AXIS, TIP
+from palpate.vision.probe import AXIS, TIP, check_steepness
 from palpate.vision.support_plane import read_plane
 
 
@@ -24,11 +25,12 @@ def main(snakemake):
     with naming(source.pose):
         columns_of(poses, ["time_s", *TIP, *AXIS], frames=len(read_frames(source.capture)))
     plane = read_plane(source.plane)
+    spec = load_yaml(source.object)
+    point = declared_point(spec, snakemake.wildcards.capture.partition("-")[0])
     with naming(source.capture, "force", "matching", "probe"):
+        check_steepness(poses, params.probe, plane[:3], point, spec["support"])
         table, clock = capture_wrenches(record, poses, params.probe, options, up=plane[:3])
         logging.info("clock offset %.4f s, deviation %.4f s", clock.offset_s, clock.std_s)
-        check_direction(table, poses[AXIS].to_numpy(float))
-        check_lever(table, params.probe["indenter"]["radius_m"])
     found = {
         "offset_s": clock.offset_s,
         "std_s": clock.std_s,

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from palpate.capture.depth import DISPARITY, count_m
 
 from virtual_lab.render import LIFT_M, View
 from virtual_lab.scene import Scene, dot
@@ -12,7 +13,7 @@ from virtual_lab.surface_look import look_at_hits
 
 WINDOW_PX = 9
 LARGEST_COUNT = 2046
-MILLIMETRES, LARGEST_U16 = 1000.0, 65535
+LARGEST_U16 = 65535
 DISTORTION_CELLS = (6, 8)
 # Dots of the projected pattern: part of the cells that are lit, cell and blur on the image.
 DOT_SHARE, DOT_CELL_PX, DOT_BLUR_PX = 0.12, 1.0, 0.75
@@ -65,26 +66,26 @@ class KinectDepth:
         self.references: dict[int, NDArray] = {}
 
     def image(self, scene: Scene, rng: np.random.Generator) -> NDArray:
-        """Normalised disparity of Eq. 4.2, or millimetres, (h, w) uint16."""
+        """Normalised disparity of Eq. 4.2, or counts of depth, (h, w) uint16."""
         disparity, strength = self.true_signal(scene)
         seen = np.isfinite(disparity)
-        millimetres = self.spec["encoding"] == "millimetre"
-        nothing = 0 if millimetres else self.spec["no_reading"]
+        depths = self.spec["encoding"] != DISPARITY
+        nothing = 0 if depths else self.spec["no_reading"]
         if not seen.any():
             return np.full(self.shape, nothing, dtype=np.uint16)
         infrared = self.infrared(disparity, strength, rng)
         found, score = self._match(infrared, disparity[seen].min(), disparity[seen].max())
         depth = self.product / np.maximum(found, 1e-6)
         found = found + self.distortion_px
-        counts = self._millimetres(found) if millimetres else self._counts(found)
+        counts = self._depths(found) if depths else self._counts(found)
         valid = (score > self.options["correlation"]) & (counts >= 0)
-        valid &= counts <= (LARGEST_U16 if millimetres else LARGEST_COUNT)
+        valid &= counts <= (LARGEST_U16 if depths else LARGEST_COUNT)
         valid &= (depth > self.range_m[0]) & (depth < self.range_m[1])
         rounded = np.round(np.where(valid, counts, 0)).astype(np.uint16)
         return np.where(valid, rounded, nothing).astype(np.uint16)
 
-    def _millimetres(self, disparity_px: NDArray) -> NDArray:
-        return MILLIMETRES * self.product / np.maximum(disparity_px, 1e-6)
+    def _depths(self, disparity_px: NDArray) -> NDArray:
+        return self.product / np.maximum(disparity_px, 1e-6) / count_m(self.spec)
 
     def _counts(self, disparity_px: NDArray) -> NDArray:
         """Normalised disparity of Eq. 4.2."""

@@ -1,6 +1,6 @@
 """The probe with its checkerboard, and other boards, as parts of a scene."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,9 @@ STEM = (0.004, 0.038, 0.0035)
 NANO25 = (0.038, 0.060, 0.0125)
 # The board leans over the axis: a longer handle would pierce it.
 HANDLE = (0.060, 0.186, 0.0110)
+# A hand holds the handle here, and so thick is the forearm behind it.
+HAND_M, FOREARM_RADIUS_M = (0.0, 0.0, -0.120), 0.040
+SKIN = Finish((0.45, 0.28, 0.20), 0.05)
 BOARD_MARGIN_M = 0.016
 BOARD_THICKNESS_M = 0.003
 
@@ -79,8 +82,8 @@ class Probe:
         return np.concatenate([part.vertices_m for part in self.parts])
 
 
-def make_probe(probe: Mapping) -> Probe:
-    """Build the probe from its file."""
+def make_probe(probe: Mapping, elbow_m: Sequence[float] | None = None) -> Probe:
+    """Build the probe from its file; with an elbow (3,) [m], of the arm that holds it."""
     columns, rows = probe["marker"]["inner_corners"]
     board = Board((columns + 1, rows + 1), probe["marker"]["square_m"])
     marker_from_tip = np.array(probe["marker_from_force"]) @ np.array(probe["force_from_tip"])
@@ -88,6 +91,7 @@ def make_probe(probe: Mapping) -> Probe:
     ball = trimesh.creation.icosphere(subdivisions=4, radius=probe["indenter"]["radius_m"])
     vertices, faces = board.mesh()
     parts = (
+        *(() if elbow_m is None else (_forearm(elbow_m),)),
         Part(SPHERE, ball.vertices, ball.faces, STONE),
         Part(METAL, *_cylinder(*STEM), STEEL),
         Part(METAL, *_cylinder(*NANO25), STEEL),
@@ -95,6 +99,11 @@ def make_probe(probe: Mapping) -> Probe:
         Part(BOARD, _moved(vertices, tip_from_marker), faces, PAPER),
     )
     return Probe(parts, board, tip_from_marker)
+
+
+def _forearm(elbow_m: Sequence[float]) -> Part:
+    arm = trimesh.creation.cylinder(FOREARM_RADIUS_M, segment=[HAND_M, elbow_m])
+    return Part(GRIP, arm.vertices, arm.faces, SKIN)
 
 
 def loose_board(board: Board) -> Probe:

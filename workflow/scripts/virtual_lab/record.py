@@ -89,7 +89,7 @@ def record_capture(
     )
     path = hand.at(time_s)
     surfaces = ladder.surface_at(path.depth_m)
-    probe = make_probe(real_probe(common, probe_spec))
+    probe = make_probe(real_probe(common, probe_spec), motion.get("elbow_m"))
     body = Body(ladder.surface_rest_m, ladder.surface_faces, surfaces)
     masks = film(folder, rig, body, path, probe, seed=[*seed, 3])
     transform = rig.reference.camera_from_object

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from palpate.capture.tables import WRENCH_COLUMNS
+from palpate.capture.force_record import WRENCH_COLUMNS
 
 GRAVITY_M_S2 = 9.81
 # National Instruments PCI-6023E: 12 bits (Section 4.1.3).

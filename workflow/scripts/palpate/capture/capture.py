@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.capture.devices import device_folder
+from palpate.capture.check import checked_object
+from palpate.capture.devices import device_folder, read_device
 from palpate.capture.discover import BACKGROUND
-from palpate.capture.schema import SCHEMAS, load_yaml, validate
+from palpate.capture.schema import load_yaml
 from palpate.capture.streams import Stream
 from palpate.capture.tables import read_force, read_frames
 
@@ -110,7 +111,8 @@ def open_capture(
     Raises
     ------
     ValueError
-        Naming file and field, if one of the files is missing or not as its schema has it.
+        A line for each thing that is wrong with object.yaml, the files of sensor and probe, the
+        capture's own and its background's.
 
     Examples
     --------
@@ -121,22 +123,16 @@ def open_capture(
     ('08', 10, 0.00622)
     """
     folder = Path(os.path.abspath(folder))
-    declared = _read(folder.parents[1] / "object.yaml", "object")
-    sensors, probes = (
-        device_folder(name, given and Path(given), folder)
-        for name, given in (("sensors", sensors), ("probes", probes))
-    )
-    sensor = _read(sensors / f"{folder.parent.name}.yaml", "sensor")
-    probe = _read(probes / f"{declared['probe']}.yaml", "probe")
-    if folder.name.partition("-")[0] not in declared["points"]:
-        names = ", ".join(sorted(declared["points"]))
-        raise ValueError(f"{folder}: point: expected one of {names}, found {folder.name}")
-    return Capture(folder, declared, sensor, probe)
-
-
-def _read(path: Path, kind: str) -> dict:
-    content = load_yaml(path)
-    problems = validate(content, SCHEMAS / f"{kind}.schema.yaml", str(path))
+    declared = load_yaml(folder.parents[1] / "object.yaml")
+    probe = declared.get("probe") if isinstance(declared, Mapping) else None
+    named = {"sensors": (sensors, folder.parent.name), "probes": (probes, probe)}
+    found, problems = {}, []
+    for kind, (given, name) in named.items():
+        place = device_folder(kind, given and Path(given), folder)
+        spec, lines = read_device(place / f"{name}.yaml", kind)
+        found[kind] = {name: None if lines else spec}
+        problems += lines
+    problems += checked_object(folder.parents[1], **found, only=folder).problems
     if problems:
         raise ValueError("\n".join(problems))
-    return content
+    return Capture(folder, declared, *(spec for one in found.values() for spec in one.values()))

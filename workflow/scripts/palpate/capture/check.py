@@ -2,8 +2,8 @@
 
 import hashlib
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pandas as pd
@@ -14,15 +14,15 @@ from palpate.capture.discover import (
     BACKGROUND,
     TAKEN,
     SensorFolder,
+    sensor_folder,
     sensor_folders,
 )
+from palpate.capture.force_record import GAUGE_COLUMNS, force_columns, sampled_s
 from palpate.capture.pictures import check_frames, check_repeated
 from palpate.capture.schema import SCHEMAS, is_file, load_yaml, validate
 from palpate.capture.tables import (
     FORCE,
     FRAMES,
-    GAUGE_COLUMNS,
-    WRENCH_COLUMNS,
     image_streams,
     number_text,
 )
@@ -92,17 +92,24 @@ def check_object(
 
 
 def checked_object(
-    folder: str | Path, sensors: Mapping, probes: Mapping, *, files: bool = True
+    folder: str | Path,
+    sensors: Mapping,
+    probes: Mapping,
+    *,
+    files: bool = True,
+    only: Path | None = None,
 ) -> Checked:
     """Check all that was dropped in for one object, and hand on what was listed for it.
 
-    See `check_object` for the parameters.
+    See `check_object` for the parameters; ``only`` is a capture whose neighbours are passed over.
     """
     folder = Path(folder)
     problems, spec = _check_object_file(folder, probes)
     probe = probes.get((spec or {}).get("probe"))
     listed, right = sensor_folders(folder), set()
-    if spec is not None:
+    if only is not None:
+        listed = (replace(sensor_folder(only.parent), captures=(only,)),)
+    elif spec is not None:
         problems += check_curves(folder, spec, files=files)
     for place in listed:
         problems += _check_sensor(place, sensors, (spec or {}).get("points"))
@@ -115,7 +122,7 @@ def checked_object(
             lines = check_capture(capture, sensors[place.folder.name])
             problems += _check_gauge(capture, probe) + lines
             right |= set() if lines else {capture}
-        problems += _check_twice(place) if files else []
+        problems += check_twice(place.captures) if files else []
     return Checked(tuple(map(one_line, problems)), listed, frozenset(right))
 
 
@@ -221,10 +228,10 @@ def _check_sensor(place: SensorFolder, sensors: Mapping, points: Mapping | None)
     return problems
 
 
-def _check_twice(place: SensorFolder) -> list[str]:
-    """A recording that is there under two names would count twice."""
+def check_twice(captures: Iterable[Path]) -> list[str]:
+    """A recording that is there under two names would count twice: a line for each."""
     problems, known = [], {}
-    for capture in place.captures:
+    for capture in captures:
         path = capture / FORCE
         if not path.is_file():
             continue
@@ -247,7 +254,7 @@ def _check_gauge(capture: Path, probe: Mapping | None) -> list[str]:
         return []
     path = capture / FORCE
     table, _ = read_columns(path, ["time_s"])
-    if table is None or not set(GAUGE_COLUMNS) <= set(table.columns):
+    if table is None or force_columns(table.columns, probe) != GAUGE_COLUMNS:
         return []
     expected = f"fx_n..tz_nm (probe {probe['probe']} states no gauge)"
     return [f"{path}: columns: expected {expected}, found v0..v5"]
@@ -258,8 +265,7 @@ def _check_force(folder: Path, frames: pd.DataFrame | None) -> list[str]:
     table, problems = read_columns(path, ["time_s"])
     if table is None:
         return problems
-    sets = [set(GAUGE_COLUMNS), set(WRENCH_COLUMNS)]
-    columns = next((names for names in sets if names <= set(table.columns)), None)
+    columns = force_columns(table.columns)
     if columns is None:
         found = ", ".join(map(str, table.columns))
         return [f"{path}: columns: expected time_s and v0..v5 or fx_n..tz_nm, found {found}"]
@@ -268,6 +274,8 @@ def _check_force(folder: Path, frames: pd.DataFrame | None) -> list[str]:
             f"{path}: rows: expected at least {FEWEST_FORCE_SAMPLES}, found {len(table)}"
         )
     problems += check_numbers(path, table, ["time_s", *sorted(columns)])
+    if all_finite(table["time_s"]):
+        table["time_s"] = sampled_s(table["time_s"].to_numpy(float))[0]
     problems += check_increasing(path, table, "time_s")
     return problems or _check_overlap(path, table, frames)
 

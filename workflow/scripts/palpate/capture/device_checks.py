@@ -83,12 +83,13 @@ def unlike_tips(probes: Mapping, folder: str) -> list[str]:
     """
     lines = []
     for name, probe in probes.items():
-        radius_m, tip_m = probe["indenter"]["radius_m"], probe["exclusion"]["tip_radius_m"]
-        widest_m = 2 * radius_m + TIP_MARGIN_M
-        if not radius_m <= tip_m <= widest_m:
-            expected = f"indenter.radius_m {radius_m:g} to {widest_m:g}"
-            place = f"{Path(folder) / name}.yaml: exclusion.tip_radius_m"
-            lines.append(f"{place}: expected {expected}, found {tip_m:g}")
+        radius_m, exclusion = probe["indenter"]["radius_m"], probe["exclusion"]
+        widest_m, place = 2 * radius_m + TIP_MARGIN_M, f"{Path(folder) / name}.yaml: exclusion"
+        expected = f"expected indenter.radius_m {radius_m:g}"
+        if not radius_m <= (found_m := exclusion["tip_radius_m"]) <= widest_m:
+            lines.append(f"{place}.tip_radius_m: {expected} to {widest_m:g}, found {found_m:g}")
+        if (found_m := exclusion["radius_m"]) < radius_m:
+            lines.append(f"{place}.radius_m: {expected} or more, found {found_m:g}")
     return lines
 
 

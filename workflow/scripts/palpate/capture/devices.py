@@ -95,7 +95,7 @@ def read_devices(name: str, given: Path | None, near: Path) -> Devices:
         If there are none.
     """
     folder = device_folder(name, given, near)
-    read = {path.stem: _read(path, name) for path in sorted(folder.glob("*.yaml"))}
+    read = {path.stem: read_device(path, name) for path in sorted(folder.glob("*.yaml"))}
     if not read:
         raise ValueError(f"{folder}: folder: expected a {name[:-1]} file (*.yaml), found none")
     problems = {key: lines for key, (_, lines) in read.items() if lines}
@@ -103,7 +103,8 @@ def read_devices(name: str, given: Path | None, near: Path) -> Devices:
     return Devices(specs, problems, folder)
 
 
-def _read(path: Path, name: str) -> tuple[Mapping | None, tuple[str, ...]]:
+def read_device(path: Path, name: str) -> tuple[Mapping | None, tuple[str, ...]]:
+    """What a file of sensors or of probes says, and what is wrong with it, as lines."""
     kind = name[:-1]
     try:
         spec = load_yaml(path)

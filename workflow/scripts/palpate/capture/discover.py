@@ -87,10 +87,11 @@ def sensor_fault(name: str) -> str:
 
 def sensor_folders(folder: str | Path) -> tuple[SensorFolder, ...]:
     """List what stands in an object's folder, by sensor."""
-    return tuple(_listed(place) for place in folders(folder) if place.name not in NOT_SENSORS)
+    return tuple(sensor_folder(place) for place in folders(folder) if place.name not in NOT_SENSORS)
 
 
-def _listed(folder: Path) -> SensorFolder:
+def sensor_folder(folder: Path) -> SensorFolder:
+    """List what stands in ``raw/<object>/<sensor>``, which may not be there."""
     found = folders(folder)
     captures = tuple(place for place in found if place.name != BACKGROUND)
     return SensorFolder(folder, captures, folder / BACKGROUND, len(captures) < len(found))

@@ -18,6 +18,7 @@ PNG_FORMS = {
     "bayer_rggb8": (8, (0,)),
     "kinect_disparity": (16, (0,)),
     "millimetre": (16, (0,)),
+    "counts": (16, (0,)),
 }
 # OpenCV names a Bayer pattern by its second row and column: RGGB is its "BG".
 RGGB_TO_RGB = cv2.COLOR_BayerBG2BGR_EA, cv2.COLOR_BGR2RGB
@@ -31,7 +32,7 @@ def read_image(path: str | Path, encoding: str) -> NDArray:
     path : path
         PNG file.
     encoding : str
-        ``rgb8``, ``mono8``, ``bayer_rggb8``, ``kinect_disparity`` or ``millimetre``.
+        ``rgb8``, ``mono8``, ``bayer_rggb8``, ``kinect_disparity``, ``millimetre`` or ``counts``.
 
     Returns
     -------

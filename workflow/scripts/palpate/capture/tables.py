@@ -10,13 +10,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.files import whole_file
+from palpate.capture.force_record import sampled_s
 from palpate.capture.schema import is_file
 from palpate.capture.words import one_line
 
 FRAMES = "frames.csv"
 FORCE = "force.csv"
-GAUGE_COLUMNS = ("v0", "v1", "v2", "v3", "v4", "v5")
-WRENCH_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 # From here on nine significant digits are coarser than a microsecond: clocks that count from 1970.
 LARGE = 1000.0
 # More take pandas minutes.
@@ -45,8 +44,12 @@ def read_frames(folder: str | Path) -> pd.DataFrame:
 
 
 def read_force(folder: str | Path) -> pd.DataFrame:
-    """Read a capture's force.csv: ``time_s`` and gauge volts [V] or a wrench [N, Nm]."""
-    return read_table(Path(folder) / FORCE)
+    """Read a capture's force.csv: ``time_s`` and gauge volts [V] or a wrench [N, Nm].
+
+    Stamps in bursts are spread (`palpate.capture.force_record.sampled_s`).
+    """
+    table = read_table(Path(folder) / FORCE)
+    return table.assign(time_s=sampled_s(columns_of(table, ["time_s"])[:, 0])[0])
 
 
 def write_frames(folder: str | Path, frames: pd.DataFrame) -> None:

@@ -7,9 +7,9 @@ from typing import Any
 
 from palpate.capture.devices import PLACES, Devices, add_devices, raw_folder, read_devices
 from palpate.capture.discover import NOT_OBJECTS, folders, sensor_folders
-from palpate.capture.examine import examine_object
 from palpate.capture.findings import Findings
 from palpate.capture.schema import load_yaml
+from palpate.commands.found import Project
 from palpate.commands.help import add_verb
 
 ABOUT = """\
@@ -61,9 +61,12 @@ def _devices(folder: Path, options: argparse.Namespace) -> tuple[dict[str, Devic
 
 def _checked(folder: Path, devices: Mapping[str, Devices], lines: list[str]) -> int:
     """Say what an object's folder holds; 1 when anything is wrong with it or its devices' files."""
-    findings = Findings(tuple(lines)) + examine_object(
-        folder, devices["sensors"].specs, devices["probes"].specs
-    )
+    from palpate.examine import examine_object
+
+    project = Project.near(folder)
+    specs = (devices[name].specs for name in PLACES)
+    findings = Findings(tuple(lines))
+    findings += examine_object(folder, *specs, project.config(None), project.optics)
     lines = list(findings.wrong) or [f"{folder}: nothing wrong"]
     places = {name: devices[name].folder for name in PLACES}
     if places != PLACES:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.capture.capture import Capture, open_capture
-from palpate.capture.check import check_capture
+from palpate.capture.check import check_twice
 from palpate.capture.discover import sensor_folders
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import FRAMES
@@ -40,19 +40,21 @@ def captures_of(folders: Sequence[Path]) -> list[Path]:
 
 
 def opened(folders: Sequence[Path], devices: Mapping[str, Path | None]) -> list[Capture]:
-    """Open captures whose files are right by their format.
+    """Open captures, none of them twice.
 
     Raises
     ------
     ValueError
         With a line for each thing that is wrong.
     """
-    captures = [open_capture(folder, **devices) for folder in folders]
-    checked = {one.folder: one.sensor for one in captures}
-    checked |= {one.background: one.sensor for one in captures}
-    wrong = [line for folder, sensor in checked.items() for line in check_capture(folder, sensor)]
+    captures, wrong = [], check_twice(folders)
+    for folder in folders:
+        try:
+            captures.append(open_capture(folder, **devices))
+        except ValueError as error:
+            wrong += str(error).splitlines()
     if wrong:
-        raise ValueError("\n".join(wrong))
+        raise ValueError("\n".join(dict.fromkeys(wrong)))
     return captures
 
 

@@ -1,12 +1,11 @@
 """Everything people write, read and checked once before the first job."""
 
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
 from palpate.capture.check import check_object
-from palpate.capture.device_checks import wrong_devices
+from palpate.capture.devices import PLACES, read_devices
 from palpate.capture.discover import CURVE, NOT_OBJECTS, CaptureId, curve_files, discover
 from palpate.capture.fingerprint import stamps_below
 from palpate.capture.schema import SCHEMAS, load_yaml, validate
@@ -83,13 +82,11 @@ def open_run(
     config = filled(config, blocks)
     config["paths"] = placed(config["paths"], project)
     paths, problems = config["paths"], _wrong_options(config, source)
-    sensors = _named_files(paths["sensors"], "sensor", problems)
-    probes = _named_files(paths["probes"], "probe", problems)
+    sensors, probes = (_named_files(kind, paths[kind], problems) for kind in PLACES)
     lab = _lab(paths["lab"], problems)
     _require_none(problems, sources, told)
     seen = stamps_below(paths["raw"], only=config["only"]) if files else {}
     problems = [] if lab is None else list(check_lab(lab, sensors, paths["lab"]))
-    problems += wrong_devices(sensors, probes, paths)
     found = set(discover(Path(paths["raw"])))
     simulated = _simulated(config, found, lab, (sensors, probes), problems)
     problems += dropped_among(by_object(simulated), by_object(found), paths)
@@ -226,18 +223,14 @@ def _object_files(
     return {name: load_yaml(raw / name / "object.yaml") for name in sorted(names)}
 
 
-def _named_files(folder: str, kind: str, problems: list[str]) -> dict[str, Mapping]:
-    found = {}
-    # Of what can't be a folder's name neither.
-    files = Path(folder).glob("*.yaml") if os.path.isdir(folder) else ()
-    for path in sorted(files):
-        spec = _checked(path, SCHEMAS / f"{kind}.schema.yaml", problems)
-        if spec is not None and spec[kind] != path.stem:
-            problems.append(f"{path}: {kind}: expected {path.stem}, found {spec[kind]}")
-        found[path.stem] = spec
-    if not found:
-        problems.append(f"{folder}: expected at least one {kind} file (*.yaml), found none")
-    return found
+def _named_files(kind: str, folder: str, problems: list[str]) -> Mapping[str, Mapping]:
+    try:
+        found = read_devices(kind, Path(folder), Path())
+    except ValueError as error:
+        problems.append(str(error))
+        return {}
+    problems += [line for lines in found.problems.values() for line in lines]
+    return found.specs
 
 
 def _lab(path: str | None, problems: list[str]) -> Mapping | None:

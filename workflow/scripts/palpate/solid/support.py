@@ -64,6 +64,11 @@ class Support:
         """Signed distances from the plane, shape (n,) [m], of points, shape (n, 3) [m]."""
         return (points_m - self.plane_point_m) @ self.up
 
+    def extent_m(self, points_m: NDArray, place_m: NDArray) -> tuple[float, float]:
+        """How far points (n, 3) reach along the plane from a place, and above the plane [m]."""
+        beside = np.linalg.norm(np.cross(points_m - place_m, self.up), axis=1)
+        return float(beside.max()), float(self.heights_m(points_m).max())
+
     def holds(self, points_m: NDArray) -> NDArray:
         """Which points, shape (n, 3) [m], lie on the plane, (n,) bool."""
         return np.abs(self.heights_m(points_m)) <= self.tolerance_m

@@ -9,18 +9,24 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
-from palpate.capture.examine_order import wrong_order
+from palpate.capture.depth import depth_of
 from palpate.capture.streams import all_streams
 from palpate.frames import Film, write_film
 from palpate.open3d_core import o3d
 from palpate.vision.camera import PinholeCamera, camera_from_spec, pixel_rays
-from palpate.vision.depth import kinect_depth, millimetre_depth, stereo_depth
+from palpate.vision.depth import stereo_depth
 from palpate.vision.marker import board_points
-from palpate.vision.options import Clouds
-from palpate.vision.pieces import largest_piece
+from palpate.vision.options import Clouds, SupportPlane
 from palpate.vision.probe import AXIS, TIP, marker_transforms
-from palpate.vision.support_plane import height_above
+from palpate.vision.support_plane import SAMPLES, fit_support_plane, height_above
+
+# So far may the object lie beside where template and tip put it (a hand misses the declared point
+# by 10 mm, a press from the side goes as deep), and above it (noise, and the table's) [m].
+BESIDE_M, ABOVE_M = 0.020, 0.010
+# The points nearest to the tip tell which piece is the object: some 4 cm2.
+AT_TIP = 100
 
 
 class Cloud(NamedTuple):
@@ -28,6 +34,30 @@ class Cloud(NamedTuple):
 
     points_m: NDArray
     normals: NDArray
+
+
+class Reach(NamedTuple):
+    """What the object's template and its pressed point say of how far it reaches.
+
+    Attributes
+    ----------
+    tip_m : (3,) array
+        Tip's centre when it presses most, camera frame [m].
+    beside_m : float
+        Of the template from the declared point, along the table [m].
+    height_m : float
+        Of the template above the table [m].
+    """
+
+    tip_m: NDArray
+    beside_m: float
+    height_m: float
+
+    def holds(self, points_m: NDArray, plane: NDArray) -> NDArray:
+        """Whether points may be the object's by their distance from table and tip, shape (n,)."""
+        beside = np.linalg.norm(np.cross(points_m - self.tip_m, plane[:3]), axis=1)
+        low = height_above(plane, points_m) < self.height_m + ABOVE_M
+        return low & (beside < self.beside_m + BESIDE_M)
 
 
 @dataclass(frozen=True)
@@ -77,11 +107,19 @@ def scene_points(
         depth_m = stereo_depth(images["left"], images["right"], sensor, wanted)
         return _deprojected(depth_m, camera_from_spec(sensor["color"]), sensor["range_m"])
     spec = sensor["depth"]
-    kinect = spec["encoding"] == "kinect_disparity"
-    depth_m = kinect_depth(images["depth"], spec) if kinect else millimetre_depth(images["depth"])
-    points = _deprojected(depth_m, camera_from_spec(spec), sensor["range_m"])
+    points = _deprojected(
+        depth_of(images["depth"], spec), camera_from_spec(spec), sensor["range_m"]
+    )
     color_from_depth = np.array(spec["color_from_depth"])
     return points @ color_from_depth[:3, :3].T + color_from_depth[:3, 3]
+
+
+def table_of(folder: str | Path, sensor: Mapping, options: SupportPlane, *, seed: int) -> NDArray:
+    """Plane of the table from all frames of a background, as `fit_support_plane` finds it, (4,)."""
+    rng = np.random.default_rng(seed)
+    each = (scene_points(images, sensor) for images in all_streams(folder, sensor))
+    points = np.concatenate([rng.permutation(found)[:SAMPLES] for found in each])
+    return fit_support_plane(points, inlier_distance_m=options.inlier_distance_m, rng=rng)
 
 
 def object_cloud(
@@ -91,6 +129,7 @@ def object_cloud(
     plane: NDArray,
     place: ProbePlace,
     exclusion: Mapping,
+    reach: Reach,
     *,
     lowest_m: float,
     voxel_m: float,
@@ -115,6 +154,7 @@ def object_cloud(
         Where the probe is.
     exclusion : mapping
         ``exclusion`` block of the probe's file.
+    reach : Reach
     lowest_m : float
         Points less than this above the table are the table [m].
     voxel_m : float
@@ -125,7 +165,7 @@ def object_cloud(
         A point whose mean distance to that many neighbours exceeds the mean by that many standard
         deviations is dropped.
     cluster_gap_m : float
-        Of clusters farther apart than this the largest is kept [m]: an object is one piece.
+        Of pieces farther apart than this the one at the tip is kept [m].
 
     Returns
     -------
@@ -136,7 +176,7 @@ def object_cloud(
     ValueError
         If nothing is left.
     """
-    kept = points_m[height_above(plane, points_m) > lowest_m]
+    kept = points_m[(height_above(plane, points_m) > lowest_m) & reach.holds(points_m, plane)]
     kept = kept[in_mask(kept, mask, camera)]
     kept = kept[~belongs_to_probe(kept, place, exclusion)]
     if len(kept) <= normal_neighbours:
@@ -144,10 +184,21 @@ def object_cloud(
     cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(kept))
     cloud = cloud.voxel_down_sample(voxel_m)
     cloud, _ = cloud.remove_statistical_outlier(outlier_neighbours, outlier_ratio)
-    cloud = cloud.select_by_index(largest_piece(np.asarray(cloud.points), cluster_gap_m))
+    cloud = cloud.select_by_index(_piece_at(reach.tip_m, cloud, cluster_gap_m))
     cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(normal_neighbours))
     cloud.orient_normals_towards_camera_location(np.zeros(3))
     return Cloud(np.asarray(cloud.points), np.asarray(cloud.normals))
+
+
+def _piece_at(place_m: NDArray, cloud: "o3d.geometry.PointCloud", gap_m: float) -> NDArray:
+    """Indices of the piece that has most of the points nearest to a place."""
+    # A voxel of half the gap stands for all its points: an eighth of the time.
+    coarse = cloud.voxel_down_sample(gap_m / 2)
+    piece = np.asarray(coarse.cluster_dbscan(gap_m, min_points=1))
+    points = np.asarray(cloud.points)
+    piece = piece[cKDTree(np.asarray(coarse.points)).query(points)[1]]
+    nearest = np.argsort(np.linalg.norm(points - place_m, axis=1), kind="stable")[:AT_TIP]
+    return np.flatnonzero(piece == np.bincount(piece[nearest]).argmax())
 
 
 def in_mask(points_m: NDArray, mask: NDArray, camera: PinholeCamera) -> NDArray:
@@ -246,6 +297,7 @@ def clouds_of(
     masks: Sequence[NDArray],
     poses: pd.DataFrame,
     plane: NDArray,
+    reach: Reach,
     options: Clouds,
     frames: Sequence[int] | None = None,
 ) -> Iterator[Cloud]:
@@ -263,18 +315,17 @@ def clouds_of(
         probe_pose.csv.
     plane : (4,) array
         The table.
+    reach : Reach
     options : Clouds
     frames : sequence of int, optional
-        All by default; then the order of the pictures is examined too.
+        All by default.
 
     Raises
     ------
     ValueError
-        If pictures of two streams are of different moments, or a frame shows no points.
+        If a frame shows no points.
     """
     camera = camera_from_spec(sensor["color"])
-    if frames is None and (problem := wrong_order(folder, sensor, probe["marker"])):
-        raise ValueError(problem)
     places = probe_places(poses, probe)
     chosen, written = range(len(masks)) if frames is None else frames, options.written()
     for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
@@ -286,7 +337,7 @@ def clouds_of(
             raise ValueError(f"frame {k}: depth: expected {expected}, found none")
         try:
             cloud = object_cloud(
-                points, mask, camera, plane, places[k], probe["exclusion"], **written
+                points, mask, camera, plane, places[k], probe["exclusion"], reach, **written
             )
         except ValueError as error:
             raise ValueError(f"{folder}: frame {k}: {error}") from error

@@ -1,4 +1,4 @@
-"""Depth images of each kind of sensor [m]."""
+"""Depth images of stereo pairs [m]."""
 
 from collections.abc import Mapping
 
@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.units import MILLIMETRES
 from palpate.vision.highlights import highlights
 from palpate.vision.options import Stereo
 from palpate.vision.windows import derivative, grey, local_plane, mean, warped
@@ -28,33 +27,6 @@ SURFACE_TOLERANCE_PX = 0.75
 DAMPING = 4.0
 # Of an image only this much around what is wanted is matched.
 SURROUNDINGS_PX = 40
-
-
-def kinect_depth(counts: NDArray, spec: Mapping) -> NDArray:
-    """Depth from normalised disparity (Eq. 4.1-4.3).
-
-    Parameters
-    ----------
-    counts : (h, w) uint16 array
-        Normalised disparity d'.
-    spec : mapping
-        ``depth`` block of the sensor's file.
-
-    Returns
-    -------
-    (h, w) array
-        Depth along the infrared camera's axis [m]; NaN where there is no reading.
-    """
-    disparity = spec["disparity_scale"] * counts.astype(float) + spec["disparity_offset_px"]
-    valid = (counts != spec["no_reading"]) & (disparity > 0)
-    depth_m = np.full(counts.shape, np.nan)
-    depth_m[valid] = spec["fx_px"] * spec["baseline_m"] / disparity[valid]
-    return depth_m
-
-
-def millimetre_depth(millimetres: NDArray) -> NDArray:
-    """Depth from millimetres, (h, w) [m]; NaN where the image holds 0."""
-    return np.where(millimetres > 0, millimetres / MILLIMETRES, np.nan)
 
 
 def stereo_depth(

@@ -8,6 +8,7 @@ import pandas as pd
 
 from palpate.capture.streams import Stream
 from palpate.capture.tables import read_frames
+from palpate.vision.agreement import require_agreement
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.options import ProbePose
 from palpate.vision.probe import track_probe
@@ -25,6 +26,11 @@ def followed(
     sensor, probe : mapping
         Specifications.
     options : ProbePose
+
+    Raises
+    ------
+    ValueError
+        As `track_probe` and `require_agreement` do.
     """
     frames = Stream(folder, sensor, samples=True)
     table = track_probe(
@@ -38,6 +44,7 @@ def followed(
         largest_gap_frames=options.largest_gap_frames,
         filter_by=options.filter,
     )
+    require_agreement(folder, sensor, probe["marker"], table)
     found, refined = table["detected"].sum(), table["refined"].sum()
     logging.info("marker found in %d of %d frames, refined in %d", found, len(table), refined)
     return table

@@ -1,10 +1,14 @@
 """From gauge volts to the wrench on the object at each frame (Section 4.1.3)."""
 
+import logging
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+
+from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS, force_columns
 
 # The sensor's driver averages ten samples of 1000 Hz (Section 4.1.3); records of another rate are
 # averaged over the same time.
@@ -19,20 +23,43 @@ SATURATION = 0.999
 STRONGEST_HAND_N = 500.0
 # A live gauge's noise crosses a step of the converter long before this time is over.
 STILL_S = 1.0
-GAUGES = ["v0", "v1", "v2", "v3", "v4", "v5"]
-FORCE = ["fx_n", "fy_n", "fz_n"]
-WRENCH = [*FORCE, "tx_nm", "ty_nm", "tz_nm"]
+WRENCH = list(WRENCH_COLUMNS)
+FORCE = WRENCH[:3]
+
+
+@dataclass(frozen=True)
+class ForceRecord:
+    """A record of wrenches on the sensor, its zero taken out.
+
+    Attributes
+    ----------
+    time_s : (m,) array
+    wrench : (m, 6) array
+        Force frame [N, Nm].
+    zero_s : (float, float)
+        From when to when the sensor was taken for unloaded [s].
+    columns : tuple of str
+        Of force.csv, that were taken.
+    """
+
+    time_s: NDArray
+    wrench: NDArray
+    zero_s: tuple[float, float]
+    columns: tuple[str, ...]
+
+    def within(self, time_s: NDArray) -> NDArray:
+        """Whether times lie where the zero was taken, (n,)."""
+        return (time_s >= self.zero_s[0]) & (time_s < self.zero_s[1])
 
 
 def frame_wrenches(
-    record: pd.DataFrame,
+    known: ForceRecord,
     frame_time_s: NDArray,
     camera_from_marker: NDArray,
     probe: Mapping,
     *,
     up: NDArray | None,
     matching: str,
-    bias_window_s: float,
     linear_window_s: float,
     largest_gap_s: float,
     clock_offset_s: float = 0.0,
@@ -41,9 +68,8 @@ def frame_wrenches(
 
     Parameters
     ----------
-    record : DataFrame
-        force.csv of a capture: ``time_s`` and gauge volts or a wrench (the load of the object on
-        the tip, force frame).
+    known : ForceRecord
+        Of `zeroed`.
     frame_time_s : (n,) array
         Times of the frames [s].
     camera_from_marker : (n, 4, 4) array
@@ -56,8 +82,6 @@ def frame_wrenches(
     matching : {"nearest", "linear"}
         Averaged reading nearest in time, as the study does; or a line through all samples around
         the frame, which leaves less noise.
-    bias_window_s : float
-        The mean of this first part of the record is taken as the unloaded reading [s].
     linear_window_s : float
         Length of record to which the line is fitted [s].
     largest_gap_s : float
@@ -73,10 +97,9 @@ def frame_wrenches(
     Raises
     ------
     ValueError
-        If a gauge is saturated or dead, the bias window is empty, or a frame has no reading near.
+        If a frame has no reading near.
     """
-    time_s, wrench = unbiased(record, probe, bias_window_s)
-    time_s = time_s - clock_offset_s
+    time_s, wrench = known.time_s - clock_offset_s, known.wrench
     if matching == "nearest":
         time_s, wrench = averaged(time_s, wrench)
     elif matching != "linear":
@@ -88,7 +111,7 @@ def frame_wrenches(
         at_frames = local_lines(frame_time_s, time_s, wrench, window_s=linear_window_s)
     camera_from_force = camera_from_marker[:, :3, :3] @ np.array(probe["marker_from_force"])[:3, :3]
     if up is not None and "load" in probe:
-        resting = frame_time_s < time_s[0] + bias_window_s
+        resting = known.within(frame_time_s + clock_offset_s)
         resting[0] = True
         weight = weight_wrenches(camera_from_force, up, probe["load"])
         at_frames = at_frames - (weight - weight[resting].mean(axis=0))
@@ -241,35 +264,70 @@ def match_nearest(
     return nearest, gap_s
 
 
-def unbiased(record: pd.DataFrame, probe: Mapping, bias_window_s: float) -> tuple[NDArray, NDArray]:
-    """Times (m,) and wrench on the sensor (m, 6), force frame, the unloaded reading taken out."""
+def zeroed(
+    record: pd.DataFrame, probe: Mapping, bias_window_s: float, first_frame_s: float
+) -> ForceRecord:
+    """A record with the unloaded reading taken out.
+
+    What hangs on the sensor weighs on it by the probe's pose: a zero from before all frames may be
+    that of a probe that lay on the table.
+
+    Parameters
+    ----------
+    record : DataFrame
+        force.csv of a capture: ``time_s`` and gauge volts or a wrench (the load of the object on
+        the tip, force frame).
+    probe : mapping
+        The probe's file.
+    bias_window_s : float
+        The mean of so much is the unloaded reading [s]: of the record's beginning where a frame
+        shows the probe's pose in it, else from the first frame on.
+    first_frame_s : float
+        Time of the first frame [s].
+
+    Raises
+    ------
+    ValueError
+        If a gauge is saturated or dead, or too few samples are unloaded.
+    """
     time_s = record["time_s"].to_numpy(dtype=float)
     if time_s[-1] - time_s[0] < 2 * bias_window_s:
         raise ValueError(
             f"force: expected a record at least twice as long as the bias window of"
             f" {bias_window_s:g} s, found {time_s[-1] - time_s[0]:.3g} s"
         )
-    unloaded = time_s < time_s[0] + bias_window_s
+    start = time_s[0] if first_frame_s < time_s[0] + bias_window_s else first_frame_s
+    known = ForceRecord(
+        time_s,
+        np.zeros((len(time_s), 6)),
+        (start, start + bias_window_s),
+        force_columns(record.columns, probe),
+    )
+    unloaded = known.within(time_s)
     if unloaded.sum() < FEWEST_UNLOADED:
         found = int(unloaded.sum())
         raise ValueError(
             f"force: expected {FEWEST_UNLOADED} samples in the first {bias_window_s:g} s,"
             f" found {found}"
         )
-    if set(GAUGES) <= set(record.columns):
-        volts = record[GAUGES].to_numpy(dtype=float)
-        _check_gauges(volts, probe, time_s)
-        calibration = np.array(probe["gauge"]["calibration"])
-        return time_s, (volts - volts[unloaded].mean(axis=0)) @ calibration.T
-    wrench = record[WRENCH].to_numpy(dtype=float)
-    return time_s, wrench - wrench[unloaded].mean(axis=0)
+    readings = record[list(known.columns)].to_numpy(dtype=float)
+    readings = readings - readings[unloaded].mean(axis=0)
+    if known.columns == GAUGE_COLUMNS:
+        _check_gauges(record[list(GAUGE_COLUMNS)].to_numpy(dtype=float), probe, time_s)
+        readings = readings @ np.array(probe["gauge"]["calibration"]).T
+    logging.info(
+        "force of %s..%s, zero from %.3f to %.3f s",
+        *known.columns[:: len(WRENCH) - 1],
+        *known.zero_s,
+    )
+    return replace(known, wrench=readings)
 
 
 def _check_gauges(volts: NDArray, probe: Mapping, time_s: NDArray) -> None:
     if "gauge" not in probe:
         raise ValueError(f"probe {probe['probe']}: gauge: expected a calibration, found none")
     limit = SATURATION * probe["gauge"]["range_v"]
-    for name, channel in zip(GAUGES, volts.T, strict=True):
+    for name, channel in zip(GAUGE_COLUMNS, volts.T, strict=True):
         if np.abs(channel).max() >= limit:
             raise ValueError(f"force.csv: {name}: expected less than {limit:g} V, found saturation")
         still_s = _longest_still(channel, time_s)

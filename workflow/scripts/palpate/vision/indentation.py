@@ -7,7 +7,14 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.vision.clock import ClockOffset, clock_offset
-from palpate.vision.force import averaged, frame_wrenches, unbiased
+from palpate.vision.force import (
+    ForceRecord,
+    averaged,
+    check_direction,
+    check_lever,
+    frame_wrenches,
+    zeroed,
+)
 from palpate.vision.options import Force
 from palpate.vision.probe import ALONG_STD, AXIS, TIP, marker_transforms
 
@@ -27,28 +34,11 @@ def depth_along(poses: pd.DataFrame) -> tuple[NDArray, NDArray]:
     return poses[TIP].to_numpy(float) @ axis, known
 
 
-def force_along(
-    record: pd.DataFrame, probe: Mapping, *, bias_window_s: float
-) -> tuple[NDArray, NDArray]:
+def force_along(known: ForceRecord, probe: Mapping) -> tuple[NDArray, NDArray]:
     """Times [s] and force along the pressing direction [N], averaged, (m,) each."""
-    time_s, wrench = averaged(*unbiased(record, probe, bias_window_s))
+    time_s, wrench = averaged(known.time_s, known.wrench)
     axis = np.array(probe["force_from_tip"])[:3, 2]
     return time_s, -wrench[:, :3] @ axis
-
-
-def capture_clock(
-    record: pd.DataFrame,
-    poses: pd.DataFrame,
-    probe: Mapping,
-    *,
-    bias_window_s: float,
-    prior_std_s: float,
-) -> ClockOffset:
-    """Offset of the force's clock against the camera's; see `clock_offset`."""
-    depth_m, std_m = depth_along(poses)
-    force = force_along(record, probe, bias_window_s=bias_window_s)
-    frames = poses["time_s"].to_numpy(float)
-    return clock_offset(*force, frames, depth_m, std_m, prior_std_s=prior_std_s)
 
 
 def capture_wrenches(
@@ -77,25 +67,24 @@ def capture_wrenches(
     Raises
     ------
     ValueError
-        As `frame_wrenches` does.
+        As `zeroed`, `clock_offset`, `frame_wrenches`, `check_direction` and `check_lever` do.
     """
-    clock = capture_clock(
-        record,
-        poses,
-        probe,
-        bias_window_s=options.bias_window_s,
-        prior_std_s=options.clock_offset_std_s,
-    )
+    frames_s = poses["time_s"].to_numpy(float)
+    known = zeroed(record, probe, options.bias_window_s, frames_s[0])
+    depth_m, std_m = depth_along(poses)
+    along = force_along(known, probe)
+    clock = clock_offset(*along, frames_s, depth_m, std_m, prior_std_s=options.clock_offset_std_s)
     table = frame_wrenches(
-        record,
-        poses["time_s"].to_numpy(),
+        known,
+        frames_s,
         marker_transforms(poses),
         probe,
         up=up,
         clock_offset_s=clock.offset_s,
         matching=options.matching,
-        bias_window_s=options.bias_window_s,
         linear_window_s=options.linear_window_s,
         largest_gap_s=options.largest_gap_s,
     )
+    check_direction(table, poses[AXIS].to_numpy(float))
+    check_lever(table, probe["indenter"]["radius_m"])
     return table, clock

@@ -84,7 +84,7 @@ class Clouds(Options):
     outlier_neighbours: int = option(20, "points that an outlier is held to", least=1, most=1000)
     outlier_ratio: float = option(2.0, "their distance over the mean, in deviations", above=0)
     cluster_gap_m: float = option(
-        0.010, "of pieces farther apart the largest is the object", above=0, most=0.2
+        0.010, "of pieces farther apart the one at the tip is the object", above=0, most=0.2
     )
 
 

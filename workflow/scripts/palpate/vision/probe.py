@@ -26,6 +26,9 @@ TIP = ["tip_x_m", "tip_y_m", "tip_z_m"]
 # The second of the two planar poses stays in the running up to this many times the first's error.
 AMBIGUOUS_RATIO = 4.0
 AXIS = ["axis_x", "axis_y", "axis_z"]
+# Of a press from the direction that is declared, about the vertical or not.
+LARGEST_SLANT_DEG = 45.0
+QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
 def marker_from_tip(probe: Mapping) -> NDArray:
@@ -164,6 +167,52 @@ def marker_transforms(table: pd.DataFrame) -> NDArray:
     transforms[:, :3, :3] = Rotation.from_quat(table[QUATERNION].to_numpy()).as_matrix()
     transforms[:, :3, 3] = table[MARKER].to_numpy()
     return transforms
+
+
+def check_steepness(
+    poses: pd.DataFrame, probe: Mapping, up: NDArray, point: Mapping, support: Mapping
+) -> None:
+    """Refuse a probe that comes from far beside the declared direction, as steepness tells.
+
+    Parameters
+    ----------
+    poses : DataFrame
+        Of `track_probe`.
+    probe : mapping
+        The probe's file.
+    up : (3,) array
+        The table's normal, camera frame.
+    point, support : mapping
+        Of object.yaml.
+
+    Raises
+    ------
+    ValueError
+        That names the board where counting its corners the other way round would do.
+    """
+    normal = np.array(support["plane_normal"], dtype=float)
+    declared = _angle_deg(np.array(point.get("direction", -normal), dtype=float), normal)
+    turns, axis = marker_transforms(poses)[:, :3, :3], marker_from_tip(probe)[:3, 2]
+
+    def off_deg(turn: NDArray) -> float:
+        return abs(_angle_deg((turns @ turn @ axis).mean(axis=0), up) - declared)
+
+    found = off_deg(np.eye(3))
+    if found <= LARGEST_SLANT_DEG:
+        return
+    # A board counted the other way round has its axes turned by a right angle.
+    swapped = min(off_deg(QUARTER_TURN), off_deg(QUARTER_TURN.T)) <= LARGEST_SLANT_DEG
+    columns, rows = probe["marker"]["inner_corners"]
+    cause = f"marker.inner_corners {rows}, {columns}" if swapped else "marker_from_force"
+    raise ValueError(
+        f"probe: expected to press within {LARGEST_SLANT_DEG:g} degrees of the declared direction,"
+        f" found it {found:.0f} beside it ({cause} in the probe's file?)"
+    )
+
+
+def _angle_deg(first: NDArray, second: NDArray) -> float:
+    cosine = first @ second / (np.linalg.norm(first) * np.linalg.norm(second))
+    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
 def _likely(poses: list[MarkerPose]) -> list[MarkerPose]:

@@ -1,6 +1,7 @@
 """The table, from the depth of the empty scene."""
 
 import json
+import logging
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,13 @@ from numpy.typing import NDArray
 SAMPLES = 20_000
 TRIALS = 300
 FEWEST_POINTS = 100
+# Up to so many planes are told apart; what lies within so many distances of one is its noise.
+PLANES, APART = 5, 3
+# A camera the right way up sees a table, at whatever slope, within 50 degrees of this, and a wall
+# beyond it.
+UP, LEAST_COSINE = np.array([0.0, -1.0, -1.0]) / np.sqrt(2), np.cos(np.deg2rad(50))
+# In the middle of the picture, a table has so much of what the largest level plane has.
+LEAST_PART = 0.25
 # Files are rounded by whoever writes them; a normal of another length is none.
 UNIT_TOLERANCE = 1e-3
 
@@ -16,7 +24,10 @@ UNIT_TOLERANCE = 1e-3
 def fit_support_plane(
     points_m: NDArray, *, inlier_distance_m: float, rng: np.random.Generator
 ) -> NDArray:
-    """Fit the largest plane of a cloud: RANSAC, then least squares on its inliers.
+    """Find the plane that objects stand on: RANSAC, then least squares on its inliers.
+
+    It is the nearest level one in the middle of the picture, where the object stands: behind a
+    small table a wall or the floor has more points. Where no plane is level, all count.
 
     Parameters
     ----------
@@ -41,13 +52,26 @@ def fit_support_plane(
             f"background depth: expected at least {FEWEST_POINTS} points, found {len(points_m)}"
         )
     sample = points_m[rng.choice(len(points_m), min(SAMPLES, len(points_m)), replace=False)]
-    best = max(
-        (_through(*sample[rng.choice(len(sample), 3, replace=False)]) for _ in range(TRIALS)),
-        key=lambda plane: _near(sample, plane, inlier_distance_m).sum(),
-    )
-    plane = _least_squares(points_m[_near(points_m, best, inlier_distance_m)])
-    plane = _least_squares(points_m[_near(points_m, plane, inlier_distance_m)])
-    return plane if plane[3] > 0 else -plane
+    seen = sample[:, :2] / sample[:, 2:]
+    low, high = np.quantile(seen, [0.25, 0.75], axis=0)
+    middle = sample[((seen > low) & (seen < high)).all(axis=1)]
+    found, left = [], sample
+    while len(found) < PLANES and len(left) >= FEWEST_POINTS:
+        best = max(
+            (_through(*left[rng.choice(len(left), 3, replace=False)]) for _ in range(TRIALS)),
+            key=lambda plane: _near(left, plane, inlier_distance_m).sum(),
+        )
+        plane = _least_squares(points_m[_near(points_m, best, inlier_distance_m)])
+        plane = _least_squares(points_m[_near(points_m, plane, inlier_distance_m)])
+        found.append(plane if plane[3] > 0 else -plane)
+        left = left[~_near(left, plane, APART * inlier_distance_m)]
+    level = [plane for plane in found if plane[:3] @ UP > LEAST_COSINE] or found
+    parts = [_near(middle, plane, inlier_distance_m).mean() for plane in level]
+    large = [k for k, part in enumerate(parts) if part >= LEAST_PART * max(parts)]
+    taken = min(large, key=lambda k: level[k][3])
+    text = "table: %.3f m from the camera, %.0f %% of the middle of the picture, of %d level planes"
+    logging.info(text, level[taken][3], 100 * parts[taken], len(level))
+    return level[taken]
 
 
 def height_above(plane: NDArray, points_m: NDArray) -> NDArray:

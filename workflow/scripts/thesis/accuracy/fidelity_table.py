@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from palpate.capture.depth import depth_of
 from palpate.capture.streams import all_streams
 from palpate.capture.tables import read_table
 from palpate.report import outputs
 from palpate.surface.template import read_template
 from palpate.vision.clouds import scene_points
-from palpate.vision.depth import kinect_depth
 
 from thesis.accuracy import fidelity
 from thesis.accuracy.fidelity_figure import fidelity_figure
@@ -37,7 +37,7 @@ def depth_step(images: Mapping, sensor: Mapping) -> float:
     """Median difference of neighbouring depths that occur [m]; NaN where they are not stepped."""
     if "depth" not in images:
         return np.nan
-    depth = kinect_depth(images["depth"], sensor["depth"])
+    depth = depth_of(images["depth"], sensor["depth"])
     levels, counts = np.unique(depth[np.isfinite(depth)], return_counts=True)
     common = levels[counts > 0.02 * counts.max()]
     return float(np.median(np.diff(common)))

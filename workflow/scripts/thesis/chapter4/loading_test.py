@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from palpate.capture.streams import all_streams
-from palpate.capture.tables import read_table
+from palpate.capture.tables import read_force
 from palpate.report import outputs
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import scene_points
 from palpate.vision.follow import followed
-from palpate.vision.force import FORCE
+from palpate.vision.force import FORCE, zeroed
 from palpate.vision.indentation import capture_wrenches, depth_along, force_along
 from palpate.vision.options import Force, ProbePose
 from palpate.vision.support_plane import fit_support_plane
@@ -21,14 +21,15 @@ from palpate.vision.support_plane import fit_support_plane
 def make_loading_test(inputs: Any, params: Any) -> dict:
     """Force and displacement at every frame, and the force's averaged record."""
     folder, sensor = inputs.loading, sensor_with_optics(params.sensor, inputs.optics)
-    options, record = Force.read(params.options), read_table(f"{folder}/force.csv")
+    options, record = Force.read(params.options), read_force(folder)
     poses = followed(folder, sensor, params.probe, ProbePose.read(params.pose))
     wrench, clock = capture_wrenches(
         record, poses, params.probe, options, up=table_normal(folder, sensor, params)
     )
     frames = loading_frames(poses, np.linalg.norm(wrench[FORCE], axis=1), params.onset_force_n)
     frames["clock_offset_s"], frames["clock_offset_std_s"] = clock.offset_s, clock.std_s
-    time_s, along_n = force_along(record, params.probe, bias_window_s=options.bias_window_s)
+    known = zeroed(record, params.probe, options.bias_window_s, poses["time_s"].iloc[0])
+    time_s, along_n = force_along(known, params.probe)
     force = pd.DataFrame({"time_s": time_s - clock.offset_s, "force_n": along_n})
     return {"frames": outputs.exact(frames), "force": outputs.exact(force)}
 

@@ -10,10 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
+from palpate.capture.depth import COUNTS, MILLIMETRE
 from palpate.units import MILLIMETRES
 
-# Encoding of depth in the capture format.
-DEPTH = "millimetre"
+# Encoding of depth in the capture format, where its counts are not finer.
+DEPTH = MILLIMETRE
+# Floating-point depths, and what a count of theirs becomes: they reach 6.5 m.
+METRES, FLOATS_M = "32FC1", 1e-4
 # What each encoding's numbers are, and as what a capture keeps them.
 RAW_FORMS = {
     "rgb8": (np.uint8, 3, "rgb8"),
@@ -25,7 +28,7 @@ RAW_FORMS = {
     "bayer_rggb8": (np.uint8, 1, "bayer_rggb8"),
     "16UC1": (np.uint16, 1, DEPTH),
     "mono16": (np.uint16, 1, DEPTH),
-    "32FC1": (np.float32, 1, DEPTH),
+    METRES: (np.float32, 1, DEPTH),
 }
 TO_RGB = {
     "bgr8": cv2.COLOR_BGR2RGB,
@@ -41,7 +44,7 @@ DEPTH_FILE_KINDS = ("PNG",)
 DEPTH_CODEC = "compressedDepth"
 DEPTH_CODEC_BYTES = 12
 SMALLEST_PX, LARGEST_PX = 16, 16384
-FARTHEST_MM = 65535
+LARGEST_COUNT = 65535
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ class Form:
 
     @property
     def stored(self) -> str:
-        """Encoding of the capture format: rgb8, mono8, bayer_rggb8 or millimetre."""
+        """Encoding of the capture format: rgb8, mono8, bayer_rggb8, or millimetre of any depth."""
         return RAW_FORMS[self.encoding][2]
 
     @property
@@ -170,8 +173,18 @@ def file_pixels(data: bytes, form: Form) -> NDArray:
     return _rgb(image, "bgra8" if image.shape[2] == 4 else "bgr8")
 
 
-def millimetres(depth: NDArray, unit_m: float) -> tuple[NDArray, int]:
-    """Depth in whole millimetres.
+def stored_depth(form: Form, unit_m: float) -> dict[str, str | float]:
+    """How a new sensor's file has depth: in millimetres, or in the recording's finer counts."""
+    unit_m = FLOATS_M if form.encoding == METRES else unit_m
+    return (
+        {"encoding": MILLIMETRE}
+        if unit_m >= 1 / MILLIMETRES
+        else {"encoding": COUNTS, "count_m": unit_m}
+    )
+
+
+def counted(depth: NDArray, unit_m: float, count_m: float) -> tuple[NDArray, int]:
+    """Depth in whole counts.
 
     Parameters
     ----------
@@ -179,20 +192,22 @@ def millimetres(depth: NDArray, unit_m: float) -> tuple[NDArray, int]:
         As the source counts it; NaN, infinite, negative or 0 where there is none.
     unit_m : float
         What one of its counts is [m].
+    count_m : float
+        What one is to be [m].
 
     Returns
     -------
     values : (h, w) uint16 array
-        Depth [mm]; 0 where there is none.
+        0 where there is none.
     beyond : int
         Number of pixels with a depth that 16 bits can't hold; they are 0 as well.
     """
-    if depth.dtype == np.uint16 and unit_m * MILLIMETRES == 1:
+    if depth.dtype == np.uint16 and unit_m == count_m:
         return depth, 0
-    values = depth.astype(float) * (unit_m * MILLIMETRES)
+    values = depth.astype(float) * (unit_m / count_m)
     seen = np.isfinite(values) & (values > 0)
     rounded = np.rint(np.where(seen, values, 0))
-    beyond = rounded > FARTHEST_MM
+    beyond = rounded > LARGEST_COUNT
     return np.where(beyond, 0, rounded).astype(np.uint16), int(beyond.sum())
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.capture.force_record import WRENCH_COLUMNS, sampled_s
 from palpate.capture.importing.pixels import Form
-from palpate.capture.tables import WRENCH_COLUMNS
 
 NANOSECONDS = 1_000_000_000
 Progress = Callable[[], object]
@@ -94,16 +94,21 @@ def force_table(times_ns: NDArray, wrench: NDArray) -> tuple[pd.DataFrame, tuple
     Returns
     -------
     table : DataFrame
-        By increasing time; of samples of one stamp, the first.
+        By increasing time; of samples of one stamp the first, but where they come in bursts.
     notes : tuple of str
         What was put in order.
     """
-    kept = np.unique(times_ns, return_index=True)[1]
+    order = np.argsort(times_ns, kind="stable")
+    # In float64 seconds since 1970 are no finer than a quarter of a microsecond.
+    since_s, burst = sampled_s((times_ns[order] - times_ns[order[0]]) / NANOSECONDS)
+    first = np.diff(since_s, prepend=-1) > 0
     notes = []
-    if len(kept) < len(times_ns):
-        notes.append(f"force: {len(times_ns) - len(kept)} samples repeat a stamp, left out")
+    if burst > 1:
+        notes.append(f"force: stamps come in bursts of {burst:.0f} samples, spread")
+    if not first.all():
+        notes.append(f"force: {(~first).sum()} samples repeat a stamp, left out")
     elif np.any(np.diff(times_ns) < 0):
         notes.append("force: samples were not in order of their stamps, sorted")
-    table = pd.DataFrame(wrench[kept], columns=list(WRENCH_COLUMNS))
-    table.insert(0, "time_s", times_ns[kept] / NANOSECONDS)
+    table = pd.DataFrame(wrench[order][first], columns=list(WRENCH_COLUMNS))
+    table.insert(0, "time_s", times_ns[order[0]] / NANOSECONDS + since_s[first])
     return table, tuple(notes)

@@ -19,7 +19,7 @@ from palpate.capture.importing.bags import (
     open_bag,
     shown,
 )
-from palpate.capture.importing.pixels import MILLIMETRES, Form, pixels_of
+from palpate.capture.importing.pixels import METRES, MILLIMETRES, Form, pixels_of
 from palpate.capture.importing.recording import (
     NANOSECONDS,
     Content,
@@ -46,7 +46,6 @@ STATIC = "tf_static"
 REALSENSE_METADATA = "/image/metadata"
 PAIRS_OF_A_FRAME = 100
 COMPUTER_CLOCKS = "System Time", "Global Time"
-METRES = "32FC1"
 SMALLEST_UNIT_M = 1e-6
 
 
@@ -106,7 +105,7 @@ class BagRecording:
             for name, times in stamps.items()
         )
         force, notes = samples.table() if self._wrench else (None, ())
-        notes += (*_unit_notes(unit_m, depth), *clock_notes)
+        notes += clock_notes
         return Content(color, depth, unit_m, force, cameras, notes)
 
     def pictures(self) -> Iterator[Picture]:
@@ -234,13 +233,6 @@ def _checked_unit(bag: Bag, depth: str, stated: float | str) -> float:
                          f" found {shown(stated)} m")  # fmt: skip
     # The bag has it as a float of 32 bits.
     return float(f"{unit_m:.6g}")
-
-
-def _unit_notes(unit_m: float, depth: Stream) -> tuple[str, ...]:
-    if unit_m >= 1 / MILLIMETRES and depth.form.encoding != METRES:
-        return ()
-    step = "floating-point depths" if depth.form.encoding == METRES else f"{unit_m * 1e6:g} um"
-    return (f"depth: {step} were rounded to whole millimetres",)
 
 
 def _clock_notes(bag: Bag, image: str) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ import yaml
 
 from palpate.capture.files import whole_file
 from palpate.capture.importing.optics import agree
+from palpate.capture.importing.pixels import stored_depth
 from palpate.capture.importing.recording import Content
 from palpate.capture.schema import SCHEMAS, blank_fields, load_yaml, validate
 
@@ -68,12 +69,15 @@ def sensor_of(
 
 def _stated(path: Path, content: Content, rate_hz: float, range_m) -> dict:
     """What a recording says of its sensor, and what a new file has besides."""
+    cameras = dict(content.cameras or {})
+    if "depth" in cameras:
+        cameras["depth"] |= stored_depth(content.depth.form, content.depth_unit_m)
     return {
         "sensor": path.stem,
         "kind": "depth",
         "frame_rate_hz": float(f"{rate_hz:.4g}"),
         "range_m": [float(value) for value in range_m],
-        **(content.cameras or {}),
+        **cameras,
         "marker": {"reprojection_threshold_px": REPROJECTION_THRESHOLD_PX},
     }
 
@@ -104,7 +108,9 @@ def _check_streams(spec: Mapping, content: Content, path: Path) -> None:
         raise ValueError(f"{path}: kind: expected depth, as the recording is, found {found}")
     for kind in ("color", "depth"):
         form = getattr(content, kind).form
-        sizes = {"width_px": form.width_px, "height_px": form.height_px, "encoding": form.stored}
+        sizes = {"width_px": form.width_px, "height_px": form.height_px}
+        # Depths are rounded to the file's counts.
+        sizes |= {} if form.is_depth else {"encoding": form.stored}
         for name, expected in sizes.items():
             if spec[kind][name] != expected:
                 line = f"expected {expected}, as the recording has it, found {spec[kind][name]}"

@@ -9,7 +9,7 @@ import numpy as np
 from palpate.capture.importing import optics
 from palpate.capture.importing.bags import LARGEST_BYTES, shown
 from palpate.capture.importing.lens import NO_DISTORTION
-from palpate.capture.importing.pixels import MILLIMETRES, Form, file_form, file_pixels
+from palpate.capture.importing.pixels import Form, file_form, file_pixels
 from palpate.capture.importing.recording import (
     NANOSECONDS,
     Content,
@@ -82,11 +82,7 @@ class TumRecording:
                 for kind, form in self._forms.items()
             }
             cameras["depth"]["color_from_depth"] = optics.rows(np.eye(4))
-        notes = ()
-        if self._factor > MILLIMETRES:
-            step = f"steps of {MILLIMETRES / self._factor:g} mm"
-            notes = (f"depth: {step} were rounded to whole millimetres",)
-        return Content(color, depth, 1 / self._factor, None, cameras, notes)
+        return Content(color, depth, 1 / self._factor, None, cameras)
 
     def pictures(self) -> Iterator[Picture]:
         """All images one by one."""

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from palpate.capture.check import FEWEST_BACKGROUND_FRAMES, FEWEST_FRAMES, check_capture
+from palpate.capture.depth import count_m
 from palpate.capture.files import whole_folder
 from palpate.capture.images import write_image
 from palpate.capture.importing.pairing import Pairs, paired
-from palpate.capture.importing.pixels import MILLIMETRES, millimetres
+from palpate.capture.importing.pixels import LARGEST_COUNT, METRES, counted
 from palpate.capture.importing.recording import (
     NANOSECONDS,
     Content,
@@ -100,7 +101,7 @@ def import_recording(
         sensor, new = sensor_of(
             target.sensor_file, content, rate_hz, range_m=target.range_m, trusted=target.trusted
         )
-        frames, left = _write(part, recording, content, frames)
+        frames, left = _write(part, recording, content, frames, count_m(sensor["depth"]))
         if table is not None:
             write_force(part, table)
         _require_right(part, target, sensor)
@@ -179,13 +180,13 @@ def _missed(pairs: Pairs) -> str:
 
 
 def _write(
-    part: Path, recording: Recording, content: Content, frames: Pairs
+    part: Path, recording: Recording, content: Content, frames: Pairs, step_m: float
 ) -> tuple[Pairs, list[str]]:
     """Write frames.csv and the images; gives the frames that were kept, and notes on others."""
     count = len(frames.color)
     names = {kind: [f"{kind}/{k:06d}.png" for k in range(count)] for kind in ("color", "depth")}
     times_s = content.color.times_ns[frames.color] / NANOSECONDS
-    digests, beyond = _write_pictures(part, recording, content, frames, names)
+    digests, beyond = _write_pictures(part, recording, content, frames, names, step_m)
     repeats = repeating(digests)
     left_out(part, names, repeats)
     kept = int(count - repeats.sum())
@@ -195,7 +196,8 @@ def _write(
     columns = {kind: files[:kept] for kind, files in names.items()}
     table = {"frame": np.arange(kept), "time_s": times_s[~repeats], **columns}
     write_frames(part, pd.DataFrame(table))
-    notes = [*notes_on(repeats, digests, times_s), *_depth_notes(int(beyond[~repeats].sum()))]
+    notes = list(notes_on(repeats, digests, times_s))
+    notes += _depth_notes(content, int(beyond[~repeats].sum()), step_m)
     return replace(frames, color=frames.color[~repeats], depth=frames.depth[~repeats]), notes
 
 
@@ -205,6 +207,7 @@ def _write_pictures(
     content: Content,
     frames: Pairs,
     names: dict[str, list[str]],
+    step_m: float,
 ) -> tuple[dict[str, list[bytes]], NDArray]:
     """Write the images; gives their digests, and how many depths of each are beyond 16 bits."""
     count = len(frames.color)
@@ -221,7 +224,7 @@ def _write_pictures(
             kind, k = picture.stream, place[picture.stream][picture.index]
             pixels = picture.pixels
             if kind == "depth":
-                pixels, beyond[k] = millimetres(pixels, content.depth_unit_m)
+                pixels, beyond[k] = counted(pixels, content.depth_unit_m, step_m)
             digests[kind][k] = digest(pixels)
             write_image(part / names[kind][k], pixels, getattr(content, kind).form.stored)
             bar.update()
@@ -267,9 +270,16 @@ def _rate_hz(times_ns: NDArray) -> float:
     return float(NANOSECONDS / np.median(np.diff(times_ns)))
 
 
-def _depth_notes(beyond: int) -> list[str]:
-    far = f"depth: {beyond} pixels beyond {65535 / MILLIMETRES:.3f} m, left out (0)"
-    return [far] if beyond else []
+def _depth_notes(content: Content, beyond: int, step_m: float) -> list[str]:
+    floats = content.depth.form.encoding == METRES
+    notes = []
+    if floats or content.depth_unit_m < step_m:
+        found = "floating-point depths" if floats else f"{1e6 * content.depth_unit_m:g} um"
+        notes = [f"depth: {found} were rounded to counts of {1e6 * step_m:g} um"]
+    if beyond:
+        far = LARGEST_COUNT * step_m
+        notes += [f"depth: {beyond} pixels beyond {far:.3f} m, left out (0)"]
+    return notes
 
 
 def _headline(target: Target, content: Content, frames: Pairs, force: pd.DataFrame | None) -> str:

@@ -1,13 +1,16 @@
 """Whether depth, or the other image of a stereo head, is of the colour's moments."""
 
+import re
 import shutil
 
 import numpy as np
-import pandas as pd
 import pytest
 import yaml
-from palpate.capture.examine import examine_object
-from palpate.capture.examine_order import disagreement
+from palpate.capture.capture import open_capture
+from palpate.examine import examine_object
+from palpate.vision.agreement import disagreement, require_agreement
+from palpate.vision.follow import followed
+from palpate.vision.options import ProbePose
 
 FRAMES = 24
 TIME = np.linspace(0, 1, FRAMES)
@@ -67,14 +70,11 @@ PLACES = {
     "sample": ("tests/sample/raw/foam_block", "tests/sample/sensors", "config/probes"),
     "own": ("tests/own_object/raw/toy_cow", "tests/own_object/sensors", "tests/own_object/probes"),
 }
+CORNERS = ProbePose(refinement="corners")
 
 
-def examined(root, folder, place):
-    return examine_object(folder, *(by_name(root / part) for part in PLACES[place][1:]))
-
-
-def by_name(folder):
-    return {path.stem: yaml.safe_load(path.read_text()) for path in folder.glob("*.yaml")}
+def opened(root, folder, place):
+    return open_capture(folder, sensors=root / PLACES[place][1], probes=root / PLACES[place][2])
 
 
 def permute(table, stream):
@@ -93,13 +93,25 @@ def permute(table, stream):
 def test_a_capture_whose_second_images_are_permuted(root, tmp_path, place, capture, stream, line):
     source = root / PLACES[place][0]
     folder = shutil.copytree(source, tmp_path / source.name)
-    assert not examined(root, folder, place).wrong
-    path = folder / capture / "frames.csv"
-    table = pd.read_csv(path)
+    one = opened(root, folder / capture, place)
+    poses = followed(one.folder, one.sensor, one.probe, CORNERS)
+    path = one.folder / "frames.csv"
+    table = one.frames
     permute(table, stream)
     table.to_csv(path, index=False)
-    (wrong,) = examined(root, folder, place).wrong
-    assert wrong.startswith(f"{path}: {line}, frame by frame, found it ")
+    with pytest.raises(ValueError, match=f"^{path}: {line}, frame by frame, found it "):
+        require_agreement(one.folder, one.sensor, one.probe["marker"], poses)
+
+
+@pytest.mark.parametrize("square_m", [0.9, 1.1])
+@pytest.mark.parametrize("capture", ["kinect/08", "bumblebee/08"])
+def test_squares_of_another_size(root, capture, square_m):
+    one = opened(root, root / PLACES["sample"][0] / capture, "sample")
+    scaled = one.probe["marker"] | {"square_m": square_m * one.probe["marker"]["square_m"]}
+    with pytest.raises(ValueError, match="marker.square_m: expected the board ") as refused:
+        followed(one.folder, one.sensor, one.probe | {"marker": scaled}, CORNERS)
+    by_stream, by_corners = map(float, re.findall(r"([0-9.]+) m(?: away| by)", str(refused.value)))
+    assert by_corners / by_stream == pytest.approx(square_m, abs=0.02)
 
 
 def test_an_image_that_can_not_be_decoded_is_one_line(root, tmp_path):
@@ -111,7 +123,12 @@ def test_an_image_that_can_not_be_decoded_is_one_line(root, tmp_path):
         content = bytearray(path.read_bytes())
         content[len(content) // 2] ^= 255
         path.write_bytes(content)
-    found = examined(root, folder, "own")
+    devices = (by_name(root / part) for part in PLACES["own"][1:])
+    found = examine_object(folder, *devices)
     expected = [f"{path}: image: expected a whole PNG" for path in spoilt]
     assert sorted(line.partition(", found")[0] for line in found.wrong) == sorted(expected)
     assert any("bench_cam/back-a02: 12 frames" in line for line in found.found)
+
+
+def by_name(folder):
+    return {path.stem: yaml.safe_load(path.read_text()) for path in folder.glob("*.yaml")}

@@ -1,0 +1,37 @@
+"""What the numbers of a depth image say."""
+
+import numpy as np
+import pytest
+from palpate.capture.depth import depth_of
+from palpate.capture.schema import SCHEMAS, load_yaml, validate
+
+
+def test_kinect_equation(root):
+    spec = load_yaml(root / "config/sensors/kinect.yaml")["depth"]
+    depth = depth_of(np.array([[690, 2047, 1090]], np.uint16), spec)
+    assert depth[0, 0] == pytest.approx(584.6213 * 0.075 / 50)
+    assert np.isnan(depth[0, 1:]).all()
+
+
+@pytest.mark.parametrize(
+    ("spec", "metres"),
+    [({"encoding": "millimetre"}, 8.5), ({"encoding": "counts", "count_m": 1e-4}, 0.85)],
+)
+def test_counts_of_depth(spec, metres):
+    depth = depth_of(np.array([[8500, 0]], np.uint16), spec)
+    assert depth[0, 0] == metres and np.isnan(depth[0, 1])
+
+
+@pytest.mark.parametrize(
+    ("block", "problem"),
+    [
+        ({"encoding": "counts"}, "depth.count_m"),
+        ({"encoding": "millimetre", "count_m": 1e-4}, "count_m"),
+        ({"encoding": "counts", "count_m": 1e-4}, None),
+    ],
+)
+def test_counts_have_a_size_and_millimetres_none(root, block, problem):
+    spec = load_yaml(root / "tests/own_object/sensors/bench_cam.yaml")
+    spec["depth"] |= block
+    lines = validate(spec, SCHEMAS / "sensor.schema.yaml", "cam.yaml")
+    assert len(lines) == (problem is not None) and (problem or "") in "".join(lines)

@@ -1,0 +1,125 @@
+"""Records of forces as cheap instruments write them: in bursts, in volts and newtons at once."""
+
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+from palpate.capture.capture import open_capture
+from palpate.capture.check import check_capture, check_object
+from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS, force_columns, sampled_s
+from palpate.capture.importing.recording import force_table
+from palpate.capture.tables import write_force
+from palpate.examine import told_of
+from palpate.press import press_of
+from palpate.run.options import Config
+from palpate.vision.force import FORCE, zeroed
+from palpate.vision.indentation import capture_wrenches
+from palpate.vision.options import Force, ProbePose
+
+REGULAR = np.arange(2000) / 1000
+
+
+def in_bursts(times, count, within_s=0.0):
+    """Stamps of samples that are handed out by the dozen, as the last of them is taken."""
+    last = np.minimum((np.arange(len(times)) // count + 1) * count, len(times)) - 1
+    return times[last] + within_s * (np.arange(len(times)) - last)
+
+
+@pytest.mark.parametrize("within_s", [0.0, 2e-6, 5e-5])
+@pytest.mark.parametrize("count", [2, 10, 50])
+def test_bursts_are_spread(count, within_s):
+    found, size = sampled_s(in_bursts(REGULAR, count, within_s))
+    assert found == pytest.approx(REGULAR, abs=1e-9)
+    assert size == count
+
+
+def test_a_late_burst_takes_the_time_since_the_one_before():
+    stamps = in_bursts(REGULAR, 10)
+    stamps[500:510] += 0.004
+    found, _ = sampled_s(stamps)
+    assert (np.diff(found) > 0).all()
+    assert np.abs(found - REGULAR).max() == pytest.approx(0.004)
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        REGULAR,
+        REGULAR + np.random.default_rng(3).uniform(0, 9e-4, len(REGULAR)),
+        np.concatenate([REGULAR, REGULAR + 60]),
+        np.concatenate([REGULAR[:200], REGULAR[200:400] + 3, REGULAR[400:] + 9]),
+        REGULAR[::-1],
+        REGULAR[:1],
+    ],
+    ids=["regular", "jitter", "a gap", "two gaps", "backwards", "one"],
+)
+def test_what_comes_otherwise_stays(times):
+    found, size = sampled_s(times)
+    assert found is times and size == 1
+
+
+@pytest.fixture(scope="module")
+def own(root, tmp_path_factory):
+    """A press of the own object: its capture, and the probe's poses as the corners give them."""
+    folder = tmp_path_factory.mktemp("raw") / "toy_cow"
+    shutil.copytree(
+        root / "tests/own_object/raw/toy_cow", folder, ignore=shutil.ignore_patterns("back-a02")
+    )
+    places = {name: root / f"tests/own_object/{name}" for name in ("sensors", "probes")}
+    capture = open_capture(folder / "bench_cam/back", **places)
+    corners = Config(probe_pose=ProbePose(refinement="corners"))
+    return capture, capture.force, press_of(capture, corners)
+
+
+def forces_n(capture, press):
+    """Forces of a capture's own record, and its clock."""
+    up = press.plane[:3]
+    table, clock = capture_wrenches(capture.force, press.poses, capture.probe, Force(), up=up)
+    return table[FORCE].to_numpy(), clock.offset_s
+
+
+def test_a_press_in_bursts_is_the_same_press(own):
+    capture, record, press = own
+    stamps = in_bursts(record["time_s"].to_numpy(), 10)
+    write_force(capture.folder, record.assign(time_s=stamps))
+    assert check_capture(capture.folder, capture.sensor) == []
+    found, offset_s = forces_n(capture, press)
+    assert found == pytest.approx(press.wrenches[FORCE].to_numpy(), abs=1e-3)
+    assert offset_s == pytest.approx(press.clock.offset_s, abs=1e-4)
+    told = "its stamps in bursts of 10 samples, which were spread"
+    assert list(told_of(capture.folder, WRENCH_COLUMNS)) == [told]
+
+
+def test_an_import_keeps_all_samples_of_a_burst():
+    """Within a burst stamps since 1970 differ by less than the microsecond that a table keeps."""
+    step_ns = 1_000_000
+    times_ns = 1_712_345_678_123_456_789 + step_ns * (np.arange(300) // 10 + 1) * 10
+    for within_ns in (0, 100):
+        stamps = times_ns + within_ns * (np.arange(300) % 10 - 9)
+        table, notes = force_table(stamps, np.zeros((300, 6)))
+        assert len(table) == 300
+        assert np.diff(table["time_s"]) == pytest.approx(step_ns / 1e9, abs=1e-6)
+        assert notes == ("force: stamps come in bursts of 10 samples, spread",)
+
+
+def test_volts_count_where_their_calibration_is_known(probe):
+    both = ["time_s", *WRENCH_COLUMNS, *GAUGE_COLUMNS]
+    bare = {name: value for name, value in probe.items() if name != "gauge"}
+    assert force_columns(both, probe) == GAUGE_COLUMNS
+    assert force_columns(both, bare) == WRENCH_COLUMNS
+    assert force_columns(GAUGE_COLUMNS, bare) == GAUGE_COLUMNS
+    assert force_columns(["time_s", "fx_n"], probe) is None
+
+
+def test_volts_beside_newtons_are_the_same_everywhere(own):
+    """The own object's probe has no gauges: volts beside the newtons say nothing."""
+    capture, record, _ = own
+    volts = pd.DataFrame(np.full((len(record), 6), 0.5), columns=list(GAUGE_COLUMNS))
+    write_force(capture.folder, pd.concat([record, volts], axis=1))
+    probes = {capture.probe["probe"]: capture.probe}
+    sensors = {capture.sensor["sensor"]: capture.sensor}
+    assert check_object(capture.folder.parents[1], sensors, probes) == []
+    assert zeroed(capture.force, capture.probe, 0.5, 0.0).columns == WRENCH_COLUMNS
+    told = "volts and newtons, of which fx_n..tz_nm were taken"
+    assert list(told_of(capture.folder, WRENCH_COLUMNS)) == [told]

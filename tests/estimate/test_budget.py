@@ -1,0 +1,412 @@
+"""Each term of the uncertainty budget alone, against its first order by hand."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from made_up_press import NO_RIG, RADIUS_M, STANDING, model_of, press_of, support_axes
+from palpate.estimate.direct.blocks import Scales, blocks_of
+from palpate.estimate.direct.budget import OWN_SOURCES, budget_of, covariance_of
+from palpate.estimate.direct.deviations import with_depth_errors
+from palpate.estimate.direct.fit import Solution
+from palpate.estimate.direct.indentation import OWN, DirectIndentation, Parameters, linearised
+from palpate.estimate.direct.interval import intervals
+from palpate.estimate.direct.options import Fit, ModelStd, Rig
+from palpate.estimate.direct.prior import prior_of
+from palpate.estimate.direct.quantities import NAMES, quantities_of
+from scipy.stats import t
+
+# A ratio of the made-up solid's table: between them its derivatives are interpolated.
+E, NU = 25e3, 0.35
+# Noise of depths and motions beside which each term stands, and as good as none.
+NOISE_M, TINY = 5e-5, 1e-10
+KINDS = ("depth", "motion")
+TAU_S, SHARE_STD = (0.3, 3.0), 0.1
+NOTHING = Fit(
+    relaxation_times_s=TAU_S,
+    fraction_std=TINY,
+    fraction_step_std=10.0,
+    gain_std=TINY,
+    offset_std_m=TINY,
+    depth_pattern_std_m=TINY,
+    shift_std_m=TINY,
+    place_std_m=TINY,
+    sinking_std_m=0.0,
+    rocking_std_rad=0.0,
+    force_law_std=TINY,
+    motion_law_std=TINY,
+    rig=NO_RIG,
+    model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0, nu_loose=0.0),
+)
+# Samples on one side of the contact, as a camera sees them.
+SIDE_M = np.array([[x, y, 0.0] for x in np.linspace(0.016, 0.08, 9) for y in np.linspace(-x, x, 7)])
+
+
+def as_options_say(press, options):
+    """A press whose priors are those of the options."""
+    return replace(
+        press,
+        offset_std_m=options.offset_std_m,
+        pattern_std_m=options.depth_pattern_std_m,
+        shift_std_m=options.shift_std_m,
+        place_std_m=options.place_std_m,
+        support_axes=support_axes(press.cell_m, STANDING, options),
+    )
+
+
+PRESS = press_of(
+    *(E, NU, 1),
+    noise=0.0,
+    shares=(0.0, 0.0),
+    motion_std_m=NOISE_M,
+    solid=(SIDE_M, model_of(SIDE_M), model_of(SIDE_M)),
+)
+PRESS = replace(
+    as_options_say(PRESS, NOTHING),
+    tip_std_m=NOISE_M,
+    force_std_n=TINY,
+    clock_std_s=TINY,
+    broad_foot=True,
+)
+TRUTH = Parameters(*(E, NU, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(2), np.zeros(3)))
+FORCE_N, TIME_S, SPEED_M_S = (
+    PRESS.force_n[PRESS.frames],
+    PRESS.time_s[PRESS.frames],
+    PRESS.speed_m_s,
+)
+LOAD = FORCE_N / FORCE_N.max()
+JUDGED = [NAMES.index(f"{name}_pa") for name in ("reduced_modulus", "youngs_modulus")]
+JUDGED.append(NAMES.index("poisson_ratio"))
+# Of those by log E and nu, and E by nu at the same E*.
+SLOPES = np.array([[1.0, 2 * NU / (1 - NU**2)], [1.0, 0.0], [0.0, 1.0]])
+E_BY_NU = 2 * NU / (1 - NU**2)
+
+
+def hertz(force_n=FORCE_N, stiffer=0.0, nu=NU):
+    modulus = E * np.exp(stiffer) / (1 - nu**2)
+    return (3 * force_n / (4 * modulus * np.sqrt(RADIUS_M))) ** (2 / 3)
+
+
+DEPTH_M = hertz()
+
+
+def surface(depth_m=DEPTH_M, nu=NU, place_m=(0.0, 0.0)):
+    r = np.linalg.norm(PRESS.cell_m[:, :2] - place_m, axis=1)
+    return -RADIUS_M * np.outer(depth_m, 1 / r - (5 + 20 * nu**2))
+
+
+def stacked(depth_m, motion_m):
+    """Depths and motions, one after the other."""
+    shape = PRESS.moved_m.shape
+    parts = np.broadcast_to(depth_m, shape[0]), np.broadcast_to(motion_m, shape).ravel()
+    return np.concatenate(parts)
+
+
+def slope(seen, step):
+    return (seen(step) - seen(-step)) / (2 * step)
+
+
+def by_moduli(stiffer=0.0, nu=0.0):
+    depth = hertz(stiffer=stiffer, nu=NU + nu)
+    return stacked(depth, surface(depth, NU + nu))
+
+
+MODULI = [slope(by_moduli, 1e-4), slope(lambda x: by_moduli(nu=x), 1e-4)]
+
+
+def by_force(error_n):
+    """What an error of the force makes of depths and motions."""
+
+    def seen(part):
+        depth = hertz(FORCE_N + part * error_n)
+        return stacked(depth, surface(depth))
+
+    return slope(seen, 1e-4)
+
+
+def by_place(way):
+    return slope(lambda x: stacked(0.0, surface(place_m=x * way)), 1e-5)
+
+
+def by_share(tau_s):
+    """A share that relaxes: the elastic force is larger by what it has taken."""
+    fine = np.linspace(0, PRESS.time_s[-1], 2001)
+    rise = np.diff(np.interp(fine, PRESS.time_s, PRESS.force_n))
+    since = np.maximum(TIME_S[:, None] - (fine[1:] + fine[:-1]) / 2, 0)
+    return by_force(-np.expm1(-since / tau_s) @ rise)
+
+
+def softer():
+    """The second law's force over the first's, as a part of it."""
+    return (0.4 - 0.4 * NU) * np.sqrt(DEPTH_M / 0.009)
+
+
+def second_law():
+    part = (RADIUS_M / np.linalg.norm(PRESS.cell_m, axis=1)) ** 2
+    return -0.2 * np.outer(softer() * DEPTH_M, part)
+
+
+def divided(change, depth_covariance, motion_std_m):
+    depth, motion = np.split(change, [len(DEPTH_M)])
+    root = np.linalg.cholesky(depth_covariance)
+    return np.concatenate([np.linalg.solve(root, depth), motion / motion_std_m])
+
+
+ALONE = np.eye(len(DEPTH_M)) * NOISE_M**2
+
+
+def covariance_by_hand(learnt=(), known=0.0, depth_covariance=ALONE, motion_std_m=NOISE_M):
+    """Of log E, nu and what else is learnt, of which `known` is the inverse beforehand."""
+    changes = [*MODULI, *learnt]
+    design = np.stack([divided(one, depth_covariance, motion_std_m) for one in changes], axis=1)
+    return np.linalg.inv(design.T @ design + known), design
+
+
+def by_hand(error=0.0, added=0.0, **of):
+    """Deviations of E*, E and nu, with an error that is learnt of no press, and what is added."""
+    covariance, design = covariance_by_hand(**of)
+    variance = np.diag(SLOPES @ covariance[:2, :2] @ SLOPES.T) + np.square(added)
+    if np.ndim(error):
+        moved = SLOPES @ covariance @ design.T @ divided(error, ALONE, NOISE_M)
+        variance = variance + moved**2
+    return np.sqrt(variance)
+
+
+def learnt(*changes):
+    """An unknown of the fit, or several of one deviation, by what a unit of each changes."""
+
+    def of(std):
+        return {"learnt": changes, "known": np.diag([0, 0] + [std**-2] * len(changes))}
+
+    return of
+
+
+def shares(std):
+    """Known each by itself, and from one to the next."""
+    known = np.eye(4) / SHARE_STD**2
+    known[:2] = 0
+    known[2:, 2:] += np.array([[1, -1], [-1, 1]]) / std**2
+    return {"learnt": [by_share(tau) for tau in TAU_S], "known": known}
+
+
+def error_of(change):
+    return lambda std: {"error": std * change}
+
+
+def added(*moves):
+    """By how much a unit moves E*, E and nu."""
+    return lambda std: {"added": std * np.array(moves)}
+
+
+def depths(variance):
+    return lambda std: {"depth_covariance": ALONE + variance(std)}
+
+
+def alike(std_m):
+    """Errors of depths of the same place and time: within 2 mm and 2 s."""
+    way, time = np.subtract.outer(DEPTH_M, DEPTH_M), np.subtract.outer(TIME_S, TIME_S)
+    return std_m**2 * np.exp(-((way / 0.002) ** 2) / 2 - np.abs(time / 2))
+
+
+# By field: its line of the budget, a deviation, and what that does.
+TERMS = {
+    "force_scale_std": ("scale of the force", 0.02, error_of(by_force(FORCE_N))),
+    "force_zero_std_n": ("zero of the force", 0.02, error_of(by_force(np.ones_like(FORCE_N)))),
+    "force_drift_std_n": (
+        *("drift of the force", 0.05),
+        error_of(by_force(TIME_S / PRESS.time_s[-1])),
+    ),
+    # A tenth of the made-up force goes across.
+    "force_axes_std_rad": ("axes of the force sensor", 0.2, error_of(by_force(0.1 * FORCE_N))),
+    "radius_std_m": ("radius of the sphere", 3e-4, error_of(by_force(FORCE_N / (2 * RADIUS_M)))),
+    "curvature_std_per_m": (
+        *("curvature of the template", 8.0),
+        error_of(by_force(FORCE_N * RADIUS_M / 2)),
+    ),
+    "board_scale_std": ("side of the board", 0.02, error_of(stacked(DEPTH_M, 0.0))),
+    "compliance_std_m_n": ("compliance of the probe", 2e-4, error_of(stacked(FORCE_N, 0.0))),
+    "log_youngs_modulus": ("indentation table: force", 0.03, added(1.0, 1.0, 0.0)),
+    "nu": ("indentation table: motion", 0.03, added(0.0, 0.0, 1.0)),
+    "nu_loose": ("friction of the foot", 0.08, added(0.0, E_BY_NU, 1.0)),
+    "fraction_std": ("relaxing shares", 0.05, learnt(*map(by_share, TAU_S))),
+    "fraction_step_std": ("relaxing shares of neighbouring times", 0.1, shares),
+    "gain_std": ("scale of the camera", 0.005, learnt(stacked(0.0, surface()))),
+    "force_law_std": ("law of the force", 0.3, learnt(by_force(-softer() * FORCE_N))),
+    "motion_law_std": ("law of the motion", 0.5, learnt(stacked(0.0, second_law()))),
+    "poisson_ratio_std": ("Poisson's ratio", 0.01, lambda std: {"known": np.diag([0, std**-2])}),
+    "offset_std_m": ("zero of the depth", 2e-4, learnt(stacked(1.0, 0.0))),
+    # The surface is seen at the other moment too.
+    "clock_std_s": ("clocks", 0.1, learnt(stacked(SPEED_M_S, surface(SPEED_M_S)))),
+    "shift_std_m": ("zero of the motion", 1e-4, learnt(stacked(0.0, 1.0))),
+    "place_std_m": (
+        *("place of the contact", 3e-3),
+        learnt(*map(by_place, np.eye(2))),
+    ),
+    # Tip and surface go down together.
+    "sinking_std_m": ("sinking", 2e-4, learnt(stacked(LOAD, -LOAD[:, None]))),
+    # The foot lies under the contact.
+    "rocking_std_rad": (
+        *("rocking", 3e-3),
+        learnt(*(stacked(0.0, np.outer(LOAD, across)) for across in PRESS.cell_m.T[:2])),
+    ),
+    "tip_std_m": (
+        *("noise of the depth", 2e-4),
+        lambda std: {"depth_covariance": ALONE * (std / NOISE_M) ** 2},
+    ),
+    "force_std_n": (
+        *("noise of the depth", 0.05),
+        depths(lambda std: np.diag((2 / 3 * DEPTH_M / FORCE_N * std) ** 2)),
+    ),
+    "depth_pattern_std_m": ("noise of the depth", 2e-4, depths(alike)),
+    "moved_std_m": ("noise of the motion", 2e-4, lambda std: {"motion_std_m": std}),
+}
+BESIDE = {
+    "fraction_step_std": {"fraction_std": SHARE_STD},
+    "poisson_ratio_std": {"poisson_ratio": NU},
+}
+# What is measured; options have another name for one, and of the noise comes what is divided by.
+MEASURED = {one.name for one in fields(DirectIndentation) if "_std" in one.name}
+MEASURED -= {"pattern_std_m", "noise_std_m"}
+FIELDS = {one.name for one in fields(Fit) if "_std" in one.name} - {"model_std"}
+FIELDS |= {one.name for one in (*fields(Rig), *fields(ModelStd))} | MEASURED
+
+
+def with_term(field, std):
+    """A press and options with noise and this term alone."""
+    options, press = replace(NOTHING, **BESIDE.get(field, {})), PRESS
+    for name in ("rig", "model_std"):
+        if hasattr(block := getattr(options, name), field):
+            options = replace(options, **{name: replace(block, **{field: std})})
+    if hasattr(options, field):
+        options = replace(options, **{field: std})
+    elif hasattr(press, field):
+        press = replace(press, **{field: np.zeros_like(getattr(press, field)) + std})
+    return options, as_options_say(press, options)
+
+
+def estimate(options, *presses):
+    """What the estimate says of presses at the truth, without a fit."""
+    presses = tuple(with_depth_errors(one, TRUTH, options, likeliest=False) for one in presses)
+    scales = (Scales(),) * len(presses)
+    lines = [linearised(one, TRUTH, times_s=np.array(TAU_S)) for one in presses]
+    blocks = tuple(map(blocks_of, presses, lines, scales))
+    best = Solution((TRUTH,) * len(presses), 0.0, scales, blocks, presses, True)
+    covariance = covariance_of(best, options)
+    moduli = quantities_of(best, covariance, options, radius_m=RADIUS_M)
+    budget = budget_of(best, covariance, moduli, options, radius_m=RADIUS_M)
+    return budget, intervals(best, covariance, moduli, budget, options)
+
+
+def budget(options, *presses):
+    return estimate(options, *presses)[0]
+
+
+def line(budget, name):
+    (found,) = (one for one in budget.sources if one.name == name)
+    return found
+
+
+@pytest.mark.parametrize("field", sorted(FIELDS))
+def test_a_term_alone_is_what_its_first_order_says(field):
+    """A new field has no case, and fails."""
+    source, std, does = TERMS[field]
+    alone, hardly = (budget(*with_term(field, value)) for value in (std, std / 100))
+    assert alone.std[JUDGED] == pytest.approx(by_hand(**does(std)), rel=0.02)
+    assert hardly.std[JUDGED] == pytest.approx(by_hand(**does(std / 100)), rel=0.02)
+    assert (alone.std[JUDGED] > 1.1 * hardly.std[JUDGED]).any()
+    assert line(alone, source).std > 0
+
+
+# Errors that each press has anew; of all others a further press says next to nothing.
+ANEW = {"force_zero_std_n", "force_drift_std_n", "depth_pattern_std_m", *MEASURED}
+
+
+@pytest.mark.parametrize("field", sorted(FIELDS))
+def test_what_a_second_press_has_anew(field):
+    """One foot settles alike under both."""
+    source, std, _ = TERMS[field]
+    options, press = with_term(field, std / 100)
+    one, two = (line(budget(options, *presses), source) for presses in ([press], [press] * 2))
+    fewer = np.sqrt(2) if field in ANEW else 1
+    largest = int(np.argmax(one.contributions))
+    assert two.contributions[largest] == pytest.approx(one.contributions[largest] / fewer, rel=0.08)
+
+
+def test_a_foot_that_sticks_or_is_small_has_no_friction_to_doubt():
+    options, press = with_term("nu_loose", 0.08)
+    names = {one.name for one in budget(options, replace(press, broad_foot=False)).sources}
+    assert "friction of the foot" not in names
+
+
+def test_what_captures_have_for_themselves_is_known_by_name():
+    prior = prior_of([PRESS, PRESS], NOTHING)
+    own = np.abs(prior.rows[:, -2 * OWN :]).sum(axis=1) > 0
+    assert {name for name, it in zip(prior.sources, own, strict=True) if it} == set(OWN_SOURCES)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 6])
+def test_captures_that_are_apart(count):
+    """Forces of other scales: E* is their mean, and knows it by their scatter."""
+    errors = np.linspace(-0.05, 0.05, count) if count > 1 else np.zeros(1)
+    alike = budget(NOTHING, *[PRESS] * count)
+    apart = budget(NOTHING, *(replace(PRESS, force_n=PRESS.force_n * (1 + e)) for e in errors))
+    assert "captures apart" not in {one.name for one in alike.sources}
+    if count == 1:
+        return
+    found, variance = line(apart, "captures apart"), errors.var(ddof=1) / count
+    told = sum(line(apart, f"noise of the {kind}").contributions[0] ** 2 for kind in KINDS)
+    assert found.contributions[0] == pytest.approx(np.sqrt(variance - told), rel=0.02)
+    assert (found.freedom == count - 1).all()
+
+
+def test_an_interval_is_student_s_quantile_of_what_the_budget_holds():
+    """Each part of the data that errs by itself is a degree of freedom, as far as it counts."""
+    budget, moduli = estimate(NOTHING, PRESS)
+    covariance, design = covariance_by_hand()
+    parts = (SLOPES @ covariance @ design.T) ** 2
+    of_depths, of_motions = np.split(parts, [len(DEPTH_M)], axis=1)
+    patches = np.broadcast_to(PRESS.cluster, PRESS.moved_m.shape).ravel()
+    of_patches = np.stack([of_motions[:, patches == k].sum(1) for k in set(patches)], axis=1)
+    fourth = 0.0
+    for shares in (of_depths, of_patches):
+        count = shares.sum(axis=1) ** 2 / (shares**2).sum(axis=1)
+        fourth = fourth + shares.sum(axis=1) ** 2 / (np.maximum(count, 4) - 1)
+    freedom = parts.sum(axis=1) ** 2 / fourth
+    assert budget.freedom[JUDGED] == pytest.approx(freedom, rel=0.01)
+    half = t.ppf(0.975, freedom) * np.sqrt(parts.sum(axis=1))
+    star, nu = (moduli[name] for name in ("reduced_modulus_pa", "poisson_ratio"))
+    assert np.log([star.value / star.low, star.high / star.value]) == pytest.approx(
+        half[0], rel=0.01
+    )
+    assert [nu.value - nu.low, nu.high - nu.value] == pytest.approx([half[2]] * 2, rel=0.01)
+
+
+def test_patches_that_scatter_more_than_is_stated_widen_their_noise():
+    pushed_m = np.where(PRESS.cluster % 2 == 0, 1e-4, -1e-4)
+    stated, found = (
+        line(budget(NOTHING, replace(PRESS, moved_m=PRESS.moved_m + more)), "noise of the motion")
+        for more in (0.0, pushed_m)
+    )
+    covariance, design = covariance_by_hand()
+    each = []
+    for patch in set(PRESS.cluster):
+        error = divided(stacked(0.0, pushed_m * (PRESS.cluster == patch)), ALONE, NOISE_M)
+        each.append(SLOPES @ covariance @ design.T @ error)
+    scatter = np.sqrt(np.square(each).sum(axis=0))
+    assert found.contributions[JUDGED] == pytest.approx(scatter, rel=0.05)
+    assert (found.contributions > 2 * stated.contributions)[JUDGED].all()
+
+
+def test_e_after_a_second_has_the_doubt_of_what_relaxes_till_then():
+    of = TERMS["fraction_std"][2](0.05)
+    slopes = np.array([1, 0, *np.expm1(-1 / np.array(TAU_S))])
+    later = np.sqrt(slopes @ covariance_by_hand(**of)[0] @ slopes)
+    found = budget(*with_term("fraction_std", 0.05)).std
+    assert found[NAMES.index("youngs_modulus_1s_pa")] == pytest.approx(later, rel=0.02)
+    assert later < 0.8 * found[NAMES.index("youngs_modulus_pa")]
+
+
+def test_depths_of_one_place_and_time_err_together():
+    press = replace(PRESS, pattern_std_m=2e-4)
+    root = with_depth_errors(press, TRUTH, NOTHING, likeliest=False).depth_root_m
+    assert root @ root.T == pytest.approx(ALONE + alike(2e-4), rel=1e-6, abs=1e-14)

@@ -1,0 +1,182 @@
+"""One door: whichever way a capture comes in, its files and its devices' are held to one list."""
+
+import re
+import shutil
+
+import cv2
+import numpy as np
+import palpate
+import pandas as pd
+import pytest
+import yaml
+from palpate.__main__ import main
+from palpate.capture.images import mosaic_rggb
+from palpate.estimate.hertz.range import force_onset
+from palpate.press import press_of
+from palpate.run.options import Config
+from palpate.vision.force import FORCE
+
+OBJECT, CAPTURE = "raw/toy_cow", "raw/toy_cow/bench_cam/back"
+PROBE = "config/probes/bench_probe.yaml"
+
+
+@pytest.fixture
+def bench(root, tmp_path, monkeypatch):
+    """The own object with one capture, and its devices, as the current folder."""
+    own = root / "tests/own_object"
+    for name in ("sensors", "probes"):
+        shutil.copytree(own / name, tmp_path / "config" / name)
+    shutil.copytree(
+        own / OBJECT, tmp_path / OBJECT, ignore=shutil.ignore_patterns("back-a02", "*.part")
+    )
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def change(path, **blocks):
+    """Change fields of a YAML file's blocks."""
+    spec = yaml.safe_load(path.read_text())
+    for name, value in blocks.items():
+        spec[name] = spec[name] | value if isinstance(value, dict) else value
+    path.write_text(yaml.safe_dump(spec))
+
+
+def halve_depth(bench):
+    for path in (bench / CAPTURE / "depth").glob("*.png"):
+        cv2.imwrite(str(path), cv2.imread(str(path), cv2.IMREAD_UNCHANGED)[::2, ::2].copy())
+
+
+def lose_depth(bench):
+    path = bench / CAPTURE / "frames.csv"
+    pd.read_csv(path).drop(columns="depth").to_csv(path, index=False)
+
+
+def double_radius(bench):
+    change(bench / PROBE, indenter={"radius_m": 0.012})
+
+
+def mirror(bench):
+    rows = yaml.safe_load((bench / PROBE).read_text())["marker_from_force"]
+    change(bench / PROBE, marker_from_force=(np.diag([1, 1, -1, 1]) @ np.array(rows)).tolist())
+
+
+def narrow_exclusion(bench):
+    change(bench / PROBE, exclusion={"radius_m": 0.004})
+
+
+def point_nowhere(bench):
+    path = bench / OBJECT / "object.yaml"
+    spec = yaml.safe_load(path.read_text())
+    spec["points"]["back"]["direction"] = [0, 0, 0]
+    path.write_text(yaml.safe_dump(spec))
+
+
+SPOILT = {
+    halve_depth: "depth/000000.png: depth: expected 432 x 400 pixels, found 216 x 200",
+    lose_depth: "back/frames.csv: columns: expected depth, found frame, time_s, color",
+    double_radius: "bench_probe.yaml: exclusion.tip_radius_m: expected indenter.radius_m 0.012 to",
+    mirror: "marker_from_force: expected a rotation and a shift, found a mirrored one",
+    narrow_exclusion: "exclusion.radius_m: expected indenter.radius_m 0.006 or more, found 0.004",
+    point_nowhere: "object.yaml: points.back.direction: expected a direction, found zeros",
+}
+
+
+@pytest.mark.parametrize("spoil", SPOILT)
+def test_every_way_in_makes_every_check(bench, spoil, capsys):
+    spoil(bench)
+    with pytest.raises(ValueError) as refused:
+        palpate.open_capture(CAPTURE)
+    assert main(["check"]) == 1
+    checked = capsys.readouterr().out
+    assert main(["direct", OBJECT, "--fast"]) == 1
+    told = capsys.readouterr()
+    assert not told.out
+    (direct,) = told.err.splitlines()
+    for line in (str(refused.value), checked, direct):
+        assert SPOILT[spoil] in line
+
+
+def test_a_recording_under_two_names_is_told_before_the_work(bench, capsys):
+    shutil.copytree(bench / CAPTURE, bench / f"{CAPTURE}-a02")
+    assert main(["direct", OBJECT, "--fast"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "back-a02/force.csv: content: expected another recording" in line
+
+
+def scale_force(bench, factor):
+    path = bench / CAPTURE / "force.csv"
+    table = pd.read_csv(path)
+    table.iloc[:, 1:] *= factor
+    table.to_csv(path, index=False)
+
+
+def halve_colour(bench):
+    """Colour of half the size, with the focal length of the whole."""
+    images = (bench / OBJECT / "bench_cam").glob("*/color/*.png")
+    for path in images:
+        samples = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+        rgb = cv2.cvtColor(samples, cv2.COLOR_BayerBG2BGR)[::2, ::2]
+        cv2.imwrite(str(path), mosaic_rggb(rgb[..., ::-1].copy()))
+    small = {"width_px": 216, "height_px": 200, "cx_px": 107.3, "cy_px": 101.5}
+    change(bench / "config/sensors/bench_cam.yaml", color=small)
+
+
+def hide_board(bench):
+    path = bench / CAPTURE / "color/000011.png"
+    cv2.imwrite(str(path), np.full((400, 432), 120, np.uint8))
+
+
+# What the long work would be for: told at once by `palpate check`, and by what estimates.
+IMPLAUSIBLE = {
+    "a force in millinewtons": (
+        lambda bench: scale_force(bench, 1e3),
+        "force.csv: expected at most 500 N from a hand, found 1719 N",
+    ),
+    "a force in kilonewtons": (
+        lambda bench: scale_force(bench, 1e-3),
+        "force: expected above 0.1 N, found at most 0.00598 N",
+    ),
+    "a pull": (
+        lambda bench: scale_force(bench, -1),
+        "force.csv: expected the press of 1.72 N along the probe, found it 176 degrees off",
+    ),
+    "squares of 25 mm": (
+        lambda bench: change(bench / PROBE, marker={"square_m": 0.025}),
+        r"marker.square_m: expected the board 0.526 m away, where depth shows it, found it at"
+        r" 0.657 m by its corners \(squares of 0.02 m for 0.025\?",
+    ),
+    "colour of half the size": (
+        halve_colour,
+        "marker.square_m: expected the board 0.540 m away, .* images of another size than"
+        " 216 x 200 px with fx_px 540?",
+    ),
+    "corners counted down and across": (
+        lambda bench: change(bench / PROBE, marker={"inner_corners": [3, 4]}),
+        r"probe: expected to press within 45 degrees of the declared direction, found it 85 beside"
+        r" it \(marker.inner_corners 4, 3 in the probe's file\?\)",
+    ),
+    "a board that is hidden at the end": (
+        hide_board,
+        "marker: expected in the first and last frame, found it lost in frame 11",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", IMPLAUSIBLE)
+def test_a_check_refuses_what_needs_no_long_work_to_see(bench, name, capsys):
+    spoil, line = IMPLAUSIBLE[name]
+    spoil(bench)
+    assert main(["check"]) == 1
+    told = capsys.readouterr().out
+    assert "nothing wrong" not in told
+    assert re.search(f"{CAPTURE}: {line}", told), told
+    with pytest.raises(ValueError, match=line):
+        capture = palpate.open_capture(CAPTURE)
+        press = press_of(capture, Config())
+        force_onset(np.linalg.norm(press.wrenches[FORCE], axis=1), onset_force_n=0.1)
+
+
+def test_a_check_takes_the_configurations_thresholds(bench, capsys):
+    (bench / "config/config.yaml").write_text("hertz: {onset_force_n: 2.0}\n")
+    assert main(["check"]) == 1
+    assert "force: expected above 2 N, found at most 1.7" in capsys.readouterr().out

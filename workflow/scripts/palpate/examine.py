@@ -1,0 +1,170 @@
+"""A long look into an object's folder: all that is wrong, what is doubtful, what is there.
+
+`palpate.capture.check` holds the files to the format, which the workflow does before each run.
+This looks at what they hold: template, board, force, depth.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from palpate.capture.capture import Capture
+from palpate.capture.check import checked_object
+from palpate.capture.check_curves import declared_curve
+from palpate.capture.discover import CURVE_END, SensorFolder, curve_files
+from palpate.capture.examine_force import examine_force
+from palpate.capture.examine_template import examine_template
+from palpate.capture.findings import Findings
+from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS, sampled_s
+from palpate.capture.schema import load_yaml
+from palpate.capture.tables import FORCE, read_table
+from palpate.estimate.hertz.range import force_onset
+from palpate.press import Press, press_of
+from palpate.run.options import Config
+from palpate.vision.examine_frames import examine_frames, examine_scene
+from palpate.vision.force import AVERAGED_S, zeroed
+from palpate.vision.force import FORCE as COMPONENTS
+
+# Texts that a person may take for curves.
+TEXTS = (".txt", ".dat", ".tsv", ".asc")
+
+
+def examine_object(
+    folder: str | Path,
+    sensors: Mapping,
+    probes: Mapping,
+    config: Config | None = None,
+    optics_of: Callable[[str], Path | None] = lambda sensor: None,
+) -> Findings:
+    """Look into all that was dropped in for one object.
+
+    Parameters
+    ----------
+    folder : path
+        ``raw/<object>``.
+    sensors, probes : mapping
+        Specifications by name; None of a file that is wrong, to which nothing is held.
+    config : Config, optional
+        The options that an estimate would have.
+    optics_of : callable, optional
+        Gives calibration.json of a sensor by name, where a run has made it.
+
+    Returns
+    -------
+    Findings
+        Lines on contents just of those files that are right by their format.
+    """
+    folder = Path(folder)
+    checked = checked_object(folder, sensors, probes)
+    result = Findings(checked.problems)
+    of_sensors = tuple(str(place.folder) for place in checked.listed)
+    if any(not line.startswith(of_sensors) for line in checked.problems):
+        return result
+    spec = load_yaml(folder / "object.yaml")
+    result += examine_template(folder, spec)
+    result += _curves(folder, spec)
+    for place in checked.listed:
+        sensor, probe = sensors.get(place.folder.name), probes[spec["probe"]]
+        if sensor is not None and probe is not None:
+            opened = [Capture(path, spec, sensor, probe) for path in place.captures]
+            optics = optics_of(place.folder.name)
+            result += _sensor(place, checked.right, opened, config or Config(), optics)
+    return result
+
+
+def _curves(folder: Path, spec: Mapping) -> Findings:
+    """What an object's curves hold; those that nothing is declared of are doubtful."""
+    found = curve_files(folder)
+    if "curves" not in spec:
+        lone = [path for path in found if path.stem.partition("-")[0] in spec["points"]]
+        line = "not used: object.yaml declares no curves"
+        return Findings(doubts=tuple(f"{path}: {line}" for path in lone))
+    curves = {path: declared_curve(path, spec) for path in found}
+    doubts = [f"{path}: {line}" for path, one in curves.items() for line in one.doubts]
+    others = [path for path in folder.iterdir() if path.suffix in TEXTS and path.is_file()]
+    for path in sorted(others):
+        if path.stem.partition("-")[0] in spec["points"]:
+            doubts.append(f"{path}: not used: a curve's name ends with {CURVE_END}")
+    told = tuple(f"curve {path.stem}: {one.read}" for path, one in curves.items())
+    return Findings(doubts=tuple(doubts), found=told)
+
+
+def _sensor(
+    place: SensorFolder,
+    right: frozenset[Path],
+    captures: Sequence[Capture],
+    config: Config,
+    optics: Path | None,
+) -> Findings:
+    """Look into one sensor's background and captures, as far as they are right by their format."""
+    if not captures:
+        return Findings((f"{place.folder}: folder: expected captures, found none",))
+    result, has_background = Findings(), place.background in right
+    for capture in captures:
+        if capture.folder in right:
+            result += _capture(capture, config, optics, has_background=has_background)
+    # What is wrong with a background comes up with each of its captures.
+    return replace(result, wrong=tuple(dict.fromkeys(result.wrong)))
+
+
+def _capture(
+    capture: Capture, config: Config, optics: Path | None, *, has_background: bool
+) -> Findings:
+    folder, found = capture.folder, Findings()
+    try:
+        found += examine_frames(folder, capture.sensor)
+        if has_background:
+            press = press_of(capture, config, optics)
+            least = config.hertz.onset_force_n
+            found += examine_scene(folder, capture.background, capture.sensor)
+            force_onset(np.linalg.norm(press.wrenches[COMPONENTS], axis=1), onset_force_n=least)
+            found += _press(capture, press, config)
+    except ValueError as error:
+        line = str(error)
+        place = line.startswith(str(folder.parent))
+        found += Findings((line if place else f"{folder}: {line}",))
+    text = f"{folder.parent.name}/{folder.name}: {', '.join(found.found)}"
+    return Findings(found.wrong, found.doubts, (text,))
+
+
+def _press(capture: Capture, press: Press, config: Config) -> Findings:
+    """Board and force of a press that nothing speaks against."""
+    seen, frames_s = press.poses["detected"], press.poses["time_s"].to_numpy(float)
+    found = Findings(found=(f"board in {seen.sum()} of {len(seen)} frames",))
+    known = zeroed(capture.force, capture.probe, config.force.bias_window_s, frames_s[0])
+    count = round(AVERAGED_S * (len(known.time_s) - 1) / np.ptp(known.time_s))
+    found += examine_force(
+        capture.folder,
+        known.time_s,
+        uniform_filter1d(known.wrench[:, :3], max(1, count), axis=0, mode="nearest"),
+        known.within(known.time_s),
+        frames_s + press.clock.offset_s,
+        onset_n=config.hertz.onset_force_n,
+    )
+    offset_ms, std_ms = 1e3 * press.clock.offset_s, 1e3 * press.clock.std_s
+    told = (
+        *told_of(capture.folder, known.columns),
+        f"its clock {offset_ms:+.0f} +- {std_ms:.0f} ms",
+    )
+    return found + Findings(found=told)
+
+
+def told_of(folder: Path, taken: Sequence[str]) -> Iterator[str]:
+    """Say what was made of a record's stamps and of its columns, where another might be expected.
+
+    Parameters
+    ----------
+    folder : Path
+        Of a capture.
+    taken : sequence of str
+        Columns of force.csv that were.
+    """
+    raw = read_table(folder / FORCE)
+    burst = sampled_s(raw["time_s"].to_numpy(float))[1]
+    if burst > 1:
+        yield f"its stamps in bursts of {burst:.0f} samples, which were spread"
+    if {*GAUGE_COLUMNS, *WRENCH_COLUMNS} <= set(raw.columns):
+        yield f"volts and newtons, of which {taken[0]}..{taken[-1]} were taken"

@@ -1,0 +1,175 @@
+"""Whether a capture's two streams show the probe's board at the same places.
+
+The board moves by some millimetres in a capture, and both streams show it: a depth image how far
+away it is, the other image of a stereo head in which rows and columns. Where the two disagree and
+would agree in another order, the images are not in theirs; where one is always farther away than
+the other, the board's squares or the sensor's optics are not what their files say.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from palpate.capture.depth import depth_of
+from palpate.capture.images import read_image
+from palpate.capture.tables import FRAMES, image_streams, read_frames
+from palpate.units import MILLIMETRES
+from palpate.vision.camera import PinholeCamera, camera_from_spec
+from palpate.vision.marker import board_points, find_corners
+from palpate.vision.probe import marker_transforms
+from palpate.vision.windows import grey
+
+# With fewer frames chance could do it.
+FEWEST_FRAMES = 8
+# Parts of the board's motion (standard deviation): so far the streams must disagree, by their root
+# mean square and in each of some frames, and so well agree when each is sorted by what it shows.
+# Noise of the depth as large as the motion itself makes 0.41 when sorted.
+DISAGREE, DISAGREE_EACH, AGREE_SORTED = 1.0, 0.5, 0.2
+FEWEST_OFF = 3
+# Less is noise [mm, px].
+LEAST = 1.0
+# A depth camera's error, its calibration's and the corners' are some per cent together.
+LARGEST_SCALE = 1.08
+# Of the squares around the inner corners, how much counts as board; pixels with depth on it.
+BORDER, FEWEST_READINGS = 0.6, 20
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """Root mean square of how far two streams are apart, as given and when both are sorted."""
+
+    given: float
+    resorted: float
+
+
+def disagreement(first: ArrayLike, second: ArrayLike) -> Disagreement | None:
+    """Compare one motion as two streams show it.
+
+    Parameters
+    ----------
+    first, second : (n,) array
+        The same coordinate in each frame, but for a constant [mm or px].
+
+    Returns
+    -------
+    Disagreement or None
+        None unless it is the frames' order that is wrong, and nothing else.
+    """
+    one, other = (np.asarray(values, dtype=float) for values in (first, second))
+    if len(one) < FEWEST_FRAMES:
+        return None
+    one, other = one - one.mean(), other - other.mean()
+    moved = one.std()
+    off = other - one
+    found = Disagreement(float(off.std()), float((np.sort(other) - np.sort(one)).std()))
+    each = np.sort(np.abs(off - np.median(off)))[-FEWEST_OFF]
+    disagree = found.given >= max(LEAST, DISAGREE * moved) and each >= DISAGREE_EACH * moved
+    return found if disagree and found.resorted <= AGREE_SORTED * moved else None
+
+
+def require_agreement(
+    folder: str | Path, sensor: Mapping, marker: Mapping, poses: pd.DataFrame
+) -> None:
+    """Refuse a capture whose second stream shows the board elsewhere than its first.
+
+    Parameters
+    ----------
+    folder : path
+    sensor : mapping
+        The sensor's specification.
+    marker : mapping
+        Of the probe's specification.
+    poses : DataFrame
+        Of `palpate.vision.probe.track_probe`, of the first stream.
+
+    Raises
+    ------
+    ValueError
+        If the board is nearer or farther by its corners, or the order of the frames is another.
+    """
+    folder, (first, stream) = Path(folder), image_streams(sensor)
+    names = read_frames(folder)[stream]
+    seen = np.flatnonzero(poses["detected"] == 1)
+    paths, boards = [folder / names[k] for k in seen], marker_transforms(poses.iloc[seen])
+    compared, unit = (_in_pairs, "px") if sensor["kind"] == "stereo" else (_in_depths, "mm")
+    found = compared(paths, boards, sensor, marker)
+    if not len(found):
+        return
+    _require_scale(found[:, 2:], sensor, marker, stream)
+    order = disagreement(*found[:, :2].T)
+    if order is not None:
+        expected = f"the board where {first} shows it, frame by frame"
+        line = f"found it {order.given:.1f} {unit} off, {order.resorted:.1f} {unit} in another"
+        raise ValueError(f"{folder / FRAMES}: {stream}: expected {expected}, {line} order")
+
+
+def _require_scale(distances_m: NDArray, sensor: Mapping, marker: Mapping, stream: str) -> None:
+    """Hold the board's distance by its corners to that by the second stream, (n, 2) [m]."""
+    by_corners, by_stream = np.median(distances_m, axis=0)
+    scale = by_corners / by_stream
+    if 1 / LARGEST_SCALE <= scale <= LARGEST_SCALE:
+        return
+    square_m = marker["square_m"]
+    color = sensor["color"]
+    raise ValueError(
+        f"marker.square_m: expected the board {by_stream:.3f} m away, where {stream} shows it,"
+        f" found it at {by_corners:.3f} m by its corners (squares of {square_m / scale:.3g} m for"
+        f" {square_m:g}? images of another size than {color['width_px']} x {color['height_px']} px"
+        f" with fx_px {color['fx_px']:g}?)"
+    )
+
+
+def _in_pairs(paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: Mapping) -> NDArray:
+    """Mean row of the board in both rectified images [px], and its distance by both [m], (n, 4)."""
+    camera, points_m = camera_from_spec(sensor["color"]), board_points(marker)
+    found = []
+    for path, board in zip(paths, boards, strict=True):
+        right = find_corners(grey(read_image(path, sensor["color"]["encoding"])), marker)
+        if right is None:
+            continue
+        places_m = points_m @ board[:3, :3].T + board[:3, 3]
+        left = camera.project(places_m)
+        disparity = float((left - right)[:, 0].mean())
+        away_m = camera.fx_px * sensor["stereo"]["baseline_m"] / max(disparity, 1e-3)
+        found.append((left[:, 1].mean(), right[:, 1].mean(), places_m[:, 2].mean(), away_m))
+    return np.array(found)
+
+
+def _in_depths(paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: Mapping) -> NDArray:
+    """Distance of the board by its corners and by the depth images, (n, 4) [mm, mm, m, m].
+
+    Both are taken where the board is in all depth images, as the corners say, so that an image
+    says the same whichever corners it is held to.
+    """
+    camera, spec = camera_from_spec(sensor["depth"]), sensor["depth"]
+    boards = np.linalg.inv(np.array(spec["color_from_depth"])) @ boards
+    places_px = _always_board(boards, camera, marker)
+    if len(places_px) < FEWEST_READINGS:
+        return np.zeros((0, 4))
+    rays, normals = camera.rays(places_px), boards[:, :3, 2]
+    planes_m = np.einsum("fi,fi->f", normals, boards[:, :3, 3])[:, None] / (normals @ rays.T)
+    usual_m, found = planes_m.mean(axis=0), []
+    for path, plane_m in zip(paths, planes_m, strict=True):
+        seen_m = depth_of(read_image(path, spec["encoding"]), spec)[tuple(places_px.T[::-1])]
+        if np.isfinite(seen_m).sum() >= FEWEST_READINGS:
+            off = (plane_m - usual_m).mean(), np.nanmedian(seen_m - usual_m)
+            found.append((*np.multiply(off, MILLIMETRES), plane_m.mean(), np.nanmedian(seen_m)))
+    return np.array(found)
+
+
+def _always_board(boards: NDArray, camera: PinholeCamera, marker: Mapping) -> NDArray:
+    """Pixels of the depth image that show the board in all frames, (n, 2)."""
+    columns, rows = marker["inner_corners"]
+    ends = np.array([[0, 0], [columns - 1, 0], [columns - 1, rows - 1], [0, rows - 1]])
+    outer = ends + BORDER * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    outer_m = marker["square_m"] * np.column_stack([outer, np.zeros(4)])
+    shown = np.ones((camera.height_px, camera.width_px), np.uint8)
+    for board in boards:
+        pixels = camera.project(outer_m @ board[:3, :3].T + board[:3, 3])
+        shown &= cv2.fillConvexPoly(np.zeros_like(shown), np.rint(pixels).astype(np.int32), 1)
+    return np.argwhere(shown)[:, ::-1]

@@ -1,0 +1,103 @@
+"""Whether a capture's pictures show the object and plausible depths, in time."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from palpate.capture.depth import depth_of
+from palpate.capture.findings import Findings
+from palpate.capture.streams import Stream
+from palpate.capture.tables import FRAMES, read_frames
+from palpate.vision.windows import grey
+
+# A frame's grey levels.
+DARKEST, BRIGHTEST = 15, 240
+# Grey levels that tell a thing from the background, and parts of the picture it takes.
+CHANGED, BLUR_PX = 20, 7
+LEAST_CHANGED, MOST_CHANGED = 0.003, 0.6
+# Times the usual time between frames.
+LONGEST_GAP = 3.0
+LEAST_DEPTH_SHARE = 0.3
+
+
+def examine_frames(folder: Path, sensor: Mapping) -> Findings:
+    """Look into a capture's frames.
+
+    Parameters
+    ----------
+    folder : Path
+        ``raw/<object>/<sensor>/<capture>``, whose images are right by their size and kind.
+    sensor : mapping
+        The sensor's specification.
+
+    Returns
+    -------
+    Findings
+    """
+    first = grey(Stream(folder, sensor)[0])
+    found = _timing(folder, read_frames(folder), first.shape) + _light(folder, first)
+    return found + (_depths(folder, sensor) if "depth" in sensor else Findings())
+
+
+def examine_scene(folder: Path, background: Path, sensor: Mapping) -> Findings:
+    """Whether a capture's first frame shows something new, and the scene is the background's."""
+    images = (grey(Stream(place, sensor)[0]) for place in (folder, background))
+    smooth = [cv2.blur(image, (BLUR_PX, BLUR_PX)).astype(int) for image in images]
+    share = float((np.abs(smooth[0] - smooth[1]) > CHANGED).mean())
+    if share < LEAST_CHANGED:
+        expected = "object and probe, which the background must not hold"
+        line = f"{folder}: frames: expected {expected}, found {share:.2%} of the picture changed"
+        return Findings(doubts=(line,))
+    if share > MOST_CHANGED:
+        expected = "the background's scene (same place, same light)"
+        line = f"{folder}: frames: expected {expected}, found {share:.0%} of the picture changed"
+        return Findings(doubts=(line,))
+    return Findings(found=(f"{share:.0%} of the picture new",))
+
+
+def _timing(folder: Path, frames: pd.DataFrame, shape: tuple[int, int]) -> Findings:
+    time = frames["time_s"].to_numpy(float)
+    steps = np.diff(time)
+    usual, longest = float(np.median(steps)), float(steps.max())
+    doubts = ()
+    if longest > LONGEST_GAP * usual:
+        expected = f"frames about {usual:.3f} s apart"
+        doubts = (
+            f"{folder / FRAMES}: time_s: expected {expected}, found a gap of {longest:.2f} s",
+        )
+    seconds = f"{time[-1] - time[0]:.2f} s"
+    text = f"{len(frames)} frames over {seconds} ({1 / usual:.1f} Hz), {shape[1]} x {shape[0]} px"
+    return Findings(doubts=doubts, found=(text,))
+
+
+def _light(folder: Path, first: NDArray) -> Findings:
+    level = float(first.mean())
+    if DARKEST <= level <= BRIGHTEST:
+        return Findings()
+    expected = f"grey levels of {DARKEST} to {BRIGHTEST} on average"
+    return Findings(doubts=(f"{folder}: frames: expected {expected}, found {level:.0f}",))
+
+
+def _depths(folder: Path, sensor: Mapping) -> Findings:
+    """Depths of the first frame's middle against the sensor's range."""
+    depth = depth_of(Stream(folder, sensor, "depth")[0], sensor["depth"])
+    h, w = depth.shape
+    middle = depth[h // 4 : -(h // 4), w // 4 : -(w // 4)]
+    known = np.isfinite(middle)
+    low, high = sensor["range_m"]
+    if not known.any():
+        return Findings((f"{folder}: depth: expected readings in the middle, found none",))
+    typical, share = float(np.median(middle[known])), float(known.mean())
+    if not low <= typical <= high:
+        expected = f"{low:g} to {high:g} m (the sensor's range_m)"
+        line = f"{folder}: depth: expected {expected}, found {typical:.3g} m in the middle"
+        return Findings((f"{line} (what does a count stand for?)",))
+    doubts = ()
+    if share < LEAST_DEPTH_SHARE:
+        expected = f"readings in {LEAST_DEPTH_SHARE:.0%} of the middle or more"
+        doubts = (f"{folder}: depth: expected {expected}, found {share:.0%}",)
+    return Findings(doubts=doubts, found=(f"depth in {share:.0%}, {typical:.2f} m",))
