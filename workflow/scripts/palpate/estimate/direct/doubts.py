@@ -62,8 +62,8 @@ def _of_captures(best: Solution) -> Iterator[str]:
     if apart > FAR_ZERO:
         side = "below" if offset_m < 0 else "above"
         yield (
-            f"the force begins {1e3 * abs(offset_m):.1f} mm {side} the surface, {apart:.1f} deviations"
-            " off (radius_m and transforms of the probe, template, clocks?)"
+            f"the force begins {1e3 * abs(offset_m):.1f} mm {side} the surface,"
+            f" {apart:.1f} deviations off (radius_m and transforms of the probe, template, clocks?)"
         )
     angles = np.rad2deg([one.oblique_rad for one in best.indentations])
     if angles.max() > OBLIQUE_DEG:
