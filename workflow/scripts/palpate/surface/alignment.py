@@ -20,6 +20,8 @@ NEIGHBOURHOOD_M = 0.040
 OUTSIDE_M = 1e-4
 # The tip's way from the touch to the peak of the force has a direction from here on [m].
 SHORTEST_WAY_M = 1e-3
+# Each leaves of the way to the first touch less than half, up to 60 degrees off the normal.
+TOUCHING_STEPS = 40
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,19 @@ def align_capture(
     return Alignment(pose, contact, contact_frame, residual)
 
 
+def first_touch(
+    template: Template, point_m: NDArray, direction: NDArray, radius_m: float
+) -> NDArray:
+    """Centre of a sphere that comes along a line through a point and just touches, (3,) [m]."""
+    closest = ClosestPoints(template.vertices_m, template.faces)
+    centre = point_m - radius_m * direction
+    for _ in range(TOUCHING_STEPS):
+        centre = centre + (closest.distance(centre[None])[0] - radius_m) * direction
+    return centre
+
+
 def resting_prior(
+    template: Template,
     support: Support,
     point: Mapping,
     plane: NDArray,
@@ -129,6 +143,7 @@ def resting_prior(
 
     Parameters
     ----------
+    template : Template
     support : Support
     point : mapping
         Declared ``position_m`` and, where the press is not straight down, ``direction``.
@@ -142,12 +157,15 @@ def resting_prior(
     """
     way = tips_m[peak] - tips_m[onset]
     direction = np.array(point.get("direction", -support.up), dtype=float)
+    direction /= np.linalg.norm(direction)
+    position = np.array(point["position_m"], dtype=float)
     return RestingPrior(
         plane,
         support,
-        point_m=np.array(point["position_m"], dtype=float),
-        touched_m=tips_m[onset] - indenter_radius_m * plane[:3],
-        direction=direction / np.linalg.norm(direction),
+        point_m=position,
+        centre_m=first_touch(template, position, direction, indenter_radius_m),
+        tip_m=tips_m[onset],
+        direction=direction,
         way=way / max(float(np.linalg.norm(way)), SHORTEST_WAY_M),
     )
 
