@@ -52,6 +52,13 @@ def pressed(zero_m=0.0, across=0.0, noise_n=NOISE_N, frames=WHOLE, seed=1):
     )
 
 
+def test_the_depths_zero_is_in_doubt_by_tip_and_alignment():
+    indentation, record, _ = pressed()
+    doubt = np.hypot(TIP_STD_M, Hertz().offset_std_m)
+    assert [indentation.depth_std_m, record.contact_std_m] == pytest.approx([doubt, doubt])
+    assert record.frame_std_m == TIP_STD_M
+
+
 def best(press):
     indentation, record, _ = press
     return estimate_hertz(indentation, record, Hertz())["recommended"]

@@ -116,7 +116,14 @@ def test_verdicts():
     relaxes, rigid = fitted(record(seed=4)), fitted(record(terms={"fractions": [], "times_s": []}))
     assert verdict(relaxes, held=True) == "relaxes"
     assert verdict(rigid, held=True) == "none seen"
-    assert verdict(replace(rigid, log_evidence=-0.5), held=True) == "undecided"
+    # Three to one.
+    for ratio, said in (
+        (2.95, "undecided"),
+        (3.05, "relaxes"),
+        (0.34, "undecided"),
+        (0.33, "none seen"),
+    ):
+        assert verdict(replace(rigid, log_evidence=np.log(ratio)), held=True) == said
     assert verdict(relaxes, held=False) == "no hold"
 
 
@@ -220,6 +227,13 @@ def test_press_no_deeper_than_its_errors_gets_an_interval_that_says_so():
     press = ours.depth_m.max() - block["contact_depth_m"]
     assert high / low > np.exp(2 * 1.9 * 1.5 * 1.2e-3 / press)
     assert low < TRUTH < high
+
+
+@pytest.mark.parametrize(("deviations", "shallow"), [(7.7, True), (8.3, False)])
+def test_a_press_of_eight_deviations_is_deep_enough(deviations, shallow):
+    rigid = record(terms={"fractions": [], "times_s": []}, frame_std_m=0.0075 / deviations)
+    block = held(replace(rigid, contact_std_m=1e-5))[2]
+    assert (block["verdict"] == "too shallow") is shallow
 
 
 def test_a_zero_that_only_the_force_tells_makes_no_press_shallow():

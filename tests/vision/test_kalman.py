@@ -38,6 +38,28 @@ def test_smoother_reduces_noise_and_bridges_gaps():
     assert np.abs(found[30:33] - path[30:33]).max() < 6e-4
 
 
+def test_smoother_is_the_likeliest_path():
+    """Of all starts and accelerations, each constant between two frames, by least squares."""
+    rng = np.random.default_rng(2)
+    time_s, acceleration = np.cumsum(rng.uniform(0.1, 0.3, 9)), 0.4
+    std, values = rng.uniform(0.01, 0.03, 9), rng.normal(0, 0.05, 9)
+    values[[0, 4]] = np.nan
+    # Place and speed over start, speed and eight accelerations.
+    place, speed = np.zeros((2, 9, 10))
+    place[0, 0] = speed[0, 1] = 1
+    for k, step in enumerate(np.diff(time_s)):
+        place[k + 1] = place[k] + step * speed[k]
+        speed[k + 1] = speed[k]
+        place[k + 1, 2 + k], speed[k + 1, 2 + k] = step**2 / 2, step
+    seen = np.isfinite(values)
+    scale = np.r_[1, 1, np.full(8, acceleration)]
+    rows = np.concatenate([place[seen] / std[seen, None], np.diag(1 / scale)])
+    wanted = np.r_[values[seen] / std[seen], values[1], np.zeros(9)]
+    likeliest = place @ np.linalg.lstsq(rows, wanted, rcond=None)[0]
+    found = smooth(time_s, values, std, acceleration_std_m_s2=acceleration)
+    assert found == pytest.approx(likeliest, abs=1e-9)
+
+
 def test_frames_that_are_known_better_count_more():
     time_s, std = np.arange(40) / 6, np.full(40, 5e-4)
     std[::4] = 1e-5

@@ -142,6 +142,5 @@ def _outer_intensity(grid: NDArray, grey: NDArray) -> float | None:
     """Brightness of the outer square beside a grid's first corner; None outside the image."""
     across, down = grid[0, 1] - grid[0, 0], grid[1, 0] - grid[0, 0]
     x, y = np.round(grid[0, 0] - 0.5 * across - 0.5 * down).astype(int)
-    height, width = grey.shape
-    patch = grey[max(y - 1, 0) : min(y + 2, height), max(x - 1, 0) : min(x + 2, width)]
+    patch = grey[max(y - 1, 0) : max(y + 2, 0), max(x - 1, 0) : max(x + 2, 0)]
     return float(patch.mean()) if patch.size else None

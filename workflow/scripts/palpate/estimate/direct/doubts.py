@@ -11,6 +11,8 @@ from palpate.estimate.direct.options import Fit
 FAR_DEVIATIONS = 2.0
 # Of the tip's way from the declared press: tables are of a press along it.
 OBLIQUE_DEG = 10.0
+# Of a depth's zero, from what tip and alignment say it is.
+FAR_ZERO = 4.0
 # Of depths, over what the pose of the board in each frame explains.
 RESTLESS = 8.0
 # Of log E from the ends of its range.
@@ -37,6 +39,13 @@ def at_end(best: Solution, options: Fit) -> bool:
     return bool(np.abs(np.log(np.array(options.youngs_modulus_bounds_pa) / E)).min() < AT_END)
 
 
+def farthest_zero(best: Solution) -> tuple[float, float]:
+    """Offset of a depth that is the most deviations from what is known of it [m], and how many."""
+    zeros = zip(best.parameters, best.indentations, strict=True)
+    apart = [(p.offset_m, abs(p.offset_m) / one.offset_std_m) for p, one in zeros]
+    return max(apart, key=lambda pair: pair[1])
+
+
 def _of_captures(best: Solution) -> Iterator[str]:
     beyond = [one.frames_beyond for one in best.indentations]
     if any(beyond):
@@ -49,6 +58,13 @@ def _of_captures(best: Solution) -> Iterator[str]:
     depths = max(float(np.median(one.depth_std_m)) / one.tip_std_m for one in best.indentations)
     if depths > RESTLESS:
         yield f"depths scatter by {depths:.0f} times what the pictures of the probe explain"
+    offset_m, apart = farthest_zero(best)
+    if apart > FAR_ZERO:
+        side = "below" if offset_m < 0 else "above"
+        yield (
+            f"the force begins {1e3 * abs(offset_m):.1f} mm {side} the surface,"
+            f" {apart:.1f} deviations off (radius_m and transforms of the probe, template, clocks?)"
+        )
     angles = np.rad2deg([one.oblique_rad for one in best.indentations])
     if angles.max() > OBLIQUE_DEG:
         yield f"the tip went {_some(angles)} degrees beside the declared direction of the press"

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri, stdtrit
 
 from palpate.estimate.direct.budget import Budget
-from palpate.estimate.direct.doubts import at_end
+from palpate.estimate.direct.doubts import FAR_ZERO, at_end, farthest_zero
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.quantities import NAMES, Quantities
@@ -44,6 +44,7 @@ def intervals(
     moved = quantities.slopes @ covariance @ quantities.slopes[POISSON]
     by_nu, nu_std = moved / moved[POISSON], np.sqrt(moved[POISSON])
     open_end = few or at_end(best, options) or not best.converged
+    open_end = open_end or farthest_zero(best)[1] > FAR_ZERO
     found = {}
     for k, name in enumerate(NAMES):
         if k == POISSON:

@@ -1,0 +1,169 @@
+"""Derivatives and covariances of poses of boards, held to finite differences."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from palpate.vision.board_picture import pixel_sizes, place_derivatives, square_wave
+from palpate.vision.camera import PinholeCamera
+from palpate.vision.photometric import BoardRefiner, _Pixels
+from palpate.vision.pose import corner_cofactor, point_covariance
+from scipy.spatial.transform import Rotation
+
+CAMERA = PinholeCamera(1024, 768, 790.0, 760.0, 512.0, 384.0)
+SQUARE_M = 0.02
+STEPS = np.diag([1e-6] * 6)
+
+
+@pytest.fixture
+def pose():
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_rotvec([0.4, -0.2, 0.3]).as_matrix()
+    pose[:3, 3] = [-0.03, 0.02, 0.6]
+    return pose
+
+
+def moved(pose, step):
+    """Turned about the camera's axes by a rotation vector, its origin shifted."""
+    other = pose.copy()
+    other[:3, :3] = Rotation.from_rotvec(step[:3]).as_matrix() @ pose[:3, :3]
+    other[:3, 3] += step[3:]
+    return other
+
+
+def on_board(rays, pose):
+    """Where rays meet the board's plane, (n, 2) [squares]."""
+    normal = pose[:3, 2]
+    points = rays * (pose[:3, 3] @ normal / (rays @ normal))[:, None]
+    return ((points - pose[:3, 3]) @ pose[:3, :3])[:, :2] / SQUARE_M
+
+
+def parts(rays, pose):
+    """What the refinement hands on: places, their scale and the inverse homography."""
+    inverse = np.linalg.inv(pose[:3, [0, 1, 3]] * [SQUARE_M, SQUARE_M, 1])
+    u, v = on_board(rays, pose).T
+    return u, v, (rays @ inverse.T)[:, 2], inverse
+
+
+def rays_of(pixels):
+    return CAMERA.rays(np.array(pixels, dtype=float))
+
+
+PIXELS = [[450, 400], [500, 350], [530, 460]]
+
+
+def test_places_on_a_board_that_moves(pose):
+    rays = rays_of(PIXELS)
+    found = np.stack(place_derivatives(*parts(rays, pose), pose, SQUARE_M), axis=1)
+    for k, step in enumerate(STEPS):
+        ends = [on_board(rays, moved(pose, sign * step)) for sign in (1, -1)]
+        assert found[..., k] == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5, abs=1e-5)
+
+
+def test_squares_that_a_pixel_spans(pose):
+    rays = rays_of(PIXELS)
+    found = pixel_sizes(*parts(rays, pose), CAMERA)
+    slopes = [
+        (on_board(rays_of(np.add(PIXELS, step)), pose) - on_board(rays, pose)) / 1e-4
+        for step in ([1e-4, 0], [0, 1e-4])
+    ]
+    assert np.stack(found, axis=1) == pytest.approx(np.hypot(*slopes), rel=1e-4)
+
+
+def test_a_blurred_wave():
+    place, step = np.linspace(-1.3, 3.2, 19), 1e-6
+    blur = np.full(19, 0.15)
+    wave, slope, spread = square_wave(place, 3, blur)
+    for found, ends in (
+        (slope, [square_wave(place + sign * step, 3, blur)[0] for sign in (1, -1)]),
+        (spread, [square_wave(place, 3, blur + sign * step)[0] for sign in (1, -1)]),
+    ):
+        assert found == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-6)
+    sharp = square_wave(np.array([-0.5, 0.5, 1.5, 2.5]), 3, np.full(4, 1e-3))[0]
+    assert sharp == pytest.approx([1, -1, 1, -1])
+    # Half a blur beside an edge a normal error's 69 % are over it.
+    assert square_wave(np.array([0.075]), 1, blur[:1])[0] == pytest.approx(1 - 2 * 0.6914625)
+    assert wave[0] == pytest.approx(1)
+
+
+def test_covariances_are_those_of_the_linearised_corners(pose):
+    points = np.column_stack([np.indices((4, 3)).reshape(2, -1).T * SQUARE_M, np.zeros(12)])
+
+    def seen(of):
+        return CAMERA.project(points @ of[:3, :3].T + of[:3, 3]).ravel()
+
+    jacobian = np.column_stack(
+        [(seen(moved(pose, step)) - seen(moved(pose, -step))) / 2e-6 for step in STEPS]
+    )
+    cofactor = corner_cofactor(points, pose, CAMERA)
+    assert cofactor == pytest.approx(np.linalg.inv(jacobian.T @ jacobian), rel=1e-3)
+    tip = np.array([0.03, 0.25, -0.05])
+
+    def place(of):
+        return of[:3, :3] @ tip + of[:3, 3]
+
+    by_pose = np.column_stack(
+        [(place(moved(pose, step)) - place(moved(pose, -step))) / 2e-6 for step in STEPS]
+    )
+    expected = by_pose @ cofactor @ by_pose.T
+    assert point_covariance(pose, cofactor, tip) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.fixture
+def refiner():
+    marker = {"inner_corners": [4, 3], "square_m": SQUARE_M}
+    return BoardRefiner(CAMERA, marker, encoding="mono8")
+
+
+BLUR_PX = 0.9
+
+
+def shaded(pose):
+    """Pixels of a blurred board whose brightness slopes, and what bends black and white."""
+    rays = CAMERA.rays(CAMERA.pixel_grid()[::7])
+    rays = rays[(np.abs(on_board(rays, pose) - [1.5, 1]) < [2.3, 1.8]).all(axis=1)]
+    u, v, w, inverse = parts(rays, pose)
+    across, down = pixel_sizes(u, v, w, inverse, CAMERA)
+    S, Q = square_wave(u, 4, BLUR_PX * across)[0], square_wave(v, 3, BLUR_PX * down)[0]
+    white = (1 - S * Q) / 2
+    values = 40 + 2 * u - v + (120 + 3 * v) * white + 9 * white * (1 - white) * (2 - white)
+    return _Pixels(rays, values, np.zeros((len(rays), 0)))
+
+
+def test_the_boards_picture_is_fitted_exactly_where_it_is(refiner, pose):
+    seen = shaded(pose)
+    fit = refiner._fit(seen, pose, BLUR_PX, 0.4)
+    assert len(seen.rays) > 1000
+    assert np.abs(fit.residual).max() < 1e-9
+    assert fit.contrast == pytest.approx(np.ptp(seen.values))
+    # A pose and blur beside it leave what the derivatives say, but for what the shading takes.
+    basis = fit.jacobian[:, 7:]
+    steps = [*np.eye(6) * 1e-7, 1e-6]
+    for k, step in enumerate(steps):
+        by_pose = k < 6
+        ends = [
+            refiner._fit(
+                seen,
+                moved(pose, sign * step) if by_pose else pose,
+                BLUR_PX if by_pose else BLUR_PX + sign * step,
+                0.4,
+            ).residual
+            for sign in (1, -1)
+        ]
+        size = 1e-7 if by_pose else 1e-6
+        slope = -(ends[0] - ends[1]) / (2 * size)
+        expected = fit.jacobian[:, k]
+        expected = expected - basis @ np.linalg.lstsq(basis, expected, rcond=None)[0]
+        assert np.linalg.norm(slope - expected) < 0.01 * np.linalg.norm(expected)
+
+
+def test_pixels_of_something_before_the_board_count_nothing(refiner, pose):
+    seen = shaded(pose)
+    hidden = np.arange(len(seen.rays)) % 20 == 0
+    covered = replace(seen, values=np.where(hidden, 20.0, seen.values))
+    fit = refiner._fit(covered, pose, BLUR_PX, 0.12)
+    bright = hidden & (seen.values > 60)
+    assert not fit.weight[bright].any() and fit.weight[~hidden].all()
+    assert np.abs(fit.residual[~hidden]).max() < 0.5
+    assert np.abs(fit.residual).max() == pytest.approx(0.12 * fit.contrast)
+    assert fit.variance < 0.05 and fit.left < 0.002
