@@ -9,6 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from palpate.json_fields import numbers_of, read_fields
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.support import Support
 from palpate.surface.pose import RestingPrior, align_rigidly, initial_pose, to_camera, to_object
@@ -217,37 +218,19 @@ def load_alignment(path: str | Path) -> Alignment:
     ValueError
         If it is no JSON, or lacks a field or a field's numbers.
     """
-    try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: file: expected JSON, found none ({error})") from None
-    if not isinstance(content, dict):
-        raise ValueError(f"{path}: file: expected fields, found {type(content).__name__}")
-    pose = _numbers(path, content, "camera_from_object", (4, 4))
-    contact = _numbers(path, content, "contact_point_m", (3,))
-    frame = int(_numbers(path, content, "contact_frame", ()))
+    content = read_fields(path)
+    pose = numbers_of(path, content, "camera_from_object", (4, 4))
+    contact = numbers_of(path, content, "contact_point_m", (3,))
+    frame = int(numbers_of(path, content, "contact_frame", ()))
     residual = content.get("residual")
     if not isinstance(residual, dict):
         raise ValueError(f"{path}: residual: expected fields, found {residual}")
     names = AlignmentResidual.__dataclass_fields__
-    values = {name: float(_numbers(path, residual, name, ())) for name in names}
+    values = {name: float(numbers_of(path, residual, name, ())) for name in names}
     values["contact_points"] = int(values["contact_points"])
     if not np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-6):
         raise ValueError(f"{path}: camera_from_object: expected a rigid transform, found another")
     return Alignment(pose, contact, frame, AlignmentResidual(**values))
-
-
-def _numbers(path: str | Path, content: Mapping, name: str, shape: tuple[int, ...]) -> NDArray:
-    try:
-        values = np.array(content[name], dtype=float)
-    except KeyError:
-        raise ValueError(f"{path}: {name}: expected a value, found none") from None
-    except (TypeError, ValueError):
-        raise ValueError(f"{path}: {name}: expected numbers, found others") from None
-    if values.shape != shape or not np.isfinite(values).all():
-        expected = f"finite numbers of shape {shape}"
-        raise ValueError(f"{path}: {name}: expected {expected}, found shape {values.shape}")
-    return values
 
 
 def _residual(closest: ClosestPoints, cloud: NDArray, contact: NDArray) -> AlignmentResidual:
