@@ -90,7 +90,8 @@ def test_initial_pose_and_alignment_from_any_yaw(template, pose):
         plane,
         floor(1e-3),
         point_m=POINT,
-        touched_m=to_camera(pose, POINT) + 0.002,
+        centre_m=POINT,
+        tip_m=to_camera(pose, POINT) + 0.002,
     )
     first = initial_pose(template, cloud, resting)
     found = align_rigidly(template, cloud, normals, first, **WITHIN)
