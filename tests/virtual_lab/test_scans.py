@@ -79,7 +79,7 @@ def test_normals_that_a_grazing_view_turned_over_leave_no_bumps():
 
 def test_a_grid_that_no_memory_holds_is_refused_with_its_size(monkeypatch):
     points = np.random.default_rng(1).random((100, 3))
-    with pytest.raises(ValueError, match="expected 0.0044 m or more .* found 0.001 m .1025 million"):
+    with pytest.raises(ValueError, match="expected 0.0043 m or more .* found 0.001 m .968 million"):
         implicit_surface(points, points, 0.001)
 
 
