@@ -26,6 +26,14 @@ def probe():
 
 
 @pytest.fixture(scope="session")
+def synthetic(probe):
+    """A capture of which everything is known."""
+    from synthetic_capture import synthetic_capture
+
+    return synthetic_capture(probe)
+
+
+@pytest.fixture(scope="session")
 def real_data():
     folder = ROOT.parent / "shared" / "real"
     if not folder.is_dir():
