@@ -331,6 +331,26 @@ def test_clouds_round_trip(tmp_path):
         assert np.allclose(one.normals, other.normals, atol=1e-6)
 
 
+def test_a_damaged_film_is_refused_whichever_frame_is_asked_for(tmp_path):
+    rng, path = np.random.default_rng(0), tmp_path / "clouds.npz"
+    save_clouds(path, [Cloud(rng.normal(size=(50, 3)), rng.normal(size=(50, 3)))] * 3)
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 4
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=f"^{path}: .*(damaged|found none)"):
+        read_clouds(path)[0]
+
+
+def test_a_cloud_of_fewer_points_than_were_written_is_refused(tmp_path):
+    cloud, path = Cloud(np.zeros((50, 3)), np.zeros((50, 3))), tmp_path / "clouds.npz"
+    save_clouds(path, [cloud])
+    arrays = {name: array[: len(array) // 2] for name, array in np.load(path).items()}
+    arrays["000000/count"] = np.array([50])
+    np.savez(path, **arrays)
+    with pytest.raises(ValueError, match="points_m: expected as many as count, .50., found 25"):
+        read_clouds(path)[0]
+
+
 def test_no_points_project_to_no_pixels(sensors):
     camera = camera_from_spec(sensors["kinect"]["color"])
     assert camera.project(np.zeros((0, 3))).shape == (0, 2)
