@@ -130,7 +130,7 @@ def hide_board(bench):
 IMPLAUSIBLE = {
     "a force in millinewtons": (
         lambda bench: scale_force(bench, 1e3),
-        "force.csv: expected at most 500 N from a hand, found 1719 N",
+        "force.csv: expected at most 500 N from a hand, found 17[0-9]{2} N",
     ),
     "a force in kilonewtons": (
         lambda bench: scale_force(bench, 1e-3),

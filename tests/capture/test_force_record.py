@@ -75,7 +75,8 @@ def own(root, tmp_path_factory):
 def forces_n(capture, press):
     """Forces of a capture's own record, and its clock."""
     up = press.plane[:3]
-    table, clock = capture_wrenches(capture.force, press.poses, capture.probe, Force(), up=up)
+    given = capture.force, press.poses, capture.sensor, capture.probe, Force()
+    table, clock = capture_wrenches(*given, up=up)
     return table[FORCE].to_numpy(), clock.offset_s
 
 

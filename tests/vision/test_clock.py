@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.vision.clock import clock_offset
+from palpate.vision.clock import USB_CLOCK_STD_S, clock_offset
 
 PRIOR_S = 0.01
 
@@ -73,6 +73,16 @@ def test_a_soft_press_filmed_slowly_says_that_it_does_not_know():
 def test_no_press_leaves_what_was_known():
     found = clock_offset(*tap(0.005, stiffness=0.0, rate_hz=6, noise_n=0.01), prior_std_s=PRIOR_S)
     assert (found.offset_s, found.std_s) == (0.0, PRIOR_S)
+
+
+@pytest.mark.parametrize("offset_s", [-0.1, -0.05, 0.02, 0.08, 0.1])
+def test_what_usb_makes_of_a_stamp_is_found(offset_s):
+    """A soft press filmed slowly: half of 80 ms is lost where the clocks are taken for one."""
+    press = tap(offset_s, stiffness=3e3, rate_hz=6, noise_n=0.1, seed=3)
+    found = clock_offset(*press, prior_std_s=USB_CLOCK_STD_S)
+    assert abs(found.offset_s - offset_s) < 1.5 * found.std_s < 0.015
+    held = clock_offset(*press, prior_std_s=PRIOR_S)
+    assert abs(held.offset_s) < 0.65 * abs(offset_s)
 
 
 @pytest.mark.parametrize("shown", [slice(None, None, 20), slice(0, 15)])

@@ -100,6 +100,7 @@ rule force:
     conda:
         "../envs/palpate.yaml"
     params:
+        sensor=RUN.sensor_spec,
         probe=RUN.probe_spec,
         options=RUN.config["force"],
     message:

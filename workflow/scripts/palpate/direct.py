@@ -118,7 +118,7 @@ def _indentation(measured: Measurement, table: IndentationModel, options: Fit) -
         tip_std_m=measured.tip_std_m,
         stiffness_n_m=measured.capture.probe.get("stiffness_n_m", np.inf),
         clock_offset_s=measured.clock.offset_s,
-        clock_std_s=measured.config.force.clock_offset_std_s,
+        clock_std_s=measured.clock.prior_std_s,
     )
     surface = SmoothSurface(measured.template.vertices_m, measured.template.faces)
     return direct_indentation(

@@ -68,5 +68,7 @@ def press_of(capture: Capture, config: Config, optics: str | Path | None = None)
     plane = table_of(capture.background, sensor, config.support_plane, seed=config.seed)
     declared = capture.declared
     check_steepness(poses, probe, plane[:3], declared["points"][capture.point], declared["support"])
-    wrenches, clock = capture_wrenches(capture.force, poses, probe, config.force, up=plane[:3])
+    wrenches, clock = capture_wrenches(
+        capture.force, poses, sensor, probe, config.force, up=plane[:3]
+    )
     return Press(sensor, plane, poses, as_written(wrenches), clock)

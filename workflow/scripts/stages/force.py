@@ -29,15 +29,12 @@ def main(snakemake):
     point = declared_point(spec, snakemake.wildcards.capture.partition("-")[0])
     with naming(source.capture, "force", "matching", "probe"):
         check_steepness(poses, params.probe, plane[:3], point, spec["support"])
-        table, clock = capture_wrenches(record, poses, params.probe, options, up=plane[:3])
+        table, clock = capture_wrenches(
+            record, poses, params.sensor, params.probe, options, up=plane[:3]
+        )
         logging.info("clock offset %.4f s, deviation %.4f s", clock.offset_s, clock.std_s)
-    found = {
-        "offset_s": clock.offset_s,
-        "std_s": clock.std_s,
-        "prior_std_s": options.clock_offset_std_s,
-    }
     with whole_file(snakemake.output.clock) as part:
-        part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        part.write_text(json.dumps(vars(clock), indent=1) + "\n", encoding="utf-8")
     write_table(snakemake.output.force, table)
 
 

@@ -13,7 +13,7 @@ INDENT = "  "
 # What may be left out and is worth a thought, shown behind a #.
 OFFERED = {
     "object": (("support", "contact"), ("deepest_m",)),
-    "sensor": (),
+    "sensor": (("clock_offset_std_s",),),
     "probe": (("stiffness_n_m",), ("load",), ("gauge",)),
 }
 

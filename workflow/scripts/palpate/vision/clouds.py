@@ -250,16 +250,10 @@ def _seen_through(points_m: NDArray, sheet_m: NDArray | None) -> NDArray:
 
 def save_clouds(path: str | Path, clouds: Iterable[Cloud]) -> None:
     """Write clouds in single precision as NPZ, as they come."""
-    write_film(path, (_single(cloud)._asdict() for cloud in clouds))
-
-
-def cloud_as_written(cloud: Cloud) -> Cloud:
-    """A cloud whose numbers are those that `save_clouds` keeps."""
-    return _checked(*_single(cloud))
-
-
-def _single(cloud: Cloud) -> Cloud:
-    return Cloud(*(array.astype(np.float32) for array in cloud))
+    write_film(
+        path,
+        ({name: a.astype(np.float32) for name, a in cloud._asdict().items()} for cloud in clouds),
+    )
 
 
 def read_clouds(path: str | Path) -> Film:

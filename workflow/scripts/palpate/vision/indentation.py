@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.vision.clock import ClockOffset, clock_offset
+from palpate.vision.clock import USB_CLOCK_STD_S, ClockOffset, clock_offset
 from palpate.vision.force import (
     ForceRecord,
     averaged,
@@ -42,7 +42,13 @@ def force_along(known: ForceRecord, probe: Mapping) -> tuple[NDArray, NDArray]:
 
 
 def capture_wrenches(
-    record: pd.DataFrame, poses: pd.DataFrame, probe: Mapping, options: Force, *, up: NDArray
+    record: pd.DataFrame,
+    poses: pd.DataFrame,
+    sensor: Mapping,
+    probe: Mapping,
+    options: Force,
+    *,
+    up: NDArray,
 ) -> tuple[pd.DataFrame, ClockOffset]:
     """Wrench on the object at every frame, with the offset of the clocks.
 
@@ -52,8 +58,8 @@ def capture_wrenches(
         force.csv of the capture.
     poses : DataFrame
         probe_pose.csv.
-    probe : mapping
-        The probe's file.
+    sensor, probe : mapping
+        The sensor's file and the probe's.
     options : Force
     up : (3,) array
         Upward direction, camera frame.
@@ -73,7 +79,8 @@ def capture_wrenches(
     known = zeroed(record, probe, options.bias_window_s, frames_s[0])
     depth_m, std_m = depth_along(poses)
     along = force_along(known, probe)
-    clock = clock_offset(*along, frames_s, depth_m, std_m, prior_std_s=options.clock_offset_std_s)
+    prior_std_s = sensor.get("clock_offset_std_s", USB_CLOCK_STD_S)
+    clock = clock_offset(*along, frames_s, depth_m, std_m, prior_std_s=prior_std_s)
     table = frame_wrenches(
         known,
         frames_s,

@@ -67,9 +67,6 @@ class Force(Options):
     )
     linear_window_s: float = option(0.1, "of the line through the samples", above=0, most=1)
     largest_gap_s: float = option(0.02, "from a frame to the nearest sample", above=0)
-    clock_offset_std_s: float = option(
-        0.01, "of force clock against camera clock, before the press tells more", above=0, most=1
-    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -24,7 +24,7 @@ def make_loading_test(inputs: Any, params: Any) -> dict:
     options, record = Force.read(params.options), read_force(folder)
     poses = followed(folder, sensor, params.probe, ProbePose.read(params.pose))
     wrench, clock = capture_wrenches(
-        record, poses, params.probe, options, up=table_normal(folder, sensor, params)
+        record, poses, sensor, params.probe, options, up=table_normal(folder, sensor, params)
     )
     frames = loading_frames(poses, np.linalg.norm(wrench[FORCE], axis=1), params.onset_force_n)
     frames["clock_offset_s"], frames["clock_offset_std_s"] = clock.offset_s, clock.std_s
