@@ -95,7 +95,8 @@ def read_devices(name: str, given: Path | None, near: Path) -> Devices:
         If there are none.
     """
     folder = device_folder(name, given, near)
-    read = {path.stem: read_device(path, name) for path in sorted(folder.glob("*.yaml"))}
+    files = folder.glob("*.yaml") if os.path.isdir(folder) else ()
+    read = {path.stem: read_device(path, name) for path in sorted(files)}
     if not read:
         raise ValueError(f"{folder}: folder: expected a {name[:-1]} file (*.yaml), found none")
     problems = {key: lines for key, (_, lines) in read.items() if lines}
