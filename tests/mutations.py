@@ -79,7 +79,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--match", default="", help="just those whose names match this expression")
     parser.add_argument("--count", type=int, help="just so many, drawn")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--part", default="1/1", metavar="K/N", help="of what is left, the K-th of N")
+    parser.add_argument(
+        "--part", default="1/1", metavar="K/N", help="of what is left, the K-th of N"
+    )
     return parser
 
 
