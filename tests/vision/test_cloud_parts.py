@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from palpate.vision.camera import PinholeCamera, sensor_with_optics
-from palpate.vision.clouds import Cloud, _deprojected, _sheet, cloud_as_written, in_mask
+from palpate.vision.clouds import _deprojected, _sheet, in_mask
 
 CAMERA = PinholeCamera(8, 6, 10.0, 20.0, 3.5, 2.5)
 
@@ -46,16 +46,6 @@ def test_the_sheet_has_an_even_margin_and_its_corners_on_the_radius():
     # A radius within the squares leaves them as they are.
     probe["exclusion"]["board_radius_m"] = 0.05
     assert np.ptp(_sheet(probe), axis=0) == pytest.approx([0.1, 0.08, 0])
-
-
-def test_a_cloud_as_its_file_keeps_it():
-    cloud = Cloud(np.array([[0.1, 0.2, 1 / 3]]), np.array([[0.0, 0, 1]]))
-    kept = cloud_as_written(cloud)
-    assert kept.points_m[0, 2] == np.float32(1 / 3) and kept.points_m.dtype == float
-    with pytest.raises(ValueError, match=r"points_m: expected numbers of shape \(n, 3\)"):
-        cloud_as_written(Cloud(np.zeros((1, 2)), cloud.normals))
-    with pytest.raises(ValueError, match="normals: expected as many as points, 1, found 2"):
-        cloud_as_written(Cloud(cloud.points_m, np.zeros((2, 3))))
 
 
 def test_optics_of_a_calibration_go_before_the_files(tmp_path):
