@@ -13,6 +13,7 @@ Beside the file's columns there are those in kPa and mm. Prints each row that th
 otherwise, and ends with status 1 if there is one.
 """
 
+import math
 import re
 import sys
 from io import StringIO
@@ -57,7 +58,9 @@ def rows_of(path: Path, mark: re.Match) -> list[str]:
     table = pd.read_csv(StringIO(text), sep=separator, engine="python", dtype=read_as)
     if mark["column"]:
         table = table[table[mark["column"]].astype(str) == mark["value"]]
-    values = [as_read(row) for row in table.to_dict("records")]
+    wanted = set(re.findall(r"%\((.*?)\)", mark["rows"]))
+    # A run that pressed less deep has fewer columns.
+    values = [dict.fromkeys(wanted, math.nan) | as_read(row) for row in table.to_dict("records")]
     lines = [line % each for line in mark["rows"].splitlines() for each in values]
     return [re.sub(r"[^|]*\bnan\b[^|]*", " ", line) for line in lines]
 

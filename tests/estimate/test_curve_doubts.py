@@ -1,11 +1,16 @@
 """What is told of a curve's fit beside the modulus: choices, doubts, ends, its picture."""
 
+import inspect
 import json
+from dataclasses import fields
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from palpate import hertz
+from palpate.estimate.hertz.curve_setup import Setup
+from palpate.estimate.hertz.fit import _starts
+from palpate.estimate.hertz.laws import parabola_force
 
 RADIUS_M, E_STAR = 0.006, 20e3
 NOISE_N = 0.002
@@ -90,6 +95,21 @@ def test_youngs_modulus_and_all_that_is_told():
     assert told["samples"] == 200
     assert told["samples_in_contact"] == (found.depth_m > found.contact_m).sum()
     assert told["setup"]["poisson_ratio"] == 0.3
+
+
+def test_what_is_not_said_is_the_same_in_both_places():
+    said = inspect.signature(hertz.fit).parameters
+    for one in fields(Setup):
+        assert one.default == (None if one.name == "radius_m" else said[one.name].default)
+
+
+def test_starts_lie_where_the_contact_is_even_before_the_record():
+    depth = np.linspace(0.001, 0.002, 80)
+    for contact in (0.0006, 0.0013, 0.0018):
+        force = parabola_force(depth - contact, RADIUS_M) / 1e-6
+        starts = _starts(lambda x: parabola_force(x, RADIUS_M) / 1e-6, depth, force, False)
+        assert starts[0][1] * 1e-3 == pytest.approx(contact, abs=3e-5)
+        assert np.exp(starts[0][0]) == pytest.approx(1, abs=0.2)
 
 
 def test_the_picture_shows_press_and_law():

@@ -26,8 +26,8 @@ def told(nu, stds, *, options=None, frames=50):
     std = np.sqrt(np.einsum("qi,ij,qj->q", slopes, covariance, slopes))
     best = SimpleNamespace(
         converged=True,
-        parameters=[SimpleNamespace(youngs_modulus_pa=E_STAR * (1 - nu**2))],
-        indentations=[SimpleNamespace(frames=np.arange(frames))],
+        parameters=[SimpleNamespace(youngs_modulus_pa=E_STAR * (1 - nu**2), offset_m=0.0)],
+        indentations=[SimpleNamespace(frames=np.arange(frames), offset_std_m=1e-3)],
     )
     quantities = SimpleNamespace(values=values, slopes=np.array(slopes))
     budget = SimpleNamespace(freedom=np.full(5, 1e9), std=std)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 from floor import floor
+from palpate.open3d_core import ClosestPoints
 from palpate.surface.alignment import (
     align_capture,
     load_alignment,
@@ -11,7 +12,7 @@ from palpate.surface.alignment import (
     save_alignment,
     thickness_along,
 )
-from palpate.surface.pose import initial_pose, to_camera
+from palpate.surface.pose import TOUCH_STD_M, initial_pose, to_camera
 from palpate.surface.template import Template
 from trimesh.creation import box, icosphere
 from trimesh.sample import sample_surface
@@ -48,7 +49,7 @@ def alignment(template, pose):
     tips = to_camera(pose, POINT + np.outer(heights + R, [0, 0, 1]))
     plane = np.append(up, -up @ pose[:3, 3])
     point = {"position_m": POINT}
-    resting = resting_prior(floor(1e-3), point, plane, tips, 2, 3, indenter_radius_m=R)
+    resting = resting_prior(template, floor(1e-3), point, plane, tips, 2, 3, indenter_radius_m=R)
     return align_capture(
         template,
         (cloud[seen], normals[seen]),
@@ -83,7 +84,7 @@ def test_a_ball_does_not_roll_or_turn_over(pose):
     tips = to_camera(pose, top + np.outer([0.015, -1e-3], [0, 0, 1]) + [0, 0, R])
     plane = np.append(up, -up @ pose[:3, 3])
     resting = resting_prior(
-        floor(1e-3), {"position_m": top}, plane, tips, 1, 1, indenter_radius_m=R
+        ball, floor(1e-3), {"position_m": top}, plane, tips, 1, 1, indenter_radius_m=R
     )
     cloud = cloud[seen], normals[seen]
     options = {"largest_distance_m": 0.012, "largest_normal_deg": 60}
@@ -110,7 +111,7 @@ def test_of_two_equal_turns_the_press_goes_the_declared_way(template, pose, sign
     )
     plane = np.append(up, -up @ pose[:3, 3])
     point = {"position_m": [0, 0, SIZE[2]], "direction": lean}
-    resting = resting_prior(floor(1e-3), point, plane, tips, 1, 2, indenter_radius_m=R)
+    resting = resting_prior(template, floor(1e-3), point, plane, tips, 1, 2, indenter_radius_m=R)
     found = initial_pose(template, cloud, resting)
     assert found[:3, 0] @ pose[:3, 0] == pytest.approx(sign, abs=0.01)
 
@@ -150,6 +151,7 @@ def test_a_cloud_that_tells_turns_apart_outweighs_the_way(template, pose):
     tips = to_camera(pose, touch + [0, 0, R] + np.outer([-0.01, 0, 0.006], lean * [-1, 1, 1]))
     up = pose[:3, 2]
     resting = resting_prior(
+        wedge,
         floor(1e-3),
         {"position_m": touch, "direction": lean},
         np.append(up, -up @ pose[:3, 3]),
@@ -160,3 +162,70 @@ def test_a_cloud_that_tells_turns_apart_outweighs_the_way(template, pose):
     )
     found = initial_pose(wedge, to_camera(pose, points), resting)
     assert found[:3, 0] @ pose[:3, 0] == pytest.approx(1, abs=0.01)
+
+
+def pressed(surface, pose, point, direction):
+    """Template, plane and tips of a press whose centre comes along a line through a point."""
+    direction = np.array(direction) / np.linalg.norm(direction)
+    away = np.linspace(0, 0.03, 30001)
+    distance = ClosestPoints(surface.vertices, surface.faces).distance(
+        point - away[:, None] * direction
+    )
+    touch = away[np.flatnonzero(distance < R)[-1]]
+    tips = to_camera(pose, point - np.outer(touch + [0.01, 0.0, -0.006], direction))
+    plane = np.append(pose[:3, 2], -pose[:3, 2] @ pose[:3, 3])
+    declared = {"position_m": point, "direction": direction}
+    return Template(np.asarray(surface.vertices), np.asarray(surface.faces)), plane, tips, declared
+
+
+def wedge():
+    """A block whose top rises by 30 degrees along x."""
+    mesh = box(SIZE)
+    mesh.apply_translation([0, 0, SIZE[2] / 2])
+    vertices = np.array(mesh.vertices)
+    top = vertices[:, 2] > 0.01
+    vertices[top, 2] = TOP + np.tan(np.pi / 6) * vertices[top, 0]
+    return trimesh.Trimesh(vertices, mesh.faces, process=False)
+
+
+TOP = 0.1
+SLOPE = np.array([np.sin(np.pi / 6), 0, -np.cos(np.pi / 6)])
+END = np.array([SIZE[0] / 2, 0, 0.024])
+
+
+@pytest.mark.parametrize(
+    ("surface", "point", "direction"),
+    [
+        (wedge(), [0.0, 0.0, TOP], SLOPE),
+        (wedge(), [0.0, 0.0, TOP], [0, 0, -1]),
+        (box(SIZE).apply_translation([0, 0, SIZE[2] / 2]), END, [-1, 0, 0]),
+        (box(SIZE).apply_translation([0, 0, SIZE[2] / 2]), END, [-1, 0, -0.5]),
+    ],
+    ids=["square to a slope", "down on a slope", "from the side", "slanted from the side"],
+)
+def test_the_first_touch_is_along_the_press(pose, surface, point, direction):
+    """Where the object is, nothing pulls it away: the prior's equations hold to a tenth of a mm."""
+    template, plane, tips, declared = pressed(surface, pose, np.array(point), direction)
+    resting = resting_prior(template, floor(1e-3), declared, plane, tips, 1, 2, indenter_radius_m=R)
+    pulled_m = resting.equations(pose)[1][:3] * TOUCH_STD_M
+    assert np.linalg.norm(pulled_m) < 1e-4
+
+
+def test_a_press_from_the_side_tells_where_an_unseen_end_is(pose):
+    mesh = box(SIZE).apply_translation([0, 0, SIZE[2] / 2])
+    template, plane, tips, declared = pressed(mesh, pose, END, [-1, 0, 0])
+    points, faces = sample_surface(mesh, 12000, seed=3)
+    cloud, normals = to_camera(pose, points), mesh.face_normals[faces] @ pose[:3, :3].T
+    seen = (normals * cloud).sum(axis=1) < 0
+    resting = resting_prior(template, floor(1e-3), declared, plane, tips, 1, 2, indenter_radius_m=R)
+    found = align_capture(
+        template,
+        (cloud[seen], normals[seen]),
+        resting,
+        tips,
+        1,
+        largest_distance_m=0.012,
+        largest_normal_deg=60,
+    )
+    shift = (found.camera_from_object[:3, 3] - pose[:3, 3]) @ pose[:3, 0]
+    assert abs(shift) < 1e-3

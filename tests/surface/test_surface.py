@@ -90,7 +90,8 @@ def test_initial_pose_and_alignment_from_any_yaw(template, pose):
         plane,
         floor(1e-3),
         point_m=POINT,
-        touched_m=to_camera(pose, POINT) + 0.002,
+        centre_m=POINT,
+        tip_m=to_camera(pose, POINT) + 0.002,
     )
     first = initial_pose(template, cloud, resting)
     found = align_rigidly(template, cloud, normals, first, **WITHIN)
@@ -206,6 +207,16 @@ def test_tracked_round_trip(template, tmp_path):
         save_tracked(tmp_path / f"{name}.npz", tracked)
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     assert load_tracked(tmp_path / "a.npz").contact_frame == 3
+
+
+def test_a_template_of_very_many_vertices_is_thinned(tmp_path, monkeypatch, caplog):
+    monkeypatch.setattr("palpate.surface.template.MOST_VERTICES", 2000)
+    trimesh.creation.icosphere(subdivisions=5, radius=0.05).export(tmp_path / "ball.ply")
+    with caplog.at_level("INFO"):
+        ball = read_template(tmp_path / "ball.ply", unit="m")
+    assert len(ball.vertices_m) == 2000
+    assert np.linalg.norm(ball.vertices_m, axis=1) == pytest.approx(0.05, abs=2e-5)
+    assert "ball.ply: template: thinned from 10242 vertices to 2000" in caplog.text
 
 
 def test_templates_that_are_refused(tmp_path):

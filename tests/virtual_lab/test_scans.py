@@ -6,7 +6,7 @@ import trimesh
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.surface_check import cutting_triangles
 from palpate.surface import unfold
-from palpate.surface.scans import read_scans, register, template_from_scans
+from palpate.surface.scans import implicit_surface, read_scans, register, template_from_scans
 from palpate.surface.unfold import unfolded
 from virtual_lab.scanner import NOISE_M, scan_views, write_scans
 
@@ -75,6 +75,12 @@ def test_normals_that_a_grazing_view_turned_over_leave_no_bumps():
     mesh = template_from_scans(views, vertices=800, spacing_m=0.004)
     away = np.linalg.norm(mesh.vertices, axis=1) - radius_m
     assert np.abs(away).max() < 4e-4
+
+
+def test_a_grid_that_no_memory_holds_is_refused_with_its_size(monkeypatch):
+    points = np.random.default_rng(1).random((100, 3))
+    with pytest.raises(ValueError, match="expected 0.0043 m or more .* found 0.001 m .968 million"):
+        implicit_surface(points, points, 0.001)
 
 
 def test_views_that_do_not_overlap_or_close_are_refused(views, tmp_path):

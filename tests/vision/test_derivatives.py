@@ -1,12 +1,13 @@
 """Derivatives and covariances of poses of boards, held to finite differences."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from palpate.vision.board_picture import pixel_sizes, place_derivatives, square_wave
 from palpate.vision.camera import PinholeCamera
-from palpate.vision.photometric import BoardRefiner, _Pixels
+from palpate.vision.photometric import BoardRefiner, _moved, _one_hot, _Pixels, _shading, _step
 from palpate.vision.pose import corner_cofactor, point_covariance
 from scipy.spatial.transform import Rotation
 
@@ -167,3 +168,39 @@ def test_pixels_of_something_before_the_board_count_nothing(refiner, pose):
     assert np.abs(fit.residual[~hidden]).max() < 0.5
     assert np.abs(fit.residual).max() == pytest.approx(0.12 * fit.contrast)
     assert fit.variance < 0.05 and fit.left < 0.002
+
+
+def test_a_damped_step():
+    rng = np.random.default_rng(3)
+    jacobian, weight, residual = rng.normal(size=(30, 4)), rng.random(30), rng.normal(size=30)
+    fit = SimpleNamespace(jacobian=jacobian, weight=weight, residual=residual)
+    root = np.sqrt(weight)[:, None]
+    plain = np.linalg.lstsq(root * jacobian, root[:, 0] * residual, rcond=None)[0]
+    assert _step(fit, 0.0) == pytest.approx(plain)
+    # Each unknown held by a tenth of its own curvature.
+    held = np.sqrt(0.1 * ((root * jacobian) ** 2).sum(axis=0))
+    rows = np.vstack([root * jacobian, np.diag(held)])
+    damped = np.linalg.lstsq(rows, np.r_[root[:, 0] * residual, np.zeros(4)], rcond=None)[0]
+    assert _step(fit, 0.1) == pytest.approx(damped)
+
+
+def test_steps_turn_and_shift_a_pose(pose):
+    step = np.array([0.01, -0.02, 0.03, 0.001, 0.002, -0.003])
+    assert _moved(pose, step) == pytest.approx(moved(pose, step))
+    assert pose[0, 3] == -0.03
+
+
+def test_shading_without_what_hides_it():
+    x = np.linspace(0, 1, 50)
+    basis = np.column_stack([np.ones(50), x])
+    values = 20 + 100 * x
+    hidden = values.copy()
+    hidden[7:10] += 60
+    found, weight = _shading(basis, hidden, 0.3)
+    assert found == pytest.approx([20, 100])
+    assert np.flatnonzero(weight == 0).tolist() == [7, 8, 9]
+
+
+def test_sites_of_a_mosaic():
+    assert _one_hot(np.array([2, 0, 3, 2])).tolist() == [[1, 0], [0, 0], [0, 1], [1, 0]]
+    assert _one_hot(np.array([1, 1])).shape == (2, 0)

@@ -232,6 +232,10 @@ def test_lost_marker_is_bridged_or_refused(probe):
     )
     assert table["detected"].tolist() == [1, 0, 1]
     assert np.allclose(table["tip_x_m"], table["tip_x_m"][0], atol=1e-6)
+    assert not table["refined"].any()
+    photometric = options | {"refinement": "photometric"}
+    table = track_probe([seen], np.zeros(1), CAMERA, probe, largest_gap_frames=0, **photometric)
+    assert table["refined"].tolist() == [1]
     with pytest.raises(ValueError, match="found it lost in frames 1 to 1"):
         track_probe(
             [seen, blank, seen], np.arange(3.0), CAMERA, probe, largest_gap_frames=0, **options

@@ -484,13 +484,19 @@ def test_a_support_that_faces_nowhere(files, align):
     ("content", "line"),
     [
         ('{"normal": [0, 0, -1', "file: expected JSON, found none"),
-        ("[0, 0, -1, 0.6]", "normal: expected three numbers, found nothing"),
-        ('{"offset_m": 0.6}', "normal: expected three numbers, found nothing"),
-        ('{"normal": [0, -1], "offset_m": 0.6}', "normal: expected three numbers, found [0, -1]"),
-        ('{"normal": [0, 0, NaN], "offset_m": 0}', "normal: expected three numbers, found [0, 0,"),
+        ("[0, 0, -1, 0.6]", "file: expected fields, found list"),
+        ('{"offset_m": 0.6}', "normal: expected a value, found none"),
+        (
+            '{"normal": [0, -1], "offset_m": 0.6}',
+            "normal: expected finite numbers of shape",
+        ),
+        (
+            '{"normal": [0, 0, NaN], "offset_m": 0}',
+            "normal: expected finite numbers of shape",
+        ),
         ('{"normal": [0, 0, 0], "offset_m": 0.6}', "normal: expected a unit vector, found [0.0"),
-        ('{"normal": [0, 0, -1]}', "offset_m: expected a number, found nothing"),
-        ('{"normal": [0, 0, -1], "offset_m": "low"}', "offset_m: expected a number, found low"),
+        ('{"normal": [0, 0, -1]}', "offset_m: expected a value, found none"),
+        ('{"normal": [0, 0, -1], "offset_m": "low"}', "offset_m: expected numbers, found others"),
     ],
     ids=["cut", "list", "no normal", "flat", "nan", "zero", "no offset", "text"],
 )

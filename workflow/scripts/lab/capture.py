@@ -16,7 +16,8 @@ def main(snakemake):
     params, wildcards = snakemake.params, snakemake.wildcards
     name, sensor, capture = wildcards.object, wildcards.sensor, wildcards.capture
     bench = object_bench(params.common, params.spec, name=name)
-    rig = make_rig(params.common, params.sensor, params.spec["cameras"][sensor], bench)
+    placement, bumped = params.spec["cameras"][sensor], params.spec["motion"].get("bumped_deg")
+    rig = make_rig(params.common, params.sensor, placement, bench, bumped_deg=bumped or (0, 0, 0))
     ladder = mirrored(load_ladder(snakemake.input.ladder), params.place["position_m"])
     seed = seed_of(params.common, name, sensor, capture)
     with whole_folder(snakemake.output.capture) as folder:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.range import force_onset
+from palpate.frames import Film
 from palpate.press import press_of
 from palpate.run.options import Config
 from palpate.solid.indentation import IndentationModel
@@ -31,9 +33,9 @@ from palpate.surface.template import Template, read_template
 from palpate.surface.tracked import Tracked
 from palpate.vision.background import build_model
 from palpate.vision.clock import ClockOffset
-from palpate.vision.clouds import Reach, cloud_as_written, clouds_of
+from palpate.vision.clouds import Reach, clouds_of, read_clouds, save_clouds
 from palpate.vision.force import FORCE
-from palpate.vision.foreground import masks_of
+from palpate.vision.foreground import load_masks, masks_of, save_masks
 from palpate.vision.probe import ALONG_STD, AXIS, TIP
 
 
@@ -49,18 +51,21 @@ class Measurement:
     support : Support
     plane : (4,) array
         The table, camera frame.
-    masks : (f, h, w) bool array
-        Foreground of each frame.
+    masks : sequence of (h, w) bool array
+        Foreground of each frame. It and the clouds lie in temporary files that end with the
+        measurement, so that films of any length fit.
     poses, wrenches : DataFrame
         probe_pose.csv and force.csv of the results.
     clock : ClockOffset
         Force clock minus camera clock.
-    clouds : list of (points (n, 3) [m], normals (n, 3))
+    clouds : sequence of (points (n, 3) [m], normals (n, 3))
         One for each frame, camera frame.
     alignment : Alignment
     motion : SurfaceMotion
     config : Config
         That it was worked out with.
+    files : TemporaryDirectory
+        Of masks and clouds.
 
     Examples
     --------
@@ -69,8 +74,8 @@ class Measurement:
     ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
     ... )
     >>> found = measure(capture)
-    >>> found.masks.shape, len(found.clouds), found.alignment.contact_frame
-    ((10, 480, 640), 10, 5)
+    >>> found.masks[0].shape, len(found.clouds), found.alignment.contact_frame
+    ((480, 640), 10, 5)
     >>> print(f"tips known to {1e6 * found.tip_std_m:.0f} um")
     tips known to 165 um
     """
@@ -79,14 +84,15 @@ class Measurement:
     template: Template
     support: Support
     plane: NDArray
-    masks: NDArray
+    masks: Film
     poses: pd.DataFrame
     wrenches: pd.DataFrame
     clock: ClockOffset
-    clouds: list[tuple[NDArray, NDArray]]
+    clouds: Film
     alignment: Alignment
     motion: SurfaceMotion
     config: Config
+    files: TemporaryDirectory
 
     def __repr__(self) -> str:
         frames, folder = len(self.poses), self.capture.folder
@@ -161,7 +167,8 @@ def measure(
     support = read_support(capture.declared["support"])
     press = press_of(capture, config, optics)
     sensor, plane, poses, wrenches = press.sensor, press.plane, press.poses, press.wrenches
-    masks = _masks(capture, sensor, config)
+    files = TemporaryDirectory(prefix="palpate-")
+    masks = _masks(capture, sensor, config, Path(files.name, "mask.npz"))
     tips, axes = columns_of(poses, TIP), columns_of(poses, AXIS)
     forces, radius = columns_of(wrenches, FORCE), capture.radius_m
     sizes, point = np.linalg.norm(forces, axis=1), capture.declared["points"][capture.point]
@@ -170,7 +177,8 @@ def measure(
     each = clouds_of(
         capture.folder, sensor, capture.probe, masks, poses, plane, reach, config.clouds
     )
-    clouds = [cloud_as_written(cloud) for cloud in each]
+    save_clouds(path := Path(files.name, "clouds.npz"), each)
+    clouds = read_clouds(path)
     alignment = align_first(
         template,
         support,
@@ -207,6 +215,7 @@ def measure(
         alignment=alignment,
         motion=motion,
         config=config,
+        files=files,
     )
 
 
@@ -318,7 +327,8 @@ def track(
     return track_capture(recorded, options or ElasticTracking())
 
 
-def _masks(capture: Capture, sensor: Mapping, config: Config) -> NDArray:
+def _masks(capture: Capture, sensor: Mapping, config: Config, path: Path) -> Film:
     rate = config.background.false_positive_rate
     model = build_model(Stream(capture.background, sensor), false_positive_rate=rate)
-    return np.stack(list(masks_of(Stream(capture.folder, sensor), model, config.background)))
+    save_masks(path, masks_of(Stream(capture.folder, sensor), model, config.background))
+    return load_masks(path)

@@ -1,11 +1,13 @@
 """Ray casting with sun and sky: linear images of a scene, and what of them moves."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from palpate.vision.camera import PinholeCamera
+from scipy.spatial.transform import Rotation
 
 from virtual_lab.part import OBJECT, PROBE_PARTS
 from virtual_lab.scene import Scene, dot, unit
@@ -76,14 +78,24 @@ class Layer:
     lit: NDArray
 
 
-def look_at(target_m: NDArray, *, distance_m: float, elevation_deg: float) -> NDArray:
-    """Pose of a level camera on the side y < 0 that looks at a target, shape (4, 4)."""
+def look_at(
+    target_m: NDArray,
+    *,
+    distance_m: float,
+    elevation_deg: float,
+    bumped_deg: Sequence[float] = (0, 0, 0),
+) -> NDArray:
+    """Pose of a level camera on the side y < 0 that looks at a target, shape (4, 4).
+
+    Then it is bumped: turned about its own x, y and z.
+    """
     elevation = np.deg2rad(elevation_deg)
     forward = np.array([0.0, np.cos(elevation), -np.sin(elevation)])
     right = np.array([1.0, 0.0, 0.0])
     pose = np.eye(4)
     pose[:3, :3] = np.column_stack([right, np.cross(forward, right), forward])
     pose[:3, 3] = np.asarray(target_m) - distance_m * forward
+    pose[:3, :3] = pose[:3, :3] @ Rotation.from_euler("xyz", bumped_deg, degrees=True).as_matrix()
     return pose
 
 

@@ -87,7 +87,14 @@ class Rig:
         write_frames(folder, pd.DataFrame(rows))
 
 
-def make_rig(common: Mapping, sensor: Mapping, placement: Mapping, bench: Bench) -> Rig:
+def make_rig(
+    common: Mapping,
+    sensor: Mapping,
+    placement: Mapping,
+    bench: Bench,
+    *,
+    bumped_deg: Sequence[float] = (0, 0, 0),
+) -> Rig:
     """Set up a sensor before a bench.
 
     Parameters
@@ -99,6 +106,8 @@ def make_rig(common: Mapping, sensor: Mapping, placement: Mapping, bench: Bench)
     placement : mapping
         ``target_m``, ``distance_m`` and ``elevation_deg`` of its reference camera.
     bench : Bench
+    bumped_deg : (3,) sequence, optional
+        Turn of the camera about its own axes, from where it is placed.
 
     Raises
     ------
@@ -110,7 +119,10 @@ def make_rig(common: Mapping, sensor: Mapping, placement: Mapping, bench: Bench)
     if not low <= found <= high:
         raise ValueError(f"distance_m: expected {low} to {high} m for its sensor, found {found}")
     pose = look_at(
-        placement["target_m"], distance_m=found, elevation_deg=placement["elevation_deg"]
+        placement["target_m"],
+        distance_m=found,
+        elevation_deg=placement["elevation_deg"],
+        bumped_deg=bumped_deg,
     )
     depth = None if sensor["kind"] == "stereo" else _depth_camera(common, sensor, pose)
     noise = common["camera_noise"]

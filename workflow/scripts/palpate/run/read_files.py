@@ -1,8 +1,9 @@
 """What the study's scripts share: fits and minima in the order of the captures."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+
+from palpate.json_fields import read_fields
 
 
 def read_all(paths: Sequence[str]) -> list[dict]:
@@ -13,7 +14,7 @@ def read_all(paths: Sequence[str]) -> list[dict]:
     ValueError
         If a file is damaged; the message names it.
     """
-    return [_read(path) for path in paths]
+    return [read_fields(path) for path in paths]
 
 
 def minima_by_key(captures: Sequence[Mapping], errors: Sequence[str], paths: Sequence[str]) -> dict:
@@ -34,11 +35,4 @@ def read_by_folder(paths: Sequence[str]) -> dict[str, dict]:
 
 def read_one(path: str | Sequence[str]) -> dict | None:
     """Read a JSON file that a rule may do without."""
-    return _read(path) if path else None
-
-
-def _read(path: str) -> dict:
-    try:
-        return json.loads(Path(path).read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{path}: file: expected JSON, found {error}") from None
+    return read_fields(path) if path else None

@@ -9,6 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from palpate.json_fields import numbers_of, read_fields
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.support import Support
 from palpate.surface.pose import RestingPrior, align_rigidly, initial_pose, to_camera, to_object
@@ -20,6 +21,8 @@ NEIGHBOURHOOD_M = 0.040
 OUTSIDE_M = 1e-4
 # The tip's way from the touch to the peak of the force has a direction from here on [m].
 SHORTEST_WAY_M = 1e-3
+# Each leaves of the way to the first touch less than half, up to 60 degrees off the normal.
+TOUCHING_STEPS = 40
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,19 @@ def align_capture(
     return Alignment(pose, contact, contact_frame, residual)
 
 
+def first_touch(
+    template: Template, point_m: NDArray, direction: NDArray, radius_m: float
+) -> NDArray:
+    """Centre of a sphere that comes along a line through a point and just touches, (3,) [m]."""
+    closest = ClosestPoints(template.vertices_m, template.faces)
+    centre = point_m - radius_m * direction
+    for _ in range(TOUCHING_STEPS):
+        centre = centre + (closest.distance(centre[None])[0] - radius_m) * direction
+    return centre
+
+
 def resting_prior(
+    template: Template,
     support: Support,
     point: Mapping,
     plane: NDArray,
@@ -129,6 +144,7 @@ def resting_prior(
 
     Parameters
     ----------
+    template : Template
     support : Support
     point : mapping
         Declared ``position_m`` and, where the press is not straight down, ``direction``.
@@ -142,12 +158,15 @@ def resting_prior(
     """
     way = tips_m[peak] - tips_m[onset]
     direction = np.array(point.get("direction", -support.up), dtype=float)
+    direction /= np.linalg.norm(direction)
+    position = np.array(point["position_m"], dtype=float)
     return RestingPrior(
         plane,
         support,
-        point_m=np.array(point["position_m"], dtype=float),
-        touched_m=tips_m[onset] - indenter_radius_m * plane[:3],
-        direction=direction / np.linalg.norm(direction),
+        point_m=position,
+        centre_m=first_touch(template, position, direction, indenter_radius_m),
+        tip_m=tips_m[onset],
+        direction=direction,
         way=way / max(float(np.linalg.norm(way)), SHORTEST_WAY_M),
     )
 
@@ -199,37 +218,19 @@ def load_alignment(path: str | Path) -> Alignment:
     ValueError
         If it is no JSON, or lacks a field or a field's numbers.
     """
-    try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: file: expected JSON, found none ({error})") from None
-    if not isinstance(content, dict):
-        raise ValueError(f"{path}: file: expected fields, found {type(content).__name__}")
-    pose = _numbers(path, content, "camera_from_object", (4, 4))
-    contact = _numbers(path, content, "contact_point_m", (3,))
-    frame = int(_numbers(path, content, "contact_frame", ()))
+    content = read_fields(path)
+    pose = numbers_of(path, content, "camera_from_object", (4, 4))
+    contact = numbers_of(path, content, "contact_point_m", (3,))
+    frame = int(numbers_of(path, content, "contact_frame", ()))
     residual = content.get("residual")
     if not isinstance(residual, dict):
         raise ValueError(f"{path}: residual: expected fields, found {residual}")
     names = AlignmentResidual.__dataclass_fields__
-    values = {name: float(_numbers(path, residual, name, ())) for name in names}
+    values = {name: float(numbers_of(path, residual, name, ())) for name in names}
     values["contact_points"] = int(values["contact_points"])
     if not np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-6):
         raise ValueError(f"{path}: camera_from_object: expected a rigid transform, found another")
     return Alignment(pose, contact, frame, AlignmentResidual(**values))
-
-
-def _numbers(path: str | Path, content: Mapping, name: str, shape: tuple[int, ...]) -> NDArray:
-    try:
-        values = np.array(content[name], dtype=float)
-    except KeyError:
-        raise ValueError(f"{path}: {name}: expected a value, found none") from None
-    except (TypeError, ValueError):
-        raise ValueError(f"{path}: {name}: expected numbers, found others") from None
-    if values.shape != shape or not np.isfinite(values).all():
-        expected = f"finite numbers of shape {shape}"
-        raise ValueError(f"{path}: {name}: expected {expected}, found shape {values.shape}")
-    return values
 
 
 def _residual(closest: ClosestPoints, cloud: NDArray, contact: NDArray) -> AlignmentResidual:

@@ -56,7 +56,7 @@ def align_first(
         If too little of the cloud lies near the template, or a limit does not hold.
     """
     resting = resting_prior(
-        support, point, plane, tips_m, onset, peak, indenter_radius_m=indenter_radius_m
+        template, support, point, plane, tips_m, onset, peak, indenter_radius_m=indenter_radius_m
     )
     found = align_capture(
         template,

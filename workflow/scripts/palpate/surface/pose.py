@@ -39,8 +39,10 @@ class RestingPrior:
         Table, camera frame; normal to the camera's side.
     support : Support
         Object frame.
-    point_m, touched_m : (3,) arrays
-        Declared point, object frame, and where the probe touched, camera frame [m].
+    point_m : (3,) array
+        Declared point, object frame [m].
+    centre_m, tip_m : (3,) arrays
+        Sphere's centre at the first touch, object frame, and where it was then, camera frame [m].
     direction, way : (3,) arrays
         Declared direction of the press, object frame, and where the tip went, camera frame, of
         length 1; 0 where nothing is known.
@@ -49,16 +51,17 @@ class RestingPrior:
     plane: NDArray
     support: Support
     point_m: NDArray
-    touched_m: NDArray
+    centre_m: NDArray
+    tip_m: NDArray
     direction: NDArray = field(default_factory=lambda: np.zeros(3))
     way: NDArray = field(default_factory=lambda: np.zeros(3))
 
     def pose(self, yaw: float) -> NDArray:
-        """Camera_from_object that stands on the table with the touched point, turned by a yaw."""
+        """Camera_from_object that stands on the table with the touching tip, turned by a yaw."""
         upright, _ = Rotation.align_vectors([self.plane[:3]], [self.support.up])
         pose = np.eye(4)
         pose[:3, :3] = upright.as_matrix() @ Rotation.from_rotvec(yaw * self.support.up).as_matrix()
-        pose[:3, 3] = self.touched_m - pose[:3, :3] @ self.point_m
+        pose[:3, 3] = self.tip_m - pose[:3, :3] @ self.centre_m
         pose[:3, 3] -= self.height_m(pose) * self.plane[:3]
         return pose
 
@@ -71,7 +74,7 @@ class RestingPrior:
 
         The step, rotation vector and shift, moves points of the camera in the object frame.
         """
-        normal, point = pose[:3, :3].T @ self.plane[:3], to_object(pose, self.touched_m)
+        normal, point = pose[:3, :3].T @ self.plane[:3], to_object(pose, self.tip_m)
         support, none = self.support.plane_point_m, np.zeros((3, 3))
         rows = np.vstack(
             [
@@ -82,7 +85,7 @@ class RestingPrior:
         )
         right = np.concatenate(
             [
-                (self.point_m - point) / TOUCH_STD_M,
+                (self.centre_m - point) / TOUCH_STD_M,
                 (self.support.up - normal) / TILT_STD_RAD,
                 [self.height_m(pose) / HEIGHT_STD_M],
             ]
@@ -93,7 +96,7 @@ class RestingPrior:
 def initial_pose(template: Template, cloud_m: NDArray, resting: RestingPrior) -> NDArray:
     """Find the template's pose from the table, the touched point and the cloud.
 
-    The support lies on the table and the declared point where the probe touched; what is left, the
+    The support lies on the table and the tip where the press first touches; what is left, the
     turn about the table's normal, is the one that brings the cloud nearest to the surface; of
     turns that do so alike, as a block's do, the one whose press goes the way that the tip went.
 

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from palpate.open3d_core import ClosestPoints, o3d
-from palpate.surface.template import METRES
-from palpate.surface.unfold import unfolded
+from palpate.open3d_core import o3d
+from palpate.surface.template import METRES, decimated
 
 # Joint point-to-plane registration of all views: reach of a correspondence in each step [m].
 REACHES_M = (*6 * (0.006,), *4 * (0.003,), *4 * (0.0015,), *4 * (0.001,))
@@ -24,6 +23,8 @@ NEIGHBOURS = 16
 # Scale of the average over neighbours, in grid spacings.
 SMOOTHING = 0.8
 PADDING = 4
+# Nodes of the grid that fit a gigabyte, and how many are looked at at a time.
+MOST_NODES, CHUNK = 12_000_000, 100_000
 # Samples so near, and so little off a plane, are of its sheet, in grid spacings.
 VOTE_REACH, SHEET = 1.5, 0.5
 # Mean cosine between a sample's normal and those of its sheet.
@@ -91,7 +92,10 @@ def template_from_scans(
         np.concatenate([counts for _, _, counts in thinned]),
     )
     points, normals, counts = _not_outvoted(*merged, spacing_m)
-    return _decimated(implicit_surface(points, normals, spacing_m, counts), vertices)
+    mesh = decimated(implicit_surface(points, normals, spacing_m, counts), vertices)
+    if not mesh.is_watertight or mesh.volume <= 0:
+        raise ValueError("scans: expected a closed surface after decimation, found an open one")
+    return mesh
 
 
 def register(
@@ -207,6 +211,12 @@ def implicit_surface(
     weights = np.ones(len(points_m)) if weights is None else weights
     low = points_m.min(axis=0) - PADDING * spacing_m
     counts = np.ceil((points_m.max(axis=0) + PADDING * spacing_m - low) / spacing_m).astype(int) + 1
+    if (nodes := float(np.prod(counts, dtype=float))) > MOST_NODES:
+        expected = f"expected {spacing_m * (nodes / MOST_NODES) ** (1 / 3):.2g} m or more"
+        raise ValueError(
+            f"scans: spacing_m: {expected} for their size, found {spacing_m:g} m"
+            f" ({nodes / 1e6:.0f} million nodes)"
+        )
     axes = [low[k] + spacing_m * np.arange(counts[k]) for k in range(3)]
     # VTK counts along x first.
     z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
@@ -267,24 +277,12 @@ def _not_outvoted(
 def _plane_distance(
     nodes: NDArray, points: NDArray, normals: NDArray, counts: NDArray, scale: float
 ) -> NDArray:
-    away, near = cKDTree(points).query(nodes, k=NEIGHBOURS)
-    offsets = np.einsum("nki,nki->nk", nodes[:, None] - points[near], normals[near])
-    # Relative to the nearest sample, so that weights far from the surface don't vanish.
-    weights = np.exp(-(away**2 - away[:, :1] ** 2) / (2 * scale**2 + away[:, :1] ** 2))
-    weights = weights * counts[near]
-    return (weights * offsets).sum(axis=1) / weights.sum(axis=1)
-
-
-def _decimated(mesh: trimesh.Trimesh, vertices: int) -> trimesh.Trimesh:
-    wanted = 2 * (vertices - mesh.euler_number)
-    legacy = o3d.geometry.TriangleMesh(
-        o3d.utility.Vector3dVector(mesh.vertices), o3d.utility.Vector3iVector(mesh.faces)
-    )
-    if len(mesh.faces) > wanted:
-        legacy = legacy.simplify_quadric_decimation(wanted)
-    # Collapsed edges leave vertices beside the surface, by several times its own noise.
-    on_surface, _, _ = ClosestPoints(mesh.vertices, mesh.faces)(np.asarray(legacy.vertices))
-    result = trimesh.Trimesh(on_surface, np.asarray(legacy.triangles), process=False)
-    if not result.is_watertight or result.volume <= 0:
-        raise ValueError("scans: expected a closed surface after decimation, found an open one")
-    return unfolded(result)
+    tree, found = cKDTree(points), []
+    for part in np.array_split(nodes, -(-len(nodes) // CHUNK)):
+        away, near = tree.query(part, k=NEIGHBOURS)
+        offsets = np.einsum("nki,nki->nk", part[:, None] - points[near], normals[near])
+        # Relative to the nearest sample, so that weights far from the surface don't vanish.
+        weights = np.exp(-(away**2 - away[:, :1] ** 2) / (2 * scale**2 + away[:, :1] ** 2))
+        weights = weights * counts[near]
+        found.append((weights * offsets).sum(axis=1) / weights.sum(axis=1))
+    return np.concatenate(found)

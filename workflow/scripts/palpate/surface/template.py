@@ -1,5 +1,6 @@
 """The undeformed template: a closed triangle mesh of the whole object."""
 
+import logging
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +12,9 @@ from scipy.sparse.csgraph import dijkstra
 from trimesh.graph import connected_component_labels
 from trimesh.triangles import closest_point
 
+from palpate.open3d_core import ClosestPoints, o3d
+from palpate.surface.unfold import unfolded
+
 METRES = {"m": 1.0, "mm": 0.001}
 # Objects that one depth camera and a hand-held probe can measure [m].
 PLAUSIBLE_SIZE_M = (0.01, 3.0)
@@ -20,6 +24,8 @@ MESHES = {"ply": {}, "stl": {}, "obj": {"skip_materials": True}, "off": {}}
 PASSES = 40
 # Vertices whose distances to all others are held at a time.
 CHUNK = 256
+# A surface of more is thinned: at a millimetre's edge, half a square metre.
+MOST_VERTICES = 50_000
 
 
 @dataclass(frozen=True)
@@ -73,7 +79,27 @@ def read_template(path: str | Path, *, unit: str) -> Template:
     if not low <= size <= high:
         expected = f"an object of {low} to {high} m"
         raise ValueError(f"{path}: template.unit: expected {expected}, found {size:g} m ({unit})")
+    if len(mesh.vertices) > MOST_VERTICES:
+        found = f"{len(mesh.vertices)} vertices"
+        mesh = decimated(mesh, MOST_VERTICES)
+        if not mesh.is_watertight or mesh.volume <= 0:
+            expected = f"at most {MOST_VERTICES} vertices, or a surface that can be thinned"
+            raise ValueError(f"{path}: template: expected {expected}, found {found}")
+        logging.info("%s: template: thinned from %s to %d", path, found, len(mesh.vertices))
     return Template(np.asarray(mesh.vertices) * METRES[unit], np.asarray(mesh.faces))
+
+
+def decimated(mesh: trimesh.Trimesh, vertices: int) -> trimesh.Trimesh:
+    """Thin a closed surface to about so many vertices, which lie on it."""
+    wanted = 2 * (vertices - mesh.euler_number)
+    legacy = o3d.geometry.TriangleMesh(
+        o3d.utility.Vector3dVector(mesh.vertices), o3d.utility.Vector3iVector(mesh.faces)
+    )
+    if len(mesh.faces) > wanted:
+        legacy = legacy.simplify_quadric_decimation(wanted)
+    # Collapsed edges leave vertices beside the surface, by several times its own noise.
+    on_surface, _, _ = ClosestPoints(mesh.vertices, mesh.faces)(np.asarray(legacy.vertices))
+    return unfolded(trimesh.Trimesh(on_surface, np.asarray(legacy.triangles), process=False))
 
 
 def _load_mesh(path: Path) -> trimesh.Trimesh:

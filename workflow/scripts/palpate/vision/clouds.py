@@ -254,16 +254,13 @@ def _seen_through(points_m: NDArray, sheet_m: NDArray | None) -> NDArray:
 
 def save_clouds(path: str | Path, clouds: Iterable[Cloud]) -> None:
     """Write clouds in single precision as NPZ, as they come."""
-    write_film(path, (_single(one)._asdict() | {COUNT: len(one.points_m)} for one in clouds))
+    each = (cloud._asdict() | {COUNT: len(cloud.points_m)} for cloud in clouds)
+    write_film(path, ({n: _single(a) for n, a in one.items()} for one in each))
 
 
-def cloud_as_written(cloud: Cloud) -> Cloud:
-    """A cloud whose numbers are those that `save_clouds` keeps."""
-    return _checked(*_single(cloud), len(cloud.points_m))
-
-
-def _single(cloud: Cloud) -> Cloud:
-    return Cloud(*(array.astype(np.float32) for array in cloud))
+def _single(values: ArrayLike) -> NDArray:
+    array = np.asarray(values)
+    return array.astype(np.float32) if array.dtype.kind == "f" else array
 
 
 def read_clouds(path: str | Path) -> Film:

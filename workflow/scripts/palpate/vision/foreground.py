@@ -1,5 +1,6 @@
 """Foreground of an image before a modelled background (Eq. 4.19, Section 4.2.1)."""
 
+import logging
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from palpate.vision.background import (
     pixels_like,
 )
 from palpate.vision.options import Background
-from palpate.vision.stillness import check_still
+from palpate.vision.stillness import camera_shift
 
 # Pixels classified at a time: their float arrays fit into a core's second-level cache.
 MOST_FOREGROUND = 0.8
@@ -204,13 +205,17 @@ def masks_of(
         closing_px=options.closing_px,
         smallest_blob_px=options.smallest_blob_px,
     )
-    for k in (0, len(frames) - 1):
-        image = frames[k]
-        check_still(
-            model.mean, image, classify(image), largest_shift_px=options.largest_shift_px, frame=k
-        )
+    untold = 0
     for k, image in enumerate(frames):
         mask = classify(image)
+        moved_px = camera_shift(model.mean, image, mask)
+        untold += moved_px is None
+        if moved_px is not None and moved_px > options.largest_shift_px:
+            raise ValueError(
+                "camera: expected where it filmed the background (within"
+                f" {options.largest_shift_px:g} px), found it moved by {moved_px:.1f} px in"
+                f" frame {k}"
+            )
         full = mask.mean()
         if full > MOST_FOREGROUND:
             raise ValueError(
@@ -220,3 +225,6 @@ def masks_of(
         if not full:
             raise ValueError(f"mask: expected foreground in each frame, found none in {k}")
         yield mask
+    if untold:
+        text = "camera: whether it stood still is not known in %d of %d frames: too little to see"
+        logging.warning(text, untold, len(frames))

@@ -4,6 +4,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.vision.windows import grey
+
+# Smaller in a small picture, and a power of two: others are padded, and shifts half a pixel off.
 TILE_PX = 128
 # A tile speaks when it is mostly background and its correlation has one clear peak.
 MOST_FOREGROUND = 0.5
@@ -14,9 +17,10 @@ FEWEST_TILES = 4
 
 
 def camera_shift(mean: NDArray, image: NDArray, foreground: NDArray) -> float | None:
-    """How far the background lies from where the model has it.
+    """How far the background lies from where the model has it, where it moved most.
 
-    The median of the shifts of the image's tiles, by phase correlation.
+    The tiles' shifts, by phase correlation, are those of one shift, roll and scale of the picture;
+    up to half of them may be wrong.
 
     Parameters
     ----------
@@ -31,50 +35,22 @@ def camera_shift(mean: NDArray, image: NDArray, foreground: NDArray) -> float | 
     float or None
         Shift [px]; None when too few tiles have texture to tell.
     """
-    before, now = (_grey(picture) for picture in (mean, image))
-    window = cv2.createHanningWindow((TILE_PX, TILE_PX), cv2.CV_32F)
-    shifts = []
-    for rows, columns in _tiles(before.shape):
-        if foreground[rows, columns].mean() > MOST_FOREGROUND:
-            continue
-        pair = [_centred(picture[rows, columns]) for picture in (before, now)]
-        if min(tile.std() for tile in pair) < LEAST_CONTRAST:
+    before, now = (grey(np.float32(np.squeeze(picture))) for picture in (mean, image))
+    side = min(TILE_PX, 2 ** int(np.log2(min(before.shape) / 2)))
+    window = cv2.createHanningWindow((side, side), cv2.CV_32F)
+    centres, shifts = [], []
+    for y, x in np.ndindex(before.shape[0] // side, before.shape[1] // side):
+        tile = np.s_[y * side : (y + 1) * side, x * side : (x + 1) * side]
+        pair = [picture[tile] - picture[tile].mean() for picture in (before, now)]
+        if foreground[tile].mean() > MOST_FOREGROUND or min(map(np.std, pair)) < LEAST_CONTRAST:
             continue
         shift, response = cv2.phaseCorrelate(*pair, window)
         if response >= LEAST_RESPONSE:
+            centres.append([(x + 0.5) * side, (y + 0.5) * side])
             shifts.append(shift)
     if len(shifts) < FEWEST_TILES:
         return None
-    return float(np.linalg.norm(np.median(shifts, axis=0)))
-
-
-def check_still(
-    mean: NDArray, image: NDArray, foreground: NDArray, *, largest_shift_px: float, frame: int
-) -> None:
-    """Refuse a capture whose camera moved; see `camera_shift`.
-
-    Raises
-    ------
-    ValueError
-        If the background's shift exceeds the largest allowed [px].
-    """
-    shift_px = camera_shift(mean, image, foreground)
-    if shift_px is not None and shift_px > largest_shift_px:
-        raise ValueError(
-            f"camera: expected where it filmed the background (within {largest_shift_px:g} px),"
-            f" found it moved by {shift_px:.1f} px in frame {frame}"
-        )
-
-
-def _tiles(shape: tuple[int, int]) -> list[tuple[slice, slice]]:
-    starts = [range(0, size - TILE_PX + 1, TILE_PX) for size in shape]
-    return [(slice(y, y + TILE_PX), slice(x, x + TILE_PX)) for y in starts[0] for x in starts[1]]
-
-
-def _centred(tile: NDArray) -> NDArray:
-    return tile - tile.mean()
-
-
-def _grey(image: NDArray) -> NDArray:
-    values = image if image.ndim == 2 else image.mean(axis=2)
-    return np.ascontiguousarray(values, dtype=np.float32)
+    places = np.array(centres)
+    motion, _ = cv2.estimateAffinePartial2D(places, places + shifts, method=cv2.LMEDS)
+    moved = places @ motion[:, :2].T + motion[:, 2] - places
+    return float(np.linalg.norm(moved, axis=1).max())

@@ -1,11 +1,12 @@
 """The table, from the depth of the empty scene."""
 
-import json
 import logging
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from palpate.json_fields import numbers_of, read_fields
 
 SAMPLES = 20_000
 TRIALS = 300
@@ -58,7 +59,7 @@ def fit_support_plane(
     found, left = [], sample
     while len(found) < PLANES and len(left) >= FEWEST_POINTS:
         best = max(
-            (_through(*left[rng.choice(len(left), 3, replace=False)]) for _ in range(TRIALS)),
+            (_least_squares(left[rng.choice(len(left), 3, replace=False)]) for _ in range(TRIALS)),
             key=lambda plane: _near(left, plane, inlier_distance_m).sum(),
         )
         plane = _least_squares(points_m[_near(points_m, best, inlier_distance_m)])
@@ -92,34 +93,12 @@ def read_plane(path: str | Path) -> NDArray:
     ValueError
         Naming file and field, if the file is no JSON, or the normal or the offset is not there.
     """
-    try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: file: expected JSON, found none ({error})") from None
-    fields = content if isinstance(content, dict) else {}
-    normal = _numbers(path, fields, "normal", (3,), "three numbers")
-    offset = _numbers(path, fields, "offset_m", (), "a number")
+    fields = read_fields(path)
+    normal = numbers_of(path, fields, "normal", (3,))
+    offset = numbers_of(path, fields, "offset_m", ())
     if not abs(np.linalg.norm(normal) - 1) < UNIT_TOLERANCE:
         raise ValueError(f"{path}: normal: expected a unit vector, found {normal.tolist()}")
     return np.append(normal, offset)
-
-
-def _numbers(path: str | Path, fields: dict, name: str, shape: tuple, expected: str) -> NDArray:
-    found = fields.get(name, "nothing")
-    try:
-        values = np.array(found, dtype=float)
-    except (TypeError, ValueError):
-        values = np.array(np.nan)
-    if values.shape != shape or not np.isfinite(values).all():
-        raise ValueError(f"{path}: {name}: expected {expected}, found {found}")
-    return values
-
-
-def _through(a: NDArray, b: NDArray, c: NDArray) -> NDArray:
-    normal = np.cross(b - a, c - a)
-    length = np.linalg.norm(normal)
-    normal = normal / length if length > 0 else np.array([0.0, 0.0, 1.0])
-    return np.append(normal, -normal @ a)
 
 
 def _near(points: NDArray, plane: NDArray, distance: float) -> NDArray:

@@ -266,7 +266,8 @@ def _resting(inputs: Any, recorded: Recorded, point: str) -> RestingPrior:
     frame = recorded.alignment.contact_frame
     touch = recorded.tips_m, frame, frame
     radius = recorded.indenter_radius_m
-    return resting_prior(recorded.support, declared, plane, *touch, indenter_radius_m=radius)
+    known = recorded.template, recorded.support, declared, plane
+    return resting_prior(*known, *touch, indenter_radius_m=radius)
 
 
 def _kept(recorded: Recorded, cloud_m: NDArray) -> NDArray:

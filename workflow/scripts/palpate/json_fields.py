@@ -1,0 +1,45 @@
+"""Numbers of JSON files between the stages, named where they are not what they should be."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def read_fields(path: str | Path) -> dict:
+    """Read a JSON file's fields.
+
+    Raises
+    ------
+    ValueError
+        If it is no JSON, or has no fields.
+    """
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{path}: file: expected JSON, found none ({error})") from None
+    if not isinstance(content, dict):
+        raise ValueError(f"{path}: file: expected fields, found {type(content).__name__}")
+    return content
+
+
+def numbers_of(path: str | Path, fields: Mapping, name: str, shape: tuple[int, ...]) -> NDArray:
+    """Finite numbers of a field.
+
+    Raises
+    ------
+    ValueError
+        Naming file and field, if they are not there.
+    """
+    try:
+        values = np.array(fields[name], dtype=float)
+    except KeyError:
+        raise ValueError(f"{path}: {name}: expected a value, found none") from None
+    except (TypeError, ValueError):
+        raise ValueError(f"{path}: {name}: expected numbers, found others") from None
+    if values.shape != shape or not np.isfinite(values).all():
+        expected = f"finite numbers of shape {shape}"
+        raise ValueError(f"{path}: {name}: expected {expected}, found shape {values.shape}")
+    return values
