@@ -35,7 +35,10 @@ def manners_table(lab: Mapping, results: Path) -> pd.DataFrame:
 
 def manner(spec: Mapping, capture: str) -> str:
     """What the lab's file says of a capture beside what it says of all."""
-    said = [f"{name} {value:g}" for name, value in spec["motions"].get(capture, {}).items()]
+    said = [
+        f"{name} {value:g}" if isinstance(value, float | int) else name
+        for name, value in spec["motions"].get(capture, {}).items()
+    ]
     if capture in spec["pressed_at"]:
         said.append("beside the point")
     if "direction" in spec["object"]["points"][capture.split("-")[0]]:

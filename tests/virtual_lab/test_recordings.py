@@ -103,6 +103,21 @@ def test_two_hands_differ_in_pace_and_depth():
     assert np.ptp(deepest) > 2e-4
 
 
+def test_an_arm_holds_the_probe_where_the_motion_says_so(lab, steps, sensors, probe, tmp_path):
+    common, spec, _ = lab
+    sensor = half_size(sensors["kinect"])
+    rig = make_rig(
+        common, sensor, spec["cameras"]["kinect"], object_bench(common, spec, name="foam_block")
+    )
+    seen = []
+    for name, more in (("bare", {}), ("held", {"elbow_m": [0.3, -0.05, -0.2]})):
+        motion = with_motion(spec, {"frames": 1, "frame_rate_hz": 1} | more)
+        (tmp_path / name).mkdir()
+        truth = record_capture(tmp_path / name, rig, steps, common, motion, probe, seed=[1, 2])
+        seen.append(np.unpackbits(truth["mask"]).sum())
+    assert seen[1] > 1.2 * seen[0]
+
+
 def test_a_capture_is_the_same_for_the_same_seed_alone(lab, steps, sensors, probe, tmp_path):
     common, spec, _ = lab
     spec = with_motion(spec, {"frames": 2, "frame_rate_hz": 1})

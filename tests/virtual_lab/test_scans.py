@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.open3d_core import ClosestPoints
+from palpate.open3d_core import ClosestPoints, o3d
 from palpate.solid.surface_check import cutting_triangles
 from palpate.surface import unfold
 from palpate.surface.scans import implicit_surface, read_scans, register, template_from_scans
@@ -75,6 +75,21 @@ def test_normals_that_a_grazing_view_turned_over_leave_no_bumps():
     mesh = template_from_scans(views, vertices=800, spacing_m=0.004)
     away = np.linalg.norm(mesh.vertices, axis=1) - radius_m
     assert np.abs(away).max() < 4e-4
+
+
+def test_points_without_a_normal_punch_no_hole(tmp_path):
+    """A scanner writes such ones where it sees too little around a point."""
+    rng, radius_m = np.random.default_rng(1), 0.05
+    for k in range(2):
+        normals = rng.standard_normal((12_000, 3))
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(radius_m * normals))
+        normals[::500] = np.nan
+        cloud.normals = o3d.utility.Vector3dVector(normals)
+        o3d.io.write_point_cloud(str(tmp_path / f"{k}.ply"), cloud)
+    mesh = template_from_scans(read_scans(tmp_path), vertices=800, spacing_m=0.004)
+    away = np.linalg.norm(mesh.vertices, axis=1) - radius_m
+    assert mesh.is_watertight and np.abs(away).max() < 4e-4
 
 
 def test_a_grid_that_no_memory_holds_is_refused_with_its_size(monkeypatch):

@@ -14,6 +14,7 @@ from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.vision.clouds import Cloud, save_clouds
 from palpate.vision.foreground import save_masks
+from palpate.vision.probe import AXIS
 from settings import full
 from skfem import MeshTet
 from stand_in import Named
@@ -255,7 +256,7 @@ def test_clouds_that_are_damaged(request, files, how, which):
         ({"points_m": None}, "000001/points_m: expected an array, found none"),
         ({"points_m": None, "normals": None}, "000001/points_m: expected an array, found none"),
         ({"points_m": np.array([{}])}, "file: expected an NPZ file of frames, found none (Object"),
-        ({"normals": np.zeros((3, 3))}, "frame 1: normals: expected as many as points"),
+        ({"normals": np.zeros((3, 3))}, "frame 1: normals: expected as many as count, ["),
         ({"points_m": np.zeros((3, 2))}, "frame 1: points_m: expected numbers of shape (n, 3)"),
     ],
     ids=["missing", "no frame", "pickled", "short", "flat"],
@@ -505,3 +506,36 @@ def test_a_table_that_is_damaged(request, files, content, line, which):
     path = files.folder / "plane.json"
     path.write_text(content)
     assert f"{path}: {line}" in request.getfixturevalue(which)()
+
+
+def test_eyes_are_where_the_calibration_has_them(files, execute, root, sensors):
+    """As for the clouds: a file's stated optics don't hold where a calibration was asked for."""
+    heights = np.array([0.012, 0.010, 0.008, 0.006, -0.001, -0.004])
+    files.tips(POINT + np.outer(heights + RADIUS, [0, 0, 1]))
+    files.forces([0.0, 0.0, 0.0, 0.0, 0.5, 1.0])
+    (points, normals), noise = files.seen(), np.random.default_rng(1).normal(0, 1e-4, (6, 1, 3))
+    files.cloud(*[(points + one, normals) for one in noise])
+    poses, axis = pd.read_csv(files.folder / "probe_pose.csv"), POSE[:3, :3] @ [0.0, 0.8, -0.6]
+    poses = poses.assign(**dict(zip(AXIS, axis, strict=True)))
+    write_table(files.folder / "probe_pose.csv", poses)
+    away = np.eye(4)
+    away[0, 3] = 0.2
+    sensor = sensors["kinect"]
+    right = sensor["depth"]["color_from_depth"]
+    stated = sensor | {"depth": sensor["depth"] | {"color_from_depth": away.tolist()}}
+    found = {"cameras": {"color": sensor["color"], "infrared": sensor["depth"]}}
+    optics = files.folder / "calibration.json"
+    optics.write_text(json.dumps(found | {"color_from_infrared": right}))
+    names = ("object.yaml", "template.ply", "alignment.json", "clouds.npz", "force.csv")
+    inputs = {name.split(".")[0]: files.folder / name for name in names}
+    inputs |= {"pose": files.folder / "probe_pose.csv"}
+    params = {"probe": {"indenter": {"radius_m": RADIUS}}, "onset_force_n": 0.1}
+    params |= {"options": full(root)["direct"]["observation"]}
+    made, output = [], {"motion": "motion.npz"}
+    for spec, more in ((sensor, {}), (stated, {}), (stated, {"optics": optics})):
+        with_sensor = params | {"sensor": spec}
+        line = execute("surface_motion", inputs=inputs | more, outputs=output, params=with_sensor)
+        assert line is None
+        made.append((files.folder / "made/motion.npz").read_bytes())
+    assert made[1] != made[0]
+    assert made[2] == made[0]

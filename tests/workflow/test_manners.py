@@ -53,7 +53,7 @@ def captures_of(rules, name):
 def test_all_manners_but_two_share_the_mechanics(rules):
     steps = {c: rules.load_steps(of(c)) for c in captures_of(rules, GLUED)}
     own = {BESIDE, INCLINED}
-    assert len(steps) == 11 and len({steps[c] for c in set(steps) - own}) == 1
+    assert len(steps) == 12 and len({steps[c] for c in set(steps) - own}) == 1
     assert {c: steps[c].rpartition("/")[2] for c in own} == {
         BESIDE: f"contact-{BESIDE}.npz",
         INCLINED: f"contact-{INCLINED}.npz",

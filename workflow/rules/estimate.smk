@@ -77,6 +77,7 @@ rule indentation:
 rule surface_motion:
     input:
         object=RUN.raw("{object}/object.yaml"),
+        optics=RUN.optics_of,
         template=RUN.template_of,
         alignment=RUN.of_capture("alignment.json"),
         clouds=RUN.of_capture("clouds.npz"),

@@ -198,7 +198,7 @@ def measure(
         clouds,
         (tips, axes),
         rest,
-        capture.sensor,
+        sensor,
         config.direct.observation,
         radius_m=radius,
     )

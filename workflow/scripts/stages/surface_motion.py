@@ -11,6 +11,7 @@ from palpate.estimate.direct.options import Observation
 from palpate.run.job import naming, run
 from palpate.surface.alignment import load_alignment
 from palpate.surface.template import read_template
+from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import AXIS, TIP
@@ -37,7 +38,7 @@ def main(snakemake):
             read_clouds(inputs.clouds),
             (tips, axes),
             rest,
-            params.sensor,
+            sensor_with_optics(params.sensor, inputs.get("optics")),
             options,
             radius_m=radius,
         )

@@ -52,8 +52,11 @@ def read_scans(folder: str | Path, *, unit: str = "m") -> list[tuple[NDArray, ND
     views = []
     for file in files:
         cloud = o3d.io.read_point_cloud(str(file))
-        if not cloud.has_points() or not cloud.has_normals():
+        # Where a scanner knows no normal it writes what is no number.
+        told = np.isfinite(np.asarray(cloud.normals)).all(axis=1)
+        if not told.any():
             raise ValueError(f"{file}: points: expected points with normals, found none")
+        cloud = cloud.select_by_index(np.flatnonzero(told))
         views.append((np.asarray(cloud.points) * METRES[unit], np.asarray(cloud.normals)))
     return views
 
