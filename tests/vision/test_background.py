@@ -190,7 +190,7 @@ def test_a_picture_that_grew_or_rolled_is_off_by_its_farthest_tile(turn):
     now = cv2.warpAffine(wide, motion, (512, 384), flags=cv2.INTER_CUBIC, borderMode=2)
     still = np.zeros((384, 512), bool)
     shift = camera_shift(wide[..., None], now, still)
-    assert shift == pytest.approx((turn or 0.004) * np.hypot(448, 320), rel=0.05)
+    assert shift == pytest.approx((turn or 0.004) * np.hypot(448, 320), rel=0.08)
     # Tiles that are mostly covered, or that show nothing, say nothing.
     covered = still.copy()
     covered[:, 128:] = True
