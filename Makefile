@@ -26,7 +26,7 @@ endef
 kills := 50
 
 .PHONY: results sample cut validation manners test test-all faults lint bench check lock docs pictures quoted sample-captures \
-  own-object-captures slurm-resources mutations mutants audit clean
+  own-object-captures slurm-resources mutations mutations-1 mutations-2 mutants audit clean
 
 results: .venv/installed
 	$(SNAKEMAKE)
@@ -75,8 +75,11 @@ bench: .venv/installed
 	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python tests/bench.py results/bench.csv $(sections)
 
 # Spoilt captures, files and results (docs/reliability.md); with='--count 100' takes some of them.
+HALVES := mutations-1 mutations-2
 mutations: .venv/installed
-	$(ONE_THREAD) $(BIN)/python tests/mutations.py results/mutations.csv $(with)
+	$(MAKE) --jobs=2 $(HALVES)
+$(HALVES): mutations-%:
+	$(ONE_THREAD) $(BIN)/python tests/mutations.py results/mutations-$*.csv --part $*/2 $(with)
 
 # One operator or constant of palpate.vision, solid and estimate changed at a time, 40 drawn with a
 # seed: which the tests notice (docs/reliability.md); with='--seed 2 --count 10 --rooms solid'.

@@ -26,6 +26,14 @@ def probe():
 
 
 @pytest.fixture(scope="session")
+def synthetic(probe):
+    """A capture of which everything is known."""
+    from synthetic_capture import synthetic_capture
+
+    return synthetic_capture(probe)
+
+
+@pytest.fixture(scope="session")
 def more_real_data():
     """Too large to be committed, or not to be passed on; tests/real is in every clone."""
     folder = ROOT.parent / "shared" / "real"

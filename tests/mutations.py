@@ -30,6 +30,8 @@ def main() -> int:
         chosen = [one for one in chosen if not one.job]
     if options.count:
         chosen = drawn(chosen, min(options.count, len(chosen)), seed=options.seed)
+    part, parts = map(int, options.part.split("/"))
+    chosen = chosen[part - 1 :: parts]
     options.table.parent.mkdir(parents=True, exist_ok=True)
     verdicts = []
     with options.table.open("w", encoding="utf-8", newline="") as stream:
@@ -77,6 +79,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--match", default="", help="just those whose names match this expression")
     parser.add_argument("--count", type=int, help="just so many, drawn")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--part", default="1/1", metavar="K/N", help="of what is left, the K-th of N"
+    )
     return parser
 
 

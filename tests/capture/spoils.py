@@ -182,6 +182,19 @@ def name_an_endless_file(folder):
     )
 
 
+def units_under_the_header(folder):
+    path = folder / KINECT / "force.csv"
+    head, *rows = path.read_text().splitlines()
+    path.write_text("\n".join([head, "s,V,V,V,V,V,V", *rows]) + "\n")
+
+
+def times_of_day(folder):
+    change_csv(
+        folder / KINECT / "force.csv",
+        lambda t: t.assign(time_s=[f"19:34:{s:09.6f}" for s in t["time_s"] + 1]),
+    )
+
+
 def link_image_to_itself(folder):
     path = folder / KINECT / "color/000002.png"
     path.unlink()

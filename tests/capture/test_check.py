@@ -4,8 +4,10 @@ import shutil
 
 import pytest
 import spoils
+import yaml
 from palpate.__main__ import main
 from palpate.capture.check import check_object
+from palpate.capture.devices import read_device
 
 
 def test_sample_is_right(root, specifications):
@@ -87,6 +89,11 @@ def test_sample_is_right(root, specifications):
             ["points.08.position_m.2: expected a number <= 10, found 47.5"],
         ),
         (
+            spoils.units_under_the_header,
+            ["force.csv: rows: expected numbers, found s, V, V, V, V, V, V in data row 1 (units?"],
+        ),
+        (spoils.times_of_day, ["time_s: expected finite numbers, found 19:34:", "seconds are exp"]),
+        (
             spoils.shallow_image,
             ["depth/000001.png", "expected 16-bit kinect_disparity, found 8 bits"],
         ),
@@ -108,6 +115,26 @@ def test_names_that_results_use(block, specifications, name):
     problems = check_object(block.rename(block.with_name(name)), *specifications)
     assert len(problems) == 1
     assert "object.yaml: object: expected none of benchmarks, figures, lab" in problems[0]
+
+
+def test_names_are_kept_wherever_one_comes_in(block, specifications, root, tmp_path):
+    path = block / "object.yaml"
+    path.write_text(path.read_text().replace("object: foam_block", "object: simulations"))
+    (line,) = check_object(block.rename(block.with_name("simulations")), *specifications)
+    assert "object: expected a name of letters, digits and _ other than sensors and sim" in line
+    text = (root / "tests/sample/sensors/kinect.yaml").read_text()
+    (tmp_path / "curve.yaml").write_text(text.replace("sensor: kinect", "sensor: curve"))
+    _, (line,) = read_device(tmp_path / "curve.yaml", "sensors")
+    assert "curve.yaml: sensor: expected a name of small letters, digits and _ other than" in line
+
+
+def test_no_point_is_called_as_the_empty_scene(block, specifications):
+    path = block / "object.yaml"
+    spec = yaml.safe_load(path.read_text())
+    spec["points"]["background"] = spec["points"]["08"]
+    path.write_text(yaml.safe_dump(spec))
+    (line,) = check_object(block, *specifications)
+    assert "points.background: expected another name than that of the empty scene's" in line
 
 
 def test_all_problems_at_once(block, specifications):

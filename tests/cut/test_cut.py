@@ -2,7 +2,6 @@
 
 import csv
 import json
-import re
 import subprocess
 import sys
 
@@ -72,7 +71,8 @@ def test_what_documents_quote_can_be_written_of_a_run(root, results):
     assert len(ours) == 4
     for mark in ours:
         rows = rows_of(results.parent / mark["file"], mark)
-        assert rows and all(re.search(r"\d", row) for row in rows) and "%" not in "".join(rows)
+        # The cut presses less deep than the indentation table's last columns.
+        assert rows and ("indentation" in mark["file"] or "| |" not in "\n".join(rows))
 
 
 @pytest.fixture(scope="module")

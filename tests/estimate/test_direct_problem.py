@@ -25,6 +25,7 @@ from palpate.solid.laws import LAW_NAMES
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
+from scipy.spatial.transform import Rotation
 
 DOWN = np.array([0.0, 0.0, -1.0])
 RADIUS_M = 0.006
@@ -276,3 +277,7 @@ def test_beside_the_point_of_a_ball_the_press_is_along_its_normal_there():
     assert found.sideways_n.max() < 0.02 * force.max()
     assert np.rad2deg(found.oblique_rad) < 1
     assert found.place_expected_m == pytest.approx([0, 0], abs=1e-4)
+    # The table's samples are turned back with their normals.
+    back = found.cell_m @ Rotation.from_rotvec([0, angle, 0]).as_matrix()
+    known, there = sample_table(table, back, back / 0.06).motion_m, found.table.motion_m
+    assert there == pytest.approx(known, abs=0.06 * np.abs(known).max())

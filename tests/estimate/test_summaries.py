@@ -7,8 +7,10 @@ import pytest
 from palpate.estimate.direct.motion_noise import LAG_M, correlogram
 from palpate.estimate.hertz.mixture import Mixture
 from palpate.estimate.hertz.options import Beliefs
-from palpate.estimate.hertz.record import Record
+from palpate.estimate.hertz.range import HertzRange
+from palpate.estimate.hertz.record import Record, forces_along, held_record
 from palpate.estimate.hertz.relaxation import _moments, _quantile, _summary, verdict
+from palpate.estimate.minimise.least_squares import _rooted
 from palpate.estimate.minimise.profile import _best_modulus, _interval, _with_minimum
 from palpate.estimate.minimise.scatter import correlation_length, error_clusters, rounding_of
 from palpate.solid.moduli import engineering_from_lame
@@ -160,3 +162,42 @@ def test_the_interval_ends_where_the_error_has_risen_so_far():
     assert _interval(grid, errors, profile, 0.09) == pytest.approx((0.15, 0.45))
     assert _interval(grid, errors, profile, 0.2) == (pytest.approx(0.3 - 0.05**0.5), 0.48)
     assert _interval(grid, errors, profile, 0.5) == (0.0, 0.48)
+
+
+def test_gaps_over_the_root_of_their_length():
+    """Their square is the rounded length; derivatives by differences along a line."""
+    rng = np.random.default_rng(6)
+    gap, slope = rng.normal(size=(5, 3)), rng.normal(size=(5, 3, 2))
+    found, turned = _rooted(gap, slope, 0.2)
+    length = np.sqrt((gap**2).sum(axis=1) + 0.2**2)
+    assert (found**2).sum(axis=1) == pytest.approx((gap**2).sum(axis=1) / length)
+    for k, step in enumerate(1e-6 * np.eye(2)):
+        ends = [_rooted(gap + sign * slope @ step, slope, 0.2)[0] for sign in (1, -1)]
+        assert turned[..., k] == pytest.approx((ends[0] - ends[1]) / 2e-6, abs=1e-7)
+
+
+def test_a_record_and_its_hold():
+    """At rest to the third sample, loaded to the seventh, held to the tenth, then let go."""
+    depth = np.array([-3, -2, -1, -0.5, 0.5, 1, 2, 2.02, 1.98, 2.01, 1.2, 0]) * 1e-3
+    along = np.array([0.6, 0, -0.8])
+    force = np.outer(np.maximum(depth, 0) * 500, along)
+    force[:3] = np.diag([0.01, 0.02, 0.03])
+    force[6:10] += np.outer([1, -1, 1, -1], [0.08, 0, 0.06])
+    given = {"frame_std_m": 2e-5}
+    found = forces_along(depth, force, HertzRange(4, 6), **given)
+    assert found == pytest.approx(force @ along)
+    record = held_record(
+        np.arange(12.0), depth, force, HertzRange(4, 6), contact_std_m=1e-4, **given
+    )
+    assert record.deepest == 6 and record.time_s.tolist() == [*range(10)]
+    assert np.array_equal(record.depth_m, depth[:10]) and record.force_n == pytest.approx(
+        found[:10]
+    )
+    # Each component of the rest about its own mean, over two degrees of freedom.
+    variance = np.mean([(2 / 3) * c**2 / 2 for c in (0.01, 0.02, 0.03)])
+    assert record.force_std_n == pytest.approx(np.sqrt(variance))
+    assert (record.frame_std_m, record.contact_std_m) == (2e-5, 1e-4)
+    early = held_record(
+        np.arange(12.0), depth, force, HertzRange(3, 6), contact_std_m=1e-4, **given
+    )
+    assert early is None

@@ -58,6 +58,11 @@ def test_a_file_that_is_missing_is_named(tmp_path):
     assert line.startswith("results/tables/of.csv: expected") and line.endswith("found no file")
 
 
+def test_a_column_that_is_missing_leaves_cells_empty(run):
+    (line,) = differences(QUOTING.replace("%(q)+.1f", "%(p)+.1f"), run)
+    assert line.endswith("found | foam ball, Kinect | 25.0 (3.14 mm) | |")
+
+
 def test_a_table_on_a_page_is_read_as_well(run):
     lines = ["# Title", "", *("| " + row.replace(",", " | ") + " |" for row in ROWS.splitlines())]
     lines.insert(3, "|" + "---|" * 7)

@@ -159,7 +159,8 @@ def _ended(
     mutation.change(place)
     before = place.listing()
     try:
-        opened(place.config)
+        # What people leave out has its default.
+        place.config = opened(place.config).config
     except ValueError as error:
         lines = str(error).splitlines()
         return ("refused by the check", _shown(lines)) if _clear(lines) else ("UNCLEAR", lines[0])

@@ -2,22 +2,18 @@
 
 import cv2
 import numpy as np
-import pandas as pd
 import pytest
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.clouds import (
     Cloud,
     ProbePlace,
     Reach,
-    belongs_to_probe,
     object_cloud,
-    probe_places,
     read_clouds,
     save_clouds,
     scene_points,
 )
 from palpate.vision.depth import stereo_depth, stereo_disparity
-from palpate.vision.probe import AXIS, MARKER, QUATERNION, TIP
 from palpate.vision.support_plane import fit_support_plane, height_above
 
 OPTIONS = {
@@ -309,35 +305,9 @@ def test_cloud_is_cut_thinned_and_oriented(wall, probe):
     cloud = object_cloud(points, mask, *arguments, **OPTIONS)
     assert cloud.points_m[:, 0].max() < 0.002
     assert cloud.points_m[:, 1].max() < 0.06 - OPTIONS["lowest_m"] + 1e-9
-    assert not belongs_to_probe(cloud.points_m, place, probe["exclusion"]).any()
     assert np.allclose(cloud.normals, [0, 0, -1], atol=1e-6)
     with pytest.raises(ValueError, match="expected points of the object, found 0"):
         object_cloud(points, ~(mask | True), *arguments, **OPTIONS)
-
-
-def test_what_is_seen_through_the_board_is_the_board(probe):
-    """Its pattern repeats: matches lie before and behind it."""
-    poses = pd.DataFrame({name: [0.0] for name in [*MARKER, *QUATERNION, *TIP, *AXIS]})
-    poses[QUATERNION[3]], poses[MARKER[2]], poses[TIP[2]], poses[AXIS[2]] = 1.0, 0.5, 2.0, 1.0
-    (place,) = probe_places(poses, probe)
-    centre = place.board_m
-    assert np.allclose(np.linalg.norm(place.sheet_m - centre, axis=1), 0.090)
-    width, height = np.ptp(place.sheet_m, axis=0)[:2]
-    assert width - height == pytest.approx(0.020)
-    away = 1.8 * centre
-    inside, outside = 0.49 * np.array([width, 0, 0]), 0.51 * np.array([width, 0, 0])
-    seen = np.stack([away + 1.8 * inside, away - 1.8 * inside, away + 1.8 * outside])
-    assert belongs_to_probe(seen, place, probe["exclusion"]).tolist() == [True, True, False]
-
-
-def test_tip_shaft_and_board_are_the_probe():
-    """Each by itself: its middle, just inside and just outside of it."""
-    place = ProbePlace(np.zeros(3), np.array([0, 0, 1.0]), np.array([0.3, 0, 0]))
-    exclusion = {"tip_radius_m": 0.01, "radius_m": 0.03, "board_radius_m": 0.1}
-    inside = [[0, 0, 0], [0, 0, 0.009], [0, 0.029, -0.011], [0, 0, -0.5], [0.3, 0.099, 0]]
-    outside = [[0, 0, 0.011], [0, 0.029, -0.009], [0, 0.031, -0.011], [0.3, 0.101, 0]]
-    assert belongs_to_probe(np.array(inside), place, exclusion).all()
-    assert not belongs_to_probe(np.array(outside), place, exclusion).any()
 
 
 def test_a_piece_apart_is_not_the_object(wall, probe):
@@ -359,6 +329,26 @@ def test_clouds_round_trip(tmp_path):
     for one, other in zip(clouds, again, strict=True):
         assert np.allclose(one.points_m, other.points_m, atol=1e-6)
         assert np.allclose(one.normals, other.normals, atol=1e-6)
+
+
+def test_a_damaged_film_is_refused_whichever_frame_is_asked_for(tmp_path):
+    rng, path = np.random.default_rng(0), tmp_path / "clouds.npz"
+    save_clouds(path, [Cloud(rng.normal(size=(50, 3)), rng.normal(size=(50, 3)))] * 3)
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 4
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=f"^{path}: .*(damaged|found none)"):
+        read_clouds(path)[0]
+
+
+def test_a_cloud_of_fewer_points_than_were_written_is_refused(tmp_path):
+    cloud, path = Cloud(np.zeros((50, 3)), np.zeros((50, 3))), tmp_path / "clouds.npz"
+    save_clouds(path, [cloud])
+    arrays = {name: array[: len(array) // 2] for name, array in np.load(path).items()}
+    arrays["000000/count"] = np.array([50])
+    np.savez(path, **arrays)
+    with pytest.raises(ValueError, match="points_m: expected as many as count, .50., found 25"):
+        read_clouds(path)[0]
 
 
 def test_no_points_project_to_no_pixels(sensors):

@@ -4,7 +4,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from palpate.vision.marker import _half_window, _outer_intensity
+from palpate.vision import marker
+from palpate.vision.marker import (
+    MARGIN,
+    CornerFollower,
+    _half_window,
+    _outer_intensity,
+    expected_region,
+)
 from palpate.vision.pose import MarkerPose
 from palpate.vision.probe import _bridged, _check_gaps, _likely, _tip_std, marker_from_tip
 from scipy.spatial.transform import Rotation
@@ -78,3 +85,46 @@ def test_brightness_of_the_outer_square_beside_the_first_corner():
     assert _outer_intensity(grid, grey) == 90
     for beside in ([-22, 0], [0, -27], [60, 0], [0, 60]):
         assert _outer_intensity(grid + beside, grey) is None
+
+
+def corners_at(x, y):
+    return np.stack(np.meshgrid(x + 20.0 * np.arange(4), y + 20.0 * np.arange(3)), -1).reshape(
+        -1, 2
+    )
+
+
+def test_where_the_board_should_be_next():
+    """Moving on as it did, with a margin of a part of its longer side of 60 pixels."""
+    margin = MARGIN * 60
+    still = expected_region(corners_at(200, 100), None, (400, 600))
+    assert (still.x0, still.y0) == (int(200 - margin), int(100 - margin))
+    assert (still.x1, still.y1) == (int(np.ceil(260 + margin)), int(np.ceil(140 + margin)))
+    moved = expected_region(corners_at(210, 95), corners_at(200, 100), (400, 600))
+    assert (moved.x0 - still.x0, moved.y1 - still.y1) == (20, -10)
+    cut = expected_region(corners_at(5, 380), None, (400, 600))
+    assert (cut.x0, cut.y1) == (0, 400)
+    assert expected_region(corners_at(700, 100), None, (400, 600)) is None
+    assert expected_region(corners_at(200, -200), None, (400, 600)) is None
+
+
+def test_a_board_is_followed_until_it_is_lost(monkeypatch):
+    """After a lost frame it is looked for where it was last."""
+    frames = iter([corners_at(200, 100), corners_at(210, 100), None, corners_at(240, 100)])
+    regions = []
+
+    def find(grey, marker, region):
+        regions.append(region)
+        return next(frames, None)
+
+    monkeypatch.setattr(marker, "find_corners", find)
+    follow, grey = CornerFollower({}), np.zeros((400, 600), np.uint8)
+    for _ in range(5):
+        follow(grey)
+    expected = [
+        None,
+        expected_region(corners_at(200, 100), None, grey.shape),
+        expected_region(corners_at(210, 100), corners_at(200, 100), grey.shape),
+        expected_region(corners_at(210, 100), None, grey.shape),
+        expected_region(corners_at(240, 100), corners_at(210, 100), grey.shape),
+    ]
+    assert regions == expected

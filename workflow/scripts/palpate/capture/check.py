@@ -12,8 +12,8 @@ from palpate.capture.check_curves import check_curves, check_name
 from palpate.capture.columns import all_finite, check_increasing, check_numbers, read_columns
 from palpate.capture.discover import (
     BACKGROUND,
-    TAKEN,
     SensorFolder,
+    object_fault,
     sensor_folder,
     sensor_folders,
 )
@@ -30,7 +30,7 @@ from palpate.capture.words import one_line
 
 SCHEMA = SCHEMAS / "object.schema.yaml"
 FEWEST_FRAMES = 3
-# The background model takes its statistics from one half, its thresholds from the other.
+# Each is held against what the others say, whose deviations three tell at the least.
 FEWEST_BACKGROUND_FRAMES = 4
 FEWEST_FORCE_SAMPLES = 10
 MISSING_TABLE = "{}: file: expected a CSV table, found nothing"
@@ -171,9 +171,11 @@ def _check_object_file(folder: Path, probes: Mapping) -> tuple[list[str], Mappin
         known, found = ", ".join(sorted(probes)), spec.get("probe", "none")
         known += ", or curves.radius_m" if "curves" in spec and "probe" not in spec else ""
         problems.append(f"{path}: probe: expected one of {known}, found {found}")
-    if spec["object"].casefold() in TAKEN:
-        known = ", ".join(TAKEN)
-        problems.append(f"{path}: object: expected none of {known}, found {spec['object']}")
+    if fault := object_fault(spec["object"]):
+        problems.append(f"{path}: object: {fault}")
+    if BACKGROUND in spec["points"]:
+        expected = "expected another name than that of the empty scene's folder"
+        problems.append(f"{path}: points.{BACKGROUND}: {expected}, found {BACKGROUND}")
     problems += _check_directions(path, spec)
     problems += _check_template(folder, path, spec["template"])
     return problems, spec

@@ -1,11 +1,15 @@
 """What is wrong with the columns of a table, one line each."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from palpate.capture.tables import number_text, read_table
+
+# A time of day, or a date and one.
+CLOCK = re.compile(r"(\d+[-./]\d+[-./]\d+[ T]+)?\d+:\d+")
 
 
 def read_columns(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[str]]:
@@ -22,16 +26,25 @@ def read_columns(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, l
 
 
 def check_numbers(path: Path, table: pd.DataFrame, columns: list[str]) -> list[str]:
-    """One line for each of some columns that holds anything but finite numbers."""
+    """One line for each of some columns that holds anything but finite numbers.
+
+    A row of units under the header is one line too.
+    """
+    numbers = table[columns].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
+    wrong = ~np.isfinite(numbers)
+    if len(wrong) > 1 and wrong[0].all() and not wrong[1:].any():
+        found = ", ".join(map(str, table[columns].iloc[0]))
+        return [
+            f"{path}: rows: expected numbers, found {found} in data row 1 (units? leave it out)"
+        ]
     problems = []
-    for name in columns:
-        values = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
-        wrong = np.flatnonzero(~np.isfinite(values))
-        if len(wrong):
-            row, found = wrong[0], table[name].iloc[wrong[0]]
+    for name, column in zip(columns, wrong.T, strict=True):
+        if column.any():
+            row, found = int(np.argmax(column)), table[name].iloc[int(np.argmax(column))]
+            hint = ", seconds are expected" if CLOCK.match(str(found)) else ""
             problems.append(
                 f"{path}: {name}: expected finite numbers, found {found} in data row {row + 1}"
-                f" ({len(wrong)} such)"
+                f" ({column.sum()} such{hint})"
             )
     return problems
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.capture.device_checks import wrong_devices
+from palpate.capture.discover import sensor_fault
 from palpate.capture.schema import SCHEMAS, load_yaml, validate
 
 PLACES = {"sensors": Path("config/sensors"), "probes": Path("config/probes")}
@@ -95,7 +96,8 @@ def read_devices(name: str, given: Path | None, near: Path) -> Devices:
         If there are none.
     """
     folder = device_folder(name, given, near)
-    read = {path.stem: read_device(path, name) for path in sorted(folder.glob("*.yaml"))}
+    files = folder.glob("*.yaml") if os.path.isdir(folder) else ()
+    read = {path.stem: read_device(path, name) for path in sorted(files)}
     if not read:
         raise ValueError(f"{folder}: folder: expected a {name[:-1]} file (*.yaml), found none")
     problems = {key: lines for key, (_, lines) in read.items() if lines}
@@ -115,5 +117,6 @@ def read_device(path: Path, name: str) -> tuple[Mapping | None, tuple[str, ...]]
         return spec, tuple(lines)
     if spec[kind] != path.stem:
         lines.append(f"{path}: {kind}: expected {path.stem}, found {spec[kind]}")
+    lines += [f"{path}: {kind}: {fault}"] if (fault := sensor_fault(path.stem)) else []
     devices = {"sensors": {}, "probes": {}} | {name: {path.stem: spec}}
     return spec, (*lines, *wrong_devices(**devices, paths=dict.fromkeys(PLACES, path.parent)))

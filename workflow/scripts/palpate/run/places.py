@@ -1,5 +1,6 @@
 """Files of the project where the working directory has none of its own, and who said a thing."""
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -28,7 +29,8 @@ def beside(path: str, project: Path) -> str:
         Folder of the project.
     """
     own = project / path
-    return path if Path(path).exists() or not own.exists() else str(own)
+    # Names may be longer than any file's.
+    return path if os.path.exists(path) or not os.path.exists(own) else str(own)
 
 
 def placed(paths: Mapping[str, str | None], project: Path) -> dict[str, str | None]:

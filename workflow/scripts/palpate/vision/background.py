@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.capture.check import FEWEST_BACKGROUND_FRAMES
 from palpate.npz import read_arrays
 
 # A pixel that never changes still has the error of its quantisation.
 QUANTISATION_STD = 1 / np.sqrt(12)
 SMALLEST = 1e-6
-FEWEST_FRAMES = 4
 THRESHOLDS = ("brightness_threshold", "threshold")
 # Bins of the distortions of background pixels: a step is 0.6 %, finer than a threshold needs.
 BIN_EDGES = np.concatenate([[0.0], np.geomspace(1e-3, 1e6, 3600), [np.inf]])
@@ -63,9 +63,9 @@ def build_model(frames: Sequence[NDArray], *, false_positive_rate: float) -> Bac
         If there are fewer than four frames, they differ in size, or are copies of one.
     """
     count = len(frames)
-    if count < FEWEST_FRAMES:
+    if count < FEWEST_BACKGROUND_FRAMES:
         raise ValueError(
-            f"frames: expected at least {FEWEST_FRAMES} background frames, found {count}"
+            f"frames: expected at least {FEWEST_BACKGROUND_FRAMES} background frames, found {count}"
         )
     mean, square = _moments(frames)
     if not square.any():

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from palpate.capture.depth import depth_of
@@ -27,6 +27,10 @@ from palpate.vision.support_plane import SAMPLES, fit_support_plane, height_abov
 BESIDE_M, ABOVE_M = 0.020, 0.010
 # The points nearest to the tip tell which piece is the object: some 4 cm2.
 AT_TIP = 100
+
+
+# Of a frame's points, beside them.
+COUNT = "count"
 
 
 class Cloud(NamedTuple):
@@ -250,10 +254,13 @@ def _seen_through(points_m: NDArray, sheet_m: NDArray | None) -> NDArray:
 
 def save_clouds(path: str | Path, clouds: Iterable[Cloud]) -> None:
     """Write clouds in single precision as NPZ, as they come."""
-    write_film(
-        path,
-        ({name: a.astype(np.float32) for name, a in cloud._asdict().items()} for cloud in clouds),
-    )
+    each = (cloud._asdict() | {COUNT: len(cloud.points_m)} for cloud in clouds)
+    write_film(path, ({n: _single(a) for n, a in one.items()} for one in each))
+
+
+def _single(values: ArrayLike) -> NDArray:
+    array = np.asarray(values)
+    return array.astype(np.float32) if array.dtype.kind == "f" else array
 
 
 def read_clouds(path: str | Path) -> Film:
@@ -264,17 +271,16 @@ def read_clouds(path: str | Path) -> Film:
     ValueError
         If the file is damaged, or its arrays do not belong together.
     """
-    return Film(path, Cloud._fields, _checked)
+    return Film(path, (*Cloud._fields, COUNT), _checked)
 
 
-def _checked(points: NDArray, normals: NDArray) -> Cloud:
+def _checked(points: NDArray, normals: NDArray, count: ArrayLike) -> Cloud:
     for name, array in (("points_m", points), ("normals", normals)):
         if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind != "f":
             found = f"{array.dtype} of shape {array.shape}"
             raise ValueError(f"{name}: expected numbers of shape (n, 3), found {found}")
-    if len(points) != len(normals):
-        expected = f"as many as points, {len(points)}"
-        raise ValueError(f"normals: expected {expected}, found {len(normals)}")
+        if [len(array)] != (written := np.ravel(count).tolist()):
+            raise ValueError(f"{name}: expected as many as {COUNT}, {written}, found {len(array)}")
     return Cloud(points.astype(float), normals.astype(float))
 
 

@@ -1,0 +1,310 @@
+"""The synthetic capture from clouds and forces to E and nu: what each step selects and hands on."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from palpate.estimate.direct.estimate import estimate_direct
+from palpate.estimate.direct.motion import SurfaceMotion
+from palpate.estimate.direct.observe import observed_motion, rest_frames
+from palpate.estimate.direct.options import Fit, Observation
+from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
+from palpate.solid.smooth_surface import SmoothSurface
+from palpate.surface.capture import align_first
+from palpate.surface.options import Aligning
+from palpate.surface.pose import to_object
+from palpate.vision.force import FORCE
+from palpate.vision.indentation import capture_wrenches
+from palpate.vision.options import Force
+from palpate.vision.probe import AXIS
+from synthetic_capture import (
+    CLOCK_S,
+    NU,
+    POINT_M,
+    TIME_S,
+    TIP_STD_M,
+    TOP_M,
+    UP,
+    E,
+    depth_m,
+    force_n,
+    sunk_m,
+)
+
+DEPTH_M = depth_m(TIME_S)
+# The press goes in from frame 22 on, and is held up to frame 42.
+FIRST, LAST = 22, 42
+NOISE_N = 0.01
+PEAK_N = force_n(DEPTH_M.max(), 0.00622)
+
+
+def samples():
+    """Places all over the top and the front, with their normals; none at a limit."""
+    x, y = (one.ravel() for one in np.mgrid[-0.0995:0.13:0.0041, -0.0987:0.0987:0.0041])
+    top = np.column_stack([x, y, np.full(x.size, TOP_M)])
+    x, z = (one.ravel() for one in np.mgrid[-0.0995:0.13:0.0041, 0.0023:TOP_M:0.0043])
+    front = np.column_stack([x, np.full(x.size, -0.1), z])
+    normals = np.repeat([UP, [0.0, -1, 0]], [len(top), len(front)], axis=0)
+    return np.concatenate([top, front]), normals
+
+
+CELL_M, NORMAL = samples()
+
+
+@pytest.fixture(scope="module")
+def motion(synthetic):
+    """The true one."""
+    moved = sunk_m(CELL_M, DEPTH_M, synthetic.radius_m) * (NORMAL @ UP)
+    return SurfaceMotion(
+        cell_m=CELL_M,
+        normal=NORMAL,
+        moved_m=moved,
+        std_m=np.full_like(moved, 3e-5),
+        rest_height_m=np.zeros(len(CELL_M)),
+        rest_std_m=np.full(len(CELL_M), 4e-5),
+        points=np.full(moved.shape, 9),
+        rest_frames=np.arange(FIRST),
+        correlation_m=0.005,
+        pattern_m=0.0,
+    )
+
+
+@pytest.fixture(scope="module")
+def record(synthetic):
+    noise = np.random.default_rng(7).normal(0, NOISE_N, synthetic.forces_n.shape)
+    return ProbeRecord(
+        time_s=TIME_S,
+        tips_m=synthetic.tips_m,
+        forces_n=synthetic.forces_n + noise,
+        tip_std_m=TIP_STD_M,
+        stiffness_n_m=np.inf,
+        clock_offset_s=CLOCK_S,
+        clock_std_s=0.02,
+    )
+
+
+@pytest.fixture(scope="module")
+def direct(synthetic, motion, record):
+    """What the estimate compares, with a table, options and changes of the record."""
+    block = SmoothSurface(synthetic.template.vertices_m, synthetic.template.faces)
+
+    def made(options=None, table=None, surface=block, **changes):
+        return direct_indentation(
+            replace(record, **changes),
+            motion,
+            synthetic.alignment,
+            surface,
+            table or synthetic.table(),
+            synthetic.support,
+            options or Fit(),
+        )
+
+    return made
+
+
+@pytest.fixture(scope="module")
+def plain(direct):
+    return direct()
+
+
+@pytest.mark.parametrize(
+    ("options", "least_n"),
+    [
+        ({"least_force_share": 0.1}, 0.1 * PEAK_N),
+        ({"least_force_share": 0.02}, 0.02 * PEAK_N),
+        ({"least_force_share": 0.3}, 0.3 * PEAK_N),
+        # What noise alone may be.
+        ({"least_force_share": 1e-6, "force_deviations": 30}, 30 * NOISE_N),
+    ],
+)
+def test_frames_with_force_enough_from_the_touch_to_the_end_of_the_hold(
+    direct, synthetic, options, least_n
+):
+    found = direct(Fit(**options))
+    truth = np.linalg.norm(synthetic.forces_n, axis=1)
+    frames = np.flatnonzero(truth > least_n)
+    assert found.frames.tolist() == frames[frames <= LAST].tolist()
+
+
+def test_a_jolt_before_the_touch_is_no_press(direct, record, synthetic):
+    forces = record.forces_n.copy()
+    forces[5] += 0.5 * synthetic.forces_n[LAST]
+    assert direct(forces_n=forces).frames.min() == FIRST
+
+
+def test_a_reading_that_fails_in_the_hold_is_not_compared(direct, record):
+    forces = record.forces_n.copy()
+    forces[30] *= 1.05
+    forces[35] *= 0
+    found = direct(Fit(least_force_share=0.02), forces_n=forces).frames
+    assert sorted(set(range(FIRST, LAST + 1)) - set(found)) == [35]
+
+
+def test_frames_deeper_than_the_table_are_counted_and_left_out(direct, synthetic):
+    whole = synthetic.table()
+    short = replace(
+        whole,
+        depth_m=whole.depth_m[:3],
+        force_per_modulus_m2=whole.force_per_modulus_m2[..., :3],
+        surface_displacement_m=whole.surface_displacement_m[:, :, :3],
+    )
+    found = direct(table=short)
+    within = np.flatnonzero(DEPTH_M[FIRST : LAST + 1] < short.depth_m[-1]) + FIRST
+    assert found.frames.tolist() == within.tolist()
+    assert found.frames_beyond == LAST + 1 - FIRST - len(within)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"nearest_radii": 0.0, "nearest_m": 0.031},
+        {"nearest_radii": 4.5, "nearest_m": 0.0},
+        {"farthest_m": 0.06},
+        {"crease_m": 0.021},
+    ],
+    ids=["as it is", "metres", "radii", "farthest", "edges"],
+)
+def test_samples_outside_of_the_contact_near_enough_and_off_the_edges(direct, synthetic, options):
+    given = {"nearest_radii": 1.5, "nearest_m": 0.004, "farthest_m": 0.1, "crease_m": 0.01}
+    given |= options
+    radius, tips = synthetic.radius_m, synthetic.tips_m[FIRST : LAST + 1]
+    depth = TOP_M + radius - to_object(synthetic.camera_from_object, tips)[:, 2]
+    tip = POINT_M + (radius - depth.mean()) * UP
+    across = np.linalg.norm((CELL_M - tip)[:, :2], axis=1)
+    nearest = given["nearest_radii"] * np.sqrt(radius * depth.max()) + given["nearest_m"]
+    # From the block's own edges.
+    x, y, z = CELL_M.T
+    ends = [0.15 - np.abs(x), 0.1 - np.abs(y), np.minimum(z, TOP_M - z)]
+    edge = np.where(NORMAL[:, 2] > 0.5, np.minimum(*ends[:2]), np.minimum(ends[0], ends[2]))
+    distance = np.linalg.norm(CELL_M - tip, axis=1)
+    chosen = (across > nearest) & (distance < given["farthest_m"]) & (edge > given["crease_m"])
+    found = direct(Fit(**options))
+    assert 50 < len(found.cell_m) < len(CELL_M)
+    assert np.array_equal(found.cell_m, CELL_M[chosen])
+    assert np.array_equal(found.moved_m[0] == 0, (NORMAL[chosen, 2] == 0))
+
+
+def test_what_is_handed_on_is_the_capture_s(plain, synthetic, record):
+    options = Fit()
+    assert plain.depth_m == pytest.approx(DEPTH_M[plain.frames], abs=4 * TIP_STD_M)
+    rate = np.gradient(DEPTH_M, TIME_S)[plain.frames]
+    assert plain.speed_m_s == pytest.approx(rate, abs=4 * TIP_STD_M * 15)
+    assert plain.force_n == pytest.approx(force_n(DEPTH_M, synthetic.radius_m), abs=4 * NOISE_N)
+    assert plain.force_std_n == pytest.approx(NOISE_N, rel=0.5)
+    assert np.rad2deg(plain.oblique_rad) < 1
+    seen = sunk_m(plain.cell_m, DEPTH_M[plain.frames], synthetic.radius_m) * plain.normal[:, 2]
+    assert np.array_equal(plain.moved_m, seen)
+    # A frame's own noise of 30 um, and of the rest 40 um.
+    assert plain.noise_std_m == pytest.approx(np.full(seen.shape, 5e-5))
+    assert [plain.clock_expected_s, plain.clock_std_s] == [CLOCK_S, 0.02]
+    assert plain.offset_std_m == pytest.approx(np.hypot(TIP_STD_M, options.offset_std_m))
+    stds = [plain.tip_std_m, plain.pattern_std_m, plain.shift_std_m, plain.place_std_m]
+    assert stds == [
+        TIP_STD_M,
+        options.depth_pattern_std_m,
+        options.shift_std_m,
+        options.place_std_m,
+    ]
+
+
+def test_a_force_across_is_no_force_along(direct, record, synthetic):
+    across = 0.5 * synthetic.camera_from_object[:3, 0]
+    found = direct(forces_n=record.forces_n + across)
+    assert found.force_n == pytest.approx(force_n(DEPTH_M, synthetic.radius_m), abs=4 * NOISE_N)
+    assert found.sideways_n == pytest.approx(np.full(len(TIME_S), 0.5), abs=4 * NOISE_N)
+
+
+def test_a_probe_that_gives_way_goes_in_less_than_its_board_goes_down(direct, plain):
+    found = direct(stiffness_n_m=5e3)
+    assert plain.depth_m - found.depth_m == pytest.approx(plain.force_n[plain.frames] / 5e3)
+
+
+def off_m(found, radius_m, place_m):
+    """How far along x the table's motion, with the contact at a place, is from the true one."""
+    depth = np.array([0.004])
+
+    def truth(x):
+        return sunk_m(found.cell_m + [x, 0, 0], depth, radius_m)[0] * found.normal[:, 2]
+
+    by_x = (truth(-1e-4) - truth(1e-4)) / 2e-4
+    error = found.table.motion(depth, NU, 0.0, place_m).motion_m[0] - truth(0.0)
+    return float(error @ by_x / (by_x @ by_x))
+
+
+@pytest.mark.parametrize("beside_m", [0.0, 0.006])
+def test_a_table_of_a_point_beside_is_brought_under_the_sphere(direct, synthetic, beside_m):
+    found = direct(table=synthetic.table(POINT_M + [beside_m, 0, 0]))
+    assert abs(off_m(found, synthetic.radius_m, found.place_expected_m)) < 2e-4
+    unit = found.table.force(np.array([0.004]), NU, 0.0)
+    assert unit * E == pytest.approx(force_n(0.004, synthetic.radius_m), rel=0.01)
+
+
+def test_a_table_that_stays_expects_the_contact_where_it_is(direct, synthetic):
+    """Moved by 1.5 mm its surface would reach beyond the edge of a narrower block."""
+    narrow = synthetic.template.vertices_m * [0.5, 1, 1] - [0.04, 0, 0]
+    surface = SmoothSurface(narrow, synthetic.template.faces)
+    found = direct(table=synthetic.table(POINT_M - [0.0015, 0, 0]), surface=surface)
+    assert off_m(found, synthetic.radius_m, np.zeros(2)) == pytest.approx(-0.0015, abs=5e-4)
+    assert abs(off_m(found, synthetic.radius_m, found.place_expected_m)) < 5e-4
+
+
+def test_a_table_of_another_point_is_refused(direct, synthetic):
+    with pytest.raises(ValueError, match="contact: expected within 2 mm .* found 20.0 mm away"):
+        direct(table=synthetic.table(POINT_M + [0.02, 0, 0]))
+
+
+def test_from_clouds_and_forces_to_the_moduli(synthetic, sensors):
+    """Step by step, each with what the one before has found."""
+    probe, radius = synthetic.probe, synthetic.radius_m
+    table, clock = capture_wrenches(
+        synthetic.record, synthetic.poses, probe, Force(), up=synthetic.plane[:3]
+    )
+    forces, tips = table[FORCE].to_numpy(), synthetic.tips_m
+    peak = int(np.argmax(np.linalg.norm(forces, axis=1)))
+    aligned = align_first(
+        synthetic.template,
+        synthetic.support,
+        {"position_m": POINT_M},
+        synthetic.plane,
+        synthetic.clouds[0],
+        tips,
+        FIRST,
+        peak,
+        Aligning(),
+        indenter_radius_m=radius,
+    )
+    gap = aligned.camera_from_object - synthetic.camera_from_object
+    assert np.abs(gap[:3, 3]).max() < 5e-5 and np.abs(gap[:3, :3]).max() < 5e-4
+    assert aligned.contact_point_m == pytest.approx(POINT_M, abs=1e-4)
+    rest = rest_frames(
+        synthetic.template, aligned, tips, forces, radius_m=radius, onset_force_n=0.1
+    )
+    assert rest.tolist() == list(range(FIRST))
+    motion = observed_motion(
+        synthetic.template,
+        aligned,
+        synthetic.clouds,
+        (tips, synthetic.poses[AXIS].to_numpy()),
+        rest,
+        sensors["kinect"],
+        Observation(),
+        radius_m=radius,
+    )
+    top = motion.normal @ UP > 0.9
+    error = motion.moved_m[:, top] - sunk_m(motion.cell_m[top], DEPTH_M, radius)
+    near = np.linalg.norm(motion.cell_m[top] - POINT_M, axis=1) < 0.05
+    assert abs(np.nanmean(error[30:LAST, near])) < 1e-5
+    assert np.nanstd(error[30:LAST, near]) < 8e-5
+    record = ProbeRecord(
+        TIME_S, tips, forces, TIP_STD_M, np.inf, clock.offset_s, Force().clock_offset_std_s
+    )
+    surface = SmoothSurface(synthetic.template.vertices_m, synthetic.template.faces)
+    one = direct_indentation(
+        record, motion, aligned, surface, synthetic.table(), synthetic.support, Fit()
+    )
+    moduli = estimate_direct([one], Fit(), radius_m=radius).moduli
+    for name, truth in (("youngs_modulus_pa", E), ("poisson_ratio", NU)):
+        assert moduli[name].low < truth < moduli[name].high
+        assert moduli[name].verdict == "identified"
+    assert moduli["equivalent_reduced_modulus_pa"].value == pytest.approx(E / (1 - NU**2), rel=0.05)

@@ -1,0 +1,119 @@
+"""The table's plane: of points, of several planes, and as its file has it."""
+
+import json
+
+import numpy as np
+import pytest
+from palpate.vision.force import WRENCH, ForceRecord, averaged, frame_wrenches, weight_wrenches
+from palpate.vision.support_plane import (
+    _least_squares,
+    _near,
+    fit_support_plane,
+    read_plane,
+)
+
+
+def test_points_near_a_plane():
+    plane = np.array([0, 0, 1.0, -2])
+    near = _near(np.array([[0, 0, 2.009], [5, 0, 1.991], [0, 0, 2.011]]), plane, 0.01)
+    assert near.tolist() == [True, True, False]
+
+
+def test_plane_of_least_squares():
+    rng = np.random.default_rng(3)
+    normal = np.array([0.48, -0.6, 0.64])
+    across = np.linalg.svd(normal[None])[2][1:]
+    points = rng.normal(size=(300, 2)) @ across + 0.7 * normal
+    plane = _least_squares(points + 1e-3 * rng.normal(size=(300, 1)) * normal)
+    assert np.abs(plane[:3] @ normal) == pytest.approx(1, abs=1e-5)
+    assert abs(plane[3]) == pytest.approx(0.7, abs=3e-4)
+
+
+def scene(*patches, noise_m=5e-4):
+    """Points on level planes at heights below the camera and on a wall, in front of it."""
+    rng = np.random.default_rng(1)
+    found = []
+    for centre, along, across, count in patches:
+        place = rng.uniform(-0.5, 0.5, (count, 2))
+        flat = np.array(centre) + place @ np.array([along, across])
+        normal = np.cross(along, across)
+        found.append(flat + rng.normal(0, noise_m, (count, 1)) * normal / np.linalg.norm(normal))
+    return np.concatenate(found)
+
+
+def told(points):
+    return fit_support_plane(points, inlier_distance_m=0.004, rng=np.random.default_rng(0))
+
+
+def test_the_nearest_level_plane_in_the_middle_is_the_table():
+    """A small table before a larger floor and a wall, which the camera sees from above."""
+    slope = np.array([0.0, 0.6, -0.8])
+    table = ([0, 0.1, 0.7], [0.4, 0, 0], 0.3 * slope, 3000)
+    floor = ([0, 0.5, 1.2], [2.0, 0, 0], 1.5 * slope, 9000)
+    wall = ([0, 0.0, 2.0], [2.0, 0, 0], [0, 2.0, 0], 3000)
+    found = told(scene(table, floor, wall))
+    up = np.array([0, -0.8, -0.6])
+    assert found[:3] @ up == pytest.approx(1, abs=1e-3)
+    assert found[3] == pytest.approx(-up @ table[0], abs=2e-3)
+    # Without any level plane the wall is all there is.
+    alone = told(scene(wall))
+    assert alone == pytest.approx([0, 0, -1, 2.0], abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("content", "line"),
+    [
+        ("nothing", "file: expected JSON, found none"),
+        ('{"normal": [0, 0], "offset_m": 1}', "normal: expected finite numbers of shape"),
+        ('{"normal": [0, 0, 1]}', "offset_m: expected a value, found none"),
+        ('{"normal": [0, 0, 1.002], "offset_m": 1}', "normal: expected a unit vector, found"),
+    ],
+)
+def test_files_that_hold_no_plane(tmp_path, content, line):
+    path = tmp_path / "support_plane.json"
+    path.write_text(content)
+    with pytest.raises(ValueError, match=line):
+        read_plane(path)
+
+
+def test_a_plane_is_read_as_it_was_written(tmp_path):
+    path = tmp_path / "support_plane.json"
+    path.write_text(json.dumps({"normal": [0, -0.6, -0.8005], "offset_m": 0.7}))
+    assert read_plane(path) == pytest.approx([0, -0.6, -0.8005, 0.7])
+
+
+def test_weight_of_what_hangs_on_the_sensor():
+    """Half a kilogram, 0.1 m along z from the sensor, which lies on its side: z along the floor."""
+    side = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    (found,) = weight_wrenches(
+        side[None], np.array([0, 0, 1.0]), {"mass_kg": 0.5, "centre_of_mass_m": [0, 0, 0.1]}
+    )
+    # Down is the sensor's x; what pulls x at z = 0.1 turns it about y.
+    weight = 0.5 * 9.80665
+    assert found == pytest.approx([weight, 0, 0, 0, 0.1 * weight, 0], rel=1e-3)
+
+
+def test_readings_of_a_hundredth_of_a_second():
+    time = np.arange(100) / 1000
+    times, values = averaged(time, np.column_stack([time, 2 * time]))
+    assert times == pytest.approx(0.0045 + 0.01 * np.arange(10))
+    assert values[:, 1] == pytest.approx(2 * times)
+    slow = np.arange(5) / 50
+    assert averaged(slow, slow[:, None])[0] == pytest.approx(slow)
+
+
+def test_the_wrench_is_taken_to_the_tip_and_turned_to_the_camera(probe):
+    """The object pushes the tip by 2 N across, at its end, with 0.01 Nm about the axis."""
+    time = np.arange(0, 2, 0.001)
+    wrench = np.tile([2.0, 0, 0, 0, 0.06 * 2.0, 0.01], (len(time), 1))
+    record = ForceRecord(time, wrench, (0.0, 0.1), tuple(WRENCH))
+    pose = np.eye(4)
+    pose[:3, :3] = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]) @ (
+        np.array(probe["marker_from_force"])[:3, :3].T
+    )
+    given = {"matching": "linear", "linear_window_s": 0.1, "largest_gap_s": 0.02}
+    table = frame_wrenches(
+        record, np.array([0.5, 1.0]), np.stack([pose] * 2), probe, up=None, **given
+    )
+    expected = [0, -2.0, 0, 0, 0, -0.01]
+    assert table[WRENCH].to_numpy() == pytest.approx(np.array([expected] * 2), abs=1e-9)
