@@ -153,6 +153,17 @@ def test_self_intersection_is_told_from_touching():
     assert (first < len(box.faces)) != (second < len(box.faces))
 
 
+@pytest.mark.parametrize("turned", [[0, 1, 2], [0, 2, 1]])
+@pytest.mark.parametrize("beside", [0.0, 0.06])
+def test_an_edge_goes_through_a_triangle_from_either_side(turned, beside):
+    flat = np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]])
+    upright = np.array([[0.02, 0.03, -0.01], [0.02, 0.03, 0.02], [0.02, 0.4, 0.02]])
+    vertices = np.concatenate([flat, upright + [beside, 0.02, 0]])
+    pairs = cutting_triangles(vertices, np.array([turned, [3, 4, 5]]))
+    # Beside it the edge meets the plane at 80 and 50 mm, beyond the long side.
+    assert [1, 0] in pairs.tolist() if not beside else not len(pairs)
+
+
 def test_orientation_is_turned_outward():
     ball = trimesh.creation.icosphere(subdivisions=2, radius=0.05)
     mixed = ball.faces.copy()
