@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.clouds import belongs_to_probe, object_cloud, probe_places
-from palpate.vision.force import FORCE
+from palpate.vision.clouds import Reach, belongs_to_probe, object_cloud, probe_places
+from palpate.vision.force import FORCE, zeroed
 from palpate.vision.indentation import capture_wrenches, depth_along, force_along
 from palpate.vision.options import Clouds, Force
 from palpate.vision.probe import AXIS, marker_from_tip, marker_transforms
@@ -15,14 +15,16 @@ DEEP = int(np.argmax(depth_m(TIME_S)))
 
 @pytest.fixture(scope="module")
 def wrenches(synthetic):
-    up = synthetic.plane[:3]
-    return capture_wrenches(synthetic.record, synthetic.poses, synthetic.probe, Force(), up=up)
+    sensor = {"clock_offset_std_s": 0.01}
+    given = synthetic.record, synthetic.poses, sensor, synthetic.probe, Force()
+    return capture_wrenches(*given, up=synthetic.plane[:3])
 
 
 def test_depth_and_force_are_along_the_press(synthetic):
     depth, std = depth_along(synthetic.poses)
     assert np.std(depth - depth_m(TIME_S)) < 2 * TIP_STD_M and (std == TIP_STD_M).all()
-    time, force = force_along(synthetic.record, synthetic.probe, bias_window_s=0.5)
+    known = zeroed(synthetic.record, synthetic.probe, 0.5, TIME_S[0])
+    time, force = force_along(known, synthetic.probe)
     there, truth = (
         np.interp(TIME_S + CLOCK_S, time, force),
         np.linalg.norm(synthetic.forces_n, axis=1),
@@ -108,6 +110,7 @@ def test_a_cloud_is_the_block_without_the_probe(synthetic, sensors):
         synthetic.plane,
         probe_places(synthetic.poses, synthetic.probe)[DEEP],
         synthetic.probe["exclusion"],
+        Reach(tip[:3, 3], 0.5, 0.5),
         **Clouds().written(),
     )
     height = in_frame(synthetic.camera_from_object, cloud.points_m)[:, 2]
