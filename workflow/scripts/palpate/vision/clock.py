@@ -25,6 +25,8 @@ SMALLEST_NOISE_N = 1e-3
 USB_CLOCK_STD_S = 0.05
 # Offsets that are searched for a press at quite another time, and what of them is told.
 SEARCHED_S, SEARCH_STEP_S, FARTHEST_S = 1.0, 0.02, 0.1
+# Deviations of what is known of the clocks that an offset may be.
+LIKELY = 2.5
 # Misfits may by chance be this multiple of the best, which counts as this large at least.
 BY_CHANCE, LEAST_MISFIT = 1.6, 2 / 3
 # Least correlation of a force with what a press makes of the depths.
@@ -87,7 +89,9 @@ def clock_offset(
     if (at_frames > PRESSED * at_frames.max()).sum() < FEWEST_PRESSED:
         return ClockOffset(0.0, prior_std_s, prior_std_s)
     depth_std_m = np.hypot(depth_std_m, DEPTH_STD_M)
-    _check_near(force_time_s, force_n, frame_time_s, depth_m, depth_std_m, _noise(force))
+    _check_near(
+        force_time_s, force_n, frame_time_s, depth_m, depth_std_m, _noise(force), prior_std_s
+    )
     told = _telling(at_frames)
     frame_time_s, depth_m, depth_std_m = (x[told] for x in (frame_time_s, depth_m, depth_std_m))
     time_s, force = _between(force_time_s, force_n, frame_time_s)
@@ -142,6 +146,7 @@ def _check_near(
     depth_m: NDArray,
     depth_std_m: NDArray,
     noise_n: float,
+    prior_std_s: float,
 ) -> None:
     """Refuse records whose force rises at another time than the tip goes down."""
     lowest, span = depth_m.min(), np.ptp(depth_m)
@@ -151,8 +156,9 @@ def _check_near(
     forces = [np.interp(frame_time_s + shift, force_time_s, force_n) for shift in shifts]
     misfits = [min(ways.misfit(force) for ways in presses) for force in forces]
     best = int(np.argmin(misfits))
-    # Of shifts that are allowed.
-    near = np.array(misfits)[np.abs(shifts) < FARTHEST_S + SEARCH_STEP_S / 2].min()
+    # What is known of the clocks beforehand leaves so much, a step's half on either side.
+    likely = np.abs(shifts) + SEARCH_STEP_S / 2 < max(LIKELY * prior_std_s, SEARCH_STEP_S)
+    near = np.array(misfits)[likely].min()
     alike = max(ways.likeness(forces[best]) for ways in presses)
     if alike < LEAST_ALIKE and misfits[best] > BY_CHANCE:
         raise ValueError(
@@ -160,7 +166,7 @@ def _check_near(
             f" least {LEAST_ALIKE:g}, found {alike:.2f} (another capture's record, or frames in"
             " another order?)"
         )
-    if near > BY_CHANCE * max(misfits[best], LEAST_MISFIT):
+    if abs(shifts[best]) > FARTHEST_S and near > BY_CHANCE * max(misfits[best], LEAST_MISFIT):
         raise ValueError(
             f"force.csv: time_s: expected the clock of frames.csv within {FARTHEST_S:g} s,"
             f" found the press about {shifts[best]:+.2f} s away"
