@@ -118,7 +118,7 @@ def mutated(text: str, index: int) -> tuple[int, int, str, str, str]:
 
 def _about(before: str, after: str) -> str:
     """The difference of two lines, with what stands around it."""
-    same = next(at for at in range(len(before)) if before[: at + 1] != after[: at + 1])
+    same = len(os.path.commonprefix([before, after]))  # noqa: RUF071 - no paths
     part = slice(max(same - SHOWN, 0), same + SHOWN)
     return f"{before[part]}  ->  {after[part]}"
 

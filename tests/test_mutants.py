@@ -90,3 +90,7 @@ def test_a_weak_test_lets_a_mutant_live(project):
 def test_what_is_changed(before, after):
     count = len(list(mutants.places(ast.parse(before))))
     assert sorted(mutants.mutated(before, index)[-1] for index in range(count)) == sorted(after)
+
+
+def test_a_line_that_only_grows_is_shown():
+    assert mutants._about("x = 0.5", "x = 0.55") == "x = 0.5  ->  x = 0.55"

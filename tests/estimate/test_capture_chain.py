@@ -257,9 +257,8 @@ def test_a_table_of_another_point_is_refused(direct, synthetic):
 def test_from_clouds_and_forces_to_the_moduli(synthetic, sensors):
     """Step by step, each with what the one before has found."""
     probe, radius = synthetic.probe, synthetic.radius_m
-    table, clock = capture_wrenches(
-        synthetic.record, synthetic.poses, probe, Force(), up=synthetic.plane[:3]
-    )
+    given = synthetic.record, synthetic.poses, sensors["kinect"], probe, Force()
+    table, clock = capture_wrenches(*given, up=synthetic.plane[:3])
     forces, tips = table[FORCE].to_numpy(), synthetic.tips_m
     peak = int(np.argmax(np.linalg.norm(forces, axis=1)))
     aligned = align_first(
@@ -296,9 +295,7 @@ def test_from_clouds_and_forces_to_the_moduli(synthetic, sensors):
     near = np.linalg.norm(motion.cell_m[top] - POINT_M, axis=1) < 0.05
     assert abs(np.nanmean(error[30:LAST, near])) < 1e-5
     assert np.nanstd(error[30:LAST, near]) < 8e-5
-    record = ProbeRecord(
-        TIME_S, tips, forces, TIP_STD_M, np.inf, clock.offset_s, Force().clock_offset_std_s
-    )
+    record = ProbeRecord(TIME_S, tips, forces, TIP_STD_M, np.inf, clock.offset_s, 0.01)
     surface = SmoothSurface(synthetic.template.vertices_m, synthetic.template.faces)
     one = direct_indentation(
         record, motion, aligned, surface, synthetic.table(), synthetic.support, Fit()

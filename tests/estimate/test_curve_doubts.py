@@ -67,6 +67,19 @@ def test_a_press_whose_contact_lies_before_its_record():
     assert found.chosen["baseline"] == "none, since no approach tells it"
 
 
+def test_a_law_that_explains_little_of_the_force():
+    """A wave about as large as the press, between its ends: residuals over the force's squares."""
+    depth, force = curve(contact_m=0.0005, deepest_m=0.0005, noise=0.3)
+    between = np.abs(depth - 0.0005) < 0.0004
+    waved = force + 0.012 * np.sin(np.arange(len(depth))) * between
+    found = hertz.fit(depth, waved, radius_m=RADIUS_M)
+    power = np.sum((waved - waved.mean()) ** 2)
+    explained = 1 - np.sum((found.fitted_n - waved) ** 2) / power
+    assert 0.02 < explained < 0.5
+    assert f"the law explains {100 * explained:.2g} % of the force's scatter" in found.doubts
+    assert not any("explains" in line for line in doubts())
+
+
 def test_few_samples_and_made_up_ones():
     assert any(line.startswith("9 samples lie in contact") for line in doubts(count=44))
     exact = "the samples lie on the law exactly, as made-up ones do: the interval says nothing"

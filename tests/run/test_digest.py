@@ -8,10 +8,12 @@ import pytest
 from palpate.run import digest
 from palpate.run.digest import code, imported_modules, whole_code
 
-# Rules of a Snakefile with a script and the names of their params, without running anything.
+# Of a Snakefile's rules with a script, without running anything: the params that Snakemake keeps,
+# and which blocks of options are among them.
 RULES = """
 import json, sys
 from pathlib import Path
+from types import SimpleNamespace
 from snakemake.api import SnakemakeApi
 from snakemake.settings.types import ConfigSettings, OutputSettings, ResourceSettings
 
@@ -21,8 +23,42 @@ with SnakemakeApi(OutputSettings()) as api:
         ResourceSettings(cores=1), config_settings=ConfigSettings(config=config), snakefile=file
     )
     rules = [rule for rule in flow._workflow.rules if rule.script]
-    print(json.dumps({rule.name: list(rule.params.keys()) for rule in rules}))
+    run = flow._workflow.globals["RUN"]
+    run = getattr(run, "run", run)
+    of = {"object": "foam_block", "sensor": "kinect", "capture": "08", "tracker": run.tracker}
+    found = {}
+    for rule in rules:
+        params = {name: getattr(rule.params, name) for name in rule.params.keys()}
+        asks = [name for name, value in params.items() if callable(value)]
+        for name in filter(lambda name: rule._is_deriving_function(params[name]), asks):
+            del params[name]
+        options = params.get("options", {})
+        options = options(SimpleNamespace(**of)) if callable(options) else options
+        found[rule.name] = [list(params), []]
+        for block in sys.argv[3:]:
+            there = run.config
+            for part in block.split("."):
+                there = there[part]
+            plain = {name: there[name] for name in there.keys() - {"objects", "steps"}}
+            if isinstance(options, dict) and plain.items() <= options.items():
+                found[rule.name][1].append(block)
+    print(json.dumps(found))
 """
+# The stages that compute with each block of options.
+STAGES = {
+    "background": {"background_model", "mask"},
+    "support_plane": {"support_plane"},
+    "probe_pose": {"probe_pose"},
+    "force": {"force"},
+    "clouds": {"clouds", "rest_cloud"},
+    "tracking.alignment": {"align"},
+    "tracking.trackers.study": {"track"},
+    "hertz": {"hertz"},
+    "minimise": {"minimise"},
+    "direct.model": {"indentation"},
+    "direct.observation": {"surface_motion"},
+    "direct.fit": {"direct", "direct_object", "curve"},
+}
 LOCK = "numpy==1.26.4 \\\n    --hash=sha256:00\n    # via scipy\n"
 
 
@@ -106,18 +142,26 @@ def test_resolves_relative_imports(tree):
     assert "palpate/solid/mesh.py" in names(tree)
 
 
-@pytest.mark.workflow
-@pytest.mark.parametrize(
-    ("file", "paths", "count"),
-    [
-        ("workflow/Snakefile", {"raw": "results/none"}, 90),
-        ("workflow/objects.smk", {"raw": "tests/sample/raw", "sensors": "tests/sample/sensors"}, 4),
-    ],
-)
-def test_every_rule_depends_on_its_code_and_its_folders(root, file, paths, count):
-    command = [sys.executable, "-c", RULES, file, json.dumps({"paths": paths})]
+def rules_of(root, file, paths, *blocks):
+    command = [sys.executable, "-c", RULES, file, json.dumps({"paths": paths}), *blocks]
     done = subprocess.run(command, cwd=root, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-3000:]
-    rules = json.loads(done.stdout)
-    assert len(rules) >= count
-    assert [name for name, params in rules.items() if not {"code", "content"} <= set(params)] == []
+    return json.loads(done.stdout)
+
+
+@pytest.mark.workflow
+def test_every_rule_depends_on_its_code_its_folders_and_its_options(root):
+    """By params that Snakemake keeps, which are none that ask for a job's input."""
+    rules = rules_of(root, "workflow/Snakefile", {"raw": "results/none"}, *STAGES)
+    assert len(rules) >= 90
+    assert [name for name, (kept, _) in rules.items() if not {"code", "content"} <= set(kept)] == []
+    for block, stages in STAGES.items():
+        assert {name for name, (_, blocks) in rules.items() if block in blocks} >= stages
+
+
+@pytest.mark.workflow
+def test_every_rule_of_objects_by_themselves_depends_on_its_code_and_folders(root):
+    raw = {"raw": "tests/sample/raw", "sensors": "tests/sample/sensors"}
+    rules = rules_of(root, "workflow/objects.smk", raw)
+    assert len(rules) >= 4
+    assert [name for name, (kept, _) in rules.items() if not {"code", "content"} <= set(kept)] == []

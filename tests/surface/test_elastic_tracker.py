@@ -213,6 +213,20 @@ def test_a_press_is_followed(capture):
     assert np.array_equal(tracked.vertices_m, again.vertices_m)
 
 
+def test_frames_of_the_beginning_press_are_not_at_rest(capture):
+    """A soft object is pressed by millimetres before the force is above its threshold."""
+    frames = [0, 1, 3, 3, 3, 4]
+    slow = replace(
+        capture,
+        clouds=[capture.clouds[k] for k in frames],
+        tips_m=capture.tips_m[frames],
+        alignment=replace(capture.alignment, contact_frame=5),
+    )
+    tracked = track_capture(slow, OPTIONS)
+    assert json.loads(tracked.prior)["frames_at_rest"] == 2
+    assert json.loads(tracked.prior)["noise_m"] == pytest.approx(1e-4, rel=0.1)
+
+
 def test_the_camera_may_stand_anywhere(capture, solid, template):
     there = recorded(solid, template, np.eye(4), 1e-4)
     found, turned = (track_capture(one, OPTIONS) for one in (there, capture))

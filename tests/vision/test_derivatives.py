@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 from palpate.vision.board_picture import pixel_sizes, place_derivatives, square_wave
 from palpate.vision.camera import PinholeCamera
-from palpate.vision.photometric import BoardRefiner, _moved, _one_hot, _Pixels, _shading, _step
+from palpate.vision.photometric import (
+    FILLED_IN_PX,
+    SYSTEMATIC_PX,
+    BoardRefiner,
+    _moved,
+    _one_hot,
+    _Pixels,
+    _shading,
+    _step,
+)
 from palpate.vision.pose import corner_cofactor, point_covariance
 from scipy.spatial.transform import Rotation
 
@@ -204,3 +213,48 @@ def test_shading_without_what_hides_it():
 def test_sites_of_a_mosaic():
     assert _one_hot(np.array([2, 0, 3, 2])).tolist() == [[1, 0], [0, 0], [0, 1], [1, 0]]
     assert _one_hot(np.array([1, 1])).shape == (2, 0)
+
+
+def believed(refiner, start, found, **changes):
+    fit = {"left": 0.01, "contrast": 100.0, "weight": np.ones(50), "pose": found} | changes
+    return refiner._believable(SimpleNamespace(**fit), start)
+
+
+def test_a_fit_far_from_its_start_is_not_believed(refiner):
+    """Moved across by 2.5 and 3.5 pixels at the nearest corner of a board that tilts away."""
+    near = np.eye(4)
+    near[:3, :3] = Rotation.from_rotvec([0.9, 0, 0]).as_matrix()
+    near[:3, 3] = [0, 0, 0.1]
+    for pixels, fine in ((2.5, True), (3.5, False)):
+        beside = near.copy()
+        beside[0, 3] += pixels / CAMERA.fx_px * 0.1
+        assert believed(refiner, near, beside) == fine
+        assert believed(refiner, beside, near) == fine
+
+
+def test_a_fit_that_does_not_look_like_the_board_is_not_believed(refiner, pose):
+    assert believed(refiner, pose, pose)
+    for change in (
+        {"left": 0.031},
+        {"contrast": 19.0},
+        {"weight": np.r_[np.zeros(13), np.ones(37)]},
+    ):
+        assert not believed(refiner, pose, pose, **change)
+
+
+def test_what_edges_are_off_by_is_added_to_the_noise(refiner, pose):
+    """A picture without noise knows the pose as well as corners of the stated error do."""
+    fit = refiner._fit(shaded(pose), pose, BLUR_PX, 0.4)
+    for encoding, off_px in (("mono8", SYSTEMATIC_PX), ("rgb8", FILLED_IN_PX)):
+        marker = {"inner_corners": [4, 3], "square_m": SQUARE_M}
+        found = BoardRefiner(CAMERA, marker, encoding=encoding)._result(fit)
+        corners = corner_cofactor(refiner.points, pose, CAMERA)
+        assert found.covariance == pytest.approx(off_px**2 * corners, rel=1e-6)
+    # With noise the fit's own covariance stands beside it.
+    rng = np.random.default_rng(1)
+    seen = shaded(pose)
+    noisy = replace(seen, values=seen.values + rng.normal(0, 2, len(seen.values)))
+    fit = refiner._fit(noisy, pose, BLUR_PX, 0.4)
+    own = np.linalg.inv(fit.jacobian.T @ fit.jacobian)[:6, :6] * fit.variance
+    assert fit.variance == pytest.approx(4.0, rel=0.1)
+    assert refiner._result(fit).covariance == pytest.approx(own + SYSTEMATIC_PX**2 * corners)

@@ -8,6 +8,7 @@ from palpate.vision.background import (
     _left_out,
     _moments,
     _quantile,
+    build_model,
     distortion,
 )
 
@@ -64,3 +65,22 @@ def test_quantile_of_counted_values():
     assert _quantile(counts, 0.999) == BIN_EDGES[21]
     counts[-1] = 100
     assert _quantile(counts, 0.9) == BIN_EDGES[-2]
+
+
+def test_spreads_of_a_model_are_root_mean_squares():
+    """Of brightness and chromaticity about the mean (Eq. 4.17), none below the typical."""
+    rng = np.random.default_rng(4)
+    table = rng.uniform(80, 160, (6, 9, 3))
+    noise = rng.uniform(1, 3, (6, 9, 1))
+    frames = [np.round(table + noise * rng.normal(size=table.shape)) for _ in range(12)]
+    model = build_model([frame.astype(np.uint8) for frame in frames], false_positive_rate=0.01)
+    mean = np.mean(frames, axis=0)
+    std = np.maximum(np.std(frames, axis=0), 1 / np.sqrt(12))
+    assert model.mean == pytest.approx(mean, rel=1e-6)
+    assert model.std == pytest.approx(std, rel=1e-5)
+    line, colours = mean / std, np.array(frames) / std
+    alpha = (line * colours).sum(axis=-1) / (line**2).sum(axis=-1)
+    apart = np.linalg.norm(colours - alpha[..., None] * line, axis=-1)
+    for found, values in ((model.brightness_rms, alpha - 1), (model.chromaticity_rms, apart)):
+        rms = np.sqrt(np.mean(values**2, axis=0))
+        assert found == pytest.approx(np.maximum(rms, np.median(rms)), rel=1e-4)

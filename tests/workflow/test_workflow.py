@@ -1,6 +1,7 @@
 """Snakemake itself: discovery, refusals before any job, re-runs, and the sample end to end."""
 
 import json
+import os
 import re
 import shutil
 
@@ -137,6 +138,31 @@ def test_a_library_edit_reruns_what_it_affects(copy, modules, affected, untouche
             path.write_text(text)
     assert affected <= counted(done)
     assert not untouched & counted(done)
+
+
+def test_an_image_that_was_replaced_reruns_its_capture_s_stages(copy):
+    """One of the same name and size."""
+    image = copy / "tests/sample/raw/foam_block/kinect/08/color/000003.png"
+    before = image.stat()
+    image.write_bytes(image.read_bytes())
+    try:
+        done = snakemake(copy, "--configfile", "tests/sample/config.yaml", "--dry-run")
+    finally:
+        os.utime(image, ns=(before.st_atime_ns, before.st_mtime_ns))
+    told = done.stdout + done.stderr
+    assert {"mask", "probe_pose", "force", "clouds", "align", "hertz", "direct"} <= counted(done)
+    assert not {"background_model", "support_plane", "solid_mesh"} & counted(done)
+    assert "Foreground masks of foam_block, kinect, 08" in told
+    assert "Foreground masks of foam_block, bumblebee, 08" not in told
+
+
+def test_an_option_reruns_what_computes_with_it(copy):
+    config = yaml.safe_load((copy / "tests/sample/config.yaml").read_text())
+    config["clouds"] = {"voxel_m": 0.0025}
+    (copy / "other.yaml").write_text(yaml.safe_dump(config))
+    done = snakemake(copy, "--configfile", "other.yaml", "--dry-run")
+    assert {"clouds", "align", "track", "surface_motion", "direct"} <= counted(done)
+    assert not {"mask", "probe_pose", "force", "indentation"} & counted(done)
 
 
 def test_another_version_of_a_package_reruns_what_computes(copy):

@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 PACKAGES = ("palpate", "virtual_lab", "thesis")
 # Where the packages and the folders of scripts lie.
@@ -28,12 +29,23 @@ def follow(rules: Iterable, content: Callable) -> None:
     rules : iterable of Snakemake's rules
         Those without a script of the project, or that have the params, stay as they are.
     content : callable
-        Takes a job's wildcards and, if it likes, input; tells states of folders apart.
+        Takes a job's wildcards and input; tells states of folders apart.
     """
     for rule in rules:
         script = ROOT / str(rule.script or "").rpartition("scripts/")[2]
         if script.is_file() and "code" not in rule.params.keys():
-            rule.set_params(code=code(script, rule.params.get("make", "")), content=content)
+            digest = code(script, rule.params.get("make", ""))
+            rule.set_params(code=digest, content=_by_wildcards(rule, content))
+
+
+def _by_wildcards(rule, content: Callable) -> Callable:
+    """Param of a job's input that says so to nobody: Snakemake keeps none that asks for it."""
+
+    def told(wildcards: Any) -> Any:
+        files, *_ = rule.expand_input(dict(wildcards.items()))
+        return content(wildcards, files)
+
+    return told
 
 
 def code(script: str | Path, make: str = "", root: Path = ROOT) -> str:

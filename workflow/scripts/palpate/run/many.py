@@ -1,6 +1,6 @@
 """Each object of raw/ as a run of its own: what the rules of workflow/objects.smk take."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -55,7 +55,7 @@ class ManyObjects:
         name = self.run.object_files[wildcards.object].get("probe")
         return {} if name is None else {name: self.run.probes[name]}
 
-    def content(self, wildcards: Any) -> str:
+    def content(self, wildcards: Any, files: Iterable[str]) -> str:
         """Fingerprint of all that was dropped for an object, if a job is about one."""
         name = wildcards.get("object")
         return self.run.object_fingerprint(name) if name else ""

@@ -250,9 +250,10 @@ class Run:
 
     # Fingerprints of what was dropped, as it was before the checks.
 
-    def content(self, wildcards: Any, input: Iterable[str]) -> dict[str, str]:
+    def content(self, wildcards: Any, files: Iterable[str]) -> dict[str, str]:
         """Fingerprints of the dropped folders among a job's inputs; the lab's have rules."""
-        return {path: self.fingerprint_of(path) for path in input if self._is_dropped(path)}
+        dropped = [str(path) for path in files if self._is_dropped(path)]
+        return {path: self.fingerprint_of(path) for path in dropped}
 
     def _is_dropped(self, path: str) -> bool:
         raw = Path(self.paths["raw"])

@@ -32,6 +32,8 @@ EXCESS = 2.0
 LONGEST_STEP, INSIDE = 0.4, 0.25
 # How far above the noise a misfit may be, in standard deviations of the noise's own estimate.
 ALLOWED = 2.0
+# A frame at rest has its sphere so far from the surface [m].
+CLEAR_M = 0.0005
 
 
 @dataclass(frozen=True)
@@ -262,13 +264,16 @@ def _scene(recorded: Recorded, reach_m: float) -> Scene:
     pose, radius = recorded.alignment.camera_from_object, recorded.indenter_radius_m
     tips = to_object(pose, recorded.tips_m)
     surface = ClosestPoints(recorded.template.vertices_m, recorded.template.faces)
+    depth = radius - surface.signed_distance(tips)
+    # A soft object is deep under the sphere before its force is above the threshold.
+    clear = depth[: max(1, recorded.alignment.contact_frame - 1)] < -CLEAR_M
     return Scene(
         clouds=Mapped(recorded.clouds, lambda c: (to_object(pose, c[0]), c[1] @ pose[:3, :3])),
         spheres=[Sphere(tip, radius) for tip in tips],
-        depth_m=radius - surface.signed_distance(tips),
+        depth_m=depth,
         contact_m=recorded.alignment.contact_point_m,
         reach_m=reach_m,
-        rest=range(max(1, recorded.alignment.contact_frame - 1)),
+        rest=range(max(1, len(clear) if clear.all() else int(np.argmin(clear)))),
     )
 
 
