@@ -133,12 +133,13 @@ def test_scans_are_counted(cube):
     assert examine_template(folder, spec).found == ("template: of 1 scans",)
 
 
-def pressed(*, rate=500, peak=2.0, start=1.0, seconds=4.0, noise=0.01):
-    """A record that rests, ramps up and holds; the sensor hangs upside down."""
+def pressed(*, rate=500, peak=2.0, start=1.0, seconds=4.0, noise=0.01, sideways=0.0):
+    """A record that rests, is pushed sideways, ramps up and holds; the sensor hangs upside down."""
     time = np.arange(0, seconds, 1 / rate)
     table = pd.DataFrame({"time_s": time})
     noisy = noise * np.random.default_rng(3).standard_normal((len(time), 6))
     table[WRENCH] = noisy + [0, 0, 0.3, 0, 0, 0]
+    table["fx_n"] += sideways * np.clip(time / 0.5, 0, 1)
     table["fz_n"] -= peak * np.clip((time - start) / 1.5, 0, 1)
     return table
 
@@ -172,7 +173,7 @@ def test_volts_are_weighed_by_the_gauges(tmp_path, probe):
 @pytest.mark.parametrize(
     ("record", "words"),
     [
-        (pressed(start=0.0), "force: expected an unloaded probe where the zero is taken"),
+        (pressed(sideways=1.0), "force: expected an unloaded probe where the zero is taken"),
         (pressed(rate=50), "time_s: expected 100 Hz or more, found 50 Hz"),
         (pressed(start=3.5), "frames: expected at least 5 in the press, found 2"),
     ],

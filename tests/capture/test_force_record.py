@@ -13,7 +13,7 @@ from palpate.capture.tables import write_force
 from palpate.examine import told_of
 from palpate.press import press_of
 from palpate.run.options import Config
-from palpate.vision.force import FORCE, zeroed
+from palpate.vision.force import FORCE, match_nearest, zeroed
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Force, ProbePose
 
@@ -34,7 +34,23 @@ def test_bursts_are_spread(count, within_s):
     assert size == count
 
 
-def test_a_late_burst_takes_the_time_since_the_one_before():
+def test_a_hole_stays_a_hole():
+    """A fifth of a second of bursts is lost: what is left keeps its times, and frames miss it."""
+    kept = np.r_[:800, 1000:2000]
+    found, size = sampled_s(in_bursts(REGULAR, 10)[kept])
+    assert found == pytest.approx(REGULAR[kept], abs=1e-9)
+    assert size == 10
+    with pytest.raises(ValueError, match="expected a reading within 0.01 s of each frame"):
+        match_nearest(np.arange(0.1, 1.9, 1 / 30), found, largest_gap_s=0.01)
+
+
+def test_bursts_of_changing_size_keep_their_rate():
+    ends = np.cumsum(np.tile([8, 16], 80)) - 1
+    stamps = REGULAR[ends[np.searchsorted(ends, np.arange(ends[-1] + 1))]]
+    assert sampled_s(stamps)[0] == pytest.approx(REGULAR[: len(stamps)], abs=1e-9)
+
+
+def test_a_late_burst_squeezes_the_next():
     stamps = in_bursts(REGULAR, 10)
     stamps[500:510] += 0.004
     found, _ = sampled_s(stamps)
@@ -49,10 +65,11 @@ def test_a_late_burst_takes_the_time_since_the_one_before():
         REGULAR + np.random.default_rng(3).uniform(0, 9e-4, len(REGULAR)),
         np.concatenate([REGULAR, REGULAR + 60]),
         np.concatenate([REGULAR[:200], REGULAR[200:400] + 3, REGULAR[400:] + 9]),
+        (3 * np.arange(8)[:, None] + REGULAR[:400]).ravel(),
         REGULAR[::-1],
         REGULAR[:1],
     ],
-    ids=["regular", "jitter", "a gap", "two gaps", "backwards", "one"],
+    ids=["regular", "jitter", "a gap", "two gaps", "triggered", "backwards", "one"],
 )
 def test_what_comes_otherwise_stays(times):
     found, size = sampled_s(times)
@@ -80,12 +97,14 @@ def forces_n(capture, press):
     return table[FORCE].to_numpy(), clock.offset_s
 
 
-def test_a_press_in_bursts_is_the_same_press(own):
+def test_a_press_in_bursts_is_the_same_press(own, caplog):
     capture, record, press = own
+    caplog.set_level("INFO")
     stamps = in_bursts(record["time_s"].to_numpy(), 10)
     write_force(capture.folder, record.assign(time_s=stamps))
     assert check_capture(capture.folder, capture.sensor) == []
     found, offset_s = forces_n(capture, press)
+    assert "force.csv: its stamps in bursts of 10 samples, which were spread" in caplog.text
     assert found == pytest.approx(press.wrenches[FORCE].to_numpy(), abs=1e-3)
     assert offset_s == pytest.approx(press.clock.offset_s, abs=1e-4)
     told = "its stamps in bursts of 10 samples, which were spread"

@@ -7,6 +7,7 @@ from floor import floor
 from palpate.open3d_core import ClosestPoints
 from palpate.surface.alignment import (
     align_capture,
+    first_touch,
     load_alignment,
     resting_prior,
     save_alignment,
@@ -114,6 +115,14 @@ def test_of_two_equal_turns_the_press_goes_the_declared_way(template, pose, sign
     resting = resting_prior(template, floor(1e-3), point, plane, tips, 1, 2, indenter_radius_m=R)
     found = initial_pose(template, cloud, resting)
     assert found[:3, 0] @ pose[:3, 0] == pytest.approx(sign, abs=0.01)
+
+
+@pytest.mark.parametrize("below_m", [-0.004, 0.0, 0.004, 0.04])
+@pytest.mark.parametrize("radius_m", [1e-3, R])
+def test_the_first_touch_is_where_the_line_enters(template, radius_m, below_m):
+    """A declared point may lie off the surface; the tip comes from outside all the same."""
+    centre = first_touch(template, POINT - [0, 0, below_m], np.array([0, 0, -1.0]), radius_m)
+    assert centre == pytest.approx(POINT + [0, 0, radius_m], abs=1e-6)
 
 
 def test_round_trip(alignment, tmp_path):

@@ -8,9 +8,10 @@ import pytest
 import yaml
 from palpate.capture.capture import open_capture
 from palpate.examine import examine_object
-from palpate.vision.agreement import disagreement, require_agreement
+from palpate.vision.agreement import FEWEST_FRAMES, disagreement, require_agreement
 from palpate.vision.follow import followed
 from palpate.vision.options import ProbePose
+from palpate.vision.probe import MARKER
 
 FRAMES = 24
 TIME = np.linspace(0, 1, FRAMES)
@@ -112,6 +113,25 @@ def test_squares_of_another_size(root, capture, square_m):
         followed(one.folder, one.sensor, one.probe | {"marker": scaled}, CORNERS)
     by_stream, by_corners = map(float, re.findall(r"([0-9.]+) m(?: away| by)", str(refused.value)))
     assert by_corners / by_stream == pytest.approx(square_m, abs=0.02)
+
+
+@pytest.mark.parametrize("left_out", ["frames", "range"])
+def test_too_little_to_compare_is_said(root, caplog, left_out):
+    """A board at another distance is not told by a few frames, nor by readings out of range."""
+    caplog.set_level("INFO")
+    one = opened(root, root / PLACES["sample"][0] / "kinect/08", "sample")
+    poses = followed(one.folder, one.sensor, one.probe, CORNERS)
+    assert "not compared" not in caplog.text
+    poses[MARKER] *= 0.9
+    marker, sensor = one.probe["marker"], one.sensor
+    with pytest.raises(ValueError, match="marker.square_m: expected the board "):
+        require_agreement(one.folder, sensor, marker, poses)
+    if left_out == "frames":
+        poses = poses.iloc[: FEWEST_FRAMES - 1]
+    else:
+        sensor = sensor | {"range_m": [2.0, 4.0]}
+    require_agreement(one.folder, sensor, marker, poses)
+    assert "depth: the board is not compared with that of color" in caplog.text
 
 
 def test_an_image_that_can_not_be_decoded_is_one_line(root, tmp_path):

@@ -197,6 +197,30 @@ def test_zero_and_pose_are_of_the_same_moments(probe):
     assert largest[times[0]] < 0.04
 
 
+def soft_press(probe, begins_s):
+    """A record of four seconds, two of them before the first frame; 1 N/s from a moment on."""
+    time_s = np.arange(4000) / 1000
+    force = np.clip(time_s - begins_s, 0, 1)[:, None] * [0, 0, 1.0]
+    down = np.tile(Rotation.from_rotvec([np.pi, 0, 0]).as_matrix(), (len(time_s), 1, 1))
+    return gauge_record(time_s, force, down, probe, LAB, np.random.default_rng(2))
+
+
+def test_a_press_that_begins_in_the_films_first_moments(probe):
+    known = zeroed(soft_press(probe, 2.1), probe, 0.5, 2.0)
+    assert known.wrench[:2000, 2].mean() == pytest.approx(0, abs=0.01)
+    assert known.zero_s == (1.5, 2.0)
+    later = zeroed(soft_press(probe, 2.6), probe, 0.5, 2.0)
+    assert later.zero_s == (2.0, 2.5)
+
+
+def test_a_press_that_begins_before_the_film_is_refused(probe):
+    line = "expected an unloaded probe from 2.000 to 2.500 s of the record, found its load"
+    with pytest.raises(ValueError, match=f"force: {line} change by 0.25 N"):
+        zeroed(soft_press(probe, 1.7), probe, 0.5, 2.0)
+    with pytest.raises(ValueError, match="10 samples from 2.000 to 2.500 s of the record, found 5"):
+        zeroed(soft_press(probe, 2.6).iloc[::100], probe, 0.5, 2.0)
+
+
 def test_a_press_that_does_not_push_along_the_probe(press, probe):
     table = wrenches(press, probe, [0.2, 1.0, 1.8])
     axis = np.tile([0.0, 0.0, -1.0], (3, 1))

@@ -10,6 +10,8 @@ WRENCH_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 # Of a record in bursts, steps within a burst over the mean step, how many of all they are at least
 # (half of all where two samples come together), and so many bursts are no accident.
 WITHIN_BURST, LEAST_WITHIN, FEWEST_BURSTS = 0.2, 0.4, 5
+# No buffer is handed out less often than this; stretches farther apart were recorded apart [s].
+LONGEST_BURST_S = 0.1
 
 
 def force_columns(columns: Iterable, probe: Mapping | None = None) -> tuple[str, ...] | None:
@@ -36,8 +38,8 @@ def force_columns(columns: Iterable, probe: Mapping | None = None) -> tuple[str,
 def sampled_s(stamps_s: NDArray) -> tuple[NDArray, float]:
     """When samples were taken that came in bursts, each burst with the stamps of one moment.
 
-    A burst is handed out as its last sample is taken, and its samples are as far apart as they can
-    be since the burst before.
+    A burst is handed out as its last sample is taken, and its samples are as far apart as is usual,
+    or as they can be since the burst before: what is missing stays missing.
 
     Parameters
     ----------
@@ -58,8 +60,11 @@ def sampled_s(stamps_s: NDArray) -> tuple[NDArray, float]:
     ends = np.append(np.flatnonzero(steps > mean), len(steps))
     if (steps < WITHIN_BURST * mean).mean() < LEAST_WITHIN or len(ends) <= FEWEST_BURSTS:
         return stamps_s, 1.0
-    step = (stamps_s[ends[-1]] - stamps_s[ends[0]]) / (ends[-1] - ends[0])
+    since, size = np.diff(stamps_s[ends]), np.diff(ends)
+    if np.median(since) > LONGEST_BURST_S:
+        return stamps_s, 1.0
+    usual = np.median(since / size)
+    apart = np.append(usual, np.minimum(usual, since / size))
     number = np.arange(len(stamps_s))
-    times = np.interp(number, ends, stamps_s[ends])
-    times -= step * np.maximum(ends[0] - number, 0)
-    return times, len(stamps_s) / len(ends)
+    burst = np.searchsorted(ends, number)
+    return stamps_s[ends[burst]] - apart[burst] * (ends[burst] - number), len(stamps_s) / len(ends)

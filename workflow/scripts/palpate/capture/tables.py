@@ -1,5 +1,6 @@
 """The tables of a capture: frames.csv and force.csv."""
 
+import logging
 import re
 import warnings
 from collections.abc import Mapping, Sequence
@@ -48,8 +49,12 @@ def read_force(folder: str | Path) -> pd.DataFrame:
 
     Stamps in bursts are spread (`palpate.capture.force_record.sampled_s`).
     """
-    table = read_table(Path(folder) / FORCE)
-    return table.assign(time_s=sampled_s(columns_of(table, ["time_s"])[:, 0])[0])
+    path = Path(folder) / FORCE
+    table = read_table(path)
+    time_s, burst = sampled_s(columns_of(table, ["time_s"])[:, 0])
+    if burst > 1:
+        logging.info("%s: its stamps in bursts of %.0f samples, which were spread", path, burst)
+    return table.assign(time_s=time_s)
 
 
 def write_frames(folder: str | Path, frames: pd.DataFrame) -> None:

@@ -123,9 +123,10 @@ def first_touch(
 ) -> NDArray:
     """Centre of a sphere that comes along a line through a point and just touches, (3,) [m]."""
     closest = ClosestPoints(template.vertices_m, template.faces)
-    centre = point_m - radius_m * direction
+    nearest_m = ((template.vertices_m - point_m) @ direction).min()
+    centre = point_m + (nearest_m - radius_m) * direction
     for _ in range(TOUCHING_STEPS):
-        centre = centre + (closest.distance(centre[None])[0] - radius_m) * direction
+        centre = centre + (closest.signed_distance(centre[None])[0] - radius_m) * direction
     return centre
 
 

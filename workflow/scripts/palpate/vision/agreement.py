@@ -6,6 +6,7 @@ would agree in another order, the images are not in theirs; where one is always 
 the other, the board's squares or the sensor's optics are not what their files say.
 """
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -98,7 +99,9 @@ def require_agreement(
     paths, boards = [folder / names[k] for k in seen], marker_transforms(poses.iloc[seen])
     compared, unit = (_in_pairs, "px") if sensor["kind"] == "stereo" else (_in_depths, "mm")
     found = compared(paths, boards, sensor, marker)
-    if not len(found):
+    if len(found) < FEWEST_FRAMES:
+        text = "%s: the board is not compared with that of %s: in %d frames, of %d at least"
+        logging.info(text, stream, first, len(found), FEWEST_FRAMES)
         return
     _require_scale(found[:, 2:], sensor, marker, stream)
     order = disagreement(*found[:, :2].T)
@@ -154,8 +157,10 @@ def _in_depths(paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: 
     rays, normals = camera.rays(places_px), boards[:, :3, 2]
     planes_m = np.einsum("fi,fi->f", normals, boards[:, :3, 3])[:, None] / (normals @ rays.T)
     usual_m, found = planes_m.mean(axis=0), []
+    nearest_m, farthest_m = sensor["range_m"]
     for path, plane_m in zip(paths, planes_m, strict=True):
         seen_m = depth_of(read_image(path, spec["encoding"]), spec)[tuple(places_px.T[::-1])]
+        seen_m = np.where((seen_m >= nearest_m) & (seen_m <= farthest_m), seen_m, np.nan)
         if np.isfinite(seen_m).sum() >= FEWEST_READINGS:
             off = (plane_m - usual_m).mean(), np.nanmedian(seen_m - usual_m)
             found.append((*np.multiply(off, MILLIMETRES), plane_m.mean(), np.nanmedian(seen_m)))

@@ -18,6 +18,10 @@ FEWEST_UNLOADED = 10
 SMALLEST_PRESS_N, LARGEST_ANGLE_DEG = 0.2, 60.0
 # Of the torque's noise, of the weight and of the tip's place; the study's captures have 0.4 mm.
 LEVER_ERROR_M = 0.005
+# A load that moves while the zero is taken: half of what counts as contact, and beyond noise.
+MOVED_N, SURE = 0.05, 5.0
+# So much of the record is the first frame's load [s].
+FIRST_S = 0.05
 SATURATION = 0.999
 # No hand presses harder; a record in millinewtons does.
 STRONGEST_HAND_N = 500.0
@@ -281,14 +285,15 @@ def zeroed(
         The probe's file.
     bias_window_s : float
         The mean of so much is the unloaded reading [s]: of the record's beginning where a frame
-        shows the probe's pose in it, else from the first frame on.
+        shows the probe's pose in it, else from the first frame on; where the load moves in that,
+        of what is right before the first frame, if the load is still there and the first frame's.
     first_frame_s : float
         Time of the first frame [s].
 
     Raises
     ------
     ValueError
-        If a gauge is saturated or dead, or too few samples are unloaded.
+        If a gauge is saturated or dead, the load moves, or too few samples are unloaded.
     """
     time_s = record["time_s"].to_numpy(dtype=float)
     if time_s[-1] - time_s[0] < 2 * bias_window_s:
@@ -296,31 +301,50 @@ def zeroed(
             f"force: expected a record at least twice as long as the bias window of"
             f" {bias_window_s:g} s, found {time_s[-1] - time_s[0]:.3g} s"
         )
+    columns = force_columns(record.columns, probe)
+    wrench = record[list(columns)].to_numpy(dtype=float)
+    if columns == GAUGE_COLUMNS:
+        _check_gauges(wrench, probe, time_s)
+        wrench = wrench @ np.array(probe["gauge"]["calibration"]).T
     start = time_s[0] if first_frame_s < time_s[0] + bias_window_s else first_frame_s
-    known = ForceRecord(
-        time_s,
-        np.zeros((len(time_s), 6)),
-        (start, start + bias_window_s),
-        force_columns(record.columns, probe),
+    zero_s = _unloaded_s(time_s, wrench[:, 2], (start, start + bias_window_s), first_frame_s)
+    known = ForceRecord(time_s, wrench, zero_s, columns)
+    logging.info("force of %s..%s, zero from %.3f to %.3f s", *columns[:: len(WRENCH) - 1], *zero_s)
+    return replace(known, wrench=wrench - wrench[known.within(time_s)].mean(axis=0))
+
+
+def _unloaded_s(
+    time_s: NDArray, along_n: NDArray, window_s: tuple[float, float], first_s: float
+) -> tuple[float, float]:
+    """The window, or where the load moves in it, as much right before the first frame."""
+
+    def load_n(start: float, end: float) -> NDArray:
+        return along_n[(time_s >= start) & (time_s < end)]
+
+    wanted = f"from {window_s[0]:.3f} to {window_s[1]:.3f} s of the record"
+    inside = load_n(*window_s)
+    if len(inside) < FEWEST_UNLOADED:
+        expected = f"{FEWEST_UNLOADED} samples {wanted}"
+        raise ValueError(f"force: expected {expected}, found {len(inside)}")
+    change_n = _change_n(*np.array_split(inside, 2))
+    if not change_n:
+        return window_s
+    before_s = max(time_s[0], first_s - (window_s[1] - window_s[0])), first_s
+    before, first = load_n(*before_s), load_n(first_s, first_s + FIRST_S)
+    still = len(before) >= FEWEST_UNLOADED and not _change_n(*np.array_split(before, 2))
+    if still and len(first) and not _change_n(before, first):
+        return before_s
+    raise ValueError(
+        f"force: expected an unloaded probe {wanted}, found its load change by {change_n:.2f} N"
     )
-    unloaded = known.within(time_s)
-    if unloaded.sum() < FEWEST_UNLOADED:
-        found = int(unloaded.sum())
-        raise ValueError(
-            f"force: expected {FEWEST_UNLOADED} samples in the first {bias_window_s:g} s,"
-            f" found {found}"
-        )
-    readings = record[list(known.columns)].to_numpy(dtype=float)
-    readings = readings - readings[unloaded].mean(axis=0)
-    if known.columns == GAUGE_COLUMNS:
-        _check_gauges(record[list(GAUGE_COLUMNS)].to_numpy(dtype=float), probe, time_s)
-        readings = readings @ np.array(probe["gauge"]["calibration"]).T
-    logging.info(
-        "force of %s..%s, zero from %.3f to %.3f s",
-        *known.columns[:: len(WRENCH) - 1],
-        *known.zero_s,
-    )
-    return replace(known, wrench=readings)
+
+
+def _change_n(before: NDArray, after: NDArray) -> float:
+    """How far the means of two stretches are apart, 0 if noise could do it or no contact [N]."""
+    change_n = abs(float(after.mean() - before.mean()))
+    noise_n = np.diff(np.concatenate([before, after])).std() / np.sqrt(2)
+    mean_n = noise_n * np.sqrt(1 / len(before) + 1 / len(after))
+    return change_n if change_n > max(MOVED_N, SURE * mean_n) else 0.0
 
 
 def _check_gauges(volts: NDArray, probe: Mapping, time_s: NDArray) -> None:
