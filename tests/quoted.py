@@ -35,6 +35,8 @@ SCALED = {"_pa": ("_kpa", KILOPASCALS), "_m": ("_mm", MILLIMETRES)}
 def differences(text: str, root: Path) -> list[str]:
     """Rows of a document that their files have otherwise, a line each."""
     found = []
+    if (unread := text.count("<!-- quoted") - len(MARK.findall(text))) > 0:
+        found.append(f"{unread} marks that no table follows as it should")
     for mark in MARK.finditer(text):
         path = root / mark["file"]
         if not path.is_file():

@@ -88,6 +88,11 @@ def found(results):
     return pd.read_csv(results / "tables/accuracy.csv")
 
 
+def test_coarse_tables_press_a_little_too_hard(stiffer):
+    """Elements hold a solid; what a table is off by is taken out of the estimates below."""
+    assert stiffer.between(1.0, 1.2).all()
+
+
 def test_recommended_intervals_hold_the_truth(found, stiffer):
     rows = found[found["recommended"]]
     assert len(rows) == 5
@@ -99,7 +104,7 @@ def test_recommended_intervals_hold_the_truth(found, stiffer):
 
 
 @pytest.mark.parametrize("name", BANDS)
-def test_a_tenth_of_the_force_is_seen_on_the_block(results, stiffer, name):
+def test_the_modulus_is_found_and_on_the_block_a_tenth_of_the_force_seen(results, stiffer, name):
     material = json.loads((results / f"lab/{name}/material.json").read_text())
     joints = results.glob(f"{name}/*/direct.json")
     captures = {path.parent.name: json.loads(path.read_text())["captures"] for path in joints}

@@ -358,7 +358,7 @@ def test_a_press_that_begins_far_from_the_surface_is_told():
     assert line.startswith(
         "the force begins 6.2 mm below the surface, 6.2 deviations off (radius_m"
     )
-    assert {one.verdict for one in found.moduli.values()} == {"bounded"}
+    assert {one.verdict for one in found.moduli.values()} == {"not judged"}
 
 
 def test_patches_are_as_large_as_asked():

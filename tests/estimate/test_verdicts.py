@@ -40,7 +40,7 @@ def verdicts(best, options=OPTIONS):
     ("frames", "changes", "modulus", "ratio"),
     [
         (None, {}, "identified", "identified"),
-        (None, {"converged": False}, "bounded", "bounded"),
+        (None, {"converged": False}, "not judged", "not judged"),
         # Two moduli and two relaxing shares.
         (4, {}, "identified", "identified"),
         (3, {}, "bounded", "not identified"),

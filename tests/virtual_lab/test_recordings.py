@@ -118,6 +118,35 @@ def test_an_arm_holds_the_probe_where_the_motion_says_so(lab, steps, sensors, pr
     assert seen[1] > 1.2 * seen[0]
 
 
+def test_a_jolted_camera_films_on_from_beside(lab, steps, sensors, probe, tmp_path):
+    """From the second of three frames."""
+    common, spec, _ = lab
+    sensor = half_size(sensors["kinect"])
+    stand = sensor, spec["cameras"]["kinect"], object_bench(common, spec, name="foam_block")
+    motion = with_motion(spec, {"frames": 3, "frame_rate_hz": 1})
+    jolt_m = np.array([0.004, 0.0, 0.0])
+    rig, jolted = make_rig(common, *stand), make_rig(common, *stand, jolted_m=jolt_m)
+    record_capture(tmp_path, rig, steps, common, motion, probe, seed=[1, 2], jolted=jolted)
+    files = sorted((tmp_path / "color").iterdir())
+    table = [read_image(file, "mono8")[160:].astype(float) for file in files]
+    window = cv2.createHanningWindow(table[0].shape[::-1], cv2.CV_64F)
+    moved_px = [cv2.phaseCorrelate(table[0], now, window)[0] for now in table[1:]]
+    distance_m = spec["cameras"]["kinect"]["distance_m"]
+    expected = -jolt_m[0] / distance_m * sensor["color"]["fx_px"]
+    assert np.allclose(moved_px, [[expected, 0]] * 2, atol=0.1)
+
+
+def test_a_plain_table_is_bare_and_of_one_colour(lab):
+    common, spec, _ = lab
+    small = spec | {"shape": {"kind": "block", "size_m": [0.05, 0.05, 0.05]}}
+    wood = object_bench(common, small, name="foam_block")
+    plain = object_bench(common, small | {"table": "plain"}, name="foam_block")
+    assert np.ptp(wood.table, axis=(0, 1)).min() > 0.1
+    assert wood.props
+    assert not np.ptp(plain.table, axis=(0, 1)).any()
+    assert not plain.props
+
+
 def test_a_capture_is_the_same_for_the_same_seed_alone(lab, steps, sensors, probe, tmp_path):
     common, spec, _ = lab
     spec = with_motion(spec, {"frames": 2, "frame_rate_hz": 1})

@@ -96,7 +96,9 @@ def test_few_frames_of_a_press_leave_what_was_known(shown):
 
 @pytest.mark.parametrize("offset_s", [-0.4, 0.3])
 def test_a_press_at_another_time_is_told(offset_s):
-    with pytest.raises(ValueError, match="within 0.1 s, found the press about [+-]0.[34]"):
+    with pytest.raises(
+        ValueError, match="within 0.025 s, as .* says, found the press about [+-]0.[34]"
+    ):
         clock_offset(*tap(offset_s, stiffness=3e3, rate_hz=6, noise_n=0.1), prior_std_s=PRIOR_S)
 
 

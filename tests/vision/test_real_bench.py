@@ -83,6 +83,24 @@ def test_the_operators_forearm_is_not_the_object(bench, probe, elbow_m, size_m):
     assert len(cloud.points_m) > 0.95 * len(alone.points_m)
 
 
+def test_an_object_longer_than_its_template_is_no_such_object(bench, probe):
+    """Cut to the template's reach, a bar of 40 cm would pass for one of 12."""
+    bar = trimesh.creation.box([0.4, 0.10, 0.05])
+    bar.apply_translation([0, 0, 0.025])
+    scene = Scene(bench, surface_m=np.asarray(bar.vertices), faces=np.asarray(bar.faces))
+    points, kind = seen(scene)
+    up = VIEW.camera_from_object[:3, 2]
+    plane = np.append(up, -up @ VIEW.camera_from_object[:3, 3])
+    place = ProbePlace(moved(TIP), -up, moved(TIP + [0, 0, 0.1]))
+    mask = (kind == OBJECT).reshape(240, 320)
+    arguments = points, mask, CAMERA, plane, place, probe["exclusion"]
+    whole = Reach(moved(TIP), 0.21, SIZE[2])
+    assert len(object_cloud(*arguments, whole, **Clouds().written()).points_m) > 1000
+    short = Reach(moved(TIP), np.linalg.norm(SIZE[:2] / 2), SIZE[2])
+    with pytest.raises(ValueError, match=r"to end 0.10 m beside the tip, .* of its foot beyond"):
+        object_cloud(*arguments, short, **Clouds().written())
+
+
 def flat(corners):
     return Part(PROP, np.array(corners, dtype=float), np.array([[0, 1, 2], [0, 2, 3]]), NO_FINISH)
 

@@ -16,13 +16,23 @@ def main(snakemake):
     params, wildcards = snakemake.params, snakemake.wildcards
     name, sensor, capture = wildcards.object, wildcards.sensor, wildcards.capture
     bench = object_bench(params.common, params.spec, name=name)
-    placement, bumped = params.spec["cameras"][sensor], params.spec["motion"].get("bumped_deg")
-    rig = make_rig(params.common, params.sensor, placement, bench, bumped_deg=bumped or (0, 0, 0))
+    placement, motion = params.spec["cameras"][sensor], params.spec["motion"]
+    stand = params.common, params.sensor, placement, bench
+    bumped = {"bumped_deg": motion.get("bumped_deg", (0, 0, 0))}
+    rig, jolt_m = make_rig(*stand, **bumped), motion.get("jolted_m")
+    jolted = make_rig(*stand, **bumped, jolted_m=jolt_m) if jolt_m else None
     ladder = mirrored(load_ladder(snakemake.input.ladder), params.place["position_m"])
     seed = seed_of(params.common, name, sensor, capture)
     with whole_folder(snakemake.output.capture) as folder:
         truth = record_capture(
-            folder, rig, ladder, params.common, params.spec, params.probe, seed=seed
+            folder,
+            rig,
+            ladder,
+            params.common,
+            params.spec,
+            params.probe,
+            seed=seed,
+            jolted=jolted,
         )
         # Without it a run that is killed just now leaves what looks like a recording of people's.
         (folder / MADE_BY_A_RULE).touch()

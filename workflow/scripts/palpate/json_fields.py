@@ -3,9 +3,24 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+
+def read_json(path: str | Path) -> Any:
+    """Read a JSON file.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    try:
+        return json.loads(Path(path).read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{path}: file: expected JSON, found none ({error})") from None
 
 
 def read_fields(path: str | Path) -> dict:
@@ -16,10 +31,7 @@ def read_fields(path: str | Path) -> dict:
     ValueError
         If it is no JSON, or has no fields.
     """
-    try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: file: expected JSON, found none ({error})") from None
+    content = read_json(path)
     if not isinstance(content, dict):
         raise ValueError(f"{path}: file: expected fields, found {type(content).__name__}")
     return content

@@ -16,7 +16,7 @@ VERDICTS = {
     " the value",
     NOT_IDENTIFIED: "the captures do not tell it: any value of the range explains them",
     INTERVAL: "it has an interval; whether that is narrow is not judged",
-    NOT_JUDGED: "no interval can be given: a number to compare, not to rely on",
+    NOT_JUDGED: "no interval can be given or trusted: a number to compare, not to rely on",
     ASSUMED: "as it was declared: what was recorded tells hardly more",
 }
 # Moduli of a recommended estimate; the first two hang least on Poisson's ratio.

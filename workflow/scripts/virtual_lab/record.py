@@ -52,6 +52,7 @@ def record_capture(
     probe_spec: Mapping,
     *,
     seed: list,
+    jolted: Rig | None = None,
 ) -> dict[str, NDArray]:
     """Press, film and weigh: write a capture's folder and return its truth.
 
@@ -66,6 +67,8 @@ def record_capture(
         lab.yaml without its objects, the object's block of it, the probe's file.
     seed : list of int
         Seed of this recording.
+    jolted : Rig, optional
+        The rig as it stands after the first third of the film.
 
     Returns
     -------
@@ -91,7 +94,7 @@ def record_capture(
     surfaces = ladder.surface_at(path.depth_m)
     probe = make_probe(real_probe(common, probe_spec), motion.get("elbow_m"))
     body = Body(ladder.surface_rest_m, ladder.surface_faces, surfaces)
-    masks = film(folder, rig, body, path, probe, seed=[*seed, 3])
+    masks = film(folder, rig, body, path, probe, seed=[*seed, 3], jolted=jolted)
     transform = rig.reference.camera_from_object
     turn = transform[:3, :3]
     force = np.column_stack([np.interp(time_s, force_time_s, part) for part in force_n.T])
@@ -124,7 +127,14 @@ def real_probe(common: Mapping, probe_spec: Mapping) -> dict:
 
 
 def film(
-    folder: Path, rig: Rig, body: Body | None, path: ProbeMotion, probe: Probe, *, seed: list
+    folder: Path,
+    rig: Rig,
+    body: Body | None,
+    path: ProbeMotion,
+    probe: Probe,
+    *,
+    seed: list,
+    jolted: Rig | None = None,
 ) -> NDArray:
     """Write the images and frames.csv; returns the true foreground of the reference camera."""
     shared = {} if body is None else {"rest_m": body.rest_m, "faces": body.faces}
@@ -132,6 +142,9 @@ def film(
     still = rig.still(Scene(rig.bench, **rest, **shared))
     rows, masks = [], []
     for k, tip in enumerate(path.tip_m):
+        if jolted is not None and 3 * k >= len(path.tip_m):
+            rig, jolted = jolted, None
+            still = rig.still(Scene(rig.bench, **rest, **shared))
         turn = path.object_from_force[k]
         now = {} if body is None else {"surface_m": body.surfaces_m[k]}
         scene = Scene(rig.bench, probe=probe, tip_m=tip, object_from_force=turn, **now, **shared)

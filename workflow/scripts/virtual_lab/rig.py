@@ -19,7 +19,7 @@ from virtual_lab.props import bench_props
 from virtual_lab.render import Layer, Light, View, look_at, render
 from virtual_lab.scene import Bench, Scene
 from virtual_lab.shapes import shape_of
-from virtual_lab.texture import table_texture
+from virtual_lab.texture import plain_table, table_texture
 
 STILL_SAMPLES = 3
 
@@ -94,6 +94,7 @@ def make_rig(
     bench: Bench,
     *,
     bumped_deg: Sequence[float] = (0, 0, 0),
+    jolted_m: Sequence[float] = (0, 0, 0),
 ) -> Rig:
     """Set up a sensor before a bench.
 
@@ -108,6 +109,8 @@ def make_rig(
     bench : Bench
     bumped_deg : (3,) sequence, optional
         Turn of the camera about its own axes, from where it is placed.
+    jolted_m : (3,) sequence, optional
+        Shift of the camera along its own axes, then [m].
 
     Raises
     ------
@@ -124,6 +127,7 @@ def make_rig(
         elevation_deg=placement["elevation_deg"],
         bumped_deg=bumped_deg,
     )
+    pose[:3, 3] += pose[:3, :3] @ jolted_m
     depth = None if sensor["kind"] == "stereo" else _depth_camera(common, sensor, pose)
     noise = common["camera_noise"]
     return Rig(sensor, _views(sensor, pose), depth, make_light(common["light"]), bench, noise)
@@ -137,8 +141,10 @@ def make_light(options: Mapping) -> Light:
 
 
 def object_bench(common: Mapping, spec: Mapping, *, name: str) -> Bench:
-    """Paint the table and an object of lab.yaml."""
+    """Paint the table and an object of lab.yaml; a plain table is bare, but for the object."""
     rng = np.random.default_rng(seed_of(common, name))
+    if spec.get("table") == "plain":
+        return Bench(plain_table(), _paint(spec, rng))
     return Bench(table_texture(rng), _paint(spec, rng), bench_props())
 
 

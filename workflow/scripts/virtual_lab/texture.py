@@ -35,6 +35,11 @@ def table_texture(rng: np.random.Generator) -> NDArray:
     return _painted(np.array(TABLE_COLOUR), np.clip(shade, 0.35, 1.8))
 
 
+def plain_table() -> NDArray:
+    """A table top of one colour, (h, w, 3) float32 reflectance."""
+    return np.full((2, 2, 3), TABLE_COLOUR, dtype=np.float32)
+
+
 def foam_texture(size_m: tuple[float, float], rng: np.random.Generator) -> NDArray:
     """Open-cell foam with coloured marks, (h, w, 3) float32 reflectance, rows along y."""
     shape = tuple(int(np.ceil(side / FOAM_STEP_M)) + 1 for side in size_m[::-1])

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from palpate.json_fields import read_fields
+from palpate.json_fields import read_json
 
 
-def read_all(paths: Sequence[str]) -> list[dict]:
+def read_all(paths: Sequence[str]) -> list[Any]:
     """Read JSON files.
 
     Raises
@@ -14,7 +15,7 @@ def read_all(paths: Sequence[str]) -> list[dict]:
     ValueError
         If a file is damaged; the message names it.
     """
-    return [read_fields(path) for path in paths]
+    return [read_json(path) for path in paths]
 
 
 def minima_by_key(captures: Sequence[Mapping], errors: Sequence[str], paths: Sequence[str]) -> dict:
@@ -35,4 +36,4 @@ def read_by_folder(paths: Sequence[str]) -> dict[str, dict]:
 
 def read_one(path: str | Sequence[str]) -> dict | None:
     """Read a JSON file that a rule may do without."""
-    return read_fields(path) if path else None
+    return read_json(path) if path else None

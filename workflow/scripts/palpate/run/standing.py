@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from palpate.capture.discover import NOT_OBJECTS, discover, folders
+from palpate.capture.discover import NOT_OBJECTS, discover, folders, sensor_folders
 from palpate.capture.schema import load_yaml
 from palpate.run.digest import ROOT, code, whole_code
 from palpate.run.objects import kept_files, value_digest
@@ -40,7 +40,11 @@ class Standing:
             content = run.lab
         else:
             content = run.object_fingerprint(name)
-        return value_digest([*self._code, options, run.sensors, run.probes, kept, content])
+        seen_by = [place.folder.name for place in sensor_folders(run.raw(name))]
+        seen_by += list((run.lab or {}).get("objects", {}).get(name, {}).get("recordings", {}))
+        sensors = {one: run.sensors.get(one) for one in sorted(set(seen_by))}
+        probe = run.probes.get(_declared(path).get("probe"))
+        return value_digest([*self._code, options, sensors, probe, kept, content])
 
     def origin_of(self, wildcards: Any) -> str:
         """The same, for a rule."""
@@ -105,6 +109,10 @@ def _is_file(path: str) -> bool:
     return Path(path).is_file()
 
 
+def _declared(path: Path) -> Mapping:
+    spec = load_yaml(path) if path.is_file() else None
+    return spec if isinstance(spec, Mapping) else {}
+
+
 def _provenance(path: Path) -> str:
-    spec = load_yaml(path)
-    return spec.get("provenance", "") if isinstance(spec, Mapping) else ""
+    return _declared(path).get("provenance", "")

@@ -24,7 +24,7 @@ SMALLEST_NOISE_N = 1e-3
 # Exposure and the way through USB take 20 to 100 ms, where a stamp is of the picture's coming.
 USB_CLOCK_STD_S = 0.05
 # Offsets that are searched for a press at quite another time, and what of them is told.
-SEARCHED_S, SEARCH_STEP_S, FARTHEST_S = 1.0, 0.02, 0.1
+SEARCHED_S, SEARCH_STEP_S = 1.0, 0.02
 # Deviations of what is known of the clocks that an offset may be.
 LIKELY = 2.5
 # Misfits may by chance be this multiple of the best, which counts as this large at least.
@@ -157,7 +157,8 @@ def _check_near(
     misfits = [min(ways.misfit(force) for ways in presses) for force in forces]
     best = int(np.argmin(misfits))
     # What is known of the clocks beforehand leaves so much, a step's half on either side.
-    likely = np.abs(shifts) + SEARCH_STEP_S / 2 < max(LIKELY * prior_std_s, SEARCH_STEP_S)
+    limit_s = max(LIKELY * prior_std_s, SEARCH_STEP_S)
+    likely = np.abs(shifts) + SEARCH_STEP_S / 2 < limit_s
     near = np.array(misfits)[likely].min()
     alike = max(ways.likeness(forces[best]) for ways in presses)
     if alike < LEAST_ALIKE and misfits[best] > BY_CHANCE:
@@ -166,10 +167,10 @@ def _check_near(
             f" least {LEAST_ALIKE:g}, found {alike:.2f} (another capture's record, or frames in"
             " another order?)"
         )
-    if abs(shifts[best]) > FARTHEST_S and near > BY_CHANCE * max(misfits[best], LEAST_MISFIT):
+    if not likely[best] and near > BY_CHANCE * max(misfits[best], LEAST_MISFIT):
         raise ValueError(
-            f"force.csv: time_s: expected the clock of frames.csv within {FARTHEST_S:g} s,"
-            f" found the press about {shifts[best]:+.2f} s away"
+            f"force.csv: time_s: expected the clock of frames.csv within {limit_s:g} s, as the"
+            f" sensor's clock_offset_std_s says, found the press about {shifts[best]:+.2f} s away"
         )
 
 

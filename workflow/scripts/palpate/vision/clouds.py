@@ -27,6 +27,8 @@ from palpate.vision.support_plane import SAMPLES, fit_support_plane, height_abov
 BESIDE_M, ABOVE_M = 0.020, 0.010
 # The points nearest to the tip tell which piece is the object: some 4 cm2.
 AT_TIP = 100
+# Of the object's foot, what may lie beyond its reach: noise.
+MOST_ACROSS = 0.03
 
 
 # Of a frame's points, beside them.
@@ -180,15 +182,18 @@ def object_cloud(
     ValueError
         If nothing is left.
     """
-    kept = points_m[(height_above(plane, points_m) > lowest_m) & reach.holds(points_m, plane)]
-    kept = kept[in_mask(kept, mask, camera)]
-    kept = kept[~belongs_to_probe(kept, place, exclusion)]
+    seen = points_m[height_above(plane, points_m) > lowest_m]
+    seen = seen[in_mask(seen, mask, camera)]
+    seen = seen[~belongs_to_probe(seen, place, exclusion)]
+    kept = seen[reach.holds(seen, plane)]
     if len(kept) <= normal_neighbours:
         raise ValueError(f"cloud: expected points of the object, found {len(kept)}")
     cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(kept))
     cloud = cloud.voxel_down_sample(voxel_m)
     cloud, _ = cloud.remove_statistical_outlier(outlier_neighbours, outlier_ratio)
     cloud = cloud.select_by_index(_piece_at(reach.tip_m, cloud, cluster_gap_m))
+    low = seen[height_above(plane, seen) < reach.height_m / 2]
+    _check_end(np.asarray(cloud.points), low, plane, reach, cluster_gap_m)
     cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(normal_neighbours))
     cloud.orient_normals_towards_camera_location(np.zeros(3))
     return Cloud(np.asarray(cloud.points), np.asarray(cloud.normals))
@@ -203,6 +208,25 @@ def _piece_at(place_m: NDArray, cloud: "o3d.geometry.PointCloud", gap_m: float) 
     piece = piece[cKDTree(np.asarray(coarse.points)).query(points)[1]]
     nearest = np.argsort(np.linalg.norm(points - place_m, axis=1), kind="stable")[:AT_TIP]
     return np.flatnonzero(piece == np.bincount(piece[nearest]).argmax())
+
+
+def _check_end(
+    piece_m: NDArray, low_m: NDArray, plane: NDArray, reach: Reach, gap_m: float
+) -> None:
+    """Refuse an object that goes on, near the table, where its template ends: an arm is above."""
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(low_m)).voxel_down_sample(gap_m / 2)
+    points = np.asarray(cloud.points)
+    if not len(points):
+        return
+    label = np.asarray(cloud.cluster_dbscan(gap_m, min_points=1))
+    joined = label[cKDTree(piece_m).query(points)[0] < gap_m]
+    across = ~reach.holds(points, plane)[np.isin(label, joined)]
+    if len(across) and across.mean() > MOST_ACROSS:
+        raise ValueError(
+            f"cloud: expected the object to end {reach.beside_m + BESIDE_M:.2f} m beside the tip,"
+            f" as template and point say, found {across.mean():.0%} of its foot beyond (template,"
+            " point, transforms of the probe?)"
+        )
 
 
 def in_mask(points_m: NDArray, mask: NDArray, camera: PinholeCamera) -> NDArray:

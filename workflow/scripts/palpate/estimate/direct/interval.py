@@ -11,7 +11,15 @@ from palpate.estimate.direct.doubts import FAR_ZERO, at_end, farthest_zero
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.quantities import NAMES, Quantities
-from palpate.modulus import ASSUMED, BOUNDED, CONFIDENCE, IDENTIFIED, Modulus, verdict_of_nu
+from palpate.modulus import (
+    ASSUMED,
+    BOUNDED,
+    CONFIDENCE,
+    IDENTIFIED,
+    NOT_JUDGED,
+    Modulus,
+    verdict_of_nu,
+)
 
 # A press that leaves more of the deviation that was known beforehand tells nothing of nu.
 TOLD_PART = 0.8
@@ -43,8 +51,9 @@ def intervals(
     ends = bounds if few else np.clip([nu - half[POISSON], nu + half[POISSON]], *bounds)
     moved = quantities.slopes @ covariance @ quantities.slopes[POISSON]
     by_nu, nu_std = moved / moved[POISSON], np.sqrt(moved[POISSON])
-    open_end = few or at_end(best, options) or not best.converged
-    open_end = open_end or farthest_zero(best)[1] > FAR_ZERO
+    open_end = few or at_end(best, options)
+    # What the fit contradicts is no better for its interval.
+    contradicted = not best.converged or farthest_zero(best)[1] > FAR_ZERO
     found = {}
     for k, name in enumerate(NAMES):
         if k == POISSON:
@@ -53,6 +62,7 @@ def intervals(
             if _is_assumed(nu_std, options):
                 known = options.poisson_ratio + _ends(options.poisson_ratio_std)
                 ends, verdict = np.clip(known, *bounds), ASSUMED
+            verdict = NOT_JUDGED if contradicted else verdict
             found[name] = Modulus(nu, *map(float, ends), verdict, "1")
             continue
         told = bounds if few else np.clip(nu + quantile[k] * nu_std * np.array([-1, 1]), *bounds)
@@ -63,7 +73,8 @@ def intervals(
         high = quantities.values[k] + np.hypot(rest, max(with_nu.max(), 0.0))
         value, low, high = np.exp([quantities.values[k], low, high])
         modulus = Modulus.of_pascals(float(value), float(low), float(high))
-        found[name] = replace(modulus, verdict=BOUNDED) if open_end else modulus
+        modulus = replace(modulus, verdict=BOUNDED) if open_end else modulus
+        found[name] = replace(modulus, verdict=NOT_JUDGED) if contradicted else modulus
     return found
 
 
