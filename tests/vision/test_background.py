@@ -149,12 +149,12 @@ def test_a_camera_that_moved_is_told(scene):
     wide = cv2.GaussianBlur(rng.uniform(0, 255, (400, 560, 3)), (0, 0), 2)
     wide = np.clip(128 + 4 * (wide - 128), 0, 255).astype(np.uint8)
     still, moved = wide[8:-8, 8:-8], wide[6:-10, 5:-11]
-    nothing = np.zeros(still.shape[:2], bool)
+    nothing, noise = np.zeros(still.shape[:2], bool), np.ones(still.shape)
     nothing[100:200, 200:300] = True
-    assert camera_shift(still, moved, nothing) == pytest.approx(np.hypot(2, 3), abs=0.1)
-    assert camera_shift(still, still, nothing) < 0.01
+    assert camera_shift(still, noise, moved, nothing) == pytest.approx(np.hypot(2, 3), abs=0.1)
+    assert camera_shift(still, noise, still, nothing) < 0.01
     plain = np.full((400, 560), 90, np.uint8)
-    assert camera_shift(plain, plain, np.zeros(plain.shape, bool)) is None
+    assert camera_shift(plain, noise, plain, np.zeros(plain.shape, bool)) is None
 
 
 def test_model_round_trip(scene, tmp_path):
@@ -189,12 +189,12 @@ def test_a_picture_that_grew_or_rolled_is_off_by_its_farthest_tile(turn):
     motion = part * np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0]])
     now = cv2.warpAffine(wide, motion, (512, 384), flags=cv2.INTER_CUBIC, borderMode=2)
     still = np.zeros((384, 512), bool)
-    shift = camera_shift(wide[..., None], now, still)
+    shift = camera_shift(wide[..., None], np.ones(wide.shape), now, still)
     assert shift == pytest.approx((turn or 0.004) * np.hypot(448, 320), rel=0.08)
     # Tiles that are mostly covered, or that show nothing, say nothing.
     covered = still.copy()
     covered[:, 128:] = True
-    assert camera_shift(wide[..., None], now, covered) is None
+    assert camera_shift(wide[..., None], np.ones(wide.shape), now, covered) is None
 
 
 def test_a_camera_that_moved_at_the_end_of_a_film():
@@ -209,8 +209,8 @@ def test_a_camera_that_moved_at_the_end_of_a_film():
         return np.round(picture + rng.normal(0, 1, picture.shape)).astype(np.uint8)
 
     model = build_model([shot(8, False) for _ in range(6)], false_positive_rate=0.002)
-    with pytest.raises(ValueError, match="found it moved by 1.0 px in frame 2"):
-        film = [shot(8), shot(8), shot(9)]
+    with pytest.raises(ValueError, match="found it moved by 1.0 px from frame 2 on"):
+        film = [shot(8), shot(8), *(shot(9) for _ in range(3))]
         list(masks_of(film, model, Background(largest_shift_px=0.5)))
 
 
@@ -242,3 +242,40 @@ def test_background_of_one_picture():
     frames = [np.random.default_rng(0).integers(0, 255, (40, 50, 3), dtype=np.uint8)] * 6
     with pytest.raises(ValueError, match="with a camera's noise, found copies of one"):
         build_model(frames, false_positive_rate=0.01)
+
+
+def soft_film(contrast, noise, motion, seed):
+    """A model of a soft texture, and nine frames of it of which the last five were moved."""
+    rng = np.random.default_rng(seed)
+    soft = cv2.GaussianBlur(rng.normal(0, 1, (480, 640)), (0, 0), 3)
+    soft = 128 + contrast * soft / soft.std()
+    moved = cv2.warpAffine(soft, motion, (640, 480), flags=cv2.INTER_CUBIC, borderMode=2)
+
+    def shot(picture, thing=True):
+        picture = picture + rng.normal(0, noise, picture.shape)
+        if thing:
+            picture[200:260, 300:360] = 250
+        return np.clip(np.round(picture), 0, 255).astype(np.uint8)
+
+    model = build_model([shot(soft, False) for _ in range(6)], false_positive_rate=0.002)
+    return model, [shot(part) for part in [soft] * 4 + [moved] * 5]
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize(("contrast", "noise"), [(3, 1), (5, 2), (10, 2), (3, 3)])
+def test_a_still_camera_over_a_soft_texture_is_still(contrast, noise, seed):
+    model, film = soft_film(contrast, noise, np.eye(2, 3), seed)
+    assert len(list(masks_of(film, model, Background(largest_shift_px=0.5)))) == len(film)
+
+
+# By 2 mm, 0.7 m away and of 525 px of focal length; and about the picture's middle.
+@pytest.mark.parametrize(
+    "motion",
+    [np.array([[1, 0, 1.5], [0, 1, 0]]), cv2.getRotationMatrix2D((320, 240), 0.4, 1)],
+    ids=["2 mm", "0.4 degrees"],
+)
+@pytest.mark.parametrize(("contrast", "noise"), [(4, 1), (10, 2)])
+def test_a_bump_over_a_soft_texture_is_told(contrast, noise, motion):
+    model, film = soft_film(contrast, noise, motion, 1)
+    with pytest.raises(ValueError, match="found it moved by [1-3].. px from frame 4 on"):
+        list(masks_of(film, model, Background(largest_shift_px=0.5)))

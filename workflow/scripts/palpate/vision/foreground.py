@@ -21,6 +21,8 @@ from palpate.vision.stillness import camera_shift
 
 # Pixels classified at a time: their float arrays fit into a core's second-level cache.
 MOST_FOREGROUND = 0.8
+# For so many frames, of which most are off, a camera moved.
+STAYS = 5
 PIECE_PX = 8_192
 # Pixels within this of a mask's edge may show both sides; so much of the foreground counts as it.
 RIM_PX, MIXED = 3, 0.5
@@ -205,17 +207,12 @@ def masks_of(
         closing_px=options.closing_px,
         smallest_blob_px=options.smallest_blob_px,
     )
-    untold = 0
+    shifts_px = []
     for k, image in enumerate(frames):
         mask = classify(image)
-        moved_px = camera_shift(model.mean, image, mask)
-        untold += moved_px is None
-        if moved_px is not None and moved_px > options.largest_shift_px:
-            raise ValueError(
-                "camera: expected where it filmed the background (within"
-                f" {options.largest_shift_px:g} px), found it moved by {moved_px:.1f} px in"
-                f" frame {k}"
-            )
+        moved_px = camera_shift(model.mean, model.std, image, mask)
+        shifts_px.append(np.nan if moved_px is None else moved_px)
+        _require_still(shifts_px, options.largest_shift_px, at_end=k == len(frames) - 1)
         full = mask.mean()
         if full > MOST_FOREGROUND:
             raise ValueError(
@@ -225,6 +222,21 @@ def masks_of(
         if not full:
             raise ValueError(f"mask: expected foreground in each frame, found none in {k}")
         yield mask
+    untold = np.isnan(shifts_px).sum()
     if untold:
         text = "camera: whether it stood still is not known in %d of %d frames: too little to see"
         logging.warning(text, untold, len(frames))
+
+
+def _require_still(shifts_px: Sequence[float], largest_px: float, *, at_end: bool) -> None:
+    """Hold the last frames' median to the limit: a bump stays, and noise does not."""
+    last = np.array(shifts_px[-STAYS:])
+    if np.isnan(last).all() or (len(last) < STAYS and not at_end):
+        return
+    moved_px = np.nanmedian(last)
+    if moved_px > largest_px:
+        frame = len(shifts_px) - len(last) + int(np.argmax(last > largest_px))
+        raise ValueError(
+            f"camera: expected where it filmed the background (within {largest_px:g} px),"
+            f" found it moved by {moved_px:.1f} px from frame {frame} on"
+        )

@@ -11,12 +11,12 @@ TILE_PX = 128
 # A tile speaks when it is mostly background and its correlation has one clear peak.
 MOST_FOREGROUND = 0.5
 LEAST_RESPONSE = 0.25
-# Less contrast than this is camera noise [grey levels].
-LEAST_CONTRAST = 2.0
+# With less contrast, in parts of the camera's noise, a still picture is off by half a pixel.
+LEAST_CONTRAST = 3.0
 FEWEST_TILES = 4
 
 
-def camera_shift(mean: NDArray, image: NDArray, foreground: NDArray) -> float | None:
+def camera_shift(mean: NDArray, std: NDArray, image: NDArray, foreground: NDArray) -> float | None:
     """How far the background lies from where the model has it, where it moved most.
 
     The tiles' shifts, by phase correlation, are those of one shift, roll and scale of the picture;
@@ -24,8 +24,8 @@ def camera_shift(mean: NDArray, image: NDArray, foreground: NDArray) -> float | 
 
     Parameters
     ----------
-    mean : (h, w, c) array
-        Expected colour of the background.
+    mean, std : (h, w, c) arrays
+        Expected colour of the background, and its deviation [grey levels].
     image : (h, w, 3) or (h, w) uint8 array
     foreground : (h, w) bool array
         The image's mask; tiles that it covers say nothing.
@@ -35,14 +35,15 @@ def camera_shift(mean: NDArray, image: NDArray, foreground: NDArray) -> float | 
     float or None
         Shift [px]; None when too few tiles have texture to tell.
     """
-    before, now = (grey(np.float32(np.squeeze(picture))) for picture in (mean, image))
+    before, noise, now = (grey(np.float32(np.squeeze(part))) for part in (mean, std, image))
     side = min(TILE_PX, 2 ** int(np.log2(min(before.shape) / 2)))
     window = cv2.createHanningWindow((side, side), cv2.CV_32F)
     centres, shifts = [], []
     for y, x in np.ndindex(before.shape[0] // side, before.shape[1] // side):
         tile = np.s_[y * side : (y + 1) * side, x * side : (x + 1) * side]
         pair = [picture[tile] - picture[tile].mean() for picture in (before, now)]
-        if foreground[tile].mean() > MOST_FOREGROUND or min(map(np.std, pair)) < LEAST_CONTRAST:
+        contrast = min(map(np.std, pair)) / noise[tile].mean()
+        if foreground[tile].mean() > MOST_FOREGROUND or contrast < LEAST_CONTRAST:
             continue
         shift, response = cv2.phaseCorrelate(*pair, window)
         if response >= LEAST_RESPONSE:
