@@ -123,7 +123,7 @@ def _require_scale(distances_m: NDArray, sensor: Mapping, marker: Mapping, strea
         f"marker.square_m: expected the board {by_stream:.3f} m away, where {stream} shows it,"
         f" found it at {by_corners:.3f} m by its corners (squares of {square_m / scale:.3g} m for"
         f" {square_m:g}? images of another size than {color['width_px']} x {color['height_px']} px"
-        f" with fx_px {color['fx_px']:g}?)"
+        f" with fx_px {color['fx_px']:g}? another count of depth than the sensor's encoding says?)"
     )
 
 

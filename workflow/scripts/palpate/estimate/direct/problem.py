@@ -115,7 +115,8 @@ def direct_indentation(
     if not len(frames):
         raise ValueError(
             "table: expected frames in contact within its"
-            f" {table.depth_m[-1] * 1e3:.1f} mm, found none (a deeper one?)"
+            f" {table.depth_m[-1] * 1e3:.1f} mm, found none (indenter.radius_m, template"
+            " or transforms of the probe wrong, or a deeper table wanted?)"
         )
     axis = tips[frames].mean(axis=0)
     sharp_edges = sharp_edge_distance(template.vertices_m, template.faces, motion.cell_m)

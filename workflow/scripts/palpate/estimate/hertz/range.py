@@ -116,5 +116,5 @@ def check_contact(depth_m: NDArray, onset: int) -> None:
         raise ValueError(
             f"depth: expected the tip within {FARTHEST_ONSET_M * 1e3:g} mm of the surface when the"
             f" force begins, found it {abs(depth_m[onset]) * 1e3:.1f} mm {place} in frame {onset}"
-            " (square_m and transforms of the probe, optics, clocks?)"
+            " (square_m, indenter.radius_m and transforms of the probe, optics, clocks?)"
         )
