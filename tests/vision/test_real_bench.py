@@ -137,6 +137,20 @@ def test_the_table_is_what_carries_the_object(room, elevation_deg):
     assert abs(plane[:3] @ depth + plane[3]) < 0.002
 
 
+@pytest.mark.parametrize("elevation_deg", [30, 45, 80])
+def test_a_camera_that_hangs_upside_down_sees_the_same_table(elevation_deg):
+    """A wall at the picture's edge is level to it, and has a tenth of the points."""
+    view = View(CAMERA, look_at([0, 0, 0.05], distance_m=0.65, elevation_deg=elevation_deg))
+    parts = [level(0.6, 0.4, 0), upright(0.6, 0.1, 0.25)]
+    points, kind = seen(Scene(Bench(None, None, parts)), view)
+    points = points[kind == PROP]
+    noisy = points * (1 + np.random.default_rng(1).normal(0, 0.002, (len(points), 1)))
+    turned = noisy * [-1, -1, 1]
+    plane = fit_support_plane(turned, inlier_distance_m=0.004, rng=np.random.default_rng(0))
+    up = view.camera_from_object[:3, 2] * [-1, -1, 1]
+    assert np.rad2deg(np.arccos(min(plane[:3] @ up, 1))) < 0.5
+
+
 def test_the_table_is_that_of_all_frames(sensors, tmp_path):
     """In the first a sheet is carried away over it."""
     sensor = dict(sensors["kinect"], depth=dict(sensors["kinect"]["depth"], encoding="millimetre"))

@@ -16,7 +16,7 @@ PLANES, APART = 5, 3
 # A camera the right way up sees a table, at whatever slope, within 50 degrees of this, and a wall
 # beyond it.
 UP, LEAST_COSINE = np.array([0.0, -1.0, -1.0]) / np.sqrt(2), np.cos(np.deg2rad(50))
-# In the middle of the picture, a table has so much of what the largest level plane has.
+# In the middle of the picture, a table has so much of what the largest plane has.
 LEAST_PART = 0.25
 # Files are rounded by whoever writes them; a normal of another length is none.
 UNIT_TOLERANCE = 1e-3
@@ -66,13 +66,13 @@ def fit_support_plane(
         plane = _least_squares(points_m[_near(points_m, plane, inlier_distance_m)])
         found.append(plane if plane[3] > 0 else -plane)
         left = left[~_near(left, plane, APART * inlier_distance_m)]
-    level = [plane for plane in found if plane[:3] @ UP > LEAST_COSINE] or found
-    parts = [_near(middle, plane, inlier_distance_m).mean() for plane in level]
+    parts = [_near(middle, plane, inlier_distance_m).mean() for plane in found]
     large = [k for k, part in enumerate(parts) if part >= LEAST_PART * max(parts)]
-    taken = min(large, key=lambda k: level[k][3])
+    level = [k for k in large if found[k][:3] @ UP > LEAST_COSINE] or large
+    taken = min(level, key=lambda k: found[k][3])
     text = "table: %.3f m from the camera, %.0f %% of the middle of the picture, of %d level planes"
-    logging.info(text, level[taken][3], 100 * parts[taken], len(level))
-    return level[taken]
+    logging.info(text, found[taken][3], 100 * parts[taken], len(level))
+    return found[taken]
 
 
 def height_above(plane: NDArray, points_m: NDArray) -> NDArray:
