@@ -12,7 +12,7 @@ TILE_PX = 128
 MOST_FOREGROUND = 0.5
 LEAST_RESPONSE = 0.25
 # With less contrast, in parts of the camera's noise, a still picture is off by half a pixel.
-LEAST_CONTRAST = 3.0
+LEAST_CONTRAST = 4.0
 FEWEST_TILES = 4
 
 
