@@ -37,6 +37,7 @@ def test_there_are_about_twenty():
 def examples():
     """Names with an example; those that press or track a solid take a quarter of a minute each."""
     long = {"direct.estimate", "hertz.fit_shape", "indentation_model", "indentation_table", "track"}
+    long |= {"Measurement", "solid_of"}
     for name in sorted(set(things()) - {"hertz.HertzFit"}):
         yield pytest.param(name, marks=pytest.mark.long) if name in long else name
 

@@ -148,6 +148,7 @@ def test_an_own_object_from_its_files_to_nothing_wrong(cow, lab, monkeypatch, ca
     assert "../raw/toy_cow: nothing wrong" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_files_of_others_do_not_hold_up_an_object(cow, lab, capsys):
     assert main(["new", "sponge", "--sensor", "eye"]) == 0
     capsys.readouterr()

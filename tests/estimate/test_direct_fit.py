@@ -179,6 +179,7 @@ def test_captures_together_know_more_than_one():
     assert best.parameters[0].poisson_ratio == pytest.approx(0.4, abs=4 * stds[1][1])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("laws", [(0.6, 0.6), (-0.4, 0.8)])
 def test_a_solid_of_another_law(laws):
     """Force and motion each have a law of their own, and E is that of small strain."""
@@ -329,6 +330,7 @@ def test_a_contact_beside_where_it_was_seen_is_found(beside_m):
     assert all(found.moduli[name].low < at < found.moduli[name].high for name, at in truth.items())
 
 
+@pytest.mark.long
 def test_a_faster_camera_knows_no_more_of_what_hangs_on_the_place():
     """Five times the frames with a wavy error of the depth: no narrower than the error allows."""
     found = []

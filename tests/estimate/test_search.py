@@ -119,7 +119,7 @@ def fit_of(pressed_block, norm="length"):
     return fit_least_squares(fast, TRUE, norm=norm, **surface_of(pressed_block), **BOUNDS)
 
 
-@pytest.mark.parametrize("norm", ["length", "square"])
+@pytest.mark.parametrize("norm", ["length", pytest.param("square", marks=pytest.mark.long)])
 def test_standard_errors_are_those_of_repeated_noise(exact, norm):
     found = [fit_of(exact.noisy(3e-5, seed), norm) for seed in range(40)]
     logs = [np.log(f.youngs_modulus_pa) for f in found]
@@ -163,6 +163,7 @@ def test_intervals_of_nu_cover_it_as_often_as_they_say(exact):
     assert inside >= 17
 
 
+@pytest.mark.long
 def test_correlated_gaps_widen_the_intervals(exact):
     def smooth(seed):
         return exact.noise(3e-5, seed, length_m=0.02)
