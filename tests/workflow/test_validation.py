@@ -1,7 +1,10 @@
-"""The validation set: its spread, its measurability, and that Snakemake can plan it."""
+"""Drawn labs: within what is declared, measurable, and a run that Snakemake can plan."""
 
+import json
 import re
 import shutil
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -11,108 +14,176 @@ from palpate.run.configuration import open_run
 from sample_run import LEFT_BEHIND, snakemake
 from settings import written
 from thesis.options import Simulation
+from virtual_lab.checks import lab_problems
+from virtual_lab.draw import draw_lab, main
 
-CONFIG = ("--configfile", "config/validation.yaml")
+import validation
 
-
-@pytest.fixture(scope="module")
-def lab(root):
-    return load_yaml(root / "config/validation_lab.yaml")
-
-
-@pytest.fixture(scope="module")
-def materials(lab):
-    return {name: spec["material"] for name, spec in lab["objects"].items()}
+SEEDS = (1, 2, 3, 4)
+DRAW = ("-m", "virtual_lab.draw", "config/validation.yaml")
 
 
 @pytest.fixture(scope="module")
-def run(root, tmp_path_factory):
-    """The set as a run of the workflow sees it."""
+def ranges(root):
+    return load_yaml(root / "config/validation.yaml")
+
+
+@pytest.fixture(scope="module")
+def base(root):
+    return load_yaml(root / "config/lab.yaml")
+
+
+@pytest.fixture(scope="module")
+def labs(ranges, base, probe):
+    return {seed: draw_lab(ranges, base, probe, seed=seed) for seed in SEEDS}
+
+
+@pytest.fixture(scope="module")
+def drawn(labs):
+    return [spec for lab in labs.values() for spec in lab["objects"].values()]
+
+
+def test_a_seed_says_all(ranges, base, probe, labs):
+    assert draw_lab(ranges, base, probe, seed=2) == labs[2]
+    materials = [str(spec["material"]) for lab in labs.values() for spec in lab["objects"].values()]
+    assert len(set(materials)) == len(materials)
+
+
+def test_fewer_objects_are_the_first_of_many(ranges, base, probe, labs):
+    few = draw_lab(ranges | {"objects": 3}, base, probe, seed=1)["objects"]
+    assert few == {name: labs[1]["objects"][name] for name in few}
+    assert len(few) == 3
+
+
+def test_what_is_drawn_fills_its_ranges(ranges, drawn, probe):
+    moduli = np.array([spec["material"]["youngs_modulus_pa"] for spec in drawn])
+    ratios = np.array([spec["material"]["poisson_ratio"] for spec in drawn])
+    radius = probe["indenter"]["radius_m"]
+    depths = np.array([spec["motion"]["depth_m"] for spec in drawn]) / radius
+    for found, (low, high) in (
+        (moduli, ranges["material"]["youngs_modulus_pa"]),
+        (ratios, ranges["material"]["poisson_ratio"]),
+        (depths, ranges["press"]["depth_over_radius"]),
+    ):
+        assert low <= found.min() and found.max() <= high
+    assert moduli.min() < 6e3 and moduli.max() > 3e5
+    assert ratios.min() < 0.08 and ratios.max() > 0.46
+    assert depths.min() < 0.25 and depths.max() > 1.05
+    # One must not be told from the other.
+    assert abs(np.corrcoef(np.log(moduli), ratios)[0, 1]) < 0.2
+
+
+def test_forms_supports_and_laws_are_mixed(ranges, drawn):
+    kinds = [validation.drawn(spec)["form"] for spec in drawn]
+    assert set(kinds) == {"bonded block", "resting block", "resting ball", "bonded ear"}
+    assert min(kinds.count(kind) for kind in set(kinds)) >= 5
+    laws = [spec["material"]["law"] for spec in drawn]
+    assert set(laws) == set(ranges["material"]["law"])
+
+
+def test_forces_can_be_measured(ranges, drawn, probe):
+    radius, (low, high) = probe["indenter"]["radius_m"], ranges["press"]["force_n"]
+    for spec in drawn:
+        material, depth = spec["material"], spec["motion"]["depth_m"]
+        star = material["youngs_modulus_pa"] / (1 - material["poisson_ratio"] ** 2)
+        assert 0.99 * low < 4 / 3 * star * radius**0.5 * depth**1.5 < 1.01 * high
+        assert spec["contact"]["deepest_m"] > depth
+
+
+def test_ranges_without_a_press_are_one_line(ranges, base, probe):
+    nowhere = ranges | {"press": ranges["press"] | {"force_n": [1e5, 1e6]}}
+    with pytest.raises(ValueError, match="press: expected depths up to .* found none in"):
+        draw_lab(nowhere, base, probe, seed=1)
+
+
+def test_a_run_takes_what_was_drawn(root, tmp_path, monkeypatch):
+    monkeypatch.chdir(root)
+    main(["config/validation.yaml", str(tmp_path / "7"), "--seed", "7"])
     config = written(root)
-    ours = yaml.safe_load((root / "config/validation.yaml").read_text())
-    merged = config | ours | {"paths": config["paths"] | ours["paths"]}
-    places = ("sensors", "probes", "meshes", "lab")
-    merged["paths"] |= {name: str(root / merged["paths"][name]) for name in places}
-    merged["paths"]["raw"] = str(tmp_path_factory.mktemp("raw"))
-    return open_run(
+    ours = yaml.safe_load((tmp_path / "7/config.yaml").read_text())
+    places = {name: str(root / config["paths"][name]) for name in ("probes", "meshes")}
+    merged = config | ours | {"paths": config["paths"] | places | ours["paths"]}
+    run = open_run(
         merged,
         sources=["config/validation.yaml"],
         project=root,
         blocks={"simulation": Simulation},
+        check_lab=lab_problems,
     )
-
-
-def reduced_modulus(material):
-    return material["youngs_modulus_pa"] / (1 - material["poisson_ratio"] ** 2)
-
-
-def test_captures_of_both_sensors_attempts_and_mirror_images(run, lab):
-    assert len(run.captures) == len(run.tracked) == len(run.simulated) >= 60
-    for name, spec in lab["objects"].items():
-        if spec["shape"]["kind"] == "block":
-            assert run.lab_point(name, "02") == "01"
-            done = {(c.sensor, c.capture) for c in run.captures if c.object == name}
-            attempts = ("01", "01-a01", "02")
-            assert done == {(s, a) for s in ("bumblebee", "kinect") for a in attempts}
-
-
-def test_moduli_and_ratios_are_spread(materials):
-    assert len(materials) >= 12
-    moduli = np.sort([m["youngs_modulus_pa"] for m in materials.values()])
-    ratios = np.sort([m["poisson_ratio"] for m in materials.values()])
-    assert (moduli[0], moduli[-1]) == (5000, 500000)
-    assert (moduli[1:] / moduli[:-1]).max() < 2
-    assert (ratios[0], ratios[-1]) == (0.05, 0.49)
-    assert np.diff(ratios).max() < 0.08
-    # One must not be told from the other.
-    assert abs(np.corrcoef(np.log(moduli), ratios_by_modulus(materials))[0, 1]) < 0.3
-
-
-def ratios_by_modulus(materials):
-    ordered = sorted(materials.values(), key=lambda m: m["youngs_modulus_pa"])
-    return [m["poisson_ratio"] for m in ordered]
-
-
-def test_laws_relaxations_and_depths_differ(lab, materials):
-    laws = [material["law"] for material in materials.values()]
-    assert min(laws.count("neo_hookean"), laws.count("blatz_ko")) >= 5
-    relaxed = {sum(m["relaxation"]["fractions"]) for m in materials.values()}
-    assert 0 in relaxed and max(relaxed) >= 0.2 and len(relaxed) >= 5
-    depths = {spec["motion"]["depth_m"] for spec in lab["objects"].values()}
-    assert min(depths) < 0.0006 and max(depths) >= 0.007 and len(depths) >= 6
-
-
-def test_nothing_is_the_studys(root, lab):
-    study = load_yaml(root / "config/lab.yaml")
-    assert lab["seed"] != study["seed"]
-    assert not set(lab["objects"]) & set(study["objects"])
-    known = [spec["material"] for spec in study["objects"].values()]
-    assert all(spec["material"] not in known for spec in lab["objects"].values())
-    for block in ("camera_noise", "kinect", "timing", "probe_error"):
-        assert lab[block] == study[block]
-
-
-def test_forces_can_be_measured(lab, probe):
-    """Hertz's peak force; layers, finite strain and a loose ball change it by less than half."""
-    radius = probe["indenter"]["radius_m"]
-    for name, spec in lab["objects"].items():
-        motion = spec["motion"]
-        depth = motion["depth_m"] * (1 - motion["depth_spread"])
-        force = 4 / 3 * reduced_modulus(spec["material"]) * radius**0.5 * depth**1.5
-        assert 0.2 < force < 25, name
-        assert spec["contact"]["friction"] == 0
+    assert len(run.lab_objects) == 24
+    assert len(run.groups()) == len(run.captures) >= 40
+    assert run.lab["seed"] == 7
+    assert {spec["optics"] for spec in run.sensors.values()} == {"stated"}
 
 
 @pytest.mark.workflow
 def test_dry_run(root, tmp_path):
     folder = tmp_path / "main"
     shutil.copytree(root, folder, ignore=LEFT_BEHIND)
-    done = snakemake(folder, *CONFIG, "--dry-run", "--", "validation")
+    command = [sys.executable, *DRAW, "validation/1", "--seed", "1"]
+    subprocess.run(command, cwd=folder, env={"PYTHONPATH": "workflow/scripts"}, check=True)
+    config = "validation/1/config.yaml"
+    done = snakemake(folder, "--configfile", config, "--dry-run", "--", "validation")
     assert done.returncode == 0, done.stderr[-3000:]
     text = done.stdout + done.stderr
     counts = dict(re.findall(r"^(\w+) +(\d+)$", text, re.MULTILINE))
-    same = {"lab_capture", "clouds", "align", "force", "probe_pose", "direct"}
+    same = {"lab_capture", "clouds", "align", "force", "probe_pose", "direct_object"}
     assert {counts[rule] for rule in same} == {counts["lab_capture"]}
-    assert int(counts["lab_capture"]) >= 60
-    assert counts["lab_contact"] == counts["solid_mesh"]
-    assert not {"track", "minimise", "summary", "accuracy", "table_5_3"} & set(counts)
+    assert counts["lab_contact"] == counts["solid_mesh"] == "24"
+    assert not {"track", "minimise", "summary", "accuracy", "hertz"} & set(counts)
+
+
+def found(value, low, high):
+    return {"value": value, "low": low, "high": high, "verdict": "identified", "unit": "Pa"}
+
+
+@pytest.fixture
+def finished(tmp_path):
+    """Two presses of one drawn object: one estimated 10 % too stiff, one refused."""
+    relaxation = {"fractions": [], "times_s": []}
+    material = {"law": "neo_hookean", "youngs_modulus_pa": 1e4, "poisson_ratio": 0.3}
+    spec = {
+        "rig": "one",
+        "shape": {"kind": "ball"},
+        "material": material | {"relaxation": relaxation},
+        "motion": {"depth_m": 0.004},
+        "recordings": {"bumblebee": ["01"], "kinect": ["01"]},
+        "object": {"support": {"contact": "resting"}},
+    }
+    lab = {"seed": 5, "objects": {"object_01": spec}}
+    (tmp_path / "lab.yaml").write_text(yaml.safe_dump(lab))
+    star = 1e4 / 0.91
+    law = {"value": 0.0, "std": 0.3}
+    estimate = {
+        "captures": ["01"],
+        "frames": [12],
+        "residuals": [{"motion_scale": 1, "motion_sharing": 1, "depth_scale": 1}],
+        "equivalent": {"depth_m": 0.003},
+        "law": {"force": law, "motion": law},
+        "doubts": [],
+        "youngs_modulus_pa": found(1.1e4, 1.05e4, 1.15e4),
+        "youngs_modulus_1s_pa": found(1.1e4, 1.05e4, 1.15e4),
+        "poisson_ratio": found(0.32, 0.25, 0.39),
+        "reduced_modulus_pa": found(1.02 * star, 0.9 * star, 1.1 * star),
+        "equivalent_reduced_modulus_pa": found(1.01 * star, 0.95 * star, 1.05 * star),
+    }
+    places = {"results/object_01/bumblebee/direct.json": json.dumps(estimate)}
+    places["results/logs/align/object_01-kinect-01.log"] = "a line before\nalignment: too far off\n"
+    for name, text in places.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def test_estimates_are_held_to_the_truth(finished, capsys):
+    validation.main([finished])
+    said = capsys.readouterr().out
+    assert said.startswith("2 presses of 1 rigs, 1 refused.")
+    table = validation.estimates_of(finished)
+    summary = validation.summary_of(table).set_index("modulus")
+    assert summary.loc["E", "median error"] == "10 %"
+    assert summary.loc["E", "intervals that hold"] == "0 of 1"
+    assert summary.loc["nu", "median error"] == "0.02"
+    assert summary.loc["nu", "intervals that hold"] == "1 of 1"
+    assert "alignment: too far off" in said
+    assert (finished / "validation.png").stat().st_size > 10_000

@@ -29,40 +29,12 @@ for entry in in_run(RUN):
             "../scripts/stages/artefact.py"
 
 
-# Other materials, shapes, depths and seeds than the study's: make validation.
-rule validation_estimates:
-    input:
-        fits=RUN.files(RUN.described(), "hertz.json"),
-        results=[],
-        direct=RUN.files(RUN.described(), "direct.json"),
-        joint=RUN.joint_estimates(),
-        curves=[],
-    output:
-        csv=RUN.results("validation_estimates.csv"),
-    log:
-        RUN.results("logs/validation_estimates.log"),
-    benchmark:
-        RUN.results("benchmarks/validation_estimates.tsv")
-    conda:
-        "../envs/palpate.yaml"
-    params:
-        captures=RUN.described(),
-        minimised=[],
-        estimated=RUN.described(),
-        groups=RUN.groups(),
-        curves=[],
-        errors=[],
-    message:
-        "Estimates of every capture, without the error minimisation"
-    script:
-        "../scripts/stages/summary.py"
-
-
+# Drawn objects: make validation.
 rule validation:
     input:
-        [RUN.results(f"tables/validation{part}.csv") for part in ("", "_summary")],
+        RUN.joint_estimates(),
     message:
-        "The validation set is recorded, estimated and held against its truth"
+        "All captures are recorded and estimated"
 
 
 # What a run makes for its own sake: of one object nothing that is a run's of all.

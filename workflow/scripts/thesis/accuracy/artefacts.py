@@ -16,32 +16,6 @@ TRUTH = (
 STAGES = ("mask.npz", "probe_pose.csv", "force.csv", "clock.json", "clouds.npz")
 
 
-def _estimates(rule: str, name: str, summary: str, **more) -> Artefact:
-    """Accuracy of estimates, all rows and by method."""
-    return Artefact(
-        rule,
-        title="E and nu against the truth",
-        caption="Every method's moduli beside the true ones, with 95 % intervals, verdicts, and the"
-        " recommended row of each object and sensor." + TRUTH,
-        make="thesis.accuracy.estimates:make_accuracy",
-        outputs=table(name)
-        | {
-            "summary": f"tables/{name}_summary.csv",
-            "summary_md": f"tables/{name}_summary.md",
-            "summary_page": f"pages/{name}_summary.html",
-        },
-        inputs=lambda run, captures: {
-            "summary": run.results(summary),
-            "materials": run.materials(),
-        },
-        made=lambda run: run.described("direct", simulated=True),
-        chapter=ACCURACY,
-        local=True,
-        message="E and nu of all methods against the lab's truth",
-        **more,
-    )
-
-
 def _pressed_points(run: Run) -> list[Described]:
     """A simulated capture of each point of an object that the lab solves by itself."""
     found: dict[tuple[str, str], Described] = {}
@@ -117,8 +91,27 @@ ARTEFACTS = (
         made=lambda run: any(c["object"] in run.made_materials for c in _pictured(run)),
         chapter=ACCURACY,
     ),
-    _estimates("accuracy", "accuracy", "summary.csv"),
-    _estimates("validation_accuracy", "validation", "validation_estimates.csv", wanted=False),
+    Artefact(
+        "accuracy",
+        title="E and nu against the truth",
+        caption="Every method's moduli beside the true ones, with 95 % intervals, verdicts, and the"
+        " recommended row of each object and sensor." + TRUTH,
+        make="thesis.accuracy.estimates:make_accuracy",
+        outputs=table("accuracy")
+        | {
+            "summary": "tables/accuracy_summary.csv",
+            "summary_md": "tables/accuracy_summary.md",
+            "summary_page": "pages/accuracy_summary.html",
+        },
+        inputs=lambda run, captures: {
+            "summary": run.results("summary.csv"),
+            "materials": run.materials(),
+        },
+        made=lambda run: run.described("direct", simulated=True),
+        chapter=ACCURACY,
+        local=True,
+        message="E and nu of all methods against the lab's truth",
+    ),
     Artefact(
         "hertz_accuracy",
         title="Contact models",

@@ -1,0 +1,229 @@
+"""A lab that nobody chose: objects, presses and rigs drawn from declared ranges.
+
+    python -m virtual_lab.draw config/validation.yaml validation/1 --seed 1
+
+writes ``validation/1/lab.yaml``, the sensors' files and ``config.yaml``, a run of it.
+"""
+
+import argparse
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import yaml
+from palpate.capture.files import whole_file
+from palpate.capture.schema import load_yaml
+
+# Draws of a depth and a modulus until they make a force that a hand presses with.
+ATTEMPTS = 1000
+# Of the contact solution, by the radius of the contact at the deepest.
+ELEMENTS_A_CONTACT, ELEMENT_M = 4.0, (0.0005, 0.0014)
+CONTACTS_A_REACH, REACH_M = 4.0, (0.006, 0.020)
+STEPS, STEP_M = 14, (0.0001, 0.0005)
+# The lobe is thin.
+EAR_DEEPEST_M = 0.0045
+# A hand's depth is a little less than it meant; how far the table goes beyond.
+BEYOND_M, BEYOND = 0.0002, 1.03
+FINE_M = 0.0005
+DIGITS = 4
+APART = ("like", "experiments", "simulated_block")
+SENSORS = ("bumblebee", "kinect")
+# Templates of blocks have about so many vertices an area [1/m2], as those of lab.yaml.
+VERTICES_A_M2 = 6500
+
+
+def draw_lab(ranges: Mapping, base: Mapping, probe: Mapping, *, seed: int) -> dict:
+    """Draw a lab.
+
+    Parameters
+    ----------
+    ranges : mapping
+        config/validation.yaml.
+    base : mapping
+        config/lab.yaml: noise, light, hand, and how a ball and an ear look and are scanned.
+    probe : mapping
+        File of the probe that presses.
+    seed : int
+
+    Returns
+    -------
+    dict
+        Content of a lab's file.
+
+    Raises
+    ------
+    ValueError
+        If no press in these ranges has a force in theirs.
+    """
+    lab = {key: value for key, value in base.items() if key not in APART}
+    objects = {}
+    for k in range(ranges["objects"]):
+        rng = np.random.default_rng([seed, k])
+        objects[f"object_{k + 1:02d}"] = _object(ranges, base["objects"], probe, rng)
+    return lab | {"seed": seed, "objects": objects}
+
+
+def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Generator) -> dict:
+    radius_m = probe["indenter"]["radius_m"]
+    kind = _one_of({name: form["weight"] for name, form in ranges["forms"].items()}, rng)
+    shape, point_m = _shape(kind, ranges["forms"][kind], like["ear"], rng)
+    deepest_m = min(0.4 * point_m[2], EAR_DEEPEST_M if kind == "ear" else np.inf)
+    E, nu, depth_m = _press(ranges, radius_m, deepest_m, rng)
+    loose = kind == "ball" or (kind == "block" and rng.uniform() < ranges["loose"])
+    model = like[{"block": "foam_block", "ball": "foam_ball", "ear": "ear"}[kind]]
+    press, material = ranges["press"], ranges["material"]
+    ends_m = depth_m * BEYOND + BEYOND_M
+    relaxed = [_within(material["relaxation_fraction"], rng) for _ in range(2)]
+    spec = {
+        "shape": shape,
+        "material": {
+            "law": _one_of(material["law"], rng),
+            "youngs_modulus_pa": E,
+            "poisson_ratio": nu,
+            "relaxation": {
+                "fractions": relaxed,
+                "times_s": [_within(ends, rng) for ends in material["relaxation_times_s"]],
+            },
+        },
+        "contact": _contact(kind, ends_m, radius_m, loose=loose),
+        "motion": {key: value for key, value in model["motion"].items() if key != "frames"}
+        | {
+            "depth_m": depth_m,
+            "hold_s": _within(press["hold_s"], rng),
+            "tilt_deg": _within(press["tilt_deg"], rng),
+        },
+        "cameras": {name: _placement(ranges["stand"], name, model, rng) for name in SENSORS},
+        "scan": model["scan"],
+        "recordings": {name: ["01"] for name in SENSORS if name in model["recordings"]},
+        "object": _description(kind, shape, point_m, ends_m, model, loose=loose),
+    }
+    if kind != "block":
+        spec["paint"] = model["paint"] | {
+            "gloss": _within(ranges["gloss"], rng),
+            "colour": [_within((0.2, 0.65), rng) for _ in range(3)],
+        }
+    return spec
+
+
+def _shape(
+    kind: str, form: Mapping, ear: Mapping, rng: np.random.Generator
+) -> tuple[dict, list[float]]:
+    """Form, and the point that is pressed [m]."""
+    if kind == "block":
+        size = [_within(ends, rng) for ends in form["size_m"]]
+        return {"kind": kind, "size_m": size}, [0.0, 0.0, size[2]]
+    if kind == "ball":
+        R = _within(form["radius_m"], rng)
+        return {"kind": kind, "radius_m": R}, [0.0, 0.0, 2 * R]
+    return {"kind": kind}, ear["object"]["points"]["01"]["position_m"]
+
+
+def _press(
+    ranges: Mapping, radius_m: float, deepest_m: float, rng: np.random.Generator
+) -> tuple[float, float, float]:
+    """Young's modulus [Pa], Poisson's ratio and depth [m] whose force by Hertz is in its range."""
+    material, press = ranges["material"], ranges["press"]
+    low, high = press["force_n"]
+    nu = _within(material["poisson_ratio"], rng)
+    for _ in range(ATTEMPTS):
+        E = float(np.exp(rng.uniform(*np.log(material["youngs_modulus_pa"]))))
+        depth_m = radius_m * rng.uniform(*press["depth_over_radius"])
+        force_n = 4 / 3 * E / (1 - nu**2) * np.sqrt(radius_m) * depth_m**1.5
+        if low <= force_n <= high and depth_m <= deepest_m:
+            return _rounded(E), nu, _rounded(depth_m)
+    raise ValueError(
+        f"press: expected depths up to {deepest_m:.4g} m with forces of {low} to {high} N,"
+        f" found none in {ATTEMPTS} draws"
+    )
+
+
+def _contact(kind: str, ends_m: float, radius_m: float, *, loose: bool) -> dict:
+    contact_m = np.sqrt(radius_m * ends_m)
+    found = {
+        "step_m": _rounded(np.clip(ends_m / STEPS, *STEP_M)),
+        "deepest_m": _rounded(ends_m),
+        "element_m": _rounded(np.clip(contact_m / ELEMENTS_A_CONTACT, *ELEMENT_M)),
+        "friction": 0.0,
+    }
+    if kind == "block":
+        reach_m = np.clip(CONTACTS_A_REACH * contact_m, *REACH_M)
+        found |= {"growth": 1.7, "reach_m": _rounded(reach_m)}
+    else:
+        found |= {"spacing_m": 0.008 if kind == "ball" else 0.004}
+        found["element_m"] = min(found["element_m"], 0.001 if kind == "ball" else 0.0007)
+    return found | ({"table_friction": 0.5} if loose else {})
+
+
+def _placement(stand: Mapping, sensor: str, model: Mapping, rng: np.random.Generator) -> dict:
+    like = model["cameras"].get(sensor, model["cameras"][SENSORS[0]])
+    return dict(like) | {
+        "distance_m": _within(stand["distance_m"][sensor], rng),
+        "elevation_deg": _within(stand["elevation_deg"], rng),
+    }
+
+
+def _description(
+    kind: str, shape: Mapping, point_m: Sequence, ends_m: float, model: Mapping, *, loose: bool
+) -> dict:
+    """Block ``object`` of a lab's object, of which object.yaml is written."""
+    template = model["object"]["template"]
+    if kind == "block":
+        a, b, c = shape["size_m"]
+        area_m2 = 2 * (a * b + b * c + c * a)
+        template = {"vertices": round(VERTICES_A_M2 * area_m2)}
+    support = model["object"]["support"] | {"contact": "resting" if loose else "bonded"}
+    return {
+        "probe": model["object"]["probe"],
+        "template": template,
+        "support": support,
+        "deepest_m": _rounded(FINE_M * np.ceil(ends_m / FINE_M)),
+        "points": {"01": {"position_m": list(point_m)}},
+    }
+
+
+def _within(ends: Sequence[float], rng: np.random.Generator) -> float:
+    return _rounded(rng.uniform(*ends))
+
+
+def _one_of(weights: Mapping[str, float], rng: np.random.Generator) -> str:
+    shares = np.array(list(weights.values()), dtype=float)
+    return str(rng.choice(list(weights), p=shares / shares.sum()))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def write_run(folder: Path, lab: Mapping, sensors: Mapping[str, Mapping], *, seed: int) -> None:
+    """Write a drawn lab, its sensors' files and a configuration that runs it."""
+    places = {name: f"{folder}/{name}" for name in ("raw", "results", "sensors")}
+    config = {"paths": places | {"lab": f"{folder}/lab.yaml"}, "seed": seed}
+    files = {"lab": lab, "config": config}
+    # Nobody calibrates each of so many cameras: what is stated holds, as far as it does.
+    files |= {f"sensors/{name}": {**spec, "optics": "stated"} for name, spec in sensors.items()}
+    for name, content in files.items():
+        path = folder / f"{name}.yaml"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(path) as part:
+            # What two objects share is written twice, not as an anchor.
+            plain = json.loads(json.dumps(content))
+            part.write_text(yaml.safe_dump(plain, sort_keys=False), encoding="utf-8")
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Draw a lab into a folder."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("ranges", type=Path)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seed", type=int, required=True)
+    given = parser.parse_args(argv)
+    ranges, base = load_yaml(given.ranges), load_yaml("config/lab.yaml")
+    probe = load_yaml("config/probes/nano25_sphere.yaml")
+    sensors = {name: load_yaml(f"config/sensors/{name}.yaml") for name in SENSORS}
+    lab = draw_lab(ranges, base, probe, seed=given.seed)
+    write_run(given.folder, lab, sensors, seed=given.seed)
+
+
+if __name__ == "__main__":
+    main()
