@@ -10,6 +10,7 @@ from palpate.vision.options import Clouds, Force
 from palpate.vision.probe import AXIS, marker_from_tip, marker_transforms
 from synthetic_capture import CLOCK_S, TIME_S, TIP_STD_M, TOP_M, depth_m
 
+STEM = {"stem_m": 0.03}
 DEEP = int(np.argmax(depth_m(TIME_S)))
 
 
@@ -57,10 +58,11 @@ def in_frame(camera_from_it, points):
     return (points - camera_from_it[:3, 3]) @ camera_from_it[:3, :3]
 
 
-def of_the_probe(points, camera_from_marker, camera_from_tip):
-    """Near the tip, up the shaft, about the board, or where a look goes through its sheet."""
+def of_the_probe(points, camera_from_marker, camera_from_tip, *, stem_m=TIP_M):
+    """Near the tip, up stem and shaft, about the board, or where a look goes through its sheet."""
     x, y, z = in_frame(camera_from_tip, points).T
-    found = (np.sqrt(x**2 + y**2 + z**2) < TIP_M) | ((z < -TIP_M) & (np.hypot(x, y) < SHAFT_M))
+    found = (np.sqrt(x**2 + y**2 + z**2) < TIP_M) | ((z < -stem_m) & (np.hypot(x, y) < SHAFT_M))
+    found |= (z < -TIP_M) & (np.hypot(x, y) < TIP_M)
     there, eye = in_frame(camera_from_marker, points), in_frame(camera_from_marker, np.zeros(3))
     found |= np.linalg.norm(there - MIDDLE_M, axis=1) < BOARD_M
     part = eye[2] / (eye[2] - there[:, 2])
@@ -68,7 +70,8 @@ def of_the_probe(points, camera_from_marker, camera_from_tip):
     return found | ((np.abs(met[:, :2]) < HALF_M).all(axis=1) & (part > 0))
 
 
-def test_what_is_cut_away_is_the_probe(synthetic):
+@pytest.mark.parametrize("stem_m", [TIP_M, 0.03])
+def test_what_is_cut_away_is_the_probe(synthetic, stem_m):
     """Of points all around it, and of the block's own."""
     marker = marker_transforms(synthetic.poses)[DEEP]
     tip = marker @ marker_from_tip(synthetic.probe)
@@ -76,13 +79,30 @@ def test_what_is_cut_away_is_the_probe(synthetic):
     around = tip[:3, 3] + np.random.default_rng(3).uniform(-0.2, 0.2, (20000, 3))
     near = tip[:3, 3] + np.random.default_rng(4).uniform(-0.012, 0.012, (4000, 3))
     points = np.concatenate([around, near, synthetic.clouds[DEEP][0]])
-    found = belongs_to_probe(points, place, synthetic.probe["exclusion"])
-    truth = of_the_probe(points, marker, tip)
+    stem = {} if stem_m == TIP_M else {"stem_m": stem_m}
+    found = belongs_to_probe(points, place, synthetic.probe["exclusion"] | stem)
+    truth = of_the_probe(points, marker, tip, stem_m=stem_m)
     assert 0.1 < truth.mean() < 0.5
     # The sheet's outline is known to a tenth of a millimetre by hand.
     assert (found != truth).mean() < 5e-4
     block = truth[-len(synthetic.clouds[DEEP][0]) :]
     assert 0 < block.sum() < 0.3 * len(block)
+
+
+def test_a_thin_stem_leaves_a_slope_its_surface(synthetic):
+    """A slope of 30 degrees through the ball's foremost point, within 60 mm of it."""
+    place = probe_places(synthetic.poses, synthetic.probe)[DEEP]
+    across = np.cross(place.axis, [0.0, 0.0, 1.0])
+    across /= np.linalg.norm(across)
+    up = np.cross(across, place.axis)
+    grid = np.stack(np.meshgrid(*[np.linspace(-0.06, 0.06, 121)] * 2), axis=-1).reshape(-1, 2)
+    grid = grid[np.linalg.norm(grid, axis=1) < 0.06]
+    slope = np.cos(np.pi / 6) * up - np.sin(np.pi / 6) * place.axis
+    foremost = place.tip_m + synthetic.radius_m * place.axis
+    points = foremost + grid @ np.stack([across, slope])
+    exclusion = synthetic.probe["exclusion"]
+    cut = [belongs_to_probe(points, place, exclusion | stem).mean() for stem in ({}, STEM)]
+    assert cut[0] > 0.04 > 0.02 > cut[1], cut
 
 
 def test_a_cloud_is_the_block_without_the_probe(synthetic, sensors):

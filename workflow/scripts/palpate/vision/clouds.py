@@ -242,14 +242,18 @@ def in_mask(points_m: NDArray, mask: NDArray, camera: PinholeCamera) -> NDArray:
 def belongs_to_probe(points_m: NDArray, place: ProbePlace, exclusion: Mapping) -> NDArray:
     """Whether points lie near the probe's axis above the tip, the tip or the board, shape (n,).
 
+    Up to ``stem_m`` above the tip the probe is as thin as the tip, and then as wide as its handle.
     What is seen through the board's sheet is the board too, wherever its repeating pattern was
     matched: it is only found when nothing stands before it.
     """
     offset = points_m - place.tip_m
     along = offset @ place.axis
     across = np.linalg.norm(offset - along[:, None] * place.axis, axis=1)
-    tip = np.linalg.norm(offset, axis=1) < exclusion["tip_radius_m"]
-    shaft = (along < -exclusion["tip_radius_m"]) & (across < exclusion["radius_m"])
+    tip_radius_m = exclusion["tip_radius_m"]
+    handle_from_m = max(tip_radius_m, exclusion.get("stem_m", 0.0))
+    tip = np.linalg.norm(offset, axis=1) < tip_radius_m
+    wide_m = np.where(along < -handle_from_m, exclusion["radius_m"], tip_radius_m)
+    shaft = (along < -tip_radius_m) & (across < wide_m)
     board = np.linalg.norm(points_m - place.board_m, axis=1) < exclusion["board_radius_m"]
     return tip | shaft | board | _seen_through(points_m, place.sheet_m)
 
