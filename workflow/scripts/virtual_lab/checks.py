@@ -40,7 +40,7 @@ def lab_problems(lab: Mapping, sensors: Mapping, source: str) -> list[str]:
 
 def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
     yield from _missing(spec)
-    yield from _material(spec["material"])
+    yield from _material(spec["material"], spec["shape"]["kind"])
     yield from _motions(spec)
     yield from _standing(spec)
     points = spec["object"]["points"]
@@ -67,7 +67,9 @@ def _missing(spec: Mapping) -> Iterator[str]:
                 yield f"{field}{key}: expected for a {spec['shape']['kind']}, found nothing"
 
 
-def _material(material: Mapping) -> Iterator[str]:
+def _material(material: Mapping, kind: str) -> Iterator[str]:
+    if "skin" in material and kind != "block":
+        yield f"material.skin: expected of a block, found of a {kind}"
     if material["law"] == "blatz_ko" and not material["poisson_ratio"] > 0:
         yield f"material.poisson_ratio: expected > 0, found {material['poisson_ratio']}"
     relaxation = material["relaxation"]
