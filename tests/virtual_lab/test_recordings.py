@@ -10,11 +10,13 @@ import yaml
 from palpate.capture.images import read_image
 from palpate.vision.camera import camera_from_spec
 from virtual_lab.calibration import record_calibration
+from virtual_lab.device import device_of
 from virtual_lab.experiments import outline_path, record_workspace
 from virtual_lab.ladder import ContactLadder, load_ladder, mirrored, save_ladder
 from virtual_lab.motion import Hand
-from virtual_lab.record import FACING, real_probe, record_capture, with_motion
-from virtual_lab.rig import bare_bench, make_rig, object_bench, seed_of
+from virtual_lab.record import FACING, record_capture, with_motion
+from virtual_lab.rig import bare_bench, make_rig, object_bench
+from virtual_lab.seeds import seed_of
 from virtual_lab.shapes import shape_of
 
 R = 0.00622
@@ -106,9 +108,8 @@ def test_two_hands_differ_in_pace_and_depth():
 def test_an_arm_holds_the_probe_where_the_motion_says_so(lab, steps, sensors, probe, tmp_path):
     common, spec, _ = lab
     sensor = half_size(sensors["kinect"])
-    rig = make_rig(
-        common, sensor, spec["cameras"]["kinect"], object_bench(common, spec, name="foam_block")
-    )
+    bench = object_bench(common, spec, name="foam_block")
+    rig = make_rig(common, device_of(common, spec, sensor), spec["cameras"]["kinect"], bench)
     seen = []
     for name, more in (("bare", {}), ("held", {"elbow_m": [0.3, -0.05, -0.2]})):
         motion = with_motion(spec, {"frames": 1, "frame_rate_hz": 1} | more)
@@ -121,8 +122,8 @@ def test_an_arm_holds_the_probe_where_the_motion_says_so(lab, steps, sensors, pr
 def test_a_jolted_camera_films_on_from_beside(lab, steps, sensors, probe, tmp_path):
     """From the second of three frames; where the table lies then follows from the two poses."""
     common, spec, _ = lab
-    sensor = half_size(sensors["kinect"])
-    stand = sensor, spec["cameras"]["kinect"], object_bench(common, spec, name="foam_block")
+    device = device_of(common, spec, half_size(sensors["kinect"]))
+    stand = device, spec["cameras"]["kinect"], object_bench(common, spec, name="foam_block")
     motion = with_motion(spec, {"frames": 3, "frame_rate_hz": 1})
     jolt_m = np.array([0.004, 0.0, 0.0])
     rig, jolted = make_rig(common, *stand), make_rig(common, *stand, jolted_m=jolt_m)
@@ -156,7 +157,7 @@ def test_a_capture_is_the_same_for_the_same_seed_alone(lab, steps, sensors, prob
     spec = with_motion(spec, {"frames": 2, "frame_rate_hz": 1})
     sensor = half_size(sensors["kinect"])
     bench = object_bench(common, spec, name="foam_block")
-    rig = make_rig(common, sensor, spec["cameras"]["kinect"], bench)
+    rig = make_rig(common, device_of(common, spec, sensor), spec["cameras"]["kinect"], bench)
     truths, sums = [], []
     for number, seed in enumerate(([1, 2], [1, 2], [1, 3])):
         folder = tmp_path / str(number)
@@ -175,7 +176,8 @@ def test_a_capture_is_the_same_for_the_same_seed_alone(lab, steps, sensors, prob
 def test_calibration_pairs_show_the_board_to_both_cameras(lab, sensors, tmp_path):
     common, _, experiments = lab
     options = experiments["calibration"] | {"pairs": 3}
-    rig = make_rig(common, sensors["kinect"], options["camera"], bare_bench(common, name="c"))
+    device = device_of(common, {}, sensors["kinect"])
+    rig = make_rig(common, device, options["camera"], bare_bench(common, name="c"))
     truth = record_calibration(tmp_path, rig, options, seed=seed_of(common, "test"))
     board = pd.read_csv(tmp_path / "board.csv").iloc[0]
     size = (int(board["columns"]), int(board["rows"]))
@@ -199,8 +201,8 @@ def test_calibration_pairs_show_the_board_to_both_cameras(lab, sensors, tmp_path
 def test_the_workspaces_grid(lab, sensors, probe, tmp_path):
     common, _, experiments = lab
     options = experiments["workspace"] | {"columns": 2, "rows": 1, "frames": 2}
-    sensor = half_size(sensors["bumblebee"])
-    rig = make_rig(common, sensor, options["camera"], bare_bench(common, name="w"))
+    device = device_of(common, {}, half_size(sensors["bumblebee"]))
+    rig = make_rig(common, device, options["camera"], bare_bench(common, name="w"))
     truth = record_workspace(tmp_path, rig, common, options, probe, seed=[1])
     grid = pd.read_csv(tmp_path / "grid.csv")
     assert grid[["row", "column"]].to_numpy().tolist() == [[1, 1], [1, 2]]
@@ -218,9 +220,10 @@ def test_the_outline_of_the_case_is_a_radius_away_from_it():
     assert set(path[:, 2]) == {R}
 
 
-def test_the_real_board_is_a_little_off(lab, probe):
+def test_the_real_board_is_a_little_off(lab, sensors, probe):
     options = lab[0]["probe_error"]
-    real = np.array(real_probe(lab[0], probe)["marker_from_force"])
+    device = device_of(lab[0], {}, sensors["kinect"])
+    real = np.array(device.probe(probe)["marker_from_force"])
     error = np.linalg.inv(np.array(probe["marker_from_force"])) @ real
     assert 0 < np.linalg.norm(error[:3, 3]) < 4 * options["shift_m"]
     angle = np.degrees(np.arccos((np.trace(error[:3, :3]) - 1) / 2))

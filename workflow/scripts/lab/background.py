@@ -2,8 +2,10 @@
 
 from palpate.capture.files import whole_folder
 from palpate.run.job import run
-from virtual_lab.rig import make_rig, object_bench, seed_of
+from virtual_lab.device import device_of
+from virtual_lab.rig import make_rig, object_bench
 from virtual_lab.scene import Scene
+from virtual_lab.seeds import seed_of
 
 
 def main(snakemake):
@@ -11,7 +13,8 @@ def main(snakemake):
     params, name = snakemake.params, snakemake.wildcards.object
     sensor = params.sensor["sensor"]
     bench = object_bench(params.common, params.spec, name=name)
-    rig = make_rig(params.common, params.sensor, params.spec["cameras"][sensor], bench)
+    device = device_of(params.common, params.spec, params.sensor)
+    rig = make_rig(params.common, device, params.spec["cameras"][sensor], bench)
     seed = seed_of(params.common, name, sensor, "background")
     with whole_folder(snakemake.output.background) as folder:
         rig.write_still(folder, Scene(bench), frames=params.common["background_frames"], seed=seed)

@@ -3,9 +3,11 @@
 import numpy as np
 from palpate.capture.files import whole_file, whole_folder
 from palpate.run.job import run
+from virtual_lab.device import device_of
 from virtual_lab.ladder import load_ladder, mirrored
 from virtual_lab.record import record_capture
-from virtual_lab.rig import make_rig, object_bench, seed_of
+from virtual_lab.rig import make_rig, object_bench
+from virtual_lab.seeds import seed_of
 
 # Snakemake sets it too, after the job.
 MADE_BY_A_RULE = ".snakemake_timestamp"
@@ -17,7 +19,8 @@ def main(snakemake):
     name, sensor, capture = wildcards.object, wildcards.sensor, wildcards.capture
     bench = object_bench(params.common, params.spec, name=name)
     placement, motion = params.spec["cameras"][sensor], params.spec["motion"]
-    stand = params.common, params.sensor, placement, bench
+    device = device_of(params.common, params.spec, params.sensor)
+    stand = params.common, device, placement, bench
     bumped = {"bumped_deg": motion.get("bumped_deg", (0, 0, 0))}
     rig, jolt_m = make_rig(*stand, **bumped), motion.get("jolted_m")
     jolted = make_rig(*stand, **bumped, jolted_m=jolt_m) if jolt_m else None

@@ -2,6 +2,7 @@
 
 from palpate.capture.files import whole_file
 from palpate.run.job import run
+from virtual_lab.device import sphere_radius_m
 from virtual_lab.ladder import save_ladder
 from virtual_lab.obstacle import DOWN
 from virtual_lab.press import press_object
@@ -14,7 +15,7 @@ def main(snakemake):
     ladder = press_object(
         spec,
         place["position_m"],
-        snakemake.params.probe["indenter"]["radius_m"],
+        sphere_radius_m(spec, spec, snakemake.params.probe),
         direction=place.get("direction", DOWN),
     )
     with whole_file(snakemake.output.ladder) as part:

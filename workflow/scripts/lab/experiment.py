@@ -4,12 +4,14 @@ import numpy as np
 from palpate.capture.files import whole_file, whole_folder
 from palpate.run.job import run
 from virtual_lab.calibration import record_calibration
+from virtual_lab.device import device_of
 from virtual_lab.experiments import record_planes, record_trace, record_workspace
 from virtual_lab.ladder import load_ladder, mirrored
 from virtual_lab.paint import CoverPaint
 from virtual_lab.record import record_capture, with_motion
-from virtual_lab.rig import bare_bench, make_rig, object_bench, seed_of
+from virtual_lab.rig import bare_bench, make_rig, object_bench
 from virtual_lab.scene import Bench
+from virtual_lab.seeds import seed_of
 
 
 def main(snakemake):
@@ -41,10 +43,11 @@ def cd_case(folder, snakemake, seed):
     """Tip around a CD case."""
     params = snakemake.params
     bare = bare_bench(params.common, name="cd_case")
+    device = device_of(params.common, {}, params.sensor)
     rng = np.random.default_rng(seed_of(params.common, "cd_case", "cover"))
     paint = CoverPaint(np.array(params.experiment["size_m"]), rng)
     bench = Bench(bare.table, paint, bare.props)
-    rig = make_rig(params.common, params.sensor, params.experiment["camera"], bench)
+    rig = make_rig(params.common, device, params.experiment["camera"], bench)
     return record_trace(folder, rig, params.common, params.experiment, params.probe, seed=seed)
 
 
@@ -54,7 +57,8 @@ def loading(folder, snakemake, seed):
     options, common = params.experiment, params.common
     spec = with_motion(options["spec"], options["motion"])
     bench = object_bench(common, spec, name=options["object"])
-    rig = make_rig(common, params.sensor, spec["cameras"][params.sensor["sensor"]], bench)
+    device = device_of(common, spec, params.sensor)
+    rig = make_rig(common, device, spec["cameras"][params.sensor["sensor"]], bench)
     point = spec["object"]["points"][options["point"]]["position_m"]
     ladder = mirrored(load_ladder(snakemake.input.ladder), point)
     return record_capture(folder, rig, ladder, common, spec, params.probe, seed=seed)
@@ -70,7 +74,8 @@ def bare_rig(snakemake):
     """The sensor before a table without an object."""
     params = snakemake.params
     bench = bare_bench(params.common, name=snakemake.wildcards.recording.split("/")[1])
-    return make_rig(params.common, params.sensor, params.experiment["camera"], bench)
+    device = device_of(params.common, {}, params.sensor)
+    return make_rig(params.common, device, params.experiment["camera"], bench)
 
 
 RECORDERS = {

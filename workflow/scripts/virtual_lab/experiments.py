@@ -15,7 +15,7 @@ from virtual_lab.cameras import Exposure
 from virtual_lab.motion import ProbeMotion, upright
 from virtual_lab.paint import BlockPaint
 from virtual_lab.probe import make_probe
-from virtual_lab.record import FACING, Body, film, reached, real_probe
+from virtual_lab.record import FACING, Body, film, reached
 from virtual_lab.render import render, render_around
 from virtual_lab.rig import STILL_SAMPLES, Rig
 from virtual_lab.scene import Bench, Scene
@@ -44,7 +44,8 @@ def record_workspace(
     dict
         ``tip_m`` (points, 3), the tip's centre in the reference camera's frame.
     """
-    probe = make_probe(real_probe(common, probe_spec))
+    probe_spec = rig.device.probe(probe_spec)
+    probe = make_probe(probe_spec)
     stream = next(iter(image_streams(rig.sensor)))
     still = render(rig.reference, Scene(rig.bench), rig.light, samples=STILL_SAMPLES)
     rows, tips = [], []
@@ -87,7 +88,8 @@ def record_trace(
     dict
         ``tip_m`` (k, 3) in the reference camera's frame, ``camera_from_object``, ``size_m``.
     """
-    probe, rng = make_probe(real_probe(common, probe_spec)), np.random.default_rng([*seed, 1])
+    probe_spec, rng = rig.device.probe(probe_spec), np.random.default_rng([*seed, 1])
+    probe = make_probe(probe_spec)
     size, radius = np.array(options["size_m"]), probe_spec["indenter"]["radius_m"]
     count, rate = options["frames"], options["frame_rate_hz"]
     tip = outline_path(size, radius, np.linspace(0, 1, count))

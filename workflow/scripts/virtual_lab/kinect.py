@@ -53,6 +53,8 @@ class KinectDepth:
         camera = view.camera
         self.shape = (camera.height_px, camera.width_px)
         self.product = camera.fx_px * spec["baseline_m"]
+        # By which it makes depths of disparities.
+        self.stated_px_m = spec.get("stated_product_px_m", self.product)
         cells = rng.standard_normal(DISTORTION_CELLS).astype(np.float32)
         field = cv2.resize(cells, self.shape[::-1], interpolation=cv2.INTER_CUBIC)
         self.distortion_px = options["distortion_px"] * field / field.std()
@@ -85,7 +87,7 @@ class KinectDepth:
         return np.where(valid, rounded, nothing).astype(np.uint16)
 
     def _depths(self, disparity_px: NDArray) -> NDArray:
-        return self.product / np.maximum(disparity_px, 1e-6) / count_m(self.spec)
+        return self.stated_px_m / np.maximum(disparity_px, 1e-6) / count_m(self.spec)
 
     def _counts(self, disparity_px: NDArray) -> NDArray:
         """Normalised disparity of Eq. 4.2."""

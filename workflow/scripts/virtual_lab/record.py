@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from palpate.capture.tables import write_force, write_frames
-from scipy.spatial.transform import Rotation
 
+from virtual_lab.device import Device
 from virtual_lab.ladder import ContactLadder
 from virtual_lab.motion import Hand, ProbeMotion
 from virtual_lab.part import OBJECT, PROBE_PARTS
@@ -18,7 +18,7 @@ from virtual_lab.relaxation import relaxed_force, softening
 from virtual_lab.render import BOX_MARGIN_PX, Light, projected_box, render_change
 from virtual_lab.rig import Rig, frame_times
 from virtual_lab.scene import Scene
-from virtual_lab.wrench import gauge_record
+from virtual_lab.wrench import gauge_record, inertial_load
 
 FACING = np.array([0.0, -1.0, 0.0])
 MOVING_SAMPLES = 3
@@ -75,7 +75,7 @@ def record_capture(
     dict
         Arrays of truth.npz; see docs/architecture.md.
     """
-    motion = spec["motion"]
+    motion, probe_spec = spec["motion"], rig.device.probe(probe_spec)
     hand = Hand(
         motion,
         point_m=ladder.point_m,
@@ -87,12 +87,13 @@ def record_capture(
     clock = np.random.default_rng([*seed, 4])
     time_s = frame_times(common, hand.frames, motion["frame_rate_hz"], clock)
     offset_s = common["timing"]["clock_offset_s"] * clock.uniform(-1, 1)
+    offset_s += rig.device.size("clock_offset_s") * clock.standard_normal()
     force_time_s, force_n = _record_force(
-        folder, hand, ladder, common, spec, probe_spec, seed, offset_s=offset_s
+        folder, rig.device, hand, ladder, common, spec, probe_spec, seed, offset_s=offset_s
     )
     path = hand.at(time_s)
     surfaces = ladder.surface_at(path.depth_m)
-    probe = make_probe(real_probe(common, probe_spec), motion.get("elbow_m"))
+    probe = make_probe(probe_spec, motion.get("elbow_m"))
     body = Body(ladder.surface_rest_m, ladder.surface_faces, surfaces)
     masks = film(folder, rig, body, path, probe, seed=[*seed, 3], jolted=jolted)
     transform = rig.reference.camera_from_object
@@ -112,18 +113,6 @@ def record_capture(
         "mask": np.packbits(masks, axis=-1),
         "mask_shape": np.array(masks.shape),
     }
-
-
-def real_probe(common: Mapping, probe_spec: Mapping) -> dict:
-    """The probe as it is: its board stands a little off from where its file says."""
-    rng = np.random.default_rng([common["seed"], 25])
-    options = common["probe_error"]
-    error = np.eye(4)
-    turn = np.deg2rad(options["angle_deg"]) * rng.standard_normal(3)
-    error[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
-    error[:3, 3] = options["shift_m"] * rng.standard_normal(3)
-    nominal = np.array(probe_spec["marker_from_force"])
-    return dict(probe_spec) | {"marker_from_force": nominal @ error}
 
 
 def film(
@@ -175,6 +164,7 @@ def film(
 
 def _record_force(
     folder: Path,
+    device: Device,
     hand: Hand,
     ladder: ContactLadder,
     common: Mapping,
@@ -185,7 +175,7 @@ def _record_force(
     offset_s: float,
 ) -> tuple[NDArray, NDArray]:
     """Write force.csv; returns times [s] and true forces (n, 3) on the tip [N] at its rate."""
-    options, motion = common["force"], spec["motion"]
+    options, motion = device.weighed(common["force"]), spec["motion"]
     lead = options["lead_s"]
     stop_s = hand.frames / motion["frame_rate_hz"] + lead
     time_s = np.arange(round((stop_s + lead) * options["rate_hz"])) / options["rate_hz"] - lead
@@ -197,9 +187,22 @@ def _record_force(
         elastic_n *= softening(path.depth_m, virgin_n, material["mullins"])[:, None]
     relaxation = material["relaxation"]
     force_n = np.column_stack([relaxed_force(time_s, part, **relaxation) for part in elastic_n.T])
-    rng = np.random.default_rng([*seed, 2])
-    record = gauge_record(time_s, force_n, path.object_from_force, probe_spec, options, rng)
-    record["time_s"] += offset_s
+    drift = np.random.default_rng([*seed, 5])
+
+    def felt(load: NDArray) -> NDArray:
+        swung = device.size("inertia") * inertial_load(path, probe_spec, options)
+        return device.felt(time_s, load + swung, drift)
+
+    record = gauge_record(
+        time_s,
+        force_n,
+        path.object_from_force,
+        probe_spec,
+        options,
+        np.random.default_rng([*seed, 2]),
+        felt=felt,
+    )
+    record["time_s"] += offset_s + device.clock_rate * time_s
     write_force(folder, record)
     return time_s, force_n
 

@@ -1,6 +1,5 @@
 """A sensor in front of the lab's bench, and what it writes of each moment."""
 
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,13 +10,16 @@ from numpy.typing import NDArray
 from palpate.capture.images import write_image
 from palpate.capture.tables import image_streams, write_frames
 from palpate.vision.camera import camera_from_spec
+from scipy.spatial.transform import Rotation
 
 from virtual_lab.cameras import Exposure
+from virtual_lab.device import RIG, Device
 from virtual_lab.kinect import KinectDepth
 from virtual_lab.paint import BlockPaint, Paint, SolidPaint
 from virtual_lab.props import bench_props
 from virtual_lab.render import Layer, Light, View, look_at, render
 from virtual_lab.scene import Bench, Scene
+from virtual_lab.seeds import seed_of
 from virtual_lab.shapes import shape_of
 from virtual_lab.texture import plain_table, table_texture
 
@@ -30,8 +32,8 @@ class Rig:
 
     Attributes
     ----------
-    sensor : mapping
-        The sensor's file.
+    device : Device
+        The sensor, and what it is used with.
     views : dict
         Colour stream to View, the reference camera's first.
     depth : KinectDepth or None
@@ -41,12 +43,17 @@ class Rig:
         ``camera_noise`` block of lab.yaml.
     """
 
-    sensor: Mapping
+    device: Device
     views: Mapping[str, View]
     depth: KinectDepth | None
     light: Light
     bench: Bench
     noise: Mapping
+
+    @property
+    def sensor(self) -> Mapping:
+        """The sensor as it is, in the form of its file."""
+        return self.device.sensor
 
     @property
     def reference(self) -> View:
@@ -89,7 +96,7 @@ class Rig:
 
 def make_rig(
     common: Mapping,
-    sensor: Mapping,
+    device: Device,
     placement: Mapping,
     bench: Bench,
     *,
@@ -102,8 +109,7 @@ def make_rig(
     ----------
     common : mapping
         lab.yaml without its objects.
-    sensor : mapping
-        The sensor's file.
+    device : Device
     placement : mapping
         ``target_m``, ``distance_m`` and ``elevation_deg`` of its reference camera.
     bench : Bench
@@ -117,6 +123,7 @@ def make_rig(
     ValueError
         If the target is outside the sensor's range.
     """
+    sensor = device.sensor
     low, high = sensor["range_m"]
     found = placement["distance_m"]
     if not low <= found <= high:
@@ -128,9 +135,9 @@ def make_rig(
         bumped_deg=bumped_deg,
     )
     pose[:3, 3] += pose[:3, :3] @ jolted_m
-    depth = None if sensor["kind"] == "stereo" else _depth_camera(common, sensor, pose)
+    depth = None if sensor["kind"] == "stereo" else _depth_camera(common, device, pose)
     noise = common["camera_noise"]
-    return Rig(sensor, _views(sensor, pose), depth, make_light(common["light"]), bench, noise)
+    return Rig(device, _views(sensor, pose), depth, make_light(common["light"]), bench, noise)
 
 
 def make_light(options: Mapping) -> Light:
@@ -154,11 +161,6 @@ def bare_bench(common: Mapping, *, name: str) -> Bench:
     return Bench(table_texture(rng), None, bench_props())
 
 
-def seed_of(common: Mapping, *names: str) -> list[int]:
-    """Seed of a named thing of the lab, the same in whatever order things are made."""
-    return [common["seed"], *(zlib.crc32(name.encode()) for name in names)]
-
-
 def _paint(spec: Mapping, rng: np.random.Generator) -> Paint:
     if spec["shape"]["kind"] == "block":
         points = [point["position_m"] for point in spec["object"]["points"].values()]
@@ -173,7 +175,9 @@ def _views(sensor: Mapping, pose: NDArray) -> dict[str, View]:
         return {"color": View(camera, pose)}
     shift = np.eye(4)
     shift[0, 3] = sensor["stereo"]["baseline_m"]
-    return {"left": View(camera, pose), "right": View(camera, pose @ shift)}
+    shift[:3, :3] = Rotation.from_rotvec(sensor["right_turn_rad"]).as_matrix()
+    right = View(camera_from_spec(sensor["right"]), pose @ shift)
+    return {"left": View(camera, pose), "right": right}
 
 
 def depth_view(sensor: Mapping, pose: NDArray) -> View:
@@ -182,8 +186,10 @@ def depth_view(sensor: Mapping, pose: NDArray) -> View:
     return View(camera_from_spec(spec), pose @ np.array(spec["color_from_depth"]))
 
 
-def _depth_camera(common: Mapping, sensor: Mapping, pose: NDArray) -> KinectDepth:
-    rng = np.random.default_rng(seed_of(common, sensor["sensor"], "device"))
+def _depth_camera(common: Mapping, device: Device, pose: NDArray) -> KinectDepth:
+    sensor = device.sensor
+    of_rig = () if device.rig == RIG else ("rig", device.rig)
+    rng = np.random.default_rng(seed_of(common, *of_rig, sensor["sensor"], "device"))
     view = depth_view(sensor, pose)
     return KinectDepth(view, sensor["depth"], sensor["range_m"], common["kinect"], rng)
 

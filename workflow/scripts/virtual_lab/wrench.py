@@ -1,11 +1,13 @@
 """What the force sensor records: the load on the tip as six gauge voltages, or as a wrench."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from palpate.capture.force_record import WRENCH_COLUMNS
+
+from virtual_lab.motion import ProbeMotion
 
 GRAVITY_M_S2 = 9.81
 # National Instruments PCI-6023E: 12 bits (Section 4.1.3).
@@ -22,6 +24,8 @@ def gauge_record(
     probe: Mapping,
     options: Mapping,
     rng: np.random.Generator,
+    *,
+    felt: Callable[[NDArray], NDArray] | None = None,
 ) -> pd.DataFrame:
     """Record a frictionless press: ``time_s`` and six gauge volts, or a wrench without gauges.
 
@@ -41,6 +45,8 @@ def gauge_record(
         ``force`` block of lab.yaml.
     rng : numpy.random.Generator
         Draws bias and noise.
+    felt : callable, optional
+        What a sensor in error makes of the wrench (n, 6) on it [N, Nm].
 
     Returns
     -------
@@ -52,6 +58,8 @@ def gauge_record(
         If the probe has no gauges and the options no ``wrench``.
     """
     load = load_on_sensor(force_n, object_from_force, probe, options)
+    if felt is not None:
+        load = felt(load)
     if "gauge" not in probe:
         return _wrench_record(time_s, load, options, rng)
     sensitivity = np.linalg.inv(np.array(probe["gauge"]["calibration"]))
@@ -90,3 +98,16 @@ def load_on_sensor(
     centre = np.array(options["centre_of_mass_m"])
     torque = np.cross(tip, contact) + np.cross(centre, weight)
     return np.hstack([contact + weight, torque])
+
+
+def inertial_load(path: ProbeMotion, probe: Mapping, options: Mapping) -> NDArray:
+    """Wrench of what hangs on the sensor against its motion, as a point, (n, 6) [N, Nm].
+
+    Force frame, about the sensor's origin; see `load_on_sensor`.
+    """
+    centre = np.array(options["centre_of_mass_m"])
+    arm = path.object_from_force @ (centre - np.array(probe["force_from_tip"])[:3, 3])
+    speed_m_s = np.gradient(path.tip_m + arm, path.time_s, axis=0)
+    acceleration_m_s2 = np.gradient(speed_m_s, path.time_s, axis=0)
+    pull = np.einsum("ni,nij->nj", -options["mass_kg"] * acceleration_m_s2, path.object_from_force)
+    return np.hstack([pull, np.cross(centre, pull)])

@@ -106,9 +106,14 @@ class LabRules:
     def mechanics(self, wildcards: Any) -> Mapping:
         """What the mechanics of an object depend on."""
         spec = self.spec(wildcards)
-        return {key: spec[key] for key in ("shape", "material", "contact")} | {
-            "points": self._places(wildcards.object)
-        }
+        parts = {key: spec[key] for key in ("shape", "material", "contact")}
+        return parts | self._sphere(spec) | {"points": self._places(wildcards.object)}
+
+    def _sphere(self, spec: Mapping) -> dict:
+        """What the radius of the real sphere depends on, where it is another than its file's."""
+        radius = spec.get("device", self.run.lab.get("device", {})).get("radius", 0)
+        rig = {key: spec[key] for key in ("rig",) if key in spec}
+        return {"seed": self.run.lab["seed"], "device": {"radius": radius}} | rig if radius else {}
 
     def load_steps(self, wildcards: Any) -> str:
         """Mechanics of a capture's point; mirror images of a symmetric object share one."""

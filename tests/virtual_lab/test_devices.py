@@ -1,0 +1,349 @@
+"""Rigs as they are: each error is in what is recorded, in its amount, and in nothing else."""
+
+import copy
+import hashlib
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from palpate.capture.schema import SCHEMAS, validate
+from palpate.run.lab import LabRules
+from palpate.vision.camera import camera_from_spec
+from virtual_lab.device import device_of, sphere_radius_m
+from virtual_lab.ladder import ContactLadder
+from virtual_lab.motion import ProbeMotion
+from virtual_lab.record import record_capture, with_motion
+from virtual_lab.rig import make_rig, object_bench
+from virtual_lab.scene import Bench, Scene
+from virtual_lab.shapes import shape_of
+from virtual_lab.wrench import gauge_record, inertial_load
+
+POINT = np.array([-0.05, 0.0, 0.0475])
+DOWN = np.diag([1.0, -1.0, -1.0])
+SMALL = 4
+LENGTHS = ("fx_px", "fy_px", "cx_px", "cy_px")
+
+
+@pytest.fixture(scope="module")
+def lab(root):
+    return yaml.safe_load((root / "config/lab.yaml").read_text())
+
+
+@pytest.fixture(scope="module")
+def common(lab):
+    return {key: lab[key] for key in lab if key not in ("objects", "experiments")}
+
+
+@pytest.fixture(scope="module")
+def spec(lab):
+    motion = {"frames": 3, "frame_rate_hz": 1, "tilt_deg": 0.0}
+    return with_motion(lab["objects"]["foam_block"], motion)
+
+
+@pytest.fixture(scope="module")
+def bench(common, spec):
+    return object_bench(common, spec, name="foam_block")
+
+
+@pytest.fixture(scope="module")
+def steps(spec):
+    """A made-up dent: the recordings need no mechanics here."""
+    rest, faces = shape_of(spec).surface()
+    depth = np.linspace(0, 0.009, 10)
+    dent = np.exp(-(((rest - POINT) / 0.03) ** 2).sum(axis=1))
+    fields = -depth[:, None, None] * dent[None, :, None] * [0, 0, 1]
+    return ContactLadder(POINT, depth, 200 * depth**1.5, rest, faces, fields)
+
+
+@pytest.fixture(scope="module")
+def small(sensors):
+    """The same devices with few pixels."""
+    found = copy.deepcopy(sensors)
+    for spec in found.values():
+        for camera in (spec[key] for key in ("color", "depth") if key in spec):
+            camera |= {key: camera[key] / SMALL for key in LENGTHS}
+            camera |= {key: camera[key] // SMALL for key in ("width_px", "height_px")}
+    return found
+
+
+@pytest.fixture
+def recorded(common, spec, bench, steps, small, probe, tmp_path):
+    """A small capture of a rig in error: its folder and its truth."""
+
+    def record(device, sensor="bumblebee", *, name="capture", **more):
+        ours = spec | {"device": device} | more
+        device = device_of(common, ours, small[sensor])
+        rig = make_rig(common, device, ours["cameras"][sensor], bench)
+        folder = tmp_path / name
+        folder.mkdir()
+        return folder, record_capture(folder, rig, steps, common, ours, probe, seed=[1, 2])
+
+    return record
+
+
+def digest(folder):
+    return [
+        hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    ]
+
+
+@pytest.fixture(scope="module")
+def errors():
+    schema = yaml.safe_load((SCHEMAS / "lab.schema.yaml").read_text())
+    return list(schema["$defs"]["device"]["properties"])
+
+
+@pytest.mark.parametrize("sensor", ["bumblebee", "kinect"])
+def test_a_rig_without_errors_is_the_nominal_one(recorded, errors, sensor):
+    none, _ = recorded({}, sensor, name="none")
+    zero, _ = recorded(dict.fromkeys(errors, 0), sensor, name="zero")
+    assert digest(none) == digest(zero)
+
+
+def test_rigs_share_their_errors_and_differ_from_others(common, spec, sensors):
+    sizes = {"baseline": 0.002, "focal": 0.001, "force_gain": 0.015, "radius": 0.01}
+
+    def errors(**block):
+        device = device_of(common | {"seed": block.pop("seed", 1)}, block, sensors["bumblebee"])
+        return np.array([device.sensor["stereo"]["baseline_m"] / 0.12 - 1, device.radius])
+
+    one = errors(device=sizes)
+    assert np.array_equal(one, errors(device=sizes, shape="another object's"))
+    assert not np.isin(one, errors(device=sizes, rig="other")).any()
+    assert not np.isin(one, errors(device=sizes, seed=2)).any()
+    # One error at a time, and at twice its size.
+    alone = errors(device={"baseline": 0.004})
+    assert alone == pytest.approx([2 * one[0], 0], rel=1e-9)
+
+
+def test_a_named_rig_is_another_device_in_all(common, sensors, probe):
+    """Also in what has no size in the block: the board's place and the Kinect's pattern."""
+    rigs = [device_of(common, {"rig": name}, sensors["kinect"]) for name in ("lab", "lab", "a")]
+    boards = [np.array(rig.probe(probe)["marker_from_force"]) for rig in rigs]
+    assert np.array_equal(boards[0], boards[1])
+    assert 1e-6 < np.abs(boards[0] - boards[2]).max() < 0.01
+
+
+def test_errors_have_their_sizes(common, sensors, probe):
+    """Over many rigs: standard deviations as the block says."""
+    sizes = {"force_gain": 0.015, "force_crosstalk": 0.01, "radius": 0.007, "mass_kg": 0.001}
+    block, sensor = {"device": sizes}, sensors["kinect"]
+    rigs = [device_of(common | {"seed": k}, block, sensor) for k in range(400)]
+    gains = np.array([rig.gain for rig in rigs])
+    assert np.diagonal(gains, axis1=1, axis2=2).std() == pytest.approx(0.015, rel=0.1)
+    assert gains[:, 0, 1:3].std() == pytest.approx(0.01, rel=0.1)
+    # A newton is so many newton metres at the tip.
+    assert gains[:, 4, 0].std() == pytest.approx(0.01 * 0.06, rel=0.1)
+    radii = [rig.probe(probe)["indenter"]["radius_m"] for rig in rigs]
+    assert np.std(radii) == pytest.approx(0.007 * 0.00622, rel=0.1)
+    masses = [rig.weighed(common["force"])["mass_kg"] for rig in rigs]
+    assert np.std(masses) == pytest.approx(0.001, rel=0.1)
+
+
+def forces(record, probe):
+    volts = record[[f"v{k}" for k in range(6)]].to_numpy()
+    return volts @ np.array(probe["gauge"]["calibration"]).T
+
+
+def test_the_force_sensors_gain_is_in_its_record(common, spec, sensors, probe):
+    block = {"device": {"force_gain": 0.02, "force_crosstalk": 0.01}}
+    device = device_of(common, block, sensors["kinect"])
+    time_s = np.arange(0, 4, 0.001)
+    force = np.where(time_s > 2, 5.0, 0.0)[:, None] * [0, 0, 1]
+    turn = np.broadcast_to(DOWN, (len(time_s), 3, 3))
+
+    def step(felt):
+        rng = np.random.default_rng(0)
+        record = gauge_record(time_s, force, turn, probe, common["force"], rng, felt=felt)
+        found = forces(record, probe)
+        return found[time_s > 2].mean(axis=0) - found[time_s <= 2].mean(axis=0)
+
+    plain = step(None)
+    assert plain[:3] == pytest.approx([0, 0, -5], abs=0.01)
+    found = step(lambda load: device.felt(time_s, load, np.random.default_rng(0)))
+    assert found[:3] == pytest.approx(device.gain[:3] @ [0, 0, -5, 0, 0, 0], abs=0.01)
+    assert np.abs(found[:3] - plain[:3]).max() > 0.03
+
+
+def test_a_lag_is_that_of_a_first_order(common, sensors):
+    device = device_of(common, {"device": {"force_lag_s": 0.008}}, sensors["kinect"])
+    time_s = np.arange(0, 2, 0.001)
+    ramp = 3 + np.clip(time_s - 1, 0, None)[:, None] * [0, 0, -5.0, 0, 0, 0]
+    felt = device.felt(time_s, ramp, np.random.default_rng(0))
+    assert felt[time_s < 1] == pytest.approx(ramp[time_s < 1])
+    late_s = (felt[-1, 2] - ramp[-1, 2]) / 5
+    assert late_s == pytest.approx(0.008, abs=0.0006)
+
+
+def test_a_drift_grows_over_the_record(common, sensors):
+    device = device_of(common, {"device": {"force_drift_n": 0.03}}, sensors["kinect"])
+    time_s, nothing = np.arange(0, 2, 0.001), np.zeros((2000, 6))
+    ends = [device.felt(time_s, nothing, np.random.default_rng(k)) for k in range(99)]
+    gained = np.array([felt[-1, :3] - felt[0, :3] for felt in ends])
+    assert gained.std() == pytest.approx(0.03, rel=0.15)
+    assert ends[0][1000, :3] == pytest.approx(gained[0] / 2, rel=0.01)
+    assert not ends[0][:, 3:].any()
+
+
+def test_inertia_is_mass_times_acceleration(common, probe):
+    time_s, w = np.arange(0, 2, 0.001), 2 * np.pi * 5
+    tip = np.column_stack([0.001 * np.sin(w * time_s), 0 * time_s, 0 * time_s])
+    turn = np.broadcast_to(DOWN, (len(time_s), 3, 3))
+    path = ProbeMotion(time_s, 0 * time_s, tip, turn)
+    options = common["force"] | {"centre_of_mass_m": [0, 0, 0.036]}
+    load = inertial_load(path, probe, options)[5:-5]
+    # A pull of 30 mN: 30 g at 1 m/s2.
+    pull = options["mass_kg"] * 0.001 * w**2 * np.sin(w * time_s)[5:-5]
+    assert load[:, 0] == pytest.approx(pull, abs=1e-4)
+    assert load[:, 4] == pytest.approx(0.036 * pull, abs=1e-5)
+    assert np.abs(load[:, [1, 2, 3, 5]]).max() < 1e-9
+
+
+def test_clocks_differ_in_offset_and_rate(recorded):
+    tables, offsets = [], []
+    for name, sizes in (("none", {}), ("off", {"clock_offset_s": 0.05, "clock_rate": 50e-6})):
+        folder, truth = recorded(sizes, name=name)
+        tables.append(pd.read_csv(folder / "force.csv"))
+        offsets.append(truth["clock_offset_s"])
+    late_s = (tables[1]["time_s"] - tables[0]["time_s"]).to_numpy()
+    at_zero = np.interp(0, tables[0]["time_s"], late_s)
+    assert at_zero == pytest.approx(offsets[1] - offsets[0], abs=2e-6)
+    assert 0.001 < abs(at_zero) < 0.2
+    assert 1e-6 < abs(np.polyfit(tables[0]["time_s"], late_s, 1)[0]) < 2e-4
+    assert tables[0].iloc[:, 1:].equals(tables[1].iloc[:, 1:])
+
+
+def seen(rig, view, point_m):
+    """Where a view sees a point of the object's frame [px]."""
+    place = rig.views[view].camera_from_object @ [*point_m, 1]
+    return rig.views[view].camera.project(place[None, :3])[0]
+
+
+@pytest.fixture
+def pair(common, spec, bench, sensors):
+    """Stereo pictures of the pressed point: left and right [px], of a device in error."""
+
+    def pixels(**sizes):
+        device = device_of(common, {"device": sizes}, sensors["bumblebee"])
+        rig = make_rig(common, device, spec["cameras"]["bumblebee"], bench)
+        return np.array([seen(rig, view, POINT) for view in ("left", "right")]), device
+
+    return pixels
+
+
+def test_a_longer_baseline_is_a_larger_disparity(pair):
+    (left, right), _ = pair()
+    (_, wide), device = pair(baseline=0.01)
+    error = device.sensor["stereo"]["baseline_m"] / 0.12 - 1
+    assert abs(error) > 1e-3
+    assert left[0] - wide[0] == pytest.approx((left - right)[0] * (1 + error), rel=1e-6)
+    assert wide[1] == pytest.approx(left[1], abs=1e-9)
+
+
+def test_the_cameras_of_a_rectified_pair(pair, sensors):
+    plain, _ = pair()
+    turned, device = pair(rectification_px=0.2)
+    pitch, yaw, roll = device.sensor["right_turn_rad"] * 790
+    x, y = plain[1] - [512, 384]
+    assert turned[0] == pytest.approx(plain[0])
+    # Of a turn of the camera: its pictures go the other way.
+    expected = [-yaw + roll / 790 * y, pitch - roll / 790 * x]
+    assert turned[1] - plain[1] == pytest.approx(expected, abs=0.02)
+    assert 0.02 < np.abs(turned[1] - plain[1]).max() < 1
+    longer, device = pair(focal=0.002, principal_px=2.0)
+    ratio = device.sensor["color"]["fx_px"] / 790
+    moved = [device.sensor["color"][key] for key in ("cx_px", "cy_px")]
+    assert longer == pytest.approx((plain - [512, 384]) * ratio + moved)
+    assert 1e-4 < abs(ratio - 1) < 0.01
+    assert 0.1 < np.abs(np.subtract(moved, [512, 384])).max() < 8
+
+
+def test_a_lens_bends_the_corner_by_its_size(common, sensors):
+    """Outward, by one error of the radial number and one of the tangential two together."""
+    size_px, outward_px = np.array([1024, 768]), []
+    ray = np.append(size_px / 2 / 790, 1)[None]
+    for k in range(200):
+        block = {"device": {"distortion_px": 0.5}}
+        device = device_of(common | {"seed": k}, block, sensors["bumblebee"])
+        for camera in ("color", "right"):
+            corner = camera_from_spec(device.sensor[camera]).project(ray)[0]
+            outward_px.append((corner - size_px) @ size_px / np.linalg.norm(size_px))
+    assert np.std(outward_px) == pytest.approx(0.5 * np.sqrt(2), rel=0.1)
+    assert np.corrcoef(np.reshape(outward_px, (-1, 2)).T)[0, 1] == pytest.approx(0, abs=0.25)
+
+
+def test_a_depth_camera_in_error(common, spec, bench, sensors):
+    """The Kinect's disparity goes with its baseline; its cameras stand a little otherwise."""
+    scene = Scene(Bench(np.full((4, 4, 3), 0.6), None))
+    small = copy.deepcopy(sensors["kinect"])
+    found = []
+    for sizes in ({}, {"baseline": 0.1}):
+        device = device_of(common, {"device": sizes}, small)
+        rig = make_rig(common, device, spec["cameras"]["kinect"], bench)
+        found.append((rig.depth.true_signal(scene)[0], device.sensor["depth"]["baseline_m"]))
+    (plain, stated_m), (wide, real_m) = found
+    assert abs(real_m / stated_m - 1) > 1e-3
+    assert np.nanmedian(wide / plain) == pytest.approx(real_m / stated_m, rel=1e-6)
+    sizes = {"color_from_depth_deg": 0.1, "color_from_depth_m": 0.001}
+    device = device_of(common, {"device": sizes}, small)
+    stated, real = (np.array(s["depth"]["color_from_depth"]) for s in (small, device.sensor))
+    error = np.linalg.inv(stated) @ real
+    angle_deg = np.degrees(np.arccos((np.trace(error[:3, :3]) - 1) / 2))
+    assert 0.02 < angle_deg < 0.5
+    assert 2e-4 < np.linalg.norm(error[:3, 3]) < 5e-3
+
+
+def test_a_camera_that_reports_depths_believes_its_file(common, root, sensors):
+    """A longer baseline than its file's makes its depths shorter by as much."""
+    folder = root / "tests/own_object"
+    sensor = yaml.safe_load((folder / "sensors/bench_cam.yaml").read_text())
+    bench = Bench(np.full((4, 4, 3), 0.6), None)
+    place = {"target_m": [0, 0, 0], "distance_m": 0.8, "elevation_deg": 60}
+    shown = []
+    for sizes in ({}, {"baseline": 0.02}):
+        device = device_of(common, {"device": sizes}, sensor)
+        image = make_rig(common, device, place, bench).depth.image(
+            Scene(bench), np.random.default_rng(0)
+        )
+        shown.append(np.median(image[200:260, 300:360]))
+    longer = device.sensor["depth"]["baseline_m"] / sensor["depth"]["baseline_m"]
+    assert abs(longer - 1) > 2e-3
+    assert shown[0] / shown[1] == pytest.approx(longer, abs=2e-3)
+
+
+def test_the_sphere_of_a_rig_is_the_one_that_presses(lab, common, sensors, probe):
+    """The contact is solved, and the hand guided, with the radius as it is."""
+    lab = copy.deepcopy(lab)
+    own = {"rig": "a", "device": {"radius": 0.01, "focal": 0.1}}
+    lab["objects"]["foam_block"] |= own
+    rules = LabRules(SimpleNamespace(lab=lab))
+    params = {name: rules.mechanics(SimpleNamespace(object=name)) for name in lab["objects"]}
+    solved_m = sphere_radius_m(params["foam_block"], params["foam_block"], probe)
+    held_m = device_of(common, own, sensors["kinect"]).probe(probe)["indenter"]["radius_m"]
+    assert solved_m == held_m
+    assert 1e-4 < abs(solved_m / 0.00622 - 1) < 0.04
+    assert sphere_radius_m(params["ear"], params["ear"], probe) == 0.00622
+    # Nothing else of the rig is the mechanics' business.
+    assert set(params["ear"]) == {"shape", "material", "contact", "points"}
+    assert params["foam_block"]["device"] == {"radius": 0.01}
+
+
+@pytest.mark.parametrize(
+    ("block", "said"),
+    [
+        ({"baselin": 0.1}, "device.baselin: expected one of baseline, .*, found baselin"),
+        ({"baseline": -0.1}, "device.baseline: expected a number >= 0, found -0.1"),
+        ({"baseline": "wide"}, "device.baseline: expected a number, found 'wide'"),
+    ],
+)
+@pytest.mark.parametrize("place", ["", "objects.foam_block."])
+def test_a_block_that_makes_no_sense_is_one_line(lab, block, said, place):
+    spoilt = copy.deepcopy(lab)
+    (spoilt["objects"]["foam_block"] if place else spoilt)["device"] = block
+    (line,) = validate(spoilt, SCHEMAS / "lab.schema.yaml", "lab.yaml")
+    assert re.fullmatch(f"lab.yaml: {place}{said}", line)
