@@ -121,6 +121,29 @@ def summary_of(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def shifts_of(table: pd.DataFrame, lab: Mapping) -> pd.DataFrame:
+    """What each error by itself does: shifts from the same object's film without errors."""
+    rows = []
+    for _, row in table.iterrows():
+        devices = lab["objects"][row["object"]].get("devices", {})
+        kinect = row["sensor"].startswith("kinect") or row["sensor"].startswith("color_from")
+        nominal = "kinect_nominal" if kinect else "nominal"
+        if row["sensor"] not in devices or row["sensor"] == nominal:
+            continue
+        same = (table["object"] == row["object"]) & (table["sensor"] == nominal)
+        device, base = devices[row["sensor"]], table[same].iloc[0]
+        size = f"{next(iter(device.values())):g}" if len(device) == 1 else "all"
+        found = {"object": row["object"], "error": row["sensor"], "size": size}
+        for name, (title, relative) in MODULI.items():
+            if relative:
+                found[title] = f"{100 * (row[name] / base[name] - 1):+.1f} %"
+            else:
+                found[title] = f"{row[name] - base[name]:+.3f}"
+        missed = [MODULI[n][0] for n in MODULI if row[f"{n.removesuffix('_pa')}_covered"] is False]
+        rows.append(found | {"holds": "no: " + ", ".join(missed) if missed else "yes"})
+    return pd.DataFrame(rows)
+
+
 def draw(table: pd.DataFrame, path: Path) -> None:
     """Draw every estimate's error and interval, those that miss the truth in orange."""
     with style.journal():
@@ -133,9 +156,10 @@ def draw(table: pd.DataFrame, path: Path) -> None:
             found = shown[[value, low, high]].astype(float)
             parts = found.div(true, axis=0) if relative else found.sub(true, axis=0)
             missed = ~shown[f"{name.removesuffix('_pa')}_covered"].fillna(True).astype(bool)
+            of_kinect = shown["sensor"].str.contains("kinect|color_from")
             for sensor, (colour, mark) in MARKS.items():
                 for miss in (False, True):
-                    rows = parts[(shown["sensor"] == sensor) & (missed == miss)]
+                    rows = parts[(of_kinect == (sensor == "kinect")) & (missed == miss)]
                     kept = style.ORANGE if miss else colour
                     label = style.SENSOR_NAMES[sensor] if not miss else None
                     lows, highs = rows[value] - rows[low], rows[high] - rows[value]
@@ -168,6 +192,9 @@ def main(folders: Sequence[Path]) -> None:
     table = pd.concat([estimates_of(folder) for folder in folders], ignore_index=True)
     refused = table[table["youngs_modulus_pa"].isna()]
     parts = [summary_of(table)]
+    shifts = shifts_of(table, load_yaml(folders[-1] / "lab.yaml"))
+    if len(shifts):
+        parts.append(shifts)
     if len(refused):
         parts.append(refused[["seed", "object", "sensor", "form", "refused"]])
     text = f"{len(table)} presses of {table['rig'].nunique()} rigs, {len(refused)} refused.\n\n"

@@ -50,6 +50,8 @@ def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
         unknown = {str(c).split("-")[0] for c in captures} - set(points)
         if unknown:
             yield f"recordings.{sensor}: expected points of object.points, found {min(unknown)}"
+    for sensor in sorted(set(spec.get("devices", {})) - set(spec["cameras"])):
+        yield f"devices: expected some of {', '.join(spec['cameras'])}, found {sensor}"
     for sensor, placement in spec["cameras"].items():
         yield from _placement(f"cameras.{sensor}", sensor, placement, sensors)
     for number, point in points.items():
