@@ -4,7 +4,7 @@ BIN := .venv/bin
 MODULE := PYTHONPATH=workflow/scripts $(BIN)/python -m palpate.run
 SNAKEMAKE := $(BIN)/snakemake --profile workflow/profiles/default
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
-VALIDATION = $(SNAKEMAKE) --configfile $(DRAWN)/config.yaml --keep-going
+VALIDATION = $(SNAKEMAKE) --keep-going --configfile $(DRAWN)
 MANNERS := $(SNAKEMAKE) --configfile config/manners.yaml
 SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
 CUT := $(SNAKEMAKE) --configfile tests/cut/config.yaml
@@ -28,7 +28,7 @@ kills := 50
 seed := 1
 DRAWN = validation/$(seed)
 
-.PHONY: results sample cut validation refit manners test test-all faults lint bench check lock docs pictures quoted sample-captures \
+.PHONY: results sample cut validation errors refit manners test test-all faults lint bench check lock docs pictures quoted sample-captures \
   own-object-captures slurm-resources mutations mutations-1 mutations-2 mutants audit clean
 
 results: .venv/installed
@@ -51,12 +51,19 @@ cut: .venv/installed
 validation: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
 	  config/validation.yaml $(DRAWN) --seed $(seed)
-	-$(VALIDATION) -- validation
+	-$(VALIDATION)/config.yaml -- validation
 	$(BIN)/python tests/validation.py $(DRAWN)
+
+# Each error of a rig by itself and all at once, on a block, a ball and a drawn object; an hour of a core.
+errors: .venv/installed
+	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
+	  config/validation.yaml $(DRAWN)-alone --seed $(seed) --alone
+	-$(VALIDATION)-alone/config.yaml -- validation
+	$(BIN)/python tests/validation.py $(DRAWN)-alone
 
 # The estimates alone, anew, of what a finished `make validation` observed.
 refit: .venv/installed
-	-$(VALIDATION) --allowed-rules direct_object --forcerun direct_object -- \
+	-$(VALIDATION)/config.yaml --allowed-rules direct_object --forcerun direct_object -- \
 	  $(wildcard $(DRAWN)/results/*/*/direct.json)
 	$(BIN)/python tests/validation.py $(DRAWN)
 

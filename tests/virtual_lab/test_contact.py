@@ -8,7 +8,7 @@ from virtual_lab.block_mesh import block_mesh, graded_axis
 from virtual_lab.contact import ContactProblem
 from virtual_lab.material import blatz_ko, neo_hookean
 from virtual_lab.obstacle import Sphere, Table
-from virtual_lab.press import contact_problem, first_touch, patch_points, press_object
+from virtual_lab.press import contact_problem, first_touch, grade_of, patch_points, press_object
 from virtual_lab.shapes import Ball
 
 R = 0.00622
@@ -157,3 +157,25 @@ def test_what_the_lab_refuses(root):
     for chosen, point, said in cases:
         with pytest.raises(ValueError, match=said):
             press_object(chosen, point, R)
+
+
+def test_a_graded_solid_lies_between_its_ends():
+    """A skin through all of a block is a stiffer block; a stiffer foot adds a part of itself."""
+    places = np.zeros((1, 5, 3))
+    places[0, :, 2] = [0.0, 0.02, 0.0388, 0.0396, 0.04]
+    skin = {"skin": {"thickness_m": 0.002, "stiffer": 3.0}}
+    assert grade_of(skin, places, 0.04) == pytest.approx(np.array([[1, 1, 3, 3, 3]]))
+    assert grade_of({"gradient": 0.2}, places, 0.04)[0, :2] == pytest.approx([1.2, 1.1])
+    block = {
+        "shape": {"kind": "block", "size_m": [0.1, 0.1, 0.04]},
+        "contact": {"step_m": 0.001, "deepest_m": 0.003, "element_m": 0.002, "growth": 2.0}
+        | {"reach_m": 0.012, "friction": 0.0},
+    }
+    plain = {"law": "neo_hookean", "youngs_modulus_pa": E, "poisson_ratio": NU}
+    through = {"skin": {"thickness_m": 1.0, "stiffer": 2.0}}
+    force_n = [
+        press_object(block | {"material": plain | more}, [0.0, 0.0, 0.04], R).force_n[-1]
+        for more in ({}, through, {"gradient": 0.2})
+    ]
+    assert force_n[1] == pytest.approx(2 * force_n[0], rel=1e-3)
+    assert 1.01 < force_n[2] / force_n[0] < 1.1

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.special import erf
 from virtual_lab.material import LAWS, blatz_ko, lame, neo_hookean
-from virtual_lab.relaxation import relaxed_force
+from virtual_lab.relaxation import relaxed_force, softening
 
 
 @pytest.mark.parametrize("name", sorted(LAWS))
@@ -55,3 +56,15 @@ def test_relaxation_of_a_held_step_and_of_a_ramp():
     assert np.allclose(ramp, integral, atol=1e-9)
     with pytest.raises(ValueError, match="relaxation: expected fractions with a sum < 1"):
         relaxed_force(time_s, time_s, fractions=[0.6, 0.5], times_s=[1, 2])
+
+
+def test_a_first_press_softens_what_follows():
+    """Down, half up, down again and up: W of a force c d^1.5 is as d^2.5."""
+    depth = np.concatenate([np.linspace(0, 4, 401), np.linspace(4, 2, 201), np.linspace(2, 5, 301)])
+    depth = np.concatenate([depth, np.linspace(5, 0, 501)]) * 1e-3
+    left = softening(depth, 3.0 * depth**1.5, 0.4)
+    assert np.all(left[:401] == 1) and np.all(left[803:903] == 1)
+    half = 1 - 0.4 * erf((1 - 0.5**2.5) / 0.3)
+    assert left[601] == pytest.approx(half, rel=1e-4)
+    assert left[802] == pytest.approx(1, abs=1e-3)
+    assert left[-1] == pytest.approx(0.6, rel=1e-4)

@@ -15,7 +15,7 @@ from sample_run import LEFT_BEHIND, snakemake
 from settings import written
 from thesis.options import Simulation
 from virtual_lab.checks import lab_problems
-from virtual_lab.draw import draw_lab, main
+from virtual_lab.draw import draw_alone, draw_lab, main
 
 import validation
 
@@ -79,6 +79,7 @@ def test_forms_supports_and_laws_are_mixed(ranges, drawn):
     assert min(kinds.count(kind) for kind in set(kinds)) >= 5
     laws = [spec["material"]["law"] for spec in drawn]
     assert set(laws) == set(ranges["material"]["law"])
+    assert len({spec["rig"] for spec in drawn}) == len(drawn)
 
 
 def test_forces_can_be_measured(ranges, drawn, probe):
@@ -114,6 +115,19 @@ def test_a_run_takes_what_was_drawn(root, tmp_path, monkeypatch):
     assert len(run.groups()) == len(run.captures) >= 40
     assert run.lab["seed"] == 7
     assert {spec["optics"] for spec in run.sensors.values()} == {"stated"}
+    assert not any("clock_offset_std_s" in spec for spec in run.sensors.values())
+
+
+def test_each_error_stands_alone_at_twice_its_size(ranges, base, probe):
+    lab, like = draw_alone(ranges, base, probe, seed=1)
+    sizes = {name: size for name, size in ranges["device"].items() if name != "radius"}
+    for spec in lab["objects"].values():
+        devices = spec["devices"]
+        assert devices["nominal"] == {} and devices["all_errors"] == sizes
+        assert set(devices) == set(like) == set(spec["cameras"]) == set(spec["recordings"])
+        assert all(devices[name] == {name: 2 * size} for name, size in sizes.items())
+    assert set(like.values()) == {"bumblebee", "kinect"}
+    assert list(lab["objects"]) == ["block", "ball", "object_01"]
 
 
 @pytest.mark.workflow

@@ -40,7 +40,7 @@ def lab_problems(lab: Mapping, sensors: Mapping, source: str) -> list[str]:
 
 def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
     yield from _missing(spec)
-    yield from _material(spec["material"])
+    yield from _material(spec["material"], spec["shape"]["kind"])
     yield from _motions(spec)
     yield from _standing(spec)
     points = spec["object"]["points"]
@@ -50,6 +50,8 @@ def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
         unknown = {str(c).split("-")[0] for c in captures} - set(points)
         if unknown:
             yield f"recordings.{sensor}: expected points of object.points, found {min(unknown)}"
+    for sensor in sorted(set(spec.get("devices", {})) - set(spec["cameras"])):
+        yield f"devices: expected some of {', '.join(spec['cameras'])}, found {sensor}"
     for sensor, placement in spec["cameras"].items():
         yield from _placement(f"cameras.{sensor}", sensor, placement, sensors)
     for number, point in points.items():
@@ -67,7 +69,9 @@ def _missing(spec: Mapping) -> Iterator[str]:
                 yield f"{field}{key}: expected for a {spec['shape']['kind']}, found nothing"
 
 
-def _material(material: Mapping) -> Iterator[str]:
+def _material(material: Mapping, kind: str) -> Iterator[str]:
+    if "skin" in material and kind != "block":
+        yield f"material.skin: expected of a block, found of a {kind}"
     if material["law"] == "blatz_ko" and not material["poisson_ratio"] > 0:
         yield f"material.poisson_ratio: expected > 0, found {material['poisson_ratio']}"
     relaxation = material["relaxation"]

@@ -86,6 +86,8 @@ class ContactProblem:
         Young's modulus, for the penalty's scale [Pa].
     fixed : (n, 3) bool array
         Displacements that are held at zero.
+    grade : (m, q) array, optional
+        How much stiffer than the law's the solid is at its quadrature points; 1 if not given.
     """
 
     def __init__(
@@ -96,15 +98,17 @@ class ContactProblem:
         *,
         stiffness_pa: float,
         fixed: NDArray,
+        grade: NDArray | float = 1.0,
     ) -> None:
         self.mesh, self.law, self.obstacles = mesh, law, tuple(obstacles)
+        self.grade = np.broadcast_to(grade, mesh.weights_m3.shape)
         self.penalty = PENALTY_FACTOR * stiffness_pa / obstacles[0].radius_m
         self.largest_move_m = obstacles[0].radius_m / 3
         self.fixed = fixed.ravel()
         self.free = np.flatnonzero(~self.fixed)
         self.tangent = TangentSolver(mesh.elements, self.fixed)
         count, points, nodes, _ = mesh.gradients.shape
-        weighted = mesh.gradients * mesh.weights_m3[..., None, None]
+        weighted = mesh.gradients * (self.grade * mesh.weights_m3)[..., None, None]
         self.weighted = weighted.transpose(0, 2, 1, 3).reshape(count, nodes, points * 3)
         self.parts = [slice(k, k + PART) for k in range(0, count, PART)]
         self.iterations = 0
@@ -266,7 +270,7 @@ class ContactProblem:
             depth_m,
             u.reshape(-1, 3),
             np.array([touch[0].reshape(-1, 3).sum(axis=0) for touch in touches]),
-            float((W * self.mesh.weights_m3).sum()),
+            float((W * self.grade * self.mesh.weights_m3).sum()),
             max(touch[3] for touch in touches),
             support,
         )

@@ -2,7 +2,8 @@
 
     python -m virtual_lab.draw config/validation.yaml validation/1 --seed 1
 
-writes ``validation/1/lab.yaml``, the sensors' files and ``config.yaml``, a run of it.
+writes ``validation/1/lab.yaml``, the sensors' files and ``config.yaml``, a run of it. With
+``--alone`` instead a block, a ball and a drawn object, each filmed once for each error of a rig.
 """
 
 import argparse
@@ -31,6 +32,8 @@ APART = ("like", "experiments", "simulated_block")
 SENSORS = ("bumblebee", "kinect")
 # Templates of blocks have about so many vertices an area [1/m2], as those of lab.yaml.
 VERTICES_A_M2 = 6500
+# Objects of lab.yaml, and points of them, for errors that stand alone.
+ALONE = {"block": ("foam_block", "08"), "ball": ("foam_ball", "01")}
 
 
 def draw_lab(ranges: Mapping, base: Mapping, probe: Mapping, *, seed: int) -> dict:
@@ -56,12 +59,56 @@ def draw_lab(ranges: Mapping, base: Mapping, probe: Mapping, *, seed: int) -> di
     ValueError
         If no press in these ranges has a force in theirs.
     """
-    lab = {key: value for key, value in base.items() if key not in APART}
-    objects = {}
+    lab, objects = _beside(base, ranges, seed), {}
     for k in range(ranges["objects"]):
         rng = np.random.default_rng([seed, k])
         objects[f"object_{k + 1:02d}"] = _object(ranges, base["objects"], probe, rng)
-    return lab | {"seed": seed, "objects": objects}
+    return lab | {"objects": objects}
+
+
+def draw_alone(
+    ranges: Mapping, base: Mapping, probe: Mapping, *, seed: int
+) -> tuple[dict, dict[str, str]]:
+    """Draw a lab where each error of a rig stands alone, at twice its size.
+
+    Each error is a sensor of its name with a device of its own, so that all films of an object
+    share its mechanics and its indentation table. The sphere's radius, which belongs to the
+    mechanics, is left out.
+
+    Parameters
+    ----------
+    ranges, base, probe, seed
+        As for `draw_lab`.
+
+    Returns
+    -------
+    dict
+        Content of a lab's file.
+    dict
+        Sensor, by the name of an error, to that whose file it is.
+    """
+    sizes = {name: size for name, size in ranges["device"].items() if name != "radius"}
+    devices = {"nominal": {}, "all_errors": sizes}
+    devices |= {name: {name: 2 * size} for name, size in sizes.items()}
+    like = {name: "kinect" if name.startswith("color_from") else "bumblebee" for name in devices}
+    like |= {"kinect_nominal": "kinect", "kinect_all_errors": "kinect"}
+    devices |= {f"kinect_{name}": devices[name] for name in ("nominal", "all_errors")}
+    drawn = draw_lab(ranges | {"objects": 1}, base, probe, seed=seed)["objects"]
+    chosen = {name: (base["objects"][theirs], point) for name, (theirs, point) in ALONE.items()}
+    objects = {}
+    for name, (spec, point) in (chosen | {k: (v, "01") for k, v in drawn.items()}).items():
+        objects[name] = {key: value for key, value in spec.items() if key != "rig"} | {
+            "devices": devices,
+            "cameras": {error: spec["cameras"][sensor] for error, sensor in like.items()},
+            "recordings": {error: [point] for error in like},
+        }
+    return _beside(base, ranges, seed) | {"objects": objects, "device": {}}, like
+
+
+def _beside(base: Mapping, ranges: Mapping, seed: int) -> dict:
+    """All but the objects of a drawn lab."""
+    lab = {key: value for key, value in base.items() if key not in APART}
+    return lab | {"seed": seed, "device": dict(ranges["device"])}
 
 
 def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Generator) -> dict:
@@ -76,6 +123,7 @@ def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Gener
     ends_m = depth_m * BEYOND + BEYOND_M
     relaxed = [_within(material["relaxation_fraction"], rng) for _ in range(2)]
     spec = {
+        "rig": f"rig_{rng.integers(10**6):06d}",
         "shape": shape,
         "material": {
             "law": _one_of(material["law"], rng),
@@ -196,12 +244,14 @@ def _rounded(value: float) -> float:
 
 
 def write_run(folder: Path, lab: Mapping, sensors: Mapping[str, Mapping], *, seed: int) -> None:
-    """Write a drawn lab, its sensors' files and a configuration that runs it."""
+    """Write a drawn lab, its sensors' files by their names, and a configuration that runs it."""
     places = {name: f"{folder}/{name}" for name in ("raw", "results", "sensors")}
     config = {"paths": places | {"lab": f"{folder}/lab.yaml"}, "seed": seed}
     files = {"lab": lab, "config": config}
-    # Nobody calibrates each of so many cameras: what is stated holds, as far as it does.
-    files |= {f"sensors/{name}": {**spec, "optics": "stated"} for name, spec in sensors.items()}
+    for name, spec in sensors.items():
+        # Nobody calibrates each of so many cameras, or knows how far their clocks are off.
+        stated = {k: v for k, v in spec.items() if k != "clock_offset_std_s"}
+        files[f"sensors/{name}"] = stated | {"sensor": name, "optics": "stated"}
     for name, content in files.items():
         path = folder / f"{name}.yaml"
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -217,11 +267,16 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("ranges", type=Path)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--alone", action="store_true", help="each error by itself")
     given = parser.parse_args(argv)
     ranges, base = load_yaml(given.ranges), load_yaml("config/lab.yaml")
     probe = load_yaml("config/probes/nano25_sphere.yaml")
-    sensors = {name: load_yaml(f"config/sensors/{name}.yaml") for name in SENSORS}
-    lab = draw_lab(ranges, base, probe, seed=given.seed)
+    like = {name: name for name in SENSORS}
+    if given.alone:
+        lab, like = draw_alone(ranges, base, probe, seed=given.seed)
+    else:
+        lab = draw_lab(ranges, base, probe, seed=given.seed)
+    sensors = {name: load_yaml(f"config/sensors/{file}.yaml") for name, file in like.items()}
     write_run(given.folder, lab, sensors, seed=given.seed)
 
 

@@ -39,6 +39,8 @@ class SolidMesh:
     gradients : (m, q, a, 3) array
         Gradients of the shape functions at the quadrature points [1/m].
     weights_m3 : (m, q) array
+    places_m : (m, q, 3) array
+        The quadrature points.
     patches : mapping
         Name to facets that can be touched.
     """
@@ -47,6 +49,7 @@ class SolidMesh:
     elements: NDArray
     gradients: NDArray
     weights_m3: NDArray
+    places_m: NDArray
     patches: Mapping[str, Patch]
 
 
@@ -77,6 +80,7 @@ def solid_mesh(
         volume.element_dofs.T,
         np.ascontiguousarray(gradients.transpose(2, 3, 0, 1)),
         volume.dx,
+        np.moveaxis(np.asarray(volume.global_coordinates()), 0, -1),
         {name: _patch(mesh, element, chosen, facet_order) for name, chosen in facets.items()},
     )
 

@@ -71,7 +71,22 @@ def contact_problem(
         (sphere, *model.supports),
         stiffness_pa=E,
         fixed=model.fixed,
+        grade=grade_of(material, model.solid.places_m, start_m[2] - radius_m),
     )
+
+
+def grade_of(material: Mapping, places_m: NDArray, top_m: float) -> NDArray | float:
+    """How much stiffer than at its top a solid is at places (..., 3) [m], by its material.
+
+    ``gradient`` grows evenly from 0 at the height of the pressed point to its value at the table;
+    ``skin`` makes a layer below that height stiffer, a quarter of its thickness fading out.
+    """
+    grade = 1 + material.get("gradient", 0.0) * (1 - places_m[..., 2] / top_m)
+    if "skin" in material:
+        skin = material["skin"]
+        below = (top_m - places_m[..., 2]) / skin["thickness_m"]
+        grade = grade + (skin["stiffer"] - 1) * np.clip(4 * (1 - below), 0, 1)
+    return grade
 
 
 def patch_points(solid: SolidMesh, name: str) -> NDArray:

@@ -15,7 +15,7 @@ from virtual_lab.ladder import ContactLadder
 from virtual_lab.motion import Hand, ProbeMotion
 from virtual_lab.part import OBJECT, PROBE_PARTS
 from virtual_lab.probe import Probe, make_probe
-from virtual_lab.relaxation import relaxed_force
+from virtual_lab.relaxation import relaxed_force, softening
 from virtual_lab.render import BOX_MARGIN_PX, Layer, Light, projected_box, render_change
 from virtual_lab.rig import Rig, frame_times
 from virtual_lab.scene import Scene
@@ -226,7 +226,11 @@ def _record_force(
     time_s = np.arange(round((stop_s + lead) * options["rate_hz"])) / options["rate_hz"] - lead
     path = hand.at(time_s)
     elastic_n = ladder.force_vector_at(path.depth_m)
-    relaxation = spec["material"]["relaxation"]
+    material = spec["material"]
+    if "mullins" in material:
+        virgin_n = ladder.force_at(path.depth_m)
+        elastic_n *= softening(path.depth_m, virgin_n, material["mullins"])[:, None]
+    relaxation = material["relaxation"]
     force_n = np.column_stack([relaxed_force(time_s, part, **relaxation) for part in elastic_n.T])
     drift = np.random.default_rng([*seed, 5])
 

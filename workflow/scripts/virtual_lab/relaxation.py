@@ -1,9 +1,13 @@
-"""Viscoelastic relaxation of the force at constant Poisson's ratio."""
+"""What time and a first press take from the force: relaxation, at constant ratio, and softening."""
 
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import erf
+
+# Part of the most work ever done, over which a first press' softening comes in.
+SOFTENED_WITHIN = 0.3
 
 
 def relaxed_force(
@@ -53,3 +57,30 @@ def relaxed_force(
             part[k + 1] = decay[k] * part[k] + gain[k]
         force = force + part
     return force
+
+
+def softening(depth_m: NDArray, force_n: NDArray, loss: float) -> NDArray:
+    """What a first press leaves of rubber's force (Mullins), as Ogden and Roxburgh 1999 write it.
+
+    On the way down all of it; short of the deepest so far
+    1 - loss erf((W_max - W)/(0.3 W_max)), with the work W that the virgin takes to a depth.
+
+    Parameters
+    ----------
+    depth_m, force_n : (n,) arrays
+        Depth in the order of time [m] and the virgin's force [N].
+    loss : float
+        Share that is lost where nothing presses any more.
+
+    Returns
+    -------
+    (n,) array
+    """
+    order = np.argsort(depth_m, kind="stable")
+    steps = np.diff(depth_m[order]) * (force_n[order][1:] + force_n[order][:-1]) / 2
+    work = np.empty(len(depth_m))
+    work[order] = np.concatenate([[0.0], np.cumsum(steps)])
+    most = np.maximum.accumulate(work)
+    return 1 - loss * erf(
+        (most - work) / (SOFTENED_WITHIN * np.maximum(most, np.finfo(float).tiny))
+    )

@@ -10,7 +10,7 @@ from palpate.run.run import Run
 # Of lab.yaml: what no film needs.
 APART = ("objects", "experiments", "simulated_block", "laser")
 # Of an object's block: what its form, its looks and its description do not depend on.
-RECORDED = ("recordings", "scan", "motions", "pressed_at")
+RECORDED = ("recordings", "scan", "motions", "pressed_at", "devices")
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,11 @@ class LabRules:
         return recordings + [run.raw("simulations/foam_block.npz")] * self.simulates
 
     def spec(self, wildcards: Any) -> Mapping:
-        """An object's block of lab.yaml, but for what is recorded of it."""
+        """An object's block of lab.yaml but for what is recorded of it, with a sensor's device."""
         spec = self.run.lab["objects"][wildcards.object]
-        return {k: v for k, v in spec.items() if k not in RECORDED}
+        device = spec.get("devices", {}).get(getattr(wildcards, "sensor", None))
+        own = {} if device is None else {"device": device}
+        return {k: v for k, v in spec.items() if k not in RECORDED} | own
 
     def recorded(self, wildcards: Any) -> Mapping:
         """An object's block of lab.yaml with a capture's own motion."""
