@@ -75,6 +75,11 @@ SPOILT = [
         [1.0, 0, -0.5],
         "points.08.direction: expected within 45 degrees of straight down",
     ),
+    (
+        ("device",),
+        {"declared_m": 0.002},
+        "foam_block.device.declared_m: expected of an object without mirrors, found mirrors",
+    ),
     (("experiments", "loading", "object"), "sponge", "found sponge"),
     (("experiments", "planes", "distances_m", "kinect"), [9.0], "found 9.0"),
     (("experiments", "calibration", "sensors"), ["bumblebee"], "with an infrared camera"),

@@ -14,6 +14,7 @@ from palpate.capture.schema import SCHEMAS, validate
 from palpate.run.lab import LabRules
 from palpate.vision.camera import camera_from_spec
 from virtual_lab.cameras import GAMMA
+from virtual_lab.describe import box_template, bumped, misdeclared, object_text
 from virtual_lab.device import device_of, sphere_radius_m
 from virtual_lab.ladder import ContactLadder
 from virtual_lab.motion import ProbeMotion
@@ -463,3 +464,45 @@ def test_a_camera_shakes_as_a_whole(filmed):
         moved[stream] = np.array([moved_px(a, b) for a, b in zip(*pictures, strict=True)])
     assert moved["left"].std() == pytest.approx(0.2, rel=0.35)
     assert moved["left"] == pytest.approx(moved["right"], abs=0.03)
+
+
+def test_points_are_declared_beside_the_press(lab):
+    """In object.yaml alone, about a size along x and y."""
+    spec, errors = lab["objects"]["foam_block"], {"seed": 1, "device": {"declared_m": 0.002}}
+    there = spec["object"]["points"]
+    assert misdeclared(spec, {}, name="a") == spec
+    declared, again, other = (
+        yaml.safe_load(object_text(misdeclared(spec, errors, name=name), name=name))["points"]
+        for name in ("a", "a", "b")
+    )
+    assert declared == again != other
+    away = np.array([np.subtract(declared[k]["position_m"], there[k]["position_m"]) for k in there])
+    assert away[:, :2].std() == pytest.approx(0.002, rel=0.3)
+    assert not away[:, 2].any()
+
+
+def test_a_template_in_error_has_smooth_bumps():
+    errors = {"seed": 1, "device": {"template_m": 0.0006}}
+    plain = box_template(np.array([0.2, 0.12, 0.05]), 0.015)
+    template = plain.copy()
+    bumped(template, errors, name="a")
+    away = template.vertices - plain.vertices
+    height = (away * plain.vertex_normals).sum(axis=1)
+    assert np.linalg.norm(away, axis=1) == pytest.approx(np.abs(height), abs=1e-9)
+    above = plain.vertices[:, 2] > 0.01
+    assert height[above].std() == pytest.approx(0.0006, rel=0.3)
+    assert not height[plain.vertices[:, 2] == 0].any()
+    top = plain.edges_unique[(plain.vertices[plain.edges_unique, 2] == 0.05).all(axis=1)]
+    # Independent ends of edges would differ by 1.4 times their deviation.
+    assert np.diff(height[top], axis=1).std() < 0.8 * height[top].std()
+    assert template.is_watertight
+
+
+def test_what_is_written_of_an_object_follows_its_device(lab):
+    lab = copy.deepcopy(lab)
+    lab["device"] = {"declared_m": 0.002, "template_m": 0, "focal": 0.1}
+    rules = LabRules(SimpleNamespace(lab=lab))
+    ball = SimpleNamespace(object="foam_ball")
+    assert rules.written(ball) == {"seed": lab["seed"], "device": {"declared_m": 0.002}}
+    lab["objects"]["foam_ball"]["device"] = {}
+    assert rules.written(ball) == {}

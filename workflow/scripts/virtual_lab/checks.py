@@ -31,6 +31,7 @@ def lab_problems(lab: Mapping, sensors: Mapping, source: str) -> list[str]:
     """
     lines = []
     for name, spec in lab["objects"].items():
+        spec = {"device": lab.get("device", {})} | spec
         lines += [f"{source}: objects.{name}.{line}" for line in _object(spec, sensors)]
     for name, options in lab.get("experiments", {}).items():
         found = _experiment(name, options, lab, sensors)
@@ -43,6 +44,9 @@ def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
     yield from _material(spec["material"], spec["shape"]["kind"])
     yield from _motions(spec)
     yield from _standing(spec)
+    for error in ("template_m", "declared_m"):
+        if spec["device"].get(error) and "mirrors" in spec["object"]:
+            yield f"device.{error}: expected of an object without mirrors, found mirrors"
     points = spec["object"]["points"]
     for sensor, captures in spec["recordings"].items():
         if sensor not in spec["cameras"]:

@@ -109,13 +109,18 @@ class LabRules:
         """What the mechanics of an object depend on."""
         spec = self.spec(wildcards)
         parts = {key: spec[key] for key in ("shape", "material", "contact")}
-        return parts | self._sphere(spec) | {"points": self._places(wildcards.object)}
+        return parts | self._errors(spec, "radius") | {"points": self._places(wildcards.object)}
 
-    def _sphere(self, spec: Mapping) -> dict:
-        """What the radius of the real sphere depends on, where it is another than its file's."""
-        radius = spec.get("device", self.run.lab.get("device", {})).get("radius", 0)
+    def written(self, wildcards: Any) -> Mapping:
+        """What the errors depend on that people make who describe an object."""
+        return self._errors(self.spec(wildcards), "template_m", "declared_m")
+
+    def _errors(self, spec: Mapping, *names: str) -> dict:
+        """Some errors of an object's device, with what they are drawn from; nothing without any."""
+        device = spec.get("device", self.run.lab.get("device", {}))
+        found = {name: device[name] for name in names if device.get(name)}
         rig = {key: spec[key] for key in ("rig",) if key in spec}
-        return {"seed": self.run.lab["seed"], "device": {"radius": radius}} | rig if radius else {}
+        return {"seed": self.run.lab["seed"], "device": found} | rig if found else {}
 
     def load_steps(self, wildcards: Any) -> str:
         """Mechanics of a capture's point; mirror images of a symmetric object share one."""
