@@ -5,6 +5,7 @@ import hashlib
 import re
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,10 +13,12 @@ import yaml
 from palpate.capture.schema import SCHEMAS, validate
 from palpate.run.lab import LabRules
 from palpate.vision.camera import camera_from_spec
+from virtual_lab.cameras import GAMMA
 from virtual_lab.device import device_of, sphere_radius_m
 from virtual_lab.ladder import ContactLadder
 from virtual_lab.motion import ProbeMotion
-from virtual_lab.record import record_capture, with_motion
+from virtual_lab.probe import make_probe
+from virtual_lab.record import film, record_capture, with_motion
 from virtual_lab.rig import make_rig, object_bench
 from virtual_lab.scene import Bench, Scene
 from virtual_lab.shapes import shape_of
@@ -347,3 +350,116 @@ def test_a_block_that_makes_no_sense_is_one_line(lab, block, said, place):
     (spoilt["objects"]["foam_block"] if place else spoilt)["device"] = block
     (line,) = validate(spoilt, SCHEMAS / "lab.schema.yaml", "lab.yaml")
     assert re.fullmatch(f"lab.yaml: {place}{said}", line)
+
+
+QUIET = {"read_variance": 0, "shot_variance": 0, "blur_px": 0.55, "flicker": 0}
+
+
+@pytest.fixture
+def filmed(common, spec, bench, small, probe, tmp_path):
+    """A film without noise of the probe over the block, its tip at places: its folder."""
+
+    def film_of(tips_m, device, sensor="bumblebee", *, frames=None):
+        device = device_of(common, {"device": device}, small[sensor])
+        quiet = common | {"camera_noise": QUIET}
+        rig = make_rig(quiet, device, spec["cameras"][sensor], bench)
+        folder = tmp_path / str(len(list(tmp_path.iterdir())))
+        folder.mkdir()
+        count = len(tips_m)
+        turn = np.broadcast_to(DOWN, (count, 3, 3))
+        path = ProbeMotion(np.arange(count), np.zeros(count), np.array(tips_m), turn)
+        numbers = np.arange(count if frames is None else frames)
+        film(folder, rig, None, path, make_probe(probe), seed=[1, 2], numbers=numbers)
+        return folder
+
+    return film_of
+
+
+def linear(folder, stream="left", number=0):
+    """Radiance that a grey value of the mosaic stands for."""
+    image = cv2.imread(str(folder / stream / f"{number:06d}.png"), cv2.IMREAD_UNCHANGED)
+    return (image / 255.0) ** GAMMA
+
+
+AWAY = np.array([0.0, 0.0, 0.08])
+
+
+def test_a_frame_is_the_mean_of_its_exposure(filmed):
+    """The tip goes 6 mm while it is exposed: three moments, evenly over it."""
+    places = [AWAY + [x, 0, 0] for x in (0.0, -0.002, 0.002)]
+    sizes = {"exposure_s": 0.03}
+    whole = linear(filmed([*places, AWAY], sizes, frames=1))
+    parts = [linear(filmed([place], {})) for place in places]
+    assert np.abs(whole - np.mean(parts, axis=0)).max() < 0.015
+    assert np.abs(whole - parts[0]).max() > 0.1
+
+
+def test_the_moments_of_a_frame(common, sensors):
+    def moments(**sizes):
+        return device_of(common, {"device": sizes}, sensors["kinect"]).moments_s
+
+    assert moments() == pytest.approx([0])
+    assert moments(depth_delay_s=0.03) == pytest.approx([0, 0.03])
+    assert moments(exposure_s=0.03) == pytest.approx([0, -0.01, 0.01, 0])
+
+
+def test_depth_may_come_after_its_colours(filmed):
+    """Colours of where the probe was, depth of where it then is."""
+    later = AWAY + [0.01, 0, 0]
+    both = filmed([AWAY, later], {"depth_delay_s": 0.03}, "kinect", frames=1)
+    first, last = (filmed([place], {}, "kinect") for place in (AWAY, later))
+    assert read(both, "color") == read(first, "color") != read(last, "color")
+    assert read(both, "depth") == read(last, "depth") != read(first, "depth")
+
+
+def read(folder, stream, number=0):
+    return (folder / stream / f"{number:06d}.png").read_bytes()
+
+
+def test_lost_frames_leave_a_gap_in_the_numbers(recorded, spec):
+    motion = {"motion": spec["motion"] | {"frames": 12}}
+    whole, _ = recorded({}, "kinect", name="whole", **motion)
+    folder, truth = recorded({"dropped_frames": 0.3}, "kinect", name="lost", **motion)
+    all_rows, rows = (pd.read_csv(f / "frames.csv") for f in (whole, folder))
+    assert 5 <= len(rows) < 12
+    assert rows["frame"].is_monotonic_increasing
+    assert all_rows[all_rows["frame"].isin(rows["frame"])].reset_index(drop=True).equals(rows)
+    assert all(read(folder, "color", k) == read(whole, "color", k) for k in rows["frame"])
+    assert len(list((folder / "color").iterdir())) == len(rows)
+    # The truth is that of the frames that are there.
+    assert truth["time_s"] == pytest.approx(rows["time_s"], abs=1e-6)
+    assert {len(truth[key]) for key in ("tip_m", "force_n", "depth_m", "surface_m")} == {len(rows)}
+    assert truth["mask_shape"][0] == len(rows)
+
+
+def test_the_light_changes_over_a_film(filmed):
+    """Evenly from the first frame to the last, by one draw times the size."""
+    changes = []
+    for size in (0.0, 0.03, 0.06):
+        folder = filmed([AWAY] * 3, {"light_change": size})
+        means = [linear(folder, number=k).mean() for k in range(3)]
+        changes.append(np.array(means[1:]) / means[0] - 1)
+    assert changes[0] == pytest.approx([0, 0], abs=1e-4)
+    assert 0.002 < abs(changes[1][1]) < 0.12
+    assert changes[1][0] == pytest.approx(changes[1][1] / 2, abs=1e-3)
+    assert changes[2] == pytest.approx(2 * changes[1], abs=2e-3)
+
+
+def moved_px(before, after):
+    """By how much a picture moved along x and y, to first order."""
+    down, right = (g.ravel() for g in np.gradient(before))
+    return np.linalg.lstsq(np.column_stack([right, down]), (before - after).ravel())[0]
+
+
+def test_a_camera_shakes_as_a_whole(filmed):
+    frames = 8
+    still, shaken = (filmed([AWAY] * frames, {"shake_px": size}) for size in (0.0, 0.2))
+    moved = {}
+    for stream in ("left", "right"):
+        pictures = [
+            [cv2.GaussianBlur(linear(f, stream, k), (0, 0), 2) for k in range(frames)]
+            for f in (still, shaken)
+        ]
+        moved[stream] = np.array([moved_px(a, b) for a, b in zip(*pictures, strict=True)])
+    assert moved["left"].std() == pytest.approx(0.2, rel=0.35)
+    assert moved["left"] == pytest.approx(moved["right"], abs=0.03)

@@ -36,6 +36,17 @@ def color_image(
     return Exposure(radiance, encoding, options).shot(rng)
 
 
+def shaken(radiance: NDArray, shift_px: NDArray) -> NDArray:
+    """A picture (h, w, 3) moved by a part of a pixel along x and y, (2,) [px]."""
+    if not shift_px.any():
+        return radiance
+    move = np.column_stack([np.eye(2), shift_px])
+    size = radiance.shape[1::-1]
+    return cv2.warpAffine(
+        radiance, move, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+    )
+
+
 class Exposure:
     """A still picture, ready to be taken many times with fresh noise; see `color_image`."""
 

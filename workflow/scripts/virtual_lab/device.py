@@ -19,6 +19,8 @@ from virtual_lab.seeds import seed_of
 RIG = "lab"
 # Of OpenCV's five, what is drawn: the first radial number and the two tangential ones.
 BENT = [0, 2, 3]
+# Of an exposure, whose mean is the picture: the middles of its thirds.
+THIRDS = np.array([0, -1, 1]) / 3
 # From the force sensor to the tip: makes newton metres of newtons.
 ARM_M = 0.06
 Draw = Callable[..., NDArray]
@@ -60,6 +62,17 @@ class Device:
     def size(self, error: str) -> float:
         """Size of an error, 0 where the block does not name it."""
         return self.sizes.get(error, 0)
+
+    @property
+    def moments_s(self) -> NDArray:
+        """Moments of a frame from its stamp: those of its colours, then one of its depth [s]."""
+        exposure_s, delay_s = self.size("exposure_s"), self.size("depth_delay_s")
+        colours_s = THIRDS * exposure_s if exposure_s else np.zeros(1)
+        return np.append(colours_s, [delay_s] if exposure_s or delay_s else [])
+
+    def kept(self, frames: int, rng: np.random.Generator) -> NDArray:
+        """Numbers of those frames of a film that are not lost."""
+        return np.flatnonzero(rng.random(frames) >= self.size("dropped_frames"))
 
     def probe(self, spec: Mapping) -> dict:
         """A probe as it is, in the form of its file."""

@@ -1,8 +1,9 @@
 """One recording of the virtual lab: a capture in the users' format, and its truth apart."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,7 @@ from virtual_lab.motion import Hand, ProbeMotion
 from virtual_lab.part import OBJECT, PROBE_PARTS
 from virtual_lab.probe import Probe, make_probe
 from virtual_lab.relaxation import relaxed_force, softening
-from virtual_lab.render import BOX_MARGIN_PX, Light, projected_box, render_change
+from virtual_lab.render import BOX_MARGIN_PX, Layer, Light, projected_box, render_change
 from virtual_lab.rig import Rig, frame_times
 from virtual_lab.scene import Scene
 from virtual_lab.wrench import gauge_record, inertial_load
@@ -35,7 +36,7 @@ class Body:
     rest_m, faces : arrays
         Undeformed vertices (n, 3) [m] and triangles.
     surfaces_m : (k, n, 3) array
-        The surface in each frame [m].
+        The surface in each frame, or at each of its moments [m].
     """
 
     rest_m: NDArray
@@ -86,16 +87,19 @@ def record_capture(
     )
     clock = np.random.default_rng([*seed, 4])
     time_s = frame_times(common, hand.frames, motion["frame_rate_hz"], clock)
+    kept = rig.device.kept(hand.frames, np.random.default_rng([*seed, 6]))
+    time_s, moments_s = time_s[kept], rig.device.moments_s
     offset_s = common["timing"]["clock_offset_s"] * clock.uniform(-1, 1)
     offset_s += rig.device.size("clock_offset_s") * clock.standard_normal()
     force_time_s, force_n = _record_force(
         folder, rig.device, hand, ladder, common, spec, probe_spec, seed, offset_s=offset_s
     )
-    path = hand.at(time_s)
+    path = hand.at((time_s[:, None] + moments_s).ravel())
     surfaces = ladder.surface_at(path.depth_m)
     probe = make_probe(probe_spec, motion.get("elbow_m"))
     body = Body(ladder.surface_rest_m, ladder.surface_faces, surfaces)
-    masks = film(folder, rig, body, path, probe, seed=[*seed, 3], jolted=jolted)
+    masks = film(folder, rig, body, path, probe, seed=[*seed, 3], numbers=kept, jolted=jolted)
+    path, surfaces = hand.at(time_s), surfaces[:: len(moments_s)]
     transform = rig.reference.camera_from_object
     turn = transform[:3, :3]
     force = np.column_stack([np.interp(time_s, force_time_s, part) for part in force_n.T])
@@ -123,43 +127,84 @@ def film(
     probe: Probe,
     *,
     seed: list,
+    numbers: NDArray | None = None,
     jolted: Rig | None = None,
 ) -> NDArray:
-    """Write the images and frames.csv; returns the true foreground of the reference camera."""
-    shared = {} if body is None else {"rest_m": body.rest_m, "faces": body.faces}
-    rest = {} if body is None else {"surface_m": body.rest_m}
-    still = rig.still(Scene(rig.bench, **rest, **shared))
+    """Write the images and frames.csv; returns the true foreground of the reference camera.
+
+    Path and body are those of each frame's moments in turn (`Device.moments_s`), one if no
+    numbers of the frames are given.
+    """
+    numbers = np.arange(len(path.tip_m)) if numbers is None else numbers
+    each, light = len(path.tip_m) // len(numbers), np.random.default_rng([*seed, 0, 2])
+    brighter = rig.device.size("light_change") * light.standard_normal()
+    empty = _scene(rig, body)
+    still = rig.still(empty)
     rows, masks = [], []
-    for k, tip in enumerate(path.tip_m):
-        if jolted is not None and 3 * k >= len(path.tip_m):
+    for row, number in enumerate(numbers):
+        if jolted is not None and 3 * number >= numbers[-1] + 1:
             rig, jolted = jolted, None
-            still = rig.still(Scene(rig.bench, **rest, **shared))
-        turn = path.object_from_force[k]
-        now = {} if body is None else {"surface_m": body.surfaces_m[k]}
-        scene = Scene(rig.bench, probe=probe, tip_m=tip, object_from_force=turn, **now, **shared)
-        boxes = reached(rig.light, probe, tip, turn)
-        moved = None
-        if body is not None:
-            moved = np.linalg.norm(body.surfaces_m[k] - body.rest_m, axis=1)
-            boxes += _moved_points(body, moved)
-        layers = {
-            stream: render_change(
-                view,
-                scene,
-                rig.light,
-                still[stream],
-                [projected_box(view, points, BOX_MARGIN_PX) for points in boxes],
-                moved_m=moved,
-                still_m=STILL_M,
-                samples=MOVING_SAMPLES,
-            )
-            for stream, view in rig.views.items()
-        }
-        files = rig.write(folder, layers, scene, k, seed)
-        rows.append({"frame": k, "time_s": path.time_s[k]} | files)
+            still = rig.still(empty)
+        moments = range(row * each, (row + 1) * each)
+        scenes = [_scene(rig, body, probe, path, moment) for moment in moments]
+        taken = [
+            _layers(rig, still, scene, probe, body, moment)
+            for scene, moment in zip(scenes, moments[: max(each - 1, 1)], strict=False)
+        ]
+        share = 1 + brighter * row / max(len(numbers) - 1, 1)
+        layers = {stream: _exposed([one[stream] for one in taken], share) for stream in rig.views}
+        files = rig.write(folder, layers, scenes[-1], number, seed)
+        rows.append({"frame": number, "time_s": path.time_s[row * each]} | files)
         masks.append(np.isin(next(iter(layers.values())).kind, [OBJECT, *PROBE_PARTS]))
     write_frames(folder, pd.DataFrame(rows))
     return np.stack(masks)
+
+
+def _scene(
+    rig: Rig,
+    body: Body | None,
+    probe: Probe | None = None,
+    path: ProbeMotion | None = None,
+    moment: int = 0,
+) -> Scene:
+    """The bench at a moment of a recording; without a path at rest."""
+    parts: dict[str, Any] = {}
+    if body is not None:
+        surface = body.rest_m if path is None else body.surfaces_m[moment]
+        parts |= {"surface_m": surface, "rest_m": body.rest_m, "faces": body.faces}
+    if path is not None:
+        parts |= {"probe": probe, "tip_m": path.tip_m[moment]}
+        parts |= {"object_from_force": path.object_from_force[moment]}
+    return Scene(rig.bench, **parts)
+
+
+def _layers(
+    rig: Rig, still: Mapping, scene: Scene, probe: Probe, body: Body | None, moment: int
+) -> dict[str, Layer]:
+    """Pictures of a moment by all colour streams."""
+    boxes, moved = reached(rig.light, probe, scene.tip_m, scene.object_from_force), None
+    if body is not None:
+        moved = np.linalg.norm(body.surfaces_m[moment] - body.rest_m, axis=1)
+        boxes += _moved_points(body, moved)
+    return {
+        stream: render_change(
+            view,
+            scene,
+            rig.light,
+            still[stream],
+            [projected_box(view, points, BOX_MARGIN_PX) for points in boxes],
+            moved_m=moved,
+            still_m=STILL_M,
+            samples=MOVING_SAMPLES,
+        )
+        for stream, view in rig.views.items()
+    }
+
+
+def _exposed(moments: Sequence[Layer], brightness: float) -> Layer:
+    """Mean of a picture's moments; what is where is the first's."""
+    colour = np.mean([layer.colour for layer in moments], axis=0) * np.float32(brightness)
+    return replace(moments[0], colour=colour)
 
 
 def _record_force(

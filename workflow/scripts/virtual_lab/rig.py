@@ -12,7 +12,7 @@ from palpate.capture.tables import image_streams, write_frames
 from palpate.vision.camera import camera_from_spec
 from scipy.spatial.transform import Rotation
 
-from virtual_lab.cameras import Exposure
+from virtual_lab.cameras import Exposure, shaken
 from virtual_lab.device import RIG, Device
 from virtual_lab.kinect import KinectDepth
 from virtual_lab.paint import BlockPaint, Paint, SolidPaint
@@ -70,15 +70,18 @@ class Rig:
     def write(
         self, folder: Path, layers: Mapping[str, Layer], scene: Scene, number: int, seed: list
     ) -> dict[str, str]:
-        """Write one frame's images; returns the file of each stream."""
+        """Write one frame's images, a depth of the scene; returns the file of each stream."""
         rng = np.random.default_rng([*seed, number])
+        shake = np.random.default_rng([*seed, number, 1])
+        shift_px = self.device.size("shake_px") * shake.standard_normal(2)
         files = {}
         for stream, spec in image_streams(self.sensor).items():
             files[stream] = f"{stream}/{number:06d}.png"
             if stream == "depth":
                 image = self.depth.image(scene, rng)
             else:
-                image = Exposure(layers[stream].colour, spec["encoding"], self.noise).shot(rng)
+                picture = shaken(layers[stream].colour, shift_px)
+                image = Exposure(picture, spec["encoding"], self.noise).shot(rng)
             (folder / stream).mkdir(exist_ok=True)
             write_image(folder / files[stream], image, spec["encoding"])
         return files
