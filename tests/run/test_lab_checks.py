@@ -66,6 +66,16 @@ SPOILT = [
         "pressed_at.01: expected on the block's top face, found [0.4, 0.0, 0.0475]",
     ),
     (
+        ("objects", "foam_block", "pressed_along"),
+        {"01": [1.0, 0, -0.5]},
+        "pressed_along.01: expected within 45 degrees of straight down",
+    ),
+    (
+        ("objects", "foam_block", "pressed_along"),
+        {"99": [0.0, 0, -1.0]},
+        "pressed_along: expected captures of recordings, found 99",
+    ),
+    (
         ("objects", "foam_block", "contact", "table_friction"),
         0.5,
         "object.support.contact: expected resting with contact.table_friction, found bonded",
