@@ -10,7 +10,8 @@ SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
 CUT := $(SNAKEMAKE) --configfile tests/cut/config.yaml
 # Captures of `make manners`: config/manners_lab.yaml.
 GLUED := 01 $(addprefix 01-a0,1 2 3 4 5 6 7 8 9) 01-a10 02
-PRESSES := $(addprefix glued_block/bumblebee/,$(GLUED)) loose_block/bumblebee/01
+PRESSES := $(addprefix glued_block/bumblebee/,$(GLUED)) loose_block/bumblebee/01 \
+  $(addprefix bad_bench/bumblebee/,01 01-a01)
 # Figures of a full run that README.md shows.
 PICTURES := overview growth
 REPORT := --quiet all --report-stylesheet workflow/report/style.css --report

@@ -41,6 +41,8 @@ def manner(spec: Mapping, capture: str) -> str:
     ]
     if capture in spec["pressed_at"]:
         said.append("beside the point")
+    if spec.get("table") == "plain":
+        said.append("a bad bench")
     if "direction" in spec["object"]["points"][capture.split("-")[0]]:
         said.append("inclined")
     if "table_friction" in spec["contact"]:
@@ -50,7 +52,7 @@ def manner(spec: Mapping, capture: str) -> str:
 
 def _row(found: Mapping | None, truth: Mapping) -> dict:
     if found is None:
-        return dict.fromkeys(MODULI, "none") | {"holds": "no estimate"}
+        return dict.fromkeys(MODULI, "none") | {"holds": "refused"}
     row, missed = {}, []
     for title, (name, scale) in MODULI.items():
         value = found[name]

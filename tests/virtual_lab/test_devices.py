@@ -207,6 +207,14 @@ def test_inertia_is_mass_times_acceleration(common, probe):
     assert np.abs(load[:, [1, 2, 3, 5]]).max() < 1e-9
 
 
+def test_samples_of_a_burst_share_the_last_ones_stamp(common, sensors):
+    time_s = np.arange(7) / 100
+    plain = device_of(common, {}, sensors["bumblebee"]).stamped(time_s)
+    assert np.array_equal(plain, time_s)
+    device = device_of(common, {"device": {"burst": 3}}, sensors["bumblebee"])
+    assert device.stamped(time_s) == pytest.approx([0.02] * 3 + [0.05] * 3 + [0.06])
+
+
 def test_clocks_differ_in_offset_and_rate(recorded):
     tables, offsets = [], []
     for name, sizes in (("none", {}), ("off", {"clock_offset_s": 0.05, "clock_rate": 50e-6})):

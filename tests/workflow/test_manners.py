@@ -90,7 +90,7 @@ def test_make_asks_for_every_capture(root, rules):
     asked = [word for word in shlex.split(done.stdout) if word.endswith("direct.json")]
     expected = [
         f"manners/results/{name}/bumblebee/{capture}/direct.json"
-        for name in (GLUED, "loose_block")
+        for name in (GLUED, "loose_block", "bad_bench")
         for capture in captures_of(rules, name)
     ]
     assert sorted(asked) == sorted(expected)
@@ -117,5 +117,6 @@ def test_the_table_says_what_holds(root, tmp_path):
     assert rows.loc[(GLUED, "01-a02"), "manner"] == "rest_s 5"
     assert rows.loc[(GLUED, "01-a02"), "holds"] == "no: E, nu, E*"
     assert rows.loc[(GLUED, "01"), "E [kPa]"] == "25 (22.5 to 27.5)"
-    assert rows.loc[("loose_block", "01"), ["manner", "holds"]].tolist() == ["loose", "no estimate"]
+    assert rows.loc[("loose_block", "01"), ["manner", "holds"]].tolist() == ["loose", "refused"]
+    assert rows.loc[("bad_bench", "01-a01"), "manner"] == "jolted_m, a bad bench"
     assert rows["manner"].is_unique

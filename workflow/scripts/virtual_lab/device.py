@@ -74,6 +74,12 @@ class Device:
         """Numbers of those frames of a film that are not lost."""
         return np.flatnonzero(rng.random(frames) >= self.size("dropped_frames"))
 
+    def stamped(self, time_s: NDArray) -> NDArray:
+        """Stamps of the force's samples, (n,) [s]: those that come at once share the last one's."""
+        burst = self.size("burst") or 1
+        last = np.arange(len(time_s)) // burst * burst + burst - 1
+        return time_s[np.minimum(last, len(time_s) - 1)]
+
     def probe(self, spec: Mapping) -> dict:
         """A probe as it is, in the form of its file."""
         board = np.array(spec["marker_from_force"]) @ self.board

@@ -248,6 +248,7 @@ def _record_force(
         felt=felt,
     )
     record["time_s"] += offset_s + device.clock_rate * time_s
+    record["time_s"] = device.stamped(record["time_s"].to_numpy())
     write_force(folder, record)
     return time_s, force_n
 
