@@ -66,6 +66,16 @@ SPOILT = [
         "pressed_at.01: expected on the block's top face, found [0.4, 0.0, 0.0475]",
     ),
     (
+        ("objects", "foam_block", "pressed_along"),
+        {"01": [1.0, 0, -0.5]},
+        "pressed_along.01: expected within 45 degrees of straight down",
+    ),
+    (
+        ("objects", "foam_block", "pressed_along"),
+        {"99": [0.0, 0, -1.0]},
+        "pressed_along: expected captures of recordings, found 99",
+    ),
+    (
         ("objects", "foam_block", "contact", "table_friction"),
         0.5,
         "object.support.contact: expected resting with contact.table_friction, found bonded",
@@ -74,6 +84,11 @@ SPOILT = [
         ("objects", "foam_block", "object", "points", "08", "direction"),
         [1.0, 0, -0.5],
         "points.08.direction: expected within 45 degrees of straight down",
+    ),
+    (
+        ("device",),
+        {"declared_m": 0.002},
+        "foam_block.device.declared_m: expected of an object without mirrors, found mirrors",
     ),
     (("experiments", "loading", "object"), "sponge", "found sponge"),
     (("experiments", "planes", "distances_m", "kinect"), [9.0], "found 9.0"),

@@ -14,6 +14,7 @@ from palpate.capture.schema import SCHEMAS, validate
 from palpate.run.lab import LabRules
 from palpate.vision.camera import camera_from_spec
 from virtual_lab.cameras import GAMMA
+from virtual_lab.describe import box_template, bumped, misdeclared, object_text
 from virtual_lab.device import device_of, sphere_radius_m
 from virtual_lab.ladder import ContactLadder
 from virtual_lab.motion import ProbeMotion
@@ -471,3 +472,78 @@ def test_a_camera_shakes_as_a_whole(filmed):
         moved[stream] = np.array([moved_px(a, b) for a, b in zip(*pictures, strict=True)])
     assert moved["left"].std() == pytest.approx(0.2, rel=0.35)
     assert moved["left"] == pytest.approx(moved["right"], abs=0.03)
+
+
+def test_points_are_declared_beside_the_press(lab):
+    """In object.yaml alone, about a size along x and y."""
+    spec, errors = lab["objects"]["foam_block"], {"seed": 1, "device": {"declared_m": 0.002}}
+    there = spec["object"]["points"]
+    assert misdeclared(spec, {}, name="a") == spec
+    declared, again, other = (
+        yaml.safe_load(object_text(misdeclared(spec, errors, name=name), name=name))["points"]
+        for name in ("a", "a", "b")
+    )
+    assert declared == again != other
+    away = np.array([np.subtract(declared[k]["position_m"], there[k]["position_m"]) for k in there])
+    assert away[:, :2].std() == pytest.approx(0.002, rel=0.3)
+    assert not away[:, 2].any()
+
+
+def test_a_template_in_error_has_smooth_bumps():
+    errors = {"seed": 1, "device": {"template_m": 0.0006}}
+    plain = box_template(np.array([0.2, 0.12, 0.05]), 0.015)
+    template = plain.copy()
+    bumped(template, errors, name="a")
+    away = template.vertices - plain.vertices
+    height = (away * plain.vertex_normals).sum(axis=1)
+    assert np.linalg.norm(away, axis=1) == pytest.approx(np.abs(height), abs=1e-9)
+    above = plain.vertices[:, 2] > 0.01
+    assert height[above].std() == pytest.approx(0.0006, rel=0.3)
+    assert not height[plain.vertices[:, 2] == 0].any()
+    top = plain.edges_unique[(plain.vertices[plain.edges_unique, 2] == 0.05).all(axis=1)]
+    # Independent ends of edges would differ by 1.4 times their deviation.
+    assert np.diff(height[top], axis=1).std() < 0.8 * height[top].std()
+    assert template.is_watertight
+
+
+def test_what_is_written_of_an_object_follows_its_device(lab):
+    lab = copy.deepcopy(lab)
+    lab["device"] = {"declared_m": 0.002, "template_m": 0, "focal": 0.1}
+    rules = LabRules(SimpleNamespace(lab=lab))
+    ball = SimpleNamespace(object="foam_ball")
+    assert rules.written(ball) == {"seed": lab["seed"], "device": {"declared_m": 0.002}}
+    lab["objects"]["foam_ball"]["device"] = {}
+    assert rules.written(ball) == {}
+
+
+def test_a_hand_presses_along_another_line_and_nobody_is_told(lab):
+    lab = copy.deepcopy(lab)
+    block = lab["objects"]["foam_block"]
+    along = [0.087, 0.0, -0.996]
+    block |= {"pressed_along": {"11-a01": along}, "pressed_at": {"11-a01": [0.052, 0.0, 0.0475]}}
+    run = SimpleNamespace(lab=lab, truth=str, lab_point=lambda name, point: point)
+    rules = LabRules(run)
+    other, plain = (
+        SimpleNamespace(object="foam_block", sensor="kinect", capture=capture)
+        for capture in ("11-a01", "11-a02")
+    )
+    assert rules.place(other) == {"position_m": [0.052, 0.0, 0.0475], "direction": along}
+    assert rules.place(plain) == {"position_m": [0.05, 0.0, 0.0475]}
+    assert rules.load_steps(other) == "foam_block/contact-11-a01.npz"
+    assert rules.load_steps(plain) == "foam_block/contact-11.npz"
+    assert rules.mechanics(other)["points"]["11-a01"] == rules.place(other)
+    told = yaml.safe_load(object_text(rules.spec(other), name="foam_block"))
+    assert not any("direction" in point for point in told["points"].values())
+
+
+@pytest.mark.parametrize("kind", ["foam_block", "foam_ball"])
+def test_a_texture_that_repeats(lab, common, kind):
+    """The same a pitch further along each axis, of the stated contrast, on blocks and others."""
+    paint = {"colour": [0.4, 0.4, 0.4], "mottle": 0.1, "mottle_m": 0.01, "pitch_m": 0.002}
+    paint |= {"dots": 0, "dot_radius_m": [0.001, 0.002], "gloss": 0.5, "shininess": 90}
+    found = object_bench(common, lab["objects"][kind] | {"paint": paint}, name=kind).paint
+    places = np.random.default_rng(0).uniform(0, 0.1, (2000, 3))
+    colours = found.colour(places)
+    assert colours == pytest.approx(found.colour(places + [0.002, 0.004, -0.002]), abs=1e-9)
+    assert colours[:, 0].std() == pytest.approx(0.04, rel=0.1)
+    assert found.gloss == 0.5

@@ -141,6 +141,32 @@ def test_the_sensor_records_the_force_as_it_is(inclined, probe):
     assert np.linalg.norm(np.cross(force[3500], INCLINED)) > 0.6
 
 
+def test_a_rough_sphere_that_comes_slanting_drags_the_surface_along():
+    """Five degrees off: its way to the side is the surface's, and the force leans against it."""
+    off = np.deg2rad(5)
+    rough = {"contact": BLOCK["contact"] | {"friction": 0.5, "deepest_m": 0.00075}}
+    along = [np.sin(off), 0.0, -np.cos(off)]
+    ladder = press_object(BLOCK | rough, TOP, R, direction=along)
+    force = ladder.force_vector_at([0.00075])[0]
+    assert 0.05 < -force[0] / force[2] < 0.15
+    touched = np.argmin(np.linalg.norm(ladder.surface_rest_m - TOP, axis=1))
+    aside_m = ladder.surface_displacement_m[-1, touched, 0]
+    assert aside_m == pytest.approx(0.00075 * np.sin(off), rel=0.1)
+
+
+def test_a_hand_may_tremble_on_in_contact():
+    time_s = np.arange(0, 4, 0.01)
+    still, trembling = (hand_of(frames=24, **more) for more in ({}, {"contact_tremor_m": 1e-4}))
+    paths = [hand.at(time_s) for hand in (still, trembling)]
+    touching = paths[0].depth_m > 0
+    aside = [(path.tip_m - TOP)[:, :2] for path in paths]
+    assert not aside[0][touching].any()
+    assert aside[1][touching].std() == pytest.approx(1e-4, rel=0.4)
+    # High above it is the hand's own.
+    assert aside[1][0] == pytest.approx(aside[0][0])
+    assert np.array_equal(paths[0].depth_m, paths[1].depth_m)
+
+
 LOOSE = BLOCK | {
     "shape": {"kind": "block", "size_m": [0.08, 0.06, 0.02]},
     "contact": BLOCK["contact"] | {"table_friction": 0.5, "growth": 2.5},

@@ -46,6 +46,7 @@ rule lab_object:
         "../envs/palpate.yaml"
     params:
         spec=LAB.spec,
+        errors=LAB.written,
     message:
         "Lab: describing {wildcards.object}"
     script:
@@ -67,6 +68,7 @@ rule lab_template:
         "../envs/palpate.yaml"
     params:
         shape=LAB.shape,
+        errors=LAB.written,
     message:
         "Lab: template of {wildcards.object}"
     script:

@@ -4,12 +4,13 @@ import json
 
 from palpate.capture.files import whole_file
 from palpate.run.job import run
-from virtual_lab.describe import object_text
+from virtual_lab.describe import misdeclared, object_text
 
 
 def main(snakemake):
     """Write object.yaml and the truth."""
-    spec, name = snakemake.params.spec, snakemake.wildcards.object
+    name = snakemake.wildcards.object
+    spec = misdeclared(snakemake.params.spec, snakemake.params.errors, name=name)
     with whole_file(snakemake.output.object) as part:
         part.write_text(object_text(spec, name=name), encoding="utf-8")
     material = dict(spec["material"])

@@ -4,7 +4,7 @@ import numpy as np
 import trimesh
 from palpate.capture.files import whole_file
 from palpate.run.job import run
-from virtual_lab.describe import BLOCK_EDGE_M, box_template
+from virtual_lab.describe import BLOCK_EDGE_M, box_template, bumped
 from virtual_lab.shapes import shape_of
 
 # Edges of a drawn form's template over those of its surface in pictures.
@@ -14,6 +14,7 @@ COARSER = 2
 def main(snakemake):
     """Write a triangulated box, or a coarse surface of a drawn form."""
     template = template_of(snakemake.params.shape)
+    bumped(template, snakemake.params.errors, name=snakemake.wildcards.object)
     with whole_file(snakemake.output.template) as part:
         template.export(part, file_type="ply")
 

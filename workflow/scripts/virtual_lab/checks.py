@@ -1,6 +1,6 @@
 """Whether a configuration of the virtual lab makes sense, before anything is simulated."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -31,6 +31,7 @@ def lab_problems(lab: Mapping, sensors: Mapping, source: str) -> list[str]:
     """
     lines = []
     for name, spec in lab["objects"].items():
+        spec = {"device": lab.get("device", {})} | spec
         lines += [f"{source}: objects.{name}.{line}" for line in _object(spec, sensors)]
     for name, options in lab.get("experiments", {}).items():
         found = _experiment(name, options, lab, sensors)
@@ -43,6 +44,9 @@ def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
     yield from _material(spec["material"], spec["shape"]["kind"])
     yield from _motions(spec)
     yield from _standing(spec)
+    for error in ("template_m", "declared_m"):
+        if spec["device"].get(error) and "mirrors" in spec["object"]:
+            yield f"device.{error}: expected of an object without mirrors, found mirrors"
     points = spec["object"]["points"]
     for sensor, captures in spec["recordings"].items():
         if sensor not in spec["cameras"]:
@@ -56,9 +60,11 @@ def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
         yield from _placement(f"cameras.{sensor}", sensor, placement, sensors)
     for number, point in points.items():
         yield from _point(f"object.points.{number}.position_m", spec, np.array(point["position_m"]))
-        yield from _direction(f"object.points.{number}.direction", point)
+        yield from _direction(f"object.points.{number}.direction", point.get("direction", DOWN))
     for capture, place in spec.get("pressed_at", {}).items():
         yield from _point(f"pressed_at.{capture}", spec, np.array(place))
+    for capture, found in spec.get("pressed_along", {}).items():
+        yield from _direction(f"pressed_along.{capture}", found)
 
 
 def _missing(spec: Mapping) -> Iterator[str]:
@@ -84,7 +90,7 @@ def _material(material: Mapping, kind: str) -> Iterator[str]:
 
 def _motions(spec: Mapping) -> Iterator[str]:
     recorded = {str(capture) for captures in spec["recordings"].values() for capture in captures}
-    for block in ("motions", "pressed_at"):
+    for block in ("motions", "pressed_at", "pressed_along"):
         for capture in sorted(set(spec.get(block, {})) - recorded):
             yield f"{block}: expected captures of recordings, found {capture}"
     yield from _depths(spec["motion"], spec["contact"])
@@ -114,8 +120,7 @@ def _standing(spec: Mapping) -> Iterator[str]:
             )
 
 
-def _direction(field: str, point: Mapping) -> Iterator[str]:
-    found = point.get("direction", DOWN)
+def _direction(field: str, found: Sequence[float]) -> Iterator[str]:
     if not -found[2] > np.linalg.norm(found) * np.cos(STEEPEST_RAD):
         yield f"{field}: expected within 45 degrees of straight down, found {list(found)}"
 

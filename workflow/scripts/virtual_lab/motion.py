@@ -89,7 +89,8 @@ class Hand:
         depth = self._depth(time_s)
         free = np.clip(-depth / o["approach_m"], 0, 1)
         depth = depth + tremor[:, 0] * o["depth_tremor_m"] * np.clip(depth / HOVER_M, 0, 1)
-        sideways = tremor[:, 1:3] * o["lateral_tremor_m"] * free[:, None]
+        shaking = o["lateral_tremor_m"] * free + o.get("contact_tremor_m", 0) * (1 - free)
+        sideways = tremor[:, 1:3] * shaking[:, None]
         tip = self.point_m + np.column_stack([sideways, self.radius_m - depth]) @ self.turn.T
         tilt = self.tilt_rad + tremor[:, 3:5] * np.deg2rad(o["tilt_tremor_deg"])
         return ProbeMotion(time_s, depth, tip, self.turn @ upright(self.facing, tilt))

@@ -86,7 +86,8 @@ class SolidPaint:
     ----------
     options : mapping
         ``paint`` block of lab.yaml: ``colour``, ``mottle`` (relative contrast), ``mottle_m`` (its
-        scale), ``dots`` (a count), ``dot_radius_m`` (least, largest), ``gloss``, ``shininess``.
+        scale), ``dots`` (a count), ``dot_radius_m`` (least, largest), ``gloss``, ``shininess``;
+        ``pitch_m`` of a mottle that repeats instead.
     surface_m : (n, 3) array
         Vertices of the undeformed surface [m], where dots are put.
     rng : numpy.random.Generator
@@ -103,15 +104,20 @@ class SolidPaint:
 
     def colour(self, rest_m: NDArray) -> NDArray:
         """Linear reflectance at undeformed points, (n, 3)."""
-        scale = self.options["mottle_m"]
-        noise = sum(
-            map_coordinates(self.volume, (rest_m / s).T, order=1, mode="grid-wrap") * weight
-            for s, weight in ((scale, 0.8), (3.1 * scale, 0.6))
-        )
-        shade = np.clip(1 + self.options["mottle"] * noise, 0.3, 1.7)
+        shade = np.clip(1 + self.options["mottle"] * self._mottle(rest_m), 0.3, 1.7)
         colours = np.array(self.options["colour"]) * shade[:, None]
         if self.tree is not None:
             away, dot = self.tree.query(rest_m)
             inked = away < self.radius_m[dot]
             colours[inked] = self.ink[dot[inked]]
         return colours
+
+    def _mottle(self, rest_m: NDArray) -> NDArray:
+        """Pattern of about unit deviation at undeformed points, (n,)."""
+        if pitch_m := self.options.get("pitch_m"):
+            return np.sqrt(2 / 3) * np.sin(2 * np.pi * rest_m / pitch_m).sum(axis=1)
+        scale = self.options["mottle_m"]
+        return sum(
+            map_coordinates(self.volume, (rest_m / s).T, order=1, mode="grid-wrap") * weight
+            for s, weight in ((scale, 0.8), (3.1 * scale, 0.6))
+        )

@@ -151,7 +151,10 @@ def make_light(options: Mapping) -> Light:
 
 
 def object_bench(common: Mapping, spec: Mapping, *, name: str) -> Bench:
-    """Paint the table and an object of lab.yaml; a plain table is bare, but for the object."""
+    """Paint the table and an object of lab.yaml; a plain table is bare, but for the object.
+
+    A block without ``paint`` is foam with marks and lines through its points.
+    """
     rng = np.random.default_rng(seed_of(common, name))
     if spec.get("table") == "plain":
         return Bench(plain_table(), _paint(spec, rng))
@@ -165,7 +168,7 @@ def bare_bench(common: Mapping, *, name: str) -> Bench:
 
 
 def _paint(spec: Mapping, rng: np.random.Generator) -> Paint:
-    if spec["shape"]["kind"] == "block":
+    if spec["shape"]["kind"] == "block" and "paint" not in spec:
         points = [point["position_m"] for point in spec["object"]["points"].values()]
         return BlockPaint(np.array(spec["shape"]["size_m"]), np.array(points), rng)
     vertices, _ = shape_of(spec).surface()

@@ -10,7 +10,7 @@ from palpate.run.run import Run
 # Of lab.yaml: what no film needs.
 APART = ("objects", "experiments", "simulated_block", "laser")
 # Of an object's block: what its form, its looks and its description do not depend on.
-RECORDED = ("recordings", "scan", "motions", "pressed_at", "devices")
+RECORDED = ("recordings", "scan", "motions", "pressed_at", "pressed_along", "devices")
 
 
 @dataclass(frozen=True)
@@ -76,13 +76,14 @@ class LabRules:
         return places.get(capture) or places[capture.split("-")[0]]
 
     def _places(self, name: str) -> dict[str, Mapping]:
-        """An object's points, and by capture the places pressed beside them."""
+        """An object's points, and by capture what a hand presses otherwise than they declare."""
         spec = self.run.lab["objects"][name]
-        points, beside = spec["object"]["points"], spec.get("pressed_at", {})
-        return points | {
-            capture: points[capture.split("-")[0]] | {"position_m": place}
-            for capture, place in beside.items()
-        }
+        places = dict(spec["object"]["points"])
+        for block, key in (("pressed_at", "position_m"), ("pressed_along", "direction")):
+            for capture, value in spec.get(block, {}).items():
+                declared = places.get(capture, places[capture.split("-")[0]])
+                places[capture] = declared | {key: value}
+        return places
 
     def common(self, wildcards: Any) -> Mapping:
         """What all films of the lab share."""
@@ -109,18 +110,24 @@ class LabRules:
         """What the mechanics of an object depend on."""
         spec = self.spec(wildcards)
         parts = {key: spec[key] for key in ("shape", "material", "contact")}
-        return parts | self._sphere(spec) | {"points": self._places(wildcards.object)}
+        return parts | self._errors(spec, "radius") | {"points": self._places(wildcards.object)}
 
-    def _sphere(self, spec: Mapping) -> dict:
-        """What the radius of the real sphere depends on, where it is another than its file's."""
-        radius = spec.get("device", self.run.lab.get("device", {})).get("radius", 0)
+    def written(self, wildcards: Any) -> Mapping:
+        """What the errors depend on that people make who describe an object."""
+        return self._errors(self.spec(wildcards), "template_m", "declared_m")
+
+    def _errors(self, spec: Mapping, *names: str) -> dict:
+        """Some errors of an object's device, with what they are drawn from; nothing without any."""
+        device = spec.get("device", self.run.lab.get("device", {}))
+        found = {name: device[name] for name in names if device.get(name)}
         rig = {key: spec[key] for key in ("rig",) if key in spec}
-        return {"seed": self.run.lab["seed"], "device": {"radius": radius}} | rig if radius else {}
+        return {"seed": self.run.lab["seed"], "device": found} | rig if found else {}
 
     def load_steps(self, wildcards: Any) -> str:
         """Mechanics of a capture's point; mirror images of a symmetric object share one."""
         name, point = wildcards.object, wildcards.capture
-        if point not in self.run.lab["objects"][name].get("pressed_at", {}):
+        spec = self.run.lab["objects"][name]
+        if not any(point in spec.get(block, {}) for block in ("pressed_at", "pressed_along")):
             point = self.run.lab_point(name, point.split("-")[0])
         return self.run.truth(f"{wildcards.object}/contact-{point}.npz")
 
