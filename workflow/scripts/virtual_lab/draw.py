@@ -142,6 +142,7 @@ def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Gener
             "depth_m": depth_m,
             "hold_s": _within(press["hold_s"], rng),
             "tilt_deg": _within(press["tilt_deg"], rng),
+            "contact_tremor_m": press["contact_tremor_m"],
         },
         "cameras": {name: _placement(ranges["stand"], name, model, rng) for name in SENSORS},
         "scan": model["scan"],
