@@ -159,6 +159,22 @@ def test_what_the_lab_refuses(root):
             press_object(chosen, point, R)
 
 
+def test_a_quarter_gives_the_force_of_a_half():
+    block = {
+        "shape": {"kind": "block", "size_m": [0.1, 0.08, 0.04]},
+        "material": {"law": "neo_hookean", "youngs_modulus_pa": E, "poisson_ratio": NU},
+    }
+    contact = {"step_m": 0.001, "deepest_m": 0.003, "element_m": 0.002, "growth": 2.0}
+    contact |= {"reach_m": 0.012, "friction": 0.0}
+    half, quarter = (
+        press_object(block | {"contact": contact | more}, [0.0, 0.0, 0.04], R)
+        for more in ({}, {"straight": True})
+    )
+    assert quarter.force_n == pytest.approx(half.force_n, rel=1e-3)
+    moved = [ladder.surface_displacement_m[-1] for ladder in (half, quarter)]
+    assert moved[1] == pytest.approx(moved[0], abs=2e-6)
+
+
 def test_a_graded_solid_lies_between_its_ends():
     """A skin through all of a block is a stiffer block; a stiffer foot adds a part of itself."""
     places = np.zeros((1, 5, 3))

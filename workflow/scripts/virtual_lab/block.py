@@ -20,11 +20,11 @@ FINE_GROWTH = 1.35
 def block_model(size_m: NDArray, point_m: NDArray, options: Mapping) -> Model:
     """Discretise a block that is pressed at a point of its top face.
 
-    Where the point lies on the block's long mid-plane, half of the block is solved. The block is
-    bonded to its support, or stands loose on the table where the options have ``table_friction``;
-    then of a press in the middle a quarter is solved, since little else keeps it from sliding. With
-    ``glued`` the middle of its foot is bonded, of that part of its length and width, and the rest
-    stands loose.
+    Where the point lies on the block's long mid-plane, half of the block is solved; of a press in
+    the middle, if the options say that it is ``straight`` down, a quarter. The block is bonded to
+    its support, or stands loose on the table where the options have ``table_friction``; then it is
+    a quarter in any case, since little else keeps it from sliding. With ``glued`` the middle of its
+    foot is bonded, of that part of its length and width, and the rest stands loose.
 
     Parameters
     ----------
@@ -43,7 +43,8 @@ def block_model(size_m: NDArray, point_m: NDArray, options: Mapping) -> Model:
     _check(size, point, options["deepest_m"])
     glued = options.get("glued", 0.0 if "table_friction" in options else 1.0)
     loose = not glued
-    mirrors = tuple(axis for axis in ((0, 1) if loose else (1,)) if abs(point[axis]) < 1e-9)
+    planes = (0, 1) if loose or options.get("straight") else (1,)
+    mirrors = tuple(axis for axis in planes if abs(point[axis]) < 1e-9)
     mesh = _mesh(size, point, options, mirrors)
     nodes = mesh.solid.nodes_m
     fixed = np.zeros(nodes.shape, dtype=bool)

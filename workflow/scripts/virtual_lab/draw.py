@@ -108,7 +108,8 @@ def draw_alone(
 def _beside(base: Mapping, ranges: Mapping, seed: int) -> dict:
     """All but the objects of a drawn lab."""
     lab = {key: value for key, value in base.items() if key not in APART}
-    return lab | {"seed": seed, "device": dict(ranges["device"])}
+    given = {name: ranges[name] for name in ("background_frames", "device")}
+    return lab | given | {"seed": seed}
 
 
 def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Generator) -> dict:
@@ -122,6 +123,7 @@ def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Gener
     press, material = ranges["press"], ranges["material"]
     ends_m = depth_m * BEYOND + BEYOND_M
     relaxed = [_within(material["relaxation_fraction"], rng) for _ in range(2)]
+    captures = ["01", *(f"01-a{k:02d}" for k in range(1, ranges["captures"]))]
     spec = {
         "rig": f"rig_{rng.integers(10**6):06d}",
         "shape": shape,
@@ -140,10 +142,11 @@ def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Gener
             "depth_m": depth_m,
             "hold_s": _within(press["hold_s"], rng),
             "tilt_deg": _within(press["tilt_deg"], rng),
+            "contact_tremor_m": press["contact_tremor_m"],
         },
         "cameras": {name: _placement(ranges["stand"], name, model, rng) for name in SENSORS},
         "scan": model["scan"],
-        "recordings": {name: ["01"] for name in SENSORS if name in model["recordings"]},
+        "recordings": {name: captures for name in SENSORS if name in model["recordings"]},
         "object": _description(kind, shape, point_m, ends_m, model, loose=loose),
     }
     if kind != "block":
@@ -196,7 +199,7 @@ def _contact(kind: str, ends_m: float, radius_m: float, *, loose: bool) -> dict:
     }
     if kind == "block":
         reach_m = np.clip(CONTACTS_A_REACH * contact_m, *REACH_M)
-        found |= {"growth": 1.7, "reach_m": _rounded(reach_m)}
+        found |= {"growth": 1.7, "reach_m": _rounded(reach_m), "straight": True}
     else:
         found |= {"spacing_m": 0.008 if kind == "ball" else 0.004}
         found["element_m"] = min(found["element_m"], 0.001 if kind == "ball" else 0.0007)
