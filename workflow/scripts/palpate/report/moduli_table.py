@@ -52,6 +52,9 @@ def truth_of(material: Mapping) -> dict[str, float]:
     ``youngs_modulus_1s_pa`` is what a step of strain leaves after a second;
     ``equivalent_reduced_modulus_pa`` is E* of a neo-Hookean material and not a number of others.
     """
+    if {"skin", "gradient"} & set(material):
+        # What is not the same everywhere has no one modulus.
+        return dict.fromkeys(LABELS, float("nan"))
     E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
     star = E / (1 - nu**2)
     neo_hookean = material.get("law", NEO_HOOKEAN) == NEO_HOOKEAN
