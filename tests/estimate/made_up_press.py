@@ -19,7 +19,7 @@ OPTIONS = Fit(
     fraction_std=0.1,
     fraction_step_std=0.1,
     rig=NO_RIG,
-    model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0, nu_loose=0.0),
+    model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0),
 )
 START = Parameters(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(2), np.zeros(3))
 ACROSS = rocking_axes(np.array([0.0, 0.0, -1.0]))
@@ -44,7 +44,22 @@ def model_of(cell_m):
     by_place = np.array([(far - near) / (2 * step) for far, near in ends])
     stiffening = np.outer(0.4 - 0.4 * nus, np.sqrt(depth / 0.009))
     change = -0.2 * stiffening[..., None] * depth[:, None] * (RADIUS_M / r) ** 2
-    return SampleTable(nus, depth, force, stiffening, motion(np.zeros(3)), change, by_place)
+    sticks = np.zeros_like(force), np.zeros_like(change)
+    found = motion(np.zeros(3)), change
+    return SampleTable(nus, depth, force, stiffening, *found, *sticks, by_place)
+
+
+def sinks(cell_m):
+    """What a foot that slides adds to the motion, over the depth: less and less of it."""
+    return -0.05 * (1 - np.linalg.norm(cell_m, axis=1) / 0.06)
+
+
+def sliding(cell_m):
+    """The same of a solid whose foot may slide, and is softer where it does."""
+    table = model_of(cell_m)
+    yielding = np.broadcast_to(-0.1 * np.sqrt(table.depth_m / 0.009), table.stiffening.shape)
+    by_foot = np.broadcast_to(np.outer(table.depth_m, sinks(cell_m)), table.motion_m.shape)
+    return replace(table, yielding=yielding, motion_by_foot=by_foot)
 
 
 SETTLING = Fit(sinking_std_m=1e-4, rocking_std_rad=1e-3)
@@ -88,6 +103,7 @@ def press_of(
     beside_m=(0.0, 0.0),
     rate_hz=6,
     wavy_m=0.0,
+    foot=0.0,
 ):
     """A capture of 24 frames: rest, press, hold.
 
@@ -102,17 +118,17 @@ def press_of(
         cell, model, table = solid
     time = np.arange(frames) / rate_hz
     depth = deepest_m * np.clip((time - start_s) / 1.8, 0, 1)
-    elastic = E * model.force(depth, nu, laws[0])
+    elastic = E * model.force(depth, nu, laws[0], foot)
     force = relaxed_force(time, elastic, fractions=shares, times_s=SHARE_TIMES_S)
     if late_s:
         fine = np.arange(0, time[-1] + 0.1, 0.005)
         way = deepest_m * np.clip((fine - start_s) / 1.8, 0, 1)
-        whole = E * model.force(way, nu, laws[0])
+        whole = E * model.force(way, nu, laws[0], foot)
         whole = relaxed_force(fine, whole, fractions=shares, times_s=SHARE_TIMES_S)
         force = np.interp(time + late_s, fine, whole)
     force = force + noise * rng.normal(0, 0.003 * force.max(), frames)
     used = np.flatnonzero(depth > least_m)[:kept]
-    motion = model.motion(depth[used], nu, laws[1], np.array(beside_m)).motion_m
+    motion = model.motion(depth[used], nu, laws[1], np.array(beside_m), foot).motion_m
     motion = motion + noise * rng.normal(0, motion_std_m, motion.shape)
     offset = noise * rng.normal(0, offset_std_m)
     measured = depth[used] + offset + noise * rng.normal(0, 8e-5, len(used))
@@ -146,6 +162,5 @@ def press_of(
         patch_m=0.02,
         cluster=cluster,
         support_axes=support_axes(cell, support or replace(STANDING, contact="bonded")),
-        broad_foot=False,
         table=table,
     )

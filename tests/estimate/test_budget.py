@@ -4,7 +4,16 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from made_up_press import NO_RIG, RADIUS_M, STANDING, model_of, press_of, support_axes
+from made_up_press import (
+    NO_RIG,
+    RADIUS_M,
+    STANDING,
+    model_of,
+    press_of,
+    sinks,
+    sliding,
+    support_axes,
+)
 from palpate.estimate.direct.blocks import Scales, blocks_of
 from palpate.estimate.direct.budget import OWN_SOURCES, budget_of, covariance_of
 from palpate.estimate.direct.deviations import with_depth_errors
@@ -35,8 +44,9 @@ NOTHING = Fit(
     rocking_std_rad=0.0,
     force_law_std=TINY,
     motion_law_std=TINY,
+    foot_std=TINY,
     rig=NO_RIG,
-    model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0, nu_loose=0.0),
+    model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0),
 )
 # Samples on one side of the contact, as a camera sees them.
 SIDE_M = np.array([[x, y, 0.0] for x in np.linspace(0.016, 0.08, 9) for y in np.linspace(-x, x, 7)])
@@ -66,7 +76,7 @@ PRESS = replace(
     tip_std_m=NOISE_M,
     force_std_n=TINY,
     clock_std_s=TINY,
-    broad_foot=True,
+    table=sliding(SIDE_M),
 )
 TRUTH = Parameters(*(E, NU, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(2), np.zeros(3)))
 FORCE_N, TIME_S, SPEED_M_S = (
@@ -227,12 +237,18 @@ TERMS = {
     "compliance_std_m_n": ("compliance of the probe", 2e-4, error_of(stacked(FORCE_N, 0.0))),
     "log_youngs_modulus": ("indentation table: force", 0.03, added(1.0, 1.0, 0.0)),
     "nu": ("indentation table: motion", 0.03, added(0.0, 0.0, 1.0)),
-    "nu_loose": ("friction of the foot", 0.08, added(0.0, E_BY_NU, 1.0)),
     "fraction_std": ("relaxing shares", 0.05, learnt(*map(by_share, TAU_S))),
     "fraction_step_std": ("relaxing shares of neighbouring times", 0.1, shares),
     "gain_std": ("scale of the camera", 0.005, learnt(stacked(0.0, surface()))),
     "force_law_std": ("law of the force", 0.3, learnt(by_force(-softer() * FORCE_N))),
     "motion_law_std": ("law of the motion", 0.5, learnt(stacked(0.0, second_law()))),
+    "foot_std": (
+        *("friction of the foot", 0.3),
+        learnt(
+            by_force(0.1 * np.sqrt(DEPTH_M / 0.009) * FORCE_N)
+            + stacked(0.0, np.outer(DEPTH_M, sinks(SIDE_M)))
+        ),
+    ),
     "poisson_ratio_std": ("Poisson's ratio", 0.01, lambda std: {"known": np.diag([0, std**-2])}),
     "offset_std_m": ("zero of the depth", 2e-4, learnt(stacked(1.0, 0.0))),
     # The surface is seen at the other moment too.
@@ -333,8 +349,8 @@ def test_what_a_second_press_has_anew(field):
 
 
 def test_a_foot_that_sticks_or_is_small_has_no_friction_to_doubt():
-    options, press = with_term("nu_loose", 0.08)
-    names = {one.name for one in budget(options, replace(press, broad_foot=False)).sources}
+    options, press = with_term("foot_std", 0.3)
+    names = {one.name for one in budget(options, replace(press, table=model_of(SIDE_M))).sources}
     assert "friction of the foot" not in names
 
 

@@ -115,7 +115,8 @@ def test_ranges_of_the_unknowns():
     assert (low[1], high[1]) == OPTIONS.poisson_ratio_bounds
     shares = slice(SHARED, SHARED + 3)
     assert not low[shares].any() and high[shares] == pytest.approx(np.full(3, 0.95 / 3))
-    others = np.r_[2:SHARED, SHARED + 3 : len(low)]
+    assert (low[SHARED - 1], high[SHARED - 1]) == (0, 1)
+    others = np.r_[2 : SHARED - 1, SHARED + 3 : len(low)]
     assert (low[others] == -np.inf).all() and (high[others] == np.inf).all()
 
 

@@ -6,7 +6,16 @@ from types import SimpleNamespace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from made_up_press import NO_RIG, OPTIONS, RADIUS_M, STANDING, START, press_of
+from made_up_press import (
+    NO_RIG,
+    OPTIONS,
+    RADIUS_M,
+    STANDING,
+    START,
+    model_of,
+    press_of,
+    sliding,
+)
 from palpate import direct
 from palpate.estimate.direct import fit
 from palpate.estimate.direct.blocks import Scales, blocks_of
@@ -42,15 +51,17 @@ def test_exact_data_give_the_moduli_back():
 
 def test_derivatives_are_those_of_the_residuals():
     indentation = press_of(25e3, 0.3, 1, support=STANDING)
+    indentation = replace(indentation, table=sliding(indentation.cell_m))
     support_motion = np.array([2e-5, 3e-4, -1e-4])
     of = Parameters(
         *(24e3, 0.28, 0.2, -0.3, 0.01, np.array([0.05, 0.03]), 1e-4, 2e-3, 1e-5),
         place_m=np.array([2e-4, -3e-4]),
         support_motion=support_motion,
+        foot=0.4,
     )
     times = np.array(OPTIONS.relaxation_times_s)
     line = linearised(indentation, of, times_s=times)
-    steps = [1e-5] * 7 + [1e-7, 1e-4, 1e-7] + [1e-6] * 2 + [1e-7, 1e-5, 1e-5]
+    steps = [1e-5] * 8 + [1e-7, 1e-4, 1e-7] + [1e-6] * 2 + [1e-7, 1e-5, 1e-5]
     assert len(steps) == len(of.vector)
     for k, step in enumerate(steps):
         ends = []
@@ -293,6 +304,24 @@ def test_e_holds_what_belongs_to_both_ends_of_nu(kept):
         assert 0.99 * E.low < follows < 1.01 * E.high
 
 
+@pytest.mark.parametrize("foot", [0.1, 0.9])
+def test_how_freely_a_foot_slides_is_found(foot):
+    """A table whose foot sticks takes what sliding adds for another Poisson's ratio."""
+    cell = press_of(25e3, 0.35, 1).cell_m
+    model = sliding(cell)
+    press = press_of(25e3, 0.35, 1, noise=0.3, foot=foot, solid=(cell, model, model))
+    found = estimate_direct([press], OPTIONS, radius_m=RADIUS_M)
+    p, nu = found.solution.parameters[0], found.moduli["poisson_ratio"]
+    assert nu.low < 0.35 < nu.high and p.poisson_ratio == pytest.approx(0.35, abs=0.02)
+    assert p.foot == pytest.approx(foot, abs=0.15)
+    assert found.to_dict()["foot"] == p.foot
+    sticks = estimate_direct(
+        [replace(press, table=model_of(cell))], OPTIONS, radius_m=RADIUS_M
+    ).solution.parameters[0]
+    assert sticks.foot == pytest.approx(0, abs=1e-9)
+    assert (abs(sticks.poisson_ratio - 0.35) > 0.05) == (foot > 0.5)
+
+
 def test_poisson_s_ratio_ends_with_the_table():
     press = press_of(25e3, 0.45, 1)
     table = press.table
@@ -303,6 +332,8 @@ def test_poisson_s_ratio_ends_with_the_table():
         stiffening=table.stiffening[:3],
         motion_m=table.motion_m[:3],
         motion_change_m=table.motion_change_m[:3],
+        yielding=table.yielding[:3],
+        motion_by_foot=table.motion_by_foot[:3],
         motion_by_place=table.motion_by_place[:, :3],
     )
     found = estimate_direct([replace(press, table=short)], OPTIONS, radius_m=RADIUS_M)

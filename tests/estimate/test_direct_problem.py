@@ -18,7 +18,6 @@ from palpate.estimate.direct.problem import (
     oblique,
     unloaded,
 )
-from palpate.estimate.direct.support_motion import broad_foot
 from palpate.estimate.direct.table import sample_table
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.laws import LAW_NAMES
@@ -219,11 +218,11 @@ def test_what_stands_broad_and_loose():
     mesh, contact = fine_box(), np.array([0, 0, 0.02])
     surface = np.array(mesh.vertices), np.array(mesh.faces)
     loose, bonded = (floor(1e-3, height_m=-0.02, contact=kind) for kind in ("resting", "bonded"))
-    assert broad_foot(*surface, loose, contact)
-    assert not broad_foot(*surface, bonded, contact)
+    assert loose.is_broad(*surface, contact)
+    assert not bonded.is_broad(*surface, contact)
     ball = trimesh.creation.icosphere(5, radius=0.06)
     surface = np.array(ball.vertices), np.array(ball.faces)
-    assert not broad_foot(*surface, floor(1e-3, height_m=-0.06, contact="resting"), 3 * contact)
+    assert not floor(1e-3, height_m=-0.06, contact="resting").is_broad(*surface, 3 * contact)
 
 
 def test_where_a_sphere_first_touched_is_told_by_its_deepest_frames():

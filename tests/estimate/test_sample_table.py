@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from made_up_press import RADIUS_M, model_of
+from made_up_press import RADIUS_M, sliding
 from palpate.estimate.direct.support_motion import rocking_axes
 from palpate.estimate.direct.table import sample_table, shape_operators
 from palpate.solid.indentation import IndentationModel
@@ -14,7 +14,7 @@ DEPTH = np.array([0.0004, 0.0031, 0.0077])
 
 @pytest.fixture(scope="module")
 def table():
-    return model_of(CELLS)
+    return sliding(CELLS)
 
 
 @pytest.mark.parametrize("law", [0.0, 0.6, -0.4])
@@ -38,6 +38,7 @@ def test_derivatives_of_the_depth(table):
         ("by_unit_per_m", (force * (1 + step), nu, law), (force * (1 - step), nu, law), force),
         ("by_nu_m", (force, nu + step, law), (force, nu - step, law), 1),
         ("by_law_m", (force, nu, law + step), (force, nu, law - step), 1),
+        ("by_foot_m", (force, nu, law, step), (force, nu, law, -step), 1),
     ):
         slope = (table.depth(*far).depth_m - table.depth(*near).depth_m) / (2 * step * size)
         assert getattr(found, name) == pytest.approx(slope, rel=1e-4)
@@ -50,7 +51,7 @@ def test_slope_of_the_stiffening(table):
 
 def test_beyond_the_table_the_power_of_the_force_goes_on_straight(table):
     last = table.depth_m[-1]
-    power, slope, *_ = table._power(np.array([last, last + 0.001]), 0.3, 0.5)
+    power, slope, *_ = table._power(np.array([last, last + 0.001]), 0.3, 0.5, 0.0)
     assert power[1] == pytest.approx(power[0] + 0.001 * slope[0])
     wanted = power[1] ** 1.5
     assert table.depth(np.array([wanted]), 0.3, 0.5).depth_m == pytest.approx([last + 0.001])
@@ -72,6 +73,7 @@ def test_motion_and_its_derivatives(table):
         ("by_depth", (DEPTH + step, nu, law, place), (DEPTH - step, nu, law, place)),
         ("by_nu_m", (DEPTH, nu + step, law, place), (DEPTH, nu - step, law, place)),
         ("by_law_m", (DEPTH, nu, law + step, place), (DEPTH, nu, law - step, place)),
+        ("by_foot_m", (DEPTH, nu, law, place, step), (DEPTH, nu, law, place, -step)),
     ):
         slope = (table.motion(*far).motion_m - table.motion(*near).motion_m) / (2 * step)
         assert getattr(found, name) == pytest.approx(slope, rel=1e-4, abs=1e-9)

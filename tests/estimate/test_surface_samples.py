@@ -201,14 +201,14 @@ def test_moduli_of_an_estimate():
     table = SimpleNamespace(
         stiffening_at=lambda depth, nu: (0.2 * depth / 1e-3 + 0.5 * nu, np.full(len(depth), 0.5))
     )
-    vector = np.r_[np.log(20e3), 0.3, 0.4, 0.1, 0.0, 0.1, 0.2, np.zeros(8)]
+    vector = np.r_[np.log(20e3), 0.3, 0.4, 0.1, 0.0, 0.0, 0.1, 0.2, np.zeros(8)]
     best = SimpleNamespace(
         vector=vector,
         indentations=[SimpleNamespace(depth_m=np.array([0.001, 0.0029]), table=table)],
         parameters=[SimpleNamespace(offset_m=1e-4)],
     )
     # E* and the law are told together: where they stiffen by 0.5 the two cancel.
-    covariance = np.diag(np.r_[1e-2, 1e-3, 1e-2, np.full(12, 1e-8)])
+    covariance = np.diag(np.r_[1e-2, 1e-3, 1e-2, np.full(13, 1e-8)])
     covariance[0, 2] = covariance[2, 0] = -0.5e-2
     options = Fit(relaxation_times_s=(0.5, 2.0))
     found = quantities_of(best, covariance, options, radius_m=0.006)
@@ -229,4 +229,4 @@ def test_moduli_of_an_estimate():
     assert equivalent == pytest.approx([1, 0.6 / 0.91 + 0.4 * 0.5, 0.5], abs=5e-3)
     later = slopes["youngs_modulus_1s_pa"]
     expected = [-(1 - np.exp(-2)) / (1 - lost), -(1 - np.exp(-0.5)) / (1 - lost)]
-    assert later[[0, 1, 5, 6]] == pytest.approx([1, 0, *expected])
+    assert later[[0, 1, 6, 7]] == pytest.approx([1, 0, *expected])

@@ -12,7 +12,7 @@ from palpate.estimate.direct.blocks import Scales
 from palpate.estimate.direct.doubts import doubts_of
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.result import _nuisances, _summed, described_law
-from palpate.estimate.direct.support_motion import broad_foot, rocking_axes
+from palpate.estimate.direct.support_motion import rocking_axes
 
 
 def test_what_a_capture_has_for_itself():
@@ -76,8 +76,8 @@ def test_a_foot_is_broad_beside_the_height_of_the_contact():
     surface = np.array(box.vertices), np.array(box.faces)
     loose = floor(1e-3, contact="resting")
     for height, broad in ((0.045, True), (0.0455, False)):
-        assert broad_foot(*surface, loose, np.array([0, 0, height])) == broad
-    assert not broad_foot(*surface, floor(1e-3), np.array([0, 0, 0.02]))
+        assert loose.is_broad(*surface, np.array([0, 0, height])) == broad
+    assert not floor(1e-3).is_broad(*surface, np.array([0, 0, 0.02]))
 
 
 @pytest.mark.parametrize("up", [[0, 0, 1.0], [1.0, 0, 0], [-0.95, 0.3, 0.1]])

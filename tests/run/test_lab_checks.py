@@ -81,6 +81,11 @@ SPOILT = [
         "object.support.contact: expected resting with contact.table_friction, found bonded",
     ),
     (
+        ("objects", "ear", "contact", "glued"),
+        0.5,
+        "contact.glued: expected for shape.kind block, found for ear",
+    ),
+    (
         ("objects", "foam_block", "object", "points", "08", "direction"),
         [1.0, 0, -0.5],
         "points.08.direction: expected within 45 degrees of straight down",

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from floor import floor
+from palpate.estimate.direct.table import force_table
 from palpate.solid.contact_mesh import moving_nodes
 from palpate.solid.indentation_setup import IndentationOptions, indentation_setup
 from palpate.solid.indentation_table import indentation_model
 from palpate.solid.indenting import State
+from palpate.solid.laws import LAW_NAMES
 from palpate.solid.mesh import quadratic, solid_mesh
 from palpate.solid.touching import facing_faces, first_touch, thickness_m
 from skfem import MeshTet
@@ -101,6 +103,24 @@ def test_resting_solid_bears_the_force_on_its_table(mesh):
     assert np.abs(table[:2]).max() < 1e-2 * table[2]
     hertz = 4 / 3 / (1 - 0.3**2) * np.sqrt(RADIUS) * 0.001**1.5
     assert 0.85 < state.force_m2 @ DOWN / hertz < 1.05
+
+
+def test_a_broad_foot_is_solved_once_more_and_slides():
+    """A cube on a foot twice as wide as what counts as broad: softer where nothing sticks."""
+    cube = MeshTet().refined(1)
+    press = {"radius_m": RADIUS, "deepest_m": 0.002, "step_m": 0.0013, "poisson_ratios": (0.1, 0.4)}
+    options = IndentationOptions(edge_m=0.02, growth=1.0, refine_radius_m=0.03, base_edge_m=0.05)
+    mesh, loose = solid_mesh(0.1 * cube.p.T, cube.t.T), floor(1e-4, contact="resting")
+    model = indentation_model(mesh, loose, TOP, DOWN, laws=LAW_NAMES, options=options, **press)
+    assert model.laws == (*LAW_NAMES, "neo_hookean, sliding")
+    stuck, _, slid = model.force_per_modulus_m2[..., -1]
+    assert ((0.9 < slid / stuck) & (slid / stuck < 0.999)).all()
+    bottom = model.surface_rest_m[:, 2] == 0
+    crept = np.linalg.norm(model.surface_displacement_m[:, 1, -1, bottom, :2], axis=-1).max(axis=1)
+    assert crept[2] > 10 * crept[0]
+    table = force_table(model)
+    assert table.slides and table.yielding[:, -1] == pytest.approx(np.log(slid / stuck))
+    assert table.force(0.002, 0.4, 0.0, 1.0) == pytest.approx(slid[1], rel=1e-6)
 
 
 def test_press_of_a_long_block_moves_its_neighbourhood(block):

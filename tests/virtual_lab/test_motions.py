@@ -186,6 +186,26 @@ def test_a_loose_block_lifts_its_edges_and_stands_on_what_it_is_pressed_by(strai
     assert -4 * sphere[2] == pytest.approx(straight.force_n[1], rel=0.1)
 
 
+def test_a_foot_that_is_glued_in_its_middle_alone_lifts_its_end():
+    """Pressed near an end it gives way a little more than a glued one, and its other end rises."""
+    beside = TOP + [0.03, 0, 0]
+    bonded = {k: v for k, v in LOOSE["contact"].items() if k != "table_friction"}
+    press = bonded | {"deepest_m": 0.0015, "step_m": 0.0015}
+    forces, lifts = [], []
+    for more in ({}, {"glued": 1.0}, {"glued": 0.4}):
+        ladder = press_object(LOOSE | {"contact": press | more}, beside, R)
+        foot = ladder.surface_rest_m[:, 2] < 1e-9
+        forces.append(ladder.force_n[-1])
+        lifts.append(ladder.surface_displacement_m[-1, foot, 2])
+        middle = foot & (np.abs(ladder.surface_rest_m[:, :2]) < [0.01, 0.008]).all(axis=1)
+        assert np.abs(ladder.surface_displacement_m[-1, middle]).max() < 1e-6
+    assert forces[1] == pytest.approx(forces[0], rel=1e-9)
+    assert 0.9 < forces[2] / forces[0] < 0.995
+    assert np.abs(lifts[1]).max() < 1e-9 < 1e-5 < lifts[2].max()
+    # The table holds what is pressed down.
+    assert lifts[2].min() > -1e-5
+
+
 def test_pictures_of_a_quartered_block_are_symmetric():
     model = shape_of(LOOSE).model(TOP, LOOSE["contact"])
     x, y, z = model.solid.nodes_m.T

@@ -23,7 +23,8 @@ def block_model(size_m: NDArray, point_m: NDArray, options: Mapping) -> Model:
     Where the point lies on the block's long mid-plane, half of the block is solved; of a press in
     the middle, if the options say that it is ``straight`` down, a quarter. The block is bonded to
     its support, or stands loose on the table where the options have ``table_friction``; then it is
-    a quarter in any case, since little else keeps it from sliding.
+    a quarter in any case, since little else keeps it from sliding. With ``glued`` the middle of its
+    foot is bonded, of that part of its length and width, and the rest stands loose.
 
     Parameters
     ----------
@@ -40,14 +41,17 @@ def block_model(size_m: NDArray, point_m: NDArray, options: Mapping) -> Model:
     """
     size, point = np.asarray(size_m, dtype=float), np.asarray(point_m, dtype=float)
     _check(size, point, options["deepest_m"])
-    loose = "table_friction" in options
+    glued = options.get("glued", 0.0 if "table_friction" in options else 1.0)
+    loose = not glued
     planes = (0, 1) if loose or options.get("straight") else (1,)
     mirrors = tuple(axis for axis in planes if abs(point[axis]) < 1e-9)
     mesh = _mesh(size, point, options, mirrors)
     nodes = mesh.solid.nodes_m
     fixed = np.zeros(nodes.shape, dtype=bool)
-    supports = (Table(options["table_friction"], penalty=TABLE_PENALTY),) if loose else ()
-    fixed[nodes[:, 2] < 1e-9] = not loose
+    table = Table(options.get("table_friction", 0.0), penalty=TABLE_PENALTY)
+    supports = (table,) if glued < 1 else ()
+    held = (np.abs(nodes[:, :2]) <= glued * size[:2] / 2 + 1e-9).all(axis=1)
+    fixed[(nodes[:, 2] < 1e-9) & held] = not loose
     for axis in mirrors:
         fixed[np.abs(nodes[:, axis]) < 1e-9, axis] = True
     rest, faces = fine_surface(size, point)
@@ -75,8 +79,16 @@ def _mesh(size: NDArray, point: NDArray, options: Mapping, mirrors: tuple) -> Bl
         graded_axis(0.0 if k in mirrors else -size[k] / 2, size[k] / 2, point[k], smallest, growth)
         for k in range(2)
     )
+    if options.get("glued", 1.0) < 1:
+        x, y = (_with_ends(axis, options["glued"] * size[k] / 2) for k, axis in enumerate((x, y)))
     z = graded_axis(0.0, size[2], size[2], smallest, VERTICAL_GROWTH)
     return block_mesh(x, y, z, reach_m=options["reach_m"], centre_m=point[:2])
+
+
+def _with_ends(axis: NDArray, reach_m: float) -> NDArray:
+    """Coordinates with those where what is glued ends [m]."""
+    ends = [end for end in (-reach_m, reach_m) if axis[0] < end < axis[-1]]
+    return np.unique(np.round([*axis, *ends], 9))
 
 
 def _grid_field(mesh: BlockMesh, displacement: NDArray, mirrors: tuple) -> NDArray:

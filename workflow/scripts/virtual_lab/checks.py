@@ -109,11 +109,15 @@ def _ends(field: str, motion: Mapping) -> Iterator[str]:
 
 def _standing(spec: Mapping) -> Iterator[str]:
     """What the lab's block does on the table, and what its description says of it."""
-    if spec["shape"]["kind"] == "block":
-        expected = "resting" if "table_friction" in spec["contact"] else "bonded"
+    kind = spec["shape"]["kind"]
+    if "glued" in spec["contact"] and kind != "block":
+        yield f"contact.glued: expected for shape.kind block, found for {kind}"
+    if kind == "block":
+        loose = "table_friction" in spec["contact"] and "glued" not in spec["contact"]
+        expected = "resting" if loose else "bonded"
         found = spec["object"]["support"].get("contact", "bonded")
         if found != expected:
-            why = "with" if expected == "resting" else "without"
+            why = "with" if "table_friction" in spec["contact"] else "without"
             yield (
                 f"object.support.contact: expected {expected} {why} contact.table_friction,"
                 f" found {found}"

@@ -30,7 +30,8 @@ class KinectDepth:
     """Depth camera that matches its dot pattern with a 9 x 9 window.
 
     The firmware knows its lens: candidates are compared in undistorted coordinates. It searches
-    the disparities that occur in the scene, so gross false matches outside them do not occur.
+    the disparities that occur in the scene, so gross false matches outside them do not occur; with
+    the option ``whole_range`` those of all its range.
 
     Parameters
     ----------
@@ -76,7 +77,10 @@ class KinectDepth:
         if not seen.any():
             return np.full(self.shape, nothing, dtype=np.uint16)
         infrared = self.infrared(disparity, strength, rng)
-        found, score = self._match(infrared, disparity[seen].min(), disparity[seen].max())
+        ends = disparity[seen].min(), disparity[seen].max()
+        if self.options.get("whole_range"):
+            ends = self.product / self.range_m[1], self.product / self.range_m[0]
+        found, score = self._match(infrared, *ends)
         depth = self.product / np.maximum(found, 1e-6)
         found = found + self.distortion_px
         counts = self._depths(found) if depths else self._counts(found)

@@ -37,8 +37,9 @@ class IndentationModel:
     radius_m : float
         Of the sphere [m].
     laws : tuple of str
-        l names of laws (`palpate.solid.laws`). All but the first are solved at the least and the
-        greatest Poisson's ratio alone.
+        l names of laws (`palpate.solid.laws`), last the first once more, on a foot that slides, if
+        that matters. All but the first are solved at the least and the greatest Poisson's ratio
+        alone.
     poisson_ratios : (p,) array
         Increasing.
     depth_m : (k,) array

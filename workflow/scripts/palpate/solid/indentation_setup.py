@@ -11,7 +11,7 @@ from palpate.solid.boundary import support_nodes
 from palpate.solid.contact_mesh import moving_nodes
 from palpate.solid.hyperelastic import HyperelasticSolid
 from palpate.solid.indenting import IndentedSolid
-from palpate.solid.laws import named_law
+from palpate.solid.laws import SLIDING, named_law
 from palpate.solid.mesh import SolidMesh, quadratic
 from palpate.solid.obstacle import surface_points
 from palpate.solid.refine import refine_near
@@ -87,8 +87,8 @@ class IndentationSetup:
     options: IndentationOptions
 
     def pressed(self, law: str, nu: float) -> IndentedSolid:
-        """Mechanics of a law and Poisson's ratio."""
-        table = None
+        """Mechanics of a law, on a foot that slides if its name says so, and Poisson's ratio."""
+        table, (law, slides, _) = None, law.partition(SLIDING)
         faces = facing_faces(
             self.moved,
             self.touch_m,
@@ -99,7 +99,12 @@ class IndentationSetup:
         if self.support.resting:
             reach = TABLE_REACH * self.deepest_m
             table = standing_table(
-                self.moved, self.support, self.touch_m, reach_m=reach, penalty_per_m=PENALTY_PER_M
+                self.moved,
+                self.support,
+                self.touch_m,
+                reach_m=reach,
+                penalty_per_m=PENALTY_PER_M,
+                sticks=not slides,
             )
         return IndentedSolid(
             HyperelasticSolid(self.moved, named_law(law), nu),

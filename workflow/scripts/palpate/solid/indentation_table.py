@@ -9,7 +9,7 @@ from tqdm import tqdm
 from palpate.solid.indentation import IndentationModel, ratio_weights
 from palpate.solid.indentation_setup import IndentationOptions, IndentationSetup, indentation_setup
 from palpate.solid.indenting import IndentedSolid, State
-from palpate.solid.laws import LAW_NAMES
+from palpate.solid.laws import LAW_NAMES, SLIDING
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.solid.support import Support
@@ -65,7 +65,7 @@ def indentation_model(
         Four-node elements of the undeformed object.
     support : Support
         Plane that it stands on. Nodes bonded to it don't move; a resting solid is held where it
-        presses the plane.
+        presses the plane, and, if its foot is broad, once more slides on it (`laws.SLIDING`).
     point_m, direction : (3,) arrays
         Line of the press [m], into the object.
     radius_m, deepest_m : float
@@ -115,6 +115,8 @@ def indentation_model(
         surface=surface,
         options=options or IndentationOptions(),
     )
+    if support.is_broad(mesh.nodes_m, mesh.surface_faces(), setup.touch_m):
+        laws = (*laws, laws[0] + SLIDING)
     steps_of: dict[tuple[str, int], list[State]] = {}
     presses = [
         (law, number)

@@ -139,6 +139,8 @@ NEO_HOOKEAN = Law("neo_hookean", _neo_hookean_energy, _neo_hookean_stress, _neo_
 BLATZ_KO = Law("blatz_ko", _blatz_ko_energy, _blatz_ko_stress, _blatz_ko_tangent)
 LAWS = {law.name: law for law in (NEO_HOOKEAN, BLATZ_KO)}
 LAW_NAMES = tuple(LAWS)
+# Added to a law's name where what stands loose slides freely on its foot.
+SLIDING = ", sliding"
 
 
 def named_law(name: str) -> Law:

@@ -28,7 +28,7 @@ PARTS = 4
 
 @dataclass
 class Table:
-    """A plane that points of the surface press; where they touched it, they stick.
+    """A plane that points of the surface press; where they touched it, they stick or slide.
 
     Nothing keeps a round object from rolling off under a frictionless sphere but the hand's
     friction, and nothing from spinning: two nodes on the line of the press are held sideways, and
@@ -48,6 +48,8 @@ class Table:
         Where [m].
     pins_m : (p, 3, 3) array
         Stiffness that holds them over Young's modulus [m].
+    sticks : bool, optional
+        Whether points that touch stick; else they slide freely.
     anchors_m : (f, q, 3) array
         Where the points touched first; NaN where they have not yet [m].
     """
@@ -59,6 +61,7 @@ class Table:
     pinned: NDArray
     pinned_m: NDArray
     pins_m: NDArray
+    sticks: bool = True
     anchors_m: NDArray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -89,6 +92,8 @@ class Table:
 
     def settle(self, x: NDArray) -> None:
         """Let the points that touch by now stick where they are; free those that left."""
+        if not self.sticks:
+            return
         places = self.surface.places(x)
         touch = plane_touch(places, self.point_m, self.normal)
         anchors = np.full_like(self.anchors_m, np.nan)
@@ -118,6 +123,7 @@ def standing_table(
     *,
     reach_m: float,
     penalty_per_m: float,
+    sticks: bool = True,
 ) -> Table:
     """Table at the lowest point of a solid.
 
@@ -131,8 +137,8 @@ def standing_table(
         Where the solid is pressed [m].
     reach_m : float
         Faces below this height may come down to the table [m].
-    penalty_per_m : float
-        As `Table` has it.
+    penalty_per_m, sticks
+        As `Table` has them.
     """
     normal, faces = support.up, mesh.surface_faces()
     heights = mesh.nodes_m[faces] @ normal
@@ -156,4 +162,5 @@ def standing_table(
         pinned=pinned,
         pinned_m=mesh.nodes_m[pinned],
         pins_m=PIN_M * np.stack([sideways, sideways, np.outer(around, around)]),
+        sticks=sticks,
     )

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 CONTACTS = ("bonded", "resting")
+# A foot whose mean radius is this part of the contact's height.
+BROAD = 0.5
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,24 @@ class Support:
         """How far points (n, 3) reach along the plane from a place, and above the plane [m]."""
         beside = np.linalg.norm(np.cross(points_m - place_m, self.up), axis=1)
         return float(beside.max()), float(self.heights_m(points_m).max())
+
+    def is_broad(self, points_m: NDArray, faces: NDArray, contact_m: NDArray) -> bool:
+        """Whether an object stands loose, on a foot that is broad beside how high it is pressed.
+
+        Its friction decides how far such a foot creeps, and so how far the surface above goes down.
+
+        Parameters
+        ----------
+        points_m, faces : (n, 3), (m, 3) arrays
+            Undeformed surface [m].
+        contact_m : (3,) array
+            Middle of the contact [m].
+        """
+        held = points_m[faces[self.holds(points_m)[faces].all(axis=1)]]
+        sides = held[:, 1] - held[:, 0], held[:, 2] - held[:, 0]
+        area = float(np.linalg.norm(np.cross(*sides), axis=1).sum()) / 2
+        height = float(self.heights_m(contact_m[None])[0])
+        return self.resting and bool(np.sqrt(area / np.pi) > BROAD * height)
 
     def holds(self, points_m: NDArray) -> NDArray:
         """Which points, shape (n, 3) [m], lie on the plane, (n,) bool."""

@@ -11,8 +11,8 @@ from palpate.estimate.direct.support_motion import MOTIONS, SupportAxes
 from palpate.estimate.direct.table import DepthOfForce, MotionAtDepth, SampleTable
 from palpate.estimate.relaxation import elastic_force, elastic_force_derivatives
 
-# Unknowns that all captures share, before what relaxes: log E, nu, q, m, gain.
-SHARED = 5
+# Unknowns that all captures share, before what relaxes: log E, nu, q, m, gain, foot.
+SHARED = 6
 # Unknowns that each capture has for itself: offset, clock, shift, the contact's place, and how the
 # object settles.
 PLACES = 2
@@ -69,8 +69,6 @@ class DirectIndentation:
     cluster : (c,) int array
         Part of the surface that a sample belongs to; errors of different parts are independent.
     support_axes : SupportAxes
-    broad_foot : bool
-        Whether the object stands loose on a broad foot, whose friction nobody knows.
     table : SampleTable
         Of the pressed point, brought to the contact, at the samples.
     """
@@ -102,7 +100,6 @@ class DirectIndentation:
     patch_m: float
     cluster: NDArray
     support_axes: SupportAxes
-    broad_foot: bool
     table: SampleTable
 
     @property
@@ -142,6 +139,8 @@ class Parameters:
         How far the contact is beside where it was seen, along the axes across the press [m].
     support_motion : (3,) array
         Motions of the object on its support under the greatest force (`SupportAxes`) [m, rad, rad].
+    foot : float, optional
+        How freely a loose foot slides (`SampleTable`).
     """
 
     youngs_modulus_pa: float
@@ -155,22 +154,23 @@ class Parameters:
     shift_m: float
     place_m: NDArray
     support_motion: NDArray
+    foot: float = 0.0
 
     @property
     def vector(self) -> NDArray:
-        """(log E, nu, q, m, gain, fractions, offset, clock, shift, place, settled)."""
+        """(log E, nu, q, m, gain, foot, fractions, offset, clock, shift, place, settled)."""
         laws = [self.force_law, self.motion_law]
-        shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, *laws, self.gain]
+        shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, *laws, self.gain, self.foot]
         own = [self.offset_m, self.clock_s, self.shift_m]
         return np.array([*shared, *self.fractions, *own, *self.place_m, *self.support_motion])
 
     @staticmethod
     def of(vector: NDArray) -> "Parameters":
         """Read a vector as `vector` writes it."""
-        E, others = float(np.exp(vector[0])), map(float, vector[1:SHARED])
+        E, (*others, foot) = float(np.exp(vector[0])), map(float, vector[1:SHARED])
         fractions, own = vector[SHARED:-OWN], map(float, vector[-OWN : 3 - OWN])
         place, support_motion = vector[3 - OWN : -MOTIONS], vector[-MOTIONS:]
-        return Parameters(E, *others, fractions, *own, place, support_motion)
+        return Parameters(E, *others, fractions, *own, place, support_motion, foot)
 
 
 @dataclass(frozen=True)
@@ -233,10 +233,11 @@ def predicted(indentation: DirectIndentation, of: Parameters, *, times_s: NDArra
         indentation.time_s, indentation.force_n, fractions=of.fractions, times_s=times_s
     )
     unit = elastic[indentation.frames] / of.youngs_modulus_pa
-    depth = table.depth(unit, nu, of.force_law)
+    depth = table.depth(unit, nu, of.force_law, of.foot)
     # The camera saw the surface a little earlier or later than the force was read.
     seen_at = depth.depth_m - of.clock_s * indentation.speed_m_s
-    return Predicted(unit, depth, table.motion(seen_at, nu, of.motion_law, of.place_m))
+    motion = table.motion(seen_at, nu, of.motion_law, of.place_m, of.foot)
+    return Predicted(unit, depth, motion)
 
 
 def residuals(indentation: DirectIndentation, of: Parameters, *, times_s: NDArray) -> Residuals:
@@ -251,15 +252,16 @@ def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArr
         indentation.time_s, indentation.force_n, fractions=of.fractions, times_s=times_s
     )[indentation.frames]
     deeper, motion = here.depth, here.motion
-    # Of the depth that the force gives, by log E, nu, q and each fraction.
+    # Of the depth that the force gives, by log E, nu, q, foot and each fraction.
     by_force = [-deeper.by_unit_per_m * here.unit_m2, deeper.by_nu_m, deeper.by_law_m]
+    by_force += [deeper.by_foot_m]
     by_force += list((deeper.by_unit_per_m[:, None] * by_fraction / of.youngs_modulus_pa).T)
-    by_E, by_nu, by_q, *by_fractions = by_force
+    by_E, by_nu, by_q, by_foot, *by_fractions = by_force
     zero, one = np.zeros(len(indentation.frames)), np.ones(len(indentation.frames))
     # Those of the measured depth's offset, clock and shift; what settles is added.
     own = [-one, -indentation.speed_m_s, zero, zero, zero]
     settled = indentation.load[:, None] * indentation.support_axes.tip_m
-    depth = np.column_stack([by_E, by_nu, by_q, zero, zero, *by_fractions, *own, settled])
+    depth = np.column_stack([by_E, by_nu, by_q, zero, zero, by_foot, *by_fractions, *own, settled])
     gain, none = 1 + of.gain, np.zeros_like(motion.motion_m)
     follows = [gain * motion.by_depth * column[:, None] for column in by_force]
     columns = [
@@ -268,7 +270,8 @@ def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArr
         follows[2],
         gain * motion.by_law_m,
         motion.motion_m + _support_motion(indentation, of),
-        *follows[3:],
+        follows[3] + gain * motion.by_foot_m,
+        *follows[4:],
         none,
         -gain * motion.by_depth * indentation.speed_m_s[:, None],
         none + 1,

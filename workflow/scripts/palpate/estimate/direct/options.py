@@ -45,9 +45,6 @@ class ModelStd(Options):
 
     log_youngs_modulus: float = option(0.015, "of log E", least=0)
     nu: float = option(0.01, "of Poisson's ratio", least=0)
-    nu_loose: float = option(
-        0.08, "the same where an object stands loose on a broad foot of unknown friction", least=0
-    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,6 +121,12 @@ class Fit(Options):
     )
     rocking_std_rad: float = option(
         0.0002, "and rocks on its foot, beside the indentation table", least=0
+    )
+    foot_std: float = option(
+        0.3,
+        "of how freely a broad foot slides that stands loose, about half-way from stuck (0) to"
+        " frictionless (1)",
+        above=0,
     )
     youngs_modulus_bounds_pa: tuple[float, float] = option((100.0, 1e8), "of the fit", above=0)
     poisson_ratio_bounds: tuple[float, float] = option(

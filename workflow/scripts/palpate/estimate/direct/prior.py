@@ -14,6 +14,8 @@ from palpate.estimate.direct.options import Fit
 FREE = 2
 RATIO, NU = "Poisson's ratio", 1
 STEPS = "relaxing shares of neighbouring times"
+# Of a foot between one that sticks, 0, and one that slides, 1.
+MIDDLE = 0.5
 # Deviation of motions that do not happen [m, rad].
 UNMOVED = 1e-12
 
@@ -67,6 +69,10 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     known = [("law of the force", "1", 0.0, options.force_law_std)]
     known += [("law of the motion", "1", 0.0, options.motion_law_std)]
     known += [("scale of the camera", "1", 0.0, options.gain_std)]
+    # What cannot slide is held by a deviation that is nothing.
+    slides = any(one.table.slides for one in indentations)
+    foot = (MIDDLE, options.foot_std) if slides else (0.0, UNMOVED)
+    known += [("friction of the foot", "1", *foot)]
     known += [("relaxing shares", "1", 0.0, options.fraction_std)] * terms
     # One foot settles alike in all captures: their mean keeps the deviation of one.
     alike = np.sqrt(sum(bool(indentation.support_axes.std.any()) for indentation in indentations))
@@ -110,6 +116,6 @@ def parameter_bounds(captures: int, options: Fit) -> tuple[NDArray, NDArray]:
     low_E, high_E = np.log(options.youngs_modulus_bounds_pa)
     most = 0.95 / max(terms, 1)
     wide = [np.inf] * (OWN * captures)
-    free = [np.inf] * (SHARED - FREE)
-    low = [low_E, low_nu, *np.negative(free), *[0.0] * terms, *np.negative(wide)]
-    return np.array(low), np.array([high_E, high_nu, *free, *[most] * terms, *wide])
+    free = [np.inf] * (SHARED - FREE - 1)
+    low = [low_E, low_nu, *np.negative(free), 0.0, *[0.0] * terms, *np.negative(wide)]
+    return np.array(low), np.array([high_E, high_nu, *free, 1.0, *[most] * terms, *wide])

@@ -9,7 +9,7 @@ from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.placement import object_from_table
-from palpate.estimate.direct.support_motion import broad_foot, rocking_axes, support_axes_of
+from palpate.estimate.direct.support_motion import rocking_axes, support_axes_of
 from palpate.estimate.direct.table import sample_table
 from palpate.estimate.hertz.range import FROM_MEDIAN, force_onset
 from palpate.estimate.hertz.record import FEWEST_AT_REST, hold_end
@@ -166,7 +166,6 @@ def direct_indentation(
             direction=direction,
             options=options,
         ),
-        broad_foot=broad_foot(template.vertices_m, template.faces, support, axis),
         table=sample_table(
             table,
             to_object(place, motion.cell_m[chosen]),

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from palpate.estimate.direct.options import Fit
 from palpate.solid.support import Support
 
-# A foot whose mean radius is this part of the contact's height.
-BROAD = 0.5
 # Sinking, and rocking about two axes.
 MOTIONS = 3
 
@@ -35,26 +33,6 @@ class SupportAxes:
     samples_m: NDArray
     tip_m: NDArray
     std: NDArray
-
-
-def broad_foot(vertices_m: NDArray, faces: NDArray, support: Support, contact_m: NDArray) -> bool:
-    """Whether an object stands loose, on a foot that is broad beside how high it is pressed.
-
-    Its friction decides how far such a foot creeps, and so how far the surface above goes down.
-
-    Parameters
-    ----------
-    vertices_m, faces : (n, 3), (m, 3) arrays
-        Undeformed surface, object frame [m].
-    support : Support
-    contact_m : (3,) array
-        Middle of the contact [m].
-    """
-    corners = vertices_m[faces]
-    held = corners[support.holds(vertices_m)[faces].all(axis=1)]
-    area = np.linalg.norm(np.cross(held[:, 1] - held[:, 0], held[:, 2] - held[:, 0]), axis=1) / 2
-    height = float(support.heights_m(contact_m[None])[0])
-    return support.resting and bool(np.sqrt(area.sum() / np.pi) > BROAD * height)
 
 
 def rocking_axes(up: NDArray) -> NDArray:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from palpate.estimate.direct.support_motion import rocking_axes
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.indentation import IndentationModel, ratio_weights
-from palpate.solid.laws import LAW_NAMES
+from palpate.solid.laws import LAW_NAMES, SLIDING
 
 # Hertz: force to the power 2/3 is about linear in depth, which interpolates well.
 FORCE_POWER = 2 / 3
@@ -35,6 +35,7 @@ class DepthOfForce:
     by_unit_per_m: NDArray
     by_nu_m: NDArray
     by_law_m: NDArray
+    by_foot_m: NDArray
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,7 @@ class MotionAtDepth:
     by_depth: NDArray
     by_nu_m: NDArray
     by_law_m: NDArray
+    by_foot_m: NDArray
     by_place: NDArray
 
 
@@ -54,7 +56,8 @@ class SampleTable:
 
     A law is a place on a line through two: 0 is the first (neo-Hooke's), 1 the second (Blatz and
     Ko's), and what lies between and beyond is a law of its own. Force and motion have places of
-    their own, q and m: F = F_first exp(q * stiffening), w = w_first + m * motion_change.
+    their own, q and m: F = F_first exp(q * stiffening), w = w_first + m * motion_change. In the
+    same way a loose foot is between one that sticks, 0, and one that slides, 1.
 
     Attributes
     ----------
@@ -68,6 +71,10 @@ class SampleTable:
     motion_m, motion_change_m : (p, k, c) arrays
         Signed distance of the deformed from the undeformed surface, along each sample's normal,
         under the first law, and what the second adds [m].
+    yielding : (p, k) array
+        Logarithm of the first law's force on a foot that slides over that on one that sticks.
+    motion_by_foot : (p, k, c) array
+        What a foot that slides adds to the motion under the first law [m]; 0 where none can.
     motion_by_place : (2, p, k, c) array
         What a contact farther along the two axes across the press adds to the motion under the
         first law, for each metre.
@@ -79,32 +86,41 @@ class SampleTable:
     stiffening: NDArray
     motion_m: NDArray
     motion_change_m: NDArray
+    yielding: NDArray
+    motion_by_foot: NDArray
     motion_by_place: NDArray
 
-    def depth(self, force_per_modulus_m2: NDArray, nu: float, law: float) -> DepthOfForce:
+    @property
+    def slides(self) -> bool:
+        """Whether the foot is loose, and so broad that its friction matters."""
+        return bool(self.yielding.any())
+
+    def depth(
+        self, force_per_modulus_m2: NDArray, nu: float, law: float, foot: float = 0.0
+    ) -> DepthOfForce:
         """Depth at which the object returns a force; linear in F^(2/3) beyond the table.
 
         Parameters
         ----------
         force_per_modulus_m2 : (n,) array
             Elastic force over Young's modulus, above 0.
-        nu, law : float
-            Poisson's ratio and the force's place among the laws, q.
+        nu, law, foot : float
+            Poisson's ratio, the force's place among the laws, q, and how freely the foot slides.
         """
         force = np.maximum(force_per_modulus_m2, LEAST_FORCE * self.force_per_modulus_m2.max())
         wanted = force**FORCE_POWER
-        depth = np.interp(wanted, self._power(self.depth_m, nu, law)[0], self.depth_m)
+        depth = np.interp(wanted, self._power(self.depth_m, nu, law, foot)[0], self.depth_m)
         for _ in range(NEWTON_STEPS):
-            power, slope, *_ = self._power(depth, nu, law)
+            power, slope, *_ = self._power(depth, nu, law, foot)
             depth = np.maximum(depth + (wanted - power) / slope, 0.0)
-        _, slope, by_nu, by_law = self._power(depth, nu, law)
+        _, slope, *others = self._power(depth, nu, law, foot)
         by_unit = FORCE_POWER * wanted / force / slope
-        return DepthOfForce(depth, by_unit, -by_nu / slope, -by_law / slope)
+        return DepthOfForce(depth, by_unit, *(-by / slope for by in others))
 
-    def force(self, depth_m: NDArray, nu: float, law: float) -> NDArray:
+    def force(self, depth_m: NDArray, nu: float, law: float, foot: float = 0.0) -> NDArray:
         """Elastic force over Young's modulus at depths, (n,) [m^2]; zero before contact."""
         depth = np.clip(depth_m, 0, self.depth_m[-1])
-        return np.maximum(self._power(depth, nu, law)[0], 0) ** (1 / FORCE_POWER)
+        return np.maximum(self._power(depth, nu, law, foot)[0], 0) ** (1 / FORCE_POWER)
 
     def stiffening_at(self, depth_m: NDArray, nu: float) -> tuple[NDArray, NDArray]:
         """Logarithm of the second law's force over the first's, (n,), and its slope by nu."""
@@ -112,7 +128,9 @@ class SampleTable:
         weights, slopes = ratio_weights(self.poisson_ratios, nu)
         return log @ weights, log @ slopes
 
-    def motion(self, depth_m: NDArray, nu: float, law: float, place_m: NDArray) -> MotionAtDepth:
+    def motion(
+        self, depth_m: NDArray, nu: float, law: float, place_m: NDArray, foot: float = 0.0
+    ) -> MotionAtDepth:
         """Motion of each sample at depths; the deepest's beyond the table.
 
         Parameters
@@ -123,20 +141,32 @@ class SampleTable:
             Poisson's ratio and the motion's place among the laws, m.
         place_m : (2,) array
             Of the contact along the axes across the press [m].
+        foot : float, optional
+            How freely it slides.
         """
         depth = np.clip(depth_m, 0, self.depth_m[-1])
         weights, slopes = ratio_weights(self.poisson_ratios, nu)
-        whole = self.motion_m + law * self.motion_change_m
+        whole = self.motion_m + law * self.motion_change_m + foot * self.motion_by_foot
         whole = whole + np.tensordot(place_m, self.motion_by_place, axes=1)
-        here, by_nu, by_law = (
+        here, by_nu, by_law, by_foot = (
             np.tensordot(w, of, axes=1)
-            for w, of in ((weights, whole), (slopes, whole), (weights, self.motion_change_m))
+            for w, of in (
+                (weights, whole),
+                (slopes, whole),
+                (weights, self.motion_change_m),
+                (weights, self.motion_by_foot),
+            )
         )
         by_place = np.tensordot(self.motion_by_place, weights, axes=(1, 0))
         inside = ((depth_m > 0) & (depth_m < self.depth_m[-1]))[:, None]
         basis, bent = self._basis(depth), inside * self._basis(depth, 1)
         return MotionAtDepth(
-            basis @ here, bent @ here, basis @ by_nu, basis @ by_law, basis @ by_place
+            basis @ here,
+            bent @ here,
+            basis @ by_nu,
+            basis @ by_law,
+            basis @ by_foot,
+            basis @ by_place,
         )
 
     @cached_property
@@ -146,22 +176,25 @@ class SampleTable:
 
     @cached_property
     def _curves(self) -> tuple[PchipInterpolator, ...]:
-        """Power of the force and stiffening over depth, of each Poisson's ratio, and slopes."""
-        tables = (self.force_per_modulus_m2**FORCE_POWER, self.stiffening)
+        """Power of the force, stiffening and yielding over depth, of each ratio, and slopes."""
+        tables = (self.force_per_modulus_m2**FORCE_POWER, self.stiffening, self.yielding)
         curves = [PchipInterpolator(self.depth_m, table.T, axis=0) for table in tables]
         return (*curves, *(curve.derivative() for curve in curves))
 
-    def _power(self, depth_m: NDArray, nu: float, law: float) -> tuple[NDArray, ...]:
-        """F^(2/3) at depths, (n,), and its derivatives by depth, nu and law; linear beyond."""
+    def _power(self, depth_m: NDArray, nu: float, law: float, foot: float) -> tuple[NDArray, ...]:
+        """F^(2/3) at depths, (n,), and its derivatives by depth, nu, law, foot; linear beyond."""
         inside = np.minimum(depth_m, self.depth_m[-1])
         weights, slopes = ratio_weights(self.poisson_ratios, nu)
-        power, log, bent, log_bent = (curve(inside) for curve in self._curves)
-        grown = np.exp(FORCE_POWER * law * (log @ weights))
+        power, stiff, yields, bent, stiff_bent, yields_bent = (
+            curve(inside) for curve in self._curves
+        )
+        log, log_bent = law * stiff + foot * yields, law * stiff_bent + foot * yields_bent
+        grown = np.exp(FORCE_POWER * (log @ weights))
         at = grown * (power @ weights)
-        by_depth = grown * (bent @ weights) + FORCE_POWER * law * (log_bent @ weights) * at
-        by_nu = grown * (power @ slopes) + FORCE_POWER * law * (log @ slopes) * at
-        by_law = FORCE_POWER * (log @ weights) * at
-        return at + (depth_m - inside) * by_depth, by_depth, by_nu, by_law
+        by_depth = grown * (bent @ weights) + FORCE_POWER * (log_bent @ weights) * at
+        by_nu = grown * (power @ slopes) + FORCE_POWER * (log @ slopes) * at
+        by_law, by_foot = (FORCE_POWER * (of @ weights) * at for of in (stiff, yields))
+        return at + (depth_m - inside) * by_depth, by_depth, by_nu, by_law, by_foot
 
 
 def sample_table(
@@ -206,6 +239,7 @@ def sample_table(
         forces,
         motion_m=first,
         motion_change_m=motion(1) - first,
+        motion_by_foot=motion(len(LAW_NAMES)) - first if forces.slides else np.zeros_like(first),
         motion_by_place=np.array(by_place),
     )
 
@@ -218,15 +252,16 @@ def force_table(table: IndentationModel) -> SampleTable:
     ValueError
         If the indentation table does not hold both laws.
     """
-    if table.laws != LAW_NAMES:
+    if table.laws not in (LAW_NAMES, (*LAW_NAMES, LAW_NAMES[0] + SLIDING)):
         expected, found = ", ".join(LAW_NAMES), ", ".join(table.laws)
         raise ValueError(f"table: expected the laws {expected}, found {found} (an older one?)")
-    force, other = np.asarray(table.force_per_modulus_m2, dtype=float)
-    stiffening = np.zeros_like(force)
-    stiffening[:, 1:] = np.log(other[:, 1:] / force[:, 1:])
+    force, *others = np.asarray(table.force_per_modulus_m2, dtype=float)
+    stiffening, yielding = np.zeros((2, *force.shape))
+    for log, other in zip((stiffening, yielding), others, strict=False):
+        log[:, 1:] = np.log(other[:, 1:] / force[:, 1:])
     none, nowhere = np.empty((*force.shape, 0)), np.empty((2, *force.shape, 0))
     ratios, depth = (np.asarray(one, dtype=float) for one in (table.poisson_ratios, table.depth_m))
-    return SampleTable(ratios, depth, force, stiffening, none, none, nowhere)
+    return SampleTable(ratios, depth, force, stiffening, none, none, yielding, none, nowhere)
 
 
 def shape_operators(cell_m: NDArray, normal: NDArray) -> NDArray:
