@@ -58,6 +58,13 @@ def test_all_artefacts_and_pages_are_there(root, results):
     assert [name for name in wanted if not (results / name).is_file()] == []
 
 
+def test_figures_are_drawn_and_tables_say_what_they_are_of(results):
+    figures = {path.name: path.stat().st_size for path in (results / "figures").glob("*.png")}
+    assert figures and [name for name, size in figures.items() if size <= 20_000] == []
+    for name in ("table_4_1", "equation_4_12", "table_4_2", "cd_case", "sensor_accuracy"):
+        assert "simulated" in (results / f"tables/{name}.md").read_text(), name
+
+
 def test_every_kind_of_capture_went_through(results):
     places = {path.relative_to(results).parts[:2] for path in results.glob("*/*/*/hertz.json")}
     pairs = {(name, sensor) for name in ("foam_block", "foam_ball") for sensor in SENSORS}

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.vision.clock import USB_CLOCK_STD_S, clock_offset
+from palpate.vision.clock import SHARED, USB_CLOCK_STD_S, _Press, clock_offset
 
 PRIOR_S = 0.01
 
@@ -53,7 +53,18 @@ def test_a_long_film_is_told_by_its_press_alone():
     assert long.std_s < PRIOR_S / 2
 
 
-@pytest.mark.long
+def test_slopes_are_those_of_the_residual():
+    force_time, force, *frames = tap(0.004, stiffness=1e4, rate_hz=12)
+    inside = (force_time > 0) & (force_time < frames[0][-1])
+    press = _Press(force_time[inside], force[inside], 0.03, *frames)
+    here = press.start(1e-3) + np.random.default_rng(2).normal(0, 0.3, SHARED + len(frames[0]))
+    way = np.random.default_rng(3).normal(size=len(here))
+    far, near = (press.residual(here + step * way, PRIOR_S) for step in (1e-5, -1e-5))
+    found = press.slope(here, PRIOR_S) @ way
+    assert found == pytest.approx((far - near) / 2e-5, abs=1e-3 * np.abs(found).max())
+    assert np.abs(found).max() > 10
+
+
 def test_the_stated_deviation_is_that_of_the_errors():
     offsets = np.random.default_rng(7).normal(0, PRIOR_S, 30)
     found = [

@@ -13,8 +13,8 @@ from palpate.run.progress import GOES_ON
 from sample_run import LEFT_BEHIND, SAMPLE, snakemake
 
 pytestmark = pytest.mark.workflow
-EXPERIMENT_FIGURES = (6, 9, 10, 13, 14, 15, 16, 17, 18, 19, 20, 21)
-EXPERIMENT_TABLES = ("table_4_1", "equation_4_12", "table_4_2", "cd_case", "sensor_accuracy")
+# The others of the experiments, and all figures, are tests/cut's.
+EXPERIMENT_TABLES = ("cd_case", "sensor_accuracy")
 
 
 def counted(done):
@@ -71,18 +71,15 @@ def experiments(copy):
     (copy / "experiments.yaml").write_text(yaml.safe_dump(config))
     folder = copy / "results/sample_lab"
     wanted = [f"results/sample_lab/tables/{name}.csv" for name in EXPERIMENT_TABLES]
-    wanted += [f"results/sample_lab/figures/figure_4_{n}.png" for n in EXPERIMENT_FIGURES]
     done = snakemake(copy, "--configfile", "experiments.yaml", "--", *wanted)
     assert done.returncode == 0, done.stderr[-3000:]
     return folder
 
 
 @pytest.mark.long
-def test_experiments_come_to_tables_and_figures(experiments):
+def test_experiments_come_to_tables_that_are_near_the_truth(experiments):
     for name in EXPERIMENT_TABLES:
         assert "simulated" in (experiments / f"tables/{name}.md").read_text()
-    for number in EXPERIMENT_FIGURES:
-        assert (experiments / f"figures/figure_4_{number}.png").stat().st_size > 20_000
     table = pd.read_csv(experiments / "tables/sensor_accuracy.csv").set_index("quantity")["value"]
     assert table["workspace_refined_tip_rms"] < 1.0
     assert table["workspace_refined_worst_frame_at_most"] < 5.0

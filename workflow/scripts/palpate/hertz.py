@@ -131,10 +131,12 @@ def fit_shape(
     >>> import numpy as np
     >>> from palpate import Support, indentation_model, read_solid
     >>> from palpate.estimate.direct.table import force_table
+    >>> from palpate.solid.indentation_setup import IndentationOptions
     >>> block = read_solid("config/meshes/foam_block.vtu")
     >>> ground = Support(np.zeros(3), np.array([0.0, 0.0, 1.0]), tolerance_m=1e-3)
     >>> point, down = np.array([-0.05, 0.0, 0.0475]), np.array([0.0, 0.0, -1.0])
     >>> press = {"radius_m": 6e-3, "deepest_m": 3e-3, "poisson_ratios": (0.0, 0.49)}
+    >>> press |= {"options": IndentationOptions(edge_m=5e-3, growth=1.5)}  # coarse and quick
     >>> table = indentation_model(block, ground, point, down, **press)
     >>> depth_m = np.linspace(-1e-3, 2.9e-3, 80)
     >>> force_n = 20e3 * force_table(table).force(depth_m, 0.3, 0.0)

@@ -1,6 +1,7 @@
 """Indentation table of one pressed point: force and surface over depth, Poisson's ratio and law."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -67,10 +68,17 @@ class IndentationModel:
 
 def ratio_weights(ratios: NDArray, nu: float) -> tuple[NDArray, NDArray]:
     """Lagrange's polynomials of a table's Poisson's ratios at one, and their slopes, (p,) each."""
+    return _ratio_weights(tuple(ratios.tolist()), float(nu))
+
+
+# A fit asks some ten times for each ratio that it tries.
+@lru_cache(maxsize=16)
+def _ratio_weights(ratios: tuple[float, ...], nu: float) -> tuple[NDArray, NDArray]:
     power = np.arange(len(ratios))
     at = np.stack([nu**power, power * nu ** np.maximum(power - 1, 0)], axis=1)
-    value, slope = np.linalg.solve(np.vander(ratios, increasing=True).T, at).T
-    return value, slope
+    both = np.linalg.solve(np.vander(ratios, increasing=True).T, at).T
+    both.flags.writeable = False
+    return both[0], both[1]
 
 
 def mirrored(model: IndentationModel, mirror: Mirror) -> IndentationModel:

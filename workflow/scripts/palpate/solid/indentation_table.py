@@ -96,6 +96,7 @@ def indentation_model(
     >>> ground = Support(np.zeros(3), np.array([0.0, 0.0, 1.0]), tolerance_m=1e-3)
     >>> point, down = np.array([-0.05, 0.0, 0.0475]), np.array([0.0, 0.0, -1.0])
     >>> press = {"radius_m": 6e-3, "deepest_m": 3e-3, "poisson_ratios": (0.0, 0.49)}
+    >>> press |= {"options": IndentationOptions(edge_m=5e-3, growth=1.5)}  # coarse and quick
     >>> table = indentation_model(block, ground, point, down, **press)
     >>> table.laws, table.force_per_modulus_m2.shape[:2]
     (('neo_hookean', 'blatz_ko'), (2, 2))

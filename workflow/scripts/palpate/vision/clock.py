@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 from scipy.linalg import solve_banded
-from scipy.optimize import least_squares, nnls
+from scipy.optimize import OptimizeResult, least_squares, nnls
 
 # A soft object's force is F = k x^1.5 (1 + c x), Hertz's law and its first departure, relaxing with
 # two times; what the departures may be [1/m], [-], [N].
@@ -99,13 +99,13 @@ def clock_offset(
     press = _Press(time_s, force, noise, frame_time_s, depth_m, depth_std_m)
     span = depth_m.max() - depth_m.min()
     starts = [press.start(depth_m.min() + part * span) for part in CONTACT_GUESSES]
-    fits = [least_squares(press.residual, start, args=(prior_std_s,)) for start in starts]
+    fits = [press.fit(start, prior_std_s) for start in starts]
     best = min(fits, key=lambda fit: fit.cost)
     # What the model of the contact leaves is counted as noise.
     left = np.sqrt((best.fun[: force.size] ** 2).sum() / max(press.near.sum(), 1))
     if left > 1:
         press = replace(press, noise_n=noise * left)
-        best = least_squares(press.residual, best.x, args=(prior_std_s,))
+        best = press.fit(best.x, prior_std_s)
     covariance = np.linalg.pinv(best.jac.T @ best.jac)
     offset_s, std_s = best.x[0] * SCALE_S, np.sqrt(covariance[0, 0]) * SCALE_S
     return ClockOffset(float(offset_s), float(std_s), prior_std_s)
@@ -218,6 +218,10 @@ def _relaxing(time_s: NDArray, elastic: NDArray) -> NDArray:
 
 # Parameters are of order one: offset, log stiffness, contact, curvature, relaxation, baseline.
 SCALE_S, SCALE_M = 0.01, 1e-3
+# Parameters before those of the frames' depths; of them, those that have no deviation from 0.
+SHARED, FREE = 6, 3
+# Of a parameter, for a slope: the root of what a double tells apart.
+STEP = float(np.sqrt(np.finfo(float).eps))
 
 
 @dataclass(frozen=True)
@@ -244,16 +248,36 @@ class _Press:
         shared = [0.0, stiffness, contact_m / SCALE_M, 0.0, 0.0, 0.0]
         return np.concatenate([shared, np.zeros(len(self.depth_m))])
 
+    def fit(self, start: NDArray, prior_std_s: float) -> OptimizeResult:
+        return least_squares(self.residual, start, jac=self.slope, args=(prior_std_s,))
+
     def residual(self, parameters: NDArray, prior_std_s: float) -> NDArray:
         """Misfit of the force, and departures from what is known beforehand, in deviations."""
-        misfit = (self._force(parameters) - self.force_n) / self.noise_n * self.near
+        force = self._force(parameters[:SHARED], parameters[SHARED:])
+        misfit = (force - self.force_n) / self.noise_n * self.near
         prior = parameters[0] * SCALE_S / prior_std_s
-        return np.concatenate([misfit, [prior], parameters[3:]])
+        return np.concatenate([misfit, [prior], parameters[FREE:]])
 
-    def _force(self, parameters: NDArray) -> NDArray:
-        offset, stiffness, contact, curvature, relaxed, baseline = parameters[:6]
-        depth = self.depth_m + parameters[6:] * self.depth_std_m
-        path = Akima1DInterpolator(self.frame_time_s, depth, method="makima")
+    def slope(self, parameters: NDArray, prior_std_s: float) -> NDArray:
+        """Slope of the residual by the parameters, the depths' all at once."""
+        shared, errors = parameters[:SHARED], parameters[SHARED:]
+        steps = STEP * np.maximum(1, np.abs(parameters))
+        # Each slope is between forces of one interpolation, whose limits hang on all its paths.
+        moved = errors + np.vstack([np.zeros(len(errors)), np.diag(steps[SHARED:])])
+        of_errors = self._force(shared, moved)
+        apart = shared + np.vstack([np.zeros(SHARED), np.diag(steps[:SHARED])])
+        of_shared = np.array([self._force(one, errors) for one in apart])
+        rises = np.concatenate([each[1:] - each[0] for each in (of_shared, of_errors)])
+        by_force = rises / steps[:, None] / self.noise_n * self.near
+        prior = np.eye(len(steps))[[0, *range(FREE, len(steps))]]
+        prior[0] *= SCALE_S / prior_std_s
+        return np.concatenate([by_force.T, prior])
+
+    def _force(self, shared: NDArray, errors: NDArray) -> NDArray:
+        """Force at its times, (m,) or (k, m), for errors of the depths, (n,) or (k, n)."""
+        offset, stiffness, contact, curvature, relaxed, baseline = shared
+        depth = self.depth_m + errors * self.depth_std_m
+        path = Akima1DInterpolator(self.frame_time_s, depth, method="makima", axis=-1)
         time_s = np.clip(self.time_s - offset * SCALE_S, *self.frame_time_s[[0, -1]])
         x = np.maximum(path(time_s) - contact * SCALE_M, 0)
         elastic = np.exp(stiffness) * x**1.5 * (1 + curvature * CURVATURE_STD_PER_M * x)
@@ -269,6 +293,7 @@ class _Press:
         decay = np.exp(-step / relaxation_s)
         rate = relaxation_s / step * (1 - decay)
         # held[n] - decay held[n - 1] = rate (elastic[n] - elastic[n - 1])
-        bands = np.ones((2, len(elastic)))
+        bands = np.ones((2, elastic.shape[-1]))
         bands[1] = -decay
-        return solve_banded((1, 0), bands, rate * np.diff(elastic, prepend=elastic[0]))
+        entered = rate * np.diff(elastic, prepend=elastic[..., :1])
+        return solve_banded((1, 0), bands, entered.T).T

@@ -97,14 +97,13 @@ def _likeliest(gap: NDArray, spread: NDArray, alike: NDArray) -> tuple[float, fl
     """
     values, axes = np.linalg.eigh(alike)
     gap, spread = axes.T @ gap, axes.T @ spread
-    costs = np.empty((len(NOISES), len(PATTERNS)))
-    for i, by_noise in enumerate(NOISES):
-        for j, by_pattern in enumerate(PATTERNS):
-            variance = by_noise**2 + by_pattern**2 * np.maximum(values, 0)
-            inner = np.eye(spread.shape[1]) + spread.T @ (spread / variance[:, None])
-            right = spread.T @ (gap / variance)
-            cost = (gap**2 / variance).sum() - right @ np.linalg.solve(inner, right)
-            costs[i, j] = cost + np.log(variance).sum() + np.linalg.slogdet(inner)[1]
+    variance = NOISES[:, None, None] ** 2 + PATTERNS[:, None] ** 2 * np.maximum(values, 0)
+    outer = spread[:, :, None] * spread[:, None]
+    inner = np.eye(spread.shape[1]) + np.tensordot(1 / variance, outer, axes=1)
+    right = (gap / variance) @ spread
+    taken = (right * np.linalg.solve(inner, right[..., None])[..., 0]).sum(axis=-1)
+    costs = (gap**2 / variance + np.log(variance)).sum(axis=-1) - taken
+    costs += np.linalg.slogdet(inner)[1]
     best = np.unravel_index(int(np.argmin(costs)), costs.shape)
     return float(NOISES[best[0]]), float(PATTERNS[best[1]])
 
