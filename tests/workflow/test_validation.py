@@ -8,16 +8,16 @@ import sys
 
 import numpy as np
 import pytest
+import validation
 import yaml
 from palpate.capture.schema import load_yaml
+from palpate.modulus import LABELS
 from palpate.run.configuration import open_run
 from sample_run import LEFT_BEHIND, snakemake
 from settings import written
 from thesis.options import Simulation
 from virtual_lab.checks import OF_OBJECT, lab_problems
 from virtual_lab.draw import draw_alone, draw_lab, main
-
-import validation
 
 SEEDS = (1, 2, 3, 4)
 DRAW = ("-m", "virtual_lab.draw", "config/validation.yaml")
@@ -177,6 +177,7 @@ def finished(tmp_path):
         "equivalent": {"depth_m": 0.003},
         "law": {"force": law, "motion": law},
         "doubts": [],
+        "information": {name: {"bound": 0.02, "efficiency": 0.5} for name in LABELS},
         "youngs_modulus_pa": found(1.1e4, 1.05e4, 1.15e4),
         "youngs_modulus_1s_pa": found(1.1e4, 1.05e4, 1.15e4),
         "poisson_ratio": found(0.32, 0.25, 0.39),

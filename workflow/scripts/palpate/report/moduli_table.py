@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.modulus import IDENTIFIED, LABELS, Modulus, columns
+from palpate.report.tables import INFORMED
 
 TOGETHER = "all"
 JOINT, ONE = "direct_joint", "direct"
@@ -141,6 +142,9 @@ def _row(capture: Mapping, found: Mapping, *, method: str, recommended: bool) ->
     row |= {"method": method, "recommended": recommended}
     for name in LABELS:
         row |= Modulus(**found[name]).cells(name)
+    for name in INFORMED:
+        for kind, value in found["information"][name].items():
+            row[f"{name.removesuffix('_pa')}_{kind}"] = value
     residuals = found["residuals"]
     row |= {
         "equivalent_depth_m": found["equivalent"]["depth_m"],
