@@ -95,11 +95,19 @@ def summary_of(table: pd.DataFrame) -> pd.DataFrame:
                 "median error": f"{errors.median():.3g}{unit}",
                 "90th percentile": f"{errors.quantile(0.9):.3g}{unit}",
                 "median half-width": f"{width.median():.3g}{unit}",
+                "over its bound": over_bound(table, stem),
                 "intervals that hold": f"{held.sum()} of {len(held)}",
                 "share": f"{share:.0f} % ({ends})",
             }
         )
     return pd.DataFrame(rows)
+
+
+def over_bound(table: pd.DataFrame, stem: str) -> str:
+    """Stated deviation over the information limit, where one is told."""
+    if f"{stem}_efficiency" not in table:
+        return "-"
+    return f"{(1 / table[f'{stem}_efficiency']).median():.2f}"
 
 
 def shifts_of(table: pd.DataFrame, lab: Mapping) -> pd.DataFrame:

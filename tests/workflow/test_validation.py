@@ -8,7 +8,6 @@ import sys
 
 import numpy as np
 import pytest
-import validation
 import yaml
 from palpate.capture.schema import load_yaml
 from palpate.modulus import LABELS
@@ -18,6 +17,8 @@ from settings import written
 from thesis.options import Simulation
 from virtual_lab.checks import OF_OBJECT, lab_problems
 from virtual_lab.draw import draw_alone, draw_lab, main
+
+import validation
 
 SEEDS = (1, 2, 3, 4)
 DRAW = ("-m", "virtual_lab.draw", "config/validation.yaml")
@@ -199,6 +200,7 @@ def test_estimates_are_held_to_the_truth(finished, capsys):
     table = validation.estimates_of(finished)
     summary = validation.summary_of(table).set_index("modulus")
     assert summary.loc["E", "median error"] == "10 %"
+    assert summary.loc["E", "over its bound"] == "2.00"
     assert summary.loc["E", "intervals that hold"] == "0 of 1"
     assert summary.loc["nu", "median error"] == "0.02"
     assert summary.loc["nu", "intervals that hold"] == "1 of 1"
