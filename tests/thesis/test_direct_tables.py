@@ -4,7 +4,7 @@ from dataclasses import asdict
 
 import pandas as pd
 import pytest
-from palpate.modulus import Modulus
+from palpate.modulus import LABELS, Modulus
 from palpate.report import tables
 from palpate.report.moduli_table import accuracy_table, coverage_table, direct_rows, truth_of
 
@@ -35,6 +35,7 @@ def estimate(E, nu, half):
         "captures": ["01"],
         "frames": [12],
         "doubts": [],
+        "information": {name: {"bound": 0.02, "efficiency": 0.5} for name in LABELS},
         "residuals": [residual],
     }
 
@@ -87,3 +88,10 @@ def test_errors_and_coverage(summary):
     short = coverage_table(found.reset_index()).set_index(["object", "sensor", "method"])
     assert short.loc[("all", "all", "direct"), "youngs_modulus_coverage"] == 0.0
     assert short.loc[("all", "all", "direct_joint"), "poisson_ratio_coverage"] == 1.0
+
+
+def test_the_information_limit_stands_beside_the_estimates(summary):
+    named = ("equivalent_reduced_modulus", "youngs_modulus", "poisson_ratio")
+    direct = summary[summary["method"].str.startswith("direct")]
+    for name in named:
+        assert (direct[[f"{name}_bound", f"{name}_efficiency"]] == [0.02, 0.5]).all(axis=None)

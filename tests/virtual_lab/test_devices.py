@@ -398,7 +398,7 @@ def test_a_frame_is_the_mean_of_its_exposure(filmed):
     places = [AWAY + [x, 0, 0] for x in (0.0, -0.002, 0.002)]
     sizes = {"exposure_s": 0.03}
     whole = linear(filmed([*places, AWAY], sizes, frames=1))
-    parts = [linear(filmed([place], {})) for place in places]
+    parts = [linear(filmed([place] * 3 + [AWAY], sizes, frames=1)) for place in places]
     assert np.abs(whole - np.mean(parts, axis=0)).max() < 0.015
     assert np.abs(whole - parts[0]).max() > 0.1
 

@@ -8,16 +8,16 @@ import sys
 
 import numpy as np
 import pytest
+import validation
 import yaml
 from palpate.capture.schema import load_yaml
+from palpate.modulus import LABELS
 from palpate.run.configuration import open_run
 from sample_run import LEFT_BEHIND, snakemake
 from settings import written
 from thesis.options import Simulation
-from virtual_lab.checks import lab_problems
+from virtual_lab.checks import OF_OBJECT, lab_problems
 from virtual_lab.draw import draw_alone, draw_lab, main
-
-import validation
 
 SEEDS = (1, 2, 3, 4)
 DRAW = ("-m", "virtual_lab.draw", "config/validation.yaml")
@@ -120,12 +120,13 @@ def test_a_run_takes_what_was_drawn(root, tmp_path, monkeypatch):
 
 def test_each_error_stands_alone_at_twice_its_size(ranges, base, probe):
     lab, like = draw_alone(ranges, base, probe, seed=1)
-    sizes = {name: size for name, size in ranges["device"].items() if name != "radius"}
+    sizes = {k: size for k, size in ranges["device"].items() if k not in OF_OBJECT}
+    signs = {"signs_alone": True}
     for spec in lab["objects"].values():
         devices = spec["devices"]
-        assert devices["nominal"] == {} and devices["all_errors"] == sizes
+        assert devices["nominal"] == {} and devices["all_errors"] == sizes | signs
         assert set(devices) == set(like) == set(spec["cameras"]) == set(spec["recordings"])
-        assert all(devices[name] == {name: 2 * size} for name, size in sizes.items())
+        assert all(devices[name] == {name: 2 * size} | signs for name, size in sizes.items())
     assert set(like.values()) == {"bumblebee", "kinect"}
     assert list(lab["objects"]) == ["block", "ball", "object_01"]
 
@@ -176,6 +177,7 @@ def finished(tmp_path):
         "equivalent": {"depth_m": 0.003},
         "law": {"force": law, "motion": law},
         "doubts": [],
+        "information": {name: {"bound": 0.02, "efficiency": 0.5} for name in LABELS},
         "youngs_modulus_pa": found(1.1e4, 1.05e4, 1.15e4),
         "youngs_modulus_1s_pa": found(1.1e4, 1.05e4, 1.15e4),
         "poisson_ratio": found(0.32, 0.25, 0.39),
@@ -193,7 +195,7 @@ def finished(tmp_path):
 def test_estimates_are_held_to_the_truth(finished, capsys):
     validation.main([finished])
     said = capsys.readouterr().out
-    assert said.startswith("2 presses of 1 rigs, 1 refused.")
+    assert said.startswith("2 estimates of 1 rigs, 1 refused.")
     table = validation.estimates_of(finished)
     summary = validation.summary_of(table).set_index("modulus")
     assert summary.loc["E", "median error"] == "10 %"

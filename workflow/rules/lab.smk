@@ -113,7 +113,7 @@ rule lab_background:
     params:
         common=LAB.common,
         spec=LAB.spec,
-        sensor=RUN.sensor_spec,
+        sensor=LAB.sensor,
     message:
         "Lab: filming the empty table for {wildcards.object} with the {wildcards.sensor}"
     script:
@@ -140,7 +140,7 @@ rule lab_capture:
         common=LAB.common,
         spec=LAB.recorded,
         place=LAB.place,
-        sensor=RUN.sensor_spec,
+        sensor=LAB.sensor,
         probe=RUN.probe_spec,
     message:
         "Lab: recording {wildcards.object}, point {wildcards.capture}, with the {wildcards.sensor}"

@@ -17,6 +17,7 @@ def main(snakemake):
     """Write one capture's folder and truth.npz."""
     params, wildcards = snakemake.params, snakemake.wildcards
     name, sensor, capture = wildcards.object, wildcards.sensor, wildcards.capture
+    drawn = params.sensor["sensor"]
     bench = object_bench(params.common, params.spec, name=name)
     placement, motion = params.spec["cameras"][sensor], params.spec["motion"]
     device = device_of(params.common, params.spec, params.sensor)
@@ -25,7 +26,7 @@ def main(snakemake):
     rig, jolt_m = make_rig(*stand, **bumped), motion.get("jolted_m")
     jolted = make_rig(*stand, **bumped, jolted_m=jolt_m) if jolt_m else None
     ladder = mirrored(load_ladder(snakemake.input.ladder), params.place["position_m"])
-    seed = seed_of(params.common, name, sensor, capture)
+    seed = seed_of(params.common, name, drawn, capture)
     with whole_folder(snakemake.output.capture) as folder:
         truth = record_capture(
             folder,

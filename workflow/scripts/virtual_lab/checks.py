@@ -9,6 +9,8 @@ from virtual_lab.obstacle import DOWN
 ON_SURFACE_M = 5e-4
 # Beyond it the probe's handle comes near the table.
 STEEPEST_RAD = np.pi / 4
+# Errors that are the same whoever films.
+OF_OBJECT = {"radius", "template_m", "declared_m"}
 NEEDED = {
     "block": {"contact": ("growth", "reach_m")},
     "ball": {"contact": ("spacing_m", "table_friction"), "object": ("paint",)},
@@ -56,6 +58,9 @@ def _object(spec: Mapping, sensors: Mapping) -> Iterator[str]:
             yield f"recordings.{sensor}: expected points of object.points, found {min(unknown)}"
     for sensor in sorted(set(spec.get("devices", {})) - set(spec["cameras"])):
         yield f"devices: expected some of {', '.join(spec['cameras'])}, found {sensor}"
+    for sensor, device in spec.get("devices", {}).items():
+        for error in sorted(OF_OBJECT & {name for name, size in device.items() if size}):
+            yield f"devices.{sensor}.{error}: expected in device, as all sensors share it"
     for sensor, placement in spec["cameras"].items():
         yield from _placement(f"cameras.{sensor}", sensor, placement, sensors)
     for number, point in points.items():

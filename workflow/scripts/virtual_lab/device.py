@@ -63,6 +63,12 @@ class Device:
         """Size of an error, 0 where the block does not name it."""
         return self.sizes.get(error, 0)
 
+    def drawn(
+        self, error: str, rng: np.random.Generator, shape: int | tuple = ()
+    ) -> NDArray | float:
+        """Draw an error that belongs to a press."""
+        return self.size(error) * _deviations(self.sizes, rng, shape)
+
     @property
     def moments_s(self) -> NDArray:
         """Moments of a frame from its stamp: those of its colours, then one of its depth [s]."""
@@ -102,7 +108,7 @@ class Device:
         if lag_s := self.size("force_lag_s"):
             kept = np.exp(-np.diff(time_s[:2]) / lag_s)[0]
             felt, _ = lfilter([1 - kept], [1, -kept], felt, axis=0, zi=kept * felt[:1])
-        drift_n = self.size("force_drift_n") * rng.standard_normal(3)
+        drift_n = self.drawn("force_drift_n", rng, 3)
         felt[:, :3] += np.linspace(0, 1, len(felt))[:, None] * drift_n
         return felt
 
@@ -153,9 +159,16 @@ def _draws(common: Mapping, spec: Mapping) -> Draw:
         if not sizes.get(error):
             return np.zeros(shape)
         rng = np.random.default_rng(seed_of(common, "rig", rig, part, error, *piece))
-        return sizes[error] * rng.standard_normal(shape)
+        return sizes[error] * _deviations(sizes, rng, shape)
 
     return draw
+
+
+def _deviations(
+    sizes: Mapping, rng: np.random.Generator, shape: int | tuple = ()
+) -> NDArray | float:
+    drawn = rng.standard_normal(shape)
+    return np.sign(drawn) if sizes.get("signs_alone") else drawn
 
 
 def _board(common: Mapping, spec: Mapping) -> NDArray:

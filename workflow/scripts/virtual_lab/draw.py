@@ -16,6 +16,8 @@ import yaml
 from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
 
+from virtual_lab.checks import OF_OBJECT
+
 # Draws of a depth and a modulus until they make a force that a hand presses with.
 ATTEMPTS = 1000
 # Of the contact solution, by the radius of the contact at the deepest.
@@ -33,6 +35,7 @@ SENSORS = ("bumblebee", "kinect")
 # Templates of blocks have about so many vertices an area [1/m2], as those of lab.yaml.
 VERTICES_A_M2 = 6500
 # Objects of lab.yaml, and points of them, for errors that stand alone.
+OF_DEPTH = ("color_from_depth_deg", "color_from_depth_m", "depth_delay_s")
 ALONE = {"block": ("foam_block", "08"), "ball": ("foam_ball", "01")}
 
 
@@ -72,8 +75,8 @@ def draw_alone(
     """Draw a lab where each error of a rig stands alone, at twice its size.
 
     Each error is a sensor of its name with a device of its own, so that all films of an object
-    share its mechanics and its indentation table. The sphere's radius, which belongs to the
-    mechanics, is left out.
+    share its mechanics and its indentation table, and all but their errors. What belongs to the
+    object, the sphere's radius among it, is left out. Of what is drawn the sign alone is.
 
     Parameters
     ----------
@@ -87,10 +90,11 @@ def draw_alone(
     dict
         Sensor, by the name of an error, to that whose file it is.
     """
-    sizes = {name: size for name, size in ranges["device"].items() if name != "radius"}
-    devices = {"nominal": {}, "all_errors": sizes}
-    devices |= {name: {name: 2 * size} for name, size in sizes.items()}
-    like = {name: "kinect" if name.startswith("color_from") else "bumblebee" for name in devices}
+    sizes = {k: size for k, size in ranges["device"].items() if k not in OF_OBJECT}
+    signs = {"signs_alone": True}
+    devices = {"nominal": {}, "all_errors": sizes | signs}
+    devices |= {name: {name: 2 * size} | signs for name, size in sizes.items()}
+    like = {name: "kinect" if name in OF_DEPTH else "bumblebee" for name in devices}
     like |= {"kinect_nominal": "kinect", "kinect_all_errors": "kinect"}
     devices |= {f"kinect_{name}": devices[name] for name in ("nominal", "all_errors")}
     drawn = draw_lab(ranges | {"objects": 1}, base, probe, seed=seed)["objects"]
@@ -99,6 +103,7 @@ def draw_alone(
     for name, (spec, point) in (chosen | {k: (v, "01") for k, v in drawn.items()}).items():
         objects[name] = {key: value for key, value in spec.items() if key != "rig"} | {
             "devices": devices,
+            "seeded_as": like,
             "cameras": {error: spec["cameras"][sensor] for error, sensor in like.items()},
             "recordings": {error: [point] for error in like},
         }
@@ -136,7 +141,8 @@ def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Gener
                 "times_s": [_within(ends, rng) for ends in material["relaxation_times_s"]],
             },
         },
-        "contact": _contact(kind, ends_m, radius_m, loose=loose),
+        "contact": _contact(kind, ends_m, radius_m)
+        | ({"table_friction": _within(ranges["table_friction"], rng)} if loose else {}),
         "motion": {key: value for key, value in model["motion"].items() if key != "frames"}
         | {
             "depth_m": depth_m,
@@ -189,7 +195,7 @@ def _press(
     )
 
 
-def _contact(kind: str, ends_m: float, radius_m: float, *, loose: bool) -> dict:
+def _contact(kind: str, ends_m: float, radius_m: float) -> dict:
     contact_m = np.sqrt(radius_m * ends_m)
     found = {
         "step_m": _rounded(np.clip(ends_m / STEPS, *STEP_M)),
@@ -203,7 +209,7 @@ def _contact(kind: str, ends_m: float, radius_m: float, *, loose: bool) -> dict:
     else:
         found |= {"spacing_m": 0.008 if kind == "ball" else 0.004}
         found["element_m"] = min(found["element_m"], 0.001 if kind == "ball" else 0.0007)
-    return found | ({"table_friction": 0.5} if loose else {})
+    return found
 
 
 def _placement(stand: Mapping, sensor: str, model: Mapping, rng: np.random.Generator) -> dict:
@@ -246,10 +252,16 @@ def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def write_run(folder: Path, lab: Mapping, sensors: Mapping[str, Mapping], *, seed: int) -> None:
-    """Write a drawn lab, its sensors' files by their names, and a configuration that runs it."""
+def write_run(
+    folder: Path, lab: Mapping, sensors: Mapping[str, Mapping], rig: Mapping, *, seed: int
+) -> None:
+    """Write a drawn lab, its sensors' files by their names, and a configuration that runs it.
+
+    Of a rig as bad as these the configuration says so, as a careful lab's would.
+    """
     places = {name: f"{folder}/{name}" for name in ("raw", "results", "sensors")}
     config = {"paths": places | {"lab": f"{folder}/lab.yaml"}, "seed": seed}
+    config["direct"] = {"fit": {"rig": dict(rig)}}
     files = {"lab": lab, "config": config}
     for name, spec in sensors.items():
         # Nobody calibrates each of so many cameras, or knows how far their clocks are off.
@@ -262,6 +274,15 @@ def write_run(folder: Path, lab: Mapping, sensors: Mapping[str, Mapping], *, see
             # What two objects share is written twice, not as an anchor.
             plain = json.loads(json.dumps(content))
             part.write_text(yaml.safe_dump(plain, sort_keys=False), encoding="utf-8")
+
+
+def rig_of(device: Mapping, probe: Mapping) -> dict[str, float]:
+    """What a lab knows of such a rig: options of ``direct.fit.rig``."""
+    return {
+        "force_scale_std": device["force_gain"],
+        "force_drift_std_n": device["force_drift_n"],
+        "radius_std_m": _rounded(device["radius"] * probe["indenter"]["radius_m"]),
+    }
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -280,7 +301,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     else:
         lab = draw_lab(ranges, base, probe, seed=given.seed)
     sensors = {name: load_yaml(f"config/sensors/{file}.yaml") for name, file in like.items()}
-    write_run(given.folder, lab, sensors, seed=given.seed)
+    write_run(given.folder, lab, sensors, rig_of(ranges["device"], probe), seed=given.seed)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,8 @@ from virtual_lab.scene import Scene
 from virtual_lab.wrench import gauge_record, inertial_load
 
 FACING = np.array([0.0, -1.0, 0.0])
-MOVING_SAMPLES = 3
+# Rays a pixel of what moves, along each side: at once, or in each moment of an exposure.
+MOVING_SAMPLES, EXPOSED_SAMPLES = 3, 2
 # A frame is rendered again where the surface moved by more than this.
 STILL_M = 2e-5
 
@@ -90,7 +91,7 @@ def record_capture(
     kept = rig.device.kept(hand.frames, np.random.default_rng([*seed, 6]))
     time_s, moments_s = time_s[kept], rig.device.moments_s
     offset_s = common["timing"]["clock_offset_s"] * clock.uniform(-1, 1)
-    offset_s += rig.device.size("clock_offset_s") * clock.standard_normal()
+    offset_s += rig.device.drawn("clock_offset_s", clock)
     force_time_s, force_n = _record_force(
         folder, rig.device, hand, ladder, common, spec, probe_spec, seed, offset_s=offset_s
     )
@@ -137,7 +138,7 @@ def film(
     """
     numbers = np.arange(len(path.tip_m)) if numbers is None else numbers
     each, light = len(path.tip_m) // len(numbers), np.random.default_rng([*seed, 0, 2])
-    brighter = rig.device.size("light_change") * light.standard_normal()
+    brighter = rig.device.drawn("light_change", light)
     empty = _scene(rig, body)
     still = rig.still(empty)
     rows, masks = [], []
@@ -195,7 +196,7 @@ def _layers(
             [projected_box(view, points, BOX_MARGIN_PX) for points in boxes],
             moved_m=moved,
             still_m=STILL_M,
-            samples=MOVING_SAMPLES,
+            samples=EXPOSED_SAMPLES if rig.device.size("exposure_s") else MOVING_SAMPLES,
         )
         for stream, view in rig.views.items()
     }

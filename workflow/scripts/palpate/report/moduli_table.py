@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.modulus import IDENTIFIED, LABELS, Modulus, columns
+from palpate.report.tables import INFORMED
 
 TOGETHER = "all"
 JOINT, ONE = "direct_joint", "direct"
@@ -52,6 +53,9 @@ def truth_of(material: Mapping) -> dict[str, float]:
     ``youngs_modulus_1s_pa`` is what a step of strain leaves after a second;
     ``equivalent_reduced_modulus_pa`` is E* of a neo-Hookean material and not a number of others.
     """
+    if {"skin", "gradient"} & set(material):
+        # What is not the same everywhere has no one modulus.
+        return dict.fromkeys(LABELS, float("nan"))
     E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
     star = E / (1 - nu**2)
     neo_hookean = material.get("law", NEO_HOOKEAN) == NEO_HOOKEAN
@@ -138,6 +142,9 @@ def _row(capture: Mapping, found: Mapping, *, method: str, recommended: bool) ->
     row |= {"method": method, "recommended": recommended}
     for name in LABELS:
         row |= Modulus(**found[name]).cells(name)
+    for name in INFORMED:
+        for kind, value in found["information"][name].items():
+            row[f"{name.removesuffix('_pa')}_{kind}"] = value
     residuals = found["residuals"]
     row |= {
         "equivalent_depth_m": found["equivalent"]["depth_m"],

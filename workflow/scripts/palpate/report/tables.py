@@ -10,8 +10,10 @@ from palpate.modulus import INTERVAL, LABELS, NOT_JUDGED, columns
 
 CAPTURE = ["object", "sensor", "capture", "point"]
 JUDGED = ("youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa")
+# Of these a summary says how well what was compared could tell them.
+INFORMED = ("equivalent_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio")
 # Of the direct estimate: where the equivalent modulus is told, the law, captures and frames in it,
-# residuals over what was stated.
+# residuals over what was stated, information limit.
 DIAGNOSTICS = (
     "equivalent_depth_m",
     "force_law",
@@ -23,6 +25,7 @@ DIAGNOSTICS = (
     "motion_scale",
     "motion_sharing",
     "depth_scale",
+    *(f"{n.removesuffix('_pa')}_{kind}" for n in INFORMED for kind in ("bound", "efficiency")),
 )
 # From here on numbers stand without an exponent.
 LARGE = 1e4

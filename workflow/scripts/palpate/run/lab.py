@@ -10,7 +10,7 @@ from palpate.run.run import Run
 # Of lab.yaml: what no film needs.
 APART = ("objects", "experiments", "simulated_block", "laser")
 # Of an object's block: what its form, its looks and its description do not depend on.
-RECORDED = ("recordings", "scan", "motions", "pressed_at", "pressed_along", "devices")
+RECORDED = ("recordings", "scan", "motions", "seeded_as", "pressed_at", "pressed_along", "devices")
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,12 @@ class LabRules:
         own = {} if device is None else {"device": device}
         return {k: v for k, v in spec.items() if k not in RECORDED} | own
 
+    def sensor(self, wildcards: Any) -> Mapping:
+        """A sensor's file, under the name that what is drawn of it goes by."""
+        named = self.run.lab["objects"][wildcards.object].get("seeded_as", {})
+        spec = self.run.sensor_spec(wildcards)
+        return spec | {"sensor": named.get(wildcards.sensor, wildcards.sensor)}
+
     def recorded(self, wildcards: Any) -> Mapping:
         """An object's block of lab.yaml with a capture's own motion."""
         spec = self.spec(wildcards)
@@ -78,11 +84,12 @@ class LabRules:
     def _places(self, name: str) -> dict[str, Mapping]:
         """An object's points, and by capture what a hand presses otherwise than they declare."""
         spec = self.run.lab["objects"][name]
-        places = dict(spec["object"]["points"])
+        points = spec["object"]["points"]
+        places = dict(points)
         for block, key in (("pressed_at", "position_m"), ("pressed_along", "direction")):
             for capture, value in spec.get(block, {}).items():
-                declared = places.get(capture, places[capture.split("-")[0]])
-                places[capture] = declared | {key: value}
+                pressed = places if capture in places else points
+                places[capture] = pressed.get(capture, points[capture.split("-")[0]]) | {key: value}
         return places
 
     def common(self, wildcards: Any) -> Mapping:

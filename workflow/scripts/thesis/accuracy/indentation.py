@@ -26,8 +26,8 @@ def make_indentation_accuracy(inputs: Any, params: Any) -> dict:
     rows = []
     for known, table, ladder in zip(params.captures, inputs.tables, inputs.ladders, strict=True):
         material = materials[known["object"]]
-        if material["law"] not in LAW_NAMES:
-            continue  # The table knows no other law to be held to.
+        if material["law"] not in LAW_NAMES or {"skin", "gradient"} & set(material):
+            continue  # The table knows no other solid to be held to.
         arrays = read_npz(ladder, what="load steps of the lab")
         model = force_table(load_indentation(table))
         deepest = min(model.depth_m[-1], arrays["depth_m"][-1])

@@ -93,7 +93,7 @@ class Budget:
 def covariance_of(best: Solution, options: Fit) -> NDArray:
     """Covariance of an estimate's unknowns, (size, size)."""
     information = prior_of(best.indentations, options).information.copy()
-    for at, block in _placed(best):
+    for at, block in placed(best):
         information[np.ix_(at, at)] += block.motion_matrix.sum(axis=0)
         information[np.ix_(at, at)] += block.depth_matrix.sum(axis=0)
     return scaled_inverse(information)
@@ -152,7 +152,7 @@ def _of_priors(onto: NDArray, prior: Prior) -> list[Source]:
 def _of_rig(onto: NDArray, best: Solution, options: Fit, radius_m: float) -> list[Source]:
     """Sources that are no unknowns: what the fit makes of a capture that each has changed."""
     times = np.array(options.relaxation_times_s, dtype=float)
-    each = list(zip(_placed(best), best.indentations, best.parameters, best.scales, strict=True))
+    each = list(zip(placed(best), best.indentations, best.parameters, best.scales, strict=True))
     normal = [normal_rows(one, p, scale, times_s=times) for _, one, p, scale in each]
     found = []
     for error in rig_errors(options.rig, radius_m=radius_m):
@@ -175,7 +175,7 @@ def _of_noise(onto: NDArray, best: Solution) -> list[Source]:
     """Noise of motion and depth: as stated, or as patches and frames scatter if that is more."""
     found = []
     for kind, std in _noise_std(best).items():
-        each = [_shares(onto[:, at], block, kind) for at, block in _placed(best)]
+        each = [_shares(onto[:, at], block, kind) for at, block in placed(best)]
         shares, moves = (np.concatenate(parts) for parts in zip(*each, strict=True))
         variance = np.maximum(shares.sum(axis=0), (moves**2).sum(axis=0))
         # Far from the contact there are many patches that say next to nothing.
@@ -205,7 +205,7 @@ def _of_captures(onto: NDArray, best: Solution, told: NDArray) -> list[Source]:
     moved = np.stack(
         [
             sum(_shares(onto[:, at], block, kind)[1].sum(axis=0) for kind in ("motion", "depth"))
-            for at, block in _placed(best, shared)
+            for at, block in placed(best, shared)
         ]
     )
     scatter = count * moved.var(axis=0, ddof=1)
@@ -232,7 +232,7 @@ def _noise_std(best: Solution) -> dict[str, float]:
     return {"motion": float(np.median(motion)), "depth": float(np.median(depth))}
 
 
-def _placed(best: Solution, count: int | None = None) -> Sequence[tuple[NDArray, Blocks]]:
+def placed(best: Solution, count: int | None = None) -> Sequence[tuple[NDArray, Blocks]]:
     """Blocks of each capture with the places of its unknowns, or of the first so many of them."""
     shared = len(best.vector) - OWN * len(best.indentations)
     return [

@@ -16,6 +16,7 @@ from palpate.estimate.direct.indentation import (
     Parameters,
     residuals,
 )
+from palpate.estimate.direct.information import bound_of
 from palpate.estimate.direct.interval import intervals
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.prior import MIDDLE
@@ -71,6 +72,8 @@ class DirectEstimate:
         Of the solution's unknowns.
     budget : Budget
         What each source of error adds to the moduli's deviations.
+    bound : (5,) array
+        Least deviations of `quantities.NAMES` that what was compared allows (`bound_of`).
     options : Fit
         That it was made with.
     """
@@ -80,7 +83,7 @@ class DirectEstimate:
     quantities: Quantities
     covariance: NDArray
     budget: Budget
-
+    bound: NDArray
     options: Fit
 
     def __repr__(self) -> str:
@@ -161,7 +164,8 @@ def estimate_direct(
     quantities = quantities_of(best, covariance, options, radius_m=radius_m)
     budget = budget_of(best, covariance, quantities, options, radius_m=radius_m)
     moduli = intervals(best, covariance, quantities, budget, options)
-    return DirectEstimate(best, moduli, quantities, covariance, budget, options)
+    bound = bound_of(best, quantities, options)
+    return DirectEstimate(best, moduli, quantities, covariance, budget, bound, options)
 
 
 def within_tables(indentations: Sequence[DirectIndentation], options: Fit) -> Fit:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.estimate.direct.indentation import DirectIndentation, Parameters
-from palpate.estimate.direct.quantities import FORCE_LAW, MOTION_LAW
+from palpate.estimate.direct.quantities import FORCE_LAW, MOTION_LAW, NAMES
 
 if TYPE_CHECKING:
     from palpate.estimate.direct.estimate import DirectEstimate
@@ -28,6 +28,7 @@ def described(found: "DirectEstimate") -> dict:
         "nuisances": [_nuisances(p) for p in best.parameters],
         "residuals": [_summed(*of) for of in zip(best.indentations, best.scales, strict=True)],
         "budget": found.budget.rows(),
+        "information": _information(found),
         "converged": best.converged,
         "doubts": found.doubts,
     }
@@ -47,6 +48,13 @@ def described_law(found: "DirectEstimate") -> dict:
             "strain": told.strain,
         },
     }
+
+
+def _information(found: "DirectEstimate") -> dict:
+    """Least deviations of log moduli and nu, and their parts of those that are stated."""
+    parts = found.bound / found.budget.std
+    each = zip(NAMES, found.bound.tolist(), parts.tolist(), strict=True)
+    return {name: {"bound": bound, "efficiency": part} for name, bound, part in each}
 
 
 def _nuisances(p: Parameters) -> dict:

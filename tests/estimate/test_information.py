@@ -1,0 +1,71 @@
+"""The information limit: what is told by residuals and priors alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_up_press import OPTIONS, RADIUS_M, press_of
+from palpate.estimate.direct.blocks import blocks_of
+from palpate.estimate.direct.budget import covariance_of
+from palpate.estimate.direct.estimate import estimate_direct
+from palpate.estimate.direct.indentation import Parameters, linearised, residuals
+from palpate.estimate.direct.information import bound_of
+from palpate.estimate.direct.options import ModelStd
+from palpate.estimate.direct.prior import prior_of
+from palpate.estimate.direct.quantities import LOG_E, NAMES, NU
+
+E_AT, NU_AT = (NAMES.index(name) for name in ("youngs_modulus_pa", "poisson_ratio"))
+
+
+@pytest.fixture(scope="module")
+def told():
+    return estimate_direct([press_of(25e3, 0.3, 1)], OPTIONS, radius_m=RADIUS_M)
+
+
+def slopes_by_steps(best):
+    """Derivatives of all residuals and priors by the unknowns, one step to each side."""
+    (press,), (scale,) = best.indentations, best.scales
+    times, prior = np.array(OPTIONS.relaxation_times_s), prior_of([press], OPTIONS)
+
+    def all_of(vector):
+        found = residuals(press, Parameters.of(vector), times_s=times)
+        motion = found.motion / (scale.motion * np.sqrt(scale.sharing))
+        return np.concatenate([found.depth, motion, prior.gaps(vector)])
+
+    columns = []
+    for k in range(len(best.vector)):
+        step = np.zeros(len(best.vector))
+        step[k] = 1e-6 if k in (LOG_E, NU) else 1e-7
+        columns.append((all_of(best.vector + step) - all_of(best.vector - step)) / (2 * step[k]))
+    return np.stack(columns, axis=1)
+
+
+def test_the_bound_is_the_inverse_of_all_information(told):
+    columns = slopes_by_steps(told.solution)
+    size = np.linalg.norm(columns, axis=0)
+    covariance = np.linalg.inv((columns / size).T @ (columns / size)) / np.outer(size, size)
+    by_hand = np.sqrt(np.diag(covariance)[[LOG_E, NU]])
+    assert told.bound[[E_AT, NU_AT]] == pytest.approx(by_hand, rel=0.01)
+
+
+def test_what_the_table_adds_is_no_information_lost_in_the_bound(told):
+    options = replace(OPTIONS, model_std=ModelStd(log_youngs_modulus=0.1, nu=0.1))
+    doubted = estimate_direct([press_of(25e3, 0.3, 1)], options, radius_m=RADIUS_M)
+    assert doubted.bound == pytest.approx(told.bound, rel=1e-6)
+    assert doubted.budget.std[E_AT] == pytest.approx(np.hypot(told.budget.std[E_AT], 0.1))
+    said = doubted.to_dict()["information"]["youngs_modulus_pa"]
+    assert said["efficiency"] == pytest.approx(told.bound[E_AT] / doubted.budget.std[E_AT])
+    assert said["efficiency"] < 0.9 * told.bound[E_AT] / told.budget.std[E_AT]
+
+
+def test_outliers_cost_the_estimate_and_not_the_bound(told):
+    """Thirty deviations off, each weighs about a quarter in the fit."""
+    (press,), best = told.solution.indentations, told.solution
+    side = np.where(press.cell_m[:, 0] > 0, 1, -1)
+    outside = replace(press, moved_m=press.moved_m + 30 * press.moved_std_m * side)
+    line = linearised(outside, *best.parameters, times_s=np.array(OPTIONS.relaxation_times_s))
+    blocks = (blocks_of(outside, line, *best.scales),)
+    far = replace(best, indentations=(outside,), blocks=blocks)
+    assert bound_of(far, told.quantities, OPTIONS) == pytest.approx(told.bound, rel=1e-9)
+    std = np.sqrt(np.diag(covariance_of(far, OPTIONS)))
+    assert std[NU] > 1.1 * told.bound[NU_AT]
