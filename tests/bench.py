@@ -13,6 +13,7 @@ import pandas as pd
 import trimesh
 from bench_estimate import estimate_rows
 from bench_growth import growth_rows
+from bench_information import information_rows
 from bench_lab import lab_rows
 from bench_laws import law_rows
 from bench_scale import scale_rows
@@ -59,9 +60,10 @@ SECTIONS = {
     "study": study_rows,
     "growth": growth_rows,
     "laws": law_rows,
+    "information": information_rows,
 }
-# Measured when they are named: a quarter of an hour each.
-APART = ("growth", "laws")
+# Measured when they are named: a quarter of an hour each, the last some minutes.
+APART = ("growth", "laws", "information")
 
 
 def main(target: Path, sections: list[str]) -> None:

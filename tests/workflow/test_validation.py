@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+import validation
 import yaml
 from palpate.capture.schema import load_yaml
 from palpate.modulus import LABELS
@@ -17,8 +18,6 @@ from settings import written
 from thesis.options import Simulation
 from virtual_lab.checks import OF_OBJECT, lab_problems
 from virtual_lab.draw import draw_alone, draw_lab, main
-
-import validation
 
 SEEDS = (1, 2, 3, 4)
 DRAW = ("-m", "virtual_lab.draw", "config/validation.yaml")
