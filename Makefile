@@ -28,6 +28,7 @@ kills := 50
 # Of `make validation` and `make refit`.
 seed := 1
 DRAWN = validation/$(seed)
+OBSERVED = $(wildcard $(DRAWN)/results/*/*/direct.json)
 
 .PHONY: results sample cut validation errors refit manners test test-all faults lint bench check lock docs pictures quoted sample-captures \
   own-object-captures slurm-resources mutations mutations-1 mutations-2 mutants audit clean
@@ -64,8 +65,8 @@ errors: .venv/installed
 
 # The estimates alone, anew, of what a finished `make validation` observed.
 refit: .venv/installed
-	-$(VALIDATION)/config.yaml --allowed-rules direct_object --forcerun direct_object -- \
-	  $(wildcard $(DRAWN)/results/*/*/direct.json)
+	@test -n "$(OBSERVED)" || { echo "error: $(DRAWN): expected what make validation seed=$(seed) found, found nothing"; exit 1; }
+	-$(VALIDATION)/config.yaml --allowed-rules direct_object --forcerun direct_object -- $(OBSERVED)
 	$(BIN)/python tests/validation.py $(DRAWN)
 
 # One press in many manners, each estimated by itself; one that is refused does not stop the others.

@@ -43,13 +43,24 @@ def estimates_of(folder: Path) -> pd.DataFrame:
             group = {"object": name, "sensor": sensor, "provenance": "simulated"}
             row = group | {"refused": said(results, name, sensor)}
             if path.is_file():
-                found = [json.loads(path.read_text())]
+                found = [read_estimate(path)]
                 row = moduli_table.direct_rows([], [], [group], found).iloc[0].to_dict()
             rows.append({"seed": lab["seed"]} | row | drawn(spec))
     table = pd.DataFrame(rows)
-    told = [column for name in LABELS for column in columns(name)]
+    told = ["point", "method", *(column for name in LABELS for column in columns(name))]
     table = table.reindex(columns=[*table, *(name for name in told if name not in table)])
     return moduli_table.accuracy_table(table, materials)
+
+
+def read_estimate(path: Path) -> dict:
+    """Read a direct.json; a damaged one is named."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except json.JSONDecodeError:
+        found = None
+    if not isinstance(found, dict) or not {*LABELS, "captures"} <= set(found):
+        raise ValueError(f"{path}: file: expected a whole estimate, found none")
+    return found
 
 
 def drawn(spec: Mapping) -> dict:
@@ -197,4 +208,9 @@ def main(folders: Sequence[Path]) -> None:
 
 
 if __name__ == "__main__":
-    main([Path(name) for name in sys.argv[1:]])
+    if not sys.argv[1:]:
+        sys.exit("error: folders: expected some, as validation/1, found none")
+    try:
+        main([Path(name) for name in sys.argv[1:]])
+    except ValueError as error:
+        sys.exit(f"error: {error}")

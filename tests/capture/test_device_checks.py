@@ -44,6 +44,17 @@ def test_a_shift_in_millimetres(sensors, probe):
     assert line.endswith("expected a rotation and a shift, found a shift of 30 m (metres?)")
 
 
+@pytest.mark.parametrize(("stem_m", "lines"), [(0.03, 0), (0.001, 1), (0.061, 1)])
+def test_a_stem_between_tip_and_sensor(probe, stem_m, lines):
+    probe = copy.deepcopy(probe)
+    probe["exclusion"]["stem_m"] = stem_m
+    found = unlike_tips({"a": probe}, "probes")
+    said = (
+        "probes/a.yaml: exclusion.stem_m: expected tip_radius_m 0.0085 to the sensor's place 0.06"
+    )
+    assert found == [f"{said}, found {stem_m:g}"] * lines
+
+
 @pytest.mark.parametrize("factor", [0.1, 0.5, 2])
 def test_a_sphere_of_another_size_than_the_tip(probe, factor):
     assert unlike_tips({"a": probe}, "probes") == []

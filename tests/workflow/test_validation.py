@@ -97,6 +97,40 @@ def test_ranges_without_a_press_are_one_line(ranges, base, probe):
         draw_lab(nowhere, base, probe, seed=1)
 
 
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        ({"objects": "two"}, "objects: expected an integer, found 'two'"),
+        ({"captures": 0}, "captures: expected a number >= 1, found 0"),
+        ({"gloss": [0.4, 0.1]}, "gloss: expected the lower end first, found [0.4, 0.1]"),
+        ({"further": 3}, "further: expected one of background_frames, "),
+        ({"material": {}}, "material.law: expected "),
+    ],
+)
+def test_spoilt_ranges_are_one_line(ranges, tmp_path, capsys, monkeypatch, root, spoil, said):
+    monkeypatch.chdir(root)
+    (tmp_path / "ranges.yaml").write_text(yaml.safe_dump(ranges | spoil))
+    with pytest.raises(SystemExit) as ended:
+        main([str(tmp_path / "ranges.yaml"), str(tmp_path / "out"), "--seed", "1"])
+    assert ended.value.code == 1 and not (tmp_path / "out").exists()
+    assert f"error: {tmp_path}/ranges.yaml: {said}" in capsys.readouterr().err
+
+
+def test_a_damaged_estimate_is_named(finished):
+    path = finished / "results/object_01/bumblebee/direct.json"
+    for text in (path.read_text()[:100], "[]", ""):
+        path.write_text(text)
+        with pytest.raises(ValueError, match="direct.json: file: expected a whole estimate"):
+            validation.estimates_of(finished)
+
+
+def test_all_refused_is_a_table(finished, capsys):
+    (finished / "results/object_01/bumblebee/direct.json").unlink()
+    validation.main([finished])
+    said = capsys.readouterr().out
+    assert said.startswith("2 estimates of 1 rigs, 2 refused.") and "alignment: too far off" in said
+
+
 def test_a_run_takes_what_was_drawn(root, tmp_path, monkeypatch):
     monkeypatch.chdir(root)
     main(["config/validation.yaml", str(tmp_path / "7"), "--seed", "7"])

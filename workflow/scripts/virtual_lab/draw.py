@@ -8,13 +8,14 @@ writes ``validation/1/lab.yaml``, the sensors' files and ``config.yaml``, a run 
 
 import argparse
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
 from palpate.capture.files import whole_file
-from palpate.capture.schema import load_yaml
+from palpate.capture.schema import SCHEMAS, load_yaml, validate
 
 from virtual_lab.checks import OF_OBJECT
 
@@ -34,7 +35,9 @@ APART = ("like", "experiments", "simulated_block")
 SENSORS = ("bumblebee", "kinect")
 # Templates of blocks have about so many vertices an area [1/m2], as those of lab.yaml.
 VERTICES_A_M2 = 6500
-# Objects of lab.yaml, and points of them, for errors that stand alone.
+# Largest seed that a configuration takes.
+LARGEST_SEED = 2**53 - 1
+# Errors that a stereo head has not; objects of lab.yaml, and points of them, for errors alone.
 OF_DEPTH = ("color_from_depth_deg", "color_from_depth_m", "depth_delay_s")
 ALONE = {"block": ("foam_block", "08"), "ball": ("foam_ball", "01")}
 
@@ -262,12 +265,13 @@ def write_run(
     places = {name: f"{folder}/{name}" for name in ("raw", "results", "sensors")}
     config = {"paths": places | {"lab": f"{folder}/lab.yaml"}, "seed": seed}
     config["direct"] = {"fit": {"rig": dict(rig)}}
-    files = {"lab": lab, "config": config}
+    files = {"lab": lab}
     for name, spec in sensors.items():
         # Nobody calibrates each of so many cameras, or knows how far their clocks are off.
         stated = {k: v for k, v in spec.items() if k != "clock_offset_std_s"}
         files[f"sensors/{name}"] = stated | {"sensor": name, "optics": "stated"}
-    for name, content in files.items():
+    # A run begins with the configuration: it comes when all that it names is there.
+    for name, content in (files | {"config": config}).items():
         path = folder / f"{name}.yaml"
         path.parent.mkdir(parents=True, exist_ok=True)
         with whole_file(path) as part:
@@ -293,7 +297,50 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--alone", action="store_true", help="each error by itself")
     given = parser.parse_args(argv)
-    ranges, base = load_yaml(given.ranges), load_yaml("config/lab.yaml")
+    try:
+        _draw(given)
+    except (ValueError, OSError) as error:
+        parser.exit(1, f"error: {error}\n")
+
+
+def read_ranges(path: Path) -> dict:
+    """Read the ranges that a lab is drawn from.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file, or anything in it makes no sense: one line for each.
+    """
+    ranges = load_yaml(path)
+    lines = validate(ranges, SCHEMAS / "drawn.schema.yaml", str(path))
+    if not lines:
+        lines = [
+            f"{path}: {field}: expected the lower end first, found {ends}"
+            for field, ends in _reversed(ranges)
+        ]
+    if lines:
+        raise ValueError("\nerror: ".join(lines))
+    return ranges
+
+
+def _reversed(ranges: Any, field: str = "") -> Iterator[tuple[str, list]]:
+    """Pairs of numbers whose first is the greater, with their places."""
+    if isinstance(ranges, Mapping):
+        for key, value in ranges.items():
+            yield from _reversed(value, f"{field}.{key}".lstrip("."))
+    elif isinstance(ranges, list) and isinstance(ranges[0], list):
+        for k, value in enumerate(ranges):
+            yield from _reversed(value, f"{field}[{k}]")
+    elif isinstance(ranges, list) and ranges[0] > ranges[1]:
+        yield field, ranges
+
+
+def _draw(given: argparse.Namespace) -> None:
+    if not 0 <= given.seed <= LARGEST_SEED:
+        raise ValueError(f"--seed: expected 0 to {LARGEST_SEED}, found {given.seed}")
+    if not given.folder.name:
+        raise ValueError(f"folder: expected one of its own, found '{given.folder}'")
+    ranges, base = read_ranges(given.ranges), load_yaml("config/lab.yaml")
     probe = load_yaml("config/probes/nano25_sphere.yaml")
     like = {name: name for name in SENSORS}
     if given.alone:

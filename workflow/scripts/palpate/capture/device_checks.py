@@ -90,7 +90,15 @@ def unlike_tips(probes: Mapping, folder: str) -> list[str]:
             lines.append(f"{place}.tip_radius_m: {expected} to {widest_m:g}, found {found_m:g}")
         if (found_m := exclusion["radius_m"]) < radius_m:
             lines.append(f"{place}.radius_m: {expected} or more, found {found_m:g}")
+        tip_m, arm_m = exclusion["tip_radius_m"], float(np.linalg.norm(_tip_of(probe)))
+        if not tip_m <= (found_m := exclusion.get("stem_m", tip_m)) <= max(arm_m, tip_m):
+            expected = f"expected tip_radius_m {tip_m:g} to the sensor's place {arm_m:g}"
+            lines.append(f"{place}.stem_m: {expected}, found {found_m:g}")
     return lines
+
+
+def _tip_of(probe: Mapping) -> np.ndarray:
+    return np.array(probe["force_from_tip"], dtype=float)[:3, 3]
 
 
 def bent_transforms(probes: Mapping, sensors: Mapping, paths: Mapping) -> list[str]:
