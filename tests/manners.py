@@ -41,7 +41,7 @@ def manner(spec: Mapping, capture: str) -> str:
     ]
     if capture in spec["pressed_at"]:
         said.append("beside the point")
-    if spec.get("table") == "plain":
+    if "device" in spec:
         said.append("a bad bench")
     if "direction" in spec["object"]["points"][capture.split("-")[0]]:
         said.append("inclined")

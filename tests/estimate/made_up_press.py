@@ -19,7 +19,7 @@ OPTIONS = Fit(
     fraction_std=0.1,
     fraction_step_std=0.1,
     rig=NO_RIG,
-    model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0),
+    model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0, nu_loose=0.0),
 )
 START = Parameters(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(2), np.zeros(3))
 ACROSS = rocking_axes(np.array([0.0, 0.0, -1.0]))

@@ -286,6 +286,15 @@ def test_support_plane_among_clutter():
         fit_support_plane(points[:3], inlier_distance_m=0.01, rng=rng)
 
 
+def test_false_matches_are_no_table():
+    """What a stereo head makes of a table of one colour: depths of any size."""
+    rng = np.random.default_rng(2)
+    rays = np.column_stack([rng.uniform(-0.5, 0.5, (20000, 2)), np.ones(20000)])
+    points = rays / rng.uniform(1 / 1.5, 1 / 0.4, (20000, 1))
+    with pytest.raises(ValueError, match="25% or more .* 3% .a table without a pattern"):
+        fit_support_plane(points, inlier_distance_m=0.004, rng=rng)
+
+
 @pytest.fixture
 def wall(sensors):
     """Points on a plane 0.7 m before the camera, seen in the middle of its image."""

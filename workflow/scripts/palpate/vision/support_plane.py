@@ -18,6 +18,9 @@ PLANES, APART = 5, 3
 UP, LEAST_COSINE = np.array([0.0, -1.0, -1.0]) / np.sqrt(2), np.cos(np.deg2rad(50))
 # In the middle of the picture, a table has so much of what the largest plane has.
 LEAST_PART = 0.25
+# And the largest so much of all that is seen there: false matches on a table of one colour make
+# planes too, of a fifth (the lab's devices see 77 to 100 %, among clutter a third).
+LEAST_SHARE = 0.25
 # Files are rounded by whoever writes them; a normal of another length is none.
 UNIT_TOLERANCE = 1e-3
 
@@ -46,7 +49,7 @@ def fit_support_plane(
     Raises
     ------
     ValueError
-        If there are too few points.
+        If there are too few points, or they lie on no plane.
     """
     if len(points_m) < FEWEST_POINTS:
         raise ValueError(
@@ -67,6 +70,11 @@ def fit_support_plane(
         found.append(plane if plane[3] > 0 else -plane)
         left = left[~_near(left, plane, APART * inlier_distance_m)]
     parts = [_near(middle, plane, inlier_distance_m).mean() for plane in found]
+    if max(parts) < LEAST_SHARE:
+        raise ValueError(
+            f"background depth: expected a plane with {LEAST_SHARE:.0%} or more of what is seen in"
+            f" the middle of the picture, found {max(parts):.0%} (a table without a pattern?)"
+        )
     large = [k for k, part in enumerate(parts) if part >= LEAST_PART * max(parts)]
     level = [k for k in large if found[k][:3] @ UP > LEAST_COSINE] or large
     taken = min(level, key=lambda k: found[k][3])

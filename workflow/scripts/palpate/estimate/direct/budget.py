@@ -131,6 +131,12 @@ def budget_of(
         ),
         Source("indentation table: motion", table_nu, "1", table_nu * (1 - log)),
     ]
+    if any(one.table.slides for one in best.indentations):
+        std, nu = options.model_std.nu_loose, float(quantities.values[NAMES.index("poisson_ratio")])
+        # E follows nu at the same E*.
+        young = np.array([name.startswith("youngs_modulus") for name in NAMES])
+        parts = std * (1 - log + young * 2 * nu / (1 - nu**2))
+        sources.append(Source("indentation table: loose foot", std, "1", parts))
     there = [source for source in sources if source.std > 0]
     return Budget(tuple(sorted(there, key=lambda source: -source.contributions[0])))
 

@@ -45,6 +45,7 @@ class ModelStd(Options):
 
     log_youngs_modulus: float = option(0.015, "of log E", least=0)
     nu: float = option(0.01, "of Poisson's ratio", least=0)
+    nu_loose: float = option(0.08, "the same where an object stands loose on a broad foot", least=0)
 
 
 @dataclass(frozen=True, kw_only=True)
