@@ -49,7 +49,7 @@ cut: .venv/installed
 	$(BIN)/python -m pytest -m cut tests/cut
 
 # A lab drawn with a seed: objects and rigs that nobody chose, estimated and held to their truth; what
-# is refused does not stop the others. An hour and a half of a core.
+# is refused does not stop the others. Two hours of a core.
 validation: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
 	  config/validation.yaml $(DRAWN) --seed $(seed)
