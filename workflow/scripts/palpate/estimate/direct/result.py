@@ -24,7 +24,7 @@ def described(found: "DirectEstimate") -> dict:
         **described_law(found),
         "relaxation": {"times_s": list(times), "fractions": first.fractions.tolist()},
         "gain": first.gain,
-        "foot": first.foot,
+        "foot": first.foot if any(one.table.slides for one in indentations) else None,
         "nuisances": [_nuisances(p) for p in best.parameters],
         "residuals": [_summed(*of) for of in zip(best.indentations, best.scales, strict=True)],
         "budget": found.budget.rows(),
