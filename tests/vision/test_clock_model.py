@@ -5,6 +5,7 @@ import pytest
 from palpate.vision.clock import (
     BASELINE_STD_N,
     CURVATURE_STD_PER_M,
+    SHARED,
     _between,
     _Press,
     _telling,
@@ -33,6 +34,10 @@ def press():
     return _Press(time, np.zeros(len(time)), 0.01, FRAMES_S, depth, np.full(len(depth), 1e-4))
 
 
+def force_of(of, parameters):
+    return of._force(parameters[:SHARED], parameters[SHARED:])
+
+
 def test_force_of_a_relaxing_contact():
     """Offset 20 ms, contact at half a millimetre, 0.6 of the curvature's deviation, 0.15 + 0.3."""
     time = np.arange(0, 3.0001, 0.001)
@@ -40,7 +45,7 @@ def test_force_of_a_relaxing_contact():
     elastic = 4e4 * x**1.5 * (1 + 0.6 * CURVATURE_STD_PER_M * x)
     expected = relaxed(time, elastic, 0.15 + 2 * 0.15, (0.3, 3.0)) + 0.4 * BASELINE_STD_N
     parameters = np.r_[2.0, np.log(4e4), 0.5, 0.6, 2.0, 0.4, np.zeros(len(FRAMES_S))]
-    found = press()._force(parameters)
+    found = force_of(press(), parameters)
     assert found == pytest.approx(expected[::10], abs=1e-3 * expected.max())
 
 
@@ -52,14 +57,14 @@ def test_each_frames_depth_is_an_unknown():
     # All of them deeper by two deviations of 0.1 mm: as a contact that much higher.
     higher = parameters.copy()
     higher[2] = 0.3
-    assert of._force(deeper) == pytest.approx(of._force(higher))
+    assert force_of(of, deeper) == pytest.approx(force_of(of, higher))
 
 
 def test_residuals_are_in_deviations():
     of = press()
     parameters = np.r_[1.5, np.log(4e4), 0.5, 0.6, -0.2, 0.4, np.arange(len(FRAMES_S)) / 10]
     found = of.residual(parameters, 0.01)
-    assert found[: len(of.time_s)] == pytest.approx(of._force(parameters) / 0.01 * of.near)
+    assert found[: len(of.time_s)] == pytest.approx(force_of(of, parameters) / 0.01 * of.near)
     assert found[len(of.time_s)] == pytest.approx(1.5)
     assert found[len(of.time_s) + 1 :] == pytest.approx(parameters[3:])
     # Samples farther than 30 ms from all frames, which come every 100 ms, count nothing.
