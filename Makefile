@@ -49,14 +49,14 @@ cut: .venv/installed
 	$(BIN)/python -m pytest -m cut tests/cut
 
 # A lab drawn with a seed: objects and rigs that nobody chose, estimated and held to their truth; what
-# is refused does not stop the others. Two hours of a core.
+# is refused does not stop the others.
 validation: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
 	  config/validation.yaml $(DRAWN) --seed $(seed)
 	-$(VALIDATION)/config.yaml -- validation
 	$(BIN)/python tests/validation.py $(DRAWN)
 
-# Each error of a rig by itself and all at once, on a block, a ball and a drawn object; an hour of a core.
+# Each error of a rig by itself and all at once, on a block, a ball and a drawn object.
 errors: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
 	  config/validation.yaml $(DRAWN)-alone --seed $(seed) --alone
