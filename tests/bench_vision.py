@@ -12,7 +12,7 @@ from palpate.vision.background import build_model
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.depth import stereo_disparity
 from palpate.vision.foreground import Classifier
-from palpate.vision.marker import expected_region, find_corners
+from palpate.vision.marker import board_of, expected_region, find_corners
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import candidate_poses
 
@@ -40,7 +40,7 @@ def vision_rows(ratio: Callable) -> list[tuple]:
 
 def marker_rows(ratio: Callable, sensor: dict, probe: dict) -> list[tuple]:
     """Pose of the marker, followed, against the detection in whole frames."""
-    marker = probe["marker"]
+    board = board_of(probe["marker"])
     greys = [
         cv2.resize(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), SIZE, interpolation=cv2.INTER_CUBIC)
         for image in Stream(SAMPLE / "08", sensor)
@@ -48,18 +48,18 @@ def marker_rows(ratio: Callable, sensor: dict, probe: dict) -> list[tuple]:
     scale = SIZE[0] / sensor["color"]["width_px"]
     spec = {key: sensor["color"][key] * scale for key in ("fx_px", "fy_px", "cx_px", "cy_px")}
     camera = camera_from_spec(spec | {"width_px": SIZE[0], "height_px": SIZE[1]})
-    refine = BoardRefiner(camera, marker, encoding="mono8")
-    corners = [find_corners(grey, marker) for grey in greys]
+    refine = BoardRefiner(camera, board, encoding="mono8")
+    corners = [find_corners(grey, board) for grey in greys]
     threshold_px = sensor["marker"]["reprojection_threshold_px"]
 
     def detect():
         for grey in greys:
-            find_corners(grey, marker)
+            find_corners(grey, board)
 
     def follow(refined=False):
         for grey, last in zip(greys, [corners[0], *corners[:-1]], strict=True):
-            found = find_corners(grey, marker, expected_region(last, None, grey.shape))
-            poses = candidate_poses(found, camera, marker, threshold_px=threshold_px)
+            found = find_corners(grey, board, expected_region(last, None, grey.shape))
+            poses = candidate_poses(found, camera, board, threshold_px=threshold_px)
             if refined:
                 refine(grey, poses[0].camera_from_marker)
 

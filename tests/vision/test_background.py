@@ -6,7 +6,13 @@ import cv2
 import numpy as np
 import pytest
 from palpate.vision.background import build_model, distortion, load_model, save_model
-from palpate.vision.foreground import Classifier, load_masks, masks_of, save_masks
+from palpate.vision.foreground import (
+    Classifier,
+    _require_still,
+    load_masks,
+    masks_of,
+    save_masks,
+)
 from palpate.vision.options import Background
 from palpate.vision.stillness import camera_shift
 
@@ -17,6 +23,11 @@ OPTIONS = {
     "closing_px": 7,
     "smallest_blob_px": 100,
 }
+
+
+def largest(shifts):
+    """Of the picture's corners, the longest shift."""
+    return np.linalg.norm(shifts, axis=1).max()
 
 
 def classify(model, image):
@@ -151,8 +162,10 @@ def test_a_camera_that_moved_is_told(scene):
     still, moved = wide[8:-8, 8:-8], wide[6:-10, 5:-11]
     nothing, noise = np.zeros(still.shape[:2], bool), np.ones(still.shape)
     nothing[100:200, 200:300] = True
-    assert camera_shift(still, noise, moved, nothing) == pytest.approx(np.hypot(2, 3), abs=0.1)
-    assert camera_shift(still, noise, still, nothing) < 0.01
+    assert largest(camera_shift(still, noise, moved, nothing)) == pytest.approx(
+        np.hypot(2, 3), abs=0.1
+    )
+    assert largest(camera_shift(still, noise, still, nothing)) < 0.01
     plain = np.full((400, 560), 90, np.uint8)
     assert camera_shift(plain, noise, plain, np.zeros(plain.shape, bool)) is None
 
@@ -189,7 +202,7 @@ def test_a_picture_that_grew_or_rolled_is_off_by_its_farthest_tile(turn):
     motion = part * np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0]])
     now = cv2.warpAffine(wide, motion, (512, 384), flags=cv2.INTER_CUBIC, borderMode=2)
     still = np.zeros((384, 512), bool)
-    shift = camera_shift(wide[..., None], np.ones(wide.shape), now, still)
+    shift = largest(camera_shift(wide[..., None], np.ones(wide.shape), now, still))
     assert shift == pytest.approx((turn or 0.004) * np.hypot(448, 320), rel=0.08)
     # Tiles that are mostly covered, or that show nothing, say nothing.
     covered = still.copy()
@@ -212,6 +225,21 @@ def test_a_camera_that_moved_at_the_end_of_a_film():
     with pytest.raises(ValueError, match="found it moved by 1.0 px from frame 2 on"):
         film = [shot(8), shot(8), *(shot(9) for _ in range(3))]
         list(masks_of(film, model, Background(largest_shift_px=0.5)))
+
+
+def test_a_camera_that_shakes_did_not_move():
+    """A stand that trembles by 0.35 px of deviation, and then is knocked by 2 px."""
+    rng = np.random.default_rng(5)
+    tremble = rng.normal(0, 0.35, (60, 1, 2)) + np.zeros((60, 4, 2))
+    knocked = tremble + 2.0 * (np.arange(60) >= 40)[:, None, None]
+    for k in range(1, 60):
+        _require_still(list(tremble[:k]), 0.5, at_end=False)
+    with pytest.raises(ValueError, match=r"found it moved by [23]\.\d px from frame (3[6-9]|4.) on"):
+        for k in range(1, 60):
+            _require_still(list(knocked[:k]), 0.5, at_end=False)
+    # Without a tremble the limit is as stated.
+    with pytest.raises(ValueError, match="within 0.5 px"):
+        _require_still([np.full((4, 2), 0.4)] * 5, 0.5, at_end=True)
 
 
 def test_masks_round_trip(tmp_path):

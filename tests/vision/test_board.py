@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.vision.board import Board, board_views, find_board
+from palpate.vision.board import Board, board_views
 
 SQUARE_PX, MARGIN_PX = 20, 25
 
@@ -23,10 +23,10 @@ def corners_of(board):
 def test_the_order_starts_beside_a_black_square(size):
     board = Board(*size, 0.02)
     image, corners = drawn(board), corners_of(board)
-    assert np.abs(find_board(image, board) - corners).max() < 0.1
+    assert np.abs(board.find(image) - corners).max() < 0.1
     turned = np.ascontiguousarray(image[::-1, ::-1])
     height, width = image.shape
-    found = find_board(turned, board)
+    found = board.find(turned)
     assert np.abs(found - ([width - 1, height - 1] - corners)).max() < 0.1
 
 
@@ -35,12 +35,12 @@ def test_a_stain_does_not_turn_the_order():
     image = drawn(board)
     first = MARGIN_PX + SQUARE_PX
     image[first : first + SQUARE_PX, first : first + SQUARE_PX] = 150
-    assert np.abs(find_board(image, board) - corners_of(board)).max() < 0.5
+    assert np.abs(board.find(image) - corners_of(board)).max() < 0.5
 
 
 def test_a_board_of_two_orders_has_its_corners():
     board = Board(5, 5, 0.02)
-    found = find_board(drawn(board), board)
+    found = board.find(drawn(board))
     apart = [np.abs(order - corners_of(board)).max() for order in (found, found[::-1])]
     assert board.ambiguous and min(apart) < 0.1
 

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from palpate.vision.board import Board, board_views, find_board
+from palpate.vision.board import Board, board_views
 from palpate.vision.calibration import calibrate_camera, calibrate_pair
 from palpate.vision.camera import camera_from_spec, with_calibration
 from palpate.vision.pose import candidate_poses
@@ -45,12 +45,11 @@ def test_the_toolboxes_focal_lengths_and_baseline(caltech):
 def test_each_boards_pose_is_the_calibrations(caltech):
     """The probe's pose solver on real boards: nine-tenths of a millimetre would be a corner off."""
     result = calibrate_camera(caltech["left"], CALTECH, (640, 480))
-    marker = {"inner_corners": [9, 6], "square_m": 0.030}
     middle = CALTECH.points_m.mean(axis=0)
     for name, known in result.camera_from_board.items():
-        found = candidate_poses(caltech["left"][name], result.camera, marker, threshold_px=3.0)[0]
+        found = candidate_poses(caltech["left"][name], result.camera, CALTECH, threshold_px=3.0)[0]
         apart = (found.camera_from_marker - known) @ np.append(middle, 1)
-        assert found.inliers == 54
+        assert found.inliers == np.isfinite(caltech["left"][name][:, 0]).sum() > 48
         assert np.linalg.norm(apart[:3]) < 1e-4
 
 
@@ -137,7 +136,7 @@ def test_too_few_boards(sensors):
 
 def test_no_board_in_the_picture():
     grey = np.random.default_rng(0).integers(0, 255, (240, 320), dtype=np.uint8)
-    assert find_board(grey, CALTECH) is None
+    assert CALTECH.find(grey) is None
 
 
 def test_pairs_of_different_moments(sensors):

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from palpate.vision.board_picture import pixel_sizes, place_derivatives, square_wave
+from palpate.vision.board import Board
+from palpate.vision.board_picture import Print, pixel_sizes, place_derivatives
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.photometric import (
     FILLED_IN_PX,
@@ -22,6 +23,7 @@ from scipy.spatial.transform import Rotation
 
 CAMERA = PinholeCamera(1024, 768, 790.0, 760.0, 512.0, 384.0)
 SQUARE_M = 0.02
+BOARD = Board(4, 3, SQUARE_M)
 STEPS = np.diag([1e-6] * 6)
 
 
@@ -80,20 +82,26 @@ def test_squares_that_a_pixel_spans(pose):
     assert np.stack(found, axis=1) == pytest.approx(np.hypot(*slopes), rel=1e-4)
 
 
-def test_a_blurred_wave():
-    place, step = np.linspace(-1.3, 3.2, 19), 1e-6
-    blur = np.full(19, 0.15)
-    wave, slope, spread = square_wave(place, 3, blur)
-    for found, ends in (
-        (slope, [square_wave(place + sign * step, 3, blur)[0] for sign in (1, -1)]),
-        (spread, [square_wave(place, 3, blur + sign * step)[0] for sign in (1, -1)]),
-    ):
-        assert found == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-6)
-    sharp = square_wave(np.array([-0.5, 0.5, 1.5, 2.5]), 3, np.full(4, 1e-3))[0]
-    assert sharp == pytest.approx([1, -1, 1, -1])
+def test_a_blurred_print():
+    """A checkerboard of lines that are not even, at places about it and beyond."""
+    rng, step = np.random.default_rng(2), 1e-6
+    white = np.indices((3, 4)).sum(axis=0) % 2
+    board = Print(np.array([0.0, 0.8, 2.0]), np.array([0.0, 1.1]), white)
+    u, v = rng.uniform(-1.3, 3.2, 19), rng.uniform(-1.2, 2.2, 19)
+    blur = rng.uniform(0.1, 0.3, (2, 19))
+    found = board.blurred(u, v, *blur)
+    for k, by in enumerate((found.by_u, found.by_v, found.by_blur_u, found.by_blur_v)):
+        ends = []
+        for sign in (1, -1):
+            moved = [u, v, *blur]
+            moved[k] = moved[k] + sign * step
+            ends.append(board.blurred(*moved).white)
+        assert by == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-6)
+    sharp = board.blurred(u, v, *np.full((2, 19), 1e-4)).white
+    assert sharp == pytest.approx(board.at(u, v), abs=1e-6)
     # Half a blur beside an edge a normal error's 69 % are over it.
-    assert square_wave(np.array([0.075]), 1, blur[:1])[0] == pytest.approx(1 - 2 * 0.6914625)
-    assert wave[0] == pytest.approx(1)
+    edge = Print(np.array([0.0]), np.zeros(0), np.array([[0.0, 1.0]]))
+    assert edge.blurred(*np.array([[0.05], [0], [0.1], [0.1]])).white == pytest.approx(0.6914625)
 
 
 def test_covariances_are_those_of_the_linearised_corners(pose):
@@ -121,8 +129,7 @@ def test_covariances_are_those_of_the_linearised_corners(pose):
 
 @pytest.fixture
 def refiner():
-    marker = {"inner_corners": [4, 3], "square_m": SQUARE_M}
-    return BoardRefiner(CAMERA, marker, encoding="mono8")
+    return BoardRefiner(CAMERA, BOARD, encoding="mono8")
 
 
 BLUR_PX = 0.9
@@ -134,8 +141,7 @@ def shaded(pose):
     rays = rays[(np.abs(on_board(rays, pose) - [1.5, 1]) < [2.3, 1.8]).all(axis=1)]
     u, v, w, inverse = parts(rays, pose)
     across, down = pixel_sizes(u, v, w, inverse, CAMERA)
-    S, Q = square_wave(u, 4, BLUR_PX * across)[0], square_wave(v, 3, BLUR_PX * down)[0]
-    white = (1 - S * Q) / 2
+    white = BOARD.print.blurred(u, v, BLUR_PX * across, BLUR_PX * down).white
     values = 40 + 2 * u - v + (120 + 3 * v) * white + 9 * white * (1 - white) * (2 - white)
     return _Pixels(rays, values, np.zeros((len(rays), 0)))
 
@@ -246,8 +252,7 @@ def test_what_edges_are_off_by_is_added_to_the_noise(refiner, pose):
     """A picture without noise knows the pose as well as corners of the stated error do."""
     fit = refiner._fit(shaded(pose), pose, BLUR_PX, 0.4)
     for encoding, off_px in (("mono8", SYSTEMATIC_PX), ("rgb8", FILLED_IN_PX)):
-        marker = {"inner_corners": [4, 3], "square_m": SQUARE_M}
-        found = BoardRefiner(CAMERA, marker, encoding=encoding)._result(fit)
+        found = BoardRefiner(CAMERA, BOARD, encoding=encoding)._result(fit, BOARD.points_m)
         corners = corner_cofactor(refiner.points, pose, CAMERA)
         assert found.covariance == pytest.approx(off_px**2 * corners, rel=1e-6)
     # With noise the fit's own covariance stands beside it.
@@ -257,4 +262,6 @@ def test_what_edges_are_off_by_is_added_to_the_noise(refiner, pose):
     fit = refiner._fit(noisy, pose, BLUR_PX, 0.4)
     own = np.linalg.inv(fit.jacobian.T @ fit.jacobian)[:6, :6] * fit.variance
     assert fit.variance == pytest.approx(4.0, rel=0.1)
-    assert refiner._result(fit).covariance == pytest.approx(own + SYSTEMATIC_PX**2 * corners)
+    assert refiner._result(fit, BOARD.points_m).covariance == pytest.approx(
+        own + SYSTEMATIC_PX**2 * corners
+    )

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from palpate.vision.camera import PinholeCamera, camera_from_spec
-from palpate.vision.marker import Region, board_points, expected_region, find_corners
+from palpate.vision.marker import Region, board_of, expected_region, find_corners
 from palpate.vision.options import PoseFilter
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import candidate_poses, point_covariance, settle
@@ -63,7 +63,11 @@ POSES = [
 def pose_in(grey, marker, refine=None):
     """Pose of the board in one image."""
     [(pose, refined)] = board_poses(
-        [(find_corners(grey, marker), grey)], CAMERA, marker, threshold_px=0.25, refine=refine
+        [(find_corners(grey, board_of(marker)), grey)],
+        CAMERA,
+        board_of(marker),
+        threshold_px=0.25,
+        refine=refine,
     )
     assert refined == (refine is not None)
     return pose
@@ -76,7 +80,7 @@ def test_pose_of_a_rendered_board(pose, probe):
     assert found.inliers >= 10
     by_corners = np.linalg.norm((found.camera_from_marker @ tip - pose @ tip)[:3, 3])
     assert by_corners < 0.6e-3
-    refine = BoardRefiner(CAMERA, probe["marker"], encoding="mono8")
+    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
     better = pose_in(image, probe["marker"], refine)
     by_picture = np.linalg.norm((better.camera_from_marker @ tip - pose @ tip)[:3, 3])
     assert by_picture < 0.1e-3
@@ -87,7 +91,7 @@ def test_a_mosaics_pixels_are_told_apart(probe):
     image = board_image(POSES[0], probe["marker"]).astype(float)
     gains = np.array([[1.0, 0.85], [0.9, 0.7]])
     mosaic = np.round(image * np.tile(gains, (384, 512))).astype(np.uint8)
-    refine = BoardRefiner(CAMERA, probe["marker"], encoding="bayer_rggb8")
+    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="bayer_rggb8")
     start = POSES[0].copy()
     start[:3, 3] += [2e-4, -2e-4, 1e-3]
     found = refine(mosaic, start).camera_from_marker
@@ -99,13 +103,13 @@ def test_what_hides_a_part_of_the_board_does_not_pull_the_refinement(probe):
     image = board_image(POSES[0], probe["marker"])
     corner = CAMERA.project(POSES[0][:3, 3][None])[0].round().astype(int)
     image[corner[1] - 12 : corner[1] + 8, corner[0] - 12 : corner[0] + 8] = 150
-    refine = BoardRefiner(CAMERA, probe["marker"], encoding="mono8")
+    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
     tip, found = marker_from_tip(probe), refine(image, POSES[0]).camera_from_marker
     assert np.linalg.norm((found @ tip - POSES[0] @ tip)[:3, 3]) < 0.3e-3
 
 
 def test_what_does_not_look_like_the_board_is_not_refined(probe):
-    refine = BoardRefiner(CAMERA, probe["marker"], encoding="mono8")
+    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
     image = board_image(POSES[0], probe["marker"])
     assert refine(np.full((768, 1024), 120, np.uint8), POSES[0]) is None
     hidden = image.copy()
@@ -122,7 +126,7 @@ def test_what_does_not_look_like_the_board_is_not_refined(probe):
 def test_the_refinements_covariance_covers_its_scatter(probe):
     rng, tip = np.random.default_rng(4), marker_from_tip(probe)[:3, 3]
     image = board_image(POSES[1], probe["marker"]).astype(float)
-    refine = BoardRefiner(CAMERA, probe["marker"], encoding="mono8")
+    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
     errors, stated = [], []
     for _ in range(25):
         noisy = np.clip(np.round(image + rng.normal(0, 2, image.shape)), 0, 255).astype(np.uint8)
@@ -136,7 +140,7 @@ def test_the_refinements_covariance_covers_its_scatter(probe):
 
 
 def test_refinement_beyond_the_image_is_none(probe):
-    refine = BoardRefiner(CAMERA, probe["marker"], encoding="mono8")
+    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
     away = pose_of([0.35, 0, 0], [1.5, 0, 0.6])
     behind = pose_of([0.35, 0, 0], [0, 0, -0.6])
     blank = np.full((768, 1024), 120, np.uint8)
@@ -145,13 +149,13 @@ def test_refinement_beyond_the_image_is_none(probe):
 
 
 def test_the_covariance_is_that_of_the_scatter(probe):
-    points, pose = board_points(probe["marker"]), POSES[1]
+    points, pose = board_of(probe["marker"]).points_m, POSES[1]
     exact = CAMERA.project(points @ pose[:3, :3].T + pose[:3, 3])
     rng, tip = np.random.default_rng(3), marker_from_tip(probe)[:3, 3]
     tips, stated = [], []
     for _ in range(400):
         corners = exact + rng.normal(0, 0.05, exact.shape)
-        found = candidate_poses(corners, CAMERA, probe["marker"], threshold_px=0.45)[0]
+        found = candidate_poses(corners, CAMERA, board_of(probe["marker"]), threshold_px=0.45)[0]
         transform = found.camera_from_marker
         tips.append(transform[:3, :3] @ tip + transform[:3, 3])
         stated.append(np.diag(point_covariance(transform, found.covariance, tip)))
@@ -163,7 +167,8 @@ def test_the_covariance_is_that_of_the_scatter(probe):
 def test_no_flipped_pose_in_ten_thousand_frames(probe, sensors):
     """Boards at the far end of the Kinect's workspace, corners as noisy as its pictures'."""
     camera = camera_from_spec(sensors["kinect"]["color"])
-    points, rng = board_points(probe["marker"]), np.random.default_rng(8)
+    board, rng = board_of(probe["marker"]), np.random.default_rng(8)
+    points = board.points_m
     worst, alone, lost = 0.0, 0, 0
     for _ in range(100):
         swing = rng.uniform(-0.5, 0.5, 3) + 0.15 * np.cumsum(rng.normal(0, 0.15, (100, 3)), axis=0)
@@ -173,7 +178,9 @@ def test_no_flipped_pose_in_ten_thousand_frames(probe, sensors):
         for pose in poses:
             exact = camera.project(points @ pose[:3, :3].T + pose[:3, 3])
             corners = exact + rng.normal(0, 0.08, exact.shape)
-            candidates.append(candidate_poses(corners, camera, probe["marker"], threshold_px=0.45))
+            candidates.append(
+                candidate_poses(corners, camera, board_of(probe["marker"]), threshold_px=0.45)
+            )
         for true, found, options in zip(poses, settle(candidates), candidates, strict=True):
             if found is None:
                 lost += 1
@@ -195,15 +202,16 @@ def test_the_expected_region_gives_the_same_corners(probe):
         pose_of([0.35, 0.1, 0.0], [-0.05 + 0.01 * k, -0.1, 0.6]) for k in range(3)
     )
     before, last = (
-        find_corners(board_image(p, probe["marker"]), probe["marker"]) for p in (first, second)
+        find_corners(board_image(p, probe["marker"]), board_of(probe["marker"]))
+        for p in (first, second)
     )
     image = board_image(third, probe["marker"])
     region = expected_region(last, before, image.shape)
     assert (region.x1 - region.x0) * (region.y1 - region.y0) < 0.15 * image.size
-    whole = find_corners(image, probe["marker"])
-    assert np.abs(find_corners(image, probe["marker"], region) - whole).max() < 2e-3
+    whole = find_corners(image, board_of(probe["marker"]))
+    assert np.abs(find_corners(image, board_of(probe["marker"]), region) - whole).max() < 2e-3
     elsewhere = Region(0, 0, 60, 60)
-    assert np.array_equal(find_corners(image, probe["marker"], elsewhere), whole)
+    assert np.array_equal(find_corners(image, board_of(probe["marker"]), elsewhere), whole)
     assert expected_region(last + 5000, None, image.shape) is None
 
 
@@ -213,8 +221,8 @@ def test_corners_come_in_the_boards_order_whichever_way_up(inner_corners):
     marker = {"inner_corners": inner_corners, "square_m": 0.02}
     for turn in (0.0, 0.5 * np.pi, np.pi):
         pose = pose_of([0, 0, turn], [0.0, 0.0, 0.6])
-        corners = find_corners(board_image(pose, marker), marker)
-        points = board_points(marker) @ pose[:3, :3].T + pose[:3, 3]
+        corners = find_corners(board_image(pose, marker), board_of(marker))
+        points = board_of(marker).points_m @ pose[:3, :3].T + pose[:3, 3]
         assert np.abs(corners - CAMERA.project(points)).max() < 0.15
 
 

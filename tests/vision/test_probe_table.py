@@ -8,8 +8,6 @@ from palpate.vision import marker
 from palpate.vision.marker import (
     MARGIN,
     CornerFollower,
-    _half_window,
-    _outer_intensity,
     expected_region,
 )
 from palpate.vision.pose import MarkerPose
@@ -70,23 +68,6 @@ def test_deviations_of_the_tip(probe):
     assert np.isnan(_tip_std(None, probe)).all()
 
 
-def test_a_corners_window_ends_before_the_next_corner():
-    grid = np.stack(np.meshgrid(np.arange(4) * 20.0, np.arange(3) * 10.0), axis=-1)
-    assert _half_window(grid) == round(0.35 * 10)
-    assert _half_window(grid.swapaxes(0, 1)) == round(0.35 * 10)
-    assert _half_window(grid / 10) == 2 and _half_window(10 * grid) == 11
-
-
-def test_brightness_of_the_outer_square_beside_the_first_corner():
-    grey = np.zeros((60, 60), np.uint8)
-    grey[14:17, 9:12] = 90
-    grid = np.stack(np.meshgrid(20 + 20.0 * np.arange(3), 20 + 10.0 * np.arange(2)), axis=-1)
-    # Half a square to the left and up: 10, 15.
-    assert _outer_intensity(grid, grey) == 90
-    for beside in ([-22, 0], [0, -27], [60, 0], [0, 60]):
-        assert _outer_intensity(grid + beside, grey) is None
-
-
 def corners_at(x, y):
     return np.stack(np.meshgrid(x + 20.0 * np.arange(4), y + 20.0 * np.arange(3)), -1).reshape(
         -1, 2
@@ -112,12 +93,12 @@ def test_a_board_is_followed_until_it_is_lost(monkeypatch):
     frames = iter([corners_at(200, 100), corners_at(210, 100), None, corners_at(240, 100)])
     regions = []
 
-    def find(grey, marker, region):
+    def find(grey, board, region):
         regions.append(region)
         return next(frames, None)
 
     monkeypatch.setattr(marker, "find_corners", find)
-    follow, grey = CornerFollower({}), np.zeros((400, 600), np.uint8)
+    follow, grey = CornerFollower(None), np.zeros((400, 600), np.uint8)
     for _ in range(5):
         follow(grey)
     expected = [

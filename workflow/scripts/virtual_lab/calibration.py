@@ -12,7 +12,8 @@ from palpate.vision.camera import camera_from_spec
 from scipy.spatial.transform import Rotation
 
 from virtual_lab.cameras import Exposure
-from virtual_lab.probe import Board, Probe, loose_board
+from virtual_lab.probe import Probe, loose_board
+from virtual_lab.probe_board import Board
 from virtual_lab.record import reached
 from virtual_lab.render import View, render, render_around
 from virtual_lab.rig import STILL_SAMPLES, Rig, depth_view

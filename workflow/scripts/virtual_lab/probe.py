@@ -1,4 +1,4 @@
-"""The probe with its checkerboard, and other boards, as parts of a scene."""
+"""The probe with its board, and other boards, as parts of a scene."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,13 +8,14 @@ import trimesh
 from numpy.typing import NDArray
 
 from virtual_lab.part import BOARD, GRIP, METAL, SPHERE, Finish, Part
+from virtual_lab.probe_board import Board
+from virtual_lab.tagged_board import tagged_board
 
 # Linear reflectance and gloss of the plain parts.
 STONE = Finish((0.30, 0.29, 0.28), 0.02)
 STEEL = Finish((0.34, 0.35, 0.37), 0.35)
 RUBBER = Finish((0.05, 0.05, 0.06), 0.06)
 PAPER = Finish((0.80, 0.80, 0.80), 0.0)
-WHITE, BLACK = 0.80, 0.030
 # Parts of the probe along its axis from the tip's centre, upward: start, stop, radius [m].
 STEM = (0.004, 0.038, 0.0035)
 NANO25 = (0.038, 0.060, 0.0125)
@@ -23,43 +24,6 @@ HANDLE = (0.060, 0.186, 0.0110)
 # A hand holds the handle here, and so thick is the forearm behind it.
 HAND_M, FOREARM_RADIUS_M = (0.0, 0.0, -0.120), 0.040
 SKIN = Finish((0.45, 0.28, 0.20), 0.05)
-BOARD_MARGIN_M = 0.016
-BOARD_THICKNESS_M = 0.003
-
-
-@dataclass(frozen=True)
-class Board:
-    """A checkerboard whose first outer square is black.
-
-    Attributes
-    ----------
-    squares : tuple of int
-        Squares along x and y.
-    square_m : float
-    """
-
-    squares: tuple[int, int]
-    square_m: float
-
-    def mesh(self) -> tuple[NDArray, NDArray]:
-        """Vertices (n, 3) [m] and triangles of the board in its own frame (first inner corner)."""
-        square, (columns, rows) = self.square_m, self.squares
-        margin = square + BOARD_MARGIN_M
-        low = np.array([-margin, -margin, 0.0])
-        last = np.array([columns - 2, rows - 2]) * square + margin
-        high = np.array([*last, BOARD_THICKNESS_M])
-        box = trimesh.creation.box(extents=high - low)
-        return box.vertices + (low + high) / 2, box.faces
-
-    def colour(self, points_m: NDArray, footprint_m: NDArray) -> NDArray:
-        """Reflectance at points of the board's frame, box-filtered over footprints, (n, 3)."""
-        x, y, z = (points_m / self.square_m).T
-        width = footprint_m / self.square_m
-        # The origin corner lies one square in from the outer corner, whose square is black.
-        dark = 0.5 + 0.5 * _square_wave(x + 1, width) * _square_wave(y + 1, width)
-        dark *= _inside(x + 1, self.squares[0], width) * _inside(y + 1, self.squares[1], width)
-        dark *= z < 0.5 * BOARD_THICKNESS_M / self.square_m
-        return np.repeat((WHITE + (BLACK - WHITE) * dark)[:, None], 3, axis=1)
 
 
 @dataclass(frozen=True)
@@ -82,10 +46,26 @@ class Probe:
         return np.concatenate([part.vertices_m for part in self.parts])
 
 
+def make_board(marker: Mapping) -> Board:
+    """Make the board of a ``marker`` block.
+
+    Raises
+    ------
+    ValueError
+        If the lab has no such board.
+    """
+    kind = marker.get("kind", "checkerboard")
+    if kind == "charuco":
+        return tagged_board(marker)
+    if kind != "checkerboard":
+        raise ValueError(f"marker.kind: expected checkerboard or charuco in the lab, found {kind}")
+    columns, rows = marker["inner_corners"]
+    return Board((columns + 1, rows + 1), marker["square_m"])
+
+
 def make_probe(probe: Mapping, elbow_m: Sequence[float] | None = None) -> Probe:
     """Build the probe from its file; with an elbow (3,) [m], of the arm that holds it."""
-    columns, rows = probe["marker"]["inner_corners"]
-    board = Board((columns + 1, rows + 1), probe["marker"]["square_m"])
+    board = make_board(probe["marker"])
     marker_from_tip = np.array(probe["marker_from_force"]) @ np.array(probe["force_from_tip"])
     tip_from_marker = np.linalg.inv(marker_from_tip)
     ball = trimesh.creation.icosphere(subdivisions=4, radius=probe["indenter"]["radius_m"])
@@ -110,19 +90,6 @@ def loose_board(board: Board) -> Probe:
     """A board in nobody's hand: its parts in its own frame."""
     vertices, faces = board.mesh()
     return Probe((Part(BOARD, vertices, faces, PAPER),), board, np.eye(4))
-
-
-def _square_wave(x: NDArray, width: NDArray) -> NDArray:
-    """Mean over a width of the wave that is 1 on [0, 1) and -1 on [1, 2)."""
-
-    def integral(s: NDArray) -> NDArray:
-        return 1 - np.abs(np.mod(s, 2) - 1)
-
-    return (integral(x + width / 2) - integral(x - width / 2)) / width
-
-
-def _inside(x: NDArray, size: float, width: NDArray) -> NDArray:
-    return np.clip(np.minimum(x, size - x) / width + 0.5, 0, 1)
 
 
 def _moved(vertices: NDArray, transform: NDArray) -> NDArray:

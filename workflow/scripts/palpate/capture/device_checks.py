@@ -9,6 +9,15 @@ import numpy as np
 ROTATION_TOLERANCE = 1e-4
 # Parts of one probe, or of one sensor, are nearer to each other [m].
 LONGEST_SHIFT_M = 2.0
+# Tags of the families whose names do not end with their number.
+TAGS = {
+    "APRILTAG_16H5": 30,
+    "APRILTAG_25H9": 35,
+    "APRILTAG_36H10": 2320,
+    "APRILTAG_36H11": 587,
+    "ARUCO_MIP_36H12": 250,
+    "ARUCO_ORIGINAL": 1024,
+}
 # What depth images blur around a tip [m].
 TIP_MARGIN_M = 0.002
 
@@ -29,13 +38,34 @@ def wrong_devices(sensors: Mapping, probes: Mapping, paths: Mapping) -> list[str
 
 
 def ambiguous_boards(probes: Mapping, folder: str) -> list[str]:
-    """Boards that look the same from both ends: their corners' order could not be settled."""
+    """Boards that look the same from both ends, or that can't be printed."""
     lines = []
     for name, probe in probes.items():
+        if "inner_corners" not in probe["marker"]:
+            lines += impossible_tags(probe["marker"], f"{Path(folder) / name}.yaml: marker")
+            continue
         columns, rows = probe["marker"]["inner_corners"]
         if (columns + rows) % 2 == 0:
             place = f"{Path(folder) / name}.yaml: marker.inner_corners"
             lines.append(f"{place}: expected one odd and one even, found {columns}, {rows}")
+    return lines
+
+
+def impossible_tags(marker: Mapping, place: str) -> list[str]:
+    """Tags larger than their squares, or more than their family has."""
+    lines = []
+    if "squares" in marker:
+        columns, rows = marker["squares"]
+        count = (columns * rows + bool(marker.get("white_first"))) // 2
+        if marker["tag_m"] >= marker["square_m"]:
+            found = f"less than square_m ({marker['square_m']:g}), found {marker['tag_m']:g}"
+            lines.append(f"{place}.tag_m: expected {found}")
+    else:
+        count = int(np.prod(marker["tags"]))
+    family = marker["dictionary"]
+    available = TAGS.get(family) or int(family.rpartition("_")[2])
+    if count > available:
+        lines.append(f"{place}.dictionary: expected {count} tags or more, found {available}")
     return lines
 
 

@@ -248,6 +248,8 @@ def _line(source: str, field: str, key: str, expected: str, found: str) -> str:
 
 def _expected(error: jsonschema.ValidationError) -> str:
     rule, value = error.validator, error.validator_value
+    if rule == "not" and value == {}:
+        return "no such field beside the others"
     if rule == "type":
         names = [value] if isinstance(value, str) else value
         return " or ".join(TYPE_NAMES.get(name, f"a {name}") for name in names)

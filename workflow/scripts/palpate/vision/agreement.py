@@ -21,7 +21,7 @@ from palpate.capture.images import read_image
 from palpate.capture.tables import FRAMES, image_streams, read_frames
 from palpate.units import MILLIMETRES
 from palpate.vision.camera import PinholeCamera, camera_from_spec
-from palpate.vision.marker import board_points, find_corners
+from palpate.vision.marker import board_of, find_corners
 from palpate.vision.probe import marker_transforms
 from palpate.vision.windows import grey
 
@@ -36,8 +36,9 @@ FEWEST_OFF = 3
 LEAST = 1.0
 # A depth camera's error, its calibration's and the corners' are some per cent together.
 LARGEST_SCALE = 1.08
-# Of the squares around the inner corners, how much counts as board; pixels with depth on it.
-BORDER, FEWEST_READINGS = 0.6, 20
+# Of the outer squares, how much does not count as board; pixels with depth on it.
+RIM, FEWEST_READINGS = 0.4, 20
+INWARD = np.array([[1], [-1]])
 
 
 @dataclass(frozen=True)
@@ -117,25 +118,26 @@ def _require_scale(distances_m: NDArray, sensor: Mapping, marker: Mapping, strea
     scale = by_corners / by_stream
     if 1 / LARGEST_SCALE <= scale <= LARGEST_SCALE:
         return
-    square_m = marker["square_m"]
-    color = sensor["color"]
+    side = "square_m" if "square_m" in marker else "tag_m"
+    color, side_m = sensor["color"], marker[side]
     raise ValueError(
-        f"marker.square_m: expected the board {by_stream:.3f} m away, where {stream} shows it,"
-        f" found it at {by_corners:.3f} m by its corners (squares of {square_m / scale:.3g} m for"
-        f" {square_m:g}? images of another size than {color['width_px']} x {color['height_px']} px"
+        f"marker.{side}: expected the board {by_stream:.3f} m away, where {stream} shows it,"
+        f" found it at {by_corners:.3f} m by its corners ({side_m / scale:.3g} m for"
+        f" {side_m:g}? images of another size than {color['width_px']} x {color['height_px']} px"
         f" with fx_px {color['fx_px']:g}? another count of depth than the sensor's encoding says?)"
     )
 
 
 def _in_pairs(paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: Mapping) -> NDArray:
     """Mean row of the board in both rectified images [px], and its distance by both [m], (n, 4)."""
-    camera, points_m = camera_from_spec(sensor["color"]), board_points(marker)
+    camera, printed = camera_from_spec(sensor["color"]), board_of(marker)
     found = []
     for path, board in zip(paths, boards, strict=True):
-        right = find_corners(grey(read_image(path, sensor["color"]["encoding"])), marker)
+        right = find_corners(grey(read_image(path, sensor["color"]["encoding"])), printed)
         if right is None:
             continue
-        places_m = points_m @ board[:3, :3].T + board[:3, 3]
+        seen = np.isfinite(right[:, 0])
+        right, places_m = right[seen], printed.points_m[seen] @ board[:3, :3].T + board[:3, 3]
         left = camera.project(places_m)
         disparity = float((left - right)[:, 0].mean())
         away_m = camera.fx_px * sensor["stereo"]["baseline_m"] / max(disparity, 1e-3)
@@ -169,10 +171,9 @@ def _in_depths(paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: 
 
 def _always_board(boards: NDArray, camera: PinholeCamera, marker: Mapping) -> NDArray:
     """Pixels of the depth image that show the board in all frames, (n, 2)."""
-    columns, rows = marker["inner_corners"]
-    ends = np.array([[0, 0], [columns - 1, 0], [columns - 1, rows - 1], [0, rows - 1]])
-    outer = ends + BORDER * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    outer_m = marker["square_m"] * np.column_stack([outer, np.zeros(4)])
+    printed = board_of(marker)
+    (left, top), (right, bottom) = printed.outline_m + RIM * printed.unit_m * INWARD
+    outer_m = np.array([[left, top, 0], [right, top, 0], [right, bottom, 0], [left, bottom, 0]])
     shown = np.ones((camera.height_px, camera.width_px), np.uint8)
     for board in boards:
         pixels = camera.project(outer_m @ board[:3, :3].T + board[:3, 3])

@@ -2,21 +2,53 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-# Half the window in which a corner is refined: part of a square's side, and never more pixels. On
-# real boards larger windows bias the focal length, and the corners of OpenCV's SB detector have
-# residuals a quarter larger.
-REFINE_SHARE, REFINE_MOST_PX = 0.4, 5
-REFINED = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 60, 1e-4)
+from palpate.vision.board_picture import Print
+from palpate.vision.corners import in_sight, refined
+
+# Where OpenCV's sector-based detector finds no board its older one may, with edge corners that may
+# be wrong: what the others contradict goes.
+BY_SECTORS = cv2.CALIB_CB_NORMALIZE_IMAGE
+BY_QUADS = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
+# Part of the corners of each outer row and column that has to be right.
+SIDE_SEEN = 0.5
+
+
+class FlatBoard(Protocol):
+    """What any printed board has.
+
+    Attributes
+    ----------
+    points_m : (n, 3) array
+        Corners in the board's frame: origin at the first, x right, y down, z into the board.
+    outline_m : (2, 2) array
+        Least and largest x, y of what is printed.
+    unit_m : float
+        Side of a square or a tag.
+    print : Print
+        What is printed, in units.
+    ambiguous : bool
+        Whether half a turn maps it onto itself.
+    """
+
+    points_m: NDArray
+    outline_m: NDArray
+    unit_m: float
+    print: Print
+    ambiguous: bool
+
+    def find(self, grey: NDArray) -> NDArray | None:
+        """Corners in a (h, w) uint8 picture, (n, 2) [px]; NaN where one is not seen, or None."""
 
 
 @dataclass(frozen=True)
 class Board:
-    """A checkerboard.
+    """A checkerboard; a `FlatBoard`.
 
     Attributes
     ----------
@@ -37,65 +69,76 @@ class Board:
         return points * self.square_m
 
     @property
+    def outline_m(self) -> NDArray:
+        """Least and largest x, y of the outer squares, (2, 2)."""
+        return np.array([[-1, -1], [self.columns, self.rows]]) * self.square_m
+
+    @property
+    def unit_m(self) -> float:
+        """Side of a square."""
+        return self.square_m
+
+    @property
+    def print(self) -> Print:
+        """Black and white squares, in squares; the one beside the first corner is black."""
+        white = np.indices((self.rows + 1, self.columns + 1)).sum(axis=0) % 2
+        return Print(np.arange(self.columns), np.arange(self.rows), white)
+
+    @property
     def ambiguous(self) -> bool:
         """Whether half a turn maps the board's colours onto themselves."""
         return (self.columns + self.rows) % 2 == 0
 
+    def find(self, grey: NDArray) -> NDArray | None:
+        """Find the corners to sub-pixel precision, row by row.
 
-def find_board(grey: NDArray, board: Board) -> NDArray | None:
-    """Find a board's corners to sub-pixel precision, row by row.
+        They are counted clockwise from the corner beside a black outer square, where the board
+        allows to tell (one odd and one even number of corners).
 
-    The order starts at the corner beside a black outer square where the board allows to tell
-    (one odd and one even number of corners).
+        Parameters
+        ----------
+        grey : (h, w) uint8 array
 
-    Parameters
-    ----------
-    grey : (h, w) uint8 array
-    board : Board
+        Returns
+        -------
+        (n, 2) array or None
+            Pixel coordinates, NaN where a corner is not right; None when the board is not seen.
+        """
+        size = (self.columns, self.rows)
+        found, corners = cv2.findChessboardCornersSB(grey, size, flags=BY_SECTORS)
+        if not found:
+            found, corners = cv2.findChessboardCorners(grey, size, flags=BY_QUADS)
+        if not found:
+            return None
+        grid = corners.reshape(self.rows, self.columns, 2).astype(float)
+        corners = refined(grey, _face_up(grid).reshape(-1, 2), self.points_m)
+        turns = [corners] if self.ambiguous else [corners, corners[::-1].copy()]
+        found = [in_sight(grey, turned, self) for turned in turns]
+        best = max(found, key=lambda turned: np.isfinite(turned[:, 0]).sum())
+        return best if self._whole(np.isfinite(best[:, 0])) else None
 
-    Returns
-    -------
-    (n, 2) array or None
-        Pixel coordinates; None when the board is not seen whole.
-    """
-    size = (board.columns, board.rows)
-    found, corners = cv2.findChessboardCorners(grey, size)
-    if not found:
-        found, corners = cv2.findChessboardCornersSB(grey, size)
-    if not found:
-        return None
-    corners = corners.reshape(board.rows, board.columns, 2).astype(np.float32)
-    steps = (
-        np.linalg.norm(np.diff(corners, axis=0), axis=-1).min(),
-        np.linalg.norm(np.diff(corners, axis=1), axis=-1).min(),
-    )
-    reach = int(np.clip(REFINE_SHARE * min(steps), 1, REFINE_MOST_PX))
-    corners = cv2.cornerSubPix(grey, corners.reshape(-1, 1, 2), (reach, reach), (-1, -1), REFINED)
-    corners = corners.reshape(-1, 2).astype(float)
-    if board.ambiguous:
-        return corners
-    return corners if _starts_at_black(grey, corners, board) else corners[::-1].copy()
+    def _whole(self, seen: NDArray) -> bool:
+        """Whether enough corners are seen on all sides: else the grid may be a row beside."""
+        grid = seen.reshape(self.rows, self.columns)
+        sides = (grid[0], grid[-1], grid[:, 0], grid[:, -1])
+        return all(side.mean() >= SIDE_SEEN for side in sides)
 
 
-def _starts_at_black(grey: NDArray, corners: NDArray, board: Board) -> bool:
-    """Whether the squares at even places from the first corner are the dark ones."""
-    grid = corners.reshape(board.rows, board.columns, 2)
-    middles = (grid[:-1, :-1] + grid[:-1, 1:] + grid[1:, :-1] + grid[1:, 1:]) / 4
-    place = middles.astype(np.float32)
-    values = cv2.remap(grey, place[..., 0], place[..., 1], cv2.INTER_LINEAR).astype(float)
-    even = np.indices(values.shape).sum(axis=0) % 2 == 0
-    return bool(values[even].mean() < values[~even].mean())
+def _face_up(grid: NDArray) -> NDArray:
+    """Corners (rows, columns, 2) counted clockwise: nobody sees a board from behind."""
+    along, down = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
+    return grid[:, ::-1] if along[0] * down[1] - along[1] * down[0] < 0 else grid
 
 
 def board_views(
-    images: Sequence[tuple[str, NDArray]], board: Board
+    images: Sequence[tuple[str, NDArray]], board: FlatBoard
 ) -> tuple[dict[str, NDArray], dict[str, str]]:
     """Find the board in images: corners of each view that shows it, and the rest's reason."""
     corners, missing = {}, {}
     for name, grey in images:
-        found = find_board(grey, board)
+        found = board.find(grey)
         if found is None:
-            missing[name] = "the board was not found whole"
+            missing[name] = "the board was not found"
         else:
             corners[name] = found
     return corners, missing

@@ -84,8 +84,9 @@ def calibrate_camera(
     views, rejected = dict(corners), {}
     while True:
         _check_count(len(views), rejected)
-        points = [board.points_m.astype(np.float32)] * len(views)
-        images = [corner.astype(np.float32) for corner in views.values()]
+        seen = {name: np.isfinite(found[:, 0]) for name, found in views.items()}
+        points = [board.points_m[seen[name]].astype(np.float32) for name in views]
+        images = [found[seen[name]].astype(np.float32) for name, found in views.items()]
         rms, K, distortion, turns, shifts, std, _, errors = cv2.calibrateCameraExtended(
             points, images, size_px, None, None, criteria=CONVERGED
         )
@@ -139,12 +140,15 @@ def calibrate_pair(
     paired = {name: second[name] for name in shared}
     if board.ambiguous:
         paired = _ordered_alike(first, paired, board, cameras)
-    points = [board.points_m.astype(np.float32)] * len(shared)
+    seen = {
+        name: np.isfinite(first[name][:, 0]) & np.isfinite(paired[name][:, 0]) for name in shared
+    }
+    points = [board.points_m[seen[name]].astype(np.float32) for name in shared]
     lenses = [item for c in cameras for item in (c.matrix, np.array(c.distortion))]
     rms, _, _, _, _, turn, shift, *_, errors = cv2.stereoCalibrateExtended(
         points,
-        [first[name].astype(np.float32) for name in shared],
-        [paired[name].astype(np.float32) for name in shared],
+        [first[name][seen[name]].astype(np.float32) for name in shared],
+        [paired[name][seen[name]].astype(np.float32) for name in shared],
         *lenses,
         (cameras[0].width_px, cameras[0].height_px),
         None,
@@ -207,8 +211,9 @@ def _apart(a: NDArray, b: NDArray) -> float:
 
 
 def _board_pose(corners: NDArray, board: Board, camera: PinholeCamera) -> NDArray:
+    seen = np.isfinite(corners[:, 0])
     _, turn, shift = cv2.solvePnP(
-        board.points_m, corners, camera.matrix, np.array(camera.distortion)
+        board.points_m[seen], corners[seen], camera.matrix, np.array(camera.distortion)
     )
     return _pose(turn, shift)
 

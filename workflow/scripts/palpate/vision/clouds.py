@@ -17,7 +17,7 @@ from palpate.frames import Film, write_film
 from palpate.open3d_core import o3d
 from palpate.vision.camera import PinholeCamera, camera_from_spec, pixel_rays
 from palpate.vision.depth import stereo_depth
-from palpate.vision.marker import board_points
+from palpate.vision.marker import board_of
 from palpate.vision.options import Clouds, SupportPlane
 from palpate.vision.probe import AXIS, TIP, marker_transforms
 from palpate.vision.support_plane import SAMPLES, fit_support_plane, height_above
@@ -81,7 +81,7 @@ class ProbePlace:
 
 def probe_places(poses: pd.DataFrame, probe: Mapping) -> list[ProbePlace]:
     """Where the probe is in each frame of probe_pose.csv."""
-    centre = board_points(probe["marker"]).mean(axis=0)
+    centre = np.append(board_of(probe["marker"]).outline_m.mean(axis=0), 0)
     transforms = marker_transforms(poses)
     boards = transforms[:, :3, :3] @ centre + transforms[:, :3, 3]
     corners = centre + _sheet(probe)
@@ -259,12 +259,12 @@ def belongs_to_probe(points_m: NDArray, place: ProbePlace, exclusion: Mapping) -
 
 
 def _sheet(probe: Mapping) -> NDArray:
-    """Corners of the board's sheet from its centre [m], shape (4, 3): the squares and a margin.
+    """Corners of the board's sheet from its centre [m], shape (4, 3): what is printed and a margin.
 
     The margin is even, and so wide that the corners lie on the board's exclusion radius.
     """
-    marker, radius = probe["marker"], probe["exclusion"]["board_radius_m"]
-    half = (np.array(marker["inner_corners"]) + 1) * marker["square_m"] / 2
+    radius = probe["exclusion"]["board_radius_m"]
+    half = np.ptp(board_of(probe["marker"]).outline_m, axis=0) / 2
     # |half + margin| = radius, a quadratic equation in the margin.
     total, excess = half.sum(), half @ half - radius**2
     margin = (np.sqrt(max(total**2 - 2 * excess, 0.0)) - total) / 2

@@ -23,6 +23,10 @@ from palpate.vision.stillness import camera_shift
 MOST_FOREGROUND = 0.8
 # For so many frames, of which most are off, a camera moved.
 STAYS = 5
+# Deviations of a median of frames that shake, in those of a frame over the root of their number.
+SURE = 3.0
+# Median of a normal error's size.
+MAD = 0.6745
 PIECE_PX = 8_192
 # Pixels within this of a mask's edge may show both sides; so much of the foreground counts as it.
 RIM_PX, MIXED = 3, 0.5
@@ -211,7 +215,7 @@ def masks_of(
     for k, image in enumerate(frames):
         mask = classify(image)
         moved_px = camera_shift(model.mean, model.std, image, mask)
-        shifts_px.append(np.nan if moved_px is None else moved_px)
+        shifts_px.append(np.full((4, 2), np.nan) if moved_px is None else moved_px)
         _require_still(shifts_px, options.largest_shift_px, at_end=k == len(frames) - 1)
         full = mask.mean()
         if full > MOST_FOREGROUND:
@@ -222,21 +226,33 @@ def masks_of(
         if not full:
             raise ValueError(f"mask: expected foreground in each frame, found none in {k}")
         yield mask
-    untold = np.isnan(shifts_px).sum()
+    untold = np.isnan(shifts_px).any(axis=(1, 2)).sum()
     if untold:
         text = "camera: whether it stood still is not known in %d of %d frames: too little to see"
         logging.warning(text, untold, len(frames))
 
 
-def _require_still(shifts_px: Sequence[float], largest_px: float, *, at_end: bool) -> None:
-    """Hold the last frames' median to the limit: a bump stays, and noise does not."""
+def _require_still(shifts_px: Sequence[NDArray], largest_px: float, *, at_end: bool) -> None:
+    """Hold the last frames' median to the limit: a bump stays, noise and a stand's shake do not.
+
+    A camera that shakes cannot be held to less than the median of so many frames tells.
+    """
     last = np.array(shifts_px[-STAYS:])
     if np.isnan(last).all() or (len(last) < STAYS and not at_end):
         return
-    moved_px = np.nanmedian(last)
-    if moved_px > largest_px:
-        frame = len(shifts_px) - len(last) + int(np.argmax(last > largest_px))
+    moved_px = np.linalg.norm(np.nanmedian(last, axis=0), axis=1).max()
+    limit_px = largest_px + SURE * shake_px(shifts_px) / np.sqrt(len(last))
+    if moved_px > limit_px:
+        off = np.linalg.norm(last, axis=2).max(axis=1) > limit_px
+        frame = len(shifts_px) - len(last) + int(np.argmax(off))
         raise ValueError(
-            f"camera: expected where it filmed the background (within {largest_px:g} px),"
+            f"camera: expected where it filmed the background (within {limit_px:.2g} px),"
             f" found it moved by {moved_px:.1f} px from frame {frame} on"
         )
+
+
+def shake_px(shifts_px: Sequence[NDArray]) -> float:
+    """Standard deviation of a frame's place along an axis, by the median step (n, 4, 2) [px]."""
+    steps = np.abs(np.diff(np.array(shifts_px), axis=0))
+    known = steps[np.isfinite(steps)]
+    return float(np.median(known)) / (MAD * np.sqrt(2)) if len(known) else 0.0

@@ -1,23 +1,23 @@
 """Refine a board's pose on the brightness of all its pixels instead of its few corners.
 
 Corners use a few pixels each; the tilt of a small board seen nearly square-on is then poorly
-known, and the tip lies a board's length away from the board. The picture of the whole board,
-outer squares included, knows the tilt two to three times better.
+known, and the tip lies a board's length away from the board. The picture of all that is printed,
+outer squares and tags included, knows the tilt two to three times better.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from palpate.vision.board_picture import pixel_sizes, place_derivatives, square_wave
+from palpate.vision.board import FlatBoard
+from palpate.vision.board_picture import pixel_sizes, place_derivatives
 from palpate.vision.camera import PinholeCamera, pixel_rays
-from palpate.vision.marker import board_points
 from palpate.vision.pose import corner_cofactor
 
-# The rim of the outer squares is left out: what lies beyond the board is not known [squares].
+# The rim of what is printed is left out: what lies beyond the board is not known [units].
 RIM = 0.12
 FEWEST_PIXELS = 200
 ITERATIONS = 25
@@ -92,29 +92,31 @@ class _Fit:
 
 
 class BoardRefiner:
-    """Least-squares fit of pose, blur and shading of a checkerboard to an image.
+    """Least-squares fit of pose, blur and shading of a printed board to an image.
 
     Parameters
     ----------
     camera : PinholeCamera
-    marker : mapping
-        ``marker`` block of the probe's file; the outer square beside the origin is black.
+    board : FlatBoard
     encoding : str
         Of the images: of the four kinds of pixels of ``bayer_rggb8`` each has its own black and
         white; the colours of ``rgb8`` were filled in, which shifts edges.
     """
 
-    def __init__(self, camera: PinholeCamera, marker: Mapping, *, encoding: str) -> None:
-        self.camera, self.square_m = camera, float(marker["square_m"])
+    def __init__(self, camera: PinholeCamera, board: FlatBoard, *, encoding: str) -> None:
+        self.camera, self.unit_m = camera, board.unit_m
         self.mosaic, self.sampled = encoding == "bayer_rggb8", encoding != "rgb8"
-        self.columns, self.rows = marker["inner_corners"]
-        self.points = board_points(marker)
+        self.points, self.print = board.points_m, board.print
+        # Least and largest u, v [units].
+        self.outline = board.outline_m / board.unit_m
         grid = pixel_rays(camera)
         self.rays = grid.reshape(camera.height_px, camera.width_px, 3)
         y, x = np.mgrid[: camera.height_px, : camera.width_px]
         self.sites = (2 * (y % 2) + x % 2).astype(np.uint8)
 
-    def __call__(self, grey: NDArray, start: NDArray) -> PhotometricPose | None:
+    def __call__(
+        self, grey: NDArray, start: NDArray, hidden: NDArray | None = None
+    ) -> PhotometricPose | None:
         """Refine a pose.
 
         Parameters
@@ -123,6 +125,8 @@ class BoardRefiner:
             Grey image, or mosaic.
         start : (4, 4) array
             camera_from_marker within about a pixel of the truth.
+        hidden : (n,) bool array, optional
+            Corners that something hides: the board is not looked at about them.
 
         Returns
         -------
@@ -130,12 +134,14 @@ class BoardRefiner:
             None where too little of the board is in the image, the fit does not converge, or what
             it found does not look like the board or lies far from the start.
         """
-        seen = self._pixels(grey, start)
+        seen = self._pixels(grey, start, hidden)
         if seen is None:
             return None
         rough, _ = self._iterated(seen, start.copy(), BLUR_PX, OCCLUDED[0])
         fit, done = self._iterated(seen, rough.pose, rough.blur, OCCLUDED[1])
-        return self._result(fit) if done and self._believable(fit, start) else None
+        if not done or not self._believable(fit, start):
+            return None
+        return self._result(fit, self.points if hidden is None else self.points[~hidden])
 
     def _iterated(
         self, seen: "_Pixels", pose: NDArray, blur: float, occluded: float
@@ -164,19 +170,19 @@ class BoardRefiner:
         )
         return bool(np.abs(after - before).max() < FARTHEST_PX)
 
-    def _result(self, fit: "_Fit") -> PhotometricPose:
+    def _result(self, fit: "_Fit", points: NDArray) -> PhotometricPose:
         """The pose with its covariance: the samples' noise, and what all edges are off together."""
         noise = np.linalg.inv(fit.jacobian.T @ (fit.jacobian * fit.weight[:, None]))[:6, :6]
         systematic_px = SYSTEMATIC_PX if self.sampled else FILLED_IN_PX
-        edges = corner_cofactor(self.points, fit.pose, self.camera)
+        edges = corner_cofactor(points, fit.pose, self.camera)
         covariance = noise * fit.variance + edges * systematic_px**2
         return PhotometricPose(fit.pose, covariance)
 
-    def _pixels(self, grey: NDArray, pose: NDArray) -> "_Pixels | None":
+    def _pixels(self, grey: NDArray, pose: NDArray, hidden: NDArray | None) -> "_Pixels | None":
         """Pixels near the edges inside the board, and some of the flat ones."""
-        columns, rows = self.columns, self.rows
-        outline = np.array([[-1, -1], [columns, -1], [-1, rows], [columns, rows]])
-        corners = np.column_stack([outline * self.square_m, np.zeros(4)])
+        (left, top), (right, bottom) = self.outline
+        outline = np.array([[left, top], [right, top], [left, bottom], [right, bottom]])
+        corners = np.column_stack([outline * self.unit_m, np.zeros(4)])
         places = corners @ pose[:3, :3].T + pose[:3, 3]
         if places[:, 2].min() <= 0:
             return None
@@ -187,25 +193,28 @@ class BoardRefiner:
         rays, values = self.rays[box].reshape(-1, 3), grey[box].ravel()
         sites = (self.sites[box] if self.mosaic else np.zeros_like(grey[box])).ravel()
         u, v, w, inverse = self._place(rays, pose)
-        inside = (u > RIM - 1) & (u < self.columns - RIM) & (v > RIM - 1) & (v < self.rows - RIM)
+        inside = (u > left + RIM) & (u < right - RIM) & (v > top + RIM) & (v < bottom - RIM)
+        sizes = pixel_sizes(u, v, w, inverse, self.camera)
         away = [
-            np.abs(place - np.round(place).clip(0, count - 1)) / size
-            for place, count, size in zip(
-                (u, v),
-                (self.columns, self.rows),
-                pixel_sizes(u, v, w, inverse, self.camera),
-                strict=True,
-            )
+            _to_nearest(place, lines) / size
+            for place, lines, size in zip((u, v), (self.print.u, self.print.v), sizes, strict=True)
         ]
         flat = np.minimum(*away) > EDGE_PX
         inside &= ~flat | (np.arange(len(u)) % FLAT_STEP == 0)
+        if hidden is not None and hidden.any():
+            inside[inside] = self._in_sight(u[inside], v[inside], hidden)
         if inside.sum() < FEWEST_PIXELS:
             return None
         return _Pixels(rays[inside], values[inside].astype(float), _one_hot(sites[inside]))
 
+    def _in_sight(self, u: NDArray, v: NDArray, hidden: NDArray) -> NDArray:
+        """Whether the corner that is nearest to each place is seen."""
+        nearest = cKDTree(self.points[:, :2] / self.unit_m).query(np.column_stack([u, v]))[1]
+        return ~hidden[nearest]
+
     def _place(self, rays: NDArray, pose: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-        """Board coordinates u, v [squares] of rays, their scale, and the inverse homography."""
-        M = pose[:3, [0, 1, 3]] * [self.square_m, self.square_m, 1]
+        """Board coordinates u, v [units] of rays, their scale, and the inverse homography."""
+        M = pose[:3, [0, 1, 3]] * [self.unit_m, self.unit_m, 1]
         inverse = np.linalg.inv(M)
         w = rays @ inverse.T
         return w[:, 0] / w[:, 2], w[:, 1] / w[:, 2], w[:, 2], inverse
@@ -217,13 +226,10 @@ class BoardRefiner:
         two terms more than a straight line has.
         """
         u, v, w, inverse = self._place(seen.rays, pose)
-        turned = place_derivatives(u, v, w, inverse, pose, self.square_m)
+        turned = place_derivatives(u, v, w, inverse, pose, self.unit_m)
         pixel = pixel_sizes(u, v, w, inverse, self.camera)
-        (S, dS, sS), (Q, dQ, sQ) = (
-            square_wave(place, count, blur * size)
-            for place, count, size in ((u, self.columns, pixel[0]), (v, self.rows, pixel[1]))
-        )
-        white = (1 - S * Q) / 2
+        seen_so = self.print.blurred(u, v, blur * pixel[0], blur * pixel[1])
+        white = seen_so.white
         bend = white * (1 - white)
         ramp = np.column_stack([np.ones_like(u), u, v])
         ramp = np.hstack([ramp, seen.sites])
@@ -232,15 +238,23 @@ class BoardRefiner:
         shading, weight = _shading(basis, seen.values, occluded)
         gain = ramp @ shading[count : 2 * count]
         gain += shading[-2] * (1 - 2 * white) + shading[-1] * (1 - 6 * bend)
-        by_place = -gain[:, None] / 2 * np.column_stack([dS * Q, S * dQ])
-        by_pose = by_place[:, :1] * turned[0] + by_place[:, 1:] * turned[1]
-        by_blur = -gain / 2 * (sS * pixel[0] * Q + S * sQ * pixel[1])
+        by_pose = gain[:, None] * (
+            seen_so.by_u[:, None] * turned[0] + seen_so.by_v[:, None] * turned[1]
+        )
+        by_blur = gain * (seen_so.by_blur_u * pixel[0] + seen_so.by_blur_v * pixel[1])
         model = basis @ shading
         contrast = np.ptp(model)
         limit = occluded * contrast
         residual = np.clip(seen.values - model, -limit, limit)
         jacobian = np.hstack([by_pose, by_blur[:, None], basis])
         return _Fit(pose, blur, residual, weight, jacobian, contrast)
+
+
+def _to_nearest(place: NDArray, lines: NDArray) -> NDArray:
+    """Distance of places (n,) to the nearest of lines."""
+    ends = np.concatenate([[-np.inf], lines, [np.inf]])
+    after = np.searchsorted(ends, place)
+    return np.minimum(place - ends[after - 1], ends[after] - place)
 
 
 def _one_hot(sites: NDArray) -> NDArray:

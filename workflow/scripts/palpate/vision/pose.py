@@ -1,14 +1,14 @@
 """Pose of the probe's checkerboard from its corners (Section 4.2.2)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera
-from palpate.vision.marker import board_points
 
 REFINE_STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 50, 1e-10)
 RANSAC_ITERATIONS = 200
@@ -43,17 +43,16 @@ class MarkerPose:
 
 
 def candidate_poses(
-    corners_px: NDArray, camera: PinholeCamera, marker: Mapping, *, threshold_px: float
+    corners_px: NDArray, camera: PinholeCamera, board: FlatBoard, *, threshold_px: float
 ) -> list[MarkerPose]:
     """Both poses that a planar board's corners allow, the better fit first.
 
     Parameters
     ----------
     corners_px : (n, 2) array
-        Corners in the order of `board_points` [px].
+        The board's corners, NaN where one is not seen [px].
     camera : PinholeCamera
-    marker : mapping
-        ``marker`` block of the probe's file.
+    board : FlatBoard
     threshold_px : float
         Largest reprojection error of an inlier [px] (Section 4.2.3).
 
@@ -62,18 +61,21 @@ def candidate_poses(
     list of MarkerPose
         Empty when too few corners agree.
     """
-    return candidates_by_threshold(corners_px, camera, marker, [threshold_px])[0]
+    return candidates_by_threshold(corners_px, camera, board, [threshold_px])[0]
 
 
 def candidates_by_threshold(
-    corners_px: NDArray, camera: PinholeCamera, marker: Mapping, thresholds_px: Sequence[float]
+    corners_px: NDArray, camera: PinholeCamera, board: FlatBoard, thresholds_px: Sequence[float]
 ) -> list[list[MarkerPose]]:
     """`candidate_poses` at each of several thresholds.
 
     RANSAC picks the corners whose reprojection stays below the threshold; both solutions of the
     planar problem are refined on them, once for all thresholds that leave the same corners.
     """
-    points, lens = board_points(marker), (camera.matrix, np.array(camera.distortion))
+    seen, lens = np.isfinite(corners_px[:, 0]), (camera.matrix, np.array(camera.distortion))
+    points, corners_px = board.points_m[seen], corners_px[seen]
+    if seen.sum() < FEWEST_INLIERS:
+        return [[] for _ in thresholds_px]
     known: dict[bytes, list[MarkerPose]] = {}
     found = []
     for threshold_px in thresholds_px:

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from palpate.capture.images import demosaic
+from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.kalman import filter_tip
-from palpate.vision.marker import CornerFollower
+from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.options import PoseFilter
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import MarkerPose, candidate_poses, point_covariance, settle
@@ -83,18 +84,18 @@ def track_probe(
     ValueError
         If no frame shows the marker, or it is lost for longer than allowed.
     """
-    mosaic, marker = encoding == "bayer_rggb8", probe["marker"]
+    mosaic, board = encoding == "bayer_rggb8", board_of(probe["marker"])
     refine = None
     if refinement == "photometric":
-        refine = BoardRefiner(camera, marker, encoding=encoding)
-    follow = CornerFollower(marker)
+        refine = BoardRefiner(camera, board, encoding=encoding)
+    follow = CornerFollower(board)
     poses = board_poses(
         (
             (follow(_grey(demosaic(image, encoding))), image if mosaic else _grey(image))
             for image in images
         ),
         camera,
-        marker,
+        board,
         threshold_px=threshold_px,
         refine=refine,
     )
@@ -128,7 +129,7 @@ def track_probe(
 def board_poses(
     frames: Iterable[tuple[NDArray | None, NDArray]],
     camera: PinholeCamera,
-    marker: Mapping,
+    board: FlatBoard,
     *,
     threshold_px: float,
     refine: BoardRefiner | None,
@@ -142,8 +143,7 @@ def board_poses(
     frames : iterable of ((n, 2) array or None, (h, w) uint8 array)
         Corners as `CornerFollower` finds them [px], and the grey image or mosaic to refine on.
     camera : PinholeCamera
-    marker : mapping
-        ``marker`` block of the probe's file.
+    board : FlatBoard
     threshold_px : float
         RANSAC threshold [px].
     refine : BoardRefiner or None
@@ -153,9 +153,10 @@ def board_poses(
         found = (
             []
             if corners is None
-            else candidate_poses(corners, camera, marker, threshold_px=threshold_px)
+            else candidate_poses(corners, camera, board, threshold_px=threshold_px)
         )
-        candidates.append([_refined(pose, refine, samples) for pose in _likely(found)])
+        hidden = None if corners is None else ~np.isfinite(corners[:, 0])
+        candidates.append([_refined(pose, refine, samples, hidden) for pose in _likely(found)])
     chosen = settle([[pose for pose, _ in poses] for poses in candidates])
     refined = {id(pose): done for poses in candidates for pose, done in poses}
     return [(pose, pose is not None and refined[id(pose)]) for pose in chosen]
@@ -202,8 +203,10 @@ def check_steepness(
         return
     # A board counted the other way round has its axes turned by a right angle.
     swapped = min(off_deg(QUARTER_TURN), off_deg(QUARTER_TURN.T)) <= LARGEST_SLANT_DEG
-    columns, rows = probe["marker"]["inner_corners"]
-    cause = f"marker.inner_corners {rows}, {columns}" if swapped else "marker_from_force"
+    cause = "marker_from_force"
+    if swapped and "inner_corners" in probe["marker"]:
+        columns, rows = probe["marker"]["inner_corners"]
+        cause = f"marker.inner_corners {rows}, {columns}"
     raise ValueError(
         f"probe: expected to press within {LARGEST_SLANT_DEG:g} degrees of the declared direction,"
         f" found it {found:.0f} beside it ({cause} in the probe's file?)"
@@ -225,10 +228,10 @@ def _likely(poses: list[MarkerPose]) -> list[MarkerPose]:
 
 
 def _refined(
-    pose: MarkerPose, refine: BoardRefiner | None, samples: NDArray
+    pose: MarkerPose, refine: BoardRefiner | None, samples: NDArray, hidden: NDArray | None
 ) -> tuple[MarkerPose, bool]:
     """A pose refined on the picture, where that succeeds."""
-    better = None if refine is None else refine(samples, pose.camera_from_marker)
+    better = None if refine is None else refine(samples, pose.camera_from_marker, hidden)
     if better is None:
         return pose, False
     return replace(

@@ -16,8 +16,10 @@ LEAST_CONTRAST = 4.0
 FEWEST_TILES = 4
 
 
-def camera_shift(mean: NDArray, std: NDArray, image: NDArray, foreground: NDArray) -> float | None:
-    """How far the background lies from where the model has it, where it moved most.
+def camera_shift(
+    mean: NDArray, std: NDArray, image: NDArray, foreground: NDArray
+) -> NDArray | None:
+    """How far the background lies from where the model has it, at the picture's corners.
 
     The tiles' shifts, by phase correlation, are those of one shift, roll and scale of the picture;
     up to half of them may be wrong.
@@ -32,8 +34,8 @@ def camera_shift(mean: NDArray, std: NDArray, image: NDArray, foreground: NDArra
 
     Returns
     -------
-    float or None
-        Shift [px]; None when too few tiles have texture to tell.
+    (4, 2) array or None
+        Shifts of the corner tiles [px]; None when too few tiles have texture to tell.
     """
     before, noise, now = (grey(np.float32(np.squeeze(part))) for part in (mean, std, image))
     side = min(TILE_PX, 2 ** int(np.log2(min(before.shape) / 2)))
@@ -53,5 +55,6 @@ def camera_shift(mean: NDArray, std: NDArray, image: NDArray, foreground: NDArra
         return None
     places = np.array(centres)
     motion, _ = cv2.estimateAffinePartial2D(places, places + shifts, method=cv2.LMEDS)
-    moved = places @ motion[:, :2].T + motion[:, 2] - places
-    return float(np.linalg.norm(moved, axis=1).max())
+    down, across = (np.array([0.5, size // side - 0.5]) * side for size in before.shape)
+    corners = np.array([[x, y] for y in down for x in across])
+    return corners @ motion[:, :2].T + motion[:, 2] - corners

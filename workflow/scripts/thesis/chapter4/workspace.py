@@ -8,6 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from palpate.report import outputs
 from palpate.units import CENTIMETRES
+from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.pose import MarkerPose, candidates_by_threshold, settle
 
@@ -67,7 +68,7 @@ def point_row(
 def threshold_rows(
     corners_px: Sequence[NDArray | None],
     camera: PinholeCamera,
-    marker: dict,
+    board: FlatBoard,
     marker_from_tip: NDArray,
 ) -> list[dict]:
     """Rows of one grid point, one for each reprojection threshold (Eq. 4.22).
@@ -80,7 +81,7 @@ def threshold_rows(
     found = [
         [[]] * len(THRESHOLDS_PX)
         if corners is None
-        else candidates_by_threshold(corners, camera, marker, THRESHOLDS_PX)
+        else candidates_by_threshold(corners, camera, board, THRESHOLDS_PX)
         for corners in corners_px
     ]
     rows = []

@@ -10,7 +10,7 @@ from palpate.capture.images import read_image
 from palpate.capture.tables import STREAMS, read_frames, read_table
 from palpate.report import outputs
 from palpate.vision.camera import camera_from_spec, sensor_with_optics
-from palpate.vision.marker import CornerFollower
+from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.probe import board_poses, marker_from_tip
 
@@ -23,8 +23,8 @@ PLACE = ("point", "row", "column", "x_m", "y_m")
 def make_workspace_error(inputs: Any, params: Any) -> dict:
     """One row for each point and way of tracking."""
     folder, sensor = Path(inputs.workspace), sensor_with_optics(params.sensor, inputs.optics)
-    marker = params.probe["marker"]
-    refine = BoardRefiner(camera_from_spec(sensor["color"]), marker, encoding="mono8")
+    board = board_of(params.probe["marker"])
+    refine = BoardRefiner(camera_from_spec(sensor["color"]), board, encoding="mono8")
     rows = []
     for point in read_table(folder / "grid.csv").itertuples():
         images = point_images(folder / f"{int(point.point):02d}", sensor)
@@ -47,14 +47,14 @@ def tip_rows(
     images: Sequence[NDArray], sensor: Mapping, probe: Mapping, refine: BoardRefiner
 ) -> list[dict]:
     """Rows of one point: at each threshold, and refined on the board's picture."""
-    camera, marker = camera_from_spec(sensor["color"]), probe["marker"]
-    follow, fixed = CornerFollower(marker), marker_from_tip(probe)
+    camera, board = camera_from_spec(sensor["color"]), board_of(probe["marker"])
+    follow, fixed = CornerFollower(board), marker_from_tip(probe)
     corners = [follow(image) for image in images]
-    found = threshold_rows(corners, camera, marker, fixed)
+    found = threshold_rows(corners, camera, board, fixed)
     poses = board_poses(
         zip(corners, images, strict=True),
         camera,
-        marker,
+        board,
         threshold_px=sensor["marker"]["reprojection_threshold_px"],
         refine=refine,
     )
