@@ -1,6 +1,6 @@
 """Check recordings about a sensor: ``raw/sensors/<sensor>/<experiment>/``."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,8 @@ GRID = ["point", "row", "column", "x_m", "y_m"]
 PLANES = ["plane", "distance_m"]
 MOST_POINTS = 1000
 BOARD = ["columns", "rows", "square_m"]
+# Cameras that are calibrated together, by columns of frames.csv; an infrared camera gives depth.
+STEREO, DEPTH = ("left", "right"), ("infrared", "color")
 
 
 def check_experiment(folder: str | Path, sensor: Mapping) -> list[str]:
@@ -43,6 +45,17 @@ def check_experiment(folder: str | Path, sensor: Mapping) -> list[str]:
     return [one_line(problem) for problem in problems]
 
 
+def calibrated_streams(columns: Iterable[str]) -> tuple[str, str]:
+    """Which two cameras a calibration's frames.csv has pictures of.
+
+    Parameters
+    ----------
+    columns : iterable of str
+        Of the table.
+    """
+    return STEREO if set(STEREO) <= set(columns) else DEPTH
+
+
 def _recording(folder: Path) -> list[str]:
     """Who made it, if a file says so."""
     path = folder / "recording.yaml"
@@ -59,14 +72,15 @@ def _recording(folder: Path) -> list[str]:
 
 
 def _calibration(folder: Path, sensor: Mapping) -> list[str]:
-    """Grey pairs of the colour and the infrared camera, and the board's sizes."""
-    if "depth" not in sensor:
-        return [f"{folder}: sensor: expected one with an infrared camera, found {sensor['sensor']}"]
+    """Grey pairs of the sensor's two cameras, and the board's sizes."""
     path = folder / "board.csv"
     table, problems = _filled(path, BOARD)
     if table is not None and not problems:
         problems = _check_board(path, table)
-    blocks = {"color": sensor["color"], "infrared": sensor["depth"]}
+    if "depth" in sensor:
+        blocks = {"color": sensor["color"], "infrared": sensor["depth"]}
+    else:
+        blocks = dict.fromkeys(STEREO, sensor["color"])
     streams = {name: dict(block) | {"encoding": "mono8"} for name, block in blocks.items()}
     return problems + check_frames(folder, streams, fewest=FEWEST_PAIRS)[0]
 
