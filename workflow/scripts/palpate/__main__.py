@@ -4,10 +4,10 @@ import argparse
 import sys
 
 from palpate import __version__
-from palpate.commands import check, direct, hertz, new, recording
+from palpate.commands import calibrate, check, direct, hertz, new, recording
 
 # In the order in which a person meets them.
-VERBS = (hertz, new, recording, check, direct)
+VERBS = (hertz, new, calibrate, recording, check, direct)
 
 
 def main(arguments: list[str] | None = None) -> int:
