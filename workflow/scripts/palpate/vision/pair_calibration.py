@@ -206,14 +206,15 @@ def _most_common(alone: list[Calibration], pairs: list[str]) -> NDArray:
 
 def _disagreeing(bundle: Bundle, x: NDArray) -> dict[str, str]:
     """The pairs that disagree most, with the reason; none where all agree."""
+    limits = PAIR_FACTOR * np.sqrt(2) * np.array(bundle.sigma_px)
     errors = pair_errors(bundle, x)
-    of = {view: max(np.divide(pair, bundle.sigma_px)) / np.sqrt(2) for view, pair in errors.items()}
-    limit = max(PAIR_FACTOR, WORST_SHARE * max(of.values()))
-    expected = PAIR_FACTOR * np.sqrt(2) * min(bundle.sigma_px)
+    times = {view: np.divide(pair, limits) for view, pair in errors.items()}
+    limit = max(1.0, WORST_SHARE * max(map(np.max, times.values())))
+    worse = {view: int(np.argmax(of)) for view, of in times.items() if of.max() > limit}
     return {
-        view: f"residual {max(errors[view]):.2f} px as a pair, expected at most {expected:.2f}"
-        for view, times in of.items()
-        if times > limit
+        view: f"residual {errors[view][camera]:.2f} px as a pair, expected at most"
+        f" {limits[camera]:.2f}"
+        for view, camera in worse.items()
     }
 
 
