@@ -135,10 +135,10 @@ def test_a_camera_that_sees_too_few_is_named():
 @pytest.mark.long
 @pytest.mark.parametrize("share", [0.0, 0.05], ids=["clean", "with outliers"])
 def test_intervals_hold_the_truth(share):
-    """Of 40 small calibrations' 95 % intervals of 14 numbers each, 95 % do."""
+    """Of 30 small calibrations' 95 % intervals of 14 numbers each, 95 % do."""
     errors = [
         normalised(calibrate_pair(*pair_of(8, seed=seed, share=share), BOARD, SIZES_PX))
-        for seed in range(40)
+        for seed in range(30)
     ]
     held = np.abs(errors) < 1.96
     assert 0.92 < held.mean() < 0.98

@@ -15,7 +15,7 @@ from palpate.vision.refine import covariance, fit
 
 FEWEST_VIEWS = 6
 PARAMETERS = (*OPTICS, *TERMS)
-# From all terms one group after the other is dropped, until one is told by the corners.
+# Groups are dropped from the first on.
 GROUPS = (("k3",), ("p1", "p2"), ("k2",), ("k1",))
 START_TERMS = ("k1", "k2")
 # Rounds of a fit and its outliers, and the change of the standard deviation that ends them.
@@ -125,20 +125,22 @@ def calibrate_camera(
 
 
 def fewer_terms(bundle: Bundle, x: NDArray, camera: int = 0) -> tuple[str, ...]:
-    """The terms of a camera without a last group that the corners don't tell.
+    """The terms of a camera without the last groups that the corners don't tell.
 
-    By Schwarz's criterion (BIC), with the group's likelihood ratio from its covariance.
+    By Schwarz's criterion (BIC) over all nested lenses, with the likelihood ratio of what is
+    dropped from its covariance.
     """
-    terms = bundle.terms[camera]
-    group = next((g for g in GROUPS if set(g) <= set(terms)), None)
-    if group is None:
-        return terms
-    at = [LENS * camera + PARAMETERS.index(term) for term in group]
-    spread = covariance(bundle, x)[np.ix_(at, at)]
-    worth = len(group) * np.log(len(bundle.residuals(x)))
-    if np.isfinite(spread).all() and x[at] @ np.linalg.solve(spread, x[at]) > worth:
-        return terms
-    return tuple(term for term in terms if term not in group)
+    terms, best, dropped = bundle.terms[camera], 0.0, ()
+    spread, worth = covariance(bundle, x), np.log(len(bundle.residuals(x)))
+    out: tuple[str, ...] = ()
+    for group in (g for g in GROUPS if set(g) <= set(terms)):
+        out = (*out, *group)
+        at = [LENS * camera + PARAMETERS.index(term) for term in out]
+        part = spread[np.ix_(at, at)]
+        ratio = x[at] @ np.linalg.solve(part, x[at]) if np.isfinite(part).all() else 0.0
+        if ratio - len(out) * worth < best:
+            best, dropped = ratio - len(out) * worth, out
+    return tuple(term for term in terms if term not in dropped)
 
 
 def described(
