@@ -128,6 +128,14 @@ def test_boards_that_are_half_hidden():
     assert result.rms_px == pytest.approx(0.05 * np.sqrt(2), rel=0.15)
 
 
+def test_a_board_of_which_one_line_is_seen():
+    board = Board(9, 6, 0.03)
+    corners = seen(board, poses(12), LEFT)
+    corners["03"][9:] = np.nan
+    result = calibrate_camera(corners, board, SIZE_PX)
+    assert result.rejected == {"03": "corners of one line of the board seen, expected more"}
+
+
 @pytest.mark.parametrize(
     ("camera", "terms"), [(RIGHT, ()), (LEFT, ("k1", "k2"))], ids=["no distortion", "k1, k2"]
 )

@@ -100,7 +100,7 @@ def calibrate_camera(
     ValueError
         If too few different views show the board, or they don't tell the focal length.
     """
-    views, rejected = outlying.usable_views(corners, len(board.points_m), size_px)
+    views, rejected = outlying.usable_views(corners, board.points_m, size_px)
     _check_count(len(views), rejected, name)
     lens = first_lens(views, board, size_px)
     whole = Bundle(

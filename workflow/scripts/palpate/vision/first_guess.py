@@ -28,8 +28,11 @@ def first_lens(corners: Mapping[str, NDArray], board: Board, size_px: tuple[int,
     images = [
         found[seen].astype(np.float32) for found, seen in zip(corners.values(), kept, strict=True)
     ]
-    focal = cv2.initCameraMatrix2D(points, images, size_px)[0, 0]
     longer = max(size_px)
+    try:
+        focal = cv2.initCameraMatrix2D(points, images, size_px)[0, 0]
+    except cv2.error:  # a view whose corners are all but in one line
+        focal = FOCAL_ELSE * longer
     if not FOCAL_RANGE[0] < focal / longer < FOCAL_RANGE[1]:  # also where it is no number
         focal = FOCAL_ELSE * longer
     lens = np.zeros(LENS)

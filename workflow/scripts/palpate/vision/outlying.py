@@ -113,23 +113,33 @@ def root_mean_square(values: NDArray) -> float:
 
 
 def usable_views(
-    corners: Mapping[str, NDArray], count: int, size_px: tuple[int, int]
+    corners: Mapping[str, NDArray], points_m: NDArray, size_px: tuple[int, int]
 ) -> tuple[dict[str, NDArray], dict[str, str]]:
     """Views with enough corners that are not the same as another; the rest's reason.
+
+    Parameters
+    ----------
+    corners : mapping
+        View to its corners (n, 2) [px].
+    points_m : (n, 3) array
+        The board's.
+    size_px : (width, height)
 
     Raises
     ------
     ValueError
         If a view has another number of corners than the board.
     """
-    usable, rejected = {}, {}
+    usable, rejected, count = {}, {}, len(points_m)
     same_px = SAME_VIEW_SHARE * np.hypot(*size_px)
     for view, found in corners.items():
         if np.shape(found) != (count, 2):
             raise ValueError(f"{view}: corners: expected ({count}, 2), found {np.shape(found)}")
-        seen = int(np.isfinite(found).all(axis=1).sum())
-        if seen < FEWEST_CORNERS:
-            rejected[view] = f"{seen} corners seen, expected at least {FEWEST_CORNERS}"
+        seen = np.isfinite(found).all(axis=1)
+        if seen.sum() < FEWEST_CORNERS:
+            rejected[view] = f"{seen.sum()} corners seen, expected at least {FEWEST_CORNERS}"
+        elif np.linalg.matrix_rank(points_m[seen] - points_m[seen][0]) < 2:
+            rejected[view] = "corners of one line of the board seen, expected more"
         elif other := _same(found, usable, same_px):
             rejected[view] = f"the same view as {other}"
         else:
