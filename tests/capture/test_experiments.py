@@ -99,10 +99,16 @@ def test_a_point_without_frames(workspace, kinect):
     assert line.endswith("02/frames.csv: file: expected a CSV table, found nothing")
 
 
-def test_a_stereo_head_has_no_infrared_camera(calibration, root):
+def test_a_stereo_heads_cameras_are_left_and_right(calibration, root):
     sensor = yaml.safe_load((root / "tests/sample/sensors/bumblebee.yaml").read_text())
-    [line] = check_experiment(calibration, sensor)
-    assert "expected one with an infrared camera, found bumblebee" in line
+    sensor["color"] |= {"width_px": 640, "height_px": 480}
+    (line,) = check_experiment(calibration, sensor)
+    assert "columns: expected left, right, found frame" in line
+    table = pd.read_csv(calibration / "frames.csv")
+    table.rename(columns={"color": "left", "infrared": "right"}).to_csv(
+        calibration / "frames.csv", index=False
+    )
+    assert check_experiment(calibration, sensor) == []
 
 
 def test_an_unknown_experiment(tmp_path, kinect):

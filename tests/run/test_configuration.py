@@ -164,8 +164,16 @@ def test_experiments_of_unknown_kind_sensor_or_probe(root, home):
 
 def test_optics_that_nobody_can_measure(root, home):
     path = home / "config/sensors/bumblebee.yaml"
-    path.write_text(path.read_text() + "optics: calibration\n")
+    stereo = path.read_text()
+    path.write_text(
+        (home / "config/sensors/kinect.yaml").read_text().replace("kinect\n", "bumblebee\n", 1)
+    )
     with pytest.raises(ValueError, match="bumblebee.yaml: optics: expected pictures of a board in"):
+        opened(home)
+    path.write_text(stereo + "optics: calibration\n")
+    with pytest.raises(
+        ValueError, match="bumblebee.yaml: optics: expected stated, those of `palpate"
+    ):
         opened(home)
 
 

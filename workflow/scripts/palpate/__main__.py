@@ -4,10 +4,10 @@ import argparse
 import sys
 
 from palpate import __version__
-from palpate.commands import board, check, direct, hertz, new, recording
+from palpate.commands import board, calibrate, check, direct, hertz, new, recording
 
 # In the order in which a person meets them.
-VERBS = (hertz, board, new, recording, check, direct)
+VERBS = (hertz, new, board, calibrate, recording, check, direct)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate.capture.schema import SCHEMAS, load_yaml, validate
+
 # Eq. 4.12 as printed is a rotation to 1e-8; files may be rounded further.
 ROTATION_TOLERANCE = 1e-4
 # Parts of one probe, or of one sensor, are nearer to each other [m].
@@ -42,13 +44,20 @@ def ambiguous_boards(probes: Mapping, folder: str) -> list[str]:
     lines = []
     for name, probe in probes.items():
         if "inner_corners" not in probe["marker"]:
-            lines += impossible_tags(probe["marker"], f"{Path(folder) / name}.yaml: marker")
+            lines += impossible_tags(probe["marker"], f"{_file(folder, name)}: marker")
             continue
         columns, rows = probe["marker"]["inner_corners"]
         if (columns + rows) % 2 == 0:
-            place = f"{Path(folder) / name}.yaml: marker.inner_corners"
+            place = f"{_file(folder, name)}: marker.inner_corners"
             lines.append(f"{place}: expected one odd and one even, found {columns}, {rows}")
     return lines
+
+
+def wrong_board(content: object, source: str) -> list[str]:
+    """What is wrong with a file that holds a ``marker`` block as a probe's does, a line each."""
+    schema = load_yaml(SCHEMAS / "probe.schema.yaml")
+    schema |= {"properties": {"marker": schema["properties"]["marker"]}, "required": ["marker"]}
+    return validate(content, schema, source) or ambiguous_boards({source: content}, "")
 
 
 def impossible_tags(marker: Mapping, place: str) -> list[str]:
@@ -67,6 +76,11 @@ def impossible_tags(marker: Mapping, place: str) -> list[str]:
     if count > available:
         lines.append(f"{place}.dictionary: expected {count} tags or more, found {available}")
     return lines
+
+
+def _file(folder: str, name: str) -> str:
+    """Path of a device's file; without a folder the name is one."""
+    return f"{Path(folder) / name}.yaml" if folder else name
 
 
 def impossible_optics(sensors: Mapping, paths: Mapping) -> list[str]:

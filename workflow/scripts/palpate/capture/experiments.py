@@ -1,6 +1,6 @@
 """Check recordings about a sensor: ``raw/sensors/<sensor>/<experiment>/``."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +8,10 @@ import pandas as pd
 
 from palpate.capture.check import check_capture
 from palpate.capture.columns import check_numbers, read_columns
+from palpate.capture.device_checks import wrong_board
 from palpate.capture.pictures import check_frames
 from palpate.capture.schema import load_yaml
-from palpate.capture.tables import image_streams
+from palpate.capture.tables import image_streams, read_table
 from palpate.capture.words import one_line
 
 FEWEST_REPEATS, FEWEST_PAIRS = 2, 6
@@ -18,6 +19,8 @@ GRID = ["point", "row", "column", "x_m", "y_m"]
 PLANES = ["plane", "distance_m"]
 MOST_POINTS = 1000
 BOARD = ["columns", "rows", "square_m"]
+# Cameras that are calibrated together, by columns of frames.csv; an infrared camera gives depth.
+STEREO, DEPTH = ("left", "right"), ("infrared", "color")
 
 
 def check_experiment(folder: str | Path, sensor: Mapping) -> list[str]:
@@ -43,6 +46,17 @@ def check_experiment(folder: str | Path, sensor: Mapping) -> list[str]:
     return [one_line(problem) for problem in problems]
 
 
+def calibrated_streams(columns: Iterable[str]) -> tuple[str, str]:
+    """Which two cameras a calibration's frames.csv has pictures of.
+
+    Parameters
+    ----------
+    columns : iterable of str
+        Of the table.
+    """
+    return STEREO if set(STEREO) <= set(columns) else DEPTH
+
+
 def _recording(folder: Path) -> list[str]:
     """Who made it, if a file says so."""
     path = folder / "recording.yaml"
@@ -59,16 +73,33 @@ def _recording(folder: Path) -> list[str]:
 
 
 def _calibration(folder: Path, sensor: Mapping) -> list[str]:
-    """Grey pairs of the colour and the infrared camera, and the board's sizes."""
-    if "depth" not in sensor:
-        return [f"{folder}: sensor: expected one with an infrared camera, found {sensor['sensor']}"]
-    path = folder / "board.csv"
-    table, problems = _filled(path, BOARD)
-    if table is not None and not problems:
-        problems = _check_board(path, table)
-    blocks = {"color": sensor["color"], "infrared": sensor["depth"]}
+    """Grey pairs of the sensor's two cameras, and the board's sizes."""
+    problems = _board(folder)
+    if "depth" in sensor:
+        blocks = {"color": sensor["color"], "infrared": sensor["depth"]}
+    else:
+        blocks = dict.fromkeys(STEREO, sensor["color"])
     streams = {name: dict(block) | {"encoding": "mono8"} for name, block in blocks.items()}
     return problems + check_frames(folder, streams, fewest=FEWEST_PAIRS)[0]
+
+
+def _board(folder: Path) -> list[str]:
+    """What is wrong with the board's description."""
+    described = folder / "board.yaml"
+    if described.is_file():
+        return wrong_board(load_yaml(described), str(described))
+    path = folder / "board.csv"
+    table, problems = _filled(path, BOARD)
+    return problems if table is None or problems else _check_board(path, table)
+
+
+def read_marker(folder: Path) -> dict:
+    """Board of a calibration's folder, as the ``marker`` block of a probe's file."""
+    described = folder / "board.yaml"
+    if described.is_file():
+        return load_yaml(described)["marker"]
+    columns, rows, square_m = read_table(folder / "board.csv")[BOARD].iloc[0]
+    return {"inner_corners": [int(columns), int(rows)], "square_m": float(square_m)}
 
 
 def _workspace(folder: Path, sensor: Mapping) -> list[str]:

@@ -9,9 +9,8 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from palpate.capture.device_checks import ambiguous_boards
+from palpate.capture.device_checks import wrong_board
 from palpate.capture.files import whole_file
-from palpate.capture.schema import SCHEMAS, validate
 from palpate.commands.help import add_verb
 from palpate.units import MILLIMETRES
 from palpate.vision.board import FlatBoard
@@ -41,10 +40,7 @@ def _board(options: argparse.Namespace) -> None:
         raise ValueError(
             f"--output: expected a file that ends with {' or '.join(KINDS)}, found {options.output}"
         )
-    lines = validate({"marker": marker}, SCHEMAS / "probe.schema.yaml", "board")
-    lines = [line for line in lines if line.startswith(("board: marker.", "board: marker:"))]
-    lines = lines or ambiguous_boards({"board": {"marker": marker}}, "")
-    if lines:
+    if lines := wrong_board({"marker": marker}, "board"):
         raise ValueError("\n".join(lines))
     with whole_file(options.output) as part:
         _draw(board_of(marker), _title(marker), part, options.output.suffix.lower()[1:])

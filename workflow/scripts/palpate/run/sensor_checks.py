@@ -32,8 +32,12 @@ def missing_calibrations(
     for name in sorted(used & set(sensors)):
         folder = Path(paths["raw"]) / "sensors" / name / "calibration"
         asked = sensors[name].get("optics") == "calibration"
-        if asked and name not in made and not folder.is_dir():
-            place = Path(paths["sensors"]) / f"{name}.yaml"
+        place = Path(paths["sensors"]) / f"{name}.yaml"
+        if asked and "depth" not in sensors[name]:
+            # Its images are rectified: the camera that they show is none of those before the board.
+            expected = "stated, those of `palpate calibrate camera --kind stereo`"
+            lines.append(f"{place}: optics: expected {expected}, found calibration")
+        elif asked and name not in made and not folder.is_dir():
             lines.append(f"{place}: optics: expected pictures of a board in {folder}, found none")
     return lines
 

@@ -34,6 +34,8 @@ class FlatBoard(Protocol):
         What is printed, in units.
     ambiguous : bool
         Whether half a turn maps it onto itself.
+    described : str
+        What a message calls it.
     """
 
     points_m: NDArray
@@ -41,6 +43,7 @@ class FlatBoard(Protocol):
     unit_m: float
     print: Print
     ambiguous: bool
+    described: str
 
     def find(self, grey: NDArray) -> NDArray | None:
         """Corners in a (h, w) uint8 picture, (n, 2) [px]; NaN where one is not seen, or None."""
@@ -88,6 +91,11 @@ class Board:
     def ambiguous(self) -> bool:
         """Whether half a turn maps the board's colours onto themselves."""
         return (self.columns + self.rows) % 2 == 0
+
+    @property
+    def described(self) -> str:
+        """What a message calls it."""
+        return f"a board of {self.columns} x {self.rows} inner corners"
 
     def find(self, grey: NDArray) -> NDArray | None:
         """Find the corners to sub-pixel precision, row by row.

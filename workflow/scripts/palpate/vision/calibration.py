@@ -1,22 +1,27 @@
-"""Intrinsics of a camera and the transform between two, from a checkerboard (Section 4.1.4)."""
+"""Optics of a camera, or of two and the transform between them, from a board (Section 4.1.4)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.vision.board import Board
+from palpate.vision import outlying
+from palpate.vision.board import FlatBoard
+from palpate.vision.bundle import LENS, OPTICS, TERMS, Bundle, Sight
 from palpate.vision.camera import PinholeCamera
+from palpate.vision.first_guess import board_pose, first_lens, matrix_of
+from palpate.vision.refine import covariance, fit
 
 FEWEST_VIEWS = 6
-# Real boards leave a few tenths; pictures of different moments leave tens.
-LARGEST_PAIR_RMS_PX = 2.0
-# A view is an outlier beyond this many times the median error, but never below so many pixels.
-OUTLIER_FACTOR, OUTLIER_PX = 3.0, 0.3
-CONVERGED = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 200, 1e-12)
-PARAMETERS = ["fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "p1", "p2", "k3"]
+PARAMETERS = (*OPTICS, *TERMS)
+# Groups are dropped from the first on.
+GROUPS = (("k3",), ("p1", "p2"), ("k2",), ("k1",))
+START_TERMS = ("k1", "k2")
+# Rounds of a fit and its outliers, and the change of the standard deviation that ends them.
+MOST_ROUNDS, SETTLED, ABOUT_SETTLED = 20, 0.02, 0.2
+# Of the focal length: what a calibration must know at least.
+LARGEST_FOCAL_ERROR = 0.1
 
 
 @dataclass(frozen=True)
@@ -27,14 +32,23 @@ class Calibration:
     ----------
     camera : PinholeCamera
     standard_errors : mapping
-        Of the parameters that were free.
+        Of the parameters that the corners tell; what was dropped is not among them.
     camera_from_board : dict
         View to its board's pose (4, 4).
     errors_px : dict
-        View to its root mean square residual.
+        View to the root mean square residual of its corners that count.
     rejected : dict
         View to the reason.
     rms_px : float
+        Of all corners that count.
+    rejected_corners : dict
+        View to the places of its outliers in the board's order.
+    sigma_px : float
+        Standard deviation of a corner's coordinate, whatever the outliers are.
+    covariance : (9, 9) array
+        Of fx_px, fy_px, cx_px, cy_px, k1, k2, p1, p2, k3; 0 for what was dropped.
+    sights : tuple of Sight
+        The corners that count.
     """
 
     camera: PinholeCamera
@@ -43,191 +57,184 @@ class Calibration:
     errors_px: Mapping[str, float]
     rejected: Mapping[str, str]
     rms_px: float
+    rejected_corners: Mapping[str, list[int]]
+    sigma_px: float
+    covariance: NDArray = field(repr=False)
+    sights: tuple[Sight, ...] = field(repr=False)
 
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """Distortion terms that the corners tell."""
+        return tuple(term for term in TERMS if term in self.standard_errors)
 
-@dataclass(frozen=True)
-class PairCalibration:
-    """Transform between two cameras.
-
-    Attributes
-    ----------
-    second_from_first : (4, 4) array
-    errors_px : dict
-        View to the root mean square residuals in both cameras.
-    rms_px : float
-    """
-
-    second_from_first: NDArray
-    errors_px: Mapping[str, tuple[float, float]]
-    rms_px: float
+    @property
+    def lens(self) -> NDArray:
+        """The nine numbers of `PARAMETERS`."""
+        optics = [getattr(self.camera, name) for name in OPTICS]
+        return np.array([*optics, *self.camera.distortion])
 
 
 def calibrate_camera(
-    corners: Mapping[str, NDArray], board: Board, size_px: tuple[int, int]
+    corners: Mapping[str, NDArray],
+    board: FlatBoard,
+    size_px: tuple[int, int],
+    *,
+    name: str = "calibration",
 ) -> Calibration:
-    """Zhang's calibration of one camera with five distortion parameters.
+    """Zhang's calibration of one camera, with as much distortion as the corners tell.
 
-    Views whose residual is far above the others' are left out and named.
+    Corners far from where they are projected, and views with a residual far above the others',
+    are left out and named; both are judged against what this camera's corners scatter by.
 
     Parameters
     ----------
     corners : mapping
-        View to its corners (n, 2) [px].
-    board : Board
+        View to its corners (n, 2) [px] in the board's order; NaN for those not seen.
+    board : FlatBoard
     size_px : (width, height)
+    name : str
+        What errors begin with.
 
     Raises
     ------
     ValueError
-        If too few views show the board.
+        If too few different views show the board, or they don't tell the focal length.
     """
-    views, rejected = dict(corners), {}
-    while True:
-        _check_count(len(views), rejected)
-        seen = {name: np.isfinite(found[:, 0]) for name, found in views.items()}
-        points = [board.points_m[seen[name]].astype(np.float32) for name in views]
-        images = [found[seen[name]].astype(np.float32) for name, found in views.items()]
-        rms, K, distortion, turns, shifts, std, _, errors = cv2.calibrateCameraExtended(
-            points, images, size_px, None, None, criteria=CONVERGED
-        )
-        errors = dict(zip(views, errors.ravel().tolist(), strict=True))
-        limit = max(OUTLIER_PX, OUTLIER_FACTOR * float(np.median(list(errors.values()))))
-        bad = [name for name, error in errors.items() if error > limit]
-        if not bad:
-            break
-        for name in bad:
-            rejected[name] = f"residual {errors[name]:.2f} px, expected at most {limit:.2f}"
-            del views[name]
-    camera = PinholeCamera(
-        *size_px, K[0, 0], K[1, 1], K[0, 2], K[1, 2], tuple(distortion.ravel()[:5].tolist())
+    views, rejected = outlying.usable_views(corners, board.points_m, size_px)
+    _check_count(len(views), rejected, name)
+    lens = first_lens(views, board, size_px)
+    whole = Bundle(
+        board.points_m,
+        tuple(Sight(view, 0, False, found) for view, found in views.items()),
+        (np.hypot(*size_px),),  # before a fit all corners count
+        (START_TERMS,),
     )
-    poses = [_pose(turn, shift) for turn, shift in zip(turns, shifts, strict=True)]
-    return Calibration(
-        camera,
-        dict(zip(PARAMETERS, std.ravel()[: len(PARAMETERS)].tolist(), strict=True)),
-        dict(zip(views, poses, strict=True)),
-        errors,
-        rejected,
-        float(rms),
-    )
+    poses = {s.board: board_pose(s.corners_px, board, lens) for s in whole.sights}
+    start = whole.pack((lens,), poses)
+    whole, kept, x = _settled(whole, start, rejected, name)
+    whole, kept, x = _settled(replace(whole, terms=(TERMS,)), x, rejected, name)
+    terms = TERMS
+    while (fewer := fewer_terms(kept, x)) != terms:
+        terms = fewer
+        fuller, kept = kept, replace(kept, terms=(terms,))
+        x = fit(kept, kept.taken(fuller, x))
+    whole, kept, x = _settled(replace(whole, terms=(terms,)), x, rejected, name)
+    found = described(whole, kept, x, covariance(kept, x), 0, size_px, rejected)
+    _check_focal(found, name)
+    return found
 
 
-def calibrate_pair(
-    first: Mapping[str, NDArray],
-    second: Mapping[str, NDArray],
-    board: Board,
-    cameras: tuple[PinholeCamera, PinholeCamera],
-) -> PairCalibration:
-    """Transform between two cameras of known optics from boards that both see.
+def fewer_terms(bundle: Bundle, x: NDArray, camera: int = 0) -> tuple[str, ...]:
+    """The terms of a camera without the last groups that the corners don't tell.
 
-    A board that looks the same after half a turn is ordered by the pose that both cameras agree
-    on.
+    By Schwarz's criterion (BIC) over all nested lenses, with the likelihood ratio of what is
+    dropped from its covariance.
+    """
+    terms, best, dropped = bundle.terms[camera], 0.0, ()
+    spread, worth = covariance(bundle, x), np.log(len(bundle.residuals(x)))
+    out: tuple[str, ...] = ()
+    for group in (g for g in GROUPS if set(g) <= set(terms)):
+        out = (*out, *group)
+        at = [LENS * camera + PARAMETERS.index(term) for term in out]
+        part = spread[np.ix_(at, at)]
+        ratio = x[at] @ np.linalg.solve(part, x[at]) if np.isfinite(part).all() else 0.0
+        if ratio - len(out) * worth < best:
+            best, dropped = ratio - len(out) * worth, out
+    return tuple(term for term in terms if term not in dropped)
+
+
+def described(
+    whole: Bundle,
+    kept: Bundle,
+    x: NDArray,
+    spread: NDArray,
+    camera: int,
+    size_px: tuple[int, int],
+    rejected: Mapping[str, str],
+) -> Calibration:
+    """One camera of a fit.
 
     Parameters
     ----------
-    first, second : mapping
-        View to its corners in each camera (n, 2) [px].
-    board : Board
-    cameras : (PinholeCamera, PinholeCamera)
-
-    Raises
-    ------
-    ValueError
-        If too few views are seen by both, or the order of an ambiguous board can't be settled.
+    whole, kept : Bundle
+        With all corners, and with those that count.
+    x : array
+        The unknowns.
+    spread : array
+        Covariance of those before the poses.
+    camera : int
+    size_px : (width, height)
+    rejected : mapping
+        View to the reason.
     """
-    shared = [name for name in first if name in second]
-    _check_count(len(shared), {})
-    paired = {name: second[name] for name in shared}
-    if board.ambiguous:
-        paired = _ordered_alike(first, paired, board, cameras)
-    seen = {
-        name: np.isfinite(first[name][:, 0]) & np.isfinite(paired[name][:, 0]) for name in shared
+    lens, own = kept.lens(x, camera), slice(LENS * camera, LENS * (camera + 1))
+    errors = np.sqrt(np.diag(spread)[own])
+    told = (*OPTICS, *kept.terms[camera])
+    far = {
+        s.view: far[s.seen]
+        for s, far in zip(kept.sights, outlying.distances(kept.off_px(x)), strict=True)
+        if s.camera == camera
     }
-    points = [board.points_m[seen[name]].astype(np.float32) for name in shared]
-    lenses = [item for c in cameras for item in (c.matrix, np.array(c.distortion))]
-    rms, _, _, _, _, turn, shift, *_, errors = cv2.stereoCalibrateExtended(
-        points,
-        [first[name][seen[name]].astype(np.float32) for name in shared],
-        [paired[name][seen[name]].astype(np.float32) for name in shared],
-        *lenses,
-        (cameras[0].width_px, cameras[0].height_px),
-        None,
-        None,
-        flags=cv2.CALIB_FIX_INTRINSIC,
-        criteria=CONVERGED,
+    return Calibration(
+        PinholeCamera(*size_px, *lens[:4].tolist(), tuple(lens[4:].tolist())),
+        {n: float(e) for n, e in zip(PARAMETERS, errors, strict=True) if n in told},
+        {s.view: matrix_of(kept.pose(x, s)) for s in kept.sights if s.camera == camera},
+        {view: outlying.root_mean_square(values) for view, values in far.items()},
+        dict(rejected),
+        outlying.root_mean_square(np.concatenate(list(far.values()))),
+        outlying.lost_corners(whole.sights, kept, camera),
+        kept.sigma_px[camera],
+        spread[own, own],
+        tuple(s for s in kept.sights if s.camera == camera),
     )
-    if rms > LARGEST_PAIR_RMS_PX:
-        raise ValueError(
-            "calibration: expected pairs taken at one moment (residual up to"
-            f" {LARGEST_PAIR_RMS_PX:g} px), found {rms:.1f} px"
-        )
-    transform = np.eye(4)
-    transform[:3, :3], transform[:3, 3] = turn, shift.ravel()
-    pairs = {name: tuple(row) for name, row in zip(shared, errors.tolist(), strict=True)}
-    return PairCalibration(transform, pairs, float(rms))
 
 
-def _ordered_alike(
-    first: Mapping[str, NDArray],
-    second: Mapping[str, NDArray],
-    board: Board,
-    cameras: tuple[PinholeCamera, PinholeCamera],
-) -> dict[str, NDArray]:
-    """Turn the second camera's corners so that all views give about one transform."""
-    options = {}
-    for name, corners in second.items():
-        known = _board_pose(first[name], board, cameras[0])
-        options[name] = [
-            (seen, _board_pose(seen, board, cameras[1]) @ np.linalg.inv(known))
-            for seen in (corners, corners[::-1].copy())
-        ]
-    best = None
-    for choices in options.values():
-        for _, guess in choices:
-            picked = {
-                name: min(pair, key=lambda option, guess=guess: _apart(option[1], guess))
-                for name, pair in options.items()
-            }
-            cost = float(np.median([_apart(option[1], guess) for option in picked.values()]))
-            if best is None or cost < best[0]:
-                best = (cost, picked)
-    cost, picked = best
-    others = {
-        name: max(_apart(option[1], picked[name][1]) for option in pair)
-        for name, pair in options.items()
-    }
-    if cost > 0.2 * min(others.values()):
-        raise ValueError(
-            "board: expected one odd and one even number of corners, or views that settle its"
-            f" order, found {board.columns} x {board.rows}"
-        )
-    return {name: option[0] for name, option in picked.items()}
+def _settled(
+    whole: Bundle, x: NDArray, rejected: dict[str, str], name: str
+) -> tuple[Bundle, Bundle, NDArray]:
+    """Fit one camera until its outliers stay the same; views that are go to `rejected`.
+
+    Corners are judged once the scatter is known, views once their corners are.
+    """
+    kept, sigma, known = whole, whole.sigma_px[0], False
+    for _ in range(MOST_ROUNDS):
+        x = fit(kept, x)
+        far = outlying.distances(whole.off_px(x))
+        sigma, before = outlying.scatter(kept, far)[0], sigma
+        settled = abs(sigma / before - 1) < (SETTLED if known else ABOUT_SETTLED)
+        known = known or settled
+        part = outlying.without_outliers(whole.sights, far, (sigma,)) if known else kept.sights
+        if settled and outlying.same_corners(part, kept.sights):
+            bad = outlying.bad_views(part, far, sigma)
+            if not bad:
+                break
+            rejected.update(bad)
+            fuller, whole = whole, whole.without(bad)
+            _check_count(len(whole.sights), rejected, name)
+            x, part = whole.taken(fuller, x), tuple(s for s in part if s.view not in bad)
+        kept = replace(whole, sights=part, sigma_px=(sigma,))
+    return replace(whole, sigma_px=kept.sigma_px), kept, x
 
 
-def _apart(a: NDArray, b: NDArray) -> float:
-    """Angle between two transforms [rad]."""
-    cosine = (np.trace(a[:3, :3].T @ b[:3, :3]) - 1) / 2
-    return float(np.arccos(np.clip(cosine, -1, 1)))
-
-
-def _board_pose(corners: NDArray, board: Board, camera: PinholeCamera) -> NDArray:
-    seen = np.isfinite(corners[:, 0])
-    _, turn, shift = cv2.solvePnP(
-        board.points_m[seen], corners[seen], camera.matrix, np.array(camera.distortion)
-    )
-    return _pose(turn, shift)
-
-
-def _pose(turn: NDArray, shift: NDArray) -> NDArray:
-    pose = np.eye(4)
-    pose[:3, :3] = cv2.Rodrigues(turn)[0]
-    pose[:3, 3] = shift.ravel()
-    return pose
-
-
-def _check_count(count: int, rejected: Mapping[str, str]) -> None:
+def _check_count(count: int, rejected: Mapping[str, str], name: str) -> None:
     if count < FEWEST_VIEWS:
-        more = f" ({len(rejected)} rejected)" if rejected else ""
+        same = sum(reason.startswith("the same view") for reason in rejected.values())
+        others = len(rejected) - same
+        parts = [f"{same} that another is the same as"] * (same > 0)
+        parts += [f"{others} rejected"] * (others > 0)
+        more = f" ({', '.join(parts)})" if parts else ""
+        different = "different " if same else ""
         raise ValueError(
-            f"calibration: expected at least {FEWEST_VIEWS} views of the board, found {count}{more}"
+            f"{name}: expected at least {FEWEST_VIEWS} {different}views of the board, found"
+            f" {count}{more}"
+        )
+
+
+def _check_focal(found: Calibration, name: str) -> None:
+    """Refuse views that leave the focal length open."""
+    focal, error = found.camera.fx_px, found.standard_errors["fx_px"]
+    if not (focal > 0 and error < LARGEST_FOCAL_ERROR * focal):
+        raise ValueError(
+            f"{name}: expected views that tell the focal length (boards tilted in different ways),"
+            f" found {focal:.0f} +- {error:.0f} px"
         )

@@ -61,6 +61,11 @@ class TaggedBoard:
 
     ambiguous = False
 
+    @property
+    def described(self) -> str:
+        """What a message calls it."""
+        return f"a board with {len(self.ids)} tags of {self.dictionary}"
+
     @cached_property
     def print(self) -> Print:
         """Squares and the cells of all tags."""

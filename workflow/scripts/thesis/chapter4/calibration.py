@@ -113,7 +113,8 @@ def figure_4_9(result: Mapping, images: Mapping[str, NDArray], view: str) -> Fig
     for panel, stream, letter in zip(axes, ("infrared", "color"), "ab", strict=True):
         image = images[stream]
         panel.imshow(image, cmap="gray", vmin=0, vmax=255, interpolation="none")
-        corners = np.array(result["cameras"][stream]["corners_px"][view])
+        seen = result["cameras"][stream]["corners_px"][view]
+        corners = np.array([corner for corner in seen if corner is not None])
         panel.plot(*corners.T, "-", lw=0.5, color=COLOURS[stream], alpha=0.8)
         panel.plot(*corners.T, "o", ms=2.2, mfc="none", mew=0.7, color=COLOURS[stream])
         panel.plot(*corners[0], "s", ms=5, mfc="none", mew=1.2, color=COLOURS[stream])
@@ -128,7 +129,7 @@ def figure_4_9(result: Mapping, images: Mapping[str, NDArray], view: str) -> Fig
 def figure_4_10(result: Mapping) -> Figure:
     """Poses of the board relative to both cameras, from above and from the side (Fig. 4.10)."""
     board = result["board"]
-    width, height = ((board[name] - 1) * board["square_m"] for name in ("columns", "rows"))
+    width, height = ((count - 1) * board["square_m"] for count in board["inner_corners"])
     outline = np.array([[0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0], [0, 0, 0]])
     figure, axes = plt.subplots(1, 2, figsize=(PAGE_IN, 3.2), sharex=True)
     poses = result["cameras"]["color"]["camera_from_board"]

@@ -35,12 +35,21 @@ def _sensor(run: Run) -> dict:
 # Section 4.1.4: the optics of a sensor's cameras.
 
 
+def _calibrated(run: Run) -> list[str]:
+    """Sensors with a colour and an infrared camera that a run calibrates."""
+    found = select.experiments(run, "calibration")
+    return [sensor for sensor in found if "depth" in run.sensors[sensor]]
+
+
 def _calibration(run: Run) -> dict:
-    return {"calibration": select.sensor_files(run, "calibration", "calibration.json")[:1]}
+    names = _calibrated(run)[:1]
+    return {"calibration": [run.results(f"sensors/{name}/calibration.json") for name in names]}
 
 
 def _pictures(run: Run, captures: Sequence[Described]) -> dict:
-    return _calibration(run) | {"pairs": _folders(run, "calibration")[:1]}
+    return _calibration(run) | {
+        "pairs": [run.raw(f"sensors/{sensor}/calibration") for sensor in _calibrated(run)[:1]]
+    }
 
 
 CALIBRATION = (
@@ -51,7 +60,7 @@ CALIBRATION = (
         make="thesis.chapter4.calibration:make_table_4_1",
         outputs=table("table_4_1"),
         inputs=lambda run, captures: _calibration(run) | {"published": run.published("table_4_1")},
-        made=_there("calibration"),
+        made=_calibrated,
         local=True,
     ),
     Artefact(
@@ -64,7 +73,7 @@ CALIBRATION = (
         inputs=lambda run, captures: (
             _calibration(run) | {"published": run.published("equation_4_12")}
         ),
-        made=_there("calibration"),
+        made=_calibrated,
         chapter=CHAPTERS["4"],
         local=True,
     ),
@@ -76,7 +85,7 @@ CALIBRATION = (
         make="thesis.chapter4.calibration:make_figure_4_9",
         outputs=figure("figure_4_9"),
         inputs=_pictures,
-        made=_there("calibration"),
+        made=_calibrated,
     ),
     Artefact(
         "figure_4_10",
@@ -86,7 +95,7 @@ CALIBRATION = (
         make="thesis.chapter4.calibration:make_figure_4_10",
         outputs=figure("figure_4_10"),
         inputs=_pictures,
-        made=_there("calibration"),
+        made=_calibrated,
     ),
 )
 

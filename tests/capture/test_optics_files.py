@@ -1,0 +1,166 @@
+"""Optics as Kalibr, OpenCV and ROS write them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from palpate.capture.importing.optics_files import read_optics
+
+KALIBR = """\
+cam0:
+  camera_model: pinhole
+  intrinsics: [461.6, 460.3, 363.0, 248.1]
+  distortion_model: radtan
+  distortion_coeffs: [-0.27, 0.06, 0.0008, 0.0003]
+  resolution: [752, 480]
+cam1:
+  camera_model: pinhole
+  intrinsics: [460.2, 459.0, 379.4, 255.2]
+  distortion_model: radtan
+  distortion_coeffs: [-0.26, 0.05, 0.0008, 0.0002]
+  resolution: [752, 480]
+  T_cn_cnm1:
+  - [1.0, 0.0, 0.0, -0.11]
+  - [0.0, 1.0, 0.0, 0.0004]
+  - [0.0, 0.0, 1.0, -0.0008]
+  - [0.0, 0.0, 0.0, 1.0]
+"""
+ROS = """\
+image_width: 640
+image_height: 480
+camera_name: left
+camera_matrix: {{rows: 3, cols: 3, data: [520.0, 0.0, 315.0, 0.0, 522.0, 236.0, 0.0, 0.0, 1.0]}}
+distortion_model: plumb_bob
+distortion_coefficients: {{rows: 1, cols: 5, data: [-0.25, 0.08, 0.0, 0.0, 0.0]}}
+rectification_matrix: {{rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}}
+projection_matrix: {{rows: 3, cols: 4, data: [510.0, 0, 320.0, {}, 0, 510.0, 240.0, 0, 0, 0, 1, 0]}}
+"""
+MATRIX = "{}: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: {}\n"
+K = [520.0, 0.0, 315.0, 0.0, 522.0, 236.0, 0.0, 0.0, 1.0]
+
+
+def opencv(**matrices):
+    text = "%YAML:1.0\n---\n"
+    for name, (rows, columns, data) in matrices.items():
+        text += MATRIX.format(name, rows, columns, data)
+    return text
+
+
+PAIR = {
+    "M1": (3, 3, K),
+    "D1": (1, 5, [-0.25, 0.08, 0.0, 0.0, 0.0]),
+    "M2": (3, 3, K),
+    "D2": (1, 14, [0.1, *[0.0] * 13]),
+    "R": (3, 3, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
+    "T": (3, 1, [-0.1, 0.0, 0.0]),
+}
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(*texts):
+        paths = [tmp_path / f"{k}.yaml" for k in range(len(texts))]
+        for path, text in zip(paths, texts, strict=True):
+            path.write_text(text)
+        return paths
+
+    return write
+
+
+def test_kalibr(written):
+    found = read_optics(written(KALIBR))
+    assert found.cameras[0]["fx_px"] == 461.6
+    assert found.cameras[1]["distortion"] == [-0.26, 0.05, 0.0008, 0.0002, 0.0]
+    assert (found.cameras[0]["width_px"], found.cameras[0]["height_px"]) == (752, 480)
+    assert found.second_from_first[:3, 3].tolist() == [-0.11, 0.0004, -0.0008]
+
+
+def test_one_camera_of_kalibr(written):
+    found = read_optics(written(KALIBR.split("cam1")[0]))
+    assert (len(found.cameras), found.second_from_first) == (1, None)
+
+
+def test_ros(written):
+    (camera,) = read_optics(written(ROS.format("0"))).cameras
+    assert (camera["fy_px"], camera["cy_px"], camera["distortion"][0]) == (522.0, 236.0, -0.25)
+
+
+def test_a_pair_of_ros_says_how_it_is_rectified(written):
+    camera, baseline_m = read_optics(written(ROS.format("0"), ROS.format("-51.0"))).rectified
+    assert baseline_m == pytest.approx(0.1)
+    assert (camera["fx_px"], camera["cx_px"], any(camera["distortion"])) == (510.0, 320.0, False)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("camera_matrix", "distortion_coefficients"), ("cameraMatrix", "distCoeffs")],
+    ids=["snake", "camel"],
+)
+def test_opencv(written, names):
+    text = opencv(**{names[0]: PAIR["M1"], names[1]: PAIR["D1"]})
+    (camera,) = read_optics(written(text + "image_width: 640\nimage_height: 480\n")).cameras
+    assert (camera["width_px"], camera["fx_px"], camera["distortion"][1]) == (640, 520.0, 0.08)
+
+
+def test_a_pair_of_opencv_over_two_files(written):
+    lenses = {name: PAIR[name] for name in ("M1", "D1", "M2", "D2")}
+    place = {name: PAIR[name] for name in ("R", "T")}
+    found = read_optics(written(opencv(**lenses), opencv(**place)), (640, 480))
+    assert found.cameras[1]["distortion"] == [0.1, 0.0, 0.0, 0.0, 0.0]
+    assert np.array_equal(found.second_from_first[:3, 3], [-0.1, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (KALIBR.replace("radtan", "equidistant"), "cam0.distortion_model: expected radtan or"),
+        (KALIBR.replace("pinhole", "omni"), "cam0.camera_model: expected pinhole, found omni"),
+        (KALIBR.replace("-0.11]", "-110.0]"), r"cam1.T_cn_cnm1: .*found 110 \(metres\?\)"),
+        (KALIBR.replace("[1.0, 0.0, 0.0, -", "[2.0, 0.0, 0.0, -"), "expected a rotation, found"),
+        (KALIBR.replace("intrinsics", "focal"), "cam0: intrinsics: expected a value, found none"),
+        (KALIBR.replace("[461.6, ", "["), "cam0.intrinsics: expected a list of 4 numbers, found"),
+        (KALIBR.replace("461.6", ".nan"), "cam0.intrinsics: expected finite numbers"),
+        (KALIBR.replace("461.6", "-461.6"), "expected a size and focal lengths above 0"),
+        (ROS.format("0").replace("plumb_bob", "rational_polynomial"), "expected radtan or plumb_"),
+        ("a: 1\n", "expected cam0 .Kalibr., camera_matrix"),
+        ("[1, 2]\n", "expected cam0 .Kalibr., camera_matrix"),
+        (opencv(**PAIR), "image_width, image_height: expected the pictures' size"),
+    ],
+)
+def test_what_no_sensors_file_can_say(written, text, line):
+    with pytest.raises(ValueError, match=line):
+        read_optics(written(text))
+
+
+@pytest.mark.parametrize(
+    ("matrices", "line"),
+    [
+        (PAIR | {"D1": (1, 8, [0.1] * 8)}, "D1: expected at most k1, k2, .* found 3 coefficients"),
+        ({n: m for n, m in PAIR.items() if n != "T"}, "T: expected a matrix, found none"),
+        ({n: m for n, m in PAIR.items() if n != "D2"}, "D2: expected a matrix, found none"),
+        ({"Q": PAIR["M1"]}, "expected camera_matrix or M1, found Q"),
+    ],
+)
+def test_what_opencvs_files_lack(written, matrices, line):
+    with pytest.raises(ValueError, match=line):
+        read_optics(written(opencv(**matrices)), (640, 480))
+
+
+def test_a_broken_file_of_opencv(written):
+    with pytest.raises(ValueError, match="expected OpenCV's YAML, found none"):
+        read_optics(written("%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: [\n"), (640, 480))
+
+
+def test_a_pair_of_ros_in_the_wrong_order(written):
+    with pytest.raises(ValueError, match="expected the right camera of a pair"):
+        read_optics(written(ROS.format("-51.0"), ROS.format("0")))
+
+
+def test_two_files_of_kalibr(written):
+    with pytest.raises(ValueError, match=r"expected one camchain.yaml, found another file"):
+        read_optics(written(KALIBR, KALIBR))
+
+
+def test_a_file_that_is_not_there():
+    with pytest.raises(ValueError, match="nowhere.yaml: file: expected YAML, found nothing"):
+        read_optics([Path("nowhere.yaml")])

@@ -1,0 +1,204 @@
+"""`palpate calibrate camera` on folders of real pictures and on other programs' files."""
+
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+from boards_seen import LEFT, RIGHT, RIGHT_FROM_LEFT
+from palpate.__main__ import main
+from palpate.capture.schema import SCHEMAS, load_yaml
+from palpate.vision.sensor_blocks import opencv_text
+
+BOARD = ("--inner-corners", "9x6", "--square-mm", "30")
+
+
+@pytest.fixture
+def folders(root, tmp_path):
+    """Seven real pairs, as two folders of pictures."""
+    found = []
+    for side in ("left", "right"):
+        (tmp_path / side).mkdir()
+        for path in sorted((root / "tests/real/boards").glob(f"{side}*.jpg"))[:7]:
+            shutil.copy(path, tmp_path / side)
+        found.append(tmp_path / side)
+    return found
+
+
+@pytest.fixture
+def refused(capsys):
+    """The one line with which the command refuses."""
+
+    def line(*arguments):
+        assert main(["calibrate", "camera", *map(str, arguments)]) == 1
+        shown = capsys.readouterr()
+        assert shown.out == ""
+        (found,) = shown.err.splitlines()
+        return found
+
+    return line
+
+
+@pytest.fixture
+def given(capsys):
+    """What the command prints, as text and as YAML."""
+
+    def printed(*arguments):
+        assert main(["calibrate", "camera", *map(str, arguments)]) == 0
+        text = capsys.readouterr().out
+        return text, yaml.safe_load(text)
+
+    return printed
+
+
+def fits(blocks):
+    """Whether blocks hold what the sensor's schema asks of them."""
+    schema = load_yaml(SCHEMAS / "sensor.schema.yaml")["properties"]
+    for name in ("color", "depth"):
+        if name in blocks:
+            assert set(blocks[name]) == set(schema[name]["required"])
+
+
+def test_one_camera(folders, given):
+    text, blocks = given(folders[0], *BOARD)
+    assert blocks["color"]["fx_px"] == pytest.approx(533.0, abs=2.0)
+    assert blocks["color"]["encoding"] == "mono8"
+    assert "7 of 7 pictures count" in text
+    assert "#   focal length: told, to" in text
+    assert "# next: hold the board" in text
+    fits(blocks)
+
+
+def test_a_turned_board_is_the_same_board(folders, given):
+    known = given(folders[0], *BOARD)[1]["color"]
+    turned = given(folders[0], "--inner-corners", "6x9", "--square-mm", "30")[1]["color"]
+    assert turned["fx_px"] == pytest.approx(known["fx_px"], abs=0.1)
+
+
+def test_colour_and_depth(folders, capsys, tmp_path):
+    out = tmp_path / "sensor.yaml"
+    arguments = (*folders, *BOARD, "--kind", "depth", "--sensor", "bench", "--output", out)
+    assert main(["calibrate", "camera", *map(str, arguments)]) == 0
+    assert f"written: {out}" in capsys.readouterr().out
+    blocks = yaml.safe_load(out.read_text())
+    assert (blocks["sensor"], blocks["kind"]) == ("bench", "depth")
+    assert blocks["depth"]["color_from_depth"][0][3] == pytest.approx(0.0998, abs=5e-4)
+    assert "baseline 99." in out.read_text()
+    fits(blocks)
+
+
+def test_a_stereo_head_has_the_rectified_camera(folders, given, tmp_path):
+    path = tmp_path / "pair.yml"
+    text, blocks = given(*folders, *BOARD, "--kind", "stereo", "--opencv", path)
+    assert blocks["stereo"]["baseline_m"] == pytest.approx(0.0998, abs=5e-4)
+    assert not any(blocks["color"]["distortion"])
+    assert "the camera of the rectified pictures" in text
+    again = given(path, "--kind", "stereo")[1]
+    assert again["stereo"] == blocks["stereo"]
+    assert again["color"] == blocks["color"] | {"encoding": "rgb8"}
+    fits(blocks)
+
+
+def test_pairs_by_equal_names(folders, given):
+    left, right = folders
+    for path in right.iterdir():
+        path.rename(right / path.name.replace("right", "left"))
+    (left / "left03.jpg").unlink()
+    text, _ = given(left, right, *BOARD, "--kind", "depth")
+    assert "by 6 pairs" in text
+
+
+def test_pictures_of_16_bits(folders, given):
+    """An infrared camera's, of which few use the whole range."""
+    for path in folders[0].iterdir():
+        grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE).astype(np.uint16) * 12
+        cv2.imwrite(str(path.with_suffix(".png")), grey)
+        path.unlink()
+    _, blocks = given(folders[0], *BOARD)
+    assert blocks["color"]["fx_px"] == pytest.approx(533.0, abs=2.0)
+
+
+def test_another_programs_pair(given, tmp_path):
+    path = tmp_path / "pair.yml"
+    path.write_text(opencv_text((LEFT, RIGHT), RIGHT_FROM_LEFT))
+    _, blocks = given(path, "--kind", "depth")
+    assert blocks["depth"]["fx_px"] == RIGHT.fx_px
+    back = np.array(blocks["depth"]["color_from_depth"]) @ RIGHT_FROM_LEFT
+    assert back == pytest.approx(np.eye(4), abs=1e-7)
+
+
+def test_a_picture_that_cannot_be_read(folders, refused):
+    (folders[0] / "left04.jpg").write_bytes(b"no picture")
+    line = refused(folders[0], *BOARD)
+    assert "left04.jpg: picture: expected PNG, TIFF or JPEG, found one that can't be read" in line
+
+
+def test_pictures_of_two_sizes(folders, refused):
+    path = folders[0] / "left04.jpg"
+    cv2.imwrite(str(path), cv2.imread(str(path))[:240, :320])
+    line = refused(folders[0], *BOARD)
+    assert "left04.jpg: picture: expected 640 x 480 pixels as the first, found 320 x 240" in line
+
+
+def test_no_board(folders, refused):
+    for path in folders[0].iterdir():
+        cv2.imwrite(str(path), np.full((480, 640), 90, dtype=np.uint8))
+    assert "expected a board of 9 x 6 inner corners, found none in 7" in refused(folders[0], *BOARD)
+
+
+def test_one_view(folders, refused):
+    for path in sorted(folders[0].iterdir())[1:]:
+        path.unlink()
+    assert "left: expected at least 6 views of the board, found 1" in refused(folders[0], *BOARD)
+
+
+def test_views_that_are_one(folders, refused):
+    first, *others = sorted(folders[0].iterdir())
+    for path in others:
+        shutil.copy(first, path)
+    line = refused(folders[0], *BOARD)
+    assert "expected at least 6 different views of the board, found 1 (6 that another" in line
+
+
+def test_different_counts(folders, refused):
+    (folders[1] / "right04.jpg").unlink()
+    line = refused(*folders, *BOARD, "--kind", "depth")
+    assert "right: pictures: expected 7 as in" in line
+
+
+def test_cameras_in_the_wrong_order(folders, refused):
+    line = refused(*reversed(folders), *BOARD, "--kind", "stereo")
+    assert "stereo: expected the left camera first" in line
+
+
+def test_two_pictures_of_one_name(folders, refused):
+    shutil.copy(folders[0] / "left04.jpg", folders[0] / "left04.png")
+    line = refused(folders[0], *BOARD)
+    assert "names: expected one picture of a name, found left04 twice" in line
+
+
+@pytest.mark.parametrize(
+    ("count", "options", "line"),
+    [
+        (1, (), "--inner-corners: expected the board's, found none"),
+        (1, BOARD[:2], "--square-mm: expected the board's, found none"),
+        (1, ("--inner-corners", "2x6", "--square-mm", "30"), "expected 3x3 or more, found 2x6"),
+        (1, (*BOARD[:3], "-3"), "--square-mm: expected above 0 and at most 1000, found -3"),
+        (1, (*BOARD, "--kind", "depth"), "--kind: expected none for one camera, found depth"),
+        (2, BOARD, "--kind: expected stereo or depth for two cameras, found none"),
+        (1, (*BOARD, "--opencv", "x.yml"), "--opencv: expected two cameras and their transform"),
+    ],
+)
+def test_options_that_do_not_go_together(folders, refused, count, options, line):
+    assert line in refused(*folders[:count], *options)
+
+
+def test_sources_that_are_none(folders, refused, tmp_path):
+    assert "expected a folder of pictures or a file, found none" in refused(tmp_path / "no", *BOARD)
+    (tmp_path / "empty").mkdir()
+    assert "expected PNG, TIFF or JPEG files, found none" in refused(tmp_path / "empty", *BOARD)
+    assert "expected one or two, found 3" in refused(*folders, folders[0], *BOARD)
+    (tmp_path / "file.yaml").write_text("a: 1\n")
+    line = refused(folders[0], tmp_path / "file.yaml", *BOARD)
+    assert "expected two folders or two files, found one of each" in line

@@ -1,0 +1,88 @@
+"""The stage that calibrates two cameras, on real pairs of pictures."""
+
+import json
+import runpy
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pandas as pd
+import pytest
+from palpate.capture.images import write_image
+from thesis.chapter4.calibration import equation_4_12, table_4_1
+
+SIDES = ("left", "right")
+BOARD = "columns,rows,square_m\n{},0.03\n"
+
+
+class Named(dict):
+    """Items by name, as Snakemake gives them."""
+
+    def __getattr__(self, name):
+        return self[name]
+
+    def __iter__(self):
+        return iter(self.values())
+
+
+@pytest.fixture
+def calibrate(root, tmp_path, capfd):
+    """Run the stage on eight real pairs; give calibration.json, or the line that it ends with."""
+
+    def calibrated(streams, board="9,6"):
+        folder, made = tmp_path / "calibration", tmp_path / "calibration.json"
+        files = {
+            side: sorted((root / "tests/real/boards").glob(f"{side}*.jpg"))[:8] for side in SIDES
+        }
+        rows = {"frame": range(8), "time_s": range(8)}
+        for stream, side in zip(streams, SIDES, strict=True):
+            rows[stream] = [f"{stream}/{path.stem}.png" for path in files[side]]
+            for name, path in zip(rows[stream], files[side], strict=True):
+                (folder / stream).mkdir(parents=True, exist_ok=True)
+                grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+                write_image(folder / name, grey, "mono8")
+        pd.DataFrame(rows).to_csv(folder / "frames.csv", index=False)
+        (folder / "board.csv").write_text(BOARD.format(board))
+        job = SimpleNamespace(
+            rule="camera_calibration",
+            wildcards={"sensor": "head"},
+            log=tmp_path / "log.txt",
+            input=Named(pairs=str(folder)),
+            output=Named(calibration=str(made)),
+            params=Named(),
+        )
+        path = str(root / "workflow/scripts/stages/camera_calibration.py")
+        try:
+            runpy.run_path(path, init_globals={"snakemake": job})
+        except SystemExit:
+            return capfd.readouterr().err
+        return json.loads(made.read_text())
+
+    return calibrated
+
+
+def test_colour_and_infrared(calibrate, root):
+    found = calibrate(("infrared", "color"))
+    assert set(found["cameras"]) == {"infrared", "color"}
+    assert np.linalg.norm(np.array(found["color_from_infrared"])[:3, 3]) == pytest.approx(
+        0.0998, abs=3e-4
+    )
+    assert max(found["transform_standard_errors"]["translation_m"]) < 1e-3
+    assert found["told"]["baseline"]
+    assert any("focal length: told" in line for line in found["cameras"]["color"]["verdict"])
+    published = root / "config/published"
+    table = table_4_1(found, pd.read_csv(published / "table_4_1.csv"))
+    assert table["views"].tolist() == [8, 8]
+    assert len(equation_4_12(found, pd.read_csv(published / "equation_4_12.csv"))) == 4
+
+
+def test_a_stereo_head(calibrate):
+    found = calibrate(SIDES)
+    assert list(found["cameras"]) == ["left", "right"]
+    assert found["baseline_m"] == pytest.approx(0.0998, abs=3e-4)
+    assert np.array(found["right_from_left"])[0, 3] < 0
+
+
+def test_a_board_that_is_not_the_one_seen(calibrate):
+    line = calibrate(SIDES, board="11,8")
+    assert "left: expected boards of 11 x 8 inner corners, found none in 8 pictures" in line
