@@ -85,4 +85,4 @@ def test_a_stereo_head(calibrate):
 
 def test_a_board_that_is_not_the_one_seen(calibrate):
     line = calibrate(SIDES, board="11,8")
-    assert "left: expected boards of 11 x 8 inner corners, found none in 8 pictures" in line
+    assert "left: expected a board of 11 x 8 inner corners, found none in 8 pictures" in line

@@ -65,7 +65,7 @@ def _value(schema: Mapping, rule: Mapping) -> Any:
     if "default" in rule:
         return rule["default"]
     if "properties" in rule:
-        return {key: _value(schema, part_of(schema, rule, key)) for key in rule["required"]}
+        return {key: _value(schema, part_of(schema, rule, key)) for key in rule.get("required", ())}
     if rule.get("type") == "array":
         return [_value(schema, rule["items"]) for _ in range(rule["minItems"])]
     return FILL_IN
