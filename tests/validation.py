@@ -74,12 +74,13 @@ def drawn(spec: Mapping) -> dict:
 
 
 def said(results: Path, name: str, sensor: str) -> str:
-    """Last line of the last log of an object and a sensor, where there is no estimate."""
-    logs = [p for p in results.glob(f"logs/*/{name}-{sensor}*.log") if p.stat().st_size]
-    if not logs:
-        return "nothing: it was not tried"
-    last = max(logs, key=lambda path: path.stat().st_mtime)
-    return last.read_text(encoding="utf-8").strip().splitlines()[-1]
+    """Why there is no estimate of an object and a sensor: what the logs end with."""
+    logs = sorted(results.glob(f"logs/*/{name}-{sensor}*.log")) + sorted(
+        results.glob(f"logs/*/{name}-01.log")
+    )
+    lines = [text.splitlines()[-1] for path in logs if (text := path.read_text().strip())]
+    errors = [line for line in lines if line.startswith("error: ")]
+    return "; ".join(errors) or "nothing: it was not tried"
 
 
 def summary_of(table: pd.DataFrame) -> pd.DataFrame:

@@ -27,9 +27,10 @@ CONTACTS_A_REACH, REACH_M = 4.0, (0.006, 0.020)
 STEPS, STEP_M = 14, (0.0001, 0.0005)
 # The lobe is thin.
 EAR_DEEPEST_M = 0.0045
-# A hand's depth is a little less than it meant; how far the table goes beyond.
+# A hand's depth is a little less than it meant; so far goes the contact solution beyond. The table
+# goes farther: what a rig has wrong about the tip's depth must stay within it.
 BEYOND_M, BEYOND = 0.0002, 1.03
-FINE_M = 0.0005
+FINE_M, TABLE_BEYOND_M = 0.0005, 0.0012
 DIGITS = 4
 APART = ("like", "experiments", "simulated_block")
 SENSORS = ("bumblebee", "kinect")
@@ -237,7 +238,7 @@ def _description(
         "probe": model["object"]["probe"],
         "template": template,
         "support": support,
-        "deepest_m": _rounded(FINE_M * np.ceil(ends_m / FINE_M)),
+        "deepest_m": _rounded(FINE_M * np.ceil((ends_m + TABLE_BEYOND_M) / FINE_M)),
         "points": {"01": {"position_m": list(point_m)}},
     }
 

@@ -207,8 +207,19 @@ def first_touch(surface: SmoothSurface, tips_m: NDArray, table: IndentationModel
     tips_m : (f, 3) array
         Centres of the sphere, object frame [m].
     table : IndentationModel
+
+    Raises
+    ------
+    ValueError
+        If it never did.
     """
     depth = depth_along(surface, tips_m, table.direction, radius_m=table.radius_m)
+    if not depth.max() > 0:
+        raise ValueError(
+            "depth: expected a tip that touches the template, found it"
+            f" {-depth.max() * 1e3:.1f} mm away at the nearest (template, alignment,"
+            " indenter.radius_m or transforms of the probe wrong?)"
+        )
     pressed = depth > PRESSED * depth.max()
     return (tips_m - depth[:, None] * table.direction)[pressed].mean(axis=0)
 
