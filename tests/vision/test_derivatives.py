@@ -223,7 +223,7 @@ def test_sites_of_a_mosaic():
 
 def believed(refiner, start, found, **changes):
     fit = {"left": 0.01, "contrast": 100.0, "weight": np.ones(50), "pose": found} | changes
-    return refiner._believable(SimpleNamespace(**fit), start)
+    return refiner._believable(SimpleNamespace(**fit), start, BOARD.points_m)
 
 
 def test_a_fit_far_from_its_start_is_not_believed(refiner):

@@ -22,7 +22,7 @@ RIM = 0.12
 FEWEST_PIXELS = 200
 ITERATIONS = 25
 FIRST_DAMPING, DAMPED_LESS, DAMPED_MORE = 1e-3, 0.1, 10.0
-CONVERGED_RAD_M, CONVERGED_GAIN = 5e-6, 1e-6
+CONVERGED_RAD_M, CONVERGED_GAIN, RESTLESS_RAD_M = 5e-6, 1e-6, 3e-5
 BLUR_PX, BLUR_RANGE_PX = 0.8, (0.3, 3.0)
 # Residuals beyond this part of the contrast are something before the board: at first, when edges
 # may be a pixel off, and in the end.
@@ -139,9 +139,10 @@ class BoardRefiner:
             return None
         rough, _ = self._iterated(seen, start.copy(), BLUR_PX, OCCLUDED[0])
         fit, done = self._iterated(seen, rough.pose, rough.blur, OCCLUDED[1])
-        if not done or not self._believable(fit, start):
+        points = self.points if hidden is None else self.points[~hidden]
+        if not done or not self._believable(fit, start, points):
             return None
-        return self._result(fit, self.points if hidden is None else self.points[~hidden])
+        return self._result(fit, points)
 
     def _iterated(
         self, seen: "_Pixels", pose: NDArray, blur: float, occluded: float
@@ -155,18 +156,20 @@ class BoardRefiner:
             gain = 1 - moved.cost / fit.cost
             damping *= DAMPED_LESS if gain >= 0 else DAMPED_MORE
             fit = moved if gain >= 0 else fit
-            small = np.abs(step[:6]).max() < CONVERGED_RAD_M and damping <= FIRST_DAMPING
+            size = np.abs(step[:6]).max()
+            small = size < CONVERGED_RAD_M and damping <= FIRST_DAMPING
+            # Pixels that come and go at the limit of what is hidden leave no smooth minimum.
+            small |= FIRST_DAMPING < damping and size * (1 + damping) < RESTLESS_RAD_M
             if small or 0 <= gain < CONVERGED_GAIN:
                 return fit, True
         return fit, False
 
-    def _believable(self, fit: "_Fit", start: NDArray) -> bool:
+    def _believable(self, fit: "_Fit", start: NDArray, points: NDArray) -> bool:
         """Whether a fit looks like the board, near where it was looked for."""
         if fit.left > MOST_LEFT or fit.contrast < LEAST_CONTRAST or fit.weight.mean() < LEAST_SEEN:
             return False
         before, after = (
-            self.camera.project(self.points @ pose[:3, :3].T + pose[:3, 3])
-            for pose in (start, fit.pose)
+            self.camera.project(points @ pose[:3, :3].T + pose[:3, 3]) for pose in (start, fit.pose)
         )
         return bool(np.abs(after - before).max() < FARTHEST_PX)
 

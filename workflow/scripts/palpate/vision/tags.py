@@ -127,11 +127,15 @@ class TaggedBoard:
         """Corners of the tags in sight on the board [m] and in the picture [px], (k, 4, 2) each."""
         options = cv2.aruco.DetectorParameters()
         options.markerBorderBits = self.border
-        options.cornerRefinementMethod = (
-            cv2.aruco.CORNER_REFINE_APRILTAG if self.border > 1 else cv2.aruco.CORNER_REFINE_SUBPIX
-        )
+        options.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         detector = cv2.aruco.ArucoDetector(dictionary_of(self.dictionary), options)
         corners, names, _ = detector.detectMarkers(grey)
+        if names is None or len(names) < len(self.ids):
+            twice = cv2.resize(grey, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
+            larger, more, _ = detector.detectMarkers(twice)
+            if more is not None and len(more) > (0 if names is None else len(names)):
+                # A pixel's middle is a quarter beside that of the first of its four.
+                corners, names = [part / 2 - 0.25 for part in larger], more
         if names is None:
             return None
         names = names.ravel()
@@ -140,6 +144,10 @@ class TaggedBoard:
             return None
         pixels = np.concatenate(corners)[known].astype(float)
         places = self.tags_m[np.searchsorted(self.ids, names[known])]
+        if self.border > 1:
+            # The outlines of tags that touch squares are cut at their corners.
+            flat = subpixel(grey, pixels.reshape(-1, 2), places.reshape(-1, 2))
+            pixels = flat.reshape(pixels.shape)
         self._check_turn(places, pixels, grey.shape)
         kept = without_outliers(pixels.reshape(-1, 2), places.reshape(-1, 2), grey.shape)
         whole = np.isfinite(kept.reshape(-1, 8)).all(axis=1)
