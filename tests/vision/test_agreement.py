@@ -3,6 +3,7 @@
 import re
 import shutil
 
+import cv2
 import numpy as np
 import pytest
 import yaml
@@ -113,6 +114,26 @@ def test_squares_of_another_size(root, capture, square_m):
         followed(one.folder, one.sensor, one.probe | {"marker": scaled}, CORNERS)
     by_stream, by_corners = map(float, re.findall(r"([0-9.]+) m(?: away| by)", str(refused.value)))
     assert by_corners / by_stream == pytest.approx(square_m, abs=0.02)
+
+
+def test_a_sheet_printed_at_97_per_cent(root):
+    """A stereo head, which knows distances to parts of a per cent, tells it."""
+    one = opened(root, root / PLACES["sample"][0] / "bumblebee/08", "sample")
+    scaled = one.probe["marker"] | {"square_m": one.probe["marker"]["square_m"] / 0.97}
+    with pytest.raises(ValueError, match=r"\(0\.02\d* m for 0\.0206"):
+        followed(one.folder, one.sensor, one.probe | {"marker": scaled}, CORNERS)
+
+
+def test_a_pair_that_is_not_rectified(root, tmp_path):
+    """The right picture three rows lower."""
+    source = root / PLACES["sample"][0]
+    folder = shutil.copytree(source, tmp_path / source.name)
+    one = opened(root, folder / "bumblebee/08", "sample")
+    for path in sorted((one.folder / "right").glob("*.png")):
+        image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+        cv2.imwrite(str(path), np.roll(image, 4, axis=0))
+    with pytest.raises(ValueError, match=r"right: expected a rectified pair, .* \+4\.0 px"):
+        followed(one.folder, one.sensor, one.probe, CORNERS)
 
 
 @pytest.mark.parametrize("left_out", ["frames", "range"])

@@ -82,6 +82,10 @@ def test_a_sensors_own_optics_replace_those_of_its_file(sensors):
     assert (found["depth"]["fx_px"], found["depth"]["color_from_depth"]) == (600.0, shift)
     assert found["depth"]["baseline_m"] == sensor["depth"]["baseline_m"]
     assert sensor["color"]["fx_px"] != 500.0
+    assert (found["depth"]["cx_px"], found["depth"]["cy_px"]) == (300.0, 200.0)
+    cut = sensor | {"depth": sensor["depth"] | {"infrared_shift_px": [5, 4]}}
+    found = with_calibration(cut, calibration)["depth"]
+    assert (found["cx_px"], found["cy_px"]) == (295.0, 196.0)
 
 
 def test_too_few_boards(sensors):

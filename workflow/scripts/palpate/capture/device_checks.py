@@ -94,6 +94,9 @@ def impossible_optics(sensors: Mapping, paths: Mapping) -> list[str]:
             lines.append(f"{place}: range_m: {found}")
         for part in ("color", "depth"):
             lines += _off_axis(place, part, sensor.get(part))
+        if sensor["kind"] == "stereo" and any(sensor["color"]["distortion"]):
+            found = sensor["color"]["distortion"]
+            lines.append(f"{place}: color.distortion: expected zeros (rectified), found {found}")
     return lines
 
 

@@ -34,8 +34,11 @@ DISAGREE, DISAGREE_EACH, AGREE_SORTED = 1.0, 0.5, 0.2
 FEWEST_OFF = 3
 # Less is noise [mm, px].
 LEAST = 1.0
-# A depth camera's error, its calibration's and the corners' are some per cent together.
-LARGEST_SCALE = 1.08
+# A depth camera's error, its calibration's and the corners' are some per cent together; a stereo
+# head's are those of its baseline and focal length.
+LARGEST_SCALE = {"stereo": 1.02, "depth": 1.08, "structured_light": 1.08}
+# Rows of a rectified pair are alike to parts of a pixel.
+LARGEST_ROWS_PX = 1.5
 # Of the outer squares, how much does not count as board; pixels with depth on it.
 RIM, FEWEST_READINGS = 0.4, 20
 INWARD = np.array([[1], [-1]])
@@ -92,7 +95,8 @@ def require_agreement(
     Raises
     ------
     ValueError
-        If the board is nearer or farther by its corners, or the order of the frames is another.
+        If a pair is not rectified, the board is nearer or farther by its corners, or the order of
+        the frames is another.
     """
     folder, (first, stream) = Path(folder), image_streams(sensor)
     names = read_frames(folder)[stream]
@@ -104,6 +108,8 @@ def require_agreement(
         text = "%s: the board is not compared with that of %s: in %d frames, of %d at least"
         logging.info(text, stream, first, len(found), FEWEST_FRAMES)
         return
+    if sensor["kind"] == "stereo":
+        _require_rows(found[:, :2], folder, stream)
     _require_scale(found[:, 2:], sensor, marker, stream)
     order = disagreement(*found[:, :2].T)
     if order is not None:
@@ -112,17 +118,29 @@ def require_agreement(
         raise ValueError(f"{folder / FRAMES}: {stream}: expected {expected}, {line} order")
 
 
+def _require_rows(rows_px: NDArray, folder: Path, stream: str) -> None:
+    """Hold the board's rows in both pictures (n, 2) to each other [px]."""
+    off_px = float(np.median(rows_px[:, 1] - rows_px[:, 0]))
+    if abs(off_px) > LARGEST_ROWS_PX:
+        raise ValueError(
+            f"{folder / FRAMES}: {stream}: expected a rectified pair, with the board within"
+            f" {LARGEST_ROWS_PX:g} px of its row in the other picture, found it {off_px:+.1f} px"
+            " off (palpate calibrate camera says how to rectify)"
+        )
+
+
 def _require_scale(distances_m: NDArray, sensor: Mapping, marker: Mapping, stream: str) -> None:
     """Hold the board's distance by its corners to that by the second stream, (n, 2) [m]."""
     by_corners, by_stream = np.median(distances_m, axis=0)
     scale = by_corners / by_stream
-    if 1 / LARGEST_SCALE <= scale <= LARGEST_SCALE:
+    largest = LARGEST_SCALE[sensor["kind"]]
+    if 1 / largest <= scale <= largest:
         return
     side = "square_m" if "square_m" in marker else "tag_m"
     color, side_m = sensor["color"], marker[side]
     raise ValueError(
         f"marker.{side}: expected the board {by_stream:.3f} m away, where {stream} shows it,"
-        f" found it at {by_corners:.3f} m by its corners ({side_m / scale:.3g} m for"
+        f" found it at {by_corners:.3f} m by its corners ({side_m / scale:.4g} m for"
         f" {side_m:g}? images of another size than {color['width_px']} x {color['height_px']} px"
         f" with fx_px {color['fx_px']:g}? another count of depth than the sensor's encoding says?)"
     )

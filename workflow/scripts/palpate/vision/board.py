@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from palpate.vision.board_picture import Print
 from palpate.vision.corners import in_sight, refined
 
-# Where OpenCV's sector-based detector finds no board its older one may, with edge corners that may
-# be wrong: what the others contradict goes.
-BY_SECTORS = cv2.CALIB_CB_NORMALIZE_IMAGE
+# OpenCV's detector by quadrangles is fast and may put edge corners on wrong spots: where not all of
+# its corners are right, the one by sectors is asked too. Without CALIB_CB_ACCURACY that one gives
+# now one answer, now another, of one small picture.
 BY_QUADS = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
+BY_SECTORS = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_ACCURACY
 # Part of the corners of each outer row and column that has to be right.
 SIDE_SEEN = 0.5
 
@@ -112,24 +113,32 @@ class Board:
         (n, 2) array or None
             Pixel coordinates, NaN where a corner is not right; None when the board is not seen.
         """
-        size = (self.columns, self.rows)
-        found, corners = cv2.findChessboardCornersSB(grey, size, flags=BY_SECTORS)
-        if not found:
-            found, corners = cv2.findChessboardCorners(grey, size, flags=BY_QUADS)
-        if not found:
-            return None
+        best = np.full((self.columns * self.rows, 2), np.nan)
+        detectors = (cv2.findChessboardCorners, BY_QUADS), (cv2.findChessboardCornersSB, BY_SECTORS)
+        for detect, flags in detectors:
+            found, corners = detect(grey, (self.columns, self.rows), flags=flags)
+            if found:
+                best = max(best, self._right(grey, corners), key=_count)
+            if _count(best) == len(best):
+                break
+        return best if self._whole(np.isfinite(best[:, 0])) else None
+
+    def _right(self, grey: NDArray, corners: NDArray) -> NDArray:
+        """Those of a detector's corners that are right, in the board's order, (n, 2) [px]."""
         grid = corners.reshape(self.rows, self.columns, 2).astype(float)
         corners = refined(grey, _face_up(grid).reshape(-1, 2), self.points_m)
         turns = [corners] if self.ambiguous else [corners, corners[::-1].copy()]
-        found = [in_sight(grey, turned, self) for turned in turns]
-        best = max(found, key=lambda turned: np.isfinite(turned[:, 0]).sum())
-        return best if self._whole(np.isfinite(best[:, 0])) else None
+        return max((in_sight(grey, turned, self) for turned in turns), key=_count)
 
     def _whole(self, seen: NDArray) -> bool:
         """Whether enough corners are seen on all sides: else the grid may be a row beside."""
         grid = seen.reshape(self.rows, self.columns)
         sides = (grid[0], grid[-1], grid[:, 0], grid[:, -1])
         return all(side.mean() >= SIDE_SEEN for side in sides)
+
+
+def _count(corners: NDArray) -> int:
+    return int(np.isfinite(corners[:, 0]).sum())
 
 
 def _face_up(grid: NDArray) -> NDArray:

@@ -126,6 +126,11 @@ def with_calibration(sensor: Mapping, calibration: Mapping) -> dict:
         camera = calibration["cameras"][stream]
         found[block] = dict(sensor[block]) | {key: camera[key] for key in OPTICS}
     found["depth"]["color_from_depth"] = calibration["color_from_infrared"]
+    # Where the depth image is cut out of the infrared one.
+    for centre, shift_px in zip(
+        ("cx_px", "cy_px"), sensor["depth"].get("infrared_shift_px", (0, 0)), strict=True
+    ):
+        found["depth"][centre] -= shift_px
     return found
 
 
