@@ -4,6 +4,7 @@ import copy
 
 import pytest
 from palpate.capture.device_checks import (
+    ambiguous_boards,
     bent_transforms,
     dead_gauges,
     impossible_optics,
@@ -62,3 +63,25 @@ def test_a_sphere_of_another_size_than_the_tip(probe, factor):
     probe["indenter"]["radius_m"] *= factor
     (line,) = unlike_tips({"a": probe}, "probes")
     assert line.startswith("probes/a.yaml: exclusion.tip_radius_m: expected indenter.radius_m")
+
+
+def test_a_stereo_head_that_is_not_rectified(sensors):
+    bent = sensors["bumblebee"] | {
+        "color": sensors["bumblebee"]["color"] | {"distortion": [-0.3, 0.1, 0, 0, 0]}
+    }
+    lines = impossible_optics({"bumblebee": bent}, {"sensors": "config/sensors"})
+    assert lines == [
+        "config/sensors/bumblebee.yaml: color.distortion: expected zeros (rectified),"
+        " found [-0.3, 0.1, 0, 0, 0]"
+    ]
+
+
+def test_tags_that_do_not_fit():
+    grid = {"kind": "aprilgrid", "tags": [6, 6], "tag_m": 0.02, "gap_m": 0.006}
+    probes = {
+        "one": {"marker": grid | {"dictionary": "APRILTAG_25H9"}},
+        "two": {"marker": grid | {"dictionary": "APRILTAG_36H11"}},
+    }
+    assert ambiguous_boards(probes, "config/probes") == [
+        "config/probes/one.yaml: marker.dictionary: expected 36 tags or more, found 35"
+    ]

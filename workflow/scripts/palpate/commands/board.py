@@ -22,6 +22,12 @@ MARGIN_MM, TEXT_MM = 10.0, 16.0
 RULER_MM, STEP_MM = 100, 10
 MM_PER_INCH = 25.4
 KINDS = (".pdf", ".svg")
+# The same sheet has the same bytes.
+TIMELESS = {
+    "pdf": {"CreationDate": None, "Creator": None},
+    "svg": {"Date": None, "Creator": None},
+    "png": {"Software": None},
+}
 # Of a square: margins wide enough for the corners, cells large enough to be read.
 TAG_SHARE = 0.75
 FAMILIES = {"charuco": "4X4_50", "aprilgrid": "APRILTAG_36H11"}
@@ -43,7 +49,7 @@ def _board(options: argparse.Namespace) -> None:
     if lines := wrong_board({"marker": marker}, "board"):
         raise ValueError("\n".join(lines))
     with whole_file(options.output) as part:
-        _draw(board_of(marker), _title(marker), part, options.output.suffix.lower()[1:])
+        draw_sheet(board_of(marker), _title(marker), part, options.output.suffix.lower()[1:])
     block = yaml.safe_dump({"marker": marker}, sort_keys=False, default_flow_style=None)
     print(f"{options.output}: written; for the probe's file:\n{block}", end="")
 
@@ -75,8 +81,17 @@ def _title(marker: Mapping) -> str:
     return ", ".join([f"{kind} {counts[0]} x {counts[1]}", *sides, *family])
 
 
-def _draw(board: FlatBoard, title: str, path: Path, form: str) -> None:
-    """Draw a board on a sheet of its size."""
+def draw_sheet(board: FlatBoard, title: str, path: Path, form: str) -> None:
+    """Draw a board on a sheet of its size.
+
+    Parameters
+    ----------
+    board : FlatBoard
+    title : str
+        What stands below it.
+    path : Path
+    form : {"pdf", "svg", "png"}
+    """
     import matplotlib.pyplot as plt
     from matplotlib.collections import PolyCollection
 
@@ -96,8 +111,7 @@ def _draw(board: FlatBoard, title: str, path: Path, form: str) -> None:
         y = high_mm[1] + MARGIN_MM + TEXT_MM - 3
         size = min(7.0, 1.6 * (high_mm[0] - low_mm[0]) / len(title) * 72 / MM_PER_INCH)
         axes.text(low_mm[0], y, title, fontsize=size, va="bottom")
-        none = {"CreationDate": None} if form == "pdf" else {"Date": None}
-        figure.savefig(path, format=form, metadata=none | {"Creator": None})
+        figure.savefig(path, format=form, metadata=TIMELESS[form])
         plt.close(figure)
 
 

@@ -1,0 +1,82 @@
+"""``palpate board``: sheets to scale, and the block for the probe's file."""
+
+import re
+
+import cv2
+import matplotlib as mpl
+import numpy as np
+import pytest
+import yaml
+from palpate.__main__ import main
+from palpate.capture.device_checks import wrong_board
+from palpate.commands.board import MARGIN_MM, draw_sheet
+from palpate.vision.marker import board_of
+
+SHEETS = {
+    "charuco": ["--squares", "7x5", "--square-mm", "15"],
+    "aprilgrid": ["--tags", "4x3", "--tag-mm", "20", "--gap-mm", "6"],
+    "checkerboard": ["--squares", "5x4", "--square-mm", "20"],
+}
+
+
+@pytest.mark.parametrize("kind", SHEETS)
+def test_the_block_describes_the_sheet(kind, tmp_path, capsys):
+    """Rasterised at ten pixels a millimetre, the board that the block describes is found there."""
+    path = tmp_path / "board.svg"
+    assert main(["board", kind, *SHEETS[kind], "--output", str(path)]) == 0
+    block = capsys.readouterr().out.partition("\n")[2]
+    content = yaml.safe_load(block)
+    assert wrong_board(content, "board") == []
+    board = board_of(content["marker"])
+    with mpl.rc_context({"savefig.dpi": 254}):
+        draw_sheet(board, "a board", tmp_path / "board.png", "png")
+    found = board.find(cv2.imread(str(tmp_path / "board.png"), cv2.IMREAD_GRAYSCALE))
+    places_mm = (board.points_m[:, :2] - board.outline_m[0]) * 1e3 + MARGIN_MM
+    assert np.abs(found - (10 * places_mm - 0.5)).max() < 0.02
+
+
+@pytest.mark.parametrize("form", ["pdf", "svg"])
+def test_the_same_sheet_has_the_same_bytes(form, tmp_path):
+    paths = [tmp_path / f"{name}.{form}" for name in "ab"]
+    for path in paths:
+        main(["board", "charuco", *SHEETS["charuco"], "--output", str(path)])
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+def test_a_sheet_is_as_large_as_what_is_on_it(tmp_path):
+    path = tmp_path / "board.svg"
+    main(["board", "charuco", *SHEETS["charuco"], "--output", str(path)])
+    width, height = re.findall(r'(?:width|height)="([0-9.]+)pt"', path.read_text())[:2]
+    assert float(width) / 72 * 25.4 == pytest.approx(7 * 15 + 20, abs=0.01)
+    assert float(height) / 72 * 25.4 == pytest.approx(5 * 15 + 36, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["charuco"], "board: marker.square_m: expected a value, found nothing"),
+        (["charuco", "--square-mm", "15", "--tag-mm", "16"], "expected less than square_m (0.015)"),
+        (
+            ["charuco", "--square-mm", "5", "--squares", "20x20"],
+            "200 tags or more, found 50",
+        ),
+        (["charuco", "--square-mm", "15", "--gap-mm", "3"], "gap_m: expected no such field beside"),
+        (["checkerboard", "--square-mm", "9", "--squares", "5x5"], "expected one odd and one even"),
+        (["aprilgrid", "--tag-mm", "9"], "board: marker.gap_m: expected a value, found nothing"),
+        (
+            ["charuco", "--square-mm", "15", "--dictionary", "9X9"],
+            "dictionary: expected one",
+        ),
+    ],
+)
+def test_boards_that_cannot_be_printed(arguments, line, tmp_path, capsys):
+    path = tmp_path / "board.pdf"
+    assert main(["board", *arguments, "--output", str(path)]) == 1
+    assert line in capsys.readouterr().err
+    assert not path.exists()
+
+
+def test_sheets_of_another_kind(tmp_path, capsys):
+    path = tmp_path / "board.png"
+    assert main(["board", "charuco", *SHEETS["charuco"], "--output", str(path)]) == 1
+    assert "--output: expected a file that ends with .pdf or .svg" in capsys.readouterr().err
