@@ -257,15 +257,15 @@ def _rounded(value: float) -> float:
 
 
 def write_run(
-    folder: Path, lab: Mapping, sensors: Mapping[str, Mapping], rig: Mapping, *, seed: int
+    folder: Path, lab: Mapping, sensors: Mapping[str, Mapping], direct: Mapping, *, seed: int
 ) -> None:
     """Write a drawn lab, its sensors' files by their names, and a configuration that runs it.
 
-    Of a rig as bad as these the configuration says so, as a careful lab's would.
+    The configuration's ``direct`` is given (`direct_of`).
     """
     places = {name: f"{folder}/{name}" for name in ("raw", "results", "sensors")}
     config = {"paths": places | {"lab": f"{folder}/lab.yaml"}, "seed": seed}
-    config["direct"] = {"fit": {"rig": dict(rig)}}
+    config["direct"] = dict(direct)
     files = {"lab": lab}
     for name, spec in sensors.items():
         # Nobody calibrates each of so many cameras, or knows how far their clocks are off.
@@ -281,13 +281,15 @@ def write_run(
             part.write_text(yaml.safe_dump(plain, sort_keys=False), encoding="utf-8")
 
 
-def rig_of(device: Mapping, probe: Mapping) -> dict[str, float]:
-    """What a lab knows of such a rig: options of ``direct.fit.rig``."""
-    return {
+def direct_of(ranges: Mapping, probe: Mapping) -> dict:
+    """Options ``direct`` of a run: of a rig as bad as these they say so, as a careful lab's would."""
+    device, given = ranges["device"], ranges.get("direct", {})
+    rig = {
         "force_scale_std": device["force_gain"],
         "force_drift_std_n": device["force_drift_n"],
         "radius_std_m": _rounded(device["radius"] * probe["indenter"]["radius_m"]),
     }
+    return dict(given) | {"fit": dict(given.get("fit", {})) | {"rig": rig}}
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -349,7 +351,7 @@ def _draw(given: argparse.Namespace) -> None:
     else:
         lab = draw_lab(ranges, base, probe, seed=given.seed)
     sensors = {name: load_yaml(f"config/sensors/{file}.yaml") for name, file in like.items()}
-    write_run(given.folder, lab, sensors, rig_of(ranges["device"], probe), seed=given.seed)
+    write_run(given.folder, lab, sensors, direct_of(ranges, probe), seed=given.seed)
 
 
 if __name__ == "__main__":
