@@ -282,7 +282,7 @@ def write_run(
 
 
 def direct_of(ranges: Mapping, probe: Mapping) -> dict:
-    """Options ``direct`` of a run: of a rig as bad as these they say so, as a careful lab's would."""
+    """Options ``direct`` of a run, which say how bad such a rig is, as a careful lab's would."""
     device, given = ranges["device"], ranges.get("direct", {})
     rig = {
         "force_scale_std": device["force_gain"],
