@@ -125,7 +125,7 @@ def test_a_sheet_printed_at_97_per_cent(root):
 
 
 def test_a_pair_that_is_not_rectified(root, tmp_path):
-    """The right picture three rows lower."""
+    """The right picture four rows lower."""
     source = root / PLACES["sample"][0]
     folder = shutil.copytree(source, tmp_path / source.name)
     one = opened(root, folder / "bumblebee/08", "sample")

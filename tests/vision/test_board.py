@@ -38,6 +38,19 @@ def test_a_stain_does_not_turn_the_order():
     assert np.abs(board.find(image) - corners_of(board)).max() < 0.5
 
 
+@pytest.mark.parametrize("size", [(6, 6), (7, 5), (5, 5)])
+@pytest.mark.parametrize("turns", range(4))
+@pytest.mark.parametrize("inverse", [False, True])
+def test_boards_of_any_colouring_are_found(size, turns, inverse):
+    board = Board(*size, 0.02)
+    image = np.rot90(255 - drawn(board) if inverse else drawn(board), turns)
+    image = np.pad(image[2:-2, 2:-2], 20, constant_values=255) if not inverse else image
+    found = board.find(np.ascontiguousarray(image))
+    if size[0] != size[1] and turns % 2:
+        assert found is not None
+    assert found is not None and np.isfinite(found).all()
+
+
 def test_a_board_of_two_orders_has_its_corners():
     board = Board(5, 5, 0.02)
     found = board.find(drawn(board))

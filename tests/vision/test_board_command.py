@@ -18,6 +18,8 @@ SHEETS = {
     "checkerboard": ["--squares", "5x4", "--square-mm", "20"],
 }
 
+CHARUCO = ["charuco", "--squares", "7x5"]
+
 
 @pytest.mark.parametrize("kind", SHEETS)
 def test_the_block_describes_the_sheet(kind, tmp_path, capsys):
@@ -54,19 +56,14 @@ def test_a_sheet_is_as_large_as_what_is_on_it(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["charuco"], "board: marker.square_m: expected a value, found nothing"),
-        (["charuco", "--square-mm", "15", "--tag-mm", "16"], "expected less than square_m (0.015)"),
-        (
-            ["charuco", "--square-mm", "5", "--squares", "20x20"],
-            "200 tags or more, found 50",
-        ),
-        (["charuco", "--square-mm", "15", "--gap-mm", "3"], "gap_m: expected no such field beside"),
-        (["checkerboard", "--square-mm", "9", "--squares", "5x5"], "expected one odd and one even"),
-        (["aprilgrid", "--tag-mm", "9"], "board: marker.gap_m: expected a value, found nothing"),
-        (
-            ["charuco", "--square-mm", "15", "--dictionary", "9X9"],
-            "dictionary: expected one",
-        ),
+        (["charuco"], "--squares: expected two counts, found none"),
+        (CHARUCO, "board: marker.square_m: expected a value, found nothing"),
+        ([*CHARUCO, "--square-mm", "15", "--tag-mm", "16"], "less than square_m (0.015)"),
+        ([*CHARUCO, "--square-mm", "15", "--gap-mm", "3"], "gap_m: expected no such field"),
+        ([*CHARUCO, "--square-mm", "15", "--dictionary", "9X9"], "dictionary: expected one"),
+        (["charuco", "--square-mm", "5", "--squares", "20x20"], "200 tags or more, found 50"),
+        (["checkerboard", "--square-mm", "9", "--squares", "5x5"], "one odd and one even"),
+        (["aprilgrid", "--tags", "4x3", "--tag-mm", "9"], "marker.gap_m: expected a value"),
     ],
 )
 def test_boards_that_cannot_be_printed(arguments, line, tmp_path, capsys):

@@ -6,8 +6,9 @@ import pytest
 from boards_seen import BOARD, LEFT, RIGHT, SIZE_PX, poses, seen
 from palpate.vision.board import Board, board_views
 from palpate.vision.calibration import calibrate_camera
-from palpate.vision.camera import camera_from_spec, with_calibration
+from palpate.vision.camera import PinholeCamera, camera_from_spec, with_calibration
 from palpate.vision.pose import candidate_poses
+from scipy.spatial.transform import Rotation
 
 CALTECH = Board(9, 6, 0.030)
 
@@ -61,6 +62,22 @@ def test_a_spoilt_view_is_rejected_and_named(sensors):
     assert "residual" in result.rejected["07"]
     assert result.camera.fx_px == pytest.approx(camera.fx_px, rel=1e-3)
     assert set(result.camera_from_board) == set(corners) - {"07"}
+
+
+def test_a_board_that_tilts_in_place_is_not_one_view():
+    """The views that tell the focal length best."""
+    camera = PinholeCamera(640, 480, 580.0, 580.0, 319.5, 239.5)
+    board, views = Board(9, 6, 0.025), {}
+    leans = [(0, 0), *((a, b) for s in (15, 25) for a, b in ((s, 0), (-s, 0), (0, s), (0, -s)))]
+    for k, lean in enumerate(np.deg2rad(leans)):
+        pose = np.eye(4)
+        pose[:3, :3] = Rotation.from_rotvec([*lean, 0]).as_matrix()
+        pose[:3, 3] = [0, 0, 0.6] - pose[:3, :3] @ board.points_m.mean(axis=0)
+        views[f"{k:02d}"] = pose
+    result = calibrate_camera(seen(board, views, camera, noise_px=0.1), board, (640, 480))
+    assert not result.rejected
+    assert result.camera.fx_px == pytest.approx(580, abs=3 * result.standard_errors["fx_px"])
+    assert result.standard_errors["fx_px"] < 3
 
 
 def test_a_sensors_own_optics_replace_those_of_its_file(sensors):

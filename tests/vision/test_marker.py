@@ -1,10 +1,15 @@
 """Pose of rendered boards with known pose."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
+import printed_boards
 import pytest
+from palpate.vision.board import Board
 from palpate.vision.camera import PinholeCamera, camera_from_spec
-from palpate.vision.marker import Region, board_of, expected_region, find_corners
+from palpate.vision.corners import Region
+from palpate.vision.marker import board_of, expected_region, find_corners
 from palpate.vision.options import PoseFilter
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import candidate_poses, point_covariance, settle
@@ -213,6 +218,20 @@ def test_the_expected_region_gives_the_same_corners(probe):
     elsewhere = Region(0, 0, 60, 60)
     assert np.array_equal(find_corners(image, board_of(probe["marker"]), elsewhere), whole)
     assert expected_region(last + 5000, None, image.shape) is None
+
+
+def test_a_lens_that_bends_costs_no_corner_in_a_region():
+    """Near the picture's corner, where the region's middle is not the lens's."""
+    camera = replace(CAMERA, distortion=(-0.3, 0.08, 0, 0, 0))
+    board, pose = Board(9, 6, 0.015), pose_of([0.2, 0.3, 0.1], [0.08, 0.06, 0.45])
+    straight = printed_boards.picture(board, pose, CAMERA)
+    grid = camera.pixel_grid()
+    back = CAMERA.project(camera.rays(grid)).astype(np.float32).reshape(768, 1024, 2)
+    image = cv2.remap(straight, back[..., 0], back[..., 1], cv2.INTER_CUBIC)
+    exact = printed_boards.exact(board, pose, camera)
+    region = expected_region(exact, None, image.shape)
+    for corners in (find_corners(image, board), board.find(image, region)):
+        assert np.abs(corners - exact).max() < 0.2
 
 
 @pytest.mark.parametrize("inner_corners", [[4, 3], [5, 4]])

@@ -60,10 +60,12 @@ def _marker(options: argparse.Namespace) -> dict:
     if options.kind == "charuco" and mm["tag"] is None and mm["square"] is not None:
         mm["tag"] = TAG_SHARE * mm["square"]
     sides = {f"{k}_m": round(v / MILLIMETRES, 9) for k, v in mm.items() if v is not None}
+    counts = "tags" if options.kind == "aprilgrid" else "squares"
+    if getattr(options, counts) is None:
+        raise ValueError(f"--{counts}: expected two counts, found none")
     if options.kind == "checkerboard":
         columns, rows = options.squares
         return {"inner_corners": [columns - 1, rows - 1]} | sides
-    counts = "squares" if options.kind == "charuco" else "tags"
     family = {"dictionary": options.dictionary or FAMILIES[options.kind]}
     return {"kind": options.kind, counts: list(getattr(options, counts))} | sides | family
 
@@ -164,8 +166,8 @@ def add(commands: Any) -> None:
         example="palpate board charuco --squares 7x5 --square-mm 15 --output board.pdf",
     )
     verb.add_argument("kind", choices=("charuco", "aprilgrid", "checkerboard"))
-    verb.add_argument("--squares", type=_counts, default=(7, 5), help="along x and y (7x5)")
-    verb.add_argument("--tags", type=_counts, default=(4, 3), help="of an aprilgrid (4x3)")
+    verb.add_argument("--squares", type=_counts, metavar="7x5", help="along x and y")
+    verb.add_argument("--tags", type=_counts, metavar="4x3", help="of an aprilgrid, along x and y")
     verb.add_argument("--square-mm", type=float, help="side of a square")
     verb.add_argument("--tag-mm", type=float, help="side of a tag (charuco: 0.75 of a square's)")
     verb.add_argument("--gap-mm", type=float, help="between tags of an aprilgrid")

@@ -191,7 +191,8 @@ def _described(options: argparse.Namespace) -> "FlatBoard":
     if options.inner_corners is not None or options.square_mm is not None:
         raise ValueError("--board: expected it alone, found --inner-corners or --square-mm beside")
     content = load_yaml(options.board)
-    content = {"marker": content["marker"]} if "marker" in content else content
+    if isinstance(content, Mapping) and "marker" in content:
+        content = {"marker": content["marker"]}
     if lines := wrong_board(content, str(options.board)):
         raise ValueError("\n".join(lines))
     return board_of(content["marker"])

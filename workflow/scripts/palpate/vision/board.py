@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.vision.board_picture import Print
-from palpate.vision.corners import in_sight, refined
+from palpate.vision.corners import Region, in_sight, refined, whole
 
 # OpenCV's detector by quadrangles is fast and may put edge corners on wrong spots: where not all of
 # its corners are right, the one by sectors is asked too. Without CALIB_CB_ACCURACY that one gives
 # now one answer, now another, of one small picture.
 BY_QUADS = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
 BY_SECTORS = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_ACCURACY
-# Part of the corners of each outer row and column that has to be right.
-SIDE_SEEN = 0.5
+# Parts of all corners, and of those of each outer row and column, that have to be right: else the
+# grid may be a row beside, or a part of a larger board.
+SEEN, SIDE_SEEN = 0.85, 0.5
 
 
 class FlatBoard(Protocol):
@@ -26,7 +27,8 @@ class FlatBoard(Protocol):
     Attributes
     ----------
     points_m : (n, 3) array
-        Corners in the board's frame: origin at the first, x right, y down, z into the board.
+        Corners in the board's frame: origin at the upper left one, x right, y down, z into the
+        board.
     outline_m : (2, 2) array
         Least and largest x, y of what is printed.
     unit_m : float
@@ -46,7 +48,7 @@ class FlatBoard(Protocol):
     ambiguous: bool
     described: str
 
-    def find(self, grey: NDArray) -> NDArray | None:
+    def find(self, grey: NDArray, region: Region | None = None) -> NDArray | None:
         """Corners in a (h, w) uint8 picture, (n, 2) [px]; NaN where one is not seen, or None."""
 
 
@@ -98,7 +100,7 @@ class Board:
         """What a message calls it."""
         return f"a board of {self.columns} x {self.rows} inner corners"
 
-    def find(self, grey: NDArray) -> NDArray | None:
+    def find(self, grey: NDArray, region: Region | None = None) -> NDArray | None:
         """Find the corners to sub-pixel precision, row by row.
 
         They are counted clockwise from the corner beside a black outer square, where the board
@@ -107,17 +109,22 @@ class Board:
         Parameters
         ----------
         grey : (h, w) uint8 array
+        region : Region, optional
+            Where the board is looked for.
 
         Returns
         -------
         (n, 2) array or None
             Pixel coordinates, NaN where a corner is not right; None when the board is not seen.
         """
+        region = region or whole(grey)
+        part = region.cut(grey)
         best = np.full((self.columns * self.rows, 2), np.nan)
         detectors = (cv2.findChessboardCorners, BY_QUADS), (cv2.findChessboardCornersSB, BY_SECTORS)
         for detect, flags in detectors:
-            found, corners = detect(grey, (self.columns, self.rows), flags=flags)
+            found, corners = detect(part, (self.columns, self.rows), flags=flags)
             if found:
+                corners = corners.reshape(-1, 2) + [region.x0, region.y0]
                 best = max(best, self._right(grey, corners), key=_count)
             if _count(best) == len(best):
                 break
@@ -134,7 +141,7 @@ class Board:
         """Whether enough corners are seen on all sides: else the grid may be a row beside."""
         grid = seen.reshape(self.rows, self.columns)
         sides = (grid[0], grid[-1], grid[:, 0], grid[:, -1])
-        return all(side.mean() >= SIDE_SEEN for side in sides)
+        return grid.mean() >= SEEN and all(side.mean() >= SIDE_SEEN for side in sides)
 
 
 def _count(corners: NDArray) -> int:

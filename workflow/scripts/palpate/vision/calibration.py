@@ -232,7 +232,9 @@ def _check_count(count: int, rejected: Mapping[str, str], name: str) -> None:
 
 def _check_focal(found: Calibration, name: str) -> None:
     """Refuse views that leave the focal length open."""
-    focal, error = found.camera.fx_px, found.standard_errors["fx_px"]
+    camera, errors = found.camera, found.standard_errors
+    worst = max(("fx_px", "fy_px"), key=lambda name: errors[name] / getattr(camera, name))
+    focal, error = getattr(camera, worst), errors[worst]
     if not (focal > 0 and error < LARGEST_FOCAL_ERROR * focal):
         raise ValueError(
             f"{name}: expected views that tell the focal length (boards tilted in different ways),"

@@ -58,7 +58,7 @@ def camera_verdict(found: Calibration, board: FlatBoard) -> Verdict:
             "principal point": (centre <= CENTRE_SHARE * camera.fx_px, f"to {centre:.2g} px"),
             "distortion": (
                 far >= REACH,
-                f"({kept}) as far as {PERCENT * far:.0f} % of the way to the picture's corners",
+                f"({kept}) as far as {PERCENT * far:.0f} % of the way to all picture's corners",
             ),
         },
         [*_leaning(found), *_edges(found, board)],
@@ -87,16 +87,18 @@ def _verdict(parts: Mapping[str, tuple[bool, str]], doubts: list[str]) -> Verdic
 
 
 def reach(found: Calibration) -> float:
-    """Share of the way from the principal point to the farthest picture's corner that is seen."""
+    """Share of the way from centre to picture's corners that is seen, the least of the four."""
     camera = found.camera
     centre = np.array([camera.cx_px, camera.cy_px])
     ends = np.array([[x, y] for x in (0, camera.width_px) for y in (0, camera.height_px)])
     seen = np.concatenate([sight.corners_px[sight.seen] for sight in found.sights])
-    return float(_farthest(seen - centre) / _farthest(ends - centre))
-
-
-def _farthest(places: NDArray) -> float:
-    return np.hypot(*places.T).max()
+    towards = ends - centre
+    lengths = np.hypot(*towards.T)
+    # A corner counts for the picture's corner that it lies nearest to the direction of.
+    away = seen - centre
+    nearest = (away @ (towards / lengths[:, None]).T).argmax(axis=1)
+    shares = np.hypot(*away.T) / lengths[nearest]
+    return float(min(shares[nearest == k].max(initial=0) for k in range(len(ends))))
 
 
 def _leaning(found: Calibration) -> list[str]:

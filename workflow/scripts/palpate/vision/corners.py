@@ -1,5 +1,6 @@
 """Corners of a flat board in a picture: held to their neighbours, and refined where that helps."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -22,11 +23,30 @@ OUTLIER, LIMITS_PX = 6.0, (1.0, 1.5)
 # Where the picture about a corner is held to the print: places from it, and blur [units].
 PATCH, PATCH_BLUR, ALIKE = np.linspace(-0.3, 0.3, 9), 0.06, 0.7
 # Half the window of a refinement, as a part of the least distance between corners, and its most
-# pixels: what lies beyond the next edge is another corner's.
+# pixels: what lies beyond the next corner's edges is that one's.
 REFINE_SHARE, REFINE_MOST_PX = 0.4, 5
 # Corners found without a window are kept where refined ones agree so much worse.
 WORSE = 1.2
 REFINED = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 60, 1e-4)
+
+
+@dataclass(frozen=True)
+class Region:
+    """Part of an image: rows ``y0`` to ``y1`` and columns ``x0`` to ``x1``, ends left out [px]."""
+
+    x0: int
+    y0: int
+    x1: int
+    y1: int
+
+    def cut(self, grey: NDArray) -> NDArray:
+        """The part of an image (h, w)."""
+        return np.ascontiguousarray(grey[self.y0 : self.y1, self.x0 : self.x1])
+
+
+def whole(grey: NDArray) -> Region:
+    """All of an image (h, w)."""
+    return Region(0, 0, grey.shape[1], grey.shape[0])
 
 
 def off_others(corners_px: NDArray, points_m: NDArray, shape: tuple[int, int]) -> NDArray:
@@ -236,5 +256,8 @@ def in_sight(grey: NDArray, corners_px: NDArray, board: Any) -> NDArray:
     """
     kept = without_outliers(corners_px, board.points_m, grey.shape)
     alike = likeness(grey, kept, board.points_m, board.unit_m, board.print)
+    if board.ambiguous and np.nanmedian(alike) < 0:
+        # Whose first outer square is black or white; no order hangs on it.
+        alike = -alike
     kept[~(alike > ALIKE)] = np.nan
     return kept

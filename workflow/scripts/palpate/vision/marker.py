@@ -1,27 +1,17 @@
 """The probe's board in an image: its corners (Section 4.2.2)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.vision.board import Board, FlatBoard
+from palpate.vision.corners import Region
 from palpate.vision.tags import april_grid, charuco
 
 # Margin of the region in which the board is looked for, as a part of the corners' extent: the
 # outer squares take up to half of it, the rest is for motion.
 MARGIN = 0.9
-
-
-@dataclass(frozen=True)
-class Region:
-    """Part of an image: rows ``y0`` to ``y1`` and columns ``x0`` to ``x1``, ends left out [px]."""
-
-    x0: int
-    y0: int
-    x1: int
-    y1: int
 
 
 def board_of(marker: Mapping) -> FlatBoard:
@@ -58,12 +48,8 @@ def find_corners(grey: NDArray, board: FlatBoard, region: Region | None = None) 
     (n, 2) array or None
         Pixel coordinates, NaN where a corner is not seen [px]; None when the board is not seen.
     """
-    if region is not None:
-        part = np.ascontiguousarray(grey[region.y0 : region.y1, region.x0 : region.x1])
-        corners = board.find(part)
-        if corners is not None:
-            return corners + [region.x0, region.y0]
-    return board.find(grey)
+    corners = None if region is None else board.find(grey, region)
+    return board.find(grey) if corners is None else corners
 
 
 def expected_region(last: NDArray, before: NDArray | None, shape: tuple[int, int]) -> Region | None:
@@ -82,7 +68,8 @@ def expected_region(last: NDArray, before: NDArray | None, shape: tuple[int, int
     Region or None
         None when it leaves the image.
     """
-    moved = np.zeros(2) if before is None else np.nan_to_num(np.nanmedian(last - before, axis=0))
+    both = np.zeros(0) if before is None else np.isfinite((last - before)[:, 0])
+    moved = np.median((last - before)[both], axis=0) if both.any() else np.zeros(2)
     low, high = np.nanmin(last, axis=0) + moved, np.nanmax(last, axis=0) + moved
     margin = MARGIN * (high - low).max()
     x0, y0 = np.floor(low - margin).astype(int).clip(0)

@@ -20,8 +20,9 @@ LEAST_SIGMA_PX = 1e-4
 # Coordinates less unknowns over coordinates: fewer would be no measure of anything.
 LEAST_SPARE = 0.1
 FEWEST_CORNERS = 8
-# Part of the picture's diagonal by which the corners of another view are elsewhere.
-SAME_VIEW_SHARE = 0.005
+# Part of the picture's diagonal by which a corner of another view is elsewhere: a board that tilts
+# in place moves its outer corners by a few pixels, a still one none by half a pixel.
+SAME_VIEW_SHARE = 0.001
 
 
 def scatter(kept: Bundle, found_px: Sequence[NDArray]) -> tuple[float, ...]:
@@ -152,6 +153,6 @@ def _same(found: NDArray, others: Mapping[str, NDArray], same_px: float) -> str 
     for name, other in others.items():
         moved = np.hypot(*(found - other).T)
         moved = moved[np.isfinite(moved)]
-        if len(moved) >= FEWEST_CORNERS and np.median(moved) < same_px:
+        if len(moved) >= FEWEST_CORNERS and moved.max() < same_px:
             return name
     return None

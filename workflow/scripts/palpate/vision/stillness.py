@@ -19,7 +19,7 @@ FEWEST_TILES = 4
 def camera_shift(
     mean: NDArray, std: NDArray, image: NDArray, foreground: NDArray
 ) -> NDArray | None:
-    """How far the background lies from where the model has it, at the picture's corners.
+    """How far the background lies from where the model has it, at the ends of where that is seen.
 
     The tiles' shifts, by phase correlation, are those of one shift, roll and scale of the picture;
     up to half of them may be wrong.
@@ -35,7 +35,8 @@ def camera_shift(
     Returns
     -------
     (4, 2) array or None
-        Shifts of the corner tiles [px]; None when too few tiles have texture to tell.
+        Shifts at the corners of the region whose tiles speak [px]; None when too few have texture
+        to tell.
     """
     before, noise, now = (grey(np.float32(np.squeeze(part))) for part in (mean, std, image))
     side = min(TILE_PX, 2 ** int(np.log2(min(before.shape) / 2)))
@@ -55,6 +56,6 @@ def camera_shift(
         return None
     places = np.array(centres)
     motion, _ = cv2.estimateAffinePartial2D(places, places + shifts, method=cv2.LMEDS)
-    down, across = (np.array([0.5, size // side - 0.5]) * side for size in before.shape)
-    corners = np.array([[x, y] for y in down for x in across])
+    (left, top), (right, bottom) = places.min(axis=0), places.max(axis=0)
+    corners = np.array([[left, top], [right, top], [left, bottom], [right, bottom]])
     return corners @ motion[:, :2].T + motion[:, 2] - corners

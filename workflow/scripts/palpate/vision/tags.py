@@ -12,10 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.vision.board_picture import Print
-from palpate.vision.corners import in_sight, off_others, subpixel, without_outliers
+from palpate.vision.corners import (
+    Region,
+    in_sight,
+    off_others,
+    subpixel,
+    whole,
+    without_outliers,
+)
 
-# A dictionary of OpenCV by its name, without DICT_.
-DICTIONARIES = tuple(sorted(n[5:] for n in dir(cv2.aruco) if n.startswith("DICT_") and n.isupper()))
 # Fewest tags whose corners hold each other.
 FEWEST_TAGS = 2
 FEWEST_CORNERS = 6
@@ -34,14 +39,15 @@ class TaggedBoard:
     Attributes
     ----------
     points_m : (n, 3) array
-        Corners in the board's frame: origin at the first, x right, y down, z into the board.
+        Corners in the board's frame: origin at the upper left one, x right, y down, z into the
+        board.
     tags_m : (k, 4, 2) array
         Corners of the tags, clockwise from their upper left, as they are read.
     ids : (k,) array
     unit_m : float
         Side of a square (ChArUco) or a tag (AprilGrid).
     dictionary : str
-        One of `DICTIONARIES`.
+        OpenCV's name of the family, without DICT_.
     border : int
         Cells of a tag's black border.
     outline_m : (2, 2) array
@@ -93,12 +99,14 @@ class TaggedBoard:
         ]
         return np.stack([np.minimum(*ends), np.maximum(*ends)], axis=1)
 
-    def find(self, grey: NDArray) -> NDArray | None:
+    def find(self, grey: NDArray, region: Region | None = None) -> NDArray | None:
         """Find the corners that the tags say are in sight.
 
         Parameters
         ----------
         grey : (h, w) uint8 array
+        region : Region, optional
+            Where the board is looked for.
 
         Returns
         -------
@@ -111,7 +119,7 @@ class TaggedBoard:
         ValueError
             If its tags are turned against what its file says.
         """
-        seen = self._tags(grey)
+        seen = self._tags(grey, region or whole(grey))
         if seen is None:
             return None
         places, pixels = seen
@@ -123,15 +131,16 @@ class TaggedBoard:
         found = in_sight(grey, found, self)
         return found if np.isfinite(found[:, 0]).sum() >= FEWEST_CORNERS else None
 
-    def _tags(self, grey: NDArray) -> tuple[NDArray, NDArray] | None:
+    def _tags(self, grey: NDArray, region: Region) -> tuple[NDArray, NDArray] | None:
         """Corners of the tags in sight on the board [m] and in the picture [px], (k, 4, 2) each."""
         options = cv2.aruco.DetectorParameters()
         options.markerBorderBits = self.border
         options.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         detector = cv2.aruco.ArucoDetector(dictionary_of(self.dictionary), options)
-        corners, names, _ = detector.detectMarkers(grey)
+        part = region.cut(grey)
+        corners, names, _ = detector.detectMarkers(part)
         if names is None or len(names) < len(self.ids):
-            twice = cv2.resize(grey, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
+            twice = cv2.resize(part, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
             larger, more, _ = detector.detectMarkers(twice)
             if more is not None and len(more) > (0 if names is None else len(names)):
                 # A pixel's middle is a quarter beside that of the first of its four.
@@ -142,7 +151,7 @@ class TaggedBoard:
         known = np.isin(names, self.ids) & (np.bincount(names)[names] == 1)
         if known.sum() < FEWEST_TAGS:
             return None
-        pixels = np.concatenate(corners)[known].astype(float)
+        pixels = np.concatenate(corners)[known].astype(float) + [region.x0, region.y0]
         places = self.tags_m[np.searchsorted(self.ids, names[known])]
         if self.border > 1:
             # The outlines of tags that touch squares are cut at their corners.
@@ -203,7 +212,7 @@ def charuco(
     square_m, tag_m : float
         Sides of a square and of a tag, its border included.
     dictionary : str
-        One of `DICTIONARIES`, with a tag for each white square.
+        OpenCV's name of the family, without DICT_, with a tag for each white square.
     white_first : bool
         Whether the upper left square is white, as OpenCV's boards of an even number of rows were
         before its version 4.6 (``setLegacyPattern``).
@@ -249,7 +258,7 @@ def april_grid(
     tag_m, gap_m : float
         Side of a tag, its border of two cells included, and what is between two.
     dictionary : str
-        One of `DICTIONARIES`, as APRILTAG_36H11.
+        OpenCV's name of the family, without DICT_, as APRILTAG_36H11.
     turns : int
         Right angles, clockwise, by which each tag is turned against OpenCV's.
 

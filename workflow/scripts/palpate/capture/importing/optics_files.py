@@ -19,6 +19,7 @@ OPENCV_MARK = "opencv-matrix"
 # Names under which OpenCV's own programs write a single camera's and a pair's matrices.
 SINGLE_NAMES = (("camera_matrix", "distortion_coefficients"), ("cameraMatrix", "distCoeffs"))
 PAIR_NAMES = (("M1", "D1"), ("M2", "D2"))
+MATRICES = {name for pair in (*SINGLE_NAMES, *PAIR_NAMES) for name in pair}
 FIVE = 5
 
 
@@ -132,7 +133,10 @@ def _opencv(paths: Sequence[Path], size_px: tuple[int, int] | None) -> StatedOpt
     """One camera, or a pair's M1 D1 M2 D2 with R and T, over one or more files."""
     found: dict[str, tuple[NDArray, str]] = {}
     for path in paths:
-        found |= {name: (value, f"{path}: {name}") for name, value in _stored(path).items()}
+        stored = {name: (value, f"{path}: {name}") for name, value in _stored(path).items()}
+        if twice := sorted(set(stored) & set(found) & MATRICES):
+            raise ValueError(f"{path}: {twice[0]}: expected in one file, found in both")
+        found |= stored
     first = paths[0]
     if {"image_width", "image_height"} <= set(found):
         size_px = tuple(found[f"image_{side}"][0] for side in ("width", "height"))
