@@ -76,6 +76,24 @@ def test_a_stereo_head_that_is_not_rectified(sensors):
     ]
 
 
+def test_boards_that_could_not_be_read():
+    """Tags without a margin, between each other or in their squares, and too few corners."""
+    charuco = {"kind": "charuco", "squares": [7, 5], "dictionary": "4X4_50"}
+    charuco |= {"square_m": 0.015, "tag_m": 0.0145}
+    few = charuco | {"squares": [3, 3], "tag_m": 0.01125}
+    grid = {"kind": "aprilgrid", "tags": [4, 3], "tag_m": 0.02, "gap_m": 0.001}
+    grid |= {"dictionary": "APRILTAG_36H11"}
+    probes = {
+        name: {"marker": marker} for name, marker in zip("abc", (charuco, few, grid), strict=True)
+    }
+    assert ambiguous_boards(probes, "p") == [
+        "p/a.yaml: marker.tag_m: expected margins of 0.7 of a tag's cell on all sides of it in"
+        " square_m (0.015), found 0.0145",
+        "p/b.yaml: marker.squares: expected 6 inner corners or more, found 3 x 3 squares",
+        "p/c.yaml: marker.gap_m: expected 0.1 of tag_m or more, found 0.001",
+    ]
+
+
 def test_tags_that_do_not_fit():
     grid = {"kind": "aprilgrid", "tags": [6, 6], "tag_m": 0.02, "gap_m": 0.006}
     probes = {

@@ -120,7 +120,7 @@ def test_a_pair_of_opencv_over_two_files(written):
         (KALIBR.replace("intrinsics", "focal"), "cam0: intrinsics: expected a value, found none"),
         (KALIBR.replace("[461.6, ", "["), "cam0.intrinsics: expected a list of 4 numbers, found"),
         (KALIBR.replace("461.6", ".nan"), "cam0.intrinsics: expected finite numbers"),
-        (KALIBR.replace("461.6", "-461.6"), "expected a size and focal lengths above 0"),
+        (KALIBR.replace("461.6", "-461.6"), "expected focal lengths above 0"),
         (ROS.format("0").replace("plumb_bob", "rational_polynomial"), "expected radtan or plumb_"),
         ("a: 1\n", "expected cam0 .Kalibr., camera_matrix"),
         ("[1, 2]\n", "expected cam0 .Kalibr., camera_matrix"),

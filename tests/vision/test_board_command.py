@@ -58,7 +58,7 @@ def test_a_sheet_is_as_large_as_what_is_on_it(tmp_path):
     [
         (["charuco"], "--squares: expected two counts, found none"),
         (CHARUCO, "board: marker.square_m: expected a value, found nothing"),
-        ([*CHARUCO, "--square-mm", "15", "--tag-mm", "16"], "less than square_m (0.015)"),
+        ([*CHARUCO, "--square-mm", "15", "--tag-mm", "16"], "in square_m (0.015), found 0.016"),
         ([*CHARUCO, "--square-mm", "15", "--gap-mm", "3"], "gap_m: expected no such field"),
         ([*CHARUCO, "--square-mm", "15", "--dictionary", "9X9"], "dictionary: expected one"),
         (["charuco", "--square-mm", "5", "--squares", "20x20"], "200 tags or more, found 50"),

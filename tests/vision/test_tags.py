@@ -105,6 +105,14 @@ def test_tags_turned_against_the_file_are_told():
     assert np.nanmax(np.abs(off)) < 0.4
 
 
+def test_tags_that_are_elsewhere_are_told():
+    """The same tags in the other order of black and white: each a square to a side."""
+    board, rng = board_of(CHARUCO), np.random.default_rng(6)
+    image = picture(board, posed(board, rng))
+    with pytest.raises(ValueError, match=r"white_first put them, found \d+ of 17 elsewhere"):
+        board_of(CHARUCO | {"white_first": True}).find(image)
+
+
 def test_tags_of_another_family_are_no_board():
     board, rng = board_of(CHARUCO), np.random.default_rng(5)
     image = picture(board, posed(board, rng))

@@ -20,6 +20,12 @@ TAGS = {
     "ARUCO_MIP_36H12": 250,
     "ARUCO_ORIGINAL": 1024,
 }
+# Cells along a tag with its border of one.
+BITS = {"4X4": 6, "5X5": 7, "6X6": 8, "7X7": 9, "ARUCO_ORIGINAL": 7, "ARUCO_MIP_36H12": 8}
+BITS |= {"APRILTAG_16H5": 6, "APRILTAG_25H9": 7, "APRILTAG_36H10": 8, "APRILTAG_36H11": 8}
+# White about a tag that OpenCV asks for, in cells; and between tags, in tags.
+LEAST_MARGIN, LEAST_GAP = 0.7, 0.1
+FEWEST_CORNERS = 6
 # What depth images blur around a tip [m].
 TIP_MARGIN_M = 0.002
 
@@ -61,17 +67,28 @@ def wrong_board(content: object, source: str) -> list[str]:
 
 
 def impossible_tags(marker: Mapping, place: str) -> list[str]:
-    """Tags larger than their squares, or more than their family has."""
-    lines = []
+    """Too few corners, tags without a margin, or more tags than their family has."""
+    lines, family, tag_m = [], marker["dictionary"], marker["tag_m"]
     if "squares" in marker:
         columns, rows = marker["squares"]
         count = (columns * rows + bool(marker.get("white_first"))) // 2
-        if marker["tag_m"] >= marker["square_m"]:
-            found = f"less than square_m ({marker['square_m']:g}), found {marker['tag_m']:g}"
-            lines.append(f"{place}.tag_m: expected {found}")
+        if (columns - 1) * (rows - 1) < FEWEST_CORNERS:
+            lines.append(
+                f"{place}.squares: expected {FEWEST_CORNERS} inner corners or more, found"
+                f" {columns} x {rows} squares"
+            )
+        cell_m = tag_m / (BITS.get(family) or BITS[family.partition("_")[0]])
+        largest_m = marker["square_m"] - 2 * LEAST_MARGIN * cell_m
+        if tag_m > largest_m:
+            lines.append(
+                f"{place}.tag_m: expected margins of {LEAST_MARGIN:g} of a tag's cell on all sides"
+                f" of it in square_m ({marker['square_m']:g}), found {tag_m:g}"
+            )
     else:
         count = int(np.prod(marker["tags"]))
-    family = marker["dictionary"]
+        if marker["gap_m"] < LEAST_GAP * tag_m:
+            found = f"found {marker['gap_m']:g}"
+            lines.append(f"{place}.gap_m: expected {LEAST_GAP:g} of tag_m or more, {found}")
     available = TAGS.get(family) or int(family.rpartition("_")[2])
     if count > available:
         lines.append(f"{place}.dictionary: expected {count} tags or more, found {available}")

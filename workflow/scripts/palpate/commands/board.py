@@ -42,6 +42,8 @@ file. Print at 100 %, measure the ruler, and glue the sheet onto something flat.
 def _board(options: argparse.Namespace) -> None:
     """Write the sheet, and print the block."""
     marker = _marker(options)
+    if not options.output.parent.is_dir():
+        raise ValueError(f"--output: expected a folder for it, found none: {options.output.parent}")
     if options.output.suffix.lower() not in KINDS:
         raise ValueError(
             f"--output: expected a file that ends with {' or '.join(KINDS)}, found {options.output}"
@@ -51,7 +53,7 @@ def _board(options: argparse.Namespace) -> None:
     with whole_file(options.output) as part:
         draw_sheet(board_of(marker), _title(marker), part, options.output.suffix.lower()[1:])
     block = yaml.safe_dump({"marker": marker}, sort_keys=False, default_flow_style=None)
-    print(f"{options.output}: written; for the probe's file:\n{block}", end="")
+    print(f"# {options.output}: written; for the probe's file:\n{block}", end="")
 
 
 def _marker(options: argparse.Namespace) -> dict:

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 ABOUT = """\
 Find the optics of one camera, or of two and the transform between them, from pictures of a
-checkerboard: a folder of PNG, TIFF or JPEG for each camera, the reference (colour, left) first.
+checkerboard, or of a board with tags (--board): a folder of PNG, TIFF or JPEG for each camera, the
+reference (colour, left) first.
 Pictures of two folders are pairs by equal names, or else in the order of their names.
 In place of folders it takes files of other programs: Kalibr's camchain.yaml, OpenCV's YAML, ROS's
 camera_info. What comes out are the blocks of the sensor's file; what was found stands before it.
@@ -46,6 +47,7 @@ def _camera(options: argparse.Namespace) -> None:
     for path in options.sources:
         if not path.exists():
             raise ValueError(f"{path}: source: expected a folder of pictures or a file, found none")
+    _check_outputs(options)
     folders = [path.is_dir() for path in options.sources]
     if len(set(folders)) > 1:
         raise ValueError("sources: expected two folders or two files, found one of each")
@@ -64,6 +66,23 @@ def _camera(options: argparse.Namespace) -> None:
     with whole_file(options.output) as part:
         part.write_text("".join(f"# {line}\n" for line in report) + text, encoding="utf-8")
     print("\n".join([*report, f"written: {options.output}"]))
+
+
+def _check_outputs(options: argparse.Namespace) -> None:
+    """Refuse to write over what is read, over a folder, or two things into one file."""
+    places = {source.resolve() for source in options.sources}
+    if options.board is not None:
+        places.add(options.board.resolve())
+    for name in ("output", "opencv"):
+        path = getattr(options, name)
+        if path is None:
+            continue
+        if path.is_dir() or not path.parent.is_dir():
+            found = "a folder" if path.is_dir() else "a folder that is not there"
+            raise ValueError(f"--{name}: expected a file, found {found}: {path}")
+        if path.resolve() in places:
+            raise ValueError(f"--{name}: expected a file of its own, found {path} in use already")
+        places.add(path.resolve())
 
 
 def _of_pictures(options: argparse.Namespace) -> _Found:
@@ -123,9 +142,11 @@ def _of_files(options: argparse.Namespace) -> _Found:
     names = ", ".join(map(str, options.sources))
     report = [f"{names}: as stated; standard errors are not"]
     cameras = [camera_from_spec(block) for block in stated.cameras]
-    if len(cameras) == 1:
-        return _Found(report, {"color": camera_block(cameras[0], "rgb8")}, cameras)
     kind = options.kind
+    if len(cameras) == 1:
+        if kind is not None:
+            raise ValueError(f"--kind: expected none for the one camera of {names}, found {kind}")
+        return _Found(report, {"color": camera_block(cameras[0], "rgb8")}, cameras)
     if kind is None:
         raise ValueError("--kind: expected stereo or depth for two cameras, found none")
     if stated.rectified and kind == "stereo":
@@ -274,7 +295,11 @@ def add(parts: Any) -> None:
     verb.add_argument("sources", nargs="+", type=Path, metavar="FOLDER", help="or a file")
     verb.add_argument("--inner-corners", type=_sides, metavar="9x6", help="of the checkerboard")
     verb.add_argument("--square-mm", type=float, help="side of its squares")
-    verb.add_argument("--board", type=Path, help="file with a block marker, as palpate board says")
+    verb.add_argument(
+        "--board",
+        type=Path,
+        help="YAML with a block marker, as palpate board prints or a probe's file has",
+    )
     verb.add_argument("--kind", choices=KINDS, help="of two cameras: what the second is for")
     verb.add_argument("--sensor", metavar="NAME", help="begin the file with this name")
     verb.add_argument("--size", type=_sides, metavar="640x480", help="of OpenCV files without one")

@@ -12,10 +12,16 @@ from palpate.vision.board_picture import Print
 from palpate.vision.corners import Region, in_sight, refined, whole
 
 # OpenCV's detector by quadrangles is fast and may put edge corners on wrong spots: where not all of
-# its corners are right, the one by sectors is asked too. Without CALIB_CB_ACCURACY that one gives
+# its corners are right, the one by sectors is asked too. That one finds some boards in a picture of
+# normalised brightness alone, others in the picture as it is, and without CALIB_CB_ACCURACY gives
 # now one answer, now another, of one small picture.
 BY_QUADS = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
-BY_SECTORS = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_ACCURACY
+BY_SECTORS = cv2.CALIB_CB_ACCURACY
+DETECTORS = (
+    (cv2.findChessboardCorners, BY_QUADS),
+    (cv2.findChessboardCornersSB, BY_SECTORS),
+    (cv2.findChessboardCornersSB, BY_SECTORS | cv2.CALIB_CB_NORMALIZE_IMAGE),
+)
 # Parts of all corners, and of those of each outer row and column, that have to be right: else the
 # grid may be a row beside, or a part of a larger board.
 SEEN, SIDE_SEEN = 0.85, 0.5
@@ -120,8 +126,7 @@ class Board:
         region = region or whole(grey)
         part = region.cut(grey)
         best = np.full((self.columns * self.rows, 2), np.nan)
-        detectors = (cv2.findChessboardCorners, BY_QUADS), (cv2.findChessboardCornersSB, BY_SECTORS)
-        for detect, flags in detectors:
+        for detect, flags in DETECTORS:
             found, corners = detect(part, (self.columns, self.rows), flags=flags)
             if found:
                 corners = corners.reshape(-1, 2) + [region.x0, region.y0]

@@ -30,6 +30,10 @@ NEAREST_TAGS, REACH, FARTHEST = 4, 1.3, 0.1
 # Tags are turned where so many or more are off by more than this [px], and by less than this part
 # of it when each is turned.
 FEWEST_TURNED, OFF_PX, TURNED = 4, 2.0, 0.2
+# And elsewhere where so many, and more than this part of them, are off by more than this [units]: a
+# tag that is none has another's number now and then, two in a dozen have not. Boards of the other
+# order differ in one tag of every second row alone.
+FEWEST_ELSEWHERE, SOME_ELSEWHERE, ELSEWHERE = 2, 0.08, 0.5
 
 
 @dataclass(frozen=True)
@@ -158,6 +162,7 @@ class TaggedBoard:
             flat = subpixel(grey, pixels.reshape(-1, 2), places.reshape(-1, 2))
             pixels = flat.reshape(pixels.shape)
         self._check_turn(places, pixels, grey.shape)
+        self._check_places(places, pixels, grey.shape)
         kept = without_outliers(pixels.reshape(-1, 2), places.reshape(-1, 2), grey.shape)
         whole = np.isfinite(kept.reshape(-1, 8)).all(axis=1)
         return (places[whole], pixels[whole]) if whole.sum() >= FEWEST_TAGS else None
@@ -172,6 +177,16 @@ class TaggedBoard:
             raise ValueError(
                 f"marker: expected tags as {self.dictionary} has them, found each turned by"
                 f" {90 * best} degrees (tag_turns?)"
+            )
+
+    def _check_places(self, places: NDArray, pixels: NDArray, shape: tuple[int, int]) -> None:
+        """Refuse tags that are elsewhere on the board than its file says."""
+        off = off_others(pixels.reshape(-1, 2), places.reshape(-1, 2), shape).reshape(-1, 4)
+        far = np.median(off, axis=1) > ELSEWHERE * self._step_px(places, pixels)
+        if far.sum() >= FEWEST_ELSEWHERE and far.mean() > SOME_ELSEWHERE:
+            raise ValueError(
+                "marker: expected its tags where the file's counts, sides and white_first put them,"
+                f" found {far.sum()} of {len(far)} elsewhere"
             )
 
     def _expected(self, places: NDArray, pixels: NDArray) -> NDArray:

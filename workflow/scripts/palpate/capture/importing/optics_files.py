@@ -86,7 +86,7 @@ def _kalibr(path: Path, content: Mapping) -> StatedOptics:
         fx, fy, cx, cy = _numbers(_at(block, "intrinsics", place), 4, f"{place}.intrinsics")
         size = _numbers(_at(block, "resolution", place), 2, f"{place}.resolution")
         _one_of(_at(block, "distortion_model", place), PLAIN_MODELS, f"{place}.distortion_model")
-        bent = _at(block, "distortion_coeffs", place)
+        bent = _numbers(_at(block, "distortion_coeffs", place), 4, f"{place}.distortion_coeffs")
         cameras.append(_camera(size, (fx, fy, cx, cy), bent, f"{place}.distortion_coeffs"))
     if len(cameras) == 1:
         return StatedOptics(tuple(cameras))
@@ -124,6 +124,7 @@ def _ros_camera(path: Path, content: Mapping) -> dict:
     model = _at(content, "distortion_model", str(path))
     _one_of(model, PLAIN_MODELS, f"{path}: distortion_model")
     K = _numbers(_data(content, "camera_matrix", path), 9, f"{path}: camera_matrix.data")
+    _without_skew(K, f"{path}: camera_matrix.data")
     bent = _data(content, "distortion_coefficients", path)
     place = f"{path}: distortion_coefficients.data"
     return _camera(size, (K[0], K[4], K[2], K[5]), bent, place)
@@ -155,6 +156,7 @@ def _opencv(paths: Sequence[Path], size_px: tuple[int, int] | None) -> StatedOpt
             if name not in found:
                 raise ValueError(f"{first}: {name}: expected a matrix, found none")
         K = _numbers(np.ravel(found[matrix][0]).tolist(), 9, found[matrix][1])
+        _without_skew(K, found[matrix][1])
         bent, place = found[distortion]
         cameras.append(_camera(size, (K[0], K[4], K[2], K[5]), np.ravel(bent).tolist(), place))
     if len(cameras) == 1:
@@ -205,8 +207,16 @@ def _camera(size: Sequence[float], optics: Sequence[float], distortion: Any, pla
             f"{place}: expected at most k1, k2, p1, p2, k3 other than 0, found"
             f" {len(more)} coefficients more"
         )
-    if not (min(optics[:2]) > 0 and min(size) >= 1):
-        raise ValueError(f"{place}: expected a size and focal lengths above 0, found others")
+    sides = [int(side) for side in size]
+    if sides != list(size) or min(sides) < 1:
+        raise ValueError(f"{place}: expected whole pixels in width and height, found {list(size)}")
+    if not min(optics[:2]) > 0:
+        raise ValueError(f"{place}: expected focal lengths above 0, found {list(optics[:2])}")
+    if not all(0 <= centre <= side for centre, side in zip(optics[2:], sides, strict=True)):
+        raise ValueError(
+            f"{place}: expected a principal point within {sides[0]} x {sides[1]} pixels, found"
+            f" {list(optics[2:])}"
+        )
     names = ("fx_px", "fy_px", "cx_px", "cy_px")
     return {
         "width_px": int(size[0]),
@@ -214,6 +224,12 @@ def _camera(size: Sequence[float], optics: Sequence[float], distortion: Any, pla
         **dict(zip(names, map(float, optics), strict=True)),
         "distortion": [*bent, *[0.0] * FIVE][:FIVE],
     }
+
+
+def _without_skew(K: Sequence[float], place: str) -> None:
+    """Refuse a camera whose axes are not at right angles (nine numbers)."""
+    if K[1]:
+        raise ValueError(f"{place}: expected a skew of 0, found {K[1]:g}")
 
 
 def _rigid(matrix: NDArray, place: str) -> NDArray:
