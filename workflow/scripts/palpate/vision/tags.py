@@ -33,7 +33,7 @@ FEWEST_TURNED, OFF_PX, TURNED = 4, 2.0, 0.2
 # And elsewhere where so many, and more than this part of them, are off by more than this [units]: a
 # tag that is none has another's number now and then, two in a dozen have not. Boards of the other
 # order differ in one tag of every second row alone.
-FEWEST_ELSEWHERE, SOME_ELSEWHERE, ELSEWHERE = 2, 0.08, 0.5
+FEWEST_ELSEWHERE, SOME_ELSEWHERE, ELSEWHERE = 2, 0.1, 2.0
 
 
 @dataclass(frozen=True)
