@@ -120,7 +120,7 @@ def test_a_sheet_printed_at_97_per_cent(root):
     """A stereo head, which knows distances to parts of a per cent, tells it."""
     one = opened(root, root / PLACES["sample"][0] / "bumblebee/08", "sample")
     scaled = one.probe["marker"] | {"square_m": one.probe["marker"]["square_m"] / 0.97}
-    with pytest.raises(ValueError, match=r"\(0\.02\d* m for 0\.0206"):
+    with pytest.raises(ValueError, match=r"\(squares of 0\.02\d* m for 0\.0206"):
         followed(one.folder, one.sensor, one.probe | {"marker": scaled}, CORNERS)
 
 

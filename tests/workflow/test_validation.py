@@ -219,7 +219,9 @@ def finished(tmp_path):
         "equivalent_reduced_modulus_pa": found(1.01 * star, 0.95 * star, 1.05 * star),
     }
     places = {"results/object_01/bumblebee/direct.json": json.dumps(estimate)}
-    places["results/logs/align/object_01-kinect-01.log"] = "a line before\nalignment: too far off\n"
+    places["results/logs/align/object_01-kinect-01.log"] = (
+        "a line before\nerror: alignment: too far off\n"
+    )
     for name, text in places.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)

@@ -136,12 +136,12 @@ def _require_scale(distances_m: NDArray, sensor: Mapping, marker: Mapping, strea
     largest = LARGEST_SCALE[sensor["kind"]]
     if 1 / largest <= scale <= largest:
         return
-    side = "square_m" if "square_m" in marker else "tag_m"
+    side, things = ("square_m", "squares") if "square_m" in marker else ("tag_m", "tags")
     color, side_m = sensor["color"], marker[side]
     raise ValueError(
         f"marker.{side}: expected the board {by_stream:.3f} m away, where {stream} shows it,"
-        f" found it at {by_corners:.3f} m by its corners ({side_m / scale:.4g} m for"
-        f" {side_m:g}? images of another size than {color['width_px']} x {color['height_px']} px"
+        f" found it at {by_corners:.3f} m by its corners ({things} of {side_m / scale:.3g} m"
+        f" for {side_m:g}? images of another size than {color['width_px']} x {color['height_px']} px"
         f" with fx_px {color['fx_px']:g}? another count of depth than the sensor's encoding says?)"
     )
 
