@@ -142,7 +142,8 @@ def _require_scale(distances_m: NDArray, sensor: Mapping, marker: Mapping, strea
         f"marker.{side}: expected the board {by_stream:.3f} m away, where {stream} shows it,"
         f" found it at {by_corners:.3f} m by its corners ({things} of {side_m / scale:.3g} m"
         f" for {side_m:g}? images of another size than {color['width_px']} x {color['height_px']}"
-        f" px with fx_px {color['fx_px']:g}? another count of depth than the sensor's encoding says?)"
+        f" px with fx_px {color['fx_px']:g}? another count of depth than the sensor's encoding"
+        " says?)"
     )
 
 
