@@ -2,14 +2,18 @@
 
 import copy
 
+import cv2
 import pytest
 from palpate.capture.device_checks import (
+    BITS,
+    TAGS,
     ambiguous_boards,
     bent_transforms,
     dead_gauges,
     impossible_optics,
     unlike_tips,
 )
+from palpate.capture.schema import SCHEMAS, load_yaml
 
 PATHS = {"sensors": "sensors", "probes": "probes"}
 
@@ -103,3 +107,15 @@ def test_tags_that_do_not_fit():
     assert ambiguous_boards(probes, "config/probes") == [
         "config/probes/one.yaml: marker.dictionary: expected 36 tags or more, found 35"
     ]
+
+
+def test_families_are_opencvs():
+    """Their names, how many tags each has, and the cells along one."""
+    schema = load_yaml(SCHEMAS / "probe.schema.yaml")
+    names = schema["properties"]["marker"]["properties"]["dictionary"]["enum"]
+    known = {name[5:] for name in dir(cv2.aruco) if name.startswith("DICT_") and name.isupper()}
+    assert set(names) == known
+    for name in names:
+        family = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{name}"))
+        assert (TAGS.get(name) or int(name.rpartition("_")[2])) == len(family.bytesList)
+        assert (BITS.get(name) or BITS[name.partition("_")[0]]) == family.markerSize + 2

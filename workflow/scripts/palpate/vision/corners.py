@@ -1,4 +1,4 @@
-"""Corners of a flat board in a picture: held to their neighbours, and refined where that helps."""
+"""Corners of a flat board in a picture: held to all others and to the print, and refined."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -135,6 +135,8 @@ def without_outliers(corners_px: NDArray, points_m: NDArray, shape: tuple[int, i
         NaN where a corner was not seen [px].
     points_m : (n, 2) or (n, 3) array
         Places on the board [m].
+    shape : (h, w)
+        Of the picture [px].
 
     Returns
     -------
@@ -162,6 +164,10 @@ def refined(grey: NDArray, corners_px: NDArray, points_m: NDArray) -> NDArray:
         NaN where a corner was not seen [px].
     points_m : (n, 2) or (n, 3) array
         Places on the board [m].
+
+    Returns
+    -------
+    (n, 2) array [px]
     """
     better = subpixel(grey, corners_px, points_m)
     before, after = (rms_off(ways, points_m, grey.shape) for ways in (corners_px, better))
@@ -253,6 +259,10 @@ def in_sight(grey: NDArray, corners_px: NDArray, board: Any) -> NDArray:
     corners_px : (n, 2) array
         NaN where a corner was not seen [px].
     board : palpate.vision.board.FlatBoard
+
+    Returns
+    -------
+    (n, 2) array [px]
     """
     kept = without_outliers(corners_px, board.points_m, grey.shape)
     alike = likeness(grey, kept, board.points_m, board.unit_m, board.print)

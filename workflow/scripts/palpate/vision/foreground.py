@@ -16,6 +16,7 @@ from palpate.vision.background import (
     channels_of,
     pixels_like,
 )
+from palpate.vision.highlights import DEVIATION_BY_MEDIAN
 from palpate.vision.options import Background
 from palpate.vision.stillness import camera_shift
 
@@ -25,8 +26,6 @@ MOST_FOREGROUND = 0.8
 STAYS = 5
 # Deviations of a median of frames that shake, in those of a frame over the root of their number.
 SURE = 3.0
-# Median of a normal error's size.
-MAD = 0.6745
 PIECE_PX = 8_192
 # Pixels within this of a mask's edge may show both sides; so much of the foreground counts as it.
 RIM_PX, MIXED = 3, 0.5
@@ -255,4 +254,4 @@ def shake_px(shifts_px: Sequence[NDArray]) -> float:
     """Standard deviation of a frame's place along an axis, by the median step (n, 4, 2) [px]."""
     steps = np.abs(np.diff(np.array(shifts_px), axis=0))
     known = steps[np.isfinite(steps)]
-    return float(np.median(known)) / (MAD * np.sqrt(2)) if len(known) else 0.0
+    return float(np.median(known)) * DEVIATION_BY_MEDIAN / np.sqrt(2) if len(known) else 0.0

@@ -1,4 +1,4 @@
-"""Pose of the probe's checkerboard from its corners (Section 4.2.2)."""
+"""Pose of the probe's board from its corners (Section 4.2.2)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ HAND_TURN_RAD = np.deg2rad(5.0)
 
 @dataclass(frozen=True)
 class MarkerPose:
-    """Where the checkerboard is.
+    """Where the board is.
 
     Attributes
     ----------

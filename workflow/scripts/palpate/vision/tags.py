@@ -121,7 +121,7 @@ class TaggedBoard:
         Raises
         ------
         ValueError
-            If its tags are turned against what its file says.
+            If its tags are turned or elsewhere against what its file says.
         """
         seen = self._tags(grey, region or whole(grey))
         if seen is None:
@@ -161,28 +161,30 @@ class TaggedBoard:
             # The outlines of tags that touch squares are cut at their corners.
             flat = subpixel(grey, pixels.reshape(-1, 2), places.reshape(-1, 2))
             pixels = flat.reshape(pixels.shape)
-        self._check_turn(places, pixels, grey.shape)
-        self._check_places(places, pixels, grey.shape)
-        kept = without_outliers(pixels.reshape(-1, 2), places.reshape(-1, 2), grey.shape)
-        whole = np.isfinite(kept.reshape(-1, 8)).all(axis=1)
-        return (places[whole], pixels[whole]) if whole.sum() >= FEWEST_TAGS else None
+        flat = places.reshape(-1, 2)
+        off = off_others(pixels.reshape(-1, 2), flat, grey.shape)
+        if len(places) >= FEWEST_TURNED and np.median(off) > OFF_PX:
+            self._check_turn(flat, pixels, float(np.median(off)), grey.shape)
+        self._check_places(off.reshape(-1, 4), self._step_px(places, pixels))
+        kept = without_outliers(pixels.reshape(-1, 2), flat, grey.shape)
+        right = np.isfinite(kept.reshape(-1, 8)).all(axis=1)
+        return (places[right], pixels[right]) if right.sum() >= FEWEST_TAGS else None
 
-    def _check_turn(self, places: NDArray, pixels: NDArray, shape: tuple[int, int]) -> None:
+    def _check_turn(
+        self, flat: NDArray, pixels: NDArray, off_px: float, shape: tuple[int, int]
+    ) -> None:
         """Refuse tags that fit the board only if each is turned by the same right angles."""
-        flat, turned = places.reshape(-1, 2), [np.roll(pixels, k, axis=1) for k in range(4)]
-        off = [np.nanmedian(off_others(c.reshape(-1, 2), flat, shape)) for c in turned]
-        best = int(np.argmin(off))
-        enough = len(places) >= FEWEST_TURNED and off[0] > OFF_PX
-        if enough and off[best] < TURNED * off[0]:
-            raise ValueError(
-                f"marker: expected tags as {self.dictionary} has them, found each turned by"
-                f" {90 * best} degrees (tag_turns?)"
-            )
+        for turns in (1, 2, 3):
+            turned = np.roll(pixels, turns, axis=1).reshape(-1, 2)
+            if np.median(off_others(turned, flat, shape)) < TURNED * off_px:
+                raise ValueError(
+                    f"marker: expected tags as {self.dictionary} has them, found each turned by"
+                    f" {90 * turns} degrees (tag_turns?)"
+                )
 
-    def _check_places(self, places: NDArray, pixels: NDArray, shape: tuple[int, int]) -> None:
-        """Refuse tags that are elsewhere on the board than its file says."""
-        off = off_others(pixels.reshape(-1, 2), places.reshape(-1, 2), shape).reshape(-1, 4)
-        far = np.median(off, axis=1) > ELSEWHERE * self._step_px(places, pixels)
+    def _check_places(self, off_px: NDArray, step_px: float) -> None:
+        """Refuse tags that are elsewhere than the file says, by how far their corners are (k, 4)."""
+        far = np.median(off_px, axis=1) > ELSEWHERE * step_px
         if far.sum() >= FEWEST_ELSEWHERE and far.mean() > SOME_ELSEWHERE:
             raise ValueError(
                 "marker: expected its tags where the file's counts, sides and white_first put them,"
