@@ -183,7 +183,7 @@ class TaggedBoard:
                 )
 
     def _check_places(self, off_px: NDArray, step_px: float) -> None:
-        """Refuse tags that are elsewhere than the file says; their corners are so far off (k, 4)."""
+        """Refuse tags elsewhere than the file says, by their corners' distances (k, 4)."""
         far = np.median(off_px, axis=1) > ELSEWHERE * step_px
         if far.sum() >= FEWEST_ELSEWHERE and far.mean() > SOME_ELSEWHERE:
             raise ValueError(
