@@ -5,6 +5,7 @@ in by the model, with nuisances from their priors and noise as the fit states it
 """
 
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -44,7 +45,9 @@ def information_rows() -> list[tuple]:
 def made_up(sharing: float) -> DirectEstimate:
     """Estimate of a press of the made-up solid; so many of its motions err together."""
     found = estimate_direct([press_of(25e3, 0.3, 1)], OPTIONS, radius_m=RADIUS_M)
-    return replace(found, solution=replace(found.solution, scales=(Scales(1.0, sharing),)))
+    return replace(
+        found, solution=replace(found.solution, scales=(Scales(sharing=(sharing, 1.0)),))
+    )
 
 
 def drawn(truth: Solution, options: Fit, rng: np.random.Generator) -> tuple[Parameters, list]:
@@ -69,25 +72,28 @@ def seen(press: DirectIndentation, p: Parameters, scale: Scales, options: Fit, r
     left = residuals(press, p, times_s=np.array(options.relaxation_times_s))
     depth = press.depth_m + press.depth_root_m @ (left.depth + rng.normal(size=len(press.frames)))
     moved, std = press.moved_m.copy(), press.moved_std_m[press.seen]
-    noise = scale.motion * together(press, scale.sharing, rng)
+    noise = scale.of(press.kind)[0] * together(press, scale.sharing, rng)
     moved[press.seen] += std * (noise - left.motion)
     return replace(press, depth_m=depth, moved_m=moved)
 
 
-def together(press: DirectIndentation, sharing: float, rng: np.random.Generator) -> NDArray:
+def together(press: DirectIndentation, sharing: Sequence[float], rng) -> NDArray:
     """Noise of deviation 1 of each seen motion; of a patch, groups of them err together.
 
     In groups of n a part (sharing - 1) / (n - 1) of the variance is common, so that the mean of a
-    patch scatters by the root of `sharing` more than it would without.
+    patch scatters by the root of `sharing`, of each kind of motion, more than it would without.
     """
-    size = int(np.ceil(sharing)) + 1
     frame, sample = np.nonzero(press.seen)
-    order = np.lexsort((sample, frame, press.cluster[sample]))
-    common = (sharing - 1) / (size - 1)
-    group = np.empty(len(order), dtype=int)
-    group[order] = np.arange(len(order)) // size
-    alike = rng.normal(size=group.max() + 1)[group]
-    return np.sqrt(1 - common) * rng.normal(size=len(order)) + np.sqrt(common) * alike
+    found = np.empty(len(frame))
+    for kind in np.unique(press.kind):
+        of = np.flatnonzero(press.kind == kind)
+        order = of[np.lexsort((sample[of], frame[of], press.cluster[sample[of]]))]
+        size = int(np.ceil(sharing[kind])) + 1
+        common = (sharing[kind] - 1) / (size - 1)
+        alike = rng.normal(size=len(order) // size + 1)[np.arange(len(order)) // size]
+        own = rng.normal(size=len(order))
+        found[order] = np.sqrt(1 - common) * own + np.sqrt(common) * alike
+    return found
 
 
 def errors_over_bound(found: DirectEstimate, *, draws: int) -> NDArray:

@@ -21,7 +21,7 @@ OPTIONS = Fit(
     rig=NO_RIG,
     model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0, nu_loose=0.0),
 )
-START = Parameters(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(2), np.zeros(3))
+START = Parameters(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, *map(np.zeros, (3, 2, 3)))
 ACROSS = rocking_axes(np.array([0.0, 0.0, -1.0]))
 STANDING = floor(1e-3, height_m=-0.05, contact="resting")
 
@@ -152,7 +152,8 @@ def press_of(
         force_std_n=0.003 * force.max(),
         contact_m=np.zeros(3),
         cell_m=cell,
-        normal=np.tile([0.0, 0, 1], (len(cell), 1)),
+        way=np.tile([0.0, 0, 1], (len(cell), 1)),
+        axis=np.zeros(len(cell), dtype=int),
         moved_m=motion,
         noise_std_m=np.full(motion.shape, motion_std_m),
         moved_std_m=np.full(motion.shape, motion_std_m),

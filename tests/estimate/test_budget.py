@@ -78,7 +78,7 @@ PRESS = replace(
     clock_std_s=TINY,
     table=sliding(SIDE_M),
 )
-TRUTH = Parameters(*(E, NU, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, 0.0, np.zeros(2), np.zeros(3)))
+TRUTH = Parameters(*(E, NU, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, *map(np.zeros, (3, 2, 3))))
 FORCE_N, TIME_S, SPEED_M_S = (
     PRESS.force_n[PRESS.frames],
     PRESS.time_s[PRESS.frames],

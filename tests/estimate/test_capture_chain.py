@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from palpate.estimate.direct.estimate import estimate_direct
-from palpate.estimate.direct.motion import SurfaceMotion
+from palpate.estimate.direct.motion import SurfaceMotion, no_pictures
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.direct.options import Fit, Observation
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
@@ -66,6 +66,7 @@ def motion(synthetic):
         rest_frames=np.arange(FIRST),
         correlation_m=0.005,
         pattern_m=0.0,
+        **no_pictures(*moved.shape),
     )
 
 
@@ -193,7 +194,7 @@ def test_what_is_handed_on_is_the_capture_s(plain, synthetic, record):
     assert plain.force_n == pytest.approx(force_n(DEPTH_M, synthetic.radius_m), abs=4 * NOISE_N)
     assert plain.force_std_n == pytest.approx(NOISE_N, rel=0.5)
     assert np.rad2deg(plain.oblique_rad) < 1
-    seen = sunk_m(plain.cell_m, DEPTH_M[plain.frames], synthetic.radius_m) * plain.normal[:, 2]
+    seen = sunk_m(plain.cell_m, DEPTH_M[plain.frames], synthetic.radius_m) * plain.way[:, 2]
     assert np.array_equal(plain.moved_m, seen)
     # A frame's own noise of 30 um, and of the rest 40 um.
     assert plain.noise_std_m == pytest.approx(np.full(seen.shape, 5e-5))
@@ -225,7 +226,7 @@ def off_m(found, radius_m, place_m):
     depth = np.array([0.004])
 
     def truth(x):
-        return sunk_m(found.cell_m + [x, 0, 0], depth, radius_m)[0] * found.normal[:, 2]
+        return sunk_m(found.cell_m + [x, 0, 0], depth, radius_m)[0] * found.way[:, 2]
 
     by_x = (truth(-1e-4) - truth(1e-4)) / 2e-4
     error = found.table.motion(depth, NU, 0.0, place_m).motion_m[0] - truth(0.0)

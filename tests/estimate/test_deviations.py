@@ -13,7 +13,7 @@ from palpate.estimate.direct.deviations import (
     robust_weights,
     with_depth_errors,
 )
-from palpate.estimate.direct.indentation import OWN, SHARED, depth_noise
+from palpate.estimate.direct.indentation import AXES, OWN, SHARED, depth_noise
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.prior import parameter_bounds, prior_of, scaled_inverse
 from palpate.estimate.hertz.scatter import deviation, effective_samples, freedom
@@ -89,7 +89,7 @@ def test_priors_in_deviations():
     # q, m, the scale and the shares of three times; then those of the first capture.
     vector[[2, 3, 4]] = 0.2, -0.4, 0.03
     vector[SHARED : SHARED + 3] = 0.05, 0.1, 0.08
-    vector[own + 3] = 1.5e-3
+    vector[own + 2 + AXES] = 1.5e-3
     vector[own + 1] = 0.03
     gaps = dict.fromkeys(prior.sources)
     for name, gap in zip(prior.sources, prior.gaps(vector), strict=True):

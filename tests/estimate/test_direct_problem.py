@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 from floor import floor
-from palpate.estimate.direct.motion import SurfaceMotion
+from palpate.estimate.direct.motion import SurfaceMotion, no_pictures
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.placement import object_from_table
 from palpate.estimate.direct.problem import (
@@ -265,6 +265,7 @@ def test_beside_the_point_of_a_ball_the_press_is_along_its_normal_there():
         rest_frames=np.arange(6),
         correlation_m=0.005,
         pattern_m=0.0,
+        **no_pictures(frames, count),
     )
     alignment = Alignment(np.eye(4), 0.06 * towards, 6, None)
     support = floor(1e-3, height_m=-0.06)

@@ -31,7 +31,7 @@ def slopes_by_steps(best):
 
     def all_of(vector):
         found = residuals(press, Parameters.of(vector), times_s=times)
-        motion = found.motion / (scale.motion * np.sqrt(scale.sharing))
+        motion = found.motion / (scale.motion[0] * np.sqrt(scale.sharing[0]))
         return np.concatenate([found.depth, motion, prior.gaps(vector)])
 
     columns = []

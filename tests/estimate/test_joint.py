@@ -46,7 +46,7 @@ def test_what_all_share_comes_first_then_each_captures_own(joint, place):
 
 def test_normal_equations_are_slopes_of_the_cost(joint, place):
     """Robust weights make the first derivative exact."""
-    scales = (Scales(1.3, 2.0), Scales(0.8, 1.0))
+    scales = (Scales((1.3, 1.0), (2.0, 1.0)), Scales((0.8, 1.0), (1.0, 1.0)))
     parameters = split(place, joint)
     blocks = joint.blocks_at(parameters, scales)
     matrix, slope = joint.normal_equations(parameters, blocks)
@@ -60,17 +60,17 @@ def test_normal_equations_are_slopes_of_the_cost(joint, place):
 
 
 def test_cost_by_hand(joint, place):
-    scales = (Scales(1.3, 2.0), Scales(0.8, 1.0))
+    scales = (Scales((1.3, 1.0), (2.0, 1.0)), Scales((0.8, 1.0), (1.0, 1.0)))
     parameters = split(place, joint)
     expected = (joint.prior.gaps(place) ** 2).sum()
     lacking = 0.0
     for one, p, scale in zip(joint.indentations, parameters, scales, strict=True):
         gaps = residuals(one, p, times_s=TIMES_S)
-        soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion)) ** 2) - 1
-        expected += (gaps.depth**2).sum() + 2 * ROBUST**2 * soft.sum() / scale.sharing
+        soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion[0])) ** 2) - 1
+        expected += (gaps.depth**2).sum() + 2 * ROBUST**2 * soft.sum() / scale.sharing[0]
         covariance = one.depth_root_m @ one.depth_root_m.T
         lacking += np.linalg.slogdet(covariance)[1]
-        lacking += (np.log((one.moved_std_m * scale.motion) ** 2)).sum() / scale.sharing
+        lacking += (np.log((one.moved_std_m * scale.motion[0]) ** 2)).sum() / scale.sharing[0]
     assert joint.cost(parameters, scales) == pytest.approx(expected)
     assert joint.log_determinant(scales) == pytest.approx(lacking)
 

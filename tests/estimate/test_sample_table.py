@@ -147,6 +147,17 @@ def test_a_shifted_balls_motion_along_its_normals():
     assert not found.motion_m[:, 0].any() and not found.stiffening[:, 0].any()
 
 
+def test_what_was_at_a_sample_moves_along_any_way():
+    shift = np.array([0.001, 0.002, -0.0015])
+    moved = ball_table(lambda rest: np.tile(shift, (len(rest), 1)))
+    cell = np.array([[0, 0, 0.05], [0.03, 0, 0.04], [0, -0.03, 0.04], [0, 0.05, 0]])
+    way = np.array([[1.0, 0, 0], [0, 1, 0], [0.6, 0, 0.8], [0, 1, 0]])
+    found = sample_table(moved, cell, way, material=np.array([True, True, True, False]))
+    assert found.motion_m[0, 1, :3] == pytest.approx(way[:3] @ shift, abs=1e-7)
+    # The last one is where the surface comes to lie on its normal.
+    assert found.motion_m[0, 1, 3] == pytest.approx(0.002, abs=1e-4)
+
+
 def test_a_contact_farther_on_is_a_sample_farther_back():
     """A motion that grows along x by 1 % of the way, at a flat's samples."""
     tilted = ball_table(lambda rest: np.outer(0.01 * rest[:, 0], [0, 0, 1.0]))

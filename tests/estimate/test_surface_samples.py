@@ -12,7 +12,8 @@ from palpate.estimate.direct.correspondences import (
     facing_samples,
     hidden_samples,
 )
-from palpate.estimate.direct.motion import _noise_variance, _pressed
+from palpate.estimate.direct.indentation import OWN
+from palpate.estimate.direct.motion import _pressed, noise_variance
 from palpate.estimate.direct.options import Fit, Observation
 from palpate.estimate.direct.placement import _moved, object_from_table
 from palpate.estimate.direct.quantities import NAMES, quantities_of
@@ -92,7 +93,7 @@ def test_heights_are_clipped_means():
 def test_a_samples_few_frames_are_taken_with_what_is_usual():
     """Six frames' worth of the median sample's variance, by its chi square's median."""
     noise = np.array([[1.0, 2, np.nan], [-1, -2, 1], [1, 2, -1], [-1, -2, np.nan]])
-    variance, own = _noise_variance(noise)
+    variance, own = noise_variance(noise)
     assert own.tolist() == [4, 4, 2]
     squares = np.array([4.0, 16, 2])
     # Medians of chi squares of 3, 3 and 1 degrees of freedom.
@@ -191,9 +192,17 @@ def test_motions_of_a_patch_that_err_together():
     matrix[1] = np.diag([1.0, 0, 9])
     slope = np.array([[4.0, 2, 100], [3, 0, 100], [0, 0, 100]])
     none = np.zeros((0, 3, 3)), np.zeros((0, 3))
-    assert sharing_of(Blocks(matrix, slope, *none)) == pytest.approx((4 + 4 + 9) / 3)
-    assert sharing_of(Blocks(matrix, 0.1 * slope, *none)) == 1.0
-    assert sharing_of(Blocks(0 * matrix, slope, *none)) == 1.0
+    alone = SimpleNamespace(cluster=np.array([0, 0, 1, 2]), axis=np.zeros(4, dtype=int))
+    for blocks, shares in (
+        (Blocks(matrix, slope, *none), (4 + 4 + 9) / 3),
+        (Blocks(matrix, 0.1 * slope, *none), 1.0),
+        (Blocks(0 * matrix, slope, *none), 1.0),
+    ):
+        assert sharing_of(alone, blocks) == pytest.approx((shares, 1.0))
+    # The third patch's motions are across.
+    parts = SimpleNamespace(cluster=np.array([0, 1, 1, 1]), axis=np.array([0, 1, 2, 2]))
+    found = sharing_of(parts, Blocks(matrix, slope, *none))
+    assert found == pytest.approx(((4 + 4) / 2, 9.0))
 
 
 def test_moduli_of_an_estimate():
@@ -201,14 +210,14 @@ def test_moduli_of_an_estimate():
     table = SimpleNamespace(
         stiffening_at=lambda depth, nu: (0.2 * depth / 1e-3 + 0.5 * nu, np.full(len(depth), 0.5))
     )
-    vector = np.r_[np.log(20e3), 0.3, 0.4, 0.1, 0.0, 0.0, 0.1, 0.2, np.zeros(8)]
+    vector = np.r_[np.log(20e3), 0.3, 0.4, 0.1, 0.0, 0.0, 0.1, 0.2, np.zeros(OWN)]
     best = SimpleNamespace(
         vector=vector,
         indentations=[SimpleNamespace(depth_m=np.array([0.001, 0.0029]), table=table)],
         parameters=[SimpleNamespace(offset_m=1e-4)],
     )
     # E* and the law are told together: where they stiffen by 0.5 the two cancel.
-    covariance = np.diag(np.r_[1e-2, 1e-3, 1e-2, np.full(13, 1e-8)])
+    covariance = np.diag(np.r_[1e-2, 1e-3, 1e-2, np.full(5 + OWN, 1e-8)])
     covariance[0, 2] = covariance[2, 0] = -0.5e-2
     options = Fit(relaxation_times_s=(0.5, 2.0))
     found = quantities_of(best, covariance, options, radius_m=0.006)

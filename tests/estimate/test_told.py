@@ -16,12 +16,18 @@ from palpate.estimate.direct.support_motion import rocking_axes
 
 
 def test_what_a_capture_has_for_itself():
-    p = replace(START, offset_m=1e-4, clock_s=0.01, shift_m=2e-5, place_m=np.array([1e-3, 2e-3]))
+    p = replace(
+        START,
+        offset_m=1e-4,
+        clock_s=0.01,
+        shift_m=np.array([2e-5, 0, 0]),
+        place_m=np.array([1e-3, 2e-3]),
+    )
     told = _nuisances(replace(p, support_motion=np.array([3e-5, 1e-4, -2e-4])))
     assert told == {
         "offset_m": 1e-4,
         "clock_s": 0.01,
-        "shift_m": 2e-5,
+        "shift_m": [2e-5, 0, 0],
         "place_m": [1e-3, 2e-3],
         "sunk_m": 3e-5,
         "rocked_rad": [1e-4, -2e-4],
@@ -36,7 +42,7 @@ def test_residuals_against_what_was_stated():
     std = np.full(moved.shape, 4e-5)
     std[1] = 1.0
     one = replace(press, moved_m=moved, moved_std_m=std, depth_root_m=2 * press.depth_root_m)
-    told = _summed(one, Scales(1.5, 3.0))
+    told = _summed(one, Scales((1.5, 1.0), (3.0, 1.0)))
     assert told["cells"] == moved.shape[1] - 7
     assert told["patches"] == len(np.unique(press.cluster[7:]))
     assert told["motion_std_m"] == pytest.approx(6e-5)

@@ -14,6 +14,7 @@ from palpate.capture.streams import Stream
 from palpate.capture.tables import columns_of
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
+from palpate.estimate.direct.picture_motion import Pictures
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.range import force_onset
 from palpate.frames import Film
@@ -32,8 +33,10 @@ from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, read_template
 from palpate.surface.tracked import Tracked
 from palpate.vision.background import build_model
+from palpate.vision.camera import camera_from_spec
 from palpate.vision.clock import ClockOffset
 from palpate.vision.clouds import Reach, clouds_of, read_clouds, save_clouds
+from palpate.vision.flow import never_covered
 from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks, masks_of, save_masks
 from palpate.vision.probe import ALONG_STD, AXIS, TIP
@@ -192,6 +195,10 @@ def measure(
         indenter_radius_m=radius,
     )
     rest = rest_frames(template, alignment, tips, forces, radius_m=radius, onset_force_n=least)
+    pictures = None
+    if config.direct.observation.pictures:
+        images, camera = Stream(capture.folder, sensor), camera_from_spec(sensor["color"])
+        pictures = Pictures(images, camera, never_covered(masks))
     motion = observed_motion(
         template,
         alignment,
@@ -201,6 +208,7 @@ def measure(
         sensor,
         config.direct.observation,
         radius_m=radius,
+        pictures=pictures,
     )
     return Measurement(
         capture=capture,

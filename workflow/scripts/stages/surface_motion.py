@@ -4,16 +4,20 @@ import logging
 
 from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
+from palpate.capture.streams import Stream
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.motion import save_motion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.direct.options import Observation
+from palpate.estimate.direct.picture_motion import Pictures
 from palpate.run.job import naming, run
 from palpate.surface.alignment import load_alignment
 from palpate.surface.template import read_template
-from palpate.vision.camera import sensor_with_optics
+from palpate.vision.camera import camera_from_spec, sensor_with_optics
 from palpate.vision.clouds import read_clouds
+from palpate.vision.flow import never_covered
 from palpate.vision.force import FORCE
+from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS, TIP
 
 
@@ -32,15 +36,22 @@ def main(snakemake):
             *known, tips, forces, radius_m=radius, onset_force_n=params.onset_force_n
         )
     options = Observation.read(params.options)
+    sensor = sensor_with_optics(params.sensor, inputs.get("optics"))
+    pictures = None
+    if options.pictures:
+        background = never_covered(load_masks(inputs.mask))
+        images, camera = Stream(inputs.capture, sensor), camera_from_spec(sensor["color"])
+        pictures = Pictures(images, camera, background)
     with naming(inputs.clouds, "clouds", "frames"):
         motion = observed_motion(
             *known,
             read_clouds(inputs.clouds),
             (tips, axes),
             rest,
-            sensor_with_optics(params.sensor, inputs.get("optics")),
+            sensor,
             options,
             radius_m=radius,
+            pictures=pictures,
         )
     logging.info("%d samples, %d frames at rest", motion.moved_m.shape[1], len(rest))
     with whole_file(snakemake.output.motion) as part:

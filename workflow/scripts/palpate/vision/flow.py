@@ -17,8 +17,11 @@ LEVELS = 1
 CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 30, 0.002)
 # A window that is not where it came from, when it is followed back, was another one [px].
 BACK_PX = 0.3
-# Grey values that are as different as so many times what is usual at rest are of something else.
-UNLIKE = 3.0
+# Grey values that are as different as so many times what is usual at rest, and as such a part of
+# their contrast, are of something else.
+UNLIKE, UNLIKE_PART = 3.0, 0.25
+# Texture has at least so many times the variance of a picture's noise.
+LEAST_TEXTURE = 4.0
 # Contrast of a window, in grey levels, that is no more than a camera's noise.
 LEAST_CONTRAST = 2.0
 # Of the normalised picture: deviation of its grey values, and their mean.
@@ -57,21 +60,42 @@ def picture_flow(
     (f, c, 2) array
         [px]; NaN where a place was not found.
     """
-    mean = sum(grey(pictures[k]).astype(np.float32) for k in rest) / len(rest)
+    mean, noise = _mean_and_noise(pictures, rest)
     first = _normalised(mean, window_px)
+    textured = _textured(mean, noise, places_px, window_px)
     still = _background_places(first, background, window_px)
     flow, unlike = np.full((2, len(pictures), len(places_px), 2), np.nan)
     guess = np.zeros((len(places_px), 2), dtype=np.float32)
     for k, picture in enumerate(map(grey, pictures)):
         now = _normalised(picture, window_px)
         moved, error = _followed(first, now, places_px, guess, window_px)
-        found = np.isfinite(error)
+        found = np.isfinite(error) & textured
         guess = np.where(found[:, None], moved, guess).astype(np.float32)
         flow[k], unlike[k] = np.where(found[:, None], moved, np.nan), error[:, None]
         flow[k] -= _shake(first, now, still, window_px)
     # Of places that are never found at rest there is no usual, and no motion.
-    usual = np.median(np.nan_to_num(unlike[rest], nan=-1.0), axis=0)
-    return np.where(unlike <= UNLIKE * usual, flow, np.nan)
+    usual = np.median(np.nan_to_num(unlike[rest], nan=-np.inf), axis=0)
+    most = np.where(usual >= 0, np.maximum(UNLIKE * usual, UNLIKE_PART * SPREAD), -1.0)
+    return np.where(unlike <= most, flow, np.nan)
+
+
+def _mean_and_noise(pictures: Sequence[NDArray], rest: NDArray) -> tuple[NDArray, float]:
+    """Mean of the pictures at rest, (h, w), and the variance of one picture's noise."""
+    total, squares = 0.0, 0.0
+    for k in rest:
+        values = grey(pictures[k]).astype(np.float64)
+        total, squares = total + values, squares + values**2
+    mean = total / len(rest)
+    spread = np.maximum(squares - total * mean, 0.0) / max(len(rest) - 1, 1)
+    return mean.astype(np.float32), float(spread.mean())
+
+
+def _textured(mean: NDArray, noise: float, places_px: NDArray, window_px: int) -> NDArray:
+    """Whether grey values about places (c, 2) differ by more than noise makes them, (c,)."""
+    size = (window_px, window_px)
+    contrast = cv2.blur(mean**2, size) - cv2.blur(mean, size) ** 2
+    columns, rows = np.clip(np.rint(places_px), 0, np.array(mean.shape[::-1]) - 1).astype(int).T
+    return contrast[rows, columns] > LEAST_TEXTURE * noise
 
 
 def _normalised(picture: NDArray, window_px: int) -> NDArray:

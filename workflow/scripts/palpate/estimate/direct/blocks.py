@@ -8,6 +8,7 @@ from scipy.optimize import lsq_linear
 
 from palpate.estimate.direct.deviations import robust_weights
 from palpate.estimate.direct.indentation import (
+    KINDS,
     DirectIndentation,
     Linearised,
     Parameters,
@@ -21,15 +22,19 @@ class Scales:
 
     Attributes
     ----------
-    motion : float
-        Scatter of motions over what was stated.
-    sharing : float
+    motion : (2,) tuple of float
+        Scatter of motions over what was stated: along the normals, and across.
+    sharing : (2,) tuple of float
         Motions that err together: by so much the mean of a patch scatters more than it would if
         they were independent (variance).
     """
 
-    motion: float = 1.0
-    sharing: float = 1.0
+    motion: tuple[float, ...] = (1.0,) * KINDS
+    sharing: tuple[float, ...] = (1.0,) * KINDS
+
+    def of(self, kind: NDArray) -> tuple[NDArray, NDArray]:
+        """Scatter and sharing of motions by their kind, both as many."""
+        return np.array(self.motion)[kind], np.array(self.sharing)[kind]
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,8 @@ class Blocks:
 def blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) -> Blocks:
     """Sum a capture's weighted residuals and slopes by patch, and by frame of the depth."""
     gaps, slope = line.residuals.motion, line.motion_slope
-    weight = robust_weights(gaps, scale.motion) / (scale.motion**2 * scale.sharing)
+    motion, sharing = scale.of(indentation.kind)
+    weight = robust_weights(gaps, motion) / (motion**2 * sharing)
     cluster = np.broadcast_to(indentation.cluster, indentation.seen.shape)[indentation.seen]
     count, q = int(indentation.cluster.max()) + 1, slope.shape[1]
     # One after the other: sums of matrix products hang on where in memory their rows lie.
@@ -74,21 +80,25 @@ def normal_rows(
 ) -> tuple[Linearised, NDArray, NDArray]:
     """Residuals of a capture, and what each adds to the slope of the cost, (q, k) and (q, m)."""
     line = linearised(indentation, of, times_s=times_s)
-    weight = robust_weights(line.residuals.motion, scale.motion)
-    motion = line.motion_slope * (weight / (scale.motion**2 * scale.sharing))[:, None]
-    return line, line.depth_slope.T, motion.T
+    motion, sharing = scale.of(indentation.kind)
+    weight = robust_weights(line.residuals.motion, motion) / (motion**2 * sharing)
+    return line, line.depth_slope.T, (line.motion_slope * weight[:, None]).T
 
 
-def sharing_of(blocks: Blocks) -> float:
+def sharing_of(indentation: DirectIndentation, blocks: Blocks) -> tuple[float, ...]:
     """Variance of patches' slopes by E and nu over that of independent motions; at least 1.
 
-    Each patch counts alike: what they move E and nu by is a matter of the few near the contact,
-    which are too few to tell.
+    Of each kind of motion. Each patch counts alike: what they move E and nu by is a matter of the
+    few near the contact, which are too few to tell.
     """
-    expected = np.diagonal(blocks.motion_matrix, axis1=1, axis2=2)[:, :2]
-    told = expected > 0
-    ratio = blocks.motion_slope[:, :2][told] ** 2 / expected[told]
-    return max(1.0, float(ratio.mean())) if told.any() else 1.0
+    found = []
+    for kind in range(KINDS):
+        of = np.unique(indentation.cluster[np.minimum(indentation.axis, 1) == kind])
+        expected = np.diagonal(blocks.motion_matrix[of], axis1=1, axis2=2)[:, :2]
+        told = expected > 0
+        ratio = blocks.motion_slope[of, :2][told] ** 2 / expected[told]
+        found.append(max(1.0, float(ratio.mean())) if told.any() else 1.0)
+    return tuple(found)
 
 
 def bounded_solution(matrix: NDArray, right: NDArray, low: NDArray, high: NDArray) -> NDArray:

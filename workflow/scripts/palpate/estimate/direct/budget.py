@@ -231,7 +231,7 @@ def _shares(onto: NDArray, block: Blocks, kind: str) -> tuple[NDArray, NDArray]:
 def _noise_std(best: Solution) -> dict[str, float]:
     """Median deviations of motions and depths [m]."""
     motion = [
-        np.median(one.moved_std_m[one.seen]) * scale.motion
+        np.median(one.moved_std_m[one.seen] * scale.of(one.kind)[0])
         for one, scale in zip(best.indentations, best.scales, strict=True)
     ]
     depth = [np.median(one.depth_std_m) for one in best.indentations]

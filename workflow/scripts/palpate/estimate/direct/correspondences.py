@@ -162,15 +162,22 @@ def hidden_samples(
     options: Observation,
 ) -> NDArray:
     """Which samples the probe or its shadow hides or comes too near, (f, c)."""
+    passed = passed_by_probe(samples.cell_m, probe, options)
+    counted = np.where(passed, np.nan, points)[rest_frames]
+    usual = np.nansum(counted, axis=0) / np.maximum(np.isfinite(counted).sum(axis=0), 1)
+    return passed | (points < options.fewest_part * usual)
+
+
+def passed_by_probe(cell_m: NDArray, probe: ProbeInView, options: Observation) -> NDArray:
+    """Which samples the probe hides or comes too near in each of its frames, (f, c)."""
     lower, upper = (0.0, options.shaft_from_m), (options.shaft_from_m, SHAFT_M)
     # A probe that was not found is nowhere clear.
-    clear = np.array(
+    return np.array(
         [
-            (probe.clearance(samples.cell_m, k, along_m=lower) >= options.clear_m)
-            & (probe.clearance(samples.cell_m, k, along_m=upper) >= options.shaft_clear_m)
-            for k in range(len(points))
+            ~(
+                (probe.clearance(cell_m, k, along_m=lower) >= options.clear_m)
+                & (probe.clearance(cell_m, k, along_m=upper) >= options.shaft_clear_m)
+            )
+            for k in range(len(probe.tip_m))
         ]
     )
-    counted = np.where(clear, points, np.nan)[rest_frames]
-    usual = np.nansum(counted, axis=0) / np.maximum(np.isfinite(counted).sum(axis=0), 1)
-    return ~clear | (points < options.fewest_part * usual)

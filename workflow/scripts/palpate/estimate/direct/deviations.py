@@ -7,17 +7,18 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from palpate.estimate.direct.indentation import (
+    AXES,
     DirectIndentation,
     Parameters,
     depth_noise,
     linearised,
+    patches_of,
     residuals,
 )
 from palpate.estimate.direct.motion_noise import correlation_length
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.prior import FREE, prior_of, scaled_inverse
 from palpate.estimate.hertz.range import FROM_MEDIAN
-from palpate.estimate.minimise.scatter import error_clusters
 
 # Deviations beyond which a residual counts with its size alone.
 ROBUST = 8.0
@@ -42,19 +43,18 @@ def with_pattern(
     A sensor's fixed pattern cancels where nothing moves; where the surface moves it does not, with
     a variance about in proportion to the motion.
     """
-    gaps = (
-        residuals(indentation, of, times_s=times_s).motion
-        * indentation.moved_std_m[indentation.seen]
-    )
-    noise = indentation.noise_std_m[indentation.seen] ** 2
-    size = np.abs(indentation.moved_m[indentation.seen] - gaps)
-    of_noise, of_motion = variance_parts(gaps, np.column_stack([noise, size]))
-    variance = of_noise * indentation.noise_std_m**2
-    motion = np.full(indentation.moved_m.shape, np.nan)
-    motion[indentation.seen] = size
-    pressed = replace(indentation, moved_std_m=np.sqrt(variance + of_motion * motion))
-    left = np.full(indentation.moved_m.shape, np.nan)
-    left[indentation.seen] = gaps
+    seen, kind = indentation.seen, indentation.kind
+    gaps = residuals(indentation, of, times_s=times_s).motion * indentation.moved_std_m[seen]
+    noise = indentation.noise_std_m[seen] ** 2
+    size = np.abs(indentation.moved_m[seen] - gaps)
+    variance = np.zeros_like(gaps)
+    for one in np.unique(kind):
+        at = kind == one
+        parts = np.column_stack([noise[at], size[at]])
+        variance[at] = parts @ variance_parts(gaps[at], parts)
+    std, left = np.full((2, *seen.shape), np.nan)
+    std[seen], left[seen] = np.sqrt(variance), gaps
+    pressed = replace(indentation, moved_std_m=std)
     return replace(pressed, cluster=_clusters(pressed, left))
 
 
@@ -160,14 +160,18 @@ def variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
 
 def _clusters(indentation: DirectIndentation, left_m: NDArray) -> NDArray:
     """Patches at least as large as residuals err together: twice their correlation's length."""
-    seen = indentation.seen.any(axis=0)
-    mean = np.nanmean((left_m / indentation.moved_std_m)[:, seen], axis=0)
-    length = correlation_length(indentation.cell_m[seen], mean[None])
-    size = max(indentation.patch_m, min(2 * length, LARGEST_PATCH_M))
-    return error_clusters(indentation.cell_m, size_m=size)
+    cell_m, sizes, seen = indentation.cell_m, [], indentation.seen.any(axis=0)
+    for axes in ((0,), range(1, AXES)):
+        lengths = [0.0]
+        for axis in axes:
+            at = seen & (indentation.axis == axis)
+            mean = np.nanmean((left_m / indentation.moved_std_m)[:, at], axis=0)
+            lengths.append(correlation_length(cell_m[at], mean[None]) if at.any() else 0.0)
+        sizes.append(max(indentation.patch_m, min(2 * max(lengths), LARGEST_PATCH_M)))
+    return patches_of(cell_m, indentation.axis, sizes)
 
 
-def robust_weights(gaps: NDArray, scale: float) -> NDArray:
+def robust_weights(gaps: NDArray, scale: NDArray | float) -> NDArray:
     """Weights of squares that make them soft absolute values beyond `ROBUST` deviations."""
     return 1 / np.sqrt(1 + (gaps / (ROBUST * scale)) ** 2)
 

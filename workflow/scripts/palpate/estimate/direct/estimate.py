@@ -11,6 +11,7 @@ from palpate.estimate.direct.budget import Budget, budget_of, covariance_of
 from palpate.estimate.direct.doubts import doubts_of
 from palpate.estimate.direct.fit import Solution, fit_direct
 from palpate.estimate.direct.indentation import (
+    AXES,
     PLACES,
     DirectIndentation,
     Parameters,
@@ -48,6 +49,9 @@ class CaptureFit:
         Motion of c samples of the surface; NaN where one was not seen [m].
     distance_m : (c,) array
         Of the samples from the contact [m].
+    axis : (c,) int array
+        0: along the surface's normal; 1, 2: across the line of sight, along the picture's columns
+        and rows.
     """
 
     force_n: NDArray
@@ -56,6 +60,7 @@ class CaptureFit:
     moved_m: NDArray
     fitted_moved_m: NDArray
     distance_m: NDArray
+    axis: NDArray
 
 
 @dataclass(frozen=True, repr=False)
@@ -111,14 +116,16 @@ class DirectEstimate:
             measured = one.depth_m + p.offset_m + p.clock_s * one.speed_m_s
             gap = np.full(one.moved_m.shape, np.nan)
             gap[one.seen] = gaps.motion * one.moved_std_m[one.seen]
+            moved = np.where(one.seen, one.moved_m, np.nan)
             found.append(
                 CaptureFit(
                     force_n=one.force_n[one.frames],
                     depth_m=measured,
                     fitted_depth_m=measured + one.depth_root_m @ gaps.depth,
-                    moved_m=np.where(one.seen, one.moved_m, np.nan),
-                    fitted_moved_m=one.moved_m - gap,
+                    moved_m=moved,
+                    fitted_moved_m=moved - gap,
                     distance_m=np.linalg.norm(one.cell_m - one.contact_m, axis=1),
+                    axis=one.axis,
                 )
             )
         return found
@@ -208,6 +215,6 @@ def _start(indentation: DirectIndentation, nu: float, terms: int) -> Parameters:
     unit = indentation.table.force(np.maximum(indentation.depth_m, 0), nu, 0.0)
     force = indentation.force_n[indentation.frames]
     E = max(float((force @ unit) / max(float(unit @ unit), 1e-300)), 1.0)
-    own = (0.0, 0.0, 0.0, np.zeros(PLACES), np.zeros(MOTIONS))
+    own = (0.0, 0.0, np.zeros(AXES), np.zeros(PLACES), np.zeros(MOTIONS))
     foot = MIDDLE if indentation.table.slides else 0.0
     return Parameters(E, nu, 0.0, 0.0, 0.0, np.full(terms, 0.02), *own, foot=foot)

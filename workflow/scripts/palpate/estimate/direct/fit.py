@@ -20,6 +20,7 @@ from palpate.estimate.direct.deviations import (
     with_pattern,
 )
 from palpate.estimate.direct.indentation import (
+    KINDS,
     OWN,
     SHARED,
     DirectIndentation,
@@ -186,8 +187,9 @@ class _Joint:
         for indentation, p, scale in zip(self.indentations, parameters, scales, strict=True):
             gaps = residuals(indentation, p, times_s=self.times_s)
             total += float((gaps.depth**2).sum())
-            soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion)) ** 2) - 1
-            total += 2 * ROBUST**2 * float(soft.sum()) / scale.sharing
+            motion, sharing = scale.of(indentation.kind)
+            soft = np.sqrt(1 + (gaps.motion / (ROBUST * motion)) ** 2) - 1
+            total += 2 * ROBUST**2 * float((soft / sharing).sum())
         return total
 
     def log_determinant(self, scales) -> float:
@@ -195,16 +197,18 @@ class _Joint:
         total = 0.0
         for one, scale in zip(self.indentations, scales, strict=True):
             total += 2 * float(np.log(np.diag(one.depth_root_m)).sum())
-            motion = np.log(one.moved_std_m[one.seen] * scale.motion)
-            total += 2 * float(motion.sum()) / scale.sharing
+            motion, sharing = scale.of(one.kind)
+            total += 2 * float((np.log(one.moved_std_m[one.seen] * motion) / sharing).sum())
         return total
 
     def scales_at(self, parameters) -> tuple[Scales, ...]:
         """Scatter and sharing as the residuals show them."""
         found = []
         for indentation, line in zip(self.indentations, self.linearised(parameters), strict=True):
-            unit = Scales(motion=robust_scale(line.residuals.motion))
-            found.append(Scales(unit.motion, sharing_of(blocks_of(indentation, line, unit))))
+            each = [line.residuals.motion[indentation.kind == kind] for kind in range(KINDS)]
+            unit = Scales(motion=tuple(map(robust_scale, each)))
+            sharing = sharing_of(indentation, blocks_of(indentation, line, unit))
+            found.append(Scales(unit.motion, sharing))
         return tuple(found)
 
 

@@ -1,5 +1,6 @@
 """One capture in the direct estimate: what it measured, and what moduli and nuisances predict."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,6 +10,7 @@ from scipy.linalg import solve_triangular
 
 from palpate.estimate.direct.support_motion import MOTIONS, SupportAxes
 from palpate.estimate.direct.table import DepthOfForce, MotionAtDepth, SampleTable
+from palpate.estimate.minimise.scatter import error_clusters
 from palpate.estimate.relaxation import elastic_force, elastic_force_derivatives
 
 # Unknowns that all captures share, before what relaxes: log E, nu, q, m, gain, foot.
@@ -16,7 +18,10 @@ SHARED = 6
 # Unknowns that each capture has for itself: offset, clock, shift, the contact's place, and how the
 # object settles.
 PLACES = 2
-OWN = 3 + PLACES + MOTIONS
+# Motions along the normals, along the picture's columns and along its rows; the first, and the two
+# others, have errors of one kind.
+AXES, KINDS = 3, 2
+OWN = 2 + AXES + PLACES + MOTIONS
 
 
 @dataclass(frozen=True)
@@ -57,17 +62,20 @@ class DirectIndentation:
         Of that [m].
     contact_m : (3,) array
         Middle of the contact, object frame [m].
-    cell_m, normal : (c, 3) arrays
-        Samples of the undeformed surface outside of the contact, object frame [m], and normals.
+    cell_m, way : (c, 3) arrays
+        Samples of the undeformed surface outside of the contact, object frame [m], and the
+        directions that their motion is seen along.
+    axis : (c,) int array
+        Of `MotionAlong`: 0 along the normal; 1, 2 of the material, across the line of sight.
     moved_m, noise_std_m : (k, c) arrays
-        Motion along the normals in the compared frames and the deviation of a frame's own noise
-        [m]; NaN: not seen.
+        Motion in the compared frames and the deviation of a frame's own noise [m]; NaN: not seen.
     moved_std_m : (k, c) array
         Deviation that the fit divides by [m].
     patch_m : float
         Least size of the parts of the surface whose errors are independent [m].
     cluster : (c,) int array
-        Part of the surface that a sample belongs to; errors of different parts are independent.
+        Part of the surface that a sample belongs to, and kind of its motion; errors of different
+        ones are independent.
     support_axes : SupportAxes
     table : SampleTable
         Of the pressed point, brought to the contact, at the samples.
@@ -93,7 +101,8 @@ class DirectIndentation:
     place_std_m: float
     contact_m: NDArray
     cell_m: NDArray
-    normal: NDArray
+    way: NDArray
+    axis: NDArray
     moved_m: NDArray
     noise_std_m: NDArray
     moved_std_m: NDArray
@@ -118,6 +127,11 @@ class DirectIndentation:
         """Which motions count, (k, c) bool."""
         return np.isfinite(self.moved_m) & np.isfinite(self.moved_std_m)
 
+    @cached_property
+    def kind(self) -> NDArray:
+        """Of those that count, whether they are across, (number seen,): 0 or 1."""
+        return np.broadcast_to(np.minimum(self.axis, 1), self.seen.shape)[self.seen]
+
 
 @dataclass(frozen=True)
 class Parameters:
@@ -133,8 +147,10 @@ class Parameters:
         Relative error of the camera's distances along the normals.
     fractions : (p,) array
         Shares of the modulus that relax.
-    offset_m, clock_s, shift_m : float
-        Errors of the depth [m] and of the clock [s], and what all motions have in common [m].
+    offset_m, clock_s : float
+        Errors of the depth [m] and of the clock [s].
+    shift_m : (3,) array
+        What all motions along an axis have in common [m].
     place_m : (2,) array
         How far the contact is beside where it was seen, along the axes across the press [m].
     support_motion : (3,) array
@@ -151,7 +167,7 @@ class Parameters:
     fractions: NDArray
     offset_m: float
     clock_s: float
-    shift_m: float
+    shift_m: NDArray
     place_m: NDArray
     support_motion: NDArray
     foot: float = 0.0
@@ -161,16 +177,36 @@ class Parameters:
         """(log E, nu, q, m, gain, foot, fractions, offset, clock, shift, place, settled)."""
         laws = [self.force_law, self.motion_law]
         shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, *laws, self.gain, self.foot]
-        own = [self.offset_m, self.clock_s, self.shift_m]
+        own = [self.offset_m, self.clock_s, *self.shift_m]
         return np.array([*shared, *self.fractions, *own, *self.place_m, *self.support_motion])
 
     @staticmethod
     def of(vector: NDArray) -> "Parameters":
         """Read a vector as `vector` writes it."""
         E, (*others, foot) = float(np.exp(vector[0])), map(float, vector[1:SHARED])
-        fractions, own = vector[SHARED:-OWN], map(float, vector[-OWN : 3 - OWN])
-        place, support_motion = vector[3 - OWN : -MOTIONS], vector[-MOTIONS:]
-        return Parameters(E, *others, fractions, *own, place, support_motion, foot)
+        fractions, own = vector[SHARED:-OWN], map(float, vector[-OWN : 2 - OWN])
+        shift, place, support_motion = np.split(vector[2 - OWN :], [AXES, AXES + PLACES])
+        return Parameters(E, *others, fractions, *own, shift, place, support_motion, foot)
+
+
+def patches_of(cell_m: NDArray, axis: NDArray, sizes_m: Sequence[float]) -> NDArray:
+    """Parts of the surface whose errors are independent, by kind of motion, (c,) int.
+
+    Parameters
+    ----------
+    cell_m : (c, 3) array
+        Samples [m].
+    axis : (c,) int array
+    sizes_m : (2,) sequence
+        Of the parts of each kind [m].
+    """
+    found, count = np.zeros(len(axis), dtype=int), 0
+    for kind, size in enumerate(sizes_m):
+        of = np.minimum(axis, 1) == kind
+        if of.any():
+            found[of] = count + error_clusters(cell_m[of], size_m=size)
+            count = found[of].max() + 1
+    return found
 
 
 @dataclass(frozen=True)
@@ -259,7 +295,7 @@ def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArr
     by_E, by_nu, by_q, by_foot, *by_fractions = by_force
     zero, one = np.zeros(len(indentation.frames)), np.ones(len(indentation.frames))
     # Those of the measured depth's offset, clock and shift; what settles is added.
-    own = [-one, -indentation.speed_m_s, zero, zero, zero]
+    own = [-one, -indentation.speed_m_s, *[zero] * (AXES + PLACES)]
     settled = indentation.load[:, None] * indentation.support_axes.tip_m
     depth = np.column_stack([by_E, by_nu, by_q, zero, zero, by_foot, *by_fractions, *own, settled])
     gain, none = 1 + of.gain, np.zeros_like(motion.motion_m)
@@ -274,7 +310,7 @@ def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArr
         *follows[4:],
         none,
         -gain * motion.by_depth * indentation.speed_m_s[:, None],
-        none + 1,
+        *(none + (indentation.axis == axis) for axis in range(AXES)),
         *gain * motion.by_place,
         *(
             gain * indentation.load[:, None] * column
@@ -299,7 +335,7 @@ def depth_noise(indentation: DirectIndentation, of: Parameters, *, times_s: NDAr
 def _residuals(indentation: DirectIndentation, of: Parameters, here: Predicted) -> Residuals:
     measured = indentation.depth_m + of.offset_m + of.clock_s * indentation.speed_m_s
     motion = here.motion.motion_m + _support_motion(indentation, of)
-    motion = (1 + of.gain) * motion + of.shift_m
+    motion = (1 + of.gain) * motion + np.asarray(of.shift_m)[indentation.axis]
     gap = ((indentation.moved_m - motion) / indentation.moved_std_m)[indentation.seen]
     settled = indentation.load * (indentation.support_axes.tip_m @ of.support_motion)
     depth = here.depth.depth_m + settled

@@ -29,8 +29,9 @@ def bound_of(best: Solution, quantities: Quantities, options: Fit) -> NDArray:
     each = zip(placed(best), best.indentations, best.parameters, best.scales, strict=True)
     for (at, _), one, p, scale in each:
         line = linearised(one, p, times_s=times)
-        motion = line.motion_slope / scale.motion
-        information[np.ix_(at, at)] += motion.T @ motion / scale.sharing
+        motion, sharing = scale.of(one.kind)
+        motion = line.motion_slope / (motion * np.sqrt(sharing))[:, None]
+        information[np.ix_(at, at)] += motion.T @ motion
         information[np.ix_(at, at)] += line.depth_slope.T @ line.depth_slope
     slopes = quantities.slopes
     return np.sqrt(np.diag(slopes @ scaled_inverse(information) @ slopes.T))

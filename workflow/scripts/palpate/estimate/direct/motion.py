@@ -45,6 +45,10 @@ SHAPES = {
     "rest_frames": ("frames at rest",),
     "correlation_m": (),
     "pattern_m": (),
+    "across": ("ways", "samples", 3),
+    "across_m": ("frames", "ways", "samples"),
+    "across_std_m": ("ways", "samples"),
+    "across_rest_std_m": ("ways", "samples"),
 }
 
 
@@ -72,6 +76,14 @@ class SurfaceMotion:
     pattern_m : float
         Beside its noise the motion m carries what the sensor's pattern has become, of the variance
         pattern_m * abs(m) and the covariance pattern_m * min(abs(m), abs(m')) of two frames [m].
+    across : (a, c, 3) array
+        Unit vectors across the lines of sight, along the picture's columns and rows, object frame;
+        of no ways where no pictures were followed (`with_pictures`).
+    across_m : (f, a, c) array
+        How far what a sample was at rest has moved along them [m]; not a number where its texture
+        was not found.
+    across_std_m, across_rest_std_m : (a, c) arrays
+        Standard deviation of a frame's own noise, and of the mean of the frames at rest [m].
     """
 
     cell_m: NDArray
@@ -84,6 +96,50 @@ class SurfaceMotion:
     rest_frames: NDArray
     correlation_m: float
     pattern_m: float
+    across: NDArray
+    across_m: NDArray
+    across_std_m: NDArray
+    across_rest_std_m: NDArray
+
+
+@dataclass(frozen=True)
+class MotionAlong:
+    """Motions of samples, each along a direction of its own: what is compared, whatever it is.
+
+    Attributes
+    ----------
+    cell_m, way : (n, 3) arrays
+        Places on the undeformed template and unit vectors, object frame [m].
+    axis : (n,) int array
+        0: where the surface is along its normal; 1, 2: where what was there has moved, along the
+        picture's columns and rows.
+    moved_m, std_m : (f, n) arrays
+        [m]; not a number where a sample was not seen.
+    rest_std_m : (n,) array
+        Deviation that all frames share [m].
+    """
+
+    cell_m: NDArray
+    way: NDArray
+    axis: NDArray
+    moved_m: NDArray
+    std_m: NDArray
+    rest_std_m: NDArray
+
+    @staticmethod
+    def of(motion: SurfaceMotion) -> "MotionAlong":
+        """Take a surface's motion apart."""
+        ways, count = len(motion.across), len(motion.cell_m)
+        across = motion.across_m.reshape(len(motion.moved_m), ways * count)
+        std = np.where(np.isfinite(across), motion.across_std_m.reshape(-1), np.nan)
+        return MotionAlong(
+            cell_m=np.tile(motion.cell_m, (1 + ways, 1)),
+            way=np.concatenate([motion.normal, motion.across.reshape(-1, 3)]),
+            axis=np.repeat(np.arange(1 + ways), count),
+            moved_m=np.concatenate([motion.moved_m, across], axis=1),
+            std_m=np.concatenate([motion.std_m, std], axis=1),
+            rest_std_m=np.append(motion.rest_std_m, motion.across_rest_std_m.reshape(-1)),
+        )
 
 
 def frames_at_rest(depth_m: NDArray, force_n: NDArray, *, onset_force_n: float) -> NDArray:
@@ -193,7 +249,7 @@ def _motion(
 ) -> SurfaceMotion:
     base = np.nanmean(height[frames], axis=0)
     moved = height - base
-    variance, own = _noise_variance(moved[frames])
+    variance, own = noise_variance(moved[frames])
     rest_variance = variance / own
     std = np.where(np.isfinite(moved), np.sqrt(variance), np.nan)
     pressed = _pressed(samples, moved, contact_m)
@@ -211,10 +267,22 @@ def _motion(
         rest_frames=frames,
         correlation_m=correlation_length(samples.cell_m, moved[frames] / np.sqrt(variance)),
         pattern_m=pattern_growth(samples.cell_m, mean, mean_variance, contact_m),
+        **no_pictures(*moved.shape),
     )
 
 
-def _noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
+def no_pictures(frames: int, samples: int) -> dict[str, NDArray]:
+    """Of a `SurfaceMotion` without pictures, what they would tell."""
+    std = np.empty((0, samples))
+    return {
+        "across": np.empty((0, samples, 3)),
+        "across_m": np.empty((frames, 0, samples)),
+        "across_std_m": std,
+        "across_rest_std_m": std,
+    }
+
+
+def noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
     """Variance of each sample's noise at rest [m^2], and its number of frames, both (c,).
 
     A sample's own few frames are taken together with what is usual.

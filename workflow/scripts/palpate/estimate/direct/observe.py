@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from palpate.estimate.direct.correspondences import clearance, eyes_of, probe_in_view
 from palpate.estimate.direct.motion import SurfaceMotion, frames_at_rest, surface_motion
 from palpate.estimate.direct.options import Observation
+from palpate.estimate.direct.picture_motion import Pictures, with_pictures
 from palpate.estimate.hertz.range import indentation_depth
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_camera
@@ -52,6 +53,7 @@ def observed_motion(
     options: Observation,
     *,
     radius_m: float,
+    pictures: Pictures | None = None,
 ) -> SurfaceMotion:
     """Motion of the surface's samples in each frame, against the frames at rest.
 
@@ -71,6 +73,8 @@ def observed_motion(
     options : Observation
     radius_m : float
         Of the sphere.
+    pictures : Pictures, optional
+        Of all frames by the reference camera; what moves across its lines of sight is seen in them.
 
     Raises
     ------
@@ -87,4 +91,8 @@ def observed_motion(
     )
     view = probe_in_view(alignment, *probe, eyes_m=eyes_of(sensor))
     chosen = replace(options, clear_m=clear)
-    return surface_motion(template, alignment, clouds, view, rest, chosen)
+    motion = surface_motion(template, alignment, clouds, view, rest, chosen)
+    if pictures is None:
+        return motion
+    view = probe_in_view(alignment, *probe, eyes_m=np.zeros((1, 3)))
+    return with_pictures(motion, alignment, pictures, view, chosen)

@@ -34,6 +34,15 @@ class Observation(Options):
     fewest_points: float = option(2, "of a sample in a frame; with fewer it was not seen", above=0)
     fewest_part: float = option(0.5, "nor with less than this part of its mean count", least=0)
     fewest_rest_frames: int = option(3, "in which a sample is seen", least=2)
+    pictures: bool = option(
+        False, "whether what pictures show across their lines of sight is compared too"
+    )
+    flow_window_m: float = option(
+        0.014, "of the surface, side of the windows that are followed in the picture", above=0
+    )
+    largest_flow_std_px: float = option(
+        0.25, "of them at rest: with more the surface has no texture there", above=0
+    )
     near_m: float = option(
         0.04, "the camera must see some of the surface this near to the contact", above=0
     )

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.indentation import OWN, SHARED, DirectIndentation
+from palpate.estimate.direct.indentation import AXES, OWN, SHARED, DirectIndentation
 from palpate.estimate.direct.options import Fit
 
 # Unknowns without a prior: log E and nu.
@@ -79,7 +79,7 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     for indentation in indentations:
         known += [("zero of the depth", "m", 0.0, indentation.offset_std_m)]
         known += [("clocks", "s", indentation.clock_expected_s, indentation.clock_std_s)]
-        known += [("zero of the motion", "m", 0.0, indentation.shift_std_m)]
+        known += [("zero of the motion", "m", 0.0, indentation.shift_std_m)] * AXES
         for at in indentation.place_expected_m:
             known += [("place of the contact", "m", at, indentation.place_std_m)]
         # What does not move at all is held by a deviation that is nothing beside any motion.

@@ -5,15 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.indentation import DirectIndentation
-from palpate.estimate.direct.motion import SurfaceMotion
+from palpate.estimate.direct.indentation import KINDS, DirectIndentation, patches_of
+from palpate.estimate.direct.motion import MotionAlong, SurfaceMotion
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.placement import object_from_table
 from palpate.estimate.direct.support_motion import rocking_axes, support_axes_of
 from palpate.estimate.direct.table import sample_table
 from palpate.estimate.hertz.range import FROM_MEDIAN, force_onset
 from palpate.estimate.hertz.record import FEWEST_AT_REST, hold_end
-from palpate.estimate.minimise.scatter import error_clusters
 from palpate.solid.contact_pressure import hertz_contact_radius
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.smooth_surface import SmoothSurface
@@ -119,18 +118,20 @@ def direct_indentation(
             " or transforms of the probe wrong, or a deeper table wanted?)"
         )
     axis = tips[frames].mean(axis=0)
-    sharp_edges = sharp_edge_distance(template.vertices_m, template.faces, motion.cell_m)
+    along = MotionAlong.of(motion)
+    sharp_edges = sharp_edge_distance(template.vertices_m, template.faces, along.cell_m)
     smooth = sharp_edges > options.crease_m
     chosen = _outside(
-        motion, axis, direction, depth[frames].max(), smooth, options, radius_m=table.radius_m
+        along, axis, direction, depth[frames].max(), smooth, options, radius_m=table.radius_m
     )
-    if not np.isfinite(motion.moved_m[np.ix_(frames, chosen)]).any():
+    if not np.isfinite(along.moved_m[np.ix_(frames, chosen)]).any():
         raise ValueError(
             "samples: expected some that are seen while the tip presses, found all hidden"
         )
     rest = force[: max(onset - 1, 2)]
     tip_std = record.tip_std_m
-    noise = np.hypot(motion.std_m[np.ix_(frames, chosen)], motion.rest_std_m[chosen])
+    noise = np.hypot(along.std_m[np.ix_(frames, chosen)], along.rest_std_m[chosen])
+    cell_m, way, axes = along.cell_m[chosen], along.way[chosen], along.axis[chosen]
     return DirectIndentation(
         time_s=record.time_s,
         force_n=force,
@@ -151,16 +152,17 @@ def direct_indentation(
         place_expected_m=rocking_axes(table.direction) @ beside_m,
         place_std_m=options.place_std_m,
         contact_m=axis,
-        cell_m=motion.cell_m[chosen],
-        normal=motion.normal[chosen],
-        moved_m=motion.moved_m[np.ix_(frames, chosen)],
+        cell_m=cell_m,
+        way=way,
+        axis=axes,
+        moved_m=along.moved_m[np.ix_(frames, chosen)],
         noise_std_m=noise,
         moved_std_m=noise,
         patch_m=options.patch_m,
-        cluster=error_clusters(motion.cell_m[chosen], size_m=options.patch_m),
+        cluster=patches_of(cell_m, axes, [options.patch_m] * KINDS),
         support_axes=support_axes_of(
-            motion.cell_m[chosen],
-            motion.normal[chosen],
+            cell_m,
+            way,
             support=support,
             contact_m=axis,
             direction=direction,
@@ -168,8 +170,9 @@ def direct_indentation(
         ),
         table=sample_table(
             table,
-            to_object(place, motion.cell_m[chosen]),
-            motion.normal[chosen] @ place[:3, :3],
+            to_object(place, cell_m),
+            way @ place[:3, :3],
+            material=axes > 0,
         ),
     )
 
@@ -359,7 +362,7 @@ def check_indentation(depth_m: NDArray, force_n: NDArray, onset: int) -> None:
 
 
 def _outside(
-    motion: SurfaceMotion,
+    motion: MotionAlong,
     axis: NDArray,
     direction: NDArray,
     deepest_m: float,

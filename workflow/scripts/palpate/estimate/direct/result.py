@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from palpate.estimate.direct.blocks import Scales
 from palpate.estimate.direct.indentation import DirectIndentation, Parameters
 from palpate.estimate.direct.quantities import FORCE_LAW, MOTION_LAW, NAMES
 
@@ -63,22 +64,32 @@ def _nuisances(p: Parameters) -> dict:
     return {
         "offset_m": p.offset_m,
         "clock_s": p.clock_s,
-        "shift_m": p.shift_m,
+        "shift_m": p.shift_m.tolist(),
         "place_m": p.place_m.tolist(),
         "sunk_m": sunk,
         "rocked_rad": rocked,
     }
 
 
-def _summed(indentation: DirectIndentation, scales) -> dict:
+def _summed(indentation: DirectIndentation, scales: Scales) -> dict:
     """How a capture's residuals compare with what was stated."""
     return {
-        "cells": int(indentation.seen.any(axis=0).sum()),
-        "patches": len(np.unique(indentation.cluster[indentation.seen.any(axis=0)])),
-        "motion_std_m": float(np.median(indentation.moved_std_m[indentation.seen])) * scales.motion,
-        "motion_scale": scales.motion,
-        "motion_sharing": scales.sharing,
+        **_moved(indentation, scales, 0),
+        "across": _moved(indentation, scales, 1) if (indentation.kind == 1).any() else None,
         "depth_std_m": float(np.median(indentation.depth_std_m)),
         "depth_scale": float(np.median(indentation.depth_std_m)) / indentation.tip_std_m,
         "largest_depth_m": float(indentation.depth_m.max()),
+    }
+
+
+def _moved(indentation: DirectIndentation, scales: Scales, kind: int) -> dict:
+    """The same of its motions along the normals, or across."""
+    of, at = indentation.kind == kind, np.minimum(indentation.axis, 1) == kind
+    seen, std = indentation.seen.any(axis=0) & at, indentation.moved_std_m[indentation.seen][of]
+    return {
+        "cells": int(seen.sum()),
+        "patches": len(np.unique(indentation.cluster[seen])),
+        "motion_std_m": float(np.median(std)) * scales.motion[kind] if len(std) else None,
+        "motion_scale": scales.motion[kind],
+        "motion_sharing": scales.sharing[kind],
     }

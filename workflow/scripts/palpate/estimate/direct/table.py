@@ -69,8 +69,9 @@ class SampleTable:
     stiffening : (p, k) array
         Logarithm of the second law's force over the first's; 0 at no depth.
     motion_m, motion_change_m : (p, k, c) arrays
-        Signed distance of the deformed from the undeformed surface, along each sample's normal,
-        under the first law, and what the second adds [m].
+        Signed distance of the deformed from the undeformed surface along each sample's normal, or
+        how far what was there has moved along its direction, under the first law, and what the
+        second adds [m].
     yielding : (p, k) array
         Logarithm of the first law's force on a foot that slides over that on one that sticks.
     motion_by_foot : (p, k, c) array
@@ -198,18 +199,26 @@ class SampleTable:
 
 
 def sample_table(
-    indentation_table: IndentationModel, cell_m: NDArray, normal: NDArray
+    indentation_table: IndentationModel,
+    cell_m: NDArray,
+    way: NDArray,
+    *,
+    material: NDArray | bool = False,
 ) -> SampleTable:
     """Take force, and motion of samples, from an indentation table.
 
     A sample's motion is where its normal meets the deformed surface. The material point that comes
-    to lie there is sought on the undeformed surface, which bends as the samples' normals turn.
+    to lie there is sought on the undeformed surface, which bends as the samples' normals turn. Or
+    it is that of the material that was at the sample, along any direction.
 
     Parameters
     ----------
     indentation_table : IndentationModel
-    cell_m, normal : (c, 3) arrays
-        Places on the undeformed surface, in the table's frame [m], and outward unit normals.
+    cell_m, way : (c, 3) arrays
+        Places on the undeformed surface, in the table's frame [m], and unit vectors: outward
+        normals, or of the material any.
+    material : (c,) bool array, optional
+        Of which samples the material is followed.
 
     Raises
     ------
@@ -219,17 +228,20 @@ def sample_table(
     table = indentation_table
     forces = force_table(table)
     surface = ClosestPoints(table.surface_rest_m, table.surface_faces)
-    bend = shape_operators(cell_m, normal)
+    material = np.broadcast_to(material, len(cell_m))
+    fixed = ~material
+    bend = shape_operators(cell_m[fixed], way[fixed])
 
     def motion(law: int, aside_m: NDArray | float = 0.0) -> NDArray:
         fields = table.surface_displacement_m[law]
-        places = cell_m + aside_m
-        return np.array(
-            [
-                [_motion(surface, field.astype(float), places, normal, bend) for field in steps]
-                for steps in fields
-            ]
-        )
+        places, found = cell_m + aside_m, np.zeros((*fields.shape[:2], len(cell_m)))
+        _, *corners = surface(places[material])
+        for at in np.ndindex(fields.shape[:2]):
+            field = fields[at].astype(float)
+            found[at][fixed] = _motion(surface, field, places[fixed], way[fixed], bend)
+            drawn = surface.interpolate(field, *corners)
+            found[at][material] = (drawn * way[material]).sum(axis=1)
+        return found
 
     first = motion(0)
     # A contact farther on is a sample farther back.

@@ -1,0 +1,111 @@
+"""What pictures tell of a surface's motion: along which ways, how far, how well, and where."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from palpate.estimate.direct.correspondences import ProbeInView
+from palpate.estimate.direct.motion import (
+    MotionAlong,
+    SurfaceMotion,
+    load_motion,
+    no_pictures,
+    save_motion,
+)
+from palpate.estimate.direct.options import Observation
+from palpate.estimate.direct.picture_motion import Pictures, with_pictures
+from palpate.surface.alignment import Alignment
+from palpate.vision.camera import PinholeCamera
+from scipy.ndimage import fourier_shift
+
+CAMERA = PinholeCamera(320, 240, 300.0, 300.0, 160.0, 120.0)
+# A flat that faces the camera half a metre away; its object frame is turned by a quarter.
+POSE = np.array([[0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 1, 0.5], [0, 0, 0, 1.0]])
+REST, MOVED_PX = 4, np.array([0.8, -0.5])
+ALIGNED = Alignment(POSE, np.zeros(3), REST, None)
+
+
+def motion():
+    """Samples that don't move along their normals."""
+    x, y = (one.ravel() for one in np.mgrid[-0.08:0.081:0.02, -0.08:0.081:0.02])
+    cell = np.column_stack([x, y, 0 * x])
+    frames, count = REST + 1, len(cell)
+    return SurfaceMotion(
+        cell_m=cell,
+        normal=np.tile([0.0, 0, -1], (count, 1)),
+        moved_m=np.zeros((frames, count)),
+        std_m=np.full((frames, count), 1e-4),
+        rest_height_m=np.zeros(count),
+        rest_std_m=np.full(count, 4e-5),
+        points=np.full((frames, count), 9),
+        rest_frames=np.arange(REST),
+        correlation_m=0.005,
+        pattern_m=0.0,
+        **no_pictures(frames, count),
+    )
+
+
+def probe(tip_m=(0.3, 0.3, -0.1)):
+    frames = REST + 1
+    tips, axes = np.tile(tip_m, (frames, 1)), np.tile([0.0, 0, 1], (frames, 1))
+    return ProbeInView(np.array([[0.0, 0, -0.5]]), tips, axes)
+
+
+def pictures(contrast=30.0):
+    rng = np.random.default_rng(1)
+    grain = cv2.GaussianBlur(rng.normal(size=(240, 320)), (0, 0), 1.5)
+    grain *= contrast / grain.std()
+    moved = np.fft.ifft2(fourier_shift(np.fft.fft2(grain), MOVED_PX[::-1])).real
+    seen = [grain] * REST + [moved]
+    noisy = [120 + one + rng.normal(0, 1.5, one.shape) for one in seen]
+    images = [np.clip(one, 0, 255).astype(np.uint8) for one in noisy]
+    return Pictures(images, CAMERA, np.zeros((240, 320), dtype=bool))
+
+
+def test_material_moves_across_the_line_of_sight():
+    found = with_pictures(motion(), ALIGNED, pictures(), probe(), Observation())
+    # A pixel is half a metre over 300, along the picture's columns and rows.
+    near = np.linalg.norm(found.cell_m, axis=1) < 0.03
+    assert found.across[:, near] @ POSE[:3, :3].T == pytest.approx(
+        np.broadcast_to(np.eye(3)[:2, None], (2, near.sum(), 3)), abs=0.06
+    )
+    sight = found.cell_m - [0, 0, -0.5]
+    assert (found.across * sight).sum(axis=-1) == pytest.approx(0, abs=1e-7)
+    expected = MOVED_PX * 0.5 / 300
+    seen = np.isfinite(found.across_m[-1]).all(axis=0)
+    assert seen.mean() > 0.9
+    assert np.median(found.across_m[-1][:, seen], axis=1) == pytest.approx(expected, abs=3e-5)
+    assert (found.across_std_m[:, seen] < 1e-4).all()
+    error = found.across_m[-1][:, seen & near] - expected[:, None]
+    assert np.abs(error).max() < 5 * found.across_std_m[:, seen & near].max()
+
+
+def test_nothing_is_told_without_texture_or_past_the_probe():
+    bare = with_pictures(motion(), ALIGNED, pictures(0.0), probe(), Observation())
+    assert not np.isfinite(bare.across_m).any()
+    hidden = with_pictures(motion(), ALIGNED, pictures(), probe((0, 0, -0.01)), Observation())
+    near = np.linalg.norm(hidden.cell_m, axis=1) < 0.015
+    assert near.any() and not np.isfinite(hidden.across_m[:, :, near]).any()
+
+
+def test_motions_are_written_and_taken_apart(tmp_path):
+    found = with_pictures(motion(), ALIGNED, pictures(), probe(), Observation())
+    save_motion(tmp_path / "motion.npz", found)
+    again = load_motion(tmp_path / "motion.npz")
+    assert all(np.array_equal(getattr(again, k), v, equal_nan=True) for k, v in vars(found).items())
+    each, count = MotionAlong.of(again), len(found.cell_m)
+    assert np.bincount(each.axis).tolist() == [count] * 3
+    assert np.array_equal(each.moved_m[:, each.axis == 2], found.across_m[:, 1], equal_nan=True)
+    assert np.array_equal(np.isfinite(each.std_m), np.isfinite(each.moved_m))
+    assert MotionAlong.of(motion()).way.shape == (count, 3)
+
+
+def test_pictures_of_another_film_are_refused():
+    shown = pictures()
+    fewer = replace(shown, images=shown.images[1:])
+    with pytest.raises(ValueError, match="frames: expected 4, one a picture, found clouds of 5"):
+        with_pictures(motion(), ALIGNED, fewer, probe(), Observation())
+    other = replace(shown, background=np.zeros((24, 32), dtype=bool))
+    with pytest.raises(ValueError, match="mask: expected the pictures'"):
+        with_pictures(motion(), ALIGNED, other, probe(), Observation())

@@ -1,0 +1,130 @@
+"""The surface's motion across the lines of sight, from the pictures that the camera took.
+
+What a depth camera tells of a motion is what comes towards it, with tenths of a millimetre of
+noise. Its picture tells the rest with hundredths, wherever the surface has a texture: how far the
+surface is drawn in towards the contact, which hangs on Poisson's ratio alone (K. L. Johnson,
+Contact Mechanics, 1985, Section 3.4).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.estimate.direct.correspondences import ProbeInView, passed_by_probe
+from palpate.estimate.direct.motion import SurfaceMotion, noise_variance
+from palpate.estimate.direct.options import Observation
+from palpate.surface.alignment import Alignment
+from palpate.surface.pose import to_camera
+from palpate.vision.camera import PinholeCamera
+from palpate.vision.flow import picture_flow
+
+# Windows have an odd number of pixels, enough to hold some texture, and no more than is of use.
+NARROWEST_PX, WIDEST_PX = 13, 41
+# By which places are moved to see how their pictures do [m].
+STEP_M = 1e-4
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """What a camera took of a press.
+
+    Attributes
+    ----------
+    images : sequence of (h, w, 3) or (h, w) uint8 arrays
+    camera : PinholeCamera
+    background : (h, w) bool array
+        Pixels that show nothing but the background in all of them.
+    """
+
+    images: Sequence[NDArray]
+    camera: PinholeCamera
+    background: NDArray
+
+
+def with_pictures(
+    motion: SurfaceMotion,
+    alignment: Alignment,
+    pictures: Pictures,
+    probe: ProbeInView,
+    options: Observation,
+) -> SurfaceMotion:
+    """Add to a surface's motion what pictures show of it across their lines of sight.
+
+    Parameters
+    ----------
+    motion : SurfaceMotion
+        Along the normals.
+    alignment : Alignment
+    pictures : Pictures
+    probe : ProbeInView
+        From where the pictures were taken.
+    options : Observation
+
+    Returns
+    -------
+    SurfaceMotion
+        Samples without texture are not numbers.
+
+    Raises
+    ------
+    ValueError
+        If there are not as many pictures as frames, or the background is of others.
+    """
+    _require_same(motion, pictures)
+    seen_at = motion.cell_m + motion.rest_height_m[:, None] * motion.normal
+    places = to_camera(alignment.camera_from_object, seen_at)
+    way, px_per_m = _ways(places, alignment, pictures.camera)
+    flow = picture_flow(
+        pictures.images,
+        motion.rest_frames,
+        pictures.camera.project(places),
+        pictures.background,
+        window_px=_window_px(places, pictures.camera, options),
+    )
+    moved = np.moveaxis(flow, 2, 1) / px_per_m
+    hidden = passed_by_probe(motion.cell_m, probe, options) | ~np.isfinite(motion.moved_m)
+    moved[np.broadcast_to(hidden[:, None], moved.shape)] = np.nan
+    seen = np.isfinite(moved[motion.rest_frames]).sum(axis=0) >= options.fewest_rest_frames
+    moved[:, ~seen] = np.nan
+    std, rest_std = np.full((2, *seen.shape), np.nan)
+    for axis, there in enumerate(seen):
+        if not there.any():
+            continue
+        moved[:, axis, there] -= np.nanmean(moved[motion.rest_frames, axis][:, there], axis=0)
+        variance, own = noise_variance(moved[motion.rest_frames, axis][:, there])
+        std[axis, there], rest_std[axis, there] = np.sqrt(variance), np.sqrt(variance / own)
+    # What has no texture is followed to anywhere.
+    vague = ~(std * px_per_m < options.largest_flow_std_px).all(axis=0)
+    moved[:, :, vague] = np.nan
+    return replace(motion, across=way, across_m=moved, across_std_m=std, across_rest_std_m=rest_std)
+
+
+def _require_same(motion: SurfaceMotion, pictures: Pictures) -> None:
+    """Refuse pictures of another film, and a background of other pictures."""
+    frames, size = len(motion.moved_m), np.shape(pictures.images[0])[:2]
+    if len(pictures.images) != frames:
+        found = f"clouds of {frames}"
+        raise ValueError(f"frames: expected {len(pictures.images)}, one a picture, found {found}")
+    if size != pictures.background.shape:
+        found = pictures.background.shape
+        raise ValueError(f"mask: expected the pictures' {size} pixels, found {found}")
+
+
+def _ways(
+    places_m: NDArray, alignment: Alignment, camera: PinholeCamera
+) -> tuple[NDArray, NDArray]:
+    """Directions that move places along a picture's columns and rows, (2, c, 3), and px a metre."""
+    steps = STEP_M * np.eye(3)
+    pairs = [(camera.project(places_m + s), camera.project(places_m - s)) for s in steps]
+    slopes = np.stack([(after - before) / (2 * STEP_M) for after, before in pairs], axis=-1)
+    slopes = slopes.swapaxes(0, 1)
+    px_per_m = np.linalg.norm(slopes, axis=2)
+    return slopes / px_per_m[..., None] @ alignment.camera_from_object[:3, :3], px_per_m
+
+
+def _window_px(places_m: NDArray, camera: PinholeCamera, options: Observation) -> int:
+    """Side of a window on the surface, in whole pixels."""
+    wide = options.flow_window_m * camera.fx_px / float(np.median(places_m[:, 2]))
+    return int(np.clip(2 * round((wide - 1) / 2) + 1, NARROWEST_PX, WIDEST_PX))
