@@ -15,7 +15,12 @@ from made_up_press import (
     support_axes,
 )
 from palpate.estimate.direct.blocks import Scales, blocks_of
-from palpate.estimate.direct.budget import OWN_SOURCES, budget_of, covariance_of
+from palpate.estimate.direct.budget import (
+    OWN_SOURCES,
+    _likely_excess,
+    budget_of,
+    covariance_of,
+)
 from palpate.estimate.direct.deviations import with_depth_errors
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import OWN, DirectIndentation, Parameters, linearised
@@ -23,7 +28,8 @@ from palpate.estimate.direct.interval import intervals
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
 from palpate.estimate.direct.prior import prior_of
 from palpate.estimate.direct.quantities import NAMES, quantities_of
-from scipy.stats import t
+from scipy.integrate import quad
+from scipy.stats import chi2, halfnorm, t
 
 # A ratio of the made-up solid's table: between them its derivatives are interpolated.
 E, NU = 25e3, 0.35
@@ -369,13 +375,34 @@ def test_captures_that_are_apart(count):
     errors = np.linspace(-0.05, 0.05, count) if count > 1 else np.zeros(1)
     alike = budget(NOTHING, *[PRESS] * count)
     apart = budget(NOTHING, *(replace(PRESS, force_n=PRESS.force_n * (1 + e)) for e in errors))
-    assert "captures apart" not in {one.name for one in alike.sources}
     if count == 1:
+        assert "captures apart" not in {one.name for one in alike.sources}
         return
-    found, variance = line(apart, "captures apart"), errors.var(ddof=1) / count
-    told = sum(line(apart, f"noise of the {kind}").contributions[0] ** 2 for kind in KINDS)
-    assert found.contributions[0] == pytest.approx(np.sqrt(variance - told), rel=0.02)
-    assert (found.freedom == count - 1).all()
+    for found, variance in ((alike, 0.0), (apart, errors.var(ddof=1) / count)):
+        told = sum(line(found, f"noise of the {kind}").contributions[0] ** 2 for kind in KINDS)
+        expected = told * likely_excess(variance / told, count - 1)
+        part = line(found, "captures apart").contributions[0] ** 2
+        assert part == pytest.approx(expected, rel=0.05)
+
+
+def likely_excess(scatter, freedom):
+    """Mean of tau^2: a half-normal prior of 0.5, and variances that scatter like chi squared."""
+
+    def weight(tau):
+        spread = 1 + tau**2
+        likely = chi2.pdf(freedom * scatter / spread, freedom) / spread if scatter else 1.0
+        return halfnorm.pdf(tau, scale=0.5) * (likely if scatter else spread ** (-freedom / 2))
+
+    whole, _ = quad(weight, 0, 10, points=[0.5, 2])
+    return quad(lambda tau: tau**2 * weight(tau), 0, 10, points=[0.5, 2])[0] / whole
+
+
+def test_two_captures_are_not_apart_by_chance():
+    """Of alike ones a third scatters more than expected; ten times as far is no chance."""
+    alone, far = (_likely_excess(np.array([scatter]), 1)[0] for scatter in (1.0, 100.0))
+    assert alone < 0.25 and far > 4
+    # Many captures tell it themselves.
+    assert _likely_excess(np.array([3.0]), 200)[0] == pytest.approx(2.0, rel=0.2)
 
 
 def test_an_interval_is_student_s_quantile_of_what_the_budget_holds():

@@ -18,6 +18,9 @@ from palpate.estimate.direct.prior import UNMOVED, Prior, prior_of, scaled_inver
 from palpate.estimate.direct.quantities import LOG_MODULI, NAMES, Quantities
 from palpate.estimate.direct.rig import rig_errors
 
+# By how much captures may be apart for no reason that is known, in deviations of one of them (half
+# of a normal distribution), and what is tried.
+PRIOR_EXCESS, EXCESSES = 0.5, np.linspace(0, 10, 1001)
 # Fewer patches or frames don't tell their own scatter.
 FEWEST_PARTS = 4.0
 COLUMNS = [
@@ -194,8 +197,9 @@ def _of_noise(onto: NDArray, best: Solution) -> list[Source]:
 def _of_captures(onto: NDArray, best: Solution, told: NDArray) -> list[Source]:
     """By how much captures are farther apart than their noise and own unknowns explain.
 
-    What each capture moves the moduli by, less the mean of all, against what was told of it: the
-    excess, as in a meta-analysis (R. DerSimonian and N. Laird, Control. Clin. Trials 7, 1986, 177).
+    What each capture moves the moduli by, less the mean of all, against what was told of it. Of so
+    few captures a third is farther apart than expected by chance alone, so the excess is what is
+    likely with `PRIOR_EXCESS` known beforehand (A. Gelman, Bayesian Anal. 1, 2006, 515).
 
     Parameters
     ----------
@@ -214,10 +218,18 @@ def _of_captures(onto: NDArray, best: Solution, told: NDArray) -> list[Source]:
             for at, block in placed(best, shared)
         ]
     )
-    scatter = count * moved.var(axis=0, ddof=1)
-    parts = np.sqrt(np.maximum(scatter - told, 0.0))
-    freedom = np.full(len(parts), count - 1.0)
-    return [Source("captures apart", float(parts.max()), "1", parts, freedom)]
+    scatter = count * moved.var(axis=0, ddof=1) / np.maximum(told, 1e-300)
+    parts = np.sqrt(told * _likely_excess(scatter, count - 1))
+    return [Source("captures apart", float(parts.max()), "1", parts)]
+
+
+def _likely_excess(scatter: NDArray, freedom: int) -> NDArray:
+    """Variance beyond 1 that variances of so many degrees of freedom speak for, as many."""
+    excess = EXCESSES[:, None] ** 2
+    cost = freedom * (np.log1p(excess) + scatter / (1 + excess))
+    cost = cost + (EXCESSES[:, None] / PRIOR_EXCESS) ** 2
+    weight = np.exp((cost.min(axis=0) - cost) / 2)
+    return (weight * excess).sum(axis=0) / weight.sum(axis=0)
 
 
 def _shares(onto: NDArray, block: Blocks, kind: str) -> tuple[NDArray, NDArray]:
