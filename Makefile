@@ -12,8 +12,8 @@ CUT := $(SNAKEMAKE) --configfile tests/cut/config.yaml
 GLUED := 01 $(addprefix 01-a0,1 2 3 4 5 6 7 8 9) 01-a10 02
 PRESSES := $(addprefix glued_block/bumblebee/,$(GLUED)) loose_block/bumblebee/01 \
   $(addprefix bad_bench/bumblebee/,01 01-a01)
-# Figures of a full run that README.md shows.
-PICTURES := overview growth
+# Figures that README.md and docs show, of a full run, of `make bench sections="growth rig"`.
+PICTURES := overview growth rig_pivot rig_load rig_stiffness
 REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
 # What follows a run: captures $(1), results $(2), the run's command $(3).
@@ -118,7 +118,7 @@ audit: .venv/installed
 docs: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python -m palpate.run.options_page docs/options.md
 
-# From the last `make results`: docs/pictures holds copies, nothing drawn by hand.
+# From the last `make results` and `make bench`: docs/pictures holds copies, nothing drawn by hand.
 pictures:
 	cp $(PICTURES:%=results/figures/%.png) docs/pictures/
 

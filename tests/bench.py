@@ -16,6 +16,7 @@ from bench_growth import growth_rows
 from bench_information import information_rows
 from bench_lab import lab_rows
 from bench_laws import law_rows
+from bench_rig import rig_rows
 from bench_scale import scale_rows
 from bench_solid import solid_rows
 from bench_study import study_rows
@@ -61,9 +62,10 @@ SECTIONS = {
     "growth": growth_rows,
     "laws": law_rows,
     "information": information_rows,
+    "rig": rig_rows,
 }
-# Measured when they are named: a quarter of an hour each, the last some minutes.
-APART = ("growth", "laws", "information")
+# Measured when they are named: a quarter of an hour each, the last two some minutes.
+APART = ("growth", "laws", "information", "rig")
 
 
 def main(target: Path, sections: list[str]) -> None:

@@ -103,6 +103,9 @@ def test_what_does_not_fit_is_said(root, monkeypatch):
     asks = replace(capture, sensor=capture.sensor | {"optics": "calibration"})
     with pytest.raises(ValueError, match="optics: expected the calibration.json that kinect's"):
         palpate.measure(asks)
+    asks = replace(capture, probe=capture.probe | {"tip": "calibration"})
+    with pytest.raises(ValueError, match="tip: expected the tip.json that the file of nano25"):
+        palpate.measure(asks)
     scans = replace(capture, declared=capture.declared | {"template": {"scans": "scans"}})
     with pytest.raises(ValueError, match="template.file: expected a mesh, found scans"):
         _ = scans.template

@@ -17,6 +17,7 @@ from palpate.run.digest import follow
 from palpate.run.job_run import own_run
 from palpate.run.lock import begin_run, last_holders
 from palpate.run.many import ManyObjects
+from palpate.run.pace import pace_of
 from palpate.run.places import sources_of
 from palpate.run.progress import GOES_ON, Plan, be_brief
 from palpate.run.refusal import refuse, require_values
@@ -75,7 +76,12 @@ onstart:
     except ValueError as error:
         refuse(error)
     PLAN.show()
-    be_brief(logger, len(workflow.dag))
+    PACE = pace_of(
+        workflow.dag.needrun_jobs(),
+        benchmarks=Path(RUN.results("benchmarks")),
+        cores=workflow.resource_settings.cores,
+    )
+    be_brief(logger, len(workflow.dag), PACE)
 
 
 onerror:

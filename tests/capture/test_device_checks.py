@@ -3,7 +3,9 @@
 import copy
 
 import cv2
+import numpy as np
 import pytest
+import yaml
 from palpate.capture.device_checks import (
     BITS,
     TAGS,
@@ -11,9 +13,12 @@ from palpate.capture.device_checks import (
     bent_transforms,
     dead_gauges,
     impossible_optics,
+    said_twice,
     unlike_tips,
+    unsure_tips,
 )
-from palpate.capture.schema import SCHEMAS, load_yaml
+from palpate.capture.devices import read_device
+from palpate.capture.schema import SCHEMAS, load_yaml, validate
 
 PATHS = {"sensors": "sensors", "probes": "probes"}
 
@@ -47,6 +52,69 @@ def test_a_shift_in_millimetres(sensors, probe):
     probe["marker_from_force"][0][3] = 30.0
     (line,) = bent_transforms({"a": probe}, {}, PATHS)
     assert line.endswith("expected a rotation and a shift, found a shift of 30 m (metres?)")
+
+
+def test_covariances_that_no_tip_has(probe):
+    right = [[4e-10, 1e-10, 0], [1e-10, 4e-10, 0], [0, 0, 9e-10]]
+    assert unsure_tips({"a": probe}, "p") == []
+    for rows, told in (
+        (right, ""),
+        ([[4e-10, 1e-10, 0], [2e-10, 4e-10, 0], right[2]], "a symmetric matrix, found 1e-10 and"),
+        ([[4e-10, 5e-10, 0], [5e-10, 4e-10, 0], right[2]], "variances above 0 in all directions"),
+        (np.eye(3).tolist(), "deviations up to 0.02 m, found 1 m (square metres?)"),
+    ):
+        found = unsure_tips({"a": probe | {"tip_covariance_m2": rows}}, "p")
+        assert len(found) == bool(told)
+        assert all(f"p/a.yaml: tip_covariance_m2: expected {told}" in line for line in found)
+    asks = probe | {"tip": "calibration", "tip_covariance_m2": right}
+    (line,) = said_twice({"a": asks}, "p")
+    assert "expected none beside tip: calibration (tip.json has it), found one" in line
+
+
+@pytest.mark.parametrize(
+    ("field", "deviation", "file"),
+    [
+        ("axes", "axes_std_rad", "load.json"),
+        ("stiffness_n_m", "compliance_std_m_n", "stiffness.json"),
+    ],
+)
+def test_a_deviation_of_what_is_asked_for(probe, field, deviation, file):
+    asks = probe | {field: "calibration"}
+    assert said_twice({"a": asks}, "p") == []
+    (line,) = said_twice({"a": asks | {deviation: 1e-6}}, "p")
+    expected = f"expected none beside {field}: calibration ({file} has it), found one"
+    assert line == f"p/a.yaml: {deviation}: {expected}"
+
+
+@pytest.mark.parametrize(
+    ("known", "told"),
+    [
+        ({"compliance_std_m_n": -1e-6}, "compliance_std_m_n: expected a number > 0, found -1e-06"),
+        ({"load": "weighed"}, "load: expected calibration, found 'weighed'"),
+        ({"stiffness_n_m": [1]}, "stiffness_n_m: expected a number or a text, found [1]"),
+        ({"axes_std_rad": 0}, "axes_std_rad: expected a number > 0, found 0"),
+        ({"axes_std_rad": "1 deg"}, "axes_std_rad: expected a number, found '1 deg'"),
+        ({"tip_std_m": 1e-5}, "tip_std_m: expected one of axes, axes_std_rad, compliance_std_m_n"),
+        ({"tip_covariance_m2": [[1e-9] * 3] * 2}, "covariance_m2: expected at least 3 entries"),
+        ({"tip_covariance_m2": [[1e-9] * 4] + [[1e-9] * 3] * 2}, "m2.0: expected at most 3 entr"),
+    ],
+)
+def test_a_wrong_uncertainty_is_one_line(probe, known, told):
+    (line,) = validate(probe | known, SCHEMAS / "probe.schema.yaml", "p.yaml")
+    assert told in line
+
+
+def test_uncertainties_stand_in_a_probes_file(probe, tmp_path):
+    known = {"axes_std_rad": 0.001, "compliance_std_m_n": 2e-6}
+    known |= {"tip_covariance_m2": (np.eye(3) * 1e-9).tolist()}
+    known |= {"load": probe["load"] | {"mass_std_kg": 4e-5}}
+    path = tmp_path / "nano25_sphere.yaml"
+    path.write_text(yaml.safe_dump(probe | known))
+    assert read_device(path, "probes") == (probe | known, ())
+    known["tip_covariance_m2"][0][0] = -1e-9
+    path.write_text(yaml.safe_dump(probe | known))
+    (line,) = read_device(path, "probes")[1]
+    assert f"{path}: tip_covariance_m2: expected variances above 0" in line
 
 
 @pytest.mark.parametrize(("stem_m", "lines"), [(0.03, 0), (0.001, 1), (0.061, 1)])

@@ -113,7 +113,8 @@ def test_a_stereo_heads_cameras_are_left_and_right(calibration, root):
 
 def test_an_unknown_experiment(tmp_path, kinect):
     [line] = check_experiment(tmp_path / "juggling", kinect)
-    assert "expected one of calibration, cd_case, loading, planes, workspace" in line
+    known = "calibration, cd_case, load, loading, pivot, planes, stiffness, workspace"
+    assert f"expected one of {known}" in line
 
 
 @pytest.mark.parametrize("text", ["", "- simulated\n", "provenance: maybe\n"])

@@ -39,6 +39,7 @@ from import_help import (
 )
 from palpate.__main__ import main
 from palpate.capture.depth import depth_of
+from palpate.capture.experiments import check_experiment
 from palpate.capture.force_record import GAUGE_COLUMNS
 from palpate.capture.images import read_image
 from palpate.capture.tables import read_force, read_frames
@@ -302,3 +303,20 @@ def test_wrenches_without_stamps_can_take_the_receipts(tmp_path, capsys):
     assert "--receive-clock" in capsys.readouterr().err
     assert bring(bag, target, "--receive-clock") == 0
     assert_same(target, film)
+
+
+def test_films_of_the_probe(film, tmp_path):
+    """Into raw/sensors: a turning handle has no force; what was held free has an empty table."""
+    recording, folder = ros1(tmp_path, film), tmp_path / "raw/sensors/camera"
+    sensors = tmp_path / "sensors"
+    assert bring(recording, folder / "pivot", sensors=sensors) == 0
+    assert not (folder / "pivot/force.csv").exists()
+    assert len(read_frames(folder / "pivot")) == FRAMES
+    assert bring(recording, folder / "load", sensors=sensors) == 0
+    assert bring(recording, folder / "load", "--background", sensors=sensors) == 0
+    spec = yaml.safe_load((sensors / "camera.yaml").read_text())
+    assert spec["sensor"] == "camera"
+    assert len(read_force(folder / "load")) > 0
+    assert not (folder / "load/background/force.csv").exists()
+    assert check_experiment(folder / "pivot", spec) == []
+    assert check_experiment(folder / "load", spec) == []

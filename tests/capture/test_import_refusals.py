@@ -117,6 +117,7 @@ def test_two_topics_that_could_be_meant(film, tmp_path, capsys):
         ("raw/block/scans/08", r"scans/08: sensor: expected a name of small .*, found scans$"),
         ("raw/block/My Cam/08", r"08: sensor: expected .*, like d435, found My Cam$"),
         ("raw/sensors/camera/08", r"08: object: expected a name of letters.*, found sensors$"),
+        ("raw/sensors/My Cam/load", r"load: sensor: expected .*, like d435, found My Cam$"),
         ("raw/My Cow/camera/08", r"08: object: expected .*, like red_sponge, found My Cow$"),
         ("raw/block/camera/background", "capture: expected --background for this name"),
     ],
@@ -353,3 +354,5 @@ def test_nothing_to_import(tmp_path, capsys):
     options = ["--background", "--force", "a.csv"]
     line = refused(capsys, tmp_path, tmp_path, *options, target="raw/block/camera")
     assert_like("--force: expected none with --background", line)
+    line = refused(capsys, tmp_path, tmp_path, *options[1:], target="raw/sensors/camera/pivot")
+    assert_like("--force: expected none for .*/pivot, found a.csv", line)

@@ -3,6 +3,7 @@
 import re
 import shutil
 
+import numpy as np
 import pytest
 import yaml
 from import_help import bring, mcap_file, tum
@@ -113,6 +114,28 @@ def test_what_may_be_left_out_fits_when_it_is_put_in(lab, root):
     assert validate(spec, SCHEMAS / "probe.schema.yaml", "probe.yaml") == []
 
 
+@pytest.mark.parametrize(
+    ("board", "fields"),
+    [
+        ("charuco", ["squares", "square_m", "tag_m", "dictionary"]),
+        ("aprilgrid", ["tags", "tag_m", "gap_m", "dictionary"]),
+    ],
+)
+def test_a_board_with_tags(lab, capsys, board, fields):
+    assert main(["new", "sponge", "--board", board]) == 0
+    path = lab / "config/probes/probe.yaml"
+    assert list(load_yaml(path)["marker"]) == ["kind", *fields]
+    printed = ["--tags", "6x5"] if board == "aprilgrid" else ["--squares", "7x5"]
+    sides = ["--tag-mm", "12", "--gap-mm", "3"] if board == "aprilgrid" else ["--square-mm", "15"]
+    capsys.readouterr()
+    assert main(["board", board, *printed, *sides, "--output", str(lab / "board.pdf")]) == 0
+    block = yaml.safe_load(capsys.readouterr().out)
+    real = {"probe": "probe", "indenter": {"shape": "sphere", "radius_m": 0.006}} | block
+    real |= {key: np.eye(4).tolist() for key in ("marker_from_force", "force_from_tip")}
+    real["exclusion"] = {"radius_m": 0.035, "tip_radius_m": 0.0085, "board_radius_m": 0.09}
+    assert validate(fill_in(path, real), SCHEMAS / "probe.schema.yaml", "probe.yaml") == []
+
+
 @pytest.fixture
 def cow(lab, root):
     """The own object begun anew under its names, with its numbers filled in, and its captures."""
@@ -148,6 +171,25 @@ def test_an_own_object_from_its_files_to_nothing_wrong(cow, lab, monkeypatch, ca
     assert "../raw/toy_cow: nothing wrong" in capsys.readouterr().out
 
 
+def test_a_film_that_a_run_will_miss(cow, lab, capsys):
+    path = lab / "config/probes/bench_probe.yaml"
+    path.write_text(path.read_text() + "\ntip: calibration\n")
+    capsys.readouterr()
+    assert main(["check", "raw/toy_cow"]) == 1
+    place = "raw/sensors/bench_cam/pivot"
+    expected = f"expected a film of the turning handle in {place}, found none"
+    said = capsys.readouterr().out
+    assert said.splitlines()[0] == f"config/probes/bench_probe.yaml: tip: {expected}"
+    (lab / place).mkdir(parents=True)
+    assert main(["check", "raw/toy_cow"]) == 0
+    (lab / "config/config.yaml").write_text("experiments: {probe: stick}\n")
+    assert main(["check", "raw/toy_cow"]) == 1
+    expected = "expected a film of bench_probe (experiments.probe, in config/config.yaml)"
+    assert f"bench_probe.yaml: tip: {expected}, found one of stick" in capsys.readouterr().out
+    (lab / "config/config.yaml").write_text("experiments: {probe: bench_probe}\n")
+    assert main(["check", "raw/toy_cow"]) == 0
+
+
 @pytest.mark.long
 def test_files_of_others_do_not_hold_up_an_object(cow, lab, capsys):
     assert main(["new", "sponge", "--sensor", "eye"]) == 0
@@ -157,7 +199,7 @@ def test_files_of_others_do_not_hold_up_an_object(cow, lab, capsys):
     assert lines[0] == "raw/toy_cow: nothing wrong"
     probe, eye = lines[-2:]
     assert probe.startswith("worth a look: config/probes/probe.yaml: indenter.radius_m: expected")
-    assert probe.endswith("and 7 more (not used here, but a run refuses it)")
+    assert probe.endswith("and 7 more (not used here)")
     assert eye.startswith("worth a look: config/sensors/eye.yaml: frame_rate_hz: expected")
     assert main(["check", "raw/toy_cow", "raw/sponge"]) == 1
     assert "worth a look" not in capsys.readouterr().out

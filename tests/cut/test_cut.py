@@ -20,10 +20,16 @@ NOT_RUN = {
     "lab": "a target: all that the lab makes",
     "validation": "a target",
     "curve": OWN_OBJECTS,
+    "own_data": OWN_OBJECTS,
+    "own_fit": OWN_OBJECTS,
     "own_hertz_fit": OWN_OBJECTS,
+    "own_known": OWN_OBJECTS,
     "own_moduli": OWN_OBJECTS,
     "own_report": OWN_OBJECTS,
     "own_surface": OWN_OBJECTS,
+    "tip": "for a film of the turning handle, of which the study has none",
+    "load": "for a film of the probe held free, of which the study has none",
+    "stiffness": "for a film of a press on something rigid, of which the study has none",
 }
 SENSORS = ("bumblebee", "kinect")
 # Of the modulus where all else is known. The block is found 2 % off, ball and ear, whose curved
@@ -95,9 +101,9 @@ def found(results):
     return pd.read_csv(results / "tables/accuracy.csv")
 
 
-def test_coarse_tables_press_a_little_too_hard(stiffer):
-    """Elements hold a solid; what a table is off by is taken out of the estimates below."""
-    assert stiffer.between(1.0, 1.2).all()
+def test_coarse_tables_press_nearly_as_hard_as_the_lab(stiffer):
+    """What a table is off by, 1 to 11 % here, is taken out of the estimates below."""
+    assert stiffer.between(0.98, 1.15).all()
 
 
 def test_recommended_intervals_hold_the_truth(found, stiffer):

@@ -21,7 +21,7 @@ OPTIONS = Fit(
     rig=NO_RIG,
     model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0, nu_loose=0.0),
 )
-START = Parameters(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, *map(np.zeros, (3, 2, 3)))
+START = Parameters(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, *map(np.zeros, (3, 2, 2, 3)))
 ACROSS = rocking_axes(np.array([0.0, 0.0, -1.0]))
 STANDING = floor(1e-3, height_m=-0.05, contact="resting")
 
@@ -42,6 +42,8 @@ def model_of(cell_m):
     r, step = np.linalg.norm(cell_m, axis=1), 1e-4
     ends = [(motion(step * axis), motion(-step * axis)) for axis in ACROSS]
     by_place = np.array([(far - near) / (2 * step) for far, near in ends])
+    # Of no sample the material is followed.
+    by_place = np.concatenate([by_place, 0 * by_place])
     stiffening = np.outer(0.4 - 0.4 * nus, np.sqrt(depth / 0.009))
     change = -0.2 * stiffening[..., None] * depth[:, None] * (RADIUS_M / r) ** 2
     sticks = np.zeros_like(force), np.zeros_like(change)
@@ -128,7 +130,10 @@ def press_of(
         force = np.interp(time + late_s, fine, whole)
     force = force + noise * rng.normal(0, 0.003 * force.max(), frames)
     used = np.flatnonzero(depth > least_m)[:kept]
-    motion = model.motion(depth[used], nu, laws[1], np.array(beside_m), foot).motion_m
+    # What the force moves hangs on the force, whatever the law at the contact.
+    first = model.depth(elastic[used] / E, nu, 0.0, foot).depth_m
+    places = np.append(beside_m, [0.0, 0.0])
+    motion = model.motion(first, nu, laws[1], places, foot).motion_m
     motion = motion + noise * rng.normal(0, motion_std_m, motion.shape)
     offset = noise * rng.normal(0, offset_std_m)
     measured = depth[used] + offset + noise * rng.normal(0, 8e-5, len(used))
@@ -138,6 +143,7 @@ def press_of(
         time_s=time,
         force_n=force,
         sideways_n=0.1 * force,
+        tip_depth_m=depth,
         frames=used,
         frames_beyond=0,
         oblique_rad=0.0,
@@ -160,6 +166,7 @@ def press_of(
         shift_std_m=2e-5,
         place_expected_m=np.zeros(2),
         place_std_m=5e-4,
+        picture_std_m=1e-3,
         patch_m=0.02,
         cluster=cluster,
         support_axes=support_axes(cell, support or replace(STANDING, contact="bonded")),

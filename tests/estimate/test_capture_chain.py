@@ -8,6 +8,7 @@ from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.motion import SurfaceMotion, no_pictures
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.direct.options import Fit, Observation
+from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.capture import align_first
@@ -16,7 +17,7 @@ from palpate.surface.pose import to_object
 from palpate.vision.force import FORCE
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Force
-from palpate.vision.probe import AXIS
+from palpate.vision.probe import AXIS, marker_transforms
 from synthetic_capture import (
     CLOCK_S,
     NU,
@@ -81,6 +82,7 @@ def record(synthetic):
         stiffness_n_m=np.inf,
         clock_offset_s=CLOCK_S,
         clock_std_s=0.02,
+        turns=marker_transforms(synthetic.poses)[:, :3, :3],
     )
 
 
@@ -201,11 +203,13 @@ def test_what_is_handed_on_is_the_capture_s(plain, synthetic, record):
     assert [plain.clock_expected_s, plain.clock_std_s] == [CLOCK_S, 0.02]
     assert plain.offset_std_m == pytest.approx(np.hypot(TIP_STD_M, options.offset_std_m))
     stds = [plain.tip_std_m, plain.pattern_std_m, plain.shift_std_m, plain.place_std_m]
+    stds.append(plain.picture_std_m)
     assert stds == [
         TIP_STD_M,
         options.depth_pattern_std_m,
         options.shift_std_m,
         options.place_std_m,
+        options.picture_std_m,
     ]
 
 
@@ -219,6 +223,8 @@ def test_a_force_across_is_no_force_along(direct, record, synthetic):
 def test_a_probe_that_gives_way_goes_in_less_than_its_board_goes_down(direct, plain):
     found = direct(stiffness_n_m=5e3)
     assert plain.depth_m - found.depth_m == pytest.approx(plain.force_n[plain.frames] / 5e3)
+    assert plain.tip_depth_m - found.tip_depth_m == pytest.approx(plain.force_n / 5e3)
+    assert np.array_equal(found.depth_m, found.tip_depth_m[found.frames])
 
 
 def off_m(found, radius_m, place_m):
@@ -229,7 +235,8 @@ def off_m(found, radius_m, place_m):
         return sunk_m(found.cell_m + [x, 0, 0], depth, radius_m)[0] * found.way[:, 2]
 
     by_x = (truth(-1e-4) - truth(1e-4)) / 2e-4
-    error = found.table.motion(depth, NU, 0.0, place_m).motion_m[0] - truth(0.0)
+    places = np.append(place_m, [0.0, 0.0])
+    error = found.table.motion(depth, NU, 0.0, places).motion_m[0] - truth(0.0)
     return float(error @ by_x / (by_x @ by_x))
 
 
@@ -296,7 +303,8 @@ def test_from_clouds_and_forces_to_the_moduli(synthetic, sensors):
     near = np.linalg.norm(motion.cell_m[top] - POINT_M, axis=1) < 0.05
     assert abs(np.nanmean(error[30:LAST, near])) < 1e-5
     assert np.nanstd(error[30:LAST, near]) < 8e-5
-    record = ProbeRecord(TIME_S, tips, forces, TIP_STD_M, np.inf, clock.offset_s, 0.01)
+    turns = marker_transforms(synthetic.poses)[:, :3, :3]
+    record = ProbeRecord(TIME_S, tips, forces, TIP_STD_M, np.inf, clock.offset_s, 0.01, turns)
     surface = SmoothSurface(synthetic.template.vertices_m, synthetic.template.faces)
     one = direct_indentation(
         record, motion, aligned, surface, synthetic.table(), synthetic.support, Fit()
@@ -306,3 +314,15 @@ def test_from_clouds_and_forces_to_the_moduli(synthetic, sensors):
         assert moduli[name].low < truth < moduli[name].high
         assert moduli[name].verdict == "identified"
     assert moduli["equivalent_reduced_modulus_pa"].value == pytest.approx(E / (1 - NU**2), rel=0.05)
+
+
+def test_a_tips_covariance_turns_with_the_probe(synthetic, direct, plain):
+    """Of an error along the press in the board's frame all is the depth's zero, and none place."""
+    turn = marker_transforms(synthetic.poses)[-1, :3, :3]
+    press = turn.T @ synthetic.camera_from_object[:3, :3] @ -UP
+    along = 1e-6 * np.outer(press, press) + 1e-16 * np.eye(3)
+    found = direct(uncertainty=ProbeUncertainty(tip_covariance_m2=along))
+    assert found.offset_std_m == pytest.approx(np.hypot(plain.offset_std_m, 1e-3), rel=1e-4)
+    assert found.place_std_m == pytest.approx(np.sqrt(0.75) * plain.place_std_m, rel=1e-4)
+    # The probe goes straight down.
+    assert np.abs(found.turned_m_s2).max() < 0.05

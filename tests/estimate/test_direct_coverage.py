@@ -17,7 +17,7 @@ E, NU = 25e3, 0.3
 # Deviations over what is stated, root mean square: 1 for a right interval; of 200 draws it
 # scatters by 5 %, of 24 by 15 %. Intervals that are 20 % too narrow or twice too wide are outside
 # of the first, and 60 % too narrow or twice too wide ones outside of the second.
-LIMITS = {DRAWS: (0.6, 1.14), FEW: (0.62, 1.35)}
+LIMITS = {DRAWS: (0.6, 1.12), FEW: (0.62, 1.35)}
 # Of 200 at 95 %, fewer than 181 have a chance of one in 500, of 140 fewer than 124 one of one in
 # 1,500; of intervals 1.5 times too narrow, as many as these one of one in 5,000 and one in 100.
 FEWEST = {DRAWS: 181, OTHERS: 124}

@@ -4,20 +4,18 @@ import numpy as np
 import pytest
 import trimesh
 from floor import floor
-from palpate.estimate.direct.motion import SurfaceMotion, no_pictures
-from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.placement import object_from_table
-from palpate.estimate.direct.problem import (
-    ProbeRecord,
-    check_indentation,
+from palpate.estimate.direct.contact import (
+    Contact,
     depth_along,
-    direct_indentation,
-    first_touch,
     least_force,
     loaded_frames,
     oblique,
     unloaded,
 )
+from palpate.estimate.direct.motion import SurfaceMotion, no_pictures
+from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.placement import object_from_table
+from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.estimate.direct.table import sample_table
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.laws import LAW_NAMES
@@ -81,21 +79,45 @@ def press(depth_mm, force_n):
     return np.array(depth_mm) * 1e-3, np.array(force_n, dtype=float)
 
 
+def contact(depth_mm, force_n, onset):
+    return Contact(*press(depth_mm, force_n), least_n=0.1, onset=onset)
+
+
 def test_a_sound_press_passes():
-    check_indentation(*press([-2, -1, 1, 2, 3, 3], [0, 0, 0.2, 0.6, 1, 0.9]), 2)
+    contact([-2, -1, 1, 2, 3, 3], [0, 0, 0.2, 0.6, 1, 0.9], 2).check(zero_std_m=1e-3)
 
 
 @pytest.mark.parametrize(
     ("depth_mm", "force_n", "message"),
     [
-        ([-4, -3, -2, -2], [0, 0, 1, 1], "depth: expected the tip below the undeformed surface"),
+        ([-5, -4, -3, -3], [0, 0, 1, 1], "depth: expected a tip .* within 2.5 mm .* 3.0 mm away"),
         ([-1, 1, 2, -1], [0, 0.2, 0.3, 2], "force: expected its peak while the tip presses"),
+        ([-5, -4, -3, -5], [0, 0.2, 0.3, 2], "depth: expected a tip that touches"),
+        ([-4, -3, -2, -4], [0, 0.2, 0.3, 2], "force: expected its peak .* 1.0 mm above"),
         ([-1, -2, 1, 3], [0, -1, -5, 0.2], "force: expected a press that does work"),
+        ([3, 4, 5, 7], [0, 0.2, 0.3, 2], "depth: expected a force that begins .* 3.0 mm inside"),
     ],
 )
 def test_force_and_depth_that_contradict_each_other(depth_mm, force_n, message):
     with pytest.raises(ValueError, match=message):
-        check_indentation(*press(depth_mm, force_n), 1)
+        contact(depth_mm, force_n, 1).check(zero_std_m=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("depth_mm", "zero_mm"),
+    [
+        ([-3, -1, 0.5, 2], 0.0),
+        ([-3, -2, -1, 1], -1.0),
+        ([-5, -4.2, -3.5, -1], -3.5),
+        ([-1, 1.5, 2, 4], 1.5),
+    ],
+)
+def test_the_force_begins_where_the_depth_is_zero_or_says_that_it_is_not(depth_mm, zero_mm):
+    found = contact(depth_mm, [0, 0, 0.3, 2], 2)
+    assert 1e3 * found.zero_m == pytest.approx(zero_mm)
+    assert 1e3 * found.pressed_m == pytest.approx(np.array(depth_mm) - zero_mm)
+    # As much as the template is beside the object: a press of a sound one passes.
+    found.check(zero_std_m=1e-3)
 
 
 @pytest.mark.parametrize("rate_hz", [6, 15, 30])
@@ -176,10 +198,10 @@ def test_what_its_place_does_is_told_with_the_table():
     table, point = table_of(fine_box(), [0, 0, 0.02]), np.array([0, 0, 0.02])
     cell = point + np.array([[0.014, 0.003, 0], [-0.02, 0, 0]])
     known = sample_table(table, cell, np.tile(-DOWN, (2, 1)))
-    moved = known.motion(np.array([0.004]), 0.2, 0.0, np.array([0.0005, 0.001])).motion_m[0]
+    moved = known.motion(np.array([0.004]), 0.2, 0.0, np.array([0.0005, 0.001, 0, 0])).motion_m[0]
     # Across a press downward: it x object's x, and it x that.
     truth = dent(cell, point + [-0.001, -0.0005, 0]) - dent(cell, point)
-    still = known.motion(np.array([0.004]), 0.2, 0.0, np.zeros(2)).motion_m[0]
+    still = known.motion(np.array([0.004]), 0.2, 0.0, np.zeros(4)).motion_m[0]
     assert moved - still == pytest.approx(truth, rel=0.15)
 
 
@@ -229,8 +251,13 @@ def test_where_a_sphere_first_touched_is_told_by_its_deepest_frames():
     """A way that leans by 20 degrees goes on along the surface: the deep half of it counts."""
     depth = np.array([-0.004, -0.001, 0.002, 0.004, 0.005])
     tips = np.array([0.35 * depth, 0 * depth, 0.02 + RADIUS_M - depth]).T
-    found = first_touch(box(), tips, table_of(fine_box(), [0, 0, 0.02]))
+    depth = depth_along(box(), tips, DOWN, radius_m=RADIUS_M)
+    force = np.array([0, 0, 0.5, 1.0, 1.2])
+    found = Contact(depth, force, 0.1, 2).first_touch(tips, DOWN)
     assert found == pytest.approx([0.35 * 0.0045, 0, 0.02 + RADIUS_M], abs=1e-5)
+    # 6 mm above a template that is too low, the same of them.
+    high = Contact(depth - 0.006, force, 0.1, 2).first_touch(tips + [0, 0, 0.006], DOWN)
+    assert high == pytest.approx(found, abs=1e-5)
 
 
 def test_beside_the_point_of_a_ball_the_press_is_along_its_normal_there():
@@ -253,6 +280,7 @@ def test_beside_the_point_of_a_ball_the_press_is_along_its_normal_there():
         stiffness_n_m=np.inf,
         clock_offset_s=0.0,
         clock_std_s=0.01,
+        turns=np.tile(np.eye(3), (frames, 1, 1)),
     )
     motion = SurfaceMotion(
         cell_m=cell,

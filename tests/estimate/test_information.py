@@ -14,6 +14,7 @@ from palpate.estimate.direct.information import bound_of
 from palpate.estimate.direct.options import ModelStd
 from palpate.estimate.direct.prior import prior_of
 from palpate.estimate.direct.quantities import LOG_E, NAMES, NU
+from palpate.estimate.direct.regions import regions_of
 from scipy.stats import chi2
 
 E_AT, NU_AT = (NAMES.index(name) for name in ("youngs_modulus_pa", "poisson_ratio"))
@@ -54,7 +55,12 @@ def test_what_the_table_adds_is_no_information_lost_in_the_bound(told):
     options = replace(OPTIONS, model_std=ModelStd(log_youngs_modulus=0.1, nu=0.1))
     doubted = estimate_direct([press_of(25e3, 0.3, 1)], options, radius_m=RADIUS_M)
     assert doubted.bound == pytest.approx(told.bound, rel=1e-6)
-    assert doubted.budget.std[E_AT] == pytest.approx(np.hypot(told.budget.std[E_AT], 0.1))
+    nu = doubted.solution.parameters[0].poisson_ratio
+    # E follows nu at the same E*.
+    added = 0.1 * np.array([1, 2 * nu / (1 - nu**2)])
+    assert doubted.budget.std[E_AT] == pytest.approx(
+        np.linalg.norm([told.budget.std[E_AT], *added])
+    )
     said = doubted.to_dict()["information"]["youngs_modulus_pa"]
     assert said["efficiency"] == pytest.approx(told.bound[E_AT] / doubted.budget.std[E_AT])
     assert said["efficiency"] < 0.9 * told.bound[E_AT] / told.budget.std[E_AT]
@@ -81,3 +87,17 @@ def test_estimates_scatter_as_little_as_the_bound_allows(sharing):
     spread = (errors_over_bound(made_up(sharing), draws=draws) ** 2).sum(axis=0)
     low, high = chi2.ppf([0.0005, 0.9995], draws)
     assert ((low < spread) & (spread < high)).all()
+
+
+def test_regions_add_up_and_are_those_of_the_covariance():
+    """With both, the inverse is the covariance of log E and nu; of one kind there is less."""
+    found = estimate_direct([press_of(25e3, 0.3, 13)], OPTIONS, radius_m=RADIUS_M)
+    regions = regions_of(found.solution, found.options)
+    covariance = np.linalg.inv(regions["both"])
+    np.testing.assert_allclose(covariance, found.covariance[:2, :2], rtol=1e-3)
+    for kind in ("force", "surface"):
+        assert (np.linalg.eigvalsh(regions["both"] - regions[kind]) > 0).all()
+    # What the tip's depth tells is E at each nu, not both.
+    least, most = np.linalg.eigvalsh(regions["force"])
+    assert 0 <= least < 1e-3 * most
+    assert found.to_dict()["regions"]["both"] == regions["both"].tolist()

@@ -1,4 +1,4 @@
-"""Ends of the moduli's intervals, by hand: E is E* (1 - nu^2) at each nu."""
+"""Ends of the moduli's intervals, by hand and by draws: E is E* (1 - nu^2) at each nu."""
 
 from types import SimpleNamespace
 
@@ -6,23 +6,27 @@ import numpy as np
 import pytest
 from palpate.estimate.direct.interval import few_frames, intervals
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.quantities import NAMES
+from palpate.estimate.direct.quantities import BULK, NAMES, SHEAR, by_ratio, over
+from palpate.modulus import LABELS
 
 E_STAR, NORMAL = 30e3, 1.959964
 
 
-def told(nu, stds, *, options=None, frames=50):
+def told(nu, stds, *, options=None, frames=50, correlation=0.0):
     """Intervals where log E*, nu and a share that relaxes within a second have these deviations."""
     by_nu = {"reduced": 0.0, "equivalent": 0.0, "youngs": -2 * nu / (1 - nu**2)}
     slopes = [
         [0.0, 1, 0]
         if name == "poisson_ratio"
         else [1.0, by_nu[name.split("_")[0]], -1.0 if name.endswith("1s_pa") else 0]
-        for name in NAMES
+        for name in LABELS
     ]
+    slopes += [[1.0, by, 0] for by in by_ratio(nu)]
     log = np.log([E_STAR, E_STAR, *[E_STAR * (1 - nu**2)] * 3])
+    log = np.append(log, np.log(E_STAR) + over(nu))
     values = np.where(np.array(NAMES) == "poisson_ratio", nu, log)
     covariance = np.diag(np.square(stds))
+    covariance[[0, 1], [1, 0]] = correlation * stds[0] * stds[1]
     std = np.sqrt(np.einsum("qi,ij,qj->q", slopes, covariance, slopes))
     best = SimpleNamespace(
         converged=True,
@@ -30,7 +34,7 @@ def told(nu, stds, *, options=None, frames=50):
         indentations=[SimpleNamespace(frames=np.arange(frames), offset_std_m=1e-3)],
     )
     quantities = SimpleNamespace(values=values, slopes=np.array(slopes))
-    budget = SimpleNamespace(freedom=np.full(5, 1e9), std=std)
+    budget = SimpleNamespace(freedom=np.full(7, 1e9), std=std)
     return intervals(best, covariance, quantities, budget, options or Fit())
 
 
@@ -85,3 +89,46 @@ def test_a_ratio_that_was_given_and_is_hardly_told_keeps_its_deviation():
     )
     nu = told(0.34, [0.0, 0.01, 0.0], options=options)["poisson_ratio"]
     assert (nu.low, nu.high) == pytest.approx((0.34 - NORMAL * 0.01, 0.34 + NORMAL * 0.01))
+
+
+@pytest.mark.parametrize("correlation", [-0.8, 0.0, 0.6])
+@pytest.mark.parametrize(("nu", "std"), [(0.3, 0.01), (0.3, 0.07), (0.42, 0.03), (0.15, 0.05)])
+def test_shear_and_bulk_modulus_are_those_of_draws(nu, std, correlation):
+    """Of log E* and nu that go together, so that log E and nu do: narrow and wide."""
+    found = told(nu, [0.05, std, 0.0], correlation=correlation)
+    cross, rng = correlation * 0.05 * std, np.random.default_rng(5)
+    mean, covariance = [np.log(E_STAR), nu], [[0.05**2, cross], [cross, std**2]]
+    log_star, ratio = rng.multivariate_normal(mean, covariance, size=400_000).T
+    E = np.exp(log_star) * (1 - ratio**2)
+    # What is beyond 1/2 cannot be squeezed at all.
+    bulk = np.where(ratio < 0.5, E / (3 * (1 - 2 * ratio)), np.inf)
+    for modulus, drawn in (
+        (found[SHEAR], E / (2 * (1 + ratio))),
+        (found[BULK], bulk),
+    ):
+        low, middle, high = np.percentile(drawn, [2.5, 50, 97.5])
+        assert modulus.value == pytest.approx(middle, rel=0.01)
+        half = np.log([middle / modulus.low, modulus.high / middle])
+        assert half == pytest.approx(np.log([middle / low, high / middle]), rel=0.05, abs=0.01)
+
+
+@pytest.mark.parametrize("end", [0.45, 0.4999])
+def test_a_ratio_that_may_lie_at_its_range_s_end_leaves_the_bulk_modulus_open(end):
+    """An end that a person chose says as little of K as 1/2 does."""
+    options = Fit(poisson_ratio_bounds=(0.0, end))
+    found = told(0.4, [0.02, 0.06, 0.0], options=options)
+    assert found["poisson_ratio"].high == end
+    assert found[BULK].high is None and found[BULK].verdict == "bounded"
+    assert 0 < found[BULK].low < found[BULK].value
+    # The ratio's end is G's.
+    star = 1 - NORMAL * 0.02
+    assert E_STAR * (1 - end) / 2 * star < found[SHEAR].low < E_STAR * (1 - end) / 2
+    inside = told(0.3, [0.02, 0.02, 0.0], options=options)[BULK]
+    assert inside.high > inside.value and inside.verdict == "identified"
+
+
+def test_what_is_not_told_of_nu_is_not_of_what_follows():
+    found = told(0.3, [0.02, 0.5, 0.0])
+    ratio, shear, bulk = (found[name] for name in ("poisson_ratio", SHEAR, BULK))
+    assert ratio.verdict == shear.verdict == bulk.verdict == "not identified"
+    assert bulk.high is None and shear.high > E_STAR / 2 and shear.low < E_STAR * 0.5001 / 2

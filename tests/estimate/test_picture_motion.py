@@ -89,6 +89,25 @@ def test_nothing_is_told_without_texture_or_past_the_probe():
     assert near.any() and not np.isfinite(hidden.across_m[:, :, near]).any()
 
 
+@pytest.mark.parametrize("hovers", [False, True])
+def test_what_goes_with_the_arm_before_the_touch_is_not_the_surface(hovers):
+    """A part of the picture goes down with the probe: an arm, or the edge of its shadow."""
+    shown, view = pictures(), probe()
+    way_m = np.array([0.015, 0.01, 0.005, 0.0, 0.0])
+    images = [image.copy() for image in shown.images]
+    for image, way in zip(images, way_m, strict=True):
+        lower = np.fft.fft2(image[:, 160:].astype(float))
+        gone = np.fft.ifft2(fourier_shift(lower, (20 * (way_m[0] - way), 0))).real
+        image[:, 160:] = np.clip(gone, 0, 255).astype(np.uint8)
+    if not hovers:
+        view = replace(view, tip_m=view.tip_m - way_m[:, None] * view.axis)
+    found = with_pictures(motion(), ALIGNED, replace(shown, images=images), view, Observation())
+    column_px = CAMERA.project(found.cell_m @ POSE[:3, :3].T + POSE[:3, 3])[:, 0]
+    seen = np.isfinite(found.across_m[-1]).all(axis=0)
+    assert seen[column_px < 145].mean() > 0.9
+    assert seen[column_px > 175].mean() > 0.9 if hovers else not seen[column_px > 175].any()
+
+
 def test_motions_are_written_and_taken_apart(tmp_path):
     found = with_pictures(motion(), ALIGNED, pictures(), probe(), Observation())
     save_motion(tmp_path / "motion.npz", found)
@@ -106,6 +125,6 @@ def test_pictures_of_another_film_are_refused():
     fewer = replace(shown, images=shown.images[1:])
     with pytest.raises(ValueError, match="frames: expected 4, one a picture, found clouds of 5"):
         with_pictures(motion(), ALIGNED, fewer, probe(), Observation())
-    other = replace(shown, background=np.zeros((24, 32), dtype=bool))
+    other = replace(shown, uncovered=np.zeros((24, 32), dtype=bool))
     with pytest.raises(ValueError, match="mask: expected the pictures'"):
         with_pictures(motion(), ALIGNED, other, probe(), Observation())

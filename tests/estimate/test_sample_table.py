@@ -5,8 +5,14 @@ import pytest
 import trimesh
 from made_up_press import RADIUS_M, sliding
 from palpate.estimate.direct.support_motion import rocking_axes
-from palpate.estimate.direct.table import sample_table, shape_operators
+from palpate.estimate.direct.table import (
+    SampleTable,
+    _under,
+    sample_table,
+    shape_operators,
+)
 from palpate.solid.indentation import IndentationModel
+from scipy.optimize import brentq
 
 CELLS = np.array([[0.03, 0, 0], [0, -0.05, 0], [0.02, 0.02, 0]])
 DEPTH = np.array([0.0004, 0.0031, 0.0077])
@@ -60,13 +66,13 @@ def test_beyond_the_table_the_power_of_the_force_goes_on_straight(table):
 
 
 def test_motion_and_its_derivatives(table):
-    nu, law, place = 0.3, 0.5, np.array([2e-4, -3e-4])
+    nu, law, place = 0.3, 0.5, np.array([2e-4, -3e-4, 1e-4, 4e-4])
     found = table.motion(DEPTH, nu, law, place)
     r = np.linalg.norm(CELLS, axis=1)
     sinks = -DEPTH[:, None] * RADIUS_M / r * (1 - (0.5 + 2 * nu**2) * (r / 0.1))
     stiffening = (0.4 - 0.4 * nu) * np.sqrt(DEPTH / 0.009)
     drawn = -0.2 * stiffening[:, None] * DEPTH[:, None] * (RADIUS_M / r) ** 2
-    at_rest = table.motion(DEPTH, nu, law, np.zeros(2)).motion_m
+    at_rest = table.motion(DEPTH, nu, law, np.zeros(4)).motion_m
     assert at_rest == pytest.approx(sinks + law * drawn, rel=0.02)
     step = 1e-6
     for name, far, near in (
@@ -77,18 +83,19 @@ def test_motion_and_its_derivatives(table):
     ):
         slope = (table.motion(*far).motion_m - table.motion(*near).motion_m) / (2 * step)
         assert getattr(found, name) == pytest.approx(slope, rel=1e-4, abs=1e-9)
-    for k in range(2):
-        aside = step * np.eye(2)[k]
+    for k in range(4):
+        aside = step * np.eye(4)[k]
         ends = [table.motion(DEPTH, nu, law, place + sign * aside).motion_m for sign in (1, -1)]
         assert found.by_place[k] == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-6)
 
 
-def test_before_and_beyond_the_table_nothing_more_moves(table):
-    depth = np.array([-0.001, 0.0, table.depth_m[-1], table.depth_m[-1] + 0.002])
-    found = table.motion(depth, 0.3, 0.5, np.zeros(2))
-    assert np.abs(found.motion_m[:2]).max() < 1e-15
-    assert found.motion_m[3] == pytest.approx(found.motion_m[2])
-    assert not found.by_depth.any()
+def test_nothing_moves_before_the_contact_and_all_goes_on_beyond_the_table(table):
+    depth = np.array([-0.001, table.depth_m[-1], table.depth_m[-1] + 0.002])
+    found = table.motion(depth, 0.3, 0.5, np.zeros(4))
+    assert np.abs(found.motion_m[0]).max() < 1e-15 and not found.by_depth[0].any()
+    further = found.motion_m[1] + 0.002 * found.by_depth[1]
+    assert found.motion_m[2] == pytest.approx(further, rel=1e-9)
+    assert found.by_depth[2] == pytest.approx(found.by_depth[1])
 
 
 def test_how_a_spheres_normals_turn():
@@ -140,11 +147,13 @@ def test_a_shifted_balls_motion_along_its_normals():
     across = (shift**2).sum() - along**2
     expected = along + np.sqrt(0.05**2 - across) - 0.05
     assert found.motion_m[1, 1, :40] == pytest.approx(expected[:40], abs=1e-5)
-    # Twice as far under the second law; two and three halves as hard.
-    twice = 2 * along + np.sqrt(0.05**2 - 4 * across) - 0.05
-    assert found.motion_change_m[0, 1, :40] == pytest.approx((twice - expected)[:40], abs=4e-5)
+    # Three times and twice as hard under the second law.
     assert found.stiffening[:, 1] == pytest.approx(np.log([3, 2]))
     assert not found.motion_m[:, 0].any() and not found.stiffening[:, 0].any()
+    # It moves twice as far at a depth, and has the first one's force at a part of it.
+    part = brentq(lambda x: x * 3 ** (2 / 3 * x) - 1, 0.1, 1)
+    twice = part * (2 * along + np.sqrt(0.05**2 - 4 * across) - 0.05)
+    assert found.motion_change_m[0, 1, :40] == pytest.approx((twice - expected)[:40], abs=4e-5)
 
 
 def test_what_was_at_a_sample_moves_along_any_way():
@@ -158,13 +167,42 @@ def test_what_was_at_a_sample_moves_along_any_way():
     assert found.motion_m[0, 1, 3] == pytest.approx(0.002, abs=1e-4)
 
 
+def test_a_softer_law_is_deeper_under_the_same_force_and_moves_no_more_far_off():
+    """Half as hard as the first: what is moved in proportion to the force is moved alike."""
+    depth = np.linspace(0, 0.004, 9)
+    force = np.array([depth**1.5, 0.9 * depth**1.5])
+    none = np.zeros((*force.shape, 0))
+    half = np.where(depth > 0, np.log(0.5), 0.0) * np.ones_like(force)
+    forces = SampleTable(
+        np.array([0.0, 0.4]),
+        depth,
+        force,
+        half,
+        none,
+        none,
+        0 * force,
+        none,
+        np.zeros((2, 2, 9, 0)),
+    )
+    moved = np.array([[0.3 * f, f] for f in 0.5 * force]).swapaxes(1, 2)
+    under = _under(forces, moved)
+    inside = depth * 2 ** (2 / 3) <= depth[-1]
+    assert under[:, inside] == pytest.approx(2 * moved[:, inside], rel=0.02, abs=1e-6)
+    # Beyond the table it goes on as it ended.
+    assert under == pytest.approx(2 * moved, rel=0.1, abs=1e-6)
+
+
 def test_a_contact_farther_on_is_a_sample_farther_back():
     """A motion that grows along x by 1 % of the way, at a flat's samples."""
     tilted = ball_table(lambda rest: np.outer(0.01 * rest[:, 0], [0, 0, 1.0]))
     cells = np.array([[0.0, 0, 0.05], [0.001, 0, 0.05], [0, 0.001, 0.05], [-0.001, 0, 0.05]])
     normal = np.tile([0.0, 0, 1], (4, 1))
     found = sample_table(tilted, cells, normal)
-    by_place = found.motion_by_place[:, 0, 1, 0]
+    assert not found.motion_by_place[2:].any()
+    followed = np.arange(4) < 3
+    both = sample_table(tilted, cells, normal, material=followed).motion_by_place
+    assert both[2:] == pytest.approx(both[:2] * followed)
+    by_place = found.motion_by_place[:2, 0, 1, 0]
     # Along x, whichever axis that is; nothing along y.
     assert np.sort(np.abs(by_place)) == pytest.approx([0, 0.01], abs=1e-4)
     x = int(np.argmax(np.abs(by_place)))

@@ -22,13 +22,17 @@ def test_what_a_capture_has_for_itself():
         clock_s=0.01,
         shift_m=np.array([2e-5, 0, 0]),
         place_m=np.array([1e-3, 2e-3]),
+        picture_m=np.array([5e-4, 0]),
     )
-    told = _nuisances(replace(p, support_motion=np.array([3e-5, 1e-4, -2e-4])))
+    known = SimpleNamespace(offset_std_m=3e-3)
+    told = _nuisances(known, replace(p, support_motion=np.array([3e-5, 1e-4, -2e-4])))
     assert told == {
         "offset_m": 1e-4,
+        "offset_std_m": 3e-3,
         "clock_s": 0.01,
         "shift_m": [2e-5, 0, 0],
         "place_m": [1e-3, 2e-3],
+        "picture_m": [5e-4, 0],
         "sunk_m": 3e-5,
         "rocked_rad": [1e-4, -2e-4],
     }

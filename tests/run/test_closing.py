@@ -117,9 +117,19 @@ def test_closing_of_a_recorded_object_of_ones_own(tmp_path):
     put(tmp_path, "toy_cow/report.html")
     lines = closing_lines(tmp_path, ["summary.csv", "toy_cow/report.html"])
     assert ": toy_cow/report.html, summary.csv" in lines[0]
-    assert "  from 1 capture" in lines
+    place = lines.index("  from 1 capture")
+    assert lines[place + 1] == f"  page: {tmp_path}/toy_cow/report.html"
     assert lines[-1].endswith("Hertz fit                     E* 25.0 kPa; 1 capture")
     assert not [line for line in lines if "imulated" in line or line.startswith("This run makes")]
+
+
+def test_closing_says_what_to_open_in_a_browser(ball):
+    folder, wanted = ball
+    line = f"For a browser: {folder}/report.html"
+    assert line in closing_lines(folder, [*wanted, "report.html"])
+    (folder / "report.html").unlink()
+    told = closing_lines(folder, [*wanted, "report.html"])
+    assert line not in told and not [one for one in told if one.startswith("  page: ")]
 
 
 def test_closing_says_where_nothing_is_recommended(tmp_path):

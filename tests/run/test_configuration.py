@@ -1,6 +1,7 @@
 """What the run refuses before any job, and what the lab may never take over."""
 
 import shutil
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -21,9 +22,9 @@ def home(root, tmp_path, monkeypatch):
     return tmp_path
 
 
-def opened(home, **changes):
-    config = written(home) | changes
-    return open_run(config, sources=SOURCES, project=home, check_lab=lab_problems, blocks=BLOCKS)
+def opened(home, later=False, **changes):
+    config, given = written(home) | changes, {"sources": SOURCES, "project": home, "later": later}
+    return open_run(config, check_lab=lab_problems, blocks=BLOCKS, **given)
 
 
 def drop(root, home, name="foam_block"):
@@ -136,7 +137,7 @@ def test_a_recording_in_the_labs_object_is_not_taken_for_simulated(home):
 
 
 def test_experiments_that_people_dropped_are_theirs(root, home):
-    assert len(opened(home).lab_experiments) == 9
+    assert len(opened(home).lab_experiments) == 15
     dropped = home / "raw/sensors/kinect/loading"
     dropped.parent.mkdir(parents=True)
     shutil.copytree(root / "tests/sample/raw/foam_block/kinect/08", dropped)
@@ -157,7 +158,7 @@ def test_experiments_of_unknown_kind_sensor_or_probe(root, home):
     with pytest.raises(ValueError) as caught:
         opened(home, experiments={"probe": "stick", "cd_case_size_m": [0.14, 0.12, 0.01]})
     message = str(caught.value)
-    assert "juggling: experiment: expected one of calibration, cd_case, loading" in message
+    assert "juggling: experiment: expected one of calibration, cd_case, load, loading" in message
     assert "webcam: sensor: expected one of bumblebee, kinect, found webcam" in message
     assert "experiments.probe: expected one of nano25_sphere, found stick" in message
 
@@ -175,6 +176,140 @@ def test_optics_that_nobody_can_measure(root, home):
         ValueError, match="bumblebee.yaml: optics: expected stated, those of `palpate"
     ):
         opened(home)
+
+
+def test_tips_that_nobody_filmed(root, home):
+    path = home / "config/probes/nano25_sphere.yaml"
+    path.write_text(path.read_text() + "tip: calibration\n")
+    pose = SimpleNamespace(object="foam_block", sensor="kinect", capture="08")
+    (made,) = opened(home).calibrations_of(pose)
+    assert made.endswith("results/sensors/kinect/tip.json")
+    lab = home / "config/lab.yaml"
+    content = yaml.safe_load(lab.read_text())
+    del content["experiments"]["pivot"]
+    lab.write_text(yaml.safe_dump(content))
+    with pytest.raises(
+        ValueError, match="sphere.yaml: tip: expected a film of the turning handle in"
+    ):
+        opened(home)
+
+
+def test_what_a_probe_asks_for_must_be_filmed(root, home):
+    path = home / "config/probes/nano25_sphere.yaml"
+    probe = yaml.safe_load(path.read_text())
+    asks = probe | {"load": "calibration", "axes": "calibration", "stiffness_n_m": "calibration"}
+    path.write_text(yaml.safe_dump(asks))
+    pose = SimpleNamespace(object="foam_block", sensor="kinect", capture="08")
+    made = [place.rpartition("/")[2] for place in opened(home).calibrations_of(pose)]
+    assert made == ["load.json", "stiffness.json"]
+    lab = home / "config/lab.yaml"
+    content = yaml.safe_load(lab.read_text())
+    del content["experiments"]["load"], content["experiments"]["stiffness"]
+    lab.write_text(yaml.safe_dump(content))
+    with pytest.raises(ValueError) as caught:
+        opened(home)
+    message = str(caught.value)
+    assert "sphere.yaml: load: expected a film of the probe held free in" in message
+    assert "stiffness_n_m: expected a film of a press on something rigid in" in message
+
+
+def test_a_tip_is_of_the_probe_that_was_filmed(root, home):
+    path = home / "config/probes/nano25_sphere.yaml"
+    path.write_text(path.read_text() + "tip: calibration\n")
+    other = path.read_text().replace("probe: nano25_sphere", "probe: stick", 1)
+    (path.parent / "stick.yaml").write_text(other)
+    with pytest.raises(ValueError, match="tip: expected a film of nano25_sphere .* one of stick"):
+        opened(home, experiments={"probe": "stick", "cd_case_size_m": [0.14, 0.12, 0.01]})
+
+
+@pytest.fixture
+def another_pair(root, home):
+    """A second object, of a sensor and a probe of its own."""
+    for name in ("mine", "other"):
+        drop(root, home, name)
+        path = home / f"raw/{name}/object.yaml"
+        path.write_text(path.read_text().replace("simulated", "recorded"))
+    text = path.read_text().replace("nano25_sphere", "stick")
+    path.write_text(text.replace("object: foam_block", "object: other"))
+    mine = home / "raw/mine/object.yaml"
+    mine.write_text(mine.read_text().replace("object: foam_block", "object: mine"))
+    (home / "raw/other/kinect").rename(home / "raw/other/d435")
+    devices = {"sensors/d435": "sensors/kinect", "probes/stick": "probes/nano25_sphere"}
+    for new, old in devices.items():
+        name, other = (home / "config" / f"{one}.yaml" for one in (new, old))
+        text = other.read_text().replace(f": {other.stem}\n", f": {name.stem}\n", 1)
+        name.write_text(text)
+    return home
+
+
+def jobs(*names):
+    return [SimpleNamespace(object=o, sensor=s, capture="08") for o, s in names]
+
+
+def refused(asks, *given):
+    with pytest.raises(SystemExit):
+        asks(*given)
+
+
+def test_a_wrong_device_stops_who_needs_it(another_pair, capsys):
+    path = another_pair / "config/sensors/d435.yaml"
+    path.write_text(path.read_text().replace("range_m: [", "range_m: FILL_IN # ["))
+    with pytest.raises(ValueError, match="d435.yaml: range_m: .* found nothing filled in yet"):
+        opened(another_pair)
+    run = opened(another_pair, later=True)
+    mine, others = jobs(("mine", "kinect"), ("other", "d435"))
+    assert run.sensor_spec(mine)["sensor"] == "kinect"
+    assert run.probe_spec(others)["probe"] == "stick"
+    refused(run.sensor_spec, others)
+    assert "error: config/sensors/d435.yaml: range_m: expected" in capsys.readouterr().err
+
+
+def test_a_wrong_probe_stops_who_needs_it(another_pair, capsys):
+    path = another_pair / "config/probes/stick.yaml"
+    path.write_text(path.read_text().replace("radius_m: 0.00622", "radius_m: FILL_IN", 1))
+    filmed = {"probe": "stick", "cd_case_size_m": [0.14, 0.12, 0.01]}
+    run = opened(another_pair, later=True, experiments=filmed)
+    mine, others = jobs(("mine", "kinect"), ("other", "d435"))
+    assert run.calibrations_of(mine) == []
+    for asks in (run.probe_spec, run.calibrations_of, run.experiment_probe):
+        refused(asks, others)
+        assert "stick.yaml: indenter.radius_m: expected" in capsys.readouterr().err
+
+
+def test_the_labs_own_devices_stop_all(home):
+    path = home / "config/sensors/kinect.yaml"
+    path.write_text(path.read_text().replace("range_m: [", "range_m: FILL_IN # ["))
+    with pytest.raises(ValueError, match="kinect.yaml: range_m: .* found nothing filled in yet"):
+        opened(home, later=True)
+
+
+def test_a_missing_film_stops_who_needs_it(another_pair, capsys):
+    path = another_pair / "config/probes/stick.yaml"
+    path.write_text(path.read_text() + "tip: calibration\n")
+    filmed = {"probe": "stick", "cd_case_size_m": [0.14, 0.12, 0.01]}
+    run = opened(another_pair, later=True, experiments=filmed)
+    mine, others, made = jobs(("mine", "kinect"), ("other", "d435"), ("other", "bumblebee"))
+    assert run.calibrations_of(mine) == []
+    assert run.calibrations_of(made) == ["results/sensors/bumblebee/tip.json"]
+    refused(run.calibrations_of, others)
+    place = "the turning handle in raw/sensors/d435/pivot, found none"
+    line = f"error: config/probes/stick.yaml: tip: expected a film of {place}\n"
+    assert capsys.readouterr().err == line
+    assert run.film_of("tip")(made) == "raw/sensors/bumblebee/pivot"
+    refused(run.film_of("tip"), others)
+    expected = "folder: expected a film of the turning handle, found none"
+    assert capsys.readouterr().err == f"error: raw/sensors/d435/pivot: {expected}\n"
+
+
+def test_optics_that_are_missing_stop_who_needs_them(another_pair, capsys):
+    path = another_pair / "config/sensors/d435.yaml"
+    path.write_text(path.read_text() + "optics: calibration\n")
+    run = opened(another_pair, later=True)
+    mine, others = jobs(("mine", "bumblebee"), ("other", "d435"))
+    assert run.optics_of(mine) == []
+    refused(run.optics_of, others)
+    line = "d435.yaml: optics: expected pictures of a board in raw/sensors/d435/calibration"
+    assert line in capsys.readouterr().err
 
 
 def test_templates_come_from_scans_or_a_file(root, home):

@@ -1,11 +1,15 @@
 """What an object's own run gets, and when it is made anew."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from palpate.run.object_config import object_config
 from palpate.run.objects import MANY, kept_files, studied, too_many, value_digest
+from palpate.run.own_objects import OwnObjects
 from settings import full
+
+STICK = {"probe": "stick"}
 
 
 @pytest.fixture
@@ -37,13 +41,22 @@ def test_files_outside_the_object_count(tmp_path):
     board = Path(paths["raw"]) / "sensors/kinect/calibration/board.png"
     board.parent.mkdir(parents=True)
     board.write_bytes(b"one")
-    first = kept_files("cushion", sensors, paths)
+    first = kept_files("cushion", sensors, STICK, paths)
     assert set(first) == {"sensors/kinect"}
+    film = board.parents[1] / "pivot/frames.csv"
+    film.parent.mkdir()
+    film.write_text("frame,time_s\n")
+    turned = STICK | {"tip": "calibration"}
+    assert set(kept_files("cushion", sensors, turned, paths)) == {"sensors/kinect", "tip/kinect"}
+    # A probe with a tip of its own does not hang on it.
+    assert kept_files("cushion", sensors, STICK, paths) == first
+    film.unlink()
+    film.parent.rmdir()
     board.write_bytes(b"another")
-    assert kept_files("cushion", sensors, paths) != first
+    assert kept_files("cushion", sensors, STICK, paths) != first
     Path(paths["meshes"]).mkdir()
     (Path(paths["meshes"]) / "cushion.vtu").write_bytes(b"mesh")
-    assert set(kept_files("cushion", sensors, paths)) == {"sensors/kinect", "mesh"}
+    assert set(kept_files("cushion", sensors, STICK, paths)) == {"sensors/kinect", "mesh"}
 
 
 def test_many_captures_are_told(tmp_path):
@@ -55,3 +68,17 @@ def test_many_captures_are_told(tmp_path):
     assert f"{MANY + 1} captures" in too_many(config)
     assert too_many(config | {"only": "cushion"}) is None
     assert too_many({"paths": 3}) is None
+
+
+@pytest.mark.parametrize(
+    ("results", "only", "page"),
+    [
+        ("results", None, "../objects.html"),
+        ("results", "toy_cow", "../objects.html"),
+        # Of workflow/objects.smk: beside that page there is none of all objects.
+        ("results/objects/toy_cow", "toy_cow", ""),
+    ],
+)
+def test_a_page_leads_to_that_of_all_objects_where_one_is_made(results, only, page):
+    run = SimpleNamespace(paths={"results": results}, config={"only": only})
+    assert OwnObjects(run).overview == page

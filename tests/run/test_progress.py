@@ -4,6 +4,7 @@ import io
 import logging
 
 import pytest
+from palpate.run.pace import Pace
 from palpate.run.progress import ENDING, ENDS, Plan, be_brief
 
 
@@ -27,7 +28,7 @@ def test_a_job_that_begins_is_one_line_beside_the_steps_done(terminal):
     logger, shown = terminal
     be_brief(logger, 4)
     job(logger, "Clouds of pad, kinect, 08")
-    logger.info("Finished", extra={"event": "job_finished"})
+    logger.info("Finished", extra={"event": "job_finished", "job_id": 1})
     progress(logger, 1, 4)
     logger.info("Select jobs to execute...")
     job(logger, "Hertz fit of pad, kinect, 08")
@@ -36,6 +37,19 @@ def test_a_job_that_begins_is_one_line_beside_the_steps_done(terminal):
     assert len(lines) == 2
     assert lines[0].endswith("0 of 4 steps (0%) done, now: Clouds of pad, kinect, 08")
     assert lines[1].endswith("1 of 4 steps (25%) done, now: Hertz fit of pad, kinect, 08")
+
+
+def test_a_line_says_what_is_left_once_something_tells_it(terminal):
+    logger, shown = terminal
+    be_brief(logger, 3, Pace({1: 60.0, 2: 600.0, 3: 840.0}, measured=True, cores=2))
+    job(logger, "Clouds of pad")
+    logger.info("Finished", extra={"event": "job_finished", "job_id": 2})
+    logger.info("Finished", extra={"event": "job_finished", "job_id": 3})
+    job(logger, "Forces of pad")
+    first, second = shown.getvalue().splitlines()
+    # 1500 s on two cores; then a minute's work where a moment did for the rest.
+    assert first.endswith("0 of 3 steps (0%) done, about 13 min left, now: Clouds of pad")
+    assert second.endswith("done, less than a minute left, now: Forces of pad")
 
 
 def fails(logger, status, **where):

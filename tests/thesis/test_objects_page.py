@@ -5,9 +5,13 @@ import base64
 import numpy as np
 import pytest
 from palpate.report import objects_page
+from palpate.report.table_page import STYLE
 from palpate.surface.tracked import Tracked
 
-TEMPLATE = "<script>@@plotly@@</script><script>@@data@@</script><script>@@behaviour@@</script>"
+TEMPLATE = (
+    "<style>@@style@@</style>@@estimates@@"
+    "<script>@@plotly@@</script><script>@@data@@</script><script>@@behaviour@@</script>"
+)
 CAPTURE = {
     "object": "foam_block",
     "sensor": "kinect",
@@ -118,6 +122,12 @@ def test_the_page_is_the_same_and_no_part_ends_its_script():
     assert pages.pop().count("</script>") == 3
 
 
+def test_the_page_has_the_look_of_all_pages_and_holds_the_table():
+    parts = {"behaviour": "", "plotly": "", "tracker": "study", "estimates": "<table></table>"}
+    text = objects_page.page(TEMPLATE, views=[view()], **parts)
+    assert STYLE in text and text.count("<table></table>") == 1
+
+
 def test_a_doubtful_model_says_why():
     line = "a free side 6 mm from the press takes some 22 % of the force: trust the direct estimate"
     doubtful = FIT | {"recommended": FIT["recommended"] | {"doubts": [line]}}
@@ -128,7 +138,7 @@ def test_a_doubtful_model_says_why():
 def test_a_template_without_a_place_is_refused():
     with pytest.raises(ValueError, match="template: expected @@data@@ once, found it 0 times"):
         objects_page.page(
-            "@@plotly@@ @@behaviour@@", behaviour="", plotly="", views=[], tracker="study"
+            TEMPLATE.replace("@@data@@", ""), behaviour="", plotly="", views=[], tracker="study"
         )
 
 
@@ -141,3 +151,15 @@ def test_a_fit_of_other_frames_is_refused():
 def test_a_place_that_is_not_finite_is_refused():
     with pytest.raises(ValueError, match="vertices_m: expected finite places"):
         view(tracked((0.0, np.nan, 0.004)))
+
+
+def test_what_is_recommended_stands_first():
+    row = {"sensor": "kinect", "capture": "all", "captures": 3}
+    row |= {"youngs_modulus_pa": 38120.0, "youngs_modulus_low_pa": 35000.0}
+    row |= {"youngs_modulus_high_pa": 41049.0, "youngs_modulus_verdict": "identified"}
+    row |= {"poisson_ratio": 0.384, "poisson_ratio_verdict": "bounded"}
+    shown = objects_page.Shown(CAPTURE, tracked(), FIT, {"displacement": MINIMUM}, row)
+    first, *others = objects_page.view(shown)["moduli"]
+    assert first["method"] == "Recommended, by Kinect and 3 captures"
+    assert first["E"] == "38.1 kPa (35.0 to 41.0)" and "only limits" in first["verdict"]
+    assert others == view()["moduli"]

@@ -1,8 +1,19 @@
 """Page of one object: numbers as people read them, verdicts explained, doubts told."""
 
+import re
+from html import unescape
+
+import numpy as np
 import pandas as pd
 import pytest
-from palpate.report.own_page import own_page, press_of
+from palpate.report.budget_bars import bars, largest
+from palpate.report.data_links import data
+from palpate.report.held import Held
+from palpate.report.other_methods import KNOWN_RULE, PRESUMED, others
+from palpate.report.own_page import SIMULATED_NOTE, own_page
+from palpate.report.own_words import law
+from palpate.report.press_pictures import Glimpse
+from palpate.report.source_words import SOURCES
 from palpate.report.tables import AT_BOUND_NOTE
 
 ADVISED = {
@@ -57,7 +68,7 @@ PARTS = (
 
 
 def source(name, *parts):
-    row = {"source": name, "standard_uncertainty": 0.0005, "unit": "m"}
+    row = {"source": name, "standard_uncertainty": 0.0005, "unit": "m", "origin": "observed"}
     return row | {f"contribution_{of}": part for of, part in zip(PARTS, parts, strict=True)}
 
 
@@ -65,72 +76,329 @@ BUDGET = [
     source("noise of the depth", 0.02, 0.031, 0.03, 0.01),
     source("clocks", 1e-4, 1e-4, 1e-3, 1e-4),
 ]
+FIT = {
+    "samples": {"force_n": [0.0, 2.1, 2.0], "depth_m": [-0.00104, 0.0046, 0.00455]},
+    "radius_m": 0.006,
+    "range": {"first_frame": 0, "last_frame": 1},
+}
+POSES = pd.DataFrame(
+    {
+        "time_s": [0.5, 2.5, 3.5],
+        "detected": [1, 1, 0],
+        "tip_x_m": 0.0,
+        "tip_y_m": 0.3,
+        "tip_z_m": 0.4,
+        "raw_tip_std_along_m": 5e-5,
+    }
+)
+DEPTH = np.array([0.0, 0.00564, 0.00559])
+DIRECT = {
+    "frames": [9],
+    "frames_beyond_lookup": [0],
+    "nuisances": [{"offset_m": 0.00104, "offset_std_m": 0.003}],
+    "residuals": [{"cells": 80, "motion_scale": 1.26, "depth_scale": 1.1}],
+    "converged": True,
+}
 
 
-def page(pictures=None, at_bound=False, **changes):
+def modulus(name):
+    ends = {end: ADVISED[name.replace("_pa", f"_{end}_pa")] for end in ("low", "high")}
+    return {"value": ADVISED[name], "verdict": "identified", "unit": "Pa"} | ends
+
+
+JOINT = {
+    "youngs_modulus_pa": modulus("youngs_modulus_pa"),
+    "youngs_modulus_1s_pa": modulus("youngs_modulus_1s_pa"),
+    "youngs_modulus_10s_pa": modulus("youngs_modulus_1s_pa") | {"value": 34500.0},
+    "shear_modulus_pa": modulus("youngs_modulus_pa") | {"value": 13800.0},
+    "bulk_modulus_pa": modulus("youngs_modulus_pa") | {"value": 54800.0, "high": None},
+    "poisson_ratio": {"value": 0.384, "low": 0.2, "high": 0.49, "verdict": "bounded"},
+    "equivalent": {"strain": 0.18, "depth_m": 0.00282},
+}
+
+
+def held(poses=POSES, **changes):
+    return Held(PRESS, FIT, DIRECT | changes, poses, DEPTH, np.arange(1, 3))
+
+
+def page(
+    pictures=None, glimpses=(), at_bound=False, presses=None, budget=BUDGET, joint=JOINT, **changes
+):
     rows = pd.DataFrame([HERTZ, SEARCHED | {"at_bound": at_bound}, ADVISED | changes])
-    return own_page("toy", rows, [PRESS], pictures or {}, {"my_cam": BUDGET})
-
-
-def test_the_recommended_row_comes_first_with_its_intervals():
-    text = page()
-    assert (
-        "| my_cam | 2 | 44.5 kPa (43.0 to 46.0): identified | 45.0 kPa (44.0 to 46.0): identified"
-        " | 38.1 kPa (35.0 to 41.0): identified | 0.38 (0.20 to 0.49): bounded" in text
+    return own_page(
+        "toy",
+        rows,
+        presses or [held()],
+        pictures=pictures or {},
+        glimpses=glimpses,
+        joints={"my_cam": joint | {"budget": budget}},
+        settings="*settings of it*",
+        files="*files of it*",
+        style="",
     )
-    assert "| 35.0 kPa (34.0 to 36.0): identified | 4.2 | +0.12 ± 0.30 |" in text
-    assert text.index("## How stiff") < text.index("## Captures") < text.index("## All estimates")
 
 
-def test_the_budget_shows_what_counts():
-    text = page()
-    assert "| noise of the depth | 0.0005 m | 2.0 | 3.1 | 3.0 | 0.010 |" in text
-    assert "clocks" not in text
+def text_of(html):
+    """Words that a reader sees, a space between cells."""
+    words = re.sub(r"<style>.*?</style>", "", html, flags=re.DOTALL)
+    return unescape(re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", words)))
+
+
+def test_the_first_sentence_tells_all_that_is_recommended():
+    text = text_of(page())
+    first = text[: text.index("How stiff")]
+    assert "by my_cam and 2 captures: pressed 4.2 mm deep its equivalent E* is 45.0 kPa" in first
+    assert "Young's modulus E at once is 38.1 kPa (35.0 to 41.0) and" in first
+    assert "Poisson's ratio nu is within 0.20 to 0.49 (likeliest 0.38)." in first
+    assert "Of Poisson's ratio only limits are known" in first
+    assert "E at once is extrapolated to no strain and no time, from depths of 5.6 to" in first
+    assert "to 5.6 mm and times to 3.0 s." in first
+    assert "The recording was all right: all 6 checks of one capture passed." in first
+    limits = "noise of the tip's depth (100 % of equivalent E*, 100 % of E at once, 100 % of nu)."
+    assert f"What limits it most, by its share of the variance: {limits}" in first
+    assert "In brackets: 95 % intervals. E* is" in first
+
+
+def test_moduli_have_intervals_and_words():
+    text = text_of(page())
+    assert "equivalent E* 45.0 kPa 44.0 to 46.0 known" in text
+    assert "nu 0.38 0.20 to 0.49 within limits" in text
+    assert "E after 1 s 35.0 kPa 34.0 to 36.0 known" in text
+
+
+def test_what_follows_from_them_is_told():
+    text = text_of(page())
+    assert "E after 10 s 34.5 kPa 34.0 to 36.0 extrapolated: the captures end at 3.0 s" in text
+    assert "G 13.8 kPa" in text and "K 35.0 kPa or more" in text
+    assert "mean strain of 18 %, 2.8 mm deep, 1.0 s after the touch (18 % a second)" in text
+    assert "the deepest came after 2.0 s" in text
+    assert "settings of it" in text
+
+
+def test_times_that_were_recorded_are_known_and_no_later_ones():
+    short = held(poses=POSES.assign(time_s=[0.0, 0.4, 0.8]))
+    ends = "extrapolated: the captures end at 0.8 s"
+    assert f"E after 1 s 35.0 kPa 34.0 to 36.0 {ends}" in text_of(page(presses=[short]))
+    long = held(poses=POSES.assign(time_s=[0.0, 2.0, 12.0]))
+    text = text_of(page(presses=[short, long]))
+    assert "E after 10 s 34.5 kPa 34.0 to 36.0 known" in text and "extrapolated:" not in text
+
+
+def test_hardness_is_given_within_its_scale():
+    assert "Shore A below 20 too soft for it" in text_of(page())
+    rubber = {"value": 2e6, "low": 1.8e6, "high": 2.3e6, "verdict": "identified"}
+    text = text_of(page(joint=JOINT | {"youngs_modulus_1s_pa": rubber}))
+    assert "Shore A 44 or 40 38 to 48 a guess" in text and "Shore 00" not in text
+    soft = {"value": 6e5, "low": 4e5, "high": 2e6, "verdict": "bounded"}
+    text = text_of(page(joint=JOINT | {"youngs_modulus_1s_pa": soft}))
+    assert "Shore A below 20 below 20 to 44 a guess" in text
+    hard = {"value": 2e7, "low": 1.9e7, "high": 2.1e7, "verdict": "identified"}
+    text = text_of(page(joint=JOINT | {"youngs_modulus_1s_pa": hard}))
+    assert "Shore A above 80 too hard for it" in text
+
+
+def test_a_frame_in_which_the_probe_was_not_seen_is_told():
+    text = text_of(page(presses=[held(poses=POSES.assign(detected=[1, 0, 1]))]))
+    assert "probe found in the pictures from touch to deepest: 1 of 2, good is all" in text
+
+
+@pytest.mark.parametrize(
+    ("place", "std", "told"),
+    [
+        (0.1, 0.2, "near neo-Hooke's law: 0.10 of the way to Blatz and Ko's (-0.29 to 0.49)."),
+        (0.9, 0.2, "near Blatz and Ko's law: 0.90 of the way from neo-Hooke's (0.51 to 1.29)."),
+        (0.0, 0.5, "is not known: neo-Hooke's and Blatz and Ko's both fit"),
+        (0.5, 0.4, "is not known: neo-Hooke's and Blatz and Ko's both fit"),
+        (0.5, 0.1, "neither neo-Hooke's nor Blatz and Ko's law but between the two: 0.50"),
+        (2.5, 0.3, "but outside the two: 2.50 of the way (1.91 to 3.09)."),
+    ],
+)
+def test_the_law_is_told_by_what_is_possible(place, std, told):
+    assert told in law(place, std)
+    assert told in text_of(page(force_law=place, force_law_std=std))
+
+
+def test_a_recommended_curve_without_the_equivalent():
+    nothing = dict.fromkeys((name for name in ADVISED if name.startswith("equivalent")), None)
+    nothing |= {"force_law": None, "captures": None, "sensor": "curve", "capture": "back"}
+    nothing |= {"method": "curve_table"}
+    text = text_of(page(**nothing | {"poisson_ratio_verdict": "assumed"}))
+    assert "For comparison, by curve back: its E* at small strain is 44.5 kPa" in text
+    assert "was assumed, not measured" in text and "The force rises" not in text
+
+
+def test_bars_are_parts_of_the_variance():
+    html = page()
+    assert 'style="width:100.0%"' in html and "±0.5 mm" in html
+    assert "clocks" not in html
+    words = SOURCES["noise of the depth"]
+    told = f"{words.advice} (for equivalent E*, E at once, nu: {words.name})"
+    assert told in text_of(html).replace(" )", ")").replace("( ", "(")
+
+
+def test_bars_add_up():
+    parts = (0.03, 0.03, 0.04, 0.01), (0.04, 0.04, 0.03, 0.02)
+    rows = [source("clocks", *parts[0]), source("noise of the depth", *parts[1])]
+    html = bars(rows)
+    widths = [float(one) for one in re.findall(r"width:([\d.]+)%", html)]
+    # The larger of the two in anything comes first: nu, 4 to 1.
+    assert widths == [64.0, 36.0, 80.0, 36.0, 64.0, 20.0]
+    depth, clocks = (SOURCES[name] for name in ("noise of the depth", "clocks"))
+    assert html.index(depth.advice) < html.index(clocks.advice)
+    told = f"{depth.name} (64 % of equivalent E*, 80 % of nu), {clocks.name} (64 % of E at once)."
+    assert largest(rows).endswith(told)
+
+
+@pytest.mark.parametrize(
+    ("name", "std", "unit", "told"),
+    [
+        ("relaxing shares", 0.07, "1", "±7 % of E at each time"),
+        ("law of the force", 0.5, "1", "±0.5 of the way between the laws"),
+        ("indentation table: motion", 0.01, "1", "±0.01 of nu"),
+        ("clocks", 0.01, "s", "±10 ms"),
+        ("curvature of the template", 2.0, "1/m", "±2 /m"),
+        ("compliance of the probe", 2e-6, "m/N", "±2 µm/N"),
+        ("mass of the load", 0.005, "kg", "±0.005 kg"),
+    ],
+)
+def test_a_source_is_known_to_so_much_of_what(name, std, unit, told):
+    row = source(name, 0.02, 0.02, 0.02, 0.02) | {"standard_uncertainty": std, "unit": unit}
+    text = text_of(bars([row]))
+    assert told in text
+    heads = "source known to share of equivalent E* share of E at once share of nu"
+    assert heads in text and text.index(heads) < text.index(told)
+
+
+def test_a_command_in_advice_stands_as_one():
+    html = bars([source("place in the picture", 0.02, 0.02, 0.02, 0.02)])
+    command = "<code>palpate calibrate camera color infrared --kind depth</code>"
+    assert command in html and "colour camera beside depth camera" in html and "`" not in html
 
 
 def test_just_the_verdicts_that_occur_are_explained():
-    text = page()
-    assert "- *bounded*: " in text and "- *identified*: " in text
-    assert "- *not identified*: " not in text
+    text = text_of(page())
+    assert "(bounded in the tables)" in text and "(identified in the tables)" in text
+    assert "(not identified in the tables)" not in text
 
 
-def test_a_surface_unlike_the_model_is_told():
-    assert "by 4.2 times what its noise explains" in page(motion_scale=4.2)
-    assert "unlike the model" not in page()
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"residuals": [{"cells": 80, "motion_scale": 4.2, "depth_scale": 1.1}]}, "4.2 times"),
+        ({"residuals": [{"cells": 80, "motion_scale": 1.2, "depth_scale": 9.0}]}, "9.0 times"),
+        ({"nuisances": [{"offset_m": -0.0153, "offset_std_m": 0.003}]}, "5.1 times"),
+        ({"frames_beyond_lookup": [2]}, "2 of 11"),
+        ({"converged": False}, "no"),
+    ],
+)
+def test_a_recording_that_fails_a_check_is_told_first(changes, told):
+    text = text_of(page(presses=[held(**changes)]))
+    first = text[: text.index("How stiff")]
+    assert "Look at the recording: 1 of 6 checks failed: my_cam 1 (" in first
+    assert f": {told}, good is " in first and f"✗ {told}" in text
+
+
+def test_a_zero_is_held_to_what_the_estimate_knew_of_it():
+    """5 mm are much of 1 mm, and little of 3."""
+    far = {"offset_m": -0.005, "offset_std_m": 0.003}
+    assert "all 6 checks of one capture passed" in text_of(page(presses=[held(nuisances=[far])]))
+
+
+def test_a_doubt_stands_on_the_first_screen():
+    text = text_of(page(doubts="the fit did not converge; nu is far"))
+    assert "my_cam: the fit did not converge." in text[: text.index("How stiff")]
 
 
 def test_a_search_that_ended_at_a_bound_is_told():
-    text = page(at_bound=True)
-    assert "| 100.0 MPa (at a bound) |  | 100.0 MPa (at a bound) | 0.00 (at a bound) |" in text
+    text = text_of(page(at_bound=True))
     assert text.count("(at a bound)") == 3 and AT_BOUND_NOTE in text
-    assert "at a bound" not in page() and AT_BOUND_NOTE not in page()
+    assert "(at a bound)" not in text_of(page())
+
+
+def test_other_methods_are_closed():
+    html = page()
+    inside = html[html.index("<details>") : html.index("</details>")]
+    assert "files of it" in html[html.rindex("<details>") :]
+    assert "depth as recorded" in inside and KNOWN_RULE in unescape(inside)
+    assert "depth as recorded" not in html.replace(inside, "")
+
+
+def other_methods(*rows):
+    """What a page says of other methods than the recommended one."""
+    tables = "".join(others(pd.DataFrame([*rows, ADVISED]), {}))
+    return text_of(tables)
+
+
+def test_others_are_told_by_what_is_on_the_page():
+    of_hertz, of_one, of_search = PRESUMED.values()
+    stiffer = HERTZ | {"reduced_modulus_pa": 47170.0, "capture": "2"}
+    text = other_methods(HERTZ, stiffer)
+    assert "differ from it: here by -8 to +6 % in E*." in text
+    assert of_hertz in text and of_one not in text and of_search not in text
+    text = other_methods(ADVISED | {"method": "direct", "capture": "1", "recommended": False})
+    assert of_one in text and of_hertz not in text
+    # What a bound ended is not a method's answer.
+    text = other_methods(HERTZ, SEARCHED | {"at_bound": True})
+    assert of_search in text and "here by -8 %" in text
+    assert "rest on less" not in other_methods()
+
+
+def test_e_and_nu_have_their_verdicts():
+    assert "nu E is nu is" in other_methods() and "known within limits" in other_methods()
 
 
 def test_simulated_captures_are_told_and_recorded_ones_not():
-    assert "virtual lab" in page(provenance="simulated")
-    assert "virtual lab" not in page()
+    assert SIMULATED_NOTE in page(provenance="simulated")
+    assert SIMULATED_NOTE not in page()
 
 
 def test_pictures_are_in_the_page():
-    assert "![moduli](data:image/png;base64,YWJj)" in page({"moduli": b"abc"})
+    html = page({"moduli": b"abc"}, [Glimpse(b"xyz", "a frame", "what is seen")])
+    assert "a frame: what is seen." in html and "What is seen." in html
+    assert 'src="data:image/png;base64,YWJj"' in html and "diamonds" in html
+    assert html.count('alt="a frame" src="data:image/jpeg;base64,eHl6"') == 2
+
+
+def test_tables_scroll_and_pages_fit_small_windows():
+    html = page()
+    assert html.count("<table>") == html.count('<div class="wide" role="region"') > 3
+    assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in html
+    assert "prefers-color-scheme: dark" in html and "<script" not in html
+
+
+def test_all_tables_are_linked_and_what_exports_is_told():
+    html = page()
+    links = re.findall(r'href="([^"]*)"', html)
+    tables = ("force", "motion", "samples", "profile")
+    expected = [f"data/{one}.csv" for one in tables] + ["summary.csv"]
+    assert links == [*expected, "my_cam/uncertainty_budget.csv", "datapackage.json"]
+    text = text_of(html)
+    assert "palpate export toy --to felupe" in text and "febio or abaqus" in text
+
+
+def test_the_page_of_all_objects_is_linked_where_there_is_one():
+    summary = pd.DataFrame([ADVISED])
+    given = {"pictures": {}, "glimpses": [], "joints": {"my_cam": JOINT | {"budget": BUDGET}}}
+    given |= {"settings": "", "files": "", "style": ""}
+    assert 'href="../objects.html"' in own_page(
+        "toy", summary, [held()], **given, overview="../objects.html"
+    )
+
+
+def test_of_several_estimates_each_is_exported_by_its_name():
+    told = data("toy", ["my_cam", "curve/back"], ["my_cam"]).splitlines()
+    assert "palpate export toy --sensor my_cam --to felupe" in told
+    assert "palpate export toy --sensor curve/back --to felupe" in told
 
 
 def test_a_summary_without_a_recommended_row():
     with pytest.raises(ValueError, match="recommended: expected a row for each sensor"):
-        own_page("toy", pd.DataFrame([HERTZ]), [PRESS], {}, {})
-
-
-def test_what_a_capture_held():
-    fit = {
-        "samples": {"force_n": [0.0, 2.1], "depth_m": [-0.001, 0.0046]},
-        "depth_over_radius": 0.77,
-        "radius_m": 0.006,
-    }
-    direct = {"frames": [9], "nuisances": [{"offset_m": 0.00104}]}
-    direct["residuals"] = [{"cells": 80, "motion_scale": 1.26}]
-    row = press_of(PRESS, fit, direct)
-    assert row["peak force (N)"] == "2.10"
-    assert row["greatest depth (mm)"] == "5.6" and row["of it fitted offset (mm)"] == "1.0"
-    assert row["depth over radius"] == "0.94"
-    assert row["frames"] == "2" and row["frames compared"] == "9"
-    assert row["motion's noise over expected"] == "1.3"
+        own_page(
+            *("toy", pd.DataFrame([HERTZ]), [held()]),
+            pictures={},
+            glimpses=[],
+            joints={},
+            settings="",
+            files="",
+            style="",
+        )

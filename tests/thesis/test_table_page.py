@@ -1,8 +1,11 @@
 """Tables as pages, and the description of a run."""
 
+import re
+
+import numpy as np
 import pytest
 from palpate.report.run_description import describe, pinned
-from palpate.report.table_page import page
+from palpate.report.table_page import STYLE, page
 
 TABLE = "# T\n\nNote.\n\n| E_pa | name |\n|---|---|\n| 1.5e+04 | a<b |\n| -3 | 3.11.7 |\n"
 
@@ -36,3 +39,20 @@ def test_description_is_the_same_for_the_same_run():
     assert text == describe(dict(config), {"palpate": "0.1.0"})
     assert "| palpate | 0.1.0 |" in text
     assert "seed: 1\nstarts:\n- 0.1\n- 0.2\nonly: null" in text
+
+
+def luminance(colour):
+    """Relative luminance (WCAG 2.1)."""
+    digits = colour if len(colour) == 6 else "".join(2 * digit for digit in colour)
+    parts = np.array([int(digits[k : k + 2], 16) / 255 for k in (0, 2, 4)])
+    linear = np.where(parts <= 0.03928, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+def test_words_stand_out_on_light_and_on_dark_paper():
+    for sheet in re.findall(r":root \{(.*?)\}", STYLE, flags=re.DOTALL):
+        colours = dict(re.findall(r"--(\w+): #([0-9a-f]+)", sheet))
+        for front in ("ink", "quiet", "accent"):
+            for back in ("paper", "soft"):
+                ends = sorted(luminance(colours[name]) for name in (front, back))
+                assert (ends[1] + 0.05) / (ends[0] + 0.05) > 4.5, (front, back)

@@ -227,6 +227,24 @@ def test_a_camera_that_moved_at_the_end_of_a_film():
         list(masks_of(film, model, Background(largest_shift_px=0.5)))
 
 
+def test_a_limit_goes_with_what_a_median_of_frames_that_shake_may_be():
+    """A median of five scatters by a fifth more than a mean: of 3 deviations 2 in 1000 are left."""
+    rng, shake_px = np.random.default_rng(11), 0.4
+    medians = np.median(rng.normal(0, shake_px, (20_000, 5)), axis=1)
+    shaking = [np.tile(x, (4, 1)) for x in rng.normal(0, shake_px, (4000, 2))]
+
+    def refused(by_px):
+        # Moved along x alone, at the end of a long film of known shake.
+        try:
+            _require_still([*shaking, *[np.tile([by_px, 0.0], (4, 1))] * 5], 0.0, at_end=True)
+        except ValueError:
+            return True
+        return False
+
+    assert (medians > 3 * medians.std()).mean() < 0.004
+    assert not refused(2.8 * medians.std()) and refused(3.4 * medians.std())
+
+
 def test_a_camera_that_shakes_did_not_move():
     """A stand that trembles by 0.35 px of deviation, and then is knocked by 2 px."""
     rng = np.random.default_rng(5)

@@ -11,6 +11,8 @@ from palpate.__main__ import main
 from palpate.capture.schema import SCHEMAS, load_yaml
 from palpate.vision.sensor_blocks import opencv_text
 
+PART = "camera"
+
 BOARD = ("--inner-corners", "9x6", "--square-mm", "30")
 
 
@@ -24,20 +26,6 @@ def folders(root, tmp_path):
             shutil.copy(path, tmp_path / side)
         found.append(tmp_path / side)
     return found
-
-
-@pytest.fixture
-def refused(capsys):
-    """The one line with which the command refuses."""
-
-    def line(*arguments):
-        assert main(["calibrate", "camera", *map(str, arguments)]) == 1
-        shown = capsys.readouterr()
-        assert shown.out == ""
-        (found,) = shown.err.splitlines()
-        return found
-
-    return line
 
 
 @pytest.fixture

@@ -9,7 +9,6 @@ from palpate.vision.clock import (
     _between,
     _Press,
     _telling,
-    _Ways,
 )
 
 FRAMES_S, SPEED_M_S = np.arange(0, 3.01, 0.1), 0.002
@@ -81,28 +80,6 @@ def test_a_start_goes_through_the_deepest():
     assert np.exp(start[1]) * 0.004**1.5 == pytest.approx(2.0)
     assert start[2] == pytest.approx(1.0)
     assert not np.delete(start, [1, 2]).any() and len(start) == 6 + len(FRAMES_S)
-
-
-def test_a_force_that_a_press_makes_has_no_misfit():
-    depth = np.maximum(SPEED_M_S * FRAMES_S - 0.002, 0)
-    fine = np.arange(0, 3.0001, 0.001)
-    elastic = 3e4 * np.maximum(SPEED_M_S * fine - 0.002, 0) ** 1.5
-    force = relaxed(fine, elastic, 0.4, (0.3, 3.0))[::100]
-    sure, rough = (
-        _Ways.of(FRAMES_S, depth, np.full(len(depth), std), 0.02) for std in (1e-9, 1e-4)
-    )
-    assert sure.misfit(force + 0.3) < 0.05
-    assert sure.likeness(force + 0.3) > 0.9999
-    # What a press does not explain, over what noise, and the depths' errors too, make of it.
-    beside = 0.2 * (-1.0) ** np.arange(len(depth))
-    noise = np.hypot(0.02 * np.sqrt(31), 0.05)
-    assert sure.misfit(force + beside) == pytest.approx(0.2 * np.sqrt(31) / noise, rel=0.05)
-    slope = 1.5 * force / np.maximum(depth, 1e-4)
-    errors = np.hypot(np.linalg.norm(np.hypot(1e-4 * slope, 0.02)), 0.05)
-    assert rough.misfit(force + beside) == pytest.approx(0.2 * np.sqrt(31) / errors, rel=0.05)
-    power = np.linalg.norm(force - force.mean())
-    alike = power / np.hypot(power, 0.2 * np.sqrt(31))
-    assert sure.likeness(force + beside) == pytest.approx(alike, rel=0.01)
 
 
 def test_frames_that_tell():

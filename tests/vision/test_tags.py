@@ -113,6 +113,14 @@ def test_tags_that_are_elsewhere_are_told():
         board_of(CHARUCO | {"white_first": True}).find(image)
 
 
+def test_a_few_tags_that_are_elsewhere_are_misread():
+    """Less than a third of a board's tags: of a picture too coarse for the others."""
+    board, far_px = board_of(CHARUCO), np.full((6, 4), 90.0)
+    board._check_places(far_px[:5], step_px=15.0)
+    with pytest.raises(ValueError, match="found 6 of 6 elsewhere"):
+        board._check_places(far_px, step_px=15.0)
+
+
 def test_tags_of_another_family_are_no_board():
     board, rng = board_of(CHARUCO), np.random.default_rng(5)
     image = picture(board, posed(board, rng))

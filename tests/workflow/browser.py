@@ -102,6 +102,16 @@ class Browser:
         """Send keys to an element."""
         self.ask("POST", f"/element/{self.element(css)}/value", {"text": keys})
 
+    def type(self, keys):
+        """Send keys to what has the focus."""
+        actions = [{"type": kind, "value": key} for key in keys for kind in ("keyDown", "keyUp")]
+        hand = {"type": "key", "id": "keys", "actions": actions}
+        self.ask("POST", "/actions", {"actions": [hand]})
+
+    def tell(self, command, content):
+        """Send a command of the browser's own protocol."""
+        self.ask("POST", "/goog/cdp/execute", {"cmd": command, "params": content})
+
     def picture(self, css):
         """An element as the screen shows it, as PNG."""
         text = self.ask("GET", f"/element/{self.element(css)}/screenshot")

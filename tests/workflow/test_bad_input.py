@@ -273,7 +273,7 @@ def test_depth_images_in_another_order(run, root, tmp_path):
         name: yaml.safe_load((source / f"{name}s/bench_{end}.yaml").read_text())
         for name, end in (("sensor", "cam"), ("probe", "probe"))
     }
-    inputs = {"capture": capture, "optics": None}
+    inputs = {"capture": capture, "optics": None, "calibrations": []}
     line = run("probe_pose", inputs=inputs, outputs=["pose"], params=specs | {"options": {}})
     assert f"{capture}/frames.csv: depth: expected the board where color shows it" in line
 

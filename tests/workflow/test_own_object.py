@@ -1,5 +1,6 @@
 """An object that nothing names, dropped in as a person would: found, estimated, shown."""
 
+import json
 import re
 import shutil
 
@@ -7,6 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from palpate.__main__ import main
+from palpate.report.material_cards import PROGRAMMES
 from sample_run import LEFT_BEHIND, snakemake
 
 pytestmark = pytest.mark.workflow
@@ -47,7 +50,9 @@ def add_curve(folder, block, **changes):
 def results(dropped):
     """Results of the run of just that object."""
     done = snakemake(dropped, *COARSE, "--config", f"only={NAME}")
-    assert done.returncode == 0, done.stderr[-3000:]
+    told = done.stdout + done.stderr
+    assert done.returncode == 0, told[-3000:]
+    assert f"Page for a browser: results/{NAME}/report.html" in told
     return dropped / "results"
 
 
@@ -156,14 +161,46 @@ def test_the_run_is_the_objects_alone(results):
 @pytest.mark.long
 def test_its_page_shows_it(results):
     page = (results / f"{NAME}/report.html").read_text()
-    assert page.count('<img src="data:image/png;base64,') == 3
-    assert "Rows marked simulated come from the virtual lab" in page
+    assert page.count('src="data:image/png;base64,') == 5
+    # Three frames twice, and the deepest on the first screen.
+    assert page.count('src="data:image/jpeg;base64,') == 7
+    assert "no such object was pressed" in page
+    assert "What to improve next" in page and "all 12 checks of 2 captures passed" in page
     assert "direct, all captures together" in page
     assert "http" not in re.sub(r"base64,[^\"]*", "", page)
-    for name in ("moduli", "hertz_fit", "surface"):
+    links = re.findall(r'href="([^"]*)"', page)
+    assert links and all((results / NAME / link).is_file() for link in links)
+    for name in ("moduli", "fit", "known", "hertz_fit", "surface"):
         assert (results / f"{NAME}/figures/{name}.png").stat().st_size > 20_000
         assert (results / f"{NAME}/figures/{name}.svg").stat().st_size > 5_000
     assert "Toy cow" in (results / "objects.html").read_text()
+
+
+@pytest.mark.long
+def test_its_data_are_described(results):
+    folder = results / NAME
+    package = json.loads((folder / "datapackage.json").read_text())
+    tables = {one["path"]: one["schema"]["fields"] for one in package["resources"]}
+    assert {"data/force.csv", "data/motion.csv", "summary.csv"} <= set(tables)
+    assert f"{SENSOR}/uncertainty_budget.csv" in tables
+    for path, fields in tables.items():
+        assert list(pd.read_csv(folder / path)) == [field["name"] for field in fields]
+    force = pd.read_csv(folder / "data/force.csv")
+    assert set(force["capture"]) == {"back", "back-a02"}
+    of_camera = force[force["sensor"] == SENSOR]
+    # Against presses of some millimetres.
+    assert of_camera["depth_residual_m"].abs().max() < 0.0005
+    motion = pd.read_csv(folder / "data/motion.csv")
+    assert motion["fitted_moved_m"].notna().any() and motion["fitted_moved_m"].isna().any()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("programme", PROGRAMMES)
+def test_its_material_is_exported(results, programme, tmp_path):
+    card = tmp_path / "card"
+    given = ["--sensor", SENSOR, "--results", str(results), "--output", str(card)]
+    assert main(["export", NAME, "--to", programme, *given]) == 0
+    assert "relaxation" in card.read_text()
 
 
 @pytest.mark.long

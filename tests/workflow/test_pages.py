@@ -139,7 +139,9 @@ def test_frames_and_captures_change(objects):
     assert objects.run(TOLD).startswith("2 of ")
     objects.run("document.querySelectorAll('[name=capture]')[1].click()")
     assert "Kinect (simulated)" in objects.run("return document.getElementById('of').textContent")
-    assert objects.run("return document.querySelectorAll('#moduli tr').length") == 4
+    assert objects.run("return document.querySelectorAll('#moduli tr').length") == 5
+    first = objects.run("return document.querySelector('#moduli tr').textContent")
+    assert first.startswith("Recommended, by Kinect and ")
     untroubled(objects)
 
 

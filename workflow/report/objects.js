@@ -1,10 +1,12 @@
-// Behaviour of objects.html: which capture and frame is shown, and from where it is looked at.
+// Behaviour of objects.html: how estimates are sorted, which capture and frame is shown, and from where.
 "use strict";
 const DATA = JSON.parse(document.getElementById("data").textContent);
 const scene = document.getElementById("scene");
 const slider = document.getElementById("frame");
+// From farther away where the window is narrow: the colour bar takes a part of it.
+const FAR = Math.max(1, 1.5 * scene.clientHeight / scene.clientWidth);
 const FRONT = {
-  eye: { x: 0.55, y: -1.35, z: 0.85 }, center: { x: 0, y: 0, z: -0.05 }, up: { x: 0, y: 0, z: 1 },
+  eye: { x: 0.55 * FAR, y: -1.35 * FAR, z: 0.85 * FAR }, center: { x: 0, y: 0, z: -0.05 }, up: { x: 0, y: 0, z: 1 },
 };
 const TURN_RAD = Math.PI / 18, ZOOM = 1.15, STEEPEST_RAD = 1.5, NEAREST = 0.3, FARTHEST = 6, DIAGONAL = 1.75;
 // The colours of the figures of tracked surfaces: light where nothing moves, so that shading shows.
@@ -155,6 +157,23 @@ const KEYS = {
   "+": "nearer", "=": "nearer", "-": "farther", 0: "back",
 };
 
+// Numbers by size, words by the alphabet; what has no value stays at the end.
+function compared(one, other, way) {
+  if (one === undefined || other === undefined) return (one === undefined) - (other === undefined);
+  return way * (Number(one) - Number(other) || one.localeCompare(other, undefined, { numeric: true }));
+}
+
+// Up first, then down; what is equal keeps its order.
+function sortBy(head) {
+  const way = head.ariaSort === "ascending" ? -1 : 1, body = head.closest("table").tBodies[0];
+  for (const other of head.parentElement.cells) other.removeAttribute("aria-sort");
+  head.setAttribute("aria-sort", way > 0 ? "ascending" : "descending");
+  const value = (line) => line.cells[head.cellIndex].dataset.value;
+  body.append(...[...body.rows].sort((one, other) => compared(value(one), value(other), way)));
+}
+
+document.querySelectorAll("#estimates th button").forEach((button) =>
+  button.addEventListener("click", () => sortBy(button.closest("th"))));
 DATA.views.forEach((view, number) => {
   const label = document.createElement("label"), input = document.createElement("input");
   Object.assign(input, { type: "radio", name: "capture", value: number, checked: number === 0 });
@@ -181,7 +200,7 @@ told.textContent = simulated
   : "Recorded captures.";
 told.classList.toggle("simulated", simulated > 0);
 document.getElementById("source").textContent =
-  `Surfaces of the tracker "${DATA.tracker}", from which E and nu are estimated; true to scale, in the ` +
-  "object's frame, z up from the support. The colour bar ends at the greatest displacement of the " +
-  "deepest frame.";
+  `Surfaces of the tracker "${DATA.tracker}", true to scale, in the object's frame, z up from the support. ` +
+  "Depths are as recorded: an object's own page has them as its estimate corrects them. The colour bar " +
+  "ends at the greatest displacement of the deepest frame.";
 showCapture(DATA.views[0]).then(() => document.body.setAttribute("data-drawn", "yes"));

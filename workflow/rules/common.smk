@@ -29,6 +29,7 @@ from palpate.run.configuration import open_run
 from palpate.run.digest import follow
 from palpate.run.job_run import own_run
 from palpate.run.lock import begin_run, last_holders
+from palpate.run.pace import pace_of
 from palpate.run.places import sources_of
 from palpate.run.progress import GOES_ON, Plan, be_brief
 from palpate.run.refusal import look_first, refuse
@@ -56,6 +57,7 @@ try:
         check_lab=lab_problems,
         blocks={"simulation": Simulation},
         rules=workflow.rules,
+        later=True,
     )
 except ValueError as error:
     refuse(error)
@@ -96,7 +98,12 @@ onstart:
         # With a rate limit each pass of the scheduler starts a clock that makes another: decisions.md.
         workflow.scheduler.job_rate_limiter = None
     PLAN.show()
-    be_brief(logger, len(workflow.dag))
+    PACE = pace_of(
+        workflow.dag.needrun_jobs(),
+        benchmarks=Path(RUN.results("benchmarks")),
+        cores=workflow.resource_settings.cores,
+    )
+    be_brief(logger, len(workflow.dag), PACE)
 
 
 onerror:

@@ -131,6 +131,7 @@ rule direct_object:
     output:
         estimate=RUN.results("{object}/{sensor}/direct.json"),
         budget=RUN.results("{object}/{sensor}/uncertainty_budget.csv"),
+        fitted=RUN.results("{object}/{sensor}/fitted.npz"),
     log:
         RUN.results("logs/direct_object/{object}-{sensor}.log"),
     benchmark:

@@ -66,6 +66,7 @@ rule probe_pose:
     input:
         capture=RUN.raw("{object}/{sensor}/{capture}"),
         optics=RUN.optics_of,
+        calibrations=RUN.calibrations_of,
     output:
         pose=RUN.of_capture("probe_pose.csv"),
     log:
@@ -90,6 +91,7 @@ rule force:
         capture=RUN.raw("{object}/{sensor}/{capture}"),
         pose=RUN.of_capture("probe_pose.csv"),
         plane=RUN.results("{object}/{sensor}/support_plane.json"),
+        calibrations=RUN.calibrations_of,
     output:
         force=RUN.of_capture("force.csv"),
         clock=RUN.of_capture("clock.json"),

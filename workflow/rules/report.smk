@@ -75,6 +75,7 @@ rule objects_page:
         behaviour=str(PROJECT / "workflow/report/objects.js"),
         tracked=RUN.files(SHOWN, f"tracked-{RUN.tracker}.npz"),
         fits=RUN.files(SHOWN, "hertz.json"),
+        summary=RUN.results("summary.csv"),
         minima=RUN.minima_of(objects_shown(RUN))
         + RUN.files(STANDING.minimised(), *RUN.minima),
     output:
@@ -90,6 +91,7 @@ rule objects_page:
         minimised=[*RUN.described("minimised"), *STANDING.minimised()],
         errors=RUN.errors,
         tracker=RUN.tracker,
+        pages=[*OWN.paged, *STANDING.paged],
     message:
         "Tracked objects in three dimensions"
     script:

@@ -1,4 +1,4 @@
-"""Record an experiment about a sensor: calibration, workspace, CD case, loading, planes."""
+"""Record an experiment about a sensor or the probe that it films."""
 
 import numpy as np
 from palpate.capture.files import whole_file, whole_folder
@@ -8,10 +8,12 @@ from virtual_lab.device import device_of
 from virtual_lab.experiments import record_planes, record_trace, record_workspace
 from virtual_lab.ladder import load_ladder, mirrored
 from virtual_lab.paint import CoverPaint
+from virtual_lab.pivot import record_pivot
 from virtual_lab.record import record_capture, with_motion
 from virtual_lab.rig import bare_bench, make_rig, object_bench
 from virtual_lab.scene import Bench
 from virtual_lab.seeds import seed_of
+from virtual_lab.weighing import record_load, record_stiffness
 
 
 def main(snakemake):
@@ -70,6 +72,24 @@ def planes(folder, snakemake, seed):
     return {}
 
 
+def pivot(folder, snakemake, seed):
+    """Handle that turns about its resting tip."""
+    params = snakemake.params
+    return record_pivot(folder, bare_rig(snakemake), params.experiment, params.probe, seed=seed)
+
+
+def load(folder, snakemake, seed):
+    """Probe held free in the air."""
+    params, rig = snakemake.params, bare_rig(snakemake)
+    return record_load(folder, rig, params.common, params.experiment, params.probe, seed=seed)
+
+
+def stiffness(folder, snakemake, seed):
+    """Ball pressed on something rigid."""
+    params, rig = snakemake.params, bare_rig(snakemake)
+    return record_stiffness(folder, rig, params.common, params.experiment, params.probe, seed=seed)
+
+
 def bare_rig(snakemake):
     """The sensor before a table without an object."""
     params = snakemake.params
@@ -84,5 +104,8 @@ RECORDERS = {
     "cd_case": cd_case,
     "loading": loading,
     "planes": planes,
+    "pivot": pivot,
+    "load": load,
+    "stiffness": stiffness,
 }
 run(main, snakemake)

@@ -4,10 +4,10 @@ import argparse
 import sys
 
 from palpate import __version__
-from palpate.commands import board, calibrate, check, direct, hertz, new, recording
+from palpate.commands import board, calibrate, check, direct, export, hertz, new, recording
 
 # In the order in which a person meets them.
-VERBS = (hertz, new, board, calibrate, recording, check, direct)
+VERBS = (hertz, new, board, calibrate, recording, check, direct, export)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -16,9 +16,16 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         return options.work(options) or 0
     except (ValueError, OSError) as error:
-        for line in str(error).splitlines():
+        for line in _told(error).splitlines():
             print(f"error: {line}", file=sys.stderr)
         return 1
+
+
+def _told(error: ValueError | OSError) -> str:
+    """What is wrong: of a file that can't be read or written first its name."""
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    return str(error)
 
 
 def _parser() -> argparse.ArgumentParser:

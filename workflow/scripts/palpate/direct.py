@@ -7,12 +7,14 @@ import numpy as np
 from palpate.estimate.direct.estimate import DirectEstimate, estimate_direct
 from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.measurement import Measurement
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.units import MILLIMETRES
+from palpate.vision.probe import marker_transforms
 
 # A table of another sphere is another force.
 SAME_RADIUS = 1e-6
@@ -90,7 +92,8 @@ def estimate(
         _check_table(one, table)
     options = options or measured[0].config.direct.fit
     indentations = [_indentation(*of, options) for of in zip(measured, tables, strict=True)]
-    return estimate_direct(indentations, options, radius_m=radius)
+    known = ProbeUncertainty.of(measured[0].capture.probe)
+    return estimate_direct(indentations, options, known, radius_m=radius)
 
 
 def _check_table(measured: Measurement, table: IndentationModel) -> None:
@@ -119,6 +122,8 @@ def _indentation(measured: Measurement, table: IndentationModel, options: Fit) -
         stiffness_n_m=measured.capture.probe.get("stiffness_n_m", np.inf),
         clock_offset_s=measured.clock.offset_s,
         clock_std_s=measured.clock.prior_std_s,
+        turns=marker_transforms(measured.poses)[:, :3, :3],
+        uncertainty=ProbeUncertainty.of(measured.capture.probe),
     )
     surface = SmoothSurface(measured.template.vertices_m, measured.template.faces)
     return direct_indentation(

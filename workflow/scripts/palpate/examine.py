@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from palpate.capture.calibrations import as_stated
 from palpate.capture.capture import Capture
 from palpate.capture.check import checked_object
 from palpate.capture.check_curves import declared_curve
@@ -24,6 +25,7 @@ from palpate.capture.tables import FORCE, read_table
 from palpate.estimate.hertz.range import force_onset
 from palpate.press import Press, press_of
 from palpate.run.options import Config
+from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.examine_frames import examine_frames, examine_scene
 from palpate.vision.force import AVERAGED_S, zeroed
 from palpate.vision.force import FORCE as COMPONENTS
@@ -38,6 +40,7 @@ def examine_object(
     probes: Mapping,
     config: Config | None = None,
     optics_of: Callable[[str], Path | None] = lambda sensor: None,
+    calibrations_of: Callable[[str], Sequence[Path]] = lambda sensor: (),
 ) -> Findings:
     """Look into all that was dropped in for one object.
 
@@ -51,6 +54,9 @@ def examine_object(
         The options that an estimate would have.
     optics_of : callable, optional
         Gives calibration.json of a sensor by name, where a run has made it.
+    calibrations_of : callable, optional
+        And those of the probe by it; of what its file asks for and nobody made, what it states
+        counts.
 
     Returns
     -------
@@ -69,6 +75,8 @@ def examine_object(
     for place in checked.listed:
         sensor, probe = sensors.get(place.folder.name), probes[spec["probe"]]
         if sensor is not None and probe is not None:
+            made = calibrations_of(place.folder.name)
+            probe = calibrated_probe(as_stated(probe, {path.stem for path in made}), made)
             opened = [Capture(path, spec, sensor, probe) for path in place.captures]
             optics = optics_of(place.folder.name)
             result += _sensor(place, checked.right, opened, config or Config(), optics)

@@ -14,7 +14,7 @@ from palpate.capture.streams import Stream
 from palpate.capture.tables import columns_of
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
-from palpate.estimate.direct.picture_motion import Pictures
+from palpate.estimate.direct.picture_motion import Pictures, compares_pictures
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.range import force_onset
 from palpate.frames import Film
@@ -36,7 +36,7 @@ from palpate.vision.background import build_model
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.clock import ClockOffset
 from palpate.vision.clouds import Reach, clouds_of, read_clouds, save_clouds
-from palpate.vision.flow import never_covered
+from palpate.vision.flow import uncovered_share
 from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks, masks_of, save_masks
 from palpate.vision.probe import ALONG_STD, AXIS, TIP
@@ -196,9 +196,9 @@ def measure(
     )
     rest = rest_frames(template, alignment, tips, forces, radius_m=radius, onset_force_n=least)
     pictures = None
-    if config.direct.observation.pictures:
+    if compares_pictures(sensor, config.direct.observation):
         images, camera = Stream(capture.folder, sensor), camera_from_spec(sensor["color"])
-        pictures = Pictures(images, camera, never_covered(masks))
+        pictures = Pictures(images, camera, uncovered_share(masks))
     motion = observed_motion(
         template,
         alignment,

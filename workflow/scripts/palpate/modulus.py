@@ -45,7 +45,7 @@ class Modulus:
     ----------
     value : float
     low, high : float or None
-        Ends of its interval at 95 %, if it has one.
+        Ends of its interval at 95 %, if it has one; without an upper end it is open.
     verdict : str
         Of `VERDICTS`.
     unit : {"Pa", "1"}
@@ -62,12 +62,18 @@ class Modulus:
 
         >>> Modulus(24130.0, 23000.0, 25500.0, "identified", "Pa").told()
         '24.1 kPa (23.0 to 25.5)'
+        >>> Modulus(24130.0, 23000.0, None, "bounded", "Pa").told()
+        '24.1 kPa (23.0 kPa or more)'
         """
         scale, unit = readable(self.value, "Pa") if self.unit == "Pa" else (1.0, "")
         places = 1 if unit else 2
         text = f"{scale * self.value:.{places}f} {unit}".strip()
-        if self.low is None or self.high is None:
+        if self.low is None:
             return text
+        if self.high is None:
+            # The value may be many times the end.
+            end = Modulus(self.low, None, None, self.verdict, self.unit).told()
+            return f"{text} ({end} or more)"
         return f"{text} ({scale * self.low:.{places}f} to {scale * self.high:.{places}f})"
 
     def __str__(self) -> str:

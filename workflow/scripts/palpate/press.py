@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.capture.calibrations import asked, require_met
 from palpate.capture.capture import Capture
 from palpate.capture.tables import as_written
 from palpate.run.options import Config
@@ -62,6 +63,7 @@ def press_of(capture: Capture, config: Config, optics: str | Path | None = None)
             f"optics: expected the calibration.json that {capture.folder.parent.name}'s file asks"
             " for, found none"
         )
+    require_met(asked(capture.probe), capture.probe)
     sensor, probe = sensor_with_optics(capture.sensor, optics and str(optics)), capture.probe
     # Numbers are those of the files between the workflow's stages: one answer either way.
     poses = as_written(followed(capture.folder, sensor, probe, config.probe_pose))

@@ -5,24 +5,31 @@ import json
 import pandas as pd
 from palpate.capture.files import whole_file
 from palpate.estimate.direct.estimate import estimate_direct
+from palpate.estimate.direct.fitted import save_fitted
 from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
 from palpate.run.direct_inputs import read_indentations
 from palpate.run.job import naming, run
+from palpate.vision.calibrated_probe import calibrated_probe
 
 
 def main(snakemake):
     """Write direct.json."""
     params, options = snakemake.params, Fit.read(snakemake.params.options)
-    indentations = read_indentations(snakemake.input, params.probe, options)
-    radius = params.probe["indenter"]["radius_m"]
+    probe = calibrated_probe(params.probe, snakemake.input.calibrations)
+    indentations = read_indentations(snakemake.input, probe, options)
+    known, radius = ProbeUncertainty.of(probe), probe["indenter"]["radius_m"]
     with naming(", ".join(snakemake.input.poses), "frames"):
-        found = estimate_direct(indentations, options, radius_m=radius)
+        found = estimate_direct(indentations, options, known, radius_m=radius)
     with whole_file(snakemake.output.estimate) as part:
         text = json.dumps({"captures": list(params.captures)} | found.to_dict(), indent=2)
         part.write_text(text + "\n", encoding="utf-8")
     if "budget" in snakemake.output.keys():
         with whole_file(snakemake.output.budget) as part:
             pd.DataFrame(found.budget.rows()).to_csv(part, index=False)
+    if "fitted" in snakemake.output.keys():
+        with whole_file(snakemake.output.fitted) as part:
+            save_fitted(part, dict(zip(params.captures, found.captures(), strict=True)))
 
 
 run(main, snakemake)

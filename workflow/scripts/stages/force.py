@@ -8,6 +8,7 @@ from palpate.capture.schema import load_yaml
 from palpate.capture.tables import columns_of, read_force, read_frames, read_table, write_table
 from palpate.run.declared import declared_point
 from palpate.run.job import naming, run
+from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Force
 from palpate.vision.probe import AXIS, TIP, check_steepness
@@ -21,6 +22,7 @@ def main(snakemake):
         snakemake.params,
         Force.read(snakemake.params.options),
     )
+    probe = calibrated_probe(params.probe, source.calibrations)
     poses, record = read_table(source.pose), read_force(source.capture)
     with naming(source.pose):
         columns_of(poses, ["time_s", *TIP, *AXIS], frames=len(read_frames(source.capture)))
@@ -28,10 +30,8 @@ def main(snakemake):
     spec = load_yaml(source.object)
     point = declared_point(spec, snakemake.wildcards.capture.partition("-")[0])
     with naming(source.capture, "force", "matching", "probe"):
-        check_steepness(poses, params.probe, plane[:3], point, spec["support"])
-        table, clock = capture_wrenches(
-            record, poses, params.sensor, params.probe, options, up=plane[:3]
-        )
+        check_steepness(poses, probe, plane[:3], point, spec["support"])
+        table, clock = capture_wrenches(record, poses, params.sensor, probe, options, up=plane[:3])
         logging.info("clock offset %.4f s, deviation %.4f s", clock.offset_s, clock.std_s)
     with whole_file(snakemake.output.clock) as part:
         part.write_text(json.dumps(vars(clock), indent=1) + "\n", encoding="utf-8")

@@ -2,6 +2,7 @@
 
 from palpate.capture.tables import write_table
 from palpate.run.job import naming, run
+from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.follow import followed
 from palpate.vision.options import ProbePose
@@ -11,8 +12,9 @@ def main(snakemake):
     """Write the probe's pose at every frame."""
     params, capture = snakemake.params, snakemake.input.capture
     sensor = sensor_with_optics(params.sensor, snakemake.input.get("optics"))
+    probe = calibrated_probe(params.probe, snakemake.input.calibrations)
     with naming(capture, "marker", "frame"):
-        table = followed(capture, sensor, params.probe, ProbePose.read(params.options))
+        table = followed(capture, sensor, probe, ProbePose.read(params.options))
     write_table(snakemake.output.pose, table)
 
 

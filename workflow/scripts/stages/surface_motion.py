@@ -9,13 +9,13 @@ from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.motion import save_motion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.picture_motion import Pictures
+from palpate.estimate.direct.picture_motion import Pictures, compares_pictures
 from palpate.run.job import naming, run
 from palpate.surface.alignment import load_alignment
 from palpate.surface.template import read_template
 from palpate.vision.camera import camera_from_spec, sensor_with_optics
 from palpate.vision.clouds import read_clouds
-from palpate.vision.flow import never_covered
+from palpate.vision.flow import uncovered_share
 from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS, TIP
@@ -38,10 +38,10 @@ def main(snakemake):
     options = Observation.read(params.options)
     sensor = sensor_with_optics(params.sensor, inputs.get("optics"))
     pictures = None
-    if options.pictures:
-        background = never_covered(load_masks(inputs.mask))
+    if compares_pictures(sensor, options):
+        uncovered = uncovered_share(load_masks(inputs.mask))
         images, camera = Stream(inputs.capture, sensor), camera_from_spec(sensor["color"])
-        pictures = Pictures(images, camera, background)
+        pictures = Pictures(images, camera, uncovered)
     with naming(inputs.clouds, "clouds", "frames"):
         motion = observed_motion(
             *known,

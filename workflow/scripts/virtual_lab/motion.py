@@ -70,7 +70,7 @@ class Hand:
         self.point_m, self.facing = np.asarray(point_m), np.asarray(facing)
         self.turn = _turn_to(direction)
         self.tilt_rad = np.deg2rad(options["tilt_deg"]) * rng.uniform(-1, 1, 2)
-        self.tones = _Tones(rng, channels=5)
+        self.tones = Tones(rng, channels=5)
         self.pace = 1 + options["pace_spread"] * rng.uniform(-1, 1)
         self.depth_m = options["depth_m"] * (1 - options["depth_spread"] * rng.uniform(0, 1))
 
@@ -131,8 +131,14 @@ def _turn_to(direction: NDArray) -> NDArray:
     return Rotation.from_rotvec(axis * (angle / max(sine, 1e-12))).as_matrix()
 
 
-class _Tones:
-    """Sum of sinusoids of random frequency and phase, unit standard deviation in each channel."""
+class Tones:
+    """Sum of sinusoids of random frequency and phase, unit standard deviation in each channel.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    channels : int
+    """
 
     def __init__(self, rng: np.random.Generator, *, channels: int) -> None:
         size = (TREMOR_TONES, channels)
@@ -140,6 +146,7 @@ class _Tones:
         self.phase = rng.uniform(0, 2 * np.pi, size)
 
     def __call__(self, time_s: NDArray) -> NDArray:
+        """Values at times (n,) [s], (n, channels)."""
         angle = 2 * np.pi * self.frequency_hz * time_s[:, None, None] + self.phase
         return np.sin(angle).sum(axis=1) * np.sqrt(2 / TREMOR_TONES)
 

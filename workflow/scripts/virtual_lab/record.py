@@ -233,7 +233,26 @@ def _record_force(
         elastic_n *= softening(path.depth_m, virgin_n, material["mullins"])[:, None]
     relaxation = material["relaxation"]
     force_n = np.column_stack([relaxed_force(time_s, part, **relaxation) for part in elastic_n.T])
-    drift = np.random.default_rng([*seed, 5])
+    write_record(folder, device, path, force_n, probe_spec, options, seed, offset_s=offset_s)
+    return time_s, force_n
+
+
+def write_record(
+    folder: Path,
+    device: Device,
+    path: ProbeMotion,
+    force_n: NDArray,
+    probe_spec: Mapping,
+    options: Mapping,
+    seed: list,
+    *,
+    offset_s: float,
+) -> None:
+    """Write force.csv of a path and the forces (n, 3) on its tip, object frame [N].
+
+    ``options`` is the ``force`` block of lab.yaml with what really hangs on the sensor.
+    """
+    drift, time_s = np.random.default_rng([*seed, 5]), path.time_s
 
     def felt(load: NDArray) -> NDArray:
         swung = device.size("inertia") * inertial_load(path, probe_spec, options)
@@ -251,7 +270,6 @@ def _record_force(
     record["time_s"] += offset_s + device.clock_rate * time_s
     record["time_s"] = device.stamped(record["time_s"].to_numpy())
     write_force(folder, record)
-    return time_s, force_n
 
 
 def reached(light: Light, probe: Probe, tip: NDArray, turn: NDArray) -> list[NDArray]:

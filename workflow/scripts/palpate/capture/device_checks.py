@@ -1,10 +1,11 @@
 """What is wrong with files of sensors and probes beyond their schemas, a line for each thing."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from palpate.capture.calibrations import CALIBRATION, PARTS
 from palpate.capture.schema import SCHEMAS, load_yaml, validate
 
 # Eq. 4.12 as printed is a rotation to 1e-8; files may be rounded further.
@@ -26,6 +27,8 @@ BITS |= {"APRILTAG_16H5": 6, "APRILTAG_25H9": 7, "APRILTAG_36H10": 8, "APRILTAG_
 # White about a tag that OpenCV asks for, in cells; and between tags, in tags.
 LEAST_MARGIN, LEAST_GAP = 0.7, 0.1
 FEWEST_CORNERS = 6
+# Of numbers that were rounded to four digits; a tip that is known worse is not.
+SYMMETRY_TOLERANCE, LARGEST_TIP_STD_M = 1e-3, 0.02
 # What depth images blur around a tip [m].
 TIP_MARGIN_M = 0.002
 
@@ -42,7 +45,8 @@ def wrong_devices(sensors: Mapping, probes: Mapping, paths: Mapping) -> list[str
     """
     lines = ambiguous_boards(probes, paths["probes"]) + impossible_optics(sensors, paths)
     lines += bent_transforms(probes, sensors, paths) + dead_gauges(probes, paths["probes"])
-    return lines + unlike_tips(probes, paths["probes"])
+    lines += unlike_tips(probes, paths["probes"])
+    return lines + unsure_tips(probes, paths["probes"]) + said_twice(probes, paths["probes"])
 
 
 def ambiguous_boards(probes: Mapping, folder: str) -> list[str]:
@@ -161,6 +165,45 @@ def unlike_tips(probes: Mapping, folder: str) -> list[str]:
     return lines
 
 
+def unsure_tips(probes: Mapping, folder: str) -> list[str]:
+    """Covariances that no tip has."""
+    lines = []
+    for name, probe in probes.items():
+        if (rows := probe.get("tip_covariance_m2")) is None:
+            continue
+        found = covariance_fault(rows)
+        lines += [f"{_file(folder, name)}: tip_covariance_m2: {found}"] if found else []
+    return lines
+
+
+def said_twice(probes: Mapping, folder: str) -> list[str]:
+    """Deviations of what a file does not state, but asks a calibration for."""
+    return [
+        f"{_file(folder, name)}: {deviation}: expected none beside {field}: calibration"
+        f" ({part.name}.json has it), found one"
+        for name, probe in probes.items()
+        for part in PARTS
+        for field, deviation in part.deviations.items()
+        if probe.get(field) == CALIBRATION and deviation in probe
+    ]
+
+
+def covariance_fault(rows: Sequence) -> str:
+    """What is wrong with a tip's covariance, 3 x 3 numbers [m^2]; empty where nothing is."""
+    covariance = np.array(rows, dtype=float)
+    if not np.allclose(covariance, covariance.T, rtol=SYMMETRY_TOLERANCE, atol=0):
+        row, column = np.argwhere(~np.isclose(covariance, covariance.T, SYMMETRY_TOLERANCE, 0))[0]
+        pair = f"{covariance[row, column]:.3g} and {covariance[column, row]:.3g}"
+        return f"expected a symmetric matrix, found {pair} on two sides of its diagonal"
+    least, *_, most = np.linalg.eigvalsh(covariance)
+    if not least > 0:
+        return f"expected variances above 0 in all directions, found {least:.3g}"
+    if most > LARGEST_TIP_STD_M**2:
+        found = f"{np.sqrt(most):.3g} m"
+        return f"expected deviations up to {LARGEST_TIP_STD_M:g} m, found {found} (square metres?)"
+    return ""
+
+
 def _tip_of(probe: Mapping) -> np.ndarray:
     return np.array(probe["force_from_tip"], dtype=float)[:3, 3]
 
@@ -180,12 +223,13 @@ def bent_transforms(probes: Mapping, sensors: Mapping, paths: Mapping) -> list[s
     return [
         f"{path}: {key}: expected a rotation and a shift, found {found}"
         for path, key, rows in places
-        if (found := _bent(np.array(rows, dtype=float)))
+        if (found := bent(rows))
     ]
 
 
-def _bent(transform: np.ndarray) -> str:
-    """What is wrong with a rigid transform; empty where nothing is."""
+def bent(rows: Sequence) -> str:
+    """What is wrong with a rigid transform, 4 x 4 numbers; empty where nothing is."""
+    transform = np.array(rows, dtype=float)
     turn = transform[:3, :3]
     if not np.abs(transform[:3, 3]).max() <= LONGEST_SHIFT_M:
         return f"a shift of {np.abs(transform[:3, 3]).max():g} m (metres?)"

@@ -9,6 +9,7 @@ import pandas as pd
 from palpate.capture.check import check_capture
 from palpate.capture.columns import check_numbers, read_columns
 from palpate.capture.device_checks import wrong_board
+from palpate.capture.discover import BACKGROUND
 from palpate.capture.pictures import check_frames
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import image_streams, read_table
@@ -124,9 +125,21 @@ def _cd_case(folder: Path, sensor: Mapping) -> list[str]:
     streams = image_streams(sensor)
     return [
         problem
-        for name in ("trace", "background")
+        for name in ("trace", BACKGROUND)
         for problem in check_frames(folder / name, streams, fewest=FEWEST_REPEATS)[0]
     ]
+
+
+def check_film(folder: Path, sensor: Mapping) -> list[str]:
+    """Check a film of the probe's board: all streams of the sensor."""
+    problems = check_frames(folder, image_streams(sensor), fewest=FEWEST_REPEATS)[0]
+    return [one_line(problem) for problem in problems]
+
+
+def _load(folder: Path, sensor: Mapping) -> list[str]:
+    """Film and forces of the probe held free, and the empty table, which tells the vertical."""
+    background = check_frames(folder / BACKGROUND, image_streams(sensor), fewest=FEWEST_REPEATS)[0]
+    return check_capture(folder, sensor) + background
 
 
 def _planes(folder: Path, sensor: Mapping) -> list[str]:
@@ -173,4 +186,7 @@ CHECKS = {
     "cd_case": _cd_case,
     "loading": check_capture,
     "planes": _planes,
+    "pivot": check_film,
+    "load": _load,
+    "stiffness": check_capture,
 }

@@ -32,7 +32,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     Raises
     ------
     OSError
-        That names the file if there is no space for it.
+        That names the file if there is no space for it, or no writing there.
     """
     path = Path(path)
     with _part_of(path) as part:
@@ -88,11 +88,12 @@ def _check_free(path: Path) -> None:
 def _part_of(path: Path) -> Iterator[Path]:
     """A hidden sibling of a file or folder; it is gone after the block, whatever happens."""
     part = _sibling(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         yield part
     except OSError as error:
-        if error.errno in NO_SPACE and error.filename in (None, str(part)):
+        full = error.errno in NO_SPACE and error.filename is None
+        if full or error.filename == str(part):
             raise OSError(error.errno, error.strerror, str(path)) from error
         raise
     finally:

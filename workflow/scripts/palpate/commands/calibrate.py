@@ -2,16 +2,18 @@
 
 from typing import Any
 
-from palpate.commands import calibrate_camera
+from palpate.commands import calibrate_camera, calibrate_load, calibrate_stiffness, calibrate_tip
 
 # In the order in which a person needs them.
-PARTS = (calibrate_camera,)
+PARTS = (calibrate_camera, calibrate_tip, calibrate_load, calibrate_stiffness)
 
 
 def add(commands: Any) -> None:
     """Add the command to a parser's."""
-    about = "Measure the rig itself: its cameras."
-    verb = commands.add_parser("calibrate", help="measure the rig: its cameras", description=about)
+    about = "Measure the rig itself: its cameras, the probe's tip, its load and stiffness."
+    verb = commands.add_parser(
+        "calibrate", help="measure the rig: cameras, probe", description=about
+    )
     parts = verb.add_subparsers(required=True, metavar="part", title="parts")
     for part in PARTS:
         part.add(parts)

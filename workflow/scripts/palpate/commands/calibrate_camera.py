@@ -2,11 +2,12 @@
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
-from math import degrees, floor, inf, log10
+from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from palpate.commands.help import add_verb
+from palpate.commands.rig import sure
 from palpate.units import MILLIMETRES
 
 if TYPE_CHECKING:
@@ -243,13 +244,7 @@ def _lines(own: "BoardPictures", found: "Calibration") -> Iterator[str]:
 
 
 def _value(name: str, value: float, errors: Mapping[str, float]) -> str:
-    return f"{name.removesuffix('_px')} {_sure(value, errors[name])}"
-
-
-def _sure(value: float, error: float) -> str:
-    """A value to the second digit of its standard error."""
-    digits = max(0, 1 - floor(log10(error))) if 0 < error < inf else 6
-    return f"{value:.{digits}f} +- {error:.{digits}f}"
+    return f"{name.removesuffix('_px')} {sure(value, errors[name])}"
 
 
 def _pair_lines(pair: "PairCalibration") -> Iterator[str]:
@@ -268,7 +263,7 @@ def _pair_lines(pair: "PairCalibration") -> Iterator[str]:
     yield f"second camera from the first, by {len(pair.errors_px)} pairs"
     for name, (values, errors, scale, unit) in rows.items():
         pairs = zip(values, errors, strict=True)
-        yield f"  {name} {', '.join(_sure(v * scale, e * scale) for v, e in pairs)} {unit}"
+        yield f"  {name} {', '.join(sure(v * scale, e * scale) for v, e in pairs)} {unit}"
     yield f"  residual: {pair.rms_px:.3f} px (root mean square)"
     for view, reason in pair.rejected.items():
         yield f"  not of one moment: {view}: {reason}"

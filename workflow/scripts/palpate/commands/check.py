@@ -41,7 +41,7 @@ def _check(options: argparse.Namespace) -> int:
         status |= _checked(folder, devices, [line for lines in needed.values() for line in lines])
         used, others = used | needed.keys(), others | wrong
     for path in sorted(others.keys() - used):
-        print(f"worth a look: {_first(others[path])} (not used here, but a run refuses it)")
+        print(f"worth a look: {_first(others[path])} (not used here)")
     return status
 
 
@@ -64,9 +64,12 @@ def _checked(folder: Path, devices: Mapping[str, Devices], lines: list[str]) -> 
     from palpate.examine import examine_object
 
     project = Project.near(folder)
+    config = project.config(None)
     specs = (devices[name].specs for name in PLACES)
+    probe = devices["probes"].specs.get(_object_file(folder).get("probe"))
+    lines += project.missing_films(folder, probe, devices["probes"].folder)
     findings = Findings(tuple(lines))
-    findings += examine_object(folder, *specs, project.config(None), project.optics)
+    findings += examine_object(folder, *specs, config, project.optics, project.calibrations)
     lines = list(findings.wrong) or [f"{folder}: nothing wrong"]
     places = {name: devices[name].folder for name in PLACES}
     if places != PLACES:

@@ -97,6 +97,13 @@ def _title(group: Sequence[Capture]) -> str:
     return f"{folder.parents[1].name}, {folder.parent.name}: {count} capture{'s' * (count > 1)}"
 
 
+def _calibrated(capture: Capture, paths: Sequence[Path]) -> Capture:
+    """A capture whose probe is as a run found it, where its file asks for that."""
+    from palpate.vision.calibrated_probe import calibrated_probe
+
+    return replace(capture, probe=calibrated_probe(capture.probe, paths))
+
+
 def _estimated(
     group: Sequence[Capture], options: argparse.Namespace, steps: _Steps, made: dict
 ) -> "DirectEstimate":
@@ -110,12 +117,13 @@ def _estimated(
     optics = options.optics
     if optics is None and group[0].sensor.get("optics") == "calibration":
         optics = project.optics(folder.parent.name)
+    calibrations = project.calibrations(folder.parent.name)
     measured = []
     for capture in group:
         shown = os.path.relpath(capture.folder)
         steps.begin(f"{shown}: masks, probe, forces, clouds, motion")
         try:
-            measured.append(measure(capture, config, optics=optics))
+            measured.append(measure(_calibrated(capture, calibrations), config, optics=optics))
         except ValueError as error:
             line = str(error)
             raise ValueError(line if shown in line else f"{shown}: {line}") from None

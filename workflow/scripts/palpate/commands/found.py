@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from palpate.capture.calibrations import PARTS
 from palpate.capture.capture import Capture, open_capture
 from palpate.capture.check import check_twice
 from palpate.capture.discover import sensor_folders
@@ -113,6 +114,38 @@ class Project:
         meshes = self.content.get("paths", {}).get("meshes", "config/meshes")
         places = (self.folder / meshes / f"{name}.vtu", self.results(name, "solid.vtu"))
         return next((path for path in places if path.is_file()), None)
+
+    def calibrations(self, sensor: str) -> list[Path]:
+        """What a run has found of the probe by a sensor."""
+        paths = [self.results("sensors", sensor, f"{part.name}.json") for part in PARTS]
+        return [path for path in paths if path is not None and path.is_file()]
+
+    def missing_films(self, folder: Path, probe: Mapping | None, place: Path) -> list[str]:
+        """What a run would miss of the films that an object's probe asks for, as lines.
+
+        Parameters
+        ----------
+        folder : Path
+            ``raw/<object>``.
+        probe : mapping or None
+            The probe's file, which stands in ``place``.
+        """
+        from palpate.run.lacking import missing_films
+        from palpate.run.places import CONFIGURATION, LAB
+
+        # Without a configuration nobody says which probe was filmed.
+        filmed = (probe or {}).get("probe") if self.folder is None else ""
+        for path in CONFIGURATION:
+            filmed = (self._content(path).get("experiments") or {}).get("probe", filmed)
+        sensors = [one.folder.name for one in sensor_folders(folder)]
+        used = {(folder.name, sensor): probe for sensor in sensors}
+        paths = {"raw": folder.parent, "probes": place}
+        return missing_films(used, self._content(LAB), paths, filmed)
+
+    def _content(self, path: str) -> Mapping:
+        """What a file of the project says; nothing where there is none."""
+        there = self.folder is not None and (self.folder / path).is_file()
+        return (load_yaml(self.folder / path) or {}) if there else {}
 
     def optics(self, sensor: str) -> Path | None:
         """Calibration of a sensor that a run has made."""

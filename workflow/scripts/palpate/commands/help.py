@@ -1,4 +1,4 @@
-"""What all verbs of the command share: their help, and where figures may go."""
+"""What verbs of the command share: their help, columns of curves, where figures may go."""
 
 import argparse
 from pathlib import Path
@@ -32,6 +32,13 @@ def add_verb(
     )
     verb.set_defaults(work=work)
     return verb
+
+
+def add_columns(verb: argparse.ArgumentParser) -> None:
+    """Add what a curve's header may leave open: which columns are depth and force, and units."""
+    for name, unit in (("depth", "m, mm, um, nm ..."), ("force", "N, mN, uN, nN, gf ...")):
+        verb.add_argument(f"--{name}-column", metavar="NAME", help="or its number, from 1")
+        verb.add_argument(f"--{name}-unit", metavar="UNIT", help=unit)
 
 
 def check_figure(path: Path | None) -> None:

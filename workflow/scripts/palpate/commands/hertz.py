@@ -9,7 +9,7 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.commands.help import add_verb, check_figure
+from palpate.commands.help import add_columns, add_verb, check_figure
 from palpate.units import readable
 
 if TYPE_CHECKING:
@@ -241,9 +241,7 @@ def add(commands: Any) -> None:
         "--range-mm", nargs=2, metavar=("FROM", "TO"), help="of the depth's column, as it counts"
     )
     verb.add_argument("--weights", metavar="COLUMN", help="column of weights of the samples")
-    for name, unit in (("depth", "m, mm, um, nm ..."), ("force", "N, mN, uN, nN, gf ...")):
-        verb.add_argument(f"--{name}-column", metavar="NAME", help="or its number, from 1")
-        verb.add_argument(f"--{name}-unit", metavar="UNIT", help=unit)
+    add_columns(verb)
     verb.add_argument("--figure", type=Path, help="draw the fits (.png, .svg, .pdf)")
     verb.add_argument("--table", type=Path, help="write a CSV table, a row for each curve")
     verb.add_argument("--json", action="store_true", help="print all that went in and came out")

@@ -16,6 +16,8 @@ from palpate.commands.help import add_verb
 # What a depth image of each kind of sensor holds.
 ENCODINGS = {"depth": "millimetre", "structured_light": "kinect_disparity", "stereo": None}
 
+BOARDS = ("checkerboard", "charuco", "aprilgrid")
+
 ABOUT = """\
 Begin an object: write its file, its camera's and its probe's, to fill in, and say what to do next.
 Files that are there already are used as they are.
@@ -34,9 +36,10 @@ def _new(options: argparse.Namespace) -> None:
         found_folder(name, getattr(options, name), folder) or PLACES[name] for name in PLACES
     )
     known = {"object": options.object, "probe": options.probe}
+    marker = {"marker": {"kind": options.board}} if options.board != BOARDS[0] else {}
     files = {
         sensors / f"{sensor}.yaml": ("sensor", _known_of_sensor(sensor, options.kind)),
-        probes / f"{options.probe}.yaml": ("probe", {"probe": options.probe}),
+        probes / f"{options.probe}.yaml": ("probe", {"probe": options.probe} | marker),
         path: ("object", known | {"template": {"file": "template.ply"}}),
     }
     # The object's comes last: what came before a failure is there already when one tries again.
@@ -100,6 +103,7 @@ def add(commands: Any) -> None:
     new.add_argument("object", help="its name, like red_sponge")
     new.add_argument("--sensor", help="the camera's name (camera)")
     new.add_argument("--probe", default="probe", help="the probe's name (probe)")
+    new.add_argument("--board", choices=BOARDS, default=BOARDS[0], help="probe's (checkerboard)")
     new.add_argument("--kind", choices=ENCODINGS, default="depth", help="of camera (depth)")
     new.add_argument("--raw", type=Path, help="folder of all objects; else raw beside config")
     add_devices(new)

@@ -117,10 +117,12 @@ def figure_5_2(captures: Sequence[Mapping], fits: Sequence[Mapping]) -> Figure:
         sharey="row",
         squeeze=False,
     )
-    for column, capture, fit in zip(axes.T, captures, fits, strict=True):
+    titles = [f"{sensor_name(one['sensor'])}, point {one['point']}" for one in captures]
+    if len(set(titles)) < count:
+        titles = [f"{sensor_name(one['sensor'])}, {one['capture']}" for one in captures]
+    for column, title, fit in zip(axes.T, titles, fits, strict=True):
         _fit_panel(column[0], fit)
         _residual_panel(column[1], fit)
-        title = f"{sensor_name(capture['sensor'])}, point {capture['point']}"
         column[0].set_title(title)
     axes[0, 0].set_ylabel("Force (N)")
     axes[1, 0].set_ylabel("Residual (mN)")

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.modulus import INTERVAL, Modulus
+from palpate.report.own_words import OF_NU, by
 from palpate.report.style import ERROR_NAMES, sensor_name
+from palpate.report.table_page import STYLE
 from palpate.report.tables import bound_mark
 from palpate.surface.pose import to_object
 from palpate.surface.tracked import Tracked
@@ -35,12 +37,15 @@ class Shown:
         hertz.json: its samples hold force and depth of each frame.
     minima : mapping
         minimise-<error>.json by error option.
+    advised : mapping or None, optional
+        Row of summary.csv that is recommended of its object and sensor.
     """
 
     capture: Mapping
     tracked: Tracked
     fit: Mapping
     minima: Mapping[str, Mapping]
+    advised: Mapping | None = None
 
 
 def view(shown: Shown) -> dict:
@@ -73,10 +78,10 @@ def view(shown: Shown) -> dict:
     return {
         "title": title(shown.capture),
         "provenance": shown.capture["provenance"],
-        "steps": _encoded(steps, "<i2"),
+        "steps": encoded(steps, "<i2"),
         "step_mm": step_mm,
         "middle_mm": middle_mm.tolist(),
-        "faces": _encoded(tracked.faces, "<u4"),
+        "faces": encoded(tracked.faces, "<u4"),
         "vertices": len(tracked.template_m),
         "frames": [
             _pressed(force, depth)
@@ -84,7 +89,7 @@ def view(shown: Shown) -> dict:
         ],
         "deepest_frame": deepest,
         "largest_mm": float(displacement_mm(tracked, deepest).max().round(3)),
-        "moduli": moduli(shown.fit, shown.minima),
+        "moduli": [*recommended(shown.advised), *moduli(shown.fit, shown.minima)],
     }
 
 
@@ -138,6 +143,15 @@ def title(capture: Mapping) -> str:
     return f"{name}, point {capture['point']}, {sensor_name(capture['sensor'])}"
 
 
+def recommended(advised: Mapping | None) -> list[dict[str, str]]:
+    """Row of the recommended estimate, with what is known of nu; none where there is none."""
+    if advised is None:
+        return []
+    verdict = advised["poisson_ratio_verdict"]
+    told = {"verdict": OF_NU.get(verdict, NOTHING)}
+    return [_row(f"Recommended, by {by(advised)}", advised) | told]
+
+
 def moduli(fit: Mapping, minima: Mapping[str, Mapping]) -> list[dict[str, str]]:
     """Moduli of a capture by method, as text, with what is to be said of nu."""
     advised = fit["recommended"]
@@ -156,9 +170,15 @@ def moduli(fit: Mapping, minima: Mapping[str, Mapping]) -> list[dict[str, str]]:
 
 
 def page(
-    template: str, *, behaviour: str, plotly: str, views: Sequence[Mapping], tracker: str
+    template: str,
+    *,
+    behaviour: str,
+    plotly: str,
+    views: Sequence[Mapping],
+    tracker: str,
+    estimates: str = "",
 ) -> str:
-    """Put views, their behaviour and the plotting library into the page.
+    """Put style, views, their behaviour and the plotting library into the page.
 
     Parameters
     ----------
@@ -168,6 +188,8 @@ def page(
         As `view` gives them.
     tracker : str
         Whose surfaces they are.
+    estimates : str, optional
+        All objects beside one another, as `objects_table.section` gives them.
 
     Returns
     -------
@@ -176,6 +198,8 @@ def page(
     """
     data = {"tracker": tracker, "views": list(views)}
     parts = {
+        "@@style@@": STYLE,
+        "@@estimates@@": estimates,
         "@@plotly@@": plotly.replace("</script", "<\\/script"),
         "@@behaviour@@": behaviour,
         "@@data@@": json.dumps(data, ensure_ascii=True).replace("<", "\\u003c"),
@@ -205,5 +229,6 @@ def _row(method: str, found: Mapping) -> dict[str, str]:
     return dict.fromkeys(COLUMNS, NOTHING) | told | {"method": method, "verdict": NOTHING}
 
 
-def _encoded(values: NDArray, kind: str) -> str:
+def encoded(values: NDArray, kind: str) -> str:
+    """Base64 of numbers in an order of bytes that is told."""
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")

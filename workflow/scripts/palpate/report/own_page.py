@@ -1,52 +1,83 @@
 """Page of one object: how stiff it is, how well that is known, and from what."""
 
-import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 
 import pandas as pd
 
 from palpate.capture.discover import CURVE
-from palpate.modulus import LABELS, VERDICTS, Modulus, verdicts_in
-from palpate.report.style import sensor_name
-from palpate.report.tables import AT_BOUND_NOTE, SIMULATED_NOTE, bound_mark
-from palpate.units import MILLIMETRES
-
-TITLES = LABELS | {"reduced_modulus_pa": "E* = E/(1 - nu^2)"}
-METHODS = {
-    "direct_joint": "direct, all captures together",
-    "direct": "direct",
-    "curve_table": "curve without a camera, indentation table",
-    "curve_hertz": "curve without a camera, Hertz",
-    "hertz": "Hertz fit (Eq. 5.1)",
-    "hertz_free_contact": "Hertz fit, contact point free",
-    "hertz_recommended": "Hertz, recommended contact model",
-}
-CAPTIONS = {
-    "moduli": "E and nu of each capture and of all together, with 95 % intervals; open symbols:"
-    " every verdict but *identified*.",
-    "hertz_fit": "Hertz model fitted to force and depth. Where the points leave the curve"
-    " systematically, trust the direct estimate more.",
-    "surface": "What the camera sees in the deepest frame, the tracked surface, and a section"
-    " through the dent. Surface and points should lie on each other away from the probe.",
-}
-WHICH = (
-    "Compare objects by the equivalent E*: of the neo-Hookean solid that answers with the same"
-    " force at the depth given. E*, E and nu are those of small strain, for computing with: they"
-    " carry the doubt of how the material stiffens. The law of the force is 0 for neo-Hooke's solid"
-    " and 1 for Blatz and Ko's."
+from palpate.modulus import VERDICTS, Modulus, verdicts_in
+from palpate.report import budget_bars, recording_checks
+from palpate.report.data_links import data
+from palpate.report.further_rows import (
+    FURTHER,
+    compared_s,
+    conditions,
+    further,
+    range_of,
+    row,
+    sure,
 )
-# Sources of a budget that are shown, as they add at least this part of the largest.
-LEAST_PART = 0.1
-# From here on the motion of the surface differs from the model's by much more than its noise.
-LARGE_SCALE = 3.0
+from palpate.report.held import FRAMES_NOTE, Held, press_of
+from palpate.report.material import names_of
+from palpate.report.other_methods import HERTZ, others
+from palpate.report.own_words import WORDS, by, headline, verdict
+from palpate.report.press_pictures import Glimpse
+from palpate.report.style import sensor_name
+from palpate.report.table_page import document, figure, rendered, table
+from palpate.report.turning_view import section
+
+BRACKETS = (
+    "In brackets: 95 % intervals. E* is E/(1 - nu^2), what a contact feels; the equivalent one is"
+    " that of the neo-Hookean solid that answers with the same force at that depth."
+)
+SIMULATED_NOTE = "Simulated: pictures and forces were computed; no such object was pressed."
+# What is told of each modulus, in the order in which they are told.
+MODULI = {
+    "equivalent_reduced_modulus_pa": (
+        "equivalent E*",
+        "of the neo-Hookean solid with the same force at the depth below: compare objects by it",
+    ),
+    "youngs_modulus_pa": ("E at once", "at small strain, right after the touch: to compute with"),
+    "youngs_modulus_1s_pa": ("E after 1 s", "what is left of it after a second"),
+    "poisson_ratio": ("nu", "0: sides stay; 0.5: volume stays"),
+    "reduced_modulus_pa": ("E*", "E/(1 - nu^2), at small strain: what a contact feels"),
+}
+HOLD = (
+    "Intervals of what is known, or known within limits, hold the true value in 95 of 100 cases;"
+    " where nu is assumed, if it is right."
+)
+CAPTIONS = {
+    "moduli": "How stiff the object is: lines are 95 % intervals, diamonds all captures with a"
+    " sensor together. Intervals that overlap agree; a hollow symbol's value is not known: trust"
+    " its interval.",
+    "fit": "Left: force against how deep the tip is in the object, seen and computed with the"
+    " recommended moduli. Right: how far the surface beside it moves along its normal, at the"
+    " deepest. Below: residuals, which should scatter about zero without a bow.",
+    "known": "Left: which pairs of E and nu explain how deep the tip sinks under the force, how the"
+    " surface moves, and both: regions of 95 % for both jointly, which reach further than the 95 %"
+    " interval of either alone, but without the errors of rig and mesh that are in those above."
+    " Middle: how likely each law of the force is. Right: how E falls in a press that is held, with"
+    " 95 % intervals; dashed and hollow later than what was recorded.",
+    "surface": "Deepest frame: the camera's picture, the surface that follows it, and a cut through"
+    " the dent. Away from the probe, line and points should lie on each other.",
+}
 
 
 def own_page(
     name: str,
     summary: pd.DataFrame,
-    presses: Sequence[Mapping],
+    held: Sequence[Held],
+    *,
     pictures: Mapping[str, bytes],
-    budgets: Mapping[str, Sequence[Mapping]],
+    glimpses: Sequence[Glimpse],
+    joints: Mapping[str, Mapping],
+    settings: str,
+    files: str,
+    style: str,
+    views: Mapping[str, Mapping] = MappingProxyType({}),
+    behaviour: str = "",
+    overview: str = "",
 ) -> str:
     """Write an object's page.
 
@@ -56,166 +87,168 @@ def own_page(
         The object.
     summary : DataFrame
         Its summary.csv.
-    presses : sequence of mapping
-        Of `press_of`, a row of the table of captures each.
+    held : sequence of Held
+        Its captures.
     pictures : mapping
-        PNG by name, in their order; names as in `CAPTIONS`.
-    budgets : mapping
-        Rows of the uncertainty budget by sensor.
+        PNG by name, in their order; names as in `CAPTIONS`, and `HERTZ`.
+    glimpses : sequence of Glimpse
+        Frames as the camera saw them; the first is the deepest of a capture.
+    joints : mapping
+        direct.json of all captures together, by sensor.
+    settings : str
+        What the estimates were made with, in Markdown.
+    files : str
+        Files and options whole, in Markdown.
+    style : str
+        CSS beside that of all pages.
+    views : mapping, optional
+        Of `turning_view.view_of`, by the capture's name.
+    behaviour : str, optional
+        Script that makes them turn.
+    overview : str, optional
+        Where the page of all objects is, from here.
 
     Returns
     -------
     str
-        Markdown, the pictures within it.
+        HTML, all pictures within it.
 
     Raises
     ------
     ValueError
         If the summary recommends nothing.
     """
-    advised = summary[summary["recommended"]]
-    if not len(advised):
+    advised = summary[summary["recommended"]].to_dict("records")
+    if not advised:
         raise ValueError("recommended: expected a row for each sensor, found none")
-    lines = [f"# {name.replace('_', ' ').capitalize()}", ""]
-    if (summary["provenance"] == "simulated").any():
-        lines += [SIMULATED_NOTE, ""]
-    lines += ["## How stiff", "", *_advised(advised), "", WHICH, "", *_meanings(advised)]
-    lines += [*_doubts(advised), *_budgets(budgets)]
-    lines += _pictures(pictures)
-    lines += ["", "## Captures", "", *_table(presses), "", "## All estimates", ""]
-    rows = summary.to_dict("records")
-    lines += _table([_estimate(row) for row in rows])
-    if any(bound_mark(row) for row in rows):
-        lines += ["", AT_BOUND_NOTE]
-    return "\n".join(lines) + "\n"
-
-
-def press_of(capture: Mapping, fit: Mapping, direct: Mapping) -> dict[str, str]:
-    """What a capture held, as text.
-
-    Parameters
-    ----------
-    capture : mapping
-    fit, direct : mapping
-        Its hertz.json and direct.json. The depth is that of the tip as it was recorded, and the
-        constant error of it that the direct estimate found.
-    """
-    force, residual = fit["samples"]["force_n"], direct["residuals"][0]
-    offset = direct["nuisances"][0]["offset_m"]
-    depth = max(fit["samples"]["depth_m"]) + offset
-    return {
-        "sensor": sensor_name(capture["sensor"]),
-        "capture": str(capture["capture"]),
-        "frames": str(len(force)),
-        "frames compared": str(direct["frames"][0]),
-        "peak force (N)": f"{max(force):.2f}",
-        "greatest depth (mm)": f"{depth * MILLIMETRES:.1f}",
-        "of it fitted offset (mm)": f"{offset * MILLIMETRES:.1f}",
-        "depth over radius": f"{depth / fit['radius_m']:.2f}",
-        "places of the surface": str(residual["cells"]),
-        "motion's noise over expected": f"{residual['motion_scale']:.1f}",
-    }
-
-
-def _advised(rows: pd.DataFrame) -> list[str]:
-    """Recommended row of each sensor, with intervals and verdicts."""
-    found = []
-    for row in rows.to_dict("records"):
-        curve = f" {row['capture']}" if row["sensor"] == CURVE else ""
-        cells = {"sensor": sensor_name(row["sensor"]) + curve, "captures": f"{row['captures']:.0f}"}
-        cells |= {label: _judged(row, quantity) for quantity, label in TITLES.items()}
-        place = f"{row['force_law']:+.2f} ± {row['force_law_std']:.2f}"
-        depth = row["equivalent_depth_m"] * MILLIMETRES
-        depth = "" if pd.isna(depth) else f"{depth:.1f}"
-        found.append(cells | {"equivalent told at (mm)": depth, "law of the force": place})
-    return _table(found)
-
-
-def _judged(row: Mapping, name: str) -> str:
-    modulus = Modulus.of_row(row, name)
-    return f"{modulus.told()}: {modulus.verdict}" if modulus and modulus.verdict else ""
-
-
-def _value(row: Mapping, name: str) -> str:
-    """Value with its interval; whether a bound ended the search for it."""
-    modulus = Modulus.of_row(row, name)
-    return modulus.told() + bound_mark(row) if modulus else ""
-
-
-def _meanings(rows: pd.DataFrame) -> list[str]:
-    """What the verdicts in the table say."""
-    return [f"- *{verdict}*: {VERDICTS[verdict]}." for verdict in verdicts_in(rows)]
-
-
-def _doubts(rows: pd.DataFrame) -> list[str]:
-    """Lines for sensors whose captures the model explains badly, and what else was told."""
-    named = rows[rows["doubts"].notna()] if "doubts" in rows else rows[:0]
-    lines = [
-        f"- {sensor_name(row['sensor'])}: {doubt}."
-        for row in named.to_dict("records")
-        for doubt in row["doubts"].split("; ")
+    title = name.replace("_", " ").capitalize()
+    checked = [
+        (one.capture, recording_checks.checks_of(one.fit, one.direct, one.poses)) for one in held
     ]
-    return lines + [
-        f"- {sensor_name(row['sensor'])}: the surface moves unlike the model, by"
-        f" {row['motion_scale']:.1f} times what its noise explains. Look at the pictures: the"
-        " template, the point or what holds the object may be other than described."
-        for row in rows.to_dict("records")
-        if row["motion_scale"] > LARGE_SCALE
+    simulated = bool((summary["provenance"] == "simulated").any())
+    back = f'<p class="screen"><a href="{overview}">All objects beside one another</a></p>'
+    parts = [
+        *[back] * bool(overview),
+        *_first_screen(title, advised, joints, held, checked, glimpses[:1], simulated=simulated),
+        *_how_stiff(advised, summary, joints, held),
+        *_budgets(joints),
+        *_figures(pictures, views),
+        *_recording(held, checked, glimpses),
+        *others(summary, pictures),
+        '<section class="screen"><h2>Data</h2>',
+        rendered(data(name, names_of(summary[summary["recommended"]]), list(joints))),
+        "</section>",
+        '<section class="settings"><h2>Settings, versions, checksums</h2>',
+        rendered(settings),
+        "<details><summary>Files and options, whole</summary>",
+        rendered(files),
+        "</details></section>",
+    ]
+    return document("\n".join(parts) + "\n", title=title, style=style, behaviour=behaviour)
+
+
+def _first_screen(title, advised, joints, held, checked, glimpses, *, simulated) -> Iterator[str]:
+    """What a reader with no time reads."""
+    lines = [f"# {title}", ""]
+    if simulated:
+        lines += [f"*{SIMULATED_NOTE}*", ""]
+    for one in advised:
+        # A curve beside captures takes Poisson's ratio for granted.
+        beside = one["sensor"] == CURVE and bool(checked)
+        lines += [headline(one, "For comparison" if beside else title), ""]
+        told = list(verdict(one))
+        if one["method"] == "direct_joint":
+            told.append(range_of(_with(one, held)))
+        lines += [" ".join(told), ""]
+        if one["method"] == "direct_joint":
+            lines += [budget_bars.largest(joints[one["sensor"]]["budget"]), ""]
+    lines += [BRACKETS, "", f"{recording_checks.told(checked)}", "", *_doubts(advised)]
+    yield '<section class="first"><div>'
+    yield rendered("\n".join(lines))
+    yield "</div>"
+    for one in glimpses:
+        yield figure(one.jpeg, "image/jpeg", f"{one.caption}: {one.shows}.")
+    yield "</section>"
+
+
+def _with(one: Mapping, held: Sequence[Held]) -> list[Held]:
+    """Captures of a row's sensor."""
+    return [each for each in held if each.capture["sensor"] == one["sensor"]]
+
+
+def _doubts(rows: Sequence[Mapping]) -> list[str]:
+    """What speaks against an estimate beside its intervals."""
+    return [
+        f"- {sensor_name(one['sensor'])}: {doubt}."
+        for one in rows
+        if not pd.isna(one.get("doubts"))
+        for doubt in one["doubts"].split("; ")
     ]
 
 
-def _budgets(budgets: Mapping[str, Sequence[Mapping]]) -> list[str]:
-    """What makes the intervals, by sensor: sources and what each adds, the largest first."""
-    lines = ["", "## What makes the intervals", ""]
-    lines += ["Standard uncertainties that each source of error adds; they add up in squares.", ""]
-    for sensor, rows in budgets.items():
-        lines += [f"### {sensor_name(sensor)}", "", *_table(_budget_rows(rows)), ""]
-    return lines
+def _how_stiff(advised, summary, joints, held) -> Iterator[str]:
+    """Recommended moduli with intervals, and what follows from them."""
+    yield '<section class="moduli"><h2>How stiff</h2>'
+    for one in advised:
+        mine = _with(one, held)
+        ends_s = compared_s(mine)
+        found = [_modulus(one, key, *told, ends_s) for key, told in MODULI.items()]
+        lines = []
+        if one["method"] == "direct_joint":
+            direct = joints[one["sensor"]]
+            found += list(further(direct, ends_s))
+            lines = ["", conditions(direct, mine)]
+        yield f"<h3>{by(one)}</h3>"
+        yield rendered("\n".join([*table([cells for cells in found if cells]), *lines]))
+    given = {found[name]["verdict"] for found in joints.values() for name in FURTHER}
+    given |= set(verdicts_in(summary[summary["recommended"]]))
+    meanings = [
+        f"- *{WORDS[one]}* ({one} in the tables): {told}."
+        for one, told in VERDICTS.items()
+        if one in given
+    ]
+    yield rendered("\n".join([HOLD, *meanings]))
+    yield "</section>"
 
 
-def _budget_rows(rows: Sequence[Mapping]) -> list[dict[str, str]]:
-    heads = {
-        "contribution_log_equivalent_reduced_modulus": "of the equivalent (%)",
-        "contribution_log_reduced_modulus": "of E* (%)",
-        "contribution_log_youngs_modulus": "of E (%)",
-        "contribution_poisson_ratio": "of nu",
-    }
-    most = {name: max(abs(row[name]) for row in rows) for name in heads}
-    found = []
-    for row in rows:
-        if all(abs(row[name]) < LEAST_PART * most[name] for name in heads):
-            continue
-        cells = {"source": row["source"]}
-        unit = "" if row["unit"] == "1" else f" {row['unit']}"
-        cells |= {"standard uncertainty": f"{row['standard_uncertainty']:.2g}{unit}"}
-        for name, head in heads.items():
-            cells[head] = f"{100 * row[name]:.1f}" if "%" in head else f"{row[name]:.3f}"
-        found.append(cells)
-    return found
+def _modulus(
+    one: Mapping, key: str, label: str, meaning: str, ends_s: float
+) -> dict[str, str] | None:
+    modulus = Modulus.of_row(one, key)
+    if not modulus or not modulus.verdict:
+        return None
+    value, _, interval = modulus.told().partition(" (")
+    return row(label, value, interval.rstrip(")"), sure(key, modulus, ends_s), meaning)
 
 
-def _pictures(pictures: Mapping[str, bytes]) -> list[str]:
-    lines = []
+def _budgets(joints: Mapping[str, Mapping]) -> Iterator[str]:
+    """What makes the intervals, by sensor."""
+    yield "<section><h2>What limits it</h2>"
+    for sensor, found in joints.items():
+        yield f"<h3>{sensor_name(sensor)}</h3>"
+        yield budget_bars.bars(found["budget"])
+    yield "</section>"
+
+
+def _figures(pictures: Mapping[str, bytes], views: Mapping[str, Mapping]) -> Iterator[str]:
+    yield "<section><h2>What was seen</h2>"
+    yield from (section(name, one) for name, one in views.items())
     for name, content in pictures.items():
-        encoded = base64.b64encode(content).decode("ascii")
-        lines += ["", f"![{name}](data:image/png;base64,{encoded})", "", CAPTIONS[name]]
-    return lines
+        if name != HERTZ:
+            yield figure(content, "image/png", CAPTIONS[name])
+    yield "</section>"
 
 
-def _estimate(row: Mapping) -> dict[str, str]:
-    """Row of the table of all estimates."""
-    cells = {
-        "sensor": sensor_name(row["sensor"]),
-        "capture": str(row["capture"]),
-        "method": METHODS.get(row["method"], row["method"].replace("_", " ")),
-    }
-    cells |= {label: _value(row, quantity) for quantity, label in TITLES.items()}
-    verdict = row["poisson_ratio_verdict"]
-    return cells | {"verdict on nu": verdict if isinstance(verdict, str) else ""}
-
-
-def _table(rows: Sequence[Mapping[str, str]]) -> list[str]:
-    """Pipe table of rows with the same keys."""
-    head = list(rows[0])
-    lines = [head, ["---"] * len(head), *([row[key] for key in head] for row in rows)]
-    return ["| " + " | ".join(cells) + " |" for cells in lines]
+def _recording(held, checked, glimpses) -> Iterator[str]:
+    """Whether the camera saw the right thing."""
+    yield "<section><h2>Was the recording all right?</h2>"
+    yield '<div class="checks">'
+    yield rendered("\n".join(table(recording_checks.rows(checked))))
+    yield "</div>"
+    kinds = dict.fromkeys(one.shows for one in glimpses)
+    yield rendered("\n".join(f"- {kind[0].upper()}{kind[1:]}." for kind in kinds))
+    yield '<div class="glimpses">'
+    yield from (figure(one.jpeg, "image/jpeg", one.caption) for one in glimpses)
+    yield "</div>"
+    yield rendered("\n".join([*table([press_of(one) for one in held]), "", FRAMES_NOTE]))
+    yield "</section>"

@@ -44,7 +44,7 @@ def describe(config: Mapping, versions: Mapping[str, str]) -> str:
     versions : mapping
         Version by name, in the order in which they are to stand.
     """
-    options = yaml.safe_dump(_plain(config), sort_keys=False, width=96, allow_unicode=True)
+    options = yaml.safe_dump(plain(config), sort_keys=False, width=96, allow_unicode=True)
     return "\n".join(
         [
             "# Configuration and versions",
@@ -63,10 +63,10 @@ def describe(config: Mapping, versions: Mapping[str, str]) -> str:
     )
 
 
-def _plain(value: object) -> object:
+def plain(value: object) -> object:
     """Snakemake's own mappings and lists as those that YAML knows."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(part) for key, part in value.items()}
+        return {str(key): plain(part) for key, part in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(part) for part in value]
+        return [plain(part) for part in value]
     return value

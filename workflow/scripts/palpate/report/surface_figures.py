@@ -1,7 +1,7 @@
 """Figures of tracked surfaces and of the mismatch on them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -30,8 +30,12 @@ from palpate.units import MILLIMETRES
 from palpate.vision.clouds import read_clouds
 
 ZOOM_M = 0.040
+# Of the photograph, each way from the contact.
+AROUND_M = 0.09
 DETAIL_M = 0.025
 SECTION_HALF_WIDTH_M = 0.0015
+# Of the section's panel: as high as what was captured there, within limits [mm].
+LOWEST_MM, HIGHEST_MM = -14, (5, 16)
 MAP = "cividis"
 
 
@@ -59,6 +63,8 @@ class TrackedView:
     contact_m : (3,) array
     photo : (h, w, 3) or (h, w) uint8 array
         The frame as the reference camera saw it.
+    near : tuple of slice
+        Rows and columns of it around the contact.
     """
 
     rest_m: NDArray
@@ -67,6 +73,7 @@ class TrackedView:
     cloud_m: NDArray
     contact_m: NDArray
     photo: NDArray
+    near: tuple[slice, slice] = (slice(None), slice(None))
 
 
 def make_tracked_surface(inputs: Any, params: Any) -> Figure:
@@ -106,13 +113,15 @@ def tracked_surface(captures: Sequence[Mapping], views: Sequence[TrackedView]) -
     figure = plt.figure(figsize=(PAGE_IN, 2.05 * count))
     for k, (capture, view) in enumerate(zip(captures, views, strict=True)):
         photo = figure.add_subplot(count, 3, 3 * k + 1)
-        photo_panel(photo, view)
+        photo_panel(photo, replace(view, photo=view.photo[view.near]))
         photo.set_title(f"{sensor_name(capture['sensor'])}, point {capture['point']}")
         _shaded_panel(figure.add_subplot(count, 3, 3 * k + 2, projection="3d"), view)
         section = figure.add_subplot(count, 3, 3 * k + 3)
         section_panel(section, view)
         if k == 0:
-            section.legend(loc="lower right", fontsize=6, handlelength=1.4)
+            # Above the plot: a dent may be anywhere in it.
+            above = {"loc": "lower right", "bbox_to_anchor": (1.02, 1.0)}
+            section.legend(fontsize=6, handlelength=1.4, ncols=3, columnspacing=1.0, **above)
         if k == count - 1:
             section.set_xlabel("From the contact (mm)")
     figure.tight_layout(rect=(0, 0.02, 1, 1))
@@ -133,7 +142,21 @@ def read_view(
         to_object(pose, read_clouds(clouds)[frame].points_m),
         surface.contact_point_m,
         Stream(recorded, sensor)[frame],
+        _near(sensor["color"], pose, surface.contact_point_m),
     )
+
+
+def _near(color: Mapping, camera_from_object: NDArray, contact_m: NDArray) -> tuple[slice, slice]:
+    """Rows and columns around the contact, of optics that the sensor's file states."""
+    x, y, z = camera_from_object[:3, :3] @ contact_m + camera_from_object[:3, 3]
+    reach = AROUND_M * color["fx_px"] / z
+    at = color["cx_px"] + color["fx_px"] * x / z, color["cy_px"] + color["fy_px"] * y / z
+    sizes = color["width_px"], color["height_px"]
+    columns, rows = (
+        slice(max(int(middle - reach), 0), min(int(middle + reach) + 1, size))
+        for middle, size in zip(at, sizes, strict=True)
+    )
+    return rows, columns
 
 
 def _mismatch_panel(axes: Axes, view: Mismatch, limit: float, zoom_m: float | None):
@@ -202,7 +225,7 @@ def section_panel(axes: Axes, view: TrackedView) -> None:
     points = offset[slab] * MILLIMETRES
     axes.plot(points[:, 0], points[:, 2], ".", ms=2.5, color=BLACK, label="captured")
     axes.set_xlim(-DETAIL_M * MILLIMETRES, DETAIL_M * MILLIMETRES)
-    axes.set_ylim(-14, 5)
+    axes.set_ylim(LOWEST_MM, np.clip(points[:, 2].max(initial=0) + 1, *HIGHEST_MM))
     axes.set_aspect("equal")
     axes.set_ylabel("Height (mm)")
 

@@ -25,7 +25,8 @@ COMPARED = (
 )
 # The run's own list of what it makes (rule configuration), and what make makes after it.
 WANTED = "wanted.txt"
-AFTERWARDS = ("report.html", "tables/resources.csv")
+PAGE = "report.html"
+AFTERWARDS = (PAGE, "tables/resources.csv")
 ARTEFACTS = Path(__file__).resolve().parents[4] / "config/published/artefacts.csv"
 FILES = {"table": "tables/{}.csv", "figure": "figures/{}.png"}
 
@@ -43,20 +44,21 @@ def closing_lines(results: Path, wanted: list[str]) -> list[str]:
     Returns
     -------
     list of str
-        Where the results are; the recommended moduli of each object and sensor; medians and
-        ranges of the study's methods over the captures.
+        Where the results are; the recommended moduli of each object and sensor, with its page's
+        path; medians and ranges of the study's methods over the captures.
     """
     text = {"capture": str, "point": str, "at_bound": str}
     summary = pd.read_csv(results / "summary.csv", dtype=text)
     places = [name for name in _places(wanted) if (results / name).exists()]
     lines = [f"Results are in {results}/: {', '.join(places)}", *_artefacts(results, wanted)]
+    lines += [f"For a browser: {results / PAGE}"] if PAGE in places else []
     groups = [
         (_title(name, sensor, rows), rows)
         for (name, sensor), rows in summary.groupby(["object", "sensor"], sort=False)
     ]
     lines += ["", "Recommended, from all captures of an object by one sensor (95 % intervals):"]
     for title, rows in groups:
-        lines += ["", title, *_recommended(rows)]
+        lines += ["", title, *_recommended(rows), *_page(results, rows["object"].iloc[0])]
     lines += _meanings(summary)
     lines += ["", COMPARED]
     for title, rows in groups:
@@ -126,6 +128,12 @@ def _recommended(rows: pd.DataFrame) -> list[str]:
         if isinstance(row.get("doubts"), str):
             lines += [f"  doubtful: {doubt}" for doubt in row["doubts"].split("; ")]
     return lines
+
+
+def _page(results: Path, name: str) -> list[str]:
+    """Where an object's own page is, of one that has a page."""
+    path = results / name / PAGE
+    return [f"  page: {path}"] if path.is_file() else []
 
 
 def _meanings(summary: pd.DataFrame) -> list[str]:

@@ -1,11 +1,12 @@
 """Everything people write, read and checked once before the first job."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
 from palpate.capture.check import check_object
-from palpate.capture.devices import PLACES, read_devices
+from palpate.capture.devices import PLACES
 from palpate.capture.discover import CURVE, NOT_OBJECTS, CaptureId, curve_files, discover
 from palpate.capture.fingerprint import stamps_below
 from palpate.capture.schema import SCHEMAS, load_yaml, validate
@@ -18,6 +19,8 @@ from palpate.run.lab_captures import (
     recordings,
     still_the_labs,
 )
+from palpate.run.lacking import missing_calibrations, missing_films
+from palpate.run.needs import Needed, lab_devices, named_files
 from palpate.run.objects import studied
 from palpate.run.options import config_schema, filled
 from palpate.run.path_checks import path_problems
@@ -30,7 +33,7 @@ from palpate.run.search_checks import (
     unknown_step_trackers,
 )
 from palpate.run.selection import estimated, selected, unknown_captures
-from palpate.run.sensor_checks import dropped_experiments, missing_calibrations, unknown_probe
+from palpate.run.sensor_checks import dropped_experiments, unknown_probe
 from palpate.run.trackers import tracker_problems
 
 
@@ -49,6 +52,7 @@ def open_run(
     check_lab: Callable = no_problems,
     blocks: Mapping[str, type[Options]] = MappingProxyType({}),
     rules: Iterable = (),
+    later: bool = False,
 ) -> Run:
     """Read and check what people write, and find the captures of the run.
 
@@ -71,6 +75,9 @@ def open_run(
         Options of further blocks of the configuration, by name.
     rules : iterable, optional
         The workflow's rules, as they come.
+    later : bool, optional
+        True: what is wrong with files of devices but the lab's, and films that are not there, are
+        told where a job needs them.
 
     Raises
     ------
@@ -82,9 +89,12 @@ def open_run(
     config = filled(config, blocks)
     config["paths"] = placed(config["paths"], project)
     paths, problems = config["paths"], _wrong_options(config, source)
-    sensors, probes = (_named_files(kind, paths[kind], problems) for kind in PLACES)
-    lab = _lab(paths["lab"], problems)
-    _require_none(problems, sources, told)
+    lab, lacking = _lab(paths["lab"], lines := []), []
+    needed = lab_devices(lab) if later else None
+    devices = (named_files(kind, paths[kind], problems, lacking, needed) for kind in PLACES)
+    sensors, probes = devices
+    problems += lines
+    _require_none(lacking + problems if problems else [], sources, told)
     seen = stamps_below(paths["raw"], only=config["only"]) if files else {}
     problems = [] if lab is None else list(check_lab(lab, sensors, paths["lab"]))
     found = set(discover(Path(paths["raw"])))
@@ -102,12 +112,14 @@ def open_run(
     taken = _taken(config, found, simulated)
     wanted = taken["captures"]
     curves = () if problems else _curves(config, Path(paths["raw"]), by_object(simulated))
-    problems += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
+    (lacking if later else problems).extend(
+        missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
+    )
     if not wanted and not curves and not problems:
         problems.append(_nothing_found(paths, config["only"], names))
     _require_none(problems, sources, told)
     own = _object_files(Path(paths["raw"]), (*wanted, *curves), simulated)
-    return Run(
+    run = Run(
         config=config,
         paths=paths,
         sensors=sensors,
@@ -120,6 +132,12 @@ def open_run(
         curves=curves,
         **taken,
     )
+    used = {(c.object, c.sensor): run.probe_of(c.object) for c in wanted}
+    lacking += missing_films(used, lab, paths, config["experiments"]["probe"])
+    _require_none([] if later else lacking, sources, told)
+    lines = tuple(map(one_line, lacking))
+    devices = {name: Needed(getattr(run, name), lines) for name in PLACES}
+    return replace(run, **devices, lacking=lines)
 
 
 def _require_none(problems: list[str], sources: Sequence[str], told: Mapping) -> None:
@@ -221,16 +239,6 @@ def _object_files(
     """object.yaml by name, of the objects that people recorded."""
     names = {capture.object for capture in wanted} - {capture.object for capture in simulated}
     return {name: load_yaml(raw / name / "object.yaml") for name in sorted(names)}
-
-
-def _named_files(kind: str, folder: str, problems: list[str]) -> Mapping[str, Mapping]:
-    try:
-        found = read_devices(kind, Path(folder), Path())
-    except ValueError as error:
-        problems.append(str(error))
-        return {}
-    problems += [line for lines in found.problems.values() for line in lines]
-    return found.specs
 
 
 def _lab(path: str | None, problems: list[str]) -> Mapping | None:

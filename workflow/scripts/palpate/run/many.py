@@ -43,7 +43,8 @@ class ManyObjects:
             return ["summary.csv", "figures/direct_moduli.png", "figures/tracked_surface.png"]
         if not self._captures[wildcards.object] or not self.run.shows_pages:
             return ["summary.csv"]
-        return ["summary.csv", f"{wildcards.object}/report.html"]
+        own = ("report.html", "datapackage.json")
+        return ["summary.csv", *(f"{wildcards.object}/{name}" for name in own)]
 
     def sensors(self, wildcards: Any) -> dict[str, Mapping]:
         """Sensors that filmed an object."""
@@ -64,8 +65,9 @@ class ManyObjects:
         """Digest of what an object's results follow from, beside its captures."""
         sensors, name = self.sensors(wildcards), wildcards.object
         options = object_config(self.run.config, name, self.of_object("").format(object=name))
-        kept = kept_files(name, sensors, self.run.paths)
-        return value_digest([self._digest, options, sensors, self.probes(wildcards), kept])
+        probes = self.probes(wildcards)
+        kept = kept_files(name, sensors, next(iter(probes.values()), {}), self.run.paths)
+        return value_digest([self._digest, options, sensors, probes, kept])
 
     def memory_mb(self, wildcards: Any, threads: int, attempt: int) -> int:
         """Memory of an object's run, doubled with each attempt."""

@@ -3,9 +3,11 @@
 import hashlib
 import json
 from collections.abc import Mapping
+from itertools import product
 from pathlib import Path
 from typing import Any
 
+from palpate.capture.calibrations import PARTS
 from palpate.capture.discover import discover
 from palpate.capture.fingerprint import folder_fingerprint
 
@@ -48,7 +50,7 @@ def value_digest(value: Any) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def kept_files(name: str, sensors: Mapping, paths: Mapping) -> dict[str, str]:
+def kept_files(name: str, sensors: Mapping, probe: Mapping, paths: Mapping) -> dict[str, str]:
     """Fingerprints of what stands outside an object's folder and its results depend on.
 
     Parameters
@@ -56,15 +58,22 @@ def kept_files(name: str, sensors: Mapping, paths: Mapping) -> dict[str, str]:
     name : str
         The object.
     sensors : mapping
-        Specifications by name, of the sensors that filmed it.
+        Specifications by name, of the sensors that filmed it; None of a wrong file.
+    probe : mapping
+        File of the probe that it was pressed with; empty without one.
     paths : mapping
         Folders of the run.
     """
     folders = {
         f"sensors/{sensor}": Path(paths["raw"]) / "sensors" / sensor / "calibration"
         for sensor, spec in sensors.items()
-        if spec.get("optics") == "calibration"
+        if (spec or {}).get("optics") == "calibration"
     }
+    # A film of a probe is just for those whose file asks for what it tells.
+    for part, sensor in product(PARTS, sensors):
+        film = Path(paths["raw"]) / "sensors" / sensor / part.film
+        if part.asking(probe) and film.is_dir():
+            folders[f"{part.name}/{sensor}"] = film
     prints = {key: folder_fingerprint(folder) for key, folder in folders.items()}
     mesh = Path(paths["meshes"]) / f"{name}.vtu"
     if mesh.is_file():

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from palpate.run.objects import studied
@@ -9,7 +10,8 @@ from palpate.run.run import Described, Run
 
 # Of Hertz fits in one figure.
 MOST_FITS = 4
-FIGURES = ("moduli", "hertz_fit", "surface")
+FIGURES = ("moduli", "fit", "known", "surface", "hertz_fit")
+DATA = ("force", "motion", "samples", "profile")
 
 
 @dataclass(frozen=True)
@@ -45,12 +47,27 @@ class OwnObjects:
         return {capture.object for capture in self.run.captures} <= set(self.names)
 
     def outputs(self) -> list[str]:
-        """Summary of every object, and page and figures of those whose methods they show."""
-        files = ["report.html"]
+        """Summary of every object, and page, figures and data of those whose methods they show."""
+        files = ["report.html", "datapackage.json", *(f"data/{name}.csv" for name in DATA)]
         files += [f"figures/{name}.{end}" for name in FIGURES for end in ("png", "svg")]
-        shown = self.names if self.run.shows_pages else []
-        found = [self.run.results(f"{own}/{name}") for own in shown for name in files]
+        found = [self.run.results(f"{own}/{name}") for own in self.paged for name in files]
         return found + [self.run.results(f"{own}/summary.csv") for own in self.summed]
+
+    @property
+    def paged(self) -> list[str]:
+        """Those of them that get a page."""
+        return self.names if self.run.shows_pages else []
+
+    @property
+    def overview(self) -> str:
+        """Where the page of all objects is from an object's; the run of one among many has none."""
+        apart = Path(self.run.paths["results"]).name == self.run.config["only"]
+        return "" if apart else "../objects.html"
+
+    def pages(self) -> list[str]:
+        """Pages that are there, of those objects."""
+        found = [self.run.results(f"{own}/report.html") for own in self.names]
+        return [path for path in found if Path(path).is_file()]
 
     def of(self, which: str) -> Callable[[Any], list[Described]]:
         """Captures of an object that a method runs on; see `Run.described`."""
@@ -65,6 +82,15 @@ class OwnObjects:
     def minima(self, wildcards: Any) -> list[str]:
         """What the error minimisation finds of an object's captures."""
         return self.run.minima_of(self.captures(wildcards))
+
+    def points(self, wildcards: Any) -> list[str]:
+        """Points of an object's captures."""
+        return list(dict.fromkeys(capture["point"] for capture in self.captures(wildcards)))
+
+    def tables(self, wildcards: Any) -> list[str]:
+        """Indentation tables of those points."""
+        name = wildcards.object
+        return [self.run.results(f"{name}/indentation-{p}.npz") for p in self.points(wildcards)]
 
     def first(self, wildcards: Any) -> list[Described]:
         """First capture of an object by each sensor."""
@@ -82,12 +108,26 @@ class OwnObjects:
 
     def joint(self, wildcards: Any) -> list[str]:
         """Estimates from all captures of an object with a sensor."""
-        folders = [f"{g['object']}/{g['sensor']}" for g in self.groups(wildcards)]
-        return [self.run.results(f"{folder}/direct.json") for folder in folders]
+        return self.beside_joint("direct.json")(wildcards)
+
+    def beside_joint(self, name: str) -> Callable[[Any], list[str]]:
+        """Files of a name beside those estimates."""
+        return lambda wildcards: [
+            self.run.results(f"{g['object']}/{g['sensor']}/{name}") for g in self.groups(wildcards)
+        ]
 
     def sensors(self, wildcards: Any) -> list[Mapping]:
         """Sensors of the first captures of an object."""
         return [self.run.sensors[c["sensor"]] for c in self.first(wildcards)]
+
+    def optics(self, wildcards: Any) -> list[str]:
+        """Calibrations of those that have one of their own."""
+        own = [s["sensor"] for s in self.sensors(wildcards) if s.get("optics") == "calibration"]
+        return [self.run.results(f"sensors/{name}/calibration.json") for name in own]
+
+    def folders(self, wildcards: Any) -> list[str]:
+        """Folders of an object's captures."""
+        return self.run.recordings(self.captures(wildcards))
 
     def recorded(self, wildcards: Any) -> list[str]:
         """Folders of the first captures of an object."""

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from palpate.capture.schema import load_yaml
 
+# What a person says of a run wins over what the study says.
+CONFIGURATION = ("config/thesis.yaml", "config/config.yaml")
 # Of a run's paths, those that the project has something at.
-CONFIGURATION = ("config/config.yaml", "config/thesis.yaml")
 SHIPPED = ("sensors", "probes", "meshes")
 LAB = "config/lab.yaml"
 

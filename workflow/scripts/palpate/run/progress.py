@@ -7,6 +7,8 @@ import logging
 import time
 from collections.abc import Callable, Iterator
 
+from palpate.run.pace import Pace, told_left
+
 # Said at each start and end of a job, beside its message and the count of those done.
 CHATTER = ("job_started", "job_finished", "resources_info")
 CHOOSING = "Select jobs to execute..."
@@ -32,7 +34,7 @@ GOES_ON = (
 
 
 class Terminal(logging.Formatter):
-    """Formats a job's message with the time gone by and the number of steps done.
+    """Formats a job's message with the time gone by, the steps done and the time that is left.
 
     Parameters
     ----------
@@ -40,14 +42,22 @@ class Terminal(logging.Formatter):
         Formats all other records.
     steps : int
         Of the run.
+    pace : Pace, optional
+        Of its jobs; without it nothing is said of the time that is left.
     clock : callable, optional
         Gives the time [s].
     """
 
     def __init__(
-        self, usual: logging.Formatter, steps: int, *, clock: Callable[[], float] = time.monotonic
+        self,
+        usual: logging.Formatter,
+        steps: int,
+        *,
+        pace: Pace | None = None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__()
+        self.pace, self.finished = pace, set[int]()
         self.usual, self.steps, self.done = usual, steps, 0
         self.clock, self.start = clock, clock()
         self.ending = False
@@ -57,6 +67,8 @@ class Terminal(logging.Formatter):
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether a record is shown; those on progress are counted."""
         event = str(getattr(record, "event", ""))
+        if event == "job_finished":
+            self.finished.add(record.job_id)
         if event == "progress":
             self.done, self.steps = record.done, record.total
             return self.done == self.steps
@@ -82,10 +94,12 @@ class Terminal(logging.Formatter):
             return _wordless(record)
         if event != "job_info":
             return self.usual.format(record)
-        minutes, seconds = divmod(int(self.clock() - self.start), 60)
+        gone_s = self.clock() - self.start
+        left = told_left(self.pace.left_s(self.finished, gone_s) if self.pace else None)
+        minutes, seconds = divmod(int(gone_s), 60)
         hours, minutes = divmod(minutes, 60)
         share = self.done / self.steps if self.steps else 0.0
-        count = f"{self.done} of {self.steps} steps ({share:.0%}) done"
+        count = f"{self.done} of {self.steps} steps ({share:.0%}) done{left}"
         return f"{hours}:{minutes:02d}:{seconds:02d}  {count}, now: {record.rule_msg}"
 
 
@@ -136,7 +150,7 @@ class Plan:
                 handler.handle(record)
 
 
-def be_brief(logger: logging.Logger, steps: int) -> None:
+def be_brief(logger: logging.Logger, steps: int, pace: Pace | None = None) -> None:
     """Show one line a job on the terminal, unless the logger is to tell everything.
 
     Parameters
@@ -145,11 +159,13 @@ def be_brief(logger: logging.Logger, steps: int) -> None:
         Snakemake's, once it has its handlers.
     steps : int
         Of the run.
+    pace : Pace, optional
+        Of its jobs.
     """
     if logger.level < logging.INFO:
         return
     for handler in _terminals(logger):
-        terminal = Terminal(handler.formatter or logging.Formatter(), steps)
+        terminal = Terminal(handler.formatter or logging.Formatter(), steps, pace=pace)
         handler.setFormatter(terminal)
         handler.addFilter(terminal.filter)
 

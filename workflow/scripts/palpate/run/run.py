@@ -6,10 +6,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from palpate.capture.calibrations import PARTS, asked
 from palpate.capture.discover import CaptureId
 from palpate.capture.fingerprint import folder_fingerprint
 from palpate.run.lab_captures import says_simulated
+from palpate.run.lacking import missing_calibrations, missing_films
 from palpate.run.mirrors import first_images
+from palpate.run.refusal import refuse
 from palpate.run.trackers import options_of
 
 LAB_TEMPLATE = "template.ply"
@@ -54,6 +57,9 @@ class Run:
         The workflow's rules, for those that show it.
     curves : tuple of CaptureId
         Curves of force and position, without a camera; `CURVE` stands for their sensor.
+    lacking : tuple of str, optional
+        What is wrong with files of devices, and films that are not there: who needs one of them
+        ends the run.
     """
 
     config: Mapping[str, Any]
@@ -71,6 +77,7 @@ class Run:
     seen: Mapping[str, str]
     rules: Iterable[Any] = ()
     curves: tuple[CaptureId, ...] = ()
+    lacking: tuple[str, ...] = ()
 
     # Places of files.
 
@@ -162,6 +169,11 @@ class Run:
         """File of the probe that an object is pressed with."""
         return self.probe_of(wildcards.object)
 
+    def experiment_probe(self, wildcards: Any) -> Mapping | None:
+        """File of the probe of the recordings about sensors, if one is named."""
+        name = self.config["experiments"]["probe"]
+        return self.probes[name] if name in self.probes else None
+
     def template(self, name: str) -> str:
         """Template of an object: its own file, or the one made of its scans."""
         kind, file = self.template_source(name)
@@ -170,6 +182,25 @@ class Run:
         )
 
     # Inputs of rules.
+
+    def film_of(self, part: str) -> Callable[[Any], str]:
+        """A sensor's film that tells a part of the probe."""
+        told = next(one for one in PARTS if one.name == part)
+
+        def film(wildcards: Any) -> str:
+            name = f"{wildcards.sensor}/{told.film}"
+            folder = self.raw(f"sensors/{name}")
+            if name not in self.lab_experiments and not Path(folder).is_dir():
+                line = f"{folder}: folder: expected a film of {told.shows}, found none"
+                refuse(ValueError(line))
+            return folder
+
+        return film
+
+    def _require(self, wrong: Sequence[str]) -> None:
+        """End the run where something is wrong with what a job needs, with all that it lacks."""
+        if wrong:
+            refuse(ValueError("\n".join(self.lacking or wrong)))
 
     def template_of(self, wildcards: Any) -> str:
         """An object's template."""
@@ -188,7 +219,16 @@ class Run:
         """A sensor's own calibration, where its file asks for it."""
         if self.sensors[wildcards.sensor].get("optics") != "calibration":
             return []
+        self._require(missing_calibrations({wildcards.sensor}, self.sensors, self.lab, self.paths))
         return self.results(f"sensors/{wildcards.sensor}/calibration.json")
+
+    def calibrations_of(self, wildcards: Any) -> list[str]:
+        """A sensor's own calibrations of the probe, those that its file asks for."""
+        probe, filmed = self.probe_of(wildcards.object), self.config["experiments"]["probe"]
+        used = {(wildcards.object, wildcards.sensor): probe}
+        self._require(missing_films(used, self.lab, self.paths, filmed))
+        parts = asked(probe)
+        return [self.results(f"sensors/{wildcards.sensor}/{part}.json") for part in parts]
 
     def first_cloud_of(self, wildcards: Any) -> str:
         """Clouds that begin with a capture's first; of others than Hertz's all are made anyway."""
@@ -246,6 +286,7 @@ class Run:
             "clocks": each("clock.json"),
             "motions": each("motion.npz"),
             "tables": tables,
+            "calibrations": self.calibrations_of,
         }
 
     # Fingerprints of what was dropped, as it was before the checks.

@@ -34,7 +34,8 @@ class Standing:
         """Digest of all that an object's results follow from."""
         run, path = self.run, Path(self.run.raw(f"{name}/object.yaml"))
         options = {key: value for key, value in run.config.items() if key not in APART}
-        kept = kept_files(name, run.sensors, run.paths)
+        probe = run.probes.get(_declared(path).get("probe"))
+        kept = kept_files(name, run.sensors, probe or {}, run.paths)
         films = name in (run.lab or {}).get("objects", {})
         if films and (not path.is_file() or _provenance(path) == "simulated"):
             content = run.lab
@@ -43,7 +44,6 @@ class Standing:
         seen_by = [place.folder.name for place in sensor_folders(run.raw(name))]
         seen_by += list((run.lab or {}).get("objects", {}).get(name, {}).get("recordings", {}))
         sensors = {one: run.sensors.get(one) for one in sorted(set(seen_by))}
-        probe = run.probes.get(_declared(path).get("probe"))
         return value_digest([*self._code, options, sensors, probe, kept, content])
 
     def origin_of(self, wildcards: Any) -> str:
@@ -72,6 +72,11 @@ class Standing:
     def names(self) -> list[str]:
         """Those objects, sorted."""
         return sorted(name for name, holds in self._others.items() if holds)
+
+    @property
+    def paged(self) -> list[str]:
+        """Those of them that have a page."""
+        return [name for name in self.names if _is_file(self.run.results(f"{name}/report.html"))]
 
     def told(self, message: str) -> str:
         """A message, with the objects that are left out because something has changed since."""

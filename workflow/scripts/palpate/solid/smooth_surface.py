@@ -55,6 +55,12 @@ class SmoothSurface:
         """Distance of points (k, 3) from the surface, (k,) [m]."""
         return np.linalg.norm(points_m - self.nearest(points_m), axis=1)
 
+    def normals(self, points_m: NDArray) -> NDArray:
+        """Unit normals of the facets that are nearest to points (k, 3)."""
+        _, face, _ = self._closest(points_m)
+        normals = doubled_normals(self.vertices_m, self.faces[face])
+        return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
 
 def everywhere(points_m: NDArray) -> NDArray:
     """All of the points (k, 3), as a mask (k,)."""

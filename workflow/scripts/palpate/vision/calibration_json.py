@@ -65,6 +65,7 @@ def _camera_fields(
         **{name: getattr(camera, name) for name in OPTICS},
         "distortion": list(camera.distortion),
         "standard_errors": dict(found.standard_errors),
+        "covariance": found.covariance.tolist(),
         "rms_px": found.rms_px,
         "errors_px": dict(found.errors_px),
         "rejected": dict(missing) | dict(found.rejected),

@@ -125,6 +125,8 @@ def with_calibration(sensor: Mapping, calibration: Mapping) -> dict:
     for block, stream in (("color", "color"), ("depth", "infrared")):
         camera = calibration["cameras"][stream]
         found[block] = dict(sensor[block]) | {key: camera[key] for key in OPTICS}
+        if "covariance" in camera:
+            found[block]["covariance"] = camera["covariance"]
     found["depth"]["color_from_depth"] = calibration["color_from_infrared"]
     # Where the depth image is cut out of the infrared one.
     for centre, shift_px in zip(

@@ -7,12 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 from scipy.linalg import solve_banded
-from scipy.optimize import OptimizeResult, least_squares, nnls
+from scipy.optimize import OptimizeResult, least_squares
+
+from palpate.vision.press_time import RELAXATION_S, check_time
 
 # A soft object's force is F = k x^1.5 (1 + c x), Hertz's law and its first departure, relaxing with
 # two times; what the departures may be [1/m], [-], [N].
 CURVATURE_STD_PER_M = 50.0
-RELAXED, RELAXED_STD, RELAXATION_S = 0.15, 0.15, (0.3, 3.0)
+RELAXED, RELAXED_STD = 0.15, 0.15
 BASELINE_STD_N = 0.05
 # The refinement of a pose has errors beyond its noise [m].
 DEPTH_STD_M = 1e-4
@@ -23,18 +25,9 @@ MOST_FRAMES, MOST_SAMPLES = 120, 20_000
 SMALLEST_NOISE_N = 1e-3
 # Exposure and the way through USB take 20 to 100 ms, where a stamp is of the picture's coming.
 USB_CLOCK_STD_S = 0.05
-# Offsets that are searched for a press at quite another time, and what of them is told.
-SEARCHED_S, SEARCH_STEP_S = 1.0, 0.02
-# Deviations of what is known of the clocks that an offset may be.
-LIKELY = 2.5
-# Misfits may by chance be this multiple of the best, which counts as this large at least.
-BY_CHANCE, LEAST_MISFIT = 1.6, 2 / 3
-# Least correlation of a force with what a press makes of the depths.
-LEAST_ALIKE = 0.8
 PRESSED = 0.1
 SMALLEST_FORCE_N = 0.05
-# Where the contact may be, as parts of the way that the tip takes, and guesses to start from.
-CONTACTS = tuple(np.arange(0.3, 0.96, 0.05))
+# Where the contact may be, as parts of the way that the tip takes, to start from.
 CONTACT_GUESSES = (0.4, 0.6, 0.8)
 
 
@@ -89,11 +82,10 @@ def clock_offset(
     if (at_frames > PRESSED * at_frames.max()).sum() < FEWEST_PRESSED:
         return ClockOffset(0.0, prior_std_s, prior_std_s)
     depth_std_m = np.hypot(depth_std_m, DEPTH_STD_M)
-    _check_near(
-        force_time_s, force_n, frame_time_s, depth_m, depth_std_m, _noise(force), prior_std_s
-    )
+    path = (frame_time_s, depth_m, depth_std_m)
+    check_time(force_time_s, force_n, *path, noise_n=_noise(force), prior_std_s=prior_std_s)
     told = _telling(at_frames)
-    frame_time_s, depth_m, depth_std_m = (x[told] for x in (frame_time_s, depth_m, depth_std_m))
+    frame_time_s, depth_m, depth_std_m = (each[told] for each in path)
     time_s, force = _between(force_time_s, force_n, frame_time_s)
     noise = _noise(force)
     press = _Press(time_s, force, noise, frame_time_s, depth_m, depth_std_m)
@@ -137,83 +129,6 @@ def _telling(force_n: NDArray) -> NDArray:
         last = int(np.argmax(force_n)) + margin
     chosen = np.arange(max(first, 0), min(last + 1, len(force_n)))
     return chosen[:: -(-len(chosen) // MOST_FRAMES)]
-
-
-def _check_near(
-    force_time_s: NDArray,
-    force_n: NDArray,
-    frame_time_s: NDArray,
-    depth_m: NDArray,
-    depth_std_m: NDArray,
-    noise_n: float,
-    prior_std_s: float,
-) -> None:
-    """Refuse records whose force rises at another time than the tip goes down."""
-    lowest, span = depth_m.min(), np.ptp(depth_m)
-    depths = [np.maximum(depth_m - lowest - part * span, 0) for part in CONTACTS]
-    presses = [_Ways.of(frame_time_s, depth, depth_std_m, noise_n) for depth in depths]
-    shifts = np.arange(-SEARCHED_S, SEARCHED_S + SEARCH_STEP_S / 2, SEARCH_STEP_S)
-    forces = [np.interp(frame_time_s + shift, force_time_s, force_n) for shift in shifts]
-    misfits = [min(ways.misfit(force) for ways in presses) for force in forces]
-    best = int(np.argmin(misfits))
-    # What is known of the clocks beforehand leaves so much, a step's half on either side.
-    limit_s = max(LIKELY * prior_std_s, SEARCH_STEP_S)
-    likely = np.abs(shifts) + SEARCH_STEP_S / 2 < limit_s
-    near = np.array(misfits)[likely].min()
-    alike = max(ways.likeness(forces[best]) for ways in presses)
-    if alike < LEAST_ALIKE and misfits[best] > BY_CHANCE:
-        raise ValueError(
-            "force.csv: expected a force that follows the tip's depth, with a correlation of at"
-            f" least {LEAST_ALIKE:g}, found {alike:.2f} (another capture's record, or frames in"
-            " another order?)"
-        )
-    if not likely[best] and near > BY_CHANCE * max(misfits[best], LEAST_MISFIT):
-        raise ValueError(
-            f"force.csv: time_s: expected the clock of frames.csv within {limit_s:g} s, as the"
-            f" sensor's clock_offset_std_s says, found the press about {shifts[best]:+.2f} s away"
-        )
-
-
-@dataclass(frozen=True)
-class _Ways:
-    """Ways (n, k) in which a force may follow depths, and what errors both have."""
-
-    presses: NDArray
-    depth_m: NDArray
-    depth_std_m: NDArray
-    noise_n: float
-
-    @classmethod
-    def of(cls, time_s: NDArray, depth_m: NDArray, *errors: NDArray | float) -> "_Ways":
-        """Hertz's law and its departure for a thin object, at once or relaxing."""
-        deeper = depth_m**1.5 * depth_m / max(depth_m.max(), SCALE_M)
-        presses = np.column_stack([_relaxing(time_s, depth_m**1.5), deeper])
-        return cls(presses, depth_m, *errors)
-
-    def misfit(self, force_n: NDArray) -> float:
-        """Misfit of a force, as multiple of what the errors make of it."""
-        parts, misfit = self._fit(force_n)
-        slope = 1.5 * (self.presses @ parts) / np.maximum(self.depth_m, self.depth_std_m)
-        expected = np.hypot(slope * self.depth_std_m, self.noise_n)
-        return float(misfit / np.hypot(np.linalg.norm(expected), SMALLEST_FORCE_N))
-
-    def likeness(self, force_n: NDArray) -> float:
-        """Correlation of a force with the way that is most like it."""
-        part = self._fit(force_n)[1] / max(np.linalg.norm(force_n - force_n.mean()), 1e-12)
-        return float(np.sqrt(max(1 - part**2, 0)))
-
-    def _fit(self, force_n: NDArray) -> tuple[NDArray, float]:
-        return nnls(self.presses - self.presses.mean(axis=0), force_n - force_n.mean())
-
-
-def _relaxing(time_s: NDArray, elastic: NDArray) -> NDArray:
-    """Ways (n, 1 + r) in which a force may follow an elastic one: at once, or relaxing."""
-    step_s = np.diff(time_s)[:, None] / np.array(RELAXATION_S)
-    decay, entered = np.exp(-step_s), -np.expm1(-step_s) / step_s
-    held = np.zeros((len(time_s), len(RELAXATION_S)))
-    for frame, rise in enumerate(np.diff(elastic)):
-        held[frame + 1] = held[frame] * decay[frame] + rise * entered[frame]
-    return np.column_stack([elastic, held])
 
 
 # Parameters are of order one: offset, log stiffness, contact, curvature, relaxation, baseline.

@@ -4,14 +4,16 @@ import logging
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from palpate.capture.streams import Stream
 from palpate.capture.tables import read_frames
 from palpate.vision.agreement import require_agreement
 from palpate.vision.camera import camera_from_spec
+from palpate.vision.marker import board_of
 from palpate.vision.options import ProbePose
-from palpate.vision.probe import track_probe
+from palpate.vision.probe import film_poses, marker_columns, track_probe
 
 
 def followed(
@@ -48,3 +50,52 @@ def followed(
     found, refined = table["detected"].sum(), table["refined"].sum()
     logging.info("marker found in %d of %d frames, refined in %d", found, len(table), refined)
     return table
+
+
+def board_followed(
+    folder: str | Path, sensor: Mapping, marker: Mapping, options: ProbePose
+) -> pd.DataFrame:
+    """Poses of a board in the frames of a folder that show it.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of a film.
+    sensor, marker : mapping
+        The sensor's file, and the block of a probe's.
+    options : ProbePose
+
+    Returns
+    -------
+    DataFrame
+        ``frame, time_s, detected`` and the board's pose, as `palpate.vision.probe.track_probe`
+        has them.
+
+    Raises
+    ------
+    ValueError
+        If no frame shows the board, or as `require_agreement` does.
+    """
+    frames = Stream(folder, sensor, samples=True)
+    threshold_px = sensor["marker"]["reprojection_threshold_px"]
+    found = film_poses(
+        frames,
+        camera_from_spec(sensor["color"]),
+        board_of(marker),
+        encoding=frames.encoding,
+        threshold_px=threshold_px,
+        refinement=options.refinement,
+    )
+    seen = [k for k, (pose, _) in enumerate(found) if pose]
+    if not seen:
+        raise ValueError(
+            f"{folder}: marker: expected its corners within {threshold_px:g} px, found in none of"
+            f" {len(found)} frames"
+        )
+    poses = marker_columns(np.array([found[k][0].camera_from_marker for k in seen]))
+    poses.insert(0, "frame", seen)
+    poses.insert(1, "time_s", read_frames(folder)["time_s"].to_numpy()[seen])
+    poses.insert(2, "detected", 1)
+    by_frame = poses.set_index("frame").reindex(range(len(found)))
+    require_agreement(folder, sensor, marker, by_frame)
+    return poses

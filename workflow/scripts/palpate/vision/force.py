@@ -9,11 +9,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS, force_columns
+from palpate.units import GRAVITY_M_S2
 
 # The sensor's driver averages ten samples of 1000 Hz (Section 4.1.3); records of another rate are
 # averaged over the same time.
 AVERAGED_S = 0.01
-GRAVITY_M_S2 = 9.81
 FEWEST_UNLOADED = 10
 SMALLEST_PRESS_N, LARGEST_ANGLE_DEG = 0.2, 60.0
 # Of the torque's noise, of the weight and of the tip's place; the study's captures have 0.4 mm.
@@ -301,16 +301,28 @@ def zeroed(
             f"force: expected a record at least twice as long as the bias window of"
             f" {bias_window_s:g} s, found {time_s[-1] - time_s[0]:.3g} s"
         )
-    columns = force_columns(record.columns, probe)
-    wrench = record[list(columns)].to_numpy(dtype=float)
-    if columns == GAUGE_COLUMNS:
-        _check_gauges(wrench, probe, time_s)
-        wrench = wrench @ np.array(probe["gauge"]["calibration"]).T
+    columns, wrench = wrenches(record, probe)
     start = time_s[0] if first_frame_s < time_s[0] + bias_window_s else first_frame_s
     zero_s = _unloaded_s(time_s, wrench[:, 2], (start, start + bias_window_s), first_frame_s)
     known = ForceRecord(time_s, wrench, zero_s, columns)
     logging.info("force of %s..%s, zero from %.3f to %.3f s", *columns[:: len(WRENCH) - 1], *zero_s)
     return replace(known, wrench=wrench - wrench[known.within(time_s)].mean(axis=0))
+
+
+def wrenches(record: pd.DataFrame, probe: Mapping) -> tuple[tuple[str, ...], NDArray]:
+    """Columns of a force.csv that count, and what the sensor says by them, (m, 6) [N, Nm].
+
+    Raises
+    ------
+    ValueError
+        If a gauge is saturated, dead or not calibrated.
+    """
+    columns = force_columns(record.columns, probe)
+    wrench = record[list(columns)].to_numpy(dtype=float)
+    if columns == GAUGE_COLUMNS:
+        _check_gauges(wrench, probe, record["time_s"].to_numpy(dtype=float))
+        wrench = wrench @ np.array(probe["gauge"]["calibration"]).T
+    return columns, wrench
 
 
 def _unloaded_s(

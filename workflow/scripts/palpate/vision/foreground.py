@@ -24,8 +24,8 @@ from palpate.vision.stillness import camera_shift
 MOST_FOREGROUND = 0.8
 # For so many frames, of which most are off, a camera moved.
 STAYS = 5
-# Deviations of a median of frames that shake, in those of a frame over the root of their number.
-SURE = 3.0
+# Deviations of a median of frames that shake, and what such a one is, as multiple of a mean's.
+SURE, MEDIAN_BY_MEAN = 3.0, float(np.sqrt(np.pi / 2))
 PIECE_PX = 8_192
 # Pixels within this of a mask's edge may show both sides; so much of the foreground counts as it.
 RIM_PX, MIXED = 3, 0.5
@@ -240,7 +240,8 @@ def _require_still(shifts_px: Sequence[NDArray], largest_px: float, *, at_end: b
     if np.isnan(last).all() or (len(last) < STAYS and not at_end):
         return
     moved_px = np.linalg.norm(np.nanmedian(last, axis=0), axis=1).max()
-    limit_px = largest_px + SURE * shake_px(shifts_px) / np.sqrt(len(last))
+    median_px = MEDIAN_BY_MEAN * shake_px(shifts_px) / np.sqrt(len(last))
+    limit_px = largest_px + SURE * median_px
     if moved_px > limit_px:
         off = np.linalg.norm(last, axis=2).max(axis=1) > limit_px
         frame = len(shifts_px) - len(last) + int(np.argmax(off))

@@ -151,7 +151,7 @@ def point_covariance(camera_from_marker: NDArray, covariance: NDArray, point_m: 
     point_m : (3,) array
         The point in the marker frame [m].
     """
-    jacobian = np.hstack([_by_turn(camera_from_marker[:3, :3] @ point_m), np.eye(3)])
+    jacobian = np.hstack([by_turn(camera_from_marker[:3, :3] @ point_m), np.eye(3)])
     return jacobian @ covariance @ jacobian.T
 
 
@@ -187,14 +187,33 @@ def corner_cofactor(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> 
     return _cofactor(jacobian[:, 3:6], points_m @ pose[:3, :3].T)
 
 
+def pose_by_optics(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> NDArray:
+    """Derivatives of a pose by the optics that its corners are read with, (6, 9).
+
+    Of a rotation vector applied in the camera frame and of the shift, by fx_px, fy_px, cx_px,
+    cy_px, k1, k2, p1, p2, k3, the corners staying where they are seen; see `corner_cofactor` for
+    the parameters.
+    """
+    lens = camera.matrix, np.array(camera.distortion)
+    turn = cv2.Rodrigues(np.ascontiguousarray(pose[:3, :3]))[0]
+    _, jacobian = cv2.projectPoints(points_m, turn, pose[:3, 3], *lens)
+    by_pose = _by_pose(jacobian[:, 3:6], points_m @ pose[:3, :3].T)
+    return -np.linalg.lstsq(by_pose, jacobian[:, 6:], rcond=None)[0]
+
+
 def _cofactor(by_shift: NDArray, turned: NDArray) -> NDArray:
     """Inverse of the normal matrix of rotation vector and shift, (6, 6)."""
-    rows = by_shift.reshape(-1, 2, 3)
-    jacobian = np.concatenate([rows @ _by_turn(turned), rows], axis=-1).reshape(-1, 6)
+    jacobian = _by_pose(by_shift, turned)
     return np.linalg.inv(jacobian.T @ jacobian)
 
 
-def _by_turn(places: NDArray) -> NDArray:
+def _by_pose(by_shift: NDArray, turned: NDArray) -> NDArray:
+    """Derivatives of corners by rotation vector and shift, (2n, 6)."""
+    rows = by_shift.reshape(-1, 2, 3)
+    return np.concatenate([rows @ by_turn(turned), rows], axis=-1).reshape(-1, 6)
+
+
+def by_turn(places: NDArray) -> NDArray:
     """Derivatives of places (..., 3) by a rotation vector before them, (..., 3, 3)."""
     x, y, z = np.moveaxis(places, -1, 0)
     zero = np.zeros_like(x)

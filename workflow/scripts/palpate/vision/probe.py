@@ -84,20 +84,13 @@ def track_probe(
     ValueError
         If no frame shows the marker, or it is lost for longer than allowed.
     """
-    mosaic, board = encoding == "bayer_rggb8", board_of(probe["marker"])
-    refine = None
-    if refinement == "photometric":
-        refine = BoardRefiner(camera, board, encoding=encoding)
-    follow = CornerFollower(board)
-    poses = board_poses(
-        (
-            (follow(_grey(demosaic(image, encoding))), image if mosaic else _grey(image))
-            for image in images
-        ),
+    poses = film_poses(
+        images,
         camera,
-        board,
+        board_of(probe["marker"]),
+        encoding=encoding,
         threshold_px=threshold_px,
-        refine=refine,
+        refinement=refinement,
     )
     _check_gaps([pose for pose, _ in poses], largest_gap_frames, threshold_px)
     transforms = _bridged(time_s, [pose for pose, _ in poses])
@@ -109,8 +102,7 @@ def track_probe(
         pose.reprojection_error_px if pose else np.nan for pose, _ in poses
     ]
     table["refined"] = [int(refined) for _, refined in poses]
-    table[QUATERNION] = Rotation.from_matrix(transforms[:, :3, :3]).as_quat(canonical=True)
-    table[MARKER] = transforms[:, :3, 3]
+    table = table.join(marker_columns(transforms))
     table[RAW_TIP] = tips[:, :3, 3]
     table[[*TIP_STD, ALONG_STD]] = [_tip_std(pose, probe) for pose, _ in poses]
     measured = np.where(table[["detected"]] == 1, tips[:, :3, 3], np.nan)
@@ -124,6 +116,28 @@ def track_probe(
     )
     table[AXIS] = tips[:, :3, 2]
     return table
+
+
+def film_poses(
+    images: Iterable[NDArray],
+    camera: PinholeCamera,
+    board: FlatBoard,
+    *,
+    encoding: str,
+    threshold_px: float,
+    refinement: str,
+) -> list[tuple[MarkerPose | None, bool]]:
+    """`board_poses` of images as `track_probe` takes them."""
+    mosaic = encoding == "bayer_rggb8"
+    refine = None
+    if refinement == "photometric":
+        refine = BoardRefiner(camera, board, encoding=encoding)
+    follow = CornerFollower(board)
+    frames = (
+        (follow(_grey(demosaic(image, encoding))), image if mosaic else _grey(image))
+        for image in images
+    )
+    return board_poses(frames, camera, board, threshold_px=threshold_px, refine=refine)
 
 
 def board_poses(
@@ -168,6 +182,12 @@ def marker_transforms(table: pd.DataFrame) -> NDArray:
     transforms[:, :3, :3] = Rotation.from_quat(table[QUATERNION].to_numpy()).as_matrix()
     transforms[:, :3, 3] = table[MARKER].to_numpy()
     return transforms
+
+
+def marker_columns(transforms: NDArray) -> pd.DataFrame:
+    """Columns of transforms camera_from_marker (n, 4, 4), as `marker_transforms` reads them."""
+    turns = Rotation.from_matrix(transforms[:, :3, :3]).as_quat(canonical=True)
+    return pd.DataFrame(np.hstack([turns, transforms[:, :3, 3]]), columns=[*QUATERNION, *MARKER])
 
 
 def check_steepness(

@@ -13,8 +13,9 @@ SHOWN_POINT = "11"
 
 
 def of_kind(run: Run, kind: str) -> str | None:
-    """First sensor of a kind, by name; none where there is no such sensor."""
-    return next((n for n in sorted(run.sensors) if run.sensors[n]["kind"] == kind), None)
+    """First sensor of a kind, by name, whose file is right; none where there is no such sensor."""
+    right = {name: spec for name, spec in run.sensors.items() if spec}
+    return next((name for name in sorted(right) if right[name]["kind"] == kind), None)
 
 
 def dot_sensor(run: Run) -> str | None:
@@ -31,8 +32,8 @@ def pinhole_sensor(run: Run) -> str | None:
 
 
 def drawn_probe(run: Run) -> Mapping:
-    """Probe that Figure 4.5 shows: the first, by name."""
-    return run.probes[min(run.probes)]
+    """Probe that Figure 4.5 shows: the first, by name, whose file is right."""
+    return next(spec for _, spec in sorted(run.probes.items()) if spec)
 
 
 def placements(run: Run, name: str) -> Mapping:

@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from math import inf, isfinite
 from pathlib import Path
 
+from palpate.capture.calibrations import PARTS
 from palpate.capture.devices import PLACES, add_devices, found_folder
 from palpate.capture.discover import (
     BACKGROUND,
     CAPTURE_NAME,
     CAPTURE_WORDS,
+    NOT_OBJECTS,
     object_fault,
     sensor_fault,
 )
@@ -35,6 +37,8 @@ from palpate.capture.importing.write import Target, import_recording
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import FORCE, read_table
 
+# Films of a probe by itself, raw/sensors/<sensor>/<film>.
+OF_SENSORS, FILMS = NOT_OBJECTS[0], {part.film: part for part in PARTS}
 # Options for folders with rgb.txt, and what they are if not given.
 OF_FOLDERS = {"intrinsics": None, "distortion": None, "depth_factor": DEPTH_FACTOR}
 
@@ -45,7 +49,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser._negative_number_matcher = re.compile(r"-\.?[0-9]")
     add = parser.add_argument
     add("recording", type=Path, help="a .bag, .mcap or .db3, a ROS 2 folder, or one with rgb.txt")
-    add("target", type=Path, help="raw/<object>/<sensor>/<capture>, which must not exist yet")
+    add("target", type=Path, help="raw/<object>/<sensor>/<capture>, or a film of the probe,"
+        " raw/sensors/<sensor>/load, pivot or stiffness; must not exist yet")  # fmt: skip
     add("--background", action="store_true", help="frames without object and probe, and no force")
     add_devices(parser, "sensors")
     add(
@@ -83,9 +88,10 @@ def run(options: argparse.Namespace) -> list[str]:
     """
     target = _target(options)
     _require_recorded(target.folder)
-    own_force = options.force is None and not options.background
-    if options.background and options.force is not None:
-        raise ValueError(f"--force: expected none with --background, found {options.force}")
+    own_force = options.force is None and not target.background
+    if target.background and options.force is not None:
+        of = "with --background" if options.background else f"for {target.folder}"
+        raise ValueError(f"--force: expected none {of}, found {options.force}")
     if not isfinite(options.force_offset):
         raise ValueError(f"--force-offset: expected seconds, found {options.force_offset}")
     if options.pairing_ms is not None and not 0 < options.pairing_ms < inf:
@@ -112,16 +118,20 @@ def _target(options: argparse.Namespace) -> Target:
     if options.background and folder.name != BACKGROUND:
         folder = folder / BACKGROUND
     name, sensor, subject = (part.name for part in (folder, folder.parent, folder.parent.parent))
-    _require_target(options.target, subject, sensor)
     if name == BACKGROUND and not options.background:
         raise ValueError(f"{folder}: capture: expected --background for this name, found no option")
-    if name != BACKGROUND and not CAPTURE_NAME.fullmatch(name):
-        raise ValueError(f"{folder}: capture: expected {CAPTURE_WORDS}, found {name}")
+    film = folder.parent if name == BACKGROUND else folder
+    part = FILMS.get(film.name) if film.parent.parent.name == OF_SENSORS else None
+    if part is None:
+        _require_target(options.target, subject, sensor)
+        if name != BACKGROUND and not CAPTURE_NAME.fullmatch(name):
+            raise ValueError(f"{folder}: capture: expected {CAPTURE_WORDS}, found {name}")
+    elif fault := sensor_fault(sensor := film.parent.name):
+        raise ValueError(f"{options.target}: sensor: {fault}")
     sensors = found_folder("sensors", options.sensors, folder) or PLACES["sensors"]
+    no_force = options.background or (part is not None and not part.force)
     sensor_file = sensors / f"{sensor}.yaml"
-    return Target(
-        folder, sensor_file, options.background, tuple(options.range), options.trust_sensor_file
-    )
+    return Target(folder, sensor_file, no_force, tuple(options.range), options.trust_sensor_file)
 
 
 def _require_target(target: Path, subject: str, sensor: str) -> None:

@@ -41,11 +41,12 @@ class Target:
     Parameters
     ----------
     folder : Path
-        ``raw/<object>/<sensor>/<capture>`` or ``.../background``; must not exist.
+        ``raw/<object>/<sensor>/<capture>`` or ``.../background``, or a film of the probe,
+        ``raw/sensors/<sensor>/<film>``; must not exist.
     sensor_file : Path
         ``config/sensors/<sensor>.yaml``; made if it does not exist.
     background : bool
-        Whether the frames show the scene without object and probe, and have no force.
+        Whether the frames have no force: of the scene without object and probe, or of a film.
     range_m : pair of floats
         Nearest and farthest depth of a new sensor file [m].
     trusted : bool

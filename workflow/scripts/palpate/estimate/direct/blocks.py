@@ -8,12 +8,14 @@ from scipy.optimize import lsq_linear
 
 from palpate.estimate.direct.deviations import robust_weights
 from palpate.estimate.direct.indentation import (
+    AXES,
     KINDS,
     DirectIndentation,
     Linearised,
     Parameters,
     linearised,
 )
+from palpate.estimate.direct.prior import FREE
 
 
 @dataclass(frozen=True)
@@ -25,8 +27,8 @@ class Scales:
     motion : (2,) tuple of float
         Scatter of motions over what was stated: along the normals, and across.
     sharing : (2,) tuple of float
-        Motions that err together: by so much the mean of a patch scatters more than it would if
-        they were independent (variance).
+        Motions of a patch or a frame that err together: by so much what they move E and nu by
+        scatters more than it would if they were independent (variance).
     """
 
     motion: tuple[float, ...] = (1.0,) * KINDS
@@ -85,20 +87,48 @@ def normal_rows(
     return line, line.depth_slope.T, (line.motion_slope * weight[:, None]).T
 
 
-def sharing_of(indentation: DirectIndentation, blocks: Blocks) -> tuple[float, ...]:
-    """Variance of patches' slopes by E and nu over that of independent motions; at least 1.
+def sharing_of(
+    indentation: DirectIndentation, line: Linearised, motion: tuple[float, ...]
+) -> tuple[float, ...]:
+    """Variance of motions' slopes by E and nu over that of independent motions; at least 1.
 
-    Of each kind of motion. Each patch counts alike: what they move E and nu by is a matter of the
-    few near the contact, which are too few to tell.
+    Of each kind of motion: what those of a patch share, whose pattern or outline is in all frames,
+    and what those of a frame share, as a camera's shake, less what those of both do, which is in
+    either (clusters in two ways: A. C. Cameron, J. B. Gelbach and D. L. Miller, J. Business &
+    Economic Statistics 29, 2011, 238). Each patch and frame
+    counts alike: what they move E and nu by is a matter of the few near the contact, which are too
+    few to tell.
+
+    Parameters
+    ----------
+    indentation : DirectIndentation
+    line : Linearised
+    motion : (2,) tuple of float
+        Scatter of motions over what was stated.
     """
+    gaps, slope = line.residuals.motion, line.motion_slope[:, :FREE]
+    frame, sample = np.nonzero(indentation.seen)
+    patch, at = indentation.cluster[sample], frame * AXES + indentation.axis[sample]
+    # Patches are of one axis each.
+    groups = patch, at, patch * len(indentation.seen) + frame
     found = []
-    for kind in range(KINDS):
-        of = np.unique(indentation.cluster[np.minimum(indentation.axis, 1) == kind])
-        expected = np.diagonal(blocks.motion_matrix[of], axis1=1, axis2=2)[:, :2]
-        told = expected > 0
-        ratio = blocks.motion_slope[of, :2][told] ** 2 / expected[told]
-        found.append(max(1.0, float(ratio.mean())) if told.any() else 1.0)
+    for kind, scatter in enumerate(motion):
+        of = indentation.kind == kind
+        weighted = (robust_weights(gaps[of], scatter) / scatter**2)[:, None] * slope[of]
+        terms = weighted * gaps[of, None], weighted * slope[of]
+        by_patch, by_frame, by_both = (_shared(group[of], *terms) for group in groups)
+        # The fit takes a part of what a frame has in common.
+        found.append(max(1.0, by_patch, by_patch + by_frame - by_both))
     return tuple(found)
+
+
+def _shared(group: NDArray, term: NDArray, square: NDArray) -> float:
+    """Mean square of groups' sums of terms (m, 2), over what independent ones have."""
+    total, expected = (
+        np.stack([np.bincount(group, column) for column in of.T]) for of in (term, square)
+    )
+    told = expected > 0
+    return float((total[told] ** 2 / expected[told]).mean()) if told.any() else 1.0
 
 
 def bounded_solution(matrix: NDArray, right: NDArray, low: NDArray, high: NDArray) -> NDArray:

@@ -5,7 +5,7 @@ to the moduli through the linearised least squares, and add up in squares (JCGM 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,22 @@ from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import OWN, residuals
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.prior import UNMOVED, Prior, prior_of, scaled_inverse
-from palpate.estimate.direct.quantities import LOG_MODULI, NAMES, Quantities
-from palpate.estimate.direct.rig import rig_errors
+from palpate.estimate.direct.probe_uncertainty import (
+    CONFIGURED,
+    OBSERVED,
+    UNSTATED,
+    ProbeUncertainty,
+)
+from palpate.estimate.direct.quantities import (
+    BULK,
+    LOG_MODULI,
+    NAMES,
+    SHEAR,
+    Quantities,
+    by_ratio,
+)
+from palpate.estimate.direct.rig import RigError, rig_errors
+from palpate.modulus import LABELS
 
 # By how much captures may be apart for no reason that is known, in deviations of one of them (half
 # of a normal distribution), and what is tried.
@@ -33,6 +47,7 @@ OWN_SOURCES = (
     "clocks",
     "zero of the motion",
     "place of the contact",
+    "place in the picture",
     "sinking",
     "rocking",
 )
@@ -48,10 +63,13 @@ class Source:
     std : float
         Its standard uncertainty, in its unit.
     unit : str
-    contributions : (5,) array
+    contributions : (7,) array
         What it adds to the standard uncertainties of `quantities.NAMES`.
-    freedom : (5,) array or float
+    freedom : (7,) array or float
         Degrees of freedom of those.
+    origin : str
+        Where its uncertainty comes from: "configured", "stated" (in the probe's file), "calibrated"
+        (by a run), "observed", or two of them.
     """
 
     name: str
@@ -59,6 +77,7 @@ class Source:
     unit: str
     contributions: NDArray
     freedom: NDArray | float = np.inf
+    origin: str = CONFIGURED
 
 
 @dataclass(frozen=True)
@@ -69,12 +88,12 @@ class Budget:
 
     @property
     def std(self) -> NDArray:
-        """Standard uncertainties of `quantities.NAMES`: all contributions in squares, (5,)."""
+        """Standard uncertainties of `quantities.NAMES`: all contributions in squares, (7,)."""
         return np.sqrt(sum(source.contributions**2 for source in self.sources))
 
     @property
     def freedom(self) -> NDArray:
-        """Effective degrees of freedom (Welch and Satterthwaite; JCGM 100:2008, Eq. G.2b), (5,)."""
+        """Effective degrees of freedom (Welch and Satterthwaite; JCGM 100:2008, Eq. G.2b), (7,)."""
         fourth = sum(source.contributions**4 / source.freedom for source in self.sources)
         return self.std**4 / np.maximum(fourth, 1e-300)
 
@@ -87,6 +106,7 @@ class Budget:
         found = []
         for source in self.sources:
             row = {"source": source.name, "standard_uncertainty": source.std, "unit": source.unit}
+            row |= {"origin": source.origin}
             parts = dict(zip(COLUMNS, source.contributions, strict=True))
             row |= {f"sensitivity_{name}": part / source.std for name, part in parts.items()}
             found.append(row | {f"contribution_{name}": part for name, part in parts.items()})
@@ -103,7 +123,13 @@ def covariance_of(best: Solution, options: Fit) -> NDArray:
 
 
 def budget_of(
-    best: Solution, covariance: NDArray, quantities: Quantities, options: Fit, *, radius_m: float
+    best: Solution,
+    covariance: NDArray,
+    quantities: Quantities,
+    options: Fit,
+    known: ProbeUncertainty = UNSTATED,
+    *,
+    radius_m: float,
 ) -> Budget:
     """What each source adds to the uncertainties of the moduli.
 
@@ -114,6 +140,8 @@ def budget_of(
         Of `covariance_of`.
     quantities : Quantities
     options : Fit
+    known : ProbeUncertainty, optional
+        What is stated of the probe's own numbers.
     radius_m : float
         Of the sphere.
     """
@@ -122,26 +150,14 @@ def budget_of(
     sources += _of_noise(onto, best)
     own = [s for s in sources if s.name in OWN_SOURCES or s.name.startswith("noise")]
     sources += _of_captures(onto, best, sum(source.contributions**2 for source in own))
-    sources += _of_rig(onto, best, options, radius_m)
-    log = np.array(LOG_MODULI, dtype=float)
-    table_E, table_nu = options.model_std.log_youngs_modulus, options.model_std.nu
-    sources += [
-        Source(
-            "indentation table: force",
-            table_E,
-            "1",
-            table_E * log,
-        ),
-        Source("indentation table: motion", table_nu, "1", table_nu * (1 - log)),
-    ]
-    if any(one.table.slides for one in best.indentations):
-        std, nu = options.model_std.nu_loose, float(quantities.values[NAMES.index("poisson_ratio")])
-        # E follows nu at the same E*.
-        young = np.array([name.startswith("youngs_modulus") for name in NAMES])
-        parts = std * (1 - log + young * 2 * nu / (1 - nu**2))
-        sources.append(Source("indentation table: loose foot", std, "1", parts))
-    there = [source for source in sources if source.std > 0]
+    sources += _of_rig(onto, best, options, rig_errors(options.rig, known, radius_m=radius_m))
+    sources += _of_table(best, quantities, options)
+    there = [_from(source, known) for source in sources if source.std > 0]
     return Budget(tuple(sorted(there, key=lambda source: -source.contributions[0])))
+
+
+def _from(source: Source, known: ProbeUncertainty) -> Source:
+    return replace(source, origin=known.origins.get(source.name, source.origin))
 
 
 def _of_priors(onto: NDArray, prior: Prior) -> list[Source]:
@@ -158,13 +174,15 @@ def _of_priors(onto: NDArray, prior: Prior) -> list[Source]:
     return found
 
 
-def _of_rig(onto: NDArray, best: Solution, options: Fit, radius_m: float) -> list[Source]:
+def _of_rig(
+    onto: NDArray, best: Solution, options: Fit, errors: Sequence[RigError]
+) -> list[Source]:
     """Sources that are no unknowns: what the fit makes of a capture that each has changed."""
     times = np.array(options.relaxation_times_s, dtype=float)
     each = list(zip(placed(best), best.indentations, best.parameters, best.scales, strict=True))
     normal = [normal_rows(one, p, scale, times_s=times) for _, one, p, scale in each]
     found = []
-    for error in rig_errors(options.rig, radius_m=radius_m):
+    for error in errors:
         if not error.std:
             continue
         moved = []
@@ -190,7 +208,26 @@ def _of_noise(onto: NDArray, best: Solution) -> list[Source]:
         # Far from the contact there are many patches that say next to nothing.
         count = shares.sum(axis=0) ** 2 / np.maximum((shares**2).sum(axis=0), 1e-300)
         freedom = np.maximum(count, FEWEST_PARTS) - 1
-        found.append(Source(f"noise of the {kind}", std, "m", np.sqrt(variance), freedom))
+        name = f"noise of the {kind}"
+        found.append(Source(name, std, "m", np.sqrt(variance), freedom, OBSERVED))
+    return found
+
+
+def _of_table(best: Solution, quantities: Quantities, options: Fit) -> list[Source]:
+    """Sources of the indentation table; E, G and K follow nu at the same E*."""
+    log, stds = np.array(LOG_MODULI, dtype=float), options.model_std
+    nu = float(quantities.values[NAMES.index("poisson_ratio")])
+    with_nu = 1 - log
+    with_nu[[NAMES.index(SHEAR), NAMES.index(BULK)]] = np.abs(by_ratio(nu))
+    with_nu[[name.startswith("youngs_modulus") for name in NAMES]] = 2 * nu / (1 - nu**2)
+    force, motion = stds.log_youngs_modulus, stds.nu
+    found = [
+        Source("indentation table: force", force, "1", force * log),
+        Source("indentation table: motion", motion, "1", motion * with_nu),
+    ]
+    if any(one.table.slides for one in best.indentations):
+        parts = stds.nu_loose * with_nu
+        found.append(Source("indentation table: loose foot", stds.nu_loose, "1", parts))
     return found
 
 
@@ -203,9 +240,9 @@ def _of_captures(onto: NDArray, best: Solution, told: NDArray) -> list[Source]:
 
     Parameters
     ----------
-    onto : (5, size) array
+    onto : (7, size) array
     best : Solution
-    told : (5,) array
+    told : (7,) array
         Variances that the noise and what each capture has for itself explain.
     """
     count = len(best.blocks)
@@ -220,7 +257,8 @@ def _of_captures(onto: NDArray, best: Solution, told: NDArray) -> list[Source]:
     )
     scatter = count * moved.var(axis=0, ddof=1) / np.maximum(told, 1e-300)
     parts = np.sqrt(told * _likely_excess(scatter, count - 1))
-    return [Source("captures apart", float(parts.max()), "1", parts)]
+    most = float(parts[: len(LABELS)].max())
+    return [Source("captures apart", most, "1", parts, origin=OBSERVED)]
 
 
 def _likely_excess(scatter: NDArray, freedom: int) -> NDArray:
@@ -233,7 +271,7 @@ def _likely_excess(scatter: NDArray, freedom: int) -> NDArray:
 
 
 def _shares(onto: NDArray, block: Blocks, kind: str) -> tuple[NDArray, NDArray]:
-    """Of each patch or frame: its expected part of the variances, and what it moves, (b, 5)."""
+    """Of each patch or frame: its expected part of the variances, and what it moves, (b, 7)."""
     matrix, slope = getattr(block, f"{kind}_matrix"), getattr(block, f"{kind}_slope")
     size = onto.shape[1]
     matrix, slope = matrix[:, :size, :size], slope[:, :size]

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from palpate.estimate.direct.indentation import (
-    AXES,
     DirectIndentation,
     Parameters,
     depth_noise,
@@ -33,6 +32,8 @@ NOISES, PATTERNS = np.geomspace(1, 100, 30), np.geomspace(1, 300, 30)
 WIDE_STD = np.array([10.0, 0.5])
 # Larger parts than these, where none are asked for, would be too few to tell their scatter [m].
 LARGEST_PATCH_M = 0.04
+# Of pictures: windows that overlap see the same grey values, and are 14 to 22 mm wide [m].
+WINDOWED_M = 0.04
 
 
 def with_pattern(
@@ -160,14 +161,13 @@ def variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
 
 def _clusters(indentation: DirectIndentation, left_m: NDArray) -> NDArray:
     """Patches at least as large as residuals err together: twice their correlation's length."""
-    cell_m, sizes, seen = indentation.cell_m, [], indentation.seen.any(axis=0)
-    for axes in ((0,), range(1, AXES)):
-        lengths = [0.0]
-        for axis in axes:
-            at = seen & (indentation.axis == axis)
-            mean = np.nanmean((left_m / indentation.moved_std_m)[:, at], axis=0)
-            lengths.append(correlation_length(cell_m[at], mean[None]) if at.any() else 0.0)
-        sizes.append(max(indentation.patch_m, min(2 * max(lengths), LARGEST_PATCH_M)))
+    cell_m, length = indentation.cell_m, 0.0
+    at = indentation.seen.any(axis=0) & (indentation.axis == 0)
+    if at.any():
+        mean = np.nanmean((left_m / indentation.moved_std_m)[:, at], axis=0)
+        length = correlation_length(cell_m[at], mean[None])
+    along = max(indentation.patch_m, min(2 * length, LARGEST_PATCH_M))
+    sizes = [along, max(indentation.patch_m, WINDOWED_M)]
     return patches_of(cell_m, indentation.axis, sizes)
 
 

@@ -21,6 +21,7 @@ from palpate.estimate.direct.information import bound_of
 from palpate.estimate.direct.interval import intervals
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.prior import MIDDLE
+from palpate.estimate.direct.probe_uncertainty import UNSTATED, ProbeUncertainty
 from palpate.estimate.direct.quantities import Quantities, quantities_of
 from palpate.estimate.direct.result import described
 from palpate.estimate.direct.support_motion import MOTIONS
@@ -40,25 +41,38 @@ class CaptureFit:
 
     Attributes
     ----------
+    time_s, tip_depth_m : (f,) arrays
+        Of all frames of the capture [s], and how deep the tip is in the object in them, its fitted
+        offset and clock allowed for [m].
+    frames : (k,) int array
+        Those compared.
     force_n : (k,) array
         Along the press [N].
     depth_m, fitted_depth_m : (k,) arrays
-        Indentation as it was seen, its fitted offset and clock allowed for, and as the force and
-        the estimate have it [m].
+        That depth in those compared, and as the force and the estimate have it [m].
     moved_m, fitted_moved_m : (k, c) arrays
         Motion of c samples of the surface; NaN where one was not seen [m].
+    cell_m : (c, 3) array
+        Places of the samples on the undeformed template, object frame [m].
+    contact_m : (3,) array
+        Where the tip first touches it [m].
     distance_m : (c,) array
-        Of the samples from the contact [m].
+        Of the samples from there [m].
     axis : (c,) int array
         0: along the surface's normal; 1, 2: across the line of sight, along the picture's columns
         and rows.
     """
 
+    time_s: NDArray
+    tip_depth_m: NDArray
+    frames: NDArray
     force_n: NDArray
     depth_m: NDArray
     fitted_depth_m: NDArray
     moved_m: NDArray
     fitted_moved_m: NDArray
+    cell_m: NDArray
+    contact_m: NDArray
     distance_m: NDArray
     axis: NDArray
 
@@ -77,7 +91,7 @@ class DirectEstimate:
         Of the solution's unknowns.
     budget : Budget
         What each source of error adds to the moduli's deviations.
-    bound : (5,) array
+    bound : (7,) array
         Least deviations of `quantities.NAMES` that what was compared allows (`bound_of`).
     options : Fit
         That it was made with.
@@ -119,11 +133,16 @@ class DirectEstimate:
             moved = np.where(one.seen, one.moved_m, np.nan)
             found.append(
                 CaptureFit(
+                    time_s=one.time_s,
+                    tip_depth_m=_seen_depth(one, p),
+                    frames=one.frames,
                     force_n=one.force_n[one.frames],
                     depth_m=measured,
                     fitted_depth_m=measured + one.depth_root_m @ gaps.depth,
                     moved_m=moved,
                     fitted_moved_m=moved - gap,
+                    cell_m=one.cell_m,
+                    contact_m=one.contact_m,
                     distance_m=np.linalg.norm(one.cell_m - one.contact_m, axis=1),
                     axis=one.axis,
                 )
@@ -149,7 +168,11 @@ class DirectEstimate:
 
 
 def estimate_direct(
-    indentations: Sequence[DirectIndentation], options: Fit, *, radius_m: float
+    indentations: Sequence[DirectIndentation],
+    options: Fit,
+    known: ProbeUncertainty = UNSTATED,
+    *,
+    radius_m: float,
 ) -> DirectEstimate:
     """Estimate the moduli of an object from one or more of its captures.
 
@@ -157,6 +180,8 @@ def estimate_direct(
     ----------
     indentations : sequence of DirectIndentation
     options : Fit
+    known : ProbeUncertainty, optional
+        What is stated of the probe's own numbers.
     radius_m : float
         Of the sphere.
 
@@ -169,7 +194,7 @@ def estimate_direct(
     best = best_of_starts(indentations, options)
     covariance = covariance_of(best, options)
     quantities = quantities_of(best, covariance, options, radius_m=radius_m)
-    budget = budget_of(best, covariance, quantities, options, radius_m=radius_m)
+    budget = budget_of(best, covariance, quantities, options, known, radius_m=radius_m)
     moduli = intervals(best, covariance, quantities, budget, options)
     bound = bound_of(best, quantities, options)
     return DirectEstimate(best, moduli, quantities, covariance, budget, bound, options)
@@ -211,10 +236,15 @@ def best_of_starts(indentations: Sequence[DirectIndentation], options: Fit) -> S
     return min(again, key=lambda solution: solution.cost)
 
 
+def _seen_depth(one: DirectIndentation, p: Parameters) -> NDArray:
+    """How deep the tip is in the object in all frames, offset and clock allowed for [m]."""
+    return one.tip_depth_m + p.offset_m + p.clock_s * np.gradient(one.tip_depth_m, one.time_s)
+
+
 def _start(indentation: DirectIndentation, nu: float, terms: int) -> Parameters:
     unit = indentation.table.force(np.maximum(indentation.depth_m, 0), nu, 0.0)
     force = indentation.force_n[indentation.frames]
     E = max(float((force @ unit) / max(float(unit @ unit), 1e-300)), 1.0)
-    own = (0.0, 0.0, np.zeros(AXES), np.zeros(PLACES), np.zeros(MOTIONS))
+    own = (0.0, 0.0, *map(np.zeros, (AXES, PLACES, PLACES, MOTIONS)))
     foot = MIDDLE if indentation.table.slides else 0.0
     return Parameters(E, nu, 0.0, 0.0, 0.0, np.full(terms, 0.02), *own, foot=foot)

@@ -206,9 +206,8 @@ class _Joint:
         found = []
         for indentation, line in zip(self.indentations, self.linearised(parameters), strict=True):
             each = [line.residuals.motion[indentation.kind == kind] for kind in range(KINDS)]
-            unit = Scales(motion=tuple(map(robust_scale, each)))
-            sharing = sharing_of(indentation, blocks_of(indentation, line, unit))
-            found.append(Scales(unit.motion, sharing))
+            motion = tuple(map(robust_scale, each))
+            found.append(Scales(motion, sharing_of(indentation, line, motion)))
         return tuple(found)
 
 

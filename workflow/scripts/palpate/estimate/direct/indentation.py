@@ -15,13 +15,13 @@ from palpate.estimate.relaxation import elastic_force, elastic_force_derivatives
 
 # Unknowns that all captures share, before what relaxes: log E, nu, q, m, gain, foot.
 SHARED = 6
-# Unknowns that each capture has for itself: offset, clock, shift, the contact's place, and how the
-# object settles.
+# Unknowns that each capture has for itself: offset, clock, shift, the contact's place, where the
+# picture shows it beside that, and how the object settles.
 PLACES = 2
 # Motions along the normals, along the picture's columns and along its rows; the first, and the two
 # others, have errors of one kind.
 AXES, KINDS = 3, 2
-OWN = 2 + AXES + PLACES + MOTIONS
+OWN = 2 + AXES + 2 * PLACES + MOTIONS
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,8 @@ class DirectIndentation:
     ----------
     time_s, force_n, sideways_n : (f,) arrays
         Times of all frames [s], force along the press in them, and across it [N].
+    tip_depth_m : (f,) array
+        Way of the sphere since its first touch in all frames, negative before [m].
     frames : (k,) int array
         Frames in contact that are compared.
     frames_beyond : int
@@ -39,7 +41,7 @@ class DirectIndentation:
     oblique_rad : float
         Between the tip's way in them and the press.
     depth_m, speed_m_s : (k,) arrays
-        Way of the sphere since its first touch in them [m], and its speed [m/s].
+        That way in them as it is compared [m], and its speed [m/s].
     tip_std_m : float
         Standard deviation of the tip along the press from frame to frame [m].
     pattern_std_m : float
@@ -60,6 +62,8 @@ class DirectIndentation:
         Contact from where the table has it, along the axes across the press [m].
     place_std_m : float
         Of that [m].
+    picture_std_m : float
+        Of how far what the picture shows is beside what depth does [m].
     contact_m : (3,) array
         Middle of the contact, object frame [m].
     cell_m, way : (c, 3) arrays
@@ -79,11 +83,14 @@ class DirectIndentation:
     support_axes : SupportAxes
     table : SampleTable
         Of the pressed point, brought to the contact, at the samples.
+    turned_m_s2 : (f,) array or float, optional
+        What a kilogram more on the force sensor adds to its force, by the probe's turn [m/s^2].
     """
 
     time_s: NDArray
     force_n: NDArray
     sideways_n: NDArray
+    tip_depth_m: NDArray
     frames: NDArray
     frames_beyond: int
     oblique_rad: float
@@ -99,6 +106,7 @@ class DirectIndentation:
     shift_std_m: float
     place_expected_m: NDArray
     place_std_m: float
+    picture_std_m: float
     contact_m: NDArray
     cell_m: NDArray
     way: NDArray
@@ -110,6 +118,7 @@ class DirectIndentation:
     cluster: NDArray
     support_axes: SupportAxes
     table: SampleTable
+    turned_m_s2: NDArray | float = 0.0
 
     @property
     def depth_std_m(self) -> NDArray:
@@ -151,8 +160,9 @@ class Parameters:
         Errors of the depth [m] and of the clock [s].
     shift_m : (3,) array
         What all motions along an axis have in common [m].
-    place_m : (2,) array
-        How far the contact is beside where it was seen, along the axes across the press [m].
+    place_m, picture_m : (2,) arrays
+        How far the contact is beside where it was seen, along the axes across the press, and how
+        much farther beside it is in the picture [m].
     support_motion : (3,) array
         Motions of the object on its support under the greatest force (`SupportAxes`) [m, rad, rad].
     foot : float, optional
@@ -169,24 +179,26 @@ class Parameters:
     clock_s: float
     shift_m: NDArray
     place_m: NDArray
+    picture_m: NDArray
     support_motion: NDArray
     foot: float = 0.0
 
     @property
     def vector(self) -> NDArray:
-        """(log E, nu, q, m, gain, foot, fractions, offset, clock, shift, place, settled)."""
+        """(log E, nu, q, m, gain, foot, fractions, offset, clock, shift, places, settled)."""
         laws = [self.force_law, self.motion_law]
         shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, *laws, self.gain, self.foot]
         own = [self.offset_m, self.clock_s, *self.shift_m]
-        return np.array([*shared, *self.fractions, *own, *self.place_m, *self.support_motion])
+        places = [*self.place_m, *self.picture_m]
+        return np.array([*shared, *self.fractions, *own, *places, *self.support_motion])
 
     @staticmethod
     def of(vector: NDArray) -> "Parameters":
         """Read a vector as `vector` writes it."""
         E, (*others, foot) = float(np.exp(vector[0])), map(float, vector[1:SHARED])
         fractions, own = vector[SHARED:-OWN], map(float, vector[-OWN : 2 - OWN])
-        shift, place, support_motion = np.split(vector[2 - OWN :], [AXES, AXES + PLACES])
-        return Parameters(E, *others, fractions, *own, shift, place, support_motion, foot)
+        ends = AXES + PLACES * np.arange(3)
+        return Parameters(E, *others, fractions, *own, *np.split(vector[2 - OWN :], ends), foot)
 
 
 def patches_of(cell_m: NDArray, axis: NDArray, sizes_m: Sequence[float]) -> NDArray:
@@ -240,22 +252,23 @@ class Predicted:
     ----------
     unit_m2 : (k,) array
         Elastic force over E [m^2].
-    depth : DepthOfForce
-        When it was measured.
+    depth, first_depth : DepthOfForce
+        When it was measured, and what the first law has in its place.
     motion : MotionAtDepth
         When the camera saw it, without gain and shift.
     """
 
     unit_m2: NDArray
     depth: DepthOfForce
+    first_depth: DepthOfForce
     motion: MotionAtDepth
 
 
 def predicted(indentation: DirectIndentation, of: Parameters, *, times_s: NDArray) -> Predicted:
     """Depth and motion that a capture's measured force makes of the object.
 
-    The force's history gives the elastic force, that over E the depth, and the depth the motion of
-    the surface: the force, with few parts in a thousand of error, is what is least in doubt.
+    The force's history gives the elastic force, and that over E the depth and the motion of the
+    surface: the force, with few parts in a thousand of error, is what is least in doubt.
 
     Parameters
     ----------
@@ -270,10 +283,12 @@ def predicted(indentation: DirectIndentation, of: Parameters, *, times_s: NDArra
     )
     unit = elastic[indentation.frames] / of.youngs_modulus_pa
     depth = table.depth(unit, nu, of.force_law, of.foot)
+    first = table.depth(unit, nu, 0.0, of.foot)
     # The camera saw the surface a little earlier or later than the force was read.
-    seen_at = depth.depth_m - of.clock_s * indentation.speed_m_s
-    motion = table.motion(seen_at, nu, of.motion_law, of.place_m, of.foot)
-    return Predicted(unit, depth, motion)
+    seen_at = first.depth_m - of.clock_s * indentation.speed_m_s
+    places = np.append(of.place_m, of.picture_m)
+    motion = table.motion(seen_at, nu, of.motion_law, places, of.foot)
+    return Predicted(unit, depth, first, motion)
 
 
 def residuals(indentation: DirectIndentation, of: Parameters, *, times_s: NDArray) -> Residuals:
@@ -287,23 +302,26 @@ def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArr
     by_fraction = elastic_force_derivatives(
         indentation.time_s, indentation.force_n, fractions=of.fractions, times_s=times_s
     )[indentation.frames]
-    deeper, motion = here.depth, here.motion
-    # Of the depth that the force gives, by log E, nu, q, foot and each fraction.
-    by_force = [-deeper.by_unit_per_m * here.unit_m2, deeper.by_nu_m, deeper.by_law_m]
-    by_force += [deeper.by_foot_m]
-    by_force += list((deeper.by_unit_per_m[:, None] * by_fraction / of.youngs_modulus_pa).T)
-    by_E, by_nu, by_q, by_foot, *by_fractions = by_force
+    motion = here.motion
+
+    def by_force(deeper: DepthOfForce) -> list[NDArray]:
+        """Slopes of a depth that the force gives, by log E, nu, q, foot and each fraction."""
+        own = [-deeper.by_unit_per_m * here.unit_m2, deeper.by_nu_m, deeper.by_law_m]
+        shares = deeper.by_unit_per_m[:, None] * by_fraction / of.youngs_modulus_pa
+        return [*own, deeper.by_foot_m, *shares.T]
+
+    by_E, by_nu, by_q, by_foot, *by_fractions = by_force(here.depth)
     zero, one = np.zeros(len(indentation.frames)), np.ones(len(indentation.frames))
     # Those of the measured depth's offset, clock and shift; what settles is added.
-    own = [-one, -indentation.speed_m_s, *[zero] * (AXES + PLACES)]
+    own = [-one, -indentation.speed_m_s, *[zero] * (AXES + 2 * PLACES)]
     settled = indentation.load[:, None] * indentation.support_axes.tip_m
     depth = np.column_stack([by_E, by_nu, by_q, zero, zero, by_foot, *by_fractions, *own, settled])
     gain, none = 1 + of.gain, np.zeros_like(motion.motion_m)
-    follows = [gain * motion.by_depth * column[:, None] for column in by_force]
+    follows = [gain * motion.by_depth * column[:, None] for column in by_force(here.first_depth)]
     columns = [
         follows[0],
         follows[1] + gain * motion.by_nu_m,
-        follows[2],
+        none,
         gain * motion.by_law_m,
         motion.motion_m + _support_motion(indentation, of),
         follows[3] + gain * motion.by_foot_m,

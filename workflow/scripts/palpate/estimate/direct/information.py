@@ -12,7 +12,7 @@ from palpate.estimate.direct.quantities import Quantities
 
 
 def bound_of(best: Solution, quantities: Quantities, options: Fit) -> NDArray:
-    """Least standard deviations of `quantities.NAMES` by Cramer and Rao, (5,).
+    """Least standard deviations of `quantities.NAMES` by Cramer and Rao, (7,).
 
     Of the residuals as the fit states them, their deviations and what errs together as found, with
     all unknowns; priors count as data (van Trees, 1968). Outliers weigh as much as others, and what

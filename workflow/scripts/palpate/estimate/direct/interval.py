@@ -10,12 +10,15 @@ from palpate.estimate.direct.budget import Budget
 from palpate.estimate.direct.doubts import FAR_ZERO, at_end, farthest_zero
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.quantities import NAMES, Quantities
+from palpate.estimate.direct.quantities import BULK, NAMES, SHEAR, Quantities, by_ratio, over
 from palpate.modulus import (
     ASSUMED,
+    AT_BOUND,
     BOUNDED,
     CONFIDENCE,
     IDENTIFIED,
+    LABELS,
+    NOT_IDENTIFIED,
     NOT_JUDGED,
     Modulus,
     verdict_of_nu,
@@ -23,7 +26,7 @@ from palpate.modulus import (
 
 # A press that leaves more of the deviation that was known beforehand tells nothing of nu.
 TOLD_PART = 0.8
-POISSON, NU_STEPS = NAMES.index("poisson_ratio"), 41
+POISSON, STAR, NU_STEPS = NAMES.index("poisson_ratio"), NAMES.index("reduced_modulus_pa"), 41
 
 
 def intervals(
@@ -32,7 +35,8 @@ def intervals(
     """Moduli with their intervals and verdicts.
 
     Poisson's ratio ends at the range's bounds; of a modulus, what goes with Poisson's ratio ends
-    where that does, and E is E* (1 - nu^2) at each.
+    where that does, and E is E* (1 - nu^2) at each. G and K follow the interval of Poisson's ratio;
+    K has no upper end where that reaches the range's.
 
     Parameters
     ----------
@@ -55,7 +59,7 @@ def intervals(
     # What the fit contradicts is no better for its interval.
     contradicted = not best.converged or farthest_zero(best)[1] > FAR_ZERO
     found = {}
-    for k, name in enumerate(NAMES):
+    for k, name in enumerate(LABELS):
         if k == POISSON:
             verdict = verdict_of_nu(*ends, bounds)
             verdict = BOUNDED if open_end and verdict == IDENTIFIED else verdict
@@ -75,17 +79,48 @@ def intervals(
         modulus = Modulus.of_pascals(float(value), float(low), float(high))
         modulus = replace(modulus, verdict=BOUNDED) if open_end else modulus
         found[name] = replace(modulus, verdict=NOT_JUDGED) if contradicted else modulus
+    ratio = found[NAMES[POISSON]]
+    for name, modulus in _of_both(quantities, budget, ratio, quantile[STAR]).items():
+        if name == BULK and ratio.high >= bounds[1] - AT_BOUND:
+            modulus = replace(modulus, high=None, verdict=BOUNDED)
+        through = ratio.verdict in (NOT_IDENTIFIED, NOT_JUDGED)
+        verdict = ratio.verdict if through else BOUNDED if open_end else modulus.verdict
+        found[name] = replace(modulus, verdict=verdict)
+    return found
+
+
+def _of_both(
+    quantities: Quantities, budget: Budget, ratio: Modulus, quantile: float
+) -> dict[str, Modulus]:
+    """G and K: E* follows the interval of nu as it does in the budget, the rest adds in squares.
+
+    Of G = E* (1 - nu)/2 the variances of three tell the covariance of two.
+    """
+    star, nu = (float(quantities.values[k]) for k in (STAR, POISSON))
+    of_star, of_nu, of_G = budget.std[[STAR, POISSON, NAMES.index(SHEAR)]] ** 2
+    by_nu = by_ratio(nu)[0]
+    most = np.sqrt(of_star / max(of_nu, 1e-300))
+    slope = (of_G - of_star - by_nu**2 * of_nu) / (2 * by_nu * max(of_nu, 1e-300))
+    slope = np.clip(slope, -most, most)
+    rest = quantile * np.sqrt(max(of_star - slope**2 * of_nu, 0.0))
+    ratios = np.linspace(ratio.low, ratio.high, NU_STEPS)
+    moved = slope * (ratios - nu) + over(ratios) - over(nu)[:, None]
+    found = {}
+    for name, value, way in zip((SHEAR, BULK), star + over(nu), moved, strict=True):
+        low = value - np.hypot(rest, min(way.min(), 0.0))
+        high = value + np.hypot(rest, max(way.max(), 0.0))
+        found[name] = Modulus.of_pascals(*(float(np.exp(end)) for end in (value, low, high)))
     return found
 
 
 def _with_nu(name: str, by_nu: NDArray, nu: float, ratios: NDArray) -> NDArray:
     """How the logarithm of a modulus goes with nu: E* about linearly, E as E* (1 - nu^2)."""
-    k, star = NAMES.index(name), NAMES.index("reduced_modulus_pa")
+    k = NAMES.index(name)
     if name.endswith("reduced_modulus_pa"):
         return by_nu[k] * (ratios - nu)
     later = by_nu[k] - by_nu[NAMES.index("youngs_modulus_pa")]
     exact = np.log((1 - ratios**2) / (1 - nu**2))
-    return (by_nu[star] + later) * (ratios - nu) + exact
+    return (by_nu[STAR] + later) * (ratios - nu) + exact
 
 
 def _ends(std: float) -> NDArray:

@@ -1,6 +1,7 @@
 """Options of the direct estimate."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from palpate.options import Options, block, option
 
@@ -34,8 +35,10 @@ class Observation(Options):
     fewest_points: float = option(2, "of a sample in a frame; with fewer it was not seen", above=0)
     fewest_part: float = option(0.5, "nor with less than this part of its mean count", least=0)
     fewest_rest_frames: int = option(3, "in which a sample is seen", least=2)
-    pictures: bool = option(
-        False, "whether what pictures show across their lines of sight is compared too"
+    pictures: Literal["stereo", "all", "none"] = option(
+        "stereo",
+        "whose pictures are compared too, for what they show across the lines of sight: stereo"
+        " heads', of which the depth is as well, or all",
     )
     flow_window_m: float = option(
         0.014, "of the surface, side of the windows that are followed in the picture", above=0
@@ -108,7 +111,7 @@ class Fit(Options):
         0.01, "of the camera's distances: a calibrated one's scale is known to a percent", above=0
     )
     offset_std_m: float = option(
-        0.001,
+        0.003,
         "of the depth, from tip and alignment: a press tells it better than they do",
         above=0,
         most=0.2,
@@ -121,8 +124,14 @@ class Fit(Options):
     )
     shift_std_m: float = option(0.00003, "of all motions in common", above=0, most=0.2)
     place_std_m: float = option(
-        0.0005,
+        0.001,
         "of the contact's place along the surface, of camera against probe",
+        above=0,
+        most=0.2,
+    )
+    picture_std_m: float = option(
+        0.0015,
+        "of places in the picture beside those of the depth, as of two cameras",
         above=0,
         most=0.2,
     )

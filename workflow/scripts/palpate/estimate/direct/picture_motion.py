@@ -6,14 +6,15 @@ surface is drawn in towards the contact, which hangs on Poisson's ratio alone (K
 Contact Mechanics, 1985, Section 3.4).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from palpate.estimate.direct.correspondences import ProbeInView, passed_by_probe
-from palpate.estimate.direct.motion import SurfaceMotion, noise_variance
+from palpate.estimate.direct.motion import CLEAR_M, SurfaceMotion, noise_variance
 from palpate.estimate.direct.options import Observation
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_camera
@@ -24,6 +25,9 @@ from palpate.vision.flow import picture_flow
 NARROWEST_PX, WIDEST_PX = 13, 41
 # By which places are moved to see how their pictures do [m].
 STEP_M = 1e-4
+# Before the touch the surface rests. What then goes with the probe's way by so many deviations is
+# of a window that holds a part of the arm, or of its shadow.
+FOLLOWS = 3.0
 
 
 @dataclass(frozen=True)
@@ -34,13 +38,18 @@ class Pictures:
     ----------
     images : sequence of (h, w, 3) or (h, w) uint8 arrays
     camera : PinholeCamera
-    background : (h, w) bool array
-        Pixels that show nothing but the background in all of them.
+    uncovered : (h, w) array
+        Share of them in which each pixel shows the background.
     """
 
     images: Sequence[NDArray]
     camera: PinholeCamera
-    background: NDArray
+    uncovered: NDArray
+
+
+def compares_pictures(sensor: Mapping, options: Observation) -> bool:
+    """Whether a sensor's pictures are compared."""
+    return options.pictures == "all" or options.pictures == sensor["kind"]
 
 
 def with_pictures(
@@ -70,7 +79,7 @@ def with_pictures(
     Raises
     ------
     ValueError
-        If there are not as many pictures as frames, or the background is of others.
+        If there are not as many pictures as frames, or the masks are of others.
     """
     _require_same(motion, pictures)
     seen_at = motion.cell_m + motion.rest_height_m[:, None] * motion.normal
@@ -80,7 +89,7 @@ def with_pictures(
         pictures.images,
         motion.rest_frames,
         pictures.camera.project(places),
-        pictures.background,
+        pictures.uncovered,
         window_px=_window_px(places, pictures.camera, options),
     )
     moved = np.moveaxis(flow, 2, 1) / px_per_m
@@ -98,7 +107,38 @@ def with_pictures(
     # What has no texture is followed to anywhere.
     vague = ~(std * px_per_m < options.largest_flow_std_px).all(axis=0)
     moved[:, :, vague] = np.nan
+    moved[:, :, _disturbed(moved, motion, probe, options)] = np.nan
     return replace(motion, across=way, across_m=moved, across_std_m=std, across_rest_std_m=rest_std)
+
+
+def _disturbed(
+    moved_m: NDArray, motion: SurfaceMotion, probe: ProbeInView, options: Observation
+) -> NDArray:
+    """Samples (c,) in whose windows something goes with the probe before it touches."""
+    rest, tips = moved_m[motion.rest_frames], probe.tip_m[motion.rest_frames]
+    way = np.linalg.norm(tips - tips[-1], axis=1)[:, None, None]
+    count = np.isfinite(rest).sum(axis=0)
+    way, rest = (_less_mean(np.where(np.isfinite(rest), of, np.nan)) for of in (way, rest))
+    # Of a probe that hovers alone nothing is told.
+    spread = np.maximum(np.sqrt(np.nansum(way**2, axis=0)), CLEAR_M)
+    along = np.abs(np.nansum(way * rest, axis=0)) / spread
+    noise = np.sqrt(np.maximum(np.nansum(rest**2, axis=0) - along**2, 0) / np.maximum(count - 2, 1))
+    # Noise of few frames may be small by chance.
+    usual = [
+        np.median(of[there]) if there.any() else 0.0
+        for of, there in zip(noise, count > 2, strict=True)
+    ]
+    follows = (along > FOLLOWS * np.maximum(noise, np.array(usual)[:, None])).any(axis=0)
+    if not follows.any():
+        return follows
+    apart, _ = cKDTree(motion.cell_m[follows]).query(motion.cell_m)
+    return apart <= options.flow_window_m / 2
+
+
+def _less_mean(values: NDArray) -> NDArray:
+    """Values less their mean over the first axis, past what is not a number."""
+    count = np.maximum(np.isfinite(values).sum(axis=0), 1)
+    return values - np.nansum(values, axis=0) / count
 
 
 def _require_same(motion: SurfaceMotion, pictures: Pictures) -> None:
@@ -107,8 +147,8 @@ def _require_same(motion: SurfaceMotion, pictures: Pictures) -> None:
     if len(pictures.images) != frames:
         found = f"clouds of {frames}"
         raise ValueError(f"frames: expected {len(pictures.images)}, one a picture, found {found}")
-    if size != pictures.background.shape:
-        found = pictures.background.shape
+    if size != pictures.uncovered.shape:
+        found = pictures.uncovered.shape
         raise ValueError(f"mask: expected the pictures' {size} pixels, found {found}")
 
 

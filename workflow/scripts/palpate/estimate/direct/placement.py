@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from palpate.estimate.direct.support_motion import rocking_axes
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.pose import to_camera
@@ -13,6 +14,8 @@ from palpate.surface.pose import to_camera
 REACH_RADII, ALIKE_M = 4.0, 0.0005
 # Where it does not, a table so far from the contact still tells its force and motion [m].
 NEAREST_M = 0.002
+# Gauss and Newton's steps of the turn.
+TURNS = 6
 # Beyond this not even the same part of an object is pressed [m].
 FARTHEST_M = 0.015
 
@@ -22,8 +25,8 @@ def object_from_table(
 ) -> NDArray:
     """Rigid motion that brings a table's first touch to that of a press, (4, 4).
 
-    Along the surface and with its normal, as far as the surface lies on itself then: a flat face
-    is pressed alike everywhere that is far from its edges, and a ball all around.
+    Along the surface and turned with it, as far as the surface lies on itself then: a flat face is
+    pressed alike everywhere that is far from its edges, and a ball all around.
 
     Parameters
     ----------
@@ -46,9 +49,13 @@ def object_from_table(
     start = table.point_m - table.radius_m * table.direction
     way = centre_m - start
     away = float(np.linalg.norm(way - (way @ table.direction) * table.direction))
-    moved = _moved(surface, start, centre_m)
-    if away <= FARTHEST_M and _lies_on_itself(moved, table, surface):
-        return moved
+    apart = np.linalg.norm(table.surface_rest_m - table.point_m, axis=1)
+    near = table.surface_rest_m[apart < REACH_RADII * table.radius_m]
+    if away <= FARTHEST_M:
+        moved = _moved(surface, near, way, centre_m, table.direction)
+        gap = surface.distance(to_camera(moved, near)) - surface.distance(near)
+        if gap.max() < ALIKE_M:
+            return moved
     if away > NEAREST_M:
         point = np.round(surface.nearest(centre_m[None])[0], 4).tolist()
         raise ValueError(
@@ -59,20 +66,25 @@ def object_from_table(
     return np.eye(4)
 
 
-def _moved(surface: SmoothSurface, start_m: NDArray, centre_m: NDArray) -> NDArray:
-    """Turn the one place's normal into the other's, and put the one there, (4, 4)."""
-    centres = np.stack([start_m, centre_m])
-    normals = centres - surface.nearest(centres)
-    turn, _ = Rotation.align_vectors(normals[1:], normals[:1])
+def _moved(
+    surface: SmoothSurface, near_m: NDArray, way_m: NDArray, centre_m: NDArray, direction: NDArray
+) -> NDArray:
+    """Bring the near surface (k, 3) there, turned to lie on the surface as well as it can, (4, 4).
+
+    Normals at the two places would not do: a facet's are off by half of what it meets the next
+    with, and a turn by 5 degrees lifts what is four radii away by 2 mm.
+    """
+    axes = rocking_axes(direction)
     found = np.eye(4)
-    found[:3, :3] = turn.as_matrix()
-    found[:3, 3] = centre_m - found[:3, :3] @ start_m
+    found[:3, 3] = way_m
+    for _ in range(TURNS):
+        at = to_camera(found, near_m)
+        normals = surface.normals(at)
+        gap = ((at - surface.nearest(at)) * normals).sum(axis=1)
+        tilts = [(np.cross(axis, at - centre_m) * normals).sum(axis=1) for axis in axes]
+        slopes = np.column_stack([*tilts, normals @ direction])
+        *tilt, along = -np.linalg.lstsq(slopes, gap, rcond=None)[0]
+        turn = Rotation.from_rotvec(tilt @ axes).as_matrix()
+        found[:3] = turn @ found[:3]
+        found[:3, 3] += centre_m - turn @ centre_m + along * direction
     return found
-
-
-def _lies_on_itself(moved: NDArray, table: IndentationModel, surface: SmoothSurface) -> bool:
-    rest = table.surface_rest_m
-    apart = np.linalg.norm(rest - table.point_m, axis=1)
-    near = rest[apart < REACH_RADII * table.radius_m]
-    gap = surface.distance(to_camera(moved, near)) - surface.distance(near)
-    return bool(gap.max() < ALIKE_M)

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.indentation import AXES, OWN, SHARED, DirectIndentation
+from palpate.estimate.direct.indentation import AXES, OWN, PLACES, SHARED, DirectIndentation
 from palpate.estimate.direct.options import Fit
 
 # Unknowns without a prior: log E and nu.
@@ -74,7 +74,8 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     foot = (MIDDLE, options.foot_std) if slides else (0.0, UNMOVED)
     known += [("friction of the foot", "1", *foot)]
     known += [("relaxing shares", "1", 0.0, options.fraction_std)] * terms
-    # One foot settles alike in all captures: their mean keeps the deviation of one.
+    # One foot settles alike in all captures, and two cameras stand alike: the mean of all captures
+    # keeps the deviation of one.
     alike = np.sqrt(sum(bool(indentation.support_axes.std.any()) for indentation in indentations))
     for indentation in indentations:
         known += [("zero of the depth", "m", 0.0, indentation.offset_std_m)]
@@ -82,6 +83,8 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         known += [("zero of the motion", "m", 0.0, indentation.shift_std_m)] * AXES
         for at in indentation.place_expected_m:
             known += [("place of the contact", "m", at, indentation.place_std_m)]
+        picture_std_m = np.sqrt(len(indentations)) * indentation.picture_std_m
+        known += [("place in the picture", "m", 0.0, picture_std_m)] * PLACES
         # What does not move at all is held by a deviation that is nothing beside any motion.
         stds = np.maximum(alike * indentation.support_axes.std, UNMOVED)
         known += [("sinking", "m", 0.0, stds[0])]

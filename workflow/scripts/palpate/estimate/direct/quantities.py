@@ -7,7 +7,7 @@ neo-Hookean solid that answers with the same force at one greater depth is known
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import SHARED
@@ -23,7 +23,8 @@ ONE_SECOND_S = 1.0
 TABOR = 0.2
 # Depths that are tried, as parts of the greatest.
 PARTS = np.linspace(0.1, 1.0, 91)
-NAMES = tuple(LABELS)
+SHEAR, BULK = "shear_modulus_pa", "bulk_modulus_pa"
+NAMES = (*LABELS, SHEAR, BULK)
 LOG_MODULI = tuple(name.endswith("_pa") for name in NAMES)
 
 
@@ -33,8 +34,8 @@ class Quantities:
 
     Attributes
     ----------
-    values : (5,) array
-    slopes : (5, size) array
+    values : (7,) array
+    slopes : (7, size) array
         Derivatives by `Solution.vector`.
     depth_m : float
         Where the equivalent modulus is told [m].
@@ -83,13 +84,28 @@ def quantities_of(
     column = covariance[:, NU]
     fixed = covariance - np.outer(column, column) / covariance[NU, NU]
     at = int(np.argmin(np.einsum("di,ij,dj->d", slopes, fixed, slopes)))
+    further = by_star + by_ratio(nu)[:, None] * unit[NU]
     return Quantities(
-        np.array([star, star + q * harder[at], log_E, nu, log_E + np.log(left)]),
-        np.stack([by_star, slopes[at], unit[LOG_E], unit[NU], later]),
+        np.array([star, star + q * harder[at], log_E, nu, log_E + np.log(left), *star + over(nu)]),
+        np.stack([by_star, slopes[at], unit[LOG_E], unit[NU], later, *further]),
         float(depths[at]),
         float(depths[at] / radius_m),
         float(TABOR * np.sqrt(depths[at] / radius_m)),
     )
+
+
+def over(nu: ArrayLike) -> NDArray:
+    """Logarithms of G and of K over E* at nu, (2, ...).
+
+    G = E*(1 - nu)/2 and K = E*(1 - nu^2)/(3(1 - 2 nu)), of E = E*(1 - nu^2).
+    """
+    nu = np.asarray(nu, dtype=float)
+    return np.stack([np.log((1 - nu) / 2), np.log((1 - nu**2) / (3 * (1 - 2 * nu)))])
+
+
+def by_ratio(nu: float) -> NDArray:
+    """Derivatives of `over` by nu, (2,)."""
+    return np.array([-1 / (1 - nu), 2 / (1 - 2 * nu) - 2 * nu / (1 - nu**2)])
 
 
 def _stiffening(best: Solution, depths_m: NDArray, nu: float) -> tuple[NDArray, NDArray]:

@@ -1,16 +1,21 @@
 """What direct.json says of an estimate."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from palpate.estimate.direct.blocks import Scales
-from palpate.estimate.direct.indentation import DirectIndentation, Parameters
+from palpate.estimate.direct.indentation import SHARED, DirectIndentation, Parameters
 from palpate.estimate.direct.quantities import FORCE_LAW, MOTION_LAW, NAMES
+from palpate.estimate.direct.regions import regions_of
+from palpate.estimate.relaxation import relaxed_share
+from palpate.modulus import IDENTIFIED, Modulus
 
 if TYPE_CHECKING:
     from palpate.estimate.direct.estimate import DirectEstimate
+
+YOUNG, LATER_S = "youngs_modulus_pa", 10.0
 
 
 def described(found: "DirectEstimate") -> dict:
@@ -22,11 +27,13 @@ def described(found: "DirectEstimate") -> dict:
         "frames": [len(indentation.frames) for indentation in indentations],
         "frames_beyond_lookup": [indentation.frames_beyond for indentation in indentations],
         **moduli,
+        "youngs_modulus_10s_pa": asdict(youngs_after(found, LATER_S)),
         **described_law(found),
+        "regions": {name: one.tolist() for name, one in regions_of(best, found.options).items()},
         "relaxation": {"times_s": list(times), "fractions": first.fractions.tolist()},
         "gain": first.gain,
         "foot": first.foot if any(one.table.slides for one in indentations) else None,
-        "nuisances": [_nuisances(p) for p in best.parameters],
+        "nuisances": [_nuisances(*of) for of in zip(indentations, best.parameters, strict=True)],
         "residuals": [_summed(*of) for of in zip(best.indentations, best.scales, strict=True)],
         "budget": found.budget.rows(),
         "information": _information(found),
@@ -58,14 +65,16 @@ def _information(found: "DirectEstimate") -> dict:
     return {name: {"bound": bound, "efficiency": part} for name, bound, part in each}
 
 
-def _nuisances(p: Parameters) -> dict:
-    """What a capture has for itself."""
+def _nuisances(indentation: DirectIndentation, p: Parameters) -> dict:
+    """What a capture has for itself; how well the depth's zero was known beforehand."""
     sunk, *rocked = p.support_motion.tolist()
     return {
         "offset_m": p.offset_m,
+        "offset_std_m": indentation.offset_std_m,
         "clock_s": p.clock_s,
         "shift_m": p.shift_m.tolist(),
         "place_m": p.place_m.tolist(),
+        "picture_m": p.picture_m.tolist(),
         "sunk_m": sunk,
         "rocked_rad": rocked,
     }
@@ -93,3 +102,22 @@ def _moved(indentation: DirectIndentation, scales: Scales, kind: int) -> dict:
         "motion_scale": scales.motion[kind],
         "motion_sharing": scales.sharing[kind],
     }
+
+
+def youngs_after(found: "DirectEstimate", after_s: float) -> Modulus:
+    """E that is left a time after a step, with its interval.
+
+    As that of E at once, wider by what the relaxing shares add to its deviation; it is no better
+    known than E at once is.
+    """
+    now, times = found.moduli[YOUNG], np.array(found.options.relaxation_times_s, dtype=float)
+    fractions = found.solution.parameters[0].fractions
+    left = 1 - float(relaxed_share(after_s, fractions=fractions, times_s=times))
+    slope = found.quantities.slopes[NAMES.index(YOUNG)]
+    later = slope.copy()
+    later[SHARED : SHARED + len(times)] += np.expm1(-after_s / times) / left
+    more = later @ found.covariance @ later - slope @ found.covariance @ slope
+    part = np.sqrt(max(1 + more / found.budget.std[NAMES.index(YOUNG)] ** 2, 0.0))
+    low, high = (left * now.value * float((end / now.value) ** part) for end in (now.low, now.high))
+    told = Modulus.of_pascals(left * now.value, low, high)
+    return told if now.verdict == IDENTIFIED else replace(told, verdict=now.verdict)

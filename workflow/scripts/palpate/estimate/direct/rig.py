@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Rig
+from palpate.estimate.direct.probe_uncertainty import UNSTATED, ProbeUncertainty
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,9 @@ class RigError:
     changed: Callable[[DirectIndentation, float], DirectIndentation]
 
 
-def rig_errors(options: Rig, *, radius_m: float) -> tuple[RigError, ...]:
+def rig_errors(
+    options: Rig, known: ProbeUncertainty = UNSTATED, *, radius_m: float
+) -> tuple[RigError, ...]:
     """Errors of a rig with the standard uncertainties that are stated.
 
     In Hertz's contact the force at a depth goes with the root of the effective radius R, whose
@@ -42,9 +45,12 @@ def rig_errors(options: Rig, *, radius_m: float) -> tuple[RigError, ...]:
     Parameters
     ----------
     options : Rig
+    known : ProbeUncertainty, optional
+        What is stated of the probe's own numbers.
     radius_m : float
         Of the sphere [m].
     """
+    options = known.rig(options)
     return (
         RigError("scale of the force", options.force_scale_std, "1", True, _scaled_force),
         RigError("zero of the force", options.force_zero_std_n, "N", False, _more_force),
@@ -72,6 +78,13 @@ def rig_errors(options: Rig, *, radius_m: float) -> tuple[RigError, ...]:
         ),
         RigError("side of the board", options.board_scale_std, "1", True, _scaled_depth),
         RigError("compliance of the probe", options.compliance_std_m_n, "m/N", True, _given_depth),
+        RigError(
+            "mass of the load",
+            known.mass_std_kg or 0.0,
+            "kg",
+            True,
+            lambda one, error: _more_force(one, error * one.turned_m_s2),
+        ),
     )
 
 

@@ -56,8 +56,11 @@ class SampleTable:
 
     A law is a place on a line through two: 0 is the first (neo-Hooke's), 1 the second (Blatz and
     Ko's), and what lies between and beyond is a law of its own. Force and motion have places of
-    their own, q and m: F = F_first exp(q * stiffening), w = w_first + m * motion_change. In the
-    same way a loose foot is between one that sticks, 0, and one that slides, 1.
+    their own, q and m: F = F_first exp(q * stiffening), w = w_first + m * motion_change. What a
+    force moves a little way off hangs on the force, not on the law at the contact (Saint-Venant):
+    so the motion is told over the depth that the first law has under that force, and its change
+    is that of the same force. In the same way a loose foot is between one that sticks, 0, and one
+    that slides, 1.
 
     Attributes
     ----------
@@ -71,14 +74,14 @@ class SampleTable:
     motion_m, motion_change_m : (p, k, c) arrays
         Signed distance of the deformed from the undeformed surface along each sample's normal, or
         how far what was there has moved along its direction, under the first law, and what the
-        second adds [m].
+        second adds under the same force [m].
     yielding : (p, k) array
         Logarithm of the first law's force on a foot that slides over that on one that sticks.
     motion_by_foot : (p, k, c) array
         What a foot that slides adds to the motion under the first law [m]; 0 where none can.
-    motion_by_place : (2, p, k, c) array
+    motion_by_place : (4, p, k, c) array
         What a contact farther along the two axes across the press adds to the motion under the
-        first law, for each metre.
+        first law, for each metre; and what it adds to that of the material alone.
     """
 
     poisson_ratios: NDArray
@@ -132,20 +135,21 @@ class SampleTable:
     def motion(
         self, depth_m: NDArray, nu: float, law: float, place_m: NDArray, foot: float = 0.0
     ) -> MotionAtDepth:
-        """Motion of each sample at depths; the deepest's beyond the table.
+        """Motion of each sample at depths; linear beyond the table.
 
         Parameters
         ----------
         depth_m : (n,) array
-            [m].
+            That the first law has under the forces [m].
         nu, law : float
             Poisson's ratio and the motion's place among the laws, m.
-        place_m : (2,) array
-            Of the contact along the axes across the press [m].
+        place_m : (4,) array
+            Of the contact along the axes across the press, and in the picture beside that [m].
         foot : float, optional
             How freely it slides.
         """
         depth = np.clip(depth_m, 0, self.depth_m[-1])
+        beyond = np.maximum(depth_m - depth, 0)[:, None]
         weights, slopes = ratio_weights(self.poisson_ratios, nu)
         whole = self.motion_m + law * self.motion_change_m + foot * self.motion_by_foot
         whole = whole + np.tensordot(place_m, self.motion_by_place, axes=1)
@@ -159,8 +163,8 @@ class SampleTable:
             )
         )
         by_place = np.tensordot(self.motion_by_place, weights, axes=(1, 0))
-        inside = ((depth_m > 0) & (depth_m < self.depth_m[-1]))[:, None]
-        basis, bent = self._basis(depth), inside * self._basis(depth, 1)
+        bent = (depth_m > 0)[:, None] * self._basis(depth, 1)
+        basis = self._basis(depth) + beyond * bent
         return MotionAtDepth(
             basis @ here,
             bent @ here,
@@ -246,14 +250,27 @@ def sample_table(
     first = motion(0)
     # A contact farther on is a sample farther back.
     aside = ASIDE_M * rocking_axes(table.direction)
-    by_place = [(motion(0, -step) - motion(0, step)) / (2 * ASIDE_M) for step in aside]
+    by_place = np.array([(motion(0, -step) - motion(0, step)) / (2 * ASIDE_M) for step in aside])
     return replace(
         forces,
         motion_m=first,
-        motion_change_m=motion(1) - first,
+        motion_change_m=_under(forces, motion(1)) - first,
         motion_by_foot=motion(len(LAW_NAMES)) - first if forces.slides else np.zeros_like(first),
-        motion_by_place=np.array(by_place),
+        motion_by_place=np.concatenate([by_place, by_place * material]),
     )
+
+
+def _under(forces: SampleTable, motion_m: NDArray) -> NDArray:
+    """Motions (p, k, c) of the second law at the forces that the first one's depths take."""
+    found, end = np.empty_like(motion_m), forces.depth_m[-1]
+    for k, nu in enumerate(forces.poisson_ratios):
+        unit = forces.force_per_modulus_m2[k]
+        # What finds a depth stops a little beside the touch, where there is no motion.
+        depth = np.where(unit > 0, forces.depth(unit, nu, 1.0).depth_m, 0.0)
+        curve = CubicSpline(forces.depth_m, motion_m[k])
+        beyond = np.maximum(depth - end, 0.0)[:, None]
+        found[k] = curve(np.minimum(depth, end)) + beyond * curve(end, 1)
+    return found
 
 
 def force_table(table: IndentationModel) -> SampleTable:
@@ -271,7 +288,7 @@ def force_table(table: IndentationModel) -> SampleTable:
     stiffening, yielding = np.zeros((2, *force.shape))
     for log, other in zip((stiffening, yielding), others, strict=False):
         log[:, 1:] = np.log(other[:, 1:] / force[:, 1:])
-    none, nowhere = np.empty((*force.shape, 0)), np.empty((2, *force.shape, 0))
+    none, nowhere = np.empty((*force.shape, 0)), np.empty((4, *force.shape, 0))
     ratios, depth = (np.asarray(one, dtype=float) for one in (table.poisson_ratios, table.depth_m))
     return SampleTable(ratios, depth, force, stiffening, none, none, yielding, none, nowhere)
 

@@ -155,10 +155,14 @@ def curve_setup(spec: Mapping, probe: Mapping) -> Setup:
         object.yaml, and the probe's file or what stands for it.
     """
     block, ratios = spec["curves"], np.atleast_1d(spec["curves"]["poisson_ratio"])
+    stiffness_n_m = block.get("stiffness_n_m", probe.get("stiffness_n_m"))
+    if isinstance(stiffness_n_m, str):
+        expected = "a number in curves, which no camera calibrates, or in the probe's file"
+        raise ValueError(f"curves.stiffness_n_m: expected {expected}, found {stiffness_n_m}")
     return Setup(
         probe["indenter"]["radius_m"],
         poisson_ratio=float(np.mean(ratios)),
-        stiffness_n_m=block.get("stiffness_n_m", probe.get("stiffness_n_m")),
+        stiffness_n_m=stiffness_n_m,
     )
 
 

@@ -30,7 +30,7 @@ class Hertz(Options):
     onset_force_n: float = option(0.1, "smallest force that counts as contact", above=0)
     offset_std_m: float = option(
         0.001,
-        "of the depth's zero, from tip and alignment: as direct.fit.offset_std_m",
+        "of the depth's zero, from tip and alignment; direct.fit.offset_std_m is wider",
         above=0,
         most=0.2,
     )

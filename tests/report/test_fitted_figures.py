@@ -1,0 +1,111 @@
+"""Figures of what was seen, computed and known of an object."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from palpate.estimate.direct.estimate import CaptureFit
+from palpate.report.fitted_figures import fits, known
+from palpate.report.style import journal
+
+FOUND = {
+    "youngs_modulus_pa": {"value": 40e3, "low": 36e3, "high": 45e3},
+    "youngs_modulus_1s_pa": {"value": 36e3, "low": 33e3, "high": 40e3},
+    "youngs_modulus_10s_pa": {"value": 32e3, "low": 29e3, "high": 36e3},
+    "poisson_ratio": {"value": 0.3},
+    "law": {"force": {"value": 0.2, "std": 0.25}},
+    "relaxation": {"times_s": [1.0], "fractions": [0.2]},
+    "regions": {
+        "force": [[100.0, 0.0], [0.0, 0.0]],
+        "surface": [[0.0, 0.0], [0.0, 2500.0]],
+        "both": [[100.0, 0.0], [0.0, 2500.0]],
+    },
+}
+
+
+def capture_fit():
+    depth, away = np.array([0.001, 0.003, 0.002]), np.array([0.02, 0.04, 0.06, 0.02])
+    moved = -0.01 * np.outer(depth, [3.0, 2.0, 1.0, 9.0])
+    return CaptureFit(
+        time_s=np.arange(3.0),
+        tip_depth_m=depth,
+        frames=np.arange(3),
+        force_n=np.array([0.1, 0.5, 0.3]),
+        depth_m=depth,
+        fitted_depth_m=depth + 1e-4,
+        moved_m=moved,
+        fitted_moved_m=moved - 2e-5,
+        cell_m=np.zeros((4, 3)),
+        contact_m=np.zeros(3),
+        distance_m=away,
+        axis=np.array([0, 0, 0, 1]),
+    )
+
+
+@pytest.fixture
+def panels():
+    with journal():
+        yield fits(["kinect"], [{"1": capture_fit(), "2": capture_fit()}]).axes
+
+
+def test_force_and_what_is_left_of_the_depth(panels):
+    force, _, left, _ = panels
+    seen, computed = force.lines[:2]
+    np.testing.assert_allclose(seen.get_xdata(), [1, 3, 2])
+    np.testing.assert_allclose(computed.get_xdata(), [1.1, 2.1, 3.1])
+    np.testing.assert_allclose(left.lines[0].get_ydata(), -0.1)
+    assert len(force.lines) == 4 and len(force.get_legend().get_texts()) == 2
+    assert force.get_title(loc="left") == "Kinect: force"
+
+
+def test_motion_of_the_deepest_frame_along_the_normals(panels):
+    _, motion, _, left = panels
+    np.testing.assert_allclose(motion.lines[0].get_xdata(), [20, 40, 60])
+    np.testing.assert_allclose(motion.lines[0].get_ydata(), [-0.09, -0.06, -0.03])
+    np.testing.assert_allclose(left.lines[0].get_ydata(), 0.02)
+
+
+def test_values_far_from_all_others_are_left_outside_and_counted():
+    one = capture_fit()
+    many = np.linspace(-2e-5, 2e-5, 400)
+    wild = np.concatenate([many, [0.05]])
+    one = replace(
+        one,
+        moved_m=np.tile(wild, (3, 1)),
+        fitted_moved_m=np.zeros((3, 401)),
+        distance_m=np.linspace(0.02, 0.06, 401),
+        axis=np.zeros(401, int),
+    )
+    with journal():
+        _, motion, _, left = fits(["kinect"], [{"1": one}]).axes
+    for panel in (motion, left):
+        assert panel.get_ylim()[1] < 0.05
+        assert [text.get_text() for text in panel.texts] == ["1 outside"]
+
+
+def test_regions_law_and_relaxation():
+    """Of 2.45 deviations: 10 % of E are told by the tip, 0.02 of nu by the surface."""
+    with journal():
+        plane, law, over_time = known(["kinect"], [FOUND], [3.0]).axes
+    tip, surface, both = (c.get_paths()[0].vertices for c in plane.collections[1::2])
+    reach = np.sqrt(5.991)
+    assert np.ptp(np.log(tip[:, 1])) == pytest.approx(0.2 * reach, rel=0.02)
+    assert np.ptp(tip[:, 0]) == pytest.approx(0.5)
+    assert np.ptp(surface[:, 0]) == pytest.approx(0.04 * reach, rel=0.02)
+    assert np.ptp(both[:, 0]) == pytest.approx(0.04 * reach, rel=0.02)
+    peak = law.lines[0].get_xdata()[np.argmax(law.lines[0].get_ydata())]
+    assert peak == pytest.approx(0.2, abs=0.02)
+    for line in over_time.lines[:2]:
+        time, E = line.get_data()
+        np.testing.assert_allclose(E, 40 * (1 - 0.2 * (1 - np.exp(-time))))
+
+
+def test_what_is_later_than_the_captures_is_dashed_and_hollow():
+    with journal():
+        _, _, over_time = known(["kinect"], [FOUND], [3.0]).axes
+    seen, later = over_time.lines[:2]
+    assert seen.get_xdata()[-1] == later.get_xdata()[0] == 3.0
+    assert (seen.get_linestyle(), later.get_linestyle()) == ("-", "--")
+    marked = [line for line in over_time.lines if line.get_marker() == "o"]
+    hollow = {line.get_xdata()[0]: line.get_markerfacecolor() == "white" for line in marked}
+    assert hollow == {0.03: False, 1.0: False, 10.0: True}

@@ -1,0 +1,71 @@
+"""Small pictures of a press: which frames they are, and what is drawn in them."""
+
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+from palpate.report.press_pictures import FOUND, MEASURED, OUTLINE, WIDTH_PX, Frames, glimpses
+from palpate.vision.camera import PinholeCamera
+
+CAMERA = PinholeCamera(80, 60, 100.0, 100.0, 40.0, 30.0)
+FORCE_N = np.array([0.0, 0.4, 1.1, 2.0, 1.9])
+
+
+def frames(photo_shape=(60, 80, 3), tip=(0.0, 0.0, 1.0)):
+    """A disc in the middle of grey pictures, and a square patch of a cloud on it."""
+    rows, columns = np.mgrid[:60, :80]
+    disc = (rows - 30) ** 2 + (columns - 40) ** 2 < 12**2
+    side = np.linspace(-0.1, 0.1, 9)
+    x, y = (a.ravel() for a in np.meshgrid(side, side))
+    cloud = SimpleNamespace(points_m=np.column_stack([x, y, 1 + 0.1 * x]))
+    count = len(FORCE_N)
+    return Frames(
+        photos=[np.full(photo_shape, 128, np.uint8)] * count,
+        masks=[disc] * count,
+        tips_m=np.tile(tip, (count, 1)),
+        axes=np.tile([0.0, 1.0, 0.0], (count, 1)),
+        clouds=[cloud] * count,
+        camera=CAMERA,
+        force_n=FORCE_N,
+    )
+
+
+def decoded(one):
+    return cv2.imdecode(np.frombuffer(one.jpeg, np.uint8), cv2.IMREAD_COLOR)
+
+
+def test_three_frames_twice_the_deepest_first():
+    found = list(glimpses(frames(), 3, "cam 1"))
+    heads = ["deepest frame (4 of 5), 2.00 N", "frame nearest half the force (3 of 5), 1.10 N"]
+    heads.append("first frame (1 of 5), 0.00 N")
+    assert [one.caption for one in found[:3]] == [f"cam 1, {head}" for head in heads]
+    assert [one.caption for one in found[3:]] == [f"cam 1, {head}, 81 points" for head in heads]
+    assert [one.shows for one in found] == [FOUND] * 3 + [MEASURED] * 3
+
+
+@pytest.mark.parametrize("shape", [(60, 80, 3), (60, 80)])
+def test_outline_and_tip_are_drawn_around_the_object(shape):
+    image = decoded(next(glimpses(frames(shape), 3, "cam 1")))
+    assert image.shape[1] == WIDTH_PX
+    # The window is the 20 px of the cloud and half of that on each side.
+    near = np.linalg.norm(image.astype(float) - OUTLINE[::-1], axis=2) < 120
+    across = np.flatnonzero(near[image.shape[0] // 2])
+    assert np.ptp(across) / WIDTH_PX == pytest.approx(22 / 41, rel=0.1)
+
+
+def test_near_and_far_points_differ():
+    image = decoded(list(glimpses(frames(), 3, "cam 1"))[3]).astype(float)
+    middle = image[image.shape[0] // 2]
+    left, right = middle[WIDTH_PX // 4 + 10], middle[3 * WIDTH_PX // 4 - 10]
+    assert right.mean() > left.mean() + 40
+
+
+def test_a_frame_without_a_tip_has_its_picture():
+    found = list(glimpses(frames(tip=(np.nan,) * 3), 3, "cam 1"))
+    assert len(found) == 6
+
+
+def test_the_same_frames_give_the_same_bytes():
+    one, other = (list(glimpses(frames(), 3, "cam 1")) for _ in range(2))
+    assert one == other

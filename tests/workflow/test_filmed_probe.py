@@ -1,0 +1,229 @@
+"""Load and stiffness of a probe that the lab knows, by films: the commands and the stages."""
+
+import json
+import runpy
+import shutil
+from itertools import product
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from lab_films import Named, lab_film
+from palpate.__main__ import main
+from palpate.capture.calibrations import asked
+from palpate.capture.experiments import check_experiment
+from palpate.capture.force_record import WRENCH_COLUMNS
+from palpate.capture.tables import read_force, read_frames, write_force, write_frames
+from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
+from palpate.vision.calibrated_probe import calibrated_probe
+from palpate.vision.force import wrenches
+from scipy.spatial.transform import Rotation
+
+HELD = {"poses": 7, "hold_s": 1.45, "turn_s": 0.55, "frame_rate_hz": 3}
+EACH, APART_S = 6, 2.0
+PRESSED = {"presses": 1, "press_s": 6.0, "rest_s": 1.0, "frame_rate_hz": 4}
+STIFFNESS_N_M, SOFT_N_M = 5000, 1000
+
+
+@pytest.fixture(scope="module")
+def sensor(root):
+    return yaml.safe_load((root / "tests/sample/sensors/bumblebee.yaml").read_text())
+
+
+@pytest.fixture(scope="module")
+def held(root, sensor, probe, tmp_path_factory):
+    """A film of seven poses, and its truth."""
+    folder = tmp_path_factory.mktemp("sensors") / "load"
+    return folder, lab_film(root, folder, sensor, probe, **HELD)
+
+
+@pytest.fixture(scope="module")
+def pressed(root, sensor, probe, tmp_path_factory):
+    """A film of a press on something rigid, and its truth."""
+    folder = tmp_path_factory.mktemp("sensors") / "stiffness"
+    return folder, recorded(root, sensor, probe, folder, STIFFNESS_N_M)
+
+
+def recorded(root, sensor, probe, folder, stiffness_n_m):
+    return lab_film(root, folder, sensor, probe, stiffness_n_m=stiffness_n_m, **PRESSED)
+
+
+@pytest.fixture
+def ran(root, capsys):
+    """Run a part of the command on a film: gives its status and what it shows."""
+
+    def run(folder, *more):
+        files = (root / "tests/sample/sensors/bumblebee.yaml", "--board")
+        given = folder, "--sensor", *files, root / "config/probes/nano25_sphere.yaml", *more
+        status = main(["calibrate", folder.name, *map(str, given)])
+        shown = capsys.readouterr()
+        return status, shown.err if status else shown.out
+
+    return run
+
+
+def part_of(folder, frames, place):
+    """The film's rows of some frames alone."""
+    new = shutil.copytree(folder, place / folder.name)
+    write_frames(new, read_frames(folder)[:frames])
+    return new
+
+
+def test_a_load(held, ran, sensor, tmp_path):
+    folder, truth = held
+    assert not check_experiment(folder, sensor)
+    status, text = ran(folder, "--output", tmp_path / "load.json")
+    assert status == 0 and ": 7 poses" in text
+    found = json.loads((tmp_path / "load.json").read_text())
+    std = np.sqrt(np.diag(found["covariance"]))
+    turn = np.array(found["marker_from_force_rotation"]).T @ truth["marker_from_force"]
+    off = {
+        "mass": (found["mass_kg"] - truth["mass_kg"], std[0], 1e-3),
+        "turn": (Rotation.from_matrix(turn).as_rotvec(), std[1:4], np.deg2rad(0.3)),
+        "centre": (found["centre_of_mass_m"] - truth["centre_of_mass_m"], std[7:10], 1e-3),
+    }
+    for part, (error, deviation, most) in off.items():
+        assert np.linalg.norm(error) < most, part
+        assert (np.abs(error) < 3.5 * deviation).all(), part
+
+
+def test_five_poses_are_too_few(held, ran, tmp_path):
+    folder, _ = held
+    status, line = ran(part_of(folder, 5 * EACH, tmp_path))
+    assert status == 1
+    assert line == f"error: {tmp_path}/load: poses: expected at least 6, found 5\n"
+
+
+def test_one_pose_again_and_again(held, ran, tmp_path):
+    """The first rest eight times, as of a hand that lets go of the record in between."""
+    new = part_of(held[0], EACH - 1, tmp_path)
+    frames, force = read_frames(new), read_force(new)
+    force = force[force["time_s"] < HELD["hold_s"]]
+    films, records = [], []
+    for k in range(8):
+        later = frames.assign(frame=10 * k + frames["frame"])
+        for row, side in product(range(len(frames)), ("left", "right")):
+            picture = cv2.imread(str(new / frames[side][row]), cv2.IMREAD_UNCHANGED)
+            picture[0, k] ^= 1  # no two pictures of a camera are the same
+            later.loc[row, side] = f"{side}/{10 * k + row:06d}.png"
+            cv2.imwrite(str(new / later[side][row]), picture)
+        films.append(later.assign(time_s=frames["time_s"] + APART_S * k))
+        records.append(force.assign(time_s=force["time_s"] + APART_S * k))
+    write_frames(new, pd.concat(films))
+    write_force(new, pd.concat(records))
+    status, line = ran(new)
+    assert status == 1
+    assert "load: poses: expected the vertical to turn by 10 degrees or more" in line
+
+
+def test_a_film_without_a_vertical(held, ran, tmp_path):
+    new = part_of(held[0], 7 * EACH, tmp_path)
+    shutil.rmtree(new / "background")
+    status, line = ran(new)
+    assert status == 1 and "--up: expected it or --plane, found none" in line
+
+
+def test_a_stiffness(pressed, sensor, ran, tmp_path):
+    folder, truth = pressed
+    assert not check_experiment(folder, sensor)
+    status, text = ran(folder, "--output", tmp_path / "stiffness.json")
+    assert status == 0 and "  stiffness: told, to " in text
+    found = json.loads((tmp_path / "stiffness.json").read_text())
+    off_m_n = found["compliance_m_n"] - 1 / truth["stiffness_n_m"]
+    assert abs(off_m_n) < 2.5 * found["compliance_std_m_n"]
+    assert found["compliance_std_m_n"] < 0.15 / STIFFNESS_N_M
+
+
+@pytest.mark.long
+def test_something_soft(root, sensor, probe, ran, tmp_path):
+    folder = tmp_path / "stiffness"
+    recorded(root, sensor, probe, folder, SOFT_N_M)
+    status, line = ran(folder)
+    assert status == 1
+    assert line.startswith(f"error: {folder}: way: expected 2000 N/m or more, found ")
+
+
+def test_a_capture_of_foam(root, ran, tmp_path):
+    folder = tmp_path / "stiffness"
+    shutil.copytree(root / "tests/sample/raw/foam_block/bumblebee/08", folder)
+    status, line = ran(folder)
+    assert status == 1
+    expected = "expected 10 samples or more above 0.5 N, found 4 of 10"
+    assert line == f"error: {folder}: force: {expected}\n"
+
+
+@pytest.fixture
+def staged(root, sensor, probe, tmp_path, capfd):
+    """Run the stage of a film; gives the path of its result, or the line that it ends with."""
+
+    def run(folder, of=probe):
+        part = folder.name
+        made = tmp_path / f"{part}.json"
+        job = SimpleNamespace(
+            rule=part,
+            wildcards={"sensor": "bumblebee"},
+            log=tmp_path / "log.txt",
+            input=Named(film=str(folder)),
+            output=Named({part: str(made)}),
+            params=Named(sensor=sensor, probe=of, options={}, plane={}, force={}, seed=1),
+        )
+        path = str(root / f"workflow/scripts/stages/{part}.py")
+        try:
+            runpy.run_path(path, init_globals={"snakemake": job})
+        except SystemExit:
+            return capfd.readouterr().err
+        return made
+
+    return run
+
+
+def test_stages_give_a_probe_its_numbers(held, pressed, staged, probe):
+    paths = staged(held[0]), staged(pressed[0])
+    assert {json.loads(path.read_text())["probe"] for path in paths} == {probe["probe"]}
+    asks = probe | {"load": "calibration", "axes": "calibration", "stiffness_n_m": "calibration"}
+    assert list(asked(asks)) == ["load", "stiffness"]
+    found = calibrated_probe(asks, paths)
+    assert asked(found) == {}
+    assert found["load"]["mass_kg"] == pytest.approx(held[1]["mass_kg"], abs=1e-3)
+    turn = np.array(found["marker_from_force"])
+    np.testing.assert_allclose(turn[:3, :3], held[1]["marker_from_force"], atol=5e-3)
+    stated = np.array(probe["marker_from_force"])
+    np.testing.assert_array_equal(turn[:, 3], stated[:, 3])
+    compliance_m_n = 1 / found["stiffness_n_m"]
+    off_m_n = compliance_m_n - 1 / pressed[1]["stiffness_n_m"]
+    assert abs(off_m_n) < 2.5 * found["compliance_std_m_n"]
+    known = ProbeUncertainty.of(found)
+    assert known.axes_std_rad and known.mass_std_kg and known.compliance_std_m_n
+
+
+def test_stages_want_a_probe_and_a_table(held, pressed, staged, tmp_path):
+    for film in (held, pressed):
+        line = staged(film[0], None)
+        assert "experiments.probe: expected the probe of the film, found none" in line
+    few = part_of(held[0], 5 * EACH, tmp_path)
+    assert f"{few}: poses: expected at least 6, found 5" in staged(few)
+
+
+def test_numbers_of_few_steps(held, ran, probe, sensor, tmp_path):
+    """A record in steps of 0.05 N and 2 mNm, of which one torque hardly leaves one."""
+    new = part_of(held[0], 7 * EACH, tmp_path)
+    record = read_force(new)
+    _, wrench = wrenches(record, probe)
+    steps = np.repeat([0.05, 0.002], 3)
+    coarse = np.round((wrench - wrench[:300].mean(axis=0)) / steps) * steps
+    coarse[:, 5] = 0
+    table = pd.DataFrame(np.round(coarse, 6), columns=list(WRENCH_COLUMNS))
+    write_force(new, record[["time_s"]].join(table))
+    status, text = ran(new, "--output", tmp_path / "load.json")
+    assert status == 0 and "rotation: not told" in text
+    found = json.loads((tmp_path / "load.json").read_text())
+    off_kg = found["mass_kg"] - held[1]["mass_kg"]
+    assert abs(off_kg) < 3 * found["mass_std_kg"] < 3e-3
+    table[["tx_nm", "ty_nm"]] = 0.0
+    write_force(new, record[["time_s"]].join(table))
+    status, line = ran(new)
+    expected = "expected torques that change with the pose, found one value"
+    assert line == f"error: {new}: force: {expected}\n"

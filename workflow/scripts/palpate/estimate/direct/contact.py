@@ -1,0 +1,233 @@
+"""A press along a line: depth below the undeformed surface, force, and where the one begins."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.estimate.direct.options import Fit
+from palpate.estimate.hertz.range import FROM_MEDIAN, force_onset
+from palpate.estimate.hertz.record import FEWEST_AT_REST, hold_end
+from palpate.solid.smooth_surface import SmoothSurface
+
+# A sphere is led to the surface from so far outside [m], until it is as near as this.
+OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200
+# Still so far from it after all those steps, it was never led there.
+UNFINISHED_M = 1e-5
+# Farther from the surface than tip and template are wrong by, a tip touches nothing.
+CLEAR_M = 0.003
+# Deviations of what is known of the depth's zero that it may be off.
+LIKELY = 2.5
+# Where the contact is is told by frames at least so deep, as a part of the deepest.
+PRESSED = 0.5
+# And a tip that has gone no farther than this part of its way is still at rest.
+MOVED = 0.01
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Depth and force along a press.
+
+    Attributes
+    ----------
+    depth_m, force_n : (f,) arrays
+        Below the undeformed surface, by the template and the tips [m], and on the object [N].
+    least_n : float
+        Force from which on frames are compared [N].
+    onset : int
+        First frame with such a force from which on it stays.
+    """
+
+    depth_m: NDArray
+    force_n: NDArray
+    least_n: float
+    onset: int
+
+    @classmethod
+    def of(cls, depth_m: NDArray, force_n: NDArray, options: Fit) -> "Contact":
+        """Find the onset.
+
+        Raises
+        ------
+        ValueError
+            If there is no force, or there is one from the first frame.
+        """
+        least = least_force(force_n, unloaded(depth_m, force_n), options)
+        return cls(depth_m, force_n, least, force_onset(force_n, onset_force_n=least))
+
+    @property
+    def zero_m(self) -> float:
+        """Depth at which the force begins [m]: 0, or what is nearest to it between two frames.
+
+        Tip, alignment and template err by millimetres together: a depth without a force says how
+        far at least, and so does a force without a depth.
+        """
+        between = self.depth_m[[max(self.onset - 1, 0), self.onset]]
+        return float(np.clip(0.0, between.min(), between.max()))
+
+    @property
+    def pressed_m(self) -> NDArray:
+        """Way since the force began, (f,) [m]."""
+        return self.depth_m - self.zero_m
+
+    def check(self, *, zero_std_m: float) -> None:
+        """Refuse a press whose force and depth contradict each other.
+
+        Parameters
+        ----------
+        zero_std_m : float
+            Standard deviation of the depth's zero [m].
+
+        Raises
+        ------
+        ValueError
+            If the sphere never comes as near to the surface as its zero is known, or is deeper in
+            it when the force begins, the force is largest where the tip is not pressed in, or the
+            work of the press is not positive.
+        """
+        deepest_m, limit_m = self.depth_m[self.onset :].max(), LIKELY * zero_std_m
+        if not deepest_m + limit_m > 0:
+            raise ValueError(
+                "depth: expected a tip that touches the template while there is force, within"
+                f" {limit_m * 1e3:.1f} mm as direct.fit.offset_std_m says, found it"
+                f" {-deepest_m * 1e3:.1f} mm away at its deepest (template, alignment,"
+                " indenter.radius_m or transforms of the probe wrong?)"
+            )
+        if self.zero_m > limit_m:
+            raise ValueError(
+                "depth: expected a force that begins where the tip touches the template, within"
+                f" {limit_m * 1e3:.1f} mm as direct.fit.offset_std_m says, found it"
+                f" {self.zero_m * 1e3:.1f} mm inside (template, alignment, indenter.radius_m or"
+                " transforms of the probe wrong?)"
+            )
+        peak = int(np.argmax(self.force_n))
+        if self.pressed_m[peak] <= 0:
+            raise ValueError(
+                f"force: expected its peak while the tip presses, found it in frame {peak},"
+                f" {-self.pressed_m[peak] * 1e3:.1f} mm above where the force begins"
+            )
+        loading = slice(max(self.onset - 1, 0), int(np.argmax(self.depth_m)) + 1)
+        work_j = float(np.trapezoid(self.force_n[loading], self.depth_m[loading]))
+        if not work_j > 0:
+            raise ValueError(
+                f"force: expected a press that does work on the object, found {work_j:.2g} J up to"
+                " the deepest frame"
+            )
+
+    def first_touch(self, tips_m: NDArray, direction: NDArray) -> NDArray:
+        """Centre of the sphere when it first touched, by the way of the deepest tips, (3,) [m].
+
+        Parameters
+        ----------
+        tips_m : (f, 3) array
+            Centres of the sphere, object frame [m].
+        direction : (3,) array
+            Unit vector of the press.
+        """
+        deep = self.pressed_m > PRESSED * self.pressed_m.max()
+        return (tips_m - self.depth_m[:, None] * direction)[deep].mean(axis=0)
+
+
+def loaded_frames(
+    depth_m: NDArray, force_n: NDArray, onset: int, least_n: float, *, tip_std_m: float
+) -> NDArray:
+    """Frames from the onset to the end of the hold with force enough, (k,).
+
+    The elastic force follows from a record's history while the contact grows or is held; that of a
+    release needs another law (T. C. T. Ting, J. Appl. Mech. 33, 1966, 845).
+
+    Parameters
+    ----------
+    depth_m, force_n : (f,) arrays
+        Of all frames [m, N].
+    onset : int
+        First frame in contact.
+    least_n : float
+        Of `least_force`.
+    tip_std_m : float
+        Deviation of a depth from frame to frame [m].
+    """
+    end = hold_end(depth_m, int(np.argmax(depth_m)), frame_std_m=tip_std_m)
+    return onset + np.flatnonzero(force_n[onset:end] > least_n)
+
+
+def oblique(start_m: NDArray, end_m: NDArray, direction: NDArray) -> float:
+    """Angle between a tip's way (3,) and the press [rad]."""
+    along = float((end_m - start_m) @ direction)
+    return float(np.arctan2(np.linalg.norm(np.cross(end_m - start_m, direction)), along))
+
+
+def unloaded(depth_m: NDArray, force_n: NDArray) -> NDArray:
+    """Frames that are known to be unloaded, (k,): before the peak, the tip clear of the object.
+
+    Where it never is, those in which it has not moved from where it began, three at least.
+
+    Parameters
+    ----------
+    depth_m, force_n : (f,) arrays
+        Depth below the undeformed surface [m] and force along the press [N] of all frames.
+    """
+    clear = np.flatnonzero(depth_m[: int(np.argmax(force_n))] < -CLEAR_M)
+    if len(clear) >= FEWEST_AT_REST:
+        return clear
+    moved = depth_m > depth_m[:FEWEST_AT_REST].max() + MOVED * np.ptp(depth_m)
+    still = int(np.argmax(moved)) if moved.any() else 0
+    return np.arange(max(still, FEWEST_AT_REST))
+
+
+def least_force(force_n: NDArray, rest: NDArray, options: Fit) -> float:
+    """Force from which on frames are compared: above the noise, and enough of the peak [N].
+
+    Parameters
+    ----------
+    force_n : (f,) array
+        Of all frames [N].
+    rest : (k,) int array
+        Frames that are known to be unloaded.
+    options : Fit
+    """
+    early = force_n[rest]
+    noise = FROM_MEDIAN * float(np.median(np.abs(early - np.median(early))))
+    return max(options.force_deviations * noise, options.least_force_share * force_n.max())
+
+
+def depth_along(
+    surface: SmoothSurface, tips_m: NDArray, direction: NDArray, *, radius_m: float
+) -> NDArray:
+    """Way of a sphere along the press since it first touches the undeformed surface, (f,) [m].
+
+    Parameters
+    ----------
+    surface : SmoothSurface
+        Object frame.
+    tips_m : (f, 3) array
+        Centres of the sphere, object frame [m].
+    direction : (3,) array
+        Unit vector of the press, into the object.
+    radius_m : float
+
+    Returns
+    -------
+    (f,) array
+        Negative before the touch.
+
+    Raises
+    ------
+    ValueError
+        If a way along the press does not meet the surface.
+    """
+    start = tips_m - OUTSIDE_M * direction
+    way = np.zeros(len(tips_m))
+    for _ in range(MARCHES):
+        gap = surface.distance(start + way[:, None] * direction) - radius_m
+        way += gap
+        if np.abs(gap).max() < TOUCHING_M or way.max() > 3 * OUTSIDE_M:
+            break
+    # A wall beside the way lets a march come to no end.
+    lost = np.flatnonzero(~(way < 3 * OUTSIDE_M) | (np.abs(gap) > UNFINISHED_M))
+    if len(lost):
+        raise ValueError(
+            f"tip: expected a way along the press that meets the surface, found none in frame"
+            f" {lost[0]}"
+        )
+    return OUTSIDE_M - way

@@ -1,0 +1,165 @@
+"""What was fitted, as tables that other programmes read: force, motion, samples, profile."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from palpate.estimate.direct.estimate import CaptureFit
+from palpate.estimate.direct.motion import MotionAlong, SurfaceMotion
+
+# Width of the rings of a profile [m].
+RING_M = 0.002
+KEYS = ("sensor", "capture")
+
+
+def force_table(
+    fits: Mapping[tuple[str, str], CaptureFit],
+    curves: Sequence[Mapping] = (),
+    files: Sequence[Mapping] = (),
+) -> pd.DataFrame:
+    """Force against depth with the fit: of captures in the frames compared, then of curves.
+
+    The fit of a capture gives the depth at a force, that of a curve without a camera the force at
+    a depth.
+
+    Parameters
+    ----------
+    fits : mapping
+        By sensor and capture.
+    curves, files : sequences of mapping, optional
+        Described curves and their curve.json.
+    """
+    found = {
+        key: {
+            "frame": one.frames,
+            "time_s": one.time_s[one.frames],
+            "force_n": one.force_n,
+            "depth_m": one.depth_m,
+            "fitted_depth_m": one.fitted_depth_m,
+            "depth_residual_m": one.depth_m - one.fitted_depth_m,
+        }
+        for key, one in fits.items()
+    }
+    for curve, told in zip(curves, files, strict=True):
+        samples = {name: np.array(values) for name, values in told["samples"].items()}
+        force, fitted = samples["force_n"], samples["fitted_n"]
+        found[curve["sensor"], curve["capture"]] = {
+            "frame": np.arange(len(force)),
+            "force_n": force,
+            "depth_m": samples["depth_m"],
+            "fitted_force_n": fitted,
+            "force_residual_n": force - fitted,
+        }
+    return _joined(found)
+
+
+def sample_table(
+    fits: Mapping[tuple[str, str], CaptureFit], motions: Sequence[SurfaceMotion]
+) -> pd.DataFrame:
+    """Places of the surface whose motion was seen, and their distance from the contact.
+
+    Parameters
+    ----------
+    fits : mapping
+        By sensor and capture.
+    motions : sequence
+        motion.npz of each.
+    """
+    found = {}
+    for (key, one), motion in zip(fits.items(), motions, strict=True):
+        away = np.linalg.norm(motion.cell_m - one.contact_m, axis=1)
+        found[key] = {
+            "sample": np.arange(len(away)),
+            **_components("place", motion.cell_m, "_m"),
+            **_components("normal", motion.normal, ""),
+            "distance_m": away,
+            "rest_std_m": motion.rest_std_m,
+        }
+    return _joined(found)
+
+
+def motion_table(
+    fits: Mapping[tuple[str, str], CaptureFit], motions: Sequence[SurfaceMotion]
+) -> pd.DataFrame:
+    """Motion of each sample in each frame in which it was seen, with the model's where compared.
+
+    Parameters
+    ----------
+    fits : mapping
+        By sensor and capture.
+    motions : sequence
+        motion.npz of each.
+    """
+    found = {}
+    for (key, one), motion in zip(fits.items(), motions, strict=True):
+        along = MotionAlong.of(motion)
+        fitted = np.full(along.moved_m.shape, np.nan)
+        fitted[np.ix_(one.frames, _places(one, along))] = one.fitted_moved_m
+        frame, place = np.nonzero(np.isfinite(along.moved_m))
+        moved, model = along.moved_m[frame, place], fitted[frame, place]
+        found[key] = {
+            "frame": frame,
+            "time_s": one.time_s[frame],
+            "sample": place % len(motion.cell_m),
+            "axis": along.axis[place],
+            "moved_m": moved,
+            "moved_std_m": along.std_m[frame, place],
+            "fitted_moved_m": model,
+            "moved_residual_m": moved - model,
+        }
+    return _joined(found)
+
+
+def profile_table(fits: Mapping[tuple[str, str], CaptureFit]) -> pd.DataFrame:
+    """Motion along the normals over distance from the contact, in each capture's deepest frame.
+
+    Means over rings of `RING_M`, of the samples that were compared.
+    """
+    found = {}
+    for key, one in fits.items():
+        row = int(np.argmax(one.depth_m))
+        seen = np.isfinite(one.moved_m[row]) & (one.axis == 0)
+        samples = pd.DataFrame(
+            {
+                "distance_m": one.distance_m[seen],
+                "moved_m": one.moved_m[row, seen],
+                "fitted_moved_m": one.fitted_moved_m[row, seen],
+            }
+        )
+        samples["moved_residual_m"] = samples["moved_m"] - samples["fitted_moved_m"]
+        rings = samples.groupby((samples["distance_m"] // RING_M).astype(int), sort=True)
+        means = {name: rings[name].mean().to_numpy() for name in samples}
+        found[key] = {
+            "frame": np.full(rings.ngroups, one.frames[row]),
+            "depth_m": np.full(rings.ngroups, one.depth_m[row]),
+            "samples": rings.size().to_numpy(),
+            **means,
+            "moved_residual_std_m": rings["moved_residual_m"].std().to_numpy(),
+        }
+    return _joined(found)
+
+
+def _places(one: CaptureFit, along: MotionAlong) -> NDArray:
+    """Where the samples that were compared stand among all, (c,)."""
+    every = zip(along.axis.tolist(), along.cell_m.tolist(), strict=True)
+    known = {(axis, *cell): place for place, (axis, cell) in enumerate(every)}
+    wanted = zip(one.axis.tolist(), one.cell_m.tolist(), strict=True)
+    try:
+        return np.array([known[axis, *cell] for axis, cell in wanted], dtype=int)
+    except KeyError:
+        raise ValueError("samples: expected those of the motion, found others") from None
+
+
+def _components(name: str, vectors: NDArray, unit: str) -> dict[str, NDArray]:
+    return {f"{name}_{axis}{unit}": vectors[:, k] for k, axis in enumerate("xyz")}
+
+
+def _joined(found: Mapping[tuple[str, str], Mapping[str, NDArray]]) -> pd.DataFrame:
+    """One table of all captures, the first columns their sensor and name."""
+    parts = [
+        pd.DataFrame(dict(zip(KEYS, key, strict=True)) | dict(columns))
+        for key, columns in found.items()
+    ]
+    return pd.concat(parts, ignore_index=True)

@@ -1,0 +1,214 @@
+"""Figures of a direct estimate: what was seen and computed, and what of it is known."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+from scipy.stats import chi2, norm
+
+from palpate.estimate.direct.estimate import CaptureFit
+from palpate.estimate.direct.fitted import load_fitted
+from palpate.estimate.direct.quantities import ONE_SECOND_S
+from palpate.estimate.direct.result import LATER_S
+from palpate.estimate.relaxation import relaxed_share
+from palpate.modulus import CONFIDENCE
+from palpate.report.held import seconds_compared
+from palpate.report.own_words import LAWS
+from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN, finished, sensor_name
+from palpate.run.read_files import read_all
+from palpate.units import KILOPASCALS, MILLIMETRES
+
+ROW_IN, KNOWN_IN = 3.0, 2.6
+# Motions beyond these percentiles, and this part of the range more, are outside of the panel.
+WITHIN, MARGIN = (1.0, 99.0), 0.25
+OUTSIDE = {"va": "top", "fontsize": 6.5, "color": GREY}
+REGIONS = {
+    "force": (BLUE, "depth of the tip alone"),
+    "surface": (ORANGE, "surface alone"),
+    "both": (GREEN, "both"),
+}
+# Of the plane of nu and E, each way from the estimate.
+WIDER, STEPS, GREATEST_NU = 2.0, 201, 0.5
+# Times of the relaxing modulus that are drawn [s].
+FROM_S, TO_S = 0.03, 30.0
+
+
+def make_fit(inputs: Any, params: Any) -> Figure:
+    """Force and motion, seen and computed, of each sensor's captures together."""
+    fitted = [load_fitted(one) for one in inputs.fitted]
+    return finished(fits([g["sensor"] for g in params.groups], fitted), _provenances(params))
+
+
+def make_known(inputs: Any, params: Any) -> Figure:
+    """What of E, nu, the law and relaxation is known, of each sensor's captures together."""
+    ends_s = [_compared_s(load_fitted(one)) for one in inputs.fitted]
+    found = known([g["sensor"] for g in params.groups], read_all(inputs.joint), ends_s)
+    return finished(found, _provenances(params))
+
+
+def _provenances(params: Any) -> set[str]:
+    return {capture["provenance"] for capture in params.captures}
+
+
+def _compared_s(fitted: Mapping[str, CaptureFit]) -> float:
+    """How long after the touch the longest of captures was compared [s]."""
+    return max(seconds_compared(one.time_s, one.tip_depth_m, one.frames) for one in fitted.values())
+
+
+def fits(sensors: Sequence[str], fitted: Sequence[Mapping[str, CaptureFit]]) -> Figure:
+    """Force against depth and motion against distance, with what the estimate leaves of both.
+
+    Parameters
+    ----------
+    sensors : sequence of str
+    fitted : sequence of mapping
+        Of `load_fitted`, by capture.
+    """
+    count = len(sensors)
+    figure = plt.figure(figsize=(PAGE_IN, ROW_IN * count))
+    rows = figure.add_gridspec(count, 1)
+    for row, sensor, captures in zip(rows, sensors, fitted, strict=True):
+        panels = row.subgridspec(2, 2, height_ratios=(2.2, 1), hspace=0.15, wspace=0.25).subplots()
+        (force, motion), (force_left, motion_left) = panels
+        _force(force, force_left, captures)
+        _motion(motion, motion_left, captures)
+        force.set_title(f"{sensor_name(sensor)}: force")
+        motion.set_title("motion of the surface, deepest frame")
+    return figure
+
+
+def known(sensors: Sequence[str], estimates: Sequence[Mapping], ends_s: Sequence[float]) -> Figure:
+    """Plane of nu and E, place among the laws, and E over time.
+
+    Parameters
+    ----------
+    sensors : sequence of str
+    estimates : sequence of mapping
+        direct.json of each.
+    ends_s : sequence of float
+        How long after the touch captures with each were compared [s].
+    """
+    count = len(sensors)
+    figure, axes = plt.subplots(count, 3, figsize=(PAGE_IN, KNOWN_IN * count), squeeze=False)
+    for row, sensor, found, end_s in zip(axes, sensors, estimates, ends_s, strict=True):
+        _regions(row[0], found)
+        _law(row[1], found["law"]["force"])
+        _relaxing(row[2], found, end_s)
+        row[0].set_title(f"{sensor_name(sensor)}: E and nu")
+        row[1].set_title("law of the force")
+        row[2].set_title("E over time")
+    return figure
+
+
+def _force(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
+    for number, one in enumerate(captures.values()):
+        order = np.argsort(one.fitted_depth_m)
+        names = ("_nolegend_", "_nolegend_") if number else ("seen", "computed")
+        axes.plot(MILLIMETRES * one.depth_m, one.force_n, "o", ms=3, color=GREY, label=names[0])
+        depth = MILLIMETRES * one.fitted_depth_m
+        axes.plot(depth[order], one.force_n[order], lw=0.9, color=ORANGE, label=names[1])
+        gap = MILLIMETRES * (one.depth_m - one.fitted_depth_m)
+        left.plot(MILLIMETRES * one.depth_m, gap, "o-", ms=3, lw=0.6, color=GREY)
+    axes.set_ylabel("force (N)")
+    _below(axes, left, "depth (mm)")
+
+
+def _motion(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
+    drawn = []
+    for number, one in enumerate(captures.values()):
+        frame, along = int(np.argmax(one.depth_m)), one.axis == 0
+        away = MILLIMETRES * one.distance_m[along]
+        seen, told = (MILLIMETRES * m[frame, along] for m in (one.moved_m, one.fitted_moved_m))
+        names = ("_nolegend_", "_nolegend_") if number else ("seen", "computed")
+        axes.plot(away, seen, ".", ms=3, color=GREY, label=names[0])
+        axes.plot(away, told, ".", ms=2, color=ORANGE, label=names[1])
+        left.plot(away, seen - told, ".", ms=2.5, color=GREY)
+        drawn.append((seen, told))
+    seen, told = (np.concatenate(each) for each in zip(*drawn, strict=True))
+    _zoom(axes, seen, told)
+    _zoom(left, seen - told, np.zeros(1))
+    axes.set_ylabel("outward (mm)")
+    _below(axes, left, "distance from the touch (mm)")
+
+
+def _zoom(axes: Axes, seen: NDArray, told: NDArray) -> None:
+    """Leave single values far from all others outside, and say how many."""
+    seen, told = seen[np.isfinite(seen)], told[np.isfinite(told)]
+    if not len(seen):
+        return
+    low, high = np.percentile(seen, WITHIN)
+    low, high = min(low, told.min()), max(high, told.max())
+    margin = MARGIN * max(high - low, 1e-9)
+    axes.set_ylim(low - margin, high + margin)
+    beyond = int(((seen < low - margin) | (seen > high + margin)).sum())
+    if beyond:
+        axes.text(1, 1, f"{beyond} outside", transform=axes.transAxes, ha="right", **OUTSIDE)
+
+
+def _below(axes: Axes, left: Axes, label: str) -> None:
+    """Put what is left under what it is left of, on one axis."""
+    left.axhline(0, color=BLACK, lw=0.6)
+    left.set(xlabel=label, ylabel="residual (mm)", xlim=axes.get_xlim())
+    axes.tick_params(labelbottom=False)
+    axes.legend()
+
+
+def _regions(axes: Axes, found: Mapping) -> None:
+    """What the force, the surface and both leave of nu and E, at 95 %."""
+    E, nu = (found[name]["value"] for name in ("youngs_modulus_pa", "poisson_ratio"))
+    ratios = np.linspace(0, GREATEST_NU, STEPS)
+    logs = np.linspace(-np.log(WIDER), np.log(WIDER), STEPS)
+    off = np.stack(np.broadcast_arrays(logs[:, None], ratios[None] - nu), axis=-1)
+    most = float(chi2.ppf(CONFIDENCE, 2))
+    moduli = KILOPASCALS * E * np.exp(logs)
+    for name, (colour, _) in REGIONS.items():
+        told = np.einsum("abi,ij,abj->ab", off, np.array(found["regions"][name]), off)
+        axes.contourf(ratios, moduli, told, [-1, most], colors=[to_rgba(colour, 0.25)])
+        axes.contour(ratios, moduli, told, [most], colors=[colour], linewidths=0.9)
+    axes.plot(nu, KILOPASCALS * E, "+", color=BLACK, ms=6)
+    axes.set(xlabel="nu", ylabel="E (kPa)", xlim=(0, GREATEST_NU), ylim=(moduli[0], moduli[-1]))
+    patches = [Patch(color=to_rgba(colour, 0.5), label=label) for colour, label in REGIONS.values()]
+    axes.legend(handles=patches, fontsize=6.5, loc="upper left", handlelength=1.0)
+
+
+def _law(axes: Axes, law: Mapping) -> None:
+    """How likely each place among the laws is."""
+    reach = max(abs(law["value"] - 0.5) + 3 * law["std"], 1.2)
+    place = np.linspace(0.5 - reach, 0.5 + reach, STEPS)
+    likely = norm.pdf(place, law["value"], law["std"]) * law["std"]
+    axes.fill_between(place, likely, color=to_rgba(GREEN, 0.35), lw=0)
+    axes.plot(place, likely, color=GREEN, lw=0.9)
+    for at, name in LAWS.items():
+        axes.axvline(at, color=BLACK, lw=0.8, ls="--")
+        side = "right" if at < 0.5 else "left"
+        axes.annotate(" " + name.removesuffix("'s") + " ", (at, 0.46), ha=side, fontsize=6.5)
+    axes.set(xlabel="place between the laws", ylabel="how likely", ylim=(0, 0.52), yticks=[])
+
+
+def _relaxing(axes: Axes, found: Mapping, end_s: float) -> None:
+    """What is left of E a time after a step, with the intervals at once, after 1 s and 10 s.
+
+    Dashed, and hollow, is what is later than the captures.
+    """
+    time = np.sort(np.append(np.geomspace(FROM_S, TO_S, STEPS), end_s))
+    lost = relaxed_share(
+        time, fractions=found["relaxation"]["fractions"], times_s=found["relaxation"]["times_s"]
+    )
+    left = KILOPASCALS * found["youngs_modulus_pa"]["value"] * (1 - lost)
+    for part, line in ((time <= end_s, "-"), (time >= end_s, "--")):
+        axes.plot(time[part], left[part], line, color=BLUE)
+    told = {FROM_S: "", ONE_SECOND_S: "_1s", LATER_S: "_10s"}
+    for at, end in told.items():
+        one = found[f"youngs_modulus{end}_pa"]
+        low, value, high = (KILOPASCALS * one[name] for name in ("low", "value", "high"))
+        look = {"fmt": "o", "ms": 3, "lw": 0.9, "color": BLUE}
+        look |= {"mfc": "white"} if at > end_s else {}
+        axes.errorbar(at, value, [[value - low], [high - value]], **look)
+    axes.set(xscale="log", xlabel="time after a step (s)", ylabel="E (kPa)")
+    axes.set_ylim(bottom=0)

@@ -1,0 +1,111 @@
+"""What else follows from an estimate: G and K, later E, hardness, at which strain and pace."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from palpate.estimate.direct.quantities import ONE_SECOND_S
+from palpate.estimate.direct.result import LATER_S
+from palpate.estimate.hardness import HIGHEST, LOWEST, readings
+from palpate.modulus import NOT_JUDGED, Modulus
+from palpate.report.held import Held
+from palpate.report.own_words import WORDS
+from palpate.units import MILLIMETRES
+
+FURTHER = {
+    "youngs_modulus_10s_pa": (
+        "E after 10 s",
+        "what is left of it after ten seconds",
+    ),
+    "shear_modulus_pa": ("G", "E/(2 (1 + nu)): against shear"),
+    "bulk_modulus_pa": ("K", "E/(3 (1 - 2 nu)): against squeezing from all sides"),
+}
+# Times after a step that these are of [s].
+AFTER_S = {"youngs_modulus_1s_pa": ONE_SECOND_S, "youngs_modulus_10s_pa": LATER_S}
+SHORE = "Shore A"
+HARDNESS = "what a durometer would read of E after 1 s: by Gent's relation or by Qi's"
+
+
+def further(direct: Mapping, ends_s: float) -> Iterator[dict[str, str]]:
+    """Rows of what follows from a direct.json, compared to a time after the touch [s]."""
+    for name, (label, meaning) in FURTHER.items():
+        modulus = Modulus(**direct[name])
+        value, _, interval = modulus.told().partition(" (")
+        # Without an upper end any value beyond the lower does as well.
+        value = "" if modulus.high is None else value
+        yield row(label, value, interval.rstrip(")"), sure(name, modulus, ends_s), meaning)
+    yield _hardness(direct["youngs_modulus_1s_pa"])
+
+
+def sure(name: str, modulus: Modulus, ends_s: float) -> str:
+    """How sure a modulus is; later than what was compared none is known."""
+    if AFTER_S.get(name, 0.0) > ends_s:
+        return f"extrapolated: the captures end at {ends_s:.1f} s"
+    return WORDS.get(modulus.verdict, modulus.verdict)
+
+
+def row(name: str, value: str, interval: str, sure: str, meaning: str) -> dict[str, str]:
+    """Row of the table of moduli."""
+    return {
+        "": name,
+        "value": value,
+        "95 % interval": interval,
+        "how sure": sure,
+        "what it is": meaning,
+    }
+
+
+def conditions(direct: Mapping, held: Sequence[Held]) -> str:
+    """At which strain and how fast these hold: both where the equivalent modulus is told.
+
+    Parameters
+    ----------
+    direct : mapping
+        direct.json of all captures together.
+    held : sequence of Held
+        Those captures; of several the median is told.
+    """
+    strain, depth = 100 * direct["equivalent"]["strain"], direct["equivalent"]["depth_m"]
+    there, deepest = (
+        float(np.median([one.seconds_to(end) for one in held])) for end in (depth, np.inf)
+    )
+    rate = f" ({strain / there:.0f} % a second)" if there > 0 else ""
+    return (
+        f"The equivalent E* holds at a mean strain of {strain:.0f} %, {depth * MILLIMETRES:.1f} mm"
+        f" deep, {there:.1f} s after the touch{rate}; the deepest came after {deepest:.1f} s. E"
+        " at once, nu, G and K hold where strain goes to nothing, before it relaxes."
+    )
+
+
+def range_of(held: Sequence[Held]) -> str:
+    """How E at once follows from the depths and times that were compared."""
+    depths = np.concatenate([one.depth_m[one.frames] for one in held]) * MILLIMETRES
+    return (
+        "E at once is extrapolated to no strain and no time, from depths of"
+        f" {depths.min():.1f} to {depths.max():.1f} mm and times to {compared_s(held):.1f} s."
+    )
+
+
+def compared_s(held: Sequence[Held]) -> float:
+    """How long after the touch the longest of captures was compared [s]."""
+    return max((one.compared_s for one in held), default=np.inf)
+
+
+def _hardness(young: Mapping) -> dict[str, str]:
+    """Row of Shore A; readings for which the relations are not given are not given here."""
+    if young["verdict"] == NOT_JUDGED:
+        return row(SHORE, "", "", WORDS[NOT_JUDGED], HARDNESS)
+    low, middle, high = (list(readings(young[end]).values()) for end in ("low", "value", "high"))
+    if max(high) < LOWEST:
+        return row(SHORE, f"below {LOWEST:.0f}", "", "too soft for it", HARDNESS)
+    if min(low) > HIGHEST:
+        return row(SHORE, f"above {HIGHEST:.0f}", "", "too hard for it", HARDNESS)
+    value = " or ".join(dict.fromkeys(map(_reading, middle)))
+    ends = f"{_reading(min(low))} to {_reading(max(high))}"
+    return row(SHORE, value, ends, "a guess", HARDNESS)
+
+
+def _reading(reading: float) -> str:
+    if reading < LOWEST:
+        return f"below {LOWEST:.0f}"
+    return f"above {HIGHEST:.0f}" if reading > HIGHEST else f"{reading:.0f}"

@@ -1,0 +1,123 @@
+"""What there is of one capture, its press over time, and what of it a page tells."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from palpate.capture.tables import columns_of
+from palpate.estimate.hertz.record import hold_end
+from palpate.report.recording_checks import named
+from palpate.units import MILLIMETRES
+from palpate.vision.probe import ALONG_STD, TIP
+
+FRAMES_NOTE = (
+    "Compared are the frames in which the force has begun, to the end of the hold: those before"
+    " say how the object lies at rest. The probe has to be found from the touch to the deepest."
+)
+
+
+@dataclass(frozen=True)
+class Held:
+    """What there is of one capture.
+
+    Attributes
+    ----------
+    capture : mapping
+        ``object``, ``sensor``, ``capture``, ``point``, ``provenance``.
+    fit, direct : mapping
+        Its hertz.json and direct.json.
+    poses : DataFrame
+        Its probe_pose.csv.
+    depth_m : (f,) array
+        Of the tip in the object in each frame, as the estimate from all captures has it [m].
+    frames : (c,) array
+        Those that it compared.
+    """
+
+    capture: Mapping
+    fit: Mapping
+    direct: Mapping
+    poses: pd.DataFrame
+    depth_m: NDArray
+    frames: NDArray
+
+    @property
+    def time_s(self) -> NDArray:
+        """Of each frame (f,) [s]."""
+        return self.poses["time_s"].to_numpy(dtype=float)
+
+    @property
+    def deepest(self) -> int:
+        """Frame with which the loading ends."""
+        return int(self.fit["range"]["last_frame"])
+
+    def seconds_to(self, depth_m: float) -> float:
+        """From the touch to where the press first reaches a depth, or else its deepest [s]."""
+        depth = self.depth_m[: self.deepest + 1]
+        time = self.time_s[: self.deepest + 1]
+        reached = min(depth_m, float(depth[-1]))
+        return float(np.diff([_first(time, depth, level) for level in (0.0, reached)])[0])
+
+    @property
+    def hold_s(self) -> float:
+        """From the deepest to the end of the hold [s]."""
+        std_m = float(np.nanmedian(self.poses[ALONG_STD]))
+        end = hold_end(self.depth_m, self.deepest, frame_std_m=std_m)
+        return float(self.time_s[end - 1] - self.time_s[self.deepest])
+
+    @property
+    def compared_s(self) -> float:
+        """From the touch to the last frame that was compared [s]."""
+        return seconds_compared(self.time_s, self.depth_m, self.frames)
+
+    @property
+    def distance_m(self) -> float:
+        """From the camera to the tip at the deepest [m]."""
+        return float(np.linalg.norm(columns_of(self.poses, TIP)[self.deepest]))
+
+    @property
+    def rate_hz(self) -> float:
+        """Frames a second."""
+        return float(1 / np.median(np.diff(self.time_s)))
+
+
+def seconds_compared(time_s: NDArray, depth_m: NDArray, frames: NDArray) -> float:
+    """From the touch to the last frame that was compared [s].
+
+    Parameters
+    ----------
+    time_s, depth_m : (f,) arrays
+        Of all frames.
+    frames : (c,) array
+        Those that were compared.
+    """
+    return float(time_s[frames[-1]] - _first(time_s, depth_m, 0.0))
+
+
+def press_of(held: Held) -> dict[str, str]:
+    """What a capture held, as text."""
+    fit, depth = held.fit, held.depth_m.max()
+    force = fit["samples"]["force_n"]
+    return {
+        "capture": named(held.capture),
+        "frames": str(len(force)),
+        "of them compared": str(held.direct["frames"][0]),
+        "to the deepest (s)": f"{held.seconds_to(np.inf):.1f}",
+        "held there (s)": f"{held.hold_s:.1f}",
+        "greatest force (N)": f"{max(force):.2f}",
+        "greatest depth (mm)": f"{depth * MILLIMETRES:.1f}",
+        "depth over radius of the tip": f"{depth / fit['radius_m']:.2f}",
+        "points of the surface compared": str(held.direct["residuals"][0]["cells"]),
+    }
+
+
+def _first(time_s: NDArray, depth_m: NDArray, level_m: float) -> float:
+    """When a depth is first reached, on a straight line between frames [s]."""
+    at = int(np.argmax(depth_m >= level_m))
+    if at == 0:
+        return float(time_s[0])
+    part = (level_m - depth_m[at - 1]) / (depth_m[at] - depth_m[at - 1])
+    return float(time_s[at - 1] + part * (time_s[at] - time_s[at - 1]))

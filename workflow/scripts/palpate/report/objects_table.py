@@ -1,0 +1,163 @@
+"""All objects of a run beside one another: a table that sorts, with E on one common axis."""
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from html import escape
+
+from palpate.modulus import IDENTIFIED, Modulus
+from palpate.report.own_words import WORDS, by, device
+from palpate.report.table_page import BOX
+from palpate.units import readable
+
+YOUNG = "youngs_modulus_pa"
+# Columns with a modulus, and their heads.
+MODULI = {YOUNG: "E", "poisson_ratio": "nu", "equivalent_reduced_modulus_pa": "Equivalent E*"}
+# From this many estimates on there is something to compare.
+LEAST_ROWS = 2
+# The axis: labels that have room on it, its steps within a decade, and its size on the screen [px].
+MOST_TICKS, STEPS = 5, (1, 2, 5)
+WIDTH, HEIGHT, MARGIN, END, DOT = 252, 22, 24, 4, 4
+CAPTION = (
+    "Recommended estimates with their 95 % intervals. Bars: E on one logarithmic axis; a hollow"
+    " dot's value is not to be trusted, its bar is. A head's button sorts."
+)
+
+
+def section(rows: Sequence[Mapping], pages: Sequence[str] = ()) -> str:
+    """Table of recommended estimates, a line each.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        Recommended rows of summary.csv.
+    pages : sequence of str, optional
+        Objects that have a page of their own, which their names lead to.
+
+    Returns
+    -------
+    str
+        HTML; just the pages where there are not two estimates to compare.
+    """
+    if len(rows) < LEAST_ROWS:
+        return "".join(f"<p>Results of {_named(name, pages)}</p>" for name in pages)
+    found = [Modulus.of_row(row, YOUNG) for row in rows]
+    axis = ticks([one for one in found if one])
+    lines = [
+        BOX.replace('aria-label="Table"', 'aria-label="All objects"'),
+        '<table id="estimates">',
+    ]
+    lines += [f"<caption>{CAPTION}</caption>", f"<thead><tr>{_heads(axis)}</tr></thead>", "<tbody>"]
+    several = [name for name, count in Counter(row["object"] for row in rows).items() if count > 1]
+    lines += [
+        _line(row, young, axis, pages, apart=row["object"] in several)
+        for row, young in zip(rows, found, strict=True)
+    ]
+    return "\n".join([*lines, "</tbody></table></div>"])
+
+
+def ticks(found: Sequence[Modulus]) -> list[float]:
+    """Round values on a logarithmic axis that holds all moduli and intervals [Pa].
+
+    Parameters
+    ----------
+    found : sequence of Modulus
+
+    Returns
+    -------
+    list of float
+        Rising; the first and the last are the axis' ends. Steps of 1, 2 and 5, or decades, or
+        several decades, whichever are few enough to be labelled. Nothing for no moduli.
+    """
+    ends = [end for one in found for end in (one.value, one.low, one.high) if end is not None]
+    if not ends:
+        return []
+    low, high = min(ends), max(ends)
+    first, last = math.floor(math.log10(low)), math.floor(math.log10(high)) + 1
+    fine = [step * 10.0**power for power in range(first, last + 1) for step in STEPS]
+    start = max(at for at, tick in enumerate(fine) if tick <= low)
+    stop = min(at for at, tick in enumerate(fine) if tick >= high and at > start)
+    if stop - start < MOST_TICKS:
+        return fine[start : stop + 1]
+    width = math.ceil((last - first) / (MOST_TICKS - 1))
+    return [10.0**power for power in range(first, last + width, width)]
+
+
+def _heads(axis: Sequence[float]) -> str:
+    labels = ["Object", *MODULI.values(), "Recorded with"]
+    heads = [f'<th scope="col"><button type="button">{label}</button></th>' for label in labels]
+    words = "".join(
+        f'<text x="{_across(tick, axis):.1f}" y="14">{_tick(tick)}</text>' for tick in axis
+    )
+    bars = f'<th scope="col">E on one axis<br>{_drawn(words)}</th>' if axis else ""
+    return "".join([heads[0], bars, *heads[1:]])
+
+
+def _named(name: str, pages: Sequence[str]) -> str:
+    """Name of an object, with a link to its page if it has one."""
+    told = escape(_words(name))
+    return f'<a href="{escape(name)}/report.html">{told}</a>' if name in pages else told
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ").capitalize()
+
+
+def _line(
+    row: Mapping,
+    young: Modulus | None,
+    axis: Sequence[float],
+    pages: Sequence[str],
+    *,
+    apart: bool,
+) -> str:
+    """An estimate; its name says by which device where that tells it from others."""
+    moduli = "".join(_cell(Modulus.of_row(row, column)) for column in MODULI)
+    bar = f"<td>{_bar(young, axis)}</td>" if axis else ""
+    name = row["object"]
+    which = f'<br><span class="verdict">{escape(device(row))}</span>' if apart else ""
+    named = _named(name, pages) + which
+    head = f'<th scope="row" data-value="{escape(_words(name))}">{named}</th>'
+    recorded = escape(by(row))
+    with_what = f'<td data-value="{recorded}">{recorded}</td>'
+    return f"<tr>{head}{bar}{moduli}{with_what}</tr>"
+
+
+def _cell(modulus: Modulus | None) -> str:
+    """Value, interval and verdict; what it is sorted by."""
+    if modulus is None:
+        return "<td></td>"
+    word = WORDS.get(modulus.verdict, modulus.verdict)
+    told = f'{modulus.told()}<br><span class="verdict">{escape(word)}</span>'
+    return f'<td data-value="{modulus.value:.9g}">{told}</td>'
+
+
+def _bar(modulus: Modulus | None, axis: Sequence[float]) -> str:
+    """Interval and value on the axis, over the lines of its ticks; the numbers stand beside it."""
+    lines = [f'<path class="tick" d="M{_across(tick, axis):.1f} 0v{HEIGHT}"/>' for tick in axis]
+    if modulus is None:
+        return _drawn("".join(lines))
+    middle = HEIGHT / 2
+    if modulus.low is not None and modulus.high is not None:
+        low, high = (_across(end, axis) for end in (modulus.low, modulus.high))
+        ends = "".join(f"M{end:.1f} {middle - END}v{2 * END}" for end in (low, high))
+        lines.append(f'<path class="interval" d="M{low:.1f} {middle}H{high:.1f}{ends}"/>')
+    kind = "dot" if modulus.verdict == IDENTIFIED else "dot hollow"
+    place = f'cx="{_across(modulus.value, axis):.1f}" cy="{middle}" r="{DOT}"'
+    return _drawn("".join([*lines, f'<circle class="{kind}" {place}/>']))
+
+
+def _drawn(content: str) -> str:
+    size = f'width="{WIDTH}" height="{HEIGHT}" viewBox="0 0 {WIDTH} {HEIGHT}"'
+    return f'<svg {size} aria-hidden="true">{content}</svg>'
+
+
+def _across(value: float, axis: Sequence[float]) -> float:
+    """Place of a modulus on the axis [px]."""
+    share = math.log(value / axis[0]) / math.log(axis[-1] / axis[0])
+    return MARGIN + share * (WIDTH - 2 * MARGIN)
+
+
+def _tick(value: float) -> str:
+    scale, unit = readable(value, "Pa")
+    return f"{scale * value:.3g} {unit}"

@@ -1,0 +1,138 @@
+"""What an estimate says, in words for people who know nothing of the method."""
+
+from collections.abc import Iterator, Mapping
+from statistics import NormalDist
+
+import pandas as pd
+
+from palpate.capture.discover import CURVE
+from palpate.modulus import (
+    ASSUMED,
+    BOUNDED,
+    CONFIDENCE,
+    IDENTIFIED,
+    INTERVAL,
+    NOT_IDENTIFIED,
+    NOT_JUDGED,
+    Modulus,
+)
+from palpate.report.style import sensor_name
+from palpate.units import MILLIMETRES
+
+# Of the two laws that an estimate lies between (docs/theory.md): place and name.
+LAWS = {0.0: "neo-Hooke's", 1.0: "Blatz and Ko's"}
+# A place that is known no better is what was held likely before (direct.fit.force_law_std).
+LEAST_TOLD_STD = 0.4
+# Verdicts as they are said of one modulus.
+WORDS = {
+    IDENTIFIED: "known",
+    BOUNDED: "within limits",
+    NOT_IDENTIFIED: "not known",
+    INTERVAL: "interval given, not judged",
+    NOT_JUDGED: "no interval",
+    ASSUMED: "assumed",
+}
+RELIED_ON = (IDENTIFIED, INTERVAL)
+OF_NU = {
+    IDENTIFIED: "Poisson's ratio is known",
+    BOUNDED: "Of Poisson's ratio only limits are known: trust the interval, not the value",
+    NOT_IDENTIFIED: "Poisson's ratio is not known: any value of its range explains the captures",
+    ASSUMED: "Poisson's ratio was assumed, not measured",
+}
+
+
+def headline(row: Mapping, name: str) -> str:
+    """One sentence with what was found of an object, in Markdown.
+
+    Parameters
+    ----------
+    row : mapping
+        Recommended row of its summary.csv.
+    name : str
+        The object.
+    """
+    star, equivalent, young, nu = (
+        Modulus.of_row(row, key)
+        for key in (
+            "reduced_modulus_pa",
+            "equivalent_reduced_modulus_pa",
+            "youngs_modulus_pa",
+            "poisson_ratio",
+        )
+    )
+    parts = []
+    if equivalent:
+        depth = row["equivalent_depth_m"] * MILLIMETRES
+        parts.append(f"pressed {depth:.1f} mm deep its equivalent E* is {_bold(equivalent)}")
+    elif star:
+        parts.append(f"its E* at small strain is {_bold(star)}")
+    if young:
+        parts.append(f"its Young's modulus E at once is {_bold(young)}")
+    if nu:
+        parts.append(f"its Poisson's ratio nu is {_bold(nu)}")
+    listed = ", ".join(parts[:-1]) + " and " * (len(parts) > 1) + parts[-1]
+    return f"{name}, by {by(row)}: {listed}."
+
+
+def by(row: Mapping) -> str:
+    """What a row was recorded with."""
+    count = row["captures"]
+    counted = row["sensor"] != CURVE and not pd.isna(count)
+    return device(row) + (f" and {count:.0f} capture{'s' * (count != 1)}" if counted else "")
+
+
+def device(row: Mapping) -> str:
+    """Sensor, or curve, of a row."""
+    curve = row["sensor"] == CURVE
+    return f"curve {row['capture']}" if curve else sensor_name(row["sensor"])
+
+
+def verdict(row: Mapping) -> Iterator[str]:
+    """Sentences on what of it is known."""
+    nu = Modulus.of_row(row, "poisson_ratio")
+    if nu and nu.verdict in OF_NU:
+        yield f"{OF_NU[nu.verdict]}."
+    if not pd.isna(row.get("force_law")):
+        yield law(row["force_law"], row["force_law_std"])
+
+
+def law(place: float, std: float) -> str:
+    """What is known of how the force rises with depth.
+
+    Parameters
+    ----------
+    place, std : float
+        Between the laws, 0 and 1, and its standard uncertainty.
+
+    >>> law(0.1, 0.2).partition(": ")[2]
+    "0.10 of the way to Blatz and Ko's (-0.29 to 0.49)."
+    """
+    half = NormalDist().inv_cdf((1 + CONFIDENCE) / 2) * std
+    untold = std > LEAST_TOLD_STD
+    possible = [name for at, name in LAWS.items() if untold or abs(at - place) <= half]
+    first, last = LAWS.values()
+    interval = f"({place - half:.2f} to {place + half:.2f})"
+    if len(possible) == len(LAWS):
+        return (
+            f"By which law the force rises with depth is not known: {first} and {last} both fit,"
+            f" {place:.2f} of the way from one to the other {interval}. E at once carries that"
+            " doubt, the equivalent E* hardly."
+        )
+    if possible == [first]:
+        told = f"near {first} law: {place:.2f} of the way to {last}"
+    elif possible == [last]:
+        told = f"near {last} law: {place:.2f} of the way from {first}"
+    else:
+        where = "between the two" if 0 < place < 1 else "outside the two"
+        told = f"by neither {first} nor {last} law but {where}: {place:.2f} of the way"
+    return f"The force rises with depth {told} {interval}."
+
+
+def _bold(modulus: Modulus) -> str:
+    """Value and interval; in bold letters what is to be relied on."""
+    value, _, interval = modulus.told().partition(" (")
+    if modulus.verdict == BOUNDED and interval:
+        unit = value.partition(" ")[2]
+        return f"within **{interval.rstrip(')')}{' ' * bool(unit)}{unit}** (likeliest {value})"
+    bold = f"**{value}**" if modulus.verdict in RELIED_ON else value
+    return bold + (f" ({interval}" if interval else "")

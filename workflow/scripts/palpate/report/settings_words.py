@@ -1,0 +1,141 @@
+"""What an object's results rest on: probe, mesh, support, options, versions, checksums."""
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from palpate.report.held import Held
+from palpate.report.run_description import plain
+from palpate.report.style import sensor_name
+from palpate.solid.indentation import IndentationModel
+from palpate.units import MILLIMETRES
+
+HOLDS = {"bonded": "held where it stands", "resting": "loose: it only stands there"}
+
+
+def rests_on(
+    spec: Mapping,
+    probe: Mapping,
+    quality: Mapping,
+    sensors: Sequence[Mapping],
+    held: Sequence[Held],
+    tables: Mapping[str, IndentationModel],
+    version: str,
+) -> list[dict[str, str]]:
+    """Rows of a table of what an estimate was made with.
+
+    Parameters
+    ----------
+    spec, probe : mapping
+        object.yaml and the probe's file.
+    quality : mapping
+        solid_quality.json.
+    sensors : sequence of mapping
+        The sensors' files.
+    held : sequence of Held
+        The captures.
+    tables : mapping
+        Indentation tables by point.
+    version : str
+        Of Palpate.
+    """
+    indenter, support = probe["indenter"], spec["support"]
+    radius = f"{indenter['radius_m'] * MILLIMETRES:g} mm"
+    by_camera = {
+        s["sensor"]: [one for one in held if one.capture["sensor"] == s["sensor"]] for s in sensors
+    }
+    presses = [f"{sensor_name(name)}: {_presses(mine)}" for name, mine in by_camera.items() if mine]
+    stands = HOLDS[support.get("contact", "bonded")]
+    rows = {
+        "probe": f"{probe['probe']}: {_words(indenter['shape'])} of radius {radius}",
+        "camera": "; ".join(_camera(s, by_camera[s["sensor"]]) for s in sensors),
+        "presses": "; ".join(presses),
+        "object's form": f"{spec['template'].get('file', 'made of its scans')}",
+        "solid mesh": f"{quality['nodes']} nodes, {quality['elements']} tetrahedra, at most"
+        f" {quality['largest_gap_m'] * MILLIMETRES:.1f} mm beside the form",
+        "indentation table": "; ".join(f"{p}: {_table(one)}" for p, one in tables.items()),
+        "support": f"{stands}; plane through {_place(support['plane_point_m'])}",
+        "points pressed": "; ".join(
+            f"{name} at {_place(spec['points'][name]['position_m'])}" for name in tables
+        ),
+        "Palpate": version,
+    }
+    return [{"": name, "what it was": told} for name, told in rows.items()]
+
+
+def _camera(sensor: Mapping, held: Sequence[Held]) -> str:
+    color = sensor["color"]
+    size = f"{color['width_px']} x {color['height_px']} pixels"
+    told = f"{sensor_name(sensor['sensor'])} ({_words(sensor['kind'])}), {size}"
+    if not held:
+        return told
+    rate, away = _between([one.rate_hz for one in held]), _between([o.distance_m for o in held], 2)
+    return f"{told}, {rate} frames a second, {away} m from the tip at the deepest"
+
+
+def _presses(held: Sequence[Held]) -> str:
+    frames = _between([len(one.time_s) for one in held], 0)
+    loading = _between([one.seconds_to(np.inf) for one in held])
+    hold = _between([one.hold_s for one in held])
+    return f"{len(held)}, of {frames} frames; {loading} s to the deepest, held for {hold} s"
+
+
+def _table(one: IndentationModel) -> str:
+    ratios = ", ".join(f"{ratio:g}" for ratio in one.poisson_ratios)
+    deepest = one.depth_m[-1]
+    over = deepest / one.radius_m
+    return f"to {deepest * MILLIMETRES:.1f} mm ({over:.2f} radii), at nu {ratios}"
+
+
+def _between(values: Sequence[float], places: int = 1) -> str:
+    """Values from the least to the greatest, as one where they are read alike."""
+    ends = [f"{end:.{places}f}" for end in (min(values), max(values))]
+    return " to ".join(dict.fromkeys(ends))
+
+
+def told_whole(**files: Mapping) -> str:
+    """Files and options as YAML in Markdown, one after the other."""
+    parts = []
+    for name, content in files.items():
+        text = yaml.safe_dump(plain(content), sort_keys=False, width=96, allow_unicode=True)
+        parts += [f"{_words(name)}:", "", "```yaml", text.rstrip(), "```", ""]
+    return "\n".join(parts)
+
+
+def checksums(named: Mapping[str, str]) -> list[dict[str, str]]:
+    """SHA-256 of files, and of folders' visible files with their names.
+
+    Parameters
+    ----------
+    named : mapping
+        Paths by what they are called on the page.
+    """
+    return [{"file": name, "SHA-256": _checksum(Path(path))} for name, path in named.items()]
+
+
+def _checksum(path: Path) -> str:
+    if path.is_file():
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    whole = hashlib.sha256()
+    for file in _visible(path):
+        whole.update(f"{file.relative_to(path).as_posix()}\n".encode())
+        whole.update(hashlib.sha256(file.read_bytes()).digest())
+    return whole.hexdigest()
+
+
+def _visible(folder: Path) -> Iterator[Path]:
+    for file in sorted(folder.rglob("*")):
+        hidden = any(part.startswith(".") for part in file.relative_to(folder).parts)
+        if file.is_file() and not hidden:
+            yield file
+
+
+def _place(position_m: Sequence[float]) -> str:
+    return "(" + ", ".join(f"{MILLIMETRES * x:.1f}" for x in position_m) + ") mm"
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")

@@ -1,0 +1,40 @@
+"""What was fitted of one object, as tables, and what describes them."""
+
+from pathlib import Path
+
+import pandas as pd
+from palpate.estimate.direct.fitted import load_fitted
+from palpate.estimate.direct.motion import load_motion
+from palpate.report import data_tables, outputs
+from palpate.report.data_package import data_package
+from palpate.run.job import naming, run
+from palpate.run.read_files import read_all
+
+
+def main(snakemake):
+    """Write the tables and datapackage.json."""
+    inputs, output, params = snakemake.input, snakemake.output, snakemake.params
+    fitted = {
+        (group["sensor"], capture): one
+        for group, path in zip(params.groups, inputs.fitted, strict=True)
+        for capture, one in load_fitted(path).items()
+    }
+    fits = {(c["sensor"], c["capture"]): fitted[c["sensor"], c["capture"]] for c in params.captures}
+    motions = [load_motion(path) for path in inputs.motions]
+    curves = params.curves, read_all(inputs.curves)
+    with naming(", ".join(inputs.motions), "samples"):
+        made = {
+            "force": data_tables.force_table(fits, *curves),
+            "motion": data_tables.motion_table(fits, motions),
+            "samples": data_tables.sample_table(fits, motions),
+            "profile": data_tables.profile_table(fits),
+        }
+    tables = {output[name]: table for name, table in made.items()}
+    for path in (inputs.summary, *inputs.budgets, *inputs.recorded):
+        tables[path] = pd.read_csv(path)
+    name, folder = snakemake.wildcards.object, Path(output.package).parent
+    written = {key: outputs.exact(table) for key, table in made.items()}
+    outputs.write(written | {"package": data_package(name, folder, tables)}, output)
+
+
+run(main, snakemake)
