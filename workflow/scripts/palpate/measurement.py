@@ -14,7 +14,7 @@ from palpate.capture.streams import Stream
 from palpate.capture.tables import columns_of
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
-from palpate.estimate.direct.picture_motion import Pictures, compares_pictures
+from palpate.estimate.direct.picture_motion import Pictures
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.range import force_onset
 from palpate.frames import Film
@@ -196,7 +196,7 @@ def measure(
     )
     rest = rest_frames(template, alignment, tips, forces, radius_m=radius, onset_force_n=least)
     pictures = None
-    if compares_pictures(sensor, config.direct.observation):
+    if config.direct.observation.pictures:
         images, camera = Stream(capture.folder, sensor), camera_from_spec(sensor["color"])
         pictures = Pictures(images, camera, uncovered_share(masks))
     motion = observed_motion(

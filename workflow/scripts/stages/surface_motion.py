@@ -9,7 +9,7 @@ from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.motion import save_motion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.picture_motion import Pictures, compares_pictures
+from palpate.estimate.direct.picture_motion import Pictures
 from palpate.run.job import naming, run
 from palpate.surface.alignment import load_alignment
 from palpate.surface.template import read_template
@@ -38,7 +38,7 @@ def main(snakemake):
     options = Observation.read(params.options)
     sensor = sensor_with_optics(params.sensor, inputs.get("optics"))
     pictures = None
-    if compares_pictures(sensor, options):
+    if options.pictures:
         uncovered = uncovered_share(load_masks(inputs.mask))
         images, camera = Stream(inputs.capture, sensor), camera_from_spec(sensor["color"])
         pictures = Pictures(images, camera, uncovered)

@@ -1,7 +1,6 @@
 """Options of the direct estimate."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 from palpate.options import Options, block, option
 
@@ -35,10 +34,8 @@ class Observation(Options):
     fewest_points: float = option(2, "of a sample in a frame; with fewer it was not seen", above=0)
     fewest_part: float = option(0.5, "nor with less than this part of its mean count", least=0)
     fewest_rest_frames: int = option(3, "in which a sample is seen", least=2)
-    pictures: Literal["stereo", "all", "none"] = option(
-        "stereo",
-        "whose pictures are compared too, for what they show across the lines of sight: stereo"
-        " heads', of which the depth is as well, or all",
+    pictures: bool = option(
+        True, "pictures are compared too, for what they show across the lines of sight"
     )
     flow_window_m: float = option(
         0.014, "of the surface, side of the windows that are followed in the picture", above=0

@@ -6,7 +6,7 @@ surface is drawn in towards the contact, which hangs on Poisson's ratio alone (K
 Contact Mechanics, 1985, Section 3.4).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,11 +45,6 @@ class Pictures:
     images: Sequence[NDArray]
     camera: PinholeCamera
     uncovered: NDArray
-
-
-def compares_pictures(sensor: Mapping, options: Observation) -> bool:
-    """Whether a sensor's pictures are compared."""
-    return options.pictures == "all" or options.pictures == sensor["kind"]
 
 
 def with_pictures(
