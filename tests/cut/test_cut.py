@@ -32,7 +32,7 @@ NOT_RUN = {
     "stiffness": "for a film of a press on something rigid, of which the study has none",
 }
 SENSORS = ("bumblebee", "kinect")
-# Of the modulus where all else is known: of the block half of what a tenth of the force makes of it.
+# Of the modulus where all else is known: of the block half of what a tenth of the force makes.
 # Curved surfaces of ball and ear are cut short by coarse meshes.
 BANDS = {"foam_block": 0.05, "foam_ball": 0.15, "ear": 0.15}
 HERTZ_BAND = 0.05
