@@ -132,6 +132,28 @@ def test_a_ball_on_the_table_is_two_contacts_in_series(root):
         assert 4 * step.forces_n[1, 2] == pytest.approx(hertz, rel=0.04)
 
 
+def test_a_ball_that_slips_on_the_table_comes_to_rest_in_whole_steps():
+    """As much of the foot slides as sticks, and what slides is held by what presses it."""
+    R_ball, depths = 0.066, np.linspace(0, 0.0023, 7)[1:]
+    spec = {
+        "material": {"law": "blatz_ko", "youngs_modulus_pa": 72e3, "poisson_ratio": 0.22},
+        "contact": {
+            "element_m": 0.002,
+            "spacing_m": 0.016,
+            "deepest_m": 0.003,
+            "friction": 0.0,
+            "table_friction": 0.2,
+        },
+    }
+    top = np.array([0, 0, 2 * R_ball])
+    model = Ball(R_ball).model(top, spec["contact"])
+    start = first_touch(patch_points(model.solid, "top"), top, R)
+    problem = contact_problem(spec, model, start, R)
+    steps = problem.press(depths)
+    assert [step.depth_m for step in steps] == pytest.approx(depths)
+    assert problem.iterations < 14 * len(depths)
+
+
 def test_the_table_pushes_back_where_something_is_below_it():
     gap, normal, curvature = Table().gap(np.array([[0.1, 0.2, -0.003], [0, 0, 0.001]]), 0.0)
     assert gap.tolist() == [-0.003, 0.001]

@@ -19,7 +19,9 @@ from virtual_lab.tangent import TangentSolver
 # Penalty stiffness over E / R; penetration stays below a hundredth of a millimetre or two.
 PENALTY_FACTOR = 1500.0
 STICKING_FACTOR = 0.1
-NEWTON_STEPS = 30
+NEWTON_STEPS = 25
+# Part of a step below which it is taken whatever it does.
+SMALLEST_SHARE = 0.2
 RESIDUAL_TOLERANCE = 1e-7
 # Relative residual below which the tangent takes in the turning of the normals.
 SETTLED = 0.1
@@ -106,7 +108,8 @@ class ContactProblem:
         self.largest_move_m = obstacles[0].radius_m / 3
         self.fixed = fixed.ravel()
         self.free = np.flatnonzero(~self.fixed)
-        self.tangent = TangentSolver(mesh.elements, self.fixed)
+        slips = any(obstacle.friction for obstacle in obstacles)
+        self.tangent = TangentSolver(mesh.elements, self.fixed, symmetric=not slips)
         count, points, nodes, _ = mesh.gradients.shape
         weighted = mesh.gradients * (self.grade * mesh.weights_m3)[..., None, None]
         self.weighted = weighted.transpose(0, 2, 1, 3).reshape(count, nodes, points * 3)
@@ -146,7 +149,7 @@ class ContactProblem:
 
     def _solve(self, u: NDArray, depth_m: float, grips: list) -> NDArray | None:
         """Newton's method from a guess; None when it fails."""
-        u, settled = u.copy(), False
+        u, settled, before, step, share, last = u.copy(), False, u, u, 0.0, np.inf
         for _ in range(NEWTON_STEPS):
             try:
                 internal, blocks = self._elastic(u)
@@ -158,10 +161,15 @@ class ContactProblem:
             error = np.abs(residual).sum() / scale
             if error < RESIDUAL_TOLERANCE:
                 return u
-            settled = error < SETTLED
-            step = self.tangent.solve([(np.arange(len(blocks)), blocks), *patches], residual)
-            self.iterations += 1
-            u[self.free] -= step * min(1.0, self.largest_move_m / max(np.abs(step).max(), 1e-12))
+            # What slips and sticks in turn, or opens and closes, rests on a part of the way.
+            if last < min(error, SETTLED) and share > SMALLEST_SHARE:
+                share /= 2
+            else:
+                settled, before, share, last = error < SETTLED, u.copy(), 1.0, error
+                step = self.tangent.solve([(np.arange(len(blocks)), blocks), *patches], residual)
+                step *= min(1.0, self.largest_move_m / max(np.abs(step).max(), 1e-12))
+                self.iterations += 1
+            u[self.free] = before[self.free] - share * step
         return None
 
     def _elastic(self, u: NDArray) -> tuple[NDArray, NDArray]:
@@ -215,8 +223,8 @@ class ContactProblem:
         traction = np.zeros_like(positions)
         if grip is not None and obstacle.friction:
             moved = positions - obstacle.place(depth_m) - grip.offset_m
-            traction, sticking = self._friction(obstacle, grip, across, pressure, moved)
-            stiffness = stiffness + sticking
+            traction, tangent = self._friction(obstacle, grip, normal, pressure, moved)
+            stiffness = stiffness + tangent
         load = (pressure[..., None] * normal + traction) * patch.weights_m2[..., None]
         stiffness = stiffness * patch.weights_m2[..., None, None]
         forces = np.einsum("fqa,fqi->fai", patch.shapes, load)
@@ -227,17 +235,23 @@ class ContactProblem:
         return gathered, (patch.elements, blocks), traction, float(max(-gap.min(), 0))
 
     def _friction(
-        self, obstacle: Obstacle, grip: Grip, across: NDArray, pressure: NDArray, moved: NDArray
+        self, obstacle: Obstacle, grip: Grip, normal: NDArray, pressure: NDArray, moved: NDArray
     ) -> tuple[NDArray, NDArray]:
-        """Tangential tractions [Pa] and their tangent (symmetric part, negated)."""
-        sticking = STICKING_FACTOR * self.penalty * obstacle.penalty
+        """Tangential tractions [Pa] and their tangent (negated), normals held."""
+        penalty = self.penalty * obstacle.penalty
+        sticking = STICKING_FACTOR * penalty
+        across = np.eye(3) - normal[..., :, None] * normal[..., None, :]
         trial = np.einsum("...ij,...j->...i", across, grip.traction_pa - sticking * moved)
         size, limit = np.linalg.norm(trial, axis=-1), obstacle.friction * pressure
         share = np.minimum(1.0, limit / np.maximum(size, 1e-12))
         along = trial / np.maximum(size, 1e-12)[..., None]
         slips = (share < 1)[..., None, None]
         tangent = across - slips * along[..., :, None] * along[..., None, :]
-        return share[..., None] * trial, sticking * share[..., None, None] * tangent
+        tangent = sticking * share[..., None, None] * tangent
+        # What slips is held by the more, the harder it is pressed.
+        pressed = slips & (pressure > 0)[..., None, None]
+        by_pressure = pressed * along[..., :, None] * normal[..., None, :]
+        return share[..., None] * trial, tangent + obstacle.friction * penalty * by_pressure
 
     def _grips(self, u: NDArray, depth_m: float, grips: list | None) -> list[Grip | None]:
         """What friction remembers of an equilibrium."""

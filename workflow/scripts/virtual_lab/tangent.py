@@ -1,4 +1,4 @@
-"""Symmetric tangent matrices of one sparsity pattern: gathered fast, factorised by PARDISO."""
+"""Tangent matrices of one sparsity pattern: gathered fast, factorised by PARDISO."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from palpate.mkl import SETTINGS, PyPardisoSolver
 from scipy import sparse
 
-SYMMETRIC_INDEFINITE = -2
+SYMMETRIC_INDEFINITE, STRUCTURALLY_SYMMETRIC = -2, 1
 ANALYSE_FACTORISE_SOLVE, FACTORISE_SOLVE = 13, 23
 # MKL's own choice for such matrices: how small a pivot is perturbed, pivots of one and two rows.
 PERTURBATION, PIVOTING = (9, 8), (20, 1)
@@ -16,8 +16,8 @@ PERTURBATION, PIVOTING = (9, 8), (20, 1)
 class OnePatternSolver(PyPardisoSolver):
     """PARDISO for matrices of one sparsity pattern, which it analyses once."""
 
-    def __init__(self) -> None:
-        super().__init__(mtype=SYMMETRIC_INDEFINITE)
+    def __init__(self, *, symmetric: bool) -> None:
+        super().__init__(mtype=SYMMETRIC_INDEFINITE if symmetric else STRUCTURALLY_SYMMETRIC)
         self.iparm[: len(SETTINGS)] = SETTINGS
         for place, value in (PERTURBATION, PIVOTING):
             self.iparm[place] = value
@@ -32,7 +32,7 @@ class OnePatternSolver(PyPardisoSolver):
 
 
 class TangentSolver:
-    """Assembles element matrices into the upper triangle of the free unknowns and solves.
+    """Assembles element matrices into that of the free unknowns and solves.
 
     Parameters
     ----------
@@ -40,9 +40,11 @@ class TangentSolver:
         Nodes of each element.
     fixed : (3 n,) bool array
         Unknowns that are held at zero.
+    symmetric : bool
+        Whether matrices are: of such the upper triangle is taken.
     """
 
-    def __init__(self, elements: NDArray, fixed: NDArray) -> None:
+    def __init__(self, elements: NDArray, fixed: NDArray, *, symmetric: bool) -> None:
         self.dofs = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), -1)
         self.size = fixed.size
         place = np.full(fixed.size, -1)
@@ -52,15 +54,15 @@ class TangentSolver:
         local = local.reshape(*elements.shape, 3)
         rows = local[:, :, :, None, None]
         columns = local.swapaxes(1, 2)[:, None, None]
-        # Entries of element matrices that the upper triangle of the free unknowns takes.
-        self.taken = (rows >= 0) & (columns >= rows)
+        # Entries of element matrices that the free unknowns' takes.
+        self.taken = (rows >= 0) & (columns >= (rows if symmetric else 0))
         key = (rows * self.count + columns)[self.taken]
         keys, places = np.unique(key, return_inverse=True)
         self.places = np.full(self.taken.shape, -1, dtype=np.int32)
         self.places[self.taken] = places
         starts = np.searchsorted(keys // self.count, np.arange(self.count + 1))
         self.pattern = (keys % self.count, starts)
-        self.solver = OnePatternSolver()
+        self.solver = OnePatternSolver(symmetric=symmetric)
 
     def gathered(self, forces: NDArray, elements: NDArray | None = None) -> NDArray:
         """Sum element forces (e, a, 3) into nodal ones, shape (3 n,) [N]."""
@@ -68,7 +70,7 @@ class TangentSolver:
         return np.bincount(dofs.ravel(), forces.ravel(), minlength=self.size)
 
     def matrix(self, parts: Sequence[tuple[NDArray, NDArray]]) -> sparse.csr_matrix:
-        """Upper triangle of the sum of element matrices.
+        """Sum of element matrices, of symmetric ones its upper triangle.
 
         Parts are elements (e,) and their matrices (e, a, 3, 3, a): node and component of the row,
         component and node of the column.
