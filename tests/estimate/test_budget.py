@@ -31,7 +31,7 @@ from palpate.estimate.direct.probe_uncertainty import UNSTATED, ProbeUncertainty
 from palpate.estimate.direct.quantities import BULK, NAMES, SHEAR, quantities_of
 from palpate.report.source_words import SOURCES
 from scipy.integrate import quad
-from scipy.stats import chi2, halfnorm, t
+from scipy.stats import chi2, halfnorm, norm, t
 
 # A ratio of the made-up solid's table: between them its derivatives are interpolated.
 E, NU = 25e3, 0.35
@@ -446,17 +446,25 @@ def test_two_captures_are_not_apart_by_chance():
 
 
 def test_an_interval_is_student_s_quantile_of_what_the_budget_holds():
-    """Each part of the data that errs by itself is a degree of freedom, as far as it counts."""
+    """Each part of the data that errs by itself is a degree of freedom, as far as it counts.
+
+    Of motions, which err together in two ways, the fewer.
+    """
     budget, moduli = estimate(NOTHING, PRESS)
     covariance, design = covariance_by_hand()
     parts = (SLOPES @ covariance @ design.T) ** 2
     of_depths, of_motions = np.split(parts, [len(DEPTH_M)], axis=1)
     patches = np.broadcast_to(PRESS.cluster, PRESS.moved_m.shape).ravel()
-    of_patches = np.stack([of_motions[:, patches == k].sum(1) for k in set(patches)], axis=1)
+    frames = np.repeat(np.arange(len(PRESS.moved_m)), PRESS.moved_m.shape[1])
+    of_patches, of_frames = (
+        np.stack([of_motions[:, groups == k].sum(1) for k in np.unique(groups)], axis=1)
+        for groups in (patches, frames)
+    )
     fourth = 0.0
-    for shares in (of_depths, of_patches):
-        count = shares.sum(axis=1) ** 2 / (shares**2).sum(axis=1)
-        fourth = fourth + shares.sum(axis=1) ** 2 / (np.maximum(count, 4) - 1)
+    for groups in ([of_depths], [of_patches, of_frames]):
+        counts = [shares.sum(axis=1) ** 2 / (shares**2).sum(axis=1) for shares in groups]
+        count = np.maximum(np.min(counts, axis=0), 4)
+        fourth = fourth + groups[0].sum(axis=1) ** 2 / (count - 1)
     freedom = parts.sum(axis=1) ** 2 / fourth
     assert budget.freedom[JUDGED] == pytest.approx(freedom, rel=0.01)
     half = t.ppf(0.975, freedom) * np.sqrt(parts.sum(axis=1))
@@ -501,12 +509,13 @@ def test_depths_of_one_place_and_time_err_together():
 @pytest.mark.parametrize("field", ["gain_std", "force_law_std"])
 def test_shear_and_bulk_modulus_go_with_e_and_nu_as_the_covariance_has_them(field):
     _, std, does = TERMS[field]
-    _, moduli = estimate(*with_term(field, std))
+    told, moduli = estimate(*with_term(field, std))
     covariance = covariance_by_hand(**does(std))[0][:2, :2]
     rng = np.random.default_rng(2)
     log_E, nu = rng.multivariate_normal([np.log(E), NU], covariance, 200_000).T
     drawn = {SHEAR: log_E - np.log(2 * (1 + nu)), BULK: log_E - np.log(3 * (1 - 2 * nu))}
     for name, logs in drawn.items():
         ends = np.log([moduli[name].low, moduli[name].high])
-        # Noise has its degrees of freedom, which widen it a little.
-        assert ends == pytest.approx(np.percentile(logs, [2.5, 97.5]), abs=0.2 * logs.std())
+        wider = t.ppf(0.975, told.freedom[NAMES.index(name)]) / norm.ppf(0.975)
+        middle, ways = np.median(logs), np.percentile(logs, [2.5, 97.5]) - np.median(logs)
+        assert ends == pytest.approx(middle + wider * ways, abs=0.1 * logs.std())

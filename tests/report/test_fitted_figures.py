@@ -33,8 +33,10 @@ def capture_fit():
         force_n=np.array([0.1, 0.5, 0.3]),
         depth_m=depth,
         fitted_depth_m=depth + 1e-4,
+        depth_std_m=np.full(3, 5e-5),
         moved_m=moved,
         fitted_moved_m=moved - 2e-5,
+        moved_std_m=np.full((3, 4), 1e-5),
         cell_m=np.zeros((4, 3)),
         contact_m=np.zeros(3),
         distance_m=away,
@@ -46,6 +48,17 @@ def capture_fit():
 def panels():
     with journal():
         yield fits(["kinect"], [{"1": capture_fit(), "2": capture_fit()}]).axes
+
+
+def test_residuals_lie_on_the_band_of_their_noise(panels):
+    """Twice 1.96 deviations wide: of depths by frame, of motions by distance."""
+    _, _, *left = panels
+    for axes, std_mm, ends in zip(left, (0.05, 0.01), ([1, 3], [20, 60]), strict=True):
+        for band in axes.collections:
+            corners = band.get_paths()[0].vertices
+            assert np.abs(corners[:, 1]).max() == pytest.approx(1.96 * std_mm, rel=1e-3)
+            assert [corners[:, 0].min(), corners[:, 0].max()] == pytest.approx(ends)
+        assert len(axes.collections) == 2
 
 
 def test_force_and_what_is_left_of_the_depth(panels):
@@ -73,6 +86,7 @@ def test_values_far_from_all_others_are_left_outside_and_counted():
         one,
         moved_m=np.tile(wild, (3, 1)),
         fitted_moved_m=np.zeros((3, 401)),
+        moved_std_m=np.full((3, 401), 1e-5),
         distance_m=np.linspace(0.02, 0.06, 401),
         axis=np.zeros(401, int),
     )

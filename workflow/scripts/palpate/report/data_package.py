@@ -34,6 +34,7 @@ MEANINGS = {
     " columns and rows",
     "force_n": "along the press, on the object",
     "depth_m": "of the tip in the object: offset, clock and what the probe gives way allowed for",
+    "depth_std_m": "standard deviation of its difference from the fitted, noise and what lasts",
     "fitted_depth_m": "indentation that force and estimate give",
     "fitted_force_n": "force that depth and estimate give",
     "moved_m": "motion since the frames at rest, outward along the normal, or along the axis",

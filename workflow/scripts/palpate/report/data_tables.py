@@ -37,6 +37,7 @@ def force_table(
             "time_s": one.time_s[one.frames],
             "force_n": one.force_n,
             "depth_m": one.depth_m,
+            "depth_std_m": one.depth_std_m,
             "fitted_depth_m": one.fitted_depth_m,
             "depth_residual_m": one.depth_m - one.fitted_depth_m,
         }

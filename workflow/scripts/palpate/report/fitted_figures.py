@@ -27,6 +27,9 @@ from palpate.units import KILOPASCALS, MILLIMETRES
 ROW_IN, KNOWN_IN = 3.0, 2.6
 # Motions beyond these percentiles, and this part of the range more, are outside of the panel.
 WITHIN, MARGIN = (1.0, 99.0), 0.25
+# Distances between which a band of the motions' noise is drawn.
+RINGS = 16
+BAND = {"color": to_rgba(GREY, 0.25), "lw": 0}
 OUTSIDE = {"va": "top", "fontsize": 6.5, "color": GREY}
 REGIONS = {
     "force": (BLUE, "depth of the tip alone"),
@@ -114,6 +117,7 @@ def _force(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
         depth = MILLIMETRES * one.fitted_depth_m
         axes.plot(depth[order], one.force_n[order], lw=0.9, color=ORANGE, label=names[1])
         gap = MILLIMETRES * (one.depth_m - one.fitted_depth_m)
+        _band(left, MILLIMETRES * one.depth_m, MILLIMETRES * one.depth_std_m)
         left.plot(MILLIMETRES * one.depth_m, gap, "o-", ms=3, lw=0.6, color=GREY)
     axes.set_ylabel("force (N)")
     _below(axes, left, "depth (mm)")
@@ -128,6 +132,7 @@ def _motion(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
         names = ("_nolegend_", "_nolegend_") if number else ("seen", "computed")
         axes.plot(away, seen, ".", ms=3, color=GREY, label=names[0])
         axes.plot(away, told, ".", ms=2, color=ORANGE, label=names[1])
+        _band(left, *_by_ring(away, MILLIMETRES * one.moved_std_m[frame, along]))
         left.plot(away, seen - told, ".", ms=2.5, color=GREY)
         drawn.append((seen, told))
     seen, told = (np.concatenate(each) for each in zip(*drawn, strict=True))
@@ -135,6 +140,25 @@ def _motion(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
     _zoom(left, seen - told, np.zeros(1))
     axes.set_ylabel("outward (mm)")
     _below(axes, left, "distance from the touch (mm)")
+
+
+def _by_ring(away: NDArray, std: NDArray) -> tuple[NDArray, NDArray]:
+    """Distances, and the root mean square of the deviations of what is as far, (r,) each."""
+    there = np.isfinite(std)
+    away, std = away[there], std[there]
+    if not len(away):
+        return away, std
+    edges = np.quantile(away, np.linspace(0, 1, RINGS + 1))
+    ring = np.clip(np.searchsorted(edges, away, side="right"), 1, RINGS)
+    numbers = np.unique(ring)
+    means = [(away[ring == k].mean(), np.sqrt((std[ring == k] ** 2).mean())) for k in numbers]
+    return tuple(np.array(means).T)
+
+
+def _band(axes: Axes, place: NDArray, std: NDArray) -> None:
+    """Where 95 of 100 residuals are expected."""
+    order, wide = np.argsort(place), norm.ppf((1 + CONFIDENCE) / 2)
+    axes.fill_between(place[order], -wide * std[order], wide * std[order], **BAND)
 
 
 def _zoom(axes: Axes, seen: NDArray, told: NDArray) -> None:

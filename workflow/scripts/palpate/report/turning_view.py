@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.estimate import CaptureFit
+from palpate.estimate.hertz.range import FROM_MEDIAN
 from palpate.report.objects_page import encoded, in_steps
 from palpate.surface.tracked import Tracked
 from palpate.units import MILLIMETRES
@@ -32,8 +33,6 @@ TOLD = (
     " both pictures have the same colours, the estimate explains what was seen; a single dot is off"
     " by {scatter:.2g} mm."
 )
-# Of a normal deviation, over the median of magnitudes.
-FROM_MEDIAN = 1.4826
 
 
 def view_of(tracked: Tracked, fit: CaptureFit, force_n: Sequence[float]) -> dict:

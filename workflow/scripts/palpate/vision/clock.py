@@ -9,7 +9,7 @@ from scipy.interpolate import Akima1DInterpolator
 from scipy.linalg import solve_banded
 from scipy.optimize import OptimizeResult, least_squares
 
-from palpate.vision.press_time import RELAXATION_S, check_time
+from palpate.vision.press_time import FEWEST_PRESSED, RELAXATION_S, check_time
 
 # A soft object's force is F = k x^1.5 (1 + c x), Hertz's law and its first departure, relaxing with
 # two times; what the departures may be [1/m], [-], [N].
@@ -19,13 +19,14 @@ BASELINE_STD_N = 0.05
 # The refinement of a pose has errors beyond its noise [m].
 DEPTH_STD_M = 1e-4
 NEAR_FRAME_S = 0.03
-FEWEST_PRESSED, FEWEST_SAMPLES = 4, 10
+FEWEST_SAMPLES = 10
 # Each frame's depth is an unknown: the work goes with the square of their number.
 MOST_FRAMES, MOST_SAMPLES = 120, 20_000
 SMALLEST_NOISE_N = 1e-3
 # Exposure and the way through USB take 20 to 100 ms, where a stamp is of the picture's coming.
 USB_CLOCK_STD_S = 0.05
-PRESSED = 0.1
+# Of the peak, from which force on a frame tells of the clocks.
+TELLING = 0.1
 SMALLEST_FORCE_N = 0.05
 # Where the contact may be, as parts of the way that the tip takes, to start from.
 CONTACT_GUESSES = (0.4, 0.6, 0.8)
@@ -79,7 +80,7 @@ def clock_offset(
     at_frames = np.interp(frame_time_s, force_time_s, force_n)
     if force.size < FEWEST_SAMPLES or at_frames.max() < SMALLEST_FORCE_N:
         return ClockOffset(0.0, prior_std_s, prior_std_s)
-    if (at_frames > PRESSED * at_frames.max()).sum() < FEWEST_PRESSED:
+    if (at_frames > TELLING * at_frames.max()).sum() < FEWEST_PRESSED:
         return ClockOffset(0.0, prior_std_s, prior_std_s)
     depth_std_m = np.hypot(depth_std_m, DEPTH_STD_M)
     path = (frame_time_s, depth_m, depth_std_m)
@@ -93,10 +94,11 @@ def clock_offset(
     starts = [press.start(depth_m.min() + part * span) for part in CONTACT_GUESSES]
     fits = [press.fit(start, prior_std_s) for start in starts]
     best = min(fits, key=lambda fit: fit.cost)
-    # What the model of the contact leaves is counted as noise.
-    left = np.sqrt((best.fun[: force.size] ** 2).sum() / max(press.near.sum(), 1))
-    if left > 1:
-        press = replace(press, noise_n=noise * left)
+    # What the model of the contact leaves is an error of all samples near a frame together.
+    near = max(press.near.sum(), 1)
+    left = (best.fun[: force.size] ** 2).sum() / near - 1
+    if left > 0:
+        press = replace(press, noise_n=noise * np.sqrt(1 + left * near / len(frame_time_s)))
         best = press.fit(best.x, prior_std_s)
     covariance = np.linalg.pinv(best.jac.T @ best.jac)
     offset_s, std_s = best.x[0] * SCALE_S, np.sqrt(covariance[0, 0]) * SCALE_S
@@ -123,7 +125,7 @@ def _telling(force_n: NDArray) -> NDArray:
     """Frames of a long film that tell of the clocks: the press, or its rise, evenly."""
     if len(force_n) <= MOST_FRAMES:
         return np.arange(len(force_n))
-    margin, pressed = MOST_FRAMES // 10, np.flatnonzero(force_n > PRESSED * force_n.max())
+    margin, pressed = MOST_FRAMES // 10, np.flatnonzero(force_n > TELLING * force_n.max())
     first, last = pressed[0] - margin, pressed[-1] + margin
     if last - first >= MOST_FRAMES:
         last = int(np.argmax(force_n)) + margin

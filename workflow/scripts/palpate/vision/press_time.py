@@ -21,7 +21,7 @@ CHANCE = 1e-3
 # Least correlation of the depths with what a force makes of them.
 LEAST_ALIKE = 0.8
 # Deviations of its noise at which a force is one, and frames with it that tell of an offset.
-PRESSED, FEWEST_PRESSED = 3, 4
+PRESSED_DEVIATIONS, FEWEST_PRESSED = 3, 4
 # Frames that the stated deviations of depths count as much as.
 STATED = 10
 # Which frames are in contact, and what the force's noise is as a depth, are told by fits before.
@@ -59,7 +59,7 @@ def check_time(
     ValueError
         If the force follows the depth at quite another time, or at none.
     """
-    ways = force_ways(force_time_s, force_n, least_n=PRESSED * noise_n)
+    ways = force_ways(force_time_s, force_n, least_n=PRESSED_DEVIATIONS * noise_n)
     # The right offset is between two steps.
     moved_m = SEARCH_STEP_S / np.sqrt(12) * np.gradient(depth_m, frame_time_s)
     frames = _Frames(depth_m, np.hypot(depth_std_m, moved_m), noise_n)
@@ -169,7 +169,7 @@ class _Frames:
 
     def followed(self, force_n: NDArray, ways: NDArray) -> _Followed:
         """How well the depths follow a force (n,) that is NaN where it isn't known."""
-        pressed = force_n > PRESSED * self.noise_n
+        pressed = force_n > PRESSED_DEVIATIONS * self.noise_n
         if pressed.sum() < FEWEST_PRESSED:
             return _Followed(0.0, 0, 0.0)
         # The contact is a way too, from above all depths.
@@ -180,7 +180,7 @@ class _Frames:
             parts, _ = nnls(ways[told] / std[told, None], depth[told] / std[told])
             left = depth - ways @ parts
             # In the air a tip is above the contact, anywhere.
-            told = pressed | ((left > 0) & (force_n <= PRESSED * self.noise_n))
+            told = pressed | ((left > 0) & (force_n <= PRESSED_DEVIATIONS * self.noise_n))
             std = np.hypot(self.depth_std_m, self._noise_m(force_n, ways[:, 1:] @ parts[1:]))
         squares = float(((left / std)[told] ** 2).sum())
         free = max(int(pressed.sum() - np.count_nonzero(parts)), 0)
@@ -188,7 +188,7 @@ class _Frames:
 
     def _noise_m(self, force_n: NDArray, way_m: NDArray) -> NDArray:
         """What the force's noise is as a depth, by Hertz's law."""
-        force = np.fmax(force_n, PRESSED * self.noise_n)
+        force = np.fmax(force_n, PRESSED_DEVIATIONS * self.noise_n)
         return 2 / 3 * way_m * self.noise_n / force
 
 

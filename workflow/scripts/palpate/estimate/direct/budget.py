@@ -147,7 +147,7 @@ def budget_of(
     """
     onto = quantities.slopes @ covariance
     sources = _of_priors(onto, prior_of(best.indentations, options))
-    sources += _of_noise(onto, best)
+    sources += _of_noise(onto, best, options)
     own = [s for s in sources if s.name in OWN_SOURCES or s.name.startswith("noise")]
     sources += _of_captures(onto, best, sum(source.contributions**2 for source in own))
     sources += _of_rig(onto, best, options, rig_errors(options.rig, known, radius_m=radius_m))
@@ -198,19 +198,41 @@ def _of_rig(
     return found
 
 
-def _of_noise(onto: NDArray, best: Solution) -> list[Source]:
-    """Noise of motion and depth: as stated, or as patches and frames scatter if that is more."""
+def _of_noise(onto: NDArray, best: Solution, options: Fit) -> list[Source]:
+    """Noise of motion and depth: as stated, or as patches and frames scatter if that is more.
+
+    Motions err together by patch and by frame: of the two the fewer tell how much (Cameron, Gelbach
+    and Miller 2011).
+    """
     found = []
     for kind, std in _noise_std(best).items():
         each = [_shares(onto[:, at], block, kind) for at, block in placed(best)]
         shares, moves = (np.concatenate(parts) for parts in zip(*each, strict=True))
         variance = np.maximum(shares.sum(axis=0), (moves**2).sum(axis=0))
-        # Far from the contact there are many patches that say next to nothing.
-        count = shares.sum(axis=0) ** 2 / np.maximum((shares**2).sum(axis=0), 1e-300)
+        count = _count(shares)
+        if kind == "motion":
+            count = np.minimum(count, _count(_shares_of_frames(onto, best, options)))
         freedom = np.maximum(count, FEWEST_PARTS) - 1
         name = f"noise of the {kind}"
         found.append(Source(name, std, "m", np.sqrt(variance), freedom, OBSERVED))
     return found
+
+
+def _count(shares: NDArray) -> NDArray:
+    """How many equal parts (b, 7) are like these: many may say next to nothing, (7,)."""
+    return shares.sum(axis=0) ** 2 / np.maximum((shares**2).sum(axis=0), 1e-300)
+
+
+def _shares_of_frames(onto: NDArray, best: Solution, options: Fit) -> NDArray:
+    """Expected parts of the variances by the motions of each capture's frames, (b, 7)."""
+    times, found = np.array(options.relaxation_times_s, dtype=float), []
+    each = zip(placed(best), best.indentations, best.parameters, best.scales, strict=True)
+    for (at, _), one, p, scale in each:
+        line, _, weighted = normal_rows(one, p, scale, times_s=times)
+        parts = (onto[:, at] @ weighted) * (onto[:, at] @ line.motion_slope.T)
+        frame = np.nonzero(one.seen)[0]
+        found.append(np.stack([np.bincount(frame, part) for part in parts], axis=1))
+    return np.concatenate(found)
 
 
 def _of_table(best: Solution, quantities: Quantities, options: Fit) -> list[Source]:

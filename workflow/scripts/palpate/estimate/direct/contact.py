@@ -19,7 +19,7 @@ CLEAR_M = 0.003
 # Deviations of what is known of the depth's zero that it may be off.
 LIKELY = 2.5
 # Where the contact is is told by frames at least so deep, as a part of the deepest.
-PRESSED = 0.5
+DEEP = 0.5
 # And a tip that has gone no farther than this part of its way is still at rest.
 MOVED = 0.01
 
@@ -124,7 +124,7 @@ class Contact:
         direction : (3,) array
             Unit vector of the press.
         """
-        deep = self.pressed_m > PRESSED * self.pressed_m.max()
+        deep = self.pressed_m > DEEP * self.pressed_m.max()
         return (tips_m - self.depth_m[:, None] * direction)[deep].mean(axis=0)
 
 

@@ -50,8 +50,12 @@ class CaptureFit:
         Along the press [N].
     depth_m, fitted_depth_m : (k,) arrays
         That depth in those compared, and as the force and the estimate have it [m].
+    depth_std_m : (k,) array
+        Standard deviation that their difference is found to have [m].
     moved_m, fitted_moved_m : (k, c) arrays
         Motion of c samples of the surface; NaN where one was not seen [m].
+    moved_std_m : (k, c) array
+        Standard deviation of their difference, in the same places [m].
     cell_m : (c, 3) array
         Places of the samples on the undeformed template, object frame [m].
     contact_m : (3,) array
@@ -69,8 +73,10 @@ class CaptureFit:
     force_n: NDArray
     depth_m: NDArray
     fitted_depth_m: NDArray
+    depth_std_m: NDArray
     moved_m: NDArray
     fitted_moved_m: NDArray
+    moved_std_m: NDArray
     cell_m: NDArray
     contact_m: NDArray
     distance_m: NDArray
@@ -125,12 +131,14 @@ class DirectEstimate:
         times = np.array(self.options.relaxation_times_s, dtype=float)
         best = self.solution
         found = []
-        for one, p in zip(best.indentations, best.parameters, strict=True):
+        each = zip(best.indentations, best.parameters, best.scales, strict=True)
+        for one, p, scale in each:
             gaps = residuals(one, p, times_s=times)
             measured = one.depth_m + p.offset_m + p.clock_s * one.speed_m_s
             gap = np.full(one.moved_m.shape, np.nan)
             gap[one.seen] = gaps.motion * one.moved_std_m[one.seen]
-            moved = np.where(one.seen, one.moved_m, np.nan)
+            moved, std = (np.where(one.seen, of, np.nan) for of in (one.moved_m, one.moved_std_m))
+            std[one.seen] *= scale.of(one.kind)[0]
             found.append(
                 CaptureFit(
                     time_s=one.time_s,
@@ -139,8 +147,10 @@ class DirectEstimate:
                     force_n=one.force_n[one.frames],
                     depth_m=measured,
                     fitted_depth_m=measured + one.depth_root_m @ gaps.depth,
+                    depth_std_m=one.depth_std_m,
                     moved_m=moved,
                     fitted_moved_m=moved - gap,
+                    moved_std_m=std,
                     cell_m=one.cell_m,
                     contact_m=one.contact_m,
                     distance_m=np.linalg.norm(one.cell_m - one.contact_m, axis=1),
