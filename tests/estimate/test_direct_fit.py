@@ -259,6 +259,11 @@ def test_an_estimate_can_be_looked_at():
         left = one.moved_m - one.fitted_moved_m
         assert np.array_equal(np.isnan(left), ~press.seen)
         assert np.nanstd(left) < 1.5 * np.median(press.moved_std_m[press.seen])
+        # The middle half of normal residuals is within 0.67 deviations.
+        expected = one.moved_expected_std_m
+        assert np.nanmedian(np.abs(left) / expected) == pytest.approx(0.67, abs=0.05)
+        assert np.array_equal(np.isnan(expected), ~press.seen)
+        assert one.depth_expected_std_m.shape == one.depth_m.shape
     axes = plt.figure().add_subplot()
     found.plot(axes)
     assert [len(line.get_xdata()) for line in axes.lines] == [len(presses[0].frames)] * 4

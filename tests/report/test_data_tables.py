@@ -56,10 +56,10 @@ def fit(motion):
         force_n=np.array([0.3, 0.9]),
         depth_m=np.array([0.001, 0.003]),
         fitted_depth_m=np.array([0.0012, 0.0029]),
-        depth_std_m=np.full(2, 1e-4),
+        depth_expected_std_m=np.full(2, 1e-4),
         moved_m=moved,
         fitted_moved_m=moved - np.arange(6).reshape(2, 3) * 1e-5,
-        moved_std_m=np.full((2, 3), 1e-5),
+        moved_expected_std_m=np.full((2, 3), 1e-5),
         cell_m=cells,
         contact_m=contact,
         distance_m=np.linalg.norm(cells - contact, axis=1),
@@ -103,6 +103,8 @@ def test_motion_is_all_that_was_seen_with_the_model_where_it_was_compared(fit, m
     assert set(compared.index) == {(2, 7), (2, 1), (2, 4), (3, 7), (3, 4)}
     assert compared.loc[(3, 4), "moved_residual_m"] == pytest.approx(5e-5)
     assert compared.loc[(3, 4), "moved_m"] == motion.moved_m[3, 4]
+    assert (compared["moved_expected_std_m"] == 1e-5).all()
+    assert table["moved_expected_std_m"].count() == len(compared)
 
 
 def test_another_motion_than_the_fits_is_refused(fit, motion):

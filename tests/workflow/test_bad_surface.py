@@ -11,6 +11,7 @@ import trimesh
 import yaml
 from palpate.capture.images import write_image
 from palpate.capture.tables import write_table
+from palpate.estimate.direct.motion import load_motion
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.vision.clouds import Cloud, save_clouds
@@ -552,3 +553,8 @@ def test_eyes_are_where_the_calibration_has_them(files, execute, root, sensors):
         made.append((files.folder / "made/motion.npz").read_bytes())
     assert made[1] != made[0]
     assert made[2] == made[0]
+    ways = [load_motion(files.folder / "made/motion.npz").across_m.shape[1]]
+    with_sensor["options"] |= {"pictures": False}
+    assert execute("surface_motion", inputs=inputs, outputs=output, params=with_sensor) is None
+    ways.append(load_motion(files.folder / "made/motion.npz").across_m.shape[1])
+    assert ways == [2, 0]

@@ -19,7 +19,8 @@ from virtual_lab.tangent import TangentSolver
 # Penalty stiffness over E / R; penetration stays below a hundredth of a millimetre or two.
 PENALTY_FACTOR = 1500.0
 STICKING_FACTOR = 0.1
-NEWTON_STEPS = 25
+# Of a solution: Newton's steps, and parts of them.
+TRIALS = 40
 # Part of a step below which it is taken whatever it does.
 SMALLEST_SHARE = 0.2
 RESIDUAL_TOLERANCE = 1e-7
@@ -149,27 +150,32 @@ class ContactProblem:
 
     def _solve(self, u: NDArray, depth_m: float, grips: list) -> NDArray | None:
         """Newton's method from a guess; None when it fails."""
-        u, settled, before, step, share, last = u.copy(), False, u, u, 0.0, np.inf
-        for _ in range(NEWTON_STEPS):
+        last, before, share = np.inf, u, 1.0
+        step = np.zeros(len(self.free))
+        for _ in range(TRIALS):
+            u = before.copy()
+            u[self.free] -= share * step
             try:
                 internal, blocks = self._elastic(u)
             except FloatingPointError:
-                return None
-            contact, patches, _ = self._contact(u, depth_m, grips, turning=settled)
+                if not step.any() or share < SMALLEST_SHARE:
+                    return None
+                share /= 2
+                continue
+            contact, patches, _ = self._contact(u, depth_m, grips, turning=last < SETTLED)
             residual = (internal - contact)[self.free]
             scale = max(np.abs(contact).sum(), 1e-6)
             error = np.abs(residual).sum() / scale
             if error < RESIDUAL_TOLERANCE:
                 return u
-            # What slips and sticks in turn, or opens and closes, rests on a part of the way.
+            # Near the end, what slips and sticks in turn rests on a part of the way.
             if last < min(error, SETTLED) and share > SMALLEST_SHARE:
                 share /= 2
-            else:
-                settled, before, share, last = error < SETTLED, u.copy(), 1.0, error
-                step = self.tangent.solve([(np.arange(len(blocks)), blocks), *patches], residual)
-                step *= min(1.0, self.largest_move_m / max(np.abs(step).max(), 1e-12))
-                self.iterations += 1
-            u[self.free] = before[self.free] - share * step
+                continue
+            last, before, share = error, u, 1.0
+            step = self.tangent.solve([(np.arange(len(blocks)), blocks), *patches], residual)
+            step *= min(1.0, self.largest_move_m / max(np.abs(step).max(), 1e-12))
+            self.iterations += 1
         return None
 
     def _elastic(self, u: NDArray) -> tuple[NDArray, NDArray]:

@@ -9,7 +9,7 @@ from scipy import sparse
 
 SYMMETRIC_INDEFINITE, STRUCTURALLY_SYMMETRIC = -2, 1
 ANALYSE_FACTORISE_SOLVE, FACTORISE_SOLVE = 13, 23
-# MKL's own choice for such matrices: how small a pivot is perturbed, pivots of one and two rows.
+# MKL's own for symmetric matrices: how small a pivot is perturbed, pivots of one and two rows.
 PERTURBATION, PIVOTING = (9, 8), (20, 1)
 
 
@@ -19,7 +19,7 @@ class OnePatternSolver(PyPardisoSolver):
     def __init__(self, *, symmetric: bool) -> None:
         super().__init__(mtype=SYMMETRIC_INDEFINITE if symmetric else STRUCTURALLY_SYMMETRIC)
         self.iparm[: len(SETTINGS)] = SETTINGS
-        for place, value in (PERTURBATION, PIVOTING):
+        for place, value in (PERTURBATION, PIVOTING) if symmetric else ():
             self.iparm[place] = value
         self.analysed = False
 

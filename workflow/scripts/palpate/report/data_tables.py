@@ -37,9 +37,9 @@ def force_table(
             "time_s": one.time_s[one.frames],
             "force_n": one.force_n,
             "depth_m": one.depth_m,
-            "depth_std_m": one.depth_std_m,
             "fitted_depth_m": one.fitted_depth_m,
             "depth_residual_m": one.depth_m - one.fitted_depth_m,
+            "depth_expected_std_m": one.depth_expected_std_m,
         }
         for key, one in fits.items()
     }
@@ -96,8 +96,9 @@ def motion_table(
     found = {}
     for (key, one), motion in zip(fits.items(), motions, strict=True):
         along = MotionAlong.of(motion)
-        fitted = np.full(along.moved_m.shape, np.nan)
-        fitted[np.ix_(one.frames, _places(one, along))] = one.fitted_moved_m
+        fitted, expected = np.full((2, *along.moved_m.shape), np.nan)
+        compared = np.ix_(one.frames, _places(one, along))
+        fitted[compared], expected[compared] = one.fitted_moved_m, one.moved_expected_std_m
         frame, place = np.nonzero(np.isfinite(along.moved_m))
         moved, model = along.moved_m[frame, place], fitted[frame, place]
         found[key] = {
@@ -109,6 +110,7 @@ def motion_table(
             "moved_std_m": along.std_m[frame, place],
             "fitted_moved_m": model,
             "moved_residual_m": moved - model,
+            "moved_expected_std_m": expected[frame, place],
         }
     return _joined(found)
 

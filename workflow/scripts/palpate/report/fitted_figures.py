@@ -117,7 +117,7 @@ def _force(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
         depth = MILLIMETRES * one.fitted_depth_m
         axes.plot(depth[order], one.force_n[order], lw=0.9, color=ORANGE, label=names[1])
         gap = MILLIMETRES * (one.depth_m - one.fitted_depth_m)
-        _band(left, MILLIMETRES * one.depth_m, MILLIMETRES * one.depth_std_m)
+        _band(left, MILLIMETRES * one.depth_m, MILLIMETRES * one.depth_expected_std_m)
         left.plot(MILLIMETRES * one.depth_m, gap, "o-", ms=3, lw=0.6, color=GREY)
     axes.set_ylabel("force (N)")
     _below(axes, left, "depth (mm)")
@@ -132,7 +132,7 @@ def _motion(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
         names = ("_nolegend_", "_nolegend_") if number else ("seen", "computed")
         axes.plot(away, seen, ".", ms=3, color=GREY, label=names[0])
         axes.plot(away, told, ".", ms=2, color=ORANGE, label=names[1])
-        _band(left, *_by_ring(away, MILLIMETRES * one.moved_std_m[frame, along]))
+        _band(left, *_by_ring(away, MILLIMETRES * one.moved_expected_std_m[frame, along]))
         left.plot(away, seen - told, ".", ms=2.5, color=GREY)
         drawn.append((seen, told))
     seen, told = (np.concatenate(each) for each in zip(*drawn, strict=True))

@@ -29,8 +29,8 @@ from palpate.report.turning_view import section
 
 BRACKETS = (
     "In brackets: 95 % intervals. E* is E/(1 - nu^2), what a contact feels; the equivalent one is"
-    " that of the neo-Hookean solid that answers with the same force at that depth: it lies above"
-    " E* where the object stiffens more as it is pressed, and below where it yields."
+    " that of the neo-Hookean solid that answers with the same force at that depth: above E* where"
+    " the object stiffens more than such a solid as it is pressed, below where it stiffens less."
 )
 SIMULATED_NOTE = "Simulated: pictures and forces were computed; no such object was pressed."
 # What is told of each modulus, in the order in which they are told.
@@ -54,7 +54,8 @@ CAPTIONS = {
     " its interval.",
     "fit": "Left: force against how deep the tip is in the object, seen and computed with the"
     " recommended moduli. Right: how far the surface beside it moves along its normal, at the"
-    " deepest. Below: residuals, of which 95 in 100 should be in the grey band, without a bow.",
+    " deepest. Below: residuals, most of which should be in the grey band, where 95 % of them are"
+    " expected.",
     "known": "Left: which pairs of E and nu explain how deep the tip sinks under the force, how the"
     " surface moves, and both: regions of 95 % for both jointly, which reach further than the 95 %"
     " interval of either alone, but without the errors of rig and mesh that are in those above."

@@ -14,8 +14,8 @@ from palpate.units import MILLIMETRES
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 
 WIDTH_PX, QUALITY = 640, 82
-# Around the object, as a part of its picture's size: the probe's board is to be seen too.
-ROOM = 0.5
+# Around object and probe, as a part of their picture's size; the board is so far from the tip.
+ROOM, BOARD_M = 0.3, 0.15
 OUTLINE, TIP, THICK_PX = (255, 176, 0), (230, 30, 60), 2
 AXIS_M, DOT_PX = 0.03, 3
 MAP = "cividis"
@@ -130,8 +130,9 @@ def _cloud(frames: Frames, frame: int) -> NDArray:
 
 
 def _window(frames: Frames, frame: int) -> tuple[slice, slice]:
-    """Rows and columns around the measured points and the tip, with room about them."""
-    points = np.vstack([frames.clouds[frame].points_m, frames.tips_m[frame]])
+    """Rows and columns around the measured points, tip and board, with room about them."""
+    tip, axis = frames.tips_m[frame], frames.axes[frame]
+    points = np.vstack([frames.clouds[frame].points_m, tip, tip - BOARD_M * axis])
     places = frames.camera.project(points[np.isfinite(points).all(axis=1)])
     low, high = places.min(axis=0), places.max(axis=0)
     more = ROOM * (high - low).max()

@@ -50,11 +50,11 @@ class CaptureFit:
         Along the press [N].
     depth_m, fitted_depth_m : (k,) arrays
         That depth in those compared, and as the force and the estimate have it [m].
-    depth_std_m : (k,) array
+    depth_expected_std_m : (k,) array
         Standard deviation that their difference is found to have [m].
     moved_m, fitted_moved_m : (k, c) arrays
         Motion of c samples of the surface; NaN where one was not seen [m].
-    moved_std_m : (k, c) array
+    moved_expected_std_m : (k, c) array
         Standard deviation of their difference, in the same places [m].
     cell_m : (c, 3) array
         Places of the samples on the undeformed template, object frame [m].
@@ -73,10 +73,10 @@ class CaptureFit:
     force_n: NDArray
     depth_m: NDArray
     fitted_depth_m: NDArray
-    depth_std_m: NDArray
+    depth_expected_std_m: NDArray
     moved_m: NDArray
     fitted_moved_m: NDArray
-    moved_std_m: NDArray
+    moved_expected_std_m: NDArray
     cell_m: NDArray
     contact_m: NDArray
     distance_m: NDArray
@@ -147,10 +147,10 @@ class DirectEstimate:
                     force_n=one.force_n[one.frames],
                     depth_m=measured,
                     fitted_depth_m=measured + one.depth_root_m @ gaps.depth,
-                    depth_std_m=one.depth_std_m,
+                    depth_expected_std_m=one.depth_std_m,
                     moved_m=moved,
                     fitted_moved_m=moved - gap,
-                    moved_std_m=std,
+                    moved_expected_std_m=std,
                     cell_m=one.cell_m,
                     contact_m=one.contact_m,
                     distance_m=np.linalg.norm(one.cell_m - one.contact_m, axis=1),
