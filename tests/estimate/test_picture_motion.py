@@ -89,6 +89,13 @@ def test_nothing_is_told_without_texture_or_past_the_probe():
     assert near.any() and not np.isfinite(hidden.across_m[:, :, near]).any()
 
 
+def test_nothing_is_told_by_a_picture_that_was_repeated():
+    shown = pictures()
+    frozen = replace(shown, images=[shown.images[0]] * len(shown.images))
+    found = with_pictures(motion(), ALIGNED, frozen, probe(), Observation())
+    assert not np.isfinite(found.across_m).any()
+
+
 @pytest.mark.parametrize("hovers", [False, True])
 def test_what_goes_with_the_arm_before_the_touch_is_not_the_surface(hovers):
     """A part of the picture goes down with the probe: an arm, or the edge of its shadow."""

@@ -274,10 +274,12 @@ def _allowed(kind: Any, bounds: Mapping) -> str:
     if origin is dict:
         return "by name"
     if kind is bool:
-        return "true, false"
+        return "true or false"
     if kind is NoneType:
         return "null"
     limits = [f"{word} {bounds[name]:g}" for name, (_, word) in BOUNDS.items() if name in bounds]
     if limits:
         return " and ".join(limits)
+    if isinstance(kind, type) and issubclass(kind, Options):
+        return "a block of options"
     return {int: "an integer", float: "a number", str: "a text"}.get(kind, "")

@@ -25,6 +25,8 @@ from palpate.vision.flow import picture_flow
 NARROWEST_PX, WIDEST_PX = 13, 41
 # By which places are moved to see how their pictures do [m].
 STEP_M = 1e-4
+# No camera's noise moves windows by so little.
+REPEATED_PX = 1e-5
 # Before the touch the surface rests. What then goes with the probe's way by so many deviations is
 # of a window that holds a part of the arm, or of its shadow.
 FOLLOWS = 3.0
@@ -99,8 +101,9 @@ def with_pictures(
         moved[:, axis, there] -= np.nanmean(moved[motion.rest_frames, axis][:, there], axis=0)
         variance, own = noise_variance(moved[motion.rest_frames, axis][:, there])
         std[axis, there], rest_std[axis, there] = np.sqrt(variance), np.sqrt(variance / own)
-    # What has no texture is followed to anywhere.
-    vague = ~(std * px_per_m < options.largest_flow_std_px).all(axis=0)
+    # What has no texture is followed to anywhere; without any noise a picture was repeated.
+    std_px = std * px_per_m
+    vague = ~((std_px > REPEATED_PX) & (std_px < options.largest_flow_std_px)).all(axis=0)
     moved[:, :, vague] = np.nan
     moved[:, :, _disturbed(moved, motion, probe, options)] = np.nan
     return replace(motion, across=way, across_m=moved, across_std_m=std, across_rest_std_m=rest_std)
