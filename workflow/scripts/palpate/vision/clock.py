@@ -94,9 +94,10 @@ def clock_offset(
     starts = [press.start(depth_m.min() + part * span) for part in CONTACT_GUESSES]
     fits = [press.fit(start, prior_std_s) for start in starts]
     best = min(fits, key=lambda fit: fit.cost)
-    wider = press.wider(best)
-    if wider > 1:
-        press = replace(press, noise_n=noise * wider)
+    # What the model of the contact leaves is counted as noise.
+    left = np.sqrt((best.fun[: force.size] ** 2).sum() / max(press.near.sum(), 1))
+    if left > 1:
+        press = replace(press, noise_n=noise * left)
         best = press.fit(best.x, prior_std_s)
     covariance = np.linalg.pinv(best.jac.T @ best.jac)
     offset_s, std_s = best.x[0] * SCALE_S, np.sqrt(covariance[0, 0]) * SCALE_S
@@ -155,20 +156,6 @@ class _Press:
         """Weights: between frames nobody knows the path."""
         gap = np.abs(self.time_s[:, None] - self.frame_time_s).min(axis=1)
         return (gap < NEAR_FRAME_S).astype(float)
-
-    def wider(self, fit: OptimizeResult) -> float:
-        """Deviation that residuals of a fit make of the noise's, 1 or more.
-
-        What the contact's model leaves beyond the noise is an error of all samples near a frame
-        together.
-        """
-        of_force, near = fit.jac[: self.force_n.size], self.near > 0
-        covariance = np.linalg.pinv(fit.jac.T @ fit.jac)
-        taken = ((of_force @ covariance) * of_force).sum()
-        squares = (fit.fun[: self.force_n.size] ** 2).sum()
-        left = max(squares / max(near.sum() - taken, 1) - 1, 0.0)
-        nearest = np.abs(self.time_s[near, None] - self.frame_time_s).argmin(axis=1)
-        return float(np.sqrt(1 + left * near.sum() / max(len(np.unique(nearest)), 1)))
 
     def start(self, contact_m: float) -> NDArray:
         """Parameters for a guess of the contact's place."""
