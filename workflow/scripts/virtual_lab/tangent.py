@@ -54,7 +54,7 @@ class TangentSolver:
         local = local.reshape(*elements.shape, 3)
         rows = local[:, :, :, None, None]
         columns = local.swapaxes(1, 2)[:, None, None]
-        # Entries of element matrices that the free unknowns' takes.
+        # Entries of element matrices that the free unknowns' matrix takes.
         self.taken = (rows >= 0) & (columns >= (rows if symmetric else 0))
         key = (rows * self.count + columns)[self.taken]
         keys, places = np.unique(key, return_inverse=True)

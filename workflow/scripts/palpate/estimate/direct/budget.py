@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from palpate.estimate.direct.blocks import Blocks, normal_rows
 from palpate.estimate.direct.fit import Solution
-from palpate.estimate.direct.indentation import OWN, residuals
+from palpate.estimate.direct.indentation import OWN, Linearised, residuals
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.prior import UNMOVED, Prior, prior_of, scaled_inverse
 from palpate.estimate.direct.probe_uncertainty import (
@@ -35,6 +35,8 @@ from palpate.modulus import LABELS
 # By how much captures may be apart for no reason that is known, in deviations of one of them (half
 # of a normal distribution), and what is tried.
 PRIOR_EXCESS, EXCESSES = 0.5, np.linspace(0, 10, 1001)
+# Of `normal_rows`.
+NormalRows = tuple[Linearised, NDArray, NDArray]
 # Fewer patches or frames don't tell their own scatter.
 FEWEST_PARTS = 4.0
 COLUMNS = [
@@ -146,11 +148,15 @@ def budget_of(
         Of the sphere.
     """
     onto = quantities.slopes @ covariance
+    times = np.array(options.relaxation_times_s, dtype=float)
+    each = zip(best.indentations, best.parameters, best.scales, strict=True)
+    normal = [normal_rows(one, p, scale, times_s=times) for one, p, scale in each]
     sources = _of_priors(onto, prior_of(best.indentations, options))
-    sources += _of_noise(onto, best, options)
+    sources += _of_noise(onto, best, normal)
     own = [s for s in sources if s.name in OWN_SOURCES or s.name.startswith("noise")]
     sources += _of_captures(onto, best, sum(source.contributions**2 for source in own))
-    sources += _of_rig(onto, best, options, rig_errors(options.rig, known, radius_m=radius_m))
+    errors = rig_errors(options.rig, known, radius_m=radius_m)
+    sources += _of_rig(onto, best, normal, errors, times_s=times)
     sources += _of_table(best, quantities, options)
     there = [_from(source, known) for source in sources if source.std > 0]
     return Budget(tuple(sorted(there, key=lambda source: -source.contributions[0])))
@@ -175,19 +181,22 @@ def _of_priors(onto: NDArray, prior: Prior) -> list[Source]:
 
 
 def _of_rig(
-    onto: NDArray, best: Solution, options: Fit, errors: Sequence[RigError]
+    onto: NDArray,
+    best: Solution,
+    normal: Sequence[NormalRows],
+    errors: Sequence[RigError],
+    *,
+    times_s: NDArray,
 ) -> list[Source]:
     """Sources that are no unknowns: what the fit makes of a capture that each has changed."""
-    times = np.array(options.relaxation_times_s, dtype=float)
-    each = list(zip(placed(best), best.indentations, best.parameters, best.scales, strict=True))
-    normal = [normal_rows(one, p, scale, times_s=times) for _, one, p, scale in each]
+    each = list(zip(placed(best), best.indentations, best.parameters, normal, strict=True))
     found = []
     for error in errors:
         if not error.std:
             continue
         moved = []
-        for ((at, _), one, p, _), (line, depth, motion) in zip(each, normal, strict=True):
-            other = residuals(error.changed(one, error.std), p, times_s=times)
+        for (at, _), one, p, (line, depth, motion) in each:
+            other = residuals(error.changed(one, error.std), p, times_s=times_s)
             change = depth @ (other.depth - line.residuals.depth)
             change += motion @ (other.motion - line.residuals.motion)
             moved.append(-onto[:, at] @ change)
@@ -198,7 +207,7 @@ def _of_rig(
     return found
 
 
-def _of_noise(onto: NDArray, best: Solution, options: Fit) -> list[Source]:
+def _of_noise(onto: NDArray, best: Solution, normal: Sequence[NormalRows]) -> list[Source]:
     """Noise of motion and depth: as stated, or as patches and frames scatter if that is more.
 
     Motions err together by patch and by frame: of the two the fewer tell how much (Cameron, Gelbach
@@ -211,7 +220,7 @@ def _of_noise(onto: NDArray, best: Solution, options: Fit) -> list[Source]:
         variance = np.maximum(shares.sum(axis=0), (moves**2).sum(axis=0))
         count = _count(shares)
         if kind == "motion":
-            count = np.minimum(count, _count(_shares_of_frames(onto, best, options)))
+            count = np.minimum(count, _count(_shares_of_frames(onto, best, normal)))
         freedom = np.maximum(count, FEWEST_PARTS) - 1
         name = f"noise of the {kind}"
         found.append(Source(name, std, "m", np.sqrt(variance), freedom, OBSERVED))
@@ -223,12 +232,12 @@ def _count(shares: NDArray) -> NDArray:
     return shares.sum(axis=0) ** 2 / np.maximum((shares**2).sum(axis=0), 1e-300)
 
 
-def _shares_of_frames(onto: NDArray, best: Solution, options: Fit) -> NDArray:
+def _shares_of_frames(onto: NDArray, best: Solution, normal: Sequence[NormalRows]) -> NDArray:
     """Expected parts of the variances by the motions of each capture's frames, (b, 7)."""
-    times, found = np.array(options.relaxation_times_s, dtype=float), []
-    each = zip(placed(best), best.indentations, best.parameters, best.scales, strict=True)
-    for (at, _), one, p, scale in each:
-        line, _, weighted = normal_rows(one, p, scale, times_s=times)
+    found = []
+    for (at, _), one, (line, _, weighted) in zip(
+        placed(best), best.indentations, normal, strict=True
+    ):
         parts = (onto[:, at] @ weighted) * (onto[:, at] @ line.motion_slope.T)
         frame = np.nonzero(one.seen)[0]
         found.append(np.stack([np.bincount(frame, part) for part in parts], axis=1))
