@@ -544,7 +544,7 @@ def test_eyes_are_where_the_calibration_has_them(files, execute, root, sensors):
     pd.DataFrame(columns).to_csv(inputs["capture"] / "frames.csv", index=False)
     save_masks(inputs["mask"], np.zeros((len(films), *size), dtype=bool))
     params = {"probe": {"indenter": {"radius_m": RADIUS}}, "onset_force_n": 0.1}
-    params |= {"options": full(root)["direct"]["observation"]}
+    params |= {"options": full(root)["direct"]["observation"] | {"pictures": True}}
     made, output = [], {"motion": "motion.npz"}
     for spec, more in ((sensor, {}), (stated, {}), (stated, {"optics": optics})):
         with_sensor = params | {"sensor": spec}

@@ -30,6 +30,8 @@ def doubts_of(best: Solution, options: Fit) -> Iterator[str]:
     if given is not None and abs(nu - given) > FAR_DEVIATIONS * options.poisson_ratio_std:
         apart = abs(nu - given) / options.poisson_ratio_std
         yield f"the captures pull nu to {nu:.3f}, {apart:.1f} deviations from the one given"
+    if any((one.axis > 0).any() for one in best.indentations):
+        yield "displacements in pictures are compared: intervals may be too narrow"
     yield from _of_captures(best)
 
 

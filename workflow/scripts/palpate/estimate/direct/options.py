@@ -35,9 +35,9 @@ class Observation(Options):
     fewest_part: float = option(0.5, "nor with less than this part of its mean count", least=0)
     fewest_rest_frames: int = option(3, "in which a sample is seen", least=2)
     pictures: bool = option(
-        True,
-        "pictures are compared too, for what they show across the lines of sight; false where the"
-        " reference camera sees a projector's pattern",
+        False,
+        "surface displacements across the lines of sight, seen in the pictures, are compared too:"
+        " intervals may be too narrow",
     )
     flow_window_m: float = option(
         0.014, "of the surface, side of the windows that are followed in the picture", above=0
