@@ -1,16 +1,16 @@
 """What the documents quote of finished runs, held to the files that it is from.
 
-    python tests/quoted.py
+    python tests/quoted.py [--write]
 
 A table that quotes follows a comment that names a file, says which of its rows count, and how each
-is written, once or in several lines; cells without a number are empty:
+is written, once or in several lines; cells without a number are empty, and no row is left out:
 
     <!-- quoted: results/tables/accuracy.csv where recommended=True
     | %(object)s, %(sensor)s | %(youngs_modulus_kpa).0f |
     -->
 
 Beside the file's columns there are those in kPa and mm. Prints each row that the file has
-otherwise, and ends with status 1 if there is one.
+otherwise, and ends with status 1 if there is one; with --write the documents get the files' rows.
 """
 
 import math
@@ -44,14 +44,25 @@ def differences(text: str, root: Path) -> list[str]:
             continue
         written = {first_cell(row): row for row in rows_of(path, mark)}
         for row in mark["table"].splitlines():
-            now = written.get(first_cell(row), "no such row")
+            now = written.pop(first_cell(row), "no such row")
             if now != row.strip():
                 found.append(f"{mark['file']}: quoted {row.strip()}\n  found {now}")
+        found += [f"{mark['file']}: left out {row}" for row in written.values()]
     return found
 
 
+def rewritten(text: str, root: Path) -> str:
+    """A document with the rows that its files have now."""
+
+    def table(mark: re.Match) -> str:
+        rows = "".join(f"{row}\n" for row in rows_of(root / mark["file"], mark))
+        return mark[0].removesuffix(mark["table"]) + rows
+
+    return MARK.sub(table, text)
+
+
 def rows_of(path: Path, mark: re.Match) -> list[str]:
-    """All rows of a file as a document writes them."""
+    """All rows of a file as a document writes them, each once."""
     text, separator = path.read_text(encoding="utf-8"), ","
     if path.suffix == ".md":
         rows = [line.strip("| ") for line in text.splitlines() if line.startswith("| ")]
@@ -63,8 +74,8 @@ def rows_of(path: Path, mark: re.Match) -> list[str]:
     wanted = set(re.findall(r"%\((.*?)\)", mark["rows"]))
     # A run that pressed less deep has fewer columns.
     values = [dict.fromkeys(wanted, math.nan) | as_read(row) for row in table.to_dict("records")]
-    lines = [line % each for line in mark["rows"].splitlines() for each in values]
-    return [re.sub(r"[^|]*\bnan\b[^|]*", " ", line) for line in lines]
+    lines = [line % each for each in values for line in mark["rows"].splitlines()]
+    return list(dict.fromkeys(re.sub(r"[^|]*\bnan\b[^|]*", " ", line) for line in lines))
 
 
 def as_read(row: dict) -> dict:
@@ -85,16 +96,18 @@ def first_cell(row: str) -> str:
     return row.split("|")[1].strip()
 
 
-def main() -> int:
-    """Print what differs in each document."""
-    found = [
-        f"{name}: {line}"
-        for name in DOCUMENTS
-        for line in differences((ROOT / name).read_text(encoding="utf-8"), ROOT)
-    ]
-    sys.stdout.write("".join(f"{line}\n" for line in found))
+def main(*options: str) -> int:
+    """Print what differs in each document, or write it."""
+    texts = {path: path.read_text(encoding="utf-8") for path in (ROOT / n for n in DOCUMENTS)}
+    if options == ("--write",):
+        for path, text in texts.items():
+            path.write_text(rewritten(text, ROOT), encoding="utf-8")
+        return 0
+    each = {path.name: differences(text, ROOT) for path, text in texts.items()}
+    found = [f"{name}: {line}\n" for name, lines in each.items() for line in lines]
+    sys.stdout.write("".join(found))
     return int(bool(found))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(*sys.argv[1:]))

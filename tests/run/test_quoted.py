@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from quoted import DOCUMENTS, MARK, differences
+from quoted import DOCUMENTS, MARK, differences, rewritten
 
 QUOTING = """Text.
 
@@ -16,6 +16,7 @@ QUOTING = """Text.
 |---|---|---|
 | foam ball, true | 24 | |
 | foam ball, Kinect | 25.0 (3.14 mm) | -0.4 |
+| foam ear, true | 7 | |
 | foam ear, Bumblebee2 | 7.0 (0.50 mm) | |
 
 More text.
@@ -48,9 +49,20 @@ def test_what_a_file_has_to_the_printed_digits_is_right(run):
         ("foam ear, Bumble", "foam eye, Bumble", "no such row"),
     ],
 )
-def test_what_differs_is_named_with_what_the_file_has(run, quoted, otherwise, found):
-    (line,) = differences(QUOTING.replace(quoted, otherwise), run)
+def test_what_differs_is_named_with_what_the_file_has_and_can_be_written(
+    run, quoted, otherwise, found
+):
+    text = QUOTING.replace(quoted, otherwise)
+    line, *left_out = differences(text, run)
     assert otherwise in line and line.endswith(f"found {found}")
+    assert len(left_out) == (found == "no such row")
+    assert rewritten(text, run) == QUOTING
+
+
+def test_a_row_that_is_left_out_is_named(run):
+    row = "| foam ear, true | 7 | |\n"
+    (line,) = differences(QUOTING.replace(row, ""), run)
+    assert line == f"results/tables/of.csv: left out {row.strip()}"
 
 
 def test_a_file_that_is_missing_is_named(tmp_path):
