@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 import trimesh
 from floor import floor
-from made_up_press import START, press_of
+from made_up_press import OPTIONS, START, press_of
 from palpate.estimate.direct.blocks import Scales
 from palpate.estimate.direct.doubts import doubts_of
-from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.result import _nuisances, _summed, described_law
 from palpate.estimate.direct.support_motion import rocking_axes
 
@@ -71,11 +70,13 @@ def test_places_among_the_laws():
 
 @pytest.mark.parametrize(("nu", "said"), [(0.355, False), (0.345, False), (0.375, True)])
 def test_captures_that_pull_away_from_a_given_ratio(nu, said):
-    options = Fit(poisson_ratio=0.35, poisson_ratio_std=0.01)
+    options = replace(OPTIONS, poisson_ratio=0.35, poisson_ratio_std=0.01)
     press = press_of(25e3, 0.3, 1)
     p = replace(START, youngs_modulus_pa=25e3, poisson_ratio=nu, offset_m=0.0)
     best = SimpleNamespace(converged=True, parameters=[p], indentations=[press])
-    lines = [line for line in doubts_of(best, options) if "the captures pull nu" in line]
+    lines = [
+        line for line in doubts_of(best, options, np.ones(4)) if "the captures pull nu" in line
+    ]
     assert lines == (["the captures pull nu to 0.375, 2.5 deviations from the one given"] * said)
 
 

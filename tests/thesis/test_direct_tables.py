@@ -95,3 +95,37 @@ def test_the_information_limit_stands_beside_the_estimates(summary):
     direct = summary[summary["method"].str.startswith("direct")]
     for name in named:
         assert (direct[[f"{name}_bound", f"{name}_efficiency"]] == [0.02, 0.5]).all(axis=None)
+
+
+OTHER = {"sensor": "bumblebee"}
+
+
+@pytest.mark.parametrize(("E", "verdict"), [(18650.0, "bounded"), (18700.0, "identified")])
+def test_sensors_that_exclude_each_other_identify_nothing(E, verdict):
+    """Intervals of 1 kPa to each side; the capture alone is of the one sensor."""
+    joints = [estimate(20500.0, 0.3, 1000.0), estimate(E, 0.3, 1000.0)]
+    rows = direct_rows([CAPTURE], [joints[0]], [GROUP, GROUP | OTHER], joints)
+    found = rows[rows["recommended"]]
+    for name in ("youngs_modulus", "poisson_ratio"):
+        assert found[f"{name}_verdict"].tolist() == [verdict] * 2
+    warned = verdict == "bounded"
+    assert rows.filter(["doubts"]).notna().to_numpy().sum() == 3 * warned
+    assert not joints[0]["doubts"] and joints[0]["poisson_ratio"]["verdict"] == "identified"
+
+
+def test_a_capture_that_all_together_exclude():
+    captures = [CAPTURE | {"capture": f"{k:02d}"} for k in range(5)]
+    singles = [estimate(E, 0.3, 1000.0) for E in (20e3, 20e3, 20e3, 20e3, 17e3)]
+    rows = direct_rows(captures, singles, [GROUP], [estimate(20500.0, 0.3, 1000.0)])
+    assert rows["doubts"].notna().tolist() == [False] * 4 + [True, False]
+    assert (rows["youngs_modulus_verdict"] == "identified").all()
+    singles[3] = singles[4]
+    rows = direct_rows(captures, singles, [GROUP], [estimate(20500.0, 0.3, 1000.0)])
+    assert rows["doubts"].notna().tolist() == [False] * 3 + [True] * 3
+    assert rows["youngs_modulus_verdict"].tolist() == ["identified"] * 5 + ["bounded"]
+
+
+def test_other_objects_are_not_compared():
+    joints = [estimate(20500.0, 0.3, 1000.0), estimate(10e3, 0.3, 1000.0)]
+    rows = direct_rows([], [], [GROUP, GROUP | {"object": "rubber"}], joints)
+    assert "doubts" not in rows and (rows["youngs_modulus_verdict"] == "identified").all()

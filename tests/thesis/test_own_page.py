@@ -209,8 +209,11 @@ def test_a_frame_in_which_the_probe_was_not_seen_is_told():
         (0.9, 0.2, "near Blatz and Ko's law: 0.90 of the way from neo-Hooke's (0.51 to 1.29)."),
         (0.0, 0.5, "is not known: neo-Hooke's and Blatz and Ko's both fit"),
         (0.5, 0.4, "is not known: neo-Hooke's and Blatz and Ko's both fit"),
-        (0.5, 0.1, "neither neo-Hooke's nor Blatz and Ko's law but between the two: 0.50"),
-        (2.5, 0.3, "but outside the two: 2.50 of the way (1.91 to 3.09)."),
+        (0.5, 0.18, "neither neo-Hooke's nor Blatz and Ko's law but between the two: 0.50"),
+        (-0.5, 0.2, "but outside the two: -0.50 of the way (-0.89 to -0.11)."),
+        # Where a warning speaks nothing is found of the law.
+        (-0.86, 0.07, "force is -0.86 (-1.00 to -0.72), neither 0 (neo-Hooke's law) nor 1"),
+        (0.5, 0.16, "(Blatz and Ko's): a warning speaks against it."),
     ],
 )
 def test_the_law_is_told_by_what_is_possible(place, std, told):

@@ -1,7 +1,7 @@
 """A modulus as it is told: value, 95 % interval and verdict; which words verdicts have."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pandas as pd
 
@@ -13,7 +13,7 @@ INTERVAL, NOT_JUDGED, ASSUMED = "interval", "not judged", "assumed"
 VERDICTS = {
     IDENTIFIED: "the captures tell it",
     BOUNDED: "the captures leave a wide interval, or one end of it open: trust the interval, not"
-    " the value",
+    " the value; where a warning speaks against the estimate, trust neither",
     NOT_IDENTIFIED: "the captures do not tell it: any value of the range explains them",
     INTERVAL: "it has an interval; whether that is narrow is not judged",
     NOT_JUDGED: "no interval can be given or trusted: a number to compare, not to rely on",
@@ -98,6 +98,14 @@ class Modulus:
         )
         unit = "Pa" if name.endswith("_pa") else "1"
         return None if value is None else Modulus(value, low, high, verdict or "", unit)
+
+
+def bounded_at_best(moduli: Mapping[str, Modulus]) -> dict[str, Modulus]:
+    """Moduli of which none is identified."""
+    return {
+        name: replace(one, verdict=BOUNDED) if one.verdict == IDENTIFIED else one
+        for name, one in moduli.items()
+    }
 
 
 def columns(name: str) -> tuple[str, str, str, str]:

@@ -7,6 +7,7 @@ from palpate.capture.files import whole_file
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.fitted import load_fitted
 from palpate.report.held import Held
+from palpate.report.moduli_table import compared
 from palpate.report.other_methods import HERTZ
 from palpate.report.own_page import CAPTIONS, own_page
 from palpate.report.press_pictures import frames_of, glimpses
@@ -31,9 +32,10 @@ def main(snakemake):
     files = read_all(inputs.fits), read_all(inputs.direct), map(read_table, inputs.poses)
     fits = fits_of(inputs, params)
     mine = [fits[one["sensor"]][one["capture"]] for one in params.captures]
-    compared = [one.tip_depth_m for one in mine], [one.frames for one in mine]
-    held = [Held(*of_one) for of_one in zip(params.captures, *files, *compared, strict=True)]
-    joints = zip(params.groups, read_all(inputs.joint), strict=True)
+    fitted = [one.tip_depth_m for one in mine], [one.frames for one in mine]
+    held = [Held(*of_one) for of_one in zip(params.captures, *files, *fitted, strict=True)]
+    direct = [one.direct for one in held]
+    joints = compared(params.captures, direct, params.groups, read_all(inputs.joint))[1]
     name = snakemake.wildcards.object
     spec, _ = read_declared(inputs.object)
     summary = pd.read_csv(inputs.summary, dtype={"capture": str, "point": str})
@@ -44,7 +46,7 @@ def main(snakemake):
             held,
             pictures={one: Path(inputs[one]).read_bytes() for one in (*CAPTIONS, HERTZ)},
             glimpses=list(pictures_of(inputs, params, held)),
-            joints={group["sensor"]: found for group, found in joints},
+            joints={g["sensor"]: found for g, found in zip(params.groups, joints, strict=True)},
             settings=settings_of(inputs, params, spec, held),
             files=told_whole(object=spec, probe=params.probe, direct_estimate=params.options),
             style=Path(inputs.style).read_text(encoding="utf-8"),

@@ -56,6 +56,7 @@ def _direct(options: argparse.Namespace) -> int:
             print("\n".join(f"error: {line}" for line in str(error).splitlines()), file=sys.stderr)
     if not found:
         return failed
+    found = list(_compared(found))
     if options.figure:
         _write_figure(options.figure, [(_title(group), one) for group, one in found])
     if options.json:
@@ -65,6 +66,25 @@ def _direct(options: argparse.Namespace) -> int:
     for group, one in found:
         print("\n".join(_lines(_title(group), one, options)))
     return failed
+
+
+def _compared(
+    found: Sequence[tuple[list[Capture], "DirectEstimate"]],
+) -> Iterator[tuple[list[Capture], "DirectEstimate"]]:
+    """Estimates with what those of the same object by other sensors say against them."""
+    from palpate.estimate.direct.exclusion import Estimated, exclusions
+    from palpate.report.style import sensor_name
+
+    objects: dict[Path, list] = {}
+    for group, one in found:
+        objects.setdefault(group[0].folder.parents[1], []).append((group, one))
+    for mine in objects.values():
+        told = [
+            Estimated(f"all captures by {sensor_name(g[0].folder.parent.name)}", one.moduli, True)
+            for g, one in mine
+        ]
+        for (group, one), lines in zip(mine, exclusions(told), strict=True):
+            yield group, one.beside(lines)
 
 
 class _Steps:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.modulus import IDENTIFIED, VERDICTS
-from palpate.report.moduli_table import truth_of
+from palpate.report.moduli_table import compared, truth_of
 from palpate.report.style import (
     BLACK,
     BLUE,
@@ -36,7 +36,8 @@ ROWS = {
 
 def make_direct_moduli(inputs: Any, params: Any) -> Figure:
     """Moduli of captures and groups, beside the true ones where there are any."""
-    singles, joints = read_all(inputs.direct), read_all(inputs.joint)
+    files = read_all(inputs.direct), read_all(inputs.joint)
+    singles, joints = compared(params.captures, files[0], params.groups, files[1])
     materials = read_by_folder(inputs.materials)
     return direct_moduli(params.captures, singles, params.groups, joints, materials)
 

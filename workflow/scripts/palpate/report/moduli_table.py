@@ -1,11 +1,14 @@
 """Direct estimates beside the other methods, and all of them against the lab's truth."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 
 import numpy as np
 import pandas as pd
 
-from palpate.modulus import IDENTIFIED, LABELS, Modulus, columns
+from palpate.estimate.direct.exclusion import Estimated, exclusions
+from palpate.modulus import IDENTIFIED, LABELS, Modulus, bounded_at_best, columns
+from palpate.report.style import sensor_name
 from palpate.report.tables import INFORMED
 
 TOGETHER = "all"
@@ -36,6 +39,7 @@ def direct_rows(
     -------
     DataFrame
     """
+    singles, joints = compared(captures, singles, groups, joints)
     rows = [
         _row(capture, found, method=ONE, recommended=False)
         for capture, found in zip(captures, singles, strict=True)
@@ -44,6 +48,38 @@ def direct_rows(
         known = {"capture": TOGETHER, "point": TOGETHER} | dict(group)
         rows.append(_row(known, found, method=JOINT, recommended=True))
     return pd.DataFrame(rows)
+
+
+def compared(
+    captures: Sequence[Mapping],
+    singles: Sequence[Mapping],
+    groups: Sequence[Mapping],
+    joints: Sequence[Mapping],
+) -> tuple[list[dict], list[dict]]:
+    """Singles and joints with what those of the same object say against them (`exclusions`).
+
+    Nothing is identified of a joint estimate that others speak against.
+    """
+    of, found = [*captures, *groups], [*map(dict, singles), *map(dict, joints)]
+    for name in {each["object"] for each in groups}:
+        mine = [k for k, each in enumerate(of) if each["object"] == name]
+        said = exclusions([_estimated(of[k], found[k], joint=k >= len(captures)) for k in mine])
+        for k, lines in zip(mine, said, strict=True):
+            if lines and k >= len(captures):
+                moduli = {key: Modulus(**one) for key, one in found[k].items() if _is_modulus(one)}
+                found[k] |= {key: asdict(one) for key, one in bounded_at_best(moduli).items()}
+            found[k]["doubts"] = [*found[k]["doubts"], *lines]
+    return found[: len(captures)], found[len(captures) :]
+
+
+def _estimated(of: Mapping, found: Mapping, *, joint: bool) -> Estimated:
+    which = "all captures" if joint else f"capture {of['capture']}"
+    moduli = {name: Modulus(**found[name]) for name in LABELS}
+    return Estimated(f"{which} by {sensor_name(of['sensor'])}", moduli, joint)
+
+
+def _is_modulus(value: object) -> bool:
+    return isinstance(value, Mapping) and "verdict" in value
 
 
 def truth_of(material: Mapping) -> dict[str, float]:

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from palpate.modulus import IDENTIFIED
 from palpate.report.moduli_figure import ROWS
+from palpate.report.moduli_table import compared
 from palpate.report.style import BLUE, PAGE_IN, finished, sensor_name
 from palpate.run.read_files import read_all
 
@@ -27,7 +28,8 @@ class Line(NamedTuple):
 
 def make_own_moduli(inputs: Any, params: Any) -> Figure:
     """Moduli of each capture of an object, and of all captures with each sensor."""
-    singles, joints = read_all(inputs.direct), read_all(inputs.joint)
+    files = read_all(inputs.direct), read_all(inputs.joint)
+    singles, joints = compared(params.captures, files[0], params.groups, files[1])
     found = own_moduli(params.captures, singles, [g["sensor"] for g in params.groups], joints)
     return finished(found, {capture["provenance"] for capture in params.captures})
 

@@ -6,6 +6,7 @@ from statistics import NormalDist
 import pandas as pd
 
 from palpate.capture.discover import CURVE
+from palpate.estimate.direct.doubts import FAR_LAW
 from palpate.modulus import (
     ASSUMED,
     BOUNDED,
@@ -122,6 +123,11 @@ def law(place: float, std: float) -> str:
         told = f"near {first} law: {place:.2f} of the way to {last}"
     elif possible == [last]:
         told = f"near {last} law: {place:.2f} of the way from {first}"
+    elif abs(place) > FAR_LAW * std:
+        return (
+            f"The material-law parameter of the force is {place:.2f} {interval}, neither 0"
+            f" ({first} law) nor 1 ({last}): a warning speaks against it."
+        )
     else:
         where = "between the two" if 0 < place < 1 else "outside the two"
         told = f"by neither {first} nor {last} law but {where}: {place:.2f} of the way"

@@ -3,9 +3,13 @@
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from palpate.estimate.direct.deviations import ROBUST
 from palpate.estimate.direct.fit import Solution
+from palpate.estimate.direct.indentation import KINDS, residuals
 from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.quantities import FORCE_LAW, MOTION_LAW
 
 # Of a Poisson's ratio that was given, from what the captures say.
 FAR_DEVIATIONS = 2.0
@@ -17,10 +21,25 @@ FAR_ZERO = 4.0
 RESTLESS = 8.0
 # Of log E from the ends of its range.
 AT_END = 1e-6
+# Of a material-law parameter from its prior's mean.
+FAR_LAW = 3.0
+# Of residuals so near to the contact, in frames with so much of the greatest force, over the noise
+# at rest: in clouds, whose fixed pattern moves with the surface (1.2 to 2.1 in joint estimates that
+# hold), and in pictures (1.2 and 1.3 of the ball; 1.7 to 2.9 of ear and block, which miss).
+NEAR_M, LOADED, FAR_RESIDUALS = 0.045, 0.7, (3.0, 1.5)
+SEEN_IN = "clouds", "pictures"
 
 
-def doubts_of(best: Solution, options: Fit) -> Iterator[str]:
-    """Say what a reader of an estimate has to know beside its intervals, one line each."""
+def doubts_of(best: Solution, options: Fit, std: NDArray) -> Iterator[str]:
+    """Say what a reader of an estimate has to know beside its intervals, one line each.
+
+    Parameters
+    ----------
+    best : Solution
+    options : Fit
+    std : (size,) array
+        Standard deviations of its unknowns.
+    """
     if not best.converged:
         yield "the fit did not converge"
     if at_end(best, options):
@@ -33,6 +52,47 @@ def doubts_of(best: Solution, options: Fit) -> Iterator[str]:
     if any((one.axis > 0).any() for one in best.indentations):
         yield "displacements in pictures are compared: intervals may be too narrow"
     yield from _of_captures(best)
+    yield from contradictions(best, options, std)
+
+
+def contradictions(best: Solution, options: Fit, std: NDArray) -> Iterator[str]:
+    """Warnings with which nothing is identified, however narrow its interval is."""
+    first = best.parameters[0]
+    laws = {
+        "force": (first.force_law, std[FORCE_LAW]),
+        "surface displacement": (first.motion_law, std[MOTION_LAW]),
+    }
+    for name, (value, deviation) in laws.items():
+        if abs(value) > FAR_LAW * deviation:
+            yield (
+                f"material-law parameter of the {name} {value:+.2f} +- {deviation:.2f},"
+                f" {abs(value) / deviation:.0f} deviations from neo-Hooke's 0: the material has"
+                " another law, or depths and displacements contradict each other"
+            )
+    ratios = residuals_over_noise(best, options)
+    for seen, ratio, far in zip(SEEN_IN, ratios, FAR_RESIDUALS, strict=True):
+        if ratio > far:
+            yield (
+                f"residuals of displacements in {seen} are, under load, {ratio:.1f} times the noise"
+                " at rest: what they err by is not known"
+            )
+
+
+def residuals_over_noise(best: Solution, options: Fit) -> NDArray:
+    """Root mean square of displacements' residuals under load, over their noise at rest, by kind.
+
+    Near the contact, none counted with more than `ROBUST`; 0 of a kind that is not there, (2,).
+    """
+    times_s = np.array(options.relaxation_times_s, dtype=float)
+    count, total = np.zeros((2, KINDS))
+    for one, p in zip(best.indentations, best.parameters, strict=True):
+        gaps = residuals(one, p, times_s=times_s).motion
+        gaps = gaps * (one.moved_std_m / one.noise_std_m)[one.seen]
+        near = np.linalg.norm(one.cell_m - one.contact_m, axis=1) < NEAR_M
+        at = np.outer(one.load >= LOADED, near)[one.seen]
+        count += np.bincount(one.kind[at], minlength=KINDS)
+        total += np.bincount(one.kind[at], np.minimum(gaps[at] ** 2, ROBUST**2), KINDS)
+    return np.sqrt(total / np.maximum(count, 1))
 
 
 def at_end(best: Solution, options: Fit) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.budget import Budget, budget_of, covariance_of
-from palpate.estimate.direct.doubts import doubts_of
+from palpate.estimate.direct.doubts import contradictions, doubts_of
 from palpate.estimate.direct.fit import Solution, fit_direct
 from palpate.estimate.direct.indentation import (
     AXES,
@@ -25,7 +25,7 @@ from palpate.estimate.direct.probe_uncertainty import UNSTATED, ProbeUncertainty
 from palpate.estimate.direct.quantities import Quantities, quantities_of
 from palpate.estimate.direct.result import described
 from palpate.estimate.direct.support_motion import MOTIONS
-from palpate.modulus import Modulus
+from palpate.modulus import Modulus, bounded_at_best
 from palpate.solid.options import greatest_ratio
 from palpate.units import MILLIMETRES
 
@@ -101,6 +101,8 @@ class DirectEstimate:
         Least deviations of `quantities.NAMES` that what was compared allows (`bound_of`).
     options : Fit
         That it was made with.
+    excluded : tuple of str, optional
+        What other estimates of the object say against it, one line each (`exclusions`).
     """
 
     solution: Solution
@@ -110,6 +112,7 @@ class DirectEstimate:
     budget: Budget
     bound: NDArray
     options: Fit
+    excluded: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         lines = [f"{name.removesuffix('_pa')}: {one}" for name, one in self.moduli.items()]
@@ -120,7 +123,12 @@ class DirectEstimate:
     @property
     def doubts(self) -> list[str]:
         """What speaks against the estimate beside its intervals, one line each."""
-        return list(doubts_of(self.solution, self.options))
+        return [*doubts_of(self.solution, self.options, self.std), *self.excluded]
+
+    def beside(self, lines: Sequence[str]) -> "DirectEstimate":
+        """The same with what other estimates of the object say against it (`exclusions`)."""
+        moduli = bounded_at_best(self.moduli) if lines else self.moduli
+        return replace(self, moduli=moduli, excluded=tuple(lines))
 
     def to_dict(self) -> dict:
         """All that direct.json says of it."""
@@ -206,6 +214,8 @@ def estimate_direct(
     quantities = quantities_of(best, covariance, options, radius_m=radius_m)
     budget = budget_of(best, covariance, quantities, options, known, radius_m=radius_m)
     moduli = intervals(best, covariance, quantities, budget, options)
+    if any(contradictions(best, options, np.sqrt(np.diag(covariance)))):
+        moduli = bounded_at_best(moduli)
     bound = bound_of(best, quantities, options)
     return DirectEstimate(best, moduli, quantities, covariance, budget, bound, options)
 

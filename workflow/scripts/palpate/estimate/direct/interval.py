@@ -16,11 +16,11 @@ from palpate.modulus import (
     AT_BOUND,
     BOUNDED,
     CONFIDENCE,
-    IDENTIFIED,
     LABELS,
     NOT_IDENTIFIED,
     NOT_JUDGED,
     Modulus,
+    bounded_at_best,
     verdict_of_nu,
 )
 
@@ -55,14 +55,12 @@ def intervals(
     ends = bounds if few else np.clip([nu - half[POISSON], nu + half[POISSON]], *bounds)
     moved = quantities.slopes @ covariance @ quantities.slopes[POISSON]
     by_nu, nu_std = moved / moved[POISSON], np.sqrt(moved[POISSON])
-    open_end = few or at_end(best, options)
     # What the fit contradicts is no better for its interval.
     contradicted = not best.converged or farthest_zero(best)[1] > FAR_ZERO
     found = {}
     for k, name in enumerate(LABELS):
         if k == POISSON:
             verdict = verdict_of_nu(*ends, bounds)
-            verdict = BOUNDED if open_end and verdict == IDENTIFIED else verdict
             if _is_assumed(nu_std, options):
                 known = options.poisson_ratio + _ends(options.poisson_ratio_std)
                 ends, verdict = np.clip(known, *bounds), ASSUMED
@@ -77,16 +75,14 @@ def intervals(
         high = quantities.values[k] + np.hypot(rest, max(with_nu.max(), 0.0))
         value, low, high = np.exp([quantities.values[k], low, high])
         modulus = Modulus.of_pascals(float(value), float(low), float(high))
-        modulus = replace(modulus, verdict=BOUNDED) if open_end else modulus
         found[name] = replace(modulus, verdict=NOT_JUDGED) if contradicted else modulus
     ratio = found[NAMES[POISSON]]
     for name, modulus in _of_both(quantities, budget, ratio, quantile[STAR]).items():
         if name == BULK and ratio.high >= bounds[1] - AT_BOUND:
             modulus = replace(modulus, high=None, verdict=BOUNDED)
         through = ratio.verdict in (NOT_IDENTIFIED, NOT_JUDGED)
-        verdict = ratio.verdict if through else BOUNDED if open_end else modulus.verdict
-        found[name] = replace(modulus, verdict=verdict)
-    return found
+        found[name] = replace(modulus, verdict=ratio.verdict) if through else modulus
+    return bounded_at_best(found) if few or at_end(best, options) else found
 
 
 def _of_both(
