@@ -1,6 +1,8 @@
 """Estimates of one object whose intervals exclude each other, or just do not."""
 
 import pytest
+from made_up_press import OPTIONS, RADIUS_M, press_of
+from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.exclusion import Estimated, exclusions
 from palpate.modulus import LABELS, Modulus
 
@@ -54,3 +56,14 @@ def test_single_captures_miss_by_chance_once_in_twenty(excluded, captures, joint
 
 def test_single_captures_are_not_compared_with_each_other():
     assert exclusions([single(10e3, 11e3), single(20e3, 21e3)]) == [[], []]
+
+
+def test_an_estimate_that_another_excludes():
+    found = estimate_direct([press_of(25e3, 0.3, 1)], OPTIONS, radius_m=RADIUS_M)
+    assert found.beside([]).to_dict() == found.to_dict() and not found.doubts
+    told = found.beside(["another excludes it"]).to_dict()
+    assert told["doubts"] == ["another excludes it"]
+    verdicts = [
+        one["verdict"] for one in told.values() if isinstance(one, dict) and "verdict" in one
+    ]
+    assert len(verdicts) == 8 and "identified" not in verdicts
