@@ -12,6 +12,18 @@ from palpate.capture.fingerprint import stamps_below
 from palpate.capture.schema import SCHEMAS, load_yaml, validate
 from palpate.capture.words import one_line
 from palpate.options import Options
+from palpate.run.configuration_checks import (
+    dropped_experiments,
+    estimated,
+    impossible_search,
+    impossible_table,
+    path_problems,
+    selected,
+    unknown_captures,
+    unknown_objects,
+    unknown_probe,
+    unknown_step_trackers,
+)
 from palpate.run.lab_captures import (
     by_object,
     dropped_among,
@@ -23,17 +35,8 @@ from palpate.run.lacking import missing_calibrations, missing_films
 from palpate.run.needs import Needed, lab_devices, named_files
 from palpate.run.objects import studied
 from palpate.run.options import config_schema, filled
-from palpate.run.path_checks import path_problems
 from palpate.run.places import placed, who_said
 from palpate.run.run import Run
-from palpate.run.search_checks import (
-    impossible_search,
-    impossible_table,
-    unknown_objects,
-    unknown_step_trackers,
-)
-from palpate.run.selection import estimated, selected, unknown_captures
-from palpate.run.sensor_checks import dropped_experiments, unknown_probe
 from palpate.run.trackers import tracker_problems
 
 

@@ -1,8 +1,7 @@
 """Entry of Chapter 1."""
 
-from palpate.run.way import way_to_moduli
-
 from thesis.artefact import Artefact, figure
+from thesis.chapter1.moduli_rules import way_to_moduli
 
 ARTEFACTS = (
     Artefact(

@@ -4,9 +4,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from snakemake.io import strip_wildcard_constraints
-
 from palpate.run.run import Run
+from snakemake.io import strip_wildcard_constraints
 
 # Stages that share a file of rules with others.
 STAGES = {"hertz": "hertz", "minimise": "elasticity"}
