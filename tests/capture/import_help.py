@@ -19,7 +19,7 @@ from palpate.capture.depth import depth_of
 from palpate.capture.force_record import WRENCH_COLUMNS
 from palpate.capture.images import read_image
 from palpate.capture.schema import load_yaml
-from palpate.capture.tables import read_force, read_frames
+from palpate.capture.tables import read_table
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 
@@ -85,7 +85,7 @@ def options_for(kind, path, film):
 
 
 def assert_same(folder, film):
-    frames, force = read_frames(folder), read_force(folder)
+    frames, force = (read_table(folder / name) for name in ("frames.csv", "force.csv"))
     spec = load_yaml(folder.parents[3] / f"sensors/{folder.parent.name}.yaml")
     assert len(frames) == len(film.color)
     np.testing.assert_allclose(frames["time_s"], film.color_ns / NANOSECONDS, rtol=0, atol=1e-6)

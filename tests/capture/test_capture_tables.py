@@ -28,13 +28,25 @@ def frames_table(start_s=0.0):
 def test_times_keep_a_microsecond_whenever_the_clock_began(tmp_path, start_s):
     table = frames_table(start_s)
     write_frames(tmp_path, table)
-    assert np.abs(read_frames(tmp_path)["time_s"] - table["time_s"]).max() <= 1e-6
+    assert np.abs(read_table(tmp_path / "frames.csv")["time_s"] - table["time_s"]).max() <= 1e-6
+
+
+@pytest.mark.parametrize("start_s", [-0.3, 0.0, 1712345678.25])
+def test_times_are_read_from_the_first_frame_on(tmp_path, start_s):
+    force = pd.DataFrame({"time_s": start_s + np.arange(-5, 50) / 200, "fx_n": 1.0})
+    write_frames(tmp_path, frames_table(start_s))
+    write_force(tmp_path, force)
+    frames_s, force_s = (read(tmp_path)["time_s"] for read in (read_frames, read_force))
+    assert frames_s[0] == 0 and frames_s.to_numpy() == pytest.approx(
+        FRAME_STEP_S * np.arange(5), abs=2e-6
+    )
+    assert force_s.to_numpy() == pytest.approx(np.arange(-5, 50) / 200, abs=2e-6)
 
 
 def test_round_trip_of_frames_is_exact_in_bytes(tmp_path):
     write_frames(tmp_path, frames_table(1712345678.25))
     first = (tmp_path / "frames.csv").read_bytes()
-    write_frames(tmp_path, read_frames(tmp_path))
+    write_frames(tmp_path, read_table(tmp_path / "frames.csv"))
     assert (tmp_path / "frames.csv").read_bytes() == first
     assert b"\r" not in first
 
@@ -52,6 +64,7 @@ def test_a_table_as_written_is_what_is_read_back(tmp_path):
 def test_round_trip_of_force(tmp_path):
     values = np.random.default_rng(3).normal(size=(20, 7))
     columns = ["time_s", "fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm"]
+    write_frames(tmp_path, frames_table())
     write_force(tmp_path, pd.DataFrame(values, columns=columns))
     assert np.allclose(read_force(tmp_path).to_numpy(), values, rtol=1e-8, atol=0)
     assert list(read_force(tmp_path).columns) == columns

@@ -9,7 +9,7 @@ from palpate.capture.capture import open_capture
 from palpate.capture.check import check_capture, check_object
 from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS, force_columns, sampled_s
 from palpate.capture.importing.recording import force_table
-from palpate.capture.tables import write_force
+from palpate.capture.tables import read_table, write_force, write_frames
 from palpate.examine import told_of
 from palpate.press import press_of
 from palpate.run.options import Config
@@ -18,6 +18,7 @@ from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Force, ProbePose
 
 REGULAR = np.arange(2000) / 1000
+CORNERS = Config(probe_pose=ProbePose(refinement="corners"))
 
 
 def in_bursts(times, count, within_s=0.0):
@@ -85,8 +86,7 @@ def own(root, tmp_path_factory):
     )
     places = {name: root / f"tests/own_object/{name}" for name in ("sensors", "probes")}
     capture = open_capture(folder / "bench_cam/back", **places)
-    corners = Config(probe_pose=ProbePose(refinement="corners"))
-    return capture, capture.force, press_of(capture, corners)
+    return capture, read_table(capture.folder / "force.csv"), press_of(capture, CORNERS)
 
 
 def forces_n(capture, press):
@@ -109,6 +109,21 @@ def test_a_press_in_bursts_is_the_same_press(own, caplog):
     assert offset_s == pytest.approx(press.clock.offset_s, abs=1e-4)
     told = "its stamps in bursts of 10 samples, which were spread"
     assert list(told_of(capture.folder, WRENCH_COLUMNS)) == [told]
+
+
+def test_a_press_since_1970_is_the_same_press(own):
+    """But for the microsecond that tables keep."""
+    capture, record, press = own
+    frames = read_table(capture.folder / "frames.csv")
+    write_frames(capture.folder, frames.assign(time_s=frames["time_s"] + 1.7e9))
+    write_force(capture.folder, record.assign(time_s=record["time_s"] + 1.7e9))
+    later = press_of(capture, CORNERS)
+    write_frames(capture.folder, frames)
+    assert later.poses["time_s"].to_numpy() == pytest.approx(press.poses["time_s"], abs=2e-6)
+    found, expected = (each.wrenches[FORCE].to_numpy() for each in (later, press))
+    assert found == pytest.approx(expected, abs=1e-3)
+    assert later.clock.offset_s == pytest.approx(press.clock.offset_s, abs=1e-4)
+    assert later.clock.std_s == pytest.approx(press.clock.std_s, rel=0.01)
 
 
 def test_an_import_keeps_all_samples_of_a_burst():

@@ -30,6 +30,24 @@ def test_stiff_presses_filmed_fast_tell_the_offset(offset_s):
     assert abs(found.offset_s - offset_s) < 4 * found.std_s
 
 
+@pytest.mark.parametrize("offset_s", [0.0, 0.1])
+def test_clocks_may_begin_in_1970(offset_s):
+    """Times in steps that a float of 1.7e9 has: the same offset to the last digit."""
+    force_time, force, frame_time, *depth = tap(offset_s, stiffness=3e3, rate_hz=6, noise_n=0.1)
+    here, there = (
+        clock_offset(
+            force_time // 2**-20 * 2**-20 + begin_s,
+            force,
+            frame_time // 2**-20 * 2**-20 + begin_s,
+            *depth,
+            prior_std_s=USB_CLOCK_STD_S,
+        )
+        for begin_s in (0.0, 1.7e9)
+    )
+    assert there == here
+    assert abs(here.offset_s - offset_s) < 3 * here.std_s
+
+
 def test_a_long_film_is_told_by_its_press_alone():
     """A minute and a half, with a press of two seconds late in it, tells what these tell."""
     rng = np.random.default_rng(4)

@@ -40,18 +40,23 @@ def image_streams(sensor: Mapping) -> dict[str, Mapping]:
 
 
 def read_frames(folder: str | Path) -> pd.DataFrame:
-    """Read a capture's frames.csv: ``frame,time_s`` and one column of files for each stream."""
-    return read_table(Path(folder) / FRAMES)
+    """Read a capture's frames.csv: ``frame,time_s`` and one column of files for each stream.
+
+    Times count from the first frame: beside those since 1970 a clock's small steps vanish.
+    """
+    table = read_table(Path(folder) / FRAMES)
+    return table.assign(time_s=table["time_s"] - table["time_s"].iloc[0])
 
 
 def read_force(folder: str | Path) -> pd.DataFrame:
     """Read a capture's force.csv: ``time_s`` and gauge volts [V] or a wrench [N, Nm].
 
-    Stamps in bursts are spread (`palpate.capture.force_record.sampled_s`).
+    Times count from the capture's first frame. Stamps in bursts are spread
+    (`palpate.capture.force_record.sampled_s`).
     """
     path = Path(folder) / FORCE
-    table = read_table(path)
-    time_s, burst = sampled_s(columns_of(table, ["time_s"])[:, 0])
+    table, first_s = read_table(path), read_table(Path(folder) / FRAMES)["time_s"].iloc[0]
+    time_s, burst = sampled_s(columns_of(table, ["time_s"])[:, 0] - first_s)
     if burst > 1:
         logging.info("%s: its stamps in bursts of %.0f samples, which were spread", path, burst)
     return table.assign(time_s=time_s)

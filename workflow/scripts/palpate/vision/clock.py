@@ -76,6 +76,8 @@ def clock_offset(
     ValueError
         If the force follows the depth at quite another time.
     """
+    # A step of the offset vanishes beside times that count from 1970.
+    force_time_s, frame_time_s = force_time_s - frame_time_s[0], frame_time_s - frame_time_s[0]
     time_s, force = _between(force_time_s, force_n, frame_time_s)
     at_frames = np.interp(frame_time_s, force_time_s, force_n)
     if force.size < FEWEST_SAMPLES or at_frames.max() < SMALLEST_FORCE_N:
