@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.vision.clock import SHARED, USB_CLOCK_STD_S, _Press, clock_offset
+from palpate.vision.clock import SHARED, USB_CLOCK_STD_S, ClockOffset, _Press, clock_offset
 
 PRIOR_S = 0.01
 
@@ -102,7 +102,7 @@ def test_a_soft_press_filmed_slowly_says_that_it_does_not_know():
 
 def test_no_press_leaves_what_was_known():
     found = clock_offset(*tap(0.005, stiffness=0.0, rate_hz=6, noise_n=0.01), prior_std_s=PRIOR_S)
-    assert (found.offset_s, found.std_s) == (0.0, PRIOR_S)
+    assert found == ClockOffset(0.0, PRIOR_S, PRIOR_S, determined=False)
 
 
 @pytest.mark.parametrize("offset_s", [-0.1, -0.05, 0.02, 0.08, 0.1])
@@ -121,7 +121,7 @@ def test_few_frames_of_a_press_leave_what_was_known(shown):
     """Every twentieth, three of them with a force; or those before the press."""
     force_time, force, *frames = tap(0.0, stiffness=3e3, rate_hz=30, noise_n=0.01)
     found = clock_offset(force_time, force, *(x[shown] for x in frames), prior_std_s=PRIOR_S)
-    assert (found.offset_s, found.std_s) == (0.0, PRIOR_S)
+    assert found == ClockOffset(0.0, PRIOR_S, PRIOR_S, determined=False)
 
 
 @pytest.mark.parametrize("offset_s", [-0.4, 0.3])
@@ -130,6 +130,40 @@ def test_a_press_at_another_time_is_told(offset_s):
         ValueError, match="within 0.025 s, as .* says, found the press about [+-]0.[34]"
     ):
         clock_offset(*tap(offset_s, stiffness=3e3, rate_hz=6, noise_n=0.1), prior_std_s=PRIOR_S)
+
+
+QUICK = {"stiffness": 1e4, "rate_hz": 12}, {"stiffness": 5e4, "rate_hz": 30}
+
+
+@pytest.mark.parametrize("of", QUICK, ids=["12 Hz", "30 Hz"])
+@pytest.mark.parametrize("offset_s", [0.0, -0.05, 0.1, -0.25, 0.25])
+def test_an_offset_is_found_or_the_press_is_refused(offset_s, of):
+    for seed in range(3):
+        press = tap(offset_s, **of, seed=seed)
+        if abs(offset_s) > 0.2:
+            with pytest.raises(ValueError, match="expected the clock of frames.csv within 0.125 s"):
+                clock_offset(*press, prior_std_s=USB_CLOCK_STD_S)
+        else:
+            found = clock_offset(*press, prior_std_s=USB_CLOCK_STD_S)
+            assert found.determined and abs(found.offset_s - offset_s) < 3 * found.std_s < 0.01
+
+
+@pytest.mark.parametrize("prior_s", [PRIOR_S, USB_CLOCK_STD_S])
+@pytest.mark.parametrize("offset_s", [0.0, 0.1, -0.25, 0.25])
+def test_a_slow_straight_press_does_not_determine_its_offset(offset_s, prior_s):
+    """Another offset is another contact: down to 3.5 mm in 1.8 s, held, at 6 Hz."""
+    force_time, frame_time = np.arange(-0.3, 3.61, 0.01), np.arange(0, 3.3, 1 / 6)
+
+    def way(t):
+        return np.interp(t, [0.5, 1.0, 2.8], [-0.016, -0.001, 0.0025])
+
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        force = 1.6e4 * np.maximum(way(force_time - offset_s), 0) ** 1.5
+        force = force + rng.normal(0, 0.03, force.size)
+        seen, std = way(frame_time) + rng.normal(0, 1.5e-4, frame_time.size), np.full(20, 1.5e-4)
+        found = clock_offset(force_time, force, frame_time, seen, std, prior_std_s=prior_s)
+        assert found == ClockOffset(0.0, prior_s, prior_s, determined=False)
 
 
 def test_a_long_hold_is_no_press_at_another_time():

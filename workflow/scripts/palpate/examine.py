@@ -155,7 +155,8 @@ def _press(capture: Capture, press: Press, config: Config) -> Findings:
     offset_ms, std_ms = 1e3 * press.clock.offset_s, 1e3 * press.clock.std_s
     told = (
         *told_of(capture.folder, known.columns),
-        f"its clock {offset_ms:+.0f} +- {std_ms:.0f} ms",
+        f"its clock {'' if press.clock.determined else 'not determined, '}"
+        f"{offset_ms:+.0f} +- {std_ms:.0f} ms",
     )
     return found + Findings(found=told)
 

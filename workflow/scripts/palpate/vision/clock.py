@@ -34,11 +34,15 @@ CONTACT_GUESSES = (0.4, 0.6, 0.8)
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """Force clock minus camera clock, its standard deviation, and that of before the press [s]."""
+    """Force clock minus camera clock, its standard deviation, and that of before the press [s].
+
+    An offset that the press does not determine is 0, with the deviation of before.
+    """
 
     offset_s: float
     std_s: float
     prior_std_s: float
+    determined: bool = True
 
 
 def clock_offset(
@@ -69,7 +73,7 @@ def clock_offset(
     Returns
     -------
     ClockOffset
-        Zero with the prior's deviation where nothing is pressed.
+        Not determined where nothing is pressed, or offsets that are far apart fit alike.
 
     Raises
     ------
@@ -78,15 +82,18 @@ def clock_offset(
     """
     # A step of the offset vanishes beside times that count from 1970.
     force_time_s, frame_time_s = force_time_s - frame_time_s[0], frame_time_s - frame_time_s[0]
+    unknown = ClockOffset(0.0, prior_std_s, prior_std_s, determined=False)
     time_s, force = _between(force_time_s, force_n, frame_time_s)
     at_frames = np.interp(frame_time_s, force_time_s, force_n)
     if force.size < FEWEST_SAMPLES or at_frames.max() < SMALLEST_FORCE_N:
-        return ClockOffset(0.0, prior_std_s, prior_std_s)
+        return unknown
     if (at_frames > TELLING * at_frames.max()).sum() < FEWEST_PRESSED:
-        return ClockOffset(0.0, prior_std_s, prior_std_s)
+        return unknown
     depth_std_m = np.hypot(depth_std_m, DEPTH_STD_M)
     path = (frame_time_s, depth_m, depth_std_m)
-    check_time(force_time_s, force_n, *path, noise_n=_noise(force), prior_std_s=prior_std_s)
+    known = {"noise_n": _noise(force), "prior_std_s": prior_std_s}
+    if not check_time(force_time_s, force_n, *path, **known):
+        return unknown
     told = _telling(at_frames)
     frame_time_s, depth_m, depth_std_m = (each[told] for each in path)
     time_s, force = _between(force_time_s, force_n, frame_time_s)

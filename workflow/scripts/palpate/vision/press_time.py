@@ -18,6 +18,8 @@ SEARCHED_S, SEARCH_STEP_S = 1.0, 0.02
 LIKELY = 2.5
 # Chance of a misfit that refuses a press at its right time.
 CHANCE = 1e-3
+# Where more offsets than these fit alike by this chance, a search from zero stays near zero.
+ALIKE_CHANCE, LONGEST_ALIKE_S = 0.05, 0.3
 # Least correlation of the depths with what a force makes of them.
 LEAST_ALIKE = 0.8
 # Deviations of its noise at which a force is one, and frames with it that tell of an offset.
@@ -37,7 +39,7 @@ def check_time(
     *,
     noise_n: float,
     prior_std_s: float,
-) -> None:
+) -> bool:
     """Refuse records whose force rises at another time than the tip goes down.
 
     The depths of frames in contact are explained by the force that the record has at their times,
@@ -54,6 +56,12 @@ def check_time(
     prior_std_s : float
         Standard deviation of the offset before anything is known [s].
 
+    Returns
+    -------
+    bool
+        Whether the offset is determined: those that fit alike are 0.3 s at most, a likely one
+        among them.
+
     Raises
     ------
     ValueError
@@ -69,7 +77,7 @@ def check_time(
     limit_s = max(LIKELY * prior_std_s, SEARCH_STEP_S)
     likely = (np.abs(shifts) < limit_s + SEARCH_STEP_S / 2) & np.isfinite(misfits)
     if not likely.any():
-        return
+        return False
     best = int(np.argmin(misfits))
     near = found[int(np.argmin(np.where(likely, misfits, np.inf)))]
     alike = max(found[best].alike, near.alike)
@@ -84,6 +92,9 @@ def check_time(
             f"force.csv: time_s: expected the clock of frames.csv within {limit_s:g} s, as the"
             f" sensor's clock_offset_std_s says, found the press about {shifts[best]:+.2f} s away"
         )
+    away = [not each.free or each.beyond_chance(found[best], ALIKE_CHANCE) for each in found]
+    alike_s = SEARCH_STEP_S * (len(found) - sum(away))
+    return alike_s <= LONGEST_ALIKE_S and not near.beyond_chance(found[best], ALIKE_CHANCE)
 
 
 def force_ways(time_s: NDArray, force_n: NDArray, *, least_n: float) -> NDArray:
@@ -146,14 +157,14 @@ class _Followed:
             return np.inf
         return (self.squares + STATED) / (self.free + STATED)
 
-    def beyond_chance(self, best: "_Followed | None" = None) -> bool:
+    def beyond_chance(self, best: "_Followed | None" = None, chance: float = CHANCE) -> bool:
         """Held to the stated deviations, or to those that the best offset makes of them."""
         if not self.free:
             return False
-        most, variance = stats.chi2.isf(CHANCE, self.free) / self.free, 1.0
+        most, variance = stats.chi2.isf(chance, self.free) / self.free, 1.0
         if best is not None:
             most, variance = (
-                stats.f.isf(CHANCE, self.free, best.free + STATED),
+                stats.f.isf(chance, self.free, best.free + STATED),
                 max(best.misfit, 1.0),
             )
         return bool(self.squares / self.free > most * variance)
