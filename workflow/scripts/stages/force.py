@@ -32,9 +32,7 @@ def main(snakemake):
     with naming(source.capture, "force", "matching", "probe"):
         check_steepness(poses, probe, plane[:3], point, spec["support"])
         table, clock = capture_wrenches(record, poses, params.sensor, probe, options, up=plane[:3])
-        found = "clock offset %.4f s, deviation %.4f s%s"
-        known = "" if clock.determined else ": not determined by the press"
-        logging.info(found, clock.offset_s, clock.std_s, known)
+        logging.info("force clock minus camera clock: %s", clock)
     with whole_file(snakemake.output.clock) as part:
         part.write_text(json.dumps(vars(clock), indent=1) + "\n", encoding="utf-8")
     write_table(snakemake.output.force, table)

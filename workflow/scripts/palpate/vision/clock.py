@@ -85,14 +85,13 @@ def clock_offset(
     unknown = ClockOffset(0.0, prior_std_s, prior_std_s, determined=False)
     time_s, force = _between(force_time_s, force_n, frame_time_s)
     at_frames = np.interp(frame_time_s, force_time_s, force_n)
-    if force.size < FEWEST_SAMPLES or at_frames.max() < SMALLEST_FORCE_N:
-        return unknown
-    if (at_frames > TELLING * at_frames.max()).sum() < FEWEST_PRESSED:
+    few = (at_frames > TELLING * at_frames.max()).sum() < FEWEST_PRESSED
+    if few or force.size < FEWEST_SAMPLES or at_frames.max() < SMALLEST_FORCE_N:
         return unknown
     depth_std_m = np.hypot(depth_std_m, DEPTH_STD_M)
     path = (frame_time_s, depth_m, depth_std_m)
-    known = {"noise_n": _noise(force), "prior_std_s": prior_std_s}
-    if not check_time(force_time_s, force_n, *path, **known):
+    noise, record = _noise(force), (force_time_s, force_n)
+    if not check_time(*record, *path, noise_n=noise, prior_std_s=prior_std_s):
         return unknown
     told = _telling(at_frames)
     frame_time_s, depth_m, depth_std_m = (each[told] for each in path)
