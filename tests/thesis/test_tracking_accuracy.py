@@ -6,9 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import trimesh
+from palpate.solid.indentation import IndentationModel
 from palpate.surface.pose import to_camera
 from palpate.surface.tracked import Tracked
 from scipy.spatial.transform import Rotation
+from thesis.accuracy.indentation import displacement_ratios
 from thesis.accuracy.tracking import (
     accuracy_rows,
     averages,
@@ -182,3 +184,25 @@ def test_bad_truth_is_refused(truth, right):
         accuracy_rows(truth | {"surface_m": truth["surface_m"][:3]}, right)
     with pytest.raises(ValueError, match="depth_m: expected a frame in contact, found none"):
         accuracy_rows(truth | {"depth_m": -np.ones(4)}, right)
+
+
+def test_displacements_of_a_table_by_rings(ball):
+    """Of a table that is 3 % off within 20 mm of the contact, 5 % beyond; no ring is made up."""
+    rest, faces = ball
+    point, depth = np.array([0, 0, RADIUS_M]), np.array([0.0, 0.003, 0.006])
+    lab = {"surface_rest_m": rest, "surface_faces": faces, "depth_m": depth}
+    lab["surface_displacement_m"] = depth[:, None, None] * rest
+    away = np.linalg.norm(rest - point, axis=1)
+    off = lab["surface_displacement_m"] * np.where(away > 0.02, 1.05, 1.03)[:, None]
+    unit = np.ones((1, 2, 3))
+    table = IndentationModel(
+        point, -point, 0.006, ("neo_hookean",), np.array([0.2, 0.4]), depth,
+        unit, rest, faces, np.broadcast_to(off, (1, 2, *off.shape)),
+    )  # fmt: skip
+    found = displacement_ratios(table, lab, 0, 0.3, 0.005)
+    assert list(found.values()) == pytest.approx([1.03, 1.05, 1.05], abs=1e-3)
+    small = {"surface_rest_m": rest / 10, "surface_faces": faces} | {
+        name: lab[name] for name in ("depth_m", "surface_displacement_m")
+    }
+    near = replace(table, surface_rest_m=rest / 10, point_m=point / 10)
+    assert list(displacement_ratios(near, small, 0, 0.3, 0.005)) == ["displacement_ratio_8_20_mm"]
