@@ -226,6 +226,24 @@ def test_a_quarter_gives_the_force_of_a_half():
     assert moved[1] == pytest.approx(moved[0], abs=2e-6)
 
 
+def test_the_surface_far_from_the_contact_is_that_of_finer_elements(root):
+    lab = yaml.safe_load((root / "config/lab.yaml").read_text())["objects"]["foam_block"]["contact"]
+    block = {
+        "shape": {"kind": "block", "size_m": [0.12, 0.12, 0.0475]},
+        "material": {"law": "neo_hookean", "youngs_modulus_pa": E, "poisson_ratio": NU},
+    }
+    contact = lab | {"step_m": 0.001, "deepest_m": 0.001, "element_m": 0.002, "straight": True}
+    used, fine = (
+        press_object(block | {"contact": contact | more}, [0.0, 0.0, 0.0475], R)
+        for more in ({}, {"growth": 1.25})
+    )
+    away = np.linalg.norm(used.surface_rest_m - used.point_m, axis=1)
+    for low, high in ((0.008, 0.02), (0.02, 0.03), (0.03, 0.045)):
+        ring = (away > low) & (away < high)
+        moved, true = (ladder.surface_displacement_m[-1][ring] for ladder in (used, fine))
+        assert (moved * true).sum() / (true * true).sum() == pytest.approx(1, abs=0.02)
+
+
 def test_a_graded_solid_lies_between_its_ends():
     """A skin through all of a block is a stiffer block; a stiffer foot adds a part of itself."""
     places = np.zeros((1, 5, 3))

@@ -14,7 +14,8 @@ VERTICAL_GROWTH = 1.6
 TABLE_PENALTY = 0.1
 FINE_STEP_M = 0.0007
 FINE_REACH_M = 0.014
-FINE_GROWTH = 1.35
+# Triangles are flat: with 1.35 pictures show 1 % too much at 30 to 45 mm from the contact.
+FINE_GROWTH = 1.15
 
 
 def block_model(size_m: NDArray, point_m: NDArray, options: Mapping) -> Model:

@@ -27,7 +27,7 @@ TABLE_REACH = 0.3
 # Where it stands: edges as parts of the distance from there, and how far around they are refined.
 BASE_GROWTH, BASE_RADIUS_M = 1.0, 0.02
 # Of bonded solids, nodes that a linear press moves by less than this part of its depth are held.
-STILL_SHARE = 0.002
+STILL_SHARE = 0.0002
 # Of the contacts: pressure per penetration over Young's modulus [1/m].
 PENALTY_PER_M = 3e4
 # Of the point from the surface along the direction [m].
