@@ -6,7 +6,7 @@ from floor import floor
 from palpate.estimate.direct.table import force_table
 from palpate.solid.contact_mesh import moving_nodes
 from palpate.solid.indentation_setup import IndentationOptions, indentation_setup
-from palpate.solid.indentation_table import indentation_model
+from palpate.solid.indentation_table import drawn_surface, indentation_model
 from palpate.solid.indenting import State
 from palpate.solid.laws import LAW_NAMES
 from palpate.solid.mesh import quadratic, solid_mesh
@@ -40,6 +40,19 @@ def bonded(mesh):
         step_m=0.002,
         options=OPTIONS,
     )
+
+
+def test_a_quadratic_field_is_kept_between_the_nodes(mesh):
+    """A displacement is convex in the distance: on straight lines between nodes it is too large."""
+    solid = quadratic(mesh)
+    drawn, triangles = drawn_surface(solid)
+    places = drawn @ solid.nodes_m
+    assert drawn @ solid.nodes_m**2 == pytest.approx(places**2, abs=1e-12)
+    a, b, c = places[triangles].swapaxes(0, 1)
+    assert (np.cross(b, c) * a).sum() / 6 == pytest.approx(solid.volume_m3)
+    # Each edge is of two triangles: places of neighbouring faces are one.
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
 
 
 def test_force_is_hertz_s_and_grows(bonded):
@@ -154,8 +167,8 @@ def test_what_borders_on_what_is_still_is_held(block):
     bonded = np.flatnonzero(setup.whole.nodes_m[:, 2] == 0)
     held = np.isin(setup.nodes, np.append(np.unique(cut), bonded))
     assert not setup.free[held].any()
-    # A few more touch what is still along an edge.
-    assert setup.free[~held].mean() > 0.99
+    # A few more touch what is still along an edge: the more, the farther the border is.
+    assert setup.free[~held].mean() > 0.97
     moved = setup.displacement(setup.moved.nodes_m + [0, 0, 1e-3])
     assert moved[setup.nodes] == pytest.approx(np.tile([0, 0, 1e-3], (len(setup.nodes), 1)))
     assert not np.delete(moved, setup.nodes, axis=0).any()

@@ -25,7 +25,7 @@ FACING = np.array([0.0, -1.0, 0.0])
 # Rays a pixel of what moves, along each side: at once, or in each moment of an exposure.
 MOVING_SAMPLES, EXPOSED_SAMPLES = 3, 2
 # A frame is rendered again where the surface moved by more than this.
-STILL_M = 2e-5
+STILL_M = 2e-6
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ import logging
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 from tqdm import tqdm
 
 from palpate.solid.indentation import IndentationModel, ratio_weights
@@ -20,8 +21,11 @@ BEGINNING = (0.25, 0.5, 1.0, 1.5)
 CUTS = 3
 # A start that squeezes an element below this share of its volume is not taken.
 LEAST_START = 0.1
-# Triangles of a face's corners and middles.
-QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+# A face's corners and middles in its barycentric coordinates, and triangles between them.
+SIX = np.array([[2, 0, 0], [0, 2, 0], [0, 0, 2], [1, 1, 0], [0, 1, 1], [1, 0, 1]]) / 2
+QUARTERS = SIX[[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]]
+# Places of one surface that are nearer to each other are one [m].
+SAME_PLACE_DECIMALS = 9
 POISSON_RATIOS = (0.0, 0.2, 0.37, 0.49)
 
 
@@ -223,16 +227,15 @@ def _model(
         raise ValueError(
             f"load steps: expected equilibria to {depths[len(BEGINNING)]:g} m, found fewer"
         )
-    faces = setup.whole.surface_faces()
-    surface, number = np.unique(faces[:, QUARTERS].reshape(-1, 3), return_inverse=True)
+    drawn, triangles = drawn_surface(setup.whole)
     forces = np.zeros((len(laws), len(ratios), count))
-    moves = np.zeros((*forces.shape, len(surface), 3), dtype=np.float32)
+    moves = np.zeros((*forces.shape, drawn.shape[0], 3), dtype=np.float32)
     for i, law in enumerate(laws):
         solved = solved_ratios(i == 0, len(ratios))
         for j in solved:
             for k, state in enumerate(steps_of[law, j][:count]):
                 forces[i, j, k] = state.force_m2 @ setup.direction
-                moves[i, j, k] = setup.displacement(state.x_m)[surface]
+                moves[i, j, k] = drawn @ setup.displacement(state.x_m)
         if len(solved) < len(ratios):
             between = np.array([ratio_weights(np.array(ratios)[solved], nu)[0] for nu in ratios])
             harder = np.log(forces[i, solved, 1:] / forces[0, solved, 1:])
@@ -246,7 +249,38 @@ def _model(
         poisson_ratios=np.array(ratios, dtype=float),
         depth_m=depths[:count],
         force_per_modulus_m2=forces,
-        surface_rest_m=setup.whole.nodes_m[surface],
-        surface_faces=number.reshape(-1, 3),
+        surface_rest_m=drawn @ setup.whole.nodes_m,
+        surface_faces=triangles,
         surface_displacement_m=moves,
+    )
+
+
+def drawn_surface(mesh: SolidMesh) -> tuple[sparse.csr_array, NDArray]:
+    """Flat triangles, sixteen for each face of a solid, and what its quadratic field is there.
+
+    Displacement is a convex function of the distance from the contact: between the nodes
+    themselves, where faces are large, straight lines are 4 % above it.
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+        Of ten-node elements.
+
+    Returns
+    -------
+    drawn : (n, nodes) sparse array
+        From values at the nodes to those at the triangles' corners.
+    triangles : (m, 3) int array
+        Outward.
+    """
+    faces, L = mesh.surface_faces(), np.einsum("lab,kbc->klac", QUARTERS, QUARTERS).reshape(-1, 3)
+    middles = 4 * L[:, [0, 1, 0]] * L[:, [1, 2, 2]]
+    N = np.concatenate([L * (2 * L - 1), middles], axis=1)
+    places = (N @ mesh.nodes_m[faces]).reshape(-1, 3).round(SAME_PLACE_DECIMALS)
+    _, first, number = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    face, at = np.divmod(first, len(N))
+    rows = np.repeat(np.arange(len(first)), N.shape[1])
+    shape = len(first), len(mesh.nodes_m)
+    return sparse.csr_array((N[at].ravel(), (rows, faces[face].ravel())), shape), number.reshape(
+        -1, 3
     )
