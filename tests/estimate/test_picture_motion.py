@@ -77,6 +77,12 @@ def test_material_moves_across_the_line_of_sight():
     assert seen.mean() > 0.9
     assert np.median(found.across_m[-1][:, seen], axis=1) == pytest.approx(expected, abs=3e-5)
     assert (found.across_std_m[:, seen] < 1e-4).all()
+    sides = found.window_m[:, near] / 1000 @ POSE[:3, :3].T
+    places = found.cell_m[near] @ POSE[:3, :3].T + POSE[:3, 3]
+    moved_px = [1000 * (CAMERA.project(places + side) - CAMERA.project(places)) for side in sides]
+    assert np.array(moved_px) == pytest.approx(
+        np.broadcast_to(13 * np.eye(2)[:, None], (2, near.sum(), 2)), abs=0.05
+    )
     error = found.across_m[-1][:, seen & near] - expected[:, None]
     assert np.abs(error).max() < 5 * found.across_std_m[:, seen & near].max()
 

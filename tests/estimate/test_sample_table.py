@@ -167,6 +167,16 @@ def test_what_was_at_a_sample_moves_along_any_way():
     assert found.motion_m[0, 1, 3] == pytest.approx(0.002, abs=1e-4)
 
 
+def test_what_a_window_follows_is_the_mean_over_it():
+    """Of a motion that grows with the square of x: a twelfth of the side's square beside it."""
+    bent = ball_table(lambda rest: np.outer(10 * rest[:, 0] ** 2, [0, 0, 1.0]))
+    cell, way = np.array([[0.0, 0, 0.05], [0.01, 0, 0.049]] * 2), np.tile([0.0, 0, 1], (4, 1))
+    windows, followed = np.array([[[0.012, 0, 0], [0, 0.01, 0]]] * 4), np.arange(4) < 2
+    found = sample_table(bent, cell, way, material=followed, window_m=windows).motion_m[0, 1]
+    wider = followed * 0.012**2 / 12
+    assert found == pytest.approx(10 * (cell[:, 0] ** 2 + wider), abs=3e-4 * 0.1)
+
+
 def test_a_softer_law_is_deeper_under_the_same_force_and_moves_no_more_far_off():
     """Half as hard as the first: what is moved in proportion to the force is moved alike."""
     depth = np.linspace(0, 0.004, 9)

@@ -49,6 +49,7 @@ SHAPES = {
     "across_m": ("frames", "ways", "samples"),
     "across_std_m": ("ways", "samples"),
     "across_rest_std_m": ("ways", "samples"),
+    "window_m": ("ways", "samples", 3),
 }
 
 
@@ -84,6 +85,9 @@ class SurfaceMotion:
         was not found.
     across_std_m, across_rest_std_m : (a, c) arrays
         Standard deviation of a frame's own noise, and of the mean of the frames at rest [m].
+    window_m : (a, c, 3) array
+        Steps along the surface from side to side of a picture's window, along its columns and rows,
+        object frame [m].
     """
 
     cell_m: NDArray
@@ -100,6 +104,7 @@ class SurfaceMotion:
     across_m: NDArray
     across_std_m: NDArray
     across_rest_std_m: NDArray
+    window_m: NDArray
 
 
 @dataclass(frozen=True)
@@ -117,6 +122,8 @@ class MotionAlong:
         [m]; not a number where a sample was not seen.
     rest_std_m : (n,) array
         Deviation that all frames share [m].
+    window_m : (n, 2, 3) array
+        Sides on the surface of the window over which a motion is a mean; 0 of those along normals.
     """
 
     cell_m: NDArray
@@ -125,6 +132,7 @@ class MotionAlong:
     moved_m: NDArray
     std_m: NDArray
     rest_std_m: NDArray
+    window_m: NDArray
 
     @staticmethod
     def of(motion: SurfaceMotion) -> "MotionAlong":
@@ -132,6 +140,7 @@ class MotionAlong:
         ways, count = len(motion.across), len(motion.cell_m)
         across = motion.across_m.reshape(len(motion.moved_m), ways * count)
         std = np.where(np.isfinite(across), motion.across_std_m.reshape(-1), np.nan)
+        windows = np.tile(motion.window_m.swapaxes(0, 1), (ways, 1, 1))
         return MotionAlong(
             cell_m=np.tile(motion.cell_m, (1 + ways, 1)),
             way=np.concatenate([motion.normal, motion.across.reshape(-1, 3)]),
@@ -139,6 +148,7 @@ class MotionAlong:
             moved_m=np.concatenate([motion.moved_m, across], axis=1),
             std_m=np.concatenate([motion.std_m, std], axis=1),
             rest_std_m=np.append(motion.rest_std_m, motion.across_rest_std_m.reshape(-1)),
+            window_m=np.concatenate([np.zeros((count, 2, 3)), windows.reshape(-1, 2, 3)]),
         )
 
 
@@ -279,6 +289,7 @@ def no_pictures(frames: int, samples: int) -> dict[str, NDArray]:
         "across_m": np.empty((frames, 0, samples)),
         "across_std_m": std,
         "across_rest_std_m": std,
+        "window_m": np.empty((0, samples, 3)),
     }
 
 

@@ -81,13 +81,15 @@ def with_pictures(
     _require_same(motion, pictures)
     seen_at = motion.cell_m + motion.rest_height_m[:, None] * motion.normal
     places = to_camera(alignment.camera_from_object, seen_at)
-    way, px_per_m = _ways(places, alignment, pictures.camera)
+    slopes = _slopes(places, alignment, pictures.camera)
+    px_per_m = np.linalg.norm(slopes, axis=2)
+    window_px = _window_px(places, pictures.camera, options)
     flow = picture_flow(
         pictures.images,
         motion.rest_frames,
         pictures.camera.project(places),
         pictures.uncovered,
-        window_px=_window_px(places, pictures.camera, options),
+        window_px=window_px,
     )
     moved = np.moveaxis(flow, 2, 1) / px_per_m
     hidden = passed_by_probe(motion.cell_m, probe, options) | ~np.isfinite(motion.moved_m)
@@ -106,7 +108,16 @@ def with_pictures(
     vague = ~((std_px > REPEATED_PX) & (std_px < options.largest_flow_std_px)).all(axis=0)
     moved[:, :, vague] = np.nan
     moved[:, :, _disturbed(moved, motion, probe, options)] = np.nan
-    return replace(motion, across=way, across_m=moved, across_std_m=std, across_rest_std_m=rest_std)
+    # Steps along the surface that move a place along one axis of the picture alone.
+    steps = np.linalg.pinv(np.stack([*slopes, motion.normal], axis=1))[:, :, :2]
+    return replace(
+        motion,
+        across=slopes / px_per_m[..., None],
+        across_m=moved,
+        across_std_m=std,
+        across_rest_std_m=rest_std,
+        window_m=window_px * np.moveaxis(steps, 2, 0),
+    )
 
 
 def _disturbed(
@@ -150,16 +161,12 @@ def _require_same(motion: SurfaceMotion, pictures: Pictures) -> None:
         raise ValueError(f"mask: expected the pictures' {size} pixels, found {found}")
 
 
-def _ways(
-    places_m: NDArray, alignment: Alignment, camera: PinholeCamera
-) -> tuple[NDArray, NDArray]:
-    """Directions that move places along a picture's columns and rows, (2, c, 3), and px a metre."""
+def _slopes(places_m: NDArray, alignment: Alignment, camera: PinholeCamera) -> NDArray:
+    """How places' columns and rows in a picture go with them, object frame, (2, c, 3) [px/m]."""
     steps = STEP_M * np.eye(3)
     pairs = [(camera.project(places_m + s), camera.project(places_m - s)) for s in steps]
     slopes = np.stack([(after - before) / (2 * STEP_M) for after, before in pairs], axis=-1)
-    slopes = slopes.swapaxes(0, 1)
-    px_per_m = np.linalg.norm(slopes, axis=2)
-    return slopes / px_per_m[..., None] @ alignment.camera_from_object[:3, :3], px_per_m
+    return slopes.swapaxes(0, 1) @ alignment.camera_from_object[:3, :3]
 
 
 def _window_px(places_m: NDArray, camera: PinholeCamera, options: Observation) -> int:

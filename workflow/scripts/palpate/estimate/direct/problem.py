@@ -168,6 +168,7 @@ def direct_indentation(
             to_object(place, cell_m),
             way @ place[:3, :3],
             material=axes > 0,
+            window_m=along.window_m[chosen] @ place[:3, :3],
         ),
         turned_m_s2=turned_gravity(record.turns, turn @ support.up, turn @ direction),
     )

@@ -23,6 +23,10 @@ ROUNDS = 3
 NEWTON_STEPS = 8
 # Neighbours that tell how the surface bends, and normals too different to be of one face.
 NEIGHBOURS, SAME_FACE = 8, np.cos(np.deg2rad(40))
+# Places and weights of a mean over a square of side 1: three by three, by Gauss.
+GAUSS = np.polynomial.legendre.leggauss(3)
+WINDOW_AT = np.stack(np.meshgrid(GAUSS[0], GAUSS[0]), axis=-1).reshape(-1, 2) / 2
+WINDOW_WEIGHTS = np.outer(GAUSS[1], GAUSS[1]).ravel() / 4
 # By which a contact is moved to either side, to see what its place does [m].
 ASIDE_M = 0.001
 
@@ -208,6 +212,7 @@ def sample_table(
     way: NDArray,
     *,
     material: NDArray | bool = False,
+    window_m: NDArray | float = 0.0,
 ) -> SampleTable:
     """Take force, and motion of samples, from an indentation table.
 
@@ -223,6 +228,8 @@ def sample_table(
         normals, or of the material any.
     material : (c,) bool array, optional
         Of which samples the material is followed.
+    window_m : (c, 2, 3) array, optional
+        Sides of the windows in which it is followed: its motion is the mean over them [m].
 
     Raises
     ------
@@ -235,15 +242,19 @@ def sample_table(
     material = np.broadcast_to(material, len(cell_m))
     fixed = ~material
     bend = shape_operators(cell_m[fixed], way[fixed])
+    sides = np.broadcast_to(window_m, (len(cell_m), 2, 3))[material]
+    within_m = np.einsum("gs,csi->gci", WINDOW_AT, sides)
 
     def motion(law: int, aside_m: NDArray | float = 0.0) -> NDArray:
         fields = table.surface_displacement_m[law]
         places, found = cell_m + aside_m, np.zeros((*fields.shape[:2], len(cell_m)))
-        _, *corners = surface(places[material])
+        spread = places[material] + within_m
+        _, *corners = surface(spread.reshape(-1, 3))
         for at in np.ndindex(fields.shape[:2]):
             field = fields[at].astype(float)
             found[at][fixed] = _motion(surface, field, places[fixed], way[fixed], bend)
-            drawn = surface.interpolate(field, *corners)
+            drawn = surface.interpolate(field, *corners).reshape(spread.shape)
+            drawn = np.tensordot(WINDOW_WEIGHTS, drawn, axes=1)
             found[at][material] = (drawn * way[material]).sum(axis=1)
         return found
 
