@@ -45,7 +45,8 @@ def read_frames(folder: str | Path) -> pd.DataFrame:
     Times count from the first frame: beside those since 1970 a clock's small steps vanish.
     """
     table = read_table(Path(folder) / FRAMES)
-    return table.assign(time_s=table["time_s"] - table["time_s"].iloc[0])
+    time_s = columns_of(table, ["time_s"])[:, 0]
+    return table.assign(time_s=time_s - time_s[:1])
 
 
 def read_force(folder: str | Path) -> pd.DataFrame:
@@ -55,8 +56,9 @@ def read_force(folder: str | Path) -> pd.DataFrame:
     (`palpate.capture.force_record.sampled_s`).
     """
     path = Path(folder) / FORCE
-    table, first_s = read_table(path), read_table(Path(folder) / FRAMES)["time_s"].iloc[0]
-    time_s, burst = sampled_s(columns_of(table, ["time_s"])[:, 0] - first_s)
+    table, frames = read_table(path), read_table(Path(folder) / FRAMES)
+    force_s, frame_s = (columns_of(of, ["time_s"])[:, 0] for of in (table, frames))
+    time_s, burst = sampled_s(force_s - frame_s[:1])
     if burst > 1:
         logging.info("%s: its stamps in bursts of %.0f samples, which were spread", path, burst)
     return table.assign(time_s=time_s)

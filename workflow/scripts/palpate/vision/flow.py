@@ -16,8 +16,8 @@ from palpate.vision.windows import grey
 # straight lines between pixels make 0.12 px of 0.10 (Schreier, Braasch and Sutton, Opt. Eng. 39,
 # 2000, 2915), cubics and this 0.098 to 0.102.
 ENLARGED, SMOOTHED_PX = 2, 0.8
-# A step up the pyramid, so far as a hand moves a surface from one picture to the next.
-LEVELS = 1
+# Steps up the pyramid, so far as a hand moves a surface from one picture to the next.
+LEVELS = 2
 CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 30, 0.002)
 # A window that is not where it came from, when it is followed back, was another one [px].
 BACK_PX = 0.3

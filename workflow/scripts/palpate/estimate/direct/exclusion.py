@@ -58,7 +58,9 @@ def _apart(one: Estimated, other: Estimated) -> Iterator[str]:
         pair = one.moduli[name], other.moduli[name]
         if any(each.low is None or each.verdict == NOT_JUDGED for each in pair):
             continue
-        if max(each.low for each in pair) > min(each.high or inf for each in pair):
+        if max(each.low for each in pair) > min(
+            inf if each.high is None else each.high for each in pair
+        ):
             told = zip((one, other), pair, strict=True)
             of_each = " and ".join(f"of {each.whose}, {modulus.told()}," for each, modulus in told)
             yield f"{label} {of_each} exclude each other"

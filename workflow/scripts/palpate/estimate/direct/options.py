@@ -37,7 +37,7 @@ class Observation(Options):
     pictures: bool = option(
         False,
         "surface displacements across the lines of sight, seen in the pictures, are compared too:"
-        " intervals may be too narrow",
+        " intervals may be too narrow; not where the reference camera sees a projector's pattern",
     )
     flow_window_m: float = option(
         0.014, "of the surface, side of the windows that are followed in the picture", above=0
