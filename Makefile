@@ -23,6 +23,9 @@ define after
 	$(MODULE).closing $(2)
 endef
 
+# Of `make truth`: all estimates, and tables beside the lab's own solutions.
+TRUTH := $(addprefix results/truth/results/,figures/direct_moduli.png tables/indentation_accuracy.csv)
+
 # Of `make faults`.
 kills := 50
 # Of `make validation` and `make refit`.
@@ -30,8 +33,8 @@ seed := 1
 DRAWN = validation/$(seed)
 OBSERVED = $(wildcard $(DRAWN)/results/*/*/direct.json)
 
-.PHONY: results sample cut validation errors refit manners test test-all faults lint bench check lock docs pictures quoted sample-captures \
-  own-object-captures slurm-resources mutations mutations-1 mutations-2 mutants audit clean
+.PHONY: results sample cut truth validation errors refit manners test test-all faults lint bench check lock docs pictures quoted sample-captures \
+  own-object own-object-captures slurm-resources mutations mutations-1 mutations-2 mutants audit clean
 
 results: .venv/installed
 	$(SNAKEMAKE)
@@ -47,6 +50,13 @@ cut: .venv/installed
 	$(CUT)
 	$(call after,results/cut/captures,results/cut/results,$(CUT))
 	$(BIN)/python -m pytest -m cut tests/cut
+
+# The default lab's joint and single estimates, from nothing, against the truth: tests/truth/record.csv.
+truth: .venv/installed
+	rm -rf results/truth
+	$(BIN)/python tools/truth_gate.py begin
+	$(SNAKEMAKE) --configfile tests/truth/config.yaml -- $(TRUTH)
+	$(BIN)/python tools/truth_gate.py record
 
 # A lab drawn with a seed: objects and rigs that nobody chose, estimated and held to their truth; what
 # is refused does not stop the others.
@@ -91,6 +101,7 @@ lint: .venv/installed
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint --workflow-profile none
 	PYTHONPATH=workflow/scripts $(BIN)/lint-imports
+	$(BIN)/python tools/truth_gate.py check
 
 bench: .venv/installed
 	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python tests/bench.py results/bench.csv $(sections)
@@ -142,6 +153,10 @@ sample-captures: .venv/installed
 check: .venv/installed
 	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python -m palpate check \
 	  $(if $(object),'raw/$(subst ','\'',$(object))')
+
+# The guide's example, without a file of it copied.
+own-object: .venv/installed
+	$(SNAKEMAKE) --configfile tests/own_object/example.yaml
 
 # The committed captures of tests/own_object, made anew: a mesh of another origin than ours, under
 # a name and of a material that nothing else names.

@@ -24,7 +24,7 @@ from palpate.report.style import sensor_name
 from palpate.units import KILOPASCALS, MILLIMETRES
 
 ROOT = Path(__file__).resolve().parents[1]
-DOCUMENTS = ("README.md", "docs/results.md")
+DOCUMENTS = ("README.md", "docs/results.md", "docs/adding_an_object.md")
 MARK = re.compile(
     r"<!-- quoted: (?P<file>\S+)(?: where (?P<column>\w+)=(?P<value>\S+))?\n"
     r"(?P<rows>(?:\|.*\n)+)-->\n+(?P<header>\|.*\n\|[-:| ]+\n)(?P<table>(?:\|.*\n?)+)"
@@ -68,7 +68,7 @@ def rows_of(path: Path, mark: re.Match) -> list[str]:
         rows = [line.strip("| ") for line in text.splitlines() if line.startswith("| ")]
         text, separator = "\n".join(rows), r" *\| *"
     read_as = {"point": str, "capture": str}
-    table = pd.read_csv(StringIO(text), sep=separator, engine="python", dtype=read_as)
+    table = pd.read_csv(StringIO(text), sep=separator, engine="python", dtype=read_as, comment="#")
     if mark["column"]:
         table = table[table[mark["column"]].astype(str) == mark["value"]]
     wanted = set(re.findall(r"%\((.*?)\)", mark["rows"]))

@@ -155,8 +155,8 @@ def _press(capture: Capture, press: Press, config: Config) -> Findings:
     offset_ms, std_ms = 1e3 * press.clock.offset_s, 1e3 * press.clock.std_s
     told = (
         *told_of(capture.folder, known.columns),
-        f"its clock {'' if press.clock.determined else 'not determined, '}"
-        f"{offset_ms:+.0f} +- {std_ms:.0f} ms",
+        f"offset of its clock {offset_ms:+.0f} +- {std_ms:.0f} ms"
+        + " as assumed: the indentation does not determine it" * (not press.clock.determined),
     )
     return found + Findings(found=told)
 
