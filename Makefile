@@ -133,7 +133,8 @@ docs: .venv/installed
 pictures:
 	cp $(PICTURES:%=results/figures/%.png) docs/pictures/
 
-# What README.md and docs/results.md quote, against the last `make results` and `make manners`.
+# What README.md, docs/results.md and docs/adding_an_object.md quote, against the last `make truth`,
+# `make results`, `make manners` and `make own-object`.
 quoted: .venv/installed
 	$(BIN)/python tests/quoted.py
 

@@ -52,9 +52,11 @@ def differences(text: str, root: Path) -> list[str]:
 
 
 def rewritten(text: str, root: Path) -> str:
-    """A document with the rows that its files have now."""
+    """A document with the rows that its files have now, where they are there."""
 
     def table(mark: re.Match) -> str:
+        if not (root / mark["file"]).is_file():
+            return mark[0]
         rows = "".join(f"{row}\n" for row in rows_of(root / mark["file"], mark))
         return mark[0].removesuffix(mark["table"]) + rows
 

@@ -15,6 +15,7 @@ import argparse
 import ast
 import hashlib
 import json
+import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -122,7 +123,7 @@ def estimates_of_known(
     declared: Path,
     captures: Mapping[str, Sequence[str]],
     material: Mapping,
-    changes: Sequence[Changed] = (scaled("force", 1.0), scaled("force", 1.1)),
+    changes: Sequence[Changed],
     **options: float,
 ) -> list[DirectEstimate]:
     """Estimate an object whose nu and law are known; see `estimates_of`."""
@@ -136,10 +137,18 @@ def record_of(folder: Path, change: Changed | None = None) -> pd.DataFrame:
     """What a finished run found: a row an estimate, each interval beside the truth.
 
     With a change, what all captures of each object and sensor give together.
+
+    Raises
+    ------
+    ValueError
+        If there is no run.
     """
     results, made = folder / "results", [change or (lambda one: one)]
     captures, singles, groups, joints, known, materials = [], [], [], [], [], {}
-    for path in sorted(results.glob("*/*/direct.json")):
+    files = sorted(results.glob("*/*/direct.json"))
+    if not files:
+        raise ValueError(f"{results}: expected joint estimates, found none: run `make truth`")
+    for path in files:
         place = path.parents[1], folder / "captures" / path.parts[-3]
         group = dict(zip(("object", "sensor"), path.parts[-3:-1], strict=True))
         group |= {"provenance": "simulated"}
@@ -254,7 +263,8 @@ def show(record: pd.DataFrame) -> list[str]:
 
 def record_run() -> list[str]:
     """Write the record of a finished run."""
-    code = (RUN / "code").read_text(encoding="utf-8")
+    noted = RUN / "code"
+    code = noted.read_text(encoding="utf-8") if noted.is_file() else None
     if code != digest():
         raise ValueError(f"{RUN}: expected a run of this code, found one of another: `make truth`")
     record = record_of(RUN)
@@ -268,10 +278,11 @@ def main(arguments: Sequence[str]) -> list[str]:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("verb", choices=("begin", "record", "check", "change"))
+    kinds = re.compile(r"(force|depth|table)=\d+(\.\d+)?")
     parser.add_argument("fault", nargs="?", help="of change: force, depth or table=FACTOR")
     options = parser.parse_args(arguments)
-    if (options.verb == "change") != bool(options.fault):
-        parser.error("fault: expected with change, and only with it")
+    if (options.verb == "change") != bool(kinds.fullmatch(options.fault or "")):
+        parser.error("fault: expected as force=1.05 with change, and only with it")
     if options.verb == "begin":
         RUN.mkdir(parents=True, exist_ok=True)
         (RUN / "code").write_text(digest(), encoding="utf-8")
@@ -283,4 +294,8 @@ def main(arguments: Sequence[str]) -> list[str]:
 
 
 if __name__ == "__main__":
-    sys.exit("\n".join(f"truth gate: {line}" for line in main(sys.argv[1:])) or None)
+    try:
+        wrong = main(sys.argv[1:])
+    except ValueError as error:
+        wrong = [str(error)]
+    sys.exit("\n".join(f"truth gate: {line}" for line in wrong) or None)

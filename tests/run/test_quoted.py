@@ -66,6 +66,7 @@ def test_a_row_that_is_left_out_is_named(run):
 
 
 def test_a_file_that_is_missing_is_named(tmp_path):
+    assert rewritten(QUOTING, tmp_path) == QUOTING
     (line,) = differences(QUOTING, tmp_path)
     assert line.startswith("results/tables/of.csv: expected") and line.endswith("found no file")
 

@@ -79,10 +79,11 @@ def _compared(
     for group, one in found:
         objects.setdefault(group[0].folder.parents[1], []).append((group, one))
     for mine in objects.values():
-        told = [
-            Estimated(f"all captures by {sensor_name(g[0].folder.parent.name)}", one.moduli, True)
-            for g, one in mine
-        ]
+        told = []
+        for group, one in mine:
+            which = "all captures" if len(group) > 1 else f"capture {group[0].folder.name}"
+            sensor = sensor_name(group[0].folder.parent.name)
+            told.append(Estimated(f"{which} by {sensor}", one.moduli, joint=True))
         for (group, one), lines in zip(mine, exclusions(told), strict=True):
             yield group, one.beside(lines)
 

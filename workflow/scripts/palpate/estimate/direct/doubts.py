@@ -56,7 +56,10 @@ def doubts_of(best: Solution, options: Fit, std: NDArray) -> Iterator[str]:
 
 
 def contradictions(best: Solution, options: Fit, std: NDArray) -> Iterator[str]:
-    """Warnings with which nothing is identified, however narrow its interval is."""
+    """Warnings with which nothing is identified, however narrow its interval is.
+
+    Parameters are those of `doubts_of`.
+    """
     first = best.parameters[0]
     laws = {
         "force": (first.force_law, std[FORCE_LAW]),

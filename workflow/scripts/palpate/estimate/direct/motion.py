@@ -123,7 +123,7 @@ class MotionAlong:
     rest_std_m : (n,) array
         Deviation that all frames share [m].
     window_m : (n, 2, 3) array
-        Sides on the surface of the window over which a motion is a mean; 0 of those along normals.
+        Sides on the surface of the window over which a motion is a mean [m]; 0 along normals.
     """
 
     cell_m: NDArray
