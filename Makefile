@@ -1,14 +1,14 @@
 # Each target first makes .venv from environment.lock, when it is missing or older than the lock.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
-MODULE := PYTHONPATH=workflow/scripts $(BIN)/python -m palpate.run
+MODULE := PYTHONPATH=workflow/scripts $(BIN)/python -m palpate.workflow
 SNAKEMAKE := $(BIN)/snakemake --profile workflow/profiles/default
-ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1
 VALIDATION = $(SNAKEMAKE) --keep-going --configfile $(DRAWN)
 MANNERS := $(SNAKEMAKE) --configfile config/manners.yaml
 SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
 CUT := $(SNAKEMAKE) --configfile tests/cut/config.yaml
-# Captures of `make manners`: config/manners_lab.yaml.
+# Captures of `make protocols`: config/manners_lab.yaml.
 GLUED := 01 $(addprefix 01-a0,1 2 3 4 5 6 7 8 9) 01-a10 02
 PRESSES := $(addprefix glued_block/bumblebee/,$(GLUED)) loose_block/bumblebee/01 \
   $(addprefix bad_bench/bumblebee/,01 01-a01)
@@ -33,7 +33,7 @@ seed := 1
 DRAWN = validation/$(seed)
 OBSERVED = $(wildcard $(DRAWN)/results/*/*/direct.json)
 
-.PHONY: results sample cut truth validation errors refit manners test test-all faults lint bench check lock docs pictures quoted sample-captures \
+.PHONY: results sample cut truth validation errors refit protocols manners test test-all nightly faults lint bench check lock docs pictures quoted sample-captures \
   own-object own-object-captures slurm-resources mutations mutations-1 mutations-2 mutants audit clean
 
 results: .venv/installed
@@ -64,25 +64,28 @@ validation: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
 	  config/validation.yaml $(DRAWN) --seed $(seed)
 	-$(VALIDATION)/config.yaml -- validation
-	$(BIN)/python tests/validation.py $(DRAWN)
+	$(BIN)/python tools/validation.py $(DRAWN)
 
 # Each error of a rig by itself and all at once, on a block, a ball and a drawn object.
 errors: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
 	  config/validation.yaml $(DRAWN)-alone --seed $(seed) --alone
 	-$(VALIDATION)-alone/config.yaml -- validation
-	$(BIN)/python tests/validation.py $(DRAWN)-alone
+	$(BIN)/python tools/validation.py $(DRAWN)-alone
 
 # The estimates alone, anew, of what a finished `make validation` observed.
 refit: .venv/installed
 	@test -n "$(OBSERVED)" || { echo "error: $(DRAWN): expected what make validation seed=$(seed) found, found nothing"; exit 1; }
-	-$(VALIDATION)/config.yaml --allowed-rules direct_object --forcerun direct_object -- $(OBSERVED)
-	$(BIN)/python tests/validation.py $(DRAWN)
+	$(VALIDATION)/config.yaml --allowed-rules direct_object --forcerun direct_object -- $(OBSERVED)
+	$(BIN)/python tools/validation.py $(DRAWN)
 
-# One press in many manners, each estimated by itself; one that is refused does not stop the others.
-manners: .venv/installed
+# One indentation by many protocols, each estimated by itself; one that is rejected does not stop the
+# others. `make manners` is its former name.
+protocols: .venv/installed
 	-$(MANNERS) --keep-going -- $(PRESSES:%=manners/results/%/direct.json)
-	$(BIN)/python tests/manners.py manners/results
+	$(BIN)/python tools/protocols.py manners/results
+
+manners: protocols
 
 # A worker for each core; with the long ones (pytest.mark.long) nearly twice as long.
 test: .venv/installed
@@ -93,7 +96,10 @@ test-all: .venv/installed
 
 # Runs of the sample, killed again and again at random moments; half an hour on two quiet cores.
 faults: .venv/installed
-	$(BIN)/python tests/faults.py results/faults.md --kills $(kills) $(if $(targets),--targets $(targets))
+	$(BIN)/python tools/faults.py results/faults.md --kills $(kills) $(if $(targets),--targets $(targets))
+
+# What CI has no time for: the long tests, corrupted inputs, kills, mutation testing, vulnerabilities.
+nightly: test-all mutations faults mutants audit
 
 lint: .venv/installed
 	$(BIN)/ruff check .
@@ -104,43 +110,43 @@ lint: .venv/installed
 	$(BIN)/python tools/truth_gate.py check
 
 bench: .venv/installed
-	PYTHONPATH=workflow/scripts $(ONE_THREAD) $(BIN)/python tests/bench.py results/bench.csv $(sections)
+	PYTHONPATH=workflow/scripts:tests $(ONE_THREAD) $(BIN)/python tools/bench.py results/bench.csv $(sections)
 
 # Spoilt captures, files and results (docs/reliability.md); with='--count 100' takes some of them.
 HALVES := mutations-1 mutations-2
 mutations: .venv/installed
 	$(MAKE) --jobs=2 $(HALVES)
 $(HALVES): mutations-%:
-	$(ONE_THREAD) $(BIN)/python tests/mutations.py results/mutations-$*.csv --part $*/2 $(with)
+	$(ONE_THREAD) $(BIN)/python tools/mutations.py results/mutations-$*.csv --part $*/2 $(with)
 
 # One operator or constant of palpate.vision, solid and estimate changed at a time, 40 drawn with a
 # seed: which the tests notice (docs/reliability.md); with='--seed 2 --count 10 --rooms solid'.
 mutants: .venv/installed
-	$(ONE_THREAD) $(BIN)/python tests/mutants.py $(with)
+	$(ONE_THREAD) $(BIN)/python tools/mutants.py $(with)
 
-# What is installed against the lock; then known vulnerabilities, where their database is in reach.
+# What is installed against the lock; then known vulnerabilities (their database is in the network).
 audit: .venv/installed
 	$(BIN)/pip install --quiet --dry-run --no-deps --require-hashes -r environment.lock
 	$(BIN)/pip check
-	-$(PYTHON) -m venv results/.pip-audit && results/.pip-audit/bin/pip install --quiet pip-audit \
+	$(PYTHON) -m venv results/.pip-audit && results/.pip-audit/bin/pip install --quiet pip-audit \
 	  && results/.pip-audit/bin/pip-audit --strict --disable-pip --require-hashes -r environment.lock
 
 # Pages that follow from the code.
 docs: .venv/installed
-	PYTHONPATH=workflow/scripts $(BIN)/python -m palpate.run.options_page docs/options.md
+	PYTHONPATH=workflow/scripts $(BIN)/python -m palpate.workflow.options docs/options.md
 
 # From the last `make results` and `make bench`: docs/pictures holds copies, nothing drawn by hand.
 pictures:
 	cp $(PICTURES:%=results/figures/%.png) docs/pictures/
 
 # What README.md, docs/results.md and docs/adding_an_object.md quote, against the last `make truth`,
-# `make results`, `make manners` and `make own-object`.
+# `make results`, `make protocols` and `make own-object`.
 quoted: .venv/installed
-	$(BIN)/python tests/quoted.py
+	$(BIN)/python tools/quoted.py
 
 # What the SLURM profile asks for, from the benchmarks of the last `make results`.
 slurm-resources: .venv/installed
-	$(MODULE).slurm \
+	PYTHONPATH=workflow/scripts $(BIN)/python tools/slurm_resources.py \
 	  results/benchmarks workflow/profiles/slurm/config.yaml
 
 # The committed captures of tests/sample, made anew by the virtual lab.

@@ -1,7 +1,7 @@
 """The project's configuration, as a run reads it."""
 
 import yaml
-from palpate.run.options import filled
+from palpate.workflow.options import filled
 from thesis.options import Simulation
 
 

@@ -13,8 +13,8 @@ from palpate.__main__ import main
 from palpate.capture.images import mosaic_rggb
 from palpate.estimate.hertz.range import force_onset
 from palpate.press import press_of
-from palpate.run.options import Config
 from palpate.vision.force import FORCE
+from palpate.workflow.options import Config
 
 OBJECT, CAPTURE = "raw/toy_cow", "raw/toy_cow/bench_cam/back"
 PROBE = "config/probes/bench_probe.yaml"

@@ -45,7 +45,7 @@ def project(tmp_path):
         "workflow/scripts/palpate/solid/__init__.py": "",
         "workflow/scripts/palpate/solid/square.py": ROOM,
         "tests/solid/test_square.py": TESTS,
-        "tests/mutants.py": (mutants.ROOT / "tests/mutants.py").read_text(),
+        "tools/mutants.py": (mutants.ROOT / "tools/mutants.py").read_text(),
     }.items():
         place = tmp_path / "project" / name
         place.parent.mkdir(parents=True, exist_ok=True)

@@ -12,10 +12,10 @@ from palpate.capture.importing.recording import force_table
 from palpate.capture.tables import read_table, write_force, write_frames
 from palpate.examine import told_of
 from palpate.press import press_of
-from palpate.run.options import Config
 from palpate.vision.force import FORCE, match_nearest, zeroed
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Force, ProbePose
+from palpate.workflow.options import Config
 
 REGULAR = np.arange(2000) / 1000
 CORNERS = Config(probe_pose=ProbePose(refinement="corners"))

@@ -5,8 +5,6 @@ import re
 import pytest
 import yaml
 from palpate.capture.schema import SCHEMAS, load_yaml, validate
-from palpate.run.options import config_schema
-from thesis.options import Simulation
 
 
 @pytest.mark.parametrize(
@@ -148,12 +146,8 @@ def patterns(node):
 
 def test_patterns_are_told_in_words_with_an_example(root):
     read = [load_yaml(path) for path in sorted(SCHEMAS.glob("*.yaml"))]
-    found = [
-        one
-        for schema in [*read, config_schema({"simulation": Simulation})]
-        for one in patterns(schema)
-    ]
-    assert len(found) >= 7
+    found = [one for schema in read for one in patterns(schema)]
+    assert len(found) >= 4
     for one in found:
         words, _, example = one["description"].rpartition(", like ")
         assert words.startswith("a name of ")

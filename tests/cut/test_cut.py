@@ -18,6 +18,7 @@ OWN_OBJECTS = "for people's own objects: tests/workflow/test_own_object.py runs 
 NOT_RUN = {
     "all": "a target",
     "lab": "a target: all that the lab makes",
+    "objects": "a target, of batches",
     "validation": "a target",
     "curve": OWN_OBJECTS,
     "own_data": OWN_OBJECTS,

@@ -1,6 +1,6 @@
 """Presses of a made-up solid whose moduli are known, for the tests of the direct estimate."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 from floor import floor
@@ -13,7 +13,7 @@ from palpate.estimate.relaxation import relaxed_force
 RADIUS_M = 0.006
 # Relaxation times of what is pressed.
 SHARE_TIMES_S = (0.3, 3.0)
-NO_RIG = Rig(**{one.name: 0.0 for one in fields(Rig)})
+NO_RIG = Rig(**dict.fromkeys(Rig.model_fields, 0.0))
 OPTIONS = Fit(
     relaxation_times_s=SHARE_TIMES_S,
     fraction_std=0.1,

@@ -311,18 +311,18 @@ BESIDE = {
 # What is measured; options have another name for one, and of the noise comes what is divided by.
 MEASURED = {one.name for one in fields(DirectIndentation) if "_std" in one.name}
 MEASURED -= {"pattern_std_m", "noise_std_m"}
-FIELDS = {one.name for one in fields(Fit) if "_std" in one.name} - {"model_std"}
-FIELDS |= {one.name for one in (*fields(Rig), *fields(ModelStd))} | MEASURED
+FIELDS = {name for name in Fit.model_fields if "_std" in name} - {"model_std"}
+FIELDS |= {*Rig.model_fields, *ModelStd.model_fields} | MEASURED
 
 
 def with_term(field, std):
     """A press and options with noise and this term alone."""
-    options, press = replace(NOTHING, **BESIDE.get(field, {})), PRESS
+    options, press = NOTHING.changed(**BESIDE.get(field, {})), PRESS
     for name in ("rig", "model_std"):
         if hasattr(block := getattr(options, name), field):
-            options = replace(options, **{name: replace(block, **{field: std})})
+            options = options.changed(**{name: block.changed(**{field: std})})
     if hasattr(options, field):
-        options = replace(options, **{field: std})
+        options = options.changed(**{field: std})
     elif hasattr(press, field):
         press = replace(press, **{field: np.zeros_like(getattr(press, field)) + std})
     return options, as_options_say(press, options)
@@ -380,7 +380,7 @@ def test_what_a_second_press_has_anew(field):
 def test_a_foot_that_sticks_or_is_small_has_no_friction_to_doubt():
     options, press = with_term("foot_std", 0.3)
     loose = ModelStd(log_youngs_modulus=0.0, nu=0.0, nu_loose=0.08)
-    options = replace(options, model_std=loose)
+    options = options.changed(model_std=loose)
     names = {one.name for one in budget(options, replace(press, table=model_of(SIDE_M))).sources}
     assert not {"friction of the foot", "indentation table: loose foot"} & names
 

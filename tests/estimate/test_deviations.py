@@ -52,7 +52,7 @@ def test_the_likeliest_multiples_are_those_of_the_whole_density(seed):
 
 
 def test_depths_of_the_same_place_and_time_err_together():
-    press, options = press_of(25e3, 0.3, 1), replace(OPTIONS, relaxation_times_s=(0.3, 3.0))
+    press, options = press_of(25e3, 0.3, 1), OPTIONS.changed(relaxation_times_s=(0.3, 3.0))
     found = with_depth_errors(press, START, options, likeliest=False)
     covariance = found.depth_root_m @ found.depth_root_m.T
     noise = depth_noise(press, START, times_s=np.array(options.relaxation_times_s))
@@ -82,7 +82,7 @@ def test_priors_in_deviations():
         clock_expected_s=0.02,
         place_expected_m=np.array([1e-3, 0.0]),
     )
-    prior = prior_of([pressed, pressed], replace(OPTIONS, poisson_ratio=0.3))
+    prior = prior_of([pressed, pressed], OPTIONS.changed(poisson_ratio=0.3))
     assert prior.rows.shape[1] == SHARED + 3 + 2 * OWN
     vector = np.zeros(prior.rows.shape[1])
     own = SHARED + 3

@@ -43,7 +43,7 @@ from palpate.solid.support import Support
 
 def test_exact_data_give_the_moduli_back():
     indentation = press_of(25e3, 0.3, 1, noise=0.0)
-    options = replace(OPTIONS, fraction_std=10.0, fraction_step_std=10.0)
+    options = OPTIONS.changed(fraction_std=10.0, fraction_step_std=10.0)
     found = fit_direct([indentation], options, START).parameters[0]
     assert found.youngs_modulus_pa == pytest.approx(25e3, rel=2e-3)
     assert found.poisson_ratio == pytest.approx(0.3, abs=1e-3)
@@ -86,7 +86,7 @@ def test_a_clock_that_was_set_wrong_before_is_set_right():
     """The force's clock was moved by 25 ms: what is known of it is that the clocks agree."""
     late = press_of(25e3, 0.3, 1, noise=0.2, shares=(0.0, 0.0), late_s=0.025)
     told = replace(late, clock_expected_s=0.025)
-    known = replace(OPTIONS, force_law_std=1e-3, motion_law_std=1e-3)
+    known = OPTIONS.changed(force_law_std=1e-3, motion_law_std=1e-3)
     right, wrong = (fit_direct([one], known, START).parameters[0] for one in (told, late))
     assert right.clock_s == pytest.approx(0.025, abs=0.005)
     assert right.youngs_modulus_pa == pytest.approx(25e3, rel=0.02)
@@ -144,7 +144,7 @@ def test_what_stands_sinks_along_its_support_and_rocks_about_its_foot():
 def test_shares_of_neighbouring_times_hold_together():
     indentation = press_of(25e3, 0.3, 2, shares=(0.15, 0.0))
     loose, tight = (
-        fit_direct([indentation], replace(OPTIONS, fraction_step_std=std), START)
+        fit_direct([indentation], OPTIONS.changed(fraction_step_std=std), START)
         .parameters[0]
         .fractions
         for std in (1.0, 1e-4)
@@ -208,7 +208,7 @@ def test_a_solid_of_another_law(laws):
     E = found.moduli["youngs_modulus_pa"]
     assert E.low < 25e3 < E.high
     # A law that is taken for known is wrong, and sure of it.
-    options = replace(OPTIONS, force_law_std=1e-3, motion_law_std=1e-3)
+    options = OPTIONS.changed(force_law_std=1e-3, motion_law_std=1e-3)
     sure = estimate_direct(presses, options, radius_m=RADIUS_M).moduli["youngs_modulus_pa"]
     assert not sure.low < 25e3 < sure.high
 
@@ -229,7 +229,7 @@ def test_the_equivalent_modulus_is_that_of_the_force_at_its_depth():
 def test_a_ratio_that_is_known_beforehand_narrows_e():
     press = press_of(25e3, 0.3, 1, motion_std_m=4e-4)
     free = estimate_direct([press], OPTIONS, radius_m=RADIUS_M)
-    options = replace(OPTIONS, poisson_ratio=0.3, poisson_ratio_std=0.002)
+    options = OPTIONS.changed(poisson_ratio=0.3, poisson_ratio_std=0.002)
     known = estimate_direct([press], options, radius_m=RADIUS_M)
     E, nu = (known.moduli[name] for name in ("youngs_modulus_pa", "poisson_ratio"))
     assert E.low < 25e3 < E.high
@@ -238,7 +238,7 @@ def test_a_ratio_that_is_known_beforehand_narrows_e():
     assert nu.verdict == "assumed"
     assert (nu.low, nu.high) == pytest.approx((0.3 - 0.00392, 0.3 + 0.00392), abs=1e-4)
     # What is held beforehand gives way to what the press tells well.
-    wide = replace(OPTIONS, poisson_ratio=0.4, poisson_ratio_std=0.3)
+    wide = OPTIONS.changed(poisson_ratio=0.4, poisson_ratio_std=0.3)
     clear = press_of(25e3, 0.3, 1)
     free = estimate_direct([clear], OPTIONS, radius_m=RADIUS_M)
     told = estimate_direct([clear], wide, radius_m=RADIUS_M).moduli["poisson_ratio"]
@@ -289,7 +289,7 @@ def test_the_budget_is_the_covariance():
 @pytest.mark.parametrize(("name", "std"), [("force_drift_std_n", 0.02), ("board_scale_std", 0.02)])
 def test_a_rig_s_error_moves_the_moduli_as_the_budget_says(name, std):
     """Against the fit of what such an error makes of a press."""
-    options = replace(OPTIONS, rig=replace(NO_RIG, **{name: std}))
+    options = OPTIONS.changed(rig=NO_RIG.changed(**{name: std}))
     press = press_of(25e3, 0.3, 1, noise=0.3)
     found = estimate_direct([press], options, radius_m=RADIUS_M)
     (error,) = (e for e in rig_errors(options.rig, radius_m=RADIUS_M) if e.std)
@@ -365,7 +365,7 @@ def test_poisson_s_ratio_ends_with_the_table():
     assert found.moduli["poisson_ratio"].high == 0.35
     with pytest.raises(ValueError, match="poisson_ratio_bounds: expected low below high within"):
         estimate_direct(
-            [press], replace(OPTIONS, poisson_ratio_bounds=(0.4, 0.1)), radius_m=RADIUS_M
+            [press], OPTIONS.changed(poisson_ratio_bounds=(0.4, 0.1)), radius_m=RADIUS_M
         )
 
 

@@ -88,7 +88,7 @@ def test_a_press_that_may_relax(name, std):
     if hasattr(record, name):
         record = replace(record, **{name: std})
     else:
-        beliefs = replace(beliefs, **{name: std})
+        beliefs = beliefs.changed(**{name: std})
     fit = fit_relaxation(record, {0.3: LAW}, times_s=np.array([0.5, 2.0]), beliefs=beliefs)
     noise = np.hypot(record.force_std_n, E * RISE * record.frame_std_m)
     columns = [E * UNIT, -E * RISE, E * UNIT * (DEPTH_M / DEPTH_M[-1] - 0.5), np.ones(COUNT)]

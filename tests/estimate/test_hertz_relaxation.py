@@ -54,7 +54,7 @@ def until_deepest(ours):
 
 def test_precise_samples_give_modulus_share_and_contact():
     ours = record(frame_std_m=1e-6, force_std_n=1e-4, contact_m=3e-5)
-    sure = replace(BELIEFS, law_std=1e-5)
+    sure = BELIEFS.changed(law_std=1e-5)
     given = {"times_s": np.array(TERMS["times_s"]), "beliefs": sure}
     fit = fit_relaxation(ours, LAWS, **given)
     assert fit.reduced_modulus_pa == pytest.approx(TRUTH, rel=0.01)
@@ -68,7 +68,7 @@ def test_precise_samples_give_modulus_share_and_contact():
 @pytest.mark.parametrize("terms", [TERMS, {"fractions": [], "times_s": []}])
 def test_intervals_hold_the_truth_as_often_as_they_say(terms):
     """Splits and times are not the fit's own, so that intervals may hold it more often."""
-    sure = replace(BELIEFS, law_std=1e-3)
+    sure = BELIEFS.changed(law_std=1e-3)
     found = [fitted(record(terms=terms, seed=seed), beliefs=sure) for seed in range(40)]
     later = TRUTH * (1 - relaxed_share(1.0, **terms))
     now = [low <= TRUTH <= high for low, high in (f.reduced_modulus_interval_pa for f in found)]
@@ -252,7 +252,7 @@ def test_laws_of_other_ratios_widen_the_interval_and_are_told_apart_by_precise_s
     alone = fitted(noisy).reduced_modulus_interval_pa
     assert low < TRUTH < high
     assert high - low > 1.2 * (alone[1] - alone[0])
-    sure = fitted(precise, laws=laws, beliefs=replace(BELIEFS, law_std=1e-4))
+    sure = fitted(precise, laws=laws, beliefs=BELIEFS.changed(law_std=1e-4))
     assert sure.poisson_ratio == pytest.approx(0.3, abs=0.01)
     assert fitted(noisy, laws=laws).poisson_ratio_std > 0.1
 

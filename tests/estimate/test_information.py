@@ -52,7 +52,7 @@ def test_the_bound_is_the_inverse_of_all_information(told):
 
 
 def test_what_the_table_adds_is_no_information_lost_in_the_bound(told):
-    options = replace(OPTIONS, model_std=ModelStd(log_youngs_modulus=0.1, nu=0.1))
+    options = OPTIONS.changed(model_std=ModelStd(log_youngs_modulus=0.1, nu=0.1))
     doubted = estimate_direct([press_of(25e3, 0.3, 1)], options, radius_m=RADIUS_M)
     assert doubted.bound == pytest.approx(told.bound, rel=1e-6)
     nu = doubted.solution.parameters[0].poisson_ratio

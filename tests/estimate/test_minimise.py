@@ -1,7 +1,5 @@
 """Objective and minimisation on exact data of the solid itself."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from palpate.estimate.minimise.objective import Measurement, Objective
@@ -46,7 +44,7 @@ def test_minimisation_finds_the_truth(exact, option):
 
 def test_the_printed_parametrisation_finds_it_too(exact):
     cost = exact.objective("displacement")
-    options = replace(OPTIONS, parametrisation="lame", iterations=400)
+    options = OPTIONS.changed(parametrisation="lame", iterations=400)
     found = minimise_error(cost, (33000.0, 0.4), options)
     assert found.youngs_modulus_pa == pytest.approx(25998, rel=1e-3)
 
@@ -58,7 +56,7 @@ def test_the_printed_parametrisation_stays_with_real_solids():
         E, nu = engineering_from_lame(lam, mu)
         return abs(np.log(E / 25e3)) + abs(nu - 0.3)
 
-    options = replace(OPTIONS, parametrisation="lame", iterations=400)
+    options = OPTIONS.changed(parametrisation="lame", iterations=400)
     found = minimise_error(cost, (20e3, 0.0), options)
     assert found.youngs_modulus_pa == pytest.approx(25e3, rel=1e-3)
     assert found.poisson_ratio == pytest.approx(0.3, abs=1e-3)

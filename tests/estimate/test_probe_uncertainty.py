@@ -48,7 +48,7 @@ def test_contributions_go_with_what_is_stated(press, source, name, std, origin):
 
 
 def test_what_is_not_stated_is_the_options(press):
-    options = replace(OPTIONS, rig=Rig())
+    options = OPTIONS.changed(rig=Rig())
     found = estimate_direct([press], options, radius_m=RADIUS_M).budget.sources
     assert {one.name: one.std for one in found}["compliance of the probe"] == (
         Rig().compliance_std_m_n

@@ -70,7 +70,7 @@ def test_places_among_the_laws():
 
 @pytest.mark.parametrize(("nu", "said"), [(0.355, False), (0.345, False), (0.375, True)])
 def test_captures_that_pull_away_from_a_given_ratio(nu, said):
-    options = replace(OPTIONS, poisson_ratio=0.35, poisson_ratio_std=0.01)
+    options = OPTIONS.changed(poisson_ratio=0.35, poisson_ratio_std=0.01)
     press = press_of(25e3, 0.3, 1)
     p = replace(START, youngs_modulus_pa=25e3, poisson_ratio=nu, offset_m=0.0)
     best = SimpleNamespace(converged=True, parameters=[p], indentations=[press])

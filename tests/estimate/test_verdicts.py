@@ -69,7 +69,7 @@ def test_frames_and_convergence(frames, changes, modulus, ratio):
 def test_a_modulus_at_an_end_of_its_range(off, verdict, end):
     E = TRUTH.youngs_modulus_pa
     bounds = (E * (1 - off), 1e8) if end == 0 else (100.0, E * (1 + off))
-    options = replace(OPTIONS, youngs_modulus_bounds_pa=bounds)
+    options = OPTIONS.changed(youngs_modulus_bounds_pa=bounds)
     best = at_truth()
     assert set(verdicts(best, options).values()) == {verdict}
     line = f"E lies at an end of its range, {bounds[0]:g} to {bounds[1]:g} Pa"
@@ -80,7 +80,7 @@ def test_a_modulus_at_an_end_of_its_range(off, verdict, end):
 def test_a_ratio_of_which_a_press_leaves_four_fifths_is_the_one_that_was_given(part, verdict):
     """Two deviations leave their product over their hypotenuse: at 3/4 that is 4/5."""
     free = covariance_of(at_truth(), OPTIONS)[NU, NU] ** 0.5
-    options = replace(OPTIONS, poisson_ratio=0.3, poisson_ratio_std=part * free)
+    options = OPTIONS.changed(poisson_ratio=0.3, poisson_ratio_std=part * free)
     assert verdicts(at_truth(options=options), options)["poisson_ratio"] == verdict
 
 
@@ -111,7 +111,7 @@ def test_doubts_of_a_press(change, doubt):
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_ratio_that_is_pulled_from_the_one_given(deviations, doubted, side):
     given = 0.3 + side * deviations * 0.02
-    options = replace(OPTIONS, poisson_ratio=given, poisson_ratio_std=0.02)
+    options = OPTIONS.changed(poisson_ratio=given, poisson_ratio_std=0.02)
     assert bool(doubts(at_truth(), options)) is doubted
 
 

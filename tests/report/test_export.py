@@ -128,12 +128,6 @@ def test_an_object_without_results_is_named(here, capsys):
         assert refused(capsys, here, name=name) == expected
 
 
-def test_an_object_that_was_a_run_of_its_own_is_found(here):
-    write(here / "results/objects/sponge", estimate())
-    (here / "results/objects/sponge/results/sponge").rename(here / "results/objects/sponge/sponge")
-    assert export() == 0
-
-
 def test_a_place_that_takes_no_file_is_named(here, capsys):
     write(here, estimate())
     (here / "taken").mkdir()

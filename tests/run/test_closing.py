@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 from palpate.modulus import VERDICTS
 from palpate.report import tables
-from palpate.run.closing import AFTERWARDS, ARTEFACTS, COMPARED, FILES, closing_lines, main
+from palpate.workflow.closing import ARTEFACTS, COMPARED, FILES, closing_lines
 
 
 def of_captures(name, sensor, rows, **same):
@@ -50,14 +50,11 @@ def joint(name, sensor, *, captures, **same):
 
 
 def write(folder, hertz, searched, direct):
-    """A results folder whose files are all there, with a summary of the workflow's own columns."""
+    """A results folder with a summary of the workflow's own columns."""
     squares = searched.drop(columns="poisson_ratio_verdict") if len(searched) else searched
     summary = tables.rounded(tables.summary(hertz, searched, squares, direct, pd.DataFrame()))
-    put(folder, "summary.csv", "objects.html", "pages/summary.html", *AFTERWARDS)
-    wanted = ["objects.html", "pages/summary.html", "summary.csv"]
-    (folder / "wanted.txt").write_text("".join(f"{name}\n" for name in wanted))
+    put(folder, "objects.html", "report.html", "tables/resources.csv")
     summary.to_csv(folder / "summary.csv", index=False)
-    return wanted
 
 
 def put(folder, *names):
@@ -72,18 +69,18 @@ def ball(tmp_path):
         (20000, 0.25, "not identified", True),
         (22000, 0.45, "identified", False),
     ]
-    wanted = write(
+    write(
         tmp_path,
         hertz("ball", "kinect", [25000, 27000, 32000]),
         searched("ball", "kinect", rows),
         joint("ball", "kinect", captures=3),
     )
-    return tmp_path, wanted
+    return tmp_path
 
 
 def test_closing_gives_the_recommended_moduli_first_with_intervals_and_verdicts(ball):
-    lines = closing_lines(*ball)
-    assert lines[0].endswith(": objects.html, summary.csv, tables/")
+    lines = closing_lines(ball)
+    assert lines[0].endswith(": objects.html, report.html, summary.csv, tables/")
     place = lines.index("ball, kinect (simulated: captures of the virtual lab)")
     assert lines[place + 1 : place + 7] == [
         "  E*            298.0 kPa (268.2 to 327.8), identified",
@@ -97,7 +94,7 @@ def test_closing_gives_the_recommended_moduli_first_with_intervals_and_verdicts(
 
 
 def test_closing_tells_the_studys_methods_as_such_and_what_is_at_a_bound(ball):
-    lines = closing_lines(*ball)
+    lines = closing_lines(ball)
     assert lines.index(COMPARED) > lines.index("  from 3 captures")
     assert lines[-2].split(maxsplit=2)[2] == "E* 27.0 (25.0 to 32.0) kPa; 3 captures"
     assert lines[-1].endswith(
@@ -115,61 +112,30 @@ def test_closing_of_a_recorded_object_of_ones_own(tmp_path):
         joint("toy_cow", "bench_cam", captures=1, **cow),
     )
     put(tmp_path, "toy_cow/report.html")
-    lines = closing_lines(tmp_path, ["summary.csv", "toy_cow/report.html"])
-    assert ": toy_cow/report.html, summary.csv" in lines[0]
+    lines = closing_lines(tmp_path)
+    assert ", toy_cow/report.html, summary.csv" in lines[0]
     place = lines.index("  from 1 capture")
     assert lines[place + 1] == f"  page: {tmp_path}/toy_cow/report.html"
     assert lines[-1].endswith("Hertz fit                     E* 25.0 kPa; 1 capture")
-    assert not [line for line in lines if "imulated" in line or line.startswith("This run makes")]
+    assert not [line for line in lines if "imulated" in line or "of the study's" in line]
 
 
 def test_closing_says_what_to_open_in_a_browser(ball):
-    folder, wanted = ball
-    line = f"For a browser: {folder}/report.html"
-    assert line in closing_lines(folder, [*wanted, "report.html"])
-    (folder / "report.html").unlink()
-    told = closing_lines(folder, [*wanted, "report.html"])
-    assert line not in told and not [one for one in told if one.startswith("  page: ")]
+    line = f"For a browser: {ball}/report.html"
+    assert line in closing_lines(ball)
+    (ball / "report.html").unlink()
+    lines = closing_lines(ball)
+    assert line not in lines and not [one for one in lines if one.startswith("  page: ")]
 
 
 def test_closing_says_where_nothing_is_recommended(tmp_path):
     only_hertz = hertz("pad", "kinect", [25000])
     write(tmp_path, only_hertz, pd.DataFrame(), joint("ball", "kinect", captures=2))
-    assert "  none: no capture of it is estimated directly" in closing_lines(tmp_path, [])
-
-
-def test_closing_ends_well_where_all_is_there(ball, capsys):
-    assert main(ball[0]) == 0
-    shown = capsys.readouterr()
-    assert shown.out.startswith("Results are in ") and shown.err == ""
-
-
-def test_closing_names_what_is_missing_and_fails(ball, capsys):
-    folder = ball[0]
-    (folder / "report.html").unlink()
-    (folder / "pages/summary.html").write_text("")
-    assert main(folder) == 1
-    assert capsys.readouterr().err.splitlines() == [
-        f"error: {folder}/pages/summary.html: expected it made by the run, found it empty",
-        f"error: {folder}/report.html: expected it made by the run, found nothing",
-    ]
-    (folder / "summary.csv").unlink()
-    assert main(folder) == 1
-    shown = capsys.readouterr()
-    assert "summary.csv: expected it made by the run" in shown.err and not shown.out
+    assert "  none: no capture of it is estimated directly" in closing_lines(tmp_path)
 
 
 def test_closing_counts_the_studys_tables_and_figures(ball):
-    folder, wanted = ball
     with ARTEFACTS.open(newline="") as stream:
         names = [FILES[row["kind"]].format(row["id"]) for row in csv.DictReader(stream)]
-    put(folder, *names[1:])
-    lines = closing_lines(folder, wanted + names)
-    assert lines[1] == "This run makes 61 of the study's 61 tables and figures; 60 are there."
-
-
-def test_closing_needs_the_runs_list(tmp_path, capsys):
-    assert main(tmp_path) == 1
-    assert (
-        "wanted.txt: expected the list of what the run makes, found none" in capsys.readouterr().err
-    )
+    put(ball, *names[1:])
+    assert closing_lines(ball)[1] == "60 of the study's 61 tables and figures are there."

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 import yaml
-from palpate.run.configuration import open_run
+from palpate.workflow.configuration import open_run
 from settings import written
 from thesis.options import Simulation
 from virtual_lab.checks import lab_problems

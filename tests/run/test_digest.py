@@ -1,12 +1,12 @@
-"""The digest follows a script's local imports and the versions of packages, and nothing else."""
+"""The digest follows the packages that a script imports and the pinned versions."""
 
 import json
 import subprocess
 import sys
 
 import pytest
-from palpate.run import digest
-from palpate.run.digest import code, imported_modules, whole_code
+from palpate.workflow import digest
+from palpate.workflow.digest import code
 
 # Of a Snakefile's rules with a script, without running anything: the params that Snakemake keeps,
 # and which blocks of options are among them.
@@ -66,51 +66,74 @@ LOCK = "numpy==1.26.4 \\\n    --hash=sha256:00\n    # via scipy\n"
 def tree(tmp_path):
     """Folder of the packages of a project."""
     root = tmp_path / "workflow/scripts"
-    package = root / "palpate/solid"
-    package.mkdir(parents=True)
-    (tmp_path / "environment.lock").write_text(LOCK)
-    (root / "palpate/__init__.py").write_text('"""Top."""\n')
-    (package / "__init__.py").write_text('"""Solid."""\n')
-    (package / "mesh.py").write_text("import numpy\n")
-    (package / "load.py").write_text("from palpate.solid.mesh import x\n")
-    (package / "other.py").write_text("y = 1\n")
-    (root / "stage.py").write_text("import beside\nfrom palpate.solid.load import z\n")
+    files = {
+        "palpate/__init__.py": "",
+        "palpate/units.py": "",
+        "palpate/schemas/object.yaml": "",
+        "palpate/solid/mesh.py": "import numpy\n",
+        "palpate/solid/load.py": "from palpate.solid.mesh import x\n",
+        "palpate/solid/data.csv": "",
+        "palpate/surface/track.py": "from palpate.solid.load import z\n",
+        "palpate/vision/camera.py": "from palpate import (\n    units,\n)\n",
+        "palpate/vision/depth.py": "from palpate.vision import camera\n",
+        "palpate/report/style.css": "",
+        "palpate/report/figure.py": "",
+        "palpate/workflow/job.py": "from palpate.workflow import declared, run\n",
+        "palpate/workflow/declared.py": "",
+        "palpate/workflow/run.py": "",
+        "palpate/workflow/lock.py": "",
+        "virtual_lab/render.py": "from palpate.vision.camera import Camera\n",
+        "thesis/chapter5/table.py": "from palpate.report.figure import draw\n",
+        "stages/track.py": "from palpate.surface import track\nimport palpate.workflow.job\n",
+        "stages/artefact.py": "",
+        "lab/render.py": "from virtual_lab.render import render\n",
+        "../../environment.lock": LOCK,
+    }
+    for name, text in files.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
     return root
 
 
-@pytest.fixture(autouse=True)
-def read_anew():
-    """Imports are read once a process: a new run of the workflow reads them anew."""
-    digest._local_imports.cache_clear()
+JOBS = {"track": ("stages/track.py",), "lab": ("lab/render.py",)}
+JOBS["table"] = ("stages/artefact.py", "thesis.chapter5.table:make")
 
 
-def names(root):
-    return [str(path.relative_to(root)) for path in imported_modules(root / "stage.py", root)]
+def digests(root):
+    # Code is read once a process: a new run of the workflow reads it anew.
+    digest._read.cache_clear()
+    return {name: code(root / script, *make, root=root) for name, (script, *make) in JOBS.items()}
 
 
-def test_follows_imports_of_imports(tree):
-    assert names(tree) == [
-        "palpate/solid/__init__.py",
-        "palpate/solid/load.py",
-        "palpate/solid/mesh.py",
-    ]
-
-
-@pytest.mark.parametrize(("module", "changes"), [("mesh", True), ("other", False)])
-def test_changes_with_what_is_imported_only(tree, module, changes):
-    before = code(tree / "stage.py", root=tree)
-    path = tree / "palpate/solid" / f"{module}.py"
-    path.write_text(path.read_text() + "a = 2\n")
-    assert (code(tree / "stage.py", root=tree) != before) is changes
-
-
-@pytest.mark.parametrize("edited", ["other", "mesh"])
-def test_a_function_and_the_script_that_writes_for_it_both_count(tree, edited):
-    make = "palpate.solid.other:function"
-    before = code(tree / "stage.py", make, root=tree)
-    path = tree / "palpate/solid" / f"{edited}.py"
-    path.write_text(path.read_text() + "a = 2\n")
-    assert code(tree / "stage.py", make, root=tree) != before
+@pytest.mark.parametrize(
+    ("edited", "jobs"),
+    [
+        ("palpate/surface/track.py", {"track"}),
+        # What an imported package imports or ships, and what only lies beside.
+        ("palpate/solid/mesh.py", {"track"}),
+        ("palpate/solid/data.csv", {"track"}),
+        ("palpate/solid/new.py", {"track"}),
+        ("palpate/schemas/object.yaml", {"track", "lab", "table"}),
+        ("palpate/report/style.css", {"table"}),
+        ("thesis/chapter5/table.py", {"table"}),
+        ("virtual_lab/render.py", {"lab"}),
+        ("palpate/vision/camera.py", {"lab"}),
+        ("palpate/units.py", {"lab"}),
+        ("palpate/vision/depth.py", set()),
+        # Of the service, the modules that a job imports.
+        ("palpate/workflow/job.py", {"track"}),
+        ("palpate/workflow/declared.py", {"track"}),
+        ("palpate/workflow/lock.py", set()),
+        ("palpate/workflow/run.py", set()),
+    ],
+)
+def test_an_edit_changes_what_computes_with_it(tree, edited, jobs):
+    before = digests(tree)
+    with (tree / edited).open("a") as stream:
+        stream.write("# edited\n")
+    after = digests(tree)
+    assert {name for name in JOBS if after[name] != before[name]} == jobs
 
 
 @pytest.mark.parametrize(
@@ -118,28 +141,10 @@ def test_a_function_and_the_script_that_writes_for_it_both_count(tree, edited):
     [("1.26.4", "1.26.5", True), ("# via scipy", "# via pandas", False), (":00", ":01", False)],
 )
 def test_a_version_counts_and_a_comment_does_not(tree, before, after, changes):
-    found = [digest_of(tree) for digest_of in (of_stage, whole_code)]
+    first = digests(tree)
     lock = tree.parents[1] / "environment.lock"
     lock.write_text(lock.read_text().replace(before, after))
-    again = [digest_of(tree) for digest_of in (of_stage, whole_code)]
-    assert [one != other for one, other in zip(found, again, strict=True)] == [changes] * 2
-
-
-def of_stage(root):
-    return code(root / "stage.py", root=root)
-
-
-def test_an_objects_own_run_follows_the_whole_project(tree):
-    first = whole_code(tree)
-    (tree.parents[1] / "README.md").write_text("no part of what computes")
-    assert whole_code(tree) == first
-    (tree / "palpate/solid/other.py").write_text("y = 2\n")
-    assert whole_code(tree) != first
-
-
-def test_resolves_relative_imports(tree):
-    (tree / "palpate/solid/load.py").write_text("from .mesh import x\n")
-    assert "palpate/solid/mesh.py" in names(tree)
+    assert (digests(tree) != first) is changes
 
 
 def rules_of(root, file, paths, *blocks):
@@ -157,11 +162,3 @@ def test_every_rule_depends_on_its_code_its_folders_and_its_options(root):
     assert [name for name, (kept, _) in rules.items() if not {"code", "content"} <= set(kept)] == []
     for block, stages in STAGES.items():
         assert {name for name, (_, blocks) in rules.items() if block in blocks} >= stages
-
-
-@pytest.mark.workflow
-def test_every_rule_of_objects_by_themselves_depends_on_its_code_and_folders(root):
-    raw = {"raw": "tests/sample/raw", "sensors": "tests/sample/sensors"}
-    rules = rules_of(root, "workflow/objects.smk", raw)
-    assert len(rules) >= 4
-    assert [name for name, (kept, _) in rules.items() if not {"code", "content"} <= set(kept)] == []

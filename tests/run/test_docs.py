@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 import yaml
 from palpate.capture.schema import validate
-from palpate.run.options import config_schema
-from palpate.run.trackers import options_of
+from palpate.surface.trackers import options_of
+from palpate.workflow.options import config_problems
 from settings import full
 from thesis.options import Simulation
 
@@ -102,7 +102,7 @@ def in_configuration(path, value):
         return False
     if value:
         place[last] = yaml.safe_load(value)
-    return not validate(content, config_schema({"simulation": Simulation}), "")
+    return not config_problems(content, {"simulation": Simulation}, "")
 
 
 def in_options(kind, file, path, value):
@@ -175,6 +175,6 @@ def test_pictures_are_the_workflows_own():
     links = [Path(link) for text in pages for link in LINK.findall(text)]
     shown = {link.stem for link in links if link.parent.name == "pictures"}
     assert kept == sorted(listed) == sorted(shown)
-    benches = " ".join(path.read_text() for path in (ROOT / "tests").glob("bench*.py"))
+    benches = " ".join(path.read_text() for path in (ROOT / "tools").glob("bench*.py"))
     drawn = [name for name in listed if f"figures/{name}.png" not in benches]
     assert drawn and not [name for name in drawn if missing(f"results/figures/{name}.png")]

@@ -1,12 +1,9 @@
-"""What an object's own run gets, and when it is made anew."""
+"""Objects of the study, and what an object's results depend on."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
-from palpate.run.object_config import object_config
-from palpate.run.objects import MANY, kept_files, studied, too_many, value_digest
-from palpate.run.own_objects import OwnObjects
+from palpate.workflow.objects import MANY, kept_files, studied, too_many, value_digest
 from settings import full
 
 STICK = {"probe": "stick"}
@@ -15,14 +12,6 @@ STICK = {"probe": "stick"}
 @pytest.fixture
 def config(root):
     return full(root)
-
-
-def test_own_configuration(config):
-    own = object_config(config, "cushion", "results/objects/cushion")
-    assert own["only"] == "cushion"
-    assert own["paths"] == config["paths"] | {"results": "results/objects/cushion", "lab": None}
-    assert {**own, "only": None, "paths": config["paths"]} == config
-    assert config["only"] is None and config["paths"]["results"] == "results"
 
 
 def test_the_studys_objects(config):
@@ -68,17 +57,3 @@ def test_many_captures_are_told(tmp_path):
     assert f"{MANY + 1} captures" in too_many(config)
     assert too_many(config | {"only": "cushion"}) is None
     assert too_many({"paths": 3}) is None
-
-
-@pytest.mark.parametrize(
-    ("results", "only", "page"),
-    [
-        ("results", None, "../objects.html"),
-        ("results", "toy_cow", "../objects.html"),
-        # Of workflow/objects.smk: beside that page there is none of all objects.
-        ("results/objects/toy_cow", "toy_cow", ""),
-    ],
-)
-def test_a_page_leads_to_that_of_all_objects_where_one_is_made(results, only, page):
-    run = SimpleNamespace(paths={"results": results}, config={"only": only})
-    assert OwnObjects(run).overview == page

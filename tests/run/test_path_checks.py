@@ -1,7 +1,7 @@
 """Folders of a run that none can have, and results where captures lie."""
 
 import pytest
-from palpate.run.configuration_checks import path_problems
+from palpate.workflow.configuration_checks import path_problems
 
 PATHS = {
     "raw": "raw",

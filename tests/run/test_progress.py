@@ -2,151 +2,112 @@
 
 import io
 import logging
+import time
+from types import SimpleNamespace
 
 import pytest
-from palpate.run.pace import Pace
-from palpate.run.progress import ENDING, ENDS, Plan, be_brief
+from palpate.workflow.progress import Pace, Terminal
+from snakemake.logging import ColorizingTextHandler
+from snakemake_interface_logger_plugins.common import LogEvent
+
+JOBS = {"clouds": 2, "track": 2}
 
 
 @pytest.fixture
-def terminal():
-    """A logger with a terminal, and what it shows."""
-    logger, shown = logging.Logger("run", logging.INFO), io.StringIO()
-    logger.addHandler(logging.StreamHandler(shown))
-    return logger, shown
+def terminal(tmp_path):
+    """A logger with a terminal; what it shows, its pace, its file and its clock."""
+    logger, shown, clock = logging.Logger("run", logging.INFO), io.StringIO(), [0.0]
+    pace = Pace(JOBS, tmp_path, clock=lambda: clock[0])
+    log = tmp_path / "logs/progress.log"
+    logger.addHandler(Terminal(ColorizingTextHandler(stream=shown), pace, log))
+    return SimpleNamespace(logger=logger, shown=shown, log=log, clock=clock)
 
 
-def job(logger, message):
-    logger.info(None, extra={"event": "job_info", "rule_msg": message})
+def begins(terminal, number, rule, message):
+    info = {"jobid": number, "rule_name": rule, "rule_msg": message}
+    terminal.logger.info("Rule", extra={"event": LogEvent.JOB_INFO, **info})
 
 
-def progress(logger, done, total):
-    logger.info(f"{done}/{total}", extra={"event": "progress", "done": done, "total": total})
+def finishes(terminal, number, done):
+    terminal.logger.info("Done", extra={"event": LogEvent.JOB_FINISHED, "job_id": number})
+    count = {"done": done, "total": 4}
+    terminal.logger.info("count", extra={"event": LogEvent.PROGRESS, **count})
 
 
-def test_a_job_that_begins_is_one_line_beside_the_steps_done(terminal):
-    logger, shown = terminal
-    be_brief(logger, 4)
-    job(logger, "Clouds of pad, kinect, 08")
-    logger.info("Finished", extra={"event": "job_finished", "job_id": 1})
-    progress(logger, 1, 4)
-    logger.info("Select jobs to execute...")
-    job(logger, "Hertz fit of pad, kinect, 08")
-    job(logger, None)
-    lines = shown.getvalue().splitlines()
-    assert len(lines) == 2
-    assert lines[0].endswith("0 of 4 steps (0%) done, now: Clouds of pad, kinect, 08")
-    assert lines[1].endswith("1 of 4 steps (25%) done, now: Hertz fit of pad, kinect, 08")
-
-
-def test_a_line_says_what_is_left_once_something_tells_it(terminal):
-    logger, shown = terminal
-    be_brief(logger, 3, Pace({1: 60.0, 2: 600.0, 3: 840.0}, measured=True, cores=2))
-    job(logger, "Clouds of pad")
-    logger.info("Finished", extra={"event": "job_finished", "job_id": 2})
-    logger.info("Finished", extra={"event": "job_finished", "job_id": 3})
-    job(logger, "Forces of pad")
-    first, second = shown.getvalue().splitlines()
-    # 1500 s on two cores; then a minute's work where a moment did for the rest.
-    assert first.endswith("0 of 3 steps (0%) done, about 13 min left, now: Clouds of pad")
-    assert second.endswith("done, less than a minute left, now: Forces of pad")
-
-
-def fails(logger, status, **where):
+def fails(terminal, logs, **aux):
     """What Snakemake says of a job that failed."""
-    error = f"RuleException:\nCalledProcessError in file a.smk, line 3:\nCommand 'b' {status}."
-    logger.error(error, extra={"event": "error"})
-    job = {"rule_name": "clouds", "output": ["08/clouds.npz"], "log": ["logs/08.log"]}
-    job |= {"event": "job_error", "aux": {}, "indent": False} | where
-    logger.error("Error in rule clouds", extra=job)
-    logger.info("Shutting down, this might take some time.")
-    logger.error("Exiting because a job execution failed. Look above for error messages")
+    error = {"event": LogEvent.ERROR, "exception": "RuleException"}
+    terminal.logger.error("RuleException:\nCalledProcessError", extra=error)
+    job = {"rule_name": "clouds", "output": ["08/clouds.npz"], "log": [str(logs)], "aux": aux}
+    terminal.logger.error("Error in rule clouds", extra={"event": LogEvent.JOB_ERROR, **job})
 
 
-def test_of_a_job_that_failed_its_own_line_is_all(terminal):
-    logger, shown = terminal
-    be_brief(logger, 1)
-    fails(logger, "returned non-zero exit status 1")
-    assert shown.getvalue() == ""
+def test_a_job_that_begins_is_one_line_on_the_terminal_and_in_the_file(terminal):
+    begins(terminal, 1, "clouds", "Clouds of pad, kinect, 08")
+    for _ in range(2):
+        terminal.logger.info("Select jobs to execute...")
+    finishes(terminal, 1, 1)
+    terminal.clock[0] = 3700.0
+    begins(terminal, 2, "track", "Tracking of pad, kinect, 08")
+    begins(terminal, 3, "all", None)
+    lines = terminal.shown.getvalue().splitlines()
+    assert lines == [
+        "0:00:00  0 of 4 steps (0%) done, now: Clouds of pad, kinect, 08",
+        "Select jobs to execute...",
+        "1:01:40  1 of 4 steps (25%) done, about 185 min left, now: Tracking of pad, kinect, 08",
+    ]
+    assert terminal.log.read_text().splitlines() == lines[::2]
 
 
-@pytest.mark.parametrize(
-    "status", ["died with <Signals.SIGKILL: 9>", "returned non-zero exit status 137"]
-)
-def test_a_job_that_was_killed_is_one_line(terminal, status):
-    logger, shown = terminal
-    be_brief(logger, 1)
-    fails(logger, "returned non-zero exit status 1")
-    fails(logger, status)
-    (line,) = shown.getvalue().splitlines()
+def test_the_last_step_and_other_errors_are_shown_as_snakemake_does(terminal):
+    error = {"event": LogEvent.ERROR, "exception": "MissingOutputException"}
+    terminal.logger.error("MissingOutputException in rule clouds", extra=error)
+    finishes(terminal, 4, 4)
+    shown = terminal.shown.getvalue().splitlines()
+    assert shown == ["MissingOutputException in rule clouds", "count"]
+
+
+def test_a_script_that_failed_here_has_said_so_and_one_of_a_cluster_is_one_line(terminal, tmp_path):
+    line = "error: clouds/08: clouds.npz: expected points, found none (log: 08.log)"
+    (tmp_path / "08.log").write_text(f"reading\n{line}\n")
+    fails(terminal, tmp_path / "08.log")
+    assert terminal.shown.getvalue() == ""
+    fails(terminal, tmp_path / "08.log", external_jobid=3)
+    assert terminal.shown.getvalue() == f"{line}\n"
+
+
+@pytest.mark.parametrize("text", [None, "reading\n", "error: of the last run\n"])
+def test_a_job_that_was_killed_is_one_line(terminal, tmp_path, text, monkeypatch):
+    if text is not None:
+        (tmp_path / "08.log").write_text(text)
+    terminal.logger.handlers[0].began = time.time() + ("last" in (text or ""))
+    fails(terminal, tmp_path / "08.log")
+    (line,) = terminal.shown.getvalue().splitlines()
     assert line.startswith("error: clouds: 08/clouds.npz: expected it to be made, found")
-    assert line.endswith("(log: logs/08.log)")
+    assert line.endswith(f"(log: {tmp_path}/08.log)")
 
 
-def test_a_job_of_a_cluster_is_told_as_snakemake_does(terminal):
-    logger, shown = terminal
-    be_brief(logger, 1)
-    fails(logger, "returned non-zero exit status 1", aux={"external_jobid": 3})
-    assert shown.getvalue().splitlines() == ["Error in rule clouds"]
+def bench(folder, name, seconds):
+    path = folder / f"{name}.tsv"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"s\th:m:s\tmax_rss\n{seconds}\t0:00:01\t-\n")
 
 
-def test_other_errors_and_the_last_step_are_shown(terminal):
-    logger, shown = terminal
-    be_brief(logger, 1)
-    logger.error("MissingOutputException in rule clouds", extra={"event": "error"})
-    progress(logger, 1, 1)
-    assert shown.getvalue().splitlines() == ["MissingOutputException in rule clouds", "1/1"]
+def test_the_last_run_shows_the_time_left_until_this_one_does(tmp_path):
+    for name, seconds in {"clouds/a": 10.0, "clouds/b": 30.0, "other": 1e6, "track": "NA"}.items():
+        bench(tmp_path, name, seconds)
+    clock = [0.0]
+    pace = Pace({"clouds": 30, "track": 30}, tmp_path, cores=2, clock=lambda: clock[0])
+    # 20 s a job, of a rule without a benchmark too: 1200 s on two cores.
+    assert pace.line().endswith(", about 10 min left")
+    pace.rules |= dict.fromkeys(range(60), "track")
+    pace.finished += range(30)
+    clock[0] = 1200.0  # four times as long
+    assert pace.line().endswith("30 of 60 steps (50%) done, about 18 min left")
+    pace.finished += range(30, 60)
+    assert pace.line().endswith("60 of 60 steps (100%) done, less than a minute left")
 
 
-def test_a_verbose_run_and_the_log_file_keep_everything(terminal, tmp_path):
-    logger, shown = terminal
-    file = logging.FileHandler(tmp_path / "log")
-    logger.addHandler(file)
-    be_brief(logger, 1)
-    logger.info("Select jobs to execute...")
-    file.close()
-    assert not shown.getvalue()
-    assert "Select jobs" in (tmp_path / "log").read_text()
-    logger.handlers[:] = [logging.StreamHandler(shown)]
-    logger.setLevel(logging.DEBUG)
-    be_brief(logger, 1)
-    logger.info("Select jobs to execute...")
-    assert "Select jobs" in shown.getvalue()
-
-
-def test_a_run_that_is_asked_to_end_says_once_how_it_goes_on(terminal):
-    logger, shown = terminal
-    be_brief(logger, 4)
-    logger.info(ENDING)
-    logger.info(ENDING)
-    assert shown.getvalue().splitlines() == [ENDS]
-
-
-def said_of_a_plan(logger):
-    logger.info("Building DAG of jobs...")
-    logger.info("Using shell: /bin/bash")
-    logger.info("Provided cores: 2", extra={"event": "resources_info"})
-    logger.info("Job stats:", extra={"event": "run_info"})
-
-
-def test_the_table_of_jobs_waits_for_the_runs_beginning(terminal, tmp_path):
-    logger, shown = terminal
-    logger.addHandler(logging.FileHandler(tmp_path / "log"))
-    plan = Plan(logger, begins=lambda: True)
-    said_of_a_plan(logger)
-    assert shown.getvalue() == "Building DAG of jobs...\n"
-    assert len((tmp_path / "log").read_text().splitlines()) == 4
-    plan.show()
-    logger.info("Job stats: more", extra={"event": "run_info"})
-    told = shown.getvalue().splitlines()
-    assert told[1:] == [
-        "Using shell: /bin/bash", "Provided cores: 2", "Job stats:", "Job stats: more"
-    ]  # fmt: skip
-    logger.handlers[1].close()
-
-
-def test_a_dry_run_shows_its_table_at_once(terminal):
-    logger, shown = terminal
-    Plan(logger, begins=lambda: False)
-    said_of_a_plan(logger)
-    assert len(shown.getvalue().splitlines()) == 4
+def test_nothing_is_said_of_the_time_left_before_anything_shows_it(tmp_path):
+    pace = Pace({"clouds": 40}, tmp_path / "none")
+    assert "left" not in pace.line() and "left" not in Pace({}, tmp_path).line()

@@ -4,7 +4,7 @@ import re
 
 import pytest
 import yaml
-from palpate.run.slurm import MARK, block, requests, with_block
+from slurm_resources import requests
 from thesis.artefacts import ARTEFACTS
 
 HEADER = "s\th:m:s\tmax_rss\tcpu_time\n"
@@ -22,23 +22,14 @@ def benchmarks(tmp_path):
     return tmp_path
 
 
-def test_the_largest_job_with_a_margin(benchmarks):
+def test_the_largest_job_with_a_margin_and_twice_as_much_at_each_retry(benchmarks):
+    asked = yaml.safe_load(requests(benchmarks))["set-resources"]
+    found = {
+        rule: [tuple(eval(text, {"attempt": n}) for text in of.values()) for n in (1, 2)]
+        for rule, of in asked.items()
+    }
     # 1.5 x 700 + 400 MB, in steps of 100; twice 61 s and the time to read the workflow.
-    assert requests(benchmarks) == {"summary": (400, 3), "track": (1500, 5)}
-
-
-def test_retries_ask_for_twice_as_much(benchmarks):
-    asked = yaml.safe_load(block(requests(benchmarks)))["set-resources"]["track"]
-    found = [eval(asked["mem_mb"], {"attempt": n}) for n in (1, 2, 3)]
-    assert found == [1500, 3000, 6000]
-    assert eval(asked["runtime"], {"attempt": 2}) == 10
-
-
-def test_the_rest_of_the_profile_stays(benchmarks):
-    text = block(requests(benchmarks))
-    assert with_block("jobs: 5\n" + MARK + "  old: {mem_mb: 1}\n", text) == "jobs: 5\n" + text
-    with pytest.raises(ValueError, match="profile: expected the line set-resources"):
-        with_block("jobs: 5\n", text)
+    assert found == {"summary": [(400, 3), (800, 6)], "track": [(1500, 5), (3000, 10)]}
 
 
 def test_names_of_the_profile_are_rules(root):

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from palpate.run.configuration import open_run
-from palpate.run.standing import ORIGIN, Standing
+from palpate.workflow.configuration import open_run
+from palpate.workflow.standing import ORIGIN, Standing
 from settings import written
 from thesis.options import Simulation
 

@@ -248,7 +248,7 @@ def test_points_that_contradict_the_prior_lower_its_weight(capture, solid, templ
 
 def test_contact_alone(capture, solid, template):
     swollen = recorded(solid, template, np.eye(4), 1e-4, swell=0.03)
-    found = track_capture(swollen, replace(OPTIONS, points=False))
+    found = track_capture(swollen, OPTIONS.changed(points=False))
     assert json.loads(found.prior)["rule"] == "no points"
     moved = np.linalg.norm(found.vertices_m[4] - found.rest_m, axis=1)
     assert moved.max() == pytest.approx(0.003, abs=1e-4)

@@ -9,7 +9,6 @@ import palpate.surface.hierarchy as hierarchy_module
 import pytest
 import trimesh
 from floor import floor
-from palpate.run.trackers import options_of, tracker_problems
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.stiffness import combined, elastic_stiffness
 from palpate.solid.surface_check import cutting_triangles
@@ -22,6 +21,7 @@ from palpate.surface.options import ElasticTracking, Registration, StudyTracking
 from palpate.surface.smoothness import Smoothness
 from palpate.surface.template import Template, unique_edges, vertex_normals
 from palpate.surface.track import track_frames
+from palpate.surface.trackers import options_of, tracker_problems
 from palpate.surface.transforms import Transforms
 from scipy.sparse.linalg import spsolve
 from scipy.spatial.transform import Rotation
@@ -143,7 +143,7 @@ def test_a_translation_is_followed_exactly():
     template, move = ball(3), np.array([0.0006, -0.0004, 0.0008])
     normals = vertex_normals(template.vertices_m, template.faces)
     frames = [Frame(template.vertices_m + k * move, normals, len(normals)) for k in (0, 1, 2, 3)]
-    options = replace(OPTIONS, coarsest_vertices=150, s_sm=2, neighbourhood="geodesic")
+    options = OPTIONS.changed(coarsest_vertices=150, s_sm=2, neighbourhood="geodesic")
     vertices, observed, residual = track_frames(template, template.vertices_m, frames, options)
     for k in range(4):
         assert np.allclose(vertices[k], template.vertices_m + k * move, atol=1e-8)
@@ -154,7 +154,7 @@ def test_a_translation_is_followed_exactly():
 @pytest.mark.parametrize("rotations", [False, True])
 def test_a_rigid_motion_of_everything_changes_nothing(rotations):
     template = ball(2)
-    options = replace(OPTIONS, data_term="plane", data_points="mean", rotations=rotations)
+    options = OPTIONS.changed(data_term="plane", data_points="mean", rotations=rotations)
     frames = [surface_frame(template, lambda p: p * [1, 1, 1 - 0.3 * np.abs(p[0, 2])])]
     turn, shift = Rotation.from_rotvec([0.3, -1.1, 0.7]), np.array([0.1, -0.2, 0.6])
     turned = [replace(f, points_m=turn.apply(f.points_m) + shift) for f in frames]
@@ -172,8 +172,8 @@ def test_means_take_out_noise():
     frame = replace(frame, points_m=frame.points_m + rng.normal(0, 0.001, (8000, 3)))
     errors = {}
     for points in ("nearest", "mean"):
-        options = replace(OPTIONS, data_term="plane", data_points=points)
-        options = replace(options, w_sm=0.02, w_sm_stop=0.02)
+        options = OPTIONS.changed(data_term="plane", data_points=points)
+        options = options.changed(w_sm=0.02, w_sm_stop=0.02)
         vertices, *_ = track_frames(template, template.vertices_m, [frame], options)
         errors[points] = np.linalg.norm(vertices[0] - template.vertices_m, axis=1).mean()
     assert errors["mean"] < 0.6 * errors["nearest"]
@@ -189,7 +189,7 @@ def test_places_hold_their_own_vertices_alone():
         points_m=np.concatenate([frame.points_m, [place]]),
         normals=np.concatenate([frame.normals, [normal]]),
     )
-    options = replace(OPTIONS, data_term="plane", w_sm=0.02, w_sm_stop=0.02)
+    options = OPTIONS.changed(data_term="plane", w_sm=0.02, w_sm_stop=0.02)
     vertices, observed, _ = track_frames(template, template.vertices_m, [frame], options)
     gap = np.linalg.norm(vertices[0] - template.vertices_m, axis=1)
     assert np.linalg.norm(vertices[0, owner] - place) < 0.0005
@@ -294,10 +294,10 @@ def test_points_of_the_indenter():
 
 
 def test_bad_options():
-    with pytest.raises(ValueError, match="data_points: expected nearest, mean, found median"):
-        replace(OPTIONS, data_points="median")
-    with pytest.raises(ValueError, match="w_data: expected above 0, found 0"):
-        replace(OPTIONS, w_data=0)
+    with pytest.raises(ValueError, match="data_points: expected one of mean, nearest, found"):
+        OPTIONS.changed(data_points="median")
+    with pytest.raises(ValueError, match="w_data: expected a number > 0, found 0"):
+        OPTIONS.changed(w_data=0)
 
 
 def test_options_of_named_trackers():

@@ -1,7 +1,5 @@
 """Template, rigid alignment and tracking on a synthetic block with a dent."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import trimesh
@@ -148,7 +146,7 @@ def test_a_dent_is_tracked(template, pose, rough, data_term, part_left, request)
     for part in np.linspace(0, 1, 9):
         points, normals = visible_cloud(dense, pose, 0.0005, rng, lambda p, s=part: s * dent(p))
         frames.append(Frame(points, normals, len(points)))
-    options = replace(OPTIONS, data_term=data_term)
+    options = OPTIONS.changed(data_term=data_term)
     vertices, observed, _ = track_frames(fine, rest, frames, options)
     true = to_camera(pose, fine.vertices_m + dent(fine.vertices_m))
     near = np.linalg.norm(fine.vertices_m - POINT, axis=1) < 0.010

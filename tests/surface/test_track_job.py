@@ -12,10 +12,10 @@ import trimesh
 import yaml
 from palpate.capture.files import PART
 from palpate.capture.tables import write_table
-from palpate.run.trackers import options_of
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.surface.pose import to_camera
+from palpate.surface.trackers import options_of
 from palpate.vision.clouds import Cloud, save_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
@@ -55,6 +55,9 @@ class Wildcards(list):
 class Named(SimpleNamespace):
     def __iter__(self):
         return iter(vars(self).values())
+
+    def get(self, name, default=None):
+        return vars(self).get(name, default)
 
 job = {name: Named(**part) if isinstance(part, dict) else part
        for name, part in job.items()}
@@ -161,7 +164,7 @@ def test_a_killed_job_runs_again_to_the_same_bytes(start, whole, tracker):
         assert where == "tracking" or list(broken.iterdir())
     done, broken = start("broken")
     assert done.returncode == 0, done.stderr
-    # What the killed writer left goes when the next run begins (palpate/run/lock.py).
+    # What the killed writer left goes when the next run begins (palpate/workflow/lock.py).
     left = sorted(path.name for path in broken.iterdir() if not path.name.startswith(PART))
     assert left == sorted(OUTPUTS)
     for name in OUTPUTS:

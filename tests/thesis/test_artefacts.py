@@ -4,13 +4,12 @@ import csv
 import subprocess
 import sys
 from importlib import import_module
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from docutils.core import publish_parts
 from jinja2 import Environment
-from palpate.run.digest import ROOT, code
+from palpate.workflow.digest import ROOT
 from thesis.artefacts import ARTEFACTS
 
 FILES = {"table": "tables/{}.csv", "figure": "figures/{}.png"}
@@ -64,20 +63,3 @@ def test_the_table_costs_no_library():
         [sys.executable, "-c", code], env={"PYTHONPATH": str(ROOT)}, capture_output=True, text=True
     )
     assert done.stderr.strip() == ""
-
-
-@pytest.mark.parametrize(
-    ("edited", "of"),
-    [("thesis/chapter5/rigid_slide.py", "thesis.chapter5.rigid_slide:"), *WRITERS],
-)
-def test_an_edit_changes_the_code_of_its_own_artefacts(monkeypatch, edited, of):
-    """By the digest that is a param of each rule; what writes their files is all artefacts'."""
-    makes = {entry.make for entry in ARTEFACTS}
-    script = ROOT / "stages/artefact.py"
-    before = {make: code(script, make) for make in makes}
-    read = Path.read_bytes
-    monkeypatch.setattr(
-        Path, "read_bytes", lambda path: read(path) + b"#" * (path == ROOT / edited)
-    )
-    changed = {make for make in makes if code(script, make) != before[make]}
-    assert changed == {make for make in makes if make.startswith(of)}

@@ -125,7 +125,7 @@ def test_minimisation_on_exact_data_finds_the_moduli(steps, option):
 
 
 def test_motion_along_the_normal_alone_is_not_enough(steps):
-    options = replace(Simulation().tracking, data_term="plane")
+    options = Simulation().tracking.changed(data_term="plane")
     dragged = track_steps(steps, options, cuts=6)
     assert youngs_error(pose_simulation(steps, SUPPORT, tracked=dragged)) > 0.1
 

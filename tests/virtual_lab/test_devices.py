@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 import yaml
 from palpate.capture.schema import SCHEMAS, validate
-from palpate.run.lab import LabRules
 from palpate.vision.camera import camera_from_spec
+from palpate.workflow.lab import LabRules
 from virtual_lab.cameras import GAMMA
 from virtual_lab.describe import box_template, bumped, misdeclared, object_text
 from virtual_lab.device import device_of, sphere_radius_m

@@ -1,7 +1,6 @@
 """What a script ends with over input that it can't use: one line that names file and field."""
 
 import json
-import os
 import runpy
 import shutil
 from types import SimpleNamespace
@@ -13,10 +12,11 @@ import pytest
 import trimesh
 import yaml
 from palpate.capture.tables import write_table
-from palpate.run.job import naming
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.surface.tracked import Tracked, save_tracked
+from palpate.workflow.job import naming
+from palpate.workflow.start import environment
 from settings import full
 from skfem import MeshTet
 from stand_in import Named
@@ -88,12 +88,11 @@ def test_a_file_is_named_once_and_for_its_own_fields():
         raise ValueError("force: expected more")
 
 
-def test_a_job_uses_one_thread_whatever_is_exported(root, monkeypatch):
+def test_jobs_use_one_thread_whatever_is_exported(monkeypatch):
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     for name in names:
         monkeypatch.setenv(name, "8")
-    runpy.run_path(str(root / "workflow/scripts/palpate/run/job.py"))
-    assert [os.environ[name] for name in names] == ["1", "1", "1"]
+    assert [environment("scripts")[name] for name in names] == ["1", "1", "1"]
 
 
 # Templates, kept meshes and supports.

@@ -7,12 +7,12 @@ import shutil
 import subprocess
 from types import SimpleNamespace
 
-import manners
+import protocols
 import pytest
 import yaml
 from palpate.capture.schema import load_yaml
-from palpate.run.configuration import open_run
-from palpate.run.lab import LabRules
+from palpate.workflow.configuration import open_run
+from palpate.workflow.lab import LabRules
 from settings import written
 from thesis.options import Simulation
 from virtual_lab.describe import object_text
@@ -112,7 +112,7 @@ def test_the_table_says_what_holds(root, tmp_path):
         (tmp_path / GLUED / "bumblebee" / capture).mkdir(parents=True)
         path = tmp_path / GLUED / "bumblebee" / capture / "direct.json"
         path.write_text(json.dumps(found))
-    rows = manners.manners_table(lab, tmp_path).set_index(["object", "capture"])
+    rows = protocols.manners_table(lab, tmp_path).set_index(["object", "capture"])
     assert rows.loc[(GLUED, "01"), ["manner", "holds"]].tolist() == ["plain", "yes"]
     assert rows.loc[(GLUED, "01-a02"), "manner"] == "rest_s 5"
     assert rows.loc[(GLUED, "01-a02"), "holds"] == "no: E, nu, E*"

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 from sample_run import LEFT_BEHIND, SAMPLE, snakemake
-from slurm_machine import CORES, missing, slurm
+from slurm_machine import missing, slurm
 
 pytestmark = [
     pytest.mark.long,
@@ -69,19 +69,3 @@ def test_a_chain_gives_the_bytes_of_a_plain_run(fresh, cluster):
     assert submitted(done) == 3
     for name in COMPARED:
         assert (fresh / KINECT / name).read_bytes() == (plain / name).read_bytes(), name
-
-
-def test_a_bad_capture_stops_all_after_one_entry_of_checks(fresh, cluster):
-    raw = fresh / "tests/sample/raw"
-    shutil.copytree(raw / "foam_block", raw / "sponge")
-    description = raw / "sponge/object.yaml"
-    description.write_text(description.read_text().replace("object: foam_block", "object: sponge"))
-    image = raw / "sponge/kinect/08/depth/000003.png"
-    image.write_bytes(image.read_bytes()[:-20])
-    arguments = ("--snakefile", "workflow/objects.smk", *SAMPLE)
-    done = on_slurm(fresh, cluster, *arguments, "--set-threads", f"object_study={CORES}")
-    assert done.returncode != 0
-    # Both objects' checks are one entry; no object's run was submitted.
-    assert submitted(done) == 1, (done.stdout + done.stderr)[-5000:]
-    log = (fresh / "results/sample/logs/objects_checked.log").read_text()
-    assert log.startswith(f"{image.relative_to(fresh)}: depth: expected a whole PNG image")

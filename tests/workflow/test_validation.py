@@ -12,7 +12,7 @@ import validation
 import yaml
 from palpate.capture.schema import load_yaml
 from palpate.modulus import LABELS
-from palpate.run.configuration import open_run
+from palpate.workflow.configuration import open_run
 from sample_run import LEFT_BEHIND, snakemake
 from settings import written
 from thesis.options import Simulation

@@ -1,4 +1,5 @@
-# The run that the rules share: what is on the way to it stands in palpate.run.
+# The run that the rules share: what is on the way to it stands in palpate.workflow.
+import os
 import shutil
 import subprocess
 import sys
@@ -25,28 +26,26 @@ SCRIPTS = str(PROJECT / "workflow" / "scripts")
 sys.path.insert(0, SCRIPTS)
 
 from palpate.capture.discover import CAPTURE_NAME
-from palpate.run.configuration import open_run
-from palpate.run.digest import follow
-from palpate.run.job_run import own_run
-from palpate.run.lock import begin_run, last_holders
-from palpate.run.pace import pace_of
-from palpate.run.places import sources_of
-from palpate.run.progress import GOES_ON, Plan, be_brief
-from palpate.run.refusal import look_first, refuse
-from palpate.run.run import one_of
+from palpate.workflow.configuration import open_run
+from palpate.workflow.digest import follow
+from palpate.workflow.missing import refuse, require_values
+from palpate.workflow.places import sources_of
+from palpate.workflow.progress import GOES_ON
+from palpate.workflow.run import one_of
+from palpate.workflow.start import environment, start_run
 from thesis.options import Simulation
 from virtual_lab.checks import lab_problems
 
+os.environ |= environment(SCRIPTS)
 SOURCES = sources_of(PROJECT)
 for source in SOURCES:
 
     configfile: source
 
 
-own_run(SCRIPTS)
 try:
     if workflow.is_main_process:
-        look_first(config, workflow.config_settings.config, warn=logger.warning)
+        require_values(workflow.config_settings.config)
     # Jobs on a cluster's nodes read the workflow again; captures were checked before the first.
     RUN = open_run(
         config,
@@ -61,8 +60,6 @@ try:
     )
 except ValueError as error:
     refuse(error)
-# From before the plan: it holds if nobody works here until the run begins.
-LAST = last_holders(RUN.paths["results"], RUN.paths["raw"])
 
 
 wildcard_constraints:
@@ -74,36 +71,8 @@ wildcard_constraints:
     error="force_displacement|displacement",
 
 
-# Whether this Snakemake begins a run (onstart), and doesn't just look or do one job of one.
-PLAN = Plan(
-    logger,
-    begins=lambda: not workflow.dryrun and not workflow.execution_settings.no_hooks,
-)
-
-
 onstart:
-    try:
-        begin_run(
-            workflow.dag.jobs,
-            workflow.dag.needrun_jobs(),
-            results=RUN.paths["results"],
-            raw=RUN.paths["raw"],
-            seen=RUN.seen,
-            last=LAST,
-            warn=logger.warning,
-        )
-    except ValueError as error:
-        refuse(error)
-    if workflow.local_exec:
-        # With a rate limit each pass of the scheduler starts a clock that makes another: decisions.md.
-        workflow.scheduler.job_rate_limiter = None
-    PLAN.show()
-    PACE = pace_of(
-        workflow.dag.needrun_jobs(),
-        benchmarks=Path(RUN.results("benchmarks")),
-        cores=workflow.resource_settings.cores,
-    )
-    be_brief(logger, len(workflow.dag), PACE)
+    start_run(workflow, RUN, logger)
 
 
 onerror:

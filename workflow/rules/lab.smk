@@ -1,5 +1,5 @@
 # The virtual lab: captures in the very format that people drop in, and their truth.
-from palpate.run.lab import LabRules
+from palpate.workflow.lab import LabRules
 
 LAB = LabRules(RUN)
 
@@ -29,7 +29,7 @@ rule lab_contact:
     message:
         "Lab: pressing the sphere into {wildcards.object} at point {wildcards.point}"
     script:
-        "../scripts/lab/contact.py"
+        "../scripts/stages/lab_contact.py"
 
 
 rule lab_object:
@@ -50,7 +50,7 @@ rule lab_object:
     message:
         "Lab: describing {wildcards.object}"
     script:
-        "../scripts/lab/object.py"
+        "../scripts/stages/lab_object.py"
 
 
 rule lab_template:
@@ -72,7 +72,7 @@ rule lab_template:
     message:
         "Lab: template of {wildcards.object}"
     script:
-        "../scripts/lab/template.py"
+        "../scripts/stages/lab_template.py"
 
 
 rule lab_scans:
@@ -94,7 +94,7 @@ rule lab_scans:
     message:
         "Lab: scanning {wildcards.object} with the laser"
     script:
-        "../scripts/lab/scans.py"
+        "../scripts/stages/lab_scans.py"
 
 
 rule lab_background:
@@ -117,7 +117,7 @@ rule lab_background:
     message:
         "Lab: filming the empty table for {wildcards.object} with the {wildcards.sensor}"
     script:
-        "../scripts/lab/background.py"
+        "../scripts/stages/lab_background.py"
 
 
 rule lab_capture:
@@ -145,7 +145,7 @@ rule lab_capture:
     message:
         "Lab: recording {wildcards.object}, point {wildcards.capture}, with the {wildcards.sensor}"
     script:
-        "../scripts/lab/capture.py"
+        "../scripts/stages/lab_capture.py"
 
 
 rule lab_experiment:
@@ -170,7 +170,7 @@ rule lab_experiment:
     message:
         "Lab: experiment {wildcards.recording}"
     script:
-        "../scripts/lab/experiment.py"
+        "../scripts/stages/lab_experiment.py"
 
 
 if LAB.simulates:
@@ -192,4 +192,4 @@ if LAB.simulates:
         message:
             "Lab: linear FEM of the foam block of Section 3.3.2"
         script:
-            "../scripts/lab/simulated_block.py"
+            "../scripts/stages/lab_simulated_block.py"

@@ -1,7 +1,8 @@
 # What a person gets of an object of their own: a summary, figures, and a page of them.
 import palpate
-from palpate.run.own_objects import OwnObjects
-from palpate.run.standing import ORIGIN, Standing
+from palpate.report.own_figures import OWN_FIGURES
+from palpate.workflow.own_objects import OwnObjects
+from palpate.workflow.standing import ORIGIN, Standing
 
 OWN = OwnObjects(RUN)
 STANDING = Standing(RUN)
@@ -37,180 +38,44 @@ rule own_summary:
         groups=OWN.groups,
         curves=OWN.of("curves"),
         errors=RUN.errors,
-        origin=STANDING.origin_of,
+        origin=lambda wildcards: STANDING.origin(wildcards.object),
     message:
         "Summary of {wildcards.object}: every sensor, capture and method"
     script:
         "../scripts/stages/summary.py"
 
 
-rule own_moduli:
-    input:
-        direct=OWN.files(OWN.captures, "direct.json"),
-        joint=OWN.joint,
-    output:
-        png=report(
-            RUN.results("{object}/figures/moduli.png"),
-            caption=CAPTION,
-            category="Other objects",
-            labels={"Result": "{object}: E and nu of an object"},
-        ),
-        svg=RUN.results("{object}/figures/moduli.svg"),
-    log:
-        RUN.results("logs/own_moduli/{object}.log"),
-    benchmark:
-        RUN.results("benchmarks/own_moduli/{object}.tsv")
-    wildcard_constraints:
-        object=one_of(OWN.names),
-    conda:
-        "../envs/palpate.yaml"
-    params:
-        make="palpate.report.own_moduli:make_own_moduli",
-        title="E and nu of an object",
-        caption="Direct estimates straight from clouds and forces, with 95 % intervals: of each capture, and of all"
-        " captures with a sensor together (diamonds, the recommended estimate). The value of an"
-        " open symbol is not to be trusted; its interval is.",
-        captures=OWN.captures,
-        groups=OWN.groups,
-    message:
-        "Figure of E and nu of {wildcards.object}"
-    script:
-        "../scripts/stages/artefact.py"
+for figure in OWN_FIGURES:
 
-
-rule own_hertz_fit:
-    input:
-        fits=OWN.files(OWN.fitted, "hertz.json"),
-    output:
-        png=report(
-            RUN.results("{object}/figures/hertz_fit.png"),
-            caption=CAPTION,
-            category="Other objects",
-            labels={"Result": "{object}: Hertz fit of an object"},
-        ),
-        svg=RUN.results("{object}/figures/hertz_fit.svg"),
-    log:
-        RUN.results("logs/own_hertz_fit/{object}.log"),
-    benchmark:
-        RUN.results("benchmarks/own_hertz_fit/{object}.tsv")
-    wildcard_constraints:
-        object=one_of(OWN.names),
-    conda:
-        "../envs/palpate.yaml"
-    params:
-        make="palpate.report.hertz_figures:make_hertz_fits",
-        title="Hertz fit of an object",
-        caption="Hertz model (Eq. 5.1) fitted to force (N) and depth (mm) of the first captures, with a contact"
-        " point that is free beside it, and what both leave (mN).",
-        captures=OWN.fitted,
-    message:
-        "Figure of the Hertz fit of {wildcards.object}"
-    script:
-        "../scripts/stages/artefact.py"
-
-
-rule own_fit:
-    input:
-        fitted=OWN.beside_joint("fitted.npz"),
-    output:
-        png=report(
-            RUN.results("{object}/figures/fit.png"),
-            caption=CAPTION,
-            category="Other objects",
-            labels={"Result": "{object}: What was seen and computed"},
-        ),
-        svg=RUN.results("{object}/figures/fit.svg"),
-    log:
-        RUN.results("logs/own_fit/{object}.log"),
-    benchmark:
-        RUN.results("benchmarks/own_fit/{object}.tsv")
-    wildcard_constraints:
-        object=one_of(OWN.names),
-    conda:
-        "../envs/palpate.yaml"
-    params:
-        make="palpate.report.fitted_figures:make_fit",
-        title="What was seen and computed of an object",
-        caption="Force (N) against depth (mm) and motion of the surface (mm) against distance (mm), seen and computed with"
-        " the recommended estimate, and the residuals of both.",
-        captures=OWN.captures,
-        groups=OWN.groups,
-    message:
-        "Figure of what was seen and computed of {wildcards.object}"
-    script:
-        "../scripts/stages/artefact.py"
-
-
-rule own_known:
-    input:
-        joint=OWN.joint,
-        fitted=OWN.beside_joint("fitted.npz"),
-    output:
-        png=report(
-            RUN.results("{object}/figures/known.png"),
-            caption=CAPTION,
-            category="Other objects",
-            labels={"Result": "{object}: What is known of E, nu and the law"},
-        ),
-        svg=RUN.results("{object}/figures/known.svg"),
-    log:
-        RUN.results("logs/own_known/{object}.log"),
-    benchmark:
-        RUN.results("benchmarks/own_known/{object}.tsv")
-    wildcard_constraints:
-        object=one_of(OWN.names),
-    conda:
-        "../envs/palpate.yaml"
-    params:
-        make="palpate.report.fitted_figures:make_known",
-        title="What is known of E, nu and the law",
-        caption="E (kPa) and nu that the tip's depth alone, the surface alone and both explain (95 %), how likely each place"
-        " between the laws is, and E over the time after a step, dashed later than the captures.",
-        captures=OWN.captures,
-        groups=OWN.groups,
-    message:
-        "Figure of what is known of E, nu and the law of {wildcards.object}"
-    script:
-        "../scripts/stages/artefact.py"
-
-
-rule own_surface:
-    input:
-        tracked=OWN.files(OWN.first, f"tracked-{RUN.tracker}.npz"),
-        clouds=OWN.files(OWN.first, "clouds.npz"),
-        fits=OWN.files(OWN.first, "hertz.json"),
-        recorded=OWN.recorded,
-    output:
-        png=report(
-            RUN.results("{object}/figures/surface.png"),
-            caption=CAPTION,
-            category="Other objects",
-            labels={"Result": "{object}: Tracked surface of an object"},
-        ),
-        svg=RUN.results("{object}/figures/surface.svg"),
-    log:
-        RUN.results("logs/own_surface/{object}.log"),
-    benchmark:
-        RUN.results("benchmarks/own_surface/{object}.tsv")
-    wildcard_constraints:
-        object=one_of(OWN.names),
-    conda:
-        "../envs/palpate.yaml"
-    params:
-        make="palpate.report.surface_figures:make_tracked_surface",
-        title="Tracked surface of an object",
-        caption="What the camera sees in the deepest frame of the first capture with each sensor, the tracked"
-        " surface, and a section through the dent (mm).",
-        captures=OWN.first,
-        sensors=OWN.sensors,
-    message:
-        "Figure of the tracked surface of {wildcards.object}"
-    script:
-        "../scripts/stages/artefact.py"
+    rule:
+        name:
+            f"own_{figure.name}"
+        input:
+            **figure.inputs(OWN),
+        output:
+            **figure.rule_outputs(OWN, report, CAPTION),
+        log:
+            RUN.results(f"logs/own_{figure.name}/{{object}}.log"),
+        benchmark:
+            RUN.results(f"benchmarks/own_{figure.name}/{{object}}.tsv")
+        wildcard_constraints:
+            object=one_of(OWN.names),
+        conda:
+            "../envs/palpate.yaml"
+        params:
+            **figure.rule_params(OWN),
+        message:
+            f"Figure of {figure.shows} of {{wildcards.object}}"
+        script:
+            "../scripts/stages/artefact.py"
 
 
 rule own_report:
     input:
+        **{
+            one.name: RUN.results(f"{{object}}/figures/{one.name}.png")
+            for one in OWN_FIGURES
+        },
         summary=RUN.results("{object}/summary.csv"),
         fits=OWN.files(OWN.captures, "hertz.json"),
         direct=OWN.files(OWN.captures, "direct.json"),
@@ -229,11 +94,6 @@ rule own_report:
         fitted=OWN.beside_joint("fitted.npz"),
         style=str(PROJECT / "workflow/report/own_page.css"),
         behaviour=str(PROJECT / "workflow/report/own_page.js"),
-        moduli=RUN.results("{object}/figures/moduli.png"),
-        fit=RUN.results("{object}/figures/fit.png"),
-        known=RUN.results("{object}/figures/known.png"),
-        hertz_fit=RUN.results("{object}/figures/hertz_fit.png"),
-        surface=RUN.results("{object}/figures/surface.png"),
     output:
         page=RUN.results("{object}/report.html"),
     log:
@@ -250,7 +110,6 @@ rule own_report:
         sensors=OWN.sensors,
         groups=OWN.groups,
         points=OWN.points,
-        overview=OWN.overview,
         probe=RUN.probe_spec,
         options=RUN.config["direct"]["fit"],
         version=palpate.__version__,
@@ -290,3 +149,11 @@ rule own_data:
         "Data of {wildcards.object}, with what describes them"
     script:
         "../scripts/stages/own_data.py"
+
+
+# Of many objects a part: --batch objects=1/10, see docs/cluster.md.
+rule objects:
+    input:
+        OWN.outputs(one.name for one in OWN_FIGURES),
+    message:
+        "All of people's own objects is made"

@@ -48,7 +48,6 @@ rule configuration:
             category="This run",
             labels={"Result": "Configuration and versions"},
         ),
-        wanted=RUN.results("wanted.txt"),
     log:
         RUN.results("logs/configuration.log"),
     benchmark:
@@ -62,9 +61,8 @@ rule configuration:
         " pinned packages.",
         config=RUN.config,
         version=palpate.__version__,
-        wanted=[RUN.within_results(path) for path in WANTED],
     message:
-        "Configuration and versions of the run, and what it makes"
+        "Configuration and versions of the run"
     script:
         "../scripts/stages/configuration.py"
 

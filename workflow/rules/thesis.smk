@@ -39,11 +39,11 @@ rule validation:
 
 # What a run makes for its own sake: of one object nothing that is a run's of all.
 WANTED = [
-    *OWN.outputs(),
+    *OWN.outputs(one.name for one in OWN_FIGURES),
     RUN.results("summary.csv"),
     RUN.results("pages/summary.html"),
     *([RUN.results("objects.html")] if RUN.tracked else []),
 ]
 if RUN.config["only"] is None:
     WANTED += wanted_of(RUN, of_sensors=OWN.alone)
-    WANTED += [RUN.results("pages/configuration.html"), RUN.results("wanted.txt")]
+    WANTED += [RUN.results("pages/configuration.html")]

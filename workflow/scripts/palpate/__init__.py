@@ -13,7 +13,7 @@ _NAMES = {
     "Capture": "palpate.capture.capture",
     "open_capture": "palpate.capture.capture",
     "check_object": "palpate.capture.check",
-    "Config": "palpate.run.options",
+    "Config": "palpate.workflow.options",
     "Measurement": "palpate.measurement",
     "measure": "palpate.measurement",
     "solid_of": "palpate.measurement",

@@ -24,11 +24,11 @@ from palpate.capture.schema import load_yaml
 from palpate.capture.tables import FORCE, read_table
 from palpate.estimate.hertz.range import force_onset
 from palpate.press import Press, press_of
-from palpate.run.options import Config
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.examine_frames import examine_frames, examine_scene
 from palpate.vision.force import AVERAGED_S, zeroed
 from palpate.vision.force import FORCE as COMPONENTS
+from palpate.workflow.options import Config
 
 # Texts that a person may take for curves.
 TEXTS = (".txt", ".dat", ".tsv", ".asc")

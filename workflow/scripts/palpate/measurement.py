@@ -19,7 +19,6 @@ from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.range import force_onset
 from palpate.frames import Film
 from palpate.press import press_of
-from palpate.run.options import Config
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.object_solid import object_solid
@@ -40,6 +39,7 @@ from palpate.vision.flow import uncovered_share
 from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks, masks_of, save_masks
 from palpate.vision.probe import ALONG_STD, AXIS, TIP
+from palpate.workflow.options import Config
 
 
 @dataclass(frozen=True, repr=False)

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from palpate.capture.calibrations import asked, require_met
 from palpate.capture.capture import Capture
 from palpate.capture.tables import as_written
-from palpate.run.options import Config
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clock import ClockOffset
 from palpate.vision.clouds import table_of
 from palpate.vision.follow import followed
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.probe import check_steepness
+from palpate.workflow.options import Config
 
 
 @dataclass(frozen=True)

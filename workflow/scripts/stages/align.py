@@ -6,8 +6,6 @@ import numpy as np
 from palpate.capture.files import whole_file
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.hertz.range import force_onset
-from palpate.run.declared import read_declared
-from palpate.run.job import naming, run
 from palpate.surface.alignment import save_alignment
 from palpate.surface.capture import align_first
 from palpate.surface.checks import require_cloud, require_template
@@ -17,6 +15,8 @@ from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
 from palpate.vision.support_plane import read_plane
+from palpate.workflow.declared import read_declared
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

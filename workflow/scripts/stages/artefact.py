@@ -7,7 +7,7 @@ The function is named as ``module:function``, takes the rule's inputs and params
 from importlib import import_module
 
 from palpate.report import outputs, style
-from palpate.run.job import run
+from palpate.workflow.job import run
 
 
 def main(snakemake):

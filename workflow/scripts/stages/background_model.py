@@ -2,9 +2,9 @@
 
 from palpate.capture.files import whole_file
 from palpate.capture.streams import Stream
-from palpate.run.job import naming, run
 from palpate.vision.background import build_model, save_model
 from palpate.vision.options import Background
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

@@ -3,8 +3,6 @@
 import numpy as np
 from palpate.capture.files import whole_file
 from palpate.capture.tables import columns_of, read_frames, read_table
-from palpate.run.declared import read_declared
-from palpate.run.job import naming, run
 from palpate.surface.template import read_template
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import Reach, clouds_of, save_clouds
@@ -13,6 +11,8 @@ from palpate.vision.foreground import load_masks
 from palpate.vision.options import Clouds
 from palpate.vision.probe import TIP
 from palpate.vision.support_plane import read_plane
+from palpate.workflow.declared import read_declared
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

@@ -1,11 +1,11 @@
-"""The run's configuration and versions, and the list of what it makes."""
+"""The run's configuration and versions."""
 
 import platform
 from pathlib import Path
 
 from palpate.report import outputs
 from palpate.report.run_description import describe, pinned
-from palpate.run.job import run
+from palpate.workflow.job import run
 
 # What results come from; all others stand in environment.lock.
 NAMED = (
@@ -15,13 +15,11 @@ NAMED = (
 
 
 def main(snakemake):
-    """Write configuration.md and wanted.txt."""
+    """Write configuration.md."""
     inputs, params = snakemake.input, snakemake.params
     versions = {"palpate": params.version, "Python": platform.python_version()}
     versions |= pinned(Path(inputs.lock).read_text(encoding="utf-8"), NAMED)
-    wanted = "".join(f"{name}\n" for name in params.wanted)
-    made = {"md": describe(params.config, versions), "wanted": wanted}
-    outputs.write(made, snakemake.output)
+    outputs.write({"md": describe(params.config, versions)}, snakemake.output)
 
 
 run(main, snakemake)

@@ -9,9 +9,9 @@ from palpate.estimate.curve import estimate_curve
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.hertz.curve_fit import fit_curve
 from palpate.estimate.hertz.curve_setup import curve_setup
-from palpate.run.declared import read_declared
-from palpate.run.job import naming, run
 from palpate.solid.indentation import load_indentation
+from palpate.workflow.declared import read_declared
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

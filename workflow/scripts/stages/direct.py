@@ -8,9 +8,9 @@ from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.fitted import save_fitted
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
-from palpate.run.direct_inputs import read_indentations
-from palpate.run.job import naming, run
 from palpate.vision.calibrated_probe import calibrated_probe
+from palpate.workflow.direct_inputs import read_indentations
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

@@ -6,13 +6,13 @@ import logging
 from palpate.capture.files import whole_file
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import columns_of, read_force, read_frames, read_table, write_table
-from palpate.run.declared import declared_point
-from palpate.run.job import naming, run
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Force
 from palpate.vision.probe import AXIS, TIP, check_steepness
 from palpate.vision.support_plane import read_plane
+from palpate.workflow.declared import declared_point
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

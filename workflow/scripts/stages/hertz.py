@@ -5,8 +5,8 @@ import json
 from palpate.capture.files import whole_file
 from palpate.estimate.hertz.estimate import estimate_hertz
 from palpate.estimate.hertz.options import Hertz
-from palpate.run.hertz_inputs import read_indentation
-from palpate.run.job import naming, run
+from palpate.workflow.hertz_inputs import read_indentation
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

@@ -1,13 +1,13 @@
 """Indentation table of one point of an object."""
 
 from palpate.capture.files import whole_file
-from palpate.run.declared import declared_point, read_declared
-from palpate.run.job import naming, run
 from palpate.solid.indentation import load_indentation, save_indentation
 from palpate.solid.mesh import read_solid
 from palpate.solid.options import IndentationTable
 from palpate.solid.point_table import image_table, point_table
 from palpate.surface.template import read_template
+from palpate.workflow.declared import declared_point, read_declared
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

@@ -1,13 +1,13 @@
 """Find what hangs on the force sensor, and how the sensor is turned against the board."""
 
 from palpate.capture.tables import read_force
-from palpate.run.films import film_of_probe, write_calibration
-from palpate.run.job import naming, run
 from palpate.vision.clouds import table_of
 from palpate.vision.load import find_load
 from palpate.vision.load_json import load_fields
 from palpate.vision.options import SupportPlane
 from palpate.vision.rests import film_rests
+from palpate.workflow.films import film_of_probe, write_calibration
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

@@ -2,10 +2,10 @@
 
 from palpate.capture.files import whole_file
 from palpate.capture.streams import Stream
-from palpate.run.job import naming, run
 from palpate.vision.background import load_model
 from palpate.vision.foreground import masks_of, save_masks
 from palpate.vision.options import Background
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

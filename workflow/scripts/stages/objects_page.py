@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pandas as pd
 from palpate.capture.files import whole_file
+from palpate.json_fields import minima_by_key, read_all
 from palpate.report import objects_page, objects_table
-from palpate.run.job import naming, run
-from palpate.run.read_files import minima_by_key, read_all
 from palpate.surface.tracked import load_tracked
+from palpate.workflow.job import naming, run
 from plotly.offline import get_plotlyjs
 
 

@@ -2,7 +2,7 @@
 
 import pandas as pd
 from palpate.report import outputs, table_page, tables
-from palpate.run.job import naming, run
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):
@@ -18,11 +18,9 @@ def main(snakemake):
                 )
         found.append(table)
     whole = pd.concat(found, ignore_index=True)
-    made = {"csv": whole}
-    if "page" in snakemake.output.keys():
-        notes = [tables.SIMULATED_NOTE] if (whole["provenance"] == "simulated").any() else []
-        text = tables.to_markdown(whole, title="Summary", notes=notes)
-        made["page"] = table_page.page(text, title="summary")
+    notes = [tables.SIMULATED_NOTE] if (whole["provenance"] == "simulated").any() else []
+    text = tables.to_markdown(whole, title="Summary", notes=notes)
+    made = {"csv": whole, "page": table_page.page(text, title="summary")}
     outputs.write(made, snakemake.output)
 
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import pandas as pd
 from palpate.estimate.direct.fitted import load_fitted
 from palpate.estimate.direct.motion import load_motion
+from palpate.json_fields import read_all
 from palpate.report import data_tables, outputs
 from palpate.report.data_package import data_package
-from palpate.run.job import naming, run
-from palpate.run.read_files import read_all
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

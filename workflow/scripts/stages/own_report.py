@@ -6,6 +6,7 @@ import pandas as pd
 from palpate.capture.files import whole_file
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.fitted import load_fitted
+from palpate.json_fields import read_all, read_by_folder
 from palpate.report.held import Held
 from palpate.report.moduli_table import compared
 from palpate.report.other_methods import HERTZ
@@ -15,15 +16,14 @@ from palpate.report.recording_checks import named
 from palpate.report.settings_words import checksums, rests_on, told_whole
 from palpate.report.table_page import table
 from palpate.report.turning_view import view_of
-from palpate.run.declared import read_declared
-from palpate.run.job import naming, run
-from palpate.run.read_files import read_all, read_by_folder
 from palpate.solid.indentation import load_indentation
 from palpate.surface.tracked import load_tracked
 from palpate.vision.camera import with_calibration
 from palpate.vision.clouds import read_clouds
 from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS, TIP
+from palpate.workflow.declared import read_declared
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):
@@ -52,7 +52,7 @@ def main(snakemake):
             style=Path(inputs.style).read_text(encoding="utf-8"),
             views=views_of(inputs, params, held, fits),
             behaviour=Path(inputs.behaviour).read_text(encoding="utf-8"),
-            overview=params.overview,
+            overview="../objects.html",
         )
     with whole_file(snakemake.output.page) as part:
         part.write_text(text, encoding="utf-8")

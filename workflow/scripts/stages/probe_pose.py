@@ -1,11 +1,11 @@
 """Follow the probe through a capture."""
 
 from palpate.capture.tables import write_table
-from palpate.run.job import naming, run
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.follow import followed
 from palpate.vision.options import ProbePose
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

@@ -5,13 +5,13 @@ import logging
 from dataclasses import asdict
 
 from palpate.capture.files import whole_file
-from palpate.run.declared import read_declared
-from palpate.run.job import naming, run
 from palpate.solid.boundary import support_nodes
 from palpate.solid.mesh import write_solid
 from palpate.solid.object_solid import object_solid
 from palpate.solid.surface_check import check_surface
 from palpate.surface.template import read_template
+from palpate.workflow.declared import read_declared
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

@@ -1,12 +1,12 @@
 """Find what the probe gives way by between its board and its ball."""
 
 from palpate.capture.tables import read_force
-from palpate.run.films import film_of_probe, write_calibration
-from palpate.run.job import naming, run
 from palpate.vision.bending import find_bending
 from palpate.vision.bending_json import bending_fields
 from palpate.vision.options import Force
 from palpate.vision.rigid_press import way_and_force
+from palpate.workflow.films import film_of_probe, write_calibration
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

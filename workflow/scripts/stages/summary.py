@@ -1,10 +1,10 @@
 """Rows of each object, sensor, capture and method."""
 
+from palpate.json_fields import minima_by_key, read_all
 from palpate.report import hertz_tables, outputs, tables
 from palpate.report import moduli_table as direct_tables
 from palpate.report.curve_rows import curve_rows
-from palpate.run.job import run
-from palpate.run.read_files import minima_by_key, read_all
+from palpate.workflow.job import run
 
 
 def main(snakemake):

@@ -3,10 +3,10 @@
 import json
 
 from palpate.capture.files import whole_file
-from palpate.run.job import naming, run
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import table_of
 from palpate.vision.options import SupportPlane
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

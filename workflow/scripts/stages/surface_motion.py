@@ -10,7 +10,6 @@ from palpate.estimate.direct.motion import save_motion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.picture_motion import Pictures
-from palpate.run.job import naming, run
 from palpate.surface.alignment import load_alignment
 from palpate.surface.template import read_template
 from palpate.vision.camera import camera_from_spec, sensor_with_optics
@@ -19,6 +18,7 @@ from palpate.vision.flow import uncovered_share
 from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS, TIP
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

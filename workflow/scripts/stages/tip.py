@@ -1,11 +1,11 @@
 """Find where the ball is in the frame of the probe's board."""
 
-from palpate.run.films import film_of_probe, write_calibration
-from palpate.run.job import naming, run
 from palpate.vision.filmed_pivot import filmed_pivot
 from palpate.vision.marker import board_of
 from palpate.vision.pivot_json import pivot_fields
 from palpate.vision.probe import marker_transforms
+from palpate.workflow.films import film_of_probe, write_calibration
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

@@ -6,8 +6,6 @@ from pathlib import Path
 
 from palpate.capture.files import whole_file
 from palpate.capture.tables import columns_of, read_table
-from palpate.run.declared import read_declared
-from palpate.run.job import naming, run
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment
 from palpate.surface.capture import track_capture
@@ -20,6 +18,8 @@ from palpate.surface.tracked import describe, save_tracked
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
+from palpate.workflow.declared import read_declared
+from palpate.workflow.job import naming, run
 
 
 def main(snakemake):

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from palpate.run.run import Described, Run
+from palpate.workflow.run import Described, Run
 
 # Browsers sort results by name, letter for letter.
 HAIR_SPACE = "\u200a"

@@ -1,6 +1,6 @@
 """The table of all tables and figures of the thesis: one entry each, in the report's order."""
 
-from palpate.run.run import Run
+from palpate.workflow.run import Run
 
 from thesis.accuracy import artefacts as accuracy
 from thesis.artefact import Artefact

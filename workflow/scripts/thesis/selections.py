@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from palpate.run.lab_captures import is_simulated
-from palpate.run.objects import BALL, EAR
-from palpate.run.run import Described, Run
-from palpate.run.trackers import options_of
+from palpate.surface.trackers import options_of
+from palpate.workflow.lab_captures import is_simulated
+from palpate.workflow.objects import BALL, EAR
+from palpate.workflow.run import Described, Run
 
 # Figures that need no tracked surface, and so may show any capture.
 UNTRACKED_FIGURES = {"figure_5_2"}

@@ -71,9 +71,9 @@ def _check_source(source: Path) -> None:
 def _up(options: argparse.Namespace) -> "NDArray":
     import numpy as np
 
-    from palpate.run.options import Config
     from palpate.vision.clouds import table_of
     from palpate.vision.support_plane import read_plane
+    from palpate.workflow.options import Config
 
     empty = options.source / BACKGROUND
     if options.up is None and options.plane is None and empty.is_dir():

@@ -165,8 +165,8 @@ def _fit(fit: Any, options: argparse.Namespace) -> Any:
     if options.nu_std is not None:
         changes["poisson_ratio_std"] = options.nu_std
     if options.fast:
-        changes["model_std"] = replace(fit.model_std, **FAST_STD)
-    return replace(fit, **changes)
+        changes["model_std"] = fit.model_std.changed(**FAST_STD)
+    return fit.changed(**changes)
 
 
 def _table(
@@ -178,7 +178,7 @@ def _table(
     from palpate.solid.indentation import load_indentation, save_indentation
 
     name, point, model = one.capture.declared["object"], one.capture.point, one.config.direct.model
-    model = replace(model, **FAST) if options.fast else model
+    model = model.changed(**FAST) if options.fast else model
     kept = options.solid or project.solid(name)
     for path in _kept_tables(one, model, kept, project, options):
         if path.is_file():

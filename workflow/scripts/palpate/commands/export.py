@@ -35,15 +35,14 @@ def _export(options: argparse.Namespace) -> int:
 
 
 def _folder(results: Path, name: str) -> Path:
-    """Results of an object: of a run, or of the object's own among many (workflow/objects.smk).
+    """Results of an object.
 
     Raises
     ------
     ValueError
         If there are none.
     """
-    places = [*results.glob("objects/*/*/summary.csv"), *results.glob("*/summary.csv")]
-    known = {path.parent.name: path.parent for path in places}
+    known = {path.parent.name: path.parent for path in results.glob("*/summary.csv")}
     if name in known:
         return known[name]
     several = sorted(known)[:MOST_NAMED]

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -85,11 +85,11 @@ class Project:
 
     def config(self, own: Path | None) -> Any:
         """Options of all steps: of a file, else the project's, else the defaults."""
-        from palpate.run.options import Config
+        from palpate.workflow.options import Config
 
         path = own or (self.folder and self.folder / CONFIG)
         content = load_yaml(own) if own else self.content
-        known = {one.name for one in fields(Config)}
+        known = set(Config.model_fields)
         try:
             return Config.read({key: value for key, value in content.items() if key in known})
         except ValueError as error:
@@ -130,8 +130,8 @@ class Project:
         probe : mapping or None
             The probe's file, which stands in ``place``.
         """
-        from palpate.run.lacking import missing_films
-        from palpate.run.places import CONFIGURATION, LAB
+        from palpate.workflow.missing import missing_films
+        from palpate.workflow.places import CONFIGURATION, LAB
 
         # Without a configuration nobody says which probe was filmed.
         filmed = (probe or {}).get("probe") if self.folder is None else ""

@@ -17,11 +17,11 @@ from palpate.estimate.direct.fitted import load_fitted
 from palpate.estimate.direct.quantities import ONE_SECOND_S
 from palpate.estimate.direct.result import LATER_S
 from palpate.estimate.relaxation import relaxed_share
+from palpate.json_fields import read_all
 from palpate.modulus import CONFIDENCE
 from palpate.report.held import seconds_compared
 from palpate.report.own_words import LAWS
 from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN, finished, sensor_name
-from palpate.run.read_files import read_all
 from palpate.units import KILOPASCALS, MILLIMETRES
 
 ROW_IN, KNOWN_IN = 3.0, 2.6

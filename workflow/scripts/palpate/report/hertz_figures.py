@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from palpate.estimate.hertz.fit import hertz_force
+from palpate.json_fields import read_all
 from palpate.modulus import CONFIDENCE
 from palpate.report.hertz_tables import ROWS_OF_BLOCK
 from palpate.report.style import (
@@ -27,7 +28,6 @@ from palpate.report.style import (
     finished,
     sensor_name,
 )
-from palpate.run.read_files import read_all
 from palpate.units import KILOPASCALS, MILLIMETRES, MILLINEWTONS
 
 # Section 5.1: the study's recordings are shifted to meet at this force.

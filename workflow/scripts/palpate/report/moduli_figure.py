@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from palpate.json_fields import read_all, read_by_folder
 from palpate.modulus import IDENTIFIED, VERDICTS
 from palpate.report.moduli_table import compared, truth_of
 from palpate.report.style import (
@@ -21,7 +22,6 @@ from palpate.report.style import (
     panel_letter,
     sensor_name,
 )
-from palpate.run.read_files import read_all, read_by_folder
 from palpate.units import KILOPASCALS
 
 # Of captures on an axis.

@@ -7,11 +7,11 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from palpate.json_fields import read_all
 from palpate.modulus import IDENTIFIED
 from palpate.report.moduli_figure import ROWS
 from palpate.report.moduli_table import compared
 from palpate.report.style import BLUE, PAGE_IN, finished, sensor_name
-from palpate.run.read_files import read_all
 
 # Of a line, of what is above and below them, and of the whole at most [in].
 LINE_IN, AROUND_IN, HIGHEST_IN = 0.24, 0.62, 9.0

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import yaml
 
 from palpate.markdown import rows_of
-from palpate.run.digest import PIN
+from palpate.workflow.digest import PIN
 
 
 def pinned(lock: str, names: Sequence[str]) -> dict[str, str]:

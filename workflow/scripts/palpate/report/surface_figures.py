@@ -14,6 +14,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from palpate.capture.streams import Stream
+from palpate.json_fields import read_all
 from palpate.report.style import (
     BLACK,
     BLUE,
@@ -23,7 +24,6 @@ from palpate.report.style import (
     label_provenance,
     sensor_name,
 )
-from palpate.run.read_files import read_all
 from palpate.surface.pose import to_object
 from palpate.surface.tracked import load_tracked
 from palpate.units import MILLIMETRES

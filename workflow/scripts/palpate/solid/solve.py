@@ -1,6 +1,6 @@
 """Sparse direct solvers behind one small interface.
 
-PARDISO of MKL was faster than SciPy's SuperLU at all sizes that occur here (tests/bench_solid.py);
+PARDISO of MKL was faster than SciPy's SuperLU at all sizes that occur here (tools/bench_solid.py);
 SuperLU stays for machines without MKL.
 """
 

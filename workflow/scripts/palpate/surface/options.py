@@ -1,44 +1,40 @@
 """Options of alignment and trackers."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal
 
-from palpate.options import Options, block, option
+from palpate.config.model import Count, Model, Positive, option
 
 
-@dataclass(frozen=True, kw_only=True)
-class AlignmentLimits(Options):
+class AlignmentLimits(Model):
     """Beyond them an alignment is refused: twice what the Kinect's noise, or a hand, makes."""
 
-    least_near: float = option(0.9, "part of the cloud within dr", least=0, most=1)
-    largest_rms_m: float = option(0.003, "of the cloud's distances from the template", above=0)
-    largest_height_m: float = option(0.004, "of the support above or below the table", above=0)
-    largest_tilt_deg: float = option(2, "of the support against the table", above=0, most=180)
-    largest_touch_m: float = option(0.010, "from the declared point to the contact", above=0)
-    largest_gap_m: float = option(0.005, "of the sphere when the force begins", above=0)
+    least_near: float = option(0.9, "part of the cloud within dr", ge=0, le=1)
+    largest_rms_m: Positive = option(0.003, "of the cloud's distances from the template")
+    largest_height_m: Positive = option(0.004, "of the support above or below the table")
+    largest_tilt_deg: float = option(2, "of the support against the table", gt=0, le=180)
+    largest_touch_m: Positive = option(0.010, "from the declared point to the contact")
+    largest_gap_m: Positive = option(0.005, "of the sphere when the force begins")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Aligning(Options):
+class Aligning(Model):
     """Template on the first frame (Eq. 4.24)."""
 
-    largest_distance_m: float = option(0.012, "dr of Eq. 4.24", above=0)
-    largest_normal_deg: float = option(60, "between normals of a pair", above=0, most=180)
-    limits: AlignmentLimits = block(AlignmentLimits, "of what is accepted")
+    largest_distance_m: Positive = option(0.012, "dr of Eq. 4.24")
+    largest_normal_deg: float = option(60, "between normals of a pair", gt=0, le=180)
+    limits: AlignmentLimits = option(AlignmentLimits(), "of what is accepted")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Registration(Options):
+class Registration(Model):
     """Non-rigid registration of a template with clouds (Eq. 4.25, Section 5.2.1).
 
     The study prints other values (config/thesis.yaml): with those the dent stays untracked.
     """
 
-    w_data: float = option(1, "weight of the data", above=0)
-    w_sm: float = option(4, "first weight of the smoothness, halved in each iteration", above=0)
-    w_sm_stop: float = option(1, "until it is below this", above=0)
-    s_sm: float = option(1, "radius of the smoothness, in edges or their mean length", above=0)
+    w_data: Positive = option(1, "weight of the data")
+    w_sm: Positive = option(4, "first weight of the smoothness, halved in each iteration")
+    w_sm_stop: Positive = option(1, "until it is below this")
+    s_sm: Positive = option(1, "radius of the smoothness, in edges or their mean length")
     neighbourhood: Literal["rings", "geodesic"] = option(
         "rings", "geodesic: as printed; it oversmooths a locally refined mesh"
     )
@@ -52,25 +48,23 @@ class Registration(Options):
         "mean height of the captured points as far as the vertex's edges reach; nearest: as"
         " printed, with all of one point's noise",
     )
-    rounds: int = option(1, "searches for nearest data points for each w_sm", least=1)
-    largest_distance_m: float = option(0.012, "dr of Eq. 4.24", above=0)
-    largest_normal_deg: float = option(60, "between normals of a pair", above=0, most=180)
+    rounds: Count = option(1, "searches for nearest data points for each w_sm", ge=1)
+    largest_distance_m: Positive = option(0.012, "dr of Eq. 4.24")
+    largest_normal_deg: float = option(60, "between normals of a pair", gt=0, le=180)
     rotations: bool = option(
         False, "true: angles and axes of Eq. 4.23 too, which only drags vertices sideways"
     )
-    coarsest_vertices: int = option(2000, "of the hierarchy; 1000 as printed", least=1)
+    coarsest_vertices: Count = option(2000, "of the hierarchy; 1000 as printed", ge=1)
 
 
-@dataclass(frozen=True, kw_only=True)
-class StudyRefinement(Options):
+class StudyRefinement(Model):
     """The template that is registered."""
 
     kind: Literal["study"] = option("study", "registration by smoothness")
-    refine_radius_m: float = option(0.020, "of the template around the contact", above=0)
-    refine_edge_m: float | None = option(0.0025, "null: the template as it is", above=0)
+    refine_radius_m: Positive = option(0.020, "of the template around the contact")
+    refine_edge_m: float | None = option(0.0025, "null: the template as it is", gt=0)
 
 
-@dataclass(frozen=True, kw_only=True)
 class StudyTracking(Registration, StudyRefinement):
     """The study's tracker (Section 4.3) with its added points (Section 5.2).
 
@@ -85,13 +79,12 @@ class StudyTracking(Registration, StudyRefinement):
     indenter_points: Literal["none", "places", "cap", "hemisphere"] = option(
         "places", "of the vertices under the sphere; cap or hemisphere (printed): its points"
     )
-    copies: int = option(
-        1, "of the cloud, turned about the support's normal (Section 5.2.2)", least=1
+    copies: Count = option(
+        1, "of the cloud, turned about the support's normal (Section 5.2.2)", ge=1
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class ElasticTracking(Options):
+class ElasticTracking(Model):
     """Registration with the elastic energy of the solid that carries the template.
 
     Examples
@@ -101,22 +94,17 @@ class ElasticTracking(Options):
     """
 
     kind: Literal["elastic"] = option("elastic", "registration by elasticity")
-    refine_radius_m: float = option(0.020, "of template and solid around the contact", above=0)
-    refine_edge_m: float = option(0.0025, "of the template", above=0)
-    solid_edge_m: float = option(0.002, "longest edges of the solid at the contact", above=0)
-    solid_growth: float = option(0.45, "or this part of the distance from it", above=0)
+    refine_radius_m: Positive = option(0.020, "of template and solid around the contact")
+    refine_edge_m: Positive = option(0.0025, "of the template")
+    solid_edge_m: Positive = option(0.002, "longest edges of the solid at the contact")
+    solid_growth: Positive = option(0.45, "or this part of the distance from it")
     poisson_ratio: float = option(
-        0.3,
-        "the prior; E only scales the weight, which the noise chooses",
-        least=0,
-        most=0.49,
+        0.3, "the prior; E only scales the weight, which the noise chooses", ge=0, le=0.49
     )
-    largest_distance_m: float = option(0.012, "of points that count", above=0)
-    largest_normal_deg: float = option(60, "of points that count", above=0, most=180)
-    huber: float = option(1.5, "deviations from which on a distance counts by its size", above=0)
-    misfit_reach_m: float = option(
-        0.040, "points within it of the contact tell the weight", above=0
-    )
+    largest_distance_m: Positive = option(0.012, "of points that count")
+    largest_normal_deg: float = option(60, "of points that count", gt=0, le=180)
+    huber: Positive = option(1.5, "deviations from which on a distance counts by its size")
+    misfit_reach_m: Positive = option(0.040, "points within it of the contact tell the weight")
     points: bool = option(True, "false: contact, support and prior alone")
 
 

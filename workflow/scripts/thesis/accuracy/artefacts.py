@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from palpate.run.run import Described, Run
+from palpate.workflow.run import Described, Run
 
 from thesis import selections as select
 from thesis.artefact import ACCURACY, Artefact, figure, table

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from palpate.capture.tables import read_table
+from palpate.json_fields import read_all, read_by_folder, read_one
 from palpate.report import outputs
-from palpate.run.read_files import read_all, read_by_folder, read_one
 from palpate.surface.tracked import load_tracked
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE

@@ -3,8 +3,8 @@
 from typing import Any
 
 import pandas as pd
+from palpate.json_fields import read_by_folder
 from palpate.report import moduli_table, outputs, tables
-from palpate.run.read_files import read_by_folder
 
 TITLE = "E and nu against the virtual lab's truth"
 SHORT_TITLE = "Errors and coverage of the intervals, by object, sensor and method"

@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from palpate.json_fields import read_all, read_by_folder
 from palpate.report import hertz_tables, tables
-from palpate.run.read_files import read_all, read_by_folder
 
 TITLE = "Hertz models against the virtual lab's truth"
 NOTES = (

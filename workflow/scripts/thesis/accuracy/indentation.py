@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from palpate.estimate.direct.table import force_table
+from palpate.json_fields import read_by_folder
 from palpate.npz import read_npz
 from palpate.open3d_core import ClosestPoints
 from palpate.report import outputs
-from palpate.run.read_files import read_by_folder
 from palpate.solid.indentation import IndentationModel, load_indentation, ratio_weights
 from palpate.solid.laws import LAW_NAMES
 from palpate.units import MILLIMETRES

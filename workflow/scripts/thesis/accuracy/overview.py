@@ -6,11 +6,11 @@ from typing import Any
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from palpate.json_fields import read_all, read_by_folder
 from palpate.report.moduli_figure import COLOURS
 from palpate.report.moduli_table import truth_of
 from palpate.report.style import BLACK, GREY, PAGE_IN, finished, sensor_name
 from palpate.report.surface_figures import TrackedView, photo_panel, read_view, section_panel
-from palpate.run.read_files import read_all, read_by_folder
 from palpate.units import KILOPASCALS
 
 QUANTITIES = {

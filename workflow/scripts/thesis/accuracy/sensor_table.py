@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from palpate.json_fields import read_one
 from palpate.report import outputs
-from palpate.run.read_files import read_one
 
 from thesis.accuracy import sensors as accuracy
 

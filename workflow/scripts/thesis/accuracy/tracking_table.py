@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from palpate.report.tables import SIMULATED_NOTE, to_markdown
-from palpate.run.job import naming
 from palpate.surface.tracked import load_tracked
+from palpate.workflow.job import naming
 
 from thesis.accuracy.tracking import (
     KEYS,

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from palpate.run.run import Run
+from palpate.workflow.run import Run
 from snakemake.io import strip_wildcard_constraints
 
 # Stages that share a file of rules with others.

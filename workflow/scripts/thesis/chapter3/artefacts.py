@@ -1,6 +1,6 @@
 """Entries of Chapter 3."""
 
-from palpate.run.run import Described, Run
+from palpate.workflow.run import Described, Run
 
 from thesis import selections as select
 from thesis.artefact import CHAPTERS, Artefact, figure, table

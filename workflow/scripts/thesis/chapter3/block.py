@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from functools import partial
 from typing import Any
 
@@ -15,13 +15,13 @@ from palpate.estimate.minimise.objective import Objective
 from palpate.estimate.minimise.options import Minimise
 from palpate.estimate.minimise.problem import Problem
 from palpate.estimate.minimise.simulation import pose_simulation, pressed_area_modulus
+from palpate.json_fields import read_all, read_one
 from palpate.report import outputs, tables
-from palpate.run.job import naming
-from palpate.run.read_files import read_all, read_one
 from palpate.solid.mesh import write_solid
 from palpate.solid.support import Support, read_support
 from palpate.surface.simulation import SimulatedSteps, read_steps, track_steps
 from palpate.surface.tracked import load_tracked, save_tracked
+from palpate.workflow.job import naming
 
 from thesis.chapter3 import simulation_figures, simulation_tables
 from thesis.options import LinearMethod, Simulation
@@ -124,8 +124,8 @@ def make_simulation_table(inputs: Any, params: Any) -> dict:
 def make_simulation_tracking(inputs: Any, params: Any) -> dict:
     """What the estimates owe to the tracker: each variant of its options."""
     options, steps = Simulation.read(params.options), read_steps(inputs.steps)
-    variants, search = {"chosen": {}} | options.variants, Minimise.read(params.search)
-    rows = []
+    variants = {"chosen": {}} | {name: one.written() for name, one in options.variants.items()}
+    search, rows = Minimise.read(params.search), []
     for name, changes in variants.items():
         logging.info("%s: %s", name, changes)
         with naming(inputs.steps):
@@ -142,7 +142,7 @@ def _changed(options: Simulation, changes: Mapping) -> Simulation:
     """Options with those of a variant."""
     points = {name: value for name, value in changes.items() if name in ("cuts", "corners")}
     tracking = {name: value for name, value in changes.items() if name not in points}
-    return replace(options, tracking=replace(options.tracking, **tracking), **points)
+    return options.changed(tracking=options.tracking.changed(**tracking), **points)
 
 
 def row_of(steps: SimulatedSteps, options: Simulation, search: Minimise) -> dict:

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 from numpy.typing import NDArray
+from palpate.json_fields import read_one
 from palpate.open3d_core import ClosestPoints
 from palpate.report.style import BLACK, GREEN, GREY, ORANGE, PAGE_IN, entitle, finished
-from palpate.run.read_files import read_one
 from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import read_solid
 from palpate.solid.options import Solid

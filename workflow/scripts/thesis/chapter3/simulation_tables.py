@@ -14,7 +14,6 @@ from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.estimate.minimise.search import Minimum, hertz_start, minimise_error
 from palpate.estimate.minimise.simulation import pressed_area_modulus
 from palpate.report import outputs
-from palpate.run.declared import read_declared
 from palpate.solid.boundary import NodeSets, node_sets
 from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import read_solid
@@ -23,6 +22,7 @@ from palpate.solid.options import Solid
 from palpate.solid.refine import refine_near
 from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
+from palpate.workflow.declared import read_declared
 
 from thesis.options import LinearMethod
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from palpate.run.run import Described, Run
+from palpate.workflow.run import Described, Run
 
 from thesis import selections as select
 from thesis.artefact import Artefact, figure

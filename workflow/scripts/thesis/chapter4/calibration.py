@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.capture.images import read_image
 from palpate.capture.tables import read_frames
+from palpate.json_fields import read_all
 from palpate.report import outputs
 from palpate.report.style import (
     BLACK,
@@ -21,7 +22,6 @@ from palpate.report.style import (
     label_provenance,
     panel_letter,
 )
-from palpate.run.read_files import read_all
 from palpate.units import CENTIMETRES
 
 OPTICS = ["fx_px", "fy_px", "cx_px", "cy_px"]

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import pandas as pd
+from palpate.json_fields import read_one
 from palpate.report import outputs
-from palpate.run.read_files import read_one
 from palpate.units import MILLIMETRES
 
 from thesis.chapter4.sensor_files import by_sensor

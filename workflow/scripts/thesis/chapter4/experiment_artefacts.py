@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from palpate.run.run import Described, Run
+from palpate.workflow.run import Described, Run
 
 from thesis import selections as select
 from thesis.artefact import CHAPTERS, Artefact, figure, table

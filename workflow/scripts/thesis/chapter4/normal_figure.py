@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
+from palpate.json_fields import read_all
 from palpate.report.style import (
     ARROW,
     BLUE,
@@ -23,7 +24,6 @@ from palpate.report.style import (
     sensor_name,
 )
 from palpate.report.views import View
-from palpate.run.read_files import read_all
 from palpate.units import MILLIMETRES
 from palpate.vision.clouds import Cloud, read_clouds
 from scipy.spatial import cKDTree

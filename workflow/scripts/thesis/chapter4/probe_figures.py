@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.capture.streams import Stream
+from palpate.json_fields import read_one
 from palpate.report.style import (
     BLACK,
     BLUE,
@@ -23,7 +24,6 @@ from palpate.report.style import (
     panel_letter,
     sensor_name,
 )
-from palpate.run.read_files import read_one
 from palpate.units import CENTIMETRES, MILLIMETRES
 
 from thesis.chapter4.sensor_files import by_sensor, provenances

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from palpate.run.run import Run
+from palpate.workflow.run import Run
 
 from thesis import selections as select
 

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from types import SimpleNamespace
 
-from palpate.run.objects import BALL, EAR
-from palpate.run.run import Described, Run
+from palpate.workflow.objects import BALL, EAR
+from palpate.workflow.run import Described, Run
 
 from thesis import selections as select
 from thesis.artefact import ACCURACY, Artefact, figure, table

@@ -1,7 +1,7 @@
 """A body deformed by a force as measured and by one along the surface's normal (Fig. 5.12)."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from palpate.estimate.minimise.objective import Objective
 from palpate.estimate.minimise.options import Load
 from palpate.estimate.minimise.problem import Problem, pose_problem
+from palpate.json_fields import read_all
 from palpate.report.panels import (
     coloured,
     displacement_bar,
@@ -22,7 +23,6 @@ from palpate.report.panels import (
 )
 from palpate.report.style import SMALL, label_provenance, sensor_name
 from palpate.report.views import MILLIMETRES, Surface, View
-from palpate.run.read_files import read_all
 from palpate.solid.load import contact_triangle, outward_normal
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.moduli import lame_from_engineering
@@ -104,9 +104,9 @@ def problems_of(
     measured = recorded.forces_n[frame]
     leaning = turn @ tilted(measured @ turn, -(measured @ turn), TILT_DEG)
     return {
-        MEASURED: posed(measured, load=replace(load, turn_force=False)),
-        TURNED: posed(measured, load=replace(load, turn_force=True)),
-        LEANING: posed(leaning, load=replace(load, turn_force=False)),
+        MEASURED: posed(measured, load=load.changed(turn_force=False)),
+        TURNED: posed(measured, load=load.changed(turn_force=True)),
+        LEANING: posed(leaning, load=load.changed(turn_force=False)),
     }
 
 

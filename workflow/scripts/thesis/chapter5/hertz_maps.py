@@ -13,6 +13,7 @@ from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 from palpate.capture.schema import load_yaml
 from palpate.capture.streams import Stream
+from palpate.json_fields import read_all, read_one
 from palpate.report import hertz_tables
 from palpate.report.hertz_tables import ROWS_OF_BLOCK
 from palpate.report.style import (
@@ -26,7 +27,6 @@ from palpate.report.style import (
     label_provenance,
     sensor_name,
 )
-from palpate.run.read_files import read_all, read_one
 from palpate.surface.alignment import load_alignment
 from palpate.surface.pose import to_camera
 from palpate.surface.template import read_template

@@ -4,8 +4,8 @@ from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
+from palpate.json_fields import read_all
 from palpate.report import hertz_figures, hertz_tables, outputs, tables
-from palpate.run.read_files import read_all
 
 REPEATED_TITLE = "Table 5.1: reduced modulus E* of repeated presses (Pa)"
 POINTS_TITLE = "Table 5.2: reduced modulus E* from the Hertz fit (Pa)"

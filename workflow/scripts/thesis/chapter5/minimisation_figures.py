@@ -6,6 +6,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from palpate.json_fields import read_all
 from palpate.report.style import (
     BLUE,
     COLUMN_IN,
@@ -16,7 +17,6 @@ from palpate.report.style import (
     sensor_name,
 )
 from palpate.report.tables import bound_mark
-from palpate.run.read_files import read_all
 from palpate.units import KILOPASCALS, MILLIMETRES
 
 

@@ -15,12 +15,12 @@ from palpate.estimate.minimise.fit import fit_moduli
 from palpate.estimate.minimise.objective import Objective
 from palpate.estimate.minimise.options import Minimise
 from palpate.estimate.minimise.problem import Problem
-from palpate.run.job import naming
-from palpate.run.minimise_inputs import read_problem
-from palpate.run.read_files import read_one
+from palpate.json_fields import read_one
 from palpate.solid.options import Solid
 from palpate.surface.tracked import Tracked, load_tracked
+from palpate.workflow.job import naming
 
+from thesis.chapter5.minimise_inputs import read_problem
 from thesis.chapter5.step_variants import TRUE, true_surface, variants
 
 # What a tracker takes for granted would come back as the data's.

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import pandas as pd
+from palpate.json_fields import minima_by_key, read_one
 from palpate.report import outputs, tables
-from palpate.run.read_files import minima_by_key, read_one
 
 VALUES = ["youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa", "hertz_reduced_modulus_pa"]
 VERDICT = ["poisson_ratio_low", "poisson_ratio_high", "poisson_ratio_verdict"]

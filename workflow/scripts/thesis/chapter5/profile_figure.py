@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from palpate.json_fields import minima_by_key
 from palpate.report.style import (
     BLUE,
     COLUMN_IN,
@@ -19,7 +20,6 @@ from palpate.report.style import (
     panel_letter,
     sensor_name,
 )
-from palpate.run.read_files import minima_by_key
 from palpate.units import KILOPASCALS, PERCENT
 
 COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}

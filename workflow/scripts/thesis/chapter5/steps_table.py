@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from palpate.json_fields import read_all, read_by_folder
 from palpate.report import tables
 from palpate.report.tables import CAPTURE
-from palpate.run.read_files import read_all, read_by_folder
 
 from thesis.chapter5 import steps_figure
 

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from palpate.capture.streams import Stream
 from palpate.capture.tables import read_table
+from palpate.json_fields import read_all
 from palpate.report.views import Surface
-from palpate.run.declared import read_declared
-from palpate.run.read_files import read_all
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment
 from palpate.surface.options import StudyTracking
@@ -22,6 +21,7 @@ from palpate.vision.camera import camera_from_spec, with_calibration
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
+from palpate.workflow.declared import read_declared
 
 PICTURE_MARGIN = 0.12
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from palpate.json_fields import read_all, read_one
 from palpate.report import outputs
-from palpate.run.read_files import read_all, read_one
 from palpate.solid.mesh import read_solid
 
 from thesis.chapter5.tracking_inputs import last_frames, surface_of

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
-from palpate.run.read_files import read_all
+from palpate.json_fields import read_all
 
 from thesis.chapter4.workspace import CORNERS, select_threshold
 from thesis.findings import comparison

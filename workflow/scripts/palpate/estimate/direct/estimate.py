@@ -238,7 +238,7 @@ def within_tables(indentations: Sequence[DirectIndentation], options: Fit) -> Fi
     known = options.poisson_ratio
     if known is not None and not low <= known <= high:
         raise ValueError(f"poisson_ratio: expected {low:g} to {high:g}, found {known:g}")
-    return replace(options, poisson_ratio_bounds=(float(low), float(high)))
+    return options.changed(poisson_ratio_bounds=(float(low), float(high)))
 
 
 def best_of_starts(indentations: Sequence[DirectIndentation], options: Fit) -> Solution:

@@ -1,7 +1,6 @@
 """Motion of an object's surface in a capture, from its clouds and the probe's way."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +89,7 @@ def observed_motion(
         otherwise_m=options.clear_m,
     )
     view = probe_in_view(alignment, *probe, eyes_m=eyes_of(sensor))
-    chosen = replace(options, clear_m=clear)
+    chosen = options.changed(clear_m=clear)
     motion = surface_motion(template, alignment, clouds, view, rest, chosen)
     if pictures is None:
         return motion

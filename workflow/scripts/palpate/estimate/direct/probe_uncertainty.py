@@ -1,7 +1,7 @@
 """What a probe's numbers are worth where its file says it, in place of what any rig's are."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +70,7 @@ class ProbeUncertainty:
             known["force_axes_std_rad"] = float(np.hypot(self.axes_std_rad, left))
         if self.compliance_std_m_n is not None:
             known["compliance_std_m_n"] = self.compliance_std_m_n
-        return replace(options, **known)
+        return options.changed(**known)
 
     def offset_std_m(self, offset_std_m: float, press: NDArray) -> float:
         """Deviation of the depth's zero, the tip's along a press (3,) beside the options' [m]."""

@@ -1,51 +1,41 @@
 """Options of the Hertz fit."""
 
-from dataclasses import dataclass
 from typing import Literal
 
-from palpate.options import Options, block, option
+from palpate.config.model import Length, Model, Positive, option
 
 
-@dataclass(frozen=True, kw_only=True)
-class Beliefs(Options):
+class Beliefs(Model):
     """What is held likely of relaxation before a record is seen (docs/theory.md).
 
     Any split of the relaxed share among the relaxation times is as likely as any other.
     """
 
     share: float = option(
-        0.3, "scale of the half-normal share of the modulus that relaxes", above=0, most=1
+        0.3, "scale of the half-normal share of the modulus that relaxes", gt=0, le=1
     )
-    none: float = option(0.1, "probability that nothing relaxes", least=0, below=1)
+    none: float = option(0.1, "probability that nothing relaxes", ge=0, lt=1)
     law_std: float = option(
-        0.02, "relative error of the contact law, and of its growth over the press", above=0, most=1
+        0.02, "relative error of the contact law, and of its growth over the press", gt=0, le=1
     )
-    at_s: float = option(1.0, "the modulus is also stated so long after a step", above=0)
+    at_s: Positive = option(1.0, "the modulus is also stated so long after a step")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Hertz(Options):
+class Hertz(Model):
     """Reduced modulus from force and depth (Section 5.1)."""
 
-    onset_force_n: float = option(0.1, "smallest force that counts as contact", above=0)
-    offset_std_m: float = option(
-        0.001,
-        "of the depth's zero, from tip and alignment; direct.fit.offset_std_m is wider",
-        above=0,
-        most=0.2,
+    onset_force_n: Positive = option(0.1, "smallest force that counts as contact")
+    offset_std_m: Length = option(
+        0.001, "of the depth's zero, from tip and alignment; direct.fit.offset_std_m is wider"
     )
     baseline: bool = option(False, "true: fit a constant force too")
     residual: Literal["force", "force_two_thirds"] = option(
         "force", "compared; force_two_thirds: its power 2/3, in which Eq. 5.1 is straight"
     )
     assumed_poisson_ratio: float = option(
-        0.33,
-        "of layers; Gibson and Ashby's for foams, and 0 to 0.499 beside it",
-        least=0,
-        most=0.5,
+        0.33, "of layers; Gibson and Ashby's for foams, and 0 to 0.499 beside it", ge=0, le=0.5
     )
     layer_series: Literal["consistent", "printed"] = option(
-        "consistent",
-        "printed: Dimitriadis 2002, up to 3 % off at chi 0.2 and 11 % at 0.6",
+        "consistent", "printed: Dimitriadis 2002, up to 3 % off at chi 0.2 and 11 % at 0.6"
     )
-    relaxation: Beliefs = block(Beliefs, "what is held likely of it")
+    relaxation: Beliefs = option(Beliefs(), "what is held likely of it")

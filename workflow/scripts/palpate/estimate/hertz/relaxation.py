@@ -1,7 +1,7 @@
 """Instantaneous reduced modulus from a press and its hold, relaxation allowed for."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,7 +112,7 @@ def with_other_shares(
     """
     rows = []
     for factor in factors:
-        other = replace(beliefs, share=factor * beliefs.share)
+        other = beliefs.changed(share=factor * beliefs.share)
         fit = fit_relaxation(record, laws, times_s=times_s, beliefs=other)
         rows.append(
             {

@@ -1,0 +1,87 @@
+"""Models of what people write: one line for each problem, and nothing converted in silence."""
+
+from typing import Annotated, Literal
+
+import pytest
+from palpate.config.model import Count, FileName, Model, NotNegative, Positive, problems
+from pydantic import Field, model_validator
+
+
+class Inner(Model):
+    """A block in a block."""
+
+    place_m: tuple[NotNegative, NotNegative] = (0.0, 1.0)
+    rule: Literal["one", "two"] = "one"
+    low: float = 0
+    high: float = 1
+
+    @model_validator(mode="after")
+    def _in_order(self):
+        if self.low >= self.high:
+            raise ValueError(f"low: expected below high, {self.high:g}, found {self.low:g}")
+        return self
+
+
+class Outer(Model):
+    """A block."""
+
+    name: str = Field(min_length=1, description="a name of it")
+    count: Count = Field(3, ge=1)
+    edge_m: Positive | None = None
+    share: Positive | tuple[Positive, Positive] = 1
+    inner: Inner = Field(default_factory=Inner)
+    points: dict[FileName, Inner] = Field(default_factory=dict)
+    marks: Annotated[tuple[str, ...], Field(min_length=1)] = ("a",)
+    flat: bool = True
+
+
+LINES = [
+    ({"count": 0}, "count: expected a number >= 1, found 0"),
+    ({"count": 10**9}, "count: expected a number <= 1000000, found 1000000000"),
+    ({"count": 2.5}, "count: expected an integer, found 2.5"),
+    ({"count": True}, "count: expected an integer, found True"),
+    ({"count": "3"}, "count: expected an integer, found '3'"),
+    ({"edge_m": 0}, "edge_m: expected a number > 0 or null, found 0"),
+    ({"edge_m": float("inf")}, "edge_m: expected a finite number or null, found inf"),
+    ({"flat": 1}, "flat: expected a boolean, found 1"),
+    ({"marks": []}, "marks: expected at least 1 entries, found []"),
+    ({"marks": "ab"}, "marks: expected a list, found 'ab'"),
+    ({"name": ""}, "name: expected a text of at least 1 characters, found ''"),
+    ({"name": "FILL_IN"}, "name: expected a name of it, found nothing filled in yet"),
+    ({"name": None}, "name: expected a text, found None"),
+    ({"inner": {"rule": "three"}}, "inner.rule: expected one of one, two, found 'three'"),
+    ({"inner": {"place_m": [1]}}, "inner.place_m.1: expected a value, found nothing"),
+    ({"inner": {"place_m": [1, -1]}}, "inner.place_m.1: expected a number >= 0, found -1"),
+    ({"inner": {"low": 2}}, "inner.low: expected below high, 1, found 2"),
+    ({"inner": [1]}, "inner: expected a mapping, found [1]"),
+    ({"points": {"p": {"x": 1}}}, "points.p.x: expected one of high, low, place_m, rule, found x"),
+    ({"points": {1: {}}}, "points.1: expected a key in quotes, found the bare 1"),
+    (
+        {"points": {"P": {}}},
+        "points: expected a name of small letters, digits and _, like elastic_02, found 'P'",
+    ),
+]
+
+
+@pytest.mark.parametrize(("change", "line"), LINES)
+def test_one_line_for_what_is_wrong(change, line):
+    assert problems(Outer, {"name": "a"} | change, "f.yaml") == [f"f.yaml: {line}"]
+
+
+def test_all_problems_at_once_and_what_is_missing():
+    assert problems(Outer, {"kind": 2, "flat": 0}) == [
+        "flat: expected a boolean, found 0",
+        "kind: expected one of count, edge_m, flat, inner, marks, name, points, share, found kind",
+        "name: expected a value, found nothing",
+    ]
+    with pytest.raises(ValueError, match="^content: expected a mapping, found 3$"):
+        Outer.read(3)
+
+
+def test_what_is_left_out_has_its_default_and_changes_are_checked():
+    read = Outer.read({"name": "a", "inner": {"place_m": [2, 3]}, "share": [1, 2]})
+    assert read == Outer(name="a", inner=Inner(place_m=(2, 3)), share=(1, 2))
+    assert read.written()["inner"] == {"place_m": [2, 3], "rule": "one", "low": 0, "high": 1}
+    assert read.changed(count=4).count == 4
+    with pytest.raises(ValueError, match="^count: expected a number >= 1, found 0$"):
+        read.changed(count=0)

@@ -1,0 +1,77 @@
+"""One press of the lab in many manners: each capture's own estimate beside the truth.
+
+    python tools/protocols.py manners/results
+
+Prints the table and writes ``manners.csv`` and ``manners.md`` there. The truth is read here alone.
+"""
+
+import json
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import pandas as pd
+import yaml
+from palpate.markdown import rows_of
+
+ROOT = Path(__file__).resolve().parents[1]
+MODULI = {"E [kPa]": ("youngs_modulus_pa", 1e-3), "nu": ("poisson_ratio", 1.0)}
+MODULI |= {"E* [kPa]": ("reduced_modulus_pa", 1e-3)}
+
+
+def manners_table(lab: Mapping, results: Path) -> pd.DataFrame:
+    """One row a capture: what is different about it, moduli with 95 % intervals, who holds."""
+    rows = []
+    for name, spec in lab["objects"].items():
+        truth = json.loads((results / "lab" / name / "material.json").read_text())
+        for sensor, captures in spec["recordings"].items():
+            for capture in captures:
+                path = results / name / sensor / capture / "direct.json"
+                found = json.loads(path.read_text()) if path.is_file() else None
+                known = {"object": name, "capture": capture, "manner": manner(spec, capture)}
+                rows.append(known | _row(found, truth))
+    return pd.DataFrame(rows)
+
+
+def manner(spec: Mapping, capture: str) -> str:
+    """What the lab's file says of a capture beside what it says of all."""
+    said = [
+        f"{name} {value:g}" if isinstance(value, float | int) else name
+        for name, value in spec["motions"].get(capture, {}).items()
+    ]
+    if capture in spec["pressed_at"]:
+        said.append("beside the point")
+    if "device" in spec:
+        said.append("a bad bench")
+    if "direction" in spec["object"]["points"][capture.split("-")[0]]:
+        said.append("inclined")
+    if "table_friction" in spec["contact"]:
+        said.append("loose")
+    return ", ".join(said) or "plain"
+
+
+def _row(found: Mapping | None, truth: Mapping) -> dict:
+    if found is None:
+        return dict.fromkeys(MODULI, "none") | {"holds": "refused"}
+    row, missed = {}, []
+    for title, (name, scale) in MODULI.items():
+        value = found[name]
+        low, high = value["low"], value["high"]
+        row[title] = f"{value['value'] * scale:.3g} ({low * scale:.3g} to {high * scale:.3g})"
+        if not low <= truth[name] <= high:
+            missed.append(title.split(" ")[0])
+    return row | {"holds": "no: " + ", ".join(missed) if missed else "yes"}
+
+
+def main(results: Path) -> None:
+    """Print and write the table."""
+    lab = yaml.safe_load((ROOT / "config/manners_lab.yaml").read_text())
+    found = manners_table(lab, results)
+    found.to_csv(results / "manners.csv", index=False)
+    text = "\n".join(rows_of(list(found.columns), found.to_numpy())) + "\n"
+    (results / "manners.md").write_text(text, encoding="utf-8")
+    sys.stdout.write(text)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,217 @@
+"""Runs of drawn labs, held against their truth: errors, and how often the intervals hold.
+
+    python tools/validation.py validation/1 [validation/2 ...]
+
+Prints the summary of all of them; writes ``validation.csv``, ``validation.md`` and
+``validation.png`` into the last one's folder. The truth is read here alone. A capture that the
+tool refused is a row with what it said.
+"""
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from palpate.capture.schema import load_yaml
+from palpate.markdown import rows_of
+from palpate.modulus import LABELS, columns
+from palpate.report import moduli_table, style
+from scipy.stats import binomtest
+
+# Of the summary: name of the modulus, what it is called, and whether its errors are relative.
+MODULI = {
+    "equivalent_reduced_modulus_pa": ("equivalent E*", True),
+    "reduced_modulus_pa": ("E*", True),
+    "youngs_modulus_pa": ("E", True),
+    "poisson_ratio": ("nu", False),
+}
+DRAWN = ("equivalent_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio")
+MARKS = {"bumblebee": (style.BLUE, "o"), "kinect": (style.GREEN, "s")}
+
+
+def estimates_of(folder: Path) -> pd.DataFrame:
+    """One row a drawn object and sensor: what was drawn, estimated, and how far off it is."""
+    lab, results = load_yaml(folder / "lab.yaml"), folder / "results"
+    rows, materials = [], {}
+    for name, spec in lab["objects"].items():
+        materials[name] = spec["material"]
+        for sensor in spec["recordings"]:
+            path = results / name / sensor / "direct.json"
+            group = {"object": name, "sensor": sensor, "provenance": "simulated"}
+            row = group | {"refused": said(results, name, sensor)}
+            if path.is_file():
+                found = [read_estimate(path)]
+                row = moduli_table.direct_rows([], [], [group], found).iloc[0].to_dict()
+            rows.append({"seed": lab["seed"]} | row | drawn(spec))
+    table = pd.DataFrame(rows)
+    told = ["point", "method", *(column for name in LABELS for column in columns(name))]
+    table = table.reindex(columns=[*table, *(name for name in told if name not in table)])
+    return moduli_table.accuracy_table(table, materials)
+
+
+def read_estimate(path: Path) -> dict:
+    """Read a direct.json; a damaged one is named."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except json.JSONDecodeError:
+        found = None
+    if not isinstance(found, dict) or not {*LABELS, "captures"} <= set(found):
+        raise ValueError(f"{path}: file: expected a whole estimate, found none")
+    return found
+
+
+def drawn(spec: Mapping) -> dict:
+    """What of an object was drawn that its errors may hang on."""
+    return {
+        "form": f"{spec['object']['support']['contact']} {spec['shape']['kind']}",
+        "law": spec["material"]["law"],
+        "depth_m": spec["motion"]["depth_m"],
+        "rig": spec.get("rig", "lab"),
+    }
+
+
+def said(results: Path, name: str, sensor: str) -> str:
+    """Why there is no estimate of an object and a sensor: what the logs end with."""
+    logs = sorted(results.glob(f"logs/*/{name}-{sensor}*.log")) + sorted(
+        results.glob(f"logs/*/{name}-01.log")
+    )
+    lines = [text.splitlines()[-1] for path in logs if (text := path.read_text().strip())]
+    errors = [line for line in lines if line.startswith("error: ")]
+    return "; ".join(errors) or "nothing: it was not tried"
+
+
+def summary_of(table: pd.DataFrame) -> pd.DataFrame:
+    """Errors and coverage of each modulus, over all estimates of runs."""
+    rows = []
+    for name, (title, relative) in MODULI.items():
+        stem, scale = name.removesuffix("_pa"), 100 if relative else 1
+        errors = table[f"{stem}_error"].dropna().abs() * scale
+        held = table[f"{stem}_covered"].dropna().astype(bool)
+        value, low, high, *_ = columns(name)
+        known = table[table[low].notna()]
+        width = (known[high] - known[low]) / 2
+        width = width / known[value] * 100 if relative else width
+        # Estimates of one rig share its errors: what scatters are the rigs.
+        rigs = max(table.loc[held.index, "rig"].nunique(), 1)
+        sure = binomtest(round(held.mean() * rigs) if len(held) else 0, rigs)
+        sure = sure.proportion_ci(method="wilson")
+        share, ends = 100 * held.mean(), f"{100 * sure.low:.0f} to {100 * sure.high:.0f}"
+        unit = " %" if relative else ""
+        rows.append(
+            {
+                "modulus": title,
+                "estimates": len(errors),
+                "median error": f"{errors.median():.3g}{unit}",
+                "90th percentile": f"{errors.quantile(0.9):.3g}{unit}",
+                "median half-width": f"{width.median():.3g}{unit}",
+                "over its bound": over_bound(table, stem),
+                "intervals that hold": f"{held.sum()} of {len(held)}",
+                "share": f"{share:.0f} % ({ends})",
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def over_bound(table: pd.DataFrame, stem: str) -> str:
+    """Stated deviation over the information limit, where one is told."""
+    if f"{stem}_efficiency" not in table:
+        return "-"
+    return f"{(1 / table[f'{stem}_efficiency']).median():.2f}"
+
+
+def shifts_of(table: pd.DataFrame, lab: Mapping) -> pd.DataFrame:
+    """What each error by itself does: shifts from the same object's film without errors."""
+    rows = []
+    for _, row in table.iterrows():
+        devices = lab["objects"][row["object"]].get("devices", {})
+        kinect = row["sensor"].startswith("kinect") or row["sensor"].startswith("color_from")
+        nominal = "kinect_nominal" if kinect else "nominal"
+        if row["sensor"] not in devices or row["sensor"] == nominal:
+            continue
+        same = (table["object"] == row["object"]) & (table["sensor"] == nominal)
+        device, base = devices[row["sensor"]], table[same].iloc[0]
+        size = f"{next(iter(device.values())):g}" if len(device) == 1 else "all"
+        found = {"object": row["object"], "error": row["sensor"], "size": size}
+        for name, (title, relative) in MODULI.items():
+            if relative:
+                found[title] = f"{100 * (row[name] / base[name] - 1):+.1f} %"
+            else:
+                found[title] = f"{row[name] - base[name]:+.3f}"
+        missed = [MODULI[n][0] for n in MODULI if row[f"{n.removesuffix('_pa')}_covered"] is False]
+        rows.append(found | {"holds": "no: " + ", ".join(missed) if missed else "yes"})
+    return pd.DataFrame(rows)
+
+
+def draw(table: pd.DataFrame, path: Path) -> None:
+    """Draw every estimate's error and interval, those that miss the truth in orange."""
+    with style.journal():
+        figure, axes = plt.subplots(3, 1, figsize=(style.PAGE_IN, 6.4), sharex=True)
+        shown = table.sort_values(["true_poisson_ratio", "sensor"]).reset_index(drop=True)
+        for axis, name in zip(axes, DRAWN, strict=True):
+            title, relative = MODULI[name]
+            value, low, high, *_ = columns(name)
+            true = shown[f"true_{name}"]
+            found = shown[[value, low, high]].astype(float)
+            parts = found.div(true, axis=0) if relative else found.sub(true, axis=0)
+            missed = ~shown[f"{name.removesuffix('_pa')}_covered"].fillna(True).astype(bool)
+            of_kinect = shown["sensor"].str.contains("kinect|color_from")
+            for sensor, (colour, mark) in MARKS.items():
+                for miss in (False, True):
+                    rows = parts[(of_kinect == (sensor == "kinect")) & (missed == miss)]
+                    kept = style.ORANGE if miss else colour
+                    label = style.SENSOR_NAMES[sensor] if not miss else None
+                    lows, highs = rows[value] - rows[low], rows[high] - rows[value]
+                    axis.errorbar(
+                        rows.index,
+                        rows[value],
+                        np.abs([lows, highs]),
+                        fmt=mark,
+                        color=kept,
+                        ms=3,
+                        lw=0.8,
+                        label=label,
+                    )
+            axis.axhline(1 if relative else 0, color=style.GREY, lw=0.8)
+            axis.set_ylabel(f"{title} / true" if relative else f"{title} - true")
+            if relative:
+                axis.set_yscale("log")
+                axis.set_ylim(0.4, 2.5)
+                axis.set_yticks([0.5, 0.7, 1, 1.4, 2], ["0.5", "0.7", "1", "1.4", "2"])
+                axis.minorticks_off()
+        axes[0].legend(ncols=2, loc="upper left")
+        axes[-1].set_xlabel("estimates, by true Poisson's ratio; orange: the interval misses it")
+        style.label_provenance(figure, {"simulated"})
+        figure.savefig(path)
+        plt.close(figure)
+
+
+def main(folders: Sequence[Path]) -> None:
+    """Print and write what the runs say."""
+    table = pd.concat([estimates_of(folder) for folder in folders], ignore_index=True)
+    refused = table[table["youngs_modulus_pa"].isna()]
+    parts = [summary_of(table)] if len(refused) < len(table) else []
+    if len(folders) == 1:
+        parts.append(shifts_of(table, load_yaml(folders[0] / "lab.yaml")))
+    if len(refused):
+        parts.append(refused[["seed", "object", "sensor", "form", "refused"]])
+    text = f"{len(table)} estimates of {table['rig'].nunique()} rigs, {len(refused)} refused.\n\n"
+    text += (
+        "\n\n".join("\n".join(rows_of(list(p.columns), p.to_numpy(dtype=str))) for p in parts)
+        + "\n"
+    )
+    table.to_csv(folders[-1] / "validation.csv", index=False)
+    (folders[-1] / "validation.md").write_text(text, encoding="utf-8")
+    draw(table, folders[-1] / "validation.png")
+    sys.stdout.write(text)
+
+
+if __name__ == "__main__":
+    if not sys.argv[1:]:
+        sys.exit("error: folders: expected some, as validation/1, found none")
+    try:
+        main([Path(name) for name in sys.argv[1:]])
+    except ValueError as error:
+        sys.exit(f"error: {error}")

@@ -1,0 +1,1 @@
+"""Options and specifications: defaults, bounds, units and messages in one place."""

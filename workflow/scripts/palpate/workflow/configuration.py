@@ -1,0 +1,302 @@
+"""Everything people write, read and checked once before the first job."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+
+from palpate.capture.check import check_object
+from palpate.capture.devices import PLACES
+from palpate.capture.discover import CURVE, NOT_OBJECTS, CaptureId, curve_files, discover
+from palpate.capture.fingerprint import stamps_below
+from palpate.capture.schema import SCHEMAS, load_yaml, validate
+from palpate.capture.words import one_line
+from palpate.config.model import Model
+from palpate.surface.trackers import tracker_problems
+from palpate.workflow.configuration_checks import (
+    dropped_experiments,
+    estimated,
+    impossible_search,
+    impossible_table,
+    path_problems,
+    selected,
+    unknown_captures,
+    unknown_objects,
+    unknown_probe,
+    unknown_step_trackers,
+)
+from palpate.workflow.lab_captures import (
+    by_object,
+    dropped_among,
+    is_the_labs,
+    recordings,
+    still_the_labs,
+)
+from palpate.workflow.missing import (
+    Needed,
+    lab_devices,
+    missing_calibrations,
+    missing_films,
+    named_files,
+)
+from palpate.workflow.objects import studied
+from palpate.workflow.options import config_problems, filled
+from palpate.workflow.places import placed, who_said
+from palpate.workflow.run import Run
+
+
+def no_problems(lab: Mapping, sensors: Mapping, source: str) -> list[str]:
+    """Nothing, for those who have no lab."""
+    return []
+
+
+def open_run(
+    config: Mapping,
+    *,
+    sources: Sequence[str],
+    project: Path,
+    told: Mapping = MappingProxyType({}),
+    files: bool = True,
+    check_lab: Callable = no_problems,
+    blocks: Mapping[str, type[Model]] = MappingProxyType({}),
+    rules: Iterable = (),
+    later: bool = False,
+) -> Run:
+    """Read and check what people write, and find the captures of the run.
+
+    Parameters
+    ----------
+    config : mapping
+        The merged configuration of the workflow; what it leaves out has its default.
+    sources : sequence of str
+        Files that it was read of, the first of them with the defaults.
+    project : Path
+        Folder of the project, whose devices serve where the run has none of its own.
+    told : mapping, optional
+        What the command line says of the configuration.
+    files : bool, optional
+        False: tables and images of captures are not opened, as jobs are to check them, and nothing
+        is stamped.
+    check_lab : callable, optional
+        What is wrong with a lab's configuration, the sensors and the file's name given, as lines.
+    blocks : mapping, optional
+        Options of further blocks of the configuration, by name.
+    rules : iterable, optional
+        The workflow's rules, as they come.
+    later : bool, optional
+        True: what is wrong with files of devices but the lab's, and films that are not there, are
+        told where a job needs them.
+
+    Raises
+    ------
+    ValueError
+        With one line for each thing that is wrong.
+    """
+    source = sources[0]
+    _require_none(config_problems(config, blocks, source), sources, told)
+    config = filled(config, blocks)
+    config["paths"] = placed(config["paths"], project)
+    paths, problems = config["paths"], _wrong_options(config, source)
+    lab, lacking = _lab(paths["lab"], lines := []), []
+    needed = lab_devices(lab) if later else None
+    devices = (named_files(kind, paths[kind], problems, lacking, needed) for kind in PLACES)
+    sensors, probes = devices
+    problems += lines
+    _require_none(lacking + problems if problems else [], sources, told)
+    seen = stamps_below(paths["raw"], only=config["only"]) if files else {}
+    problems = [] if lab is None else list(check_lab(lab, sensors, paths["lab"]))
+    found = set(discover(Path(paths["raw"])))
+    simulated = _simulated(config, found, lab, (sensors, probes), problems)
+    problems += dropped_among(by_object(simulated), by_object(found), paths)
+    problems += _wrong_objects(config, found, simulated, (sensors, probes), files=files)
+    if config["only"] is None:
+        problems += dropped_experiments(Path(paths["raw"]) / "sensors", sensors, lab)
+    experiments = (lab or {}).get("experiments") or (Path(paths["raw"]) / "sensors").is_dir()
+    if experiments and config["experiments"]["probe"]:
+        problems += unknown_probe(config["experiments"]["probe"], probes, source)
+    problems += unknown_captures(config["study"], simulated, source)
+    names = {*_objects_in(paths["raw"]), *(lab or {}).get("objects", {})}
+    problems += unknown_objects(config, names, source)
+    taken = _taken(config, found, simulated)
+    wanted = taken["captures"]
+    curves = () if problems else _curves(config, Path(paths["raw"]), by_object(simulated))
+    (lacking if later else problems).extend(
+        missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
+    )
+    if not wanted and not curves and not problems:
+        problems.append(_nothing_found(paths, config["only"], names))
+    _require_none(problems, sources, told)
+    own = _object_files(Path(paths["raw"]), (*wanted, *curves), simulated)
+    run = Run(
+        config=config,
+        paths=paths,
+        sensors=sensors,
+        probes=probes,
+        lab=lab,
+        simulated=frozenset(simulated),
+        object_files=own,
+        seen=seen,
+        rules=rules,
+        curves=curves,
+        **taken,
+    )
+    used = {(c.object, c.sensor): run.probe_of(c.object) for c in wanted}
+    lacking += missing_films(used, lab, paths, config["experiments"]["probe"])
+    _require_none([] if later else lacking, sources, told)
+    lines = tuple(map(one_line, lacking))
+    devices = {name: Needed(getattr(run, name), lines) for name in PLACES}
+    return replace(run, **devices, lacking=lines)
+
+
+def _require_none(problems: list[str], sources: Sequence[str], told: Mapping) -> None:
+    if problems:
+        raise ValueError("\n".join(one_line(who_said(line, sources, told)) for line in problems))
+
+
+def _wrong_options(config: Mapping, source: str) -> list[str]:
+    """What is wrong with the configuration by itself, beyond its schema."""
+    problems = path_problems(config["paths"], source)
+    problems += impossible_search(config["minimise"], source)
+    problems += impossible_table(config["direct"], source)
+    problems += tracker_problems(config["tracking"], source)
+    return problems + unknown_step_trackers(config, source)
+
+
+def _chosen(name: str, config: Mapping) -> bool:
+    return config["only"] in (None, name)
+
+
+def _simulated(
+    config: Mapping,
+    found: set[CaptureId],
+    lab: Mapping | None,
+    devices: tuple[Mapping, Mapping],
+    problems: list[str],
+) -> set[CaptureId]:
+    """Captures of the run that the lab makes."""
+    paths = config["paths"]
+    return {
+        capture
+        for name, spec in (lab or {"objects": {}})["objects"].items()
+        if _chosen(name, config) and is_the_labs(name, paths["raw"], found, problems)
+        for capture in recordings(name, spec, paths["lab"], *devices, problems)
+    }
+
+
+def _wrong_objects(
+    config: Mapping,
+    found: set[CaptureId],
+    simulated: set[CaptureId],
+    devices: tuple[Mapping, Mapping],
+    *,
+    files: bool,
+) -> list[str]:
+    """What is wrong with objects that people dropped."""
+    raw, made, there = config["paths"]["raw"], by_object(simulated), by_object(found)
+    return [
+        problem
+        for name in sorted(_objects_in(raw))
+        if _chosen(name, config)
+        and not still_the_labs(made.get(name, set()), there.get(name, set()))
+        for problem in check_object(Path(raw) / name, *devices, files=files)
+    ]
+
+
+def _taken(
+    config: Mapping, found: set[CaptureId], simulated: set[CaptureId]
+) -> dict[str, tuple[CaptureId, ...]]:
+    """Captures of the run, and those of them that each method runs on, as `Run` has them."""
+    study, methods, others = config["study"], config["methods"], studied(config)
+    of_run = sorted(c for c in found | simulated if _chosen(c.object, config))
+    captures = [c for c in of_run if c not in simulated or selected(c, study["captures"])]
+    chosen = {
+        name: [c for c in captures if c not in simulated or selected(c, selection)]
+        for name, selection in (("tracked", study["tracked"]), ("direct", estimated(study)))
+    }
+
+    def asked(method: str, captures: list[CaptureId]) -> tuple[CaptureId, ...]:
+        """Captures that a method runs on; of people's own objects where they ask for it."""
+        runs = method in methods
+        return tuple(c for c in captures if runs or c in simulated or c.object in others)
+
+    return {
+        "captures": tuple(captures),
+        "tracked": tuple(chosen["tracked"]),
+        "fitted": asked("hertz", captures),
+        "minimised": asked("minimise", chosen["tracked"]),
+        "direct": asked("direct", chosen["direct"]),
+    }
+
+
+def _curves(config: Mapping, raw: Path, simulated: Mapping) -> tuple[CaptureId, ...]:
+    """Curves of the objects that declare some, none of the lab's."""
+    return tuple(
+        CaptureId(name, CURVE, path.stem)
+        for name in sorted(_objects_in(str(raw)))
+        if _chosen(name, config)
+        and name not in simulated
+        and curve_files(raw / name)
+        and "curves" in load_yaml(raw / name / "object.yaml")
+        for path in curve_files(raw / name)
+    )
+
+
+def _object_files(
+    raw: Path, wanted: tuple[CaptureId, ...], simulated: set[CaptureId]
+) -> dict[str, Mapping]:
+    """object.yaml by name, of the objects that people recorded."""
+    names = {capture.object for capture in wanted} - {capture.object for capture in simulated}
+    return {name: load_yaml(raw / name / "object.yaml") for name in sorted(names)}
+
+
+def _lab(path: str | None, problems: list[str]) -> Mapping | None:
+    schema = SCHEMAS / "lab.schema.yaml"
+    return None if path is None else _checked(Path(path), schema, problems, read=_like_another)
+
+
+def _like_another(path: Path) -> object:
+    """Content of a file; where it says nothing, that of the file that it is ``like``."""
+    spec = load_yaml(path)
+    if not isinstance(spec, Mapping) or not isinstance(spec.get("like"), str):
+        return spec
+    other = load_yaml(Path(spec["like"]))
+    if not isinstance(other, Mapping):
+        raise ValueError(f"{spec['like']}: expected a mapping, found {other}")
+    return _changed(other, {key: value for key, value in spec.items() if key != "like"})
+
+
+def _changed(before: Mapping, changes: Mapping) -> dict:
+    """Mapping with the changes of another, block by block."""
+    both = before.keys() & changes.keys()
+    blocks = {k for k in both if isinstance(before[k], Mapping) and isinstance(changes[k], Mapping)}
+    return {**before, **changes} | {key: _changed(before[key], changes[key]) for key in blocks}
+
+
+def _checked(
+    path: Path, schema: Path, problems: list[str], *, read: Callable[[Path], object] = load_yaml
+) -> Mapping | None:
+    try:
+        spec = read(path)
+    except ValueError as error:
+        problems.append(str(error))
+        return None
+    wrong = validate(spec, schema, str(path))
+    problems += wrong
+    return None if wrong else spec
+
+
+def _objects_in(raw: str) -> set[str]:
+    folder = Path(raw)
+    names = folder.iterdir() if folder.is_dir() else ()
+    return {
+        path.name
+        for path in names
+        if path.is_dir() and not path.name.startswith(".") and path.name not in NOT_OBJECTS
+    }
+
+
+def _nothing_found(paths: Mapping, only: str | None, known: set[str]) -> str:
+    if only is not None:
+        names = ", ".join(sorted(known)) or "none there"
+        return f"only: expected an object of {paths['raw']}/ or of the lab ({names}), found {only}"
+    return f"{paths['raw']}: expected captures (<object>/<sensor>/<capture>/), found none"

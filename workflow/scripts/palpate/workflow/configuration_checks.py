@@ -1,0 +1,193 @@
+"""What is wrong with a configuration beside its options' own bounds, a line for each thing."""
+
+from collections.abc import Collection, Mapping
+from pathlib import Path
+
+from palpate.capture.discover import CaptureId, folders
+from palpate.capture.experiments import check_experiment
+from palpate.solid.options import greatest_ratio
+from palpate.workflow.lab_captures import says_simulated
+
+LONGEST_PATH = 1000
+
+
+def path_problems(paths: Mapping, source: str) -> list[str]:
+    """Say what is wrong with ``paths`` of the configuration, a line for each.
+
+    Parameters
+    ----------
+    paths : mapping
+        Folders by what they hold; ``lab`` may be None.
+    source : str
+        File named in messages.
+
+    Returns
+    -------
+    list of str
+        Results in raw/ would be written over captures that nobody can make again.
+    """
+    lines = [
+        f"{source}: paths.{key}: expected printable characters, at most {LONGEST_PATH}, found"
+        f" {value[:60]!a}"
+        for key, value in paths.items()
+        if value is not None and not (value.isprintable() and len(value) <= LONGEST_PATH)
+    ]
+    if lines:
+        return lines
+    results = Path(paths["results"]).resolve()
+    for key in ("raw", "sensors", "probes", "meshes"):
+        if results.is_relative_to(Path(paths[key]).resolve()):
+            expected = f"a folder outside paths.{key}, {paths[key]}"
+            lines.append(f"{source}: paths.results: expected {expected}, found {paths['results']}")
+    return lines
+
+
+def estimated(study: Mapping) -> Mapping:
+    """Selection of what is estimated directly: the tracked, where nothing else is said."""
+    return {**study["tracked"], **study.get("direct", {})}
+
+
+def selected(capture: CaptureId, selection: Mapping) -> bool:
+    """Whether the study uses a recording of the lab; all are of an object that it does not name."""
+    chosen = selection.get(capture.object)
+    return chosen is None or capture.capture in chosen.get(capture.sensor, [])
+
+
+def unknown_captures(study: Mapping, simulated: set[CaptureId], source: str) -> list[str]:
+    """Captures of the lab's objects that the study names and nobody records or the run leaves."""
+    names = {capture.object for capture in simulated}
+    used = {capture for capture in simulated if selected(capture, study["captures"])}
+    allowed = {
+        "captures": (simulated, "recordings of the lab"),
+        "tracked": (used, "some of study.captures"),
+        "direct": (used, "some of study.captures"),
+    }
+    return [
+        f"{source}: study.{part}.{name}.{sensor}: expected {words}, found {capture}"
+        for part, (known, words) in allowed.items()
+        for name, sensors in study.get(part, {}).items()
+        if name in names
+        for sensor, captures in sensors.items()
+        for capture in captures
+        if CaptureId(name, sensor, capture) not in known
+    ]
+
+
+def dropped_experiments(folder: Path, sensors: Mapping, lab: Mapping | None) -> list[str]:
+    """What is wrong with the recordings about sensors that the lab does not make itself."""
+    made = (lab or {}).get("experiments", {})
+    lines = []
+    for place in folders(folder):
+        if place.name not in sensors:
+            known = ", ".join(sorted(sensors))
+            lines.append(f"{place}: sensor: expected one of {known}, found {place.name}")
+            continue
+        for experiment in folders(place):
+            if sensors.get(place.name) is None:
+                continue
+            if experiment.name not in made or not says_simulated(experiment):
+                lines += check_experiment(experiment, sensors[place.name])
+    return lines
+
+
+def unknown_probe(name: str, probes: Mapping, source: str) -> list[str]:
+    """A probe of the recordings about sensors that no file describes."""
+    if name in probes:
+        return []
+    known = ", ".join(sorted(probes))
+    return [f"{source}: experiments.probe: expected one of {known}, found {name}"]
+
+
+def impossible_search(options: Mapping, source: str) -> list[str]:
+    """Find bounds out of order and starts outside of them.
+
+    Parameters
+    ----------
+    options : mapping
+        ``minimise`` block of the configuration.
+    source : str
+        File named in messages.
+    """
+    problems = []
+    for name in ("youngs_modulus_bounds_pa", "poisson_ratio_bounds"):
+        low, high = options[name]
+        if low >= high:
+            problems.append(
+                f"{source}: minimise.{name}: expected low below high, found {low:g}, {high:g}"
+            )
+    low, high = options["poisson_ratio_bounds"]
+    for name in ("start_poisson_ratios", "profile_poisson_ratios"):
+        outside = [nu for nu in options[name] if not low <= nu <= high]
+        if outside and low < high:
+            expected = f"within poisson_ratio_bounds, {low:g} to {high:g}"
+            problems.append(f"{source}: minimise.{name}: expected {expected}, found {outside[0]:g}")
+    ratios = options["profile_poisson_ratios"]
+    if sorted(set(ratios)) != list(ratios):
+        problems.append(f"{source}: minimise.profile_poisson_ratios: expected increasing numbers")
+    return problems
+
+
+def impossible_table(options: Mapping, source: str) -> list[str]:
+    """Find options of the direct estimate whose indentation table can't be made, or doesn't reach.
+
+    Parameters
+    ----------
+    options : mapping
+        ``direct`` block of config.yaml.
+    source : str
+        File named in messages.
+    """
+    problems, place = [], f"{source}: direct"
+    ratios = options["model"]["poisson_ratios"]
+    if sorted(set(ratios)) != list(ratios):
+        problems.append(f"{place}.model.poisson_ratios: expected increasing numbers")
+        return problems
+    low, high = options["fit"]["poisson_ratio_bounds"]
+    greatest = greatest_ratio(ratios)
+    if not ratios[0] <= low < high <= greatest:
+        expected = f"low and high within the table's {ratios[0]:g} to {greatest:g}"
+        problems.append(
+            f"{place}.fit.poisson_ratio_bounds: expected {expected}, found {low:g}, {high:g}"
+        )
+    return problems
+
+
+def unknown_step_trackers(config: Mapping, source: str) -> list[str]:
+    """Find steps of the error minimisation whose tracker has no options.
+
+    Parameters
+    ----------
+    config : mapping
+        The configuration.
+    source : str
+        File named in messages.
+    """
+    known = sorted(config["tracking"]["trackers"])
+    return [
+        f"{source}: minimise.steps.{name}.tracker: expected one of {', '.join(known)},"
+        f" found {step['tracker']}"
+        for name, step in config["minimise"]["steps"].items()
+        if step.get("tracker", known[0]) not in known
+    ]
+
+
+def unknown_objects(config: Mapping, others: Collection[str], source: str) -> list[str]:
+    """Find options of single objects whose object is nowhere: a slip of the pen takes no effect.
+
+    Parameters
+    ----------
+    config : mapping
+        The configuration; objects that ``study.captures`` names are known too, since a run of
+        dropped captures keeps their options.
+    others : collection of str
+        Names of the objects in raw/ and of the lab.
+    source : str
+        File named in messages.
+    """
+    known = sorted({*others, *config["study"]["captures"]})
+    return [
+        f"{source}: {block}.objects: expected one of {', '.join(known)}, found {name}"
+        for block in ("tracking", "minimise")
+        for name in config[block]["objects"]
+        if name not in known
+    ]

@@ -1,0 +1,28 @@
+"""What object.yaml declares, for the scripts."""
+
+from collections.abc import Mapping
+
+from palpate.capture.schema import load_yaml
+from palpate.solid.support import Support, read_support
+from palpate.workflow.job import naming
+
+
+def read_declared(path: str) -> tuple[dict, Support]:
+    """Read object.yaml, and what the object stands on."""
+    spec = load_yaml(path)
+    with naming(path):
+        return spec, read_support(spec["support"])
+
+
+def declared_point(spec: Mapping, name: str) -> Mapping:
+    """What object.yaml says of a point.
+
+    Raises
+    ------
+    ValueError
+        If it says nothing of it.
+    """
+    if name not in spec["points"]:
+        names = ", ".join(sorted(spec["points"]))
+        raise ValueError(f"points: expected one of {names}, found {name}")
+    return spec["points"][name]

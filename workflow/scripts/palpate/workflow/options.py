@@ -1,0 +1,187 @@
+"""The configuration of a run: all blocks of options; ``-m palpate.workflow.options PAGE``."""
+
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, create_model, model_serializer
+
+from palpate.capture.files import whole_file
+from palpate.config.model import FileName, Model, Positive, all_different, option, problems
+from palpate.config.page import options_page
+from palpate.estimate.direct import options as direct
+from palpate.estimate.hertz.options import Hertz
+from palpate.estimate.minimise.options import Load, Minimise
+from palpate.solid.options import IndentationTable, Solid
+from palpate.surface.options import TRACKERS, Aligning
+from palpate.vision.options import Background, Clouds, Force, ProbePose, SupportPlane
+
+# Captures by object and sensor.
+Captures = dict[str, dict[str, tuple[str, ...]]]
+BOTH_TRACKERS = {name: {"kind": name} for name in TRACKERS}
+
+
+class Partial(Model):
+    """Some options of other blocks; what is left out is not among them."""
+
+    @model_serializer(mode="wrap")
+    def _said(self, handler: Callable) -> dict:
+        return {k: v for k, v in handler(self).items() if k in self.model_fields_set}
+
+
+def partly(*kinds: type[Model], **more: Any) -> type[Partial]:
+    """Model of some options of some kinds; of two of a name the first one's, or ``more``'s."""
+    known = {}
+    for kind in kinds:
+        for name, field in kind.model_fields.items():
+            known.setdefault(name, (Annotated[field.annotation, Field(), *field.metadata], None))
+    names = " and ".join(kind.__name__ for kind in kinds)
+    further = {name: (kind, None) for name, kind in more.items()}
+    return create_model(f"Some of {names}", __base__=Partial, **(known | further))
+
+
+Tracker = partly(*TRACKERS.values(), like=str, kind=Literal[tuple(TRACKERS)])
+Step = partly(Load, Solid, tracker=str)
+Loads = partly(Load)
+
+
+class Paths(Model):
+    """Where things are."""
+
+    raw: str = option("raw", "captures", min_length=1)
+    results: str = option("results", "what is computed", min_length=1)
+    sensors: str = option("config/sensors", "a file for each", min_length=1)
+    probes: str = option("config/probes", "a file for each", min_length=1)
+    meshes: str = option("config/meshes", "kept solid meshes, <object>.vtu", min_length=1)
+    lab: str | None = option(None, "the virtual lab's file; null: dropped captures only")
+
+
+class Selection(Model):
+    """Of the lab's recordings, those that tables and figures use."""
+
+    captures: Captures = option({}, "those of the run")
+    tracked: Captures = option({}, "of these, those that are tracked and minimised")
+    direct: Captures = option({}, "estimated directly, where they are not the tracked")
+    block: str = option("", "the object of Tables 5.2 and 5.3")
+    table_5_3_points: Annotated[tuple[str, ...], AfterValidator(all_different)] = option(
+        (), "of Table 5.3"
+    )
+    figure_points: dict[str, str] = option({}, "of figures; else the first")
+
+
+class Experiments(Model):
+    """Recordings about the sensors: raw/sensors/<sensor>/<experiment>."""
+
+    probe: str = option("", "that was filmed")
+    cd_case_size_m: tuple[Positive, Positive, Positive] = option(
+        (0.142, 0.124, 0.0104), "Section 4.2.4; a case's usual height"
+    )
+
+
+class Tracking(Model):
+    """The template through a capture (Section 4.3)."""
+
+    estimate_from: str = option("study", "the tracker whose surfaces are minimised")
+    compared: Annotated[tuple[str, ...], AfterValidator(all_different)] = option(
+        (), "trackers of every tracked capture"
+    )
+    alignment: Aligning = option(Aligning(), "of the template with the first frame")
+    trackers: dict[FileName, Tracker] = option(
+        {name: Tracker(**said) for name, said in BOTH_TRACKERS.items()},
+        "by name: results tracked-<name>.npz; `like` takes over another one's options",
+    )
+    objects: dict[str, dict[str, Tracker]] = option(
+        {}, "options of single objects, by object and tracker"
+    )
+
+
+class Search(Minimise):
+    """Error minimisation of a run."""
+
+    steps: dict[FileName, Step] = option(
+        {},
+        "tables/minimise_steps: options of minimise and solid, or the tracker, changed in turn",
+    )
+    objects: dict[str, Loads] = option({}, "load of single objects")
+
+
+class Direct(Model):
+    """E and nu straight from clouds and forces."""
+
+    model: IndentationTable = option(IndentationTable(), "of a pressed point")
+    observation: direct.Observation = option(direct.Observation(), "of the surface")
+    fit: direct.Fit = option(direct.Fit(), "of E and nu")
+
+
+class Config(Model):
+    """All that a run's configuration may say.
+
+    Examples
+    --------
+    >>> config = Config.read({"hertz": {"onset_force_n": 0.05}})
+    >>> config.hertz.onset_force_n, config.clouds.voxel_m
+    (0.05, 0.002)
+    """
+
+    paths: Paths = option(Paths(), "of files")
+    only: str | None = option(None, "name of one object, or null for all")
+    seed: int = option(20150401, "of all that is drawn", ge=0, le=2**53)
+    methods: Annotated[
+        tuple[Literal["hertz", "direct", "minimise"], ...], AfterValidator(all_different)
+    ] = option(
+        ("hertz", "direct"),
+        "of people's own objects; a page needs the first two; minimise, the study's, takes minutes"
+        " a capture and tells less",
+        min_length=1,
+    )
+    error_options: Annotated[
+        tuple[Literal["force_displacement", "displacement"], ...], AfterValidator(all_different)
+    ] = option(("force_displacement", "displacement"), "Section 3.3.3", min_length=1)
+    study: Selection = option(Selection(), "of the lab's recordings")
+    experiments: Experiments = option(Experiments(), "about the sensors")
+    background: Background = option(Background(), "Section 4.2.1")
+    support_plane: SupportPlane = option(SupportPlane(), "the table")
+    probe_pose: ProbePose = option(ProbePose(), "Section 4.2.2")
+    force: Force = option(Force(), "Section 4.1.3")
+    clouds: Clouds = option(Clouds(), "of the object")
+    tracking: Tracking = option(Tracking(), "Section 4.3")
+    solid: Solid = option(Solid(), "of the error minimisation")
+    hertz: Hertz = option(Hertz(), "Section 5.1")
+    minimise: Search = option(Search(), "Section 3.3")
+    direct: Direct = option(Direct(), "straight from clouds and forces")
+
+
+def filled(config: Mapping, blocks: Mapping[str, type[Model]]) -> dict:
+    """Configuration with the defaults of what people left out.
+
+    Parameters
+    ----------
+    config : mapping
+        Without `config_problems`.
+    blocks : mapping
+        Further blocks' options, by name.
+    """
+    known = set(Config.model_fields)
+    full = Config.read({k: v for k, v in config.items() if k in known}).written()
+    own = full["tracking"]["trackers"]
+    full["tracking"]["trackers"] = {
+        name: BOTH_TRACKERS.get(name, {}) | own.get(name, {}) for name in {**BOTH_TRACKERS, **own}
+    }
+    return full | {name: kind.read(config.get(name, {})).written() for name, kind in blocks.items()}
+
+
+def config_problems(config: Mapping, blocks: Mapping[str, type[Model]], source: str) -> list[str]:
+    """Say in a line each what is wrong with a configuration with further blocks."""
+    further = {name: (kind, kind()) for name, kind in blocks.items()}
+    return problems(create_model("Config", __base__=Config, **further), config, source)
+
+
+def page() -> str:
+    """Give docs/options.md."""
+    return options_page(Config, {f"Trackers of kind {name}": k for name, k in TRACKERS.items()})
+
+
+if __name__ == "__main__":
+    with whole_file(Path(sys.argv[1])) as part:
+        part.write_text(page(), encoding="utf-8")

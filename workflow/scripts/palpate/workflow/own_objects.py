@@ -1,0 +1,129 @@
+"""Objects of people's own: what is made of each, with nothing said of it in any configuration."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from palpate.workflow.objects import studied
+from palpate.workflow.run import Described, Run
+
+# Of Hertz fits in one figure.
+MOST_FITS = 4
+DATA = ("force", "motion", "samples", "profile")
+
+
+@dataclass(frozen=True)
+class OwnObjects:
+    """Inputs and params of the rules of people's own objects, of a run.
+
+    Attributes
+    ----------
+    run : Run
+    """
+
+    run: Run
+
+    @property
+    def names(self) -> list[str]:
+        """Objects that are neither the study's nor the lab's."""
+        captured = {capture.object for capture in self.run.captures}
+        return sorted(captured - studied(self.run.config) - set(self.run.lab_objects))
+
+    @property
+    def summed(self) -> list[str]:
+        """All objects of the run, each of which has a summary."""
+        return sorted({one.object for one in (*self.run.captures, *self.run.curves)})
+
+    def summaries(self, others: Sequence[str]) -> list[str]:
+        """Summary of each of them and of others, by object."""
+        names = sorted({*self.summed, *others})
+        return [self.run.results(f"{name}/summary.csv") for name in names]
+
+    @property
+    def alone(self) -> bool:
+        """Whether nothing of the study, and nothing of the lab's, is in the run."""
+        return {capture.object for capture in self.run.captures} <= set(self.names)
+
+    def outputs(self, figures: Iterable[str]) -> list[str]:
+        """Summary of every object, and page, figures and data of those whose methods they show."""
+        files = ["report.html", "datapackage.json", *(f"data/{name}.csv" for name in DATA)]
+        files += [f"figures/{name}.{end}" for name in figures for end in ("png", "svg")]
+        found = [self.run.results(f"{own}/{name}") for own in self.paged for name in files]
+        return found + [self.run.results(f"{own}/summary.csv") for own in self.summed]
+
+    @property
+    def paged(self) -> list[str]:
+        """Those of them that get a page."""
+        return self.names if self.run.shows_pages else []
+
+    def pages(self) -> list[str]:
+        """Pages that are there, of those objects."""
+        found = [self.run.results(f"{own}/report.html") for own in self.names]
+        return [path for path in found if Path(path).is_file()]
+
+    def of(self, which: str) -> Callable[[Any], list[Described]]:
+        """Captures of an object that a method runs on; see `Run.described`."""
+        return lambda wildcards: self.run.described_of(which, wildcards.object)
+
+    def captures(self, wildcards: Any) -> list[Described]:
+        """Captures of an object."""
+        return self.run.described_of("captures", wildcards.object)
+
+    def minima(self, wildcards: Any) -> list[str]:
+        """What the error minimisation finds of an object's captures."""
+        return self.run.minima_of(self.captures(wildcards))
+
+    def points(self, wildcards: Any) -> list[str]:
+        """Points of an object's captures."""
+        return list(dict.fromkeys(capture["point"] for capture in self.captures(wildcards)))
+
+    def tables(self, wildcards: Any) -> list[str]:
+        """Indentation tables of those points."""
+        name = wildcards.object
+        return [self.run.results(f"{name}/indentation-{p}.npz") for p in self.points(wildcards)]
+
+    def first(self, wildcards: Any) -> list[Described]:
+        """First capture of an object by each sensor."""
+        return self.run.first_tracked(wildcards.object)
+
+    def fitted(self, wildcards: Any) -> list[Described]:
+        """First captures of an object, as many as a figure of Hertz fits holds."""
+        firsts = self.first(wildcards)
+        rest = [c for c in self.captures(wildcards) if c not in firsts]
+        return (firsts + rest)[:MOST_FITS]
+
+    def groups(self, wildcards: Any) -> list[Described]:
+        """Object and sensors whose captures are estimated together."""
+        return self.run.groups_of(wildcards.object)
+
+    def joint(self, wildcards: Any) -> list[str]:
+        """Estimates from all captures of an object with a sensor."""
+        return self.beside_joint("direct.json")(wildcards)
+
+    def beside_joint(self, name: str) -> Callable[[Any], list[str]]:
+        """Files of a name beside those estimates."""
+        return lambda wildcards: [
+            self.run.results(f"{g['object']}/{g['sensor']}/{name}") for g in self.groups(wildcards)
+        ]
+
+    def sensors(self, wildcards: Any) -> list[Mapping]:
+        """Sensors of the first captures of an object."""
+        return [self.run.sensors[c["sensor"]] for c in self.first(wildcards)]
+
+    def optics(self, wildcards: Any) -> list[str]:
+        """Calibrations of those that have one of their own."""
+        own = [s["sensor"] for s in self.sensors(wildcards) if s.get("optics") == "calibration"]
+        return [self.run.results(f"sensors/{name}/calibration.json") for name in own]
+
+    def folders(self, wildcards: Any) -> list[str]:
+        """Folders of an object's captures."""
+        return self.run.recordings(self.captures(wildcards))
+
+    def recorded(self, wildcards: Any) -> list[str]:
+        """Folders of the first captures of an object."""
+        return self.run.recordings(self.first(wildcards))
+
+    def files(self, captures: Callable[[Any], Sequence[Described]], *names: str) -> Callable:
+        """Files of an object's captures, those of one capture after those of another."""
+        return lambda wildcards: self.run.files(captures(wildcards), *names)

@@ -1,0 +1,490 @@
+"""What one run of the workflow works on, once all that people wrote was read and checked."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from palpate.capture.calibrations import PARTS, asked
+from palpate.capture.discover import CaptureId
+from palpate.capture.fingerprint import folder_fingerprint
+from palpate.solid.mirrors import first_images
+from palpate.surface.trackers import options_of
+from palpate.workflow.lab_captures import says_simulated
+from palpate.workflow.missing import missing_calibrations, missing_films, refuse
+
+LAB_TEMPLATE = "template.ply"
+PROJECT = Path(__file__).resolve().parents[4]
+# A capture as tables name it.
+Described = Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one run of the workflow works on, and where its files stand.
+
+    Methods that take ``wildcards`` are for the rules: Snakemake calls them with each job's.
+
+    Attributes
+    ----------
+    config : mapping
+        The whole configuration, checked.
+    paths : mapping
+        Folders of the run (``paths`` of config.yaml).
+    sensors, probes : mapping
+        Specification by name, from one YAML file each.
+    lab : mapping or None
+        The virtual lab's configuration; None where the run has only dropped captures.
+    captures : tuple of CaptureId
+        Captures that the run uses, dropped in or to be made by the lab, sorted.
+    fitted : tuple of CaptureId
+        Those of them whose Hertz fits are told.
+    tracked : tuple of CaptureId
+        Those of them whose surfaces are tracked where somebody wants them.
+    minimised : tuple of CaptureId
+        Those of the tracked whose errors are minimised.
+    direct : tuple of CaptureId
+        Those that E and nu are estimated of directly: the tracked, and repeated presses.
+    simulated : frozenset of CaptureId
+        All that the lab makes on demand.
+    object_files : mapping
+        object.yaml by name, of the objects that people recorded.
+    seen : mapping
+        Stamps of what stood in ``raw/`` before it was checked, by path.
+    rules : iterable, optional
+        The workflow's rules, for those that show it.
+    curves : tuple of CaptureId
+        Curves of force and position, without a camera; `CURVE` stands for their sensor.
+    lacking : tuple of str, optional
+        What is wrong with files of devices, and films that are not there: who needs one of them
+        ends the run.
+    """
+
+    config: Mapping[str, Any]
+    paths: Mapping[str, str]
+    sensors: Mapping[str, Mapping]
+    probes: Mapping[str, Mapping]
+    lab: Mapping | None
+    captures: tuple[CaptureId, ...]
+    fitted: tuple[CaptureId, ...]
+    tracked: tuple[CaptureId, ...]
+    minimised: tuple[CaptureId, ...]
+    direct: tuple[CaptureId, ...]
+    simulated: frozenset[CaptureId]
+    object_files: Mapping[str, Mapping]
+    seen: Mapping[str, str]
+    rules: Iterable[Any] = ()
+    curves: tuple[CaptureId, ...] = ()
+    lacking: tuple[str, ...] = ()
+
+    # Places of files.
+
+    def raw(self, path: str) -> str:
+        """Path of a capture's file or folder."""
+        return f"{self.paths['raw']}/{path}"
+
+    def results(self, path: str) -> str:
+        """Path of a result."""
+        return f"{self.paths['results']}/{path}"
+
+    def truth(self, path: str) -> str:
+        """Path of what the lab knows of its captures."""
+        return self.results(f"lab/{path}")
+
+    def of_capture(self, name: str) -> str:
+        """Pattern of a capture's result."""
+        return self.results(f"{{object}}/{{sensor}}/{{capture}}/{name}")
+
+    def published(self, table: str) -> str:
+        """A table that the study prints, of the project wherever the run is."""
+        path = PROJECT / "config" / "published" / f"{table}.csv"
+        return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+
+    def files(self, captures: Iterable[Described], *names: str) -> list[str]:
+        """Results of captures, those of one capture after those of another."""
+        return [
+            self.results(f"{c['object']}/{c['sensor']}/{c['capture']}/{name}")
+            for c in captures
+            for name in names
+        ]
+
+    def minima_of(self, captures: Iterable[Described]) -> list[str]:
+        """Minima of those captures whose errors are minimised, by capture and then by error."""
+        known = set(self.minimised)
+        keys = ("object", "sensor", "capture")
+        chosen = [c for c in captures if CaptureId(*(c[key] for key in keys)) in known]
+        return self.files(chosen, *self.minima)
+
+    def recordings(self, captures: Iterable[Described]) -> list[str]:
+        """Folders of captures."""
+        return [self.raw(f"{c['object']}/{c['sensor']}/{c['capture']}") for c in captures]
+
+    @property
+    def minima(self) -> list[str]:
+        """Names of what the error minimisation finds of a capture."""
+        return [f"minimise-{error}.json" for error in self.errors]
+
+    # What the configuration says of captures.
+
+    @property
+    def errors(self) -> Sequence[str]:
+        """Error options of the minimisation."""
+        return self.config["error_options"]
+
+    @property
+    def shows_pages(self) -> bool:
+        """Whether people's own objects have the estimates that their pages show."""
+        return {"hertz", "direct"} <= set(self.config["methods"])
+
+    @property
+    def tracker(self) -> str:
+        """Tracker whose surfaces the estimates are made from."""
+        return self.config["tracking"]["estimate_from"]
+
+    @property
+    def search(self) -> Mapping:
+        """Options of the error minimisation, without what single objects and steps have."""
+        apart = ("objects", "steps")
+        return {k: v for k, v in self.config["minimise"].items() if k not in apart}
+
+    def search_of(self, wildcards: Any) -> Mapping:
+        """Options of the error minimisation for an object."""
+        return self.search | self.config["minimise"]["objects"].get(wildcards.object, {})
+
+    def tracker_options(self, wildcards: Any) -> Mapping:
+        """Options of a tracker for an object."""
+        return options_of(self.config["tracking"], wildcards.tracker, wildcards.object)
+
+    def sensor_spec(self, wildcards: Any) -> Mapping:
+        """A sensor's file."""
+        return self.sensors[wildcards.sensor]
+
+    def probe_spec(self, wildcards: Any) -> Mapping:
+        """File of the probe that an object is pressed with."""
+        return self.probe_of(wildcards.object)
+
+    def experiment_probe(self, wildcards: Any) -> Mapping | None:
+        """File of the probe of the recordings about sensors, if one is named."""
+        name = self.config["experiments"]["probe"]
+        return self.probes[name] if name in self.probes else None
+
+    def template(self, name: str) -> str:
+        """Template of an object: its own file, or the one made of its scans."""
+        kind, file = self.template_source(name)
+        return (
+            self.raw(f"{name}/{file}") if kind == "file" else self.results(f"{name}/template.ply")
+        )
+
+    # Inputs of rules.
+
+    def film_of(self, part: str) -> Callable[[Any], str]:
+        """A sensor's film that tells a part of the probe."""
+        told = next(one for one in PARTS if one.name == part)
+
+        def film(wildcards: Any) -> str:
+            name = f"{wildcards.sensor}/{told.film}"
+            folder = self.raw(f"sensors/{name}")
+            if name not in self.lab_experiments and not Path(folder).is_dir():
+                line = f"{folder}: folder: expected a film of {told.shows}, found none"
+                refuse(ValueError(line))
+            return folder
+
+        return film
+
+    def _require(self, wrong: Sequence[str]) -> None:
+        """End the run where something is wrong with what a job needs, with all that it lacks."""
+        if wrong:
+            refuse(ValueError("\n".join(self.lacking or wrong)))
+
+    def template_of(self, wildcards: Any) -> str:
+        """An object's template."""
+        return self.template(wildcards.object)
+
+    def scans_of(self, wildcards: Any) -> str:
+        """Folder of an object's scans."""
+        return self.raw(f"{wildcards.object}/{self.template_source(wildcards.object)[1]}")
+
+    def kept_mesh(self, wildcards: Any) -> str | list:
+        """The object's kept solid mesh where there is one (pytetwild never repeats itself)."""
+        kept = Path(self.paths["meshes"]) / f"{wildcards.object}.vtu"
+        return str(kept) if kept.is_file() else []
+
+    def optics_of(self, wildcards: Any) -> str | list:
+        """A sensor's own calibration, where its file asks for it."""
+        if self.sensors[wildcards.sensor].get("optics") != "calibration":
+            return []
+        self._require(missing_calibrations({wildcards.sensor}, self.sensors, self.lab, self.paths))
+        return self.results(f"sensors/{wildcards.sensor}/calibration.json")
+
+    def calibrations_of(self, wildcards: Any) -> list[str]:
+        """A sensor's own calibrations of the probe, those that its file asks for."""
+        probe, filmed = self.probe_of(wildcards.object), self.config["experiments"]["probe"]
+        used = {(wildcards.object, wildcards.sensor): probe}
+        self._require(missing_films(used, self.lab, self.paths, filmed))
+        parts = asked(probe)
+        return [self.results(f"sensors/{wildcards.sensor}/{part}.json") for part in parts]
+
+    def first_cloud_of(self, wildcards: Any) -> str:
+        """Clouds that begin with a capture's first; of others than Hertz's all are made anyway."""
+        same = self.described_of("direct", wildcards.object)
+        all_made = (wildcards.sensor, wildcards.capture) in {
+            (c["sensor"], c["capture"]) for c in same
+        }
+        return self.of_capture("clouds.npz" if all_made else "rest_cloud.npz")
+
+    def table_of(self, wildcards: Any) -> str:
+        """Indentation table of the point that a curve was recorded at."""
+        point = wildcards.capture.partition("-")[0]
+        return self.results(f"{wildcards.object}/indentation-{point}.npz")
+
+    def image_of(self, wildcards: Any) -> str | list:
+        """Indentation table of the first point that a point is a mirror image of, if it is one."""
+        images = first_images(self.description_of(wildcards.object))
+        first, _ = images.get(wildcards.point, (wildcards.point, []))
+        if first == wildcards.point:
+            return []
+        return self.results(f"{wildcards.object}/indentation-{first}.npz")
+
+    def mirrors_of(self, wildcards: Any) -> list:
+        """Normals of the mirrors that lead from a point's first image to it."""
+        spec = self.description_of(wildcards.object)
+        _, chain = first_images(spec).get(wildcards.point, (None, []))
+        return [spec["mirrors"][number] for number in chain]
+
+    def one(self, wildcards: Any) -> list[str]:
+        """The capture of a direct estimate, by itself."""
+        return [wildcards.capture]
+
+    def together(self, wildcards: Any) -> list[str]:
+        """Captures of an object with a sensor that are estimated directly, in order."""
+        same = self.described_of("direct", wildcards.object)
+        return [c["capture"] for c in same if c["sensor"] == wildcards.sensor]
+
+    def direct_files(self, captures: Callable[[Any], Sequence[str]]) -> dict:
+        """Inputs of a direct estimate, files of one kind in the order of the captures."""
+
+        def each(name: str) -> Callable:
+            def files(wildcards: Any) -> list[str]:
+                folder = self.results(f"{wildcards.object}/{wildcards.sensor}")
+                return [f"{folder}/{capture}/{name}" for capture in captures(wildcards)]
+
+            return files
+
+        def tables(wildcards: Any) -> list[str]:
+            points = [capture.partition("-")[0] for capture in captures(wildcards)]
+            return [self.results(f"{wildcards.object}/indentation-{p}.npz") for p in points]
+
+        return {
+            "object": self.raw("{object}/object.yaml"),
+            "template": self.template_of,
+            "alignments": each("alignment.json"),
+            "poses": each("probe_pose.csv"),
+            "forces": each("force.csv"),
+            "clocks": each("clock.json"),
+            "motions": each("motion.npz"),
+            "tables": tables,
+            "calibrations": self.calibrations_of,
+        }
+
+    # Fingerprints of what was dropped, as it was before the checks.
+
+    def content(self, wildcards: Any, files: Iterable[str]) -> dict[str, str]:
+        """Fingerprints of the dropped folders among a job's inputs; the lab's have rules."""
+        dropped = [str(path) for path in files if self._is_dropped(path)]
+        return {path: self.fingerprint_of(path) for path in dropped}
+
+    def _is_dropped(self, path: str) -> bool:
+        raw = Path(self.paths["raw"])
+        if not Path(path).is_relative_to(raw) or not Path(path).is_dir():
+            return False
+        top, *rest = Path(path).relative_to(raw).parts
+        if top == "sensors":
+            return "/".join(rest) not in self.lab_experiments
+        return not self.made_by_lab(top)
+
+    def object_fingerprint(self, name: str) -> str:
+        """Fingerprint of all that was dropped for an object; sensors and captures may be links."""
+        return self.fingerprint_of(self.raw(name), linked=2)
+
+    def fingerprint_of(self, folder: str, *, linked: int = 0) -> str:
+        """Fingerprint of a dropped folder; many rules ask for the same."""
+        known = self.seen.get(str(Path(folder))) or self._fingerprints.get(folder)
+        if known is None:
+            known = self._fingerprints[folder] = folder_fingerprint(folder, linked=linked)
+        return known
+
+    @cached_property
+    def _fingerprints(self) -> dict[str, str]:
+        return {}
+
+    # Objects and captures.
+
+    @property
+    def objects(self) -> list[str]:
+        """Names of the objects of the run and of the lab."""
+        known = {*self.captures, *self.curves, *self.simulated}
+        return sorted({capture.object for capture in known})
+
+    @property
+    def simulated_captures(self) -> list[CaptureId]:
+        """Captures of the run that the lab makes."""
+        return [capture for capture in self.captures if capture in self.simulated]
+
+    def probe_of(self, name: str) -> Mapping:
+        """Probe of an object: declared by its object.yaml, or by the lab that is to write it."""
+        if self.made_by_lab(name):
+            return self.probes[self.lab["objects"][name]["object"]["probe"]]
+        spec = self.object_files[name]
+        if "probe" not in spec:
+            return {"indenter": {"radius_m": spec["curves"]["radius_m"]}}
+        return self.probes[spec["probe"]]
+
+    @property
+    def lab_objects(self) -> list[str]:
+        """Objects that the lab records in this run."""
+        return sorted(self._made)
+
+    @property
+    def lab_folders(self) -> list[str]:
+        """Folders of ``raw/`` that the lab writes into in this run."""
+        sensors = {Path("sensors", name).parent for name in self.lab_experiments}
+        names = [*self.lab_objects, *sorted(map(str, sensors))]
+        return [self.raw(name) for name in [*names, *(["simulations"] if names else [])]]
+
+    @property
+    def made_materials(self) -> list[str]:
+        """Objects of the run whose true material the lab knows."""
+        return sorted({capture.object for capture in self.simulated_captures})
+
+    def materials(self) -> list[str]:
+        """True material of each of those."""
+        return [self.truth(f"{name}/material.json") for name in self.made_materials]
+
+    @property
+    def scanned(self) -> list[str]:
+        """Objects whose templates are made of scans."""
+        return [name for name in self.objects if self.template_source(name)[0] == "scans"]
+
+    def groups(self) -> list[dict[str, str]]:
+        """Objects and sensors whose captures are estimated together, as tables name them."""
+        return [group for name in self.objects for group in self.groups_of(name)]
+
+    def groups_of(self, name: str) -> list[dict[str, str]]:
+        """Those of an object."""
+        found = {c["sensor"]: c for c in self.described_of("direct", name)}
+        return [
+            {key: found[sensor][key] for key in ("object", "sensor", "provenance")}
+            for sensor in sorted(found)
+        ]
+
+    def joint_estimates(self) -> list[str]:
+        """Estimate from all captures of each object with each sensor."""
+        return [self.results(f"{g['object']}/{g['sensor']}/direct.json") for g in self.groups()]
+
+    def first_tracked(self, name: str) -> list[dict[str, str]]:
+        """First tracked capture of an object by each sensor."""
+        mine = self.described_of("tracked", name)
+        first = {capture["sensor"]: capture for capture in reversed(mine)}
+        return [first[sensor] for sensor in sorted(first)]
+
+    def sensors_of(self, experiment: str) -> list[str]:
+        """Sensors of which there is an experiment, the lab's or dropped."""
+        done = {Path(name) for name in self.lab_experiments}
+        made = {path.parent.name for path in done if path.name == experiment}
+        raw = Path(self.paths["raw"], "sensors")
+        return sorted(made | {name for name in self.sensors if (raw / name / experiment).is_dir()})
+
+    @property
+    def lab_experiments(self) -> list[str]:
+        """Experiments ``<sensor>/<experiment>`` that the lab records; never ones people dropped."""
+        blocks = (self.lab or {}).get("experiments", {})
+        names = [f"{sensor}/{name}" for name in blocks for sensor in blocks[name]["sensors"]]
+        folder = Path(self.paths["raw"]) / "sensors"
+        return [name for name in names if says_simulated(folder / name)]
+
+    def template_source(self, name: str) -> tuple[str, str]:
+        """What an object's template is: ``file`` or ``scans``, and its name in the folder."""
+        if self.made_by_lab(name):
+            template = {"file": LAB_TEMPLATE} | self.lab["objects"][name]["object"]["template"]
+        else:
+            template = self.object_files[name]["template"]
+        key = "scans" if "scans" in template else "file"
+        return key, template[key]
+
+    def described(self, which: str = "captures", *, simulated: bool = False) -> list[Described]:
+        """Describe the captures of the run, as tables name them.
+
+        Parameters
+        ----------
+        which : {"captures", "fitted", "tracked", "minimised", "direct", "curves"}, optional
+            All, or those that a method runs on.
+        simulated : bool, optional
+            True: just those that the lab makes.
+        """
+        wanted = getattr(self, which)
+        chosen = [c for c in wanted if c in self.simulated] if simulated else wanted
+        return [self._described(c) for c in chosen]
+
+    def described_of(self, which: str, name: str) -> list[Described]:
+        """Describe those of an object; asked for by each of its jobs."""
+        if which not in self._by_object:
+            found = self._by_object[which] = {}
+            for capture in self.described(which):
+                found.setdefault(capture["object"], []).append(capture)
+        return list(self._by_object[which].get(name, ()))
+
+    @cached_property
+    def _by_object(self) -> dict[str, dict[str, list[Described]]]:
+        return {}
+
+    def _described(self, capture: CaptureId) -> dict[str, str]:
+        return {
+            "object": capture.object,
+            "sensor": capture.sensor,
+            "capture": capture.capture,
+            "point": capture.point,
+            "provenance": self._provenance_of(capture.object),
+        }
+
+    def description_of(self, name: str) -> Mapping:
+        """object.yaml of an object, or what the lab is to write into it."""
+        return (
+            self.lab["objects"][name]["object"]
+            if self.made_by_lab(name)
+            else self.object_files[name]
+        )
+
+    def lab_point(self, name: str, point: str) -> str:
+        """Point of an object of the lab whose mechanics a point shares: its first mirror image."""
+        spec = self.lab["objects"][name]
+        points = spec["object"]["points"]
+        if spec["shape"]["kind"] != "block" or "direction" in points[point]:
+            return point
+        wanted = _sizes(points[point])
+        return next(
+            other
+            for other in sorted(points)
+            if _sizes(points[other]) == wanted and "direction" not in points[other]
+        )
+
+    def _provenance_of(self, name: str) -> str:
+        return "simulated" if self.made_by_lab(name) else self.object_files[name]["provenance"]
+
+    def made_by_lab(self, name: str) -> bool:
+        """Whether the lab makes an object's captures."""
+        return name in self._made
+
+    @cached_property
+    def _made(self) -> frozenset[str]:
+        return frozenset(capture.object for capture in self.simulated)
+
+
+def one_of(names: Iterable[str]) -> str:
+    """Pattern of a wildcard that takes just the given names."""
+    return "|".join(sorted(names)) or "none"
+
+
+def _sizes(point: Mapping) -> tuple[float, ...]:
+    """Coordinates of a point without their signs, to the micrometre."""
+    return tuple(round(abs(value), 6) for value in point["position_m"])

@@ -1,0 +1,99 @@
+"""What a run of one object (``only``) shows of the others: what their own last runs left."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from palpate.capture.discover import NOT_OBJECTS, discover, folders, sensor_folders
+from palpate.capture.schema import load_yaml
+from palpate.workflow.digest import ROOT, code
+from palpate.workflow.objects import kept_files, value_digest
+from palpate.workflow.run import Described, Run
+
+ORIGIN = "origin.txt"
+# Of the configuration: what no number of an object depends on.
+APART = ("only", "paths")
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Objects beside the one that a run makes whose results follow from what is there."""
+
+    run: Run
+
+    def origin(self, name: str) -> str:
+        """Digest of all that an object's results follow from."""
+        run, spec = self.run, self._declared(name)
+        options = {key: value for key, value in run.config.items() if key not in APART}
+        probe = run.probes.get(spec.get("probe"))
+        kept = kept_files(name, run.sensors, probe or {}, run.paths)
+        films = (run.lab or {}).get("objects", {}).get(name)
+        simulated = films and spec.get("provenance", "simulated") == "simulated"
+        content = run.lab if simulated else run.object_fingerprint(name)
+        seen_by = {place.folder.name for place in sensor_folders(run.raw(name))}
+        seen_by |= set((films or {}).get("recordings", {}))
+        sensors = {one: run.sensors.get(one) for one in sorted(seen_by)}
+        return value_digest([*self._code, options, sensors, probe, kept, content])
+
+    @cached_property
+    def _code(self) -> list[str]:
+        return [code(ROOT / "stages"), code(ROOT.parent / "rules")]
+
+    @cached_property
+    def _others(self) -> dict[str, bool]:
+        """Whether an object's results follow from what is there, by name."""
+        run, apart = self.run, (self.run.config["only"], *NOT_OBJECTS)
+        names = [path.name for path in folders(run.paths["raw"])] if apart[0] is not None else []
+        found = {}
+        for name in set(names).difference(apart):
+            if self._has(f"{name}/{ORIGIN}", f"{name}/summary.csv"):
+                left = Path(run.results(f"{name}/{ORIGIN}")).read_text(encoding="utf-8")
+                found[name] = left.strip() == self.origin(name)
+        return found
+
+    def _has(self, *names: str) -> bool:
+        return all(Path(self.run.results(name)).is_file() for name in names)
+
+    def _declared(self, name: str) -> Mapping:
+        path = Path(self.run.raw(f"{name}/object.yaml"))
+        spec = load_yaml(path) if path.is_file() else None
+        return spec if isinstance(spec, Mapping) else {}
+
+    @property
+    def names(self) -> list[str]:
+        """Those objects, sorted."""
+        return sorted(name for name, holds in self._others.items() if holds)
+
+    @property
+    def paged(self) -> list[str]:
+        """Those of them that have a page."""
+        return [name for name in self.names if self._has(f"{name}/report.html")]
+
+    def told(self, message: str) -> str:
+        """A message, with the objects that are left out because something has changed since."""
+        left = ", ".join(sorted(name for name, holds in self._others.items() if not holds))
+        return f"{message}, without {left} (changed since its last run)" if left else message
+
+    def tracked(self) -> list[Described]:
+        """First tracked capture of each of the objects by each sensor."""
+        wanted, first = (f"tracked-{self.run.tracker}.npz", "hertz.json"), {}
+        for c in discover(self.run.paths["raw"]) if self.names else ():
+            folder = f"{c.object}/{c.sensor}/{c.capture}"
+            if c.object in self.names and self._has(*(f"{folder}/{name}" for name in wanted)):
+                first.setdefault((c.object, c.sensor), c)
+        return [
+            {
+                **{key: getattr(c, key) for key in ("object", "sensor", "capture", "point")},
+                "provenance": self._declared(c.object).get("provenance", ""),
+            }
+            for _, c in sorted(first.items())
+        ]
+
+    def minimised(self) -> list[Described]:
+        """Those of them whose errors were minimised."""
+        return [
+            c
+            for c in self.tracked()
+            if all(Path(path).is_file() for path in self.run.files([c], *self.run.minima))
+        ]

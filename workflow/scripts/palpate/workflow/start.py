@@ -1,0 +1,70 @@
+"""How a run of Snakemake begins: what its jobs find, its locks, and how it shows its progress."""
+
+import logging
+import os
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from palpate.capture.files import remove_parts
+from palpate.workflow.job import OWNER
+from palpate.workflow.lock import LOCK, lock_folder
+from palpate.workflow.missing import refuse
+from palpate.workflow.progress import Pace, Terminal
+from palpate.workflow.run import Run
+
+# One thread: sums in another order would change the results' bytes.
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
+# Of glibc: what a job frees it keeps, as it soon wants as much again. Handed back, each page of a
+# large array is zeroed anew by the kernel, 2 to 4 % of a long job's time.
+KEEP_FREED = {
+    "MALLOC_MMAP_THRESHOLD_": str(32 * 2**20),
+    "MALLOC_TRIM_THRESHOLD_": str(2**30),
+    "MALLOC_TOP_PAD_": str(32 * 2**20),
+}
+
+
+def environment(scripts: str) -> dict[str, str]:
+    """Give what this Snakemake's jobs find in their environment.
+
+    Parameters
+    ----------
+    scripts : str
+        Folder of the packages.
+    """
+    paths = [scripts, *filter(None, [os.environ.get("PYTHONPATH")])]
+    found = {"PYTHONPATH": os.pathsep.join(dict.fromkeys(paths)), OWNER: str(os.getpid())}
+    return found | dict.fromkeys(THREADS, "1") | KEEP_FREED
+
+
+def start_run(workflow: Any, run: Run, logger: logging.Logger) -> None:
+    """Lock the folders that a run writes into, and show one line a job from now on.
+
+    What killed jobs left there is removed; what people import into other folders of ``raw/`` at
+    this time is theirs. Where another run is at work this one ends with one line.
+
+    Parameters
+    ----------
+    workflow
+        Snakemake's, once its jobs are known: 9.27 has what is used of it.
+    run : Run
+    logger : logging.Logger
+        Snakemake's; it shows more than that where it is to tell everything.
+    """
+    results, made = run.paths["results"], run.lab_folders
+    try:
+        for folder in [results, *([run.paths["raw"]] if made else [])]:
+            lock_folder(folder, warn=logger.warning)
+    except ValueError as error:
+        refuse(error)
+    for folder in [results, *made]:
+        remove_parts(folder, unless=LOCK)
+    if workflow.local_exec:
+        # With it each pass of the scheduler starts a clock that makes another: decisions.md.
+        workflow.scheduler.job_rate_limiter = None
+    jobs = Counter(job.rule.name for job in workflow.dag.needrun_jobs())
+    pace = Pace(jobs, Path(results, "benchmarks"), workflow.resource_settings.cores or 1)
+    for handler in [one for one in logger.handlers if one.name == "DefaultStreamHandler"]:
+        if logger.level >= logging.INFO:
+            logger.removeHandler(handler)
+            logger.addHandler(Terminal(handler, pace, Path(results, "logs/progress.log")))

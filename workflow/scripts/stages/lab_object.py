@@ -1,0 +1,23 @@
+"""Describe an object of the lab as people describe theirs, and note its true material apart."""
+
+import json
+
+from palpate.capture.files import whole_file
+from palpate.workflow.job import run
+from virtual_lab.describe import misdeclared, object_text
+
+
+def main(snakemake):
+    """Write object.yaml and the truth."""
+    name = snakemake.wildcards.object
+    spec = misdeclared(snakemake.params.spec, snakemake.params.errors, name=name)
+    with whole_file(snakemake.output.object) as part:
+        part.write_text(object_text(spec, name=name), encoding="utf-8")
+    material = dict(spec["material"])
+    E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
+    truth = material | {"reduced_modulus_pa": E / (1 - nu**2), "modulus": "instantaneous"}
+    with whole_file(snakemake.output.material) as part:
+        part.write_text(json.dumps(truth, indent=2, sort_keys=True) + "\n", encoding="utf-8")
+
+
+run(main, snakemake)
