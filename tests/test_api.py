@@ -91,7 +91,7 @@ def test_the_command_ends_in_one_line(root, tmp_path, capsys):
 
 def test_what_does_not_fit_is_said(root, monkeypatch):
     monkeypatch.chdir(root)
-    with pytest.raises(ValueError, match="^onset: expected one of onset_force_n, .*found another"):
+    with pytest.raises(ValueError, match="^hertz.onset: expected .*onset_force_n.*found onset"):
         palpate.Config.read({"hertz": {"onset": 1}})
     with pytest.raises(ValueError, match="depth_m, force_n: expected a press, found no change"):
         palpate.hertz.fit([0.0, 0.0, 0.0], [0.0, 1.0, 2.0], radius_m=0.006)
