@@ -16,11 +16,11 @@ PRESSES := $(addprefix glued_block/bumblebee/,$(GLUED)) loose_block/bumblebee/01
 PICTURES := overview growth rig_pivot rig_load rig_stiffness
 REPORT := --quiet all --report-stylesheet workflow/report/style.css --report
 
-# What follows a run: captures $(1), results $(2), the run's command $(3).
+# What follows a run: results $(1), the run's command $(2).
 define after
-	$(MODULE).resources $(1) $(2)
-	$(3) $(REPORT) $(2)/report.html
-	$(MODULE).closing $(2)
+	$(MODULE).resources $(1)
+	$(2) $(REPORT) $(1)/report.html
+	$(MODULE).closing $(1)
 endef
 
 # Of `make truth`: all estimates, and tables beside the lab's own solutions.
@@ -38,17 +38,17 @@ OBSERVED = $(wildcard $(DRAWN)/results/*/*/direct.json)
 
 results: .venv/installed
 	$(SNAKEMAKE)
-	$(call after,raw,results,$(SNAKEMAKE))
+	$(call after,results,$(SNAKEMAKE))
 
 sample: .venv/installed
 	$(SAMPLE)
-	$(call after,tests/sample/raw,results/sample,$(SAMPLE))
+	$(call after,results/sample,$(SAMPLE))
 
 # The study with every rule on few, small captures, from nothing: what this can't run, no run can.
 cut: .venv/installed
 	rm -rf results/cut
 	$(CUT)
-	$(call after,results/cut/captures,results/cut/results,$(CUT))
+	$(call after,results/cut/results,$(CUT))
 	$(BIN)/python -m pytest -m cut tests/cut
 
 # The default lab's joint and single estimates, from nothing, against the truth: tests/truth/record.csv.

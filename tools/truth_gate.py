@@ -31,7 +31,7 @@ from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
 from palpate.modulus import LABELS, columns
 from palpate.report.moduli_table import accuracy_table, direct_rows
 from palpate.workflow.digest import pins
-from palpate.workflow.direct_inputs import read_indentations
+from palpate.workflow.estimate_inputs import read_indentations
 
 ROOT = Path(__file__).resolve().parents[1]
 RUN, RECORD = ROOT / "results/truth", ROOT / "tests/truth/record.csv"
@@ -40,7 +40,7 @@ PROBE = yaml.safe_load((ROOT / "config/probes/nano25_sphere.yaml").read_text())
 SCRIPTS = "workflow/scripts"
 PLACES = tuple(f"{SCRIPTS}/palpate/{name}" for name in (
     "capture", "vision", "surface", "solid", "estimate", "modulus.py", "open3d_core.py",
-    "config", "workflow/direct_inputs.py"))  # fmt: skip
+    "config", "workflow/capture_inputs.py", "workflow/estimate_inputs.py"))  # fmt: skip
 PLACES += (f"{SCRIPTS}/virtual_lab", f"{SCRIPTS}/stages", "config/meshes")
 PLACES += ("config/config.yaml", "config/lab.yaml", "config/sensors/bumblebee.yaml")
 PLACES += ("config/sensors/kinect.yaml", "config/probes/nano25_sphere.yaml")

@@ -22,8 +22,8 @@ def home(root, tmp_path, monkeypatch):
     return tmp_path
 
 
-def opened(home, later=False, **changes):
-    config, given = written(home) | changes, {"sources": SOURCES, "project": home, "later": later}
+def opened(home, **changes):
+    config, given = written(home) | changes, {"sources": SOURCES, "project": home}
     return open_run(config, check_lab=lab_problems, blocks=BLOCKS, **given)
 
 
@@ -251,65 +251,51 @@ def refused(asks, *given):
         asks(*given)
 
 
-def test_a_wrong_device_stops_who_needs_it(another_pair, capsys):
-    path = another_pair / "config/sensors/d435.yaml"
-    path.write_text(path.read_text().replace("range_m: [", "range_m: FILL_IN # ["))
-    with pytest.raises(ValueError, match="d435.yaml: range_m: .* found nothing filled in yet"):
+@pytest.mark.parametrize(
+    ("file", "field", "change"),
+    [
+        ("sensors/d435", "range_m", ("range_m: [", "range_m: FILL_IN # [")),
+        ("probes/stick", "indenter.radius_m", ("radius_m: 0.00622", "radius_m: FILL_IN")),
+    ],
+)
+def test_a_wrong_device_stops_runs_that_use_it(another_pair, file, field, change):
+    path = another_pair / f"config/{file}.yaml"
+    path.write_text(path.read_text().replace(*change, 1))
+    with pytest.raises(ValueError, match=f"{path.name}: {field}: .* found nothing filled in yet"):
         opened(another_pair)
-    run = opened(another_pair, later=True)
-    mine, others = jobs(("mine", "kinect"), ("other", "d435"))
-    assert run.sensor_spec(mine)["sensor"] == "kinect"
-    assert run.probe_spec(others)["probe"] == "stick"
-    refused(run.sensor_spec, others)
-    assert "error: config/sensors/d435.yaml: range_m: expected" in capsys.readouterr().err
-
-
-def test_a_wrong_probe_stops_who_needs_it(another_pair, capsys):
-    path = another_pair / "config/probes/stick.yaml"
-    path.write_text(path.read_text().replace("radius_m: 0.00622", "radius_m: FILL_IN", 1))
-    filmed = {"probe": "stick", "cd_case_size_m": [0.14, 0.12, 0.01]}
-    run = opened(another_pair, later=True, experiments=filmed)
-    mine, others = jobs(("mine", "kinect"), ("other", "d435"))
-    assert run.calibrations_of(mine) == []
-    for asks in (run.probe_spec, run.calibrations_of, run.experiment_probe):
-        refused(asks, others)
-        assert "stick.yaml: indenter.radius_m: expected" in capsys.readouterr().err
+    mine, _ = jobs(("mine", "kinect"), ("other", "d435"))
+    assert opened(another_pair, only="mine").calibrations_of(mine) == []
 
 
 def test_the_labs_own_devices_stop_all(home):
     path = home / "config/sensors/kinect.yaml"
     path.write_text(path.read_text().replace("range_m: [", "range_m: FILL_IN # ["))
     with pytest.raises(ValueError, match="kinect.yaml: range_m: .* found nothing filled in yet"):
-        opened(home, later=True)
+        opened(home)
 
 
-def test_a_missing_film_stops_who_needs_it(another_pair, capsys):
+def test_a_missing_recording_stops_runs_that_ask_for_it(another_pair, capsys):
     path = another_pair / "config/probes/stick.yaml"
     path.write_text(path.read_text() + "tip: calibration\n")
     filmed = {"probe": "stick", "cd_case_size_m": [0.14, 0.12, 0.01]}
-    run = opened(another_pair, later=True, experiments=filmed)
-    mine, others, made = jobs(("mine", "kinect"), ("other", "d435"), ("other", "bumblebee"))
-    assert run.calibrations_of(mine) == []
-    assert run.calibrations_of(made) == ["results/sensors/bumblebee/tip.json"]
-    refused(run.calibrations_of, others)
     place = "the turning handle in raw/sensors/d435/pivot, found none"
-    line = f"error: config/probes/stick.yaml: tip: expected a film of {place}\n"
-    assert capsys.readouterr().err == line
+    with pytest.raises(ValueError, match=f"stick.yaml: tip: expected a film of {place}"):
+        opened(another_pair, experiments=filmed)
+    run = opened(another_pair, only="mine", experiments=filmed)
+    others, made = jobs(("other", "d435"), ("other", "bumblebee"))
+    assert run.calibrations_of(jobs(("mine", "kinect"))[0]) == []
     assert run.film_of("tip")(made) == "raw/sensors/bumblebee/pivot"
     refused(run.film_of("tip"), others)
     expected = "folder: expected a film of the turning handle, found none"
     assert capsys.readouterr().err == f"error: raw/sensors/d435/pivot: {expected}\n"
 
 
-def test_optics_that_are_missing_stop_who_needs_them(another_pair, capsys):
+def test_missing_optics_stop_runs_that_ask_for_them(another_pair):
     path = another_pair / "config/sensors/d435.yaml"
     path.write_text(path.read_text() + "optics: calibration\n")
-    run = opened(another_pair, later=True)
-    mine, others = jobs(("mine", "bumblebee"), ("other", "d435"))
-    assert run.optics_of(mine) == []
-    refused(run.optics_of, others)
     line = "d435.yaml: optics: expected pictures of a board in raw/sensors/d435/calibration"
-    assert line in capsys.readouterr().err
+    with pytest.raises(ValueError, match=line):
+        opened(another_pair)
 
 
 def test_templates_come_from_scans_or_a_file(root, home):

@@ -90,7 +90,7 @@ def test_a_job_that_was_killed_is_one_line(terminal, tmp_path, text, monkeypatch
 def bench(folder, name, seconds):
     path = folder / f"{name}.tsv"
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(f"s\th:m:s\tmax_rss\n{seconds}\t0:00:01\t-\n")
+    path.write_text(f"s\th:m:s\tmax_rss\tcpu_time\n{seconds}\t0:00:01\t-\t-\n")
 
 
 def test_the_last_run_shows_the_time_left_until_this_one_does(tmp_path):

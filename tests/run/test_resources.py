@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from palpate.workflow.resources import markdown, resource_table
+from palpate.workflow.resources import main, resource_table
 
 HEAD = "s\th:m:s\tmax_rss\tcpu_time\n"
 
@@ -19,10 +19,11 @@ def benchmarks(tmp_path):
         "lab_fidelity.tsv": "5.0\t0:00:05\t200\t4\n",
         "summary.tsv": "0.2\t0:00:00\tNA\t-\n",
     }
+    folder = tmp_path / "benchmarks"
     for name, row in texts.items():
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(HEAD + row)
-    return tmp_path
+        (folder / name).parent.mkdir(exist_ok=True, parents=True)
+        (folder / name).write_text(HEAD + row)
+    return folder
 
 
 def test_jobs_are_summed_up_by_rule_and_part(benchmarks):
@@ -38,17 +39,11 @@ def test_jobs_are_summed_up_by_rule_and_part(benchmarks):
     assert (pipeline.part, pipeline.jobs, pipeline.total_s) == ("pipeline", 4, 45.2)
 
 
-def test_markdown_has_units_and_leaves_unknown_memory_empty(benchmarks):
-    text = markdown(resource_table(benchmarks), benchmarks)
-    assert "| rule | part | jobs | total (s) |" in text
+def test_the_page_has_units_and_leaves_unknown_memory_empty(benchmarks, tmp_path):
+    main(tmp_path)
+    text = (tmp_path / "tables/resources.md").read_text()
+    assert "| rule | part | jobs | total_s |" in text
     assert "| summary | pipeline | 1 | 0 | 0 | 0 |  |" in text
-
-
-def test_links_do_not_count_as_size(benchmarks):
-    (benchmarks / "file").write_bytes(bytes(20_000_000))
-    (benchmarks / "link").symlink_to(benchmarks / "file")
-    text = markdown(resource_table(benchmarks), benchmarks)
-    assert f"`{benchmarks}/` holds 0.02 GB." in text
 
 
 def test_bad_benchmarks_are_refused(tmp_path):
@@ -60,7 +55,7 @@ def test_bad_benchmarks_are_refused(tmp_path):
 
 
 def test_a_run_that_left_nothing_ends_in_one_line(root, tmp_path):
-    command = [sys.executable, "-m", "palpate.workflow.resources", tmp_path, tmp_path]
+    command = [sys.executable, "-m", "palpate.workflow.resources", tmp_path]
     library = os.environ | {"PYTHONPATH": str(root / "workflow/scripts")}
     done = subprocess.run(command, capture_output=True, text=True, env=library, check=False)
     assert done.returncode == 1

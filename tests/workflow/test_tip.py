@@ -67,10 +67,10 @@ def found(root, sensor, probe, tmp_path, capfd):
             wildcards={"sensor": "bumblebee"},
             log=tmp_path / "log.txt",
             input=Named(film=str(folder)),
-            output=Named(tip=str(made)),
-            params=Named(sensor=sensor, probe=of, options={}),
+            output=Named(fields=str(made)),
+            params=Named(part="tip", sensor=sensor, probe=of, options={}),
         )
-        path = str(root / "workflow/scripts/stages/tip.py")
+        path = str(root / "workflow/scripts/stages/probe_calibration.py")
         try:
             runpy.run_path(path, init_globals={"snakemake": job})
         except SystemExit:
@@ -94,7 +94,7 @@ def test_the_tip_is_found(filmed, found):
 
 
 def test_a_probe_must_be_named(filmed, found):
-    assert "experiments.probe: expected the probe of the film, found none" in found(filmed[0], None)
+    assert "experiments.probe: expected the recorded probe, found none" in found(filmed[0], None)
 
 
 def test_a_few_frames_are_refused(filmed, found, tmp_path):

@@ -56,7 +56,6 @@ try:
         check_lab=lab_problems,
         blocks={"simulation": Simulation},
         rules=workflow.rules,
-        later=True,
     )
 except ValueError as error:
     refuse(error)

@@ -141,24 +141,13 @@ rule clouds:
         "../scripts/stages/clouds.py"
 
 
-rule rest_cloud:
-    input:
-        capture=RUN.raw("{object}/{sensor}/{capture}"),
-        object=RUN.raw("{object}/object.yaml"),
-        template=RUN.template_of,
-        optics=RUN.optics_of,
-        mask=RUN.of_capture("mask.npz"),
-        pose=RUN.of_capture("probe_pose.csv"),
-        force=RUN.of_capture("force.csv"),
-        plane=RUN.results("{object}/{sensor}/support_plane.json"),
+use rule clouds as rest_cloud with:
     output:
         clouds=RUN.of_capture("rest_cloud.npz"),
     log:
         RUN.results("logs/rest_cloud/{object}-{sensor}-{capture}.log"),
     benchmark:
         RUN.results("benchmarks/rest_cloud/{object}-{sensor}-{capture}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         sensor=RUN.sensor_spec,
         probe=RUN.probe_spec,
@@ -166,5 +155,3 @@ rule rest_cloud:
         frames=[0],
     message:
         "First cloud of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
-    script:
-        "../scripts/stages/clouds.py"

@@ -1,11 +1,10 @@
 """Optics of a sensor's two cameras, and the transform between them."""
 
-import json
 from pathlib import Path
 
 import pandas as pd
 from palpate.capture.experiments import calibrated_streams, read_marker
-from palpate.capture.files import whole_file
+from palpate.capture.files import write_json
 from palpate.capture.images import read_image
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_frames
@@ -33,8 +32,7 @@ def main(snakemake):
         "pairs": len(frames),
         **pair_fields(pair, board, streams, found, missing),
     }
-    with whole_file(snakemake.output.calibration) as part:
-        part.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write_json(snakemake.output.calibration, result)
 
 
 def provenance(folder):

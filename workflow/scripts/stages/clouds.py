@@ -2,17 +2,14 @@
 
 import numpy as np
 from palpate.capture.files import whole_file
-from palpate.capture.tables import columns_of, read_frames, read_table
-from palpate.surface.template import read_template
+from palpate.capture.tables import read_frames, read_table
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import Reach, clouds_of, save_clouds
-from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks
 from palpate.vision.options import Clouds
-from palpate.vision.probe import TIP
 from palpate.vision.support_plane import read_plane
-from palpate.workflow.declared import read_declared
-from palpate.workflow.job import naming, run
+from palpate.workflow.capture_inputs import read_object, read_probe
+from palpate.workflow.job import run
 
 
 def main(snakemake):
@@ -39,13 +36,9 @@ def main(snakemake):
 
 def reach_of(inputs, poses, capture):
     """How far the object reaches from where the tip presses most."""
-    spec, support = read_declared(inputs.object)
+    spec, support, template = read_object(inputs)
     point = spec["points"][capture.partition("-")[0]]["position_m"]
-    template = read_template(inputs.template, unit=spec["template"]["unit"])
-    with naming(inputs.force):
-        forces = columns_of(read_table(inputs.force), FORCE, frames=len(poses))
-    with naming(inputs.pose):
-        tips = columns_of(poses, TIP)
+    _, tips, forces = read_probe(inputs.pose, inputs.force, frames=len(poses))
     peak = np.argmax(np.linalg.norm(forces, axis=1))
     return Reach(tips[peak], *support.extent_m(template.vertices_m, point))
 

@@ -1,16 +1,15 @@
 """E* and E of one curve of force and position, without a camera."""
 
-import json
 from dataclasses import asdict
 
 from palpate.capture.check_curves import declared_curve, poisson_ratios
-from palpate.capture.files import whole_file
+from palpate.capture.files import write_json
 from palpate.estimate.curve import estimate_curve
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.hertz.curve_fit import fit_curve
 from palpate.estimate.hertz.curve_setup import curve_setup
 from palpate.solid.indentation import load_indentation
-from palpate.workflow.declared import read_declared
+from palpate.workflow.capture_inputs import read_declared
 from palpate.workflow.job import naming, run
 
 
@@ -37,8 +36,7 @@ def main(snakemake):
     told |= {"hertz": hertz.told()}
     samples = {"depth_m": hertz.depth_m, "force_n": hertz.force_n, "fitted_n": found.fitted_n}
     told |= {"samples": {name: values.tolist() for name, values in samples.items()}}
-    with whole_file(snakemake.output.estimate) as part:
-        part.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+    write_json(snakemake.output.estimate, told)
 
 
 run(main, snakemake)

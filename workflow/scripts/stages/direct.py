@@ -1,15 +1,13 @@
 """Direct estimate of E and nu from one or more captures of an object with one sensor."""
 
-import json
-
 import pandas as pd
-from palpate.capture.files import whole_file
+from palpate.capture.files import whole_file, write_json
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.fitted import save_fitted
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
 from palpate.vision.calibrated_probe import calibrated_probe
-from palpate.workflow.direct_inputs import read_indentations
+from palpate.workflow.estimate_inputs import read_indentations
 from palpate.workflow.job import naming, run
 
 
@@ -21,9 +19,7 @@ def main(snakemake):
     known, radius = ProbeUncertainty.of(probe), probe["indenter"]["radius_m"]
     with naming(", ".join(snakemake.input.poses), "frames"):
         found = estimate_direct(indentations, options, known, radius_m=radius)
-    with whole_file(snakemake.output.estimate) as part:
-        text = json.dumps({"captures": list(params.captures)} | found.to_dict(), indent=2)
-        part.write_text(text + "\n", encoding="utf-8")
+    write_json(snakemake.output.estimate, {"captures": list(params.captures)} | found.to_dict())
     if "budget" in snakemake.output.keys():
         with whole_file(snakemake.output.budget) as part:
             pd.DataFrame(found.budget.rows()).to_csv(part, index=False)

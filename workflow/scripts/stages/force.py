@@ -1,9 +1,8 @@
 """Wrench on the object at every frame of a capture."""
 
-import json
 import logging
 
-from palpate.capture.files import whole_file
+from palpate.capture.files import write_json
 from palpate.capture.schema import load_yaml
 from palpate.capture.tables import columns_of, read_force, read_frames, read_table, write_table
 from palpate.vision.calibrated_probe import calibrated_probe
@@ -11,7 +10,7 @@ from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Force
 from palpate.vision.probe import AXIS, TIP, check_steepness
 from palpate.vision.support_plane import read_plane
-from palpate.workflow.declared import declared_point
+from palpate.workflow.capture_inputs import declared_point
 from palpate.workflow.job import naming, run
 
 
@@ -33,8 +32,7 @@ def main(snakemake):
         check_steepness(poses, probe, plane[:3], point, spec["support"])
         table, clock = capture_wrenches(record, poses, params.sensor, probe, options, up=plane[:3])
         logging.info("force clock minus camera clock: %s", clock)
-    with whole_file(snakemake.output.clock) as part:
-        part.write_text(json.dumps(vars(clock), indent=1) + "\n", encoding="utf-8")
+    write_json(snakemake.output.clock, vars(clock))
     write_table(snakemake.output.force, table)
 
 

@@ -1,11 +1,9 @@
 """Hertz fit of one capture."""
 
-import json
-
-from palpate.capture.files import whole_file
+from palpate.capture.files import write_json
 from palpate.estimate.hertz.estimate import estimate_hertz
 from palpate.estimate.hertz.options import Hertz
-from palpate.workflow.hertz_inputs import read_indentation
+from palpate.workflow.estimate_inputs import read_indentation
 from palpate.workflow.job import naming, run
 
 
@@ -19,8 +17,7 @@ def main(snakemake):
     )
     with naming(snakemake.input.force):
         found = estimate_hertz(indentation, record, options)
-    with whole_file(snakemake.output.fit) as part:
-        part.write_text(json.dumps(told | found, indent=2) + "\n", encoding="utf-8")
+    write_json(snakemake.output.fit, told | found)
 
 
 run(main, snakemake)

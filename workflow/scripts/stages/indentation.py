@@ -5,16 +5,14 @@ from palpate.solid.indentation import load_indentation, save_indentation
 from palpate.solid.mesh import read_solid
 from palpate.solid.options import IndentationTable
 from palpate.solid.point_table import image_table, point_table
-from palpate.surface.template import read_template
-from palpate.workflow.declared import declared_point, read_declared
+from palpate.workflow.capture_inputs import declared_point, read_object
 from palpate.workflow.job import naming, run
 
 
 def main(snakemake):
     """Write the table."""
     inputs, params = snakemake.input, snakemake.params
-    spec, support = read_declared(inputs.object)
-    template = read_template(inputs.template, unit=spec["template"]["unit"])
+    spec, support, template = read_object(inputs)
     surface = template.vertices_m, template.faces
     if inputs.image:
         other = load_indentation(inputs.image)

@@ -1,8 +1,6 @@
 """Describe an object of the lab as people describe theirs, and note its true material apart."""
 
-import json
-
-from palpate.capture.files import whole_file
+from palpate.capture.files import whole_file, write_json
 from palpate.workflow.job import run
 from virtual_lab.describe import misdeclared, object_text
 
@@ -16,8 +14,7 @@ def main(snakemake):
     material = dict(spec["material"])
     E, nu = material["youngs_modulus_pa"], material["poisson_ratio"]
     truth = material | {"reduced_modulus_pa": E / (1 - nu**2), "modulus": "instantaneous"}
-    with whole_file(snakemake.output.material) as part:
-        part.write_text(json.dumps(truth, indent=2, sort_keys=True) + "\n", encoding="utf-8")
+    write_json(snakemake.output.material, dict(sorted(truth.items())))
 
 
 run(main, snakemake)

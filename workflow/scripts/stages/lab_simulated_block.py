@@ -1,9 +1,7 @@
 """Load the simulated foam block of Section 3.3.2 step by step."""
 
-import json
-
 import numpy as np
-from palpate.capture.files import whole_file
+from palpate.capture.files import whole_file, write_json
 from palpate.workflow.job import run
 from virtual_lab.simulated_block import load_block
 
@@ -21,8 +19,7 @@ def main(snakemake):
     with whole_file(snakemake.output.steps) as part, part.open("wb") as stream:
         np.savez_compressed(stream, **steps)
     truth = {key: spec[key] for key in ("lambda_pa", "mu_pa", "traction_pa")}
-    with whole_file(snakemake.output.truth) as part:
-        part.write_text(json.dumps(truth, indent=2, sort_keys=True) + "\n", encoding="utf-8")
+    write_json(snakemake.output.truth, truth)
 
 
 run(main, snakemake)

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from palpate.capture.files import whole_file
+from palpate.capture.files import whole_file, write_json
 from palpate.estimate.minimise.fit import fit_moduli
 from palpate.estimate.minimise.options import Minimise
 from palpate.solid.mesh import write_solid
@@ -47,8 +47,7 @@ def main(snakemake):
         "profile": asdict(moduli.profile),
         "reduced_model": asdict(moduli.reduced_model),
     }
-    with whole_file(snakemake.output.result) as part:
-        part.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    write_json(snakemake.output.result, result)
     write_mismatch(snakemake.output.mismatch, full, minimum, mesh)
 
 

@@ -1,23 +1,20 @@
 """Take an object's kept solid mesh, or make one from its template."""
 
-import json
 import logging
 from dataclasses import asdict
 
-from palpate.capture.files import whole_file
+from palpate.capture.files import whole_file, write_json
 from palpate.solid.boundary import support_nodes
 from palpate.solid.mesh import write_solid
 from palpate.solid.object_solid import object_solid
 from palpate.solid.surface_check import check_surface
-from palpate.surface.template import read_template
-from palpate.workflow.declared import read_declared
+from palpate.workflow.capture_inputs import read_object
 from palpate.workflow.job import naming, run
 
 
 def main(snakemake):
     """Write the solid mesh, object frame, and its quality."""
-    inputs, (spec, support) = snakemake.input, read_declared(snakemake.input.object)
-    template = read_template(inputs.template, unit=spec["template"]["unit"])
+    inputs, (spec, support, template) = snakemake.input, read_object(snakemake.input)
     surface = (template.vertices_m, template.faces)
     with naming(inputs.template):
         check_surface(*surface)
@@ -30,8 +27,7 @@ def main(snakemake):
     report(quality)
     with whole_file(snakemake.output.solid) as part:
         write_solid(part, solid)
-    with whole_file(snakemake.output.quality) as part:
-        part.write_text(json.dumps(asdict(quality), indent=2) + "\n", encoding="utf-8")
+    write_json(snakemake.output.quality, asdict(quality))
 
 
 def report(quality):

@@ -1,8 +1,6 @@
 """Find the table in the depth of the empty scene."""
 
-import json
-
-from palpate.capture.files import whole_file
+from palpate.capture.files import write_json
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import table_of
 from palpate.vision.options import SupportPlane
@@ -16,8 +14,7 @@ def main(snakemake):
     with naming(snakemake.input.background, "background"):
         plane = table_of(snakemake.input.background, sensor, options, seed=snakemake.params.seed)
     result = {"normal": plane[:3].tolist(), "offset_m": float(plane[3])}
-    with whole_file(snakemake.output.plane) as part:
-        part.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    write_json(snakemake.output.plane, result)
 
 
 run(main, snakemake)

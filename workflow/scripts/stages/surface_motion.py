@@ -2,35 +2,30 @@
 
 import logging
 
+import numpy as np
 from palpate.capture.files import whole_file
-from palpate.capture.schema import load_yaml
 from palpate.capture.streams import Stream
-from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.motion import save_motion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.picture_motion import Pictures
 from palpate.surface.alignment import load_alignment
-from palpate.surface.template import read_template
 from palpate.vision.camera import camera_from_spec, sensor_with_optics
 from palpate.vision.clouds import read_clouds
 from palpate.vision.flow import uncovered_share
-from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks
-from palpate.vision.probe import AXIS, TIP
+from palpate.vision.probe import AXIS
+from palpate.workflow.capture_inputs import read_object, read_probe
 from palpate.workflow.job import naming, run
 
 
 def main(snakemake):
     """Write motion.npz."""
     inputs, params = snakemake.input, snakemake.params
-    unit = load_yaml(inputs.object)["template"]["unit"]
-    known = read_template(inputs.template, unit=unit), load_alignment(inputs.alignment)
-    poses, radius = read_table(inputs.pose), params.probe["indenter"]["radius_m"]
-    with naming(inputs.force):
-        forces = columns_of(read_table(inputs.force), FORCE)
-    with naming(inputs.pose):
-        tips, axes = (columns_of(poses, names, frames=len(forces)) for names in (TIP, AXIS))
+    known = read_object(inputs)[2], load_alignment(inputs.alignment)
+    radius = params.probe["indenter"]["radius_m"]
+    _, columns, forces = read_probe(inputs.pose, inputs.force, *AXIS)
+    tips, axes = np.split(columns, 2, axis=1)
     with naming(inputs.force):
         rest = rest_frames(
             *known, tips, forces, radius_m=radius, onset_force_n=params.onset_force_n

@@ -1,11 +1,8 @@
 """Track the template through a capture."""
 
-import json
 import logging
-from pathlib import Path
 
-from palpate.capture.files import whole_file
-from palpate.capture.tables import columns_of, read_table
+from palpate.capture.files import whole_file, write_json
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment
 from palpate.surface.capture import track_capture
@@ -13,12 +10,9 @@ from palpate.surface.checks import require_cloud, require_contact, require_templ
 from palpate.surface.options import tracking_options
 from palpate.surface.recorded import Recorded
 from palpate.surface.series import save_series
-from palpate.surface.template import read_template
 from palpate.surface.tracked import describe, save_tracked
 from palpate.vision.clouds import read_clouds
-from palpate.vision.force import FORCE
-from palpate.vision.probe import TIP
-from palpate.workflow.declared import read_declared
+from palpate.workflow.capture_inputs import read_object, read_probe
 from palpate.workflow.job import naming, run
 
 
@@ -31,34 +25,24 @@ def main(snakemake):
         tracked = track_capture(recorded, options)
     for k, residual in enumerate(tracked.residual_m):
         logging.info("frame %d: residual %.3f mm", k, residual * 1e3)
-    described = json.dumps(describe(tracked, tracker=tracker, options=options), indent=2) + "\n"
     output = snakemake.output
-    with (
-        whole_file(output.description) as description,
-        whole_file(output.series) as series,
-        whole_file(output.tracked) as part,
-    ):
+    write_json(output.description, describe(tracked, tracker=tracker, options=options))
+    with whole_file(output.series) as series, whole_file(output.tracked) as part:
         save_tracked(part, tracked)
         save_series(series, tracked, time_s=times, tips_m=recorded.tips_m)
-        Path(description).write_text(described, encoding="utf-8")
 
 
 def recording(inputs, radius_m):
     """Read and check what is tracked, and the frames' times [s]."""
-    spec, support = read_declared(inputs.object)
+    _, support, template = read_object(inputs)
     clouds = read_clouds(inputs.clouds)
     with naming(inputs.clouds):
         for k, (points, _) in enumerate(clouds):
             require_cloud(points, frame=k)
-    template = read_template(inputs.template, unit=spec["template"]["unit"])
     with naming(inputs.template):
         require_template(template)
-    poses = read_table(inputs.pose)
-    with naming(inputs.pose):
-        tips = columns_of(poses, TIP, frames=len(clouds))
-        times = columns_of(poses, ["time_s"], frames=len(clouds))[:, 0]
-    with naming(inputs.force):
-        forces = columns_of(read_table(inputs.force), FORCE, frames=len(clouds))
+    _, columns, forces = read_probe(inputs.pose, inputs.force, "time_s", frames=len(clouds))
+    tips, times = columns[:, :3], columns[:, 3]
     alignment = load_alignment(inputs.alignment)
     with naming(inputs.pose, "tip"), naming(inputs.alignment, "contact"):
         require_contact(alignment, template, tips, largest_gap_m=2 * radius_m)

@@ -1,10 +1,11 @@
 """Files and folders that are written whole or not at all."""
 
 import errno
+import json
 import os
 import secrets
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -77,6 +78,12 @@ def whole_folder(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
         else:
             _check_free(path)
         os.replace(part, path)
+
+
+def write_json(path: str | Path, fields: Mapping) -> None:
+    """Write a mapping as JSON, whole or not at all."""
+    with whole_file(path) as part:
+        part.write_text(json.dumps(fields, indent=2) + "\n", encoding="utf-8")
 
 
 def _check_free(path: Path) -> None:

@@ -1,12 +1,11 @@
 """Everything people write, read and checked once before the first job."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
 from palpate.capture.check import check_object
-from palpate.capture.devices import PLACES
+from palpate.capture.devices import PLACES, Devices, read_devices
 from palpate.capture.discover import CURVE, NOT_OBJECTS, CaptureId, curve_files, discover
 from palpate.capture.fingerprint import stamps_below
 from palpate.capture.schema import SCHEMAS, load_yaml, validate
@@ -32,13 +31,7 @@ from palpate.workflow.lab_captures import (
     recordings,
     still_the_labs,
 )
-from palpate.workflow.missing import (
-    Needed,
-    lab_devices,
-    missing_calibrations,
-    missing_films,
-    named_files,
-)
+from palpate.workflow.missing import lab_devices, missing_calibrations, missing_films
 from palpate.workflow.objects import studied
 from palpate.workflow.options import config_problems, filled
 from palpate.workflow.places import placed, who_said
@@ -60,7 +53,6 @@ def open_run(
     check_lab: Callable = no_problems,
     blocks: Mapping[str, type[Model]] = MappingProxyType({}),
     rules: Iterable = (),
-    later: bool = False,
 ) -> Run:
     """Read and check what people write, and find the captures of the run.
 
@@ -83,9 +75,6 @@ def open_run(
         Options of further blocks of the configuration, by name.
     rules : iterable, optional
         The workflow's rules, as they come.
-    later : bool, optional
-        True: what is wrong with files of devices but the lab's, and films that are not there, are
-        told where a job needs them.
 
     Raises
     ------
@@ -97,12 +86,11 @@ def open_run(
     config = filled(config, blocks)
     config["paths"] = placed(config["paths"], project)
     paths, problems = config["paths"], _wrong_options(config, source)
-    lab, lacking = _lab(paths["lab"], lines := []), []
-    needed = lab_devices(lab) if later else None
-    devices = (named_files(kind, paths[kind], problems, lacking, needed) for kind in PLACES)
-    sensors, probes = devices
-    problems += lines
-    _require_none(lacking + problems if problems else [], sources, told)
+    lab = _lab(paths["lab"], problems)
+    devices = {kind: _devices(kind, paths[kind], problems) for kind in PLACES}
+    problems += _wrong_devices(devices, lab_devices(lab))
+    _require_none(problems, sources, told)
+    sensors, probes = (one.specs for one in devices.values())
     seen = stamps_below(paths["raw"], only=config["only"]) if files else {}
     problems = [] if lab is None else list(check_lab(lab, sensors, paths["lab"]))
     found = set(discover(Path(paths["raw"])))
@@ -120,18 +108,19 @@ def open_run(
     taken = _taken(config, found, simulated)
     wanted = taken["captures"]
     curves = () if problems else _curves(config, Path(paths["raw"]), by_object(simulated))
-    (lacking if later else problems).extend(
-        missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
-    )
+    problems += missing_calibrations({c.sensor for c in wanted}, sensors, lab, paths)
     if not wanted and not curves and not problems:
         problems.append(_nothing_found(paths, config["only"], names))
     _require_none(problems, sources, told)
     own = _object_files(Path(paths["raw"]), (*wanted, *curves), simulated)
+    used = {"sensors": {c.sensor for c in wanted}, "probes": {s.get("probe") for s in own.values()}}
+    used["probes"] |= {config["experiments"]["probe"]} if experiments else set()
+    _require_none(_wrong_devices(devices, used), sources, told)
     run = Run(
         config=config,
         paths=paths,
-        sensors=sensors,
-        probes=probes,
+        sensors={name: spec for name, spec in sensors.items() if spec is not None},
+        probes={name: spec for name, spec in probes.items() if spec is not None},
         lab=lab,
         simulated=frozenset(simulated),
         object_files=own,
@@ -140,12 +129,10 @@ def open_run(
         curves=curves,
         **taken,
     )
-    used = {(c.object, c.sensor): run.probe_of(c.object) for c in wanted}
-    lacking += missing_films(used, lab, paths, config["experiments"]["probe"])
-    _require_none([] if later else lacking, sources, told)
-    lines = tuple(map(one_line, lacking))
-    devices = {name: Needed(getattr(run, name), lines) for name in PLACES}
-    return replace(run, **devices, lacking=lines)
+    pressed = {(c.object, c.sensor): run.probe_of(c.object) for c in wanted}
+    filmed = config["experiments"]["probe"]
+    _require_none(missing_films(pressed, lab, paths, filmed), sources, told)
+    return run
 
 
 def _require_none(problems: list[str], sources: Sequence[str], told: Mapping) -> None:
@@ -160,6 +147,25 @@ def _wrong_options(config: Mapping, source: str) -> list[str]:
     problems += impossible_table(config["direct"], source)
     problems += tracker_problems(config["tracking"], source)
     return problems + unknown_step_trackers(config, source)
+
+
+def _devices(kind: str, folder: str, problems: list[str]) -> Devices:
+    """Files of sensors or probes; where there are none that is a problem."""
+    try:
+        return read_devices(kind, Path(folder), Path())
+    except ValueError as error:
+        problems.append(str(error))
+        return Devices({}, {}, Path(folder))
+
+
+def _wrong_devices(devices: Mapping[str, Devices], used: Mapping[str, Collection]) -> list[str]:
+    """What is wrong with the files of some sensors and probes; those of others are left alone."""
+    return [
+        line
+        for kind, names in used.items()
+        for name, lines in devices[kind].problems.items()
+        for line in lines * (name in names)
+    ]
 
 
 def _chosen(name: str, config: Mapping) -> bool:

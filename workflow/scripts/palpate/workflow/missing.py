@@ -1,13 +1,12 @@
-"""What of files about sensors and probes is wrong or missing: it stops the jobs that need it."""
+"""Recordings that files of sensors and probes ask for and nobody made; and how a run is ended."""
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import product
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from palpate.capture.calibrations import PARTS
-from palpate.capture.devices import read_devices
 
 
 def refuse(error: ValueError) -> NoReturn:
@@ -33,51 +32,6 @@ def require_values(given: Mapping) -> None:
     if empty:
         lines = [f"--config {name}=: expected a value, found nothing ({hint})" for name in empty]
         raise ValueError("\n".join(lines))
-
-
-class Needed(dict):
-    """Specifications by name, None of a wrong one: to ask for that ends the run.
-
-    Parameters
-    ----------
-    specs : mapping
-    lacking : sequence of str
-        All that the run lacks, which it ends with.
-    """
-
-    def __init__(self, specs: Mapping, lacking: Sequence[str]) -> None:
-        super().__init__(specs)
-        self.lacking = lacking
-
-    def __getitem__(self, name: str) -> Any:
-        spec = super().__getitem__(name)
-        if spec is None:
-            refuse(ValueError("\n".join(self.lacking)))
-        return spec
-
-
-def named_files(
-    kind: str, folder: str, problems: list[str], lacking: list[str], needed: Mapping | None
-) -> Mapping[str, Mapping | None]:
-    """Specifications of sensors or probes by name, None of a wrong one.
-
-    Parameters
-    ----------
-    kind : {"sensors", "probes"}
-    folder : str
-    problems, lacking : list of str
-        Lines are added of what is wrong with ``needed`` ones, and with others.
-    needed : mapping or None
-        Names by kind; None: all are.
-    """
-    try:
-        found = read_devices(kind, Path(folder), Path())
-    except ValueError as error:
-        problems.append(str(error))
-        return {}
-    for name, lines in found.problems.items():
-        (problems if needed is None or name in needed[kind] else lacking).extend(lines)
-    return found.specs
 
 
 def lab_devices(lab: Mapping | None) -> dict[str, set[str]]:
@@ -118,7 +72,7 @@ def missing_films(
     Parameters
     ----------
     used : mapping
-        Object and sensor to the probe's file, None of a wrong one.
+        Object and sensor to the probe's file.
     lab, paths : mapping
     filmed : str
         Probe of the recordings about sensors.
@@ -126,7 +80,7 @@ def missing_films(
     experiments, lines = (lab or {}).get("experiments", {}), []
     for key, part in product(sorted(used), PARTS):
         sensor, probe = key[1], used[key]
-        if probe is None or (field := part.asking(probe)) is None:
+        if (field := part.asking(probe)) is None:
             continue
         folder = Path(paths["raw"]) / "sensors" / sensor / part.film
         place = f"{Path(paths['probes']) / probe['probe']}.yaml"

@@ -3,16 +3,18 @@
 Snakemake's own log file, in ``.snakemake/log``, keeps everything.
 """
 
-import csv
 import logging
 import math
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from datetime import timedelta
 from pathlib import Path
 from statistics import fmean
 
 from snakemake_interface_logger_plugins.common import LogEvent
+
+from palpate.workflow.resources import resource_table
 
 # The last run's times weigh as much as this part of the run at hand.
 BEFORE = 0.1
@@ -103,7 +105,7 @@ class Pace:
     jobs : mapping of str to int
         Jobs of the run by rule.
     benchmarks : Path
-        Folder with ``<rule>.tsv`` and ``<rule>/<job>.tsv`` of the last run.
+        Folder with those of the last run.
     cores : int, optional
         For the run.
     clock : callable, optional
@@ -117,10 +119,13 @@ class Pace:
         cores: int = 1,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        means = {rule: _mean_s(benchmarks, rule) for rule in jobs}
-        known = [mean for mean in means.values() if mean is not None]
-        other = fmean(known) if known else 1.0
-        self.expected_s = {rule: other if s is None else s for rule, s in means.items()}
+        known = {}
+        with suppress(OSError, ValueError):
+            table = resource_table(benchmarks).set_index("rule")
+            means = (table["total_s"] / table["jobs"]).filter(jobs)
+            known = means[means > 0].to_dict()
+        other = fmean(known.values()) if known else 1.0
+        self.expected_s = {rule: known.get(rule, other) for rule in jobs}
         self.whole_s = sum(count * self.expected_s[rule] for rule, count in jobs.items())
         self.known_s = BEFORE * self.whole_s if known else 0.0
         self.steps, self.cores, self.clock, self.start = sum(jobs.values()), cores, clock, clock()
@@ -129,10 +134,9 @@ class Pace:
     def line(self) -> str:
         """Time gone by, steps done and, once something shows it, time left."""
         gone_s = self.clock() - self.start
-        minutes, seconds = divmod(int(gone_s), 60)
         done = len(self.finished)
         count = f"{done} of {self.steps} steps ({done / max(self.steps, 1):.0%}) done"
-        return f"{minutes // 60}:{minutes % 60:02d}:{seconds:02d}  {count}{self._left(gone_s)}"
+        return f"{timedelta(seconds=int(gone_s))}  {count}{self._left(gone_s)}"
 
     def _left(self, gone_s: float) -> str:
         done_s = sum(self.expected_s.get(self.rules.get(job, ""), 0.0) for job in self.finished)
@@ -141,15 +145,3 @@ class Pace:
         pace = (gone_s + self.known_s / self.cores) / (done_s + self.known_s)
         minutes = math.ceil((self.whole_s - done_s) * pace / 60)
         return f", about {minutes} min left" if minutes > 1 else ", less than a minute left"
-
-
-def _mean_s(benchmarks: Path, rule: str) -> float | None:
-    found = []
-    for path in [benchmarks / f"{rule}.tsv", *(benchmarks / rule).rglob("*.tsv")]:
-        with (
-            suppress(OSError, ValueError, TypeError, LookupError),
-            path.open(encoding="utf-8") as stream,
-        ):
-            *_, last = csv.DictReader(stream, delimiter="\t")
-            found.append(float(last["s"]))
-    return fmean(found) if found else None

@@ -12,7 +12,7 @@ from palpate.capture.fingerprint import folder_fingerprint
 from palpate.solid.mirrors import first_images
 from palpate.surface.trackers import options_of
 from palpate.workflow.lab_captures import says_simulated
-from palpate.workflow.missing import missing_calibrations, missing_films, refuse
+from palpate.workflow.missing import refuse
 
 LAB_TEMPLATE = "template.ply"
 PROJECT = Path(__file__).resolve().parents[4]
@@ -56,9 +56,6 @@ class Run:
         The workflow's rules, for those that show it.
     curves : tuple of CaptureId
         Curves of force and position, without a camera; `CURVE` stands for their sensor.
-    lacking : tuple of str, optional
-        What is wrong with files of devices, and films that are not there: who needs one of them
-        ends the run.
     """
 
     config: Mapping[str, Any]
@@ -76,7 +73,6 @@ class Run:
     seen: Mapping[str, str]
     rules: Iterable[Any] = ()
     curves: tuple[CaptureId, ...] = ()
-    lacking: tuple[str, ...] = ()
 
     # Places of files.
 
@@ -192,11 +188,6 @@ class Run:
 
         return film
 
-    def _require(self, wrong: Sequence[str]) -> None:
-        """End the run where something is wrong with what a job needs, with all that it lacks."""
-        if wrong:
-            refuse(ValueError("\n".join(self.lacking or wrong)))
-
     def template_of(self, wildcards: Any) -> str:
         """An object's template."""
         return self.template(wildcards.object)
@@ -214,15 +205,11 @@ class Run:
         """A sensor's own calibration, where its file asks for it."""
         if self.sensors[wildcards.sensor].get("optics") != "calibration":
             return []
-        self._require(missing_calibrations({wildcards.sensor}, self.sensors, self.lab, self.paths))
         return self.results(f"sensors/{wildcards.sensor}/calibration.json")
 
     def calibrations_of(self, wildcards: Any) -> list[str]:
         """A sensor's own calibrations of the probe, those that its file asks for."""
-        probe, filmed = self.probe_of(wildcards.object), self.config["experiments"]["probe"]
-        used = {(wildcards.object, wildcards.sensor): probe}
-        self._require(missing_films(used, self.lab, self.paths, filmed))
-        parts = asked(probe)
+        parts = asked(self.probe_of(wildcards.object))
         return [self.results(f"sensors/{wildcards.sensor}/{part}.json") for part in parts]
 
     def first_cloud_of(self, wildcards: Any) -> str:

@@ -10,7 +10,7 @@ from palpate.solid.mesh import read_solid
 from palpate.solid.options import Solid
 from palpate.surface.tracked import Tracked
 from palpate.vision.force import FORCE
-from palpate.workflow.declared import read_declared
+from palpate.workflow.capture_inputs import read_declared
 from palpate.workflow.job import naming
 
 

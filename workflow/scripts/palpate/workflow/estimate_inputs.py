@@ -1,0 +1,97 @@
+"""What the estimates read of captures."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.capture.tables import columns_of, read_table
+from palpate.estimate.direct.motion import load_motion
+from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
+from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
+from palpate.estimate.hertz.indentation import indentation_of
+from palpate.estimate.hertz.models import Indentation
+from palpate.estimate.hertz.options import Hertz
+from palpate.estimate.hertz.record import Record
+from palpate.solid.indentation import load_indentation
+from palpate.solid.smooth_surface import SmoothSurface
+from palpate.surface.alignment import load_alignment
+from palpate.vision.probe import ALONG_STD, MARKER, QUATERNION, TIP, marker_transforms
+from palpate.workflow.capture_inputs import read_object, read_probe
+from palpate.workflow.job import naming
+
+
+def read_indentation(
+    inputs: Any, *, radius_m: float, options: Hertz
+) -> tuple[Indentation, Record | None, dict]:
+    """Read what a Hertz fit needs: the indentation and the same with its hold.
+
+    Parameters
+    ----------
+    inputs : object
+        Files by name: ``object``, ``template``, ``alignment``, ``pose``, ``force``.
+    radius_m : float
+        Of the sphere.
+    options : Hertz
+    """
+    poses, tips, forces = read_probe(inputs.pose, inputs.force)
+    with naming(inputs.force):
+        time = columns_of(read_table(inputs.force), ["time_s"])[:, 0]
+    _, support, template = read_object(inputs)
+    alignment = load_alignment(inputs.alignment)
+    with (
+        naming(inputs.force, "force"),
+        naming(inputs.pose, "depth"),
+        naming(inputs.template, "direction"),
+    ):
+        return indentation_of(
+            template,
+            support,
+            alignment,
+            tips,
+            forces,
+            time,
+            radius_m=radius_m,
+            tip_std_m=float(np.nanmedian(poses[ALONG_STD])),
+            options=options,
+        )
+
+
+def read_indentations(inputs, probe, options):
+    """Read what a direct estimate needs; files of one kind go in the captures' order."""
+    _, support, template = read_object(inputs)
+    surface = SmoothSurface(template.vertices_m, template.faces)
+    tables = {path: load_indentation(path) for path in dict.fromkeys(inputs.tables)}
+    indentations = []
+    for k, path in enumerate(inputs.tables):
+        files = inputs.poses[k], inputs.forces[k], inputs.clocks[k]
+        record = _probe_record(*files, probe)
+        with (
+            naming(inputs.forces[k], "force", "frames"),
+            naming(inputs.poses[k], "depth", "tip"),
+            naming(inputs.motions[k], "samples"),
+            naming(inputs.alignments[k], "contact"),
+            naming(path, "table"),
+        ):
+            motion, alignment = load_motion(inputs.motions[k]), load_alignment(inputs.alignments[k])
+            known = record, motion, alignment, surface, tables[path], support, options
+            indentations.append(direct_indentation(*known))
+    return indentations
+
+
+def _probe_record(pose, force, clock, probe):
+    """Tip, force and clock of a capture."""
+    poses, columns, forces = read_probe(pose, force, *QUATERNION, *MARKER)
+    clocks = json.loads(Path(clock).read_text(encoding="utf-8"))
+    return ProbeRecord(
+        time_s=poses["time_s"].to_numpy(float),
+        tips_m=columns[:, : len(TIP)],
+        forces_n=forces,
+        tip_std_m=float(np.nanmedian(poses[ALONG_STD])),
+        stiffness_n_m=probe.get("stiffness_n_m", np.inf),
+        clock_offset_s=float(clocks["offset_s"]),
+        clock_std_s=float(clocks["prior_std_s"]),
+        turns=marker_transforms(poses)[:, :3, :3],
+        uncertainty=ProbeUncertainty.of(probe),
+    )
