@@ -5,7 +5,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import NoneType, UnionType
 from typing import Annotated, Any, Self, Union, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
 
 from palpate.capture.words import one_line
@@ -13,6 +20,8 @@ from palpate.capture.words import one_line
 # Stands for what must be filled in; no model lets it through.
 FILL_IN = "FILL_IN"
 LONGEST_VALUE = 60
+# Context of a validation: what is validated was written by people.
+FROM_PEOPLE = "from people"
 
 MOST_COUNTED = 1_000_000
 Count = Annotated[int, Field(le=MOST_COUNTED)]
@@ -55,10 +64,12 @@ class Model(BaseModel):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _as_written(cls, value: Any, handler: Callable) -> Self:
+    def _as_written(cls, value: Any, handler: Callable, info: ValidationInfo) -> Self:
         """Lists become tuples; a whole number that is written without a point stays so."""
         value = _tuples(value)
         made = handler(value)
+        if info.context is FROM_PEOPLE:
+            _require_constants(made)
         for name, one in value.items() if isinstance(value, Mapping) else ():
             now = made.__dict__.get(name)
             if isinstance(now, float | tuple) and now == one:
@@ -93,7 +104,9 @@ class Model(BaseModel):
         ValueError
             As `read`.
         """
-        return self.read(dict(self) | changes)
+        if lines := problems(type(self), value := dict(self) | changes, context=None):
+            raise ValueError("\n".join(lines))
+        return self.model_validate(value)
 
     def written(self) -> dict:
         """Give all values as people write them."""
@@ -103,6 +116,11 @@ class Model(BaseModel):
 def option(default: Any, meaning: str, **bounds: Any) -> Any:
     """Field of a model: its default (``...``: to be given), its meaning, and pydantic's bounds."""
     return Field(default, description=meaning, **bounds)
+
+
+def constant(default: Any, meaning: str, **bounds: Any) -> Any:
+    """Field like an `option` that code may give another value, and no file."""
+    return Field(default, description=meaning, frozen=True, **bounds)
 
 
 def all_different(values: tuple) -> tuple:
@@ -118,7 +136,22 @@ def all_different(values: tuple) -> tuple:
     return values
 
 
-def problems(kind: type[Model], value: Any, source: str = "") -> list[str]:
+def increasing(values: tuple) -> tuple:
+    """Give the values.
+
+    Raises
+    ------
+    ValueError
+        If one is not greater than that before it.
+    """
+    if list(values) != sorted(set(values)):
+        raise ValueError(f"expected increasing numbers, found {short(values)}")
+    return values
+
+
+def problems(
+    kind: type[Model], value: Any, source: str = "", context: object = FROM_PEOPLE
+) -> list[str]:
     """Say in a line each what is wrong with what people wrote.
 
     Parameters
@@ -129,6 +162,8 @@ def problems(kind: type[Model], value: Any, source: str = "") -> list[str]:
         As YAML gives it.
     source : str, optional
         Name of the file, for the messages; without one they begin with the field.
+    context : optional
+        None: constants may have other values.
 
     Returns
     -------
@@ -137,7 +172,7 @@ def problems(kind: type[Model], value: Any, source: str = "") -> list[str]:
     """
     blank, lines = blank_fields(value), []
     try:
-        kind.model_validate(value)
+        kind.model_validate(value, context=context)
     except ValidationError as error:
         for one in error.errors(include_url=False):
             place = _place(value, one)
@@ -164,6 +199,13 @@ def missing_fields(kind: type[Model], value: Any) -> list[tuple[str, ...]]:
         found = error.errors(include_url=False)
         return [_place(value, one) for one in found if one["type"] == "missing"]
     return []
+
+
+def _require_constants(made: Model) -> None:
+    for name, field in type(made).model_fields.items():
+        if field.frozen and getattr(made, name) != field.default:
+            expected = f"expected {short(field.default)}, which is fixed"
+            raise ValueError(f"{name}: {expected}, found {short(getattr(made, name))}")
 
 
 def _blank_fields(value: Any, field: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
@@ -241,7 +283,8 @@ def _lines(kind: type[Model], place: tuple[str, ...], error: Mapping) -> list[st
         return [_line(place, "a key in quotes", f"the bare {found}")]
     if of == "extra_forbidden":
         models = (k for k in _at(kind, place[:-1])[0] if isinstance(k, type))
-        known = {n for m in models if issubclass(m, BaseModel) for n in m.model_fields}
+        fields = [m.model_fields.items() for m in models if issubclass(m, BaseModel)]
+        known = {n for found in fields for n, field in found if not field.frozen}
         return [_line(place, f"one of {_listed(known)}", place[-1])]
     if of == "missing":
         return [_line(place, "a value", "nothing")]

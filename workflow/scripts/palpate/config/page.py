@@ -37,6 +37,8 @@ def rows(kind: type[Model], place: str = "") -> Iterator[tuple[str, str, str, st
     """Place, default, what is allowed, and meaning of each option, in the order of the fields."""
     schema = kind.model_json_schema()["properties"]
     for name, field in kind.model_fields.items():
+        if field.frozen:
+            continue
         if _is_block(field.annotation):
             yield from rows(field.annotation, f"{place}{name}.")
         else:

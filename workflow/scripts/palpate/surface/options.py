@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Literal
 
-from palpate.config.model import Count, Model, Positive, option
+from palpate.config.model import Count, Model, Positive, constant, option
 
 
 class AlignmentLimits(Model):
@@ -20,8 +20,8 @@ class AlignmentLimits(Model):
 class Aligning(Model):
     """Template on the first frame (Eq. 4.24)."""
 
-    largest_distance_m: Positive = option(0.012, "dr of Eq. 4.24")
-    largest_normal_deg: float = option(60, "between normals of a pair", gt=0, le=180)
+    largest_distance_m: Positive = constant(0.012, "dr of Eq. 4.24")
+    largest_normal_deg: float = constant(60, "between normals of a pair", gt=0, le=180)
     limits: AlignmentLimits = option(AlignmentLimits(), "of what is accepted")
 
 
@@ -31,7 +31,7 @@ class Registration(Model):
     The study prints other values (config/thesis.yaml): with those the dent stays untracked.
     """
 
-    w_data: Positive = option(1, "weight of the data")
+    w_data: Positive = constant(1, "weight of the data")
     w_sm: Positive = option(4, "first weight of the smoothness, halved in each iteration")
     w_sm_stop: Positive = option(1, "until it is below this")
     s_sm: Positive = option(1, "radius of the smoothness, in edges or their mean length")
@@ -48,9 +48,9 @@ class Registration(Model):
         "mean height of the captured points as far as the vertex's edges reach; nearest: as"
         " printed, with all of one point's noise",
     )
-    rounds: Count = option(1, "searches for nearest data points for each w_sm", ge=1)
-    largest_distance_m: Positive = option(0.012, "dr of Eq. 4.24")
-    largest_normal_deg: float = option(60, "between normals of a pair", gt=0, le=180)
+    rounds: Count = constant(1, "searches for nearest data points for each w_sm", ge=1)
+    largest_distance_m: Positive = constant(0.012, "dr of Eq. 4.24")
+    largest_normal_deg: float = constant(60, "between normals of a pair", gt=0, le=180)
     rotations: bool = option(
         False, "true: angles and axes of Eq. 4.23 too, which only drags vertices sideways"
     )
@@ -101,10 +101,10 @@ class ElasticTracking(Model):
     poisson_ratio: float = option(
         0.3, "the prior; E only scales the weight, which the noise chooses", ge=0, le=0.49
     )
-    largest_distance_m: Positive = option(0.012, "of points that count")
-    largest_normal_deg: float = option(60, "of points that count", gt=0, le=180)
-    huber: Positive = option(1.5, "deviations from which on a distance counts by its size")
-    misfit_reach_m: Positive = option(0.040, "points within it of the contact tell the weight")
+    largest_distance_m: Positive = constant(0.012, "of points that count")
+    largest_normal_deg: float = constant(60, "of points that count", gt=0, le=180)
+    huber: Positive = constant(1.5, "deviations from which on a distance counts by its size")
+    misfit_reach_m: Positive = constant(0.040, "points within it of the contact tell the weight")
     points: bool = option(True, "false: contact, support and prior alone")
 
 

@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from palpate.config.model import Count, Length, Model, Positive, option
+from palpate.config.model import Count, Length, Model, Positive, constant, option
 
 
 class Background(Model):
@@ -13,8 +13,8 @@ class Background(Model):
     )
     alpha_low: float = option(0.55, "darkest shadow, as part of the background's level", gt=0, lt=1)
     alpha_high: float = option(1.25, "brightest highlight, as part of it", gt=1)
-    opening_px: int = option(3, "opening of the mask", ge=1, le=301)
-    closing_px: int = option(7, "closing of the mask", ge=1, le=301)
+    opening_px: int = constant(3, "opening of the mask", ge=1, le=301)
+    closing_px: int = constant(7, "closing of the mask", ge=1, le=301)
     smallest_blob_px: Count = option(400, "smaller pieces are no object", ge=1)
     largest_shift_px: Positive = option(0.5, "of the camera between background and capture")
 
@@ -31,8 +31,8 @@ class PoseFilter(Model):
     method: Literal["study", "smoother", "none"] = option(
         "smoother", "study: Eq. 4.21 as printed, which lags a moving tip by 2.7 frames"
     )
-    measurement_std_m: float = option(0.0001, "of a pose", gt=0, le=0.01)
-    acceleration_std_m_s2: float = option(
+    measurement_std_m: float = constant(0.0001, "of a pose", gt=0, le=0.01)
+    acceleration_std_m_s2: float = constant(
         0.2,
         "of the probe; at 6 Hz the smoother then hardly does more than bridge gaps",
         ge=1e-4,
@@ -57,7 +57,7 @@ class Force(Model):
     matching: Literal["nearest", "linear"] = option(
         "linear", "of force to frame; nearest: averaged 10:1 and nearest in time, as the study does"
     )
-    linear_window_s: float = option(0.1, "of the line through the samples", gt=0, le=1)
+    linear_window_s: float = constant(0.1, "of the line through the samples", gt=0, le=1)
     largest_gap_s: Positive = option(0.02, "from a frame to the nearest sample")
 
 
@@ -66,9 +66,9 @@ class Clouds(Model):
 
     lowest_m: Length = option(0.004, "above the table; lower points are the table's")
     voxel_m: Length = option(0.002, "one point in each")
-    normal_neighbours: int = option(30, "points that a normal is fitted to", ge=3, le=1000)
-    outlier_neighbours: int = option(20, "points that an outlier is held to", ge=1, le=1000)
-    outlier_ratio: Positive = option(2.0, "their distance over the mean, in deviations")
+    normal_neighbours: int = constant(30, "points that a normal is fitted to", ge=3, le=1000)
+    outlier_neighbours: int = constant(20, "points that an outlier is held to", ge=1, le=1000)
+    outlier_ratio: Positive = constant(2.0, "their distance over the mean, in deviations")
     cluster_gap_m: Length = option(
         0.010, "of pieces farther apart the one at the tip is the object"
     )

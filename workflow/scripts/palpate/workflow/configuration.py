@@ -15,8 +15,6 @@ from palpate.surface.trackers import tracker_problems
 from palpate.workflow.configuration_checks import (
     dropped_experiments,
     estimated,
-    impossible_search,
-    impossible_table,
     path_problems,
     selected,
     unknown_captures,
@@ -143,8 +141,6 @@ def _require_none(problems: list[str], sources: Sequence[str], told: Mapping) ->
 def _wrong_options(config: Mapping, source: str) -> list[str]:
     """What is wrong with the configuration by itself, beyond its schema."""
     problems = path_problems(config["paths"], source)
-    problems += impossible_search(config["minimise"], source)
-    problems += impossible_table(config["direct"], source)
     problems += tracker_problems(config["tracking"], source)
     return problems + unknown_step_trackers(config, source)
 

@@ -3,9 +3,9 @@
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, create_model, model_serializer
+from pydantic import AfterValidator, Field, create_model, model_serializer, model_validator
 
 from palpate.capture.files import whole_file
 from palpate.config.model import FileName, Model, Positive, all_different, option, problems
@@ -13,7 +13,7 @@ from palpate.config.page import options_page
 from palpate.estimate.direct import options as direct
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.minimise.options import Load, Minimise
-from palpate.solid.options import IndentationTable, Solid
+from palpate.solid.options import IndentationTable, Solid, greatest_ratio
 from palpate.surface.options import TRACKERS, Aligning
 from palpate.vision.options import Background, Clouds, Force, ProbePose, SupportPlane
 
@@ -112,6 +112,17 @@ class Direct(Model):
     model: IndentationTable = option(IndentationTable(), "of a pressed point")
     observation: direct.Observation = option(direct.Observation(), "of the surface")
     fit: direct.Fit = option(direct.Fit(), "of E and nu")
+
+    @model_validator(mode="after")
+    def _table_serves(self) -> Self:
+        ratios, (low, high) = self.model.poisson_ratios, self.fit.poisson_ratio_bounds
+        greatest = greatest_ratio(ratios)
+        if not ratios[0] <= low < high <= greatest:
+            expected = f"low and high within the table's {ratios[0]:g} to {greatest:g}"
+            raise ValueError(
+                f"fit.poisson_ratio_bounds: expected {expected}, found {low:g}, {high:g}"
+            )
+        return self
 
 
 class Config(Model):

@@ -4,7 +4,16 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from palpate.config.model import Count, Length, Model, NotNegative, Positive, all_different, option
+from palpate.config.model import (
+    Count,
+    Length,
+    Model,
+    NotNegative,
+    Positive,
+    all_different,
+    constant,
+    option,
+)
 
 
 class Observation(Model):
@@ -12,13 +21,13 @@ class Observation(Model):
 
     spacing_m: Length = option(0.004, "of two samples' seeds")
     reach_m: Length = option(0.1, "of the farthest from the contact")
-    largest_distance_m: Positive = option(
+    largest_distance_m: Positive = constant(
         0.012, "points farther from the undeformed surface belong to something else"
     )
-    largest_normal_deg: float = option(
+    largest_normal_deg: float = constant(
         60.0, "so do those whose normals are turned more against its own", gt=0, le=180
     )
-    largest_view_deg: float = option(
+    largest_view_deg: float = constant(
         60,
         "between line of sight and normal: at a silhouette windows hold what is behind",
         gt=0,
@@ -27,26 +36,26 @@ class Observation(Model):
     clear_m: NotNegative = option(
         0.018, "of lines of sight from the probe's axis: windows hold both nearer by"
     )
-    clear_windows: NotNegative = option(
+    clear_windows: NotNegative = constant(
         1.3, "of a stereo head: so many windows beside the tip, instead"
     )
-    shaft_clear_m: NotNegative = option(0.045, "the same beside the handle")
-    shaft_from_m: NotNegative = option(0.05, "above the tip, where the handle begins")
-    fewest_points: Positive = option(2, "of a sample in a frame; with fewer it was not seen")
-    fewest_part: NotNegative = option(0.5, "nor with less than this part of its mean count")
-    fewest_rest_frames: Count = option(3, "in which a sample is seen", ge=2)
+    shaft_clear_m: NotNegative = constant(0.045, "the same beside the handle")
+    shaft_from_m: NotNegative = constant(0.05, "above the tip, where the handle begins")
+    fewest_points: Positive = constant(2, "of a sample in a frame; with fewer it was not seen")
+    fewest_part: NotNegative = constant(0.5, "nor with less than this part of its mean count")
+    fewest_rest_frames: Count = constant(3, "in which a sample is seen", ge=2)
     pictures: bool = option(
         False,
         "surface displacements across the lines of sight, seen in the pictures, are compared too:"
         " intervals may be too narrow; not where the reference camera sees a projector's pattern",
     )
-    flow_window_m: Positive = option(
+    flow_window_m: Positive = constant(
         0.014, "of the surface, side of the windows that are followed in the picture"
     )
-    largest_flow_std_px: Positive = option(
+    largest_flow_std_px: Positive = constant(
         0.25, "of them at rest: with more the surface has no texture there"
     )
-    near_m: Positive = option(
+    near_m: Positive = constant(
         0.04, "the camera must see some of the surface this near to the contact"
     )
 
@@ -56,7 +65,7 @@ class ModelStd(Model):
 
     log_youngs_modulus: NotNegative = option(0.015, "of log E")
     nu: NotNegative = option(0.01, "of Poisson's ratio")
-    nu_loose: NotNegative = option(0.08, "the same where an object stands loose on a broad foot")
+    nu_loose: NotNegative = constant(0.08, "the same where an object stands loose on a broad foot")
 
 
 class Rig(Model):
@@ -79,24 +88,26 @@ class Rig(Model):
 class Fit(Model):
     """What is compared, what is held likely of a rig, and how the answer is judged."""
 
-    least_force_share: float = option(
+    least_force_share: float = constant(
         0.05, "of the peak: frames with less are not compared", gt=0, lt=1
     )
-    force_deviations: Positive = option(6, "of the force at rest, that it must exceed")
-    nearest_radii: NotNegative = option(
+    force_deviations: Positive = constant(6, "of the force at rest, that it must exceed")
+    nearest_radii: NotNegative = constant(
         1.5, "samples nearer to the contact, in contact radii and metres, are left out"
     )
-    nearest_m: NotNegative = option(0.004, "the same in metres")
-    farthest_m: Length = option(0.1, "samples farther from it are left out")
-    crease_m: NotNegative = option(
+    nearest_m: NotNegative = constant(0.004, "the same in metres")
+    farthest_m: Length = constant(0.1, "samples farther from it are left out")
+    crease_m: NotNegative = constant(
         0.01, "nearer to a sharp edge of the object windows hold two sides of it"
     )
-    patch_m: Length = option(0.02, "of the surface; motions of different patches err independently")
+    patch_m: Length = constant(
+        0.02, "of the surface; motions of different patches err independently"
+    )
     relaxation_times_s: Annotated[tuple[Positive, ...], AfterValidator(all_different)] = option(
         (0.2, 1.0, 5.0), "of the Prony series", min_length=1
     )
-    fraction_std: Positive = option(0.07, "of the share that relaxes with each of them")
-    fraction_step_std: Positive = option(
+    fraction_std: Positive = constant(0.07, "of the share that relaxes with each of them")
+    fraction_step_std: Positive = constant(
         0.04, "of the difference between neighbouring times' shares"
     )
     gain_std: Positive = option(
@@ -105,14 +116,14 @@ class Fit(Model):
     offset_std_m: Length = option(
         0.003, "of the depth, from tip and alignment: a press tells it better than they do"
     )
-    depth_pattern_std_m: Length = option(
+    depth_pattern_std_m: Length = constant(
         0.00003, "of the depth, of what hangs on where the probe is: no frames more tell more of it"
     )
-    shift_std_m: Length = option(0.00003, "of all motions in common")
-    place_std_m: Length = option(
+    shift_std_m: Length = constant(0.00003, "of all motions in common")
+    place_std_m: Length = constant(
         0.001, "of the contact's place along the surface, of camera against probe"
     )
-    picture_std_m: Length = option(
+    picture_std_m: Length = constant(
         0.0015, "of places in the picture beside those of the depth, as of two cameras"
     )
     sinking_std_m: NotNegative = option(
@@ -121,12 +132,12 @@ class Fit(Model):
     rocking_std_rad: NotNegative = option(
         0.0002, "and rocks on its foot, beside the indentation table"
     )
-    foot_std: Positive = option(
+    foot_std: Positive = constant(
         0.3,
         "of how freely a broad foot slides that stands loose, about half-way from stuck (0) to"
         " frictionless (1)",
     )
-    youngs_modulus_bounds_pa: tuple[Positive, Positive] = option((100.0, 1e8), "of the fit")
+    youngs_modulus_bounds_pa: tuple[Positive, Positive] = constant((100.0, 1e8), "of the fit")
     poisson_ratio_bounds: tuple[
         Annotated[float, Field(ge=0, le=0.4999)], Annotated[float, Field(ge=0, le=0.4999)]
     ] = option((0.0, 0.4999), "of the fit; the table's, and up to 0.01 beyond")

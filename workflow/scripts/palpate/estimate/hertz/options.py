@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from palpate.config.model import Length, Model, Positive, option
+from palpate.config.model import Length, Model, Positive, constant, option
 
 
 class Beliefs(Model):
@@ -11,14 +11,14 @@ class Beliefs(Model):
     Any split of the relaxed share among the relaxation times is as likely as any other.
     """
 
-    share: float = option(
+    share: float = constant(
         0.3, "scale of the half-normal share of the modulus that relaxes", gt=0, le=1
     )
-    none: float = option(0.1, "probability that nothing relaxes", ge=0, lt=1)
-    law_std: float = option(
+    none: float = constant(0.1, "probability that nothing relaxes", ge=0, lt=1)
+    law_std: float = constant(
         0.02, "relative error of the contact law, and of its growth over the press", gt=0, le=1
     )
-    at_s: Positive = option(1.0, "the modulus is also stated so long after a step")
+    at_s: Positive = constant(1.0, "the modulus is also stated so long after a step")
 
 
 class Hertz(Model):
