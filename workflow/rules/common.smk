@@ -28,8 +28,7 @@ sys.path.insert(0, SCRIPTS)
 from palpate.capture.discover import CAPTURE_NAME
 from palpate.workflow.configuration import open_run
 from palpate.workflow.digest import follow
-from palpate.workflow.missing import refuse, require_values
-from palpate.workflow.places import sources_of
+from palpate.workflow.places import refuse, require_values, sources_of
 from palpate.workflow.progress import GOES_ON
 from palpate.workflow.run import one_of
 from palpate.workflow.start import environment, start_run

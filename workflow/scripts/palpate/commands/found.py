@@ -130,11 +130,13 @@ class Project:
         probe : mapping or None
             The probe's file, which stands in ``place``.
         """
-        from palpate.workflow.missing import missing_films
+        from palpate.workflow.configuration_checks import missing_films
         from palpate.workflow.places import CONFIGURATION, LAB
 
+        if probe is None:
+            return []
         # Without a configuration nobody says which probe was filmed.
-        filmed = (probe or {}).get("probe") if self.folder is None else ""
+        filmed = probe["probe"] if self.folder is None else ""
         for path in CONFIGURATION:
             filmed = (self._content(path).get("experiments") or {}).get("probe", filmed)
         sensors = [one.folder.name for one in sensor_folders(folder)]

@@ -15,6 +15,9 @@ from palpate.surface.trackers import tracker_problems
 from palpate.workflow.configuration_checks import (
     dropped_experiments,
     estimated,
+    lab_devices,
+    missing_calibrations,
+    missing_films,
     path_problems,
     selected,
     unknown_captures,
@@ -29,7 +32,6 @@ from palpate.workflow.lab_captures import (
     recordings,
     still_the_labs,
 )
-from palpate.workflow.missing import lab_devices, missing_calibrations, missing_films
 from palpate.workflow.objects import studied
 from palpate.workflow.options import config_problems, filled
 from palpate.workflow.places import placed, who_said

@@ -1,8 +1,10 @@
 """What is wrong with a configuration beside its options' own bounds, a line for each thing."""
 
 from collections.abc import Collection, Mapping
+from itertools import product
 from pathlib import Path
 
+from palpate.capture.calibrations import PARTS
 from palpate.capture.discover import CaptureId, folders
 from palpate.capture.experiments import check_experiment
 from palpate.workflow.lab_captures import says_simulated
@@ -136,3 +138,63 @@ def unknown_objects(config: Mapping, others: Collection[str], source: str) -> li
         for name in config[block]["objects"]
         if name not in known
     ]
+
+
+def lab_devices(lab: Mapping | None) -> dict[str, set[str]]:
+    """Names of the sensors and probes that a lab records with, whatever is asked for."""
+    objects = (lab or {}).get("objects", {}).values()
+    blocks = (lab or {}).get("experiments", {}).values()
+    sensors = [name for spec in objects for name in (*spec["recordings"], *spec["cameras"])]
+    sensors += [name for block in blocks for name in block["sensors"]]
+    probes = [spec["object"]["probe"] for spec in objects]
+    probes += [block["probe"] for block in blocks if "probe" in block]
+    return {"sensors": set(sensors), "probes": set(probes)}
+
+
+def missing_calibrations(
+    used: set[str], sensors: Mapping, lab: Mapping | None, paths: Mapping
+) -> list[str]:
+    """Sensors whose optics are to come from pictures of a target that nobody took, a line each."""
+    made = (lab or {}).get("experiments", {}).get("calibration", {"sensors": []})["sensors"]
+    lines = []
+    for name in sorted(used & {name for name, sensor in sensors.items() if sensor}):
+        folder = Path(paths["raw"]) / "sensors" / name / "calibration"
+        asked = sensors[name].get("optics") == "calibration"
+        place = Path(paths["sensors"]) / f"{name}.yaml"
+        if asked and "depth" not in sensors[name]:
+            # Its images are rectified: the camera that they show is none of those before the board.
+            expected = "stated, those of `palpate calibrate camera --kind stereo`"
+            lines.append(f"{place}: optics: expected {expected}, found calibration")
+        elif asked and name not in made and not folder.is_dir():
+            lines.append(f"{place}: optics: expected pictures of a board in {folder}, found none")
+    return lines
+
+
+def missing_films(
+    used: Mapping[tuple[str, str], Mapping], lab: Mapping | None, paths: Mapping, filmed: str
+) -> list[str]:
+    """Probes whose file asks for what a recording shows that nobody took, a line each.
+
+    Parameters
+    ----------
+    used : mapping
+        Object and sensor to the probe's file.
+    lab, paths : mapping
+    filmed : str
+        Probe of the recordings about sensors.
+    """
+    experiments, lines = (lab or {}).get("experiments", {}), []
+    for key, part in product(sorted(used), PARTS):
+        sensor, probe = key[1], used[key]
+        if (field := part.asking(probe)) is None:
+            continue
+        folder = Path(paths["raw"]) / "sensors" / sensor / part.film
+        place = f"{Path(paths['probes']) / probe['probe']}.yaml"
+        made = experiments.get(part.film, {"sensors": []})["sensors"]
+        if sensor not in made and not folder.is_dir():
+            expected = f"a film of {part.shows} in {folder}"
+            lines.append(f"{place}: {field}: expected {expected}, found none")
+        elif filmed != probe["probe"]:
+            expected = f"a film of {probe['probe']} (experiments.probe, in config/config.yaml)"
+            lines.append(f"{place}: {field}: expected {expected}, found one of {filmed or 'none'}")
+    return list(dict.fromkeys(lines))

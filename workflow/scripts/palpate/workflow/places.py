@@ -1,8 +1,10 @@
-"""Files of the project where the working directory has none of its own, and who said a thing."""
+"""Files of the project where the working directory has none of its own; who said what is wrong."""
 
 import os
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from palpate.capture.schema import load_yaml
 
@@ -81,3 +83,28 @@ def _known(content: object, parts: Sequence[str]) -> int:
             return k
         content = content[part]
     return len(parts)
+
+
+def refuse(error: ValueError) -> NoReturn:
+    """End Snakemake with an error's lines, as jobs end with theirs, and the exit status 1.
+
+    An exception would be shown with its name and with lines of the workflow's code, and with
+    ``--quiet all`` not at all.
+    """
+    sys.stderr.write("".join(f"error: {line}\n" for line in str(error).splitlines()))
+    raise SystemExit(1) from None
+
+
+def require_values(given: Mapping) -> None:
+    """Reject what stands after ``--config`` without a value: it would mean that none is wanted.
+
+    Raises
+    ------
+    ValueError
+        With one line for each entry that is empty.
+    """
+    hint = "leave it out for what the configuration says"
+    empty = [name for name, value in given.items() if value is None]
+    if empty:
+        lines = [f"--config {name}=: expected a value, found nothing ({hint})" for name in empty]
+        raise ValueError("\n".join(lines))

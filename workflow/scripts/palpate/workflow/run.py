@@ -12,7 +12,7 @@ from palpate.capture.fingerprint import folder_fingerprint
 from palpate.solid.mirrors import first_images
 from palpate.surface.trackers import options_of
 from palpate.workflow.lab_captures import says_simulated
-from palpate.workflow.missing import refuse
+from palpate.workflow.places import refuse
 
 LAB_TEMPLATE = "template.ply"
 PROJECT = Path(__file__).resolve().parents[4]

@@ -9,7 +9,7 @@ from typing import Any
 from palpate.capture.files import remove_parts
 from palpate.workflow.job import OWNER
 from palpate.workflow.lock import LOCK, lock_folder
-from palpate.workflow.missing import refuse
+from palpate.workflow.places import refuse
 from palpate.workflow.progress import Pace, Terminal
 from palpate.workflow.run import Run
 
