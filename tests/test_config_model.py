@@ -3,7 +3,7 @@
 from typing import Annotated, Literal
 
 import pytest
-from palpate.config.model import Count, FileName, Model, NotNegative, Positive, problems
+from palpate.config.model import Count, FileName, Model, NotNegative, Positive, constant, problems
 from pydantic import Field, model_validator
 
 
@@ -85,3 +85,27 @@ def test_what_is_left_out_has_its_default_and_changes_are_checked():
     assert read.changed(count=4).count == 4
     with pytest.raises(ValueError, match="^count: expected a number >= 1, found 0$"):
         read.changed(count=0)
+
+
+class Fixed(Model):
+    """A block with a constant."""
+
+    share: float = constant(0.5, "of the whole")
+    pair: tuple[float, float] = constant((0.0, 1.0), "of it")
+    free: int = 3
+
+
+def test_code_may_change_a_constant_and_files_may_not():
+    assert Fixed(share=0.2).changed(share=0.3, free=4).share == 0.3
+    assert Fixed.read({"share": 0.5, "pair": [0, 1]}) == Fixed()
+    with pytest.raises(ValueError, match=r"^f.yaml: share: expected 0.5, .* fixed, found 0.2$"):
+        Fixed.read({"share": 0.2}, "f.yaml")
+    with pytest.raises(ValueError, match=r"^other: expected one of free, found other$"):
+        Fixed.read({"other": 1})
+
+
+def test_a_call_with_wrong_values_is_one_line_for_each():
+    with pytest.raises(ValueError) as caught:
+        Outer(name="a", count=0, sharp=1)
+    assert str(caught.value).splitlines()[0] == "count: expected a number >= 1, found 0"
+    assert str(caught.value).count("\n") == 1 and "pydantic" not in str(caught.value)

@@ -57,7 +57,17 @@ LIMITS = {
 }
 
 
-class Model(BaseModel):
+class _OneLineEach(type(BaseModel)):
+    """What is wrong with a call's values is told as of a file's."""
+
+    def __call__(cls, *args: Any, **values: Any) -> Any:
+        try:
+            return super().__call__(*args, **values)
+        except ValidationError:
+            raise ValueError("\n".join(problems(cls, values, context=None))) from None
+
+
+class Model(BaseModel, metaclass=_OneLineEach):
     """Frozen values that people may write; a list is a tuple, and nothing is converted besides."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
