@@ -3,7 +3,6 @@
 import logging
 
 from palpate.capture.files import whole_file
-from palpate.capture.schema import load_yaml
 from palpate.capture.streams import Stream
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.motion import save_motion
@@ -19,6 +18,7 @@ from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS, TIP
 from palpate.workflow.job import naming, run
+from palpate.yaml_files import load_yaml
 
 
 def main(snakemake):

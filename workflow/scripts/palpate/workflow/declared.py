@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from palpate.capture.schema import load_yaml
 from palpate.solid.support import Support, read_support
 from palpate.workflow.job import naming
+from palpate.yaml_files import load_yaml
 
 
 def read_declared(path: str) -> tuple[dict, Support]:

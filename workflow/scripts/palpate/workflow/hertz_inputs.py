@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.models import Indentation
@@ -16,6 +15,7 @@ from palpate.surface.template import read_template
 from palpate.vision.force import FORCE
 from palpate.vision.probe import ALONG_STD, TIP
 from palpate.workflow.job import naming
+from palpate.yaml_files import load_yaml
 
 
 def read_indentation(
