@@ -15,10 +15,10 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-from palpate.capture.schema import load_yaml
 from palpate.markdown import rows_of
 from palpate.modulus import LABELS, columns
 from palpate.report import moduli_table, style
+from palpate.yaml_files import load_yaml
 from scipy.stats import binomtest
 
 # Of the summary: name of the modulus, what it is called, and whether its errors are relative.

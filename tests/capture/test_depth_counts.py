@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from palpate.capture.depth import depth_of
-from palpate.capture.schema import SCHEMAS, load_yaml, validate
+from palpate.yaml_files import load_yaml
 
 
 def test_kinect_equation(root):
@@ -20,18 +20,3 @@ def test_kinect_equation(root):
 def test_counts_of_depth(spec, metres):
     depth = depth_of(np.array([[8500, 0]], np.uint16), spec)
     assert depth[0, 0] == metres and np.isnan(depth[0, 1])
-
-
-@pytest.mark.parametrize(
-    ("block", "problem"),
-    [
-        ({"encoding": "counts"}, "depth.count_m"),
-        ({"encoding": "millimetre", "count_m": 1e-4}, "count_m"),
-        ({"encoding": "counts", "count_m": 1e-4}, None),
-    ],
-)
-def test_counts_have_a_size_and_millimetres_none(root, block, problem):
-    spec = load_yaml(root / "tests/own_object/sensors/bench_cam.yaml")
-    spec["depth"] |= block
-    lines = validate(spec, SCHEMAS / "sensor.schema.yaml", "cam.yaml")
-    assert len(lines) == (problem is not None) and (problem or "") in "".join(lines)

@@ -9,6 +9,7 @@ from palpate.workflow.configuration import open_run
 from settings import written
 from thesis.options import Simulation
 from virtual_lab.checks import lab_problems
+from virtual_lab.specification import Lab
 
 BLOCKS = {"simulation": Simulation}
 SOURCES = ("config/config.yaml", "config/thesis.yaml")
@@ -24,7 +25,7 @@ def home(root, tmp_path, monkeypatch):
 
 def opened(home, **changes):
     config, given = written(home) | changes, {"sources": SOURCES, "project": home}
-    return open_run(config, check_lab=lab_problems, blocks=BLOCKS, **given)
+    return open_run(config, lab_kind=Lab, check_lab=lab_problems, blocks=BLOCKS, **given)
 
 
 def drop(root, home, name="foam_block"):

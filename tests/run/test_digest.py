@@ -69,7 +69,6 @@ def tree(tmp_path):
     files = {
         "palpate/__init__.py": "",
         "palpate/units.py": "",
-        "palpate/schemas/object.yaml": "",
         "palpate/solid/mesh.py": "import numpy\n",
         "palpate/solid/load.py": "from palpate.solid.mesh import x\n",
         "palpate/solid/data.csv": "",
@@ -114,7 +113,6 @@ def digests(root):
         ("palpate/solid/mesh.py", {"track"}),
         ("palpate/solid/data.csv", {"track"}),
         ("palpate/solid/new.py", {"track"}),
-        ("palpate/schemas/object.yaml", {"track", "lab", "table"}),
         ("palpate/report/style.css", {"table"}),
         ("thesis/chapter5/table.py", {"table"}),
         ("virtual_lab/render.py", {"lab"}),

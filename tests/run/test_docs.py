@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from palpate.capture.schema import validate
+from palpate.capture.devices import MODELS
+from palpate.config.model import problems
 from palpate.surface.trackers import options_of
 from palpate.workflow.options import config_problems
 from settings import full
@@ -90,7 +91,7 @@ def in_library(path):
 
 
 def in_configuration(path, value):
-    """Whether the configuration has an option, and its schema allows the value."""
+    """Whether the configuration has an option, and its model allows the value."""
     content = full(ROOT)
     trackers = content["tracking"]["trackers"]
     trackers |= {name: options_of(content["tracking"], name, "") for name in trackers}
@@ -106,7 +107,7 @@ def in_configuration(path, value):
 
 
 def in_options(kind, file, path, value):
-    """Whether a file has an option, and its schema allows the value."""
+    """Whether a file has an option, and its model allows the value."""
     content = deepcopy(yaml.safe_load(read(file)))
     *way, last = path.split(".")
     place = content
@@ -116,7 +117,7 @@ def in_options(kind, file, path, value):
         return False
     if value:
         place[last] = yaml.safe_load(value)
-    return not validate(content, ROOT / f"workflow/scripts/palpate/schemas/{kind}.schema.yaml", "")
+    return not problems(MODELS[f"{kind}s"], content)
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

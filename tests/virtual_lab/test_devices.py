@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from palpate.capture.schema import SCHEMAS, validate
+from palpate.config.model import problems
 from palpate.vision.camera import camera_from_spec
 from palpate.workflow.lab import LabRules
 from virtual_lab.cameras import GAMMA
@@ -23,6 +23,7 @@ from virtual_lab.record import film, record_capture, with_motion
 from virtual_lab.rig import make_rig, object_bench
 from virtual_lab.scene import Bench, Scene
 from virtual_lab.shapes import shape_of
+from virtual_lab.specification import Device, Lab
 from virtual_lab.wrench import gauge_record, inertial_load
 
 POINT = np.array([-0.05, 0.0, 0.0475])
@@ -98,8 +99,7 @@ def digest(folder):
 
 @pytest.fixture(scope="module")
 def errors():
-    schema = yaml.safe_load((SCHEMAS / "lab.schema.yaml").read_text())
-    return list(schema["$defs"]["device"]["properties"])
+    return list(Device.model_fields)
 
 
 @pytest.mark.parametrize("sensor", ["bumblebee", "kinect"])
@@ -357,7 +357,7 @@ def test_the_sphere_of_a_rig_is_the_one_that_presses(lab, common, sensors, probe
 def test_a_block_that_makes_no_sense_is_one_line(lab, block, said, place):
     spoilt = copy.deepcopy(lab)
     (spoilt["objects"]["foam_block"] if place else spoilt)["device"] = block
-    (line,) = validate(spoilt, SCHEMAS / "lab.schema.yaml", "lab.yaml")
+    (line,) = problems(Lab, spoilt, "lab.yaml")
     assert re.fullmatch(f"lab.yaml: {place}{said}", line)
 
 

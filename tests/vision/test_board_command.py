@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import yaml
 from palpate.__main__ import main
-from palpate.capture.device_checks import wrong_board
 from palpate.commands.board import MARGIN_MM, draw_sheet
+from palpate.config.probe import TargetFile
 from palpate.vision.marker import board_of
 
 SHEETS = {
@@ -28,7 +28,7 @@ def test_the_block_describes_the_sheet(kind, tmp_path, capsys):
     assert main(["board", kind, *SHEETS[kind], "--output", str(path)]) == 0
     block = capsys.readouterr().out.partition("\n")[2]
     content = yaml.safe_load(block)
-    assert wrong_board(content, "board") == []
+    assert TargetFile.read(content)
     board = board_of(content["marker"])
     with mpl.rc_context({"savefig.dpi": 254}):
         draw_sheet(board, "a board", tmp_path / "board.png", "png")
@@ -59,7 +59,10 @@ def test_a_sheet_is_as_large_as_what_is_on_it(tmp_path):
         (["charuco"], "--squares: expected two counts, found none"),
         (CHARUCO, "board: marker.square_m: expected a value, found nothing"),
         ([*CHARUCO, "--square-mm", "15", "--tag-mm", "16"], "in square_m (0.015), found 0.016"),
-        ([*CHARUCO, "--square-mm", "15", "--gap-mm", "3"], "gap_m: expected no such field"),
+        (
+            [*CHARUCO, "--square-mm", "15", "--gap-mm", "3"],
+            "gap_m: expected none with kind charuco",
+        ),
         ([*CHARUCO, "--square-mm", "15", "--dictionary", "9X9"], "dictionary: expected one"),
         (["charuco", "--square-mm", "5", "--squares", "20x20"], "200 tags or more, found 50"),
         (["checkerboard", "--square-mm", "9", "--squares", "5x5"], "one odd and one even"),

@@ -8,7 +8,7 @@ import pytest
 import yaml
 from boards_seen import LEFT, RIGHT, RIGHT_FROM_LEFT
 from palpate.__main__ import main
-from palpate.capture.schema import SCHEMAS, load_yaml
+from palpate.config.sensor import ColorSpec, DepthSpec
 from palpate.vision.sensor_blocks import opencv_text
 
 PART = "camera"
@@ -41,11 +41,12 @@ def given(capsys):
 
 
 def fits(blocks):
-    """Whether blocks hold what the sensor's schema asks of them."""
-    schema = load_yaml(SCHEMAS / "sensor.schema.yaml")["properties"]
-    for name in ("color", "depth"):
+    """Whether blocks hold what a sensor's file asks for in them."""
+    for name, kind in (("color", ColorSpec), ("depth", DepthSpec)):
         if name in blocks:
-            assert set(blocks[name]) == set(schema[name]["required"])
+            assert kind.read(blocks[name]) and set(blocks[name]) == {
+                key for key, field in kind.model_fields.items() if field.is_required()
+            }
 
 
 def test_one_camera(folders, given):

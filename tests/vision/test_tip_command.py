@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from palpate.capture.device_checks import unsure_tips
 from palpate.capture.tables import write_table
+from palpate.config.probe import covariance_fault
 from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
 from palpate.units import MILLIMETRES
 from palpate.vision.calibrated_probe import calibrated_probe
@@ -52,7 +52,7 @@ def test_a_table(table, given, tmp_path, root):
     probe = yaml.safe_load((root / "config/probes/nano25_sphere.yaml").read_text())
     tip = np.array(probe["marker_from_force"]) @ np.array(rows["force_from_tip"])
     np.testing.assert_allclose(tip[:3, 3], TIP_M, atol=3e-4)
-    assert unsure_tips({"a": rows}, "") == []
+    assert covariance_fault(rows["tip_covariance_m2"]) == ""
     found = find_pivot(turned_handle(), range(200)).covariance
     np.testing.assert_allclose(rows["tip_covariance_m2"], found, rtol=0.01)
 

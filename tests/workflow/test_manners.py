@@ -10,9 +10,9 @@ from types import SimpleNamespace
 import protocols
 import pytest
 import yaml
-from palpate.capture.schema import load_yaml
 from palpate.workflow.configuration import open_run
 from palpate.workflow.lab import LabRules
+from palpate.yaml_files import load_yaml
 from settings import written
 from thesis.options import Simulation
 from virtual_lab.describe import object_text

@@ -2,9 +2,9 @@
 
 import pandas as pd
 import pytest
-from palpate.capture.schema import load_yaml
 from palpate.modulus import LABELS
 from palpate.report.moduli_table import accuracy_table, truth_of
+from palpate.yaml_files import load_yaml
 from truth_gate import estimates_of_known, scaled
 
 pytestmark = pytest.mark.workflow

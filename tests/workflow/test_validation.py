@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 import validation
 import yaml
-from palpate.capture.schema import load_yaml
 from palpate.modulus import LABELS
 from palpate.workflow.configuration import open_run
+from palpate.yaml_files import load_yaml
 from sample_run import LEFT_BEHIND, snakemake
 from settings import written
 from thesis.options import Simulation
 from virtual_lab.checks import OF_OBJECT, lab_problems
 from virtual_lab.draw import draw_alone, draw_lab, main
+from virtual_lab.specification import Lab
 
 SEEDS = (1, 2, 3, 4)
 DRAW = ("-m", "virtual_lab.draw", "config/validation.yaml")
@@ -143,6 +144,7 @@ def test_a_run_takes_what_was_drawn(root, tmp_path, monkeypatch):
         sources=["config/validation.yaml"],
         project=root,
         blocks={"simulation": Simulation},
+        lab_kind=Lab,
         check_lab=lab_problems,
     )
     assert len(run.lab_objects) == 24

@@ -19,6 +19,7 @@ from palpate.workflow.configuration import open_run
 from palpate.workflow.run import Run
 from thesis.options import Simulation
 from virtual_lab.checks import lab_problems
+from virtual_lab.specification import Lab
 
 from spoilt.chain import Refused, run_chain
 from spoilt.kept import reader_of
@@ -212,6 +213,7 @@ def opened(config: Mapping) -> Run:
         config,
         sources=["config/config.yaml"],
         project=ROOT,
+        lab_kind=Lab,
         check_lab=lab_problems,
         blocks={"simulation": Simulation},
     )
@@ -223,7 +225,7 @@ def _shown(lines: list[str]) -> str:
 
 
 def warm_up(base: Path) -> None:
-    """Check an unspoilt place once, so that no child compiles schemas of its own."""
+    """Check an unspoilt place once, so that no child builds models of its own."""
     here = Path.cwd()
     os.chdir(base)
     try:

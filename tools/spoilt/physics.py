@@ -1,4 +1,4 @@
-"""Numbers that a schema takes: other units, other clocks, other captures, other probes."""
+"""Numbers that a model takes: other units, other clocks, other captures, other probes."""
 
 import numpy as np
 import pandas as pd

@@ -34,6 +34,7 @@ from palpate.workflow.run import one_of
 from palpate.workflow.start import environment, start_run
 from thesis.options import Simulation
 from virtual_lab.checks import lab_problems
+from virtual_lab.specification import Lab
 
 os.environ |= environment(SCRIPTS)
 SOURCES = sources_of(PROJECT)
@@ -52,6 +53,7 @@ try:
         project=PROJECT,
         told=workflow.config_settings.config,
         files=not workflow.remote_exec,
+        lab_kind=Lab,
         check_lab=lab_problems,
         blocks={"simulation": Simulation},
         rules=workflow.rules,

@@ -20,7 +20,6 @@ from palpate.capture.examine_force import examine_force
 from palpate.capture.examine_template import examine_template
 from palpate.capture.findings import Findings
 from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS, sampled_s
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import FORCE, read_table
 from palpate.estimate.hertz.range import force_onset
 from palpate.press import Press, press_of
@@ -29,6 +28,7 @@ from palpate.vision.examine_frames import examine_frames, examine_scene
 from palpate.vision.force import AVERAGED_S, zeroed
 from palpate.vision.force import FORCE as COMPONENTS
 from palpate.workflow.options import Config
+from palpate.yaml_files import load_yaml
 
 # Texts that a person may take for curves.
 TEXTS = (".txt", ".dat", ".tsv", ".asc")

@@ -6,13 +6,13 @@ import pandas as pd
 from palpate.capture.experiments import calibrated_streams, read_marker
 from palpate.capture.files import write_json
 from palpate.capture.images import read_image
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import read_frames
 from palpate.vision.board import FlatBoard, board_views
 from palpate.vision.calibration_json import pair_fields
 from palpate.vision.marker import board_of
 from palpate.vision.pair_calibration import calibrate_pair
 from palpate.workflow.job import run
+from palpate.yaml_files import load_yaml
 
 
 def main(snakemake):

@@ -3,7 +3,6 @@
 import logging
 
 from palpate.capture.files import write_json
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import columns_of, read_force, read_frames, read_table, write_table
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.indentation import capture_wrenches
@@ -12,6 +11,7 @@ from palpate.vision.probe import AXIS, TIP, check_steepness
 from palpate.vision.support_plane import read_plane
 from palpate.workflow.capture_inputs import declared_point
 from palpate.workflow.job import naming, run
+from palpate.yaml_files import load_yaml
 
 
 def main(snakemake):

@@ -3,10 +3,10 @@
 import logging
 
 from palpate.capture.files import whole_file
-from palpate.capture.schema import load_yaml
 from palpate.surface.scans import read_scans, template_from_scans
 from palpate.surface.template import METRES
 from palpate.workflow.job import run
+from palpate.yaml_files import load_yaml
 
 
 def main(snakemake):

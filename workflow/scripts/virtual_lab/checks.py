@@ -25,7 +25,7 @@ def lab_problems(lab: Mapping, sensors: Mapping, source: str) -> list[str]:
     Parameters
     ----------
     lab : mapping
-        lab.yaml, already right by its schema.
+        lab.yaml, already right by its model.
     sensors : mapping
         Specification of each sensor.
     source : str

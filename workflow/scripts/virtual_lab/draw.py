@@ -15,9 +15,11 @@ from typing import Any
 import numpy as np
 import yaml
 from palpate.capture.files import whole_file
-from palpate.capture.schema import SCHEMAS, load_yaml, validate
+from palpate.config.model import problems
+from palpate.yaml_files import load_yaml
 
 from virtual_lab.checks import OF_OBJECT
+from virtual_lab.specification import Ranges
 
 # Draws of a depth and a modulus until they make a force that a hand presses with.
 ATTEMPTS = 1000
@@ -315,7 +317,7 @@ def read_ranges(path: Path) -> dict:
         If there is no such file, or anything in it makes no sense: one line for each.
     """
     ranges = load_yaml(path)
-    lines = validate(ranges, SCHEMAS / "drawn.schema.yaml", str(path))
+    lines = problems(Ranges, ranges, str(path))
     if not lines:
         lines = [
             f"{path}: {field}: expected the lower end first, found {ends}"

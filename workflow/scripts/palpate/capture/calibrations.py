@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-CALIBRATION = "calibration"
+from palpate.config.probe import CALIBRATION, DEVIATIONS
 
 
 @dataclass(frozen=True)
@@ -38,16 +38,9 @@ class Part:
 
 # In the order in which they are taken: where the tip is in the sensor's frame hangs on its axes.
 PARTS = (
-    Part(
-        "load", "load", "the probe held free", {"load": "load.mass_std_kg", "axes": "axes_std_rad"}
-    ),
-    Part("tip", "pivot", "the turning handle", {"tip": "tip_covariance_m2"}, force=False),
-    Part(
-        "stiffness",
-        "stiffness",
-        "a press on something rigid",
-        {"stiffness_n_m": "compliance_std_m_n"},
-    ),
+    Part("load", "load", "the probe held free", DEVIATIONS["load"]),
+    Part("tip", "pivot", "the turning handle", DEVIATIONS["tip"], force=False),
+    Part("stiffness", "stiffness", "a press on something rigid", DEVIATIONS["stiffness"]),
 )
 
 

@@ -19,23 +19,21 @@ from palpate.capture.discover import (
 )
 from palpate.capture.force_record import GAUGE_COLUMNS, force_columns, sampled_s
 from palpate.capture.pictures import check_frames, check_repeated
-from palpate.capture.schema import SCHEMAS, is_file, load_yaml, validate
 from palpate.capture.tables import (
     FORCE,
     FRAMES,
     image_streams,
     number_text,
 )
-from palpate.capture.words import one_line
+from palpate.config.model import problems
+from palpate.config.object import ObjectSpec
+from palpate.yaml_files import is_file, load_yaml, one_line
 
-SCHEMA = SCHEMAS / "object.schema.yaml"
 FEWEST_FRAMES = 3
 # Each is held against what the others say, whose deviations three tell at the least.
 FEWEST_BACKGROUND_FRAMES = 4
 FEWEST_FORCE_SAMPLES = 10
 MISSING_TABLE = "{}: file: expected a CSV table, found nothing"
-# Largest component of a vector that stands for a direction.
-LENGTHS = (1e-9, 1e9)
 # Surfaces alone: scenes and archives may name other files.
 MESHES = (".ply", ".stl", ".obj", ".off")
 
@@ -80,7 +78,7 @@ def check_object(
 
     Examples
     --------
-    >>> from palpate.capture.schema import load_yaml
+    >>> from palpate.yaml_files import load_yaml
     >>> sensors = {
     ...     name: load_yaml(f"tests/sample/sensors/{name}.yaml") for name in ("kinect", "bumblebee")
     ... }
@@ -157,43 +155,23 @@ def _check_object_file(folder: Path, probes: Mapping) -> tuple[list[str], Mappin
         spec = load_yaml(path)
     except ValueError as error:
         return [str(error)], None
-    problems = validate(spec, SCHEMA, str(path))
-    if problems:
-        if not any(line.startswith((f"{path}: template", f"{path}: content")) for line in problems):
-            problems += _check_template(folder, path, spec["template"])
-        return problems, None
+    lines = problems(ObjectSpec, spec, str(path))
+    if lines:
+        if not any(line.startswith((f"{path}: template", f"{path}: content")) for line in lines):
+            lines += _check_template(folder, path, spec["template"])
+        return lines, None
     expected = Path(os.path.abspath(folder)).name
     if spec["object"] != expected:
-        problems.append(f"{path}: object: expected {expected}, found {spec['object']}")
+        lines.append(f"{path}: object: expected {expected}, found {spec['object']}")
     # Curves alone need no board.
     needed = sensor_folders(folder) or "radius_m" not in spec.get("curves", {})
     if spec.get("probe") not in probes and (needed or "probe" in spec):
         known, found = ", ".join(sorted(probes)), spec.get("probe", "none")
         known += ", or curves.radius_m" if "curves" in spec and "probe" not in spec else ""
-        problems.append(f"{path}: probe: expected one of {known}, found {found}")
+        lines.append(f"{path}: probe: expected one of {known}, found {found}")
     if fault := object_fault(spec["object"]):
-        problems.append(f"{path}: object: {fault}")
-    if BACKGROUND in spec["points"]:
-        expected = "expected another name than that of the empty scene's folder"
-        problems.append(f"{path}: points.{BACKGROUND}: {expected}, found {BACKGROUND}")
-    problems += _check_directions(path, spec)
-    problems += _check_template(folder, path, spec["template"])
-    return problems, spec
-
-
-def _check_directions(path: Path, spec: Mapping) -> list[str]:
-    """Vectors that point nowhere, or so far that their length overflows."""
-    named = {"support.plane_normal": spec["support"]["plane_normal"]}
-    named |= {f"mirrors.{k}": vector for k, vector in enumerate(spec.get("mirrors", []))}
-    for point, block in spec["points"].items():
-        if "direction" in block:
-            named[f"points.{point}.direction"] = block["direction"]
-    shortest, longest = LENGTHS
-    return [
-        f"{path}: {name}: expected a direction, found {vector if any(vector) else 'zeros'}"
-        for name, vector in named.items()
-        if not shortest <= max(map(abs, vector)) <= longest
-    ]
+        lines.append(f"{path}: object: {fault}")
+    return lines + _check_template(folder, path, spec["template"]), spec
 
 
 def _check_template(folder: Path, source: Path, template: Mapping) -> list[str]:

@@ -6,10 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from palpate.capture.device_checks import wrong_devices
 from palpate.capture.discover import sensor_fault
-from palpate.capture.schema import SCHEMAS, load_yaml, validate
+from palpate.config.model import problems
+from palpate.config.probe import ProbeSpec
+from palpate.config.sensor import SensorSpec
+from palpate.yaml_files import load_yaml
 
+MODELS = {"sensors": SensorSpec, "probes": ProbeSpec}
 PLACES = {"sensors": Path("config/sensors"), "probes": Path("config/probes")}
 
 
@@ -112,11 +115,9 @@ def read_device(path: Path, name: str) -> tuple[Mapping | None, tuple[str, ...]]
         spec = load_yaml(path)
     except ValueError as error:
         return None, (str(error),)
-    lines = validate(spec, SCHEMAS / f"{kind}.schema.yaml", str(path))
-    if lines:
+    if lines := problems(MODELS[name], spec, str(path)):
         return spec, tuple(lines)
     if spec[kind] != path.stem:
         lines.append(f"{path}: {kind}: expected {path.stem}, found {spec[kind]}")
     lines += [f"{path}: {kind}: {fault}"] if (fault := sensor_fault(path.stem)) else []
-    devices = {"sensors": {}, "probes": {}} | {name: {path.stem: spec}}
-    return spec, (*lines, *wrong_devices(**devices, paths=dict.fromkeys(PLACES, path.parent)))
+    return spec, tuple(lines)

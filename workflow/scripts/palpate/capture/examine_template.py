@@ -27,7 +27,7 @@ def examine_template(folder: Path, spec: Mapping) -> Findings:
     folder : Path
         ``raw/<object>``.
     spec : mapping
-        object.yaml, right by its schema.
+        object.yaml, right by its model.
 
     Returns
     -------

@@ -8,12 +8,12 @@ import pandas as pd
 
 from palpate.capture.check import check_capture
 from palpate.capture.columns import check_numbers, read_columns
-from palpate.capture.device_checks import wrong_board
 from palpate.capture.discover import BACKGROUND
 from palpate.capture.pictures import check_frames
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import image_streams, read_table
-from palpate.capture.words import one_line
+from palpate.config.model import problems
+from palpate.config.probe import TargetFile
+from palpate.yaml_files import load_yaml, one_line
 
 FEWEST_REPEATS, FEWEST_PAIRS = 2, 6
 GRID = ["point", "row", "column", "x_m", "y_m"]
@@ -88,10 +88,10 @@ def _board(folder: Path) -> list[str]:
     """What is wrong with the board's description."""
     described = folder / "board.yaml"
     if described.is_file():
-        return wrong_board(load_yaml(described), str(described))
+        return problems(TargetFile, load_yaml(described), str(described))
     path = folder / "board.csv"
-    table, problems = _filled(path, BOARD)
-    return problems if table is None or problems else _check_board(path, table)
+    table, lines = _filled(path, BOARD)
+    return lines if table is None or lines else _check_board(path, table)
 
 
 def read_marker(folder: Path) -> dict:

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.files import whole_file
 from palpate.capture.force_record import sampled_s
-from palpate.capture.schema import is_file
-from palpate.capture.words import one_line
+from palpate.yaml_files import is_file, one_line
 
 FRAMES = "frames.csv"
 FORCE = "force.csv"

@@ -9,9 +9,9 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from palpate.capture.device_checks import wrong_board
 from palpate.capture.files import whole_file
 from palpate.commands.help import add_verb
+from palpate.config.probe import TargetFile
 from palpate.units import MILLIMETRES
 from palpate.vision.board import FlatBoard
 from palpate.vision.board_picture import Print
@@ -48,8 +48,7 @@ def _board(options: argparse.Namespace) -> None:
         raise ValueError(
             f"--output: expected a file that ends with {' or '.join(KINDS)}, found {options.output}"
         )
-    if lines := wrong_board({"marker": marker}, "board"):
-        raise ValueError("\n".join(lines))
+    TargetFile.read({"marker": marker}, "board")
     with whole_file(options.output) as part:
         draw_sheet(board_of(marker), _title(marker), part, options.output.suffix.lower()[1:])
     block = yaml.safe_dump({"marker": marker}, sort_keys=False, default_flow_style=None)

@@ -206,17 +206,16 @@ def _board(options: argparse.Namespace) -> "FlatBoard":
 
 def _described(options: argparse.Namespace) -> "FlatBoard":
     """Board of a file with a block ``marker``."""
-    from palpate.capture.device_checks import wrong_board
-    from palpate.capture.schema import load_yaml
+    from palpate.config.probe import TargetFile
     from palpate.vision.marker import board_of
+    from palpate.yaml_files import load_yaml
 
     if options.inner_corners is not None or options.square_mm is not None:
         raise ValueError("--board: expected it alone, found --inner-corners or --square-mm beside")
     content = load_yaml(options.board)
     if isinstance(content, Mapping) and "marker" in content:
         content = {"marker": content["marker"]}
-    if lines := wrong_board(content, str(options.board)):
-        raise ValueError("\n".join(lines))
+    TargetFile.read(content, str(options.board))
     return board_of(content["marker"])
 
 

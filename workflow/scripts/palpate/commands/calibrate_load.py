@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from palpate.capture.discover import BACKGROUND
-from palpate.capture.schema import FILL_IN
 from palpate.capture.tables import FRAMES
 from palpate.commands.help import add_verb
 from palpate.commands.rig import (
@@ -20,6 +19,7 @@ from palpate.commands.rig import (
     sure,
     write_json,
 )
+from palpate.config.model import FILL_IN
 from palpate.units import MILLIMETRES, MILLINEWTONS
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from typing import Any
 from palpate.capture.devices import PLACES, Devices, add_devices, raw_folder, read_devices
 from palpate.capture.discover import NOT_OBJECTS, folders, sensor_folders
 from palpate.capture.findings import Findings
-from palpate.capture.schema import load_yaml
 from palpate.commands.found import Project
 from palpate.commands.help import add_verb
+from palpate.yaml_files import load_yaml
 
 ABOUT = """\
 Say all that is wrong with objects' folders, a line each, and what they hold where all is right;

@@ -10,8 +10,8 @@ from palpate.capture.calibrations import PARTS
 from palpate.capture.capture import Capture, open_capture
 from palpate.capture.check import check_twice
 from palpate.capture.discover import sensor_folders
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import FRAMES
+from palpate.yaml_files import load_yaml
 
 CONFIG, OBJECT = Path("config/config.yaml"), "object.yaml"
 

@@ -10,8 +10,8 @@ from palpate.capture.blanks import blank, blank_text
 from palpate.capture.devices import PLACES, add_devices, found_folder, raw_folder
 from palpate.capture.discover import BACKGROUND, object_fault, sensor_fault, sensor_folders
 from palpate.capture.files import whole_file
-from palpate.capture.schema import FILL_IN, blank_fields
 from palpate.commands.help import add_verb
+from palpate.config.model import FILL_IN, blank_fields
 
 # What a depth image of each kind of sensor holds.
 ENCODINGS = {"depth": "millimetre", "structured_light": "kinect_disparity", "stereo": None}

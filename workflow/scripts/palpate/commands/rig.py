@@ -114,27 +114,21 @@ def board_file(path: Path) -> Mapping:
     ValueError
         If one of them is wrong.
     """
-    from palpate.capture.device_checks import bent, wrong_board
-    from palpate.capture.schema import SCHEMAS, blank_fields, load_yaml, validate
+    from palpate.config.model import blank_fields, problems
+    from palpate.config.probe import ProbeSpec, TargetFile
+    from palpate.yaml_files import load_yaml
 
     content = load_yaml(path)
     if not isinstance(content, Mapping):
         raise ValueError(f"{path}: content: expected a block marker, found none")
     board = {"marker": content["marker"]} if "marker" in content else dict(content)
-    if lines := wrong_board(board, str(path)):
-        raise ValueError("\n".join(lines))
+    TargetFile.read(board, str(path))
     filled = {
         key: content[key]
         for key in ("probe", *TRANSFORMS, "gauge")
         if key in content and not blank_fields(content[key])
     }
-    schema = load_yaml(SCHEMAS / "probe.schema.yaml")
-    schema |= {"properties": {key: schema["properties"][key] for key in filled}, "required": []}
-    lines = validate(filled, schema, str(path))
-    for key in [] if lines else [name for name in TRANSFORMS if name in filled]:
-        if found := bent(filled[key]):
-            lines.append(f"{path}: {key}: expected a rotation and a shift, found {found}")
-    if lines:
+    if lines := problems(ProbeSpec, filled, str(path), whole=False):
         raise ValueError("\n".join(lines))
     return board | filled
 

@@ -11,14 +11,18 @@ from pydantic import (
     Field,
     ValidationError,
     ValidationInfo,
+    WrapValidator,
     model_validator,
 )
 from pydantic.fields import FieldInfo
+from pydantic_core import PydanticKnownError
 
-from palpate.capture.words import one_line
+from palpate.yaml_files import one_line
 
 # Stands for what must be filled in; no model lets it through.
 FILL_IN = "FILL_IN"
+# Default of a field that `with_others` may ask for.
+ABSENT = "left out"
 LONGEST_VALUE = 60
 # Context of a validation: what is validated was written by people.
 FROM_PEOPLE = "from people"
@@ -48,6 +52,7 @@ TYPES = {
     "model_type": "a mapping",
     "dict_type": "a mapping",
     "finite_number": "a finite number",
+    "literal_error": "",
 }
 LIMITS = {
     "greater_than_equal": (">=", "ge"),
@@ -124,8 +129,27 @@ class Model(BaseModel, metaclass=_OneLineEach):
 
 
 def option(default: Any, meaning: str, **bounds: Any) -> Any:
-    """Field of a model: its default (``...``: to be given), its meaning, and pydantic's bounds."""
-    return Field(default, description=meaning, **bounds)
+    """Field of a model: its default (``...``: to be given), its meaning, and pydantic's bounds.
+
+    None where the type has none: may be left out. ``examples``: what a file to fill in has there.
+    """
+    return Field(default, description=meaning, validate_default=default is ABSENT, **bounds)
+
+
+def with_others(field: str, *values: str, needed: bool = True, only: bool = True) -> WrapValidator:
+    """Of a field that is there if an earlier one has one of some values: needed, and only then."""
+
+    def checked(value: Any, handler: Callable, info: ValidationInfo) -> Any:
+        fits = field in info.data and info.data[field] in values
+        if value is ABSENT:
+            if fits and needed:
+                raise PydanticKnownError("missing")
+            return None
+        if only and not fits and field in info.data:
+            raise ValueError(f"expected none with {field} {info.data[field]}, found {short(value)}")
+        return handler(value)
+
+    return WrapValidator(checked)
 
 
 def constant(default: Any, meaning: str, **bounds: Any) -> Any:
@@ -160,7 +184,12 @@ def increasing(values: tuple) -> tuple:
 
 
 def problems(
-    kind: type[Model], value: Any, source: str = "", context: object = FROM_PEOPLE
+    kind: type[Model],
+    value: Any,
+    source: str = "",
+    *,
+    whole: bool = True,
+    context: object = FROM_PEOPLE,
 ) -> list[str]:
     """Say in a line each what is wrong with what people wrote.
 
@@ -172,6 +201,8 @@ def problems(
         As YAML gives it.
     source : str, optional
         Name of the file, for the messages; without one they begin with the field.
+    whole : bool, optional
+        False: of a part of a file, to which no whole field need belong.
     context : optional
         None: constants may have other values.
 
@@ -180,17 +211,18 @@ def problems(
     list of str
         Sorted; what is left to fill in comes last, in the file's order.
     """
-    blank, lines = blank_fields(value), []
+    blank, found = blank_fields(value), []
     try:
         kind.model_validate(value, context=context)
     except ValidationError as error:
         for one in error.errors(include_url=False):
             place = _place(value, one)
-            if not any(place[: len(field)] == field for field in blank):
-                lines += _lines(kind, place, one)
-    lines = sorted(dict.fromkeys(lines))
+            lacks = not whole and one["type"] == "missing" and len(place) == 1
+            if not lacks and not any(place[: len(field)] == field for field in blank):
+                found.append((place, one))
+    lines = sorted({line for group in _by_value(found) for line in _lines(kind, *group)})
     for field in blank:
-        spec = _at(kind, field)[1]
+        spec = field_at(kind, field)[1]
         words = (spec and spec.description) or "a value"
         lines.append(_line(field, words, "nothing filled in yet"))
     return [one_line(f"{source}: {line}" if source else line) for line in lines]
@@ -255,36 +287,48 @@ def _place(value: Any, error: Mapping) -> tuple[str, ...]:
     return tuple(kept)
 
 
-def _at(kind: type[Model], place: Sequence[str]) -> tuple[list, FieldInfo | None]:
-    """Types that the value at a place may have, and its field."""
+def field_at(kind: type[Model], place: Sequence[str]) -> tuple[list, FieldInfo | None]:
+    """Give the types that the value at a place may have, and its field."""
     kinds, spec = [kind], None
     for part in place:
         below, spec = [], None
-        for one in _members(kinds):
+        for one in members(kinds):
             if isinstance(one, type) and issubclass(one, BaseModel):
                 spec = one.model_fields.get(part, spec)
                 below += [spec.annotation] if part in one.model_fields else []
             elif get_origin(one) in (dict, tuple):
                 below.append(get_args(one)[-1 if get_origin(one) is dict else 0])
         kinds = below
-    return list(_members(kinds)), spec
+    return list(members(kinds)), spec
 
 
-def _members(kinds: Sequence[Any]) -> Iterator[Any]:
-    """Types behind unions and annotations."""
+def members(kinds: Sequence[Any]) -> Iterator[Any]:
+    """Give the types behind unions and annotations."""
     for kind in kinds:
         if get_origin(kind) is Annotated:
-            yield from _members(get_args(kind)[:1])
+            yield from members(get_args(kind)[:1])
         elif get_origin(kind) in (Union, UnionType):
-            yield from _members(get_args(kind))
+            yield from members(get_args(kind))
         else:
             yield kind
 
 
-def _lines(kind: type[Model], place: tuple[str, ...], error: Mapping) -> list[str]:
-    """Lines for one of pydantic's errors, without the file."""
+def _by_value(found: Sequence[tuple[tuple[str, ...], Mapping]]) -> Iterator[tuple]:
+    """Places and their errors, of a union's members those that came further."""
+    groups: dict[tuple, list] = {}
+    for place, error in found:
+        groups.setdefault((place, error["loc"][-1:] == ("[key]",)), []).append(error)
+    for (place, is_key), errors in groups.items():
+        below = any(len(p) > len(place) and p[: len(place)] == place for p, _ in groups)
+        if is_key or not (below and all(one["type"] in TYPES for one in errors)):
+            yield place, errors
+
+
+def _lines(kind: type[Model], place: tuple[str, ...], errors: Sequence[Mapping]) -> list[str]:
+    """Lines for pydantic's errors of a value, without the file."""
+    error = next((one for one in errors if one["type"] == "value_error"), errors[0])
     of, found, bounds = error["type"], error["input"], error.get("ctx", {})
-    kinds, spec = _at(kind, place)
+    kinds, spec = field_at(kind, place)
     if of == "value_error":
         return [_own_line(place, one) for one in str(bounds["error"]).splitlines()]
     if error["loc"][-1:] == ("[key]",) and isinstance(found, str):
@@ -292,14 +336,15 @@ def _lines(kind: type[Model], place: tuple[str, ...], error: Mapping) -> list[st
     elif error["loc"][-1:] == ("[key]",) or of == "invalid_key":
         return [_line(place, "a key in quotes", f"the bare {found}")]
     if of == "extra_forbidden":
-        models = (k for k in _at(kind, place[:-1])[0] if isinstance(k, type))
+        models = (k for k in field_at(kind, place[:-1])[0] if isinstance(k, type))
         fields = [m.model_fields.items() for m in models if issubclass(m, BaseModel)]
         known = {n for found in fields for n, field in found if not field.frozen}
         return [_line(place, f"one of {_listed(known)}", place[-1])]
     if of == "missing":
         return [_line(place, "a value", "nothing")]
-    expected = _expected(of, bounds, spec)
-    return [_line(place, f"{expected} or null" if NoneType in kinds else expected, short(found))]
+    words = [_expected(one["type"], one.get("ctx", {}), spec) for one in errors]
+    words += ["null"] if NoneType in kinds else []
+    return [_line(place, " or ".join(dict.fromkeys(words)), short(found))]
 
 
 def _own_line(place: Sequence[str], words: str) -> str:
@@ -316,7 +361,7 @@ def _expected(of: str, bounds: Mapping, spec: FieldInfo | None) -> str:
         return f"a number {word} {bound if isinstance(bound, int) else f'{bound:g}'}"
     if of == "literal_error":
         words = re.split(", | or ", bounds["expected"].replace("'", ""))
-        return f"one of {_listed(words)}"
+        return f"one of {_listed(words)}" if len(words) > 1 else words[0]
     if of in ("too_short", "too_long"):
         word, name = ("least", "min_length") if of == "too_short" else ("most", "max_length")
         return f"at {word} {bounds[name]} entries"
@@ -340,5 +385,5 @@ def short(value: Any) -> str:
     """Give a value as a message names it."""
     if isinstance(value, Mapping):
         return f"a mapping of {_listed(value) or 'nothing'}"
-    text = " ".join(repr(list(value) if isinstance(value, tuple) else value).split())
+    text = " ".join(repr(_lists(value)).split())
     return text if len(text) <= LONGEST_VALUE else text[:LONGEST_VALUE] + "..."

@@ -2,15 +2,17 @@
 
 from collections.abc import Iterator, Mapping
 from inspect import getdoc
-from typing import Any
+from types import NoneType
+from typing import Any, get_args, get_origin
 
-from palpate.config.model import MOST_COUNTED, Model
+from palpate.config.model import ABSENT, MOST_COUNTED, Model, members
 from palpate.markdown import rows_of
 
 HEAD = """# Options
 
-What `config/config.yaml`, `config/thesis.yaml`, or a file given with `--configfile` may say. What
-is left out has its default. Units are in the names. This page is written by `make docs`.
+What `config/config.yaml`, `config/thesis.yaml`, or a file given with `--configfile` may say, and at
+the end the files of objects, sensors and probes. What is left out has its default. Units are in the
+names. This page is written by `make docs`.
 """
 BOUNDS = {
     "minimum": "at least",
@@ -39,11 +41,18 @@ def rows(kind: type[Model], place: str = "") -> Iterator[tuple[str, str, str, st
     for name, field in kind.model_fields.items():
         if field.frozen:
             continue
-        if _is_block(field.annotation):
-            yield from rows(field.annotation, f"{place}{name}.")
-        else:
-            default = "to be given" if field.is_required() else _said(field.default)
+        kinds = list(members([field.annotation]))
+        if block := next(filter(_is_block, kinds), None):
+            yield from rows(block, f"{place}{name}.")
+            continue
+        default = "to be given" if field.is_required() else _said(field.default)
+        if field.default is None and NoneType not in kinds:
+            default = ABSENT
+        if field.description:
             yield f"{place}{name}", default, _allowed(schema[name]), field.description
+        for one in kinds:
+            if get_origin(one) is dict and _is_block(get_args(one)[1]):
+                yield from rows(get_args(one)[1], f"{place}{name}.*.")
 
 
 def _is_block(kind: Any) -> bool:
@@ -56,7 +65,9 @@ def _words(kind: type[Model]) -> str:
 
 
 def _table(found: Any) -> str:
-    cells = ((f"`{place}`", *words) for place, *words in found)
+    cells = (
+        (f"`{place}`", *(one.replace("<", "&lt;") for one in words)) for place, *words in found
+    )
     lines = rows_of(("option", "default", "allowed", "meaning"), cells)
     return "\n" + "\n".join(lines) + "\n"
 

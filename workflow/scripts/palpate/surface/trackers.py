@@ -32,7 +32,7 @@ def tracker_problems(tracking: Mapping, source: str) -> list[str]:
     Parameters
     ----------
     tracking : mapping
-        ``tracking`` block of config.yaml, as the schema has it.
+        ``tracking`` block of config.yaml, as its model has it.
     source : str
         File named in the lines.
     """

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.capture.words import one_line
 from palpate.vision.board import FlatBoard, board_views
+from palpate.yaml_files import one_line
 
 ENDINGS = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
 # Of pictures of 16 bits, the share that may be brighter than white: glints.

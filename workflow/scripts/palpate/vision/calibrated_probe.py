@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from palpate.capture.calibrations import CALIBRATION, asked, require_met
-from palpate.capture.device_checks import bent
+from palpate.config.sensor import rigid_fault
 from palpate.json_fields import numbers_of, read_fields
 from palpate.units import MILLIMETRES
 from palpate.vision.load import CENTRE, TURN
@@ -87,7 +87,7 @@ def _axes(path: str | Path, fields: Mapping, stated: NDArray) -> tuple[NDArray, 
     name = "marker_from_force_rotation"
     turn, transform = numbers_of(path, fields, name, (3, 3)), np.eye(4)
     transform[:3, :3] = turn
-    if fault := bent(transform.tolist()):
+    if fault := rigid_fault(transform.tolist()):
         raise ValueError(f"{path}: {name}: expected a rotation, found {fault}")
     # What the vertical is off by is in the whole deviation, and no poses make it less.
     poses_rad = float(np.sqrt(np.linalg.eigvalsh(_covariance(path, fields)[TURN, TURN])[-1]))

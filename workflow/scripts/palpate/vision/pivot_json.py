@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.capture.device_checks import covariance_fault
+from palpate.config.probe import covariance_fault
 from palpate.json_fields import numbers_of, read_fields
 from palpate.units import MILLIMETRES
 from palpate.vision.pivot import Pivot

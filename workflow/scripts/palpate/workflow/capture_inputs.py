@@ -6,13 +6,13 @@ from typing import Any
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import columns_of, read_table
 from palpate.solid.support import Support, read_support
 from palpate.surface.template import Template, read_template
 from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
 from palpate.workflow.job import naming
+from palpate.yaml_files import load_yaml
 
 
 def read_declared(path: str) -> tuple[dict, Support]:

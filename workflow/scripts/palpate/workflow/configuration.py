@@ -8,9 +8,7 @@ from palpate.capture.check import check_object
 from palpate.capture.devices import PLACES, Devices, read_devices
 from palpate.capture.discover import CURVE, NOT_OBJECTS, CaptureId, curve_files, discover
 from palpate.capture.fingerprint import stamps_below
-from palpate.capture.schema import SCHEMAS, load_yaml, validate
-from palpate.capture.words import one_line
-from palpate.config.model import Model
+from palpate.config.model import Model, problems
 from palpate.surface.trackers import tracker_problems
 from palpate.workflow.configuration_checks import (
     dropped_experiments,
@@ -36,6 +34,7 @@ from palpate.workflow.objects import studied
 from palpate.workflow.options import config_problems, filled
 from palpate.workflow.places import placed, who_said
 from palpate.workflow.run import Run
+from palpate.yaml_files import load_yaml, one_line
 
 
 def no_problems(lab: Mapping, sensors: Mapping, source: str) -> list[str]:
@@ -50,6 +49,7 @@ def open_run(
     project: Path,
     told: Mapping = MappingProxyType({}),
     files: bool = True,
+    lab_kind: type[Model] | None = None,
     check_lab: Callable = no_problems,
     blocks: Mapping[str, type[Model]] = MappingProxyType({}),
     rules: Iterable = (),
@@ -69,8 +69,10 @@ def open_run(
     files : bool, optional
         False: tables and images of captures are not opened, as jobs are to check them, and nothing
         is stamped.
+    lab_kind : type, optional
+        Model of a lab's configuration.
     check_lab : callable, optional
-        What is wrong with a lab's configuration, the sensors and the file's name given, as lines.
+        What else is wrong with it, the sensors and the file's name given, as lines.
     blocks : mapping, optional
         Options of further blocks of the configuration, by name.
     rules : iterable, optional
@@ -86,7 +88,7 @@ def open_run(
     config = filled(config, blocks)
     config["paths"] = placed(config["paths"], project)
     paths, problems = config["paths"], _wrong_options(config, source)
-    lab = _lab(paths["lab"], problems)
+    lab = _lab(paths["lab"], lab_kind, problems)
     devices = {kind: _devices(kind, paths[kind], problems) for kind in PLACES}
     problems += _wrong_devices(devices, lab_devices(lab))
     _require_none(problems, sources, told)
@@ -141,7 +143,7 @@ def _require_none(problems: list[str], sources: Sequence[str], told: Mapping) ->
 
 
 def _wrong_options(config: Mapping, source: str) -> list[str]:
-    """What is wrong with the configuration by itself, beyond its schema."""
+    """What is wrong with the configuration by itself, beyond its models."""
     problems = path_problems(config["paths"], source)
     problems += tracker_problems(config["tracking"], source)
     return problems + unknown_step_trackers(config, source)
@@ -253,9 +255,18 @@ def _object_files(
     return {name: load_yaml(raw / name / "object.yaml") for name in sorted(names)}
 
 
-def _lab(path: str | None, problems: list[str]) -> Mapping | None:
-    schema = SCHEMAS / "lab.schema.yaml"
-    return None if path is None else _checked(Path(path), schema, problems, read=_like_another)
+def _lab(path: str | None, kind: type[Model] | None, wrong: list[str]) -> Mapping | None:
+    """Content of a lab's file; None where there is none or it is wrong, which lines then say."""
+    if path is None:
+        return None
+    try:
+        spec = _like_another(Path(path))
+    except ValueError as error:
+        wrong.append(str(error))
+        return None
+    lines = problems(kind, spec, path) if kind else []
+    wrong += lines
+    return None if lines else spec
 
 
 def _like_another(path: Path) -> object:
@@ -274,19 +285,6 @@ def _changed(before: Mapping, changes: Mapping) -> dict:
     both = before.keys() & changes.keys()
     blocks = {k for k in both if isinstance(before[k], Mapping) and isinstance(changes[k], Mapping)}
     return {**before, **changes} | {key: _changed(before[key], changes[key]) for key in blocks}
-
-
-def _checked(
-    path: Path, schema: Path, problems: list[str], *, read: Callable[[Path], object] = load_yaml
-) -> Mapping | None:
-    try:
-        spec = read(path)
-    except ValueError as error:
-        problems.append(str(error))
-        return None
-    wrong = validate(spec, schema, str(path))
-    problems += wrong
-    return None if wrong else spec
 
 
 def _objects_in(raw: str) -> set[str]:

@@ -43,7 +43,7 @@ def code(script: str | Path, make: str = "", root: Path = ROOT) -> str:
     Sixteen hexadecimal digits; they change with any file of the packages that these import,
     directly or not, and with any pinned version: what depends on one through others nobody can say.
     """
-    found, waiting = set(), [Path(script), root / "palpate/schemas"]
+    found, waiting = set(), [Path(script)]
     waiting += _units(make.partition(":")[0], root)
     while waiting:
         if (unit := waiting.pop()) not in found:

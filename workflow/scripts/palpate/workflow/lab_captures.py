@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from palpate.capture.discover import CaptureId
-from palpate.capture.schema import load_yaml
+from palpate.yaml_files import load_yaml
 
 # Snakemake leaves it in each folder that a rule wrote.
 MADE_BY_A_RULE = ".snakemake_timestamp"

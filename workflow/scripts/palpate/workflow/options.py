@@ -9,7 +9,10 @@ from pydantic import AfterValidator, Field, create_model, model_serializer, mode
 
 from palpate.capture.files import whole_file
 from palpate.config.model import FileName, Model, Positive, all_different, option, problems
+from palpate.config.object import ObjectSpec
 from palpate.config.page import options_page
+from palpate.config.probe import ProbeSpec
+from palpate.config.sensor import SensorSpec
 from palpate.estimate.direct import options as direct
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.minimise.options import Load, Minimise
@@ -188,9 +191,17 @@ def config_problems(config: Mapping, blocks: Mapping[str, type[Model]], source: 
     return problems(create_model("Config", __base__=Config, **further), config, source)
 
 
+FILES = {
+    "object.yaml of an object": ObjectSpec,
+    "The file of a sensor": SensorSpec,
+    "The file of a probe": ProbeSpec,
+}
+
+
 def page() -> str:
     """Give docs/options.md."""
-    return options_page(Config, {f"Trackers of kind {name}": k for name, k in TRACKERS.items()})
+    further = {f"Trackers of kind {name}": kind for name, kind in TRACKERS.items()}
+    return options_page(Config, further | FILES)
 
 
 if __name__ == "__main__":

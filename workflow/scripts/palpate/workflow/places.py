@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from palpate.capture.schema import load_yaml
+from palpate.yaml_files import load_yaml
 
 # What a person says of a run wins over what the study says.
 CONFIGURATION = ("config/thesis.yaml", "config/config.yaml")

@@ -6,10 +6,10 @@ from functools import cached_property
 from pathlib import Path
 
 from palpate.capture.discover import NOT_OBJECTS, discover, folders, sensor_folders
-from palpate.capture.schema import load_yaml
 from palpate.workflow.digest import ROOT, code
 from palpate.workflow.objects import kept_files, value_digest
 from palpate.workflow.run import Described, Run
+from palpate.yaml_files import load_yaml
 
 ORIGIN = "origin.txt"
 # Of the configuration: what no number of an object depends on.

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
-from palpate.capture.schema import load_yaml
 from palpate.capture.streams import Stream
 from palpate.json_fields import read_all, read_one
 from palpate.report import hertz_tables
@@ -32,6 +31,7 @@ from palpate.surface.pose import to_camera
 from palpate.surface.template import read_template
 from palpate.units import KILOPASCALS, MILLIMETRES
 from palpate.vision.camera import camera_from_spec, with_calibration
+from palpate.yaml_files import load_yaml
 
 MAP = "cividis"
 FEWEST = 3

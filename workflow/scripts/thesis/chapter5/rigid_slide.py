@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from palpate.capture.schema import load_yaml
 from palpate.report.panels import cloud_panel, named, panels, scale_bar
 from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, label_provenance
 from palpate.report.views import MILLIMETRES, View
@@ -26,6 +25,7 @@ from palpate.surface.pose import (
 from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, refine_template, vertex_normals
 from palpate.vision.support_plane import read_plane
+from palpate.yaml_files import load_yaml
 from scipy.spatial import cKDTree
 
 from thesis.chapter5.tracking_inputs import last_frames, recordings_of

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from palpate.capture.curves.export import Export
 from palpate.capture.curves.units import FORCES, LENGTHS, UNITS, bracketed, name_and_unit, plain
-from palpate.capture.words import one_line
+from palpate.yaml_files import one_line
 
 
 @dataclass(frozen=True)

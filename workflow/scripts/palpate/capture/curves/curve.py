@@ -17,7 +17,7 @@ from palpate.capture.curves.columns import (
 )
 from palpate.capture.curves.export import Export, read_export
 from palpate.capture.curves.phases import Phases, outlier, phases_of, signs_of
-from palpate.capture.words import one_line
+from palpate.yaml_files import one_line
 
 FEWEST_SAMPLES = 5
 # More rows without a number are another table than was thought.

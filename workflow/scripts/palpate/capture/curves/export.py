@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.capture.curves.units import are_units, with_unit
-from palpate.capture.words import one_line
+from palpate.yaml_files import one_line
 
 STANDARD_INPUT = "-"
 LARGEST_BYTES = 2**28

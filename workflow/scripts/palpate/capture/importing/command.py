@@ -34,8 +34,8 @@ from palpate.capture.importing.tum import (
     read_wrenches,
 )
 from palpate.capture.importing.write import Target, import_recording
-from palpate.capture.schema import load_yaml
 from palpate.capture.tables import FORCE, read_table
+from palpate.yaml_files import load_yaml
 
 # Films of a probe by itself, raw/sensors/<sensor>/<film>.
 OF_SENSORS, FILMS = NOT_OBJECTS[0], {part.film: part for part in PARTS}

@@ -10,9 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.capture.device_checks import LONGEST_SHIFT_M, ROTATION_TOLERANCE
-from palpate.capture.schema import load_yaml
-from palpate.capture.words import one_line
+from palpate.config.sensor import LONGEST_SHIFT_M, ROTATION_TOLERANCE
+from palpate.yaml_files import load_yaml, one_line
 
 PLAIN_MODELS = ("radtan", "plumb_bob")
 OPENCV_MARK = "opencv-matrix"

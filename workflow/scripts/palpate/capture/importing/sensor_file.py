@@ -9,9 +9,10 @@ from palpate.capture.files import whole_file
 from palpate.capture.importing.optics import agree
 from palpate.capture.importing.pixels import stored_depth
 from palpate.capture.importing.recording import Content
-from palpate.capture.schema import SCHEMAS, blank_fields, load_yaml, validate
+from palpate.config.model import blank_fields, problems
+from palpate.config.sensor import SensorSpec
+from palpate.yaml_files import load_yaml
 
-SCHEMA = SCHEMAS / "sensor.schema.yaml"
 # Depth cameras differ; what is seen is bounded by mask and table, not by this.
 RANGE_M = (0.1, 10.0)
 # The study's for its Kinect (Section 4.2.3).
@@ -97,9 +98,8 @@ def write_sensor(path: Path, spec: Mapping) -> None:
 
 
 def _require_valid(spec: object, path: Path) -> None:
-    problems = validate(spec, SCHEMA, str(path))
-    if problems:
-        raise ValueError(problems[0])
+    if lines := problems(SensorSpec, spec, str(path)):
+        raise ValueError(lines[0])
 
 
 def _check_streams(spec: Mapping, content: Content, path: Path) -> None:

@@ -1,0 +1,138 @@
+"""The file of an object: ``raw/<object>/object.yaml``."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from palpate.config.model import FILL_IN, Length, Model, Vector, option, short
+
+OBJECT_NAME = "^[A-Za-z0-9][A-Za-z0-9_]*$"
+# Largest component of a vector that stands for a direction.
+SHORTEST, LONGEST = 1e-9, 1e9
+# The name of the empty scene's folder is no point's.
+BACKGROUND = "background"
+
+
+def _direction(vector: tuple) -> tuple:
+    """A vector that points somewhere, and whose length does not overflow."""
+    if SHORTEST <= max(map(abs, vector)) <= LONGEST:
+        return vector
+    found = short(vector) if any(vector) else "zeros"
+    raise ValueError(f"expected a direction, found {found}")
+
+
+def _in_order(ends: tuple) -> tuple:
+    if ends[0] > ends[1]:
+        raise ValueError(f"expected the lower before the higher, found {short(ends)}")
+    return ends
+
+
+def _no_background(points: dict) -> dict:
+    if BACKGROUND in points:
+        expected = "expected another name than that of the empty scene's folder"
+        raise ValueError(f"{BACKGROUND}: {expected}, found {BACKGROUND}")
+    return points
+
+
+Metres = Annotated[float, Field(ge=-10, le=10)]
+Place = tuple[Metres, Metres, Metres]
+Direction = Annotated[Vector, AfterValidator(_direction)]
+Vertices = Annotated[int, Field(ge=20, le=100_000)]
+Share = Annotated[float, Field(ge=0, le=0.4999)]
+Shares = Annotated[tuple[Share, Share], AfterValidator(_in_order)]
+Words = Annotated[str, Field(min_length=1)]
+
+
+class TemplateSpec(Model):
+    """The undeformed object: a closed surface, or laser scans of which one is made."""
+
+    file: Words = option(
+        None, "a closed surface, cut flat where the object stands: PLY, STL, OBJ or OFF"
+    )
+    scans: Literal["scans"] = option(None, "the folder of the scans")
+    spacing_m: Length = option(None, "between points of the surface that is made of scans [m]")
+    unit: Literal["m", "mm"] = option(..., "m or mm, of the template's coordinates", examples=["m"])
+    vertices: Vertices = option(..., "of the solid mesh's surface; 500 to 1000 do", examples=[800])
+    solid_vertices: Vertices = option(None, "of the solid; else as many")
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        if (self.file is None) == (self.scans is None or self.spacing_m is None):
+            found = ", ".join(sorted(self.model_fields_set))
+            raise ValueError(f"expected file, or scans and spacing_m, found {found}")
+        return self
+
+
+class SupportSpec(Model):
+    """The table that the object stands on."""
+
+    plane_point_m: Place = option(
+        ..., "a point of the table in the template's frame [m]; [0, 0, 0] if it stands on z = 0"
+    )
+    plane_normal: Direction = option(..., "its normal, into the object; [0, 0, 1] where z is up")
+    tolerance_m: float = option(
+        ..., "how near the table the template is held by it [m]", gt=0, le=0.02, examples=[0.001]
+    )
+    contact: Literal["bonded", "resting"] = option(
+        "bonded", "bonded (glued, taped, too heavy to move), or resting: loose on the table"
+    )
+
+
+class PointSpec(Model):
+    """A point that is indented."""
+
+    position_m: Place = option(..., "where on the template [m], to 5 mm (MeshLab: PickPoints)")
+    direction: Direction = option(None, "into the object; else against the table's normal")
+
+
+class CurvesSpec(Model):
+    """Of <point>.csv beside this file: force and position without a camera."""
+
+    poisson_ratio: Share | Shares = option(
+        ..., "assumed, like 0.45, or bounded, like [0.3, 0.49]: a curve does not determine it"
+    )
+    radius_m: Length = option(None, "the ball's radius [m]; else the probe's")
+    stiffness_n_m: float = option(
+        None,
+        "of what is compliant between drive and ball [N/m]; else the probe's",
+        gt=0,
+    )
+    depth_column: Words = option(None, "its name or number, where the header does not say it")
+    force_column: Words = option(None, "its name or number, where the header does not say it")
+    depth_unit: Words = option(None, "like mm, where the header does not say it")
+    force_unit: Words = option(None, "like N, where the header does not say it")
+
+
+class ObjectSpec(Model):
+    """An object: what it stands on, its template, and the points that are indented."""
+
+    object: str = option(
+        ..., "a name of letters, digits and _, like red_sponge", pattern=OBJECT_NAME
+    )
+    provenance: Literal["recorded", "simulated"] = option(
+        ..., "recorded, or simulated; every table repeats it", examples=["recorded"]
+    )
+    probe: str = option(None, "a name of config/probes/<probe>.yaml; curves alone need none")
+    template: TemplateSpec
+    support: SupportSpec
+    mirrors: tuple[Direction, ...] = option(
+        (), "normals of planes through plane_point_m that mirror the object", max_length=3
+    )
+    deepest_m: Length = option(
+        None, "maximum depth [m]: the indentation table is then as fine as it needs"
+    )
+    points: Annotated[dict[str, PointSpec], AfterValidator(_no_background)] = option(
+        ...,
+        "one entry each: its name in quotes, letters and digits, as the captures' folders have it",
+        min_length=1,
+        examples=[{"01": {"position_m": [FILL_IN] * 3}}],
+    )
+    curves: CurvesSpec = None
+    tracking: dict[str, float] = option(None, "empty: kept for later", max_length=0)
+
+    @model_validator(mode="after")
+    def _one_radius(self) -> Self:
+        if self.probe is not None and self.curves and self.curves.radius_m is not None:
+            expected = "expected none beside a probe, which has its own"
+            raise ValueError(f"curves.radius_m: {expected}, found one")
+        return self

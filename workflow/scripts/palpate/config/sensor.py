@@ -1,0 +1,201 @@
+"""The file of a depth sensor: ``config/sensors/<sensor>.yaml``."""
+
+from collections.abc import Sequence
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, Field, model_validator
+
+from palpate.config.model import ABSENT, FILL_IN, FileName, Model, option, with_others
+
+# Eq. 4.12 as printed is a rotation to 1e-8; files may be rounded further.
+ROTATION_TOLERANCE = 1e-4
+# Parts of one probe, or of one sensor, are nearer to each other [m].
+LONGEST_SHIFT_M = 2.0
+
+
+def rigid_fault(rows: Sequence) -> str:
+    """Say what is wrong with a rigid transform, 4 x 4 numbers; empty where nothing is."""
+    transform = np.array(rows, dtype=float)
+    turn = transform[:3, :3]
+    if not np.abs(transform[:3, 3]).max() <= LONGEST_SHIFT_M:
+        return f"a shift of {np.abs(transform[:3, 3]).max():g} m (metres?)"
+    if not np.allclose(transform[3], [0, 0, 0, 1], atol=1e-9):
+        return "another last row than 0, 0, 0, 1"
+    if not np.allclose(turn @ turn.T, np.eye(3), atol=ROTATION_TOLERANCE):
+        return "rows that are not square to each other and of length 1"
+    return "" if np.linalg.det(turn) > 0 else "a mirrored one"
+
+
+def _rigid(rows: tuple) -> tuple:
+    if found := rigid_fault(rows):
+        raise ValueError(f"expected a rotation and a shift, found {found}")
+    return rows
+
+
+def _increasing(ends: tuple) -> tuple:
+    if ends[0] >= ends[1]:
+        raise ValueError(f"expected increasing distances, found {ends[0]:g}, {ends[1]:g}")
+    return ends
+
+
+def _odd(count: int) -> int:
+    if count % 2 == 0:
+        raise ValueError(f"expected an odd number, found {count}")
+    return count
+
+
+def _not_zero(value: float) -> float:
+    if value == 0:
+        raise ValueError(f"expected another number than 0, found {value}")
+    return value
+
+
+Row = tuple[float, float, float, float]
+Transform = Annotated[tuple[Row, Row, Row, Row], AfterValidator(_rigid)]
+NO_TRANSFORM = [*([FILL_IN] * 4 for _ in range(3)), [0, 0, 0, 1]]
+Side = Annotated[int, Field(ge=16, le=16384)]
+Focal = Annotated[float, Field(ge=10, le=1e5)]
+Coefficient = Annotated[float, Field(ge=-100, le=100)]
+Distance = Annotated[float, Field(gt=0, le=50)]
+Baseline = Annotated[float, Field(gt=0, le=2)]
+Shift = Annotated[float, Field(ge=-200, le=200)]
+Count = Annotated[float, Field(ge=1e-6, le=0.01)]
+Window = Annotated[int, Field(ge=5, le=31), AfterValidator(_odd)]
+Scale = Annotated[float, Field(ge=-10, le=10), AfterValidator(_not_zero)]
+KINECT = with_others("encoding", "kinect_disparity", only=False)
+DEPTH = with_others("kind", "structured_light", "depth", only=False)
+STEREO = with_others("kind", "stereo", only=False)
+FOCAL = "the focal length [px], of the maker's tool or a calibration"
+CENTRE = "the principal point [px], of the maker's tool or a calibration"
+
+
+class CameraSpec(Model):
+    """A camera's images and optics."""
+
+    width_px: Side = option(..., "the images' width [px]")
+    height_px: Side = option(..., "the images' height [px]")
+    encoding: str
+    fx_px: Focal = option(..., FOCAL)
+    fy_px: Focal = option(..., FOCAL)
+    cx_px: float = option(..., CENTRE)
+    cy_px: float = option(..., CENTRE)
+    distortion: tuple[Coefficient, Coefficient, Coefficient, Coefficient, Coefficient] = option(
+        ..., "k1, k2, p1, p2, k3 in OpenCV's order, of a calibration; zeros for rectified images"
+    )
+
+    @model_validator(mode="after")
+    def _axis_within(self) -> Self:
+        axes = {"cx_px": (self.cx_px, self.width_px), "cy_px": (self.cy_px, self.height_px)}
+        if lines := [
+            f"{name}: expected within the image, 0 to {side}, found {centre:g}"
+            for name, (centre, side) in axes.items()
+            if not 0 <= centre <= side
+        ]:
+            raise ValueError("\n".join(lines))
+        return self
+
+
+class ColorSpec(CameraSpec):
+    """The reference camera: colour, or left of a rectified pair."""
+
+    encoding: Literal["rgb8", "mono8", "bayer_rggb8"] = option(
+        ..., "rgb8, mono8, or bayer_rggb8: the mosaic as the chip sees it", examples=["rgb8"]
+    )
+
+
+class DepthSpec(CameraSpec):
+    """The depth camera; where depth is aligned to colour its numbers are those of color."""
+
+    encoding: Literal["kinect_disparity", "millimetre", "counts"] = option(
+        ..., "millimetre, counts of count_m, or a Kinect's kinect_disparity"
+    )
+    count_m: Annotated[Count, with_others("encoding", "counts")] = option(
+        ABSENT, "what a count is [m], of encoding counts"
+    )
+    baseline_m: Annotated[Baseline, KINECT] = option(
+        ABSENT, "how far camera and projector are apart [m], of a calibration"
+    )
+    disparity_scale: Annotated[Scale, KINECT] = option(
+        ABSENT, "pixels of disparity in a count (Eq. 4.2)", examples=[-0.125]
+    )
+    disparity_offset_px: Annotated[float, Field(ge=-10_000, le=10_000), KINECT] = option(
+        ABSENT, "the disparity of count 0 [px] (Eq. 4.2), of a calibration"
+    )
+    infrared_shift_px: tuple[Shift, Shift] = option(
+        None, "of the depth image in the infrared's [px], right and down; Xbox 360 drivers: 5, 4"
+    )
+    no_reading: Annotated[int, Field(ge=0, le=65_535), KINECT] = option(
+        ABSENT, "the count where nothing was seen", examples=[2047]
+    )
+    color_from_depth: Transform = option(
+        ...,
+        "from the depth camera's frame to the colour camera's [m], of the maker's tool; rows"
+        " 1 0 0 0, 0 1 0 0, 0 0 1 0 where depth is aligned to colour",
+        examples=[NO_TRANSFORM],
+    )
+
+
+class StereoSpec(Model):
+    """Matching of the rectified pair."""
+
+    baseline_m: Baseline = option(..., "how far the two cameras are apart [m], of a calibration")
+    method: Literal["block", "semi_global"] = option(
+        ..., "block, or semi_global", examples=["semi_global"]
+    )
+    subpixel: Literal["matcher", "least_squares"] = option(
+        ..., "matcher, or least_squares: refined by the images", examples=["least_squares"]
+    )
+    window_px: Window = option(..., "the matching window's side, odd [px]", examples=[11])
+    max_left_right_px: float = option(
+        ..., "how far matches there and back may be apart [px]", gt=0, le=1000, examples=[1.0]
+    )
+    speckle_size_px: int = option(
+        ..., "smaller surfaces are dropped [px]", ge=0, le=1_000_000, examples=[150]
+    )
+    highlights: Literal["drop", "keep"] = option(..., "drop, or keep", examples=["drop"])
+
+
+class DetectionSpec(Model):
+    """How the probe's target is found."""
+
+    reprojection_threshold_px: float = option(
+        ..., "how far a corner may be off its place [px]", ge=0.001, le=100, examples=[0.45]
+    )
+
+
+class SensorSpec(Model):
+    """A depth sensor."""
+
+    sensor: FileName = option(..., "a name of small letters, digits and _, like d435")
+    kind: Literal["stereo", "structured_light", "depth"] = option(
+        ..., "depth (RGB-D), structured_light (disparities of a Kinect for Xbox 360) or stereo"
+    )
+    optics: Literal["stated", "calibration"] = option(
+        "stated", "calibration: of raw/sensors/<sensor>/calibration"
+    )
+    frame_rate_hz: float = option(..., "frames in a second, as the camera is set", gt=0, le=10_000)
+    clock_offset_std_s: float = option(
+        0.05,
+        "how well its clock is the force's [s], before an indentation determines it: 0.05 for"
+        " stamps at a picture's coming over USB, 0.01 where they allow for exposure and transfer",
+        gt=0,
+        le=1,
+    )
+    range_m: Annotated[tuple[Distance, Distance], AfterValidator(_increasing)] = option(
+        ..., "nearest and farthest depth that you trust [m], of the maker's data sheet"
+    )
+    color: ColorSpec
+    depth: Annotated[DepthSpec, DEPTH] = option(ABSENT, DepthSpec.__doc__)
+    stereo: Annotated[StereoSpec, STEREO] = option(ABSENT, StereoSpec.__doc__)
+    marker: DetectionSpec
+
+    @model_validator(mode="after")
+    def _as_its_kind(self) -> Self:
+        if self.kind == "depth" and self.depth.encoding == "kinect_disparity":
+            expected = "expected one of counts, millimetre"
+            raise ValueError(f"depth.encoding: {expected}, found 'kinect_disparity'")
+        if self.kind == "stereo" and any(found := self.color.distortion):
+            expected = "expected zeros (rectified)"
+            raise ValueError(f"color.distortion: {expected}, found {list(found)}")
+        return self

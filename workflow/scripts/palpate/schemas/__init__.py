@@ -1,1 +1,0 @@
-"""Schemas of what people write about objects, sensors, probes and the lab."""
