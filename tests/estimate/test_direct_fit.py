@@ -213,6 +213,7 @@ def test_a_solid_of_another_law(laws):
     assert not sure.low < 25e3 < sure.high
 
 
+@pytest.mark.long
 def test_the_equivalent_modulus_is_that_of_the_force_at_its_depth():
     presses = [press_of(25e3, 0.3, seed, laws=(0.6, 0.6), noise=0.3) for seed in range(4)]
     found = estimate_direct(presses, OPTIONS, radius_m=RADIUS_M)
@@ -226,6 +227,7 @@ def test_the_equivalent_modulus_is_that_of_the_force_at_its_depth():
     assert one[1] < 0.95 * one[0]
 
 
+@pytest.mark.long
 def test_a_ratio_that_is_known_beforehand_narrows_e():
     press = press_of(25e3, 0.3, 1, motion_std_m=4e-4)
     free = estimate_direct([press], OPTIONS, radius_m=RADIUS_M)

@@ -117,6 +117,7 @@ def fit_of(pressed_block, norm="length"):
     return fit_least_squares(fast, TRUE, norm=norm, **surface_of(pressed_block), **BOUNDS)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("norm", ["length", pytest.param("square", marks=pytest.mark.long)])
 def test_standard_errors_are_those_of_repeated_noise(exact, norm):
     found = [fit_of(exact.noisy(3e-5, seed), norm) for seed in range(40)]

@@ -65,6 +65,7 @@ def on_the_table(mesh):
     return np.count_nonzero(np.abs(mesh.nodes_m[mesh.surface_nodes(), 2]) < 1e-3)
 
 
+@pytest.mark.long
 def test_tetrahedralise_meets_the_count_and_the_surface():
     surface = trimesh.creation.box((0.3, 0.15, 0.05))
     # Turned inside out, it is turned back.

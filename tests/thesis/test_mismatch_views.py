@@ -22,6 +22,7 @@ def ball():
     return Mismatch(nodes, sphere.faces, mismatch, np.array([0, 0, 0.06]))
 
 
+@pytest.mark.long
 def test_both_sides_are_shown_in_one_size(ball):
     with style.journal():
         figure = mismatch_views.mismatch_views([CAPTURE], [ball], [View(-90.0, 0.0)])

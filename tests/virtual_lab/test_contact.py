@@ -112,6 +112,7 @@ def test_a_foam_law_agrees_at_small_depth_and_is_stiffer_deep():
     assert foam[2] > 1.1 * neo[2]
 
 
+@pytest.mark.long
 def test_a_ball_on_the_table_is_two_contacts_in_series(root):
     """Each side gives way as Hertz says, the probe into the top and the ball onto the table."""
     spec = yaml.safe_load((root / "config/lab.yaml").read_text())["objects"]["foam_ball"]
@@ -210,6 +211,7 @@ def test_what_the_lab_refuses(root):
             press_object(chosen, point, R)
 
 
+@pytest.mark.long
 def test_a_quarter_gives_the_force_of_a_half():
     block = {
         "shape": {"kind": "block", "size_m": [0.1, 0.08, 0.04]},
@@ -226,6 +228,7 @@ def test_a_quarter_gives_the_force_of_a_half():
     assert moved[1] == pytest.approx(moved[0], abs=2e-6)
 
 
+@pytest.mark.long
 def test_the_surface_far_from_the_contact_is_that_of_finer_elements(root):
     lab = yaml.safe_load((root / "config/lab.yaml").read_text())["objects"]["foam_block"]["contact"]
     block = {
@@ -244,6 +247,7 @@ def test_the_surface_far_from_the_contact_is_that_of_finer_elements(root):
         assert (moved * true).sum() / (true * true).sum() == pytest.approx(1, abs=0.02)
 
 
+@pytest.mark.long
 def test_a_graded_solid_lies_between_its_ends():
     """A skin through all of a block is a stiffer block; a stiffer foot adds a part of itself."""
     places = np.zeros((1, 5, 3))

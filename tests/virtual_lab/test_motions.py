@@ -141,6 +141,7 @@ def test_the_sensor_records_the_force_as_it_is(inclined, probe):
     assert np.linalg.norm(np.cross(force[3500], INCLINED)) > 0.6
 
 
+@pytest.mark.long
 def test_a_rough_sphere_that_comes_slanting_drags_the_surface_along():
     """Five degrees off: its way to the side is the surface's, and the force leans against it."""
     off = np.deg2rad(5)

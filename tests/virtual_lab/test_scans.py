@@ -43,6 +43,7 @@ def test_a_view_has_the_scanners_noise(bean, views):
     assert 0.8 * NOISE_M[2] < offsets.std() < 1.2 * NOISE_M[0]
 
 
+@pytest.mark.long
 def test_registration_takes_out_the_turntables_errors(bean, views, tmp_path):
     write_scans(tmp_path, views)
     loaded = read_scans(tmp_path)

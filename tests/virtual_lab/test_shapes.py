@@ -92,6 +92,7 @@ def test_the_balls_surface_for_pictures():
     assert mesh.bounds[:, 2] == pytest.approx([0, 0.1228], abs=1e-6)
 
 
+@pytest.mark.long
 def test_the_ear_has_its_size_and_about_twenty_thousand_vertices():
     vertices, faces = Ear().surface()
     mesh = trimesh.Trimesh(vertices, faces, process=False)

@@ -22,6 +22,7 @@ def tap(offset_s, *, stiffness, rate_hz, noise_n=0.03, depth_std_m=5e-5, seed=0)
     return force_time, force, frame_time, measured, np.full(frame_time.size, depth_std_m)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("offset_s", [-0.008, 0.0, 0.013])
 def test_stiff_presses_filmed_fast_tell_the_offset(offset_s):
     found = clock_offset(*tap(offset_s, stiffness=5e4, rate_hz=30), prior_std_s=PRIOR_S)
@@ -83,6 +84,7 @@ def test_slopes_are_those_of_the_residual():
     assert np.abs(found).max() > 10
 
 
+@pytest.mark.long
 def test_the_stated_deviation_is_that_of_the_errors():
     offsets = np.random.default_rng(7).normal(0, PRIOR_S, 30)
     found = [
@@ -135,7 +137,13 @@ def test_a_press_at_another_time_is_told(offset_s):
 QUICK = {"stiffness": 1e4, "rate_hz": 12}, {"stiffness": 5e4, "rate_hz": 30}
 
 
-@pytest.mark.parametrize("of", QUICK, ids=["12 Hz", "30 Hz"])
+@pytest.mark.parametrize(
+    "of",
+    [
+        pytest.param(QUICK[0], id="12 Hz"),
+        pytest.param(QUICK[1], id="30 Hz", marks=pytest.mark.long),
+    ],
+)
 @pytest.mark.parametrize("offset_s", [0.0, -0.05, 0.1, -0.25, 0.25])
 def test_an_offset_is_found_or_the_press_is_refused(offset_s, of):
     for seed in range(3):

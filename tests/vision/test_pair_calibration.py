@@ -47,6 +47,7 @@ def normalised(pair):
     return np.array(errors)
 
 
+@pytest.mark.long
 def test_the_toolboxes_stereo_optimisation(root):
     """Both cameras and the transform at once, as the toolbox that the pictures come with."""
     known = ((533.523, 533.527, 341.604, 235.193), (536.814, 536.476, 326.287, 250.101))

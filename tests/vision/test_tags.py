@@ -135,6 +135,7 @@ def test_boards_that_cannot_be():
         april_grid((12, 10), 0.02, 0.005, "4X4_50")
 
 
+@pytest.mark.long
 def test_a_real_board_that_is_never_seen_whole(root):
     """Half lit, a plain chessboard before its middle, a lens that bends: corners agree."""
     folder = root.parent / "shared/real/charuco"
