@@ -149,6 +149,19 @@ def all_different(values: tuple) -> tuple:
     return values
 
 
+def increasing(values: tuple) -> tuple:
+    """Give the values.
+
+    Raises
+    ------
+    ValueError
+        If one is not above the one before it.
+    """
+    if list(values) != sorted(set(values)):
+        raise ValueError(f"expected increasing numbers, found {short(values)}")
+    return values
+
+
 def problems(kind: type[Model], value: Any, source: str = "", *, whole: bool = True) -> list[str]:
     """Say in a line each what is wrong with what people wrote.
 

@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
-from palpate.config.model import Length, Model, Positive, option
+from palpate.config.model import Length, Model, Positive, increasing, option
 
 # Of Poisson's ratios: a table that comes near incompressibility serves beyond its last by so much.
 NEARLY, BEYOND, LARGEST_RATIO = 0.48, 0.01, 0.4999
+
+TabledRatio = Annotated[float, Field(ge=0, le=0.495)]
 
 
 class Solid(Model):
@@ -28,7 +30,7 @@ class IndentationTable(Model):
     0.006
     """
 
-    poisson_ratios: tuple[Annotated[float, Field(ge=0, le=0.495)], ...] = option(
+    poisson_ratios: Annotated[tuple[TabledRatio, ...], AfterValidator(increasing)] = option(
         (0.0, 0.2, 0.37, 0.49), "of the table's columns", min_length=2
     )
     deepest_m: Length = option(0.009, "where object.yaml has no other; shallower tables are finer")

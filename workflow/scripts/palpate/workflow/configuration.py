@@ -10,18 +10,14 @@ from palpate.capture.devices import PLACES
 from palpate.capture.discover import CURVE, NOT_OBJECTS, CaptureId, curve_files, discover
 from palpate.capture.fingerprint import stamps_below
 from palpate.config.model import Model, problems
-from palpate.surface.trackers import tracker_problems
 from palpate.workflow.configuration_checks import (
     dropped_experiments,
     estimated,
-    impossible_search,
-    impossible_table,
     path_problems,
     selected,
     unknown_captures,
     unknown_objects,
     unknown_probe,
-    unknown_step_trackers,
 )
 from palpate.workflow.lab_captures import (
     by_object,
@@ -98,7 +94,7 @@ def open_run(
     _require_none(config_problems(config, blocks, source), sources, told)
     config = filled(config, blocks)
     config["paths"] = placed(config["paths"], project)
-    paths, problems = config["paths"], _wrong_options(config, source)
+    paths, problems = config["paths"], path_problems(config["paths"], source)
     lab, lacking = _lab(paths["lab"], lab_kind, lines := []), []
     needed = lab_devices(lab) if later else None
     devices = (named_files(kind, paths[kind], problems, lacking, needed) for kind in PLACES)
@@ -153,15 +149,6 @@ def open_run(
 def _require_none(problems: list[str], sources: Sequence[str], told: Mapping) -> None:
     if problems:
         raise ValueError("\n".join(one_line(who_said(line, sources, told)) for line in problems))
-
-
-def _wrong_options(config: Mapping, source: str) -> list[str]:
-    """What is wrong with the configuration by itself, beyond its models."""
-    problems = path_problems(config["paths"], source)
-    problems += impossible_search(config["minimise"], source)
-    problems += impossible_table(config["direct"], source)
-    problems += tracker_problems(config["tracking"], source)
-    return problems + unknown_step_trackers(config, source)
 
 
 def _chosen(name: str, config: Mapping) -> bool:

@@ -1,8 +1,10 @@
 """Options of the error minimisation."""
 
-from typing import Literal
+from typing import Annotated, Literal, Self
 
-from palpate.config.model import Count, Length, Model, Positive, Ratio, option
+from pydantic import AfterValidator, model_validator
+
+from palpate.config.model import Count, Length, Model, Positive, Ratio, increasing, option
 
 
 class Load(Model):
@@ -33,9 +35,22 @@ class Minimise(Load):
     start_poisson_ratios: tuple[Ratio, ...] = option(
         (0.05, 0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40, 0.45), "tried first", min_length=1
     )
-    profile_poisson_ratios: tuple[Ratio, ...] = option(
+    profile_poisson_ratios: Annotated[tuple[Ratio, ...], AfterValidator(increasing)] = option(
         (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40, 0.45, 0.475, 0.49, 0.499),
         "of the profile",
         min_length=3,
     )
     patch_m: Length = option(0.02, "gaps of surface nodes farther apart are taken as independent")
+
+    @model_validator(mode="after")
+    def _within_bounds(self) -> Self:
+        for name in ("youngs_modulus_bounds_pa", "poisson_ratio_bounds"):
+            low, high = getattr(self, name)
+            if low >= high:
+                raise ValueError(f"{name}: expected low below high, found {low:g}, {high:g}")
+        low, high = self.poisson_ratio_bounds
+        for name in ("start_poisson_ratios", "profile_poisson_ratios"):
+            if outside := [nu for nu in getattr(self, name) if not low <= nu <= high]:
+                expected = f"within poisson_ratio_bounds, {low:g} to {high:g}"
+                raise ValueError(f"{name}: expected {expected}, found {outside[0]:g}")
+        return self
