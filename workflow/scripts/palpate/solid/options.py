@@ -10,6 +10,8 @@ from palpate.config.model import Length, Model, Positive, increasing, option
 # Of Poisson's ratios: a table that comes near incompressibility serves beyond its last by so much.
 NEARLY, BEYOND, LARGEST_RATIO = 0.48, 0.01, 0.4999
 
+TabledRatio = Annotated[float, Field(ge=0, le=0.495)]
+
 
 class Solid(Model):
     """Solid of the error minimisation (Section 3.3)."""
@@ -28,9 +30,9 @@ class IndentationTable(Model):
     0.006
     """
 
-    poisson_ratios: Annotated[
-        tuple[Annotated[float, Field(ge=0, le=0.495)], ...], AfterValidator(increasing)
-    ] = option((0.0, 0.2, 0.37, 0.49), "of the table's columns", min_length=2)
+    poisson_ratios: Annotated[tuple[TabledRatio, ...], AfterValidator(increasing)] = option(
+        (0.0, 0.2, 0.37, 0.49), "of the table's columns", min_length=2
+    )
     deepest_m: Length = option(0.009, "where object.yaml has no other; shallower tables are finer")
     step_m: Length = option(0.0015, "between depths; finer at the start")
     edge_m: Length = option(0.0025, "longest edges of elements at the contact")

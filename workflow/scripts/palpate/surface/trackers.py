@@ -26,27 +26,25 @@ def chosen(tracking: Mapping, name: str, object_name: str) -> dict:
     return inherited | own | tracking["objects"].get(object_name, {}).get(name, {})
 
 
-def tracker_problems(tracking: Mapping, source: str) -> list[str]:
+def tracker_problems(tracking: Mapping) -> list[str]:
     """Say in a line each what is wrong with the trackers of a configuration.
 
     Parameters
     ----------
     tracking : mapping
-        ``tracking`` block of config.yaml, as its model has it.
-    source : str
-        File named in the lines.
+        ``tracking`` block of config.yaml, each of its values right by itself.
     """
-    problems = _unknown_names(tracking, source) or _endless(tracking, source)
+    problems = _unknown_names(tracking) or _endless(tracking)
     if problems:
         return problems
     for name, own in tracking["objects"].items():
         for tracker, options in own.items():
             for key in sorted({"kind", "like"} & set(options)):
-                place = f"{source}: tracking.objects.{name}.{tracker}.{key}"
+                place = f"objects.{name}.{tracker}.{key}"
                 problems.append(f"{place}: expected an option of the tracker's kind, found {key}")
     for name in tracking["trackers"]:
         for thing in ("", *tracking["objects"]):
-            place = f"{source}: tracking.trackers.{name}"
+            place = f"trackers.{name}"
             wrong = _wrong_option(chosen(tracking, name, thing))
             if wrong:
                 key, words = wrong
@@ -74,7 +72,7 @@ def _wrong_option(written: Mapping) -> tuple[str, str] | None:
     return None
 
 
-def _unknown_names(tracking: Mapping, source: str) -> list[str]:
+def _unknown_names(tracking: Mapping) -> list[str]:
     known = tracking["trackers"]
     named = [("estimate_from", tracking["estimate_from"])]
     named += [("compared", name) for name in tracking["compared"]]
@@ -82,13 +80,11 @@ def _unknown_names(tracking: Mapping, source: str) -> list[str]:
     named += [(f"objects.{key}", name) for key, one in tracking["objects"].items() for name in one]
     expected = f"one of tracking.trackers ({', '.join(known)})"
     return [
-        f"{source}: tracking.{place}: expected {expected}, found {name}"
-        for place, name in named
-        if name not in known
+        f"{place}: expected {expected}, found {name}" for place, name in named if name not in known
     ]
 
 
-def _endless(tracking: Mapping, source: str) -> list[str]:
+def _endless(tracking: Mapping) -> list[str]:
     problems = []
     for first in tracking["trackers"]:
         name, met = first, set()
@@ -96,6 +92,6 @@ def _endless(tracking: Mapping, source: str) -> list[str]:
             met.add(name)
             name = tracking["trackers"][name].get("like")
         if name is not None:
-            place = f"{source}: tracking.trackers.{first}.like"
+            place = f"trackers.{first}.like"
             problems.append(f"{place}: expected a chain that ends, found {name} again")
     return problems

@@ -9,7 +9,6 @@ from palpate.capture.devices import PLACES, Devices, read_devices
 from palpate.capture.discover import CURVE, NOT_OBJECTS, CaptureId, curve_files, discover
 from palpate.capture.fingerprint import stamps_below
 from palpate.config.model import Model, problems
-from palpate.surface.trackers import tracker_problems
 from palpate.workflow.configuration_checks import (
     dropped_experiments,
     estimated,
@@ -21,7 +20,6 @@ from palpate.workflow.configuration_checks import (
     unknown_captures,
     unknown_objects,
     unknown_probe,
-    unknown_step_trackers,
 )
 from palpate.workflow.lab_captures import (
     by_object,
@@ -87,7 +85,7 @@ def open_run(
     _require_none(config_problems(config, blocks, source), sources, told)
     config = filled(config, blocks)
     config["paths"] = placed(config["paths"], project)
-    paths, problems = config["paths"], _wrong_options(config, source)
+    paths, problems = config["paths"], path_problems(config["paths"], source)
     lab = _lab(paths["lab"], lab_kind, problems)
     devices = {kind: _devices(kind, paths[kind], problems) for kind in PLACES}
     problems += _wrong_devices(devices, lab_devices(lab))
@@ -140,13 +138,6 @@ def open_run(
 def _require_none(problems: list[str], sources: Sequence[str], told: Mapping) -> None:
     if problems:
         raise ValueError("\n".join(one_line(who_said(line, sources, told)) for line in problems))
-
-
-def _wrong_options(config: Mapping, source: str) -> list[str]:
-    """What is wrong with the configuration by itself, beyond its models."""
-    problems = path_problems(config["paths"], source)
-    problems += tracker_problems(config["tracking"], source)
-    return problems + unknown_step_trackers(config, source)
 
 
 def _devices(kind: str, folder: str, problems: list[str]) -> Devices:

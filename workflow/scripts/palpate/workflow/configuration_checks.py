@@ -99,25 +99,6 @@ def unknown_probe(name: str, probes: Mapping, source: str) -> list[str]:
     return [f"{source}: experiments.probe: expected one of {known}, found {name}"]
 
 
-def unknown_step_trackers(config: Mapping, source: str) -> list[str]:
-    """Find steps of the error minimisation whose tracker has no options.
-
-    Parameters
-    ----------
-    config : mapping
-        The configuration.
-    source : str
-        File named in messages.
-    """
-    known = sorted(config["tracking"]["trackers"])
-    return [
-        f"{source}: minimise.steps.{name}.tracker: expected one of {', '.join(known)},"
-        f" found {step['tracker']}"
-        for name, step in config["minimise"]["steps"].items()
-        if step.get("tracker", known[0]) not in known
-    ]
-
-
 def unknown_objects(config: Mapping, others: Collection[str], source: str) -> list[str]:
     """Find options of single objects whose object is nowhere: a slip of the pen takes no effect.
 

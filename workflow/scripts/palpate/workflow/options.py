@@ -5,7 +5,14 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, create_model, model_serializer, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    create_model,
+    model_serializer,
+    model_validator,
+)
 
 from palpate.capture.files import whole_file
 from palpate.config.model import FileName, Model, Positive, all_different, option, problems
@@ -18,6 +25,7 @@ from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.minimise.options import Load, Minimise
 from palpate.solid.options import IndentationTable, Solid, greatest_ratio
 from palpate.surface.options import TRACKERS, Aligning
+from palpate.surface.trackers import tracker_problems
 from palpate.vision.options import Background, Clouds, Force, ProbePose, SupportPlane
 
 # Captures by object and sensor.
@@ -82,6 +90,18 @@ class Experiments(Model):
     )
 
 
+def _with_both(trackers: Any) -> Any:
+    """Trackers by name, those of the two kinds among them."""
+    if not (
+        isinstance(trackers, Mapping) and all(isinstance(t, Mapping) for t in trackers.values())
+    ):
+        return trackers
+    return {
+        name: BOTH_TRACKERS.get(name, {}) | dict(trackers.get(name, {}))
+        for name in {**BOTH_TRACKERS, **trackers}
+    }
+
+
 class Tracking(Model):
     """The template through a capture (Section 4.3)."""
 
@@ -90,13 +110,19 @@ class Tracking(Model):
         (), "trackers of every tracked capture"
     )
     alignment: Aligning = option(Aligning(), "of the template with the first frame")
-    trackers: dict[FileName, Tracker] = option(
+    trackers: Annotated[dict[FileName, Tracker], BeforeValidator(_with_both)] = option(
         {name: Tracker(**said) for name, said in BOTH_TRACKERS.items()},
         "by name: results tracked-<name>.npz; `like` takes over another one's options",
     )
     objects: dict[str, dict[str, Tracker]] = option(
         {}, "options of single objects, by object and tracker"
     )
+
+    @model_validator(mode="after")
+    def _that_can_be(self) -> Self:
+        if lines := tracker_problems(self.written()):
+            raise ValueError("\n".join(lines))
+        return self
 
 
 class Search(Minimise):
@@ -117,14 +143,13 @@ class Direct(Model):
     fit: direct.Fit = option(direct.Fit(), "of E and nu")
 
     @model_validator(mode="after")
-    def _table_serves(self) -> Self:
+    def _within_table(self) -> Self:
         ratios, (low, high) = self.model.poisson_ratios, self.fit.poisson_ratio_bounds
         greatest = greatest_ratio(ratios)
         if not ratios[0] <= low < high <= greatest:
             expected = f"low and high within the table's {ratios[0]:g} to {greatest:g}"
-            raise ValueError(
-                f"fit.poisson_ratio_bounds: expected {expected}, found {low:g}, {high:g}"
-            )
+            found = f"{low:g}, {high:g}"
+            raise ValueError(f"fit.poisson_ratio_bounds: expected {expected}, found {found}")
         return self
 
 
@@ -165,6 +190,18 @@ class Config(Model):
     minimise: Search = option(Search(), "Section 3.3")
     direct: Direct = option(Direct(), "straight from clouds and forces")
 
+    @model_validator(mode="after")
+    def _known_trackers(self) -> Self:
+        known = self.tracking.trackers
+        if lines := [
+            f"minimise.steps.{name}.tracker: expected one of {', '.join(sorted(known))}, found"
+            f" {step.tracker}"
+            for name, step in self.minimise.steps.items()
+            if step.tracker is not None and step.tracker not in known
+        ]:
+            raise ValueError("\n".join(lines))
+        return self
+
 
 def filled(config: Mapping, blocks: Mapping[str, type[Model]]) -> dict:
     """Configuration with the defaults of what people left out.
@@ -178,10 +215,6 @@ def filled(config: Mapping, blocks: Mapping[str, type[Model]]) -> dict:
     """
     known = set(Config.model_fields)
     full = Config.read({k: v for k, v in config.items() if k in known}).written()
-    own = full["tracking"]["trackers"]
-    full["tracking"]["trackers"] = {
-        name: BOTH_TRACKERS.get(name, {}) | own.get(name, {}) for name in {**BOTH_TRACKERS, **own}
-    }
     return full | {name: kind.read(config.get(name, {})).written() for name, kind in blocks.items()}
 
 
