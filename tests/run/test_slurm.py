@@ -35,7 +35,7 @@ def test_the_largest_job_with_a_margin_and_twice_as_much_at_each_retry(benchmark
 def test_names_of_the_profile_are_rules(root):
     profile = yaml.safe_load((root / "workflow/profiles/slurm/config.yaml").read_text())
     text = "".join(path.read_text() for path in (root / "workflow").rglob("*.smk"))
-    rules = set(re.findall(r"^ *rule (\w+)", text, re.MULTILINE))
+    rules = set(re.findall(r"^ *(?:rule|use rule \w+ as) (\w+)", text, re.MULTILINE))
     rules |= {entry.name for entry in ARTEFACTS}
     assert set(profile["groups"]) <= rules
     assert set(profile["group-components"]) <= set(profile["groups"].values())

@@ -280,8 +280,13 @@ def test_depth_images_in_another_order(run, root, tmp_path):
 def test_an_alignment_without_a_force(run, tmp_path, box):
     write_forces(tmp_path / "force.csv", [0.0, 0.01])
     (tmp_path / "plane.json").write_text(json.dumps({"normal": [0, 0, 1], "offset_m": 0}))
+    box.export(tmp_path / "template.ply")
+    tips = pd.DataFrame(np.zeros((2, 3)), columns=["tip_x_m", "tip_y_m", "tip_z_m"])
+    write_table(tmp_path / "pose.csv", tips)
     inputs = {
         "object": describe(tmp_path / "object.yaml"),
+        "template": tmp_path / "template.ply",
+        "pose": tmp_path / "pose.csv",
         "force": tmp_path / "force.csv",
         "plane": tmp_path / "plane.json",
     }

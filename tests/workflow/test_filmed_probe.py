@@ -167,10 +167,12 @@ def staged(root, sensor, probe, tmp_path, capfd):
             wildcards={"sensor": "bumblebee"},
             log=tmp_path / "log.txt",
             input=Named(film=str(folder)),
-            output=Named({part: str(made)}),
-            params=Named(sensor=sensor, probe=of, options={}, plane={}, force={}, seed=1),
+            output=Named(fields=str(made)),
+            params=Named(
+                part=part, sensor=sensor, probe=of, options={}, plane={}, force={}, seed=1
+            ),
         )
-        path = str(root / f"workflow/scripts/stages/{part}.py")
+        path = str(root / "workflow/scripts/stages/probe_calibration.py")
         try:
             runpy.run_path(path, init_globals={"snakemake": job})
         except SystemExit:
@@ -202,7 +204,7 @@ def test_stages_give_a_probe_its_numbers(held, pressed, staged, probe):
 def test_stages_want_a_probe_and_a_table(held, pressed, staged, tmp_path):
     for film in (held, pressed):
         line = staged(film[0], None)
-        assert "experiments.probe: expected the probe of the film, found none" in line
+        assert "experiments.probe: expected the recorded probe, found none" in line
     few = part_of(held[0], 5 * EACH, tmp_path)
     assert f"{few}: poses: expected at least 6, found 5" in staged(few)
 

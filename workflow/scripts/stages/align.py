@@ -11,8 +11,9 @@ from palpate.surface.checks import require_cloud, require_template
 from palpate.surface.options import Aligning
 from palpate.vision.clouds import read_clouds
 from palpate.vision.support_plane import read_plane
-from palpate.workflow.capture_inputs import read_object, read_probe
+from palpate.workflow.capture_inputs import read_probe
 from palpate.workflow.job import naming, run
+from palpate.workflow.object_inputs import read_object
 
 
 def main(snakemake):

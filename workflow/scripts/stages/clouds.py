@@ -8,8 +8,9 @@ from palpate.vision.clouds import Reach, clouds_of, save_clouds
 from palpate.vision.foreground import load_masks
 from palpate.vision.options import Clouds
 from palpate.vision.support_plane import read_plane
-from palpate.workflow.capture_inputs import read_object, read_probe
+from palpate.workflow.capture_inputs import read_probe
 from palpate.workflow.job import run
+from palpate.workflow.object_inputs import read_object
 
 
 def main(snakemake):

@@ -22,8 +22,8 @@ from palpate.vision.camera import with_calibration
 from palpate.vision.clouds import read_clouds
 from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS, TIP
-from palpate.workflow.capture_inputs import read_declared
 from palpate.workflow.job import naming, run
+from palpate.workflow.object_inputs import read_declared
 
 
 def main(snakemake):

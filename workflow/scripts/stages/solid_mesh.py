@@ -8,8 +8,8 @@ from palpate.solid.boundary import support_nodes
 from palpate.solid.mesh import write_solid
 from palpate.solid.object_solid import object_solid
 from palpate.solid.surface_check import check_surface
-from palpate.workflow.capture_inputs import read_object
 from palpate.workflow.job import naming, run
+from palpate.workflow.object_inputs import read_object
 
 
 def main(snakemake):

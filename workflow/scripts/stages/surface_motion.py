@@ -15,8 +15,9 @@ from palpate.vision.clouds import read_clouds
 from palpate.vision.flow import uncovered_share
 from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS
-from palpate.workflow.capture_inputs import read_object, read_probe
+from palpate.workflow.capture_inputs import read_probe
 from palpate.workflow.job import naming, run
+from palpate.workflow.object_inputs import read_object
 
 
 def main(snakemake):

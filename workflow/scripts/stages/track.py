@@ -12,8 +12,9 @@ from palpate.surface.recorded import Recorded
 from palpate.surface.series import save_series
 from palpate.surface.tracked import describe, save_tracked
 from palpate.vision.clouds import read_clouds
-from palpate.workflow.capture_inputs import read_object, read_probe
+from palpate.workflow.capture_inputs import read_probe
 from palpate.workflow.job import naming, run
+from palpate.workflow.object_inputs import read_object
 
 
 def main(snakemake):
@@ -26,10 +27,10 @@ def main(snakemake):
     for k, residual in enumerate(tracked.residual_m):
         logging.info("frame %d: residual %.3f mm", k, residual * 1e3)
     output = snakemake.output
-    write_json(output.description, describe(tracked, tracker=tracker, options=options))
     with whole_file(output.series) as series, whole_file(output.tracked) as part:
         save_tracked(part, tracked)
         save_series(series, tracked, time_s=times, tips_m=recorded.tips_m)
+    write_json(output.description, describe(tracked, tracker=tracker, options=options))
 
 
 def recording(inputs, radius_m):

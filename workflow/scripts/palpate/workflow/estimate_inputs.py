@@ -18,8 +18,9 @@ from palpate.solid.indentation import load_indentation
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.alignment import load_alignment
 from palpate.vision.probe import ALONG_STD, MARKER, QUATERNION, TIP, marker_transforms
-from palpate.workflow.capture_inputs import read_object, read_probe
+from palpate.workflow.capture_inputs import read_probe
 from palpate.workflow.job import naming
+from palpate.workflow.object_inputs import read_object
 
 
 def read_indentation(

@@ -22,7 +22,7 @@ from palpate.solid.options import Solid
 from palpate.solid.refine import refine_near
 from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
-from palpate.workflow.capture_inputs import read_declared
+from palpate.workflow.object_inputs import read_declared
 
 from thesis.options import LinearMethod
 

@@ -10,8 +10,8 @@ from palpate.solid.mesh import read_solid
 from palpate.solid.options import Solid
 from palpate.surface.tracked import Tracked
 from palpate.vision.force import FORCE
-from palpate.workflow.capture_inputs import read_declared
 from palpate.workflow.job import naming
+from palpate.workflow.object_inputs import read_declared
 
 
 def read_problem(

@@ -21,7 +21,7 @@ from palpate.vision.camera import camera_from_spec, with_calibration
 from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
-from palpate.workflow.capture_inputs import read_declared
+from palpate.workflow.object_inputs import read_declared
 
 PICTURE_MARGIN = 0.12
 

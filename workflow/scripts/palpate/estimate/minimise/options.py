@@ -1,13 +1,10 @@
 """Options of the error minimisation."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, model_validator
 
 from palpate.config.model import Count, Length, Model, Positive, Ratio, constant, increasing, option
-
-# Within the bounds of the search.
-Searched = Annotated[float, Field(ge=0, le=0.499)]
 
 
 class Load(Model):
@@ -35,12 +32,21 @@ class Minimise(Load):
     iterations: Count = option(100, "at most", ge=1)
     youngs_modulus_bounds_pa: tuple[Positive, Positive] = constant((100.0, 1e8), "of the search")
     poisson_ratio_bounds: tuple[Ratio, Ratio] = constant((0.0, 0.499), "of the search")
-    start_poisson_ratios: tuple[Searched, ...] = option(
+    start_poisson_ratios: tuple[Ratio, ...] = option(
         (0.05, 0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40, 0.45), "tried first", min_length=1
     )
-    profile_poisson_ratios: Annotated[tuple[Searched, ...], AfterValidator(increasing)] = option(
+    profile_poisson_ratios: Annotated[tuple[Ratio, ...], AfterValidator(increasing)] = option(
         (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40, 0.45, 0.475, 0.49, 0.499),
         "of the profile",
         min_length=3,
     )
     patch_m: Length = constant(0.02, "gaps of surface nodes farther apart are taken as independent")
+
+    @model_validator(mode="after")
+    def _within_bounds(self) -> Self:
+        low, high = self.poisson_ratio_bounds
+        for name in ("start_poisson_ratios", "profile_poisson_ratios"):
+            if outside := [nu for nu in getattr(self, name) if not low <= nu <= high]:
+                expected = f"within poisson_ratio_bounds, {low:g} to {high:g}"
+                raise ValueError(f"{name}: expected {expected}, found {outside[0]:g}")
+        return self
