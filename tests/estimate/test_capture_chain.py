@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from palpate.estimate.direct.contact import FORCE_DEVIATIONS
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.motion import SurfaceMotion, no_pictures
 from palpate.estimate.direct.observe import observed_motion, rest_frames
@@ -117,7 +118,7 @@ def plain(direct):
         ({"least_force_share": 0.02}, 0.02 * PEAK_N),
         ({"least_force_share": 0.3}, 0.3 * PEAK_N),
         # What noise alone may be.
-        ({"least_force_share": 1e-6, "force_deviations": 30}, 30 * NOISE_N),
+        ({"least_force_share": 1e-6}, FORCE_DEVIATIONS * NOISE_N),
     ],
 )
 def test_frames_with_force_enough_from_the_touch_to_the_end_of_the_hold(

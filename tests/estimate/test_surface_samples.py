@@ -82,7 +82,7 @@ def test_heights_are_clipped_means():
         far = height + rng.normal(0, 1e-4, 400)
         far[:20] += 0.004
         frames.append(feet([*places, [0.04, 0, 0]], [*far, 0.0]))
-    options = Observation(spacing_m=0.004, fewest_points=2)
+    options = Observation(spacing_m=0.004)
     height, points = cell_heights(samples, frames, options)
     assert height[:, :2] == pytest.approx(np.array([[0.001] * 2, [-0.002] * 2]), abs=3e-5)
     # Twenty outliers of the first are left out; one point alone is not seen.
@@ -133,14 +133,14 @@ def test_samples_that_an_eye_sees_from_the_side():
 
 
 def test_samples_that_the_probe_hides():
-    options = Observation(clear_m=0.02, shaft_clear_m=0.05, fewest_part=0.5)
+    options = Observation(clear_m=0.02, shaft_clear_m=0.05)
     samples = Samples(np.array([[0.01, 0, 0], [0.2, 0.2, 0], [0.0, 0.04, 0]]), np.tile(UP, (3, 1)))
     points = np.array([[10, 10, 10], [10, 10, 10], [10, 4, 10], [10, 10, 10]])
     found = hidden_samples(samples, points, probe(4), np.array([0, 1]), options)
     # Under the probe; away from it, but for a frame with too few; beside the tip, under the shaft.
     assert found[:3].tolist() == [[True, False, True], [True, False, True], [True, True, True]]
     assert found[3].all()
-    near = Observation(clear_m=0.02, shaft_clear_m=0.01, fewest_part=0.5)
+    near = Observation(clear_m=0.02, shaft_clear_m=0.01)
     assert not hidden_samples(samples, points, probe(4), np.array([0, 1]), near)[0, 2]
 
 

@@ -19,8 +19,6 @@ from palpate.vision.stillness import camera_shift
 OPTIONS = {
     "alpha_low": 0.55,
     "alpha_high": 1.25,
-    "opening_px": 3,
-    "closing_px": 7,
     "smallest_blob_px": 100,
 }
 

@@ -20,8 +20,6 @@ OPTIONS = {
     "lowest_m": 0.004,
     "voxel_m": 0.002,
     "normal_neighbours": 30,
-    "outlier_neighbours": 20,
-    "outlier_ratio": 2.0,
     "cluster_gap_m": 0.01,
 }
 REACH = Reach(np.array([-0.05, 0, 0.7]), 0.2, 0.2)

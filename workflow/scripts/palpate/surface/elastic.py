@@ -19,6 +19,8 @@ from palpate.surface.template import Template
 # Held nodes, and nodes that touch, against the mean diagonal of the elastic stiffness.
 HOLDING, TOUCHING = 1e6, 1e3
 STEPS = 40
+# Deviations from which on a distance counts by its size.
+HUBER = 1.5
 # After so many steps points keep their places on the surface, or some change them for ever.
 PAIRINGS = 8
 CONVERGED_M = 3e-5
@@ -208,7 +210,7 @@ class ElasticTracker:
     def costs(self, pairs: Correspondences, place_m: NDArray, reach_m: float) -> NDArray:
         """Huber's function of each point within a reach of a place [m], shape (k,)."""
         near = np.linalg.norm(pairs.rest_m - place_m, axis=1) < reach_m
-        size, k = np.abs(pairs.distance_m[near]) / self.sigma, self.options.huber
+        size, k = np.abs(pairs.distance_m[near]) / self.sigma, HUBER
         return np.where(size < k, 0.5 * size**2, k * (size - 0.5 * k))
 
     def _step(self, x: NDArray, carried: Carried, obstacles: list, weight: float) -> tuple:
@@ -250,7 +252,7 @@ class ElasticTracker:
         triangle, w, n = carried.triangle, carried.weights, carried.pairs.normals
         distance = self._distances(carried, x)
         size = np.maximum(np.abs(distance), SMALLEST_NOISE_M)
-        strength = np.minimum(1, self.options.huber * self.sigma / size)
+        strength = np.minimum(1, HUBER * self.sigma / size)
         strength /= weight * self.sigma**2
         outer = (n[:, :, None] * n[:, None, :]).reshape(-1, 9)
         for i in range(3):

@@ -89,8 +89,8 @@ class ElasticTracking(Model):
 
     Examples
     --------
-    >>> ElasticTracking(poisson_ratio=0.4).huber
-    1.5
+    >>> ElasticTracking(poisson_ratio=0.4).solid_growth
+    0.45
     """
 
     kind: Literal["elastic"] = option("elastic", "registration by elasticity")
@@ -103,7 +103,6 @@ class ElasticTracking(Model):
     )
     largest_distance_m: Positive = constant(0.012, "of points that count")
     largest_normal_deg: float = constant(60, "of points that count", gt=0, le=180)
-    huber: Positive = constant(1.5, "deviations from which on a distance counts by its size")
     misfit_reach_m: Positive = constant(0.040, "points within it of the contact tell the weight")
     points: bool = option(True, "false: contact, support and prior alone")
 

@@ -25,6 +25,9 @@ from palpate.vision.support_plane import SAMPLES, fit_support_plane, height_abov
 # So far may the object lie beside where template and tip put it (a hand misses the declared point
 # by 10 mm, a press from the side goes as deep), and above it (noise, and the table's) [m].
 BESIDE_M, ABOVE_M = 0.020, 0.010
+# A point is dropped whose mean distance to so many neighbours exceeds the mean by so many standard
+# deviations.
+OUTLIER_NEIGHBOURS, OUTLIER_RATIO = 20, 2.0
 # The points nearest to the tip tell which piece is the object: some 4 cm2.
 AT_TIP = 100
 # Of the object's foot, what may lie beyond its reach: noise.
@@ -140,8 +143,6 @@ def object_cloud(
     lowest_m: float,
     voxel_m: float,
     normal_neighbours: int,
-    outlier_neighbours: int,
-    outlier_ratio: float,
     cluster_gap_m: float,
 ) -> Cloud:
     """Keep of a frame's points what belongs to the object, thinned and with normals.
@@ -167,9 +168,6 @@ def object_cloud(
         Spacing of the thinned cloud [m].
     normal_neighbours : int
         Points in a fitted plane (Eq. 4.4-4.6).
-    outlier_neighbours, outlier_ratio : int, float
-        A point whose mean distance to that many neighbours exceeds the mean by that many standard
-        deviations is dropped.
     cluster_gap_m : float
         Of pieces farther apart than this the one at the tip is kept [m].
 
@@ -190,7 +188,7 @@ def object_cloud(
         raise ValueError(f"cloud: expected points of the object, found {len(kept)}")
     cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(kept))
     cloud = cloud.voxel_down_sample(voxel_m)
-    cloud, _ = cloud.remove_statistical_outlier(outlier_neighbours, outlier_ratio)
+    cloud, _ = cloud.remove_statistical_outlier(OUTLIER_NEIGHBOURS, OUTLIER_RATIO)
     cloud = cloud.select_by_index(_piece_at(reach.tip_m, cloud, cluster_gap_m))
     low = seen[height_above(plane, seen) < reach.height_m / 2]
     _check_end(np.asarray(cloud.points), low, plane, reach, cluster_gap_m)

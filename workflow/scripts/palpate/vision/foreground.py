@@ -22,6 +22,8 @@ from palpate.vision.stillness import camera_shift
 
 # Pixels classified at a time: their float arrays fit into a core's second-level cache.
 MOST_FOREGROUND = 0.8
+# Diameters of the morphological opening and closing of a mask [px].
+OPENING_PX, CLOSING_PX = 3, 7
 # For so many frames, of which most are off, a camera moved.
 STAYS = 5
 # Deviations of a median of frames that shake, and what such a one is, as multiple of a mean's.
@@ -44,8 +46,6 @@ class Classifier:
     model : BackgroundModel
     alpha_low, alpha_high : float
         Bounds of the brightness of shadows and highlights, as parts of the background's.
-    opening_px, closing_px : int
-        Diameters of the morphological opening and closing [px].
     smallest_blob_px : int
         Smaller blobs are dropped, and smaller holes filled [px].
     """
@@ -56,12 +56,10 @@ class Classifier:
         *,
         alpha_low: float,
         alpha_high: float,
-        opening_px: int,
-        closing_px: int,
         smallest_blob_px: int,
     ) -> None:
         self.model, self.smallest_blob_px = model, smallest_blob_px
-        self.opening, self.closing = _disc(opening_px), _disc(closing_px)
+        self.opening, self.closing = _disc(OPENING_PX), _disc(CLOSING_PX)
         noise = model.brightness_threshold * model.brightness_rms
         grey = model.mean.shape[2] == 1
         self._low = (1 - (noise if grey else np.maximum(1 - alpha_low, noise))).ravel()
@@ -206,8 +204,6 @@ def masks_of(
         model,
         alpha_low=options.alpha_low,
         alpha_high=options.alpha_high,
-        opening_px=options.opening_px,
-        closing_px=options.closing_px,
         smallest_blob_px=options.smallest_blob_px,
     )
     shifts_px = []

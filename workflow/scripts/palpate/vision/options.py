@@ -13,8 +13,6 @@ class Background(Model):
     )
     alpha_low: float = option(0.55, "darkest shadow, as part of the background's level", gt=0, lt=1)
     alpha_high: float = option(1.25, "brightest highlight, as part of it", gt=1)
-    opening_px: int = constant(3, "opening of the mask", ge=1, le=301)
-    closing_px: int = constant(7, "closing of the mask", ge=1, le=301)
     smallest_blob_px: Count = option(400, "smaller pieces are no object", ge=1)
     largest_shift_px: Positive = option(0.5, "of the camera between background and capture")
 
@@ -67,8 +65,6 @@ class Clouds(Model):
     lowest_m: Length = option(0.004, "above the table; lower points are the table's")
     voxel_m: Length = option(0.002, "one point in each")
     normal_neighbours: int = constant(30, "points that a normal is fitted to", ge=3, le=1000)
-    outlier_neighbours: int = constant(20, "points that an outlier is held to", ge=1, le=1000)
-    outlier_ratio: Positive = constant(2.0, "their distance over the mean, in deviations")
     cluster_gap_m: Length = option(
         0.010, "of pieces farther apart the one at the tip is the object"
     )

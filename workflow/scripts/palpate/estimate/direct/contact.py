@@ -10,6 +10,8 @@ from palpate.estimate.hertz.range import FROM_MEDIAN, force_onset
 from palpate.estimate.hertz.record import FEWEST_AT_REST, hold_end
 from palpate.solid.smooth_surface import SmoothSurface
 
+# Of the force at rest, that the force of a frame must exceed.
+FORCE_DEVIATIONS = 6
 # A sphere is led to the surface from so far outside [m], until it is as near as this.
 OUTSIDE_M, TOUCHING_M, MARCHES = 0.08, 1e-7, 200
 # Still so far from it after all those steps, it was never led there.
@@ -188,7 +190,7 @@ def least_force(force_n: NDArray, rest: NDArray, options: Fit) -> float:
     """
     early = force_n[rest]
     noise = FROM_MEDIAN * float(np.median(np.abs(early - np.median(early))))
-    return max(options.force_deviations * noise, options.least_force_share * force_n.max())
+    return max(FORCE_DEVIATIONS * noise, options.least_force_share * force_n.max())
 
 
 def depth_along(

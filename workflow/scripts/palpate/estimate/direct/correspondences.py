@@ -15,8 +15,10 @@ from palpate.estimate.direct.samples import Samples
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 
-# Length of a probe above its tip [m].
-SHAFT_M = 0.25
+# Length of a probe above its tip, and where on it the handle begins [m].
+SHAFT_M, SHAFT_FROM_M = 0.25, 0.05
+# A sample with less than this part of its mean count of points was not seen.
+FEWEST_PART = 0.5
 
 
 @dataclass(frozen=True)
@@ -165,12 +167,12 @@ def hidden_samples(
     passed = passed_by_probe(samples.cell_m, probe, options)
     counted = np.where(passed, np.nan, points)[rest_frames]
     usual = np.nansum(counted, axis=0) / np.maximum(np.isfinite(counted).sum(axis=0), 1)
-    return passed | (points < options.fewest_part * usual)
+    return passed | (points < FEWEST_PART * usual)
 
 
 def passed_by_probe(cell_m: NDArray, probe: ProbeInView, options: Observation) -> NDArray:
     """Which samples the probe hides or comes too near in each of its frames, (f, c)."""
-    lower, upper = (0.0, options.shaft_from_m), (options.shaft_from_m, SHAFT_M)
+    lower, upper = (0.0, SHAFT_FROM_M), (SHAFT_FROM_M, SHAFT_M)
     # A probe that was not found is nowhere clear.
     return np.array(
         [

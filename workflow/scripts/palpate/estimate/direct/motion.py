@@ -28,6 +28,10 @@ from palpate.surface.template import Template
 
 # A sample's own few frames at rest, against the deviation of all samples: worth so many frames.
 POOLED_FRAMES = 6.0
+# A sample is seen in so many frames at rest or more.
+FEWEST_AT_REST = 3
+# The camera must see some of the surface this near to the contact [m].
+NEAR_M = 0.04
 # More frames at rest than these do not tell better where samples are.
 MOST_AT_REST = 120
 # The surface counts as pressed in frames in which it moved at least this part of the farthest.
@@ -216,7 +220,7 @@ def surface_motion(
     at_rest = {
         k: frame_closest(surface, alignment, clouds[k], options) for k in frames[:MOST_AT_REST]
     }
-    _require_seen(at_rest[frames[0]], alignment, options)
+    _require_seen(at_rest[frames[0]], alignment)
     found = samples_of(
         list(at_rest.values()), alignment.contact_point_m, spacing_m=options.spacing_m
     )
@@ -227,9 +231,9 @@ def surface_motion(
     )
     height, points = cell_heights(samples, every, options)
     height[hidden_samples(samples, points, probe, frames, options)] = np.nan
-    seen = np.isfinite(height[frames]).sum(axis=0) >= options.fewest_rest_frames
+    seen = np.isfinite(height[frames]).sum(axis=0) >= FEWEST_AT_REST
     if not seen.any():
-        expected = f"samples seen in {options.fewest_rest_frames} frames at rest"
+        expected = f"samples seen in {FEWEST_AT_REST} frames at rest"
         raise ValueError(f"clouds: expected {expected}, found none")
     samples = Samples(samples.cell_m[seen], samples.normal[seen])
     return _motion(samples, height[:, seen], points[:, seen], frames, alignment.contact_point_m)
@@ -311,11 +315,11 @@ def _pressed(samples: Samples, moved: NDArray, contact_m: NDArray) -> NDArray:
     return np.flatnonzero(way >= PRESSED_PART * way.max())
 
 
-def _require_seen(closest: ClosestAtRest, alignment: Alignment, options: Observation) -> None:
+def _require_seen(closest: ClosestAtRest, alignment: Alignment) -> None:
     """Refuse a capture whose camera does not see the surface around the contact."""
     offset = np.linalg.norm(closest.closest_m - alignment.contact_point_m, axis=1)
-    if not (offset < options.near_m).any():
+    if not (offset < NEAR_M).any():
         raise ValueError(
-            f"clouds: expected the surface within {options.near_m:g} m of the contact in view,"
+            f"clouds: expected the surface within {NEAR_M:g} m of the contact in view,"
             " found none of it (object larger than the view?)"
         )

@@ -14,6 +14,9 @@ from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_camera
 from palpate.surface.template import Template
 
+# Of a stereo head, so many windows beside the tip hold both tip and surface.
+CLEAR_WINDOWS = 1.3
+
 
 def rest_frames(
     template: Template,
@@ -85,7 +88,7 @@ def observed_motion(
         sensor,
         float(np.linalg.norm(contact)),
         radius_m=radius_m,
-        windows=options.clear_windows,
+        windows=CLEAR_WINDOWS,
         otherwise_m=options.clear_m,
     )
     view = probe_in_view(alignment, *probe, eyes_m=eyes_of(sensor))

@@ -5,7 +5,6 @@ from typing import Annotated
 from pydantic import AfterValidator, Field
 
 from palpate.config.model import (
-    Count,
     Length,
     Model,
     NotNegative,
@@ -36,27 +35,11 @@ class Observation(Model):
     clear_m: NotNegative = option(
         0.018, "of lines of sight from the probe's axis: windows hold both nearer by"
     )
-    clear_windows: NotNegative = constant(
-        1.3, "of a stereo head: so many windows beside the tip, instead"
-    )
     shaft_clear_m: NotNegative = constant(0.045, "the same beside the handle")
-    shaft_from_m: NotNegative = constant(0.05, "above the tip, where the handle begins")
-    fewest_points: Positive = constant(2, "of a sample in a frame; with fewer it was not seen")
-    fewest_part: NotNegative = constant(0.5, "nor with less than this part of its mean count")
-    fewest_rest_frames: Count = constant(3, "in which a sample is seen", ge=2)
     pictures: bool = option(
         False,
         "surface displacements across the lines of sight, seen in the pictures, are compared too:"
         " intervals may be too narrow; not where the reference camera sees a projector's pattern",
-    )
-    flow_window_m: Positive = constant(
-        0.014, "of the surface, side of the windows that are followed in the picture"
-    )
-    largest_flow_std_px: Positive = constant(
-        0.25, "of them at rest: with more the surface has no texture there"
-    )
-    near_m: Positive = constant(
-        0.04, "the camera must see some of the surface this near to the contact"
     )
 
 
@@ -91,7 +74,6 @@ class Fit(Model):
     least_force_share: float = constant(
         0.05, "of the peak: frames with less are not compared", gt=0, lt=1
     )
-    force_deviations: Positive = constant(6, "of the force at rest, that it must exceed")
     nearest_radii: NotNegative = constant(
         1.5, "samples nearer to the contact, in contact radii and metres, are left out"
     )

@@ -14,13 +14,17 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from palpate.estimate.direct.correspondences import ProbeInView, passed_by_probe
-from palpate.estimate.direct.motion import CLEAR_M, SurfaceMotion, noise_variance
+from palpate.estimate.direct.motion import CLEAR_M, FEWEST_AT_REST, SurfaceMotion, noise_variance
 from palpate.estimate.direct.options import Observation
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_camera
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.flow import picture_flow
 
+# Side of the windows of the surface that are followed in the pictures [m].
+FLOW_WINDOW_M = 0.014
+# A window that wanders at rest by more has no texture [px].
+LARGEST_STD_PX = 0.25
 # Windows have an odd number of pixels, enough to hold some texture, and no more than is of use.
 NARROWEST_PX, WIDEST_PX = 13, 41
 # By which places are moved to see how their pictures do [m].
@@ -83,7 +87,7 @@ def with_pictures(
     places = to_camera(alignment.camera_from_object, seen_at)
     slopes = _slopes(places, alignment, pictures.camera)
     px_per_m = np.linalg.norm(slopes, axis=2)
-    window_px = _window_px(places, pictures.camera, options)
+    window_px = _window_px(places, pictures.camera)
     flow = picture_flow(
         pictures.images,
         motion.rest_frames,
@@ -94,7 +98,7 @@ def with_pictures(
     moved = np.moveaxis(flow, 2, 1) / px_per_m
     hidden = passed_by_probe(motion.cell_m, probe, options) | ~np.isfinite(motion.moved_m)
     moved[np.broadcast_to(hidden[:, None], moved.shape)] = np.nan
-    seen = np.isfinite(moved[motion.rest_frames]).sum(axis=0) >= options.fewest_rest_frames
+    seen = np.isfinite(moved[motion.rest_frames]).sum(axis=0) >= FEWEST_AT_REST
     moved[:, ~seen] = np.nan
     std, rest_std = np.full((2, *seen.shape), np.nan)
     for axis, there in enumerate(seen):
@@ -105,9 +109,9 @@ def with_pictures(
         std[axis, there], rest_std[axis, there] = np.sqrt(variance), np.sqrt(variance / own)
     # What has no texture is followed to anywhere; without any noise a picture was repeated.
     std_px = std * px_per_m
-    vague = ~((std_px > REPEATED_PX) & (std_px < options.largest_flow_std_px)).all(axis=0)
+    vague = ~((std_px > REPEATED_PX) & (std_px < LARGEST_STD_PX)).all(axis=0)
     moved[:, :, vague] = np.nan
-    moved[:, :, _disturbed(moved, motion, probe, options)] = np.nan
+    moved[:, :, _disturbed(moved, motion, probe)] = np.nan
     # Steps along the surface that move a place along one axis of the picture alone.
     steps = np.linalg.pinv(np.stack([*slopes, motion.normal], axis=1))[:, :, :2]
     return replace(
@@ -120,9 +124,7 @@ def with_pictures(
     )
 
 
-def _disturbed(
-    moved_m: NDArray, motion: SurfaceMotion, probe: ProbeInView, options: Observation
-) -> NDArray:
+def _disturbed(moved_m: NDArray, motion: SurfaceMotion, probe: ProbeInView) -> NDArray:
     """Samples (c,) in whose windows something goes with the probe before it touches."""
     rest, tips = moved_m[motion.rest_frames], probe.tip_m[motion.rest_frames]
     way = np.linalg.norm(tips - tips[-1], axis=1)[:, None, None]
@@ -141,7 +143,7 @@ def _disturbed(
     if not follows.any():
         return follows
     apart, _ = cKDTree(motion.cell_m[follows]).query(motion.cell_m)
-    return apart <= options.flow_window_m / 2
+    return apart <= FLOW_WINDOW_M / 2
 
 
 def _less_mean(values: NDArray) -> NDArray:
@@ -169,7 +171,7 @@ def _slopes(places_m: NDArray, alignment: Alignment, camera: PinholeCamera) -> N
     return slopes.swapaxes(0, 1) @ alignment.camera_from_object[:3, :3]
 
 
-def _window_px(places_m: NDArray, camera: PinholeCamera, options: Observation) -> int:
+def _window_px(places_m: NDArray, camera: PinholeCamera) -> int:
     """Side of a window on the surface, in whole pixels."""
-    wide = options.flow_window_m * camera.fx_px / float(np.median(places_m[:, 2]))
+    wide = FLOW_WINDOW_M * camera.fx_px / float(np.median(places_m[:, 2]))
     return int(np.clip(2 * round((wide - 1) / 2) + 1, NARROWEST_PX, WIDEST_PX))

@@ -11,6 +11,8 @@ from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, Samples
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 
+# A sample with fewer points in a frame was not seen there.
+FEWEST_POINTS = 2
 # Points of a sample farther from its median than so many deviations, and what a pressed surface may
 # slope in it, are left out.
 CLIP, SLOPE = 3.0, 0.05
@@ -69,7 +71,7 @@ def cell_heights(
         kept = rest[k] <= limit
         points[k] = np.bincount(number[kept], minlength=count)
         sums = np.bincount(number[kept], far[kept], count)
-        seen = points[k] >= options.fewest_points
+        seen = points[k] >= FEWEST_POINTS
         height[k, seen] = sums[seen] / points[k, seen]
     return height, points
 
