@@ -1,9 +1,11 @@
 """What the tests share."""
 
+import logging
 from pathlib import Path
 
 import pytest
 import yaml
+from stage_runs import stage_runner
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -23,6 +25,16 @@ def sensors():
 @pytest.fixture(scope="session")
 def probe():
     return yaml.safe_load((ROOT / "config/probes/nano25_sphere.yaml").read_text())
+
+
+@pytest.fixture
+def stage(tmp_path, capfd):
+    """Run a stage's script; scripts take the root logger over, whose streams are closed after."""
+    logger = logging.getLogger()
+    kept, level = logger.handlers[:], logger.level
+    yield stage_runner(tmp_path, capfd)
+    logger.handlers[:] = kept
+    logger.setLevel(level)
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,6 @@
 """What the tests that run scripts, or Snakemake itself, share."""
 
 import fcntl
-import logging
 import shutil
 
 import pytest
@@ -31,13 +30,3 @@ def _run_sample(root, folder):
     shutil.copytree(root / "tests/sample/raw", folder / "tests/sample/raw", dirs_exist_ok=True)
     done = snakemake(folder, *SAMPLE)
     assert done.returncode == 0, done.stderr[-3000:]
-
-
-@pytest.fixture(autouse=True)
-def handlers():
-    """Scripts take the root logger over; its handlers' streams are closed afterwards."""
-    logger = logging.getLogger()
-    kept, level = logger.handlers[:], logger.level
-    yield
-    logger.handlers[:] = kept
-    logger.setLevel(level)

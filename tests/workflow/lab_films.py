@@ -19,13 +19,3 @@ def lab_film(root, folder, sensor, probe, **changed):
     bench = bare_bench(common, name=folder.name)
     rig = make_rig(common, device_of(common, {}, sensor), options["camera"], bench)
     return RECORDERS[folder.name](folder, rig, common, options, probe, seed=[1])
-
-
-class Named(dict):
-    """Items by name, as Snakemake gives them."""
-
-    def __getattr__(self, name):
-        return self[name]
-
-    def __iter__(self):
-        return iter(self.values())

@@ -1,9 +1,7 @@
 """What a script ends with over input that it can't use: one line that names file and field."""
 
 import json
-import runpy
 import shutil
-from types import SimpleNamespace
 
 import meshio
 import numpy as np
@@ -19,7 +17,6 @@ from palpate.workflow.job import naming
 from palpate.workflow.start import environment
 from settings import full
 from skfem import MeshTet
-from stand_in import Named
 
 SIZE = 0.1
 RADIUS = 0.00622
@@ -29,29 +26,12 @@ SUPPORT = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m":
 
 
 @pytest.fixture
-def run(root, tmp_path, capfd):
-    """Run a script in vain and give the line that it ends with."""
+def run(stage):
+    """Run a stage in vain and give the line that it ends with."""
 
-    def refused(script, *, inputs, outputs, params=None, wildcards=None):
-        made = tmp_path / "made"
-        job = SimpleNamespace(
-            rule=script,
-            wildcards=Named(**wildcards or {}),
-            log=tmp_path / "log.txt",
-            input=Named(**{name: str(path) if path else [] for name, path in inputs.items()}),
-            output=Named(**{name: str(made / name) for name in outputs}),
-            params=Named(**params or {}),
-        )
-        path = root / f"workflow/scripts/stages/{script}.py"
-        with pytest.raises(SystemExit) as end:
-            runpy.run_path(str(path), init_globals={"snakemake": job})
-        assert end.value.code == 1
-        assert not made.exists() or not list(made.iterdir())
-        shown = capfd.readouterr()
-        assert shown.out == ""
-        (line,) = shown.err.splitlines()
-        assert line.startswith(f"error: {script}")
-        assert line in (tmp_path / "log.txt").read_text()
+    def refused(script, *, outputs, **job):
+        line = stage(script, outputs={name: f"made_{name}" for name in outputs}, **job)
+        assert line
         return line
 
     return refused

@@ -1,8 +1,7 @@
 """What alignment and tracking end with over input that does not fit: one line, nothing written."""
 
 import json
-import runpy
-from types import SimpleNamespace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -19,7 +18,6 @@ from palpate.vision.foreground import save_masks
 from palpate.vision.probe import AXIS
 from settings import full
 from skfem import MeshTet
-from stand_in import Named
 from trimesh.sample import sample_surface
 
 RADIUS = 0.00622
@@ -112,36 +110,10 @@ class Files:
 
 
 @pytest.fixture
-def execute(root, tmp_path, capfd):
-    """Run a script; give the line that it ends with, or None where it ends well."""
-
-    def executed(script, *, inputs, outputs, params):
-        made = tmp_path / "made"
-        job = SimpleNamespace(
-            rule=script,
-            wildcards=Named(object="hill", sensor="kinect", capture="01", tracker="study"),
-            log=tmp_path / "log.txt",
-            input=Named(**{name: str(path) for name, path in inputs.items()}),
-            output=Named(**{name: str(made / file) for name, file in outputs.items()}),
-            params=Named(**params),
-        )
-        path = str(root / f"workflow/scripts/stages/{script}.py")
-        try:
-            runpy.run_path(path, init_globals={"snakemake": job})
-        except SystemExit as end:
-            assert end.code == 1
-        shown = capfd.readouterr()
-        assert shown.out == ""
-        written = sorted(p.name for p in made.iterdir()) if made.exists() else []
-        if not shown.err:
-            assert written == sorted(outputs.values())
-            return None
-        assert not written
-        (line,) = shown.err.splitlines()
-        assert line.startswith(f"error: {script}")
-        return line
-
-    return executed
+def execute(stage):
+    """Run a stage of a capture."""
+    wildcards = {"object": "hill", "sensor": "kinect", "capture": "01", "tracker": "study"}
+    return partial(stage, wildcards=wildcards)
 
 
 @pytest.fixture
@@ -154,7 +126,7 @@ def align(execute, files, root):
         return execute(
             "align",
             inputs={name: files.folder / file for name, file in inputs.items()},
-            outputs={"alignment": "alignment.json"},
+            outputs={"alignment": "made.json"},
             params={
                 "probe": {"indenter": {"radius_m": RADIUS}},
                 "options": config["tracking"]["alignment"],
@@ -192,7 +164,7 @@ def track(execute, files, root):
 
 def test_what_fits_is_aligned_and_tracked(files, align, track):
     assert align() is None
-    made = files.folder / "made/alignment.json"
+    made = files.folder / "made.json"
     found = np.array(json.loads(made.read_text())["camera_from_object"])
     assert np.abs(found - POSE).max() < 4e-3
     made.unlink()
@@ -445,7 +417,7 @@ def test_frames_without_foreground(files, execute, sensors, frames):
     line = execute(
         "clouds",
         inputs=inputs,
-        outputs={"clouds": "clouds.npz"},
+        outputs={"clouds": "made.npz"},
         params={"sensor": sensors["kinect"], "probe": {}, "frames": None, "options": {}},
     )
     expected = f"frame {frames[0]}: mask: expected foreground, found none ({len(frames)} such"
@@ -455,7 +427,7 @@ def test_frames_without_foreground(files, execute, sensors, frames):
     line = execute(
         "clouds",
         inputs=inputs,
-        outputs={"clouds": "clouds.npz"},
+        outputs={"clouds": "made.npz"},
         params={"sensor": sensors["kinect"], "probe": {}, "frames": None, "options": {}},
     )
     assert f"{files.folder}/mask.npz: mask: expected 4 frames, found 3" in line
@@ -468,7 +440,7 @@ def made_clouds(files, execute, sensors):
         return execute(
             "clouds",
             inputs={"plane": files.folder / "plane.json"},
-            outputs={"clouds": "clouds.npz"},
+            outputs={"clouds": "made.npz"},
             params={"sensor": sensors["kinect"]},
         )
 
@@ -550,11 +522,11 @@ def test_eyes_are_where_the_calibration_has_them(files, execute, root, sensors):
         with_sensor = params | {"sensor": spec}
         line = execute("surface_motion", inputs=inputs | more, outputs=output, params=with_sensor)
         assert line is None
-        made.append((files.folder / "made/motion.npz").read_bytes())
+        made.append((files.folder / "motion.npz").read_bytes())
     assert made[1] != made[0]
     assert made[2] == made[0]
-    ways = [load_motion(files.folder / "made/motion.npz").across_m.shape[1]]
+    ways = [load_motion(files.folder / "motion.npz").across_m.shape[1]]
     with_sensor["options"] |= {"pictures": False}
     assert execute("surface_motion", inputs=inputs, outputs=output, params=with_sensor) is None
-    ways.append(load_motion(files.folder / "made/motion.npz").across_m.shape[1])
+    ways.append(load_motion(files.folder / "motion.npz").across_m.shape[1])
     assert ways == [2, 0]

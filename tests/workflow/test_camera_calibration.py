@@ -1,8 +1,6 @@
 """The stage that calibrates two cameras, on real pairs of pictures."""
 
 import json
-import runpy
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -15,18 +13,8 @@ SIDES = ("left", "right")
 BOARD = "columns,rows,square_m\n{},0.03\n"
 
 
-class Named(dict):
-    """Items by name, as Snakemake gives them."""
-
-    def __getattr__(self, name):
-        return self[name]
-
-    def __iter__(self):
-        return iter(self.values())
-
-
 @pytest.fixture
-def calibrate(root, tmp_path, capfd):
+def calibrate(root, stage, tmp_path):
     """Run the stage on eight real pairs; give calibration.json, or the line that it ends with."""
 
     def calibrated(streams, board="9,6"):
@@ -43,20 +31,8 @@ def calibrate(root, tmp_path, capfd):
                 write_image(folder / name, grey, "mono8")
         pd.DataFrame(rows).to_csv(folder / "frames.csv", index=False)
         (folder / "board.csv").write_text(BOARD.format(board))
-        job = SimpleNamespace(
-            rule="camera_calibration",
-            wildcards={"sensor": "head"},
-            log=tmp_path / "log.txt",
-            input=Named(pairs=str(folder)),
-            output=Named(calibration=str(made)),
-            params=Named(),
-        )
-        path = str(root / "workflow/scripts/stages/camera_calibration.py")
-        try:
-            runpy.run_path(path, init_globals={"snakemake": job})
-        except SystemExit:
-            return capfd.readouterr().err
-        return json.loads(made.read_text())
+        files = {"inputs": {"pairs": folder}, "outputs": {"calibration": made.name}}
+        return stage("camera_calibration", **files) or json.loads(made.read_text())
 
     return calibrated
 

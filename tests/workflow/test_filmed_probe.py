@@ -1,17 +1,15 @@
 """Load and stiffness of a probe that the lab knows, by films: the commands and the stages."""
 
 import json
-import runpy
 import shutil
 from itertools import product
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from lab_films import Named, lab_film
+from lab_films import lab_film
 from palpate.__main__ import main
 from palpate.capture.calibrations import asked
 from palpate.capture.experiments import check_experiment
@@ -156,28 +154,18 @@ def test_a_capture_of_foam(root, ran, tmp_path):
 
 
 @pytest.fixture
-def staged(root, sensor, probe, tmp_path, capfd):
+def staged(stage, sensor, probe, tmp_path):
     """Run the stage of a film; gives the path of its result, or the line that it ends with."""
 
     def run(folder, of=probe):
-        part = folder.name
-        made = tmp_path / f"{part}.json"
-        job = SimpleNamespace(
-            rule=part,
-            wildcards={"sensor": "bumblebee"},
-            log=tmp_path / "log.txt",
-            input=Named(film=str(folder)),
-            output=Named(fields=str(made)),
-            params=Named(
-                part=part, sensor=sensor, probe=of, options={}, plane={}, force={}, seed=1
-            ),
+        made = tmp_path / f"{folder.name}.json"
+        params = {"part": folder.name, "sensor": sensor, "probe": of, "options": {}, "plane": {}}
+        params |= {"force": {}, "seed": 1}
+        outputs = {"fields": made.name}
+        return (
+            stage("probe_calibration", inputs={"film": folder}, outputs=outputs, params=params)
+            or made
         )
-        path = str(root / "workflow/scripts/stages/probe_calibration.py")
-        try:
-            runpy.run_path(path, init_globals={"snakemake": job})
-        except SystemExit:
-            return capfd.readouterr().err
-        return made
 
     return run
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from palpate.workflow.job import OWNER, run
-from stand_in import Named
+from stage_runs import Named
 
 # Stands for the run's Snakemake: starts a job, through a shell or not, and waits.
 START = """

@@ -1,13 +1,10 @@
 """The stage that finds the tip, on a film that the lab made."""
 
 import json
-import runpy
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
-from lab_films import Named
 from palpate.capture.experiments import check_experiment
 from palpate.capture.tables import read_frames, write_frames
 from virtual_lab.device import device_of
@@ -57,25 +54,14 @@ def filmed(film):
 
 
 @pytest.fixture
-def found(root, sensor, probe, tmp_path, capfd):
+def found(stage, sensor, probe, tmp_path):
     """Run the stage; give tip.json, or the line that it ends with."""
 
     def run(folder, of=probe):
-        made = tmp_path / "tip.json"
-        job = SimpleNamespace(
-            rule="tip",
-            wildcards={"sensor": "bumblebee"},
-            log=tmp_path / "log.txt",
-            input=Named(film=str(folder)),
-            output=Named(fields=str(made)),
-            params=Named(part="tip", sensor=sensor, probe=of, options={}),
-        )
-        path = str(root / "workflow/scripts/stages/probe_calibration.py")
-        try:
-            runpy.run_path(path, init_globals={"snakemake": job})
-        except SystemExit:
-            return capfd.readouterr().err
-        return json.loads(made.read_text())
+        params = {"part": "tip", "sensor": sensor, "probe": of, "options": {}}
+        files = {"inputs": {"film": folder}, "outputs": {"fields": "tip.json"}}
+        line = stage("probe_calibration", **files, params=params)
+        return line or json.loads((tmp_path / "tip.json").read_text())
 
     return run
 
