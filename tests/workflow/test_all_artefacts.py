@@ -1,17 +1,12 @@
 """Every table and figure of the study has a rule of its own, and a plain run makes it."""
 
 import csv
-import os
 import shutil
-import subprocess
-import sys
 
 import pytest
+from sample_run import LEFT_BEHIND, snakemake
 
 pytestmark = pytest.mark.workflow
-LEFT_BEHIND = shutil.ignore_patterns(
-    ".git", ".venv", "results", "raw", ".snakemake", "__pycache__", ".*_cache"
-)
 FILES = {"table": "results/tables/{}.csv", "figure": "results/figures/{}.png"}
 
 
@@ -26,15 +21,7 @@ def made_by(root, tmp_path_factory):
     """Rule of each file that a run of the study's default configuration makes."""
     folder = tmp_path_factory.mktemp("palpate") / "main"
     shutil.copytree(root, folder, ignore=LEFT_BEHIND)
-    command = [sys.executable, "-m", "snakemake", "--profile", "workflow/profiles/default"]
-    done = subprocess.run(
-        [*command, "--summary"],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"},
-    )
+    done = snakemake(folder, "--summary")
     assert done.returncode == 0, done.stderr[-3000:]
     rows = list(csv.DictReader(done.stdout.splitlines(), delimiter="\t"))
     return {row["output_file"]: row["rule"] for row in rows}

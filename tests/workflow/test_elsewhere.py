@@ -7,11 +7,16 @@ import subprocess
 import sys
 
 import pytest
+import sample_run
 
 pytestmark = pytest.mark.workflow
-LEFT_BEHIND = shutil.ignore_patterns(
-    ".git", ".venv", "results", "raw", ".snakemake", "__pycache__", ".*_cache", "tests"
-)
+
+
+def left_behind(folder, names):
+    """As of other copies, and the tests."""
+    return {*sample_run.LEFT_BEHIND(folder, names), *({"tests"} & set(names))}
+
+
 MODULE = """
 configfile: "config.yaml"
 
@@ -54,7 +59,7 @@ def test_as_a_module(root, elsewhere):
 
 def test_as_a_module_of_a_repository(root, elsewhere, tmp_path):
     """As snakedeploy names it: there is no folder of the project, but a commit."""
-    copy = shutil.copytree(root, tmp_path / "palpate", ignore=LEFT_BEHIND)
+    copy = shutil.copytree(root, tmp_path / "palpate", ignore=left_behind)
     git = ["git", "-C", str(copy), "-c", "user.name=lab", "-c", "user.email=lab@example.org"]
     for command in (["init", "-q"], ["add", "-A"], ["commit", "-q", "-m", "All"]):
         subprocess.run([*git, *command], check=True)
@@ -64,19 +69,6 @@ def test_as_a_module_of_a_repository(root, elsewhere, tmp_path):
     done = snakemake(elsewhere, "--cores", "1", "--", PLANE)
     assert done.returncode == 0, done.stderr[-3000:]
     assert json.loads((elsewhere / PLANE).read_text())["offset_m"] > 0
-
-
-def test_in_another_directory(root, elsewhere, tmp_path):
-    copy = shutil.copytree(root, tmp_path / "palpate", ignore=LEFT_BEHIND)
-    (elsewhere / "run.yaml").write_text(CONFIG)
-    done = snakemake(
-        copy,
-        *("--directory", str(elsewhere), "--cores", "1"),
-        *("--configfile", str(elsewhere / "run.yaml"), "--", PLANE),
-    )
-    assert done.returncode == 0, done.stderr[-3000:]
-    assert (elsewhere / PLANE).is_file()
-    assert not (copy / "results").exists()
 
 
 def test_in_another_directory_with_devices_of_its_own(root, tmp_path):
@@ -113,7 +105,7 @@ def test_as_the_catalog_tries_it(root, tmp_path):
 def test_as_a_package(root, tmp_path):
     """Built as pip builds it, and used from a folder where there is nothing else."""
     built, source = tmp_path / "built", tmp_path / "source"
-    shutil.copytree(root, source, ignore=LEFT_BEHIND)
+    shutil.copytree(root, source, ignore=left_behind)
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
     subprocess.run([*pip, "--no-build-isolation", "--target", str(built), str(source)], check=True)
     assert not (built / "thesis").exists() and not (built / "virtual_lab").exists()

@@ -133,25 +133,6 @@ def test_the_theory_names_what_exists():
     assert not {name: reason for name in names if (reason := missing(name))}
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "surface.energy.no_such_energy",
-        "surface.no_such_module",
-        "tracking.trackers.study.no_such_option",
-        "minimise.force_rule: no_such_rule",
-        "sensor.stereo.method: no_such_method",
-        "probe.no_such_thing",
-        "results/tables/no_such_table.md",
-        "docs/no_such_page.md",
-        "make nothing",
-        "no_such_word",
-    ],
-)
-def test_names_that_are_wrong_are_found(name):
-    assert missing(name)
-
-
 def test_equations_of_the_code_are_explained():
     explained = equations(THEORY)
     for path in sorted((ROOT / "workflow/scripts/palpate").rglob("*.py")):
@@ -161,12 +142,6 @@ def test_equations_of_the_code_are_explained():
 
 def test_every_equation_of_the_study_has_its_place():
     assert not STUDY - equations(THEORY)
-
-
-def test_ranges_and_lists_of_equations():
-    text = "(Eq. 3.31-3.33, Eq. 4.13, 4.14) and Equations 3.26\nand 5.1, Eq. 4.1 to 4.3; 2.5 mm"
-    expected = {"3.31", "3.32", "3.33", "4.13", "4.14", "3.26", "5.1", "4.1", "4.2", "4.3"}
-    assert equations(text) == expected
 
 
 def test_pictures_are_the_workflows_own():

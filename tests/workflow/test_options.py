@@ -1,22 +1,12 @@
 """Options: what people write, its models, and what takes a block apart know the same keys."""
 
-import inspect
-from dataclasses import fields, is_dataclass
 from typing import Literal
 
-import pytest
 import yaml
 from palpate.config.model import Count, Model, NotNegative, Positive, option
-from palpate.config.object import SupportSpec
 from palpate.config.page import rows
-from palpate.estimate.relaxation import relaxed_share
-from palpate.solid.support import Support
-from palpate.vision.clouds import object_cloud
-from palpate.vision.options import Clouds
 from palpate.workflow.options import Config, config_problems, filled, page
 from thesis.options import Simulation
-from virtual_lab.relaxation import relaxed_force
-from virtual_lab.specification import Material
 
 BLOCKS = {"simulation": Simulation}
 
@@ -54,31 +44,3 @@ def test_the_projects_own_file_says_the_defaults(root):
 
 def test_the_page_of_options_is_of_these(root):
     assert (root / "docs/options.md").read_text() == page(), "make docs writes it"
-
-
-# Block, and what takes it.
-RELAXATION = Material.model_fields["relaxation"].annotation
-TAKEN = [(SupportSpec, Support), (RELAXATION, relaxed_force), (RELAXATION, relaxed_share)]
-
-
-def parameters(taker):
-    """All that can be given by its name alone, and what has to be."""
-    known = inspect.signature(taker).parameters
-    if is_dataclass(taker):
-        names = {field.name for field in fields(taker)}
-    else:
-        names = {n for n, p in known.items() if p.kind is p.KEYWORD_ONLY}
-    return names, {n for n in names if known[n].default is inspect.Parameter.empty}
-
-
-@pytest.mark.parametrize(("block", "taker"), TAKEN, ids=[t[1].__name__ for t in TAKEN])
-def test_what_a_block_may_say_is_what_is_taken(block, taker):
-    known, needed = parameters(taker)
-    assert set(block.model_fields) <= known
-    assert needed <= {name for name, field in block.model_fields.items() if field.is_required()}
-
-
-def test_what_is_handed_on_whole_is_what_is_taken():
-    """Options that a step takes by their names; all of them are there, by their defaults."""
-    known, needed = parameters(object_cloud)
-    assert needed == known == set(Clouds().written())
