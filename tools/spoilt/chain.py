@@ -22,7 +22,7 @@ import palpate.vision.probe
 import palpate.vision.stillness
 import palpate.vision.support_plane  # noqa: F401
 import yaml
-from stand_in import Named
+from stage_runs import Named
 
 from spoilt.place import CAPTURE, OBJECT, ROOT, SENSOR, Place
 
