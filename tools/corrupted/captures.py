@@ -8,23 +8,7 @@ import cv2
 import numpy as np
 import trimesh
 
-from corrupted.edits import (
-    beside,
-    content,
-    copied,
-    cut,
-    faces,
-    flipped,
-    gone,
-    linked,
-    mesh,
-    named,
-    pipe,
-    pixels,
-    put,
-    vertices,
-    write,
-)
+from corrupted import edits as to
 from corrupted.places import BLOCK, COW
 
 KINECT, BACK = f"{BLOCK}/kinect", f"{COW}/bench_cam/back"
@@ -39,7 +23,7 @@ def _chunk(kind, data):
 def _says(width, height, bits=8, colour=0):
     """Another header before the same pixels."""
     head = _chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, bits, colour, 0, 0, 0))
-    return content(lambda c: c[:8] + head + c[33:])
+    return to.content(lambda c: c[:8] + head + c[33:])
 
 
 def _bomb(old):
@@ -52,8 +36,8 @@ def _bomb(old):
 def _exchanged(one, other):
     def change(path):
         first = (path / one).read_bytes()
-        write(path / one, (path / other).read_bytes())
-        write(path / other, first)
+        to.write(path / one, (path / other).read_bytes())
+        to.write(path / other, first)
 
     return change
 
@@ -63,7 +47,7 @@ def _of(source):
 
     def change(path):
         for image in sorted(path.glob("*.png")):
-            write(image, (path / source / image.name).read_bytes())
+            to.write(image, (path / source / image.name).read_bytes())
 
     return change
 
@@ -73,46 +57,46 @@ def _grey(image):
 
 
 IMAGE = {
-    "lost": gone,
-    "cut to 30 %": cut(0.3),
-    "a bit flipped": content(flipped),
+    "lost": to.gone,
+    "cut to 30 %": to.cut(0.3),
+    "a bit flipped": to.content(to.flipped),
     "says 16 bits": _says(640, 480, bits=16),
-    "unpacks to 512 MB": content(_bomb),
-    "the mosaic filled in": pixels(lambda i: cv2.cvtColor(i, cv2.COLOR_BayerBG2BGR)),
-    "the one before": copied("000003.png"),
-    "black": pixels(lambda i: i * 0),
-    "a pipe": pipe,
-    "a link to /dev/zero": linked("/dev/zero"),
-    "a link to itself": linked("000004.png"),
+    "unpacks to 512 MB": to.content(_bomb),
+    "the mosaic filled in": to.pixels(lambda i: cv2.cvtColor(i, cv2.COLOR_BayerBG2BGR)),
+    "the one before": to.copied("000003.png"),
+    "black": to.pixels(lambda i: i * 0),
+    "a pipe": to.pipe,
+    "a link to /dev/zero": to.linked("/dev/zero"),
+    "a link to itself": to.linked("000004.png"),
 }
 OF_COLORS = {
-    "half the size": pixels(lambda i: i[::2, ::2]),
-    "mirrored": pixels(lambda i: i[:, ::-1]),
-    "dark": pixels(lambda i: i // 16),
+    "half the size": to.pixels(lambda i: i[::2, ::2]),
+    "mirrored": to.pixels(lambda i: i[:, ::-1]),
+    "dark": to.pixels(lambda i: i // 16),
     "first and last exchanged": _exchanged("000000.png", "000009.png"),
 }
 OF_DEPTHS = {
-    "one lost": beside("depth/000005.png", gone),
-    "one in 8 bits": beside("depth/000005.png", pixels(lambda d: (d >> 3).astype("u1"))),
-    "mirrored": pixels(lambda d: d[:, ::-1]),
-    "zero": pixels(lambda d: d * 0),
-    "the other byte order": pixels(lambda d: d.byteswap()),
+    "one lost": to.beside("depth/000005.png", to.gone),
+    "one in 8 bits": to.beside("depth/000005.png", to.pixels(lambda d: (d >> 3).astype("u1"))),
+    "mirrored": to.pixels(lambda d: d[:, ::-1]),
+    "zero": to.pixels(lambda d: d * 0),
+    "the other byte order": to.pixels(lambda d: d.byteswap()),
     "first and last exchanged": _exchanged("000000.png", "000009.png"),
 }
 OF_BACKGROUND = {
-    "lost": gone,
-    "three frames": beside("background/frames.csv", content(
+    "lost": to.gone,
+    "three frames": to.beside("background/frames.csv", to.content(
         lambda c: b"\n".join(c.split(b"\n")[:4]) + b"\n")),
-    "the capture's colour": beside("background/color", _of("../../08/color")),
-    "half as bright": beside("background/color", pixels(lambda i: i // 2)),
-    "shifted by 8 px": beside("background/color", pixels(lambda i: np.roll(i, 8, axis=1))),
+    "the capture's colour": to.beside("background/color", _of("../../08/color")),
+    "half as bright": to.beside("background/color", to.pixels(lambda i: i // 2)),
+    "shifted by 8 px": to.beside("background/color", to.pixels(lambda i: np.roll(i, 8, axis=1))),
 }  # fmt: skip
 
 
 def _promised(element, count):
     """Another number of vertices or faces in the header."""
     begin = f"element {element} ".encode()
-    return content(lambda c: b"\n".join(
+    return to.content(lambda c: b"\n".join(
         begin + b"%d" % count if r.startswith(begin) else r for r in c.split(b"\n")))  # fmt: skip
 
 
@@ -122,55 +106,55 @@ def _of_kind(name, data=None):
     def change(path):
         kind = name.rpartition(".")[2]
         made = trimesh.load(path, process=False).export(file_type=kind) if data is None else data
-        write(path.parent / name, made)
-        put("template.file", name)(path.parent / "object.yaml")
+        to.write(path.parent / name, made)
+        to.put("template.file", name)(path.parent / "object.yaml")
 
     return change
 
 
 def _at(value, index=5):
-    return vertices(lambda v: np.where(np.arange(len(v))[:, None] == index, value, v))
+    return to.vertices(lambda v: np.where(np.arange(len(v))[:, None] == index, value, v))
 
 
 def _pulled(factor):
-    return vertices(
+    return to.vertices(
         lambda v: v + (np.arange(len(v))[:, None] == 7) * (factor - 1) * (v - v.mean(0))
     )
 
 
 TEMPLATE = {
-    "lost": gone,
+    "lost": to.gone,
     "10^12 vertices promised": _promised("vertex", 10**12),
     "a vertex at NaN": _at(np.nan),
     "cutting itself": _pulled(-1.4),
-    "in mm": vertices(lambda v: v * 1e3),
-    "20 mm higher": vertices(lambda v: v + [0, 0, 0.02]),
-    "upside down": vertices(lambda v: v * [1, -1, -1]),
-    "on its side": vertices(lambda v: v[:, [0, 2, 1]]),
-    "a hole": faces(lambda f: f[1:]),
-    "a face twice": faces(lambda f: np.vstack([f, f[:1]])),
-    "half the faces turned": faces(lambda f: np.vstack([f[::2, ::-1], f[1::2]])),
-    "inside out": faces(lambda f: f[:, ::-1]),
-    "two pieces": mesh(lambda v, f: (np.vstack([v, v + [1, 0, 0]]), np.vstack([f, f + len(v)]))),
-    "a shell in a shell": mesh(lambda v, f: (np.vstack([v, v / 2]), np.vstack([f, f + len(v)]))),
+    "in mm": to.vertices(lambda v: v * 1e3),
+    "20 mm higher": to.vertices(lambda v: v + [0, 0, 0.02]),
+    "upside down": to.vertices(lambda v: v * [1, -1, -1]),
+    "on its side": to.vertices(lambda v: v[:, [0, 2, 1]]),
+    "a hole": to.faces(lambda f: f[1:]),
+    "a face twice": to.faces(lambda f: np.vstack([f, f[:1]])),
+    "half the faces turned": to.faces(lambda f: np.vstack([f[::2, ::-1], f[1::2]])),
+    "inside out": to.faces(lambda f: f[:, ::-1]),
+    "two pieces": to.mesh(lambda v, f: (np.vstack([v, v + [1, 0, 0]]), np.vstack([f, f + len(v)]))),
+    "a shell in a shell": to.mesh(lambda v, f: (np.vstack([v, v / 2]), np.vstack([f, f + len(v)]))),
     "STL": _of_kind("template.stl"),
     "an OBJ of /etc/passwd": _of_kind("a.obj", b"mtllib ../../etc/passwd\nv 0 0 0\nf 1 1 1\n"),
 }
 NAMES = {
-    KINECT: {"called kinnect": named("kinnect"), "called \\x1b[31m": named("\x1b[31m"),
-             "no captures": beside("kinect/08", gone)},
+    KINECT: {"called kinnect": to.named("kinnect"), "called \\x1b[31m": to.named("\x1b[31m"),
+             "no captures": to.beside("kinect/08", to.gone)},
     CAPTURE: {
-        "called 99": named("99"),
-        "called 08-b": named("08-b"),
-        "called 08 and a newline": named("08\n"),
-        "called by no UTF-8": named("\udc80"),
+        "called 99": to.named("99"),
+        "called 08-b": to.named("08-b"),
+        "called 08 and a newline": to.named("08\n"),
+        "called by no UTF-8": to.named("\udc80"),
         "an empty one beside": lambda path: (path.parent / "08.bak").mkdir(),
-        "a link to /etc": linked("/etc"),
-        "a link to itself": linked("08"),
-        "a link to the background": linked("background"),
+        "a link to /etc": to.linked("/etc"),
+        "a link to itself": to.linked("08"),
+        "a link to the background": to.linked("background"),
     },
     BLOCK: {
-        "lost": gone,
+        "lost": to.gone,
         "a link to it beside": lambda path: (path.parent / "again").symlink_to("foam_block"),
         "an empty folder beside": lambda path: (path.parent / "sponge").mkdir(),
     },
@@ -182,6 +166,8 @@ ENTRIES = NAMES | {
     f"{CAPTURE}/depth": OF_DEPTHS,
     f"{KINECT}/background": OF_BACKGROUND,
     f"{BLOCK}/template.ply": TEMPLATE,
-    f"{BACK}/depth": {"half the size": pixels(lambda d: d[::2, ::2])},
-    f"{BACK}/color": {"the target hidden at the end": beside("color/000011.png", pixels(_grey))},
+    f"{BACK}/depth": {"half the size": to.pixels(lambda d: d[::2, ::2])},
+    f"{BACK}/color": {
+        "the target hidden at the end": to.beside("color/000011.png", to.pixels(_grey))
+    },
 }

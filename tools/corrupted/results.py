@@ -6,20 +6,9 @@ import zipfile
 import meshio
 import numpy as np
 
+from corrupted import edits as to
 from corrupted.captures import TEMPLATE
 from corrupted.chain import HERE, KEPT, OUT
-from corrupted.edits import (
-    arrays,
-    cell,
-    content,
-    cut,
-    flipped,
-    holds,
-    lost,
-    put,
-    table,
-    times,
-)
 from corrupted.places import BLOCK
 from corrupted.specifications import OF_OBJECT
 
@@ -40,7 +29,7 @@ def _members(member):
                 new.writestr(name, member)
         return made.getvalue()
 
-    return content(apply)
+    return to.content(apply)
 
 
 def _pickle():
@@ -51,12 +40,12 @@ def _pickle():
 
 def _each(change):
     """Each array of an NPZ changed."""
-    return arrays(lambda a: {name: change(array) for name, array in a.items()})
+    return to.arrays(lambda a: {name: change(array) for name, array in a.items()})
 
 
 def _first(name, change):
     """An array of the first cloud."""
-    return arrays(lambda a: a | {f"000000/{name}": change(a[f"000000/{name}"].copy())})
+    return to.arrays(lambda a: a | {f"000000/{name}": change(a[f"000000/{name}"].copy())})
 
 
 def _kept(change):
@@ -83,14 +72,14 @@ def _rough(points):
     return points + np.random.default_rng(1).normal(0, 0.006, points.shape)
 
 
-WHOLE = {"cut to half": cut(0.5), "zero bytes": holds(b"")}
+WHOLE = {"cut to half": to.cut(0.5), "zero bytes": to.holds(b"")}
 ARCHIVE = WHOLE | {
-    "a bit flipped": content(flipped),
+    "a bit flipped": to.content(to.flipped),
     "pickles inside": _members(_pickle()),
     "shapes of 10^12": _members(_npy("(1000000000000,)")),
     "headers that call": _members(_npy("__import__('os').system('touch escaped')")),
-    "no first member": arrays(lambda a: {name: a[name] for name in sorted(a)[1:]}),
-    "no members": arrays(lambda a: {}),
+    "no first member": to.arrays(lambda a: {name: a[name] for name in sorted(a)[1:]}),
+    "no members": to.arrays(lambda a: {}),
     "half as many": _each(lambda a: a[: len(a) // 2] if a.ndim else a),
 }
 FEW = {name: ARCHIVE[name] for name in ("cut to half", "a bit flipped", "half as many")}
@@ -103,7 +92,7 @@ CLOUD = ARCHIVE | NANS | {
 }  # fmt: skip
 ROWS = WHOLE | {}
 JSON = WHOLE | {
-    "nested 100000 deep": holds(b"[" * 100_000),
+    "nested 100000 deep": to.holds(b"[" * 100_000),
 }
 RIGID = "camera_from_object"
 # A damaged file, and the stages that read it.
@@ -113,32 +102,32 @@ ENTRIES = {
     | {"no foreground": _each(lambda a: a * 0 if a.ndim > 1 else a)},
     f"{OUT}/rest_cloud.npz align": CLOUD,
     f"{HERE}/support_plane.json align": JSON | {
-        "no normal": lost("normal"),
-        "a normal of two": put("normal", [0, -1]),
-        "a normal of zeros": put("normal", [0, 0, 0]),
-        "a normal of NaN": put("normal", [0, 0, float("nan")]),
-        "20 mm off": put("offset_m", lambda offset: offset + 0.02),
+        "no normal": to.lost("normal"),
+        "a normal of two": to.put("normal", [0, -1]),
+        "a normal of zeros": to.put("normal", [0, 0, 0]),
+        "a normal of NaN": to.put("normal", [0, 0, float("nan")]),
+        "20 mm off": to.put("offset_m", lambda offset: offset + 0.02),
     },
     f"{OUT}/alignment.json hertz": JSON | {
-        f"no {RIGID}": lost(RIGID),
-        f"{RIGID} of two": put(RIGID, [[1, 0], [0, 1]]),
-        f"{RIGID} x 2": times(RIGID, 2),
-        "contact_point_m in words": put("contact_point_m", "top"),
-        "a residual of one field": put("residual", {"rms_m": 0.1}),
+        f"no {RIGID}": to.lost(RIGID),
+        f"{RIGID} of two": to.put(RIGID, [[1, 0], [0, 1]]),
+        f"{RIGID} x 2": to.times(RIGID, 2),
+        "contact_point_m in words": to.put("contact_point_m", "top"),
+        "a residual of one field": to.put("residual", {"rms_m": 0.1}),
     },
     f"{OUT}/probe_pose.csv align": ROWS | {
-        "no tip_y_m": table(lambda t: t.drop(columns="tip_y_m")),
-        "a tip of NaN": cell("tip_y_m", 1, "nan"),
-        "a tip in words": cell("tip_x_m", 1, "abc"),
-        "tips 30 mm nearer": table(lambda t: t.assign(tip_z_m=t["tip_z_m"] - 0.03)),
-        "tips 30 mm aside": table(lambda t: t.assign(tip_x_m=t["tip_x_m"] + 0.03)),
+        "no tip_y_m": to.table(lambda t: t.drop(columns="tip_y_m")),
+        "a tip of NaN": to.cell("tip_y_m", 1, "nan"),
+        "a tip in words": to.cell("tip_x_m", 1, "abc"),
+        "tips 30 mm nearer": to.table(lambda t: t.assign(tip_z_m=t["tip_z_m"] - 0.03)),
+        "tips 30 mm aside": to.table(lambda t: t.assign(tip_x_m=t["tip_x_m"] + 0.03)),
     },
     f"{OUT}/force.csv hertz": ROWS | {
-        "no fy_n": table(lambda t: t.drop(columns="fy_n")),
-        "no force": table(lambda t: t.assign(fx_n=0.0, fy_n=0.0, fz_n=0.0)),
+        "no fy_n": to.table(lambda t: t.drop(columns="fy_n")),
+        "no force": to.table(lambda t: t.assign(fx_n=0.0, fy_n=0.0, fz_n=0.0)),
     },
     f"{KEPT} solid_mesh": WHOLE | {
-        "no mesh": holds(b"<VTKFile type='UnstructuredGrid'>"),
+        "no mesh": to.holds(b"<VTKFile type='UnstructuredGrid'>"),
         "of a larger object": _kept(lambda nodes: 1.2 * nodes),
         "tangled": _kept(_tangled),
     },
