@@ -112,7 +112,7 @@ lint: .venv/installed
 bench: .venv/installed
 	PYTHONPATH=workflow/scripts:tests $(ONE_THREAD) $(BIN)/python tools/bench.py results/bench.csv $(sections)
 
-# Corrupted captures, files and results against tests/corpus/expected.csv (docs/reliability.md), 20
+# Corrupted captures, files and results against tests/corpus/expected.csv (docs/reliability.md), six
 # minutes; with=--update writes it anew, with='--match PATTERN' takes some of them.
 corpus: .venv/installed
 	$(BIN)/python tools/corpus.py $(with)
