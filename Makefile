@@ -34,7 +34,7 @@ DRAWN = validation/$(seed)
 OBSERVED = $(wildcard $(DRAWN)/results/*/*/direct.json)
 
 .PHONY: results sample cut truth validation errors refit protocols manners test test-all nightly faults lint bench check lock docs pictures quoted sample-captures \
-  own-object own-object-captures slurm-resources mutations mutations-1 mutations-2 mutants audit clean
+  own-object own-object-captures slurm-resources corpus mutants audit clean
 
 results: .venv/installed
 	$(SNAKEMAKE)
@@ -99,7 +99,7 @@ faults: .venv/installed
 	$(BIN)/python tools/faults.py results/faults.md --kills $(kills) $(if $(targets),--targets $(targets))
 
 # What CI has no time for: the long tests, corrupted inputs, kills, mutation testing, vulnerabilities.
-nightly: test-all mutations faults mutants audit
+nightly: test-all corpus faults mutants audit
 
 lint: .venv/installed
 	$(BIN)/ruff check .
@@ -112,12 +112,10 @@ lint: .venv/installed
 bench: .venv/installed
 	PYTHONPATH=workflow/scripts:tests $(ONE_THREAD) $(BIN)/python tools/bench.py results/bench.csv $(sections)
 
-# Spoilt captures, files and results (docs/reliability.md); with='--count 100' takes some of them.
-HALVES := mutations-1 mutations-2
-mutations: .venv/installed
-	$(MAKE) --jobs=2 $(HALVES)
-$(HALVES): mutations-%:
-	$(ONE_THREAD) $(BIN)/python tools/mutations.py results/mutations-$*.csv --part $*/2 $(with)
+# Corrupted captures, files and results against tests/corpus/expected.csv (docs/reliability.md), six
+# minutes; with=--update writes it anew, with='--match PATTERN' takes some of them.
+corpus: .venv/installed
+	$(BIN)/python tools/corpus.py $(with)
 
 # One operator or constant of palpate.vision, solid and estimate changed at a time, 40 drawn with a
 # seed: which the tests notice (docs/reliability.md); with='--seed 2 --count 10 --rooms solid'.

@@ -1,31 +1,32 @@
 """Figures of speed and accuracy, as ratios measured side by side in one run.
 
 ``make bench`` writes results/bench.csv (name,value,unit,against,section) and prints it;
-``make bench sections="solid estimate"`` measures just those.
+``make bench sections="solver scale"`` measures just those.
 """
 
 import sys
+import sysconfig
 import time
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import trimesh
-from bench_estimate import estimate_rows
+import yaml
 from bench_growth import growth_rows
 from bench_information import information_rows
-from bench_lab import lab_rows
 from bench_laws import law_rows
 from bench_rig import rig_rows
 from bench_scale import scale_rows
-from bench_solid import solid_rows
 from bench_study import study_rows
 from bench_tracking import tracking_rows
-from bench_vision import vision_rows
 from palpate.capture.files import whole_file
-from palpate.open3d_core import ClosestPoints
+from scipy import sparse
+from scipy.sparse.linalg import splu
+from virtual_lab.press import contact_problem, first_touch, patch_points
+from virtual_lab.shapes import shape_of
 
-ROUNDS = 7
+ROOT = Path(__file__).resolve().parents[1]
+ROUNDS, MEGABYTE, RADIUS_M = 7, 1e6, 0.00622
 
 
 def ratio(ours, other) -> float:
@@ -41,22 +42,39 @@ def ratio(ours, other) -> float:
     return float(np.median(ratios))
 
 
-def surface_rows() -> list[tuple]:
-    """Closest points on a template."""
-    box = trimesh.creation.icosphere(subdivisions=4, radius=0.06)
-    points = np.random.default_rng(0).uniform(-0.1, 0.1, (5000, 3))
-    closest = ClosestPoints(box.vertices, box.faces)
-    found = ratio(lambda: closest(points), lambda: trimesh.proximity.closest_point(box, points))
-    return [("closest points on a template", found, "times faster", "trimesh.proximity")]
+def solver_rows() -> list[tuple]:
+    """PARDISO and SuperLU on the tangent matrix of the lab's block; their installed sizes."""
+    spec = yaml.safe_load((ROOT / "config/lab.yaml").read_text())["objects"]["foam_block"]
+    place = np.array(spec["object"]["points"]["08"]["position_m"])
+    model = shape_of(spec).model(place, spec["contact"])
+    start = first_touch(patch_points(model.solid, "top"), place, RADIUS_M)
+    problem = contact_problem(spec, model, start, RADIUS_M)
+    _, blocks = problem._elastic(np.zeros(problem.fixed.size))
+    parts = [(np.arange(len(blocks)), blocks)]
+    load = np.random.default_rng(0).normal(size=problem.tangent.count)
+    upper = problem.tangent.matrix(parts)
+    full = sparse.csc_matrix(upper + sparse.triu(upper, 1).T)
+
+    def changed():
+        # PARDISO keeps its factors for a matrix that it knows.
+        blocks[0, 0, 0, 0, 0] *= 1 + 1e-9
+        return problem.tangent.solve(parts, load)
+
+    name = f"tangent of {problem.tangent.count} unknowns: PARDISO, pattern known"
+    found = ratio(changed, lambda: splu(full, permc_spec="MMD_AT_PLUS_A").solve(load))
+    packages = Path(sysconfig.get_path("purelib"))
+    files = [p for folder in ("scipy", "scipy.libs") for p in (packages / folder).rglob("*")]
+    scipy = sum(p.stat().st_size for p in files if p.is_file()) / MEGABYTE
+    mkl = sum(p.stat().st_size for p in packages.parents[1].glob("libmkl*")) / MEGABYTE
+    return [
+        (name, found, "times faster", "SciPy's SuperLU"),
+        ("installed size of PARDISO (MKL)", mkl, "MB", f"SciPy {scipy:.0f} MB"),
+    ]
 
 
 SECTIONS = {
-    "solid": solid_rows,
-    "estimate": estimate_rows,
-    "surface": surface_rows,
+    "solver": solver_rows,
     "tracking": tracking_rows,
-    "vision": lambda: vision_rows(ratio),
-    "lab": lambda: lab_rows(ratio),
     "scale": scale_rows,
     "study": study_rows,
     "growth": growth_rows,

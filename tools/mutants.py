@@ -33,21 +33,10 @@ PATIENCE, START_S = 5, 60
 SHOWN = 40
 
 # A comparison is turned round: at its boundary alone floats cannot tell.
-PAIRS = [
-    (ast.Add, ast.Sub),
-    (ast.Mult, ast.Div),
-    (ast.And, ast.Or),
-    (ast.BitAnd, ast.BitOr),
-    (ast.Lt, ast.GtE),
-    (ast.Gt, ast.LtE),
-    (ast.Eq, ast.NotEq),
-    (ast.Is, ast.IsNot),
-    (ast.In, ast.NotIn),
-    ("min", "max"),
-    ("minimum", "maximum"),
-    ("argmin", "argmax"),
-    ("nanmin", "nanmax"),
-]
+NODES = "Add-Sub Mult-Div And-Or BitAnd-BitOr Lt-GtE Gt-LtE Eq-NotEq Is-IsNot In-NotIn"
+NAMES = "min-max minimum-maximum argmin-argmax nanmin-nanmax"
+PAIRS = [tuple(getattr(ast, name) for name in pair.split("-")) for pair in NODES.split()]
+PAIRS += [tuple(pair.split("-")) for pair in NAMES.split()]
 OTHERS = {a: b for pair in PAIRS for a, b in (pair, pair[::-1])}
 OTHERS |= dict.fromkeys((ast.Pow, ast.FloorDiv, ast.Mod, ast.MatMult), ast.Mult)
 # Messages; defaults of options, which docs/options.md is held to; zip's word that lengths agree.

@@ -129,11 +129,3 @@ def test_a_comma_at_the_end_of_rows_shifts_no_column(tmp_path):
     (tmp_path / "force.csv").write_text("time_s,v0\n0,1,\n1,2,\n")
     table = read_table(tmp_path / "force.csv")
     assert table.to_dict("list") == {"time_s": [0, 1], "v0": [1, 2]}
-
-
-def test_other_line_ends_are_the_same_table(tmp_path):
-    text = "time_s,v0\n0,1.25\n1,2.5\n"
-    for name, content in (("a", text), ("b", text.replace("\n", "\r\n")), ("c", "\ufeff" + text)):
-        (tmp_path / name).write_bytes(content.encode())
-    assert read_table(tmp_path / "a").equals(read_table(tmp_path / "b"))
-    assert read_table(tmp_path / "a").equals(read_table(tmp_path / "c"))

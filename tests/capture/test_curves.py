@@ -67,50 +67,14 @@ def refused(path, capsys, *options):
     return printed.err
 
 
-REFUSED = {
-    "depth and load\nno numbers here\n": "expected a text table of 3 or more rows",
-    "": "expected a text table of 3 or more rows .*found nothing",
-    "a,b\n1,2\n2,3\n3,4\n4,5\n5,6\n": "one column of depth, found a, b .*--depth-column NAME",
-    "1,2\n2,3\n3,4\n4,5\n5,6\n": "names of the columns, found 2 columns without names",
-    "depth,force_n\n1,2\n2,3\n3,4\n4,5\n5,6\n": "depth: expected a unit of depth.*--depth-unit mm",
-    "depth_mm,x_mm\n1,2\n2,3\n3,4\n4,5\n5,6\n": "one column of force, found depth_mm, x_mm",
-    "depth_a_mm,depth_b_mm,f_n\n1,2,3\n2,3,4\n3,4,5\n": "found depth_a_mm, depth_b_mm",
-    "depth_mm,force_n\n1,2\n2,3\n3,4\n": "expected at least 5 rows",
-    "depth_mm,force_n\n" + "1,2\n" * 9: "depth: expected a column that changes",
-    "depth_mm,torque_Nm\n1,2\n2,3\n3,4\n4,5\n5,6\n": "expected one column of force",
-}
-
-
-@pytest.mark.parametrize("text", list(REFUSED))
-def test_what_is_no_curve_is_refused_with_the_remedy(text, tmp_path, capsys):
-    path = tmp_path / "curve.csv"
-    path.write_text(text)
-    pattern = REFUSED[text]
-    line = refused(path, capsys)
-    assert re.search(pattern, line), line
-    assert line.startswith(f"error: {path}: ")
-
-
-def test_what_is_no_text_is_refused(tmp_path, capsys):
-    path = tmp_path / "curve.xlsx"
-    path.write_bytes(bytes(range(256)) * 10)
-    assert "expected text, found other bytes (export the curve" in refused(path, capsys)
+def test_what_an_option_does_not_fit_is_refused(tmp_path, capsys):
     assert "found a folder" in refused(tmp_path, capsys)
-    assert "found nothing" in refused(tmp_path / "none.csv", capsys)
     path = written(tmp_path)
     assert "--depth-unit: expected one of m, cm, mm" in refused(path, capsys, "--depth-unit", "kN")
     line = refused(path, capsys, "--depth-column", "way")
     assert "--depth-column: expected one of Displacement (mm), Load (N), found way" in line
     line = refused(path, capsys, "--range-mm", "5", "6")
     assert "--range-mm: expected a part of the depth's column, 0 to 1.4 mm, found 5 to 6" in line
-
-
-def test_noise_is_no_press(tmp_path, capsys):
-    rng = np.random.default_rng(3)
-    rows = "\n".join(f"{k / 50},{x:.6f}" for k, x in enumerate(1e-3 * rng.normal(size=200)))
-    path = tmp_path / "curve.csv"
-    path.write_text("depth_mm,force_n\n" + rows + "\n")
-    assert "force: expected a rise of three times its noise, found" in refused(path, capsys)
 
 
 def test_standard_input_is_a_curve(monkeypatch, capsys):

@@ -11,10 +11,7 @@ from palpate.__main__ import main
 from palpate.capture.check import check_capture
 from palpate.capture.examine_force import examine_force
 from palpate.capture.examine_template import examine_template
-from palpate.capture.images import write_image
-from palpate.capture.tables import write_frames
 from palpate.examine import examine_object
-from palpate.vision.examine_frames import examine_frames, examine_scene
 from palpate.vision.force import zeroed
 
 SIDE = 0.08
@@ -62,59 +59,6 @@ def test_a_template_turned_inside_out_is_the_same_object(cube):
     mesh.invert()
     mesh.export(folder / "template.ply")
     assert examine_template(folder, spec).doubts == ()
-
-
-def millimetres(folder, spec):
-    mesh = trimesh.load(folder / "template.ply")
-    mesh.apply_scale(1000).export(folder / "template.ply")
-
-
-def opened(folder, spec):
-    mesh = trimesh.load(folder / "template.ply")
-    mesh.update_faces(np.arange(len(mesh.faces)) > 0)
-    mesh.export(folder / "template.ply")
-
-
-def doubled(folder, spec):
-    mesh = trimesh.load(folder / "template.ply")
-    other = mesh.copy().apply_translation([1, 0, 0])
-    (mesh + other).export(folder / "template.ply")
-
-
-def no_mesh(folder, spec):
-    (folder / "template.ply").write_text("ply\nnothing\n")
-
-
-def off_the_surface(folder, spec):
-    spec["points"]["top"]["position_m"] = [0, 0, SIDE + 0.02]
-
-
-def below_the_table(folder, spec):
-    spec["support"]["plane_point_m"] = [0, 0, 0.02]
-
-
-def above_the_table(folder, spec):
-    spec["support"]["plane_point_m"] = [0, 0, -0.003]
-
-
-@pytest.mark.parametrize(
-    ("spoil", "words"),
-    [
-        (millimetres, "template.unit: expected an object of 0.01 to 3 m, found 80 m (is its unit"),
-        (opened, "template: expected a closed surface, found 3 open edges"),
-        (doubled, "template: expected one piece, found 2"),
-        (no_mesh, "template: expected a mesh, found none"),
-        (off_the_surface, "points.top.position_m: expected within 5 mm of the template, found 20"),
-        (below_the_table, "support: expected the template above the plane, found it 20.0 mm below"),
-        (above_the_table, "support: expected surface within 1 mm of the plane, found 3.0 mm"),
-    ],
-)
-def test_one_line_for_each_wrong_template(cube, spoil, words):
-    folder, spec = cube
-    spoil(folder, spec)
-    (line,) = examine_template(folder, spec).wrong
-    assert words in line
-    assert line.startswith(str(folder))
 
 
 def test_a_press_along_the_surface_is_doubtful(cube):
@@ -181,68 +125,6 @@ def test_volts_are_weighed_by_the_gauges(tmp_path, probe):
 def test_doubtful_presses(tmp_path, record, words):
     lines = examined_force(tmp_path, record, {}).doubts
     assert any(words in line for line in lines)
-
-
-def board(shape=(160, 200), square=20):
-    """Grey picture of 5 x 4 squares with a white rim."""
-    rows, columns = np.indices(shape)
-    i, j = (rows - 40) // square, (columns - 50) // square
-    on_board = (i >= 0) & (i < 4) & (j >= 0) & (j < 5)
-    return np.where(on_board & ((i + j) % 2 == 0), 20, 200).astype(np.uint8)
-
-
-@pytest.fixture
-def film(tmp_path):
-    """Six frames of a chequered thing, 0.8 m away, and their table."""
-    rows = []
-    for k in range(6):
-        write_image(tmp_path / f"c{k}.png", board(), "mono8")
-        write_image(tmp_path / f"d{k}.png", np.full((160, 200), 800, np.uint16), "millimetre")
-        rows.append({"frame": k, "time_s": k / 10, "color": f"c{k}.png", "depth": f"d{k}.png"})
-    return tmp_path, pd.DataFrame(rows)
-
-
-def examined(film, background=None):
-    folder, frames = film
-    write_frames(folder, frames)
-    if background is None:
-        return examine_frames(folder, SENSOR)
-    empty = folder / "background"
-    empty.mkdir(exist_ok=True)
-    write_image(empty / "c0.png", background, "mono8")
-    write_frames(empty, frames.iloc[:1])
-    return examine_scene(folder, empty, SENSOR)
-
-
-def test_a_right_film_is_described(film):
-    found = examined(film) + examined(film, np.full((160, 200), 200, np.uint8))
-    assert not found.wrong and not found.doubts
-    text = ", ".join(found.found)
-    assert "6 frames over 0.50 s (10.0 Hz), 200 x 160 px" in text
-    assert "depth in 100%, 0.80 m" in text
-
-
-def test_gaps_light_and_background(film):
-    folder, table = film
-    table.loc[3:, "time_s"] += 1.0
-    assert "expected frames about 0.100 s apart, found a gap of 1.10 s" in examined(film).doubts[0]
-    table["time_s"] = np.arange(6) / 10
-    (line,) = examined(film, board()).doubts
-    assert "expected object and probe, which the background must not hold" in line
-    (line,) = examined(film, np.full((160, 200), 90, np.uint8)).doubts
-    assert "expected the background's scene (same place, same light)" in line
-    write_image(folder / "c0.png", (board() // 20).astype(np.uint8), "mono8")
-    assert any("grey levels of 15 to 240" in line for line in examined(film).doubts)
-
-
-def test_depths_out_of_range(film):
-    folder, _ = film
-    write_image(folder / "d0.png", np.full((160, 200), 8000, np.uint16), "millimetre")
-    (line,) = examined(film).wrong
-    assert "depth: expected 0.4 to 3 m (the sensor's range_m), found 8 m in the middle" in line
-    write_image(folder / "d0.png", np.zeros((160, 200), np.uint16), "millimetre")
-    (line,) = examined(film).wrong
-    assert "depth: expected readings in the middle, found none" in line
 
 
 @pytest.fixture

@@ -1,9 +1,7 @@
 """What a script ends with over input that it can't use: one line that names file and field."""
 
 import json
-import shutil
 
-import meshio
 import numpy as np
 import pandas as pd
 import pytest
@@ -75,82 +73,10 @@ def test_jobs_use_one_thread_whatever_is_exported(monkeypatch):
     assert [environment("scripts")[name] for name in names] == ["1", "1", "1"]
 
 
-# Templates, kept meshes and supports.
-def solid_of(run, folder, template, kept, **support):
-    template.export(folder / "template.ply")
-    inputs = {
-        "object": describe(folder / "object.yaml", **support),
-        "template": folder / "template.ply",
-        "kept": kept,
-    }
-    return run("solid_mesh", inputs=inputs, outputs=["solid", "quality"])
-
-
 @pytest.fixture
 def kept(cube, tmp_path):
     write_solid(tmp_path / "kept.vtu", cube)
     return tmp_path / "kept.vtu"
-
-
-def test_an_open_template(run, tmp_path, box, kept):
-    box.update_faces(np.arange(len(box.faces)) > 0)
-    line = solid_of(run, tmp_path, box, kept)
-    assert f"{tmp_path}/template.ply: template: expected a closed surface, found open" in line
-
-
-def test_a_template_of_two_pieces(run, tmp_path, box, kept):
-    two = trimesh.util.concatenate([box, box.copy().apply_translation([0.2, 0, 0])])
-    line = solid_of(run, tmp_path, two, kept)
-    assert f"{tmp_path}/template.ply: template: expected one piece, found 2" in line
-
-
-@pytest.mark.parametrize("keeps", [True, False], ids=["kept", "made"])
-def test_a_template_that_cuts_itself(run, tmp_path, kept, keeps):
-    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.05)
-    ball.vertices[7] *= -1.2
-    line = solid_of(run, tmp_path, ball, kept if keeps else None)
-    assert f"{tmp_path}/template.ply: surface: expected one that does not cut itself" in line
-
-
-def test_a_kept_mesh_whose_elements_overlap(run, tmp_path, box, cube):
-    nodes = cube.nodes_m.copy()
-    inner = np.setdiff1d(np.arange(len(nodes)), cube.surface_nodes())[0]
-    nodes[inner] += [0.6 * SIZE, 0, 0]
-    path = tmp_path / "kept.vtu"
-    meshio.write(path, meshio.Mesh(nodes, [("tetra", cube.tetrahedra)]))
-    line = solid_of(run, tmp_path, box, path)
-    assert f"{path}: tetrahedra: expected elements on the two sides of each face" in line
-
-
-@pytest.mark.parametrize("content", [b"", b"plain text", b"<VTKFile type='UnstructuredGrid'>"])
-def test_a_kept_mesh_that_is_none(run, tmp_path, box, content):
-    path = tmp_path / "kept.vtu"
-    path.write_bytes(content)
-    assert f"{path}: file: expected a VTU mesh, found none" in solid_of(run, tmp_path, box, path)
-
-
-def test_a_kept_mesh_that_was_cut_short(run, tmp_path, box, kept):
-    content = kept.read_bytes()
-    kept.write_bytes(content[: len(content) // 2])
-    assert f"{kept}: file: expected a VTU mesh, found none" in solid_of(run, tmp_path, box, kept)
-
-
-def test_a_kept_mesh_of_another_object(run, tmp_path, box, kept):
-    line = solid_of(run, tmp_path, box.apply_scale(1.2), kept)
-    assert f"{kept}: nodes: expected within 0.0024 m of the template" in line
-
-
-@pytest.mark.parametrize(
-    ("support", "found"),
-    [
-        ({"plane_point_m": [0, 0, -0.05]}, "support: expected at least 3 nodes within 0.001 m"),
-        ({"plane_normal": [0, 0, 0]}, "support.plane_normal: expected a direction, found [0.0"),
-    ],
-    ids=["elsewhere", "no direction"],
-)
-def test_a_support_that_holds_nothing(run, tmp_path, box, kept, support, found):
-    line = solid_of(run, tmp_path, box, kept, **support)
-    assert f"{tmp_path}/object.yaml: {found}" in line
 
 
 # Contact and force.
@@ -212,16 +138,6 @@ def fitted(run, root, folder, box, depths, newtons, *, axes=("fx_n", "fy_n", "fz
     return run("hertz", inputs=inputs, outputs=["fit"], params=params)
 
 
-def test_a_force_that_never_begins(run, root, tmp_path, box):
-    line = fitted(run, root, tmp_path, box, [-1e-3, 0, 1e-3], [0.0, 0.01, 0.02])
-    assert f"{tmp_path}/force.csv: force: expected above 0.1 N, found at most 0.02 N" in line
-
-
-def test_a_force_without_a_component(run, root, tmp_path, box):
-    line = fitted(run, root, tmp_path, box, [0, 1e-3], [0.0, 1.0], axes=("fx_n", "fz_n"))
-    assert f"{tmp_path}/force.csv: fy_n: expected a column, found none" in line
-
-
 @pytest.mark.parametrize(
     ("baseline", "depths", "found"),
     [
@@ -240,44 +156,6 @@ def test_a_press_that_begins_off_the_surface(run, root, tmp_path, box):
     depths = np.linspace(-0.02, -0.01, 5)
     line = fitted(run, root, tmp_path, box, depths, [0, 0.5, 1, 1.5, 2])
     assert f"{tmp_path}/probe_pose.csv: depth: expected the tip within 5 mm" in line
-
-
-def test_depth_images_in_another_order(run, root, tmp_path):
-    source = root / "tests/own_object"
-    capture = shutil.copytree(source / "raw/toy_cow/bench_cam/back", tmp_path / "back")
-    table = pd.read_csv(capture / "frames.csv")
-    table["depth"] = table["depth"].to_numpy()[::-1]
-    table.to_csv(capture / "frames.csv", index=False)
-    specs = {
-        name: yaml.safe_load((source / f"{name}s/bench_{end}.yaml").read_text())
-        for name, end in (("sensor", "cam"), ("probe", "probe"))
-    }
-    inputs = {"capture": capture, "optics": None, "calibrations": []}
-    line = run("probe_pose", inputs=inputs, outputs=["pose"], params=specs | {"options": {}})
-    assert f"{capture}/frames.csv: depth: expected the board where color shows it" in line
-
-
-def test_an_alignment_without_a_force(run, tmp_path, box):
-    write_forces(tmp_path / "force.csv", [0.0, 0.01])
-    (tmp_path / "plane.json").write_text(json.dumps({"normal": [0, 0, 1], "offset_m": 0}))
-    box.export(tmp_path / "template.ply")
-    tips = pd.DataFrame(np.zeros((2, 3)), columns=["tip_x_m", "tip_y_m", "tip_z_m"])
-    write_table(tmp_path / "pose.csv", tips)
-    inputs = {
-        "object": describe(tmp_path / "object.yaml"),
-        "template": tmp_path / "template.ply",
-        "pose": tmp_path / "pose.csv",
-        "force": tmp_path / "force.csv",
-        "plane": tmp_path / "plane.json",
-    }
-    line = run(
-        "align",
-        inputs=inputs,
-        outputs=["alignment"],
-        params={"onset_force_n": 0.1},
-        wildcards={"capture": "01"},
-    )
-    assert f"{tmp_path}/force.csv: force: expected above 0.1 N, found at most 0.01 N" in line
 
 
 # Simulations.

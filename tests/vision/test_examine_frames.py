@@ -79,22 +79,6 @@ def test_a_scene_against_its_background(tmp_path, pixels, line):
         assert re.search(line, found.doubts[0]) and not found.found
 
 
-@pytest.mark.parametrize(
-    ("depth", "line"),
-    [
-        (0, "expected readings in the middle, found none"),
-        (450, "expected 0.5 to 1.5 m .the sensor's range_m., found 0.45 m in the middle"),
-        (1600, "expected 0.5 to 1.5 m .the sensor's range_m., found 1.6 m in the middle"),
-    ],
-)
-def test_depths_beyond_the_range(tmp_path, depth, line):
-    image = np.full((40, 60), 800, np.uint16)
-    image[10:-10, 15:-15] = depth
-    found = examine_frames(folder_of(tmp_path / "a", grey(), image), SENSOR)
-    (wrong,) = found.wrong
-    assert re.search(line, wrong)
-
-
 def test_depths_that_are_mostly_missing(tmp_path):
     """Of 20 rows in the middle seven have readings, then five."""
     for rows, doubted in ((7, False), (5, True)):

@@ -53,7 +53,8 @@ def numbers_of(path: str | Path, fields: Mapping, name: str, shape: tuple[int, .
         raise ValueError(f"{path}: {name}: expected numbers, found others") from None
     if values.shape != shape or not np.isfinite(values).all():
         expected = f"finite numbers of shape {shape}"
-        raise ValueError(f"{path}: {name}: expected {expected}, found shape {values.shape}")
+        found = "others" if values.shape == shape else f"shape {values.shape}"
+        raise ValueError(f"{path}: {name}: expected {expected}, found {found}")
     return values
 
 

@@ -110,7 +110,8 @@ def checked_object(
     elif spec is not None:
         problems += check_curves(folder, spec, files=files)
     for place in listed:
-        problems += _check_sensor(place, sensors, (spec or {}).get("points"))
+        names = _check_sensor(place, sensors, (spec or {}).get("points"))
+        problems += names
         if sensors.get(place.folder.name) is None:
             continue
         for capture in place.contents:
@@ -119,7 +120,8 @@ def checked_object(
                 continue
             lines = check_capture(capture, sensors[place.folder.name])
             problems += _check_gauge(capture, probe) + lines
-            right |= set() if lines else {capture}
+            misnamed = any(line.startswith(f"{capture}: ") for line in names)
+            right |= set() if lines or misnamed else {capture}
         problems += check_twice(place.captures) if files else []
     return Checked(tuple(map(one_line, problems)), listed, frozenset(right))
 

@@ -55,8 +55,9 @@ def _wrong_surface(path: Path, mesh: trimesh.Trimesh, unit: str) -> str | None:
     if not len(mesh.faces):
         return f"{path}: template: expected a triangle mesh, found no faces"
     if not mesh.is_watertight:
-        edges = trimesh.grouping.group_rows(mesh.edges_sorted, require_count=1)
-        return f"{path}: template: expected a closed surface, found {len(edges)} open edges"
+        open_edges = trimesh.grouping.group_rows(mesh.edges_sorted, require_count=1)
+        found = f"{len(open_edges)} open edges" if len(open_edges) else "triangles on each other"
+        return f"{path}: template: expected a closed surface, found {found}"
     if mesh.body_count > 1:
         return f"{path}: template: expected one piece, found {mesh.body_count}"
     size, (low, high) = float(mesh.extents.max()), PLAUSIBLE_SIZE_M

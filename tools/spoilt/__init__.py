@@ -1,1 +1,0 @@
-"""Mutations of the sample's captures and files, and what the workflow makes of them."""
