@@ -12,7 +12,6 @@ import pytest
 import yaml
 from palpate.config.model import problems
 from palpate.vision.camera import camera_from_spec
-from palpate.workflow.lab import LabRules
 from virtual_lab.cameras import GAMMA
 from virtual_lab.describe import box_template, bumped, misdeclared, object_text
 from virtual_lab.device import device_of, sphere_radius_m
@@ -21,6 +20,7 @@ from virtual_lab.motion import ProbeMotion
 from virtual_lab.probe import make_probe
 from virtual_lab.record import film, record_capture, with_motion
 from virtual_lab.rig import make_rig, object_bench
+from virtual_lab.rules import LabRules
 from virtual_lab.scene import Bench, Scene
 from virtual_lab.shapes import shape_of
 from virtual_lab.specification import Device, Lab

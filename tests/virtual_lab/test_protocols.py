@@ -11,11 +11,11 @@ import protocols
 import pytest
 import yaml
 from palpate.workflow.configuration import open_run
-from palpate.workflow.lab import LabRules
 from palpate.yaml_files import load_yaml
 from settings import written
 from thesis.options import Simulation
 from virtual_lab.describe import object_text
+from virtual_lab.rules import LabRules
 
 GLUED, BESIDE, INCLINED = "glued_block", "01-a09", "02"
 

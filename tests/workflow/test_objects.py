@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from palpate.workflow.objects import MANY, kept_files, studied, too_many, value_digest
+from palpate.workflow.objects import kept_files, studied, value_digest
 from settings import full
 
 STICK = {"probe": "stick"}
@@ -46,14 +46,3 @@ def test_files_outside_the_object_count(tmp_path):
     Path(paths["meshes"]).mkdir()
     (Path(paths["meshes"]) / "cushion.vtu").write_bytes(b"mesh")
     assert set(kept_files("cushion", sensors, STICK, paths)) == {"sensors/kinect", "mesh"}
-
-
-def test_many_captures_are_told(tmp_path):
-    config = {"only": None, "paths": {"raw": str(tmp_path / "raw")}}
-    for number in range(MANY):
-        (tmp_path / f"raw/cushion/kinect/{number}").mkdir(parents=True)
-    assert too_many(config) is None
-    (tmp_path / "raw/sponge/kinect/01").mkdir(parents=True)
-    assert f"{MANY + 1} captures" in too_many(config)
-    assert too_many(config | {"only": "cushion"}) is None
-    assert too_many({"paths": 3}) is None

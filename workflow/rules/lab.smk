@@ -1,5 +1,5 @@
 # The virtual lab: captures in the very format that people drop in, and their truth.
-from palpate.workflow.lab import LabRules
+from virtual_lab.rules import LabRules
 
 LAB = LabRules(RUN)
 

@@ -8,34 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from palpate.capture.calibrations import PARTS
-from palpate.capture.discover import discover
 from palpate.capture.fingerprint import folder_fingerprint
-
-# More captures than this are ten thousand jobs and more.
-MANY = 1_000
 
 # Objects of the study beside its block.
 BALL, EAR = "foam_ball", "ear"
-
-
-def too_many(config: Mapping) -> str | None:
-    """Say when a run has more captures than the ordinary workflow is for; None when it has not.
-
-    Parameters
-    ----------
-    config : mapping
-        As merged, not yet checked.
-    """
-    paths = config.get("paths")
-    if config.get("only") is not None or not isinstance(paths, Mapping):
-        return None
-    captures = len(discover(str(paths.get("raw"))))
-    if captures <= MANY:
-        return None
-    return (
-        f"{captures} captures in {paths['raw']}: a run of all takes long to begin;"
-        " `--batch objects=1/10` or `--config only=<object>` takes a part (docs/cluster.md)"
-    )
 
 
 def studied(config: Mapping) -> set[str]:

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.workflow.run import Run
-
 # Of lab.yaml: what no film needs.
 APART = ("objects", "experiments", "simulated_block", "laser")
 # Of an object's block: what its form, its looks and its description do not depend on.
@@ -19,10 +17,11 @@ class LabRules:
 
     Attributes
     ----------
-    run : Run
+    run
+        The workflow's `palpate.workflow.run.Run`.
     """
 
-    run: Run
+    run: Any
 
     @property
     def modelled(self) -> list[str]:
