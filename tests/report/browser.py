@@ -27,7 +27,9 @@ ARGUMENTS = [
 
 
 def missing():
-    """What a test in a browser lacks here, or None."""
+    """What a test in a browser lacks here, or None; nothing where a browser is required."""
+    if "browser" in os.environ.get("PALPATE_TESTS_REQUIRE", ""):
+        return None
     if not any(shutil.which(name) for name in ("chromium", "chromium-browser", "google-chrome")):
         return "no chromium here (Debian: apt-get install chromium)"
     return None if shutil.which("chromedriver") else "no chromedriver here (chromium-driver)"
