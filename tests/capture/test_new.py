@@ -174,6 +174,7 @@ def test_an_own_object_from_its_files_to_nothing_wrong(cow, lab, monkeypatch, ca
     assert "../raw/toy_cow: nothing wrong" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_a_film_that_a_run_will_miss(cow, lab, capsys):
     path = lab / "config/probes/bench_probe.yaml"
     path.write_text(path.read_text() + "\ntip: calibration\n")

@@ -331,6 +331,7 @@ def test_e_after_a_second_is_that_of_the_moduli():
     assert found.to_dict()["youngs_modulus_10s_pa"]["value"] == late.value
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("foot", [0.1, 0.9])
 def test_how_freely_a_foot_slides_is_found(foot):
     """A table whose foot sticks takes what sliding adds for another Poisson's ratio."""

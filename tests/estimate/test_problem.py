@@ -91,6 +91,7 @@ def test_load_is_turned_and_kept_whole(root, tracked, rule, order):
     assert np.array_equal(problem.sets.contact, loaded)
 
 
+@pytest.mark.long
 def test_ten_node_elements_and_pressure_are_right_where_the_study_is_not(root, tracked):
     E_study, nu_study = recovered(posed(root, tracked, element_order=1, force_rule="conserve"))
     E_better, nu_better = recovered(posed(root, tracked, element_order=2, force_rule="hertz_patch"))

@@ -154,6 +154,7 @@ def whole(start):
     return folder
 
 
+@pytest.mark.long
 def test_a_killed_job_runs_again_to_the_same_bytes(start, whole, tracker):
     # Nothing that a kill meets depends on the tracker.
     for where in ("tracking", "writing") if tracker == "study" else ():

@@ -106,6 +106,7 @@ def test_errors_of_the_tracker_are_told_apart(steps, tracked):
     assert errors["loaded_along_m"] < 2e-4
 
 
+@pytest.mark.long
 def test_minimisation_on_tracked_data_does_better_than_the_study(steps, as_shipped):
     # As in Figure 3.10 the loaded vertices have slid over their facets.
     assert simulation_tables.tracking_errors(steps, as_shipped)["loaded_across_m"] > 5e-4

@@ -90,6 +90,7 @@ def inclined():
     return press_object(BLOCK, TOP, R, direction=2 * INCLINED)
 
 
+@pytest.mark.long
 def test_a_smooth_sphere_slides_on_a_flat_face(straight, inclined):
     """Only what it goes down counts, and its force is square to the face however it comes."""
     assert np.allclose(np.cross(inclined.point_m - TOP, INCLINED), 0, atol=1e-9)
@@ -187,6 +188,7 @@ def test_a_loose_block_lifts_its_edges_and_stands_on_what_it_is_pressed_by(strai
     assert -4 * sphere[2] == pytest.approx(straight.force_n[1], rel=0.1)
 
 
+@pytest.mark.long
 def test_a_foot_that_is_glued_in_its_middle_alone_lifts_its_end():
     """Pressed near an end it gives way a little more than a glued one, and its other end rises."""
     beside = TOP + [0.03, 0, 0]

@@ -167,6 +167,7 @@ def test_each_error_stands_alone_at_twice_its_size(ranges, base, probe):
     assert list(lab["objects"]) == ["block", "ball", "object_01"]
 
 
+@pytest.mark.long
 @pytest.mark.workflow
 def test_dry_run(root, tmp_path):
     folder = tmp_path / "main"

@@ -152,6 +152,7 @@ def test_a_plain_table_is_bare_and_of_one_colour(lab):
     assert not plain.props
 
 
+@pytest.mark.long
 def test_a_capture_is_the_same_for_the_same_seed_alone(lab, steps, sensors, probe, tmp_path):
     common, spec, _ = lab
     spec = with_motion(spec, {"frames": 2, "frame_rate_hz": 1})

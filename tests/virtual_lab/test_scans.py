@@ -55,6 +55,7 @@ def test_registration_takes_out_the_turntables_errors(bean, views, tmp_path):
     assert after < 0.5 * before
 
 
+@pytest.mark.long
 def test_a_template_is_closed_and_near_the_truth(bean, views, tmp_path):
     write_scans(tmp_path, views)
     mesh = template_from_scans(read_scans(tmp_path), vertices=1200, spacing_m=0.002)

@@ -168,6 +168,7 @@ def test_no_more_distortion_than_the_corners_tell(camera, terms):
     assert not np.diag(result.covariance)[4:][dropped].any()
 
 
+@pytest.mark.long
 def test_all_terms_where_the_corners_tell_them(sensors):
     camera = camera_from_spec(sensors["kinect"]["color"])
     board = Board(9, 6, 0.025)

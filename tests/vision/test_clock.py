@@ -49,6 +49,7 @@ def test_clocks_may_begin_in_1970(offset_s):
     assert abs(here.offset_s - offset_s) < 3 * here.std_s
 
 
+@pytest.mark.long
 def test_a_long_film_is_told_by_its_press_alone():
     """A minute and a half, with a press of two seconds late in it, tells what these tell."""
     rng = np.random.default_rng(4)

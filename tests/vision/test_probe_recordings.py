@@ -25,6 +25,8 @@ EACH, APART_S = 6, 2.0
 PRESSED = {"presses": 1, "press_s": 6.0, "rest_s": 1.0, "frame_rate_hz": 4}
 STIFFNESS_N_M, SOFT_N_M = 5000, 1000
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def sensor(root):
@@ -135,7 +137,6 @@ def test_a_stiffness(pressed, sensor, ran, tmp_path):
     assert found["compliance_std_m_n"] < 0.15 / STIFFNESS_N_M
 
 
-@pytest.mark.long
 def test_something_soft(root, sensor, probe, ran, tmp_path):
     folder = tmp_path / "stiffness"
     recorded(root, sensor, probe, folder, SOFT_N_M)

@@ -84,6 +84,7 @@ def test_a_third_may_be_hidden(marker):
 
 @pytest.mark.parametrize("spoil", SPOILT)
 @ANY
+@pytest.mark.long
 def test_no_corner_of_a_spoilt_board_is_wrong(marker, spoil):
     board, rng = board_of(marker), np.random.default_rng(3)
     for _ in range(3):

@@ -48,6 +48,7 @@ def elsewhere(root, tmp_path):
     return tmp_path / "here"
 
 
+@pytest.mark.long
 def test_as_a_module(root, elsewhere):
     """With a configuration of its own, of which what it leaves out has its default."""
     (elsewhere / "Snakefile").write_text(MODULE.format(root=root))
@@ -57,6 +58,7 @@ def test_as_a_module(root, elsewhere):
     assert "own_report" in whole.stdout and "figure_5_5" not in whole.stdout
 
 
+@pytest.mark.long
 def test_as_a_module_of_a_repository(root, elsewhere, tmp_path):
     """As snakedeploy names it: there is no folder of the project, but a commit."""
     copy = shutil.copytree(root, tmp_path / "palpate", ignore=left_behind)
