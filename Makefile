@@ -64,26 +64,26 @@ validation: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
 	  config/validation.yaml $(DRAWN) --seed $(seed)
 	-$(VALIDATION)/config.yaml -- validation
-	$(BIN)/python tools/validation.py $(DRAWN)
+	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.randomised_rigs $(DRAWN)
 
 # Each error of a rig by itself and all at once, on a block, a ball and a drawn object.
 errors: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
 	  config/validation.yaml $(DRAWN)-alone --seed $(seed) --alone
 	-$(VALIDATION)-alone/config.yaml -- validation
-	$(BIN)/python tools/validation.py $(DRAWN)-alone
+	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.randomised_rigs $(DRAWN)-alone
 
 # The estimates alone, anew, of what a finished `make validation` observed.
 refit: .venv/installed
 	@test -n "$(OBSERVED)" || { echo "error: $(DRAWN): expected what make validation seed=$(seed) found, found nothing"; exit 1; }
 	$(VALIDATION)/config.yaml --allowed-rules direct_object --forcerun direct_object -- $(OBSERVED)
-	$(BIN)/python tools/validation.py $(DRAWN)
+	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.randomised_rigs $(DRAWN)
 
 # One indentation by many protocols, each estimated by itself; one that is rejected does not stop the
 # others. `make manners` is its former name.
 protocols: .venv/installed
 	-$(MANNERS) --keep-going -- $(PRESSES:%=manners/results/%/direct.json)
-	$(BIN)/python tools/protocols.py manners/results
+	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.protocols manners/results
 
 manners: protocols
 
@@ -118,7 +118,7 @@ corpus: .venv/installed
 	$(BIN)/python tools/corpus.py $(with)
 
 # One operator or constant of palpate.vision, solid and estimate changed at a time, 40 drawn with a
-# seed: which the tests notice (docs/reliability.md); with='--seed 2 --count 10 --rooms solid'.
+# seed: which the tests notice (docs/reliability.md); with='--seed 2 --count 10 --packages solid'.
 mutants: .venv/installed
 	$(ONE_THREAD) $(BIN)/python tools/mutants.py $(with)
 

@@ -1,15 +1,12 @@
-"""Change one operator or constant of a room at a time, and see whether its tests tell.
+"""Change one operator or constant of a package at a time, and see whether its tests notice.
 
 ``make mutants`` draws mutants at random and says what killed each; the exit status is 1 when more
-than a tenth survive. Each is run in a copy of the project with the quick tests of its room that
-reach its statement, which one run with marked statements tells. What no test reaches survives;
-errors and time-outs kill.
+than a tenth survive. Each is judged in a copy of the project by the quick tests of its package, of
+which those that name the changed module come first; errors and time-outs kill.
 """
 
 import argparse
 import ast
-import builtins
-import json
 import os
 import random
 import re
@@ -17,18 +14,17 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPTS = "workflow/scripts"
-ROOMS = ("vision", "solid", "estimate")
+PACKAGES = ("vision", "solid", "estimate")
 LEFT_OUT = {".git", ".venv", ".snakemake", "raw", "results", "validation", "manners"}
 MOST_SURVIVORS = 0.1
-# Of what a mutant's tests take without it, and what they are given beside.
+# Of what the tests of a package take without mutants, and what they are given beside.
 PATIENCE, START_S = 5, 60
 SHOWN = 40
 
@@ -47,19 +43,17 @@ SPARED_NAMES = {"option", "block", "strict"}
 NOTHING = 1e-100
 
 
-def places(node: ast.AST, line: int = 0) -> Iterator[tuple[int, int, Callable[[], None]]]:
-    """What can be changed: its line, that of its statement (0 outside functions), the change."""
+def places(node: ast.AST) -> Iterator[tuple[int, Callable[[], None]]]:
+    """What can be changed: its line, and the change."""
     for field, value in ast.iter_fields(node):
         children = value if isinstance(value, list) else [value]
         for at, child in enumerate([] if field in SPARED_FIELDS else children):
             if not isinstance(child, ast.AST) or _spared(child):
                 continue
-            begins = isinstance(child, ast.stmt) and (line or isinstance(node, ast.FunctionDef))
-            here = child.lineno if begins else line
             if (new := _changed(child)) is not None:
                 place = child if hasattr(child, "lineno") else node
-                yield place.lineno, here, _put(node, field, at, new)
-            yield from places(child, here)
+                yield place.lineno, _put(node, field, at, new)
+            yield from places(child)
 
 
 def _spared(node: ast.AST) -> bool:
@@ -93,16 +87,16 @@ def _put(node: ast.AST, field: str, at: int, new: ast.AST) -> Callable[[], None]
     return lambda: setattr(node, field, new)
 
 
-def mutated(text: str, index: int) -> tuple[int, int, str, str, str]:
-    """Lines of a place and its statement, code before and after there, and the whole text."""
+def mutated(text: str, index: int) -> tuple[int, str, str, str]:
+    """Line of a place, code before and after there, and the whole text."""
     tree = ast.parse(text)
     before = ast.unparse(tree)
-    line, statement, change = list(places(tree))[index]
+    line, change = list(places(tree))[index]
     change()
     after = ast.unparse(tree)
     lines = zip(before.splitlines(), after.splitlines(), strict=True)
     here, there = next(pair for pair in lines if pair[0] != pair[1])
-    return line, statement, here.strip(), there.strip(), after
+    return line, here.strip(), there.strip(), after
 
 
 def _about(before: str, after: str) -> str:
@@ -112,127 +106,55 @@ def _about(before: str, after: str) -> str:
     return f"{before[part]}  ->  {after[part]}"
 
 
-class Marked(ast.NodeTransformer):
-    """Tells of each statement in a function that it was reached."""
-
-    def __init__(self, name: str):
-        self.name, self.inside = name, False
-
-    def visit(self, node: ast.AST) -> ast.AST | list[ast.AST]:
-        before, self.inside = self.inside, self.inside or isinstance(node, ast.FunctionDef)
-        node, self.inside = self.generic_visit(node), before
-        if not (before and isinstance(node, ast.stmt)):
-            return node
-        return [*ast.parse(f"_reached('{self.name}:{node.lineno}')").body, node]
-
-
-# As a plugin of pytest (-p mutants) this module notes what each test reaches, and its time.
-NOW, ALWAYS = set(), set()
-IN_SETUP, TESTS = defaultdict(set), defaultdict(lambda: {"seconds": 0.0, "reached": set()})
-builtins._reached = NOW.add
-
-
-def pytest_collection_finish() -> None:
-    """What modules call when they are imported counts for all tests."""
-    ALWAYS.update(NOW)
-    NOW.clear()
-
-
-def pytest_runtest_logreport(report) -> None:
-    """What fixtures reach counts for all tests of the file."""
-    test = TESTS[report.nodeid]
-    test["seconds"] += report.duration
-    place = IN_SETUP[_file(report.nodeid)] if report.when == "setup" else test["reached"]
-    place.update(NOW)
-    NOW.clear()
-
-
-def pytest_sessionfinish() -> None:
-    """Write it where the caller wants it."""
-    if place := os.environ.get("REACHED"):
-        for name, test in TESTS.items():
-            test["reached"] = sorted(test["reached"] | IN_SETUP[_file(name)] | ALWAYS)
-        Path(place).write_text(json.dumps(TESTS))
-
-
-def _file(test: str) -> str:
-    return test.split("::")[0]
-
-
-class Room:
-    """A room in a copy of the project."""
+class Package:
+    """A package in a copy of the project."""
 
     def __init__(self, name: str, copy: Path):
         self.name, self.copy = name, copy
         files = sorted((copy / SCRIPTS / "palpate" / name).rglob("*.py"))
         self.texts = {str(file.relative_to(copy / SCRIPTS)): file.read_text() for file in files}
+        began = perf_counter()
+        self._require_passing()
+        self.limit_s = START_S + PATIENCE * (perf_counter() - began)
 
-    def mutants(self) -> list[tuple["Room", str, int]]:
-        """All that can be drawn: room, file and place."""
+    def mutants(self) -> list[tuple["Package", str, int]]:
+        """All that can be drawn: package, file and place."""
         counts = {file: len(list(places(ast.parse(text)))) for file, text in self.texts.items()}
         return [(self, file, index) for file in counts for index in range(counts[file])]
 
-    @cached_property
-    def tests(self) -> dict[str, dict]:
-        """Seconds of each test, and the statements that it reaches."""
-        for file, text in self.texts.items():
-            marked = ast.fix_missing_locations(Marked(file).visit(ast.parse(text)))
-            self._write(file, ast.unparse(marked))
-        done = self._pytest([f"tests/{self.name}"], "-p", "mutants")
-        for file, text in self.texts.items():
-            self._write(file, text)
-        if done.returncode:
-            raise ValueError(f"tests/{self.name}: expected to pass, found\n{done.stdout[-2000:]}")
-        return json.loads((self.copy / "reached.json").read_text())
-
     def judged(self, file: str, index: int) -> tuple[str, str]:
         """A mutant in words, and how it ended."""
-        line, statement, before, after, text = mutated(self.texts[file], index)
-        names = self._reaching(file, statement)
+        line, before, after, text = mutated(self.texts[file], index)
         words = f"{file.removeprefix('palpate/')}:{line}  {_about(before, after)}"
-        if not names:
-            return words, "SURVIVED: no test reaches it"
-        self._write(file, text)
+        (self.copy / SCRIPTS / file).write_text(text)
         try:
-            limit_s = START_S + PATIENCE * sum(self.tests[name]["seconds"] for name in names)
-            done = self._pytest(names, "-x", timeout=limit_s)
+            done = self._pytest(self._tests(file), timeout=self.limit_s)
         except subprocess.TimeoutExpired:
-            return words, f"killed by the time of {limit_s:.0f} s"
+            return words, f"killed by the time of {self.limit_s:.0f} s"
         finally:
-            self._write(file, self.texts[file])
+            (self.copy / SCRIPTS / file).write_text(self.texts[file])
         if done.returncode == 0:
-            return words, f"SURVIVED {len(names)} tests"
+            return words, "SURVIVED"
         failed = re.search(r"^(?:FAILED|ERROR) tests/(\S+)", done.stdout, re.MULTILINE)
         return words, f"killed by {failed[1] if failed else 'the import'}"
 
-    def _reaching(self, file: str, statement: int) -> list[str]:
-        # Module's lines serve the module and those that import from it.
+    def _require_passing(self) -> None:
+        done = self._pytest(self._tests(""))
+        if done.returncode:
+            raise ValueError(f"tests/{self.name}: expected to pass, found\n{done.stdout[-2000:]}")
+
+    def _tests(self, file: str) -> list[str]:
+        """Test files of the package, those that name a module first."""
         module = file.removesuffix(".py").replace("/", ".")
-        users = [one for one, text in self.texts.items() if one == file or f"{module} " in text]
-        marks = {f"{file}:{statement}"} if statement else {f"{user}:" for user in users}
-        names = [
-            name
-            for name, test in self.tests.items()
-            if any(one in marks or one[: one.index(":") + 1] in marks for one in test["reached"])
-        ]
-        seconds = defaultdict(float)
-        for name in names:
-            seconds[_file(name)] += self.tests[name]["seconds"]
-        return sorted(names, key=lambda name: seconds[_file(name)])
+        found = sorted((self.copy / "tests" / self.name).rglob("test_*.py"))
+        first = sorted(found, key=lambda path: module not in path.read_text())
+        return [str(path.relative_to(self.copy)) for path in first]
 
-    def _write(self, file: str, text: str) -> None:
-        (self.copy / SCRIPTS / file).write_text(text)
-
-    def _pytest(self, what: Sequence[str], *options: str, **more) -> subprocess.CompletedProcess:
-        own = {
-            "PYTHONPATH": f"{SCRIPTS}:tests:tools",
-            "PYTHONDONTWRITEBYTECODE": "1",
-            "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
-            "REACHED": "reached.json",
-        }
-        command = [sys.executable, "-m", "pytest", "-q", "-rfE", "-p", "no:cacheprovider"]
+    def _pytest(self, tests: Sequence[str], **more) -> subprocess.CompletedProcess:
+        own = {"PYTHONPATH": SCRIPTS, "PYTHONDONTWRITEBYTECODE": "1"}
+        command = [sys.executable, "-m", "pytest", "-q", "-x", "-rfE", "-p", "no:cacheprovider"]
         return subprocess.run(
-            [*command, *options, *what],
+            [*command, *tests],
             cwd=self.copy,
             env=os.environ | own,
             capture_output=True,
@@ -243,20 +165,25 @@ class Room:
 
 
 def survivors(
-    root: Path, rooms: Sequence[str], *, count: int, seed: int, say: Callable[[str], object] = print
+    root: Path,
+    packages: Sequence[str],
+    *,
+    count: int,
+    seed: int,
+    say: Callable[[str], object] = print,
 ) -> tuple[int, int]:
     """Judge mutants drawn at random; how many survive, and how many were drawn."""
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         copy = Path(folder) / root.name
         shutil.copytree(root, copy, ignore=lambda at, _: LEFT_OUT if Path(at) == root else [])
-        every = [one for room in rooms for one in Room(room, copy).mutants()]
+        every = [one for name in packages for one in Package(name, copy).mutants()]
         drawn = random.Random(seed).sample(every, min(count, len(every)))
         lived = 0
-        for room, file, index in sorted(drawn, key=every.index):
+        for package, file, index in sorted(drawn, key=every.index):
             began = perf_counter()
-            words, end = room.judged(file, index)
+            words, end = package.judged(file, index)
             say(f"{words}\n    {end} ({perf_counter() - began:.0f} s)")
-            lived += end.startswith("SURVIVED")
+            lived += end == "SURVIVED"
     say(f"{lived} of {len(drawn)} survive")
     return lived, len(drawn)
 
@@ -266,10 +193,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=40)
-    parser.add_argument("--rooms", nargs="+", choices=ROOMS, default=ROOMS)
+    parser.add_argument("--packages", nargs="+", choices=PACKAGES, default=PACKAGES)
     options = parser.parse_args()
     say = partial(print, flush=True)
-    lived, drawn = survivors(ROOT, options.rooms, count=options.count, seed=options.seed, say=say)
+    how_many = {"count": options.count, "seed": options.seed}
+    lived, drawn = survivors(ROOT, options.packages, **how_many, say=say)
     return int(lived > MOST_SURVIVORS * drawn)
 
 

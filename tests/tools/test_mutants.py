@@ -1,11 +1,11 @@
-"""Which changes of a small room its tests notice."""
+"""Which changes of a small package its tests notice."""
 
 import ast
 
 import mutants
 import pytest
 
-ROOM = '''
+MODULE = '''
 SIDES = 4
 
 
@@ -33,8 +33,7 @@ AFTER = {
         "return (SIDES / a, a ** 2)",
         "return (SIDES * a, a ** 3)",
     ],
-    "survived": ["return (SIDES * a, a * 2)", "if a < 1:"],
-    "not reached": ["return a"],
+    "survived": ["return (SIDES * a, a * 2)", "if a < 1:", "return a"],
 }
 
 
@@ -43,9 +42,8 @@ def project(tmp_path):
     for name, text in {
         "workflow/scripts/palpate/__init__.py": "",
         "workflow/scripts/palpate/solid/__init__.py": "",
-        "workflow/scripts/palpate/solid/square.py": ROOM,
+        "workflow/scripts/palpate/solid/square.py": MODULE,
         "tests/solid/test_square.py": TESTS,
-        "tools/mutants.py": (mutants.ROOT / "tools/mutants.py").read_text(),
     }.items():
         place = tmp_path / "project" / name
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -57,7 +55,7 @@ def test_a_weak_test_lets_a_mutant_live(project):
     said = []
     assert mutants.survivors(project, ["solid"], count=100, seed=1, say=said.append) == (3, 7)
     ends = {"killed by solid/test_square.py::test_square": "killed"}
-    ends |= {"SURVIVED 1 tests": "survived", "SURVIVED: no test reaches it": "not reached"}
+    ends |= {"SURVIVED": "survived"}
     found = {end: [] for end in AFTER}
     for one in said[:-1]:
         words, end = one.split("\n    ")

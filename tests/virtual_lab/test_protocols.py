@@ -7,13 +7,13 @@ import shutil
 import subprocess
 from types import SimpleNamespace
 
-import protocols
 import pytest
 import yaml
 from palpate.workflow.configuration import open_run
 from palpate.yaml_files import load_yaml
 from settings import written
 from thesis.options import Simulation
+from validation import protocols
 from virtual_lab.describe import object_text
 from virtual_lab.rules import LabRules
 

@@ -8,7 +8,6 @@ import sys
 
 import numpy as np
 import pytest
-import validation
 import yaml
 from palpate.modulus import LABELS
 from palpate.workflow.configuration import open_run
@@ -16,6 +15,7 @@ from palpate.yaml_files import load_yaml
 from sample_run import LEFT_BEHIND, snakemake
 from settings import written
 from thesis.options import Simulation
+from validation import randomised_rigs
 from virtual_lab.checks import OF_OBJECT, lab_problems
 from virtual_lab.draw import draw_alone, draw_lab, main
 from virtual_lab.specification import Lab
@@ -75,7 +75,7 @@ def test_what_is_drawn_fills_its_ranges(ranges, drawn, probe):
 
 
 def test_forms_supports_and_laws_are_mixed(ranges, drawn):
-    kinds = [validation.drawn(spec)["form"] for spec in drawn]
+    kinds = [randomised_rigs.drawn(spec)["form"] for spec in drawn]
     assert set(kinds) == {"bonded block", "resting block", "resting ball", "bonded ear"}
     assert min(kinds.count(kind) for kind in set(kinds)) >= 5
     laws = [spec["material"]["law"] for spec in drawn]
@@ -122,12 +122,12 @@ def test_a_damaged_estimate_is_named(finished):
     for text in (path.read_text()[:100], "[]", ""):
         path.write_text(text)
         with pytest.raises(ValueError, match="direct.json: file: expected a whole estimate"):
-            validation.estimates_of(finished)
+            randomised_rigs.estimates_of(finished)
 
 
 def test_all_refused_is_a_table(finished, capsys):
     (finished / "results/object_01/bumblebee/direct.json").unlink()
-    validation.main([finished])
+    randomised_rigs.main([finished])
     said = capsys.readouterr().out
     assert said.startswith("2 estimates of 1 rigs, 2 refused.") and "alignment: too far off" in said
 
@@ -232,11 +232,11 @@ def finished(tmp_path):
 
 
 def test_estimates_are_held_to_the_truth(finished, capsys):
-    validation.main([finished])
+    randomised_rigs.main([finished])
     said = capsys.readouterr().out
     assert said.startswith("2 estimates of 1 rigs, 1 refused.")
-    table = validation.estimates_of(finished)
-    summary = validation.summary_of(table).set_index("modulus")
+    table = randomised_rigs.estimates_of(finished)
+    summary = randomised_rigs.summary_of(table).set_index("modulus")
     assert summary.loc["E", "median error"] == "10 %"
     assert summary.loc["E", "over its bound"] == "2.00"
     assert summary.loc["E", "intervals that hold"] == "0 of 1"

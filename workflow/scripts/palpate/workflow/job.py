@@ -1,6 +1,5 @@
 """What every script of the workflow shares: its log, one line per error, its end with the run."""
 
-import cProfile
 import ctypes
 import logging
 import os
@@ -16,8 +15,6 @@ from typing import TextIO
 
 from palpate.capture.fingerprint import stamp
 
-# Folder for a profile of each job, where it is set (docs/performance.md).
-PROFILES = "PALPATE_PROFILES"
 # Process of the Snakemake that a job ends with.
 OWNER = "PALPATE_RUN_PID"
 PR_SET_PDEATHSIG = 1  # prctl(2): the kernel sends this process a signal when its parent ends
@@ -94,25 +91,13 @@ def _on_steady_inputs(main: Callable, snakemake: object) -> None:
     before = {str(path): stamp(path) for path in snakemake.input if isinstance(path, (str, Path))}
     before |= snakemake.params.get("content", {})
     try:
-        _profiled(main, snakemake)
+        main(snakemake)
     finally:
         for path, found in before.items():
             if stamp(path) != found:
                 raise ValueError(
                     f"{path}: expected to stay as it is during the run, found it changed; run again"
                 )
-
-
-def _profiled(main: Callable, snakemake: object) -> None:
-    folder = os.environ.get(PROFILES)
-    if not folder:
-        main(snakemake)
-        return
-    profile = cProfile.Profile()
-    profile.runcall(main, snakemake)
-    Path(folder).mkdir(parents=True, exist_ok=True)
-    name = "-".join([snakemake.rule, *map(str, snakemake.wildcards)]).replace("/", "-")
-    profile.dump_stats(Path(folder, f"{name}.prof"))
 
 
 def _line(error: object, snakemake: object, *, where: str = "log:") -> str:

@@ -1,6 +1,6 @@
 """One press of the lab in many manners: each capture's own estimate beside the truth.
 
-    python tools/protocols.py manners/results
+    python -m validation.protocols manners/results
 
 Prints the table and writes ``manners.csv`` and ``manners.md`` there. The truth is read here alone.
 """
@@ -14,7 +14,7 @@ import pandas as pd
 import yaml
 from palpate.markdown import rows_of
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[3]
 MODULI = {"E [kPa]": ("youngs_modulus_pa", 1e-3), "nu": ("poisson_ratio", 1.0)}
 MODULI |= {"E* [kPa]": ("reduced_modulus_pa", 1e-3)}
 

@@ -1,6 +1,6 @@
 """Runs of drawn labs, held against their truth: errors, and how often the intervals hold.
 
-    python tools/validation.py validation/1 [validation/2 ...]
+    python -m validation.randomised_rigs validation/1 [validation/2 ...]
 
 Prints the summary of all of them; writes ``validation.csv``, ``validation.md`` and
 ``validation.png`` into the last one's folder. The truth is read here alone. A capture that the
