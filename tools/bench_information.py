@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from palpate.estimate.direct.blocks import Scales
-from palpate.estimate.direct.budget import covariance_of
 from palpate.estimate.direct.estimate import DirectEstimate, best_of_starts, estimate_direct
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import DirectIndentation, Parameters, residuals
@@ -20,11 +19,12 @@ from palpate.estimate.direct.information import bound_of
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.prior import FREE, parameter_bounds, prior_of, scaled_inverse
 from palpate.estimate.direct.quantities import NAMES, quantities_of
+from palpate.estimate.relaxation import relaxed_share
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests/estimate"))
 from made_up_press import OPTIONS, RADIUS_M, press_of
 
-JUDGED = ("youngs_modulus_pa", "poisson_ratio", "equivalent_reduced_modulus_pa")
+JUDGED = ("youngs_modulus_pa", "poisson_ratio", "effective_reduced_modulus_pa")
 PLACES = [NAMES.index(name) for name in JUDGED]
 DRAWS = 50
 # Motions that err together as they do in the sample's captures, and motions that do not.
@@ -97,13 +97,13 @@ def together(press: DirectIndentation, sharing: Sequence[float], rng) -> NDArray
 
 
 def errors_over_bound(found: DirectEstimate, *, draws: int) -> NDArray:
-    """Errors of log E, nu and log E* equivalent, each over its bound at the truth, (draws, 3)."""
+    """Errors of log E, nu and effective log E* over their bounds at the truth, (draws, 3)."""
     options, truth, told = found.options, found.solution, []
     for seed in range(draws):
         p, presses = drawn(truth, options, np.random.default_rng(seed))
         here = replace(truth, parameters=(p,), indentations=tuple(presses))
         best = best_of_starts(presses, options)
-        quantities = quantities_of(best, covariance_of(best, options), options, radius_m=RADIUS_M)
+        quantities = quantities_of(best, options, radius_m=RADIUS_M)
         true = true_values(quantities.depth_m, p, presses[0])
         told.append(
             (quantities.values[PLACES] - true) / bound_of(here, quantities, options)[PLACES]
@@ -112,7 +112,9 @@ def errors_over_bound(found: DirectEstimate, *, draws: int) -> NDArray:
 
 
 def true_values(depth_m: float, p: Parameters, press: DirectIndentation) -> NDArray:
-    """Of log E, nu and the equivalent log E* at a depth, (3,)."""
+    """Of log E, nu and the effective log E* at a depth, (3,)."""
     log_E, nu = np.log(p.youngs_modulus_pa), p.poisson_ratio
     harder = press.table.stiffening_at(np.array([depth_m]), nu)[0][0]
-    return np.array([log_E, nu, log_E - np.log1p(-(nu**2)) + p.force_law * harder])
+    times = np.array(OPTIONS.relaxation_times_s)
+    left = 1 - float(relaxed_share(1.0, fractions=p.fractions, times_s=times))
+    return np.array([log_E, nu, log_E - np.log1p(-(nu**2)) + p.force_law * harder + np.log(left)])

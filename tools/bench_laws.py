@@ -15,6 +15,7 @@ from palpate.capture.files import whole_file
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.table import SampleTable, sample_table
+from palpate.estimate.relaxation import relaxed_share
 from palpate.solid import laws
 from palpate.solid.indentation import IndentationModel
 from palpate.solid.indentation_setup import IndentationOptions
@@ -24,7 +25,7 @@ from palpate.solid.support import Support
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/estimate"))
-from made_up_press import press_of  # noqa: E402
+from made_up_press import SHARE_TIMES_S, SHARES, press_of  # noqa: E402
 
 TABLE = ROOT / "results/law_population.csv"
 POINT_M, DOWN, RADIUS_M = np.array([-0.05, 0, 0.0475]), np.array([0, 0, -1.0]), 0.00622
@@ -36,7 +37,7 @@ ELEMENTS = IndentationOptions(edge_m=0.004, growth=1.2)
 MOTION_STD_M, OFFSET_STD_M = 1e-4, 3e-4
 STEMS = {
     "reduced_modulus_pa": "E_star",
-    "equivalent_reduced_modulus_pa": "equivalent",
+    "effective_reduced_modulus_pa": "effective",
     "youngs_modulus_pa": "E",
     "poisson_ratio": "nu",
 }
@@ -139,7 +140,8 @@ def row_of(
     told = np.array([found.quantities.depth_m])
     harder = float((truth.force(told, nu, 0.0) / table.force(told, nu, 0.0))[0])
     star = E / (1 - nu**2)
-    truths = dict(zip(STEMS, (star, star * harder, E, nu), strict=True))
+    left = 1 - float(relaxed_share(1.0, fractions=SHARES, times_s=np.array(SHARE_TIMES_S)))
+    truths = dict(zip(STEMS, (star, star * harder * left, E, nu), strict=True))
     p = found.solution.parameters[0]
     row = {"law": law, "nu": nu, "depth_over_radius": radii}
     for name, stem in STEMS.items():

@@ -62,7 +62,7 @@ KEPT += [
     c for name in LABELS for c in (f"true_{name}", *columns(name)[:3], f"{STEMS[name]}_covered")
 ]
 KEPT += [column for law in LAWS for column in (law, f"{law}_std")]
-KEPT += [f"known_{KNOWN}", "equivalent_depth_m", "doubts"]
+KEPT += [f"known_{KNOWN}", "effective_depth_m", "doubts"]
 Changed = Callable[[DirectIndentation], DirectIndentation]
 
 

@@ -11,8 +11,8 @@ from palpate.estimate.direct.table import SampleTable
 from palpate.estimate.relaxation import relaxed_force
 
 RADIUS_M = 0.006
-# Relaxation times of what is pressed.
-SHARE_TIMES_S = (0.3, 3.0)
+# Relaxation times of what is pressed, and what relaxes with them.
+SHARE_TIMES_S, SHARES = (0.3, 3.0), (0.08, 0.05)
 NO_RIG = Rig(**dict.fromkeys(Rig.model_fields, 0.0))
 OPTIONS = Fit(
     relaxation_times_s=SHARE_TIMES_S,
@@ -90,7 +90,7 @@ def press_of(
     seed,
     *,
     noise=1.0,
-    shares=(0.08, 0.05),
+    shares=SHARES,
     frames=24,
     deepest_m=0.007,
     start_s=1.0,

@@ -314,7 +314,7 @@ def test_from_clouds_and_forces_to_the_moduli(synthetic, sensors):
     for name, truth in (("youngs_modulus_pa", E), ("poisson_ratio", NU)):
         assert moduli[name].low < truth < moduli[name].high
         assert moduli[name].verdict == "identified"
-    assert moduli["equivalent_reduced_modulus_pa"].value == pytest.approx(E / (1 - NU**2), rel=0.05)
+    assert moduli["effective_reduced_modulus_pa"].value == pytest.approx(E / (1 - NU**2), rel=0.05)
 
 
 def test_a_tips_covariance_turns_with_the_probe(synthetic, direct, plain):

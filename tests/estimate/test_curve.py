@@ -32,12 +32,18 @@ def model():
     )
 
 
-def fitted(seed, *, law=0.0, deepest_m=0.006, contact_m=0.002, level_n=0.05):
-    """A curve of a material that stiffens by a law, with an approach and a constant force."""
+def fitted(seed, *, law=0.0, deepest_m=0.006, contact_m=0.002, level_n=0.05, wrong=None, **options):
+    """A curve of a material that stiffens by a law, with an approach and a constant force.
+
+    Some samples are wrong by 0.2 N.
+    """
     rng = np.random.default_rng(seed)
     table, depth = model_of(np.array([[0.03, 0, 0]])), np.linspace(0, contact_m + deepest_m, 300)
     force = E_PA * table.force(depth - contact_m, NU, law) + level_n
-    return hertz.fit(depth, force + NOISE_N * rng.normal(size=300), radius_m=RADIUS_M)
+    noise = NOISE_N * rng.normal(size=300)
+    if wrong is not None:
+        noise[wrong] += 0.2
+    return hertz.fit(depth, force + noise, radius_m=RADIUS_M, **options)
 
 
 @pytest.mark.parametrize("law", [0.0, 0.7, -0.4])
@@ -59,6 +65,20 @@ def test_intervals_hold_the_truth_as_often_as_they_say(model):
     ]
     held = sum(one.low < E_PA < one.high for one in moduli)
     assert held >= 34
+
+
+def test_weights_of_the_curve_are_those_of_the_fit(model):
+    wrong = slice(200, 220)
+    weights = np.ones(300)
+    weights[wrong] = 1e-6
+    E = [
+        estimate_curve(fitted(3, wrong=wrong, weights=one), model, (NU, NU), OPTIONS).moduli[
+            "youngs_modulus_pa"
+        ]
+        for one in (weights, None)
+    ]
+    assert E[0].low < E_PA < E[0].high
+    assert abs(E[0].value / E_PA - 1) < 0.5 * abs(E[1].value / E_PA - 1)
 
 
 def test_what_is_not_known_of_nu_widens_e(model):

@@ -9,7 +9,9 @@ from made_up_press import OPTIONS, RADIUS_M, START, press_of
 from palpate.estimate.direct.budget import budget_of, covariance_of
 from palpate.estimate.direct.fit import fit_direct
 from palpate.estimate.direct.interval import intervals
-from palpate.estimate.direct.quantities import NAMES, quantities_of
+from palpate.estimate.direct.quantities import quantities_of
+from palpate.estimate.relaxation import relaxed_share
+from palpate.modulus import LABELS
 
 # Presses of the quick test, of the long ones, and of those at other Poisson's ratios.
 FEW, DRAWS, OTHERS = 24, 200, 140
@@ -24,7 +26,7 @@ FEWEST = {DRAWS: 181, OTHERS: 124}
 
 
 def drawn_press(rng, seed, nu):
-    """A press, whose laws, shares, clock, gain and shift are drawn from their priors; its q."""
+    """A press of which all is drawn from its prior; its q, and what is left of it after 1 s."""
     laws = rng.normal(0, [OPTIONS.force_law_std, OPTIONS.motion_law_std])
     step = np.array([[1.0, -1.0]]) / OPTIONS.fraction_step_std
     information = np.eye(2) / OPTIONS.fraction_std**2 + step.T @ step
@@ -34,27 +36,29 @@ def drawn_press(rng, seed, nu):
     late = rng.normal(0, 0.01)
     press = press_of(E, nu, seed, laws=tuple(laws), shares=tuple(shares), late_s=late)
     gain, shift = rng.normal(0, OPTIONS.gain_std), rng.normal(0, press.shift_std_m)
-    return replace(press, moved_m=press.moved_m * (1 + gain) + shift), laws[0]
+    left = 1 - relaxed_share(1.0, fractions=shares, times_s=np.array(OPTIONS.relaxation_times_s))
+    return replace(press, moved_m=press.moved_m * (1 + gain) + shift), laws[0], float(left)
 
 
-def judged(press, q, nu):
-    """Errors of E*, its equivalent, E and nu over their deviations; whether intervals hold."""
+def judged(press, q, left, nu):
+    """Errors of the moduli over their deviations, and whether intervals hold."""
     best = fit_direct([press], OPTIONS, START)
     covariance = covariance_of(best, OPTIONS)
-    told = quantities_of(best, covariance, OPTIONS, radius_m=RADIUS_M)
+    told = quantities_of(best, OPTIONS, radius_m=RADIUS_M)
     budget = budget_of(best, covariance, told, OPTIONS, radius_m=RADIUS_M)
-    star = np.log(E / (1 - nu**2))
-    harder = q * press.table.stiffening_at(np.array([told.depth_m]), nu)[0][0]
-    truth = np.array([star, star + harder, np.log(E), nu])
+    star, later = E / (1 - nu**2), E * left
+    harder = np.exp(q * press.table.stiffening_at(np.array([told.depth_m]), nu)[0][0])
+    values = np.array([star * harder * left, E, later, nu, star])
+    truth = np.where(np.array(list(LABELS)) == "poisson_ratio", values, np.log(values))
     found = intervals(best, covariance, told, budget, OPTIONS)
-    values = zip(NAMES[:4], [*np.exp(truth[:3]), nu], strict=True)
-    holds = [found[name].low <= value <= found[name].high for name, value in values]
-    return (told.values[:4] - truth) / budget.std[:4], holds
+    named = zip(LABELS, values, strict=True)
+    holds = [found[name].low <= value <= found[name].high for name, value in named]
+    return (told.values[: len(LABELS)] - truth) / budget.std[: len(LABELS)], holds
 
 
 @cache
 def drawn(nu, draws):
-    """Deviations (draws, 4) and whether intervals hold (draws, 4), at a Poisson's ratio."""
+    """Deviations (draws, 5) and whether intervals hold (draws, 5), at a Poisson's ratio."""
     rng = np.random.default_rng(20150401)
     each = [judged(*drawn_press(rng, seed, nu), nu) for seed in range(draws)]
     return np.array([one for one, _ in each]), np.array([holds for _, holds in each])
@@ -72,7 +76,7 @@ def test_errors_are_as_large_as_they_are_said_to_be(draws):
 
 @pytest.mark.long
 @pytest.mark.parametrize("nu", [0.1, NU, 0.47])
-@pytest.mark.parametrize("quantity", range(4), ids=NAMES[:4])
+@pytest.mark.parametrize("quantity", range(len(LABELS)), ids=LABELS)
 def test_intervals_hold_as_often_as_they_say(quantity, nu):
     """Near the ends of its range nu is cut off, and moduli with it."""
     draws = DRAWS if nu == NU else OTHERS

@@ -14,7 +14,7 @@ E_STAR, NORMAL = 30e3, 1.959964
 
 def told(nu, stds, *, options=None, frames=50, correlation=0.0):
     """Intervals where log E*, nu and a share that relaxes within a second have these deviations."""
-    by_nu = {"reduced": 0.0, "equivalent": 0.0, "youngs": -2 * nu / (1 - nu**2)}
+    by_nu = {"reduced": 0.0, "effective": 0.0, "youngs": -2 * nu / (1 - nu**2)}
     slopes = [
         [0.0, 1, 0]
         if name == "poisson_ratio"
@@ -22,7 +22,7 @@ def told(nu, stds, *, options=None, frames=50, correlation=0.0):
         for name in LABELS
     ]
     slopes += [[1.0, by, 0] for by in by_ratio(nu)]
-    log = np.log([E_STAR, E_STAR, *[E_STAR * (1 - nu**2)] * 3])
+    log = np.log([E_STAR if "reduced" in name else E_STAR * (1 - nu**2) for name in LABELS])
     log = np.append(log, np.log(E_STAR) + over(nu))
     values = np.where(np.array(NAMES) == "poisson_ratio", nu, log)
     covariance = np.diag(np.square(stds))

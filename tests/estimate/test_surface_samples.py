@@ -236,26 +236,27 @@ def test_moduli_of_an_estimate():
         indentations=[SimpleNamespace(depth_m=np.array([0.001, 0.0029]), table=table)],
         parameters=[SimpleNamespace(offset_m=1e-4)],
     )
-    # E* and the law are told together: where they stiffen by 0.5 the two cancel.
-    covariance = np.diag(np.r_[1e-2, 1e-3, 1e-2, np.full(5 + OWN, 1e-8)])
-    covariance[0, 2] = covariance[2, 0] = -0.5e-2
     options = Fit(relaxation_times_s=(0.5, 2.0))
-    found = quantities_of(best, covariance, options, radius_m=0.006)
+    found = quantities_of(best, options, radius_m=0.006)
     values = dict(zip(NAMES, found.values, strict=True))
     star = np.log(20e3 / 0.91)
     assert values["reduced_modulus_pa"] == pytest.approx(star)
     assert values["youngs_modulus_pa"] == pytest.approx(np.log(20e3))
-    # (1, s) C (1, s)' is least at s = 0.5, which is 0.15 by nu and 1.75 mm.
-    assert found.depth_m == pytest.approx(0.00175, abs=2e-5)
-    assert values["equivalent_reduced_modulus_pa"] == pytest.approx(star + 0.4 * 0.5, abs=2e-3)
+    assert found.depth_m == pytest.approx(0.7 * 0.003)
     assert found.depth_radii == pytest.approx(found.depth_m / 0.006)
     assert found.strain == pytest.approx(0.2 * np.sqrt(found.depth_radii))
     lost = 0.1 * (1 - np.exp(-2)) + 0.2 * (1 - np.exp(-0.5))
     assert values["youngs_modulus_1s_pa"] == pytest.approx(np.log(20e3 * (1 - lost)))
+    # At 2.1 mm it stiffens by 0.42 and, by nu, 0.15.
+    effective = star + 0.4 * 0.57 + np.log(1 - lost)
+    assert values["effective_reduced_modulus_pa"] == pytest.approx(effective)
     slopes = dict(zip(NAMES, found.slopes, strict=True))
     assert slopes["reduced_modulus_pa"][:3] == pytest.approx([1, 0.6 / 0.91, 0])
-    equivalent = slopes["equivalent_reduced_modulus_pa"][:3]
-    assert equivalent == pytest.approx([1, 0.6 / 0.91 + 0.4 * 0.5, 0.5], abs=5e-3)
+    effective = slopes["effective_reduced_modulus_pa"]
+    assert effective[:3] == pytest.approx([1, 0.6 / 0.91 + 0.4 * 0.5, 0.57])
     later = slopes["youngs_modulus_1s_pa"]
     expected = [-(1 - np.exp(-2)) / (1 - lost), -(1 - np.exp(-0.5)) / (1 - lost)]
     assert later[[0, 1, 6, 7]] == pytest.approx([1, 0, *expected])
+    assert effective[[6, 7]] == pytest.approx(expected)
+    asked = quantities_of(best, options.changed(effective_depth_m=0.001), radius_m=0.006)
+    assert asked.depth_m == 0.001

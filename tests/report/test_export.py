@@ -25,7 +25,7 @@ def estimate(**changed):
     moduli["poisson_ratio"] = interval(0.3, 0.22, 0.38) | {"unit": "1"}
     return {
         **moduli,
-        "equivalent": {"depth_m": 0.004},
+        "effective": {"depth_m": 0.004},
         "law": {name: {"value": 0.1, "std": 0.2} for name in ("force", "motion")},
         "captures": ["01"],
         "frames": [12],

@@ -10,7 +10,7 @@ def found(star_pa, verdict="identified"):
     return {
         name: {"value": value, "low": 0.9 * value, "high": 1.2 * value, "verdict": verdict}
         for name, value in (
-            ("equivalent_reduced_modulus_pa", star_pa),
+            ("effective_reduced_modulus_pa", star_pa),
             ("youngs_modulus_pa", 0.9 * star_pa),
             ("poisson_ratio", 0.3),
         )

@@ -46,7 +46,7 @@ def modulus(value, unit="Pa"):
 
 
 MODULI = {
-    "equivalent_reduced_modulus_pa": 45e3,
+    "effective_reduced_modulus_pa": 45e3,
     "reduced_modulus_pa": 44e3,
     "youngs_modulus_pa": 38e3,
     "youngs_modulus_1s_pa": 35e3,
@@ -71,7 +71,7 @@ DIRECT = {
 def recommended(sensor):
     row = {"object": "toy", "sensor": sensor, "capture": "all", "point": "all"}
     row |= {"method": "direct_joint", "recommended": True, "captures": CAPTURES}
-    row |= {"equivalent_depth_m": 0.0042, "force_law": 0.12, "force_law_std": 0.3}
+    row |= {"effective_depth_m": 0.0042, "force_law": 0.12, "force_law_std": 0.3}
     row |= {"provenance": "recorded", "motion_scale": 1.1}
     for name, value in MODULI.items():
         stem = name.removesuffix("_pa")
@@ -83,14 +83,14 @@ def recommended(sensor):
 
 def joint():
     """direct.json with a budget of all sources, each with a bar."""
-    parts = ("log_equivalent_reduced_modulus", "log_youngs_modulus", "poisson_ratio")
+    parts = ("log_effective_reduced_modulus", "log_youngs_modulus", "poisson_ratio")
     budget = [
         {"source": name, "standard_uncertainty": 0.0005, "unit": "m", "origin": "configured"}
         | {f"contribution_{part}": 0.03 / (1 + at) for part in parts}
         for at, name in enumerate(SOURCES)
     ]
     found = {name: modulus(value) for name, value in (MODULI | FURTHER).items()}
-    return found | {"equivalent": {"strain": 0.18, "depth_m": 0.0042}, "budget": budget}
+    return found | {"effective": {"strain": 0.18, "depth_m": 0.0042}, "budget": budget}
 
 
 def picture(width, height, end):

@@ -45,7 +45,7 @@ def recommended(name, young_pa):
     """Row as summary.csv has it; a ball of which force alone told E*."""
     row = {"object": name, "sensor": "cam", "capture": "all", "captures": 2}
     star = Modulus(1.1 * young_pa, young_pa, 1.2 * young_pa, "identified", "Pa")
-    row |= star.cells("equivalent_reduced_modulus_pa") | {"equivalent_depth_m": 0.005}
+    row |= star.cells("effective_reduced_modulus_pa") | {"effective_depth_m": 0.005}
     if name == "ball":
         return row
     young = Modulus.of_pascals(young_pa, 0.8 * young_pa, 1.3 * young_pa)
@@ -137,8 +137,8 @@ def test_a_click_sorts_up_and_the_next_down(window, press):
     # What has no E stays at the end.
     assert press("E") == ["Toy cow", "Foam 9", "Foam 10", "Ball"]
     assert window.run(SORTED) == [["E", "descending"]]
-    assert press("Equivalent E*")[-1] == "Ball"
-    assert window.run(SORTED) == [["Equivalent E*", "ascending"]]
+    assert press("Effective E*")[-1] == "Ball"
+    assert window.run(SORTED) == [["Effective E*", "ascending"]]
     assert window.errors() == []
 
 

@@ -29,8 +29,8 @@ def estimate(E, nu, half):
         "reduced_modulus_pa": interval(E / (1 - nu**2), half),
         "youngs_modulus_1s_pa": interval(0.93679 * E, half),
         "poisson_ratio": interval(nu, 0.05),
-        "equivalent_reduced_modulus_pa": interval(E / (1 - nu**2), half),
-        "equivalent": {"depth_m": 0.004},
+        "effective_reduced_modulus_pa": interval(E / (1 - nu**2), half),
+        "effective": {"depth_m": 0.004},
         "law": {name: {"value": 0.1, "std": 0.2} for name in ("force", "motion")},
         "captures": ["01"],
         "frames": [12],
@@ -62,9 +62,9 @@ def test_truth_after_a_second():
 
 def test_the_equivalent_of_another_law_has_no_truth_here():
     star = truth_of(MATERIAL)["reduced_modulus_pa"]
-    assert truth_of(MATERIAL)["equivalent_reduced_modulus_pa"] == star == 20000 / (1 - 0.3**2)
+    assert truth_of(MATERIAL)["effective_reduced_modulus_pa"] == star == 20000 / (1 - 0.3**2)
     foam = truth_of(MATERIAL | {"law": "blatz_ko"})
-    assert pd.isna(foam["equivalent_reduced_modulus_pa"]) and foam["reduced_modulus_pa"] == star
+    assert pd.isna(foam["effective_reduced_modulus_pa"]) and foam["reduced_modulus_pa"] == star
 
 
 def test_one_row_is_recommended_and_none_is_without_a_verdict(summary):
@@ -84,14 +84,14 @@ def test_errors_and_coverage(summary):
     assert found.loc["direct_joint", "youngs_modulus_covered"]
     assert pd.isna(found.loc["hertz", "reduced_modulus_covered"])
     other = accuracy_table(summary, {"foam": MATERIAL | {"law": "blatz_ko"}})
-    assert other["equivalent_reduced_modulus_covered"].isna().all()
+    assert other["effective_reduced_modulus_covered"].isna().all()
     short = coverage_table(found.reset_index()).set_index(["object", "sensor", "method"])
     assert short.loc[("all", "all", "direct"), "youngs_modulus_coverage"] == 0.0
     assert short.loc[("all", "all", "direct_joint"), "poisson_ratio_coverage"] == 1.0
 
 
 def test_the_information_limit_stands_beside_the_estimates(summary):
-    named = ("equivalent_reduced_modulus", "youngs_modulus", "poisson_ratio")
+    named = ("effective_reduced_modulus", "youngs_modulus", "poisson_ratio")
     direct = summary[summary["method"].str.startswith("direct")]
     for name in named:
         assert (direct[[f"{name}_bound", f"{name}_efficiency"]] == [0.02, 0.5]).all(axis=None)

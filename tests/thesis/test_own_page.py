@@ -39,11 +39,11 @@ ADVISED = {
     "reduced_modulus_low_pa": 43000.0,
     "reduced_modulus_high_pa": 46000.0,
     "reduced_modulus_verdict": "identified",
-    "equivalent_reduced_modulus_pa": 45000.0,
-    "equivalent_reduced_modulus_low_pa": 44000.0,
-    "equivalent_reduced_modulus_high_pa": 46000.0,
-    "equivalent_reduced_modulus_verdict": "identified",
-    "equivalent_depth_m": 0.0042,
+    "effective_reduced_modulus_pa": 45000.0,
+    "effective_reduced_modulus_low_pa": 44000.0,
+    "effective_reduced_modulus_high_pa": 46000.0,
+    "effective_reduced_modulus_verdict": "identified",
+    "effective_depth_m": 0.0042,
     "force_law": 0.12,
     "force_law_std": 0.3,
     "captures": 2,
@@ -60,7 +60,7 @@ SEARCHED |= {"poisson_ratio": 0.0, "reduced_modulus_pa": 1e8}
 
 
 PARTS = (
-    "log_equivalent_reduced_modulus",
+    "log_effective_reduced_modulus",
     "log_reduced_modulus",
     "log_youngs_modulus",
     "poisson_ratio",
@@ -113,7 +113,7 @@ JOINT = {
     "shear_modulus_pa": modulus("youngs_modulus_pa") | {"value": 13800.0},
     "bulk_modulus_pa": modulus("youngs_modulus_pa") | {"value": 54800.0, "high": None},
     "poisson_ratio": {"value": 0.384, "low": 0.2, "high": 0.49, "verdict": "bounded"},
-    "equivalent": {"strain": 0.18, "depth_m": 0.00282},
+    "effective": {"strain": 0.18, "depth_m": 0.00282},
 }
 
 
@@ -147,21 +147,21 @@ def text_of(html):
 def test_the_first_sentence_tells_all_that_is_recommended():
     text = text_of(page())
     first = text[: text.index("How stiff")]
-    assert "by my_cam and 2 captures: pressed 4.2 mm deep its equivalent E* is 45.0 kPa" in first
+    assert "by my_cam and 2 captures: pressed 4.2 mm deep its effective E* is 45.0 kPa" in first
     assert "Young's modulus E at once is 38.1 kPa (35.0 to 41.0) and" in first
     assert "Poisson's ratio nu is within 0.20 to 0.49 (likeliest 0.38)." in first
     assert "Of Poisson's ratio only limits are known" in first
     assert "E at once is extrapolated to no strain and no time, from depths of 5.6 to" in first
     assert "to 5.6 mm and times to 3.0 s." in first
     assert "The recording was all right: all 6 checks of one capture passed." in first
-    limits = "noise of the tip's depth (100 % of equivalent E*, 100 % of E at once, 100 % of nu)."
+    limits = "noise of the tip's depth (100 % of effective E*, 100 % of E at once, 100 % of nu)."
     assert f"What limits it most, by its share of the variance: {limits}" in first
     assert "In brackets: 95 % intervals. E* is" in first
 
 
 def test_moduli_have_intervals_and_words():
     text = text_of(page())
-    assert "equivalent E* 45.0 kPa 44.0 to 46.0 known" in text
+    assert "effective E* 45.0 kPa 44.0 to 46.0 known" in text
     assert "nu 0.38 0.20 to 0.49 within limits" in text
     assert "E after 1 s 35.0 kPa 34.0 to 36.0 known" in text
 
@@ -235,7 +235,7 @@ def test_bars_are_parts_of_the_variance():
     assert 'style="width:100.0%"' in html and "±0.5 mm" in html
     assert "clocks" not in html
     words = SOURCES["noise of the depth"]
-    told = f"{words.advice} (for equivalent E*, E at once, nu: {words.name})"
+    told = f"{words.advice} (for effective E*, E at once, nu: {words.name})"
     assert told in text_of(html).replace(" )", ")").replace("( ", "(")
 
 
@@ -248,7 +248,7 @@ def test_bars_add_up():
     assert widths == [64.0, 36.0, 80.0, 36.0, 64.0, 20.0]
     depth, clocks = (SOURCES[name] for name in ("noise of the depth", "clocks"))
     assert html.index(depth.advice) < html.index(clocks.advice)
-    told = f"{depth.name} (64 % of equivalent E*, 80 % of nu), {clocks.name} (64 % of E at once)."
+    told = f"{depth.name} (64 % of effective E*, 80 % of nu), {clocks.name} (64 % of E at once)."
     assert largest(rows).endswith(told)
 
 
@@ -268,7 +268,7 @@ def test_a_source_is_known_to_so_much_of_what(name, std, unit, told):
     row = source(name, 0.02, 0.02, 0.02, 0.02) | {"standard_uncertainty": std, "unit": unit}
     text = text_of(bars([row]))
     assert told in text
-    heads = "source known to share of equivalent E* share of E at once share of nu"
+    heads = "source known to share of effective E* share of E at once share of nu"
     assert heads in text and text.index(heads) < text.index(told)
 
 

@@ -211,7 +211,7 @@ def finished(tmp_path):
         "captures": ["01"],
         "frames": [12],
         "residuals": [{"motion_scale": 1, "motion_sharing": 1, "depth_scale": 1}],
-        "equivalent": {"depth_m": 0.003},
+        "effective": {"depth_m": 0.003},
         "law": {"force": law, "motion": law},
         "doubts": [],
         "information": {name: {"bound": 0.02, "efficiency": 0.5} for name in LABELS},
@@ -219,7 +219,7 @@ def finished(tmp_path):
         "youngs_modulus_1s_pa": found(1.1e4, 1.05e4, 1.15e4),
         "poisson_ratio": found(0.32, 0.25, 0.39),
         "reduced_modulus_pa": found(1.02 * star, 0.9 * star, 1.1 * star),
-        "equivalent_reduced_modulus_pa": found(1.01 * star, 0.95 * star, 1.05 * star),
+        "effective_reduced_modulus_pa": found(1.01 * star, 0.95 * star, 1.05 * star),
     }
     places = {"results/object_01/bumblebee/direct.json": json.dumps(estimate)}
     places["results/logs/align/object_01-kinect-01.log"] = (

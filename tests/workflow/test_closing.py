@@ -40,7 +40,7 @@ def searched(name, sensor, rows):
 
 def joint(name, sensor, *, captures, **same):
     moduli = {"youngs_modulus": 250e3, "youngs_modulus_1s": 225e3, "reduced_modulus": 298e3}
-    moduli |= {"equivalent_reduced_modulus": 310e3}
+    moduli |= {"effective_reduced_modulus": 310e3}
     row = {"point": "all", "method": "direct_joint", "recommended": True, "captures": captures}
     for quantity, value in moduli.items():
         row |= {f"{quantity}_pa": value, f"{quantity}_low_pa": 0.9 * value}
@@ -84,7 +84,7 @@ def test_closing_gives_the_recommended_moduli_first_with_intervals_and_verdicts(
     place = lines.index("ball, kinect (simulated: captures of the virtual lab)")
     assert lines[place + 1 : place + 7] == [
         "  E*            298.0 kPa (268.2 to 327.8), identified",
-        "  equivalent E* 310.0 kPa (279.0 to 341.0), identified",
+        "  effective E* 310.0 kPa (279.0 to 341.0), identified",
         "  E at once     250.0 kPa (225.0 to 275.0), identified",
         "  nu            0.40 (0.25 to 0.49), bounded",
         "  E after 1 s   225.0 kPa (202.5 to 247.5), identified",

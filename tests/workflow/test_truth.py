@@ -30,7 +30,7 @@ def test_the_intervals_hold_the_truth_and_say_something(sample, material):
     assert sorted(joint["sensor"]) == sorted(hertz["sensor"]) == list(SENSORS)
     assert joint[[f"{name.removesuffix('_pa')}_covered" for name in LABELS]].all(axis=None)
     assert hertz["reduced_modulus_covered"].all()
-    for rows, name in ((joint, "equivalent_reduced_modulus"), (hertz, "reduced_modulus")):
+    for rows, name in ((joint, "effective_reduced_modulus"), (hertz, "reduced_modulus")):
         # Widest from end to end: the equivalent modulus of the Bumblebee2, by a factor of 2.2.
         assert (rows[f"{name}_high_pa"] < 2.5 * rows[f"{name}_low_pa"]).all()
 

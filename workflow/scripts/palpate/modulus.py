@@ -19,13 +19,13 @@ VERDICTS = {
     NOT_JUDGED: "no interval can be given or trusted: a number to compare, not to rely on",
     ASSUMED: "as it was declared: what was recorded tells hardly more",
 }
-# Moduli of a recommended estimate; the first two hang least on Poisson's ratio.
+# Moduli of a recommended estimate, what depends least on models and extrapolation first.
 LABELS = {
-    "reduced_modulus_pa": "E*",
-    "equivalent_reduced_modulus_pa": "equivalent E*",
+    "effective_reduced_modulus_pa": "effective E*",
     "youngs_modulus_pa": "E at once",
-    "poisson_ratio": "nu",
     "youngs_modulus_1s_pa": "E after 1 s",
+    "poisson_ratio": "nu",
+    "reduced_modulus_pa": "E*",
 }
 # Of all intervals.
 CONFIDENCE = 0.95

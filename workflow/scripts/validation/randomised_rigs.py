@@ -23,12 +23,12 @@ from scipy.stats import binomtest
 
 # Of the summary: name of the modulus, what it is called, and whether its errors are relative.
 MODULI = {
-    "equivalent_reduced_modulus_pa": ("equivalent E*", True),
+    "effective_reduced_modulus_pa": ("effective E*", True),
     "reduced_modulus_pa": ("E*", True),
     "youngs_modulus_pa": ("E", True),
     "poisson_ratio": ("nu", False),
 }
-DRAWN = ("equivalent_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio")
+DRAWN = ("effective_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio")
 MARKS = {"bumblebee": (style.BLUE, "o"), "kinect": (style.GREEN, "s")}
 
 

@@ -245,8 +245,9 @@ def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> 
     for name, interval in found.moduli.items():
         yield f"  {name.removesuffix('_pa')}: {interval}"
     at, largest = 1e3 * found.quantities.depth_m, found.budget.sources[0].name
-    yield f"  95 % intervals; largest source of E*'s: {largest}"
-    yield f"  to compare objects: equivalent E*, at {at:.1f} mm; to compute with: E and nu"
+    yield f"  95 % intervals; largest source of effective E*'s: {largest}"
+    where = f"{at:.1f} mm deep and after 1 s"
+    yield f"  to compare objects: effective E*, {where}; to compute with: E and nu"
     for which, law in described_law(found)["law"].items():
         text = f"{law['value']:+.2f} +- {law['std']:.2f}"
         yield f"  law of the {which}: {text} (0: neo-Hooke's, 1: Blatz and Ko's)"

@@ -132,12 +132,18 @@ class _Fit:
         unit = self.table.force(depth, x[NU], x[LAW], foot)
         return np.exp(x[LOG_E]) * unit + x[BASELINE] * self.peak_n
 
+    def residual(self, x: NDArray) -> NDArray:
+        """Force of the fit less that measured, by the roots of the samples' weights [N]."""
+        weights = self.hertz.weights
+        roots = 1.0 if weights is None else np.sqrt(weights / np.mean(weights))
+        return roots * (self.force(x) - self.hertz.force_n)
+
     def best(self) -> OptimizeResult:
         start = self._start()
         fit = replace(self, std_n=max(self.hertz.rms_n, HELD * self.peak_n))
         for _ in range(ROUNDS):
             found = fit._least(start)
-            start, left = found.x, fit.force(found.x) - self.hertz.force_n
+            start, left = found.x, fit.residual(found.x)
             fit = replace(fit, std_n=max(deviation(left, UNKNOWNS), HELD * self.peak_n))
         return fit._least(start)
 
@@ -162,7 +168,7 @@ class _Fit:
         # Where no approach tells the constant, the force is zero as well as a sensor knows it.
         zero = self.options.rig.force_zero_std_n / self.peak_n
         known += [] if self.hertz.baseline else [x[BASELINE] / max(zero, HELD)]
-        return np.r_[(self.force(x) - self.hertz.force_n) / self.std_n, known]
+        return np.r_[self.residual(x) / self.std_n, known]
 
 
 def _moduli(

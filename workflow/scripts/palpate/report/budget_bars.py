@@ -12,7 +12,7 @@ from palpate.units import readable
 
 # Contributions that are shown, and what they are called.
 SHOWN = {
-    "contribution_log_equivalent_reduced_modulus": "equivalent E*",
+    "contribution_log_effective_reduced_modulus": "effective E*",
     "contribution_log_youngs_modulus": "E at once",
     "contribution_poisson_ratio": "nu",
 }

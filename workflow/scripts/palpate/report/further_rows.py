@@ -56,7 +56,7 @@ def row(name: str, value: str, interval: str, sure: str, meaning: str) -> dict[s
 
 
 def conditions(direct: Mapping, held: Sequence[Held]) -> str:
-    """At which strain and how fast these hold: both where the equivalent modulus is told.
+    """At which strain and how fast these hold: at the depth of the effective modulus.
 
     Parameters
     ----------
@@ -65,15 +65,16 @@ def conditions(direct: Mapping, held: Sequence[Held]) -> str:
     held : sequence of Held
         Those captures; of several the median is told.
     """
-    strain, depth = 100 * direct["equivalent"]["strain"], direct["equivalent"]["depth_m"]
+    strain, depth = 100 * direct["effective"]["strain"], direct["effective"]["depth_m"]
     there, deepest = (
         float(np.median([one.seconds_to(end) for one in held])) for end in (depth, np.inf)
     )
     rate = f" ({strain / there:.0f} % a second)" if there > 0 else ""
     return (
-        f"The equivalent E* holds at a mean strain of {strain:.0f} %, {depth * MILLIMETRES:.1f} mm"
-        f" deep, {there:.1f} s after the touch{rate}; the deepest came after {deepest:.1f} s. E"
-        " at once, nu, G and K hold where strain goes to nothing, before it relaxes."
+        f"The effective E* holds at a mean strain of {strain:.0f} %, {depth * MILLIMETRES:.1f} mm"
+        f" deep, a second after a step; the tip was there {there:.1f} s after the touch{rate} and"
+        f" deepest after {deepest:.1f} s. E at once, nu, G and K hold where strain goes to nothing,"
+        " before it relaxes."
     )
 
 

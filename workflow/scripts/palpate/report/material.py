@@ -143,10 +143,10 @@ def _notes(row: pd.Series) -> tuple[str, ...]:
     if pd.notna(row.get("force_law")):
         law = f"{row['force_law']:+.2f} +- {row['force_law_std']:.2f}"
         notes.append(f"law of the force: {law} (0: neo-Hooke's, as here; 1: Blatz and Ko's)")
-    equivalent = Modulus.of_row(row, "equivalent_reduced_modulus_pa")
-    if equivalent is not None and pd.notna(row.get("equivalent_depth_m")):
-        depth = f"{1e3 * row['equivalent_depth_m']:.1f} mm"
-        equal = f"of a neo-Hookean solid of the same force at {depth}"
-        notes.append(f"equivalent E* = {equivalent}: {equal}")
+    effective = Modulus.of_row(row, "effective_reduced_modulus_pa")
+    if effective is not None and pd.notna(row.get("effective_depth_m")):
+        depth = f"{1e3 * row['effective_depth_m']:.1f} mm"
+        equal = f"of a neo-Hookean solid of the same force at {depth}, after 1 s"
+        notes.append(f"effective E* = {effective}: {equal}")
     doubts = row.get("doubts")
     return (*notes, *([f"doubtful: {doubts}"] if pd.notna(doubts) else []))

@@ -28,7 +28,7 @@ from palpate.units import KILOPASCALS
 MOST_NAMES = 12
 COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
 ROWS = {
-    "equivalent_reduced_modulus_pa": ("equivalent E* (kPa)", KILOPASCALS),
+    "effective_reduced_modulus_pa": ("effective E* (kPa)", KILOPASCALS),
     "youngs_modulus_pa": ("E (kPa)", KILOPASCALS),
     "poisson_ratio": ("Poisson's ratio", 1.0),
 }

@@ -87,7 +87,8 @@ def truth_of(material: Mapping) -> dict[str, float]:
 
     ``youngs_modulus_pa`` is the instantaneous one, which no relaxation has lowered yet;
     ``youngs_modulus_1s_pa`` is what a step of strain leaves after a second;
-    ``equivalent_reduced_modulus_pa`` is E* of a neo-Hookean material and not a number of others.
+    ``effective_reduced_modulus_pa`` is what is then left of E*, of a neo-Hookean material; not a
+    number of others.
     """
     if {"skin", "gradient"} & set(material):
         # What is not the same everywhere has no one modulus.
@@ -102,7 +103,7 @@ def truth_of(material: Mapping) -> dict[str, float]:
         "youngs_modulus_pa": E,
         "poisson_ratio": nu,
         "reduced_modulus_pa": star,
-        "equivalent_reduced_modulus_pa": star if neo_hookean else float("nan"),
+        "effective_reduced_modulus_pa": star * left if neo_hookean else float("nan"),
         "youngs_modulus_1s_pa": E * left,
     }
 
@@ -183,7 +184,7 @@ def _row(capture: Mapping, found: Mapping, *, method: str, recommended: bool) ->
             row[f"{name.removesuffix('_pa')}_{kind}"] = value
     residuals = found["residuals"]
     row |= {
-        "equivalent_depth_m": found["equivalent"]["depth_m"],
+        "effective_depth_m": found["effective"]["depth_m"],
         "force_law": found["law"]["force"]["value"],
         "force_law_std": found["law"]["force"]["std"],
         "motion_law": found["law"]["motion"]["value"],

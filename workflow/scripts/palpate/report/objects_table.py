@@ -12,7 +12,7 @@ from palpate.units import readable
 
 YOUNG = "youngs_modulus_pa"
 # Columns with a modulus, and their heads.
-MODULI = {YOUNG: "E", "poisson_ratio": "nu", "equivalent_reduced_modulus_pa": "Equivalent E*"}
+MODULI = {YOUNG: "E", "poisson_ratio": "nu", "effective_reduced_modulus_pa": "Effective E*"}
 # From this many estimates on there is something to compare.
 LEAST_ROWS = 2
 # The axis: labels that have room on it, its steps within a decade, and its size on the screen [px].

@@ -14,7 +14,7 @@ from palpate.report.tables import AT_BOUND_NOTE, bound_mark
 STAR = "reduced_modulus_pa"
 COMPARED = [
     STAR,
-    "equivalent_reduced_modulus_pa",
+    "effective_reduced_modulus_pa",
     "youngs_modulus_pa",
     "poisson_ratio",
 ]

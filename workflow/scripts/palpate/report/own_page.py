@@ -28,16 +28,18 @@ from palpate.report.table_page import document, figure, rendered, table
 from palpate.report.turning_view import section
 
 BRACKETS = (
-    "In brackets: 95 % intervals. E* is E/(1 - nu^2), what a contact feels; the equivalent one is"
-    " that of the neo-Hookean solid that answers with the same force at that depth: above E* where"
-    " the object stiffens more than such a solid as it is pressed, below where it stiffens less."
+    "In brackets: 95 % intervals. E* is E/(1 - nu^2), what a contact feels; the effective one is"
+    " that of the neo-Hookean solid with the same force at that depth after a second: above what is"
+    " then left of E* where the object stiffens more than such a solid, below where it stiffens"
+    " less."
 )
 SIMULATED_NOTE = "Simulated: pictures and forces were computed; no such object was pressed."
 # What is told of each modulus, in the order in which they are told.
 MODULI = {
-    "equivalent_reduced_modulus_pa": (
-        "equivalent E*",
-        "of the neo-Hookean solid with the same force at the depth below: compare objects by it",
+    "effective_reduced_modulus_pa": (
+        "effective E*",
+        "of the neo-Hookean solid with the same force at the depth below, after a second: compare"
+        " objects by it",
     ),
     "youngs_modulus_pa": ("E at once", "at small strain, right after the touch: to compute with"),
     "youngs_modulus_1s_pa": ("E after 1 s", "what is left of it after a second"),

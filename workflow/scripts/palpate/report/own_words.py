@@ -52,19 +52,19 @@ def headline(row: Mapping, name: str) -> str:
     name : str
         The object.
     """
-    star, equivalent, young, nu = (
+    star, effective, young, nu = (
         Modulus.of_row(row, key)
         for key in (
             "reduced_modulus_pa",
-            "equivalent_reduced_modulus_pa",
+            "effective_reduced_modulus_pa",
             "youngs_modulus_pa",
             "poisson_ratio",
         )
     )
     parts = []
-    if equivalent:
-        depth = row["equivalent_depth_m"] * MILLIMETRES
-        parts.append(f"pressed {depth:.1f} mm deep its equivalent E* is {_bold(equivalent)}")
+    if effective:
+        depth = row["effective_depth_m"] * MILLIMETRES
+        parts.append(f"its effective E*, {depth:.1f} mm deep and after 1 s, is {_bold(effective)}")
     elif star:
         parts.append(f"its E* at small strain is {_bold(star)}")
     if young:
@@ -117,7 +117,7 @@ def law(place: float, std: float) -> str:
         return (
             f"By which law the force rises with depth is not known: {first} and {last} both fit,"
             f" {place:.2f} of the way from one to the other {interval}. E at once carries that"
-            " doubt, the equivalent E* hardly."
+            " doubt, the effective E* hardly."
         )
     if possible == [first]:
         told = f"near {first} law: {place:.2f} of the way to {last}"

@@ -11,11 +11,11 @@ from palpate.modulus import INTERVAL, LABELS, NOT_JUDGED, columns
 CAPTURE = ["object", "sensor", "capture", "point"]
 JUDGED = ("youngs_modulus_pa", "poisson_ratio", "reduced_modulus_pa")
 # Of these a summary says how well what was compared could tell them.
-INFORMED = ("equivalent_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio")
-# Of the direct estimate: where the equivalent modulus is told, the law, captures and frames in it,
+INFORMED = ("effective_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio")
+# Of the direct estimate: depth of the effective modulus, the law, captures and frames in it,
 # residuals over what was stated, information limit.
 DIAGNOSTICS = (
-    "equivalent_depth_m",
+    "effective_depth_m",
     "force_law",
     "force_law_std",
     "motion_law",

@@ -92,7 +92,7 @@ class DirectEstimate:
     solution : Solution
     moduli : dict of str to Modulus
     quantities : Quantities
-        Among them where the equivalent modulus is told.
+        Among them the depth of the effective modulus.
     covariance : (size, size) array
         Of the solution's unknowns.
     budget : Budget
@@ -211,7 +211,7 @@ def estimate_direct(
     options = within_tables(indentations, options)
     best = best_of_starts(indentations, options)
     covariance = covariance_of(best, options)
-    quantities = quantities_of(best, covariance, options, radius_m=radius_m)
+    quantities = quantities_of(best, options, radius_m=radius_m)
     budget = budget_of(best, covariance, quantities, options, known, radius_m=radius_m)
     moduli = intervals(best, covariance, quantities, budget, options)
     if any(contradictions(best, options, np.sqrt(np.diag(covariance)))):

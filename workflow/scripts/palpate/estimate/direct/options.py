@@ -131,5 +131,8 @@ class Fit(Model):
         0.5, "of the place of the force's law between neo-Hooke's (0) and Blatz and Ko's (1)"
     )
     motion_law_std: Positive = option(1.0, "the same of the surface's motion")
+    effective_depth_m: Length | None = option(
+        None, "at which the effective modulus is stated; null: 0.7 of the maximum depth"
+    )
     rig: Rig = option(Rig(), "of errors that are no unknowns of the fit")
     model_std: ModelStd = option(ModelStd(), "of the indentation table")

@@ -1,7 +1,8 @@
-"""Moduli as functions of an estimate's unknowns, and the one that hangs least on the law.
+"""Moduli as functions of an estimate's unknowns, and the one that depends least on models.
 
-E* and E at small strain are told by the first millimetre, and carry the whole doubt of the law. The
-neo-Hookean solid that answers with the same force at one greater depth is known much better.
+E* and E at small strain depend on the first millimetre, and carry the whole uncertainty of the
+material law; E right at the touch carries that of the relaxation. The effective reduced modulus is
+that of the neo-Hookean solid with the same force at a depth that was reached and after a second.
 """
 
 from dataclasses import dataclass
@@ -18,11 +19,11 @@ from palpate.modulus import LABELS
 # Places of unknowns in a solution's vector.
 LOG_E, NU, FORCE_LAW, MOTION_LAW = range(4)
 ONE_SECOND_S = 1.0
+# Depth of the effective modulus where no other is asked for, as part of the maximum depth.
+EFFECTIVE_PART = 0.7
 # Mean strain of a contact over its radius divided by the sphere's (D. Tabor, The hardness of
 # metals, 1951).
 TABOR = 0.2
-# Depths that are tried, as parts of the greatest.
-PARTS = np.linspace(0.1, 1.0, 91)
 SHEAR, BULK = "shear_modulus_pa", "bulk_modulus_pa"
 NAMES = (*LABELS, SHEAR, BULK)
 LOG_MODULI = tuple(name.endswith("_pa") for name in NAMES)
@@ -38,7 +39,7 @@ class Quantities:
     slopes : (7, size) array
         Derivatives by `Solution.vector`.
     depth_m : float
-        Where the equivalent modulus is told [m].
+        Of the effective modulus [m].
     strain : float
         Mean strain under the sphere there.
     depth_radii : float
@@ -52,16 +53,12 @@ class Quantities:
     strain: float
 
 
-def quantities_of(
-    best: Solution, covariance: NDArray, options: Fit, *, radius_m: float
-) -> Quantities:
-    """Moduli of an estimate and their slopes, the equivalent where it is told best at its nu.
+def quantities_of(best: Solution, options: Fit, *, radius_m: float) -> Quantities:
+    """Moduli of an estimate and their slopes.
 
     Parameters
     ----------
     best : Solution
-    covariance : (size, size) array
-        Of its unknowns.
     options : Fit
     radius_m : float
         Of the sphere.
@@ -74,24 +71,32 @@ def quantities_of(
     times = np.array(options.relaxation_times_s, dtype=float)
     fractions = slice(SHARED, SHARED + len(times))
     left = 1 - float(relaxed_share(ONE_SECOND_S, fractions=vector[fractions], times_s=times))
-    later = unit[LOG_E].copy()
-    later[fractions] = np.expm1(-ONE_SECOND_S / times) / left
-    pairs = zip(best.indentations, best.parameters, strict=True)
-    depths = PARTS * max(float(one.depth_m.max()) + p.offset_m for one, p in pairs)
-    harder, by_nu = _stiffening(best, depths, nu)
-    slopes = by_star + harder[:, None] * unit[FORCE_LAW] + q * by_nu[:, None] * unit[NU]
-    # Where nu is not told its doubt would choose the depth.
-    column = covariance[:, NU]
-    fixed = covariance - np.outer(column, column) / covariance[NU, NU]
-    at = int(np.argmin(np.einsum("di,ij,dj->d", slopes, fixed, slopes)))
+    relaxed = np.zeros(len(vector))
+    relaxed[fractions] = np.expm1(-ONE_SECOND_S / times) / left
+    depth = effective_depth(best, options)
+    each = [one.table.stiffening_at(np.array([depth]), nu) for one in best.indentations]
+    harder, by_nu = np.mean(each, axis=0)[:, 0]
+    effective = star + q * harder + np.log(left)
+    by_effective = by_star + harder * unit[FORCE_LAW] + q * by_nu * unit[NU] + relaxed
     further = by_star + by_ratio(nu)[:, None] * unit[NU]
     return Quantities(
-        np.array([star, star + q * harder[at], log_E, nu, log_E + np.log(left), *star + over(nu)]),
-        np.stack([by_star, slopes[at], unit[LOG_E], unit[NU], later, *further]),
-        float(depths[at]),
-        float(depths[at] / radius_m),
-        float(TABOR * np.sqrt(depths[at] / radius_m)),
+        np.array([effective, log_E, log_E + np.log(left), nu, star, *star + over(nu)]),
+        np.stack([by_effective, unit[LOG_E], unit[LOG_E] + relaxed, unit[NU], by_star, *further]),
+        depth,
+        depth / radius_m,
+        float(TABOR * np.sqrt(depth / radius_m)),
     )
+
+
+def effective_depth(best: Solution, options: Fit) -> float:
+    """Depth of the effective modulus: the option's, or a part of the captures' maximum depth [m].
+
+    Of several captures the median counts.
+    """
+    if options.effective_depth_m is not None:
+        return options.effective_depth_m
+    pairs = zip(best.indentations, best.parameters, strict=True)
+    return EFFECTIVE_PART * float(np.median([one.depth_m.max() + p.offset_m for one, p in pairs]))
 
 
 def over(nu: ArrayLike) -> NDArray:
@@ -106,10 +111,3 @@ def over(nu: ArrayLike) -> NDArray:
 def by_ratio(nu: float) -> NDArray:
     """Derivatives of `over` by nu, (2,)."""
     return np.array([-1 / (1 - nu), 2 / (1 - 2 * nu) - 2 * nu / (1 - nu**2)])
-
-
-def _stiffening(best: Solution, depths_m: NDArray, nu: float) -> tuple[NDArray, NDArray]:
-    """Mean over captures of the second law's log force over the first's, and its slope by nu."""
-    each = [one.table.stiffening_at(depths_m, nu) for one in best.indentations]
-    value, slope = np.mean(each, axis=0)
-    return value, slope

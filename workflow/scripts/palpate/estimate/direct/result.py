@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.estimate.direct.blocks import Scales
 from palpate.estimate.direct.indentation import SHARED, DirectIndentation, Parameters
-from palpate.estimate.direct.quantities import FORCE_LAW, MOTION_LAW, NAMES
+from palpate.estimate.direct.quantities import FORCE_LAW, MOTION_LAW, NAMES, ONE_SECOND_S
 from palpate.estimate.direct.regions import regions_of
 from palpate.estimate.relaxation import relaxed_share
 from palpate.modulus import IDENTIFIED, Modulus
@@ -43,15 +43,16 @@ def described(found: "DirectEstimate") -> dict:
 
 
 def described_law(found: "DirectEstimate") -> dict:
-    """Places of force and motion among the laws, and where the equivalent modulus is told."""
+    """Material-law parameters of force and displacement, and what the effective modulus is of."""
     std, told, first = found.std, found.quantities, found.solution.parameters[0]
     return {
         "law": {
             "force": {"value": first.force_law, "std": float(std[FORCE_LAW])},
             "motion": {"value": first.motion_law, "std": float(std[MOTION_LAW])},
         },
-        "equivalent": {
+        "effective": {
             "depth_m": told.depth_m,
+            "after_s": ONE_SECOND_S,
             "depth_over_radius": told.depth_radii,
             "strain": told.strain,
         },

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 # How much of the approach is drawn, as part of the press.
 SHOWN = 1.0
-ARRAYS = ("depth_m", "force_n", "fitted_n")
+ARRAYS = ("depth_m", "force_n", "fitted_n", "weights")
 
 
 @dataclass(frozen=True, repr=False)
@@ -65,6 +65,8 @@ class HertzFit:
         What speaks against trusting it, a line each.
     depth_m, force_n, fitted_n : (n,) arrays
         Samples that were fitted, the tip's depth, and the law at them [m, N, N].
+    weights : (n,) array or None
+        Of their squared residuals.
     """
 
     reduced_modulus_pa: float
@@ -84,6 +86,7 @@ class HertzFit:
     depth_m: NDArray
     force_n: NDArray
     fitted_n: NDArray
+    weights: NDArray | None = None
 
     def __repr__(self) -> str:
         doubts = f"; doubtful: {'; '.join(self.doubts)}" if self.doubts else ""
@@ -277,6 +280,7 @@ def _result(
         depth_m=samples.depth_m,
         force_n=samples.force_n,
         fitted_n=found.reduced_modulus_pa * unit + found.baseline_n,
+        weights=samples.weights,
     )
 
 
