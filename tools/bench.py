@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 import yaml
 from bench_growth import growth_rows
-from bench_information import information_rows
 from bench_laws import law_rows
 from bench_rig import rig_rows
 from bench_scale import scale_rows
@@ -79,11 +78,10 @@ SECTIONS = {
     "study": study_rows,
     "growth": growth_rows,
     "laws": law_rows,
-    "information": information_rows,
     "rig": rig_rows,
 }
-# Measured when they are named: a quarter of an hour each, the last two some minutes.
-APART = ("growth", "laws", "information", "rig")
+# Measured when they are named: a quarter of an hour each, the last some minutes.
+APART = ("growth", "laws", "rig")
 
 
 def main(target: Path, sections: list[str]) -> None:

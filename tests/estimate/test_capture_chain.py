@@ -66,8 +66,6 @@ def motion(synthetic):
         rest_std_m=np.full(len(CELL_M), 4e-5),
         points=np.full(moved.shape, 9),
         rest_frames=np.arange(FIRST),
-        correlation_m=0.005,
-        pattern_m=0.0,
         **no_pictures(*moved.shape),
     )
 

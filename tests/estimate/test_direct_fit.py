@@ -36,8 +36,9 @@ from palpate.estimate.direct.indentation import (
     linearised,
     residuals,
 )
-from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.options import Fit, ModelStd
 from palpate.estimate.direct.quantities import NAMES
+from palpate.estimate.direct.regions import regions_of
 from palpate.estimate.direct.result import youngs_after
 from palpate.estimate.direct.rig import rig_errors
 from palpate.estimate.direct.support_motion import rocking_axes, support_axes_of
@@ -327,6 +328,35 @@ def test_e_holds_what_belongs_to_both_ends_of_nu(kept):
     for end in (nu.low, nu.high):
         follows = star.value * np.exp(by_nu * (end - nu.value)) * (1 - end**2)
         assert 0.99 * E.low < follows < 1.01 * E.high
+
+
+def test_what_the_table_adds_is_no_information_lost_in_the_bound():
+    press = press_of(25e3, 0.3, 1)
+    known = estimate_direct([press], OPTIONS, radius_m=RADIUS_M)
+    options = OPTIONS.changed(model_std=ModelStd(log_youngs_modulus=0.1, nu=0.1))
+    found = estimate_direct([press], options, radius_m=RADIUS_M)
+    assert found.bound == pytest.approx(known.bound, rel=1e-6)
+    assert (known.bound <= known.budget.std * (1 + 1e-3)).all()
+    nu, at = found.solution.parameters[0].poisson_ratio, NAMES.index("youngs_modulus_pa")
+    # E follows nu at the same E*.
+    added = 0.1 * np.array([1, 2 * nu / (1 - nu**2)])
+    assert found.budget.std[at] == pytest.approx(np.linalg.norm([known.budget.std[at], *added]))
+    said = found.to_dict()["information"]["youngs_modulus_pa"]
+    assert said["efficiency"] == pytest.approx(known.bound[at] / found.budget.std[at])
+
+
+def test_regions_add_up_and_are_those_of_the_covariance():
+    """With both, the inverse is the covariance of log E and nu; of one kind there is less."""
+    found = estimate_direct([press_of(25e3, 0.3, 13)], OPTIONS, radius_m=RADIUS_M)
+    regions = regions_of(found.solution, found.options)
+    covariance = np.linalg.inv(regions["both"])
+    np.testing.assert_allclose(covariance, found.covariance[:2, :2], rtol=1e-3)
+    for kind in ("force", "surface"):
+        assert (np.linalg.eigvalsh(regions["both"] - regions[kind]) > 0).all()
+    # Indentation depths determine E at each nu, not both.
+    least, most = np.linalg.eigvalsh(regions["force"])
+    assert 0 <= least < 1e-3 * most
+    assert found.to_dict()["regions"]["both"] == regions["both"].tolist()
 
 
 def test_e_after_a_second_is_that_of_the_moduli():

@@ -291,8 +291,6 @@ def test_beside_the_point_of_a_ball_the_press_is_along_its_normal_there():
         rest_std_m=np.full(count, 1e-5),
         points=np.full((frames, count), 9),
         rest_frames=np.arange(6),
-        correlation_m=0.005,
-        pattern_m=0.0,
         **no_pictures(frames, count),
     )
     alignment = Alignment(np.eye(4), 0.06 * towards, 6, None)

@@ -115,8 +115,6 @@ def test_stated_deviations_are_those_of_the_motion():
     error = found.moved_m[REST:] - dent(found.cell_m[:, :2])
     stated = np.hypot(found.std_m, found.rest_std_m)[REST:]
     assert np.sqrt(np.nanmean((error / stated) ** 2)) == pytest.approx(1, abs=0.12)
-    assert found.correlation_m < 0.003
-    assert found.pattern_m < 2e-5
 
 
 def test_outliers_of_a_cell_are_left_out():

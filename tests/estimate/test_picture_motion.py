@@ -40,8 +40,6 @@ def motion():
         rest_std_m=np.full(count, 4e-5),
         points=np.full((frames, count), 9),
         rest_frames=np.arange(REST),
-        correlation_m=0.005,
-        pattern_m=0.0,
         **no_pictures(frames, count),
     )
 

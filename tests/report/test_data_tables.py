@@ -38,8 +38,6 @@ def motion():
         rest_std_m=np.full(SAMPLES, 5e-5),
         points=np.ones((FRAMES, SAMPLES), int),
         rest_frames=np.array([0, 1]),
-        correlation_m=0.002,
-        pattern_m=0.0,
         **no_pictures(FRAMES, SAMPLES),
     )
 

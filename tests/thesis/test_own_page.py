@@ -184,19 +184,6 @@ def test_times_that_were_recorded_are_known_and_no_later_ones():
     assert "E after 10 s 34.5 kPa 34.0 to 36.0 known" in text and "extrapolated:" not in text
 
 
-def test_hardness_is_given_within_its_scale():
-    assert "Shore A below 20 too soft for it" in text_of(page())
-    rubber = {"value": 2e6, "low": 1.8e6, "high": 2.3e6, "verdict": "identified"}
-    text = text_of(page(joint=JOINT | {"youngs_modulus_1s_pa": rubber}))
-    assert "Shore A 44 or 40 38 to 48 a guess" in text and "Shore 00" not in text
-    soft = {"value": 6e5, "low": 4e5, "high": 2e6, "verdict": "bounded"}
-    text = text_of(page(joint=JOINT | {"youngs_modulus_1s_pa": soft}))
-    assert "Shore A below 20 below 20 to 44 a guess" in text
-    hard = {"value": 2e7, "low": 1.9e7, "high": 2.1e7, "verdict": "identified"}
-    text = text_of(page(joint=JOINT | {"youngs_modulus_1s_pa": hard}))
-    assert "Shore A above 80 too hard for it" in text
-
-
 def test_a_frame_in_which_the_probe_was_not_seen_is_told():
     text = text_of(page(presses=[held(poses=POSES.assign(detected=[1, 0, 1]))]))
     assert "probe found in the pictures from touch to deepest: 1 of 2, good is all" in text

@@ -1,4 +1,4 @@
-"""What else follows from an estimate: G and K, later E, hardness, at which strain and pace."""
+"""What else follows from an estimate: G and K, later E, at which strain and pace."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -6,8 +6,7 @@ import numpy as np
 
 from palpate.estimate.direct.quantities import ONE_SECOND_S
 from palpate.estimate.direct.result import LATER_S
-from palpate.estimate.hardness import HIGHEST, LOWEST, readings
-from palpate.modulus import NOT_JUDGED, Modulus
+from palpate.modulus import Modulus
 from palpate.report.held import Held
 from palpate.report.own_words import WORDS
 from palpate.units import MILLIMETRES
@@ -22,8 +21,6 @@ FURTHER = {
 }
 # Times after a step that these are of [s].
 AFTER_S = {"youngs_modulus_1s_pa": ONE_SECOND_S, "youngs_modulus_10s_pa": LATER_S}
-SHORE = "Shore A"
-HARDNESS = "what a durometer would read of E after 1 s: by Gent's relation or by Qi's"
 
 
 def further(direct: Mapping, ends_s: float) -> Iterator[dict[str, str]]:
@@ -34,7 +31,6 @@ def further(direct: Mapping, ends_s: float) -> Iterator[dict[str, str]]:
         # Without an upper end any value beyond the lower does as well.
         value = "" if modulus.high is None else value
         yield row(label, value, interval.rstrip(")"), sure(name, modulus, ends_s), meaning)
-    yield _hardness(direct["youngs_modulus_1s_pa"])
 
 
 def sure(name: str, modulus: Modulus, ends_s: float) -> str:
@@ -90,23 +86,3 @@ def range_of(held: Sequence[Held]) -> str:
 def compared_s(held: Sequence[Held]) -> float:
     """How long after the touch the longest of captures was compared [s]."""
     return max((one.compared_s for one in held), default=np.inf)
-
-
-def _hardness(young: Mapping) -> dict[str, str]:
-    """Row of Shore A; readings for which the relations are not given are not given here."""
-    if young["verdict"] == NOT_JUDGED:
-        return row(SHORE, "", "", WORDS[NOT_JUDGED], HARDNESS)
-    low, middle, high = (list(readings(young[end]).values()) for end in ("low", "value", "high"))
-    if max(high) < LOWEST:
-        return row(SHORE, f"below {LOWEST:.0f}", "", "too soft for it", HARDNESS)
-    if min(low) > HIGHEST:
-        return row(SHORE, f"above {HIGHEST:.0f}", "", "too hard for it", HARDNESS)
-    value = " or ".join(dict.fromkeys(map(_reading, middle)))
-    ends = f"{_reading(min(low))} to {_reading(max(high))}"
-    return row(SHORE, value, ends, "a guess", HARDNESS)
-
-
-def _reading(reading: float) -> str:
-    if reading < LOWEST:
-        return f"below {LOWEST:.0f}"
-    return f"above {HIGHEST:.0f}" if reading > HIGHEST else f"{reading:.0f}"

@@ -17,7 +17,6 @@ from palpate.estimate.direct.indentation import (
     Parameters,
     residuals,
 )
-from palpate.estimate.direct.information import bound_of
 from palpate.estimate.direct.interval import intervals
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.prior import MIDDLE
@@ -97,8 +96,6 @@ class DirectEstimate:
         Of the solution's unknowns.
     budget : Budget
         What each source of error adds to the moduli's deviations.
-    bound : (7,) array
-        Least deviations of `quantities.NAMES` that what was compared allows (`bound_of`).
     options : Fit
         That it was made with.
     excluded : tuple of str, optional
@@ -110,7 +107,6 @@ class DirectEstimate:
     quantities: Quantities
     covariance: NDArray
     budget: Budget
-    bound: NDArray
     options: Fit
     excluded: tuple[str, ...] = ()
 
@@ -184,6 +180,16 @@ class DirectEstimate:
         """Standard deviations of the solution's unknowns, (size,)."""
         return np.sqrt(np.diag(self.covariance))
 
+    @property
+    def bound(self) -> NDArray:
+        """Cramér-Rao bound of the deviations of `quantities.NAMES`, (7,).
+
+        Of the residuals with their deviations as found and the priors, which count as data (van
+        Trees, 1968); errors of rig and table and captures that are apart have no part in it.
+        """
+        slopes = self.quantities.slopes
+        return np.sqrt(np.diag(slopes @ self.covariance @ slopes.T))
+
 
 def estimate_direct(
     indentations: Sequence[DirectIndentation],
@@ -216,8 +222,7 @@ def estimate_direct(
     moduli = intervals(best, covariance, quantities, budget, options)
     if any(contradictions(best, options, np.sqrt(np.diag(covariance)))):
         moduli = bounded_at_best(moduli)
-    bound = bound_of(best, quantities, options)
-    return DirectEstimate(best, moduli, quantities, covariance, budget, bound, options)
+    return DirectEstimate(best, moduli, quantities, covariance, budget, options)
 
 
 def within_tables(indentations: Sequence[DirectIndentation], options: Fit) -> Fit:

@@ -14,11 +14,6 @@ from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from palpate.estimate.direct.correspondences import ProbeInView, facing_samples, hidden_samples
-from palpate.estimate.direct.motion_noise import (
-    SMOOTH_REACH_M,
-    correlation_length,
-    pattern_growth,
-)
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.sample_heights import cell_heights, frame_closest
 from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, Samples, samples_of
@@ -34,8 +29,6 @@ FEWEST_AT_REST = 3
 NEAR_M = 0.04
 # More frames at rest than these do not tell better where samples are.
 MOST_AT_REST = 120
-# The surface counts as pressed in frames in which it moved at least this part of the farthest.
-PRESSED_PART = 0.8
 # At rest the tip is at least so far above the surface; depths are known to about half of it [m].
 CLEAR_M = 0.0005
 SHAPES = {
@@ -47,8 +40,6 @@ SHAPES = {
     "rest_std_m": ("samples",),
     "points": ("frames", "samples"),
     "rest_frames": ("frames at rest",),
-    "correlation_m": (),
-    "pattern_m": (),
     "across": ("ways", "samples", 3),
     "across_m": ("frames", "ways", "samples"),
     "across_std_m": ("ways", "samples"),
@@ -76,11 +67,6 @@ class SurfaceMotion:
         How many a sample was seen with.
     rest_frames : (r,) int array
         Frames at rest.
-    correlation_m : float
-        L of the noise's correlation exp(-(distance / L)^2) between samples [m].
-    pattern_m : float
-        Beside its noise the motion m carries what the sensor's pattern has become, of the variance
-        pattern_m * abs(m) and the covariance pattern_m * min(abs(m), abs(m')) of two frames [m].
     across : (a, c, 3) array
         Unit vectors across the lines of sight, along the picture's columns and rows, object frame;
         of no ways where no pictures were followed (`with_pictures`).
@@ -102,8 +88,6 @@ class SurfaceMotion:
     rest_std_m: NDArray
     points: NDArray
     rest_frames: NDArray
-    correlation_m: float
-    pattern_m: float
     across: NDArray
     across_m: NDArray
     across_std_m: NDArray
@@ -236,7 +220,7 @@ def surface_motion(
         expected = f"samples seen in {FEWEST_AT_REST} frames at rest"
         raise ValueError(f"clouds: expected {expected}, found none")
     samples = Samples(samples.cell_m[seen], samples.normal[seen])
-    return _motion(samples, height[:, seen], points[:, seen], frames, alignment.contact_point_m)
+    return _motion(samples, height[:, seen], points[:, seen], frames)
 
 
 def save_motion(path: str | Path, motion: SurfaceMotion) -> None:
@@ -253,23 +237,15 @@ def load_motion(path: str | Path) -> SurfaceMotion:
     ValueError
         If an array is missing, or of another number of frames or samples than the rest.
     """
-    arrays = read_shaped(path, SHAPES, what="a surface's motion")
-    lengths = {name: float(arrays[name]) for name in ("correlation_m", "pattern_m")}
-    return SurfaceMotion(**arrays | lengths)
+    return SurfaceMotion(**read_shaped(path, SHAPES, what="a surface's motion"))
 
 
-def _motion(
-    samples: Samples, height: NDArray, points: NDArray, frames: NDArray, contact_m: NDArray
-) -> SurfaceMotion:
+def _motion(samples: Samples, height: NDArray, points: NDArray, frames: NDArray) -> SurfaceMotion:
     base = np.nanmean(height[frames], axis=0)
     moved = height - base
     variance, own = noise_variance(moved[frames])
     rest_variance = variance / own
     std = np.where(np.isfinite(moved), np.sqrt(variance), np.nan)
-    pressed = _pressed(samples, moved, contact_m)
-    counts = np.isfinite(moved[pressed]).sum(axis=0)
-    mean = np.where(counts > 0, np.nansum(moved[pressed], axis=0) / np.maximum(counts, 1), np.nan)
-    mean_variance = variance / np.maximum(counts, 1) + rest_variance
     return SurfaceMotion(
         cell_m=samples.cell_m,
         normal=samples.normal,
@@ -279,8 +255,6 @@ def _motion(
         rest_std_m=np.sqrt(rest_variance),
         points=points,
         rest_frames=frames,
-        correlation_m=correlation_length(samples.cell_m, moved[frames] / np.sqrt(variance)),
-        pattern_m=pattern_growth(samples.cell_m, mean, mean_variance, contact_m),
         **no_pictures(*moved.shape),
     )
 
@@ -306,13 +280,6 @@ def noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
     squares = np.nansum(noise**2, axis=0)
     usual = np.median(squares / chdtri(own - 1, 0.5))
     return (POOLED_FRAMES * usual + squares) / (POOLED_FRAMES + own - 1), own
-
-
-def _pressed(samples: Samples, moved: NDArray, contact_m: NDArray) -> NDArray:
-    """Frames in which the surface around the contact is moved the farthest, (k,)."""
-    near = np.linalg.norm(samples.cell_m - contact_m, axis=1) < SMOOTH_REACH_M
-    way = np.where(np.isfinite(moved), np.abs(moved), 0)[:, near].mean(axis=1)
-    return np.flatnonzero(way >= PRESSED_PART * way.max())
 
 
 def _require_seen(closest: ClosestAtRest, alignment: Alignment) -> None:

@@ -5,9 +5,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.motion_noise import FROM_MEDIAN
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, Samples
+from palpate.estimate.hertz.range import FROM_MEDIAN
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 
