@@ -336,7 +336,7 @@ def estimate(options, *presses, known=UNSTATED):
     blocks = tuple(map(blocks_of, presses, lines, scales))
     best = Solution((TRUTH,) * len(presses), 0.0, scales, blocks, presses, True)
     covariance = covariance_of(best, options)
-    moduli = quantities_of(best, covariance, options, radius_m=RADIUS_M)
+    moduli = quantities_of(best, options, radius_m=RADIUS_M)
     budget = budget_of(best, covariance, moduli, options, known, radius_m=RADIUS_M)
     return budget, intervals(best, covariance, moduli, budget, options)
 
@@ -386,9 +386,26 @@ def test_a_foot_that_sticks_or_is_small_has_no_friction_to_doubt():
 
 
 def test_what_captures_have_for_themselves_is_known_by_name():
-    prior = prior_of([PRESS, PRESS], NOTHING)
-    own = np.abs(prior.rows[:, -2 * OWN :]).sum(axis=1) > 0
-    assert {name for name, it in zip(prior.sources, own, strict=True) if it} == set(OWN_SOURCES)
+    """Each of their errors moves one unknown of one capture."""
+    own = {
+        one.name
+        for one in prior_of([PRESS, PRESS], NOTHING).errors
+        if len(one.response) >= 2 and (np.abs(one.response[:, -2 * OWN :]) > 0).any()
+        if ((np.abs(one.response) > 1e-3 * np.abs(one.response).max()).sum(axis=1) == 1).all()
+    }
+    assert own == set(OWN_SOURCES)
+
+
+@pytest.mark.parametrize("count", [2, 6])
+def test_the_tip_is_one_for_all_captures(count):
+    """Its error does not fall with their number, and what is left of the contact's place does."""
+    press = replace(PRESS, place_std_m=1e-6, tip_root_m=np.diag([0.0, 1e-6, 1e-6]))
+    one, all_of = budget(NOTHING, press), budget(NOTHING, *[press] * count)
+    for name, fewer in (("tip of the probe", 1), ("place of the contact", np.sqrt(count))):
+        parts = [line(found, name).contributions[JUDGED] for found in (one, all_of)]
+        at = int(np.argmax(parts[0]))
+        assert parts[1][at] == pytest.approx(parts[0][at] / fewer, rel=0.08)
+        assert line(all_of, name).std == pytest.approx(1e-6)
 
 
 def test_each_source_has_its_advice():
@@ -399,7 +416,9 @@ def test_each_source_has_its_advice():
     press = replace(
         PRESS, clock_std_s=0.01, support_axes=support_axes(PRESS.cell_m, STANDING, options)
     )
-    press = replace(press, turned_m_s2=np.linspace(0, 1, len(press.time_s)))
+    press = replace(
+        press, turned_m_s2=np.linspace(0, 1, len(press.time_s)), tip_root_m=5e-4 * np.eye(3)
+    )
     apart = replace(press, force_n=1.2 * press.force_n)
     known = ProbeUncertainty(mass_std_kg=0.001)
     found = budget(options, press, apart, known=known).sources
@@ -446,25 +465,17 @@ def test_two_captures_are_not_apart_by_chance():
 
 
 def test_an_interval_is_student_s_quantile_of_what_the_budget_holds():
-    """Each part of the data that errs by itself is a degree of freedom, as far as it counts.
-
-    Of motions, which err together in two ways, the fewer.
-    """
+    """Each part of the data that errs by itself is a degree of freedom, as far as it counts."""
     budget, moduli = estimate(NOTHING, PRESS)
     covariance, design = covariance_by_hand()
     parts = (SLOPES @ covariance @ design.T) ** 2
     of_depths, of_motions = np.split(parts, [len(DEPTH_M)], axis=1)
     patches = np.broadcast_to(PRESS.cluster, PRESS.moved_m.shape).ravel()
-    frames = np.repeat(np.arange(len(PRESS.moved_m)), PRESS.moved_m.shape[1])
-    of_patches, of_frames = (
-        np.stack([of_motions[:, groups == k].sum(1) for k in np.unique(groups)], axis=1)
-        for groups in (patches, frames)
-    )
+    of_patches = np.stack([of_motions[:, patches == k].sum(1) for k in np.unique(patches)], axis=1)
     fourth = 0.0
-    for groups in ([of_depths], [of_patches, of_frames]):
-        counts = [shares.sum(axis=1) ** 2 / (shares**2).sum(axis=1) for shares in groups]
-        count = np.maximum(np.min(counts, axis=0), 4)
-        fourth = fourth + groups[0].sum(axis=1) ** 2 / (count - 1)
+    for shares in (of_depths, of_patches):
+        count = np.maximum(shares.sum(axis=1) ** 2 / (shares**2).sum(axis=1), 4)
+        fourth = fourth + shares.sum(axis=1) ** 2 / (count - 1)
     freedom = parts.sum(axis=1) ** 2 / fourth
     assert budget.freedom[JUDGED] == pytest.approx(freedom, rel=0.01)
     half = t.ppf(0.975, freedom) * np.sqrt(parts.sum(axis=1))

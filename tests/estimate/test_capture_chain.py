@@ -201,13 +201,13 @@ def test_what_is_handed_on_is_the_capture_s(plain, synthetic, record):
     assert plain.noise_std_m == pytest.approx(np.full(seen.shape, 5e-5))
     assert [plain.clock_expected_s, plain.clock_std_s] == [CLOCK_S, 0.02]
     assert plain.offset_std_m == pytest.approx(np.hypot(TIP_STD_M, options.offset_std_m))
-    stds = [plain.tip_std_m, plain.pattern_std_m, plain.shift_std_m, plain.place_std_m]
-    stds.append(plain.picture_std_m)
+    stds = [plain.tip_std_m, plain.pattern_std_m, plain.shift_std_m, plain.picture_std_m]
+    assert plain.place_std_m == pytest.approx(np.sqrt(0.75) * options.place_std_m)
+    assert plain.tip_root_m == pytest.approx(0.5 * options.place_std_m * np.eye(3))
     assert stds == [
         TIP_STD_M,
         options.depth_pattern_std_m,
         options.shift_std_m,
-        options.place_std_m,
         options.picture_std_m,
     ]
 
@@ -316,12 +316,13 @@ def test_from_clouds_and_forces_to_the_moduli(synthetic, sensors):
 
 
 def test_a_tips_covariance_turns_with_the_probe(synthetic, direct, plain):
-    """Of an error along the press in the board's frame all is the depth's zero, and none place."""
+    """Of an error along the press in the target's frame all is the depth's, and none place."""
     turn = marker_transforms(synthetic.poses)[-1, :3, :3]
     press = turn.T @ synthetic.camera_from_object[:3, :3] @ -UP
     along = 1e-6 * np.outer(press, press) + 1e-16 * np.eye(3)
     found = direct(uncertainty=ProbeUncertainty(tip_covariance_m2=along))
-    assert found.offset_std_m == pytest.approx(np.hypot(plain.offset_std_m, 1e-3), rel=1e-4)
-    assert found.place_std_m == pytest.approx(np.sqrt(0.75) * plain.place_std_m, rel=1e-4)
+    moves = found.tip_axes @ found.tip_root_m
+    assert np.linalg.norm(moves, axis=1) == pytest.approx([1e-3, 0, 0], abs=1e-6)
+    assert found.zero_std_m == pytest.approx(np.hypot(plain.offset_std_m, 1e-3), rel=1e-4)
     # The probe goes straight down.
     assert np.abs(found.turned_m_s2).max() < 0.05

@@ -13,7 +13,7 @@ from palpate.estimate.direct.deviations import (
     robust_weights,
     with_depth_errors,
 )
-from palpate.estimate.direct.indentation import AXES, OWN, SHARED, depth_noise
+from palpate.estimate.direct.indentation import OWN, SHARED, depth_noise
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.prior import parameter_bounds, prior_of, scaled_inverse
 from palpate.estimate.hertz.scatter import deviation, effective_samples, freedom
@@ -75,37 +75,47 @@ def test_soft_absolute_values():
     assert robust_scale(np.array([])) == 1.0 and robust_scale(np.zeros(3)) == 1e-9
 
 
-def test_priors_in_deviations():
-    """What each unknown is off by, in its own deviation; the captures' own come last."""
+# Further equations, which are no errors of single unknowns.
+KNOWN = ("relaxing shares of neighbouring times", "Poisson's ratio")
+
+
+def test_priors_are_those_of_the_errors():
+    """Covariance of the unknowns beforehand; the captures' own come last."""
     pressed = replace(
         press_of(25e3, 0.3, 1, support=STANDING),
         clock_expected_s=0.02,
         place_expected_m=np.array([1e-3, 0.0]),
+        tip_root_m=np.diag([3e-4, 2e-4, 1e-4]),
     )
-    prior = prior_of([pressed, pressed], OPTIONS.changed(poisson_ratio=0.3))
-    assert prior.rows.shape[1] == SHARED + 3 + 2 * OWN
-    vector = np.zeros(prior.rows.shape[1])
-    own = SHARED + 3
-    # q, m, the scale and the shares of three times; then those of the first capture.
-    vector[[2, 3, 4]] = 0.2, -0.4, 0.03
-    vector[SHARED : SHARED + 3] = 0.05, 0.1, 0.08
-    vector[own + 2 + AXES] = 1.5e-3
-    vector[own + 1] = 0.03
-    gaps = dict.fromkeys(prior.sources)
-    for name, gap in zip(prior.sources, prior.gaps(vector), strict=True):
-        gaps[name] = [*(gaps[name] or []), gap]
-    assert gaps["law of the force"] == pytest.approx([0.5])
-    assert gaps["law of the motion"] == pytest.approx([-0.5])
-    assert gaps["scale of the camera"] == pytest.approx([1.5])
-    assert gaps["relaxing shares"] == pytest.approx([0.5, 1.0, 0.8])
-    assert gaps["relaxing shares of neighbouring times"] == pytest.approx([-1.0, 0.4])
-    assert gaps["Poisson's ratio"] == pytest.approx([-0.3 / OPTIONS.poisson_ratio_std])
-    assert gaps["clocks"] == pytest.approx([1.0, -2.0])
-    # Of 0.5 mm: expected a millimetre along the first axis.
-    assert gaps["place of the contact"] == pytest.approx([1.0, 0.0, -2.0, 0.0])
-    assert gaps["zero of the depth"] == [0, 0] and gaps["sinking"] == [0, 0]
-    assert prior.units["rocking"] == "rad" and prior.units["sinking"] == "m"
-    assert prior.information == pytest.approx(prior.rows.T @ prior.rows)
+    turned = replace(pressed, tip_axes=np.eye(3)[[0, 2, 1]])
+    prior = prior_of([pressed, turned], OPTIONS.changed(poisson_ratio=0.3))
+    size, own = SHARED + 3 + 2 * OWN, SHARED + 3
+    assert prior.rows.shape[1] == size
+    information = prior.information + np.diag(np.r_[1.0, np.zeros(size - 1)])
+    covariance, std = np.linalg.inv(information), OPTIONS.poisson_ratio_std
+    assert covariance[1, 1] == pytest.approx(std**2)
+    assert covariance[2, 2] == pytest.approx(OPTIONS.force_law_std**2, rel=1e-5)
+    assert covariance[4, 4] == pytest.approx(OPTIONS.gain_std**2, rel=1e-5)
+    first, second = own + np.arange(OWN), own + OWN + np.arange(OWN)
+    # Depth's zeros and places: of each capture, and of the tip, which is one for both.
+    zeros = np.r_[first[0], first[5:7], second[0], second[5:7]]
+    tip = np.concatenate([np.diag([3e-4, 2e-4, 1e-4]), turned.tip_axes @ pressed.tip_root_m])
+    alone = np.tile([pressed.offset_std_m, 5e-4, 5e-4], 2)
+    expected = np.diag(alone**2) + tip @ tip.T
+    assert covariance[np.ix_(zeros, zeros)] == pytest.approx(expected, rel=1e-4, abs=1e-12)
+    # Clocks are each capture's, the picture's place and the base one for both.
+    for at, alike in ((1, 0), (7, 1), (8, 1), (9, 1), (10, 1)):
+        part = covariance[np.ix_([first[at], second[at]], [first[at], second[at]])]
+        assert part / part[0, 0] == pytest.approx([[1, alike], [alike, 1]], abs=1e-5)
+    mean = np.linalg.solve(information, prior.rows.T @ prior.values)
+    assert mean[[first[1], first[5], second[6]]] == pytest.approx([0.02, 1e-3, 0.0], abs=1e-9)
+    assert mean[1] == pytest.approx(0.3)
+    found = {one.name: one for one in prior.errors}
+    assert found["rocking"].unit == "rad" and found["sinking"].unit == "m"
+    assert found["tip of the probe"].std == pytest.approx(3e-4)
+    # Errors of all sources, and nothing else, make the covariance of what has no data.
+    moves = np.concatenate([one.response for one in prior.errors if one.name not in KNOWN])
+    assert np.diag(moves.T @ moves)[2:5] == pytest.approx(np.diag(prior.information)[2:5])
 
 
 def test_ranges_of_the_unknowns():

@@ -31,7 +31,7 @@ def told(nu, stds, *, options=None, frames=50, correlation=0.0):
     best = SimpleNamespace(
         converged=True,
         parameters=[SimpleNamespace(youngs_modulus_pa=E_STAR * (1 - nu**2), offset_m=0.0)],
-        indentations=[SimpleNamespace(frames=np.arange(frames), offset_std_m=1e-3)],
+        indentations=[SimpleNamespace(frames=np.arange(frames), zero_std_m=1e-3)],
     )
     quantities = SimpleNamespace(values=values, slopes=np.array(slopes))
     budget = SimpleNamespace(freedom=np.full(7, 1e9), std=std)

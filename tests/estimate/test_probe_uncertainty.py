@@ -70,24 +70,10 @@ def test_axes_keep_what_a_hanging_weight_does_not_tell():
     assert ProbeUncertainty(axes_std_rad=0.02).rig(rig).force_axes_std_rad > 0.02
 
 
-def test_a_tip_along_the_press_is_the_depths_zero_and_across_it_the_place():
-    along, across = np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
-    assert TIP.offset_std_m(0.003, along) == pytest.approx(np.hypot(0.003, 8e-4))
-    assert TIP.offset_std_m(0.003, across) == pytest.approx(np.hypot(0.003, 1e-4))
-    # Of the place's square the typed tip's quarter goes, and the worst direction across comes.
-    left = 0.001 * np.sqrt(0.75)
-    assert TIP.place_std_m(0.001, along) == pytest.approx(np.hypot(left, 2e-4))
-    assert TIP.place_std_m(0.001, across) == pytest.approx(np.hypot(left, 8e-4))
-    assert UNSTATED.offset_std_m(0.003, along) == 0.003
-    assert UNSTATED.place_std_m(0.001, along) == 0.001
-
-
-def test_a_tip_that_is_told_worse_than_a_drawings_widens():
-    bad = ProbeUncertainty(tip_covariance_m2=np.eye(3) * 0.002**2)
-    assert bad.place_std_m(0.001, UP) > 0.002
-    sure = ProbeUncertainty(tip_covariance_m2=np.eye(3) * 1e-12)
-    assert 0.8e-3 < sure.place_std_m(0.001, UP) < 1e-3
-    assert sure.offset_std_m(0.003, UP) >= 0.003
+def test_a_tip_that_is_not_stated_is_a_typed_one():
+    root = TIP.tip_root_m(0.001)
+    assert root @ root.T == pytest.approx(TIP.tip_covariance_m2)
+    assert UNSTATED.tip_root_m(0.001) == pytest.approx(5e-4 * np.eye(3))
 
 
 def test_a_tip_of_the_captures_is_named(press):
@@ -97,7 +83,8 @@ def test_a_tip_of_the_captures_is_named(press):
             [press], OPTIONS, replace(TIP, tip="calibrated"), radius_m=RADIUS_M
         ).budget.sources
     }
-    assert found["zero of the depth"] == found["place of the contact"] == "configured, calibrated"
+    assert found["tip of the probe"] == "calibrated"
+    assert found["zero of the depth"] == found["place of the contact"] == "configured"
     assert found["clocks"] == "configured"
 
 

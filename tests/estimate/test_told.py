@@ -23,7 +23,7 @@ def test_what_a_capture_has_for_itself():
         place_m=np.array([1e-3, 2e-3]),
         picture_m=np.array([5e-4, 0]),
     )
-    known = SimpleNamespace(offset_std_m=3e-3)
+    known = SimpleNamespace(zero_std_m=3e-3)
     told = _nuisances(known, replace(p, support_motion=np.array([3e-5, 1e-4, -2e-4])))
     assert told == {
         "offset_m": 1e-4,

@@ -75,6 +75,10 @@ SOURCES = {
         " once, `palpate calibrate camera color infrared --kind depth`. Then state how well they"
         " agree (`direct.fit.picture_std_m`).",
     ),
+    "tip of the probe": Words(
+        "place of the ball's centre in the target's frame",
+        "Calibrate it: `palpate calibrate tip` (docs/rig.md).",
+    ),
     "place of the contact": Words(
         "place of the contact",
         "Mark the point on the object and declare it more exactly, and press where the surface is"

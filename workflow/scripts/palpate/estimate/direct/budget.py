@@ -49,9 +49,6 @@ OWN_SOURCES = (
     "clocks",
     "zero of the motion",
     "place of the contact",
-    "place in the picture",
-    "sinking",
-    "rocking",
 )
 
 
@@ -152,7 +149,7 @@ def budget_of(
     each = zip(best.indentations, best.parameters, best.scales, strict=True)
     normal = [normal_rows(one, p, scale, times_s=times) for one, p, scale in each]
     sources = _of_priors(onto, prior_of(best.indentations, options))
-    sources += _of_noise(onto, best, normal)
+    sources += _of_noise(onto, best)
     own = [s for s in sources if s.name in OWN_SOURCES or s.name.startswith("noise")]
     sources += _of_captures(onto, best, sum(source.contributions**2 for source in own))
     errors = rig_errors(options.rig, known, radius_m=radius_m)
@@ -168,16 +165,11 @@ def _from(source: Source, known: ProbeUncertainty) -> Source:
 
 def _of_priors(onto: NDArray, prior: Prior) -> list[Source]:
     """Sources that are unknowns of the fit: their priors, through the data."""
-    moved = onto @ prior.rows.T
-    found = []
-    for name in dict.fromkeys(prior.sources):
-        rows = np.flatnonzero(np.array(prior.sources) == name)
-        std = 1 / np.abs(prior.rows[rows]).max()
-        if std <= 2 * UNMOVED:
-            continue
-        parts = np.sqrt((moved[:, rows] ** 2).sum(axis=1))
-        found.append(Source(name, std, prior.units[name], parts))
-    return found
+    return [
+        Source(one.name, one.std, one.unit, np.linalg.norm(onto @ one.response.T, axis=1))
+        for one in prior.errors
+        if one.std > 2 * UNMOVED
+    ]
 
 
 def _of_rig(
@@ -207,21 +199,14 @@ def _of_rig(
     return found
 
 
-def _of_noise(onto: NDArray, best: Solution, normal: Sequence[NormalRows]) -> list[Source]:
-    """Noise of motion and depth: as stated, or as patches and frames scatter if that is more.
-
-    Motions err together by patch and by frame: of the two the fewer tell how much (Cameron, Gelbach
-    and Miller 2011).
-    """
+def _of_noise(onto: NDArray, best: Solution) -> list[Source]:
+    """Noise of motion and depth: as stated, or as patches and frames scatter if that is more."""
     found = []
     for kind, std in _noise_std(best).items():
         each = [_shares(onto[:, at], block, kind) for at, block in placed(best)]
         shares, moves = (np.concatenate(parts) for parts in zip(*each, strict=True))
         variance = np.maximum(shares.sum(axis=0), (moves**2).sum(axis=0))
-        count = _count(shares)
-        if kind == "motion":
-            count = np.minimum(count, _count(_shares_of_frames(onto, best, normal)))
-        freedom = np.maximum(count, FEWEST_PARTS) - 1
+        freedom = np.maximum(_count(shares), FEWEST_PARTS) - 1
         name = f"noise of the {kind}"
         found.append(Source(name, std, "m", np.sqrt(variance), freedom, OBSERVED))
     return found
@@ -230,18 +215,6 @@ def _of_noise(onto: NDArray, best: Solution, normal: Sequence[NormalRows]) -> li
 def _count(shares: NDArray) -> NDArray:
     """How many equal parts (b, 7) are like these: many may say next to nothing, (7,)."""
     return shares.sum(axis=0) ** 2 / np.maximum((shares**2).sum(axis=0), 1e-300)
-
-
-def _shares_of_frames(onto: NDArray, best: Solution, normal: Sequence[NormalRows]) -> NDArray:
-    """Expected parts of the variances by the motions of each capture's frames, (b, 7)."""
-    found = []
-    for (at, _), one, (line, _, weighted) in zip(
-        placed(best), best.indentations, normal, strict=True
-    ):
-        parts = (onto[:, at] @ weighted) * (onto[:, at] @ line.motion_slope.T)
-        frame = np.nonzero(one.seen)[0]
-        found.append(np.stack([np.bincount(frame, part) for part in parts], axis=1))
-    return np.concatenate(found)
 
 
 def _of_table(best: Solution, quantities: Quantities, options: Fit) -> list[Source]:

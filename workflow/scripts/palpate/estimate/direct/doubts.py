@@ -107,7 +107,7 @@ def at_end(best: Solution, options: Fit) -> bool:
 def farthest_zero(best: Solution) -> tuple[float, float]:
     """Offset of a depth that is the most deviations from what is known of it [m], and how many."""
     zeros = zip(best.parameters, best.indentations, strict=True)
-    apart = [(p.offset_m, abs(p.offset_m) / one.offset_std_m) for p, one in zeros]
+    apart = [(p.offset_m, abs(p.offset_m) / one.zero_std_m) for p, one in zeros]
     return max(apart, key=lambda pair: pair[1])
 
 

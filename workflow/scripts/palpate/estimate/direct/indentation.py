@@ -1,7 +1,7 @@
 """One capture in the direct estimate: what it measured, and what moduli and nuisances predict."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -49,7 +49,7 @@ class DirectIndentation:
     depth_root_m : (k, k) array
         Lower triangular root of the depths' covariance that the fit divides by [m].
     offset_std_m : float
-        Of an error that all depths share [m].
+        Of an error that all depths share, beside the tip's [m].
     clock_expected_s, clock_std_s : float
         What the forces' clock offset is too large by if the clocks agree, and the deviation of the
         clocks' difference [s]. How far they differ is found with the moduli: what the press told
@@ -61,7 +61,7 @@ class DirectIndentation:
     place_expected_m : (2,) array
         Contact from where the table has it, along the axes across the press [m].
     place_std_m : float
-        Of that [m].
+        Of that, beside the tip's [m].
     picture_std_m : float
         Of how far what the picture shows is beside what depth does [m].
     contact_m : (3,) array
@@ -85,6 +85,13 @@ class DirectIndentation:
         Of the pressed point, brought to the contact, at the samples.
     turned_m_s2 : (f,) array or float, optional
         What a kilogram more on the force sensor adds to its force, by the probe's turn [m/s^2].
+    tip_root_m : (3, 3) array, optional
+        Root of the covariance of the tip's place in the target's frame, which captures share [m].
+    tip_axes : (3, 3) array, optional
+        The press, and the axes across it, in that frame: an error of the tip along them is one of
+        the depth and of the contact's place.
+    across : (2, 3) array, optional
+        The axes across, object frame.
     """
 
     time_s: NDArray
@@ -119,6 +126,16 @@ class DirectIndentation:
     support_axes: SupportAxes
     table: SampleTable
     turned_m_s2: NDArray | float = 0.0
+    tip_root_m: NDArray = field(default_factory=lambda: np.zeros((3, 3)))
+    tip_axes: NDArray = field(default_factory=lambda: np.eye(3))
+    across: NDArray = field(default_factory=lambda: np.eye(2, 3))
+
+    @property
+    def zero_std_m(self) -> float:
+        """Deviation of the depth's zero: of an error of its own, and of the tip's [m]."""
+        return float(
+            np.hypot(self.offset_std_m, np.linalg.norm(self.tip_axes[0] @ self.tip_root_m))
+        )
 
     @property
     def depth_std_m(self) -> NDArray:

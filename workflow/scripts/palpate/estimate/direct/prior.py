@@ -1,23 +1,49 @@
 """What is known of the direct estimate's unknowns before anything is measured."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from palpate.estimate.direct.indentation import AXES, OWN, PLACES, SHARED, DirectIndentation
 from palpate.estimate.direct.options import Fit
 
-# Unknowns without a prior: log E and nu.
+# Unknowns without a prior: log E and nu; then those that captures share.
 FREE = 2
 RATIO, NU = "Poisson's ratio", 1
+FORCE_LAW, MOTION_LAW, GAIN, FOOT = range(FREE, SHARED)
+# Of those that each capture has for itself.
+OFFSET, CLOCK, SHIFT = 0, 1, slice(2, 2 + AXES)
+PLACE, PICTURE = (slice(2 + AXES + k, 2 + AXES + k + PLACES) for k in (0, PLACES))
+SETTLED = slice(2 + AXES + 2 * PLACES, OWN)
 STEPS = "relaxing shares of neighbouring times"
 # Of a foot between one that sticks, 0, and one that slides, 1.
 MIDDLE = 0.5
-# Deviation of motions that do not happen [m, rad].
-UNMOVED = 1e-12
+# Deviation of motions that do not happen [m, rad], and variance by which unknowns differ that an
+# error moves alike, as part of theirs.
+UNMOVED, ALIKE = 1e-12, 1e-6
+
+
+@dataclass(frozen=True)
+class PriorError:
+    """An error that the unknowns' expectations may have.
+
+    Attributes
+    ----------
+    name, unit : str
+    std : float
+        Its standard uncertainty, in its unit.
+    response : (k, size) array
+        What the right side of the normal equations changes by, of errors of one deviation each.
+    """
+
+    name: str
+    unit: str
+    std: float
+    response: NDArray
 
 
 @dataclass(frozen=True)
@@ -28,16 +54,12 @@ class Prior:
     ----------
     rows : (r, size) array
     values : (r,) array
-    sources : tuple of str
-        What each equation is about.
-    units : dict of str to str
-        By source.
+    errors : tuple of PriorError
     """
 
     rows: NDArray
     values: NDArray
-    sources: tuple[str, ...]
-    units: dict[str, str]
+    errors: tuple[PriorError, ...]
 
     def gaps(self, vector: NDArray) -> NDArray:
         """How far unknowns are from what was expected, in deviations, (r,)."""
@@ -47,6 +69,13 @@ class Prior:
     def information(self) -> NDArray:
         """Inverse covariance, (size, size)."""
         return self.rows.T @ self.rows
+
+    def and_known(self, name: str, std: float, rows: NDArray, values: NDArray) -> "Prior":
+        """The same with further equations, (k, size) and (k,), of a source without a unit."""
+        error = PriorError(name, "1", std, rows)
+        return Prior(
+            np.vstack([self.rows, rows]), np.append(self.values, values), (*self.errors, error)
+        )
 
 
 def scaled_inverse(information: NDArray) -> NDArray:
@@ -59,57 +88,80 @@ def scaled_inverse(information: NDArray) -> NDArray:
 def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     """Priors of the unknowns of captures, in the order of `Solution.vector`.
 
-    There is none of log E, and of nu where it is known beforehand.
+    Errors of the rig (the tip in the target's frame, the picture beside the depth) and of the
+    object's base are the same in all captures; others each capture has anew. There is none of log
+    E, and of nu where it is known beforehand.
 
     Soft tissue and foam relax over many decades of time, with a flat spectrum (Fung's
     quasi-linear viscoelasticity, 1981), so neighbouring times have about the same share: without
     this the shortest, of which a press tells the least, takes up what else is wrong.
     """
-    terms = len(options.relaxation_times_s)
-    known = [("law of the force", "1", 0.0, options.force_law_std)]
-    known += [("law of the motion", "1", 0.0, options.motion_law_std)]
-    known += [("scale of the camera", "1", 0.0, options.gain_std)]
+    terms, count = len(options.relaxation_times_s), len(indentations)
+    size = SHARED + terms + OWN * count
+    mean, unit = np.zeros(size), np.eye(size)
     # What cannot slide is held by a deviation that is nothing.
     slides = any(one.table.slides for one in indentations)
-    foot = (MIDDLE, options.foot_std) if slides else (0.0, UNMOVED)
-    known += [("friction of the foot", "1", *foot)]
-    known += [("relaxing shares", "1", 0.0, options.fraction_std)] * terms
-    # One foot settles alike in all captures, and two cameras stand alike: the mean of all captures
-    # keeps the deviation of one.
-    alike = np.sqrt(sum(bool(indentation.support_axes.std.any()) for indentation in indentations))
-    for indentation in indentations:
-        known += [("zero of the depth", "m", 0.0, indentation.offset_std_m)]
-        known += [("clocks", "s", indentation.clock_expected_s, indentation.clock_std_s)]
-        known += [("zero of the motion", "m", 0.0, indentation.shift_std_m)] * AXES
-        for at in indentation.place_expected_m:
-            known += [("place of the contact", "m", at, indentation.place_std_m)]
-        picture_std_m = np.sqrt(len(indentations)) * indentation.picture_std_m
-        known += [("place in the picture", "m", 0.0, picture_std_m)] * PLACES
-        # What does not move at all is held by a deviation that is nothing beside any motion.
-        stds = np.maximum(alike * indentation.support_axes.std, UNMOVED)
-        known += [("sinking", "m", 0.0, stds[0])]
-        known += [("rocking", "rad", 0.0, std) for std in stds[1:]]
-    sources, units, means, stds = zip(*known, strict=True)
-    steps = max(terms - 1, 0)
-    rows = np.zeros((len(known) + steps, FREE + len(known)))
-    rows[np.arange(len(known)), FREE + np.arange(len(known))] = 1 / np.array(stds)
-    for k in range(steps):
-        at = SHARED + k
-        rows[len(known) + k, [at, at + 1]] = np.array([1, -1]) / options.fraction_step_std
-    values = np.append(np.array(means) / np.array(stds), np.zeros(steps))
-    named = dict(zip(sources, units, strict=True)) | {STEPS: "1", RATIO: "1"}
-    prior = Prior(rows, values, (*sources, *[STEPS] * steps), named)
-    return prior if options.poisson_ratio is None else _with_ratio(prior, options)
+    mean[FOOT], foot_std = (MIDDLE, options.foot_std) if slides else (0.0, UNMOVED)
+    own = SHARED + terms + OWN * np.arange(count)[:, None] + np.arange(OWN)
+    mean[own[:, CLOCK]] = [one.clock_expected_s for one in indentations]
+    mean[own[:, PLACE]] = [one.place_expected_m for one in indentations]
 
+    def each(places: NDArray, stds: Sequence[float]) -> NDArray:
+        """Errors of one unknown each."""
+        return unit[:, places] * np.asarray(stds)
 
-def _with_ratio(prior: Prior, options: Fit) -> Prior:
-    """The same with a Poisson's ratio that is known beforehand."""
-    row = np.zeros((1, prior.rows.shape[1]))
-    row[0, NU] = 1 / options.poisson_ratio_std
-    values = np.append(prior.values, options.poisson_ratio / options.poisson_ratio_std)
-    return replace(
-        prior, rows=np.vstack([prior.rows, row]), values=values, sources=(*prior.sources, RATIO)
+    def of_captures(places: slice, name: str) -> NDArray:
+        """The same of unknowns of each capture, of the deviation that an attribute has."""
+        stds = [getattr(one, name) for one in indentations]
+        at = own[:, places].reshape(count, -1)
+        return each(at.ravel(), np.repeat(stds, at.shape[1]))
+
+    def of_all(places: slice, axes: Sequence[NDArray]) -> NDArray:
+        """Errors that all captures share, which move their unknowns along axes of their own."""
+        root = np.zeros((size, axes[0].shape[1]))
+        root[own[:, places].ravel()] = np.concatenate(axes)
+        return root
+
+    settled = [np.diag(one.support_axes.std) for one in indentations]
+    tips = [one.tip_axes @ one.tip_root_m for one in indentations]
+    pictures = [one.picture_std_m * one.across for one in indentations]
+    fractions = SHARED + np.arange(terms)
+    known = [
+        ("law of the force", "1", each([FORCE_LAW], [options.force_law_std])),
+        ("law of the motion", "1", each([MOTION_LAW], [options.motion_law_std])),
+        ("scale of the camera", "1", each([GAIN], [options.gain_std])),
+        ("friction of the foot", "1", each([FOOT], [foot_std])),
+        ("relaxing shares", "1", each(fractions, [options.fraction_std] * terms)),
+        ("tip of the probe", "m", of_all([OFFSET, *range(*PLACE.indices(OWN))], tips)),
+        ("zero of the depth", "m", of_captures([OFFSET], "offset_std_m")),
+        ("clocks", "s", of_captures([CLOCK], "clock_std_s")),
+        ("zero of the motion", "m", of_captures(SHIFT, "shift_std_m")),
+        ("place of the contact", "m", of_captures(PLACE, "place_std_m")),
+        ("place in the picture", "m", of_all(PICTURE, pictures)),
+        ("sinking", "m", of_all(SETTLED, [one[:, :1] for one in settled])),
+        ("rocking", "rad", of_all(SETTLED, [one[:, 1:] for one in settled])),
+    ]
+    covariance = sum(root @ root.T for *_, root in known)[FREE:, FREE:]
+    stds = np.sqrt(np.maximum(np.diag(covariance), UNMOVED**2))
+    correlation = covariance / np.outer(stds, stds)
+    np.fill_diagonal(correlation, 1 + ALIKE)
+    rows = np.zeros((size - FREE, size))
+    rows[:, FREE:] = solve_triangular(
+        np.linalg.cholesky(correlation), np.diag(1 / stds), lower=True
     )
+    whitened = rows.T @ rows
+    errors = [
+        PriorError(name, unit, float(np.linalg.norm(root, axis=1).max()), root.T @ whitened)
+        for name, unit, root in known
+    ]
+    prior = Prior(rows, rows @ mean, tuple(errors))
+    if terms > 1:
+        between = (unit[fractions[:-1]] - unit[fractions[1:]]) / options.fraction_step_std
+        prior = prior.and_known(STEPS, options.fraction_step_std, between, np.zeros(terms - 1))
+    if options.poisson_ratio is None:
+        return prior
+    ratio, std = options.poisson_ratio, options.poisson_ratio_std
+    return prior.and_known(RATIO, std, unit[[NU]] / std, np.array([ratio / std]))
 
 
 def parameter_bounds(captures: int, options: Fit) -> tuple[NDArray, NDArray]:

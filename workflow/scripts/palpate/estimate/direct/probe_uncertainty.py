@@ -12,8 +12,7 @@ from palpate.units import GRAVITY_M_S2
 # Where a deviation comes from: the options, the probe's file, a run's films, the captures.
 CONFIGURED, STATED, CALIBRATED, OBSERVED = "configured", "stated", "calibrated", "observed"
 # Of the variance of the contact's place what is the tip's, typed from a drawing: 0.5 of 1 mm. The
-# rest is lenses, template and alignment, and stays; so does all of the depth's zero, of whose 3 mm
-# the same half a millimetre is nothing.
+# rest is lenses, template and alignment, and each capture's own.
 TIP_PART = 0.25
 # Of the variance of the force's axes what poses of a hanging weight can't tell: crosstalk of two
 # axes into each other is a turn by half of its difference, and half of its sum is none.
@@ -72,33 +71,24 @@ class ProbeUncertainty:
             known["compliance_std_m_n"] = self.compliance_std_m_n
         return options.changed(**known)
 
-    def offset_std_m(self, offset_std_m: float, press: NDArray) -> float:
-        """Deviation of the depth's zero, the tip's along a press (3,) beside the options' [m]."""
-        if self.tip_covariance_m2 is None:
-            return offset_std_m
-        return float(np.sqrt(offset_std_m**2 + press @ self.tip_covariance_m2 @ press))
+    def tip_root_m(self, place_std_m: float) -> NDArray:
+        """Root of the tip's covariance in the target's frame, (3, 3) [m].
 
-    def place_std_m(self, place_std_m: float, press: NDArray) -> float:
-        """Deviation of the contact's place, the tip's across a press (3,) for the typed one's [m].
-
-        That of the direction across which is told least.
+        Where none is stated that of a typed tip, a part of the contact's place (`TIP_PART`).
         """
         if self.tip_covariance_m2 is None:
-            return place_std_m
-        across = np.eye(3) - np.outer(press, press)
-        tip = np.linalg.eigvalsh(across @ self.tip_covariance_m2 @ across)[-1]
-        return float(np.sqrt((1 - TIP_PART) * place_std_m**2 + tip))
+            return np.sqrt(TIP_PART) * place_std_m * np.eye(3)
+        return np.linalg.cholesky(self.tip_covariance_m2)
 
     @property
     def origins(self) -> dict[str, str]:
         """Where the budget's sources come from that are not the options' alone."""
         told = {
+            "tip of the probe": (self.tip_covariance_m2, self.tip),
             "mass of the load": (self.mass_std_kg, self.mass),
             "axes of the force sensor": (self.axes_std_rad, f"{CONFIGURED}, {self.axes}"),
             "compliance of the probe": (self.compliance_std_m_n, self.compliance),
         }
-        for name in ("zero of the depth", "place of the contact"):
-            told[name] = (self.tip_covariance_m2, f"{CONFIGURED}, {self.tip}")
         return {name: origin for name, (value, origin) in told.items() if value is not None}
 
 

@@ -10,7 +10,12 @@ from palpate.estimate.direct.indentation import KINDS, DirectIndentation, patche
 from palpate.estimate.direct.motion import MotionAlong, SurfaceMotion
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.placement import object_from_table
-from palpate.estimate.direct.probe_uncertainty import UNSTATED, ProbeUncertainty, turned_gravity
+from palpate.estimate.direct.probe_uncertainty import (
+    TIP_PART,
+    UNSTATED,
+    ProbeUncertainty,
+    turned_gravity,
+)
 from palpate.estimate.direct.support_motion import rocking_axes, support_axes_of
 from palpate.estimate.direct.table import sample_table
 from palpate.estimate.hertz.range import FROM_MEDIAN
@@ -93,7 +98,14 @@ def direct_indentation(
     turn = alignment.camera_from_object[:3, :3]
     tips = to_object(alignment.camera_from_object, record.tips_m)
     declared = _contact(record, template, tips, turn, table.direction, table.radius_m, options)
-    declared.check(zero_std_m=_zero_std_m(record, turn @ table.direction, options))
+    offset_std_m = float(np.hypot(record.tip_std_m, options.offset_std_m))
+    tip_root = record.uncertainty.tip_root_m(options.place_std_m)
+    beside = rocking_axes(table.direction)
+    # At the greatest force, in the target's frame, in which the tip's error stands.
+    held = record.turns[int(np.argmax(record.forces_n @ (turn @ table.direction)))].T @ turn
+    tip_axes = np.stack([table.direction, *beside]) @ held.T
+    zero_std_m = np.hypot(offset_std_m, np.linalg.norm(tip_axes[0] @ tip_root))
+    declared.check(zero_std_m=float(zero_std_m))
     touch = declared.first_touch(tips, table.direction)
     place = object_from_table(table, template, touch)
     beside_m = to_object(place, touch[None])[0] - (table.point_m - table.radius_m * table.direction)
@@ -136,15 +148,13 @@ def direct_indentation(
         tip_std_m=record.tip_std_m,
         pattern_std_m=options.depth_pattern_std_m,
         depth_root_m=record.tip_std_m * np.eye(len(frames)),
-        offset_std_m=_zero_std_m(record, turn @ direction, options),
+        offset_std_m=offset_std_m,
         clock_expected_s=record.clock_offset_s,
         clock_std_s=record.clock_std_s,
         force_std_n=float(max(FROM_MEDIAN * np.median(np.abs(rest - np.median(rest))), 1e-4)),
         shift_std_m=options.shift_std_m,
-        place_expected_m=rocking_axes(table.direction) @ beside_m,
-        place_std_m=record.uncertainty.place_std_m(
-            options.place_std_m, _held(record, turn @ direction)
-        ),
+        place_expected_m=beside @ beside_m,
+        place_std_m=np.sqrt(1 - TIP_PART) * options.place_std_m,
         picture_std_m=options.picture_std_m,
         contact_m=axis,
         cell_m=cell_m,
@@ -171,6 +181,9 @@ def direct_indentation(
             window_m=along.window_m[chosen] @ place[:3, :3],
         ),
         turned_m_s2=turned_gravity(record.turns, turn @ support.up, turn @ direction),
+        tip_root_m=tip_root,
+        tip_axes=tip_axes,
+        across=beside,
     )
 
 
@@ -211,16 +224,6 @@ def _contact(
     return Contact.of(
         depth_along(template, tips_m, direction, radius_m=radius_m) - gone, force, options
     )
-
-
-def _held(record: ProbeRecord, press: NDArray) -> NDArray:
-    """Direction (3,) of a press in the board's frame, in which the tip's error stands."""
-    return record.turns[int(np.argmax(record.forces_n @ press))].T @ press
-
-
-def _zero_std_m(record: ProbeRecord, press: NDArray, options: Fit) -> float:
-    known = record.uncertainty.offset_std_m(options.offset_std_m, _held(record, press))
-    return float(np.hypot(record.tip_std_m, known))
 
 
 def _outside(

@@ -71,7 +71,7 @@ def _nuisances(indentation: DirectIndentation, p: Parameters) -> dict:
     sunk, *rocked = p.support_motion.tolist()
     return {
         "offset_m": p.offset_m,
-        "offset_std_m": indentation.offset_std_m,
+        "offset_std_m": indentation.zero_std_m,
         "clock_s": p.clock_s,
         "shift_m": p.shift_m.tolist(),
         "place_m": p.place_m.tolist(),
