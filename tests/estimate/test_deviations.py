@@ -106,7 +106,7 @@ def test_priors_are_those_of_the_errors():
     # Clocks are each capture's, the picture's place and the base one for both.
     for at, alike in ((1, 0), (7, 1), (8, 1), (9, 1), (10, 1)):
         part = covariance[np.ix_([first[at], second[at]], [first[at], second[at]])]
-        assert part / part[0, 0] == pytest.approx([[1, alike], [alike, 1]], abs=1e-5)
+        assert part / part[0, 0] == pytest.approx(np.array([[1, alike], [alike, 1]]), abs=1e-5)
     mean = np.linalg.solve(information, prior.rows.T @ prior.values)
     assert mean[[first[1], first[5], second[6]]] == pytest.approx([0.02, 1e-3, 0.0], abs=1e-9)
     assert mean[1] == pytest.approx(0.3)

@@ -99,7 +99,7 @@ def curve(**hertz):
     table = model_of(np.array([[0.03, 0, 0]]))
     force = 20e3 * table.force(depth - 5e-4, 0.3, 0.2) + 0.05
     known = {"depth_m": depth, "force_n": force, "press_m": 0.002, "baseline": True}
-    return SimpleNamespace(**(known | hertz)), table
+    return SimpleNamespace(**(known | {"weights": None} | hertz)), table
 
 
 def test_gaps_of_a_curve_are_in_deviations():

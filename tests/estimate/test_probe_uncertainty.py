@@ -77,12 +77,9 @@ def test_a_tip_that_is_not_stated_is_a_typed_one():
 
 
 def test_a_tip_of_the_captures_is_named(press):
-    found = {
-        one.name: one.origin
-        for one in estimate_direct(
-            [press], OPTIONS, replace(TIP, tip="calibrated"), radius_m=RADIUS_M
-        ).budget.sources
-    }
+    press, known = replace(press, tip_root_m=TIP.tip_root_m(0.001)), replace(TIP, tip="calibrated")
+    sources = estimate_direct([press], OPTIONS, known, radius_m=RADIUS_M).budget.sources
+    found = {one.name: one.origin for one in sources}
     assert found["tip of the probe"] == "calibrated"
     assert found["zero of the depth"] == found["place of the contact"] == "configured"
     assert found["clocks"] == "configured"

@@ -13,7 +13,7 @@ from palpate.estimate.direct.correspondences import (
     hidden_samples,
 )
 from palpate.estimate.direct.indentation import OWN
-from palpate.estimate.direct.motion import _pressed, noise_variance
+from palpate.estimate.direct.motion import noise_variance
 from palpate.estimate.direct.options import Fit, Observation
 from palpate.estimate.direct.placement import object_from_table
 from palpate.estimate.direct.quantities import NAMES, quantities_of
@@ -99,12 +99,6 @@ def test_a_samples_few_frames_are_taken_with_what_is_usual():
     # Medians of chi squares of 3, 3 and 1 degrees of freedom.
     usual = np.median(squares / [2.36597, 2.36597, 0.45494])
     assert variance == pytest.approx((6 * usual + squares) / (6 + np.array([3, 3, 1])), rel=1e-4)
-
-
-def test_frames_that_are_pressed_the_farthest():
-    samples = Samples(np.array([[0.01, 0, 0.3], [0.1, 0, 0.3]]), np.tile(UP, (2, 1)))
-    moved = np.array([[0, 9.0], [-3, 0], [4, 0], [np.nan, 0], [-3.3, 0]])
-    assert _pressed(samples, moved, np.array([0, 0, 0.3])).tolist() == [2, 4]
 
 
 def test_how_far_from_the_tip_a_line_of_sight_must_pass():

@@ -64,7 +64,7 @@ def test_places_among_the_laws():
     )
     assert described_law(found) == {
         "law": {"force": {"value": 0.6, "std": 0.3}, "motion": {"value": -0.7, "std": 0.4}},
-        "effective": {"depth_m": 0.002, "depth_over_radius": 0.33, "strain": 0.11},
+        "effective": {"depth_m": 0.002, "after_s": 1.0, "depth_over_radius": 0.33, "strain": 0.11},
     }
 
 

@@ -31,7 +31,7 @@ def at_truth(press=PRESS, options=OPTIONS, truth=TRUTH, **changes):
 
 def verdicts(best, options=OPTIONS):
     covariance = covariance_of(best, options)
-    told = quantities_of(best, covariance, options, radius_m=RADIUS_M)
+    told = quantities_of(best, options, radius_m=RADIUS_M)
     budget = budget_of(best, covariance, told, options, radius_m=RADIUS_M)
     found = intervals(best, covariance, told, budget, options)
     return {name.removesuffix("_pa"): one.verdict for name, one in found.items()}

@@ -147,7 +147,10 @@ def text_of(html):
 def test_the_first_sentence_tells_all_that_is_recommended():
     text = text_of(page())
     first = text[: text.index("How stiff")]
-    assert "by my_cam and 2 captures: pressed 4.2 mm deep its effective E* is 45.0 kPa" in first
+    assert (
+        "by my_cam and 2 captures: its effective E*, 4.2 mm deep and after 1 s, is 45.0 kPa"
+        in first
+    )
     assert "Young's modulus E at once is 38.1 kPa (35.0 to 41.0) and" in first
     assert "Poisson's ratio nu is within 0.20 to 0.49 (likeliest 0.38)." in first
     assert "Of Poisson's ratio only limits are known" in first
@@ -170,8 +173,9 @@ def test_what_follows_from_them_is_told():
     text = text_of(page())
     assert "E after 10 s 34.5 kPa 34.0 to 36.0 extrapolated: the captures end at 3.0 s" in text
     assert "G 13.8 kPa" in text and "K 35.0 kPa or more" in text
-    assert "mean strain of 18 %, 2.8 mm deep, 1.0 s after the touch (18 % a second)" in text
-    assert "the deepest came after 2.0 s" in text
+    assert "mean strain of 18 %, 2.8 mm deep, a second after a step" in text
+    assert "the tip was there 1.0 s after the touch (18 % a second)" in text
+    assert "deepest after 2.0 s" in text
     assert "settings of it" in text
 
 
@@ -208,8 +212,8 @@ def test_the_law_is_told_by_what_is_possible(place, std, told):
     assert told in text_of(page(force_law=place, force_law_std=std))
 
 
-def test_a_recommended_curve_without_the_equivalent():
-    nothing = dict.fromkeys((name for name in ADVISED if name.startswith("equivalent")), None)
+def test_a_recommended_curve_without_the_effective_one():
+    nothing = dict.fromkeys((name for name in ADVISED if name.startswith("effective")), None)
     nothing |= {"force_law": None, "captures": None, "sensor": "curve", "capture": "back"}
     nothing |= {"method": "curve_table"}
     text = text_of(page(**nothing | {"poisson_ratio_verdict": "assumed"}))
