@@ -132,9 +132,12 @@ def fitted(run, root, folder, box, depths, newtons, *, axes=("fx_n", "fy_n", "fz
         "alignment": folder / "alignment.json",
         "pose": folder / "probe_pose.csv",
         "force": folder / "force.csv",
+        "clock": folder / "clock.json",
     }
+    (folder / "clock.json").write_text('{"std_s": 0.02}')
     config = full(root)
     params = {"options": config["hertz"] | options, "probe": PROBE}
+    params["rig"] = config["direct"]["fit"]["rig"]
     return run("hertz", inputs=inputs, outputs=["fit"], params=params)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from palpate.estimate.direct.options import Rig
 from palpate.estimate.hertz.estimate import estimate_hertz
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.laws import contact_law
@@ -22,9 +23,9 @@ TIME = np.arange(WHOLE) / 6
 RESIDUAL = AlignmentResidual(1e-3, 5e-4, 1.7e-4, 5e-4, 300)
 
 
-def depths():
+def depths(late_s=0.0):
     """Twelve frames of approach, twelve down to 7.5 mm, twelve held there [m]."""
-    return np.clip((TIME - 1.95) * 0.0037, -0.007, 0.0075)
+    return np.clip((TIME + late_s - 1.95) * 0.0037, -0.007, 0.0075)
 
 
 def force_of(depth_m):
@@ -32,11 +33,14 @@ def force_of(depth_m):
     return TRUTH * small(depth_m) * finite_strain_factor(depth_m / R, NU)
 
 
-def pressed(zero_m=0.0, across=0.0, noise_n=NOISE_N, frames=WHOLE, seed=1):
-    """Press of the middle of a block, its depth's zero off; across it friction, of that part."""
+def pressed(zero_m=0.0, across=0.0, noise_n=NOISE_N, frames=WHOLE, seed=1, late_s=0.0):
+    """Press of the middle of a block, its depth's zero off; across it friction, of that part.
+
+    Forces are read so much later than they say.
+    """
     block, rng, depth = box((0.3, 0.2, HEIGHT)), np.random.default_rng(seed), depths()
     tip = HEIGHT / 2 + R - depth - zero_m + rng.normal(0, TIP_STD_M, len(TIME))
-    force = force_of(depth)
+    force = force_of(depths(late_s))
     # To one side and the other, from frame to frame.
     forces = np.stack([across * force * (-1) ** np.arange(len(TIME)), 0 * force, -force], axis=1)
     return indentation_of(
@@ -59,9 +63,31 @@ def test_the_depths_zero_is_in_doubt_by_tip_and_alignment():
     assert record.frame_std_m == TIP_STD_M
 
 
-def best(press):
+def best(press, **known):
     indentation, record, _ = press
-    return estimate_hertz(indentation, record, Hertz())["recommended"]
+    return estimate_hertz(indentation, record, Hertz(), **known)["recommended"]
+
+
+def test_the_interval_holds_what_the_clocks_and_the_rig_may_be_off_by():
+    ends = {}
+    for name, known in {
+        "alone": {},
+        "clock": {"clock_std_s": 0.05},
+        "rig": {"rig": Rig()},
+    }.items():
+        found = best(pressed(), **known)
+        low, high = np.log(np.array(found["reduced_modulus_interval_pa"]))
+        ends[name] = found["rig_std"], (high - low) / 2
+        assert found["reduced_modulus_pa"] == best(pressed())["reduced_modulus_pa"]
+    # What forces do that were read 50 ms too late or too early.
+    E = [best(pressed(late_s=late_s))["reduced_modulus_pa"] for late_s in (-0.05, 0.0, 0.05)]
+    moved = np.sqrt(np.mean(np.log(np.array(E)[[0, 2]] / E[1]) ** 2))
+    assert moved > 0.02
+    assert ends["clock"][0] == pytest.approx(moved, rel=0.3)
+    # 1 % of the force's scale, 0.6 % of the curvature, 0.3 % of zero and drift.
+    assert ends["rig"][0] == pytest.approx(0.0125, rel=0.1)
+    for std, half in ends.values():
+        assert np.sqrt(half**2 - ends["alone"][1] ** 2) == pytest.approx(1.96 * std, rel=0.05)
 
 
 @pytest.mark.parametrize("zero_m", [-1e-3, 1e-3])

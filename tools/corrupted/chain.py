@@ -48,8 +48,8 @@ def jobs(config: Mapping) -> dict[str, tuple[Mapping, Mapping, Mapping]]:
                    sensor | probe | first | {"options": config["clouds"]}),
         "align": (alike | plane | {"cloud": cloud}, alignment,
                   probe | onset | {"options": config["tracking"]["alignment"]}),
-        "hertz": (alike | alignment, {"fit": f"{OUT}/hertz.json"},
-                  probe | {"options": config["hertz"]}),
+        "hertz": (alike | alignment | clock, {"fit": f"{OUT}/hertz.json"},
+                  probe | {"options": config["hertz"], "rig": config["direct"]["fit"]["rig"]}),
         "solid_mesh": (thing | template | {"kept": KEPT},
                        {"solid": "results/solid.vtu", "quality": "results/quality.json"}, {}),
     }  # fmt: skip

@@ -6,6 +6,7 @@ rule hertz:
         alignment=RUN.of_capture("alignment.json"),
         pose=RUN.of_capture("probe_pose.csv"),
         force=RUN.of_capture("force.csv"),
+        clock=RUN.of_capture("clock.json"),
     output:
         fit=RUN.of_capture("hertz.json"),
     log:
@@ -17,6 +18,7 @@ rule hertz:
     params:
         probe=RUN.probe_spec,
         options=RUN.config["hertz"],
+        rig=RUN.config["direct"]["fit"]["rig"],
     message:
         "Hertz fit of {wildcards.object}, {wildcards.sensor}, {wildcards.capture}"
     script:

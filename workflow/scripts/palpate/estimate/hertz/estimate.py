@@ -2,14 +2,31 @@
 
 from dataclasses import asdict
 
+import numpy as np
+
+from palpate.estimate.direct.options import Rig
 from palpate.estimate.hertz.fit import fit_free_contact, fit_study
 from palpate.estimate.hertz.laws import contact_law
-from palpate.estimate.hertz.models import Indentation, fit_held, fit_models, recommended
+from palpate.estimate.hertz.models import (
+    Indentation,
+    fit_held,
+    fit_models,
+    later_modulus,
+    recommended,
+    widened,
+)
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.record import Record
 
 
-def estimate_hertz(indentation: Indentation, record: Record | None, options: Hertz) -> dict:
+def estimate_hertz(
+    indentation: Indentation,
+    record: Record | None,
+    options: Hertz,
+    *,
+    rig: Rig | None = None,
+    clock_std_s: float = 0.0,
+) -> dict:
     """Fit every model to the samples of a press, and the recommended one to its hold too.
 
     Parameters
@@ -18,6 +35,10 @@ def estimate_hertz(indentation: Indentation, record: Record | None, options: Her
     record : Record or None
         Of the same press with its hold; None where too few samples tell of it.
     options : Hertz
+    rig : Rig, optional
+        Uncertainties that are the recommended interval's too; none by default.
+    clock_std_s : float, optional
+        Standard deviation of the offset between the forces' clock and the frames' [s].
 
     Returns
     -------
@@ -45,6 +66,16 @@ def estimate_hertz(indentation: Indentation, record: Record | None, options: Her
         )
         models += rows
         best = recommended(indentation, models)
+    std = _rig_std(indentation, rig) if rig else 0.0
+    if record is not None and clock_std_s > 0:
+        given = of_layers | fitted | {"beliefs": options.relaxation}
+        others = [
+            later_modulus(indentation, record, best, after_s, **given)
+            for after_s in (-clock_std_s, clock_std_s)
+        ]
+        by_clock = np.log(np.array(others) / best["reduced_modulus_pa"])
+        std = float(np.hypot(std, np.sqrt(np.mean(by_clock**2))))
+    best = widened(best, std)
     used = slice(indentation.onset, None)
     return {
         "radius_m": indentation.radius_m,
@@ -67,3 +98,16 @@ def estimate_hertz(indentation: Indentation, record: Record | None, options: Her
         "relaxation": relaxation,
         "recommended": best,
     }
+
+
+def _rig_std(indentation: Indentation, rig: Rig) -> float:
+    """Relative standard deviation of E* by the rig: E* goes with F R^(-1/2) d^(-3/2)."""
+    force = float(indentation.force_n.max())
+    parts = (
+        rig.force_scale_std,
+        float(np.hypot(rig.force_zero_std_n, rig.force_drift_std_n)) / force,
+        rig.radius_std_m / indentation.radius_m / 2,
+        rig.curvature_std_per_m * indentation.radius_m / 2,
+        1.5 * rig.compliance_std_m_n * force / max(float(indentation.depth_m.max()), 1e-9),
+    )
+    return float(np.linalg.norm(parts))

@@ -1,7 +1,7 @@
 """All models of a press side by side, and the one that its geometry and its hold recommend."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -243,6 +243,51 @@ def fit_held(
     known |= vars(fit_relaxation(record, assumed, **given))
     unknown = names | {"relaxation": "prony"} | vars(found)
     return [known, unknown | {"reduced_modulus_range_pa": [ends[0], ends[-1]]}], block
+
+
+def later_modulus(
+    indentation: Indentation,
+    record: Record,
+    model: Mapping,
+    after_s: float,
+    *,
+    nu: float,
+    series: str,
+    beliefs: Beliefs,
+    **fitted: object,
+) -> float:
+    """E* that a model finds where the forces were read so much later than they say [Pa].
+
+    Parameters
+    ----------
+    indentation : Indentation
+    record : Record
+    model : mapping
+        Of `fit_models` or `fit_held`.
+    after_s : float
+        [s].
+    nu, series, beliefs
+        As in `fit_held`.
+    **fitted
+        ``baseline`` and ``residual``, as in `fit_models`.
+    """
+    moved = np.interp(record.time_s + after_s, record.time_s, record.depth_m)
+    if model["relaxation"] == "prony":
+        laws = {n: _strained(indentation, model, nu=n, series=series) for n in HELD_POISSON_RATIOS}
+        times = relaxation_times(record.time_s[indentation.onset :])
+        record = replace(record, depth_m=moved)
+        return fit_relaxation(record, laws, times_s=times, beliefs=beliefs).reduced_modulus_pa
+    names = {name: model[name] for name in ("indenter", "support", "contact")}
+    indentation = replace(indentation, depth_m=moved[: len(indentation.depth_m)])
+    return fit_model(indentation, **names, nu=nu, series=series, **fitted).reduced_modulus_pa
+
+
+def widened(model: Mapping, std: float) -> dict:
+    """A model whose interval holds a further relative error of a standard deviation too."""
+    E, ends = model["reduced_modulus_pa"], np.array(model["reduced_modulus_interval_pa"])
+    sides = np.hypot(np.log(ends / E), ndtri((1 + CONFIDENCE) / 2) * std) * [-1, 1]
+    interval = tuple((E * np.exp(sides)).tolist())
+    return dict(model) | {"reduced_modulus_interval_pa": interval, "rig_std": std}
 
 
 def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
