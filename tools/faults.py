@@ -33,39 +33,45 @@ LEFT_BEHIND = shutil.ignore_patterns(
 KINDS = ("snakemake", "job", "group")
 # Run times and logs differ from run to run; hidden files are the run's own.
 NOT_RESULTS = ("benchmarks", "logs")
-JOB_SCRIPT = re.compile(r"\.snakemake/scripts/tmp\w+\.(\w+)\.py$")
+JOB_SCRIPT = re.compile(r"\.snakemake/scripts/tmp\w+\.(\w+)\.py$", re.MULTILINE)
 STEPS = re.compile(r"^\d+:\d\d:\d\d  (\d+ of \d+) steps", re.MULTILINE)
-# A kill falls this long after the run's start, at most.
-LATEST_S, ENDING_S, GIVE_UP_S = 40.0, 30.0, 1800.0
+# A kill falls this long after the run's start, at most; one in six before its first job.
+LATEST_S, STARTING_S, IN_START = 40.0, 5.0, 1 / 6
+ENDING_S, GIVE_UP_S = 30.0, 1800.0
 
 
 class Run:
-    """A run of Snakemake in a session of its own, and what it says."""
+    """A run of Snakemake in a session of its own, and what it prints."""
 
     def __init__(self, folder: Path, targets: list[str]) -> None:
-        self.log = folder / "said.txt"
+        self.log = folder / "run.log"
         command = [*COMMAND, *(["--", *targets] if targets else [])]
-        with self.log.open("w") as said:
+        with self.log.open("w") as log:
             self.process = subprocess.Popen(
-                command, cwd=folder, stdout=said, stderr=said, start_new_session=True
+                command, cwd=folder, stdout=log, stderr=log, start_new_session=True
             )
 
+    def lines(self) -> list[str]:
+        """What it has printed."""
+        return self.log.read_text().splitlines()
+
     def steps(self) -> str:
-        """Steps done of those that the run had to do, as it last said."""
+        """Steps done of those that the run had to do, as last printed; - while it starts."""
         return (STEPS.findall(self.log.read_text()) or ["-"])[-1]
 
     def errors(self) -> list[str]:
-        """What it said of jobs that failed."""
-        return [one for one in self.log.read_text().splitlines() if one.startswith("error: ")]
+        """What it printed of jobs that failed."""
+        return [line for line in self.lines() if line.startswith("error: ")]
 
     def jobs(self) -> dict[psutil.Process, str]:
         """Scripts that run, as children of Snakemake, and their rules."""
-        found = {}
+        found, children = {}, []
         with suppress(psutil.NoSuchProcess):
-            for child in psutil.Process(self.process.pid).children(recursive=True):
-                words = [match for word in child.cmdline() if (match := JOB_SCRIPT.search(word))]
-                if words:
-                    found[child] = words[0][1]
+            children = psutil.Process(self.process.pid).children(recursive=True)
+        for child in children:
+            with suppress(psutil.NoSuchProcess):
+                if script := JOB_SCRIPT.search("\n".join(child.cmdline())):
+                    found[child] = script[1]
         return found
 
     def ended(self, within_s: float = GIVE_UP_S) -> bool:
@@ -76,7 +82,7 @@ class Run:
 
 
 def strike(run: Run, kind: str, rng: random.Random) -> str:
-    """Kill; what came of it, which ends with the cells of a row of the table."""
+    """Kill, and wait for what follows: cells of a row of the table, ending with the outcome."""
     jobs, before, steps = run.jobs(), len(run.errors()), run.steps()
     if kind == "job" and jobs:
         with suppress(psutil.NoSuchProcess):
@@ -97,16 +103,34 @@ def strike(run: Run, kind: str, rng: random.Random) -> str:
 def until_one_finishes(
     folder: Path, targets: list[str], kills: list[str], *, wanted: int, rng: random.Random
 ) -> str:
-    """Kill runs until one finishes, and go on undisturbed after so many; what a failed one said."""
+    """Kill runs until one ends by itself, and none after so many kills; why that one failed."""
     while True:
         run = Run(folder, targets)
-        moment = rng.uniform(0.2, LATEST_S)
-        if run.ended(moment if len(kills) < wanted else GIVE_UP_S):
-            return "" if run.process.returncode == 0 else "\n".join(run.errors())
-        done = strike(run, KINDS[len(kills) % len(KINDS)], rng)
-        kills.append(f"| {len(kills) + 1} | {moment:.1f} | {done} |")
+        moment = rng.uniform(0.2, STARTING_S if rng.random() < IN_START else LATEST_S)
+        all_made = len(kills) >= wanted
+        if run.ended(GIVE_UP_S if all_made else moment):
+            errors = "; ".join(run.errors()) or "no error line"
+            return "" if run.process.returncode == 0 else f"failed: {errors}"
+        if all_made:
+            os.killpg(run.process.pid, signal.SIGKILL)
+            return f"did not finish within {GIVE_UP_S:.0f} s"
+        row = strike(run, KINDS[len(kills) % len(KINDS)], rng)
+        kills.append(f"| {len(kills) + 1} | {moment:.1f} | {row} |")
         print(kills[-1], flush=True)
         run.ended()
+
+
+def make_copy(folder: Path) -> Path:
+    """Copy the project and the sample's captures, without results."""
+    shutil.copytree(ROOT, folder, ignore=LEFT_BEHIND)
+    shutil.copytree(ROOT / "tests/sample/raw", folder / "tests/sample/raw", dirs_exist_ok=True)
+    return folder
+
+
+def forget(folder: Path) -> None:
+    """Remove all results."""
+    for name in (SAMPLE, ".snakemake"):
+        shutil.rmtree(folder / name, ignore_errors=True)
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -120,12 +144,16 @@ def digests(folder: Path) -> dict[str, str]:
     }
 
 
-def verdict_on(folder: Path, wanted: dict[str, str]) -> str:
-    """How results differ from those of an undisturbed run; parts of files that nobody removed."""
-    found = digests(folder)
-    other = sorted(name for name in wanted | found if wanted.get(name) != found.get(name))
+def leftovers(folder: Path) -> list[str]:
+    """Parts of files that nobody removed, and files that Snakemake still marks as incomplete."""
     marks = [path for path in (folder / ".snakemake/incomplete").rglob("*") if path.is_file()]
-    left = [str(path) for path in [*(folder / SAMPLE).rglob(".part-*"), *marks]]
+    return [str(path) for path in [*(folder / SAMPLE).rglob(".part-*"), *marks]]
+
+
+def verdict_on(folder: Path, wanted: dict[str, str]) -> str:
+    """How results differ from those of an undisturbed run, and what was left behind."""
+    found, left = digests(folder), leftovers(folder)
+    other = sorted(name for name in wanted | found if wanted.get(name) != found.get(name))
     if other or left:
         return f"differs: {', '.join(other)}; left behind: {', '.join(left)}"
     return f"finished, {len(wanted)} results of the same bytes, nothing left behind"
@@ -142,24 +170,23 @@ def main() -> int:
     rng, kills, verdicts = random.Random(options.seed), [], []
     head = "| kill | after (s) | killed | steps done | jobs running | outcome |"
     with tempfile.TemporaryDirectory(prefix="palpate-faults-") as place:
-        folder = Path(place) / "main"
-        shutil.copytree(ROOT, folder, ignore=LEFT_BEHIND)
-        raw = "tests/sample/raw"
-        shutil.copytree(ROOT / raw, folder / raw, dirs_exist_ok=True)
+        folder = make_copy(Path(place) / "main")
         if not (first := Run(folder, options.targets)).ended() or first.process.returncode:
             sys.exit("faults: expected the undisturbed run to finish, found that it failed")
         wanted = digests(folder)
         while len(kills) < options.kills:
-            shutil.rmtree(folder / SAMPLE)
-            shutil.rmtree(folder / ".snakemake")
-            said = until_one_finishes(folder, options.targets, kills, wanted=options.kills, rng=rng)
-            verdict = said or verdict_on(folder, wanted)
+            forget(folder)
+            failure = until_one_finishes(
+                folder, options.targets, kills, wanted=options.kills, rng=rng
+            )
+            verdict = failure or verdict_on(folder, wanted)
             verdicts.append(f"- after kill {len(kills)}: {verdict}")
             print(verdicts[-1], flush=True)
             options.target.parent.mkdir(parents=True, exist_ok=True)
             lines = ["# Faults", "", *verdicts, "", head, "|---" * 6 + "|", *kills, ""]
             options.target.write_text("\n".join(lines), encoding="utf-8")
-    return int(not all("same bytes" in line for line in verdicts))
+    lived = any("lived on" in kill for kill in kills)
+    return int(lived or not all("same bytes" in line for line in verdicts))
 
 
 if __name__ == "__main__":
