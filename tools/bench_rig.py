@@ -5,13 +5,12 @@ is held free and presses something rigid; the rules find what docs/rig.md has on
 """
 
 import json
-import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import yaml
+from bench_study import run_snakemake
 from palpate.capture.streams import Stream
 from palpate.units import MILLIMETRES
 from PIL import Image
@@ -31,10 +30,7 @@ PART, SMALLER, GAP_PX, COLOURS = (slice(160, 560), slice(290, 770)), 2, 6, 96
 def rig_rows() -> list[tuple]:
     """Film, calibrate, draw; rows are how far off the calibrations are."""
     made = [f"results/sensors/bumblebee/{name}.json" for name in ("tip", "load", "stiffness")]
-    command = [sys.executable, "-m", "snakemake", "-j1", "--quiet", "all", "--", *made]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    if done.returncode:
-        sys.exit(f"error: rig: {done.stderr[-500:]}")
+    run_snakemake("rig", "-j1", "--quiet", "all", "--", *made)
     for film, (picture, frames) in SHOWN.items():
         _draw(FILMS / film, frames, ROOT / picture)
     tip, load, stiffness = (json.loads((ROOT / path).read_text()) for path in made)

@@ -3,7 +3,6 @@
 A run in the tens of minutes is not repeated for it: its own benchmarks are read.
 """
 
-import os
 import subprocess
 import sys
 import tempfile
@@ -17,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 BENCHMARKS = ROOT / "results/benchmarks"
 # Rules that take less are in the totals alone [min].
 LEAST_MIN = 1.0
-SNAKEMAKE = (sys.executable, "-m", "snakemake", "--profile", "workflow/profiles/default")
+PROFILE = ("--profile", "workflow/profiles/default")
 
 
 def study_rows() -> list[tuple]:
@@ -47,11 +46,14 @@ def _sample(results: Path, *, cores: int) -> tuple[float, float]:
     found = []
     for _ in range(2):
         start = time.perf_counter()
-        command = [*SNAKEMAKE, "--cores", str(cores), *files]
-        done = subprocess.run(
-            command, cwd=ROOT, capture_output=True, text=True, check=False, env=os.environ
-        )
-        if done.returncode:
-            sys.exit(f"error: study: {done.stderr[-500:]}")
+        run_snakemake("study", *PROFILE, "--cores", str(cores), *files)
         found.append(time.perf_counter() - start)
     return found[0], found[1]
+
+
+def run_snakemake(section: str, *arguments: str) -> None:
+    """Run the workflow for a section of the benchmarks; a run that fails ends them."""
+    command = [sys.executable, "-m", "snakemake", *arguments]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    if done.returncode:
+        sys.exit(f"error: {section}: {done.stderr[-500:]}")
