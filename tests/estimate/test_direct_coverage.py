@@ -34,7 +34,9 @@ def drawn_press(rng, seed, nu):
     while (shares < 0).any():
         shares = rng.multivariate_normal(np.zeros(2), np.linalg.inv(information))
     late = rng.normal(0, 0.01)
-    press = press_of(E, nu, seed, laws=tuple(laws), shares=tuple(shares), late_s=late)
+    # Its depths err by where the probe is as they are held to (`pattern_std_m`).
+    drawn = {"laws": tuple(laws), "shares": tuple(shares), "late_s": late, "wavy_m": 3e-5}
+    press = press_of(E, nu, seed, **drawn)
     gain, shift = rng.normal(0, OPTIONS.gain_std), rng.normal(0, press.shift_std_m)
     left = 1 - relaxed_share(1.0, fractions=shares, times_s=np.array(OPTIONS.relaxation_times_s))
     return replace(press, moved_m=press.moved_m * (1 + gain) + shift), laws[0], float(left)
