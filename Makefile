@@ -4,13 +4,13 @@ BIN := .venv/bin
 MODULE := PYTHONPATH=workflow/scripts $(BIN)/python -m palpate.workflow
 SNAKEMAKE := $(BIN)/snakemake --profile workflow/profiles/default
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENCV_FOR_THREADS_NUM=1
-VALIDATION = $(SNAKEMAKE) --keep-going --configfile $(DRAWN)
-MANNERS := $(SNAKEMAKE) --configfile config/manners.yaml
+VALIDATION = $(SNAKEMAKE) --keep-going --configfile $(RIGS)
+PROTOCOLS := $(SNAKEMAKE) --configfile config/protocols.yaml
 SAMPLE := $(SNAKEMAKE) --configfile tests/sample/config.yaml
 CUT := $(SNAKEMAKE) --configfile tests/cut/config.yaml
-# Captures of `make protocols`: config/manners_lab.yaml.
-GLUED := 01 $(addprefix 01-a0,1 2 3 4 5 6 7 8 9) 01-a10 02
-PRESSES := $(addprefix glued_block/bumblebee/,$(GLUED)) loose_block/bumblebee/01 \
+# Captures of `make protocols`: config/protocols_lab.yaml.
+BONDED := 01 $(addprefix 01-a0,1 2 3 4 5 6 7 8 9) 01-a10 02
+PROTOCOL_CAPTURES := $(addprefix glued_block/bumblebee/,$(BONDED)) loose_block/bumblebee/01 \
   $(addprefix bad_bench/bumblebee/,01 01-a01)
 # Figures that README.md and docs show, of a full run, of `make bench sections="growth rig"`.
 PICTURES := overview growth rig_pivot rig_load rig_stiffness
@@ -30,10 +30,10 @@ TRUTH := $(addprefix results/truth/results/,figures/direct_moduli.png tables/ind
 kills := 50
 # Of `make validation` and `make refit`.
 seed := 1
-DRAWN = validation/$(seed)
-OBSERVED = $(wildcard $(DRAWN)/results/*/*/direct.json)
+RIGS = validation/$(seed)
+ESTIMATES = $(wildcard $(RIGS)/results/*/*/direct.json)
 
-.PHONY: results sample cut truth validation errors refit protocols manners test test-all nightly faults lint bench check lock docs pictures quoted sample-captures \
+.PHONY: results sample cut truth validation errors refit protocols test test-all nightly faults lint bench check lock docs pictures quoted sample-captures \
   own-object own-object-captures slurm-resources corpus mutants audit clean
 
 results: .venv/installed
@@ -58,34 +58,32 @@ truth: .venv/installed
 	$(SNAKEMAKE) --configfile tests/truth/config.yaml -- $(TRUTH)
 	$(BIN)/python tools/truth_gate.py record
 
-# A lab drawn with a seed: objects and rigs that nobody chose, estimated and held to their truth; what
-# is refused does not stop the others.
+# Randomised objects and rigs of a seed, estimated and compared with their truth; a rejected capture
+# does not stop the others.
 validation: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
-	  config/validation.yaml $(DRAWN) --seed $(seed)
+	  config/validation.yaml $(RIGS) --seed $(seed)
 	-$(VALIDATION)/config.yaml -- validation
-	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.randomised_rigs $(DRAWN)
+	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.randomised_rigs $(RIGS)
 
-# Each error of a rig by itself and all at once, on a block, a ball and a drawn object.
+# Each error of a rig by itself and all at once, on a block, a ball and a randomised object.
 errors: .venv/installed
 	PYTHONPATH=workflow/scripts $(BIN)/python -m virtual_lab.draw \
-	  config/validation.yaml $(DRAWN)-alone --seed $(seed) --alone
+	  config/validation.yaml $(RIGS)-alone --seed $(seed) --alone
 	-$(VALIDATION)-alone/config.yaml -- validation
-	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.randomised_rigs $(DRAWN)-alone
+	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.randomised_rigs $(RIGS)-alone
 
 # The estimates alone, anew, of what a finished `make validation` observed.
 refit: .venv/installed
-	@test -n "$(OBSERVED)" || { echo "error: $(DRAWN): expected what make validation seed=$(seed) found, found nothing"; exit 1; }
-	$(VALIDATION)/config.yaml --allowed-rules direct_object --forcerun direct_object -- $(OBSERVED)
-	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.randomised_rigs $(DRAWN)
+	@test -n "$(ESTIMATES)" || { echo "error: $(RIGS): expected what make validation seed=$(seed) found, found nothing"; exit 1; }
+	$(VALIDATION)/config.yaml --allowed-rules direct_object --forcerun direct_object -- $(ESTIMATES)
+	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.randomised_rigs $(RIGS)
 
 # One indentation by many protocols, each estimated by itself; one that is rejected does not stop the
-# others. `make manners` is its former name.
+# others.
 protocols: .venv/installed
-	-$(MANNERS) --keep-going -- $(PRESSES:%=manners/results/%/direct.json)
-	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.protocols manners/results
-
-manners: protocols
+	-$(PROTOCOLS) --keep-going -- $(PROTOCOL_CAPTURES:%=protocols/results/%/direct.json)
+	PYTHONPATH=workflow/scripts $(BIN)/python -m validation.protocols protocols/results
 
 # A worker for each core; with the long ones (pytest.mark.long) nearly twice as long.
 test: .venv/installed

@@ -99,6 +99,10 @@ def main() -> int:
             print(f"{entry}\n  expected {known.get(entry)}\n  found    {ends[entry]}", flush=True)
     counts = ", ".join(f"{n} {end}" for end, n in Counter(e for e, _ in ends.values()).items())
     others = sum(ends[entry] != known.get(entry) for entry in ends)
+    gone = set() if options.fast or options.match else known.keys() - ends.keys()
+    for entry in sorted(gone):
+        print(f"{entry}\n  expected {known[entry]}\n  found    no such entry")
+    others += len(gone)
     print(f"{len(ends)} entries: {counts}; {others} otherwise than expected")
     if options.update:
         write(known | ends if options.fast or options.match else ends)

@@ -22,7 +22,7 @@ from time import perf_counter
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPTS = "workflow/scripts"
 PACKAGES = ("vision", "solid", "estimate")
-LEFT_OUT = {".git", ".venv", ".snakemake", "raw", "results", "validation", "manners"}
+LEFT_OUT = {".git", ".venv", ".snakemake", "raw", "results", "validation", "protocols"}
 MOST_SURVIVORS = 0.1
 # Of what the tests of a package take without mutants, and what they are given beside.
 PATIENCE, START_S = 5, 60
@@ -38,7 +38,7 @@ OTHERS |= dict.fromkeys((ast.Pow, ast.FloorDiv, ast.Mod, ast.MatMult), ast.Mult)
 # Messages; defaults of options, which docs/options.md is held to; zip's word that lengths agree.
 SPARED = (ast.JoinedStr, ast.Raise)
 SPARED_FIELDS = {"annotation", "returns", "decorator_list"}
-SPARED_NAMES = {"option", "block", "strict"}
+SPARED_NAMES = {"option", "constant", "strict"}
 # Smaller numbers keep from dividing by 0: one is as good as another.
 NOTHING = 1e-100
 

@@ -19,8 +19,8 @@ from thesis.options import Simulation
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 THEORY = (ROOT / "docs/theory.md").read_text(encoding="utf-8")
-ROOMS = ("capture", "vision", "solid", "surface", "estimate", "report", "run", "modulus")
-WINGS = ("palpate", "virtual_lab", "thesis")
+ROOMS = {path.stem for path in (ROOT / "workflow/scripts/palpate").glob("[a-z]*")}
+WINGS = ("palpate", "virtual_lab", "thesis", "validation")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 NUMBER = r"[2-5]\.\d+"
 EQUATIONS = re.compile(rf"(?:Eqs?\.|Equations?) ({NUMBER}(?:(?:, | and | to |-){NUMBER})*)")
@@ -58,7 +58,7 @@ def missing(name):
         return None if (ROOT / name).exists() else "no such file"
     path, _, value = name.partition(": ")
     head = path.split(".")[0]
-    if head in (*ROOMS, *WINGS) and not value and in_library(path):
+    if head in ROOMS.union(WINGS) and not value and in_library(path):
         return None
     places = {"sensor": "sensors", "probe": "probes"}
     if head in places:
@@ -95,29 +95,26 @@ def in_configuration(path, value):
     content = full(ROOT)
     trackers = content["tracking"]["trackers"]
     trackers |= {name: options_of(content["tracking"], name, "") for name in trackers}
-    *way, last = path.split(".")
-    place = content
-    for key in way:
-        place = place.get(key) if isinstance(place, dict) else None
-    if not isinstance(place, dict) or last not in place:
-        return False
-    if value:
-        place[last] = yaml.safe_load(value)
-    return not config_problems(content, {"simulation": Simulation}, "")
+    there = put(content, path, value)
+    return there and not config_problems(content, {"simulation": Simulation}, "")
 
 
 def in_options(kind, file, path, value):
     """Whether a file has an option, and its model allows the value."""
     content = deepcopy(yaml.safe_load(read(file)))
+    return put(content, path, value) and not problems(MODELS[f"{kind}s"], content)
+
+
+def put(content, path, value):
+    """Whether a mapping has an option; it takes the value, if there is one."""
     *way, last = path.split(".")
-    place = content
     for key in way:
-        place = place.get(key) if isinstance(place, dict) else None
-    if not isinstance(place, dict) or last not in place:
+        content = content.get(key) if isinstance(content, dict) else None
+    if not isinstance(content, dict) or last not in content:
         return False
     if value:
-        place[last] = yaml.safe_load(value)
-    return not problems(MODELS[f"{kind}s"], content)
+        content[last] = yaml.safe_load(value)
+    return True
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

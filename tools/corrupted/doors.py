@@ -127,7 +127,10 @@ def describe(work: Path) -> None:
         main(["hertz", "curve.csv", "--radius-mm", "0.01", "--json"])
     found = json.loads(told.getvalue())["reduced_modulus_pa"]
     (work / "curve.txt").write_text(repr(found))
-    (work / "workflow.txt").write_text(_forked(lambda: repr(run_chain(configuration()))))
+    right = _forked(lambda: repr(run_chain(configuration())))
+    if right is None:
+        raise ValueError("block: expected the sample's E* from its jobs, found none")
+    (work / "workflow.txt").write_text(right)
     (work / "block/results/log.txt").unlink()
 
 
@@ -141,9 +144,12 @@ def _forked(call: Callable) -> object:
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
-        os.close(reader)
-        os.write(writer, json.dumps(call()).encode())
-        os._exit(0)
+        # Nothing of the parent's runs in the child, whatever the call raises.
+        try:
+            os.close(reader)
+            os.write(writer, json.dumps(call()).encode())
+        finally:
+            os._exit(0)
     os.close(writer)
     with os.fdopen(reader, "rb") as stream:
         text = stream.read()

@@ -80,11 +80,9 @@ def scaled(factor, *columns):
     return table(lambda t: t.assign(**{name: t[name] * factor for name in columns}))
 
 
-def later(shift_s, after_s=-np.inf, factor=1.0):
-    """Times at another pace, and later from some time on."""
-    return table(
-        lambda t: t.assign(time_s=t["time_s"] * factor + shift_s * (t["time_s"] > after_s))
-    )
+def later(shift_s, factor=1.0):
+    """Times at another pace, and later."""
+    return table(lambda t: t.assign(time_s=t["time_s"] * factor + shift_s))
 
 
 def fields(change):

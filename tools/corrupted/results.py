@@ -90,7 +90,6 @@ CLOUD = ARCHIVE | NANS | {
     "beside the object": _first("points_m", lambda a: a + [0.3, 0, 0]),
     "a third behind it": _first("points_m", _behind),
 }  # fmt: skip
-ROWS = WHOLE | {}
 JSON = WHOLE | {
     "nested 100000 deep": to.holds(b"[" * 100_000),
 }
@@ -115,14 +114,14 @@ ENTRIES = {
         "contact_point_m in words": to.put("contact_point_m", "top"),
         "a residual of one field": to.put("residual", {"rms_m": 0.1}),
     },
-    f"{OUT}/probe_pose.csv align": ROWS | {
+    f"{OUT}/probe_pose.csv align": WHOLE | {
         "no tip_y_m": to.table(lambda t: t.drop(columns="tip_y_m")),
         "a tip of NaN": to.cell("tip_y_m", 1, "nan"),
         "a tip in words": to.cell("tip_x_m", 1, "abc"),
         "tips 30 mm nearer": to.table(lambda t: t.assign(tip_z_m=t["tip_z_m"] - 0.03)),
         "tips 30 mm aside": to.table(lambda t: t.assign(tip_x_m=t["tip_x_m"] + 0.03)),
     },
-    f"{OUT}/force.csv hertz": ROWS | {
+    f"{OUT}/force.csv hertz": WHOLE | {
         "no fy_n": to.table(lambda t: t.drop(columns="fy_n")),
         "no force": to.table(lambda t: t.assign(fx_n=0.0, fy_n=0.0, fz_n=0.0)),
     },

@@ -91,7 +91,7 @@ OF_WRENCH = {
     "reversed": to.table(lambda t: t.assign(**{n: t[n].to_numpy()[::-1] for n in WRENCH})),
     "no unloaded beginning": to.later(-1.2),
 }
-OF_CURVE = {name: change for name, change in WRITTEN.items() if name != "spaces after commas"} | {
+OF_CURVE = WRITTEN | {
     "three rows": to.table(lambda t: t.iloc[:3]),
     "no force": _without("force_N"),
     "a torque for a force": to.table(lambda t: t.rename(columns={"force_N": "torque_Nm"})),

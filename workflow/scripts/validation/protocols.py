@@ -1,8 +1,9 @@
-"""One press of the lab in many manners: each capture's own estimate beside the truth.
+"""One indentation of the lab by many protocols: each capture's own estimate beside the truth.
 
-    python -m validation.protocols manners/results
+    python -m validation.protocols protocols/results
 
-Prints the table and writes ``manners.csv`` and ``manners.md`` there. The truth is read here alone.
+Prints the table and writes ``protocols.csv`` and ``protocols.md`` there. Only this package reads
+the lab's truth.
 """
 
 import json
@@ -19,8 +20,8 @@ MODULI = {"E [kPa]": ("youngs_modulus_pa", 1e-3), "nu": ("poisson_ratio", 1.0)}
 MODULI |= {"E* [kPa]": ("reduced_modulus_pa", 1e-3)}
 
 
-def manners_table(lab: Mapping, results: Path) -> pd.DataFrame:
-    """One row a capture: what is different about it, moduli with 95 % intervals, who holds."""
+def protocols_table(lab: Mapping, results: Path) -> pd.DataFrame:
+    """One row for each capture: its protocol, moduli with 95 % intervals, and whether they hold."""
     rows = []
     for name, spec in lab["objects"].items():
         truth = json.loads((results / "lab" / name / "material.json").read_text())
@@ -28,13 +29,13 @@ def manners_table(lab: Mapping, results: Path) -> pd.DataFrame:
             for capture in captures:
                 path = results / name / sensor / capture / "direct.json"
                 found = json.loads(path.read_text()) if path.is_file() else None
-                known = {"object": name, "capture": capture, "manner": manner(spec, capture)}
+                known = {"object": name, "capture": capture, "protocol": protocol_of(spec, capture)}
                 rows.append(known | _row(found, truth))
     return pd.DataFrame(rows)
 
 
-def manner(spec: Mapping, capture: str) -> str:
-    """What the lab's file says of a capture beside what it says of all."""
+def protocol_of(spec: Mapping, capture: str) -> str:
+    """What the lab's file says of a capture beside what it says of all captures."""
     said = [
         f"{name} {value:g}" if isinstance(value, float | int) else name
         for name, value in spec["motions"].get(capture, {}).items()
@@ -42,17 +43,17 @@ def manner(spec: Mapping, capture: str) -> str:
     if capture in spec["pressed_at"]:
         said.append("beside the point")
     if "device" in spec:
-        said.append("a bad bench")
+        said.append("rig errors")
     if "direction" in spec["object"]["points"][capture.split("-")[0]]:
         said.append("inclined")
     if "table_friction" in spec["contact"]:
-        said.append("loose")
+        said.append("unbonded")
     return ", ".join(said) or "plain"
 
 
 def _row(found: Mapping | None, truth: Mapping) -> dict:
     if found is None:
-        return dict.fromkeys(MODULI, "none") | {"holds": "refused"}
+        return dict.fromkeys(MODULI, "none") | {"holds": "rejected"}
     row, missed = {}, []
     for title, (name, scale) in MODULI.items():
         value = found[name]
@@ -65,11 +66,11 @@ def _row(found: Mapping | None, truth: Mapping) -> dict:
 
 def main(results: Path) -> None:
     """Print and write the table."""
-    lab = yaml.safe_load((ROOT / "config/manners_lab.yaml").read_text())
-    found = manners_table(lab, results)
-    found.to_csv(results / "manners.csv", index=False)
+    lab = yaml.safe_load((ROOT / "config/protocols_lab.yaml").read_text())
+    found = protocols_table(lab, results)
+    found.to_csv(results / "protocols.csv", index=False)
     text = "\n".join(rows_of(list(found.columns), found.to_numpy())) + "\n"
-    (results / "manners.md").write_text(text, encoding="utf-8")
+    (results / "protocols.md").write_text(text, encoding="utf-8")
     sys.stdout.write(text)
 
 

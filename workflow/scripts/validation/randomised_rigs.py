@@ -1,10 +1,10 @@
-"""Runs of drawn labs, held against their truth: errors, and how often the intervals hold.
+"""Runs of randomised rigs compared with their truth: errors, and how often the intervals hold.
 
     python -m validation.randomised_rigs validation/1 [validation/2 ...]
 
 Prints the summary of all of them; writes ``validation.csv``, ``validation.md`` and
-``validation.png`` into the last one's folder. The truth is read here alone. A capture that the
-tool refused is a row with what it said.
+``validation.png`` into the last one's folder. Only this package reads the lab's truth. A rejected
+capture is a row with the reason.
 """
 
 import json
@@ -28,12 +28,12 @@ MODULI = {
     "youngs_modulus_pa": ("E", True),
     "poisson_ratio": ("nu", False),
 }
-DRAWN = ("effective_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio")
+SHOWN = ("effective_reduced_modulus_pa", "youngs_modulus_pa", "poisson_ratio")
 MARKS = {"bumblebee": (style.BLUE, "o"), "kinect": (style.GREEN, "s")}
 
 
 def estimates_of(folder: Path) -> pd.DataFrame:
-    """One row a drawn object and sensor: what was drawn, estimated, and how far off it is."""
+    """One row for each object and sensor: its rig, its estimate, and the error of that."""
     lab, results = load_yaml(folder / "lab.yaml"), folder / "results"
     rows, materials = [], {}
     for name, spec in lab["objects"].items():
@@ -41,14 +41,14 @@ def estimates_of(folder: Path) -> pd.DataFrame:
         for sensor in spec["recordings"]:
             path = results / name / sensor / "direct.json"
             group = {"object": name, "sensor": sensor, "provenance": "simulated"}
-            row = group | {"refused": said(results, name, sensor)}
+            row = group | {"rejected": reason(results, name, sensor)}
             if path.is_file():
                 found = [read_estimate(path)]
                 row = moduli_table.direct_rows([], [], [group], found).iloc[0].to_dict()
-            rows.append({"seed": lab["seed"]} | row | drawn(spec))
+            rows.append({"seed": lab["seed"]} | row | randomised(spec))
     table = pd.DataFrame(rows)
-    told = ["point", "method", *(column for name in LABELS for column in columns(name))]
-    table = table.reindex(columns=[*table, *(name for name in told if name not in table)])
+    wanted = ["point", "method", *(column for name in LABELS for column in columns(name))]
+    table = table.reindex(columns=[*table, *(name for name in wanted if name not in table)])
     return moduli_table.accuracy_table(table, materials)
 
 
@@ -63,8 +63,8 @@ def read_estimate(path: Path) -> dict:
     return found
 
 
-def drawn(spec: Mapping) -> dict:
-    """What of an object was drawn that its errors may hang on."""
+def randomised(spec: Mapping) -> dict:
+    """What was randomised of an object that its errors may depend on."""
     return {
         "form": f"{spec['object']['support']['contact']} {spec['shape']['kind']}",
         "law": spec["material"]["law"],
@@ -73,14 +73,14 @@ def drawn(spec: Mapping) -> dict:
     }
 
 
-def said(results: Path, name: str, sensor: str) -> str:
-    """Why there is no estimate of an object and a sensor: what the logs end with."""
+def reason(results: Path, name: str, sensor: str) -> str:
+    """Why there is no estimate of an object and a sensor: last lines of the logs."""
     logs = sorted(results.glob(f"logs/*/{name}-{sensor}*.log")) + sorted(
         results.glob(f"logs/*/{name}-01.log")
     )
     lines = [text.splitlines()[-1] for path in logs if (text := path.read_text().strip())]
     errors = [line for line in lines if line.startswith("error: ")]
-    return "; ".join(errors) or "nothing: it was not tried"
+    return "; ".join(errors) or "it was not tried"
 
 
 def summary_of(table: pd.DataFrame) -> pd.DataFrame:
@@ -96,9 +96,9 @@ def summary_of(table: pd.DataFrame) -> pd.DataFrame:
         width = width / known[value] * 100 if relative else width
         # Estimates of one rig share its errors: what scatters are the rigs.
         rigs = max(table.loc[held.index, "rig"].nunique(), 1)
-        sure = binomtest(round(held.mean() * rigs) if len(held) else 0, rigs)
-        sure = sure.proportion_ci(method="wilson")
-        share, ends = 100 * held.mean(), f"{100 * sure.low:.0f} to {100 * sure.high:.0f}"
+        rigs_held = binomtest(round(held.mean() * rigs) if len(held) else 0, rigs)
+        interval = rigs_held.proportion_ci(method="wilson")
+        share, ends = 100 * held.mean(), f"{100 * interval.low:.0f} to {100 * interval.high:.0f}"
         unit = " %" if relative else ""
         rows.append(
             {
@@ -107,7 +107,7 @@ def summary_of(table: pd.DataFrame) -> pd.DataFrame:
                 "median error": f"{errors.median():.3g}{unit}",
                 "90th percentile": f"{errors.quantile(0.9):.3g}{unit}",
                 "median half-width": f"{width.median():.3g}{unit}",
-                "over its bound": over_bound(table, stem),
+                "over the Cramér-Rao bound": over_bound(table, stem),
                 "intervals that hold": f"{held.sum()} of {len(held)}",
                 "share": f"{share:.0f} % ({ends})",
             }
@@ -116,14 +116,14 @@ def summary_of(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def over_bound(table: pd.DataFrame, stem: str) -> str:
-    """Stated deviation over the information limit, where one is told."""
+    """Ratio of the stated deviation to the Cramér-Rao bound, where there is one."""
     if f"{stem}_efficiency" not in table:
         return "-"
     return f"{(1 / table[f'{stem}_efficiency']).median():.2f}"
 
 
 def shifts_of(table: pd.DataFrame, lab: Mapping) -> pd.DataFrame:
-    """What each error by itself does: shifts from the same object's film without errors."""
+    """Shifts by each error alone, from the same object's recording without errors."""
     rows = []
     for _, row in table.iterrows():
         devices = lab["objects"][row["object"]].get("devices", {})
@@ -145,12 +145,12 @@ def shifts_of(table: pd.DataFrame, lab: Mapping) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def draw(table: pd.DataFrame, path: Path) -> None:
-    """Draw every estimate's error and interval, those that miss the truth in orange."""
+def plot(table: pd.DataFrame, path: Path) -> None:
+    """Plot every estimate's error and interval, those that miss the truth in orange."""
     with style.journal():
         figure, axes = plt.subplots(3, 1, figsize=(style.PAGE_IN, 6.4), sharex=True)
         shown = table.sort_values(["true_poisson_ratio", "sensor"]).reset_index(drop=True)
-        for axis, name in zip(axes, DRAWN, strict=True):
+        for axis, name in zip(axes, SHOWN, strict=True):
             title, relative = MODULI[name]
             value, low, high, *_ = columns(name)
             true = shown[f"true_{name}"]
@@ -189,22 +189,22 @@ def draw(table: pd.DataFrame, path: Path) -> None:
 
 
 def main(folders: Sequence[Path]) -> None:
-    """Print and write what the runs say."""
+    """Print and write the tables and the figure."""
     table = pd.concat([estimates_of(folder) for folder in folders], ignore_index=True)
-    refused = table[table["youngs_modulus_pa"].isna()]
-    parts = [summary_of(table)] if len(refused) < len(table) else []
+    rejected = table[table["youngs_modulus_pa"].isna()]
+    parts = [summary_of(table)] if len(rejected) < len(table) else []
     if len(folders) == 1:
         parts.append(shifts_of(table, load_yaml(folders[0] / "lab.yaml")))
-    if len(refused):
-        parts.append(refused[["seed", "object", "sensor", "form", "refused"]])
-    text = f"{len(table)} estimates of {table['rig'].nunique()} rigs, {len(refused)} refused.\n\n"
+    if len(rejected):
+        parts.append(rejected[["seed", "object", "sensor", "form", "rejected"]])
+    text = f"{len(table)} estimates of {table['rig'].nunique()} rigs, {len(rejected)} rejected.\n\n"
     text += (
         "\n\n".join("\n".join(rows_of(list(p.columns), p.to_numpy(dtype=str))) for p in parts)
         + "\n"
     )
     table.to_csv(folders[-1] / "validation.csv", index=False)
     (folders[-1] / "validation.md").write_text(text, encoding="utf-8")
-    draw(table, folders[-1] / "validation.png")
+    plot(table, folders[-1] / "validation.png")
     sys.stdout.write(text)
 
 

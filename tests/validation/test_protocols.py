@@ -1,4 +1,4 @@
-"""One press in many manners: what the captures share, where the hand presses, and the table."""
+"""One indentation by many protocols: what captures share, where the probe goes, and the table."""
 
 import json
 import os
@@ -17,14 +17,14 @@ from validation import protocols
 from virtual_lab.describe import object_text
 from virtual_lab.rules import LabRules
 
-GLUED, BESIDE, INCLINED = "glued_block", "01-a09", "02"
+BONDED, BESIDE, INCLINED = "glued_block", "01-a09", "02"
 
 
 @pytest.fixture(scope="module")
 def rules(root, tmp_path_factory):
-    """The lab's rules as a run of `make manners` sees them."""
+    """The lab's rules as a run of `make protocols` sees them."""
     config = written(root)
-    ours = yaml.safe_load((root / "config/manners.yaml").read_text())
+    ours = yaml.safe_load((root / "config/protocols.yaml").read_text())
     config["paths"] |= ours["paths"] | {"raw": str(tmp_path_factory.mktemp("raw"))}
     places = ("sensors", "probes", "meshes", "lab")
     config["paths"] |= {name: str(root / config["paths"][name]) for name in places}
@@ -33,7 +33,7 @@ def rules(root, tmp_path_factory):
     try:
         run = open_run(
             config,
-            sources=["config/manners.yaml"],
+            sources=["config/protocols.yaml"],
             project=root,
             blocks={"simulation": Simulation},
         )
@@ -42,7 +42,7 @@ def rules(root, tmp_path_factory):
     return LabRules(run)
 
 
-def of(capture, name=GLUED):
+def of(capture, name=BONDED):
     return SimpleNamespace(object=name, sensor="bumblebee", capture=capture)
 
 
@@ -50,8 +50,8 @@ def captures_of(rules, name):
     return sorted(c.capture for c in rules.run.simulated if c.object == name)
 
 
-def test_all_manners_but_two_share_the_mechanics(rules):
-    steps = {c: rules.load_steps(of(c)) for c in captures_of(rules, GLUED)}
+def test_all_protocols_but_two_share_the_mechanics(rules):
+    steps = {c: rules.load_steps(of(c)) for c in captures_of(rules, BONDED)}
     own = {BESIDE, INCLINED}
     assert len(steps) == 12 and len({steps[c] for c in set(steps) - own}) == 1
     assert {c: steps[c].rpartition("/")[2] for c in own} == {
@@ -65,16 +65,16 @@ def test_each_capture_has_its_motion_and_only_it(rules):
     other = rules.recorded(of("01-a02"))
     assert other["motion"] == plain["motion"] | {"rest_s": 5.0}
     assert rules.recorded(of(BESIDE)) == plain
-    # A film's motion is nothing that the background or the description follow from.
+    # Background and description do not depend on a recording's motion.
     assert not {"motions", "pressed_at"} & set(rules.spec(of("01")))
 
 
-def test_the_hand_presses_beside_the_point_and_nobody_is_told(rules):
+def test_a_contact_beside_the_point_is_not_in_the_description(rules):
     declared = rules.place(of("01"))["position_m"]
     pressed = rules.place(of(BESIDE))["position_m"]
     assert [p - d for p, d in zip(pressed, declared, strict=True)] == pytest.approx([0.005, 0, 0])
     assert rules.mechanics(of(BESIDE))["points"][BESIDE]["position_m"] == pressed
-    told = yaml.safe_load(object_text(rules.spec(of(BESIDE)), name=GLUED))
+    told = yaml.safe_load(object_text(rules.spec(of(BESIDE)), name=BONDED))
     assert set(told["points"]) == {"01", INCLINED}
     assert str(pressed[0]) not in json.dumps(told["points"])
     assert rules.place(of(INCLINED))["direction"] == told["points"][INCLINED]["direction"]
@@ -85,19 +85,19 @@ def test_make_asks_for_every_capture(root, rules):
     command = ["make", "--no-print-directory", "--dry-run", "--old-file", ".venv/installed"]
     own = {k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "MFL"))}
     done = subprocess.run(
-        [*command, "manners"], cwd=root, env=own, capture_output=True, text=True, check=True
+        [*command, "protocols"], cwd=root, env=own, capture_output=True, text=True, check=True
     )
     asked = [word for word in shlex.split(done.stdout) if word.endswith("direct.json")]
     expected = [
-        f"manners/results/{name}/bumblebee/{capture}/direct.json"
-        for name in (GLUED, "loose_block", "bad_bench")
+        f"protocols/results/{name}/bumblebee/{capture}/direct.json"
+        for name in (BONDED, "loose_block", "bad_bench")
         for capture in captures_of(rules, name)
     ]
     assert sorted(asked) == sorted(expected)
 
 
 def test_the_table_says_what_holds(root, tmp_path):
-    lab = load_yaml(root / "config/manners_lab.yaml")
+    lab = load_yaml(root / "config/protocols_lab.yaml")
     for name, spec in lab["objects"].items():
         (tmp_path / "lab" / name).mkdir(parents=True)
         E, nu = (spec["material"][key] for key in ("youngs_modulus_pa", "poisson_ratio"))
@@ -109,14 +109,15 @@ def test_the_table_says_what_holds(root, tmp_path):
             key: {"value": shift * value, "low": 0.9 * shift * value, "high": 1.1 * shift * value}
             for key, value in truth.items()
         }
-        (tmp_path / GLUED / "bumblebee" / capture).mkdir(parents=True)
-        path = tmp_path / GLUED / "bumblebee" / capture / "direct.json"
+        (tmp_path / BONDED / "bumblebee" / capture).mkdir(parents=True)
+        path = tmp_path / BONDED / "bumblebee" / capture / "direct.json"
         path.write_text(json.dumps(found))
-    rows = protocols.manners_table(lab, tmp_path).set_index(["object", "capture"])
-    assert rows.loc[(GLUED, "01"), ["manner", "holds"]].tolist() == ["plain", "yes"]
-    assert rows.loc[(GLUED, "01-a02"), "manner"] == "rest_s 5"
-    assert rows.loc[(GLUED, "01-a02"), "holds"] == "no: E, nu, E*"
-    assert rows.loc[(GLUED, "01"), "E [kPa]"] == "25 (22.5 to 27.5)"
-    assert rows.loc[("loose_block", "01"), ["manner", "holds"]].tolist() == ["loose", "refused"]
-    assert rows.loc[("bad_bench", "01-a01"), "manner"] == "jolted_m, a bad bench"
-    assert rows["manner"].is_unique
+    rows = protocols.protocols_table(lab, tmp_path).set_index(["object", "capture"])
+    assert rows.loc[(BONDED, "01"), ["protocol", "holds"]].tolist() == ["plain", "yes"]
+    assert rows.loc[(BONDED, "01-a02"), "protocol"] == "rest_s 5"
+    assert rows.loc[(BONDED, "01-a02"), "holds"] == "no: E, nu, E*"
+    assert rows.loc[(BONDED, "01"), "E [kPa]"] == "25 (22.5 to 27.5)"
+    row = rows.loc[("loose_block", "01"), ["protocol", "holds"]]
+    assert row.tolist() == ["unbonded", "rejected"]
+    assert rows.loc[("bad_bench", "01-a01"), "protocol"] == "jolted_m, rig errors"
+    assert rows["protocol"].is_unique

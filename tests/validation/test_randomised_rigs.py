@@ -1,4 +1,4 @@
-"""Drawn labs: within what is declared, measurable, and a run that Snakemake can plan."""
+"""Randomised rigs: within what is declared, measurable, and a run that Snakemake can plan."""
 
 import json
 import re
@@ -40,7 +40,7 @@ def labs(ranges, base, probe):
 
 
 @pytest.fixture(scope="module")
-def drawn(labs):
+def objects(labs):
     return [spec for lab in labs.values() for spec in lab["objects"].values()]
 
 
@@ -56,11 +56,11 @@ def test_fewer_objects_are_the_first_of_many(ranges, base, probe, labs):
     assert len(few) == 3
 
 
-def test_what_is_drawn_fills_its_ranges(ranges, drawn, probe):
-    moduli = np.array([spec["material"]["youngs_modulus_pa"] for spec in drawn])
-    ratios = np.array([spec["material"]["poisson_ratio"] for spec in drawn])
+def test_random_objects_fill_their_ranges(ranges, objects, probe):
+    moduli = np.array([spec["material"]["youngs_modulus_pa"] for spec in objects])
+    ratios = np.array([spec["material"]["poisson_ratio"] for spec in objects])
     radius = probe["indenter"]["radius_m"]
-    depths = np.array([spec["motion"]["depth_m"] for spec in drawn]) / radius
+    depths = np.array([spec["motion"]["depth_m"] for spec in objects]) / radius
     for found, (low, high) in (
         (moduli, ranges["material"]["youngs_modulus_pa"]),
         (ratios, ranges["material"]["poisson_ratio"]),
@@ -70,22 +70,21 @@ def test_what_is_drawn_fills_its_ranges(ranges, drawn, probe):
     assert moduli.min() < 6e3 and moduli.max() > 3e5
     assert ratios.min() < 0.08 and ratios.max() > 0.46
     assert depths.min() < 0.25 and depths.max() > 1.05
-    # One must not be told from the other.
     assert abs(np.corrcoef(np.log(moduli), ratios)[0, 1]) < 0.2
 
 
-def test_forms_supports_and_laws_are_mixed(ranges, drawn):
-    kinds = [randomised_rigs.drawn(spec)["form"] for spec in drawn]
+def test_forms_supports_and_laws_are_mixed(ranges, objects):
+    kinds = [randomised_rigs.randomised(spec)["form"] for spec in objects]
     assert set(kinds) == {"bonded block", "resting block", "resting ball", "bonded ear"}
     assert min(kinds.count(kind) for kind in set(kinds)) >= 5
-    laws = [spec["material"]["law"] for spec in drawn]
+    laws = [spec["material"]["law"] for spec in objects]
     assert set(laws) == set(ranges["material"]["law"])
-    assert len({spec["rig"] for spec in drawn}) == len(drawn)
+    assert len({spec["rig"] for spec in objects}) == len(objects)
 
 
-def test_forces_can_be_measured(ranges, drawn, probe):
+def test_forces_can_be_measured(ranges, objects, probe):
     radius, (low, high) = probe["indenter"]["radius_m"], ranges["press"]["force_n"]
-    for spec in drawn:
+    for spec in objects:
         material, depth = spec["material"], spec["motion"]["depth_m"]
         star = material["youngs_modulus_pa"] / (1 - material["poisson_ratio"] ** 2)
         assert 0.99 * low < 4 / 3 * star * radius**0.5 * depth**1.5 < 1.01 * high
@@ -99,7 +98,7 @@ def test_ranges_without_a_press_are_one_line(ranges, base, probe):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "said"),
+    ("change", "line"),
     [
         ({"objects": "two"}, "objects: expected an integer, found 'two'"),
         ({"captures": 0}, "captures: expected a number >= 1, found 0"),
@@ -108,13 +107,13 @@ def test_ranges_without_a_press_are_one_line(ranges, base, probe):
         ({"material": {}}, "material.law: expected "),
     ],
 )
-def test_spoilt_ranges_are_one_line(ranges, tmp_path, capsys, monkeypatch, root, spoil, said):
+def test_bad_ranges_are_one_line(ranges, tmp_path, capsys, monkeypatch, root, change, line):
     monkeypatch.chdir(root)
-    (tmp_path / "ranges.yaml").write_text(yaml.safe_dump(ranges | spoil))
+    (tmp_path / "ranges.yaml").write_text(yaml.safe_dump(ranges | change))
     with pytest.raises(SystemExit) as ended:
         main([str(tmp_path / "ranges.yaml"), str(tmp_path / "out"), "--seed", "1"])
     assert ended.value.code == 1 and not (tmp_path / "out").exists()
-    assert f"error: {tmp_path}/ranges.yaml: {said}" in capsys.readouterr().err
+    assert f"error: {tmp_path}/ranges.yaml: {line}" in capsys.readouterr().err
 
 
 def test_a_damaged_estimate_is_named(finished):
@@ -125,14 +124,15 @@ def test_a_damaged_estimate_is_named(finished):
             randomised_rigs.estimates_of(finished)
 
 
-def test_all_refused_is_a_table(finished, capsys):
+def test_all_rejected_is_a_table(finished, capsys):
     (finished / "results/object_01/bumblebee/direct.json").unlink()
     randomised_rigs.main([finished])
     said = capsys.readouterr().out
-    assert said.startswith("2 estimates of 1 rigs, 2 refused.") and "alignment: too far off" in said
+    assert said.startswith("2 estimates of 1 rigs, 2 rejected.")
+    assert "alignment: too far off" in said
 
 
-def test_a_run_takes_what_was_drawn(root, tmp_path, monkeypatch):
+def test_a_run_takes_the_randomised_lab(root, tmp_path, monkeypatch):
     monkeypatch.chdir(root)
     main(["config/validation.yaml", str(tmp_path / "7"), "--seed", "7"])
     config = written(root)
@@ -192,7 +192,7 @@ def found(value, low, high):
 
 @pytest.fixture
 def finished(tmp_path):
-    """Two presses of one drawn object: one estimated 10 % too stiff, one refused."""
+    """Two captures of one random object: one estimated 10 % too stiff, one rejected."""
     relaxation = {"fractions": [], "times_s": []}
     material = {"law": "neo_hookean", "youngs_modulus_pa": 1e4, "poisson_ratio": 0.3}
     spec = {
@@ -231,14 +231,14 @@ def finished(tmp_path):
     return tmp_path
 
 
-def test_estimates_are_held_to_the_truth(finished, capsys):
+def test_estimates_are_compared_with_the_truth(finished, capsys):
     randomised_rigs.main([finished])
     said = capsys.readouterr().out
-    assert said.startswith("2 estimates of 1 rigs, 1 refused.")
+    assert said.startswith("2 estimates of 1 rigs, 1 rejected.")
     table = randomised_rigs.estimates_of(finished)
     summary = randomised_rigs.summary_of(table).set_index("modulus")
     assert summary.loc["E", "median error"] == "10 %"
-    assert summary.loc["E", "over its bound"] == "2.00"
+    assert summary.loc["E", "over the Cramér-Rao bound"] == "2.00"
     assert summary.loc["E", "intervals that hold"] == "0 of 1"
     assert summary.loc["nu", "median error"] == "0.02"
     assert summary.loc["nu", "intervals that hold"] == "1 of 1"
