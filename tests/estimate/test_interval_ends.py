@@ -6,24 +6,20 @@ import numpy as np
 import pytest
 from palpate.estimate.direct.interval import few_frames, intervals
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.quantities import BULK, NAMES, SHEAR, by_ratio, over
-from palpate.modulus import LABELS
+from palpate.estimate.direct.quantities import BULK, NAMES, SHEAR, over_star, over_star_by_nu
 
 E_STAR, NORMAL = 30e3, 1.959964
 
 
 def told(nu, stds, *, options=None, frames=50, correlation=0.0):
     """Intervals where log E*, nu and a share that relaxes within a second have these deviations."""
-    by_nu = {"reduced": 0.0, "effective": 0.0, "youngs": -2 * nu / (1 - nu**2)}
     slopes = [
         [0.0, 1, 0]
         if name == "poisson_ratio"
-        else [1.0, by_nu[name.split("_")[0]], -1.0 if name.endswith("1s_pa") else 0]
-        for name in LABELS
+        else [1.0, by_nu, -1.0 if name.endswith("1s_pa") else 0]
+        for name, by_nu in zip(NAMES, over_star_by_nu(nu), strict=True)
     ]
-    slopes += [[1.0, by, 0] for by in by_ratio(nu)]
-    log = np.log([E_STAR if "reduced" in name else E_STAR * (1 - nu**2) for name in LABELS])
-    log = np.append(log, np.log(E_STAR) + over(nu))
+    log = np.log(E_STAR) + over_star(nu)
     values = np.where(np.array(NAMES) == "poisson_ratio", nu, log)
     covariance = np.diag(np.square(stds))
     covariance[[0, 1], [1, 0]] = correlation * stds[0] * stds[1]

@@ -22,12 +22,11 @@ from palpate.estimate.direct.probe_uncertainty import (
     ProbeUncertainty,
 )
 from palpate.estimate.direct.quantities import (
-    BULK,
     LOG_MODULI,
     NAMES,
-    SHEAR,
+    POISSON,
     Quantities,
-    by_ratio,
+    over_star_by_nu,
 )
 from palpate.estimate.direct.rig import RigError, rig_errors
 from palpate.modulus import LABELS
@@ -219,14 +218,12 @@ def _count(shares: NDArray) -> NDArray:
 
 def _of_table(best: Solution, quantities: Quantities, options: Fit) -> list[Source]:
     """Sources of the indentation table; E, G and K follow nu at the same E*."""
-    log, stds = np.array(LOG_MODULI, dtype=float), options.model_std
-    nu = float(quantities.values[NAMES.index("poisson_ratio")])
-    with_nu = 1 - log
-    with_nu[[NAMES.index(SHEAR), NAMES.index(BULK)]] = np.abs(by_ratio(nu))
-    with_nu[[name.startswith("youngs_modulus") for name in NAMES]] = 2 * nu / (1 - nu**2)
+    stds = options.model_std
+    with_nu = np.abs(over_star_by_nu(float(quantities.values[POISSON])))
+    with_nu[POISSON] = 1.0
     force, motion = stds.log_youngs_modulus, stds.nu
     found = [
-        Source("indentation table: force", force, "1", force * log),
+        Source("indentation table: force", force, "1", force * LOG_MODULI),
         Source("indentation table: motion", motion, "1", motion * with_nu),
     ]
     if any(one.table.slides for one in best.indentations):

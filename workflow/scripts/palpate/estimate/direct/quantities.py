@@ -26,7 +26,8 @@ EFFECTIVE_PART = 0.7
 TABOR = 0.2
 SHEAR, BULK = "shear_modulus_pa", "bulk_modulus_pa"
 NAMES = (*LABELS, SHEAR, BULK)
-LOG_MODULI = tuple(name.endswith("_pa") for name in NAMES)
+EFFECTIVE, E, E_1S, POISSON, STAR = range(len(LABELS))
+LOG_MODULI = np.array([name.endswith("_pa") for name in NAMES])
 
 
 @dataclass(frozen=True)
@@ -66,26 +67,22 @@ def quantities_of(best: Solution, options: Fit, *, radius_m: float) -> Quantitie
     vector = best.vector
     log_E, nu, q = vector[[LOG_E, NU, FORCE_LAW]]
     unit = np.eye(len(vector))
-    star = log_E - np.log1p(-(nu**2))
     by_star = unit[LOG_E] + 2 * nu / (1 - nu**2) * unit[NU]
+    values = LOG_MODULI * (log_E - np.log1p(-(nu**2))) + over_star(nu)
+    slopes = np.outer(LOG_MODULI, by_star) + np.outer(over_star_by_nu(nu), unit[NU])
+    values[POISSON], slopes[POISSON] = nu, unit[NU]
     times = np.array(options.relaxation_times_s, dtype=float)
     fractions = slice(SHARED, SHARED + len(times))
     left = 1 - float(relaxed_share(ONE_SECOND_S, fractions=vector[fractions], times_s=times))
-    relaxed = np.zeros(len(vector))
-    relaxed[fractions] = np.expm1(-ONE_SECOND_S / times) / left
+    values[[EFFECTIVE, E_1S]] += np.log(left)
+    slopes[[EFFECTIVE, E_1S], fractions] += np.expm1(-ONE_SECOND_S / times) / left
     depth = effective_depth(best, options)
     each = [one.table.stiffening_at(np.array([depth]), nu) for one in best.indentations]
     harder, by_nu = np.mean(each, axis=0)[:, 0]
-    effective = star + q * harder + np.log(left)
-    by_effective = by_star + harder * unit[FORCE_LAW] + q * by_nu * unit[NU] + relaxed
-    further = by_star + by_ratio(nu)[:, None] * unit[NU]
-    return Quantities(
-        np.array([effective, log_E, log_E + np.log(left), nu, star, *star + over(nu)]),
-        np.stack([by_effective, unit[LOG_E], unit[LOG_E] + relaxed, unit[NU], by_star, *further]),
-        depth,
-        depth / radius_m,
-        float(TABOR * np.sqrt(depth / radius_m)),
-    )
+    values[EFFECTIVE] += q * harder
+    slopes[EFFECTIVE] += harder * unit[FORCE_LAW] + q * by_nu * unit[NU]
+    strain = float(TABOR * np.sqrt(depth / radius_m))
+    return Quantities(values, slopes, depth, depth / radius_m, strain)
 
 
 def effective_depth(best: Solution, options: Fit) -> float:
@@ -99,15 +96,18 @@ def effective_depth(best: Solution, options: Fit) -> float:
     return EFFECTIVE_PART * float(np.median([one.depth_m.max() + p.offset_m for one, p in pairs]))
 
 
-def over(nu: ArrayLike) -> NDArray:
-    """Logarithms of G and of K over E* at nu, (2, ...).
+def over_star(nu: ArrayLike) -> NDArray:
+    """Logarithms of moduli over E* at a Poisson's ratio, in the order of `NAMES`, (7, ...).
 
-    G = E*(1 - nu)/2 and K = E*(1 - nu^2)/(3(1 - 2 nu)), of E = E*(1 - nu^2).
+    E = E*(1 - nu^2), G = E*(1 - nu)/2 and K = E/(3(1 - 2 nu)); 0 for E* and for nu itself.
     """
     nu = np.asarray(nu, dtype=float)
-    return np.stack([np.log((1 - nu) / 2), np.log((1 - nu**2) / (3 * (1 - 2 * nu)))])
+    none, young = np.zeros_like(nu), np.log1p(-(nu**2))
+    bulk = young - np.log(3 * (1 - 2 * nu))
+    return np.stack([none, young, young, none, none, np.log((1 - nu) / 2), bulk])
 
 
-def by_ratio(nu: float) -> NDArray:
-    """Derivatives of `over` by nu, (2,)."""
-    return np.array([-1 / (1 - nu), 2 / (1 - 2 * nu) - 2 * nu / (1 - nu**2)])
+def over_star_by_nu(nu: float) -> NDArray:
+    """Derivatives of `over_star` by nu, (7,)."""
+    young = -2 * nu / (1 - nu**2)
+    return np.array([0.0, young, young, 0.0, 0.0, -1 / (1 - nu), young + 2 / (1 - 2 * nu)])
