@@ -160,8 +160,8 @@ def staged(stage, sensor, probe, tmp_path):
 
     def run(folder, of=probe):
         made = tmp_path / f"{folder.name}.json"
-        params = {"part": folder.name, "sensor": sensor, "probe": of, "options": {}, "plane": {}}
-        params |= {"force": {}, "seed": 1}
+        params = {"part": folder.name, "sensor": sensor, "probe": of, "options": {}}
+        params |= {"more": {"support_plane": {}, "force": {}, "seed": 1}}
         outputs = {"fields": made.name}
         return (
             stage("probe_calibration", inputs={"film": folder}, outputs=outputs, params=params)

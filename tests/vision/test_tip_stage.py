@@ -58,7 +58,7 @@ def found(stage, sensor, probe, tmp_path):
     """Run the stage; give tip.json, or the line that it ends with."""
 
     def run(folder, of=probe):
-        params = {"part": "tip", "sensor": sensor, "probe": of, "options": {}}
+        params = {"part": "tip", "sensor": sensor, "probe": of, "options": {}, "more": {}}
         files = {"inputs": {"film": folder}, "outputs": {"fields": "tip.json"}}
         line = stage("probe_calibration", **files, params=params)
         return line or json.loads((tmp_path / "tip.json").read_text())

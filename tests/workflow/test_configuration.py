@@ -268,6 +268,17 @@ def test_a_wrong_device_stops_runs_that_use_it(another_pair, file, field, change
     assert opened(another_pair, only="mine").calibrations_of(mine) == []
 
 
+def test_a_wrong_sensor_of_recordings_alone_stops_whole_runs(another_pair):
+    (another_pair / "raw/other/d435").rename(another_pair / "raw/other/kinect")
+    path = another_pair / "config/sensors/d435.yaml"
+    path.write_text(path.read_text().replace("range_m: [", "range_m: FILL_IN # ["))
+    opened(another_pair)
+    (another_pair / "raw/sensors/d435").mkdir(parents=True)
+    with pytest.raises(ValueError, match="d435.yaml: range_m: .* found nothing filled in yet"):
+        opened(another_pair)
+    opened(another_pair, only="mine")
+
+
 def test_the_labs_own_devices_stop_all(home):
     path = home / "config/sensors/kinect.yaml"
     path.write_text(path.read_text().replace("range_m: [", "range_m: FILL_IN # ["))

@@ -2,6 +2,7 @@
 
 from typing import Literal
 
+import pytest
 import yaml
 from palpate.config.model import Count, Model, NotNegative, Positive, option
 from palpate.config.page import rows
@@ -44,3 +45,16 @@ def test_the_projects_own_file_says_the_defaults(root):
 
 def test_the_page_of_options_is_of_these(root):
     assert (root / "docs/options.md").read_text() == page(), "make docs writes it"
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "line"),
+    [
+        ("misfit_reach_m", 0.3, "misfit_reach_m: expected 0.04, which is fixed, found 0.3"),
+        ("poison_ratio", 0.3, "poison_ratio: expected one of coarsest_vertices, completion,"),
+    ],
+)
+def test_constants_of_a_tracker_are_not_offered(name, value, line):
+    trackers = {"mine": {"kind": "elastic", "misfit_reach_m": 0.04, name: value}}
+    (found,) = config_problems({"tracking": {"trackers": trackers}}, BLOCKS, "")
+    assert line in found and ", misfit_reach_m" not in found

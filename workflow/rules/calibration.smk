@@ -1,5 +1,8 @@
 from palpate.capture.calibrations import PARTS
 
+# Options of a part's calibration beside those of poses.
+ASKED = {"tip": (), "load": ("support_plane", "seed"), "stiffness": ("force",)}
+
 
 # Section 4.1.4: the optics of a sensor's cameras, from pictures of a checkerboard.
 rule camera_calibration:
@@ -41,9 +44,7 @@ for part in PARTS:
             sensor=RUN.sensor_spec,
             probe=RUN.experiment_probe,
             options=RUN.config["probe_pose"],
-            plane=RUN.config["support_plane"],
-            seed=RUN.config["seed"],
-            force=RUN.config["force"],
+            more={name: RUN.config[name] for name in ASKED[part.name]},
         message:
             f"Calibrating the probe ({part.name}) by the {{wildcards.sensor}}"
         script:

@@ -5,8 +5,9 @@ from palpate.solid.indentation import load_indentation, save_indentation
 from palpate.solid.mesh import read_solid
 from palpate.solid.options import IndentationTable
 from palpate.solid.point_table import image_table, point_table
+from palpate.workflow.capture_inputs import declared_point
 from palpate.workflow.job import naming, run
-from palpate.workflow.object_inputs import declared_point, read_object
+from palpate.workflow.object_inputs import read_object
 
 
 def main(snakemake):

@@ -42,8 +42,8 @@ def tip(film, sensor, probe, poses, params):
 
 def load(film, sensor, probe, poses, params):
     """Payload of the force sensor and its axes, from a probe held still in the air."""
-    plane = SupportPlane.read(params.plane)
-    up = table_of(f"{film}/background", sensor, plane, seed=params.seed)[:3]
+    plane = SupportPlane.read(params.more["support_plane"])
+    up = table_of(f"{film}/background", sensor, plane, seed=params.more["seed"])[:3]
     rests = film_rests(poses, read_force(film), probe)
     found = find_load(rests.turns, rests.wrench, up, rests.noise, rests.names)
     return load_fields(found, rests.names, probe["probe"])
@@ -51,7 +51,9 @@ def load(film, sensor, probe, poses, params):
 
 def stiffness(film, sensor, probe, poses, params):
     """Compliance between target and ball, from an indentation of something rigid."""
-    found = find_bending(*way_and_force(poses, read_force(film), probe, Force.read(params.force)))
+    found = find_bending(
+        *way_and_force(poses, read_force(film), probe, Force.read(params.more["force"]))
+    )
     return bending_fields(found, probe["probe"])
 
 

@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 from palpate.capture.check import check_object
 from palpate.capture.devices import PLACES, Devices, read_devices
-from palpate.capture.discover import CURVE, NOT_OBJECTS, CaptureId, curve_files, discover
+from palpate.capture.discover import CURVE, NOT_OBJECTS, CaptureId, curve_files, discover, folders
 from palpate.capture.fingerprint import stamps_below
 from palpate.config.model import Model, problems
 from palpate.workflow.configuration_checks import (
@@ -114,6 +114,8 @@ def open_run(
     _require_none(problems, sources, told)
     own = _object_files(Path(paths["raw"]), (*wanted, *curves), simulated)
     used = {"sensors": {c.sensor for c in wanted}, "probes": {s.get("probe") for s in own.values()}}
+    if config["only"] is None:
+        used["sensors"] |= {folder.name for folder in folders(Path(paths["raw"]) / "sensors")}
     used["probes"] |= {config["experiments"]["probe"]} if experiments else set()
     _require_none(_wrong_devices(devices, used), sources, told)
     run = Run(

@@ -16,7 +16,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("palpate", "thesis", "virtual_lab")
 # Counted by module: the service of the workflow, and the camera model, which the lab shares.
-BY_MODULE = ("palpate.workflow.", "palpate.vision.camera.")
+BY_MODULE = ("palpate.workflow.", "palpate.config.", "palpate.vision.camera.")
 # What plans a run is no part of a job; packages name it as a type.
 PLANS = "palpate.workflow.run."
 PIN = re.compile(r"^([A-Za-z0-9_.-]+)==([^\s\\;]+)", re.MULTILINE)

@@ -1,6 +1,5 @@
 """What stages read of an object."""
 
-from collections.abc import Mapping
 from typing import Any
 
 from palpate.solid.support import Support, read_support
@@ -14,20 +13,6 @@ def read_declared(path: str) -> tuple[dict, Support]:
     spec = load_yaml(path)
     with naming(path):
         return spec, read_support(spec["support"])
-
-
-def declared_point(spec: Mapping, name: str) -> Mapping:
-    """What object.yaml says of a point.
-
-    Raises
-    ------
-    ValueError
-        If it says nothing of it.
-    """
-    if name not in spec["points"]:
-        names = ", ".join(sorted(spec["points"]))
-        raise ValueError(f"points: expected one of {names}, found {name}")
-    return spec["points"][name]
 
 
 def read_object(inputs: Any) -> tuple[dict, Support, Template]:

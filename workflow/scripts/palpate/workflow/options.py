@@ -46,7 +46,8 @@ def partly(*kinds: type[Model], **more: Any) -> type[Partial]:
     known = {}
     for kind in kinds:
         for name, field in kind.model_fields.items():
-            known.setdefault(name, (Annotated[field.annotation, Field(), *field.metadata], None))
+            of = Annotated[field.annotation, Field(frozen=field.frozen), *field.metadata]
+            known.setdefault(name, (of, field.default if field.frozen else None))
     names = " and ".join(kind.__name__ for kind in kinds)
     further = {name: (kind, None) for name, kind in more.items()}
     return create_model(f"Some of {names}", __base__=Partial, **(known | further))

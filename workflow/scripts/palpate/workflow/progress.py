@@ -121,8 +121,8 @@ class Pace:
     ) -> None:
         known = {}
         with suppress(OSError, ValueError):
-            table = resource_table(benchmarks).set_index("rule")
-            means = (table["total_s"] / table["jobs"]).filter(jobs)
+            table = resource_table(benchmarks).query("rule in @jobs").set_index("rule")
+            means = table["total_s"] / table["jobs"]
             known = means[means > 0].to_dict()
         other = fmean(known.values()) if known else 1.0
         self.expected_s = {rule: known.get(rule, other) for rule in jobs}
