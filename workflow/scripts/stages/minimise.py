@@ -42,7 +42,6 @@ def main(snakemake):
         "frame": fit["range"]["last_frame"],
         "nodes": len(mesh.nodes_m),
         "left_out_nodes": len(full.surface) - len(full.compared),
-        "strain": options.strain,
         "least_squares": {norm: asdict(found) for norm, found in moduli.least_squares.items()},
         "profile": asdict(moduli.profile),
         "reduced_model": asdict(moduli.reduced_model),

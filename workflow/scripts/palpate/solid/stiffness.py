@@ -11,9 +11,7 @@ NEAR, FAR = (5 + 3 * 5**0.5) / 20, (5 - 5**0.5) / 20
 QUADRATURE = {1: np.full((1, 4), 0.25), 2: np.full((4, 4), FAR) + (NEAR - FAR) * np.eye(4)}
 
 
-def elastic_stiffness(
-    mesh: SolidMesh, rotations: NDArray | None = None
-) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+def elastic_stiffness(mesh: SolidMesh) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
     """Assemble K1 and K2 of K = lam K1 + mu K2 (Eq. 3.24).
 
     With C = lam C1 + mu C2 of Eq. 3.21 and G the integral of dN_i/dx_a dN_j/dx_b, the entry of
@@ -23,9 +21,6 @@ def elastic_stiffness(
     ----------
     mesh : SolidMesh
         n nodes; m elements of either order.
-    rotations : (m, p, 3, 3) array, optional
-        Of co-rotational strain, as `palpate.solid.corotation.element_rotations` gives them: then G
-        is that of the turned gradients R dN/dx.
 
     Returns
     -------
@@ -34,8 +29,6 @@ def elastic_stiffness(
     """
     points = QUADRATURE[mesh.order]
     gradients = shape_gradients(mesh, points)
-    if rotations is not None:
-        gradients = gradients @ np.swapaxes(rotations, -1, -2)
     weight = point_volumes(mesh, points)
     elements, count, nodes, _ = gradients.shape
     flat = gradients.reshape(elements, count, 3 * nodes)

@@ -92,11 +92,8 @@ def _minimum(full: Objective, start_pa: float, options: Minimise, nodes_m: NDArr
 def _share_models(objective: Objective, problem: Problem, kept: dict) -> None:
     """Take over reduced models of the same system: most of the time goes into making them.
 
-    With linear strain that of the displacement follows from mesh and load, that of the interior
-    from mesh and surface.
+    That of the displacement follows from mesh and load, that of the interior from mesh and surface.
     """
-    if problem.rotations is not None:
-        return
     mesh = problem.mesh.nodes_m.tobytes()
     load, surface = problem.measurement.force_n, problem.measurement.displacement_m
     objective.displacement_models = kept.setdefault((mesh, "load", load.tobytes()), {})

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.solid.boundary import NodeSets
-from palpate.solid.corotation import rotation_loads
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import dofs, elastic_stiffness
@@ -46,9 +45,6 @@ class Objective:
         Both terms of Eq. 3.31, or the displacement term alone.
     left_out : int array, optional
         Surface nodes whose displacement is not compared.
-    rotations : (m, p, 3, 3) array, optional
-        Of co-rotational strain, as `palpate.solid.corotation.element_rotations` gives them;
-        without them strain is linear (Eq. 3.4).
 
     Raises
     ------
@@ -65,17 +61,11 @@ class Objective:
         *,
         option: str,
         left_out: NDArray | None = None,
-        rotations: NDArray | None = None,
     ) -> None:
         if option not in OPTIONS:
             raise ValueError(f"error: expected one of {', '.join(OPTIONS)}, found {option}")
         self.option, self.sets = option, sets
-        self.K1, self.K2 = elastic_stiffness(mesh, rotations)
-        self.rotated = rotations is not None
-        # Loads of the rotations: K u = f + lam b1 + mu b2.
-        self.b1, self.b2 = (
-            rotation_loads(mesh, rotations) if self.rotated else np.zeros((2, mesh.nodes_m.size))
-        )
+        self.K1, self.K2 = elastic_stiffness(mesh)
         self.surface = np.sort(np.concatenate([sets.contact, sets.free, sets.support]))
         self.u = measurement.displacement_m.copy()
         self.u[sets.support] = 0
@@ -120,8 +110,7 @@ class Objective:
         """Displacement that the measured force causes, shape (n, 3) [m]."""
         u = np.zeros(self.u.size)
         K = self._combined("free", lam, mu)
-        right = self.f.ravel() + lam * self.b1 + mu * self.b2
-        u[self.free_dofs] = factorise(K)(right[self.free_dofs])
+        u[self.free_dofs] = factorise(K)(self.f.ravel()[self.free_dofs])
         return u.reshape(-1, 3)
 
     def displacement_errors(self, lam: float, mu: float) -> NDArray:
@@ -135,15 +124,14 @@ class Objective:
         known = self.u[self.surface].ravel()
         u[self.surface_dofs] = known
         if len(self.interior_dofs):
-            loads = (lam * self.b1 + mu * self.b2)[self.interior_dofs]
-            right = loads - self._combined("coupling", lam, mu) @ known
+            right = -self._combined("coupling", lam, mu) @ known
             u[self.interior_dofs] = factorise(self._combined("interior", lam, mu))(right)
         return u.reshape(-1, 3)
 
     def force_errors(self, lam: float, mu: float) -> NDArray:
         """Mismatch of the force at each node but the support's (terms of Eq. 3.32) [N]."""
         u = self.completed(lam, mu).ravel()
-        f = (lam * (self.K1 @ u - self.b1) + mu * (self.K2 @ u - self.b2)).reshape(-1, 3)
+        f = (lam * (self.K1 @ u) + mu * (self.K2 @ u)).reshape(-1, 3)
         kept = np.setdiff1d(np.arange(len(f)), self.sets.support)
         return np.linalg.norm((f - self.f)[kept], axis=1)
 

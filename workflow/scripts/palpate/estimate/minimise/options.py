@@ -18,9 +18,6 @@ class Load(Model):
     leave_out_radii: float = option(
         0, "displacements within so many contact radii of the contact don't count", ge=0, le=10
     )
-    strain: Literal["linear", "corotational"] = option(
-        "linear", "corotational: after the rotations of the tracked displacement"
-    )
 
 
 class Minimise(Load):
