@@ -8,12 +8,11 @@ from palpate.estimate.minimise.options import Load
 from palpate.estimate.minimise.problem import pose_problem
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.estimate.minimise.search import minimise_error
-from palpate.solid.boundary import node_sets
-from palpate.solid.contact_pressure import contact_pressure, hertz_contact_radius
-from palpate.solid.mesh import quadratic, read_solid
-from palpate.solid.moduli import lame_from_engineering
+from palpate.solid.laws import lame_from_engineering
+from palpate.solid.load import contact_pressure, hertz_contact_radius
+from palpate.solid.mesh import quadratic, read_solid, refine_near
 from palpate.solid.options import Solid
-from palpate.solid.refine import refine_near
+from palpate.solid.support import node_sets
 from palpate.surface.tracked import Tracked
 from pressed import OPTIONS
 

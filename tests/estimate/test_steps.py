@@ -5,7 +5,7 @@ import pytest
 from full_solves import largest_error
 from palpate.estimate.minimise.objective import Objective
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.solid.moduli import lame_from_engineering
+from palpate.solid.laws import lame_from_engineering
 
 BOTH = ["displacement", "force_displacement"]
 PLACES = [(1e4, 0.0), (3e4, 0.3), (26e3, 0.45), (2e4, 0.498)]

@@ -7,10 +7,15 @@ import pytest
 import trimesh
 from palpate.solid import fill
 from palpate.solid.fill import tetrahedralise
-from palpate.solid.mesh import SolidMesh, quadratic, read_solid, solid_mesh
-from palpate.solid.quality import dihedral_angles, mesh_quality, radius_ratios, surface_gap
-from palpate.solid.refine import refine_near
-from palpate.solid.surface_check import check_surface, cutting_triangles
+from palpate.solid.mesh import SolidMesh, quadratic, read_solid, refine_near, solid_mesh
+from palpate.solid.quality import (
+    check_surface,
+    cutting_triangles,
+    dihedral_angles,
+    mesh_quality,
+    radius_ratios,
+    surface_gap,
+)
 from virtual_lab.ear import ear_distance
 
 # Wanted nodes of the study's meshes and what must hold of each.

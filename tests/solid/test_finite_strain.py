@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.solid.log_neo_hookean import LogNeoHookean
+from palpate.solid.hyperelastic import LogNeoHookean
 from palpate.solid.mesh import quadratic
 from palpate.solid.stiffness import combined, elastic_stiffness
 from scipy.spatial.transform import Rotation

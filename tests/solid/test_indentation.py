@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 import trimesh
 from palpate.estimate.direct.table import force_table, sample_table
-from palpate.solid.indentation import (
+from palpate.solid.indentation_table import (
     IndentationModel,
+    Mirror,
+    image_table,
     load_indentation,
     mirrored,
     ratio_weights,
     save_indentation,
 )
-from palpate.solid.indentation_table import POISSON_RATIOS, depth_steps, indentation_model
-from palpate.solid.mirror import Mirror
+from palpate.solid.load_steps import POISSON_RATIOS, depth_steps, indentation_model
 from palpate.solid.options import greatest_ratio
-from palpate.solid.point_table import image_table
 from palpate.solid.support import Support
 
 RATIOS = np.array(POISSON_RATIOS)

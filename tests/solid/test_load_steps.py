@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import trimesh
-from palpate.solid.indentation_table import CUTS, LEAST_START, _start, _step, solved_ratios, steps
 from palpate.solid.indenting import State
+from palpate.solid.load_steps import CUTS, LEAST_START, _start, _step, solved_ratios, steps
 from palpate.solid.mesh import solid_mesh
+from palpate.solid.obstacle import first_touch, thickness_m
 from palpate.solid.smooth_surface import _corner_weights, corner_normals
-from palpate.solid.touching import first_touch, thickness_m
 from skfem import MeshTet
 
 DEPTHS = np.array([0.0, 1.0, 3.0, 4.0])

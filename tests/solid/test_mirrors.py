@@ -1,6 +1,6 @@
 """Points that share an indentation table."""
 
-from palpate.solid.mirrors import first_images
+from palpate.solid.options import first_images
 
 GRID = {
     "01": {"position_m": [-0.1, -0.05, 0.04]},

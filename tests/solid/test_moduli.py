@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.solid.moduli import (
+from palpate.solid.laws import (
     engineering_from_lame,
     lame_derivatives,
     lame_from_engineering,

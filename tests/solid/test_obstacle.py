@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from floor import floor
-from palpate.solid.contact_pressure import face_parts
 from palpate.solid.indentation_setup import PENALTY_PER_M, IndentationOptions, indentation_setup
 from palpate.solid.indenting import State
+from palpate.solid.load import face_parts
 from palpate.solid.mesh import quadratic, solid_mesh
 from palpate.solid.obstacle import (
+    facing_faces,
     plane_touch,
     sphere_touch,
     surface_points,
@@ -15,7 +16,6 @@ from palpate.solid.obstacle import (
     touch_energy,
     touch_forces,
 )
-from palpate.solid.touching import facing_faces
 from skfem import MeshTet
 
 RADIUS, DOWN, TOP = 0.02, np.array([0.0, 0, -1]), np.array([0.05, 0.05, 0.1])

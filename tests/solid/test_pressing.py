@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from floor import floor
 from palpate.estimate.direct.table import force_table
-from palpate.solid.contact_mesh import moving_nodes
-from palpate.solid.indentation_setup import IndentationOptions, indentation_setup
-from palpate.solid.indentation_table import drawn_surface, indentation_model
+from palpate.solid.indentation_setup import IndentationOptions, indentation_setup, moving_nodes
 from palpate.solid.indenting import State
 from palpate.solid.laws import LAW_NAMES
+from palpate.solid.load_steps import drawn_surface, indentation_model
 from palpate.solid.mesh import quadratic, solid_mesh
-from palpate.solid.touching import facing_faces, first_touch, thickness_m
+from palpate.solid.obstacle import facing_faces, first_touch, thickness_m
 from skfem import MeshTet
 
 RADIUS = 0.02

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.solid.fill import _Filler
-from palpate.solid.sizing import (
+from palpate.solid.fill import (
     SUPPORT_NODES,
+    _Filler,
     edge_field,
     support_edge,
     supported_area,

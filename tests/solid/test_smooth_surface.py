@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.solid.mesh import SolidMesh, element_volumes, quadratic, solid_mesh
-from palpate.solid.mirror import Mirror, require_image
-from palpate.solid.refine import refine_near
+from palpate.solid.indentation_table import Mirror, require_image
+from palpate.solid.mesh import SolidMesh, element_volumes, quadratic, refine_near, solid_mesh
 from palpate.solid.resting import standing_table
 from palpate.solid.smooth_surface import (
     LEAST_VOLUME,

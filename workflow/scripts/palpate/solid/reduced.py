@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.linalg import eigh
 
-from palpate.solid.moduli import lame_ratio
+from palpate.solid.laws import lame_ratio
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined
 

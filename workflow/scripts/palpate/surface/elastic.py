@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.open3d_core import ClosestPoints
-from palpate.solid.log_neo_hookean import LogNeoHookean
+from palpate.solid.hyperelastic import LogNeoHookean
+from palpate.solid.laws import lame_from_engineering
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.solve import factorise
 from palpate.surface.correspondences import Correspondences, pair, rest_offsets
 from palpate.surface.obstacle import Sphere, Table

@@ -23,9 +23,8 @@ from palpate.report.style import (
     entitle,
     finished,
 )
-from palpate.solid.boundary import node_sets
 from palpate.solid.mesh import solid_mesh
-from palpate.solid.support import Support
+from palpate.solid.support import Support, node_sets
 from palpate.units import KILOPASCALS, MILLIMETRES
 from scipy.optimize import minimize
 

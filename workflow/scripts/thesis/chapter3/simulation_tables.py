@@ -14,12 +14,11 @@ from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.estimate.minimise.search import Minimum, hertz_start, minimise_error
 from palpate.estimate.minimise.simulation import pressed_area_modulus
 from palpate.report import outputs
-from palpate.solid.boundary import NodeSets, node_sets
+from palpate.solid.laws import engineering_from_lame
 from palpate.solid.load import contact_triangle
-from palpate.solid.mesh import read_solid
-from palpate.solid.moduli import engineering_from_lame
+from palpate.solid.mesh import read_solid, refine_near
 from palpate.solid.options import Solid
-from palpate.solid.refine import refine_near
+from palpate.solid.support import NodeSets, node_sets
 from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
 from palpate.workflow.object_inputs import read_declared

@@ -23,9 +23,9 @@ from palpate.report.panels import (
 )
 from palpate.report.style import SMALL, label_provenance, sensor_name
 from palpate.report.views import MILLIMETRES, Surface, View
+from palpate.solid.laws import lame_from_engineering
 from palpate.solid.load import contact_triangle, outward_normal
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.options import Solid
 from palpate.surface.recorded import Recorded
 from palpate.surface.tracked import Tracked, load_tracked

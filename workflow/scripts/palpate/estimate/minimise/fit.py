@@ -11,7 +11,7 @@ from palpate.estimate.minimise.options import Minimise
 from palpate.estimate.minimise.profile import PoissonProfile, poisson_profile
 from palpate.estimate.minimise.reduced_objective import TOLERANCE, ReducedObjective
 from palpate.estimate.minimise.search import Minimum, hertz_start, minimise_error
-from palpate.solid.moduli import lame_from_engineering
+from palpate.solid.laws import lame_from_engineering
 from palpate.solid.reduced import SHIFTS
 
 MOST_SHIFTS = 6

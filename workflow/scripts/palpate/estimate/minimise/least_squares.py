@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.estimate.minimise.scatter import NORMS, Scatter, moduli_scatter, rounding_of
 from palpate.estimate.minimise.search import outside_bounds, touches_bound
-from palpate.solid.moduli import (
+from palpate.solid.laws import (
     lame_derivatives,
     lame_from_engineering,
     reduced_modulus,

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from palpate.estimate.minimise.objective import Measurement
-from palpate.solid.boundary import NodeSets
+from palpate.solid.laws import engineering_from_lame
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.moduli import engineering_from_lame
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import dofs, elastic_stiffness
+from palpate.solid.support import NodeSets
 
 # Both halves of an iteration are singular when the moduli have fallen to nothing.
 COLLAPSED = 1e-12

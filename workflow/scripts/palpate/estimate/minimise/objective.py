@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.boundary import NodeSets
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import dofs, elastic_stiffness
+from palpate.solid.support import NodeSets
 
 OPTIONS = ("force_displacement", "displacement")
 

@@ -7,13 +7,16 @@ from numpy.typing import NDArray
 
 from palpate.estimate.minimise.objective import Measurement, Objective
 from palpate.estimate.minimise.options import Load
-from palpate.solid.boundary import NodeSets, node_sets
-from palpate.solid.contact_pressure import contact_pressure, hertz_contact_radius
-from palpate.solid.load import contact_triangle, nodal_force, outward_normal
-from palpate.solid.mesh import SolidMesh, quadratic
+from palpate.solid.load import (
+    contact_pressure,
+    contact_triangle,
+    hertz_contact_radius,
+    nodal_force,
+    outward_normal,
+)
+from palpate.solid.mesh import SolidMesh, quadratic, refine_near
 from palpate.solid.options import Solid
-from palpate.solid.refine import refine_near
-from palpate.solid.support import Support
+from palpate.solid.support import NodeSets, Support, node_sets
 from palpate.surface.tracked import Tracked
 from palpate.surface.transfer import to_solid
 

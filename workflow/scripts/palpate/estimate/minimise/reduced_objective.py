@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.estimate.minimise.objective import Objective
-from palpate.solid.moduli import poisson_ratio
+from palpate.solid.laws import poisson_ratio
 from palpate.solid.reduced import SHIFTS, ReducedModel, reduced_model
 from palpate.solid.stiffness import dofs
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import pdist, squareform
 
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.solid.moduli import lame_derivatives, lame_from_engineering
+from palpate.solid.laws import lame_derivatives, lame_from_engineering
 
 NORMS = ("length", "square")
 # Lengths are rounded off at this part of their mean, where their root has no derivative.

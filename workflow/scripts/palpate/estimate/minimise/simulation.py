@@ -5,8 +5,7 @@ from numpy.typing import NDArray
 
 from palpate.estimate.minimise.objective import Measurement
 from palpate.estimate.minimise.problem import Problem
-from palpate.solid.boundary import node_sets
-from palpate.solid.support import Support
+from palpate.solid.support import Support, node_sets
 from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
 
