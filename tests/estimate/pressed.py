@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from floor import floor
 from numpy.typing import NDArray
-from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
 from palpate.estimate.minimise.options import Minimise
 from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.support import NodeSets, node_sets
 from scipy.spatial.distance import cdist
 
 # Section 3.3.2: the study's simulated block.

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from floor import floor
 from palpate.estimate.minimise.linear import LinearSystem, linear_method
-from palpate.estimate.minimise.objective import Measurement
+from palpate.estimate.minimise.objective import Measurement, node_sets
 from palpate.solid.mesh import solid_mesh
-from palpate.solid.support import node_sets
 from virtual_lab.simulated_block import load_block
 
 # Section 3.3.2: the study's simulated block.

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from floor import floor
+from palpate.estimate.minimise.objective import node_sets
 from palpate.solid.load import contact_pressure, contact_triangle, hertz_contact_radius, nodal_force
 from palpate.solid.mesh import quadratic, refine_near, solid_mesh
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
-from palpate.solid.support import node_sets
 from skfem import MeshTet
 from solid_cases import dofs, of_order
 

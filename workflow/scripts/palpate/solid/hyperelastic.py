@@ -2,11 +2,10 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from palpate.solid.laws import Law
 from palpate.solid.mesh import SolidMesh, at_nodes, element_volumes
-from palpate.solid.stiffness import QUADRATURE, block_pattern, point_volumes, shape_gradients
+from palpate.solid.stiffness import QUADRATURE, BlockPattern, point_volumes, shape_gradients
 
 # Elements whose tangents are made at once: what a processor's cache holds.
 PART = 256
@@ -37,10 +36,7 @@ class HyperelasticSolid:
         m, q, k, _ = self._gradients.shape
         weighted = self._weights[..., None, None] * self._gradients
         self._weighted = weighted.transpose(0, 2, 1, 3).reshape(m, k, 3 * q)
-        self._place, self.columns, self.starts = block_pattern(mesh.tetrahedra, len(mesh.nodes_m))
-        size = len(mesh.nodes_m)
-        rows = np.repeat(np.arange(size), np.diff(self.starts))
-        self._keys = rows * size + self.columns
+        self.pattern = BlockPattern(mesh.tetrahedra, len(mesh.nodes_m))
 
     def least_volume(self, x: NDArray) -> float:
         """Least ratio of volumes, after to before, at node positions x (n, 3) [m]."""
@@ -60,7 +56,7 @@ class HyperelasticSolid:
         return at_nodes(self.mesh.tetrahedra, pull, len(x))
 
     def blocks(self, x: NDArray, *, positive: bool = False) -> NDArray:
-        """Second derivative of the energy as blocks in the places of `block_of`, (k, 3, 3) [m].
+        """Second derivative of the energy as blocks of the pattern, (k, 3, 3) [m].
 
         Parameters
         ----------
@@ -81,11 +77,7 @@ class HyperelasticSolid:
             A = A.transpose(0, 1, 3, 5, 2, 4).reshape(-1, q, 3, 3, 9)
             right = np.matmul(self._gradients[part, :, None], A).reshape(-1, 3 * q, 9 * k)
             np.matmul(self._weighted[part], right, out=whole[part])
-        return (self._place @ whole.reshape(-1, 9)).reshape(-1, 3, 3)
-
-    def block_of(self, rows: NDArray, columns: NDArray) -> NDArray:
-        """Places of the blocks of pairs of nodes that share an element."""
-        return np.searchsorted(self._keys, rows * len(self.mesh.nodes_m) + columns)
+        return self.pattern.sums(whole)
 
     def _deformation(self, x: NDArray) -> NDArray:
         """Deformation gradient (Eq. 3.4) at the quadrature points, shape (m, q, 3, 3)."""
@@ -130,7 +122,7 @@ class LogNeoHookean:
         self.mesh, self.lam, self.mu = mesh, lam, mu
         self.gradients = shape_gradients(mesh, np.full((1, 4), 0.25))[:, 0]
         self.volume = element_volumes(mesh.nodes_m, mesh.tetrahedra)
-        self._place, self._columns, self._starts = block_pattern(mesh.tetrahedra, len(mesh.nodes_m))
+        self.pattern = BlockPattern(mesh.tetrahedra, len(mesh.nodes_m))
         inner = np.einsum("eia,eja->eij", self.gradients, self.gradients)
         self._inner = (mu * self.volume)[:, None, None, None, None] * (
             inner[..., None, None] * np.eye(3)
@@ -159,7 +151,7 @@ class LogNeoHookean:
         forces : (n, 3) array
             [N].
         blocks : (k, 3, 3) array
-            Blocks of the stiffness, in the places of `block_of` [N/m].
+            Blocks of the stiffness, of the pattern [N/m].
         """
         F, corners = self._deformation(x), self.mesh.tetrahedra
         log_J = np.log(np.linalg.det(F))
@@ -172,7 +164,7 @@ class LogNeoHookean:
         if not positive:
             turning = (self.mu - self.lam * log_J) * self.volume
             blocks += turning[:, None, None, None, None] * np.swapaxes(H, 3, 4)
-        return forces, (self._place @ blocks.reshape(-1, 9)).reshape(-1, 3, 3)
+        return forces, self.pattern.sums(blocks)
 
     def allowed_part(self, x: NDArray, step: NDArray) -> float:
         """Largest of 1, 1/2, 1/4 ... of a step (n, 3) [m] that squeezes no element too far."""
@@ -182,16 +174,6 @@ class LogNeoHookean:
                 return part
             part /= 2
         return part
-
-    def block_of(self, rows: NDArray, columns: NDArray) -> NDArray:
-        """Places of the blocks of pairs of nodes that share an element."""
-        size = len(self.mesh.nodes_m)
-        keys = np.repeat(np.arange(size), np.diff(self._starts)) * size + self._columns
-        return np.searchsorted(keys, rows * size + columns)
-
-    def matrix(self, blocks: NDArray) -> sparse.csr_matrix:
-        """Sparse matrix (3n, 3n) of blocks in the places of `block_of`."""
-        return sparse.bsr_matrix((blocks, self._columns, self._starts)).tocsr()
 
     def _deformation(self, x: NDArray) -> NDArray:
         """Deformation gradient F of each element (Eq. 3.4), shape (m, 3, 3)."""

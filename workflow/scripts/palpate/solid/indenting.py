@@ -102,11 +102,8 @@ class IndentedSolid:
         self.touch_m, self.direction = touch_m, direction
         self.radius_m, self.penalty_per_m = radius_m, penalty_per_m
         self._chosen = np.flatnonzero(free.ravel())
-        count = len(solid.columns)
-        places = sparse.bsr_matrix(
-            (np.arange(9 * count).reshape(-1, 3, 3), solid.columns, solid.starts)
-        )
-        free_places = places.tocsr()[self._chosen][:, self._chosen].sorted_indices()
+        places = solid.pattern.places()
+        free_places = places[self._chosen][:, self._chosen].sorted_indices()
         self._take, self._pattern = free_places.data, (free_places.indices, free_places.indptr)
         self._pairs = _pairs(solid, reach)
         self._table_pairs = _pairs(solid, table.surface) if table else None
@@ -226,7 +223,7 @@ class IndentedSolid:
             faces, extra = self.table.blocks(x)
             _add(blocks, self._table_pairs[faces], extra)
             pinned = self.table.pinned
-            blocks[self.solid.block_of(pinned, pinned)] += self.table.pins_m
+            blocks[self.solid.pattern.block_of(pinned, pinned)] += self.table.pins_m
         size = len(self._chosen)
         return sparse.csr_matrix((blocks.ravel()[self._take], *self._pattern), shape=(size, size))
 
@@ -245,7 +242,7 @@ class IndentedSolid:
 def _pairs(solid: HyperelasticSolid, surface: SurfacePoints) -> NDArray:
     """Places of the blocks of all pairs of a face's nodes, shape (f, k, k)."""
     rows = np.repeat(surface.faces[:, :, None], surface.faces.shape[1], axis=2)
-    return solid.block_of(rows, rows.swapaxes(1, 2))
+    return solid.pattern.block_of(rows, rows.swapaxes(1, 2))
 
 
 def _add(blocks: NDArray, places: NDArray, extra: NDArray) -> None:

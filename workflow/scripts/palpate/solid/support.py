@@ -1,4 +1,4 @@
-"""The plane that an object stands on, and the nodes of a solid by what is known of them."""
+"""The plane that an object stands on, and the nodes of a solid that lie on it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -110,58 +110,6 @@ def read_support(block: Mapping) -> Support:
         block["tolerance_m"],
         block.get("contact", Support.contact),
     )
-
-
-@dataclass(frozen=True)
-class NodeSets:
-    """Nodes by what is known of them; each a sorted int array, together all nodes.
-
-    Attributes
-    ----------
-    contact : array
-        Displacement tracked, force measured.
-    free : array
-        On the free surface: displacement tracked, no force.
-    support : array
-        On the support: no displacement, force unknown.
-    interior : array
-        Displacement unknown, no force.
-    """
-
-    contact: NDArray
-    free: NDArray
-    support: NDArray
-    interior: NDArray
-
-
-def node_sets(mesh: SolidMesh, support: Support, *, contact_nodes: NDArray) -> NodeSets:
-    """Sort a mesh's nodes into the sets of Table 3.1.
-
-    Parameters
-    ----------
-    mesh : SolidMesh
-    support : Support
-        Surface nodes on it are held.
-    contact_nodes : int array
-        Nodes that carry the contact force.
-
-    Raises
-    ------
-    ValueError
-        As `support_nodes` does; or if there is no contact node, or one lies off the surface or on
-        the support.
-    """
-    surface, held = mesh.surface_nodes(), support_nodes(mesh, support)
-    contact = np.unique(contact_nodes)
-    inside = np.setdiff1d(contact, surface)
-    if not len(contact) or len(inside):
-        found = f"node {inside[0]} inside" if len(inside) else "none"
-        raise ValueError(f"contact: expected nodes of the surface, found {found}")
-    if np.isin(contact, held).any():
-        raise ValueError("contact: expected away from the support, found on it")
-    free = np.setdiff1d(surface, np.concatenate([held, contact]))
-    interior = np.setdiff1d(np.arange(len(mesh.nodes_m)), surface)
-    return NodeSets(contact, free, held, interior)
 
 
 def support_nodes(mesh: SolidMesh, support: Support) -> NDArray:

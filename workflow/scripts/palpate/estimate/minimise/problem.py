@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
 from palpate.estimate.minimise.options import Load
 from palpate.solid.load import (
     contact_pressure,
@@ -16,7 +16,7 @@ from palpate.solid.load import (
 )
 from palpate.solid.mesh import SolidMesh, quadratic, refine_near
 from palpate.solid.options import Solid
-from palpate.solid.support import NodeSets, Support, node_sets
+from palpate.solid.support import Support
 from palpate.surface.tracked import Tracked
 from palpate.surface.transfer import to_solid
 

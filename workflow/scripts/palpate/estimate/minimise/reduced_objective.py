@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.estimate.minimise.objective import Objective
+from palpate.estimate.minimise.reduced import SHIFTS, ReducedModel, reduced_model
 from palpate.solid.laws import poisson_ratio
-from palpate.solid.reduced import SHIFTS, ReducedModel, reduced_model
 from palpate.solid.stiffness import dofs
 
 # Relative error of displacements in the energy norm that a fit may carry.
