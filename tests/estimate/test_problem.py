@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from floor import floor
 from palpate.estimate.minimise.objective import Measurement, Objective, node_sets
-from palpate.estimate.minimise.options import Load
+from palpate.estimate.minimise.options import Load, Solid
 from palpate.estimate.minimise.problem import pose_problem
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.estimate.minimise.search import minimise_error
 from palpate.solid.laws import lame_from_engineering
 from palpate.solid.load import contact_pressure, hertz_contact_radius
 from palpate.solid.mesh import quadratic, read_solid, refine_near
-from palpate.solid.options import Solid
 from palpate.surface.tracked import Tracked
 from pressed import OPTIONS
 

@@ -8,10 +8,8 @@ import trimesh
 from palpate.estimate.direct.table import force_table, sample_table
 from palpate.solid.indentation_table import (
     IndentationModel,
-    Mirror,
     image_table,
     load_indentation,
-    mirrored,
     ratio_weights,
     save_indentation,
 )
@@ -92,12 +90,13 @@ def test_before_the_touch_nothing_moves(model):
 
 
 def test_mirror_image_twice_is_the_model(model):
-    mirror = Mirror(np.array([0.1, 0.2, 0.3]), np.array([0.6, 0.8, 0.0]))
-    point, normal = mirror.point_m, mirror.normal
-    once = mirrored(model, mirror)
-    twice = mirrored(once, mirror)
-    assert (once.point_m - point) @ normal == pytest.approx(-(model.point_m - point) @ normal)
-    assert once.direction @ normal == pytest.approx(-model.direction @ normal)
+    box = trimesh.creation.box((0.2, 0.1, 0.04))
+    surface = box.vertices + [0.1, 0.2, 0.02], box.faces
+    support = Support(np.array([0.1, 0.2, 0.0]), np.array([0.0, 0.0, 1.0]), 1e-3)
+    once = image_table(model, support, surface, [[3, 0, 0]])
+    twice = image_table(once, support, surface, [[1, 0, 0]])
+    assert once.point_m[0] - 0.1 == pytest.approx(0.1 - model.point_m[0])
+    assert once.direction[0] == pytest.approx(-model.direction[0])
     for name, wanted in vars(model).items():
         if name not in ("laws", "radius_m"):
             assert np.allclose(getattr(twice, name), wanted, rtol=1e-6, atol=1e-8)
@@ -113,8 +112,10 @@ def test_the_table_of_a_point_in_two_mirrors(model):
     assert np.array_equal(found.force_per_modulus_m2, model.force_per_modulus_m2)
     move = model.surface_displacement_m * [-1, -1, 1]
     assert found.surface_displacement_m == pytest.approx(move, rel=1e-6)
-    with pytest.raises(ValueError, match="mirror"):
-        image_table(model, support, surface, [[1, 1, 0]])
+    lopsided = surface[0] * [1, 1.03, 1]
+    for template, normal in ((surface[0], [1, 1, 0]), (lopsided, [0, 1, 0])):
+        with pytest.raises(ValueError, match="mirrors: expected planes in which the template"):
+            image_table(model, support, (template, box.faces), [normal])
 
 
 def test_file_keeps_the_model(model, tmp_path):

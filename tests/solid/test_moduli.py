@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from palpate.estimate.minimise.reduced import lame_ratio
+from palpate.estimate.minimise.scatter import lame_derivatives
 from palpate.solid.laws import (
     engineering_from_lame,
-    lame_derivatives,
     lame_from_engineering,
-    lame_ratio,
     poisson_ratio,
     reduced_modulus,
 )

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from floor import floor
-from palpate.solid.indentation_setup import PENALTY_PER_M, IndentationOptions, indentation_setup
+from palpate.solid.indentation_setup import IndentationOptions, indentation_setup
 from palpate.solid.indenting import State
 from palpate.solid.load import face_parts
 from palpate.solid.mesh import quadratic, solid_mesh
 from palpate.solid.obstacle import (
+    PENALTY_PER_M,
     facing_faces,
     plane_touch,
     sphere_touch,
@@ -64,26 +65,24 @@ def test_a_touchs_forces_and_blocks_are_slopes(coarse, order):
         return sphere_touch(surface.places(x), centre, RADIUS)
 
     def energy(x):
-        return touch_energy(touch(x), surface, 50.0)
+        return touch_energy(touch(x), surface)
 
     def forces(x):
-        return touch_forces(touch(x), surface, 50.0, len(x))
+        return touch_forces(touch(x), surface, len(x))
 
     step *= 1e-8
     slope = (energy(x + step) - energy(x - step)) / 2
     assert slope == pytest.approx((forces(x) * step).sum(), rel=1e-5)
     moved = (forces(x + step) - forces(x - step)) / 2
-    for positive, stick in ((False, 0.0), (True, 0.0), (False, 3.0)):
-        touched, blocks = touch_blocks(
-            touch(x), surface, 50.0, positive=positive, stick_per_m=stick
-        )
+    for positive, stick in ((False, 0.0), (True, 0.0), (False, 3e3)):
+        touched, blocks = touch_blocks(touch(x), surface, positive=positive, stick_per_m=stick)
         found = np.zeros_like(x)
         for face, block in zip(faces[touched], blocks, strict=True):
             found[face] += np.einsum("ijab,jb->ia", block, step[face])
         expected = moved
         hits, flat = touch(x), np.zeros_like(x)
         # What turns with the sphere's surface, or is held beside it.
-        across = np.where(positive, 50.0 * hits.depth_m * hits.curvature, 0.0) + stick
+        across = np.where(positive, PENALTY_PER_M * hits.depth_m * hits.curvature, 0.0) + stick
         shift = surface.places(step)[hits.points]
         shift -= (shift * hits.normals).sum(axis=1, keepdims=True) * hits.normals
         pull = (across * surface.areas_m2[hits.points])[:, None] * shift
@@ -152,7 +151,7 @@ def test_what_the_spheres_skin_gives(standing):
     force = solid.sphere_force(x, centre)
     assert force[2] < 0 and np.abs(force[:2]).max() < 0.1 * -force[2]
     touch = sphere_touch(solid.reach.places(x), centre, RADIUS)
-    skin = touch_energy(touch, solid.reach, PENALTY_PER_M)
+    skin = touch_energy(touch, solid.reach)
     first = solid._given(x, centre, State.at_rest(x))
     assert first == pytest.approx(4 / 3 * skin / -force[2])
     # Half of the force before, with a third of the energy.

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 from palpate.capture.files import whole_file, write_json
 from palpate.estimate.minimise.fit import fit_moduli
-from palpate.estimate.minimise.options import Minimise
+from palpate.estimate.minimise.options import Minimise, Solid
 from palpate.solid.mesh import write_solid
-from palpate.solid.options import Solid
 from palpate.surface.tracked import load_tracked
 from palpate.workflow.job import run
 from thesis.chapter5.minimise_inputs import read_problem

@@ -31,8 +31,6 @@ TABLE_REACH = 0.3
 BASE_GROWTH, BASE_RADIUS_M = 1.0, 0.02
 # Of bonded solids, nodes that a linear press moves by less than this part of its depth are held.
 STILL_SHARE = 0.0002
-# Of the contacts: pressure per penetration over Young's modulus [1/m].
-PENALTY_PER_M = 3e4
 # Of the point from the surface along the direction [m].
 LARGEST_GAP_M = 0.005
 
@@ -147,7 +145,6 @@ class IndentationSetup:
                 self.support,
                 self.touch_m,
                 reach_m=reach,
-                penalty_per_m=PENALTY_PER_M,
                 sticks=not slides,
             )
         return IndentedSolid(
@@ -157,7 +154,6 @@ class IndentationSetup:
             touch_m=self.touch_m,
             direction=self.direction,
             radius_m=self.radius_m,
-            penalty_per_m=PENALTY_PER_M,
             table=table,
         )
 

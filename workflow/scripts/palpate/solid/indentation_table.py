@@ -31,54 +31,6 @@ SHAPES = {
 
 
 @dataclass(frozen=True)
-class Mirror:
-    """A plane.
-
-    Attributes
-    ----------
-    point_m : (3,) array
-        Of the plane [m].
-    normal : (3,) array
-        Of length 1.
-    """
-
-    point_m: NDArray
-    normal: NDArray
-
-    def image(self, points_m: NDArray) -> NDArray:
-        """Mirror images of points (..., 3) [m]."""
-        away = (points_m - self.point_m) @ self.normal
-        return points_m - 2 * away[..., None] * self.normal
-
-
-def require_image(
-    mirror: Mirror, vertices_m: NDArray, faces: NDArray, *, tolerance_m: float
-) -> None:
-    """Refuse a mirror in which a surface is not its own image.
-
-    Parameters
-    ----------
-    mirror : Mirror
-    vertices_m, faces : (n, 3), (m, 3) arrays
-        Closed surface [m].
-    tolerance_m : float
-        How far the image's vertices and middles of facets may be from the surface [m].
-
-    Raises
-    ------
-    ValueError
-        If they are farther.
-    """
-    places = mirror.image(np.matmul(POINTS, vertices_m[faces]).reshape(-1, 3))
-    gap = ClosestPoints(vertices_m, faces).distance(places).max()
-    if not gap <= tolerance_m:
-        raise ValueError(
-            f"mirrors: expected planes in which the template is its own image within"
-            f" {tolerance_m:g} m, found {mirror.normal.tolist()} with {gap:.2g} m"
-        )
-
-
-@dataclass(frozen=True)
 class IndentationModel:
     """Answers of a solid to a rigid frictionless sphere, for Young's modulus 1.
 
@@ -135,19 +87,6 @@ def _ratio_weights(ratios: tuple[float, ...], nu: float) -> tuple[NDArray, NDArr
     return both[0], both[1]
 
 
-def mirrored(model: IndentationModel, mirror: Mirror) -> IndentationModel:
-    """Model of the mirror image of the pressed point, for a solid that is its own image."""
-    turn = np.eye(3) - 2 * np.outer(mirror.normal, mirror.normal)
-    moved = {
-        "point_m": mirror.image(model.point_m),
-        "direction": model.direction @ turn,
-        "surface_rest_m": mirror.image(model.surface_rest_m),
-        "surface_faces": model.surface_faces[:, [0, 2, 1]],
-        "surface_displacement_m": model.surface_displacement_m @ turn.astype(np.float32),
-    }
-    return IndentationModel(**vars(model) | moved)
-
-
 def image_table(
     model: IndentationModel,
     support: Support,
@@ -174,10 +113,34 @@ def image_table(
     """
     for normal in normals:
         unit = np.array(normal, float) / np.linalg.norm(normal)
-        mirror = Mirror(support.plane_point_m, unit)
-        require_image(mirror, *surface, tolerance_m=IMAGE_TOLERANCE_M)
-        model = mirrored(model, mirror)
+        turn = np.eye(3) - 2 * np.outer(unit, unit)
+        _check_image(*surface, support.plane_point_m, unit)
+        moved = {
+            "point_m": _image(model.point_m, support.plane_point_m, unit),
+            "direction": model.direction @ turn,
+            "surface_rest_m": _image(model.surface_rest_m, support.plane_point_m, unit),
+            "surface_faces": model.surface_faces[:, [0, 2, 1]],
+            "surface_displacement_m": model.surface_displacement_m @ turn.astype(np.float32),
+        }
+        model = IndentationModel(**vars(model) | moved)
     return model
+
+
+def _image(points_m: NDArray, through_m: NDArray, normal: NDArray) -> NDArray:
+    """Mirror images of points (..., 3) in the plane through a point [m]."""
+    away = (points_m - through_m) @ normal
+    return points_m - 2 * away[..., None] * normal
+
+
+def _check_image(vertices_m: NDArray, faces: NDArray, through_m: NDArray, normal: NDArray) -> None:
+    """Reject a mirror in which vertices and middles of facets are not on the surface again."""
+    places = _image(np.matmul(POINTS, vertices_m[faces]).reshape(-1, 3), through_m, normal)
+    gap = ClosestPoints(vertices_m, faces).distance(places).max()
+    if not gap <= IMAGE_TOLERANCE_M:
+        raise ValueError(
+            f"mirrors: expected planes in which the template is its own image within"
+            f" {IMAGE_TOLERANCE_M:g} m, found {normal.tolist()} with {gap:.2g} m"
+        )
 
 
 def save_indentation(path: str | Path, model: IndentationModel) -> None:

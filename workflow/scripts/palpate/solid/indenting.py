@@ -80,8 +80,6 @@ class IndentedSolid:
         Where the sphere's tip touches first [m], and its way, of length 1.
     radius_m : float
         Of the sphere [m].
-    penalty_per_m : float
-        Pressure per penetration over Young's modulus [1/m].
     table : Table, optional
         That the solid stands on without being bonded to it.
     """
@@ -95,12 +93,11 @@ class IndentedSolid:
         touch_m: NDArray,
         direction: NDArray,
         radius_m: float,
-        penalty_per_m: float,
         table: Table | None = None,
     ) -> None:
         self.solid, self.free, self.reach, self.table = solid, free, reach, table
         self.touch_m, self.direction = touch_m, direction
-        self.radius_m, self.penalty_per_m = radius_m, penalty_per_m
+        self.radius_m = radius_m
         self._chosen = np.flatnonzero(free.ravel())
         places = solid.pattern.places()
         free_places = places[self._chosen][:, self._chosen].sorted_indices()
@@ -174,7 +171,7 @@ class IndentedSolid:
 
     def _skin(self, x: NDArray, centre_m: NDArray) -> float:
         """Complementary energy of the sphere's skin over Young's modulus [m^3]."""
-        return touch_energy(self._touch(x, centre_m), self.reach, self.penalty_per_m)
+        return touch_energy(self._touch(x, centre_m), self.reach)
 
     def sphere_force(self, x: NDArray, centre_m: NDArray) -> NDArray:
         """Force of the sphere on the solid over Young's modulus, (3,) [m^2]."""
@@ -184,11 +181,11 @@ class IndentedSolid:
         return sphere_touch(self.reach.places(x), centre_m, self.radius_m)
 
     def _sphere_forces(self, x: NDArray, centre_m: NDArray) -> NDArray:
-        return touch_forces(self._touch(x, centre_m), self.reach, self.penalty_per_m, len(x))
+        return touch_forces(self._touch(x, centre_m), self.reach, len(x))
 
     def _energy(self, x: NDArray, centre_m: NDArray) -> float:
         energy = self.solid.energy(x)
-        energy += touch_energy(self._touch(x, centre_m), self.reach, self.penalty_per_m)
+        energy += touch_energy(self._touch(x, centre_m), self.reach)
         return energy + (self.table.energy(x) if self.table else 0.0)
 
     def _forces(self, x: NDArray, centre_m: NDArray) -> NDArray:
@@ -215,9 +212,7 @@ class IndentedSolid:
 
     def _matrix(self, x: NDArray, centre_m: NDArray, *, positive: bool) -> sparse.csr_matrix:
         blocks = self.solid.blocks(x, positive=positive)
-        faces, extra = touch_blocks(
-            self._touch(x, centre_m), self.reach, self.penalty_per_m, positive=positive
-        )
+        faces, extra = touch_blocks(self._touch(x, centre_m), self.reach, positive=positive)
         _add(blocks, self._pairs[faces], extra)
         if self.table:
             faces, extra = self.table.blocks(x)

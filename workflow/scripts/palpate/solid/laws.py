@@ -37,21 +37,6 @@ def poisson_ratio(lam: float, mu: float) -> float:
     return lam / (2 * (mu + lam))
 
 
-def lame_ratio(nu: float) -> float:
-    """Ratio lam / mu."""
-    return 2 * nu / (1 - 2 * nu)
-
-
-def lame_derivatives(E: float, nu: float) -> NDArray:
-    """Derivatives of (lam, mu) with respect to (log E, nu), shape (2, 2) [Pa].
-
-    Rows belong to lam and mu, columns to log E and nu.
-    """
-    lam, mu = lame_from_engineering(E, nu)
-    by_nu = E * (1 + 2 * nu**2) / ((1 + nu) * (1 - 2 * nu)) ** 2
-    return np.array([[lam, by_nu], [mu, -mu / (1 + nu)]])
-
-
 def reduced_modulus(E: float, nu: float) -> float:
     """E* = E / (1 - nu^2) of Eq. 5.1 [Pa].
 

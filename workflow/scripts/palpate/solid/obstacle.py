@@ -10,6 +10,8 @@ from palpate.solid.load import face_parts
 from palpate.solid.mesh import SolidMesh, at_nodes, doubled_normals
 from palpate.solid.stiffness import shape_values
 
+# Pressure per penetration, and shear per sliding, over Young's modulus [1/m].
+PENALTY_PER_M = 3e4
 # Faces this many radii around the sphere's line may come into touch.
 AROUND = 2.2
 # The surface's points in each of its triangles, by parts of an edge.
@@ -98,15 +100,15 @@ def plane_touch(places_m: NDArray, point_m: NDArray, normal: NDArray) -> Touch:
     return Touch(points, depth, np.repeat(normal[None], len(depth), axis=0), np.zeros(len(depth)))
 
 
-def touch_energy(touch: Touch, surface: SurfacePoints, penalty_per_m: float) -> float:
+def touch_energy(touch: Touch, surface: SurfacePoints) -> float:
     """Energy of the penetration over Young's modulus [m^3]."""
-    return float(0.5 * penalty_per_m * (surface.areas_m2[touch.points] @ touch.depth_m**2))
+    return float(0.5 * PENALTY_PER_M * (surface.areas_m2[touch.points] @ touch.depth_m**2))
 
 
-def touch_forces(touch: Touch, surface: SurfacePoints, penalty_per_m: float, size: int) -> NDArray:
+def touch_forces(touch: Touch, surface: SurfacePoints, size: int) -> NDArray:
     """Gradient of the energy at n nodes, shape (n, 3) [m^2]; points into the obstacle."""
     faces, inside = touch.points
-    pressure = penalty_per_m * surface.areas_m2[touch.points] * touch.depth_m
+    pressure = PENALTY_PER_M * surface.areas_m2[touch.points] * touch.depth_m
     pull = -pressure[:, None, None] * (
         surface.shapes[inside][:, :, None] * touch.normals[:, None, :]
     )
@@ -116,7 +118,6 @@ def touch_forces(touch: Touch, surface: SurfacePoints, penalty_per_m: float, siz
 def touch_blocks(
     touch: Touch,
     surface: SurfacePoints,
-    penalty_per_m: float,
     *,
     positive: bool = False,
     stick_per_m: NDArray | float = 0.0,
@@ -125,8 +126,8 @@ def touch_blocks(
 
     Parameters
     ----------
-    touch, surface, penalty_per_m
-        As in `touch_energy`.
+    touch, surface
+        Penetrations at some of the surface's points.
     positive : bool, optional
         Leave out the turning of the normal, which makes it negative.
     stick_per_m : (k,) array or float, optional
@@ -141,9 +142,9 @@ def touch_blocks(
     """
     faces, number = np.unique(touch.points[0], return_inverse=True)
     nn = touch.normals[:, :, None] * touch.normals[:, None, :]
-    across = stick_per_m - (0.0 if positive else penalty_per_m * touch.depth_m * touch.curvature)
+    across = stick_per_m - (0.0 if positive else PENALTY_PER_M * touch.depth_m * touch.curvature)
     across = np.broadcast_to(across, len(touch.depth_m))
-    stiff = penalty_per_m * nn + across[:, None, None] * (np.eye(3) - nn)
+    stiff = PENALTY_PER_M * nn + across[:, None, None] * (np.eye(3) - nn)
     stiff *= surface.areas_m2[touch.points][:, None, None]
     count = surface.shapes.shape[1]
     pairs = np.einsum("qi,qj->qij", surface.shapes, surface.shapes).reshape(-1, count * count)

@@ -1,7 +1,7 @@
 """Options of the solids that computations are made on, and declared points that share one table."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -14,14 +14,6 @@ NEARLY, BEYOND, LARGEST_RATIO = 0.48, 0.01, 0.4999
 TabledRatio = Annotated[float, Field(ge=0, le=0.495)]
 # Two points this close to each other's images are images [m].
 SAME_M = 1e-4
-
-
-class Solid(Model):
-    """Solid of the error minimisation (Section 3.3)."""
-
-    refine_radius_m: Positive = option(0.020, "refined around the contact")
-    refine_edge_m: Positive = option(0.007, "longest edges there")
-    element_order: Literal[1, 2] = option(1, "2: ten-node tetrahedra, which do not lock")
 
 
 class IndentationTable(Model):

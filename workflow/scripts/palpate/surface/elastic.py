@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.open3d_core import ClosestPoints
-from palpate.solid.hyperelastic import LogNeoHookean
 from palpate.solid.laws import lame_from_engineering
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.solve import factorise
 from palpate.surface.correspondences import Correspondences, pair, rest_offsets
+from palpate.surface.neo_hookean import LogNeoHookean
 from palpate.surface.obstacle import Sphere, Table
 from palpate.surface.options import ElasticTracking
 from palpate.surface.template import Template

@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from palpate.estimate.minimise.linear import LinearEstimate, linear_method
 from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
-from palpate.estimate.minimise.options import Minimise
+from palpate.estimate.minimise.options import Minimise, Solid
 from palpate.estimate.minimise.problem import Problem
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.estimate.minimise.search import Minimum, hertz_start, minimise_error
@@ -17,7 +17,6 @@ from palpate.report import outputs
 from palpate.solid.laws import engineering_from_lame
 from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import read_solid, refine_near
-from palpate.solid.options import Solid
 from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
 from palpate.workflow.object_inputs import read_declared

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from palpate.estimate.minimise.fit import fit_moduli
 from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.options import Minimise
+from palpate.estimate.minimise.options import Minimise, Solid
 from palpate.estimate.minimise.problem import Problem
 from palpate.json_fields import read_one
-from palpate.solid.options import Solid
 from palpate.surface.tracked import Tracked, load_tracked
 from palpate.workflow.job import naming
 

@@ -7,6 +7,14 @@ from pydantic import AfterValidator, model_validator
 from palpate.config.model import Count, Length, Model, Positive, Ratio, constant, increasing, option
 
 
+class Solid(Model):
+    """Solid of the error minimisation (Section 3.3)."""
+
+    refine_radius_m: Positive = option(0.020, "refined around the contact")
+    refine_edge_m: Positive = option(0.007, "longest edges there")
+    element_order: Literal[1, 2] = option(1, "2: ten-node tetrahedra, which do not lock")
+
+
 class Load(Model):
     """What the solid is loaded with, and what of it is compared."""
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
-from palpate.estimate.minimise.options import Load
+from palpate.estimate.minimise.options import Load, Solid
 from palpate.solid.load import (
     contact_pressure,
     contact_triangle,
@@ -15,7 +15,6 @@ from palpate.solid.load import (
     outward_normal,
 )
 from palpate.solid.mesh import SolidMesh, quadratic, refine_near
-from palpate.solid.options import Solid
 from palpate.solid.support import Support
 from palpate.surface.tracked import Tracked
 from palpate.surface.transfer import to_solid

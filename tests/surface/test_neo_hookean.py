@@ -2,12 +2,19 @@
 
 import numpy as np
 import pytest
-from palpate.solid.hyperelastic import LogNeoHookean
-from palpate.solid.mesh import quadratic
+from palpate.solid.mesh import quadratic, solid_mesh
 from palpate.solid.stiffness import combined, elastic_stiffness
+from palpate.surface.neo_hookean import LogNeoHookean
 from scipy.spatial.transform import Rotation
+from skfem import MeshTet
 
 LAM, MU = 900.0, 400.0
+
+
+@pytest.fixture(scope="module")
+def cube():
+    mesh = MeshTet().refined(2)
+    return solid_mesh(0.1 * mesh.p.T, mesh.t.T)
 
 
 @pytest.fixture(scope="module")
