@@ -68,6 +68,8 @@ def test_what_touches_the_table_sticks(mesh):
     table = standing_table(mesh, support, touch, reach_m=0.01)
     down = mesh.nodes_m - [0, 0, 1e-4]
     assert np.isnan(table.anchors_m).all()
+    lifted = table.forces(mesh.nodes_m + [0, 0, 1e-3])
+    assert np.flatnonzero(lifted.any(axis=1)).size == 0
     pressed = table.forces(down).sum(axis=0)
     assert pressed == pytest.approx([0, 0, -PENALTY_PER_M * 1e-4 * 0.1**2], abs=1e-12)
     table.settle(down)

@@ -150,7 +150,9 @@ def tetrahedralise(
     diagonal = float(np.linalg.norm(np.ptp(vertices_m, axis=0)))
     gap = GAP * diagonal if largest_gap_m is None else largest_gap_m
     thin = _thinned(surface, vertices, gap)
-    search = _Search(vertices, _usual_edge(surface, vertices), _Filler.of(thin, diagonal, support))
+    needed = np.inf if support is None else SPLIT * support_edge(thin, support)
+    filler = _Filler(thin, diagonal, support, needed)
+    search = _Search(vertices, _usual_edge(surface, vertices), filler)
     narrow = [share * diagonal for share in ENVELOPES if share * diagonal < MARGIN * gap]
     for envelope_m in [*narrow, MARGIN * gap]:
         if search.at(envelope_m, last=envelope_m == MARGIN * gap):
@@ -170,34 +172,22 @@ class _Filler:
     support: Support | None
     support_edge_m: float
 
-    @classmethod
-    def of(cls, surface: trimesh.Trimesh, diagonal_m: float, support: Support | None) -> "_Filler":
-        edge = np.inf if support is None else SPLIT * support_edge(surface, support)
-        return cls(surface, diagonal_m, support, edge)
-
     def fill(self, edge_m: float, envelope_m: float) -> SolidMesh:
         """Fill with about this edge, the surface kept within the envelope."""
         options = {"edge_length_abs": edge_m, "epsilon": envelope_m / self.diagonal_m}
+        if self.support_edge_m < edge_m:
+            edges = {"support_edge_m": self.support_edge_m, "edge_m": edge_m}
+            options |= edge_field(self.surface.vertices, self.support, **edges)
         # fTetWild leaves a file in the working directory.
         with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
             nodes, tetrahedra = pytetwild.tetrahedralize(
                 np.asarray(self.surface.vertices, dtype=float),
                 np.asarray(self.surface.faces, dtype=np.int32),
                 num_threads=1,
-                **options | self._field(edge_m),
+                **options,
             )
         used, numbers = np.unique(tetrahedra, return_inverse=True)
         return solid_mesh(nodes[used], numbers.reshape(-1, 4))
-
-    def _field(self, edge_m: float) -> dict[str, NDArray]:
-        if self.support_edge_m >= edge_m:
-            return {}
-        return edge_field(
-            self.surface.vertices,
-            self.support,
-            support_edge_m=self.support_edge_m,
-            edge_m=edge_m,
-        )
 
 
 @dataclass(frozen=True)

@@ -114,7 +114,6 @@ class IndentationSetup:
     radius_m, deepest_m : float
         Of the sphere [m].
     support : Support
-    options : IndentationOptions
     """
 
     whole: SolidMesh
@@ -126,7 +125,6 @@ class IndentationSetup:
     radius_m: float
     deepest_m: float
     support: Support
-    options: IndentationOptions
 
     def pressed(self, law: str, nu: float) -> IndentedSolid:
         """Mechanics of a law, on a foot that slides if its name says so, and Poisson's ratio."""
@@ -221,7 +219,7 @@ def indentation_setup(
     moved, nodes, free = _cut(whole, elements, held)
     logging.info("%d nodes move in %d directions", len(nodes), free.sum())
     return IndentationSetup(
-        whole, moved, nodes, free, touch, direction, radius_m, deepest_m, support, options
+        whole, moved, nodes, free, touch, direction, radius_m, deepest_m, support
     )
 
 

@@ -56,7 +56,8 @@ def combined(
     ValueError
         If the matrices have entries in different places.
     """
-    if not _alike(K1, K2):
+    pairs = ((K1.indptr, K2.indptr), (K1.indices, K2.indices))
+    if K1.shape != K2.shape or not all(a is b or np.array_equal(a, b) for a, b in pairs):
         raise ValueError("K2: expected the shape and the places of K1's entries, found others")
     return sparse.csr_matrix(
         (lam * K1.data + mu * K2.data, K1.indices, K1.indptr), shape=K1.shape, copy=False
@@ -177,8 +178,3 @@ class BlockPattern:
     def places(self) -> sparse.csr_matrix:
         """For each entry of `matrix`, its number among all the blocks' own."""
         return self.matrix(np.arange(9 * len(self._keys)).reshape(-1, 3, 3))
-
-
-def _alike(K1: sparse.csr_matrix, K2: sparse.csr_matrix) -> bool:
-    pairs = ((K1.indptr, K2.indptr), (K1.indices, K2.indices))
-    return K1.shape == K2.shape and all(a is b or np.array_equal(a, b) for a, b in pairs)
