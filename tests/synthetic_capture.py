@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from floor import floor
 from numpy.typing import NDArray
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.laws import LAW_NAMES
 from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment, AlignmentResidual

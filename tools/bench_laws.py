@@ -17,9 +17,9 @@ from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.table import SampleTable, sample_table
 from palpate.estimate.relaxation import relaxed_share
 from palpate.solid import laws
-from palpate.solid.indentation import IndentationModel
 from palpate.solid.indentation_setup import IndentationOptions
-from palpate.solid.indentation_table import indentation_model
+from palpate.solid.indentation_table import IndentationModel
+from palpate.solid.load_steps import indentation_model
 from palpate.solid.mesh import read_solid
 from palpate.solid.support import Support
 

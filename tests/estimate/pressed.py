@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from floor import floor
 from numpy.typing import NDArray
-from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
 from palpate.estimate.minimise.options import Minimise
-from palpate.solid.boundary import NodeSets, node_sets
 from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import SolidMesh
 from scipy.spatial.distance import cdist

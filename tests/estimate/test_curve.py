@@ -8,7 +8,7 @@ from made_up_press import NO_RIG, RADIUS_M, model_of
 from palpate import hertz
 from palpate.estimate.curve import estimate_curve
 from palpate.estimate.direct.options import Fit, ModelStd
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.indentation_table import IndentationModel
 
 E_PA, NU, NOISE_N = 40e3, 0.4, 0.004
 OPTIONS = Fit(rig=NO_RIG, model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0))

@@ -17,7 +17,7 @@ from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.placement import object_from_table
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.estimate.direct.table import sample_table
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.laws import LAW_NAMES
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.alignment import Alignment

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from floor import floor
 from palpate.estimate.minimise.linear import LinearSystem, linear_method
-from palpate.estimate.minimise.objective import Measurement
-from palpate.solid.boundary import node_sets
+from palpate.estimate.minimise.objective import Measurement, node_sets
 from palpate.solid.mesh import solid_mesh
 from virtual_lab.simulated_block import load_block
 

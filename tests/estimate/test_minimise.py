@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from palpate.estimate.minimise.objective import Measurement, Objective
 from palpate.estimate.minimise.search import hertz_start, minimise_error
-from palpate.solid.moduli import (
+from palpate.solid.laws import (
     engineering_from_lame,
     lame_from_engineering,
     reduced_modulus,

@@ -1,21 +1,16 @@
 """From a tracked surface to the inverse problem: elements and loads, against a finer solid."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from floor import floor
-from palpate.estimate.minimise.objective import Measurement, Objective
-from palpate.estimate.minimise.options import Load
+from palpate.estimate.minimise.objective import Measurement, Objective, node_sets
+from palpate.estimate.minimise.options import Load, Solid
 from palpate.estimate.minimise.problem import pose_problem
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.estimate.minimise.search import minimise_error
-from palpate.solid.boundary import node_sets
-from palpate.solid.contact_pressure import contact_pressure, hertz_contact_radius
-from palpate.solid.mesh import quadratic, read_solid
-from palpate.solid.moduli import lame_from_engineering
-from palpate.solid.options import Solid
-from palpate.solid.refine import refine_near
+from palpate.solid.laws import lame_from_engineering
+from palpate.solid.load import contact_pressure, hertz_contact_radius
+from palpate.solid.mesh import quadratic, read_solid, refine_near
 from palpate.surface.tracked import Tracked
 from pressed import OPTIONS
 
@@ -114,24 +109,7 @@ def test_the_contact_is_left_out_by_its_radius(root, tracked):
     assert posed(root, tracked, **options).left_out is None
 
 
-def test_corotational_strain_takes_small_turns_for_none(root, tracked):
-    """The surface is a linear solid's: strain after its turns is of second order beside it."""
-    options = {"element_order": 1, "force_rule": "hertz_patch", "leave_out_radii": 1.5}
-    small = replace(
-        tracked, vertices_m=tracked.rest_m + 0.01 * (tracked.vertices_m - tracked.rest_m)
-    )
-    linear, turned = (
-        recovered(posed(root, small, strain=strain, **options))
-        for strain in ("linear", "corotational")
-    )
-    assert turned == pytest.approx(linear, rel=0.01)
-
-
 def test_bad_input(root, tracked):
-    with pytest.raises(
-        ValueError, match="strain: expected one of corotational, linear, found .none"
-    ):
-        posed(root, tracked, element_order=1, force_rule="conserve", strain="none")
     with pytest.raises(ValueError, match="element_order: expected one of 1, 2, found 3"):
         posed(root, tracked, element_order=3, force_rule="conserve")
     with pytest.raises(ValueError, match="force_rule: expected one of area_ratio, conserve"):

@@ -11,7 +11,7 @@ from palpate.estimate.direct.table import (
     sample_table,
     shape_operators,
 )
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.indentation_table import IndentationModel
 from scipy.optimize import brentq
 
 CELLS = np.array([[0.03, 0, 0], [0, -0.05, 0], [0.02, 0.02, 0]])

@@ -13,7 +13,7 @@ from palpate.estimate.hertz.relaxation import _moments, _quantile, _summary, ver
 from palpate.estimate.minimise.least_squares import _rooted
 from palpate.estimate.minimise.profile import _best_modulus, _interval, _with_minimum
 from palpate.estimate.minimise.scatter import correlation_length, error_clusters, rounding_of
-from palpate.solid.moduli import engineering_from_lame
+from palpate.solid.laws import engineering_from_lame
 from scipy.stats import norm
 
 RECORD = Record(np.arange(6.0), np.arange(6) * 1e-3 - 1e-3, np.arange(6.0), 4, 1e-4, 1e-4, 0.01)

@@ -1,16 +1,25 @@
 """Filling of surfaces, what they must be, quality, local refinement."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 import trimesh
-from palpate.solid import fill
-from palpate.solid.fill import tetrahedralise
-from palpate.solid.mesh import SolidMesh, quadratic, read_solid, solid_mesh
-from palpate.solid.quality import dihedral_angles, mesh_quality, radius_ratios, surface_gap
-from palpate.solid.refine import refine_near
-from palpate.solid.surface_check import check_surface, cutting_triangles
+from palpate.solid.fill import (
+    SUPPORT_NODES,
+    edge_field,
+    support_edge,
+    supported_area,
+    tetrahedralise,
+)
+from palpate.solid.mesh import SolidMesh, quadratic, read_solid, refine_near, solid_mesh
+from palpate.solid.quality import (
+    check_surface,
+    cutting_triangles,
+    dihedral_angles,
+    mesh_quality,
+    radius_ratios,
+    surface_gap,
+)
+from palpate.solid.support import Support
 from virtual_lab.ear import ear_distance
 
 # Wanted nodes of the study's meshes and what must hold of each.
@@ -78,59 +87,12 @@ def test_tetrahedralise_meets_the_count_and_the_surface():
     assert gap <= 1e-3 * np.linalg.norm(surface.extents)
 
 
-def test_a_fine_surface_is_thinned_if_that_keeps_to_it():
-    ball = trimesh.creation.icosphere(subdivisions=4, radius=0.05)
-    thin = fill._thinned(ball, 300, 5e-3)
-    assert len(thin.vertices) == pytest.approx(450, rel=0.02)
-    assert surface_gap(thin.vertices, thin.faces, ball.vertices, ball.faces) < 0.3 * 5e-3
-    assert fill._thinned(ball, 300, 2e-3) is ball
-    assert fill._thinned(ball, 3000, 5e-3) is ball
-
-
 def test_a_surface_that_so_few_nodes_cannot_keep_to():
     ball = trimesh.creation.icosphere(subdivisions=3, radius=0.05)
     with pytest.raises(
         ValueError, match=r"largest_gap_m: expected at least 0\.\d+ m with 300 nodes, found 1e-05 m"
     ):
         tetrahedralise(ball.vertices, ball.faces, vertices=300, largest_gap_m=1e-5)
-
-
-class Model:
-    """Filler whose nodes are known: some for the envelope and some for the edge."""
-
-    def __init__(self, at_surface):
-        self.at_surface, self.fills = at_surface, []
-
-    def fill(self, edge_m, envelope_m):
-        self.fills.append((edge_m, envelope_m))
-        inside = 500 * (0.01 / edge_m) ** 3
-        return SimpleNamespace(nodes_m=np.zeros(int(self.at_surface / envelope_m + inside)))
-
-
-@pytest.mark.parametrize("wanted", [400, 600, 1000, 3000])
-def test_search_for_the_edge(wanted):
-    search = fill._Search(wanted, 0.01, Model(0.1))
-    assert search.at(1e-3, last=True)
-    assert len(search.nearest().nodes_m) == pytest.approx(wanted, rel=fill.ENOUGH)
-
-
-def test_search_leaves_an_envelope_that_asks_for_too_many():
-    model = Model(1.0)
-    search = fill._Search(600, 0.01, model)
-    assert not search.at(1e-3, last=False)
-    assert len(model.fills) == 1
-    assert not search.at(1e-3, last=True)
-    assert len(model.fills) <= 4
-    assert search.at(8e-3, last=False)
-
-
-def test_a_fair_count_is_warned_of(caplog):
-    fill._check_count(102, 100)
-    assert not caplog.messages
-    fill._check_count(109, 100)
-    assert caplog.messages == ["109 nodes at the nearest, wanted were 100"]
-    with pytest.raises(ValueError, match="expected a mesh of 100 within 30%, found 131 at the"):
-        fill._check_count(131, 100)
 
 
 def test_surfaces_that_nothing_can_fill():
@@ -211,3 +173,54 @@ def test_refinement_keeps_the_body_and_reaches_the_edge_length(block):
         refine_near(block, point, radius_m=1e-6, edge_m=1e-6)
     with pytest.raises(ValueError, match="expected four-node elements to refine"):
         refine_near(quadratic(block), point, radius_m=0.02, edge_m=0.007)
+
+
+RADIUS_M = 0.05
+
+
+@pytest.fixture(scope="module")
+def ball():
+    """Ball that stands on the plane z = 0 with the middle of a triangle."""
+    surface = trimesh.creation.icosphere(subdivisions=2, radius=RADIUS_M)
+    turn = trimesh.geometry.align_vectors(surface.triangles_center[0], [0, 0, -1])
+    surface.apply_transform(turn)
+    surface.apply_translation([0, 0, -surface.bounds[0, 2]])
+    return surface
+
+
+def table(tolerance_m, normal=(0, 0, 2)):
+    return Support(np.zeros(3), np.array(normal, dtype=float), tolerance_m)
+
+
+def test_area_of_a_cap_and_of_a_box():
+    fine = trimesh.creation.icosphere(subdivisions=6, radius=RADIUS_M)
+    fine.apply_translation([0, 0, RADIUS_M])
+    # Archimedes: as much as the cylinder around it.
+    cap = 2 * np.pi * RADIUS_M * 0.004
+    assert supported_area(fine, table(0.004)) == pytest.approx(cap, rel=2e-3)
+    box = trimesh.creation.box((0.1, 0.2, 0.05))
+    box.apply_translation([0, 0, 0.025])
+    expected = 0.1 * 0.2 + 0.003 * 2 * (0.1 + 0.2)
+    for normal in ((0, 0, 2), (0, 0, -1)):
+        assert supported_area(box, table(0.003, normal)) == pytest.approx(expected)
+
+
+def test_edge_puts_the_wanted_nodes_on_the_area():
+    box = trimesh.creation.box((0.1, 0.2, 0.05))
+    box.apply_translation([0, 0, 0.025])
+    edge = support_edge(box, table(1e-6))
+    assert 0.1 * 0.2 / (edge**2 * 3**0.5 / 2) == pytest.approx(SUPPORT_NODES, rel=1e-3)
+    box.apply_translation([0, 0, 0.1])
+    assert support_edge(box, table(0.001)) == np.inf
+
+
+def test_field_grows_from_the_support_and_covers_the_surface(ball):
+    field = edge_field(ball.vertices, table(0.001), support_edge_m=0.004, edge_m=0.02)
+    nodes = field["bg_vertices"]
+    heights = np.abs(nodes[:, 2])
+    assert field["bg_values"] == pytest.approx(np.minimum(0.004 + heights, 0.02))
+    assert (nodes.min(axis=0) < ball.bounds[0]).all()
+    assert (nodes.max(axis=0) > ball.bounds[1]).all()
+    corners = nodes[field["bg_tets"]]
+    volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 6
+    assert volume == pytest.approx(np.prod(np.ptp(nodes, axis=0)))

@@ -6,17 +6,15 @@ import numpy as np
 import pytest
 import trimesh
 from palpate.estimate.direct.table import force_table, sample_table
-from palpate.solid.indentation import (
+from palpate.solid.indentation_table import (
     IndentationModel,
+    image_table,
     load_indentation,
-    mirrored,
     ratio_weights,
     save_indentation,
 )
-from palpate.solid.indentation_table import POISSON_RATIOS, depth_steps, indentation_model
-from palpate.solid.mirror import Mirror
-from palpate.solid.options import greatest_ratio
-from palpate.solid.point_table import image_table
+from palpate.solid.load_steps import POISSON_RATIOS, depth_steps, indentation_model
+from palpate.solid.options import first_images, greatest_ratio
 from palpate.solid.support import Support
 
 RATIOS = np.array(POISSON_RATIOS)
@@ -92,12 +90,13 @@ def test_before_the_touch_nothing_moves(model):
 
 
 def test_mirror_image_twice_is_the_model(model):
-    mirror = Mirror(np.array([0.1, 0.2, 0.3]), np.array([0.6, 0.8, 0.0]))
-    point, normal = mirror.point_m, mirror.normal
-    once = mirrored(model, mirror)
-    twice = mirrored(once, mirror)
-    assert (once.point_m - point) @ normal == pytest.approx(-(model.point_m - point) @ normal)
-    assert once.direction @ normal == pytest.approx(-model.direction @ normal)
+    box = trimesh.creation.box((0.2, 0.1, 0.04))
+    surface = box.vertices + [0.1, 0.2, 0.02], box.faces
+    support = Support(np.array([0.1, 0.2, 0.0]), np.array([0.0, 0.0, 1.0]), 1e-3)
+    once = image_table(model, support, surface, [[3, 0, 0]])
+    twice = image_table(once, support, surface, [[1, 0, 0]])
+    assert once.point_m[0] - 0.1 == pytest.approx(0.1 - model.point_m[0])
+    assert once.direction[0] == pytest.approx(-model.direction[0])
     for name, wanted in vars(model).items():
         if name not in ("laws", "radius_m"):
             assert np.allclose(getattr(twice, name), wanted, rtol=1e-6, atol=1e-8)
@@ -113,8 +112,10 @@ def test_the_table_of_a_point_in_two_mirrors(model):
     assert np.array_equal(found.force_per_modulus_m2, model.force_per_modulus_m2)
     move = model.surface_displacement_m * [-1, -1, 1]
     assert found.surface_displacement_m == pytest.approx(move, rel=1e-6)
-    with pytest.raises(ValueError, match="mirror"):
-        image_table(model, support, surface, [[1, 1, 0]])
+    lopsided = surface[0] * [1, 1.03, 1]
+    for template, normal in ((surface[0], [1, 1, 0]), (lopsided, [0, 1, 0])):
+        with pytest.raises(ValueError, match="mirrors: expected planes in which the template"):
+            image_table(model, support, (template, box.faces), [normal])
 
 
 def test_file_keeps_the_model(model, tmp_path):
@@ -153,3 +154,37 @@ def test_bad_files(model, tmp_path):
     save_indentation(path, replace(model, poisson_ratios=RATIOS[:2]))
     with pytest.raises(ValueError, match="a.npz: force_per_modulus_m2: expected shape"):
         load_indentation(path)
+
+
+GRID = {
+    "01": {"position_m": [-0.1, -0.05, 0.04]},
+    "02": {"position_m": [0.1, -0.05, 0.04]},
+    "03": {"position_m": [0.1, 0.05, 0.04]},
+    "04": {"position_m": [0.0, 0.05, 0.04]},
+}
+SUPPORT = {"plane_point_m": [0, 0, 0]}
+
+
+def test_without_mirrors_each_point_is_its_own():
+    assert first_images({"points": GRID, "support": SUPPORT}) == {n: (n, []) for n in GRID}
+
+
+def test_images_in_one_and_two_mirrors():
+    spec = {"points": GRID, "support": SUPPORT, "mirrors": [[2, 0, 0], [0, 1, 0]]}
+    assert first_images(spec) == {
+        "01": ("01", []),
+        "02": ("01", [0]),
+        "03": ("01", [0, 1]),
+        "04": ("04", []),
+    }
+
+
+def test_mirrors_lie_where_the_support_says():
+    spec = {"points": GRID, "support": {"plane_point_m": [0.05, 0, 0]}, "mirrors": [[1, 0, 0]]}
+    assert first_images(spec)["02"] == ("02", [])
+
+
+def test_a_press_of_its_own_direction_has_no_images():
+    slanted = GRID | {"02": GRID["02"] | {"direction": [0.1, 0, -1]}}
+    spec = {"points": slanted, "support": SUPPORT, "mirrors": [[1, 0, 0]]}
+    assert first_images(spec)["02"] == ("02", [])

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 import yaml
 from palpate.estimate.direct.table import force_table
-from palpate.solid.indentation import load_indentation
+from palpate.solid.indentation_table import load_indentation
 from palpate.solid.mesh import solid_mesh, write_solid
 from settings import full
 from skfem import MeshTet

@@ -2,20 +2,19 @@
 
 import numpy as np
 import pytest
-from floor import floor
-from palpate.solid.contact_pressure import face_parts
-from palpate.solid.indentation_setup import PENALTY_PER_M, IndentationOptions, indentation_setup
-from palpate.solid.indenting import State
+from palpate.solid.load import face_parts
 from palpate.solid.mesh import quadratic, solid_mesh
 from palpate.solid.obstacle import (
+    PENALTY_PER_M,
+    first_touch,
     plane_touch,
     sphere_touch,
     surface_points,
+    thickness_m,
     touch_blocks,
     touch_energy,
     touch_forces,
 )
-from palpate.solid.touching import facing_faces
 from skfem import MeshTet
 
 RADIUS, DOWN, TOP = 0.02, np.array([0.0, 0, -1]), np.array([0.05, 0.05, 0.1])
@@ -64,26 +63,24 @@ def test_a_touchs_forces_and_blocks_are_slopes(coarse, order):
         return sphere_touch(surface.places(x), centre, RADIUS)
 
     def energy(x):
-        return touch_energy(touch(x), surface, 50.0)
+        return touch_energy(touch(x), surface)
 
     def forces(x):
-        return touch_forces(touch(x), surface, 50.0, len(x))
+        return touch_forces(touch(x), surface, len(x))
 
     step *= 1e-8
     slope = (energy(x + step) - energy(x - step)) / 2
     assert slope == pytest.approx((forces(x) * step).sum(), rel=1e-5)
     moved = (forces(x + step) - forces(x - step)) / 2
-    for positive, stick in ((False, 0.0), (True, 0.0), (False, 3.0)):
-        touched, blocks = touch_blocks(
-            touch(x), surface, 50.0, positive=positive, stick_per_m=stick
-        )
+    for positive, stick in ((False, 0.0), (True, 0.0), (False, 3e3)):
+        touched, blocks = touch_blocks(touch(x), surface, positive=positive, stick_per_m=stick)
         found = np.zeros_like(x)
         for face, block in zip(faces[touched], blocks, strict=True):
             found[face] += np.einsum("ijab,jb->ia", block, step[face])
         expected = moved
         hits, flat = touch(x), np.zeros_like(x)
         # What turns with the sphere's surface, or is held beside it.
-        across = np.where(positive, 50.0 * hits.depth_m * hits.curvature, 0.0) + stick
+        across = np.where(positive, PENALTY_PER_M * hits.depth_m * hits.curvature, 0.0) + stick
         shift = surface.places(step)[hits.points]
         shift -= (shift * hits.normals).sum(axis=1, keepdims=True) * hits.normals
         pull = (across * surface.areas_m2[hits.points])[:, None] * shift
@@ -92,71 +89,38 @@ def test_a_touchs_forces_and_blocks_are_slopes(coarse, order):
         assert found == pytest.approx(expected + flat, abs=1e-5 * np.abs(moved).max())
 
 
-def test_the_faces_under_a_sphere():
-    """Those that look up, within 2.2 radii and their own size of its line."""
-    cube = MeshTet().refined(3)
-    mesh = solid_mesh(0.1 * cube.p.T, cube.t.T)
-    radius = 0.006
-    faces = facing_faces(mesh, TOP, DOWN, radius_m=radius, deepest_m=0.002)
-    every = mesh.surface_faces()
-    corners = mesh.nodes_m[every]
-    size = np.sqrt(np.linalg.norm(np.cross(*np.diff(corners, axis=1).swapaxes(0, 1)), axis=1))
-    near = np.linalg.norm(corners.mean(axis=1) - TOP, axis=1) < 2.2 * radius + size
-    expected = every[near & (corners[..., 2] == 0.1).all(axis=1)]
-    assert np.array_equal(faces, expected)
-    assert 0 < len(faces) < (corners[..., 2] == 0.1).all(axis=1).sum() / 2
-    for above, count in ((0.015, len(faces)), (0.0153, 0)):
-        # 2.2 radii and the depth are 15.2 mm.
-        found = facing_faces(mesh, TOP + [0, 0, above], DOWN, radius_m=radius, deepest_m=0.002)
-        assert len(found) == count
-
-
 @pytest.fixture(scope="module")
-def standing(coarse):
-    setup = indentation_setup(
-        coarse,
-        floor(1e-4, contact="resting"),
-        TOP,
-        DOWN,
-        radius_m=RADIUS,
-        deepest_m=0.004,
-        surface=None,
-        options=IndentationOptions(edge_m=0.03, growth=1.0, refine_radius_m=0.03, base_edge_m=0.05),
-    )
-    return setup, setup.pressed("neo_hookean", 0.3)
+def fine():
+    mesh = MeshTet().refined(3)
+    return solid_mesh(0.1 * mesh.p.T, mesh.t.T)
 
 
-def test_the_equations_of_a_press_are_slopes_of_its_energy(standing):
-    setup, solid = standing
-    x = setup.first_start(0.003)
-    assert x[:, 2] == pytest.approx(setup.moved.nodes_m[:, 2] - 0.0015)
-    solid.table.settle(x)
-    rng = np.random.default_rng(2)
-    x = x + 1e-5 * rng.normal(size=x.shape)
-    centre = solid.centre_m(0.003)
-    assert centre == pytest.approx(TOP + [0, 0, RADIUS - 0.003])
-    step = 1e-8 * rng.normal(size=x.shape)
-    ends = [solid._energy(x + sign * step, centre) for sign in (1, -1)]
-    forces = solid._forces(x, centre)
-    assert (ends[0] - ends[1]) / 2 == pytest.approx((forces * step).sum(), rel=1e-5)
-    moved = [solid._forces(x + sign * step, centre) for sign in (1, -1)]
-    found = solid._matrix(x, centre, positive=False) @ step.ravel()
-    slope = (moved[0] - moved[1]).ravel() / 2
-    assert np.linalg.norm(found - slope) < 1e-4 * np.linalg.norm(slope)
+def test_way_through_a_cube(fine):
+    top, slanted = np.array([0.052, 0.053, 0.1]), np.array([0.6, 0, -0.8])
+    assert thickness_m(fine, top, np.array([0, 0, -1.0])) == pytest.approx(0.1)
+    # Out at the side, 48 mm on.
+    assert thickness_m(fine, top, slanted) == pytest.approx(0.048 / 0.6)
+    assert thickness_m(fine, top - 0.01 * slanted, slanted) == pytest.approx(0.048 / 0.6)
 
 
-def test_what_the_spheres_skin_gives(standing):
-    """Of complementary energy Q at a force F: its slope over the force."""
-    setup, solid = standing
-    x, centre = setup.moved.nodes_m, solid.centre_m(0.002)
-    force = solid.sphere_force(x, centre)
-    assert force[2] < 0 and np.abs(force[:2]).max() < 0.1 * -force[2]
-    touch = sphere_touch(solid.reach.places(x), centre, RADIUS)
-    skin = touch_energy(touch, solid.reach, PENALTY_PER_M)
-    first = solid._given(x, centre, State.at_rest(x))
-    assert first == pytest.approx(4 / 3 * skin / -force[2])
-    # Half of the force before, with a third of the energy.
-    before = State(x, force / 2, 0.0, skin / 3, 1)
-    power = np.log(3) / np.log(2)
-    assert solid._given(x, centre, before) == pytest.approx(power * skin / -force[2])
-    assert solid._given(x, solid.centre_m(-0.001), before) == 0.0
+def test_of_two_parts_the_nearer_is_gone_through():
+    """Two plates, 10 and 20 mm thick, with 30 mm between them."""
+    mesh = MeshTet().refined(1)
+    unit = mesh.p.T
+    low, high = unit * [0.1, 0.1, 0.02], unit * [0.1, 0.1, 0.01] + [0, 0, 0.05]
+    plates = solid_mesh(np.vstack([low, high]), np.vstack([mesh.t.T, mesh.t.T + len(unit)]))
+    down = np.array([0.0, 0, -1])
+    for height, thickness in ((0.062, 0.01), (0.018, 0.02), (0.024, 0.02)):
+        point = np.array([0.052, 0.043, height])
+        assert thickness_m(plates, point, down) == pytest.approx(thickness)
+
+
+@pytest.mark.parametrize("above", [-0.004, 0.0, 0.007])
+def test_first_touch_of_a_flat_side(fine, above):
+    faces = fine.surface_faces()
+    faces = faces[(fine.nodes_m[faces][..., 2] == 0.1).all(axis=1)]
+    point = np.array([0.05, 0.05, 0.1 + above])
+    down = np.array([0.0, 0, -1])
+    assert first_touch(fine.nodes_m, faces, point, down, radius_m=0.02) == pytest.approx(above)
+    with pytest.raises(ValueError, match="a surface under the sphere's way, found none"):
+        first_touch(fine.nodes_m, faces, point + [0.2, 0, 0], down, radius_m=0.02)

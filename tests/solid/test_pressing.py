@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from floor import floor
 from palpate.estimate.direct.table import force_table
-from palpate.solid.contact_mesh import moving_nodes
-from palpate.solid.indentation_setup import IndentationOptions, indentation_setup
-from palpate.solid.indentation_table import drawn_surface, indentation_model
+from palpate.solid.indentation_setup import IndentationOptions, indentation_setup, moving_nodes
 from palpate.solid.indenting import State
 from palpate.solid.laws import LAW_NAMES
+from palpate.solid.load_steps import drawn_surface, indentation_model, steps
 from palpate.solid.mesh import quadratic, solid_mesh
-from palpate.solid.touching import facing_faces, first_touch, thickness_m
+from palpate.solid.obstacle import facing_faces, first_touch, thickness_m
 from skfem import MeshTet
 
 RADIUS = 0.02
@@ -116,6 +115,34 @@ def test_resting_solid_bears_the_force_on_its_table(mesh):
     assert np.abs(table[:2]).max() < 1e-2 * table[2]
     hertz = 4 / 3 / (1 - 0.3**2) * np.sqrt(RADIUS) * 0.001**1.5
     assert 0.85 < state.force_m2 @ DOWN / hertz < 1.05
+
+
+@pytest.fixture(scope="module")
+def coarse_setup():
+    cube = MeshTet().refined(1)
+    return indentation_setup(
+        solid_mesh(0.1 * cube.p.T, cube.t.T),
+        floor(1e-4, contact="resting"),
+        TOP,
+        DOWN,
+        radius_m=RADIUS,
+        deepest_m=0.006,
+        surface=None,
+        options=IndentationOptions(edge_m=0.02, growth=1.0, refine_radius_m=0.03, base_edge_m=0.05),
+    )
+
+
+def test_an_equilibrium_does_not_depend_on_the_load_steps(coarse_setup):
+    """Long steps are halved or begun from where another material went; what is found is one."""
+    few, many = np.array([0.0, 0.001, 0.006]), np.array([0.0, 0.001, 0.002, 0.004, 0.006])
+    slow = steps(coarse_setup, "neo_hookean", 0.3, many, [None, None])
+    other = steps(coarse_setup, "neo_hookean", 0.4, many, [slow, None])
+    led = steps(coarse_setup, "neo_hookean", 0.3, many, [other, slow])
+    fast = steps(coarse_setup, "neo_hookean", 0.3, few, [None, None])
+    assert [len(found) for found in (slow, other, led, fast)] == [5, 5, 5, 3]
+    assert other[-1].force_m2[2] != pytest.approx(slow[-1].force_m2[2], rel=0.01)
+    for found in (led, fast):
+        assert found[-1].force_m2 @ DOWN == pytest.approx(slow[-1].force_m2 @ DOWN, rel=2e-3)
 
 
 def test_a_broad_foot_is_solved_once_more_and_slides():

@@ -3,7 +3,7 @@
 import numpy as np
 import palpate.solid.solve as solve
 import pytest
-from palpate.solid.solve import factorise
+from palpate.solid.solve import PardisoFactors, SuperLUFactors, factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
 from scipy import sparse
 from solid_cases import LAM, MU, of_order
@@ -26,27 +26,27 @@ def right(parts):
 @MKL
 def test_solvers_agree_and_solve(parts, right):
     K = combined(*parts, LAM, MU)
-    ours, other = factorise(K, solver="pardiso")(right), factorise(K, solver="superlu")(right)
+    ours, other = PardisoFactors(K)(right), SuperLUFactors(K)(right)
     assert np.abs(ours - other).max() < 1e-10 * np.abs(other).max()
     assert np.abs(K @ ours - right).max() < 1e-10
     assert factorise(K)(right[:, 0]).shape == (K.shape[0],)
 
 
 @MKL
-@pytest.mark.parametrize("solver", ["pardiso", "superlu"])
+@pytest.mark.parametrize("solver", [PardisoFactors, SuperLUFactors])
 def test_same_bytes_and_another_matrix_of_the_same_entries(parts, right, solver):
     first, second = (combined(*parts, lam, MU) for lam in (LAM, 0.2 * LAM))
-    factors = factorise(first, solver=solver)
+    factors = solver(first)
     before = factors(right)
     again = factors.refactorise(second)(right)
-    assert again.tobytes() == factorise(second, solver=solver)(right).tobytes()
+    assert again.tobytes() == solver(second)(right).tobytes()
     assert factors.refactorise(first)(right).tobytes() == before.tobytes()
     assert np.abs(again - before).max() > 1e-3 * np.abs(before).max()
 
 
 @MKL
 def test_other_entries_are_refused(parts, right):
-    factors = factorise(combined(*parts, LAM, MU), solver="pardiso")
+    factors = PardisoFactors(combined(*parts, LAM, MU))
     with pytest.raises(ValueError, match="K: expected the entries of the first matrix"):
         factors.refactorise(sparse.identity(parts[0].shape[0], format="csr"))
     with pytest.raises(ValueError, match=f"right: expected {len(right)} rows, found 2"):
@@ -57,20 +57,16 @@ def test_other_entries_are_refused(parts, right):
 def test_indefinite_matrices_are_refused():
     for K in ([[1.0, 2.0], [2.0, 1.0]], [[1.0, 0.0], [0.0, -1.0]]):
         with pytest.raises(ValueError, match="K: expected a positive definite matrix"):
-            factorise(sparse.csr_matrix(K), solver="pardiso")
+            PardisoFactors(sparse.csr_matrix(K))
 
 
 def test_bad_input_and_the_way_without_mkl(parts, right, monkeypatch):
     K = combined(*parts, LAM, MU)
-    with pytest.raises(ValueError, match="solver: expected one of auto, superlu, pardiso"):
-        factorise(K, solver="umfpack")
     with pytest.raises(ValueError, match="K: expected a square matrix, found shape"):
         factorise(K[:-1])
     with pytest.raises(ValueError, match="K: expected a regular matrix, found"):
-        factorise(sparse.csr_matrix([[1.0, 1.0], [1.0, 1.0]]), solver="superlu")
+        SuperLUFactors(sparse.csr_matrix([[1.0, 1.0], [1.0, 1.0]]))
     with pytest.raises(ValueError, match="K: expected a positive definite matrix, found a pivot"):
-        factorise(sparse.csr_matrix([[1.0, 2.0], [2.0, 1.0]]), solver="superlu")
+        SuperLUFactors(sparse.csr_matrix([[1.0, 2.0], [2.0, 1.0]]))
     monkeypatch.setattr(solve, "PyPardisoSolver", None)
-    assert factorise(K).solver == "superlu"
-    with pytest.raises(ValueError, match="found pardiso without MKL"):
-        factorise(K, solver="pardiso")
+    assert isinstance(factorise(K), SuperLUFactors)

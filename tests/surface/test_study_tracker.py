@@ -10,8 +10,8 @@ import pytest
 import trimesh
 from floor import floor
 from palpate.solid.mesh import solid_mesh
+from palpate.solid.quality import cutting_triangles
 from palpate.solid.stiffness import combined, elastic_stiffness
-from palpate.solid.surface_check import cutting_triangles
 from palpate.surface.augment import indenter_points, pressed_places, turned_copies
 from palpate.surface.completion import Completion, Known, complete
 from palpate.surface.data_points import Frame

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import trimesh
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.indentation_table import IndentationModel
 from palpate.surface.pose import to_camera
 from palpate.surface.tracked import Tracked
 from scipy.spatial.transform import Rotation

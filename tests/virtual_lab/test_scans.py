@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 from palpate.open3d_core import ClosestPoints, o3d
-from palpate.solid.surface_check import cutting_triangles
+from palpate.solid.quality import cutting_triangles
 from palpate.surface import unfold
 from palpate.surface.scans import implicit_surface, read_scans, register, template_from_scans
 from palpate.surface.unfold import unfolded

@@ -22,12 +22,12 @@ _NAMES = {
     "IndentationTable": "palpate.solid.options",
     "Support": "palpate.solid.support",
     "read_solid": "palpate.solid.mesh",
-    "indentation_model": "palpate.solid.indentation_table",
+    "indentation_model": "palpate.solid.load_steps",
     "StudyTracking": "palpate.surface.options",
     "ElasticTracking": "palpate.surface.options",
-    "lame_from_engineering": "palpate.solid.moduli",
-    "engineering_from_lame": "palpate.solid.moduli",
-    "reduced_modulus": "palpate.solid.moduli",
+    "lame_from_engineering": "palpate.solid.laws",
+    "engineering_from_lame": "palpate.solid.laws",
+    "reduced_modulus": "palpate.solid.laws",
 }
 _MODULES = ("hertz", "direct")
 __all__ = ["__version__", *_NAMES, *_MODULES]

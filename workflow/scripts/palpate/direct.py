@@ -11,7 +11,7 @@ from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.measurement import Measurement
 from palpate.open3d_core import ClosestPoints
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.units import MILLIMETRES
 from palpate.vision.probe import marker_transforms

@@ -8,7 +8,7 @@ from palpate.estimate.curve import CurveEstimate, estimate_curve
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.hertz.curve_fit import HertzFit, fit_curve
 from palpate.estimate.hertz.curve_setup import Setup
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.indentation_table import IndentationModel
 
 __all__ = ["Curve", "CurveEstimate", "HertzFit", "fit", "fit_shape", "read_curve"]
 

@@ -19,11 +19,11 @@ from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.range import force_onset
 from palpate.frames import Film
 from palpate.press import press_of
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.fill import object_solid
+from palpate.solid.indentation_table import IndentationModel
+from palpate.solid.load_steps import point_table
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.object_solid import object_solid
 from palpate.solid.options import IndentationTable
-from palpate.solid.point_table import point_table
 from palpate.solid.support import Support, read_support
 from palpate.surface.alignment import Alignment
 from palpate.surface.capture import align_first, track_capture

@@ -8,7 +8,7 @@ from palpate.estimate.curve import estimate_curve
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.hertz.curve_fit import fit_curve
 from palpate.estimate.hertz.curve_setup import curve_setup
-from palpate.solid.indentation import load_indentation
+from palpate.solid.indentation_table import load_indentation
 from palpate.workflow.job import naming, run
 from palpate.workflow.object_inputs import read_declared
 

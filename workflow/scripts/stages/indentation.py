@@ -1,10 +1,10 @@
 """Indentation table of one point of an object."""
 
 from palpate.capture.files import whole_file
-from palpate.solid.indentation import load_indentation, save_indentation
+from palpate.solid.indentation_table import image_table, load_indentation, save_indentation
+from palpate.solid.load_steps import point_table
 from palpate.solid.mesh import read_solid
 from palpate.solid.options import IndentationTable
-from palpate.solid.point_table import image_table, point_table
 from palpate.workflow.capture_inputs import declared_point
 from palpate.workflow.job import naming, run
 from palpate.workflow.object_inputs import read_object

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 from palpate.capture.files import whole_file, write_json
 from palpate.estimate.minimise.fit import fit_moduli
-from palpate.estimate.minimise.options import Minimise
+from palpate.estimate.minimise.options import Minimise, Solid
 from palpate.solid.mesh import write_solid
-from palpate.solid.options import Solid
 from palpate.surface.tracked import load_tracked
 from palpate.workflow.job import run
 from thesis.chapter5.minimise_inputs import read_problem
@@ -42,7 +41,6 @@ def main(snakemake):
         "frame": fit["range"]["last_frame"],
         "nodes": len(mesh.nodes_m),
         "left_out_nodes": len(full.surface) - len(full.compared),
-        "strain": options.strain,
         "least_squares": {norm: asdict(found) for norm, found in moduli.least_squares.items()},
         "profile": asdict(moduli.profile),
         "reduced_model": asdict(moduli.reduced_model),

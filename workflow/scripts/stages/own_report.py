@@ -16,7 +16,7 @@ from palpate.report.recording_checks import named
 from palpate.report.settings_words import checksums, rests_on, told_whole
 from palpate.report.table_page import table
 from palpate.report.turning_view import view_of
-from palpate.solid.indentation import load_indentation
+from palpate.solid.indentation_table import load_indentation
 from palpate.surface.tracked import load_tracked
 from palpate.vision.camera import with_calibration
 from palpate.vision.clouds import read_clouds

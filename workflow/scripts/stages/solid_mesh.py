@@ -4,10 +4,10 @@ import logging
 from dataclasses import asdict
 
 from palpate.capture.files import whole_file, write_json
-from palpate.solid.boundary import support_nodes
+from palpate.solid.fill import object_solid
 from palpate.solid.mesh import write_solid
-from palpate.solid.object_solid import object_solid
-from palpate.solid.surface_check import check_surface
+from palpate.solid.quality import check_surface
+from palpate.solid.support import support_nodes
 from palpate.workflow.job import naming, run
 from palpate.workflow.object_inputs import read_object
 

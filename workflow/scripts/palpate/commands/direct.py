@@ -20,7 +20,7 @@ from palpate.solid.options import LARGEST_RATIO
 if TYPE_CHECKING:
     from palpate.estimate.direct.estimate import DirectEstimate
     from palpate.measurement import Measurement
-    from palpate.solid.indentation import IndentationModel
+    from palpate.solid.indentation_table import IndentationModel
 
 ABOUT = """\
 Estimate E and nu of captures: of one, of all of a sensor's folder, or of all of an object's, those
@@ -175,7 +175,7 @@ def _table(
     """Indentation table of a pressed point: kept, or made and kept."""
     from palpate.capture.files import whole_file
     from palpate.measurement import indentation_table, solid_of
-    from palpate.solid.indentation import load_indentation, save_indentation
+    from palpate.solid.indentation_table import load_indentation, save_indentation
 
     name, point, model = one.capture.declared["object"], one.capture.point, one.config.direct.model
     model = model.changed(**FAST) if options.fast else model

@@ -17,7 +17,7 @@ from palpate.estimate.direct.table import SampleTable, force_table
 from palpate.estimate.hertz.curve_fit import HertzFit
 from palpate.estimate.hertz.scatter import deviation
 from palpate.modulus import ASSUMED, CONFIDENCE, Modulus
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.options import greatest_ratio
 
 # Unknowns: log E, contact over the press, baseline over the peak, nu, the force's law.

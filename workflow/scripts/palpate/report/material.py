@@ -9,7 +9,7 @@ import pandas as pd
 
 from palpate.json_fields import numbers_of, read_fields
 from palpate.modulus import ASSUMED, AT_BOUND, BOUNDED, IDENTIFIED, INTERVAL, VERDICTS, Modulus
-from palpate.solid.moduli import lame_from_engineering
+from palpate.solid.laws import lame_from_engineering
 
 # Verdicts with which Young's modulus is a number to compute with.
 TOLD = (IDENTIFIED, BOUNDED, INTERVAL)

@@ -10,7 +10,7 @@ import yaml
 from palpate.report.held import Held
 from palpate.report.run_description import plain
 from palpate.report.style import sensor_name
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.indentation_table import IndentationModel
 from palpate.units import MILLIMETRES
 
 HOLDS = {"bonded": "held where it stands", "resting": "loose: it only stands there"}

@@ -1,22 +1,33 @@
-"""Tetrahedra for a closed surface, and finer ones near a point."""
+"""Tetrahedra for a closed surface: a mesh of a wanted number of nodes near it."""
 
 import contextlib
 import logging
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import pytetwild
 import trimesh
 from numpy.typing import NDArray
+from skfem import MeshTet
+from trimesh import triangles
+from trimesh.intersections import slice_faces_plane
 
 from palpate.open3d_core import o3d
-from palpate.solid.mesh import SolidMesh, solid_mesh
-from palpate.solid.quality import surface_gap
-from palpate.solid.sizing import edge_field, support_edge
+from palpate.solid.mesh import SolidMesh, read_solid, solid_mesh
+from palpate.solid.quality import MeshQuality, check_surface, mesh_quality, surface_gap
 from palpate.solid.support import Support
-from palpate.solid.surface_check import check_surface
 
+# Nodes wanted on the support, so that losing one or another does not let the object tilt.
+SUPPORT_NODES = 12
+# Wanted edge over distance from the support, once away from it.
+GROWTH = 1.0
+# Area that a node takes in a lattice of regular triangles, in squared edges.
+LATTICE = 3**0.5 / 2
+# Most cells of the grid that the wanted edge is given on, along an axis.
+CELLS = 24
 log = logging.getLogger(__name__)
 
 # Share of the wanted number of nodes that is looked for, the share at which an envelope is not
@@ -46,6 +57,57 @@ SPLIT = 0.75
 POWER, POWERS = 2.5, (1.0, 3.0)
 # Volume of a regular element in cubed edges.
 REGULAR = 2**0.5 / 12
+# A kept mesh of another object is farther from the template than its own ever is, over its size.
+LARGEST_GAP = 0.02
+
+
+def supported_area(surface: trimesh.Trimesh, support: Support) -> float:
+    """Area of a surface within the support's tolerance [m^2]."""
+    vertices, faces = surface.vertices, surface.faces
+    for side in (support.up, -support.up):
+        origin = support.plane_point_m - side * support.tolerance_m
+        # Trimesh.slice_plane does the same and needs shapely.
+        vertices, faces, _ = slice_faces_plane(vertices, faces, side, origin)
+    return float(triangles.area(vertices[faces]).sum())
+
+
+def support_edge(surface: trimesh.Trimesh, support: Support) -> float:
+    """Edge with which enough nodes lie on the support [m]; infinite if the surface is off it."""
+    area = supported_area(surface, support)
+    return float(np.sqrt(area / (LATTICE * SUPPORT_NODES))) if area > 0 else np.inf
+
+
+def edge_field(
+    vertices_m: NDArray, support: Support, *, support_edge_m: float, edge_m: float
+) -> dict[str, NDArray]:
+    """Edges that grow from the support's to those of the rest, linear between a grid's nodes.
+
+    Parameters
+    ----------
+    vertices_m : (n, 3) array
+        Surface to be filled, whose box the field covers [m].
+    support : Support
+    support_edge_m, edge_m : float
+        Edge wanted on the support, and away from it [m].
+
+    Returns
+    -------
+    dict
+        As `pytetwild.tetrahedralize` takes it: ``bg_vertices`` (n, 3) [m], ``bg_tets`` (m, 4) and
+        the edge wanted at the nodes, ``bg_values`` (n,) [m].
+    """
+    low, high = vertices_m.min(axis=0) - edge_m, vertices_m.max(axis=0) + edge_m
+    cells = np.clip(np.ceil((high - low) / support_edge_m), 2, CELLS).astype(int)
+    grid = MeshTet.init_tensor(
+        *(np.linspace(a, b, n + 1) for a, b, n in zip(low, high, cells, strict=True))
+    )
+    away = np.abs(support.heights_m(grid.p.T))
+    wanted = np.minimum(support_edge_m + GROWTH * away, edge_m)
+    return {
+        "bg_vertices": np.ascontiguousarray(grid.p.T),
+        "bg_tets": np.ascontiguousarray(grid.t.T, dtype=np.int32),
+        "bg_values": wanted,
+    }
 
 
 def tetrahedralise(
@@ -88,7 +150,9 @@ def tetrahedralise(
     diagonal = float(np.linalg.norm(np.ptp(vertices_m, axis=0)))
     gap = GAP * diagonal if largest_gap_m is None else largest_gap_m
     thin = _thinned(surface, vertices, gap)
-    search = _Search(vertices, _usual_edge(surface, vertices), _Filler.of(thin, diagonal, support))
+    needed = np.inf if support is None else SPLIT * support_edge(thin, support)
+    filler = _Filler(thin, diagonal, support, needed)
+    search = _Search(vertices, _usual_edge(surface, vertices), filler)
     narrow = [share * diagonal for share in ENVELOPES if share * diagonal < MARGIN * gap]
     for envelope_m in [*narrow, MARGIN * gap]:
         if search.at(envelope_m, last=envelope_m == MARGIN * gap):
@@ -108,34 +172,22 @@ class _Filler:
     support: Support | None
     support_edge_m: float
 
-    @classmethod
-    def of(cls, surface: trimesh.Trimesh, diagonal_m: float, support: Support | None) -> "_Filler":
-        edge = np.inf if support is None else SPLIT * support_edge(surface, support)
-        return cls(surface, diagonal_m, support, edge)
-
     def fill(self, edge_m: float, envelope_m: float) -> SolidMesh:
         """Fill with about this edge, the surface kept within the envelope."""
         options = {"edge_length_abs": edge_m, "epsilon": envelope_m / self.diagonal_m}
+        if self.support_edge_m < edge_m:
+            edges = {"support_edge_m": self.support_edge_m, "edge_m": edge_m}
+            options |= edge_field(self.surface.vertices, self.support, **edges)
         # fTetWild leaves a file in the working directory.
         with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
             nodes, tetrahedra = pytetwild.tetrahedralize(
                 np.asarray(self.surface.vertices, dtype=float),
                 np.asarray(self.surface.faces, dtype=np.int32),
                 num_threads=1,
-                **options | self._field(edge_m),
+                **options,
             )
         used, numbers = np.unique(tetrahedra, return_inverse=True)
         return solid_mesh(nodes[used], numbers.reshape(-1, 4))
-
-    def _field(self, edge_m: float) -> dict[str, NDArray]:
-        if self.support_edge_m >= edge_m:
-            return {}
-        return edge_field(
-            self.surface.vertices,
-            self.support,
-            support_edge_m=self.support_edge_m,
-            edge_m=edge_m,
-        )
 
 
 @dataclass(frozen=True)
@@ -240,3 +292,48 @@ def _check_gap(mesh: SolidMesh, surface: trimesh.Trimesh, largest_m: float) -> N
     found = surface_gap(mesh.nodes_m, mesh.surface_triangles(), surface.vertices, surface.faces)
     if found > largest_m:
         raise ValueError(f"largest_gap_m: expected at most {largest_m:.3g} m, found {found:.3g} m")
+
+
+def object_solid(
+    vertices_m: NDArray,
+    faces: NDArray,
+    declared: Mapping,
+    support: Support,
+    *,
+    kept: str | Path | None = None,
+) -> tuple[SolidMesh, MeshQuality]:
+    """Read the kept mesh, or fill the template, and hold it to the template.
+
+    Parameters
+    ----------
+    vertices_m, faces : (n, 3), (m, 3) arrays
+        Template [m].
+    declared : mapping
+        The ``template`` block of object.yaml: ``vertices``, and ``solid_vertices`` of the solid.
+    support : Support
+    kept : path, optional
+        VTU file; made anew without.
+
+    Raises
+    ------
+    ValueError
+        If the kept mesh, or what was made, lies farther from the template than its own ever does.
+    """
+    allowed = LARGEST_GAP * float(np.ptp(vertices_m, axis=0).max())
+    if kept:
+        solid = read_solid(kept)
+    else:
+        solid = tetrahedralise(
+            vertices_m,
+            faces,
+            vertices=declared.get("solid_vertices", declared["vertices"]),
+            largest_gap_m=allowed,
+            support=support,
+        )
+    quality = mesh_quality(solid, vertices_m, faces)
+    if quality.largest_gap_m > allowed:
+        raise ValueError(
+            f"{f'{kept}: ' if kept else ''}nodes: expected within {allowed:.2g} m of the template,"
+            f" found {quality.largest_gap_m:.2g} m"
+        )
+    return solid, quality

@@ -1,11 +1,11 @@
-"""Energy, forces and tangent of ten-node tetrahedra of a hyperelastic law at finite strain."""
+"""Energy, forces and tangent of a solid of a hyperelastic law at finite strain."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.solid.laws import Law
 from palpate.solid.mesh import SolidMesh, at_nodes
-from palpate.solid.stiffness import QUADRATURE, block_pattern, point_volumes, shape_gradients
+from palpate.solid.stiffness import QUADRATURE, BlockPattern, point_volumes, shape_gradients
 
 # Elements whose tangents are made at once: what a processor's cache holds.
 PART = 256
@@ -33,10 +33,7 @@ class HyperelasticSolid:
         m, q, k, _ = self._gradients.shape
         weighted = self._weights[..., None, None] * self._gradients
         self._weighted = weighted.transpose(0, 2, 1, 3).reshape(m, k, 3 * q)
-        self._place, self.columns, self.starts = block_pattern(mesh.tetrahedra, len(mesh.nodes_m))
-        size = len(mesh.nodes_m)
-        rows = np.repeat(np.arange(size), np.diff(self.starts))
-        self._keys = rows * size + self.columns
+        self.pattern = BlockPattern(mesh.tetrahedra, len(mesh.nodes_m))
 
     def least_volume(self, x: NDArray) -> float:
         """Least ratio of volumes, after to before, at node positions x (n, 3) [m]."""
@@ -56,7 +53,7 @@ class HyperelasticSolid:
         return at_nodes(self.mesh.tetrahedra, pull, len(x))
 
     def blocks(self, x: NDArray, *, positive: bool = False) -> NDArray:
-        """Second derivative of the energy as blocks in the places of `block_of`, (k, 3, 3) [m].
+        """Second derivative of the energy as blocks of the pattern, (k, 3, 3) [m].
 
         Parameters
         ----------
@@ -77,11 +74,7 @@ class HyperelasticSolid:
             A = A.transpose(0, 1, 3, 5, 2, 4).reshape(-1, q, 3, 3, 9)
             right = np.matmul(self._gradients[part, :, None], A).reshape(-1, 3 * q, 9 * k)
             np.matmul(self._weighted[part], right, out=whole[part])
-        return (self._place @ whole.reshape(-1, 9)).reshape(-1, 3, 3)
-
-    def block_of(self, rows: NDArray, columns: NDArray) -> NDArray:
-        """Places of the blocks of pairs of nodes that share an element."""
-        return np.searchsorted(self._keys, rows * len(self.mesh.nodes_m) + columns)
+        return self.pattern.sums(whole)
 
     def _deformation(self, x: NDArray) -> NDArray:
         """Deformation gradient (Eq. 3.4) at the quadrature points, shape (m, q, 3, 3)."""

@@ -1,4 +1,4 @@
-"""A solid made ready for a press: mesh, what holds it, where the sphere touches first."""
+"""A solid made ready for an indentation: mesh, what holds it, where the sphere touches first."""
 
 import logging
 from dataclasses import dataclass
@@ -7,19 +7,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from palpate.solid.boundary import support_nodes
-from palpate.solid.contact_mesh import moving_nodes
 from palpate.solid.hyperelastic import HyperelasticSolid
 from palpate.solid.indenting import IndentedSolid
-from palpate.solid.laws import SLIDING, named_law
-from palpate.solid.mesh import SolidMesh, quadratic
-from palpate.solid.obstacle import surface_points
-from palpate.solid.refine import refine_near
+from palpate.solid.laws import SLIDING, lame_from_engineering, named_law
+from palpate.solid.load import contact_pressure
+from palpate.solid.mesh import SolidMesh, quadratic, refine_near
+from palpate.solid.obstacle import facing_faces, first_touch, surface_points, thickness_m
 from palpate.solid.resting import standing_table
 from palpate.solid.smooth_surface import SmoothSurface, bent_to, curved_to
-from palpate.solid.support import Support
-from palpate.solid.touching import facing_faces, first_touch, thickness_m
+from palpate.solid.solve import factorise
+from palpate.solid.stiffness import combined, dofs, elastic_stiffness
+from palpate.solid.support import Support, support_nodes
 
+# Of the linear solution that tells how far a press reaches; nearly incompressible reaches farther.
+REACH_POISSON_RATIO = 0.45
+# Contact radius over the sphere's of that solution.
+REACH_CONTACT = 0.7
 # Parts of a face's edge for the contact's quadrature; its border runs through the faces.
 PARTS = 4
 # Of a resting solid: faces this part of the greatest depth above the table may come down to it.
@@ -28,10 +31,49 @@ TABLE_REACH = 0.3
 BASE_GROWTH, BASE_RADIUS_M = 1.0, 0.02
 # Of bonded solids, nodes that a linear press moves by less than this part of its depth are held.
 STILL_SHARE = 0.0002
-# Of the contacts: pressure per penetration over Young's modulus [1/m].
-PENALTY_PER_M = 3e4
 # Of the point from the surface along the direction [m].
 LARGEST_GAP_M = 0.005
+
+
+def moving_nodes(
+    mesh: SolidMesh,
+    support: Support,
+    point_m: NDArray,
+    direction: NDArray,
+    *,
+    radius_m: float,
+    share: float,
+) -> NDArray:
+    """Nodes that a press moves, by the linear solution with the support held.
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+        n nodes; either order.
+    support : Support
+        That the solid is bonded to.
+    point_m, direction : (3,) arrays
+        Where the surface is pressed [m], and which way, of length 1.
+    radius_m : float
+        Of the sphere [m].
+    share : float
+        Nodes that move by less than this part of the indentation are taken as still.
+
+    Returns
+    -------
+    (n,) bool array
+    """
+    nu, contact = REACH_POISSON_RATIO, REACH_CONTACT * radius_m
+    K1, K2 = elastic_stiffness(mesh)
+    held = support_nodes(mesh, support)
+    free = np.setdiff1d(np.arange(mesh.nodes_m.size), dofs(held))
+    K = combined(K1, K2, *lame_from_engineering(1.0, nu))
+    load = contact_pressure(mesh, point_m, direction, direction, contact_radius_m=contact)
+    u = np.zeros(load.size)
+    u[free] = factorise(K[free][:, free])(load.ravel()[free])
+    # Hertz: the depth of force 1 at this contact radius.
+    depth = 3 * (1 - nu**2) / (4 * contact)
+    return np.linalg.norm(u.reshape(-1, 3), axis=1) > share * depth
 
 
 @dataclass(frozen=True)
@@ -72,7 +114,6 @@ class IndentationSetup:
     radius_m, deepest_m : float
         Of the sphere [m].
     support : Support
-    options : IndentationOptions
     """
 
     whole: SolidMesh
@@ -84,7 +125,6 @@ class IndentationSetup:
     radius_m: float
     deepest_m: float
     support: Support
-    options: IndentationOptions
 
     def pressed(self, law: str, nu: float) -> IndentedSolid:
         """Mechanics of a law, on a foot that slides if its name says so, and Poisson's ratio."""
@@ -103,7 +143,6 @@ class IndentationSetup:
                 self.support,
                 self.touch_m,
                 reach_m=reach,
-                penalty_per_m=PENALTY_PER_M,
                 sticks=not slides,
             )
         return IndentedSolid(
@@ -113,7 +152,6 @@ class IndentationSetup:
             touch_m=self.touch_m,
             direction=self.direction,
             radius_m=self.radius_m,
-            penalty_per_m=PENALTY_PER_M,
             table=table,
         )
 
@@ -148,7 +186,7 @@ def indentation_setup(
 
     Parameters
     ----------
-    As `palpate.solid.indentation_table.indentation_model` has them.
+    As `palpate.solid.load_steps.indentation_model` has them.
 
     Raises
     ------
@@ -181,7 +219,7 @@ def indentation_setup(
     moved, nodes, free = _cut(whole, elements, held)
     logging.info("%d nodes move in %d directions", len(nodes), free.sum())
     return IndentationSetup(
-        whole, moved, nodes, free, touch, direction, radius_m, deepest_m, support, options
+        whole, moved, nodes, free, touch, direction, radius_m, deepest_m, support
     )
 
 

@@ -80,8 +80,6 @@ class IndentedSolid:
         Where the sphere's tip touches first [m], and its way, of length 1.
     radius_m : float
         Of the sphere [m].
-    penalty_per_m : float
-        Pressure per penetration over Young's modulus [1/m].
     table : Table, optional
         That the solid stands on without being bonded to it.
     """
@@ -95,18 +93,14 @@ class IndentedSolid:
         touch_m: NDArray,
         direction: NDArray,
         radius_m: float,
-        penalty_per_m: float,
         table: Table | None = None,
     ) -> None:
         self.solid, self.free, self.reach, self.table = solid, free, reach, table
         self.touch_m, self.direction = touch_m, direction
-        self.radius_m, self.penalty_per_m = radius_m, penalty_per_m
+        self.radius_m = radius_m
         self._chosen = np.flatnonzero(free.ravel())
-        count = len(solid.columns)
-        places = sparse.bsr_matrix(
-            (np.arange(9 * count).reshape(-1, 3, 3), solid.columns, solid.starts)
-        )
-        free_places = places.tocsr()[self._chosen][:, self._chosen].sorted_indices()
+        places = solid.pattern.places()
+        free_places = places[self._chosen][:, self._chosen].sorted_indices()
         self._take, self._pattern = free_places.data, (free_places.indices, free_places.indptr)
         self._pairs = _pairs(solid, reach)
         self._table_pairs = _pairs(solid, table.surface) if table else None
@@ -177,7 +171,7 @@ class IndentedSolid:
 
     def _skin(self, x: NDArray, centre_m: NDArray) -> float:
         """Complementary energy of the sphere's skin over Young's modulus [m^3]."""
-        return touch_energy(self._touch(x, centre_m), self.reach, self.penalty_per_m)
+        return touch_energy(self._touch(x, centre_m), self.reach)
 
     def sphere_force(self, x: NDArray, centre_m: NDArray) -> NDArray:
         """Force of the sphere on the solid over Young's modulus, (3,) [m^2]."""
@@ -187,11 +181,11 @@ class IndentedSolid:
         return sphere_touch(self.reach.places(x), centre_m, self.radius_m)
 
     def _sphere_forces(self, x: NDArray, centre_m: NDArray) -> NDArray:
-        return touch_forces(self._touch(x, centre_m), self.reach, self.penalty_per_m, len(x))
+        return touch_forces(self._touch(x, centre_m), self.reach, len(x))
 
     def _energy(self, x: NDArray, centre_m: NDArray) -> float:
         energy = self.solid.energy(x)
-        energy += touch_energy(self._touch(x, centre_m), self.reach, self.penalty_per_m)
+        energy += touch_energy(self._touch(x, centre_m), self.reach)
         return energy + (self.table.energy(x) if self.table else 0.0)
 
     def _forces(self, x: NDArray, centre_m: NDArray) -> NDArray:
@@ -218,15 +212,13 @@ class IndentedSolid:
 
     def _matrix(self, x: NDArray, centre_m: NDArray, *, positive: bool) -> sparse.csr_matrix:
         blocks = self.solid.blocks(x, positive=positive)
-        faces, extra = touch_blocks(
-            self._touch(x, centre_m), self.reach, self.penalty_per_m, positive=positive
-        )
+        faces, extra = touch_blocks(self._touch(x, centre_m), self.reach, positive=positive)
         _add(blocks, self._pairs[faces], extra)
         if self.table:
             faces, extra = self.table.blocks(x)
             _add(blocks, self._table_pairs[faces], extra)
             pinned = self.table.pinned
-            blocks[self.solid.block_of(pinned, pinned)] += self.table.pins_m
+            blocks[self.solid.pattern.block_of(pinned, pinned)] += self.table.pins_m
         size = len(self._chosen)
         return sparse.csr_matrix((blocks.ravel()[self._take], *self._pattern), shape=(size, size))
 
@@ -245,7 +237,7 @@ class IndentedSolid:
 def _pairs(solid: HyperelasticSolid, surface: SurfacePoints) -> NDArray:
     """Places of the blocks of all pairs of a face's nodes, shape (f, k, k)."""
     rows = np.repeat(surface.faces[:, :, None], surface.faces.shape[1], axis=2)
-    return solid.block_of(rows, rows.swapaxes(1, 2))
+    return solid.pattern.block_of(rows, rows.swapaxes(1, 2))
 
 
 def _add(blocks: NDArray, places: NDArray, extra: NDArray) -> None:

@@ -1,4 +1,4 @@
-"""Hyperelastic laws of soft solids, for Young's modulus 1: energy, stress, second derivative."""
+"""Elastic moduli (Section 3.1.3) and hyperelastic laws of soft solids."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,10 +6,46 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.moduli import lame_from_engineering
-
 # Below it the volumetric term of `blatz_ko` is taken at its limit, 2 ln J.
 LEAST_EXPONENT = 1e-9
+
+
+def lame_from_engineering(E: float, nu: float) -> tuple[float, float]:
+    """Lame parameters lam, mu [Pa] from Young's modulus [Pa] and Poisson's ratio.
+
+    Examples
+    --------
+    >>> lame_from_engineering(25e3, 0.25)
+    (10000.0, 10000.0)
+    """
+    return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+
+
+def engineering_from_lame(lam: float, mu: float) -> tuple[float, float]:
+    """Young's modulus [Pa] and Poisson's ratio from the Lame parameters [Pa].
+
+    Examples
+    --------
+    >>> engineering_from_lame(10e3, 10e3)
+    (25000.0, 0.25)
+    """
+    return mu * (2 * mu + 3 * lam) / (mu + lam), poisson_ratio(lam, mu)
+
+
+def poisson_ratio(lam: float, mu: float) -> float:
+    """Poisson's ratio from the Lame parameters."""
+    return lam / (2 * (mu + lam))
+
+
+def reduced_modulus(E: float, nu: float) -> float:
+    """E* = E / (1 - nu^2) of Eq. 5.1 [Pa].
+
+    Examples
+    --------
+    >>> print(f"{reduced_modulus(25e3, 0.3):.0f}")
+    27473
+    """
+    return E / (1 - nu**2)
 
 
 @dataclass(frozen=True)

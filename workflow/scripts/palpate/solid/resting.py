@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 
 from palpate.solid.mesh import SolidMesh, at_nodes, doubled_normals
 from palpate.solid.obstacle import (
+    PENALTY_PER_M,
     SurfacePoints,
     Touch,
     plane_touch,
@@ -40,8 +41,6 @@ class Table:
         That may touch.
     point_m, normal : (3,) arrays
         Of the plane; the normal has length 1.
-    penalty_per_m : float
-        Pressure per penetration over Young's modulus, and shear per sliding [1/m].
     pinned : (p,) int array
         Nodes that are held.
     pinned_m : (p, 3) array
@@ -57,7 +56,6 @@ class Table:
     surface: SurfacePoints
     point_m: NDArray
     normal: NDArray
-    penalty_per_m: float
     pinned: NDArray
     pinned_m: NDArray
     pins_m: NDArray
@@ -72,7 +70,7 @@ class Table:
         touch, slid, stiff = self._state(x)
         sliding = 0.5 * (stiff * self.surface.areas_m2[touch.points]) @ (slid**2).sum(axis=1)
         held = 0.5 * (self._pulls(x) * (x[self.pinned] - self.pinned_m)).sum()
-        return touch_energy(touch, self.surface, self.penalty_per_m) + float(sliding + held)
+        return touch_energy(touch, self.surface) + float(sliding + held)
 
     def forces(self, x: NDArray) -> NDArray:
         """Gradient of the energy, shape (n, 3) [m^2]."""
@@ -80,7 +78,7 @@ class Table:
         faces, inside = touch.points
         shear = (stiff * self.surface.areas_m2[touch.points])[:, None] * slid
         pull = self.surface.shapes[inside][:, :, None] * shear[:, None, :]
-        forces = touch_forces(touch, self.surface, self.penalty_per_m, len(x))
+        forces = touch_forces(touch, self.surface, len(x))
         forces += at_nodes(self.surface.faces[faces], pull, len(x))
         forces[self.pinned] += self._pulls(x)
         return forces
@@ -88,7 +86,7 @@ class Table:
     def blocks(self, x: NDArray) -> tuple[NDArray, NDArray]:
         """Faces in touch and their second derivatives, as `touch_blocks` gives them."""
         touch, _, stiff = self._state(x)
-        return touch_blocks(touch, self.surface, self.penalty_per_m, stick_per_m=stiff)
+        return touch_blocks(touch, self.surface, stick_per_m=stiff)
 
     def settle(self, x: NDArray) -> None:
         """Let the points that touch by now stick where they are; free those that left."""
@@ -113,7 +111,7 @@ class Table:
         sticks = ~np.isnan(slid[:, 0])
         slid = np.where(sticks[:, None], slid, 0.0)
         slid = slid - (slid @ self.normal)[:, None] * self.normal
-        return touch, slid, np.where(sticks, self.penalty_per_m, 0.0)
+        return touch, slid, np.where(sticks, PENALTY_PER_M, 0.0)
 
 
 def standing_table(
@@ -122,7 +120,6 @@ def standing_table(
     touch_m: NDArray,
     *,
     reach_m: float,
-    penalty_per_m: float,
     sticks: bool = True,
 ) -> Table:
     """Table at the lowest point of a solid.
@@ -137,8 +134,8 @@ def standing_table(
         Where the solid is pressed [m].
     reach_m : float
         Faces below this height may come down to the table [m].
-    penalty_per_m, sticks
-        As `Table` has them.
+    sticks : bool, optional
+        As `Table` has it.
     """
     normal, faces = support.up, mesh.surface_faces()
     heights = mesh.nodes_m[faces] @ normal
@@ -158,7 +155,6 @@ def standing_table(
         surface=surface_points(mesh, faces[low], parts=PARTS),
         point_m=lowest * normal,
         normal=normal,
-        penalty_per_m=penalty_per_m,
         pinned=pinned,
         pinned_m=mesh.nodes_m[pinned],
         pins_m=PIN_M * np.stack([sideways, sideways, np.outer(around, around)]),

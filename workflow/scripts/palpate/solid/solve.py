@@ -1,7 +1,7 @@
 """Sparse direct solvers behind one small interface.
 
-PARDISO of MKL was faster than SciPy's SuperLU at all sizes that occur here (tools/bench_solid.py);
-SuperLU stays for machines without MKL.
+PARDISO of MKL is faster than SciPy's SuperLU at all sizes that occur here; SuperLU stays for
+machines without MKL. The two agree to about 1e-13.
 """
 
 import weakref
@@ -19,20 +19,17 @@ try:
 except ImportError:  # no MKL on this machine
     SETTINGS, PyPardisoSolver, PyPardisoError = (), None, RuntimeError
 
-SOLVERS = ("auto", "superlu", "pardiso")
 # MKL PARDISO: real, symmetric, positive definite; what a call does.
 POSITIVE_DEFINITE = 2
 ANALYSE, FACTORISE, SOLVE = 11, 22, 33
 
 
-def factorise(K: sparse.spmatrix, *, solver: str = "auto") -> Callable[[NDArray], NDArray]:
+def factorise(K: sparse.spmatrix) -> Callable[[NDArray], NDArray]:
     """Factorise a symmetric positive definite matrix.
 
     Parameters
     ----------
     K : (n, n) sparse matrix
-    solver : {"auto", "superlu", "pardiso"}, optional
-        "auto" takes PARDISO where MKL is installed; the two agree to about 1e-13.
 
     Returns
     -------
@@ -43,18 +40,11 @@ def factorise(K: sparse.spmatrix, *, solver: str = "auto") -> Callable[[NDArray]
     Raises
     ------
     ValueError
-        If the solver is unknown or not installed, or the matrix isn't square or not positive
-        definite.
+        If the matrix isn't square or not positive definite.
     """
-    if solver not in SOLVERS:
-        raise ValueError(f"solver: expected one of {', '.join(SOLVERS)}, found {solver}")
-    if solver == "pardiso" and PyPardisoSolver is None:
-        raise ValueError("solver: expected one that is installed, found pardiso without MKL")
     if K.shape[0] != K.shape[1]:
         raise ValueError(f"K: expected a square matrix, found shape {K.shape}")
-    if solver == "superlu" or PyPardisoSolver is None:
-        return SuperLUFactors(K)
-    return PardisoFactors(K)
+    return SuperLUFactors(K) if PyPardisoSolver is None else PardisoFactors(K)
 
 
 @cache
@@ -82,8 +72,6 @@ class SuperLUFactors:
     K : (n, n) sparse matrix
         Symmetric positive definite.
     """
-
-    solver = "superlu"
 
     def __init__(self, K: sparse.spmatrix) -> None:
         self.refactorise(K)
@@ -117,8 +105,6 @@ class PardisoFactors:
     K : (n, n) sparse matrix
         Symmetric positive definite.
     """
-
-    solver = "pardiso"
 
     def __init__(self, K: sparse.spmatrix) -> None:
         K = self._sorted(K)

@@ -11,9 +11,7 @@ NEAR, FAR = (5 + 3 * 5**0.5) / 20, (5 - 5**0.5) / 20
 QUADRATURE = {1: np.full((1, 4), 0.25), 2: np.full((4, 4), FAR) + (NEAR - FAR) * np.eye(4)}
 
 
-def elastic_stiffness(
-    mesh: SolidMesh, rotations: NDArray | None = None
-) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+def elastic_stiffness(mesh: SolidMesh) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
     """Assemble K1 and K2 of K = lam K1 + mu K2 (Eq. 3.24).
 
     With C = lam C1 + mu C2 of Eq. 3.21 and G the integral of dN_i/dx_a dN_j/dx_b, the entry of
@@ -23,9 +21,6 @@ def elastic_stiffness(
     ----------
     mesh : SolidMesh
         n nodes; m elements of either order.
-    rotations : (m, p, 3, 3) array, optional
-        Of co-rotational strain, as `palpate.solid.corotation.element_rotations` gives them: then G
-        is that of the turned gradients R dN/dx.
 
     Returns
     -------
@@ -34,17 +29,14 @@ def elastic_stiffness(
     """
     points = QUADRATURE[mesh.order]
     gradients = shape_gradients(mesh, points)
-    if rotations is not None:
-        gradients = gradients @ np.swapaxes(rotations, -1, -2)
     weight = point_volumes(mesh, points)
     elements, count, nodes, _ = gradients.shape
     flat = gradients.reshape(elements, count, 3 * nodes)
     G = np.matmul(flat.transpose(0, 2, 1), weight[:, :, None] * flat)
     G1 = G.reshape(elements, nodes, 3, nodes, 3).transpose(0, 1, 3, 2, 4).reshape(-1, 3, 3)
     G2 = G1.transpose(0, 2, 1) + np.trace(G1, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    place, columns, starts = block_pattern(mesh.tetrahedra, len(mesh.nodes_m))
-    K1, K2 = (_gathered(blocks, place, columns, starts) for blocks in (G1, G2))
-    return K1, K2
+    pattern = BlockPattern(mesh.tetrahedra, len(mesh.nodes_m))
+    return pattern.matrix(pattern.sums(G1)), pattern.matrix(pattern.sums(G2))
 
 
 def combined(
@@ -64,7 +56,8 @@ def combined(
     ValueError
         If the matrices have entries in different places.
     """
-    if not _alike(K1, K2):
+    pairs = ((K1.indptr, K2.indptr), (K1.indices, K2.indices))
+    if K1.shape != K2.shape or not all(a is b or np.array_equal(a, b) for a, b in pairs):
         raise ValueError("K2: expected the shape and the places of K1's entries, found others")
     return sparse.csr_matrix(
         (lam * K1.data + mu * K2.data, K1.indices, K1.indptr), shape=K1.shape, copy=False
@@ -147,8 +140,8 @@ def _slopes(points: NDArray) -> NDArray:
     return slopes
 
 
-def block_pattern(tetrahedra: NDArray, size: int) -> tuple[sparse.csr_matrix, NDArray, NDArray]:
-    """Where the blocks of all pairs of an element's nodes go, and the pattern of those places.
+class BlockPattern:
+    """Where the 3x3 blocks of all pairs of an element's nodes go in a block sparse row matrix.
 
     Parameters
     ----------
@@ -156,30 +149,32 @@ def block_pattern(tetrahedra: NDArray, size: int) -> tuple[sparse.csr_matrix, ND
         Nodes of each element.
     size : int
         Number of nodes.
-
-    Returns
-    -------
-    place : (b, m k k) sparse matrix
-        Adds the elements' blocks, pairs of nodes row by row, to those of the whole.
-    columns, starts : (b,), (size + 1,) int arrays
-        Of the whole, as of a block sparse row matrix.
     """
-    pairs = (tetrahedra[:, :, None] * size + tetrahedra[:, None, :]).ravel()
-    order = np.argsort(pairs, kind="stable")
-    ranked = pairs[order]
-    new = np.concatenate([[True], ranked[1:] != ranked[:-1]])
-    unique = ranked[new]
-    starts = np.concatenate([[0], np.cumsum(np.bincount(unique // size, minlength=size))])
-    bounds = np.append(np.flatnonzero(new), len(order))
-    place = sparse.csr_matrix((np.ones(len(order)), order, bounds))
-    return place, unique % size, starts
 
+    def __init__(self, tetrahedra: NDArray, size: int) -> None:
+        pairs = (tetrahedra[:, :, None] * size + tetrahedra[:, None, :]).ravel()
+        order = np.argsort(pairs, kind="stable")
+        ranked = pairs[order]
+        new = np.concatenate([[True], ranked[1:] != ranked[:-1]])
+        self._size, self._keys = size, ranked[new]
+        self._columns = self._keys % size
+        counts = np.bincount(self._keys // size, minlength=size)
+        self._starts = np.concatenate([[0], np.cumsum(counts)])
+        bounds = np.append(np.flatnonzero(new), len(order))
+        self._place = sparse.csr_matrix((np.ones(len(order)), order, bounds))
 
-def _alike(K1: sparse.csr_matrix, K2: sparse.csr_matrix) -> bool:
-    pairs = ((K1.indptr, K2.indptr), (K1.indices, K2.indices))
-    return K1.shape == K2.shape and all(a is b or np.array_equal(a, b) for a, b in pairs)
+    def sums(self, blocks: NDArray) -> NDArray:
+        """Blocks (b, 3, 3) of the whole: sums of the elements' own, pairs of nodes row by row."""
+        return (self._place @ blocks.reshape(-1, 9)).reshape(-1, 3, 3)
 
+    def block_of(self, rows: NDArray, columns: NDArray) -> NDArray:
+        """Numbers of the blocks of pairs of nodes that share an element."""
+        return np.searchsorted(self._keys, rows * self._size + columns)
 
-def _gathered(blocks, place, columns: NDArray, starts: NDArray) -> sparse.csr_matrix:
-    data = (place @ blocks.reshape(-1, 9)).reshape(-1, 3, 3)
-    return sparse.bsr_matrix((data, columns, starts)).tocsr()
+    def matrix(self, blocks: NDArray) -> sparse.csr_matrix:
+        """Sparse matrix (3n, 3n) of blocks (b, 3, 3)."""
+        return sparse.bsr_matrix((blocks, self._columns, self._starts)).tocsr()
+
+    def places(self) -> sparse.csr_matrix:
+        """For each entry of `matrix`, its number among all the blocks' own."""
+        return self.matrix(np.arange(9 * len(self._keys)).reshape(-1, 3, 3))

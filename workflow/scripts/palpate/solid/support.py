@@ -1,10 +1,12 @@
-"""The plane that an object stands on, and whether it sticks to it."""
+"""The plane that an object stands on, and the nodes of a solid that lie on it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from palpate.solid.mesh import SolidMesh
 
 CONTACTS = ("bonded", "resting")
 # A foot whose mean radius is this part of the contact's height.
@@ -108,3 +110,22 @@ def read_support(block: Mapping) -> Support:
         block["tolerance_m"],
         block.get("contact", Support.contact),
     )
+
+
+def support_nodes(mesh: SolidMesh, support: Support) -> NDArray:
+    """Surface nodes on the plane that an object stands on, sorted.
+
+    Raises
+    ------
+    ValueError
+        If fewer than three nodes lie on the plane.
+    """
+    surface = mesh.surface_nodes()
+    held = surface[support.holds(mesh.nodes_m[surface])]
+    if len(held) < 3:
+        nearest = np.abs(support.heights_m(mesh.nodes_m[surface])).min()
+        raise ValueError(
+            f"support: expected at least 3 nodes within {support.tolerance_m:g} m of its plane,"
+            f" found {len(held)} (nearest {nearest:.3g} m)"
+        )
+    return held

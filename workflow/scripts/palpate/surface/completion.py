@@ -12,12 +12,11 @@ from scipy.interpolate import RBFInterpolator
 from scipy.optimize import lsq_linear
 
 from palpate.open3d_core import ClosestPoints
-from palpate.solid.boundary import support_nodes
 from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import SolidMesh, element_volumes
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
-from palpate.solid.support import Support
+from palpate.solid.support import Support, support_nodes
 from palpate.surface.pose import to_camera
 
 # l of Algorithm 3 at most, and the relative change of the support's forces that ends it.

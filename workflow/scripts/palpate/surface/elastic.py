@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.open3d_core import ClosestPoints
-from palpate.solid.log_neo_hookean import LogNeoHookean
+from palpate.solid.laws import lame_from_engineering
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.solve import factorise
 from palpate.surface.correspondences import Correspondences, pair, rest_offsets
+from palpate.surface.neo_hookean import LogNeoHookean
 from palpate.surface.obstacle import Sphere, Table
 from palpate.surface.options import ElasticTracking
 from palpate.surface.template import Template
@@ -114,14 +114,14 @@ class ElasticTracker:
         self._carried_by = self._carrier.faces[triangle]
         self._surface = np.setdiff1d(self._carrier.faces, held)
         rows, columns = self._carrier.faces[:, :, None], self._carrier.faces[:, None, :]
-        self._pairs = self.elastic.block_of(*np.broadcast_arrays(rows, columns))
+        self._pairs = self.elastic.pattern.block_of(*np.broadcast_arrays(rows, columns))
         every = np.arange(len(self.rest))
-        self._diagonal = self.elastic.block_of(every, every)
+        self._diagonal = self.elastic.pattern.block_of(every, every)
         _, blocks = self.elastic.forces_and_blocks(self.rest)
         self._stiff = float(np.trace(blocks[self._diagonal], axis1=1, axis2=2).mean() / 3)
         self._held, self._holding = held, np.zeros_like(blocks)
         self._holding[self._diagonal[held]] = HOLDING * self._stiff * np.eye(3)
-        self._factors = factorise(self.elastic.matrix(blocks + self._holding))
+        self._factors = factorise(self.elastic.pattern.matrix(blocks + self._holding))
         self.offset, self.sigma = np.zeros(len(template.vertices_m)), np.inf
 
     def vertices(self, x: NDArray) -> NDArray:
@@ -236,13 +236,13 @@ class ElasticTracker:
         pull, elastic = self.elastic.forces_and_blocks(x)
         right = -(forces + pull).ravel()
         try:
-            step = self._factors.refactorise(self.elastic.matrix(blocks + elastic))(right)
+            step = self._factors.refactorise(self.elastic.pattern.matrix(blocks + elastic))(right)
             downhill = step @ right > 0
         except ValueError:
             downhill = False
         if not downhill and right.any():
             _, elastic = self.elastic.forces_and_blocks(x, positive=True)
-            step = self._factors.refactorise(self.elastic.matrix(blocks + elastic))(right)
+            step = self._factors.refactorise(self.elastic.pattern.matrix(blocks + elastic))(right)
         return step.reshape(-1, 3)
 
     def _outer(self, x: NDArray, carried: Carried, weight: float) -> tuple[NDArray, NDArray]:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from palpate.frames import Mapped
 from palpate.open3d_core import ClosestPoints
-from palpate.solid.boundary import support_nodes
-from palpate.solid.refine import refine_near
+from palpate.solid.mesh import refine_near
+from palpate.solid.support import support_nodes
 from palpate.surface.elastic import ElasticTracker, Fitted
 from palpate.surface.obstacle import Sphere, Table
 from palpate.surface.options import ElasticTracking

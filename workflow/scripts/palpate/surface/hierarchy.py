@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from palpate.solid.surface_check import cutting_triangles
+from palpate.solid.quality import cutting_triangles
 from palpate.surface.template import Template, unique_edges
 
 # A triangle may turn by so much when a corner of it moves.

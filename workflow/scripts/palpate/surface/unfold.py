@@ -3,7 +3,7 @@
 import numpy as np
 import trimesh
 
-from palpate.solid.surface_check import cutting_triangles
+from palpate.solid.quality import cutting_triangles
 
 UNFOLDING_ROUNDS = 20
 

@@ -14,7 +14,7 @@ from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.models import Indentation
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.record import Record
-from palpate.solid.indentation import load_indentation
+from palpate.solid.indentation_table import load_indentation
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.alignment import load_alignment
 from palpate.vision.probe import ALONG_STD, MARKER, QUATERNION, TIP, marker_transforms

@@ -22,8 +22,8 @@ from palpate.config.probe import ProbeSpec
 from palpate.config.sensor import SensorSpec
 from palpate.estimate.direct import options as direct
 from palpate.estimate.hertz.options import Hertz
-from palpate.estimate.minimise.options import Load, Minimise
-from palpate.solid.options import IndentationTable, Solid, greatest_ratio
+from palpate.estimate.minimise.options import Load, Minimise, Solid
+from palpate.solid.options import IndentationTable, greatest_ratio
 from palpate.surface.options import TRACKERS, Aligning
 from palpate.surface.trackers import tracker_problems
 from palpate.vision.options import Background, Clouds, Force, ProbePose, SupportPlane

@@ -9,7 +9,7 @@ from typing import Any
 from palpate.capture.calibrations import PARTS, asked
 from palpate.capture.discover import CaptureId
 from palpate.capture.fingerprint import folder_fingerprint
-from palpate.solid.mirrors import first_images
+from palpate.solid.options import first_images
 from palpate.surface.trackers import options_of
 from palpate.workflow.lab_captures import says_simulated
 from palpate.workflow.places import refuse

@@ -11,7 +11,7 @@ from palpate.json_fields import read_by_folder
 from palpate.npz import read_npz
 from palpate.open3d_core import ClosestPoints
 from palpate.report import outputs
-from palpate.solid.indentation import IndentationModel, load_indentation, ratio_weights
+from palpate.solid.indentation_table import IndentationModel, load_indentation, ratio_weights
 from palpate.solid.laws import LAW_NAMES
 from palpate.units import MILLIMETRES
 from scipy.interpolate import PchipInterpolator

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
-from palpate.estimate.minimise.objective import Measurement, Objective
+from palpate.estimate.minimise.objective import Measurement, Objective, node_sets
 from palpate.report.style import (
     BLACK,
     BLUE,
@@ -23,7 +23,6 @@ from palpate.report.style import (
     entitle,
     finished,
 )
-from palpate.solid.boundary import node_sets
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.support import Support
 from palpate.units import KILOPASCALS, MILLIMETRES

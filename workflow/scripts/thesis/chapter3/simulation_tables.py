@@ -7,19 +7,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from palpate.estimate.minimise.linear import LinearEstimate, linear_method
-from palpate.estimate.minimise.objective import Measurement, Objective
-from palpate.estimate.minimise.options import Minimise
+from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
+from palpate.estimate.minimise.options import Minimise, Solid
 from palpate.estimate.minimise.problem import Problem
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.estimate.minimise.search import Minimum, hertz_start, minimise_error
 from palpate.estimate.minimise.simulation import pressed_area_modulus
 from palpate.report import outputs
-from palpate.solid.boundary import NodeSets, node_sets
+from palpate.solid.laws import engineering_from_lame
 from palpate.solid.load import contact_triangle
-from palpate.solid.mesh import read_solid
-from palpate.solid.moduli import engineering_from_lame
-from palpate.solid.options import Solid
-from palpate.solid.refine import refine_near
+from palpate.solid.mesh import read_solid, refine_near
 from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
 from palpate.workflow.object_inputs import read_declared

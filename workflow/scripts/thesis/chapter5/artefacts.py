@@ -524,10 +524,9 @@ BEYOND_THE_STUDY = (
         " perfect tracker would leave. Pressure: Hertz's over the contact radius. Ten nodes:"
         " quadratic elements. Contact left out: displacements within 1.5 contact radii don't count."
         " Elastic tracker: its surfaces; nu found on them is mostly the tracker's prior, 0.3, which"
-        " is also the block's own. Corotational: strain after the rotations of the tracked"
-        " displacement. Poisson's ratios at 0 and 0.499 lie on the search's bounds; the ball rocks"
-        " on the few nodes that hold it.\n\nSimulated: the virtual lab's captures held against its"
-        " own truth, which no estimate reads. Exists as a figure and as a table.",
+        " is also the block's own. Poisson's ratios at 0 and 0.499 lie on the search's bounds;"
+        " the ball rocks on the few nodes that hold it.\n\nSimulated: the virtual lab's captures"
+        " held against its own truth, which no estimate reads. Exists as a figure and as a table.",
         make="thesis.chapter5.steps_table:make_minimise_steps_table",
         outputs=table("minimise_steps") | figure("minimise_steps"),
         captures=select.stepped,

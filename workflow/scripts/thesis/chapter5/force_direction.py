@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.options import Load
+from palpate.estimate.minimise.options import Load, Solid
 from palpate.estimate.minimise.problem import Problem, pose_problem
 from palpate.json_fields import read_all
 from palpate.report.panels import (
@@ -23,10 +23,9 @@ from palpate.report.panels import (
 )
 from palpate.report.style import SMALL, label_provenance, sensor_name
 from palpate.report.views import MILLIMETRES, Surface, View
+from palpate.solid.laws import lame_from_engineering
 from palpate.solid.load import contact_triangle, outward_normal
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.moduli import lame_from_engineering
-from palpate.solid.options import Solid
 from palpate.surface.recorded import Recorded
 from palpate.surface.tracked import Tracked, load_tracked
 from scipy.spatial.transform import Rotation

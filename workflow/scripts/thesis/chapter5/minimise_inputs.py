@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from palpate.capture.tables import columns_of, read_table
-from palpate.estimate.minimise.options import Load
+from palpate.estimate.minimise.options import Load, Solid
 from palpate.estimate.minimise.problem import Problem, pose_problem
 from palpate.solid.mesh import read_solid
-from palpate.solid.options import Solid
 from palpate.surface.tracked import Tracked
 from palpate.vision.force import FORCE
 from palpate.workflow.job import naming

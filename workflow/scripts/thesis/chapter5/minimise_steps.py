@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from palpate.estimate.minimise.fit import fit_moduli
 from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.options import Minimise
+from palpate.estimate.minimise.options import Minimise, Solid
 from palpate.estimate.minimise.problem import Problem
 from palpate.json_fields import read_one
-from palpate.solid.options import Solid
 from palpate.surface.tracked import Tracked, load_tracked
 from palpate.workflow.job import naming
 
@@ -92,11 +91,8 @@ def _minimum(full: Objective, start_pa: float, options: Minimise, nodes_m: NDArr
 def _share_models(objective: Objective, problem: Problem, kept: dict) -> None:
     """Take over reduced models of the same system: most of the time goes into making them.
 
-    With linear strain that of the displacement follows from mesh and load, that of the interior
-    from mesh and surface.
+    That of the displacement follows from mesh and load, that of the interior from mesh and surface.
     """
-    if problem.rotations is not None:
-        return
     mesh = problem.mesh.nodes_m.tobytes()
     load, surface = problem.measurement.force_n, problem.measurement.displacement_m
     objective.displacement_models = kept.setdefault((mesh, "load", load.tobytes()), {})

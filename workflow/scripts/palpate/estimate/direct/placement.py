@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from palpate.estimate.direct.support_motion import rocking_axes
-from palpate.solid.indentation import IndentationModel
+from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.pose import to_camera
 

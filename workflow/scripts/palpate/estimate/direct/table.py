@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from palpate.estimate.direct.support_motion import rocking_axes
 from palpate.open3d_core import ClosestPoints
-from palpate.solid.indentation import IndentationModel, ratio_weights
+from palpate.solid.indentation_table import IndentationModel, ratio_weights
 from palpate.solid.laws import LAW_NAMES, SLIDING
 
 # Hertz: force to the power 2/3 is about linear in depth, which interpolates well.

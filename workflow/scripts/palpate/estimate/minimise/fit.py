@@ -9,10 +9,10 @@ from palpate.estimate.minimise.least_squares import NORMS, LeastSquaresFit, fit_
 from palpate.estimate.minimise.objective import Objective
 from palpate.estimate.minimise.options import Minimise
 from palpate.estimate.minimise.profile import PoissonProfile, poisson_profile
+from palpate.estimate.minimise.reduced import SHIFTS
 from palpate.estimate.minimise.reduced_objective import TOLERANCE, ReducedObjective
 from palpate.estimate.minimise.search import Minimum, hertz_start, minimise_error
-from palpate.solid.moduli import lame_from_engineering
-from palpate.solid.reduced import SHIFTS
+from palpate.solid.laws import lame_from_engineering
 
 MOST_SHIFTS = 6
 

@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.estimate.minimise.scatter import NORMS, Scatter, moduli_scatter, rounding_of
-from palpate.estimate.minimise.search import outside_bounds, touches_bound
-from palpate.solid.moduli import (
+from palpate.estimate.minimise.scatter import (
+    NORMS,
+    Scatter,
     lame_derivatives,
-    lame_from_engineering,
-    reduced_modulus,
+    moduli_scatter,
+    rounding_of,
 )
+from palpate.estimate.minimise.search import outside_bounds, touches_bound
+from palpate.solid.laws import lame_from_engineering, reduced_modulus
 
 TOLERANCE = 1e-12
 FORCE_TERM, AT_BOUND, ALIKE = "force term", "at a bound", "gaps agree over the surface"

@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from palpate.estimate.minimise.objective import Measurement
-from palpate.solid.boundary import NodeSets
+from palpate.estimate.minimise.objective import Measurement, NodeSets
+from palpate.solid.laws import engineering_from_lame
 from palpate.solid.mesh import SolidMesh
-from palpate.solid.moduli import engineering_from_lame
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import dofs, elastic_stiffness
 

@@ -6,13 +6,64 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.solid.boundary import NodeSets
-from palpate.solid.corotation import rotation_loads
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import dofs, elastic_stiffness
+from palpate.solid.support import Support, support_nodes
 
 OPTIONS = ("force_displacement", "displacement")
+
+
+@dataclass(frozen=True)
+class NodeSets:
+    """Nodes by what is known of them; each a sorted int array, together all nodes.
+
+    Attributes
+    ----------
+    contact : array
+        Displacement tracked, force measured.
+    free : array
+        On the free surface: displacement tracked, no force.
+    support : array
+        On the support: no displacement, force unknown.
+    interior : array
+        Displacement unknown, no force.
+    """
+
+    contact: NDArray
+    free: NDArray
+    support: NDArray
+    interior: NDArray
+
+
+def node_sets(mesh: SolidMesh, support: Support, *, contact_nodes: NDArray) -> NodeSets:
+    """Sort a mesh's nodes into the sets of Table 3.1.
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+    support : Support
+        Surface nodes on it are held.
+    contact_nodes : int array
+        Nodes that carry the contact force.
+
+    Raises
+    ------
+    ValueError
+        As `support_nodes` does; or if there is no contact node, or one lies off the surface or on
+        the support.
+    """
+    surface, held = mesh.surface_nodes(), support_nodes(mesh, support)
+    contact = np.unique(contact_nodes)
+    inside = np.setdiff1d(contact, surface)
+    if not len(contact) or len(inside):
+        found = f"node {inside[0]} inside" if len(inside) else "none"
+        raise ValueError(f"contact: expected nodes of the surface, found {found}")
+    if np.isin(contact, held).any():
+        raise ValueError("contact: expected away from the support, found on it")
+    free = np.setdiff1d(surface, np.concatenate([held, contact]))
+    interior = np.setdiff1d(np.arange(len(mesh.nodes_m)), surface)
+    return NodeSets(contact, free, held, interior)
 
 
 @dataclass(frozen=True)
@@ -46,9 +97,6 @@ class Objective:
         Both terms of Eq. 3.31, or the displacement term alone.
     left_out : int array, optional
         Surface nodes whose displacement is not compared.
-    rotations : (m, p, 3, 3) array, optional
-        Of co-rotational strain, as `palpate.solid.corotation.element_rotations` gives them;
-        without them strain is linear (Eq. 3.4).
 
     Raises
     ------
@@ -65,17 +113,11 @@ class Objective:
         *,
         option: str,
         left_out: NDArray | None = None,
-        rotations: NDArray | None = None,
     ) -> None:
         if option not in OPTIONS:
             raise ValueError(f"error: expected one of {', '.join(OPTIONS)}, found {option}")
         self.option, self.sets = option, sets
-        self.K1, self.K2 = elastic_stiffness(mesh, rotations)
-        self.rotated = rotations is not None
-        # Loads of the rotations: K u = f + lam b1 + mu b2.
-        self.b1, self.b2 = (
-            rotation_loads(mesh, rotations) if self.rotated else np.zeros((2, mesh.nodes_m.size))
-        )
+        self.K1, self.K2 = elastic_stiffness(mesh)
         self.surface = np.sort(np.concatenate([sets.contact, sets.free, sets.support]))
         self.u = measurement.displacement_m.copy()
         self.u[sets.support] = 0
@@ -120,8 +162,7 @@ class Objective:
         """Displacement that the measured force causes, shape (n, 3) [m]."""
         u = np.zeros(self.u.size)
         K = self._combined("free", lam, mu)
-        right = self.f.ravel() + lam * self.b1 + mu * self.b2
-        u[self.free_dofs] = factorise(K)(right[self.free_dofs])
+        u[self.free_dofs] = factorise(K)(self.f.ravel()[self.free_dofs])
         return u.reshape(-1, 3)
 
     def displacement_errors(self, lam: float, mu: float) -> NDArray:
@@ -135,15 +176,14 @@ class Objective:
         known = self.u[self.surface].ravel()
         u[self.surface_dofs] = known
         if len(self.interior_dofs):
-            loads = (lam * self.b1 + mu * self.b2)[self.interior_dofs]
-            right = loads - self._combined("coupling", lam, mu) @ known
+            right = -self._combined("coupling", lam, mu) @ known
             u[self.interior_dofs] = factorise(self._combined("interior", lam, mu))(right)
         return u.reshape(-1, 3)
 
     def force_errors(self, lam: float, mu: float) -> NDArray:
         """Mismatch of the force at each node but the support's (terms of Eq. 3.32) [N]."""
         u = self.completed(lam, mu).ravel()
-        f = (lam * (self.K1 @ u - self.b1) + mu * (self.K2 @ u - self.b2)).reshape(-1, 3)
+        f = (lam * (self.K1 @ u) + mu * (self.K2 @ u)).reshape(-1, 3)
         kept = np.setdiff1d(np.arange(len(f)), self.sets.support)
         return np.linalg.norm((f - self.f)[kept], axis=1)
 

@@ -7,6 +7,14 @@ from pydantic import AfterValidator, model_validator
 from palpate.config.model import Count, Length, Model, Positive, Ratio, constant, increasing, option
 
 
+class Solid(Model):
+    """Solid of the error minimisation (Section 3.3)."""
+
+    refine_radius_m: Positive = option(0.020, "refined around the contact")
+    refine_edge_m: Positive = option(0.007, "longest edges there")
+    element_order: Literal[1, 2] = option(1, "2: ten-node tetrahedra, which do not lock")
+
+
 class Load(Model):
     """What the solid is loaded with, and what of it is compared."""
 
@@ -17,9 +25,6 @@ class Load(Model):
     turn_force: bool = option(True, "to the normal of the contact triangle (Section 5.2.2)")
     leave_out_radii: float = option(
         0, "displacements within so many contact radii of the contact don't count", ge=0, le=10
-    )
-    strain: Literal["linear", "corotational"] = option(
-        "linear", "corotational: after the rotations of the tracked displacement"
     )
 
 

@@ -5,24 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.minimise.objective import Measurement, Objective
-from palpate.estimate.minimise.options import Load
-from palpate.solid.boundary import NodeSets, node_sets
-from palpate.solid.contact_pressure import contact_pressure, hertz_contact_radius
-from palpate.solid.corotation import element_rotations
-from palpate.solid.load import contact_triangle, nodal_force, outward_normal
-from palpate.solid.mesh import SolidMesh, quadratic
-from palpate.solid.moduli import lame_from_engineering
-from palpate.solid.options import Solid
-from palpate.solid.refine import refine_near
+from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
+from palpate.estimate.minimise.options import Load, Solid
+from palpate.solid.load import (
+    contact_pressure,
+    contact_triangle,
+    hertz_contact_radius,
+    nodal_force,
+    outward_normal,
+)
+from palpate.solid.mesh import SolidMesh, quadratic, refine_near
 from palpate.solid.support import Support
 from palpate.surface.tracked import Tracked
 from palpate.surface.transfer import to_solid
-
-# Of the solve that completes the tracked displacement: 0.1 or 0.45 moves E by 1 or 2 %.
-COMPLETION_POISSON_RATIO = 0.3
-# Completions, each with the rotations of the one before, the first with none; more move E by 0.3 %.
-COMPLETIONS = 2
 
 
 @dataclass(frozen=True)
@@ -36,20 +31,17 @@ class Problem:
     measurement : Measurement
     left_out : int array or None
         Surface nodes whose displacement is not compared.
-    rotations : (m, p, 3, 3) array or None
-        Of co-rotational strain; None for linear strain.
     """
 
     mesh: SolidMesh
     sets: NodeSets
     measurement: Measurement
     left_out: NDArray | None = None
-    rotations: NDArray | None = None
 
     def objective(self, option: str) -> Objective:
         """Objective of the problem for an error option."""
-        parts = {"left_out": self.left_out, "rotations": self.rotations}
-        return Objective(self.mesh, self.sets, self.measurement, option=option, **parts)
+        parts = self.mesh, self.sets, self.measurement
+        return Objective(*parts, option=option, left_out=self.left_out)
 
 
 def pose_problem(
@@ -116,40 +108,7 @@ def pose_problem(
         away = np.linalg.norm(mesh.nodes_m - tracked.contact_point_m, axis=1)
         near = np.flatnonzero(away < load.leave_out_radii * reach)
         left_out = np.intersect1d(mesh.surface_nodes(), near)
-    turned = load.strain == "corotational"
-    rotations = tracked_rotations(mesh, sets, measurement) if turned else None
-    return Problem(mesh, sets, measurement, left_out, rotations)
-
-
-def tracked_rotations(
-    mesh: SolidMesh,
-    sets: NodeSets,
-    measurement: Measurement,
-    *,
-    completions: int = COMPLETIONS,
-) -> NDArray:
-    """Rotations of the solid's elements that the tracked displacement has.
-
-    Interior nodes follow from the surface's by Eq. 3.30, with the rotations found before.
-
-    Parameters
-    ----------
-    mesh : SolidMesh
-        m elements, with p points each.
-    sets : NodeSets
-    measurement : Measurement
-    completions : int, optional
-        How often they are solved for.
-
-    Returns
-    -------
-    (m, p, 3, 3) array
-    """
-    moduli, rotations = lame_from_engineering(1.0, COMPLETION_POISSON_RATIO), None
-    for _ in range(completions):
-        full = Objective(mesh, sets, measurement, option="displacement", rotations=rotations)
-        rotations = element_rotations(mesh, full.completed(*moduli))
-    return rotations
+    return Problem(mesh, sets, measurement, left_out)
 
 
 def _contact_forces(

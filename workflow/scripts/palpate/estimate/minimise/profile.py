@@ -11,7 +11,7 @@ from scipy.special import stdtrit
 from palpate.estimate.minimise.least_squares import FORCE_TERM, LeastSquaresFit
 from palpate.estimate.minimise.search import Cost
 from palpate.modulus import CONFIDENCE, NOT_IDENTIFIED, NOT_JUDGED, verdict_of_nu
-from palpate.solid.moduli import lame_from_engineering
+from palpate.solid.laws import lame_from_engineering
 
 Profile = Callable[[float], tuple[float, float]]
 

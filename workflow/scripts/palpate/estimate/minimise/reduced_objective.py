@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.estimate.minimise.objective import Objective
-from palpate.solid.moduli import poisson_ratio
-from palpate.solid.reduced import SHIFTS, ReducedModel, reduced_model
+from palpate.estimate.minimise.reduced import SHIFTS, ReducedModel, reduced_model
+from palpate.solid.laws import poisson_ratio
 from palpate.solid.stiffness import dofs
 
 # Relative error of displacements in the energy norm that a fit may carry.
@@ -113,7 +113,7 @@ class _DisplacementTerm(_Term):
 
 
 class _ForceTerm(_Term):
-    """Columns [K1 modes, K2 modes, K1 u - b1, K2 u - b2, measured force], u as tracked."""
+    """Columns [K1 modes, K2 modes, K1 u, K2 u, measured force], u as tracked."""
 
     def factors(self, lam: float, mu: float) -> NDArray:
         c = self.model.amplitudes(lam, mu) if self.model else np.zeros(0)
@@ -139,8 +139,7 @@ def _kept(models: dict, make: Callable, full: Objective, settings: dict) -> Redu
 
 def _displacement_model(full: Objective, settings: dict) -> ReducedModel:
     A1, A2 = (block["free"] for block in full.blocks)
-    b1, b2, f = (b.ravel()[full.free_dofs] for b in (full.b1, full.b2, full.f))
-    return reduced_model(A1, A2, lam_load=b1, mu_load=b2, load=f, **settings)
+    return reduced_model(A1, A2, load=full.f.ravel()[full.free_dofs], **settings)
 
 
 def _displacement_term(full: Objective, model: ReducedModel) -> _Term:
@@ -157,10 +156,7 @@ def _interior_model(full: Objective, settings: dict) -> ReducedModel | None:
     if not len(full.interior_dofs):
         return None
     known = full.u.ravel()[full.surface_dofs]
-    loads = [
-        b[full.interior_dofs] - block["coupling"] @ known
-        for b, block in zip((full.b1, full.b2), full.blocks, strict=True)
-    ]
+    loads = [-block["coupling"] @ known for block in full.blocks]
     A1, A2 = (block["interior"] for block in full.blocks)
     return reduced_model(A1, A2, lam_load=loads[0], mu_load=loads[1], **settings)
 
@@ -175,8 +171,7 @@ def _force_term(full: Objective, model: ReducedModel | None) -> _Term:
     modes = np.zeros((full.u.size, len(model.poles) if model else 0))
     if model:
         modes[full.interior_dofs] = model.modes
-    loads = [b[rows] for b in (full.b1, full.b2)]
     parts = [K @ modes for K in stiffness]
-    parts += [(K @ known - b)[:, None] for K, b in zip(stiffness, loads, strict=True)]
+    parts += [(K @ known)[:, None] for K in stiffness]
     columns = np.hstack([*parts, full.f.ravel()[rows][:, None]])
     return _ForceTerm(columns, full.force_weight / full.force_nodes, nodes, model)

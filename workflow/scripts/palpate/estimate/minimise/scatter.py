@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import pdist, squareform
 
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.solid.moduli import lame_derivatives, lame_from_engineering
+from palpate.solid.laws import lame_from_engineering
 
 NORMS = ("length", "square")
 # Lengths are rounded off at this part of their mean, where their root has no derivative.
@@ -163,3 +163,13 @@ def _curvature(objective: ReducedObjective, E: float, nu: float, norm: str) -> N
 
     columns = [(gradient(e) - gradient(-e)) / (2 * STEP) for e in STEP * np.eye(2)]
     return (np.column_stack(columns) + np.vstack(columns)) / 2
+
+
+def lame_derivatives(E: float, nu: float) -> NDArray:
+    """Derivatives of (lam, mu) with respect to (log E, nu), shape (2, 2) [Pa].
+
+    Rows belong to lam and mu, columns to log E and nu.
+    """
+    lam, mu = lame_from_engineering(E, nu)
+    by_nu = E * (1 + 2 * nu**2) / ((1 + nu) * (1 - 2 * nu)) ** 2
+    return np.array([[lam, by_nu], [mu, -mu / (1 + nu)]])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from palpate.estimate.minimise.options import Minimise
-from palpate.solid.moduli import (
+from palpate.solid.laws import (
     engineering_from_lame,
     lame_from_engineering,
     reduced_modulus,

@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.minimise.objective import Measurement
+from palpate.estimate.minimise.objective import Measurement, node_sets
 from palpate.estimate.minimise.problem import Problem
-from palpate.solid.boundary import node_sets
 from palpate.solid.support import Support
 from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked

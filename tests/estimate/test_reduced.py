@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 from full_solves import energy_error
+from palpate.estimate.minimise.reduced import lame_ratio, reduced_model
 from palpate.solid.mesh import solid_mesh
-from palpate.solid.moduli import lame_ratio
-from palpate.solid.reduced import reduced_model
 from palpate.solid.stiffness import elastic_stiffness
 from skfem import MeshTet
 

@@ -2,12 +2,19 @@
 
 import numpy as np
 import pytest
-from palpate.solid.log_neo_hookean import LogNeoHookean
-from palpate.solid.mesh import quadratic
+from palpate.solid.mesh import quadratic, solid_mesh
 from palpate.solid.stiffness import combined, elastic_stiffness
+from palpate.surface.neo_hookean import LogNeoHookean
 from scipy.spatial.transform import Rotation
+from skfem import MeshTet
 
 LAM, MU = 900.0, 400.0
+
+
+@pytest.fixture(scope="module")
+def cube():
+    mesh = MeshTet().refined(2)
+    return solid_mesh(0.1 * mesh.p.T, mesh.t.T)
 
 
 @pytest.fixture(scope="module")
@@ -38,15 +45,17 @@ def test_blocks_are_the_slope_of_the_forces(elastic, bent):
     before, blocks = elastic.forces_and_blocks(bent - step)
     after, _ = elastic.forces_and_blocks(bent + step)
     _, blocks = elastic.forces_and_blocks(bent)
-    found = (elastic.matrix(blocks) @ (2 * step).ravel()).reshape(-1, 3)
+    found = (elastic.pattern.matrix(blocks) @ (2 * step).ravel()).reshape(-1, 3)
     assert np.linalg.norm(found - (after - before)) < 1e-6 * np.linalg.norm(after - before)
 
 
 def test_blocks_lie_where_block_of_says(elastic, bent):
     _, blocks = elastic.forces_and_blocks(bent)
-    matrix = elastic.matrix(blocks).toarray()
+    matrix = elastic.pattern.matrix(blocks).toarray()
     rows, columns = elastic.mesh.tetrahedra[::7, 0], elastic.mesh.tetrahedra[::7, 2]
-    for row, column, place in zip(rows, columns, elastic.block_of(rows, columns), strict=True):
+    for row, column, place in zip(
+        rows, columns, elastic.pattern.block_of(rows, columns), strict=True
+    ):
         there = np.s_[3 * row : 3 * row + 3, 3 * column : 3 * column + 3]
         assert np.array_equal(blocks[place], matrix[there])
 
@@ -63,7 +72,7 @@ def test_turning_changes_nothing(elastic, bent):
 def test_at_rest_it_is_the_linear_solid(elastic, cube):
     forces, blocks = elastic.forces_and_blocks(cube.nodes_m)
     linear = combined(*elastic_stiffness(cube), LAM, MU)
-    assert abs(elastic.matrix(blocks) - linear).max() < 1e-12 * abs(linear).max()
+    assert abs(elastic.pattern.matrix(blocks) - linear).max() < 1e-12 * abs(linear).max()
     assert np.abs(forces).max() < 1e-12 * abs(linear).max()
 
 
@@ -78,9 +87,9 @@ def test_uniform_stretch(elastic, cube):
 def test_under_strong_compression_the_positive_part_stays_positive(elastic, cube):
     squeezed = cube.nodes_m @ np.diag([1.0, 1.0, 0.2])
     _, blocks = elastic.forces_and_blocks(squeezed)
-    assert np.linalg.eigvalsh(elastic.matrix(blocks).toarray()).min() < -1e-3 * MU * 0.1
+    assert np.linalg.eigvalsh(elastic.pattern.matrix(blocks).toarray()).min() < -1e-3 * MU * 0.1
     _, blocks = elastic.forces_and_blocks(squeezed, positive=True)
-    assert np.linalg.eigvalsh(elastic.matrix(blocks).toarray()).min() > -1e-12 * MU
+    assert np.linalg.eigvalsh(elastic.pattern.matrix(blocks).toarray()).min() > -1e-12 * MU
 
 
 def test_steps_that_would_turn_an_element_inside_are_cut(elastic, cube):

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.linalg import eigh
 
-from palpate.solid.moduli import lame_ratio
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined
 
@@ -25,6 +24,11 @@ LARGEST_POLE = 1.5
 DEPENDENT = 1e-12
 # Where log(1 + lam / mu) still exists with room to spare.
 LEAST_POISSON_RATIO = -0.4
+
+
+def lame_ratio(nu: float) -> float:
+    """Ratio lam / mu."""
+    return 2 * nu / (1 - 2 * nu)
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,13 @@
-"""Hyperelastic energy of a solid at finite strain: elements may turn by any angle."""
+"""Hyperelastic energy of the tracker's solid at finite strain: elements may turn by any angle."""
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
+from palpate.solid.hyperelastic import LEAST_VOLUME
 from palpate.solid.mesh import SolidMesh, at_nodes, element_volumes
-from palpate.solid.stiffness import block_pattern, shape_gradients
+from palpate.solid.stiffness import BlockPattern, shape_gradients
 
-# A step may not squeeze an element below this share of its volume.
-LEAST_VOLUME = 0.02
+# Of a step that squeezes an element below the least share of its volume.
 HALVINGS = 30
 
 
@@ -42,7 +41,7 @@ class LogNeoHookean:
         self.mesh, self.lam, self.mu = mesh, lam, mu
         self.gradients = shape_gradients(mesh, np.full((1, 4), 0.25))[:, 0]
         self.volume = element_volumes(mesh.nodes_m, mesh.tetrahedra)
-        self._place, self._columns, self._starts = block_pattern(mesh.tetrahedra, len(mesh.nodes_m))
+        self.pattern = BlockPattern(mesh.tetrahedra, len(mesh.nodes_m))
         inner = np.einsum("eia,eja->eij", self.gradients, self.gradients)
         self._inner = (mu * self.volume)[:, None, None, None, None] * (
             inner[..., None, None] * np.eye(3)
@@ -71,7 +70,7 @@ class LogNeoHookean:
         forces : (n, 3) array
             [N].
         blocks : (k, 3, 3) array
-            Blocks of the stiffness, in the places of `block_of` [N/m].
+            Blocks of the stiffness, of the pattern [N/m].
         """
         F, corners = self._deformation(x), self.mesh.tetrahedra
         log_J = np.log(np.linalg.det(F))
@@ -84,7 +83,7 @@ class LogNeoHookean:
         if not positive:
             turning = (self.mu - self.lam * log_J) * self.volume
             blocks += turning[:, None, None, None, None] * np.swapaxes(H, 3, 4)
-        return forces, (self._place @ blocks.reshape(-1, 9)).reshape(-1, 3, 3)
+        return forces, self.pattern.sums(blocks)
 
     def allowed_part(self, x: NDArray, step: NDArray) -> float:
         """Largest of 1, 1/2, 1/4 ... of a step (n, 3) [m] that squeezes no element too far."""
@@ -94,16 +93,6 @@ class LogNeoHookean:
                 return part
             part /= 2
         return part
-
-    def block_of(self, rows: NDArray, columns: NDArray) -> NDArray:
-        """Places of the blocks of pairs of nodes that share an element."""
-        size = len(self.mesh.nodes_m)
-        keys = np.repeat(np.arange(size), np.diff(self._starts)) * size + self._columns
-        return np.searchsorted(keys, rows * size + columns)
-
-    def matrix(self, blocks: NDArray) -> sparse.csr_matrix:
-        """Sparse matrix (3n, 3n) of blocks in the places of `block_of`."""
-        return sparse.bsr_matrix((blocks, self._columns, self._starts)).tocsr()
 
     def _deformation(self, x: NDArray) -> NDArray:
         """Deformation gradient F of each element (Eq. 3.4), shape (m, 3, 3)."""
