@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from floor import floor
+from made_up_indentation import MINIMISE as OPTIONS
 from palpate.estimate.minimise.objective import Measurement, Objective
 from palpate.estimate.minimise.options import Load
 from palpate.estimate.minimise.problem import pose_problem
@@ -17,7 +18,6 @@ from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.options import Solid
 from palpate.solid.refine import refine_near
 from palpate.surface.tracked import Tracked
-from pressed import OPTIONS
 
 E, NU, FORCE = 25e3, 0.30, np.array([0.0, 0.0, -2.0])
 POINT, PRESS = np.array([-0.05, 0.0, 0.0475]), {"indenter_radius_m": 0.00622, "depth_m": 0.006}

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from full_solves import largest_error
+from made_up_indentation import MINIMISE as OPTIONS
 from palpate.estimate.minimise.objective import Measurement, Objective
 from palpate.estimate.minimise.problem import Problem, tracked_rotations
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
@@ -13,7 +14,6 @@ from palpate.solid.mesh import solid_mesh
 from palpate.solid.moduli import lame_from_engineering
 from palpate.solid.solve import factorise
 from palpate.solid.support import Support
-from pressed import OPTIONS
 from skfem import MeshTet
 
 BOTH = ["displacement", "force_displacement"]
