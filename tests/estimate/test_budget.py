@@ -393,9 +393,9 @@ def test_what_each_capture_has_for_itself_scatters_between_them(field):
     options, capture = with_term(field, std)
     assert APART not in {one.name for one in budget(options, capture).sources}
     found = budget(options, *[capture] * 3)
-    own = sum(line(found, name).contributions[0] ** 2 for name in (source, *NOISES))
+    own = sum(line(found, name).contributions ** 2 for name in (source, *NOISES))
     expected = own * likely_excess(0.0, 2)
-    assert line(found, APART).contributions[0] ** 2 == pytest.approx(expected, rel=0.05)
+    assert line(found, APART).contributions ** 2 == pytest.approx(expected, rel=0.05)
 
 
 def likely_excess(scatter, freedom):
@@ -448,6 +448,12 @@ def test_patches_that_scatter_more_than_is_stated_widen_their_noise():
     scatter = np.sqrt(np.square(each).sum(axis=0))
     assert found.contributions[JUDGED] == pytest.approx(scatter, rel=0.05)
     assert (found.contributions > 2 * stated.contributions)[JUDGED].all()
+
+
+def test_depths_of_one_place_and_time_err_together():
+    capture = replace(CAPTURE, pattern_std_m=2e-4)
+    root = with_depth_errors(capture, TRUTH, NOTHING, likeliest=False).depth_root_m
+    assert root @ root.T == pytest.approx(ALONE + alike(2e-4), rel=1e-6, abs=1e-14)
 
 
 @pytest.mark.parametrize(

@@ -140,6 +140,18 @@ def test_deviations_that_are_found_are_those_of_the_errors(times):
     assert motion == pytest.approx(times * capture.noise_std_m[0, 0], rel=0.05)
 
 
+def test_displacements_that_err_by_how_far_they_move():
+    """With a variance in proportion, and one in a hundred thirty times as far off."""
+    capture, rng = indentation_of(25e3, 0.3, 5), np.random.default_rng(5)
+    more = 1e-5 * np.abs(capture.moved_m)
+    error = rng.normal(0, np.sqrt(more)) * np.where(rng.random(more.shape) < 0.01, 30, 1)
+    best = fit_direct([replace(capture, moved_m=capture.moved_m + error)], OPTIONS, START)
+    found = best.indentations[0].moved_std_m * best.scales[0].motion[0]
+    expected = np.sqrt(capture.noise_std_m**2 + more)
+    for here in (more > np.quantile(more, 0.9), more < np.quantile(more, 0.1)):
+        assert np.median(found[here] / expected[here]) == pytest.approx(1, abs=0.15)
+
+
 @pytest.mark.parametrize(
     ("patch", "frame", "both"),
     [(0, 0, 0), (0.2, 0, 0), (0, 0.2, 0), (0.2, 0.2, 0), (0, 0, 0.7), (0.2, 0.2, 0.7)],
