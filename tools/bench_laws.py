@@ -25,7 +25,7 @@ from palpate.solid.support import Support
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/estimate"))
-from made_up_press import SHARE_TIMES_S, SHARES, press_of  # noqa: E402
+from made_up_indentation import AMPLITUDES, RELAXATION_TIMES_S, indentation_of  # noqa: E402
 
 TABLE = ROOT / "results/law_population.csv"
 POINT_M, DOWN, RADIUS_M = np.array([-0.05, 0, 0.0475]), np.array([0, 0, -1.0]), 0.00622
@@ -124,11 +124,11 @@ def row_of(
     """Estimate of three captures, with noise of their own, against the truth."""
     deepest = radii * RADIUS_M
     captures = [
-        press_of(
+        indentation_of(
             E,
             nu,
             seed + k,
-            deepest_m=deepest,
+            maximum_depth_m=deepest,
             least_m=deepest / 15,
             solid=(cell, truth, table),
             motion_std_m=MOTION_STD_M,
@@ -140,7 +140,7 @@ def row_of(
     told = np.array([found.quantities.depth_m])
     harder = float((truth.force(told, nu, 0.0) / table.force(told, nu, 0.0))[0])
     star = E / (1 - nu**2)
-    left = 1 - float(relaxed_share(1.0, fractions=SHARES, times_s=np.array(SHARE_TIMES_S)))
+    left = 1 - float(relaxed_share(1.0, fractions=AMPLITUDES, times_s=np.array(RELAXATION_TIMES_S)))
     truths = dict(zip(STEMS, (star, star * harder * left, E, nu), strict=True))
     p = found.solution.parameters[0]
     row = {"law": law, "nu": nu, "depth_over_radius": radii}

@@ -1,12 +1,12 @@
-"""The synthetic capture from clouds and forces to E and nu: what each step selects and hands on."""
+"""The synthetic capture from clouds and forces to E and nu: what each step selects and returns."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_up_indentation import displacement_of
 from palpate.estimate.direct.contact import FORCE_DEVIATIONS
 from palpate.estimate.direct.estimate import estimate_direct
-from palpate.estimate.direct.motion import SurfaceMotion, no_pictures
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.direct.options import Fit, Observation
 from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
@@ -34,7 +34,7 @@ from synthetic_capture import (
 )
 
 DEPTH_M = depth_m(TIME_S)
-# The press goes in from frame 22 on, and is held up to frame 42.
+# Loaded from frame 22 on, and held up to frame 42.
 FIRST, LAST = 22, 42
 NOISE_N = 0.01
 PEAK_N = force_n(DEPTH_M.max(), 0.00622)
@@ -57,17 +57,7 @@ CELL_M, NORMAL = samples()
 def motion(synthetic):
     """The true one."""
     moved = sunk_m(CELL_M, DEPTH_M, synthetic.radius_m) * (NORMAL @ UP)
-    return SurfaceMotion(
-        cell_m=CELL_M,
-        normal=NORMAL,
-        moved_m=moved,
-        std_m=np.full_like(moved, 3e-5),
-        rest_height_m=np.zeros(len(CELL_M)),
-        rest_std_m=np.full(len(CELL_M), 4e-5),
-        points=np.full(moved.shape, 9),
-        rest_frames=np.arange(FIRST),
-        **no_pictures(*moved.shape),
-    )
+    return displacement_of(CELL_M, NORMAL, moved, FIRST, std_m=3e-5)
 
 
 @pytest.fixture(scope="module")
@@ -91,15 +81,8 @@ def direct(synthetic, motion, record):
     block = SmoothSurface(synthetic.template.vertices_m, synthetic.template.faces)
 
     def made(options=None, table=None, surface=block, **changes):
-        return direct_indentation(
-            replace(record, **changes),
-            motion,
-            synthetic.alignment,
-            surface,
-            table or synthetic.table(),
-            synthetic.support,
-            options or Fit(),
-        )
+        given = synthetic.alignment, surface, table or synthetic.table(), synthetic.support
+        return direct_indentation(replace(record, **changes), motion, *given, options or Fit())
 
     return made
 
@@ -128,7 +111,7 @@ def test_frames_with_force_enough_from_the_touch_to_the_end_of_the_hold(
     assert found.frames.tolist() == frames[frames <= LAST].tolist()
 
 
-def test_a_jolt_before_the_touch_is_no_press(direct, record, synthetic):
+def test_a_jolt_before_the_touch_is_no_contact(direct, record, synthetic):
     forces = record.forces_n.copy()
     forces[5] += 0.5 * synthetic.forces_n[LAST]
     assert direct(forces_n=forces).frames.min() == FIRST
@@ -187,7 +170,7 @@ def test_samples_outside_of_the_contact_near_enough_and_off_the_edges(direct, sy
     assert np.array_equal(found.moved_m[0] == 0, (NORMAL[chosen, 2] == 0))
 
 
-def test_what_is_handed_on_is_the_capture_s(plain, synthetic, record):
+def test_depths_forces_and_displacements_are_those_of_the_capture(plain, synthetic, record):
     options = Fit()
     assert plain.depth_m == pytest.approx(DEPTH_M[plain.frames], abs=4 * TIP_STD_M)
     rate = np.gradient(DEPTH_M, TIME_S)[plain.frames]
@@ -201,15 +184,11 @@ def test_what_is_handed_on_is_the_capture_s(plain, synthetic, record):
     assert plain.noise_std_m == pytest.approx(np.full(seen.shape, 5e-5))
     assert [plain.clock_expected_s, plain.clock_std_s] == [CLOCK_S, 0.02]
     assert plain.offset_std_m == pytest.approx(np.hypot(TIP_STD_M, options.offset_std_m))
-    stds = [plain.tip_std_m, plain.pattern_std_m, plain.shift_std_m, plain.picture_std_m]
     assert plain.place_std_m == pytest.approx(np.sqrt(0.75) * options.place_std_m)
     assert plain.tip_root_m == pytest.approx(0.5 * options.place_std_m * np.eye(3))
-    assert stds == [
-        TIP_STD_M,
-        options.depth_pattern_std_m,
-        options.shift_std_m,
-        options.picture_std_m,
-    ]
+    assert plain.tip_std_m == TIP_STD_M
+    for name, option in (("pattern", "depth_pattern"), ("shift", "shift"), ("picture", "picture")):
+        assert getattr(plain, f"{name}_std_m") == getattr(options, f"{option}_std_m")
 
 
 def test_a_force_across_is_no_force_along(direct, record, synthetic):
@@ -219,11 +198,10 @@ def test_a_force_across_is_no_force_along(direct, record, synthetic):
     assert found.sideways_n == pytest.approx(np.full(len(TIME_S), 0.5), abs=4 * NOISE_N)
 
 
-def test_a_probe_that_gives_way_goes_in_less_than_its_board_goes_down(direct, plain):
+def test_a_compliant_probe_goes_in_less_than_its_target_goes_down(direct, plain):
     found = direct(stiffness_n_m=5e3)
     assert plain.depth_m - found.depth_m == pytest.approx(plain.force_n[plain.frames] / 5e3)
     assert plain.tip_depth_m - found.tip_depth_m == pytest.approx(plain.force_n / 5e3)
-    assert np.array_equal(found.depth_m, found.tip_depth_m[found.frames])
 
 
 def off_m(found, radius_m, place_m):
@@ -256,7 +234,7 @@ def test_a_table_that_stays_expects_the_contact_where_it_is(direct, synthetic):
     assert abs(off_m(found, synthetic.radius_m, found.place_expected_m)) < 5e-4
 
 
-def test_a_table_of_another_point_is_refused(direct, synthetic):
+def test_a_table_of_another_point_is_rejected(direct, synthetic):
     with pytest.raises(ValueError, match="contact: expected within 2 mm .* found 20.0 mm away"):
         direct(table=synthetic.table(POINT_M + [0.02, 0, 0]))
 
@@ -316,10 +294,10 @@ def test_from_clouds_and_forces_to_the_moduli(synthetic, sensors):
 
 
 def test_a_tips_covariance_turns_with_the_probe(synthetic, direct, plain):
-    """Of an error along the press in the target's frame all is the depth's, and none place."""
+    """All of an error along the indentation is the depth's, and none the contact place's."""
     turn = marker_transforms(synthetic.poses)[-1, :3, :3]
-    press = turn.T @ synthetic.camera_from_object[:3, :3] @ -UP
-    along = 1e-6 * np.outer(press, press) + 1e-16 * np.eye(3)
+    inwards = turn.T @ synthetic.camera_from_object[:3, :3] @ -UP
+    along = 1e-6 * np.outer(inwards, inwards) + 1e-16 * np.eye(3)
     found = direct(uncertainty=ProbeUncertainty(tip_covariance_m2=along))
     moves = found.tip_axes @ found.tip_root_m
     assert np.linalg.norm(moves, axis=1) == pytest.approx([1e-3, 0, 0], abs=1e-6)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_press import NO_RIG, RADIUS_M, model_of
+from made_up_indentation import NO_RIG, RADIUS_M, made_up_table
 from palpate import hertz
 from palpate.estimate.curve import estimate_curve
 from palpate.estimate.direct.options import Fit, ModelStd
@@ -16,7 +16,7 @@ OPTIONS = Fit(rig=NO_RIG, model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0))
 
 @pytest.fixture(scope="module")
 def model():
-    table = model_of(np.array([[0.03, 0, 0]]))
+    table = made_up_table(np.array([[0.03, 0, 0]]))
     force = table.force_per_modulus_m2
     return IndentationModel(
         point_m=np.zeros(3),
@@ -38,7 +38,8 @@ def fitted(seed, *, law=0.0, deepest_m=0.006, contact_m=0.002, level_n=0.05, wro
     Some samples are wrong by 0.2 N.
     """
     rng = np.random.default_rng(seed)
-    table, depth = model_of(np.array([[0.03, 0, 0]])), np.linspace(0, contact_m + deepest_m, 300)
+    table = made_up_table(np.array([[0.03, 0, 0]]))
+    depth = np.linspace(0, contact_m + deepest_m, 300)
     force = E_PA * table.force(depth - contact_m, NU, law) + level_n
     noise = NOISE_N * rng.normal(size=300)
     if wrong is not None:

@@ -1,11 +1,11 @@
-"""Intervals of the direct estimate on presses drawn from all that it takes for likely."""
+"""Coverage of the direct estimate's intervals: captures drawn from its prior."""
 
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
-from made_up_press import OPTIONS, RADIUS_M, START, press_of
+from made_up_indentation import OPTIONS, RADIUS_M, START, indentation_of
 from palpate.estimate.direct.budget import budget_of, covariance_of
 from palpate.estimate.direct.fit import fit_direct
 from palpate.estimate.direct.interval import intervals
@@ -13,7 +13,7 @@ from palpate.estimate.direct.quantities import quantities_of
 from palpate.estimate.relaxation import relaxed_share
 from palpate.modulus import LABELS
 
-# Presses of the quick test, of the long ones, and of those at other Poisson's ratios.
+# Captures of the quick test, of the long ones, and of those at other Poisson's ratios.
 FEW, DRAWS, OTHERS = 24, 200, 140
 E, NU = 25e3, 0.3
 # Deviations over what is stated, root mean square: 1 for a right interval; of 200 draws it
@@ -25,8 +25,8 @@ LIMITS = {DRAWS: (0.6, 1.12), FEW: (0.62, 1.35)}
 FEWEST = {DRAWS: 181, OTHERS: 124}
 
 
-def drawn_press(rng, seed, nu):
-    """A press of which all is drawn from its prior; its q, and what is left of it after 1 s."""
+def drawn_capture(rng, seed, nu):
+    """A capture of which all is drawn from its prior; its q, and what is left of it after 1 s."""
     laws = rng.normal(0, [OPTIONS.force_law_std, OPTIONS.motion_law_std])
     step = np.array([[1.0, -1.0]]) / OPTIONS.fraction_step_std
     information = np.eye(2) / OPTIONS.fraction_std**2 + step.T @ step
@@ -34,40 +34,40 @@ def drawn_press(rng, seed, nu):
     while (shares < 0).any():
         shares = rng.multivariate_normal(np.zeros(2), np.linalg.inv(information))
     late = rng.normal(0, 0.01)
-    # Its depths err by where the probe is as they are held to (`pattern_std_m`).
-    drawn = {"laws": tuple(laws), "shares": tuple(shares), "late_s": late, "wavy_m": 3e-5}
-    press = press_of(E, nu, seed, **drawn)
-    gain, shift = rng.normal(0, OPTIONS.gain_std), rng.normal(0, press.shift_std_m)
+    # Its depths err by where the probe is as is stated (`pattern_std_m`).
+    drawn = {"laws": tuple(laws), "amplitudes": tuple(shares), "delay_s": late, "wavy_m": 3e-5}
+    capture = indentation_of(E, nu, seed, **drawn)
+    gain, shift = rng.normal(0, OPTIONS.gain_std), rng.normal(0, capture.shift_std_m)
     left = 1 - relaxed_share(1.0, fractions=shares, times_s=np.array(OPTIONS.relaxation_times_s))
-    return replace(press, moved_m=press.moved_m * (1 + gain) + shift), laws[0], float(left)
+    return replace(capture, moved_m=capture.moved_m * (1 + gain) + shift), laws[0], float(left)
 
 
-def judged(press, q, left, nu):
+def judged(capture, q, left, nu):
     """Errors of the moduli over their deviations, and whether intervals hold."""
-    best = fit_direct([press], OPTIONS, START)
+    best = fit_direct([capture], OPTIONS, START)
     covariance = covariance_of(best, OPTIONS)
-    told = quantities_of(best, OPTIONS, radius_m=RADIUS_M)
-    budget = budget_of(best, covariance, told, OPTIONS, radius_m=RADIUS_M)
+    stated = quantities_of(best, OPTIONS, radius_m=RADIUS_M)
+    budget = budget_of(best, covariance, stated, OPTIONS, radius_m=RADIUS_M)
     star, later = E / (1 - nu**2), E * left
-    harder = np.exp(q * press.table.stiffening_at(np.array([told.depth_m]), nu)[0][0])
+    harder = np.exp(q * capture.table.stiffening_at(np.array([stated.depth_m]), nu)[0][0])
     values = np.array([star * harder * left, E, later, nu, star])
     truth = np.where(np.array(list(LABELS)) == "poisson_ratio", values, np.log(values))
-    found = intervals(best, covariance, told, budget, OPTIONS)
+    found = intervals(best, covariance, stated, budget, OPTIONS)
     named = zip(LABELS, values, strict=True)
     holds = [found[name].low <= value <= found[name].high for name, value in named]
-    return (told.values[: len(LABELS)] - truth) / budget.std[: len(LABELS)], holds
+    return (stated.values[: len(LABELS)] - truth) / budget.std[: len(LABELS)], holds
 
 
 @cache
 def drawn(nu, draws):
     """Deviations (draws, 5) and whether intervals hold (draws, 5), at a Poisson's ratio."""
     rng = np.random.default_rng(20150401)
-    each = [judged(*drawn_press(rng, seed, nu), nu) for seed in range(draws)]
+    each = [judged(*drawn_capture(rng, seed, nu), nu) for seed in range(draws)]
     return np.array([one for one, _ in each]), np.array([holds for _, holds in each])
 
 
 @pytest.mark.parametrize("draws", [FEW, pytest.param(DRAWS, marks=pytest.mark.long)])
-def test_errors_are_as_large_as_they_are_said_to_be(draws):
+def test_errors_are_as_large_as_stated(draws):
     deviations, _ = drawn(NU, draws)
     least, most = LIMITS[draws]
     spread = np.sqrt((deviations**2).mean(axis=0))
@@ -79,7 +79,7 @@ def test_errors_are_as_large_as_they_are_said_to_be(draws):
 @pytest.mark.long
 @pytest.mark.parametrize("nu", [0.1, NU, 0.47])
 @pytest.mark.parametrize("quantity", range(len(LABELS)), ids=LABELS)
-def test_intervals_hold_as_often_as_they_say(quantity, nu):
+def test_intervals_hold_the_truth_as_often_as_stated(quantity, nu):
     """Near the ends of its range nu is cut off, and moduli with it."""
     draws = DRAWS if nu == NU else OTHERS
     inside = int(drawn(nu, draws)[1][:, quantity].sum())

@@ -1,8 +1,6 @@
 """Estimates of one object whose intervals exclude each other, or just do not."""
 
 import pytest
-from made_up_press import OPTIONS, RADIUS_M, press_of
-from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.exclusion import Estimated, exclusions
 from palpate.modulus import LABELS, Modulus
 
@@ -35,14 +33,6 @@ def test_two_sensors(other, warned):
     assert [len(one) for one in lines] == [warned, warned] and lines[0] == lines[1]
 
 
-def test_what_is_said_of_two_sensors():
-    kinect, bumblebee = of(30.7e3, 36.1e3), of(26.3e3, 29.3e3, "all captures by the Bumblebee2")
-    assert exclusions([kinect, bumblebee])[0] == [
-        "E at once of all captures by the Kinect, 33.4 kPa (30.7 to 36.1), and of all captures by"
-        " the Bumblebee2, 27.8 kPa (26.3 to 29.3), exclude each other"
-    ]
-
-
 @pytest.mark.parametrize(
     ("excluded", "captures", "joint"), [(1, 5, 0), (2, 5, 1), (4, 36, 0), (5, 36, 1)]
 )
@@ -56,14 +46,3 @@ def test_single_captures_miss_by_chance_once_in_twenty(excluded, captures, joint
 
 def test_single_captures_are_not_compared_with_each_other():
     assert exclusions([single(10e3, 11e3), single(20e3, 21e3)]) == [[], []]
-
-
-def test_an_estimate_that_another_excludes():
-    found = estimate_direct([press_of(25e3, 0.3, 1)], OPTIONS, radius_m=RADIUS_M)
-    assert found.beside([]).to_dict() == found.to_dict() and not found.doubts
-    told = found.beside(["another excludes it"]).to_dict()
-    assert told["doubts"] == ["another excludes it"]
-    verdicts = [
-        one["verdict"] for one in told.values() if isinstance(one, dict) and "verdict" in one
-    ]
-    assert len(verdicts) == 8 and "identified" not in verdicts

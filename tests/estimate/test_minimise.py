@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from made_up_indentation import LAM, MU
+from made_up_indentation import MINIMISE as OPTIONS
 from palpate.estimate.minimise.objective import Measurement, Objective
 from palpate.estimate.minimise.search import hertz_start, minimise_error
 from palpate.solid.laws import (
@@ -9,7 +11,6 @@ from palpate.solid.laws import (
     lame_from_engineering,
     reduced_modulus,
 )
-from pressed import LAM, MU, OPTIONS
 
 
 def test_moduli():

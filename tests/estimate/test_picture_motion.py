@@ -1,18 +1,13 @@
-"""What pictures tell of a surface's motion: along which ways, how far, how well, and where."""
+"""Surface displacement from pictures: along which directions, how far, how well, and where."""
 
 from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
+from made_up_indentation import displacement_of
 from palpate.estimate.direct.correspondences import ProbeInView
-from palpate.estimate.direct.motion import (
-    MotionAlong,
-    SurfaceMotion,
-    load_motion,
-    no_pictures,
-    save_motion,
-)
+from palpate.estimate.direct.motion import MotionAlong, load_motion, save_motion
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.picture_motion import Pictures, with_pictures
 from palpate.surface.alignment import Alignment
@@ -30,18 +25,8 @@ def motion():
     """Samples that don't move along their normals."""
     x, y = (one.ravel() for one in np.mgrid[-0.08:0.081:0.02, -0.08:0.081:0.02])
     cell = np.column_stack([x, y, 0 * x])
-    frames, count = REST + 1, len(cell)
-    return SurfaceMotion(
-        cell_m=cell,
-        normal=np.tile([0.0, 0, -1], (count, 1)),
-        moved_m=np.zeros((frames, count)),
-        std_m=np.full((frames, count), 1e-4),
-        rest_height_m=np.zeros(count),
-        rest_std_m=np.full(count, 4e-5),
-        points=np.full((frames, count), 9),
-        rest_frames=np.arange(REST),
-        **no_pictures(frames, count),
-    )
+    normal = np.tile([0.0, 0, -1], (len(cell), 1))
+    return displacement_of(cell, normal, np.zeros((REST + 1, len(cell))), REST)
 
 
 def probe(tip_m=(0.3, 0.3, -0.1)):
@@ -85,23 +70,26 @@ def test_material_moves_across_the_line_of_sight():
     assert np.abs(error).max() < 5 * found.across_std_m[:, seen & near].max()
 
 
-def test_nothing_is_told_without_texture_or_past_the_probe():
-    bare = with_pictures(motion(), ALIGNED, pictures(0.0), probe(), Observation())
-    assert not np.isfinite(bare.across_m).any()
+def repeated(shown):
+    return replace(shown, images=[shown.images[0]] * len(shown.images))
+
+
+@pytest.mark.parametrize(
+    "shown", [pictures(0.0), repeated(pictures())], ids=["no texture", "repeated picture"]
+)
+def test_pictures_that_show_no_displacement(shown):
+    found = with_pictures(motion(), ALIGNED, shown, probe(), Observation())
+    assert not np.isfinite(found.across_m).any()
+
+
+def test_nothing_is_seen_past_the_probe():
     hidden = with_pictures(motion(), ALIGNED, pictures(), probe((0, 0, -0.01)), Observation())
     near = np.linalg.norm(hidden.cell_m, axis=1) < 0.015
     assert near.any() and not np.isfinite(hidden.across_m[:, :, near]).any()
 
 
-def test_nothing_is_told_by_a_picture_that_was_repeated():
-    shown = pictures()
-    frozen = replace(shown, images=[shown.images[0]] * len(shown.images))
-    found = with_pictures(motion(), ALIGNED, frozen, probe(), Observation())
-    assert not np.isfinite(found.across_m).any()
-
-
 @pytest.mark.parametrize("hovers", [False, True])
-def test_what_goes_with_the_arm_before_the_touch_is_not_the_surface(hovers):
+def test_what_moves_with_the_probe_before_the_touch_is_not_the_surface(hovers):
     """A part of the picture goes down with the probe: an arm, or the edge of its shadow."""
     shown, view = pictures(), probe()
     way_m = np.array([0.015, 0.01, 0.005, 0.0, 0.0])
@@ -124,18 +112,21 @@ def test_motions_are_written_and_taken_apart(tmp_path):
     save_motion(tmp_path / "motion.npz", found)
     again = load_motion(tmp_path / "motion.npz")
     assert all(np.array_equal(getattr(again, k), v, equal_nan=True) for k, v in vars(found).items())
-    each, count = MotionAlong.of(again), len(found.cell_m)
-    assert np.bincount(each.axis).tolist() == [count] * 3
+    each = MotionAlong.of(again)
     assert np.array_equal(each.moved_m[:, each.axis == 2], found.across_m[:, 1], equal_nan=True)
     assert np.array_equal(np.isfinite(each.std_m), np.isfinite(each.moved_m))
-    assert MotionAlong.of(motion()).way.shape == (count, 3)
+    assert MotionAlong.of(motion()).way.shape == found.cell_m.shape
 
 
-def test_pictures_of_another_film_are_refused():
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda shown: {"images": shown.images[1:]}, "frames: expected 4, one a picture, found"),
+        (lambda shown: {"uncovered": np.zeros((24, 32), dtype=bool)}, "mask: expected"),
+    ],
+    ids=["a picture too few", "mask of another size"],
+)
+def test_pictures_of_another_recording(change, message):
     shown = pictures()
-    fewer = replace(shown, images=shown.images[1:])
-    with pytest.raises(ValueError, match="frames: expected 4, one a picture, found clouds of 5"):
-        with_pictures(motion(), ALIGNED, fewer, probe(), Observation())
-    other = replace(shown, uncovered=np.zeros((24, 32), dtype=bool))
-    with pytest.raises(ValueError, match="mask: expected the pictures'"):
-        with_pictures(motion(), ALIGNED, other, probe(), Observation())
+    with pytest.raises(ValueError, match=message):
+        with_pictures(motion(), ALIGNED, replace(shown, **change(shown)), probe(), Observation())

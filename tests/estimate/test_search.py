@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from full_solves import largest_error
+from made_up_indentation import BOUNDS, LAM, MU, indented_block
+from made_up_indentation import MINIMISE as OPTIONS
 from palpate.estimate.minimise.fit import fit_moduli
 from palpate.estimate.minimise.least_squares import fit_least_squares
 from palpate.estimate.minimise.profile import poisson_profile
@@ -11,7 +13,6 @@ from palpate.estimate.minimise.scatter import correlation_length, error_clusters
 from palpate.estimate.minimise.search import minimise_error
 from palpate.solid.laws import engineering_from_lame, lame_from_engineering, reduced_modulus
 from palpate.solid.mesh import solid_mesh
-from pressed import BOUNDS, LAM, MU, OPTIONS, pressed
 from skfem import MeshTet
 
 TRUE = engineering_from_lame(LAM, MU)
@@ -49,7 +50,7 @@ def test_moduli_outside_of_the_range_are_solved_in_full(noisy):
 
 def test_a_solid_without_interior_nodes():
     grid = MeshTet.init_tensor(*(np.linspace(0, 0.1, n) for n in (2, 3, 3)))
-    full = pressed(solid_mesh(grid.p.T, grid.t.T), [0.05, 0.05, 0.1]).objective(BOTH[1])
+    full = indented_block(solid_mesh(grid.p.T, grid.t.T), [0.05, 0.05, 0.1]).objective(BOTH[1])
     assert not len(full.interior_dofs)
     fast = ReducedObjective(full)
     for place in PLACES:

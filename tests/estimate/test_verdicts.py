@@ -1,10 +1,10 @@
-"""Verdicts and doubts just inside and just outside of each of their limits."""
+"""Verdicts and warnings just inside and just outside of each of their limits."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_press import OPTIONS, RADIUS_M, START, press_of
+from made_up_indentation import OPTIONS, RADIUS_M, START, indentation_of
 from palpate.estimate.direct.blocks import Scales, blocks_of
 from palpate.estimate.direct.budget import budget_of, covariance_of
 from palpate.estimate.direct.doubts import doubts_of
@@ -15,29 +15,29 @@ from palpate.estimate.direct.interval import intervals
 from palpate.estimate.direct.quantities import NU, quantities_of
 
 
-def pressed(**press):
-    return press_of(25e3, 0.3, 1, noise=0.0, shares=(0.0, 0.0), **press)
+def exact(**changes):
+    return indentation_of(25e3, 0.3, 1, noise=0.0, amplitudes=(0.0, 0.0), **changes)
 
 
-PRESS = pressed()
+CAPTURE = exact()
 TRUTH = replace(START, youngs_modulus_pa=25e3, poisson_ratio=0.3)
 
 
-def at_truth(press=PRESS, options=OPTIONS, truth=TRUTH, **changes):
-    line = linearised(press, truth, times_s=np.array(options.relaxation_times_s))
-    blocks = blocks_of(press, line, Scales())
-    return replace(Solution((truth,), 0.0, (Scales(),), (blocks,), (press,), True), **changes)
+def at_truth(capture=CAPTURE, options=OPTIONS, truth=TRUTH, **changes):
+    line = linearised(capture, truth, times_s=np.array(options.relaxation_times_s))
+    blocks = blocks_of(capture, line, Scales())
+    return replace(Solution((truth,), 0.0, (Scales(),), (blocks,), (capture,), True), **changes)
 
 
 def verdicts(best, options=OPTIONS):
     covariance = covariance_of(best, options)
-    told = quantities_of(best, options, radius_m=RADIUS_M)
-    budget = budget_of(best, covariance, told, options, radius_m=RADIUS_M)
-    found = intervals(best, covariance, told, budget, options)
+    stated = quantities_of(best, options, radius_m=RADIUS_M)
+    budget = budget_of(best, covariance, stated, options, radius_m=RADIUS_M)
+    found = intervals(best, covariance, stated, budget, options)
     return {name.removesuffix("_pa"): one.verdict for name, one in found.items()}
 
 
-def doubts(best, options=OPTIONS, std=None):
+def warnings(best, options=OPTIONS, std=None):
     std = np.sqrt(np.diag(covariance_of(best, options))) if std is None else std
     return list(doubts_of(best, options, std))
 
@@ -47,21 +47,21 @@ def doubts(best, options=OPTIONS, std=None):
     [
         (None, {}, "identified", "identified"),
         (None, {"converged": False}, "not judged", "not judged"),
-        # Two moduli and two relaxing shares.
+        # Two moduli and two relaxation amplitudes.
         (4, {}, "identified", "identified"),
         (3, {}, "bounded", "not identified"),
     ],
 )
 def test_frames_and_convergence(frames, changes, modulus, ratio):
-    best = at_truth(pressed(kept=frames), **changes)
+    best = at_truth(exact(kept=frames), **changes)
     found = verdicts(best)
     assert found.pop("poisson_ratio") == ratio
-    # What is not told of nu is not of G and K; K of a few frames is wider than E.
+    # Where nu is not identified, neither are G and K; K of a few frames is wider than E.
     shear, bulk = found.pop("shear_modulus"), found.pop("bulk_modulus")
     assert shear == (ratio if ratio == "not identified" else modulus)
     assert bulk == (shear if frames != 4 else "bounded")
     assert set(found.values()) == {modulus}
-    assert doubts(best) == ["the fit did not converge"] * len(changes)
+    assert len(warnings(best)) == len(changes)
 
 
 @pytest.mark.parametrize(("off", "verdict"), [(0.5e-6, "bounded"), (2e-6, "identified")])
@@ -72,12 +72,11 @@ def test_a_modulus_at_an_end_of_its_range(off, verdict, end):
     options = OPTIONS.changed(youngs_modulus_bounds_pa=bounds)
     best = at_truth()
     assert set(verdicts(best, options).values()) == {verdict}
-    line = f"E lies at an end of its range, {bounds[0]:g} to {bounds[1]:g} Pa"
-    assert doubts(best, options) == [line] * (verdict == "bounded")
+    assert len(warnings(best, options)) == (verdict == "bounded")
 
 
 @pytest.mark.parametrize(("part", "verdict"), [(0.72, "assumed"), (0.78, "identified")])
-def test_a_ratio_of_which_a_press_leaves_four_fifths_is_the_one_that_was_given(part, verdict):
+def test_a_ratio_of_which_a_press_leaves_four_fifths_is_assumed(part, verdict):
     """Two deviations leave their product over their hypotenuse: at 3/4 that is 4/5."""
     free = covariance_of(at_truth(), OPTIONS)[NU, NU] ** 0.5
     options = OPTIONS.changed(poisson_ratio=0.3, poisson_ratio_std=part * free)
@@ -85,48 +84,41 @@ def test_a_ratio_of_which_a_press_leaves_four_fifths_is_the_one_that_was_given(p
 
 
 def depths_of(times):
-    return {"depth_root_m": times * PRESS.tip_std_m * np.eye(len(PRESS.frames))}
+    return {"depth_root_m": times * CAPTURE.tip_std_m * np.eye(len(CAPTURE.frames))}
 
 
 @pytest.mark.parametrize(
-    ("change", "doubt"),
+    ("change", "warned"),
     [
-        ({}, None),
-        (
-            {"frames_beyond": 1},
-            f"1 of {len(PRESS.frames) + 1} frames are deeper than the table's 9.0 mm",
-        ),
-        (depths_of(7.9), None),
-        (depths_of(8.1), "depths scatter by 8 times"),
-        ({"oblique_rad": np.deg2rad(9.8)}, None),
-        ({"oblique_rad": np.deg2rad(10.2)}, "the tip went 10 degrees beside"),
+        ({}, False),
+        ({"frames_beyond": 1}, True),
+        (depths_of(7.9), False),
+        (depths_of(8.1), True),
+        ({"oblique_rad": np.deg2rad(9.8)}, False),
+        ({"oblique_rad": np.deg2rad(10.2)}, True),
     ],
 )
-def test_doubts_of_a_press(change, doubt):
-    found = doubts(at_truth(replace(PRESS, **change)))
-    assert [one[: len(doubt or "")] for one in found] == ([doubt] if doubt else [])
+def test_warnings_of_a_capture(change, warned):
+    assert len(warnings(at_truth(replace(CAPTURE, **change)))) == warned
 
 
-@pytest.mark.parametrize(("deviations", "doubted"), [(1.95, False), (2.05, True)])
+@pytest.mark.parametrize(("deviations", "warned"), [(1.95, False), (2.05, True)])
 @pytest.mark.parametrize("side", [-1, 1])
-def test_a_ratio_that_is_pulled_from_the_one_given(deviations, doubted, side):
+def test_a_ratio_that_is_pulled_from_the_one_given(deviations, warned, side):
     given = 0.3 + side * deviations * 0.02
     options = OPTIONS.changed(poisson_ratio=given, poisson_ratio_std=0.02)
-    assert bool(doubts(at_truth(), options)) is doubted
+    assert bool(warnings(at_truth(), options)) is warned
 
 
 @pytest.mark.parametrize(("deviations", "warned"), [(2.95, False), (3.05, True)])
 @pytest.mark.parametrize("side", [-1, 1])
-@pytest.mark.parametrize(
-    ("name", "law"), [("force", "force_law"), ("surface displacement", "motion_law")]
-)
-def test_a_material_law_parameter_far_from_its_prior(name, law, side, deviations, warned):
+@pytest.mark.parametrize("law", ["force_law", "motion_law"])
+def test_a_material_law_parameter_far_from_its_prior(law, side, deviations, warned):
     std = np.ones(4)
     std[NU + 1 + (law == "motion_law")] = 0.1 / deviations
     laws = (side * 0.1 * (law == "force_law"), side * 0.1 * (law == "motion_law"))
-    best = at_truth(pressed(laws=laws), truth=replace(TRUTH, **{law: side * 0.1}))
-    line = f"material-law parameter of the {name} {side * 0.1:+.2f} +- 0.03, 3 deviations from"
-    assert [one[: len(line)] for one in doubts(best, std=std)] == [line] * warned
+    best = at_truth(exact(laws=laws), truth=replace(TRUTH, **{law: side * 0.1}))
+    assert len(warnings(best, std=std)) == warned
 
 
 @pytest.mark.parametrize(
@@ -141,21 +133,19 @@ def test_a_material_law_parameter_far_from_its_prior(name, law, side, deviations
     ],
 )
 def test_residuals_under_load_over_the_noise_at_rest(axis, where, times, warned):
-    loaded = (PRESS.load >= 0.7)[:, None]
-    near = np.linalg.norm(PRESS.cell_m - PRESS.contact_m, axis=1) < 0.045
+    loaded = (CAPTURE.load >= 0.7)[:, None]
+    near = np.linalg.norm(CAPTURE.cell_m - CAPTURE.contact_m, axis=1) < 0.045
     at = {"loaded": loaded & near, "far": loaded & ~near, "unloaded": ~loaded & near}[where]
-    moved = PRESS.moved_m + times * PRESS.noise_std_m * at
-    seen = f"displacements in {('clouds', 'pictures')[axis]} are, under load"
-    best = at_truth(replace(PRESS, moved_m=moved, axis=np.full(PRESS.axis.shape, axis)))
-    assert sum(seen in one for one in doubts(best)) == warned
-    assert any("intervals may be too narrow" in one for one in doubts(best)) == (axis > 0)
+    moved = CAPTURE.moved_m + times * CAPTURE.noise_std_m * at
+    best = at_truth(replace(CAPTURE, moved_m=moved, axis=np.full(CAPTURE.axis.shape, axis)))
+    # Of pictures there is a warning in any case.
+    assert len(warnings(best)) == warned + (axis > 0)
 
 
 @pytest.mark.parametrize(("law", "verdict"), [(0.0, "identified"), (-0.8, "bounded")])
 def test_nothing_is_identified_where_the_law_is_far_from_its_prior(law, verdict):
-    press = press_of(25e3, 0.3, 1, laws=(law, law))
-    found = estimate_direct([press], OPTIONS, radius_m=RADIUS_M)
-    assert {found.moduli[name].verdict for name in ("youngs_modulus_pa", "poisson_ratio")} == {
-        verdict
-    }
-    assert any("material-law" in one for one in found.doubts) == (verdict == "bounded")
+    capture = indentation_of(25e3, 0.3, 1, laws=(law, law))
+    found = estimate_direct([capture], OPTIONS, radius_m=RADIUS_M)
+    names = "youngs_modulus_pa", "poisson_ratio"
+    assert {found.moduli[name].verdict for name in names} == {verdict}
+    assert bool(found.doubts) == (verdict == "bounded")

@@ -1,0 +1,255 @@
+"""Made-up indentations whose moduli are known: of a solid with a formula, and of a block."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from floor import floor
+from numpy.typing import NDArray
+from palpate.estimate.direct.indentation import DirectIndentation, Parameters
+from palpate.estimate.direct.motion import SurfaceMotion, no_pictures
+from palpate.estimate.direct.options import Fit, ModelStd, Rig
+from palpate.estimate.direct.support_motion import rocking_axes, support_axes_of
+from palpate.estimate.direct.table import SampleTable
+from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
+from palpate.estimate.minimise.options import Minimise
+from palpate.estimate.relaxation import relaxed_force
+from palpate.solid.load import contact_triangle, nodal_force
+from palpate.solid.mesh import SolidMesh
+from scipy.spatial.distance import cdist
+
+RADIUS_M = 0.006
+# Prony series of the made-up solid.
+RELAXATION_TIMES_S, AMPLITUDES = (0.3, 3.0), (0.08, 0.05)
+NO_RIG = Rig(**dict.fromkeys(Rig.model_fields, 0.0))
+EXACT_TABLE = ModelStd(log_youngs_modulus=0.0, nu=0.0, nu_loose=0.0)
+OPTIONS = Fit(
+    relaxation_times_s=RELAXATION_TIMES_S,
+    fraction_std=0.1,
+    fraction_step_std=0.1,
+    rig=NO_RIG,
+    model_std=EXACT_TABLE,
+)
+START = Parameters(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, *map(np.zeros, (3, 2, 2, 3)))
+UNBONDED = floor(1e-3, height_m=-0.05, contact="resting")
+BONDED = replace(UNBONDED, contact="bonded")
+MOVING_SUPPORT = Fit(sinking_std_m=1e-4, rocking_std_rad=1e-3)
+
+
+def made_up_table(cell_m):
+    """Force like Hertz's; a surface that sinks less far off, and rises with nu.
+
+    The second law stiffens like Blatz and Ko's, and draws the surface down with it.
+    """
+    nus, depth = np.array([0.0, 0.2, 0.35, 0.45, 0.49]), np.linspace(0, 0.009, 13)
+    force = 4 / 3 * np.sqrt(RADIUS_M) * depth**1.5 / (1 - nus[:, None] ** 2)
+
+    def motion(place_m):
+        r = np.linalg.norm(cell_m - place_m, axis=1)
+        each = [-depth[:, None] * RADIUS_M / r * (1 - (0.5 + 2 * nu**2) * (r / 0.1)) for nu in nus]
+        return np.array(each)
+
+    r, step = np.linalg.norm(cell_m, axis=1), 1e-4
+    across = rocking_axes(np.array([0.0, 0.0, -1.0]))
+    by_place = [(motion(step * axis) - motion(-step * axis)) / (2 * step) for axis in across]
+    # No sample follows the material.
+    by_place = np.array([*by_place, *np.zeros_like(by_place)])
+    stiffening = np.outer(0.4 - 0.4 * nus, np.sqrt(depth / 0.009))
+    change = -0.2 * stiffening[..., None] * depth[:, None] * (RADIUS_M / r) ** 2
+    sticks = np.zeros_like(force), np.zeros_like(change)
+    return SampleTable(
+        nus, depth, force, stiffening, motion(np.zeros(3)), change, *sticks, by_place
+    )
+
+
+def by_slip(cell_m):
+    """What a base that slips adds to the displacement over the depth: less of it far off."""
+    return -0.05 * (1 - np.linalg.norm(cell_m, axis=1) / 0.06)
+
+
+def slipping_table(cell_m):
+    """The same of a solid whose base may slip, and which is softer where it does."""
+    table = made_up_table(cell_m)
+    yielding = np.broadcast_to(-0.1 * np.sqrt(table.depth_m / 0.009), table.stiffening.shape)
+    by_foot = np.broadcast_to(np.outer(table.depth_m, by_slip(cell_m)), table.motion_m.shape)
+    return replace(table, yielding=yielding, motion_by_foot=by_foot)
+
+
+def support_axes(cell_m, support, options=MOVING_SUPPORT):
+    """Axes along which the object moves on its support, indented from above at the origin."""
+    up = np.array([0.0, 0, 1])
+    return support_axes_of(
+        cell_m,
+        np.tile(up, (len(cell_m), 1)),
+        support=support,
+        contact_m=np.zeros(3),
+        direction=-up,
+        options=options,
+    )
+
+
+def wave(depth_m, rng, *, length_m=0.002, terms=12):
+    """A smooth random function of the depth, of deviation 1."""
+    turns, phases = rng.normal(0, 1 / length_m, terms), rng.uniform(0, 2 * np.pi, terms)
+    return np.sqrt(2 / terms) * np.cos(np.outer(depth_m, turns) + phases).sum(axis=1)
+
+
+def random_cells(rng):
+    """Some 370 samples of a flat outside of the contact."""
+    cell = np.column_stack([rng.uniform(-0.08, 0.08, (400, 2)), np.zeros(400)])
+    return cell[np.linalg.norm(cell, axis=1) > 0.015]
+
+
+def indentation_of(
+    E,
+    nu,
+    seed,
+    *,
+    noise=1.0,
+    amplitudes=AMPLITUDES,
+    frames=24,
+    maximum_depth_m=0.007,
+    start_s=1.0,
+    least_m=5e-4,
+    kept=None,
+    support=BONDED,
+    delay_s=0.0,
+    laws=(0.0, 0.0),
+    solid=None,
+    motion_std_m=5e-5,
+    offset_std_m=1e-4,
+    beside_m=(0.0, 0.0),
+    rate_hz=6,
+    wavy_m=0.0,
+    foot=0.0,
+):
+    """A capture: rest, a ramp of 1.8 s, hold.
+
+    `noise` scales all errors but the depth's smooth one, whose deviation is `wavy_m`. `solid` is
+    samples, the table that moves them and the table that is fitted; `delay_s` is the force's
+    clock's, `kept` the number of frames compared, `beside_m` the contact's place.
+    """
+    rng = np.random.default_rng(seed)
+    cell = random_cells(rng)
+    cell, model, table = solid or (cell, made_up_table(cell), made_up_table(cell))
+    time = np.arange(frames) / rate_hz
+
+    def forces(at_s):
+        depth = maximum_depth_m * np.clip((at_s - start_s) / 1.8, 0, 1)
+        elastic = E * model.force(depth, nu, laws[0], foot)
+        relaxed = relaxed_force(at_s, elastic, fractions=amplitudes, times_s=RELAXATION_TIMES_S)
+        return depth, elastic, relaxed
+
+    depth, elastic, force = forces(time)
+    if delay_s:
+        fine = np.arange(0, time[-1] + 0.1, 0.005)
+        force = np.interp(time + delay_s, fine, forces(fine)[2])
+    force = force + noise * rng.normal(0, 0.003 * force.max(), frames)
+    used = np.flatnonzero(depth > least_m)[:kept]
+    # What the force moves depends on the force, whatever the law at the contact.
+    first = model.depth(elastic[used] / E, nu, 0.0, foot).depth_m
+    motion = model.motion(first, nu, laws[1], np.append(beside_m, [0.0, 0.0]), foot).motion_m
+    motion = motion + noise * rng.normal(0, motion_std_m, motion.shape)
+    offset = noise * rng.normal(0, offset_std_m)
+    measured = depth[used] + offset + noise * rng.normal(0, 8e-5, len(used))
+    measured += wavy_m * wave(depth[used], rng)
+    cluster = np.unique((cell[:, :2] // 0.02).astype(int), axis=0, return_inverse=True)[1].ravel()
+    return DirectIndentation(
+        time_s=time,
+        force_n=force,
+        sideways_n=0.1 * force,
+        tip_depth_m=depth,
+        frames=used,
+        frames_beyond=0,
+        oblique_rad=0.0,
+        depth_m=measured,
+        speed_m_s=np.gradient(depth, time)[used],
+        tip_std_m=8e-5,
+        pattern_std_m=3e-5,
+        depth_root_m=8e-5 * np.eye(len(used)),
+        offset_std_m=offset_std_m,
+        clock_expected_s=0.0,
+        clock_std_s=0.01,
+        force_std_n=0.003 * force.max(),
+        contact_m=np.zeros(3),
+        cell_m=cell,
+        way=np.tile([0.0, 0, 1], (len(cell), 1)),
+        axis=np.zeros(len(cell), dtype=int),
+        moved_m=motion,
+        noise_std_m=np.full(motion.shape, motion_std_m),
+        moved_std_m=np.full(motion.shape, motion_std_m),
+        shift_std_m=2e-5,
+        place_expected_m=np.zeros(2),
+        place_std_m=5e-4,
+        picture_std_m=1e-3,
+        patch_m=0.02,
+        cluster=cluster,
+        support_axes=support_axes(cell, support),
+        table=table,
+    )
+
+
+def displacement_of(cell_m, normal, moved_m, rest, *, std_m=1e-4, rest_std_m=4e-5):
+    """Displacement along the normals of samples that are seen in all frames, without pictures."""
+    return SurfaceMotion(
+        cell_m=cell_m,
+        normal=normal,
+        moved_m=moved_m,
+        std_m=np.full(moved_m.shape, std_m),
+        rest_height_m=np.zeros(len(cell_m)),
+        rest_std_m=np.full(len(cell_m), rest_std_m),
+        points=np.full(moved_m.shape, 9),
+        rest_frames=np.arange(rest),
+        **no_pictures(*moved_m.shape),
+    )
+
+
+# Section 3.3.2: the study's simulated block.
+LAM, MU = 80685.0, 8965.0
+BOUNDS = {"youngs_modulus_bounds_pa": (100.0, 1e8), "poisson_ratio_bounds": (0.0, 0.499)}
+MINIMISE = Minimise(iterations=200)
+
+
+@dataclass(frozen=True)
+class IndentedBlock:
+    """Mesh, node sets and measurement."""
+
+    mesh: SolidMesh
+    sets: NodeSets
+    measurement: Measurement
+
+    def objective(self, option: str) -> Objective:
+        """Full objective for an option."""
+        return Objective(self.mesh, self.sets, self.measurement, option=option)
+
+    def noise(self, std_m: float, seed: int, length_m: float = 0.0) -> NDArray:
+        """Normal noise (n, 3) [m] whose correlation falls as exp(-distance / length)."""
+        rng = np.random.default_rng(seed)
+        drawn = rng.normal(0, std_m, self.mesh.nodes_m.shape)
+        if not length_m:
+            return drawn
+        distance = cdist(self.mesh.nodes_m, self.mesh.nodes_m)
+        return np.linalg.cholesky(np.exp(-distance / length_m)) @ drawn
+
+    def moved(self, error_m: NDArray) -> "IndentedBlock":
+        """The same with an error of each node's displacement."""
+        known = self.measurement
+        found = Measurement(known.displacement_m + error_m, known.force_n, known.total_force_n)
+        return IndentedBlock(self.mesh, self.sets, found)
+
+    def noisy(self, std_m: float, seed: int = 5) -> "IndentedBlock":
+        """The same with independent noise on each node's displacement."""
+        return self.moved(self.noise(std_m, seed))
+
+
+def indented_block(mesh: SolidMesh, point_m: list[float]) -> IndentedBlock:
+    """Indent a mesh that stands on z = 0 with 2 N at a point; exact at (LAM, MU)."""
+    triangle = contact_triangle(mesh, np.array(point_m), largest_distance_m=0.03)
+    force, sphere = np.array([0.0, 0.0, -2.0]), {"indenter_radius_m": 0.00622, "depth_m": 0.008}
+    forces = nodal_force(mesh, triangle, force, rule="conserve", turn_to_normal=True, **sphere)
+    sets = node_sets(mesh, floor(1e-3), contact_nodes=triangle)
+    blank = np.zeros_like(forces)
+    blank[triangle] = 1e-3
+    forward = Objective(mesh, sets, Measurement(blank, forces, 2.0), option="displacement")
+    u = forward.displacement(LAM, MU)
+    u[sets.interior] = np.nan
+    return IndentedBlock(mesh, sets, Measurement(u, forces, 2.0))

@@ -1,0 +1,240 @@
+"""Moduli, intervals and information of made-up indentations."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from made_up_indentation import (
+    EXACT_TABLE,
+    OPTIONS,
+    RADIUS_M,
+    RELAXATION_TIMES_S,
+    indentation_of,
+    made_up_table,
+    slipping_table,
+)
+from palpate import direct
+from palpate.estimate.direct.estimate import estimate_direct
+from palpate.estimate.direct.indentation import SHARED, Parameters
+from palpate.estimate.direct.quantities import NAMES, quantities_of
+from palpate.estimate.direct.regions import regions_of
+from palpate.estimate.direct.result import youngs_after
+from palpate.estimate.relaxation import relaxed_share
+
+TRUTH = {
+    "youngs_modulus_pa": 25e3,
+    "reduced_modulus_pa": 25e3 / (1 - 0.3**2),
+    "poisson_ratio": 0.3,
+}
+
+
+def estimate(*captures, options=OPTIONS):
+    return estimate_direct(captures, options, radius_m=RADIUS_M)
+
+
+def holds_truth(found, *names):
+    return [found.moduli[name].low < TRUTH[name] < found.moduli[name].high for name in names]
+
+
+@pytest.fixture(scope="module")
+def found():
+    return estimate(indentation_of(25e3, 0.3, 13))
+
+
+@pytest.mark.parametrize("capture", [{"kept": 1}, {"maximum_depth_m": 4e-4, "least_m": 5e-5}])
+def test_one_frame_or_a_small_depth_does_not_determine_nu(capture):
+    nu = estimate(indentation_of(25e3, 0.3, 1, **capture)).moduli["poisson_ratio"]
+    assert nu.verdict == "not identified"
+    assert (nu.low, nu.high) == pytest.approx((0.0, 0.4999))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("laws", [(0.6, 0.6), (-0.4, 0.8)])
+def test_a_solid_of_another_law(laws):
+    """Force and displacement each have a law of their own, and E is that of small strain."""
+    captures = [indentation_of(25e3, 0.3, seed, laws=laws, noise=0.3) for seed in range(4)]
+    found = estimate(*captures)
+    p = found.solution.parameters[0]
+    assert [p.force_law, p.motion_law] == pytest.approx(laws, abs=0.25)
+    assert holds_truth(found, "youngs_modulus_pa") == [True]
+    # A law that is taken for known is wrong, and its interval too narrow.
+    options = OPTIONS.changed(force_law_std=1e-3, motion_law_std=1e-3)
+    assert holds_truth(estimate(*captures, options=options), "youngs_modulus_pa") == [False]
+
+
+@pytest.mark.long
+def test_a_ratio_that_is_known_beforehand_narrows_e():
+    capture = indentation_of(25e3, 0.3, 1, motion_std_m=4e-4)
+    known = OPTIONS.changed(poisson_ratio=0.3, poisson_ratio_std=0.002)
+    free, known = (estimate(capture, options=options) for options in (OPTIONS, known))
+    (wide, _), (E, nu) = (
+        (one.moduli["youngs_modulus_pa"], one.moduli["poisson_ratio"]) for one in (free, known)
+    )
+    assert holds_truth(known, "youngs_modulus_pa") == [True]
+    assert E.high / E.low < wide.high / wide.low
+    assert nu.verdict == "assumed"
+    assert (nu.low, nu.high) == pytest.approx((0.3 - 0.00392, 0.3 + 0.00392), abs=1e-4)
+
+
+def test_what_was_measured_and_what_was_fitted(found):
+    (one,), capture = found.captures(), indentation_of(25e3, 0.3, 13)
+    assert np.array_equal(one.force_n, capture.force_n[capture.frames])
+    moved = one.tip_depth_m[capture.frames] - capture.tip_depth_m[capture.frames]
+    assert one.depth_m - capture.depth_m == pytest.approx(moved) and (moved != 0).all()
+    assert np.std(one.fitted_depth_m - one.depth_m) < 2 * np.median(capture.depth_std_m)
+    left, expected = one.moved_m - one.fitted_moved_m, one.moved_expected_std_m
+    assert np.array_equal(np.isnan(left), ~capture.seen)
+    assert np.array_equal(np.isnan(expected), ~capture.seen)
+    # The middle half of normal residuals is within 0.67 deviations.
+    assert np.nanmedian(np.abs(left) / expected) == pytest.approx(0.67, abs=0.05)
+
+
+def test_moduli_and_their_slopes(found):
+    best, options = found.solution, OPTIONS.changed(effective_depth_m=0.004)
+
+    def at(vector):
+        moved = replace(best, parameters=(Parameters.of(vector),))
+        return quantities_of(moved, options, radius_m=RADIUS_M)
+
+    here, p = at(best.vector), best.parameters[0]
+    for k in range(SHARED + len(RELAXATION_TIMES_S)):
+        step = 1e-5 * np.eye(len(best.vector))[k]
+        slope = (at(best.vector + step).values - at(best.vector - step).values) / 2e-5
+        assert here.slopes[:, k] == pytest.approx(slope, rel=1e-4, abs=1e-6)
+    left = 1 - relaxed_share(1.0, fractions=p.fractions, times_s=np.array(RELAXATION_TIMES_S))
+    harder = (0.4 - 0.4 * p.poisson_ratio) * np.sqrt(0.004 / 0.009)
+    star = np.log(p.youngs_modulus_pa / (1 - p.poisson_ratio**2))
+    values = dict(zip(NAMES, here.values, strict=True))
+    assert values["youngs_modulus_1s_pa"] == pytest.approx(np.log(p.youngs_modulus_pa * left))
+    expected = star + p.force_law * harder + np.log(left)
+    assert values["effective_reduced_modulus_pa"] == pytest.approx(expected, abs=1e-3)
+    # By default at 0.7 of the maximum depth, where the strain is a fifth of the contact radius's.
+    depth = found.quantities.depth_m
+    assert depth == pytest.approx(0.7 * (best.indentations[0].depth_m.max() + p.offset_m))
+    assert found.quantities.strain == pytest.approx(0.2 * np.sqrt(depth / RADIUS_M))
+
+
+def test_the_budget_is_the_covariance(found):
+    """Contributions add up in squares to what the normal equations say of the moduli."""
+    slopes, budget = found.quantities.slopes, found.budget
+    whole = np.sqrt(np.diag(slopes @ found.covariance @ slopes.T))
+    # Noise that scatters by more than was stated adds to it.
+    assert (budget.std >= whole * (1 - 1e-3)).all() and (budget.std <= whole * 1.5).all()
+    rows = budget.rows()
+    parts = np.array([row["contribution_log_effective_reduced_modulus"] for row in rows])
+    assert (np.diff(parts) <= 0).all()
+    assert np.sqrt((parts**2).sum()) == pytest.approx(budget.std[0])
+    for row in rows:
+        product = row["sensitivity_poisson_ratio"] * row["standard_uncertainty"]
+        assert product == pytest.approx(row["contribution_poisson_ratio"])
+
+
+def test_an_estimate_that_another_excludes(found):
+    assert found.beside([]).to_dict() == found.to_dict() and not found.doubts
+    excluded = found.beside(["another excludes it"])
+    assert excluded.doubts == ["another excludes it"]
+    assert "identified" not in {one.verdict for one in excluded.moduli.values()}
+
+
+def test_what_the_table_adds_is_no_information_lost_in_the_bound(found):
+    capture = indentation_of(25e3, 0.3, 13)
+    model = EXACT_TABLE.changed(log_youngs_modulus=0.1, nu=0.1)
+    other = estimate(capture, options=OPTIONS.changed(model_std=model))
+    assert other.bound == pytest.approx(found.bound, rel=1e-6)
+    assert (found.bound <= found.budget.std * (1 + 1e-3)).all()
+    nu, at = other.solution.parameters[0].poisson_ratio, NAMES.index("youngs_modulus_pa")
+    # E follows nu at the same E*.
+    added = 0.1 * np.array([1, 2 * nu / (1 - nu**2)])
+    assert other.budget.std[at] == pytest.approx(np.linalg.norm([found.budget.std[at], *added]))
+    said = other.to_dict()["information"]["youngs_modulus_pa"]
+    assert said["efficiency"] == pytest.approx(found.bound[at] / other.budget.std[at])
+
+
+def test_regions_add_up_and_are_those_of_the_covariance(found):
+    """With both, the inverse is the covariance of log E and nu; of one kind there is less."""
+    regions = regions_of(found.solution, found.options)
+    covariance = np.linalg.inv(regions["both"])
+    np.testing.assert_allclose(covariance, found.covariance[:2, :2], rtol=1e-3)
+    for kind in ("force", "surface"):
+        assert (np.linalg.eigvalsh(regions["both"] - regions[kind]) > 0).all()
+    # Indentation depths determine E at each nu, not both.
+    least, most = np.linalg.eigvalsh(regions["force"])
+    assert 0 <= least < 1e-3 * most
+
+
+def test_e_after_a_second_is_that_of_the_moduli(found):
+    again, stated = youngs_after(found, 1.0), found.moduli["youngs_modulus_1s_pa"]
+    assert again.value == pytest.approx(stated.value)
+    for end, other in ((again.low, stated.low), (again.high, stated.high)):
+        assert np.log(end / again.value) == pytest.approx(np.log(other / stated.value), rel=0.05)
+    assert youngs_after(found, 10.0).value < again.value < found.moduli["youngs_modulus_pa"].value
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("foot", [0.1, 0.9])
+def test_how_freely_a_base_slips_is_found(foot):
+    """A table whose base sticks takes what slip adds for another Poisson's ratio."""
+    cell = indentation_of(25e3, 0.35, 1).cell_m
+    model = slipping_table(cell)
+    capture = indentation_of(25e3, 0.35, 1, noise=0.3, foot=foot, solid=(cell, model, model))
+    found = estimate(capture)
+    p, nu = found.solution.parameters[0], found.moduli["poisson_ratio"]
+    assert nu.low < 0.35 < nu.high and p.poisson_ratio == pytest.approx(0.35, abs=0.02)
+    assert p.foot == pytest.approx(foot, abs=0.15)
+    sticks = estimate(replace(capture, table=made_up_table(cell))).solution.parameters[0]
+    assert sticks.foot == pytest.approx(0, abs=1e-9)
+    assert (abs(sticks.poisson_ratio - 0.35) > 0.05) == (foot > 0.5)
+
+
+def test_poisson_s_ratio_ends_with_the_table():
+    capture = indentation_of(25e3, 0.45, 1)
+    by_ratio = ("poisson_ratios", "force_per_modulus_m2", "stiffening", "motion_m")
+    by_ratio += ("motion_change_m", "yielding", "motion_by_foot")
+    short = {name: getattr(capture.table, name)[:3] for name in by_ratio}
+    short["motion_by_place"] = capture.table.motion_by_place[:, :3]
+    found = estimate(replace(capture, table=replace(capture.table, **short)))
+    assert found.moduli["poisson_ratio"].high == 0.35
+
+
+@pytest.mark.long
+def test_a_faster_camera_knows_no_more_of_what_depends_on_the_place():
+    """Five times the frames with a wavy error of the depth: no narrower than the error allows."""
+    found = []
+    for rate_hz, frames in ((6, 24), (30, 120)):
+        capture = indentation_of(25e3, 0.3, 1, rate_hz=rate_hz, frames=frames, wavy_m=1.5e-4)
+        found.append(estimate(capture))
+        assert holds_truth(found[-1], "reduced_modulus_pa") == [True]
+    noise = [next(s for s in one.budget.sources if s.name == "noise of the depth") for one in found]
+    star = [source.contributions[NAMES.index("reduced_modulus_pa")] for source in noise]
+    assert star[1] > 0.7 * star[0]
+
+
+def test_a_force_that_begins_far_from_the_surface_is_not_judged():
+    """A diameter for a radius of 6 mm: every depth is 6 mm too much."""
+    capture = indentation_of(25e3, 0.3, 1)
+    found = estimate(replace(capture, depth_m=capture.depth_m + 0.006, offset_std_m=1e-3))
+    assert len(found.doubts) == 1
+    assert {one.verdict for one in found.moduli.values()} == {"not judged"}
+
+
+def same_capture_twice(folder):
+    one = SimpleNamespace(capture=SimpleNamespace(folder=folder / "08"))
+    direct.estimate([one, one], [])
+
+
+def bounds_the_wrong_way_round(_):
+    options = OPTIONS.changed(poisson_ratio_bounds=(0.4, 0.1))
+    estimate(indentation_of(25e3, 0.3, 1), options=options)
+
+
+@pytest.mark.parametrize(
+    ("estimates", "message"),
+    [
+        (same_capture_twice, "measured: expected each capture once, found 08 again"),
+        (bounds_the_wrong_way_round, "poisson_ratio_bounds: expected low below high"),
+    ],
+)
+def test_bad_input(estimates, message, tmp_path):
+    with pytest.raises(ValueError, match=message):
+        estimates(tmp_path)
