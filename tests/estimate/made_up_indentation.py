@@ -55,23 +55,7 @@ def made_up_table(cell_m):
     by_place = np.array([*by_place, *np.zeros_like(by_place)])
     stiffening = np.outer(0.4 - 0.4 * nus, np.sqrt(depth / 0.009))
     change = -0.2 * stiffening[..., None] * depth[:, None] * (RADIUS_M / r) ** 2
-    sticks = np.zeros_like(force), np.zeros_like(change)
-    return SampleTable(
-        nus, depth, force, stiffening, motion(np.zeros(3)), change, *sticks, by_place
-    )
-
-
-def by_slip(cell_m):
-    """What a base that slips adds to the displacement over the depth: less of it far off."""
-    return -0.05 * (1 - np.linalg.norm(cell_m, axis=1) / 0.06)
-
-
-def slipping_table(cell_m):
-    """The same of a solid whose base may slip, and which is softer where it does."""
-    table = made_up_table(cell_m)
-    yielding = np.broadcast_to(-0.1 * np.sqrt(table.depth_m / 0.009), table.stiffening.shape)
-    by_foot = np.broadcast_to(np.outer(table.depth_m, by_slip(cell_m)), table.motion_m.shape)
-    return replace(table, yielding=yielding, motion_by_foot=by_foot)
+    return SampleTable(nus, depth, force, stiffening, motion(np.zeros(3)), change, by_place)
 
 
 def support_axes(cell_m, support, options=MOVING_SUPPORT):
@@ -120,7 +104,6 @@ def indentation_of(
     beside_m=(0.0, 0.0),
     rate_hz=6,
     wavy_m=0.0,
-    foot=0.0,
 ):
     """A capture: rest, a ramp of 1.8 s, hold.
 
@@ -135,7 +118,7 @@ def indentation_of(
 
     def forces(at_s):
         depth = maximum_depth_m * np.clip((at_s - start_s) / 1.8, 0, 1)
-        elastic = E * model.force(depth, nu, laws[0], foot)
+        elastic = E * model.force(depth, nu, laws[0])
         relaxed = relaxed_force(at_s, elastic, fractions=amplitudes, times_s=RELAXATION_TIMES_S)
         return depth, elastic, relaxed
 
@@ -146,8 +129,8 @@ def indentation_of(
     force = force + noise * rng.normal(0, 0.003 * force.max(), frames)
     used = np.flatnonzero(depth > least_m)[:kept]
     # What the force moves depends on the force, whatever the law at the contact.
-    first = model.depth(elastic[used] / E, nu, 0.0, foot).depth_m
-    motion = model.motion(first, nu, laws[1], np.append(beside_m, [0.0, 0.0]), foot).motion_m
+    first = model.depth(elastic[used] / E, nu, 0.0).depth_m
+    motion = model.motion(first, nu, laws[1], np.append(beside_m, [0.0, 0.0])).motion_m
     motion = motion + noise * rng.normal(0, motion_std_m, motion.shape)
     offset = noise * rng.normal(0, offset_std_m)
     measured = depth[used] + offset + noise * rng.normal(0, 8e-5, len(used))

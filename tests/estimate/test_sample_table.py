@@ -1,12 +1,15 @@
 """Force and motion of samples between a table's places, and how they are taken from it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
-from made_up_indentation import RADIUS_M, slipping_table
+from made_up_indentation import RADIUS_M, made_up_table
 from palpate.estimate.direct.support_motion import rocking_axes
 from palpate.estimate.direct.table import sample_table
 from palpate.solid.indentation_table import IndentationModel
+from palpate.solid.laws import SLIDING
 from scipy.optimize import brentq
 
 CELLS = np.array([[0.03, 0, 0], [0, -0.05, 0], [0.02, 0.02, 0]])
@@ -15,7 +18,7 @@ DEPTH = np.array([0.0004, 0.0031, 0.0077])
 
 @pytest.fixture(scope="module")
 def table():
-    return slipping_table(CELLS)
+    return made_up_table(CELLS)
 
 
 @pytest.mark.parametrize("law", [0.0, 0.6, -0.4])
@@ -103,6 +106,24 @@ def test_a_shifted_balls_motion_along_its_normals():
     part = brentq(lambda x: x * 3 ** (2 / 3 * x) - 1, 0.1, 1)
     twice = part * (2 * along + np.sqrt(0.05**2 - 4 * across) - 0.05)
     assert found.motion_change_m[0, 1, :40] == pytest.approx((twice - expected)[:40], abs=4e-5)
+
+
+def test_a_broad_base_slides_half_way():
+    """Half as hard and twice as far where it slides: means of log force and of displacement."""
+    ball = ball_table(lambda rest: np.tile([0.0, 0.0, -0.001], (len(rest), 1)))
+    force, moved = ball.force_per_modulus_m2, ball.surface_displacement_m
+    slides = replace(
+        ball,
+        laws=(*ball.laws, ball.laws[0] + SLIDING),
+        force_per_modulus_m2=np.concatenate([force, force[:1] / 2]),
+        surface_displacement_m=np.concatenate([moved, 2 * moved[:1]]),
+    )
+    top = np.array([[0.0, 0.0, 0.05]]), np.array([[0.0, 0.0, 1.0]])
+    stuck, found = (sample_table(one, *top) for one in (ball, slides))
+    assert found.slides and not stuck.slides
+    assert found.force_per_modulus_m2 == pytest.approx(stuck.force_per_modulus_m2 / np.sqrt(2))
+    assert found.motion_m == pytest.approx(1.5 * stuck.motion_m, abs=1e-6)
+    assert found.stiffening == pytest.approx(stuck.stiffening)
 
 
 def test_material_of_a_sample_moves_along_any_direction():

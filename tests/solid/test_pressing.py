@@ -145,8 +145,8 @@ def test_an_equilibrium_does_not_depend_on_the_load_steps(coarse_setup):
         assert found[-1].force_m2 @ DOWN == pytest.approx(slow[-1].force_m2 @ DOWN, rel=2e-3)
 
 
-def test_a_broad_foot_is_solved_once_more_and_slides():
-    """A cube on a foot twice as wide as what counts as broad: softer where nothing sticks."""
+def test_a_broad_base_is_solved_once_more_and_slides():
+    """A cube on a base twice as wide as what counts as broad: softer where nothing sticks."""
     cube = MeshTet().refined(1)
     press = {"radius_m": RADIUS, "deepest_m": 0.002, "step_m": 0.0013, "poisson_ratios": (0.1, 0.4)}
     options = IndentationOptions(edge_m=0.02, growth=1.0, refine_radius_m=0.03, base_edge_m=0.05)
@@ -159,8 +159,8 @@ def test_a_broad_foot_is_solved_once_more_and_slides():
     crept = np.linalg.norm(model.surface_displacement_m[:, 1, -1, bottom, :2], axis=-1).max(axis=1)
     assert crept[2] > 10 * crept[0]
     table = force_table(model)
-    assert table.slides and table.yielding[:, -1] == pytest.approx(np.log(slid / stuck))
-    assert table.force(0.002, 0.4, 0.0, 1.0) == pytest.approx(slid[1], rel=1e-6)
+    assert table.slides
+    assert table.force(0.002, 0.4, 0.0) == pytest.approx(np.sqrt(slid * stuck)[1], rel=1e-6)
 
 
 def test_press_of_a_long_block_moves_its_neighbourhood(block):

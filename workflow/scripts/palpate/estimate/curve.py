@@ -12,7 +12,6 @@ from scipy.optimize import OptimizeResult, least_squares
 from scipy.special import stdtrit
 
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.prior import MIDDLE
 from palpate.estimate.direct.table import SampleTable, force_table
 from palpate.estimate.hertz.curve_fit import HertzFit
 from palpate.estimate.hertz.scatter import deviation
@@ -128,8 +127,7 @@ class _Fit:
     def force(self, x: NDArray) -> NDArray:
         """Force at the samples [N]; as beyond the table's end where they are deeper."""
         depth = self.hertz.depth_m - x[CONTACT] * self.hertz.press_m
-        foot = MIDDLE if self.table.slides else 0.0
-        unit = self.table.force(depth, x[NU], x[LAW], foot)
+        unit = self.table.force(depth, x[NU], x[LAW])
         return np.exp(x[LOG_E]) * unit + x[BASELINE] * self.peak_n
 
     def residual(self, x: NDArray) -> NDArray:

@@ -36,11 +36,6 @@ SOURCES = {
         "Calibrate the camera with a board at the object's distance.",
         "% of all distances",
     ),
-    "friction of the foot": Words(
-        "friction under the object",
-        "Glue the object down, or hold it at its sides, and declare that.",
-        "of the way from stuck to sliding",
-    ),
     "relaxing shares": Words(
         "how much of E relaxes",
         "Press faster, then hold still at the deepest for 10 s or more.",
@@ -148,9 +143,9 @@ SOURCES = {
     ),
     "indentation table: force": Words("finite elements: force", FINER, "% of E"),
     "indentation table: motion": Words("finite elements: surface's motion", FINER, "of nu"),
-    "indentation table: loose foot": Words(
-        "finite elements: sliding foot",
-        "Glue the object down: how a loose foot slides is guessed.",
+    "indentation table: base friction": Words(
+        "finite elements: friction at the base",
+        "Bond the object to its base: the friction there is not known.",
         "of nu",
     ),
 }

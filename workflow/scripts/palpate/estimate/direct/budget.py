@@ -199,15 +199,14 @@ def _of_rig(
 
 
 def _of_noise(onto: NDArray, best: Solution) -> list[Source]:
-    """Noise of motion and depth: as stated, or as patches and frames scatter if that is more."""
+    """Noise of motion and depth, with the scatter and sharing that the residuals show."""
     found = []
     for kind, std in _noise_std(best).items():
-        each = [_shares(onto[:, at], block, kind) for at, block in placed(best)]
-        shares, moves = (np.concatenate(parts) for parts in zip(*each, strict=True))
-        variance = np.maximum(shares.sum(axis=0), (moves**2).sum(axis=0))
+        each = [_shares(onto[:, at], block, kind)[0] for at, block in placed(best)]
+        shares = np.concatenate(each)
         freedom = np.maximum(_count(shares), FEWEST_PARTS) - 1
-        name = f"noise of the {kind}"
-        found.append(Source(name, std, "m", np.sqrt(variance), freedom, OBSERVED))
+        parts = np.sqrt(shares.sum(axis=0))
+        found.append(Source(f"noise of the {kind}", std, "m", parts, freedom, OBSERVED))
     return found
 
 
@@ -228,7 +227,7 @@ def _of_table(best: Solution, quantities: Quantities, options: Fit) -> list[Sour
     ]
     if any(one.table.slides for one in best.indentations):
         parts = stds.nu_loose * with_nu
-        found.append(Source("indentation table: loose foot", stds.nu_loose, "1", parts))
+        found.append(Source("indentation table: base friction", stds.nu_loose, "1", parts))
     return found
 
 
@@ -259,7 +258,7 @@ def _of_captures(onto: NDArray, best: Solution, told: NDArray) -> list[Source]:
     scatter = count * moved.var(axis=0, ddof=1) / np.maximum(told, 1e-300)
     parts = np.sqrt(told * _likely_excess(scatter, count - 1))
     most = float(parts[: len(LABELS)].max())
-    return [Source("captures apart", most, "1", parts, origin=OBSERVED)]
+    return [Source("captures apart", most, "1", parts, count - 1.0, OBSERVED)]
 
 
 def _likely_excess(scatter: NDArray, freedom: int) -> NDArray:

@@ -19,7 +19,6 @@ from palpate.estimate.direct.indentation import (
 )
 from palpate.estimate.direct.interval import intervals
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.prior import MIDDLE
 from palpate.estimate.direct.probe_uncertainty import UNSTATED, ProbeUncertainty
 from palpate.estimate.direct.quantities import Quantities, quantities_of
 from palpate.estimate.direct.result import described
@@ -271,5 +270,4 @@ def _start(indentation: DirectIndentation, nu: float, terms: int) -> Parameters:
     force = indentation.force_n[indentation.frames]
     E = max(float((force @ unit) / max(float(unit @ unit), 1e-300)), 1.0)
     own = (0.0, 0.0, *map(np.zeros, (AXES, PLACES, PLACES, MOTIONS)))
-    foot = MIDDLE if indentation.table.slides else 0.0
-    return Parameters(E, nu, 0.0, 0.0, 0.0, np.full(terms, 0.02), *own, foot=foot)
+    return Parameters(E, nu, 0.0, 0.0, 0.0, np.full(terms, 0.02), *own)

@@ -13,8 +13,8 @@ from palpate.estimate.direct.table import DepthOfForce, MotionAtDepth, SampleTab
 from palpate.estimate.minimise.scatter import error_clusters
 from palpate.estimate.relaxation import elastic_force, elastic_force_derivatives
 
-# Unknowns that all captures share, before what relaxes: log E, nu, q, m, gain, foot.
-SHARED = 6
+# Unknowns that all captures share, before what relaxes: log E, nu, q, m, gain.
+SHARED = 5
 # Unknowns that each capture has for itself: offset, clock, shift, the contact's place, where the
 # picture shows it beside that, and how the object settles.
 PLACES = 2
@@ -182,8 +182,6 @@ class Parameters:
         much farther beside it is in the picture [m].
     support_motion : (3,) array
         Motions of the object on its support under the greatest force (`SupportAxes`) [m, rad, rad].
-    foot : float, optional
-        How freely a loose foot slides (`SampleTable`).
     """
 
     youngs_modulus_pa: float
@@ -198,13 +196,12 @@ class Parameters:
     place_m: NDArray
     picture_m: NDArray
     support_motion: NDArray
-    foot: float = 0.0
 
     @property
     def vector(self) -> NDArray:
-        """(log E, nu, q, m, gain, foot, fractions, offset, clock, shift, places, settled)."""
+        """(log E, nu, q, m, gain, fractions, offset, clock, shift, places, settled)."""
         laws = [self.force_law, self.motion_law]
-        shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, *laws, self.gain, self.foot]
+        shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, *laws, self.gain]
         own = [self.offset_m, self.clock_s, *self.shift_m]
         places = [*self.place_m, *self.picture_m]
         return np.array([*shared, *self.fractions, *own, *places, *self.support_motion])
@@ -212,10 +209,10 @@ class Parameters:
     @staticmethod
     def of(vector: NDArray) -> "Parameters":
         """Read a vector as `vector` writes it."""
-        E, (*others, foot) = float(np.exp(vector[0])), map(float, vector[1:SHARED])
+        E, others = float(np.exp(vector[0])), map(float, vector[1:SHARED])
         fractions, own = vector[SHARED:-OWN], map(float, vector[-OWN : 2 - OWN])
         ends = AXES + PLACES * np.arange(3)
-        return Parameters(E, *others, fractions, *own, *np.split(vector[2 - OWN :], ends), foot)
+        return Parameters(E, *others, fractions, *own, *np.split(vector[2 - OWN :], ends))
 
 
 def patches_of(cell_m: NDArray, axis: NDArray, sizes_m: Sequence[float]) -> NDArray:
@@ -299,12 +296,12 @@ def predicted(indentation: DirectIndentation, of: Parameters, *, times_s: NDArra
         indentation.time_s, indentation.force_n, fractions=of.fractions, times_s=times_s
     )
     unit = elastic[indentation.frames] / of.youngs_modulus_pa
-    depth = table.depth(unit, nu, of.force_law, of.foot)
-    first = table.depth(unit, nu, 0.0, of.foot)
+    depth = table.depth(unit, nu, of.force_law)
+    first = table.depth(unit, nu, 0.0)
     # The camera saw the surface a little earlier or later than the force was read.
     seen_at = first.depth_m - of.clock_s * indentation.speed_m_s
     places = np.append(of.place_m, of.picture_m)
-    motion = table.motion(seen_at, nu, of.motion_law, places, of.foot)
+    motion = table.motion(seen_at, nu, of.motion_law, places)
     return Predicted(unit, depth, first, motion)
 
 
@@ -322,17 +319,17 @@ def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArr
     motion = here.motion
 
     def by_force(deeper: DepthOfForce) -> list[NDArray]:
-        """Slopes of a depth that the force gives, by log E, nu, q, foot and each fraction."""
+        """Slopes of a depth that the force gives, by log E, nu, q and each fraction."""
         own = [-deeper.by_unit_per_m * here.unit_m2, deeper.by_nu_m, deeper.by_law_m]
         shares = deeper.by_unit_per_m[:, None] * by_fraction / of.youngs_modulus_pa
-        return [*own, deeper.by_foot_m, *shares.T]
+        return [*own, *shares.T]
 
-    by_E, by_nu, by_q, by_foot, *by_fractions = by_force(here.depth)
+    by_E, by_nu, by_q, *by_fractions = by_force(here.depth)
     zero, one = np.zeros(len(indentation.frames)), np.ones(len(indentation.frames))
     # Those of the measured depth's offset, clock and shift; what settles is added.
     own = [-one, -indentation.speed_m_s, *[zero] * (AXES + 2 * PLACES)]
     settled = indentation.load[:, None] * indentation.support_axes.tip_m
-    depth = np.column_stack([by_E, by_nu, by_q, zero, zero, by_foot, *by_fractions, *own, settled])
+    depth = np.column_stack([by_E, by_nu, by_q, zero, zero, *by_fractions, *own, settled])
     gain, none = 1 + of.gain, np.zeros_like(motion.motion_m)
     follows = [gain * motion.by_depth * column[:, None] for column in by_force(here.first_depth)]
     columns = [
@@ -341,8 +338,7 @@ def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArr
         none,
         gain * motion.by_law_m,
         motion.motion_m + _support_motion(indentation, of),
-        follows[3] + gain * motion.by_foot_m,
-        *follows[4:],
+        *follows[3:],
         none,
         -gain * motion.by_depth * indentation.speed_m_s[:, None],
         *(none + (indentation.axis == axis) for axis in range(AXES)),

@@ -114,11 +114,6 @@ class Fit(Model):
     rocking_std_rad: NotNegative = option(
         0.0002, "and rocks on its foot, beside the indentation table"
     )
-    foot_std: Positive = constant(
-        0.3,
-        "of how freely a broad foot slides that stands loose, about half-way from stuck (0) to"
-        " frictionless (1)",
-    )
     youngs_modulus_bounds_pa: tuple[Positive, Positive] = constant((100.0, 1e8), "of the fit")
     poisson_ratio_bounds: tuple[
         Annotated[float, Field(ge=0, le=0.4999)], Annotated[float, Field(ge=0, le=0.4999)]

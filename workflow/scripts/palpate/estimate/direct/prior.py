@@ -14,14 +14,15 @@ from palpate.estimate.direct.options import Fit
 # Unknowns without a prior: log E and nu; then those that captures share.
 FREE = 2
 RATIO, NU = "Poisson's ratio", 1
-FORCE_LAW, MOTION_LAW, GAIN, FOOT = range(FREE, SHARED)
+FORCE_LAW, MOTION_LAW, GAIN = range(FREE, SHARED)
 # Of those that each capture has for itself.
 OFFSET, CLOCK, SHIFT = 0, 1, slice(2, 2 + AXES)
 PLACE, PICTURE = (slice(2 + AXES + k, 2 + AXES + k + PLACES) for k in (0, PLACES))
 SETTLED = slice(2 + AXES + 2 * PLACES, OWN)
 STEPS = "relaxing shares of neighbouring times"
-# Of a foot between one that sticks, 0, and one that slides, 1.
-MIDDLE = 0.5
+# Of the material-law parameter of the force, either way: beyond -2 to -14 tables have a force that
+# falls with depth.
+FARTHEST_LAW = 2.0
 # Deviation of motions that do not happen [m, rad], and variance by which unknowns differ that an
 # error moves alike, as part of theirs.
 UNMOVED, ALIKE = 1e-12, 1e-6
@@ -99,9 +100,6 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     terms, count = len(options.relaxation_times_s), len(indentations)
     size = SHARED + terms + OWN * count
     mean, unit = np.zeros(size), np.eye(size)
-    # What cannot slide is held by a deviation that is nothing.
-    slides = any(one.table.slides for one in indentations)
-    mean[FOOT], foot_std = (MIDDLE, options.foot_std) if slides else (0.0, UNMOVED)
     own = SHARED + terms + OWN * np.arange(count)[:, None] + np.arange(OWN)
     mean[own[:, CLOCK]] = [one.clock_expected_s for one in indentations]
     mean[own[:, PLACE]] = [one.place_expected_m for one in indentations]
@@ -130,7 +128,6 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         ("law of the force", "1", each([FORCE_LAW], [options.force_law_std])),
         ("law of the motion", "1", each([MOTION_LAW], [options.motion_law_std])),
         ("scale of the camera", "1", each([GAIN], [options.gain_std])),
-        ("friction of the foot", "1", each([FOOT], [foot_std])),
         ("relaxing shares", "1", each(fractions, [options.fraction_std] * terms)),
         ("tip of the probe", "m", of_all([OFFSET, *range(*PLACE.indices(OWN))], tips)),
         ("zero of the depth", "m", of_captures([OFFSET], "offset_std_m")),
@@ -171,6 +168,6 @@ def parameter_bounds(captures: int, options: Fit) -> tuple[NDArray, NDArray]:
     low_E, high_E = np.log(options.youngs_modulus_bounds_pa)
     most = 0.95 / max(terms, 1)
     wide = [np.inf] * (OWN * captures)
-    free = [np.inf] * (SHARED - FREE - 1)
-    low = [low_E, low_nu, *np.negative(free), 0.0, *[0.0] * terms, *np.negative(wide)]
-    return np.array(low), np.array([high_E, high_nu, *free, 1.0, *[most] * terms, *wide])
+    free = [FARTHEST_LAW, np.inf, np.inf]
+    low = [low_E, low_nu, *np.negative(free), *[0.0] * terms, *np.negative(wide)]
+    return np.array(low), np.array([high_E, high_nu, *free, *[most] * terms, *wide])

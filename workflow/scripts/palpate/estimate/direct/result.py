@@ -32,7 +32,6 @@ def described(found: "DirectEstimate") -> dict:
         "regions": {name: one.tolist() for name, one in regions_of(best, found.options).items()},
         "relaxation": {"times_s": list(times), "fractions": first.fractions.tolist()},
         "gain": first.gain,
-        "foot": first.foot if any(one.table.slides for one in indentations) else None,
         "nuisances": [_nuisances(*of) for of in zip(indentations, best.parameters, strict=True)],
         "residuals": [_summed(*of) for of in zip(best.indentations, best.scales, strict=True)],
         "budget": found.budget.rows(),

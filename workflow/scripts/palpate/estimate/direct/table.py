@@ -27,6 +27,9 @@ NEIGHBOURS, SAME_FACE = 8, np.cos(np.deg2rad(40))
 GAUSS = np.polynomial.legendre.leggauss(3)
 WINDOW_AT = np.stack(np.meshgrid(GAUSS[0], GAUSS[0]), axis=-1).reshape(-1, 2) / 2
 WINDOW_WEIGHTS = np.outer(GAUSS[1], GAUSS[1]).ravel() / 4
+# Of a broad base that is not bonded, between one that sticks, 0, and one that slides freely, 1:
+# captures do not tell it better (its error is a source of the uncertainty budget).
+SLIDING_PART = 0.5
 # By which a contact is moved to either side, to see what its place does [m].
 ASIDE_M = 0.001
 
@@ -39,7 +42,6 @@ class DepthOfForce:
     by_unit_per_m: NDArray
     by_nu_m: NDArray
     by_law_m: NDArray
-    by_foot_m: NDArray
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,6 @@ class MotionAtDepth:
     by_depth: NDArray
     by_nu_m: NDArray
     by_law_m: NDArray
-    by_foot_m: NDArray
     by_place: NDArray
 
 
@@ -63,8 +64,8 @@ class SampleTable:
     their own, q and m: F = F_first exp(q * stiffening), w = w_first + m * motion_change. What a
     force moves a little way off hangs on the force, not on the law at the contact (Saint-Venant):
     so the motion is told over the depth that the first law has under that force, and its change
-    is that of the same force. In the same way a loose foot is between one that sticks, 0, and one
-    that slides, 1.
+    is that of the same force. A broad base that is not bonded is half-way between one that sticks
+    and one that slides freely (`SLIDING_PART`).
 
     Attributes
     ----------
@@ -79,10 +80,6 @@ class SampleTable:
         Signed distance of the deformed from the undeformed surface along each sample's normal, or
         how far what was there has moved along its direction, under the first law, and what the
         second adds under the same force [m].
-    yielding : (p, k) array
-        Logarithm of the first law's force on a foot that slides over that on one that sticks.
-    motion_by_foot : (p, k, c) array
-        What a foot that slides adds to the motion under the first law [m]; 0 where none can.
     motion_by_place : (4, p, k, c) array
         What a contact farther along the two axes across the press adds to the motion under the
         first law, for each metre; and what it adds to that of the material alone.
@@ -94,41 +91,33 @@ class SampleTable:
     stiffening: NDArray
     motion_m: NDArray
     motion_change_m: NDArray
-    yielding: NDArray
-    motion_by_foot: NDArray
     motion_by_place: NDArray
+    slides: bool = False
 
-    @property
-    def slides(self) -> bool:
-        """Whether the foot is loose, and so broad that its friction matters."""
-        return bool(self.yielding.any())
-
-    def depth(
-        self, force_per_modulus_m2: NDArray, nu: float, law: float, foot: float = 0.0
-    ) -> DepthOfForce:
+    def depth(self, force_per_modulus_m2: NDArray, nu: float, law: float) -> DepthOfForce:
         """Depth at which the object returns a force; linear in F^(2/3) beyond the table.
 
         Parameters
         ----------
         force_per_modulus_m2 : (n,) array
             Elastic force over Young's modulus, above 0.
-        nu, law, foot : float
-            Poisson's ratio, the force's place among the laws, q, and how freely the foot slides.
+        nu, law : float
+            Poisson's ratio, and the force's place among the laws, q.
         """
         force = np.maximum(force_per_modulus_m2, LEAST_FORCE * self.force_per_modulus_m2.max())
         wanted = force**FORCE_POWER
-        depth = np.interp(wanted, self._power(self.depth_m, nu, law, foot)[0], self.depth_m)
+        depth = np.interp(wanted, self._power(self.depth_m, nu, law)[0], self.depth_m)
         for _ in range(NEWTON_STEPS):
-            power, slope, *_ = self._power(depth, nu, law, foot)
+            power, slope, *_ = self._power(depth, nu, law)
             depth = np.maximum(depth + (wanted - power) / slope, 0.0)
-        _, slope, *others = self._power(depth, nu, law, foot)
+        _, slope, *others = self._power(depth, nu, law)
         by_unit = FORCE_POWER * wanted / force / slope
         return DepthOfForce(depth, by_unit, *(-by / slope for by in others))
 
-    def force(self, depth_m: NDArray, nu: float, law: float, foot: float = 0.0) -> NDArray:
+    def force(self, depth_m: NDArray, nu: float, law: float) -> NDArray:
         """Elastic force over Young's modulus at depths, (n,) [m^2]; zero before contact."""
         depth = np.clip(depth_m, 0, self.depth_m[-1])
-        return np.maximum(self._power(depth, nu, law, foot)[0], 0) ** (1 / FORCE_POWER)
+        return np.maximum(self._power(depth, nu, law)[0], 0) ** (1 / FORCE_POWER)
 
     def stiffening_at(self, depth_m: NDArray, nu: float) -> tuple[NDArray, NDArray]:
         """Logarithm of the second law's force over the first's, (n,), and its slope by nu."""
@@ -136,9 +125,7 @@ class SampleTable:
         weights, slopes = ratio_weights(self.poisson_ratios, nu)
         return log @ weights, log @ slopes
 
-    def motion(
-        self, depth_m: NDArray, nu: float, law: float, place_m: NDArray, foot: float = 0.0
-    ) -> MotionAtDepth:
+    def motion(self, depth_m: NDArray, nu: float, law: float, place_m: NDArray) -> MotionAtDepth:
         """Motion of each sample at depths; linear beyond the table.
 
         Parameters
@@ -149,23 +136,14 @@ class SampleTable:
             Poisson's ratio and the motion's place among the laws, m.
         place_m : (4,) array
             Of the contact along the axes across the press, and in the picture beside that [m].
-        foot : float, optional
-            How freely it slides.
         """
         depth = np.clip(depth_m, 0, self.depth_m[-1])
         beyond = np.maximum(depth_m - depth, 0)[:, None]
         weights, slopes = ratio_weights(self.poisson_ratios, nu)
-        whole = self.motion_m + law * self.motion_change_m + foot * self.motion_by_foot
+        whole = self.motion_m + law * self.motion_change_m
         whole = whole + np.tensordot(place_m, self.motion_by_place, axes=1)
-        here, by_nu, by_law, by_foot = (
-            np.tensordot(w, of, axes=1)
-            for w, of in (
-                (weights, whole),
-                (slopes, whole),
-                (weights, self.motion_change_m),
-                (weights, self.motion_by_foot),
-            )
-        )
+        here, by_law = (np.tensordot(weights, of, axes=1) for of in (whole, self.motion_change_m))
+        by_nu = np.tensordot(slopes, whole, axes=1)
         by_place = np.tensordot(self.motion_by_place, weights, axes=(1, 0))
         bent = (depth_m > 0)[:, None] * self._basis(depth, 1)
         basis = self._basis(depth) + beyond * bent
@@ -174,7 +152,6 @@ class SampleTable:
             bent @ here,
             basis @ by_nu,
             basis @ by_law,
-            basis @ by_foot,
             basis @ by_place,
         )
 
@@ -185,25 +162,23 @@ class SampleTable:
 
     @cached_property
     def _curves(self) -> tuple[PchipInterpolator, ...]:
-        """Power of the force, stiffening and yielding over depth, of each ratio, and slopes."""
-        tables = (self.force_per_modulus_m2**FORCE_POWER, self.stiffening, self.yielding)
+        """Power of the force and stiffening over depth, of each ratio, and their slopes."""
+        tables = (self.force_per_modulus_m2**FORCE_POWER, self.stiffening)
         curves = [PchipInterpolator(self.depth_m, table.T, axis=0) for table in tables]
         return (*curves, *(curve.derivative() for curve in curves))
 
-    def _power(self, depth_m: NDArray, nu: float, law: float, foot: float) -> tuple[NDArray, ...]:
-        """F^(2/3) at depths, (n,), and its derivatives by depth, nu, law, foot; linear beyond."""
+    def _power(self, depth_m: NDArray, nu: float, law: float) -> tuple[NDArray, ...]:
+        """F^(2/3) at depths, (n,), and its derivatives by depth, nu and law; linear beyond."""
         inside = np.minimum(depth_m, self.depth_m[-1])
         weights, slopes = ratio_weights(self.poisson_ratios, nu)
-        power, stiff, yields, bent, stiff_bent, yields_bent = (
-            curve(inside) for curve in self._curves
-        )
-        log, log_bent = law * stiff + foot * yields, law * stiff_bent + foot * yields_bent
+        power, stiff, bent, stiff_bent = (curve(inside) for curve in self._curves)
+        log, log_bent = law * stiff, law * stiff_bent
         grown = np.exp(FORCE_POWER * (log @ weights))
         at = grown * (power @ weights)
         by_depth = grown * (bent @ weights) + FORCE_POWER * (log_bent @ weights) * at
         by_nu = grown * (power @ slopes) + FORCE_POWER * (log @ slopes) * at
-        by_law, by_foot = (FORCE_POWER * (of @ weights) * at for of in (stiff, yields))
-        return at + (depth_m - inside) * by_depth, by_depth, by_nu, by_law, by_foot
+        by_law = FORCE_POWER * (stiff @ weights) * at
+        return at + (depth_m - inside) * by_depth, by_depth, by_nu, by_law
 
 
 def sample_table(
@@ -262,11 +237,11 @@ def sample_table(
     # A contact farther on is a sample farther back.
     aside = ASIDE_M * rocking_axes(table.direction)
     by_place = np.array([(motion(0, -step) - motion(0, step)) / (2 * ASIDE_M) for step in aside])
+    slid = SLIDING_PART * (motion(len(LAW_NAMES)) - first) if forces.slides else 0.0
     return replace(
         forces,
-        motion_m=first,
+        motion_m=first + slid,
         motion_change_m=_under(forces, motion(1)) - first,
-        motion_by_foot=motion(len(LAW_NAMES)) - first if forces.slides else np.zeros_like(first),
         motion_by_place=np.concatenate([by_place, by_place * material]),
     )
 
@@ -296,12 +271,13 @@ def force_table(table: IndentationModel) -> SampleTable:
         expected, found = ", ".join(LAW_NAMES), ", ".join(table.laws)
         raise ValueError(f"table: expected the laws {expected}, found {found} (an older one?)")
     force, *others = np.asarray(table.force_per_modulus_m2, dtype=float)
-    stiffening, yielding = np.zeros((2, *force.shape))
-    for log, other in zip((stiffening, yielding), others, strict=False):
+    stiffening, softer = np.zeros((2, *force.shape))
+    for log, other in zip((stiffening, softer), others, strict=False):
         log[:, 1:] = np.log(other[:, 1:] / force[:, 1:])
+    force, slides = force * np.exp(SLIDING_PART * softer), len(others) > 1
     none, nowhere = np.empty((*force.shape, 0)), np.empty((4, *force.shape, 0))
     ratios, depth = (np.asarray(one, dtype=float) for one in (table.poisson_ratios, table.depth_m))
-    return SampleTable(ratios, depth, force, stiffening, none, none, yielding, none, nowhere)
+    return SampleTable(ratios, depth, force, stiffening, none, none, nowhere, slides)
 
 
 def shape_operators(cell_m: NDArray, normal: NDArray) -> NDArray:
