@@ -21,7 +21,7 @@ RADIUS_M = 0.006
 # Prony series of the made-up solid.
 RELAXATION_TIMES_S, AMPLITUDES = (0.3, 3.0), (0.08, 0.05)
 NO_RIG = Rig(**dict.fromkeys(Rig.model_fields, 0.0))
-EXACT_TABLE = ModelStd(log_youngs_modulus=0.0, nu=0.0, nu_loose=0.0)
+EXACT_TABLE = ModelStd(log_youngs_modulus=0.0, nu=0.0, nu_loose=0.0, sphere_friction=0.0)
 OPTIONS = Fit(
     relaxation_times_s=RELAXATION_TIMES_S,
     fraction_std=0.1,

@@ -244,6 +244,7 @@ TERMS = {
     "gain_std": ("scale of the camera", 0.005, learnt(stacked(0.0, surface()))),
     "force_law_std": ("law of the force", 0.3, learnt(stiffer_alone())),
     "motion_law_std": ("law of the motion", 0.5, learnt(stacked(0.0, second_law()))),
+    "sphere_friction": ("friction at the sphere", 0.03, added(1.0, 1.0, 0.0, 1.0, 1.0)),
     "nu_loose": ("indentation table: base friction", 0.08, added(0.0, E_BY_NU, 1.0, *WITH_NU)),
     "poisson_ratio_std": ("Poisson's ratio", 0.01, lambda std: {"known": np.diag([0, std**-2])}),
     "offset_std_m": ("zero of the depth", 2e-4, learnt(stacked(1.0, 0.0))),

@@ -166,6 +166,7 @@ def _object(ranges: Mapping, like: Mapping, probe: Mapping, rng: np.random.Gener
             "gloss": _within(ranges["gloss"], rng),
             "colour": [_within((0.2, 0.65), rng) for _ in range(3)],
         }
+    spec["contact"]["friction"] = _within(ranges["sphere_friction"], rng)
     return spec
 
 
@@ -207,7 +208,6 @@ def _contact(kind: str, ends_m: float, radius_m: float) -> dict:
         "step_m": _rounded(np.clip(ends_m / STEPS, *STEP_M)),
         "deepest_m": _rounded(ends_m),
         "element_m": _rounded(np.clip(contact_m / ELEMENTS_A_CONTACT, *ELEMENT_M)),
-        "friction": 0.0,
     }
     if kind == "block":
         reach_m = np.clip(CONTACTS_A_REACH * contact_m, *REACH_M)

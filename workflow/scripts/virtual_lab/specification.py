@@ -332,6 +332,7 @@ class Ranges(Model):
     ]
     loose: Share
     table_friction: ends(Share)
+    sphere_friction: ends(Share)
     material: block(
         law=Annotated[
             block(

@@ -143,6 +143,9 @@ SOURCES = {
     ),
     "indentation table: force": Words("finite elements: force", FINER, "% of E"),
     "indentation table: motion": Words("finite elements: surface's motion", FINER, "of nu"),
+    "friction at the sphere": Words(
+        "friction at the sphere", "Wet or oil the sphere, or dust it with talc.", "% of E"
+    ),
     "indentation table: base friction": Words(
         "finite elements: friction at the base",
         "Bond the object to its base: the friction there is not known.",

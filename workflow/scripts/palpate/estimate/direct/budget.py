@@ -224,6 +224,9 @@ def _of_table(best: Solution, quantities: Quantities, options: Fit) -> list[Sour
     found = [
         Source("indentation table: force", force, "1", force * LOG_MODULI),
         Source("indentation table: motion", motion, "1", motion * with_nu),
+        Source(
+            "friction at the sphere", stds.sphere_friction, "1", stds.sphere_friction * LOG_MODULI
+        ),
     ]
     if any(one.table.slides for one in best.indentations):
         parts = stds.nu_loose * with_nu
