@@ -14,7 +14,6 @@ from palpate.open3d_core import ClosestPoints
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.units import MILLIMETRES
-from palpate.vision.probe import marker_transforms
 
 # A table of another sphere is another force.
 SAME_RADIUS = 1e-6
@@ -114,16 +113,13 @@ def _check_table(measured: Measurement, table: IndentationModel) -> None:
 
 
 def _indentation(measured: Measurement, table: IndentationModel, options: Fit) -> DirectIndentation:
-    probe_record = ProbeRecord(
-        time_s=measured.poses["time_s"].to_numpy(float),
-        tips_m=measured.tips_m,
-        forces_n=measured.forces_n,
-        tip_std_m=measured.tip_std_m,
-        stiffness_n_m=measured.capture.probe.get("stiffness_n_m", np.inf),
-        clock_offset_s=measured.clock.offset_s,
-        clock_std_s=measured.clock.prior_std_s,
-        turns=marker_transforms(measured.poses)[:, :3, :3],
-        uncertainty=ProbeUncertainty.of(measured.capture.probe),
+    clock = measured.clock
+    probe_record = ProbeRecord.of(
+        measured.poses,
+        measured.forces_n,
+        measured.capture.probe,
+        clock_offset_s=clock.offset_s,
+        clock_std_s=clock.prior_std_s,
     )
     surface = SmoothSurface(measured.template.vertices_m, measured.template.faces)
     return direct_indentation(

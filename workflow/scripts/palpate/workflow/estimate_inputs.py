@@ -8,7 +8,6 @@ import numpy as np
 
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.motion import load_motion
-from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.estimate.hertz.indentation import indentation_of
 from palpate.estimate.hertz.models import Indentation
@@ -17,7 +16,7 @@ from palpate.estimate.hertz.record import Record
 from palpate.solid.indentation_table import load_indentation
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.alignment import load_alignment
-from palpate.vision.probe import ALONG_STD, MARKER, QUATERNION, TIP, marker_transforms
+from palpate.vision.probe import ALONG_STD, MARKER, QUATERNION
 from palpate.workflow.capture_inputs import read_probe
 from palpate.workflow.job import naming
 from palpate.workflow.object_inputs import read_object
@@ -83,16 +82,7 @@ def read_indentations(inputs, probe, options):
 
 def _probe_record(pose, force, clock, probe):
     """Tip, force and clock of a capture."""
-    poses, columns, forces = read_probe(pose, force, *QUATERNION, *MARKER)
+    poses, _, forces = read_probe(pose, force, *QUATERNION, *MARKER)
     clocks = json.loads(Path(clock).read_text(encoding="utf-8"))
-    return ProbeRecord(
-        time_s=poses["time_s"].to_numpy(float),
-        tips_m=columns[:, : len(TIP)],
-        forces_n=forces,
-        tip_std_m=float(np.nanmedian(poses[ALONG_STD])),
-        stiffness_n_m=probe.get("stiffness_n_m", np.inf),
-        clock_offset_s=float(clocks["offset_s"]),
-        clock_std_s=float(clocks["prior_std_s"]),
-        turns=marker_transforms(poses)[:, :3, :3],
-        uncertainty=ProbeUncertainty.of(probe),
-    )
+    times = {"clock_offset_s": clocks["offset_s"], "clock_std_s": clocks["prior_std_s"]}
+    return ProbeRecord.of(poses, forces, probe, **times)

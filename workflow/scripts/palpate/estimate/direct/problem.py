@@ -1,10 +1,13 @@
 """From a capture's motion, poses and forces to what the direct estimate compares."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.capture.tables import columns_of
 from palpate.estimate.direct.contact import Contact, depth_along, loaded_frames, oblique
 from palpate.estimate.direct.indentation import KINDS, DirectIndentation, patches_of
 from palpate.estimate.direct.motion import MotionAlong, SurfaceMotion
@@ -26,6 +29,7 @@ from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 from palpate.surface.sharp_edges import sharp_edge_distance
+from palpate.vision.probe import ALONG_STD, TIP, marker_transforms
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,28 @@ class ProbeRecord:
     clock_std_s: float
     turns: NDArray
     uncertainty: ProbeUncertainty = UNSTATED
+
+    @staticmethod
+    def of(
+        poses: pd.DataFrame,
+        forces_n: NDArray,
+        probe: Mapping,
+        *,
+        clock_offset_s: float,
+        clock_std_s: float,
+    ) -> "ProbeRecord":
+        """What probe_pose.csv, forces (f, 3) [N] and clock.json say, of a probe's file."""
+        return ProbeRecord(
+            time_s=poses["time_s"].to_numpy(float),
+            tips_m=columns_of(poses, TIP),
+            forces_n=forces_n,
+            tip_std_m=float(np.nanmedian(poses[ALONG_STD])),
+            stiffness_n_m=probe.get("stiffness_n_m", np.inf),
+            clock_offset_s=clock_offset_s,
+            clock_std_s=clock_std_s,
+            turns=marker_transforms(poses)[:, :3, :3],
+            uncertainty=ProbeUncertainty.of(probe),
+        )
 
 
 def direct_indentation(
