@@ -83,19 +83,17 @@ def test_the_study_estimates_what_it_does_not_use(home):
         opened(home, study=study)
 
 
-def test_the_study_names_recordings_that_nobody_makes(home):
+@pytest.mark.parametrize(
+    ("captures", "line"),
+    [
+        (["08", "19"], "captures.foam_block.kinect: expected recordings of the lab, found 19"),
+        (["08", "16"], "tracked.foam_block.kinect: expected some of study.captures, found 17"),
+    ],
+)
+def test_the_study_names_recordings_that_it_has(home, captures, line):
     study = written(home)["study"]
-    study["captures"]["foam_block"]["kinect"] = ["08", "19"]
-    said = r"study.captures.foam_block.kinect: expected recordings of the lab, found 19"
-    with pytest.raises(ValueError, match=said):
-        opened(home, study=study)
-
-
-def test_the_study_minimises_what_it_does_not_use(home):
-    study = written(home)["study"]
-    study["captures"]["foam_block"]["kinect"] = ["08", "16"]
-    said = r"study.tracked.foam_block.kinect: expected some of study.captures, found 17"
-    with pytest.raises(ValueError, match=said):
+    study["captures"]["foam_block"]["kinect"] = captures
+    with pytest.raises(ValueError, match=f"study.{line}"):
         opened(home, study=study)
 
 
