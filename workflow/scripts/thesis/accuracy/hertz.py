@@ -10,8 +10,8 @@ NOTES = (
     "The truth of median_ratio and of the intervals is the instantaneous E*, that of the later"
     " columns E* the time later_s after a step (hertz.relaxation.at_s)."
     " The material relaxes while it is pressed: models with relaxation prony allow for it and for"
-    " finite strain, and their intervals hold the stated errors of depth, force and contact law;"
-    " prony leaves Poisson's ratio open, prony_assumed_nu takes hertz.assumed_poisson_ratio for it."
+    " finite strain, leave Poisson's ratio open, and their intervals hold the stated errors of"
+    " depth, force and contact law."
     " Intervals of the others cover scatter and the stated error of the depth alone."
     " The study's fit is the parabola on a half-space with known contact.",
 )

@@ -1,4 +1,4 @@
-"""All that a press tells by Hertz's theory: every model, relaxation, and the one recommended."""
+"""Reduced modulus of a capture: the study's fit, one with its contact free, the recommended one."""
 
 from dataclasses import asdict
 
@@ -27,7 +27,7 @@ def estimate_hertz(
     rig: Rig | None = None,
     clock_std_s: float = 0.0,
 ) -> dict:
-    """Fit every model to the samples of a press, and the recommended one to its hold too.
+    """Fit the study's model and the recommended one to a press, the latter to its hold too.
 
     Parameters
     ----------
@@ -61,10 +61,10 @@ def estimate_hertz(
     if record is None:
         best["doubts"].append("too few samples to allow for relaxation and finite strain")
     else:
-        rows, relaxation = fit_held(
-            indentation, record, best, **of_layers, beliefs=options.relaxation
+        row, relaxation = fit_held(
+            indentation, record, best, series=options.layer_series, beliefs=options.relaxation
         )
-        models += rows
+        models.append(row)
         best = recommended(indentation, models)
     std = _rig_std(indentation, rig) if rig else 0.0
     if record is not None and clock_std_s > 0:

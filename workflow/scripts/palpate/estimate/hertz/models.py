@@ -1,4 +1,4 @@
-"""All models of a press side by side, and the one that its geometry and its hold recommend."""
+"""The model of a press that its geometry and its hold recommend, beside the study's."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,7 +16,6 @@ from palpate.estimate.hertz.fit import (
 )
 from palpate.estimate.hertz.laws import (
     FOOT,
-    INDENTERS,
     LARGEST_CHI,
     LAYERS,
     SUPPORTS,
@@ -25,35 +24,22 @@ from palpate.estimate.hertz.laws import (
 )
 from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.record import Record
-from palpate.estimate.hertz.relaxation import (
-    RelaxationFit,
-    fit_relaxation,
-    verdict,
-    with_other_shares,
-)
+from palpate.estimate.hertz.relaxation import RelaxationFit, fit_relaxation, verdict
 from palpate.estimate.hertz.relaxation_prior import relaxation_times
 from palpate.estimate.hertz.shape import INSTEAD, Shape
 from palpate.estimate.hertz.strain import finite_strain_factor
 from palpate.modulus import CONFIDENCE
 
-# Contact at the surface; wherever the force says; or at the surface within its stated deviation.
-CONTACTS = ("known", "free", "weighted")
+# What the study fits: contact at the surface.
+OF_STUDY = {"indenter": "parabola", "support": "half_space", "contact": "known"}
 # Beyond this depth over radius the paraboloid is too blunt by more than a hundredth.
 SHALLOW = 0.1
-# Poisson's ratios of all that people press, from cork to rubber.
-POISSON_RATIOS = (0.0, 0.499)
+# Of a thin layer whose ratio no fit has told: rubber's, for which the base counts most.
+LARGEST_POISSON_RATIO = 0.499
 # A press less deep than so many deviations of its depth tells neither relaxation nor its contact.
 SHALLOWEST = 8.0
-# The fit with relaxation is repeated with the prior's share scaled, to show what the prior decides.
-SHARE_FACTORS = (0.5, 2.0)
 # No side takes more of a force than leaves this part.
 LEAST_LEFT = 0.1
-BY_RATIO = (
-    "reduced_modulus_pa",
-    "reduced_modulus_interval_pa",
-    "later_reduced_modulus_pa",
-    "later_reduced_modulus_interval_pa",
-)
 # Poisson's ratios that the fit with relaxation takes for equally likely.
 HELD_POISSON_RATIOS = tuple((np.arange(8) / 16 + 1 / 32).tolist())
 
@@ -97,11 +83,30 @@ class Indentation:
         """Largest sqrt(R d)/h."""
         return self.radius_m * float(np.sqrt(self.depth_over_radius)) / self.thickness_m
 
+    @property
+    def indenter(self) -> str:
+        """Sneddon's sphere beyond a depth of a tenth of the radius, else the paraboloid."""
+        return "sneddon" if self.depth_over_radius > SHALLOW else "parabola"
+
+    @property
+    def thin(self) -> bool:
+        """Whether the object is a layer thinner than the series holds for."""
+        return self.shape.support in LAYERS and self.chi > LARGEST_CHI
+
+    @property
+    def supports(self) -> tuple[str, ...]:
+        """Of the recommended model, then of those that its interval reaches to if no law holds."""
+        if not self.shape.doubts:
+            return ("half_space",) if self.thin else (self.shape.support,)
+        if self.shape.support == FOOT:
+            return (FOOT, SUPPORTS[0])
+        return SUPPORTS if self.chi <= LARGEST_CHI else SUPPORTS[:1]
+
 
 def fit_models(
     indentation: Indentation, *, nu: float, baseline: bool, residual: str, series: str
 ) -> list[dict]:
-    """Fit every model with the contact point known, free and weighted.
+    """Fit the study's model, and the recommended one with those that its interval reaches to.
 
     Parameters
     ----------
@@ -117,28 +122,18 @@ def fit_models(
     -------
     list of dict
         ``indenter, support, contact``, ``relaxation`` (none), the fit's fields, and for layers
-        ``poisson_ratio``, which E* goes with, and ``reduced_modulus_range_pa``, the moduli at
-        Poisson's ratios 0 and 0.499. A layer that is
-        thinner than the series holds for has none.
+        ``poisson_ratio``, which E* goes with. First the study's paraboloid on a half-space with
+        the contact known; then the recommended indenter with the contact weighted, on the
+        recommended support and, where something speaks against its law, on all others.
     """
-    supports = SUPPORTS if indentation.chi <= LARGEST_CHI else SUPPORTS[:1]
-    if indentation.shape.support == FOOT:
-        supports = (SUPPORTS[0], FOOT)
-    options = {"baseline": baseline, "residual": residual, "series": series}
+    named = {"indenter": indentation.indenter, "contact": "weighted"}
     rows = []
-    for indenter in INDENTERS:
-        for support in supports:
-            for contact in CONTACTS:
-                name = {"indenter": indenter, "support": support, "contact": contact}
-                row = name | {"relaxation": "none"}
-                row |= vars(fit_model(indentation, **name, nu=nu, **options))
-                if support in LAYERS:
-                    row["poisson_ratio"] = nu
-                    ends = [
-                        fit_model(indentation, **name, nu=end, **options) for end in POISSON_RATIOS
-                    ]
-                    row["reduced_modulus_range_pa"] = sorted(e.reduced_modulus_pa for e in ends)
-                rows.append(row)
+    for name in [OF_STUDY, *(named | {"support": one} for one in indentation.supports)]:
+        found = fit_model(
+            indentation, **name, nu=nu, baseline=baseline, residual=residual, series=series
+        )
+        of_layer = {"poisson_ratio": nu} if name["support"] in LAYERS else {}
+        rows.append(name | {"relaxation": "none"} | vars(found) | of_layer)
     return rows
 
 
@@ -174,14 +169,8 @@ def fit_model(
 
 
 def fit_held(
-    indentation: Indentation,
-    record: Record,
-    model: Mapping,
-    *,
-    nu: float,
-    series: str,
-    beliefs: Beliefs,
-) -> tuple[list[dict], dict]:
+    indentation: Indentation, record: Record, model: Mapping, *, series: str, beliefs: Beliefs
+) -> tuple[dict, dict]:
     """Fit a model with relaxation and finite strain to a press and its hold.
 
     Finite strain makes the law depend on Poisson's ratio far more than a layer does.
@@ -193,56 +182,38 @@ def fit_held(
         Of the same press, from the approach to the end of the hold.
     model : mapping
         The same model without relaxation, of `fit_models`, contact weighted.
-    nu, series
+    series
         As in `fit_models`.
     beliefs : Beliefs
 
     Returns
     -------
-    rows : list of dict
+    row : dict
         As those of `fit_models`. Where the probe was held for the shortest relaxation time at
-        least, ``relaxation`` is prony_assumed_nu, which takes nu for granted, then prony, to which
-        ratios from 0 to 0.5 are equally likely. Else one row, unheld, or shallow where the
-        deepest depth is less than eight of its deviations: the modulus without relaxation, its
-        interval widened by what relaxation and nu, and the depth's error, may have done.
+        least, ``relaxation`` is prony, to which Poisson's ratios from 0 to 0.5 are equally
+        likely. Else it is unheld, or shallow where the deepest depth is less than eight of its
+        deviations: the modulus without relaxation, its interval widened by what relaxation and
+        nu, and the depth's error, may have done.
     block : dict
-        ``verdict``, ``held_s``, the beliefs, the fit's fields, ``other_shares``, and
-        ``by_poisson_ratio``, the modulus for whoever knows nu.
+        ``verdict``, ``held_s``, the beliefs and the fit's fields.
     """
     times = relaxation_times(record.time_s[indentation.onset :])
     held_s = float(record.time_s[-1] - record.time_s[record.deepest])
     held = held_s >= times[0]
     laws = {at: _strained(indentation, model, nu=at, series=series) for at in HELD_POISSON_RATIOS}
-    given = {"times_s": times, "beliefs": beliefs}
-    found = fit_relaxation(record, laws, **given)
-    single = {at: fit_relaxation(record, {at: law}, **given) for at, law in laws.items()}
+    found = fit_relaxation(record, laws, times_s=times, beliefs=beliefs)
     press, depth_std = _press(record, found)
     shallow = press < SHALLOWEST * depth_std
     said = "too shallow" if shallow else verdict(found, held=held)
-    block = {"verdict": said, "held_s": held_s}
-    block |= vars(beliefs) | vars(found)
-    block["other_shares"] = with_other_shares(record, laws, **given, factors=SHARE_FACTORS)
-    block["by_poisson_ratio"] = [
-        {"poisson_ratio": at} | {name: getattr(fit, name) for name in BY_RATIO}
-        for at, fit in single.items()
-    ]
+    block = {"verdict": said, "held_s": held_s} | vars(beliefs) | vars(found)
+    ends = found.reduced_modulus_interval_pa
     if shallow:
-        return [
-            _widened(
-                model,
-                "shallow",
-                (*found.reduced_modulus_interval_pa, *_depth_ends(model, press, depth_std)),
-            )
-        ], block
+        ends = (*ends, *_depth_ends(model, press, depth_std))
+        return _widened(model, "shallow", ends), block
     if not held:
-        return [_widened(model, "unheld", found.reduced_modulus_interval_pa)], block
-    assumed = {nu: _strained(indentation, model, nu=nu, series=series)}
+        return _widened(model, "unheld", ends), block
     names = {name: model[name] for name in ("indenter", "support", "contact")}
-    ends = sorted(fit.reduced_modulus_pa for fit in single.values())
-    known = names | {"relaxation": "prony_assumed_nu"}
-    known |= vars(fit_relaxation(record, assumed, **given))
-    unknown = names | {"relaxation": "prony"} | vars(found)
-    return [known, unknown | {"reduced_modulus_range_pa": [ends[0], ends[-1]]}], block
+    return names | {"relaxation": "prony"} | vars(found), block
 
 
 def later_modulus(
@@ -293,10 +264,9 @@ def widened(model: Mapping, std: float) -> dict:
 def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
     """Choose a model by the press's geometry and by what of it was held.
 
-    Sneddon's sphere beyond a depth of a tenth of the radius, else the paraboloid; the layer or the
-    round foot where the shape is one, and the layer's series holds, else the half-space; the
-    weighted contact, since it leaves neither the surface nor the force unused; and relaxation
-    allowed for wherever it was fitted.
+    The indenter by the depth over the radius; the layer or the round foot where the shape is one,
+    and the layer's series holds, else the half-space; the weighted contact, since it leaves
+    neither the surface nor the force unused; and relaxation allowed for wherever it was fitted.
 
     Returns
     -------
@@ -304,10 +274,9 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
         The model, with ``rule`` in words, and ``doubts``, why no law holds, a line each: the
         interval then reaches to those of all supports, and as far as side or base move it.
     """
-    indenter = "sneddon" if indentation.depth_over_radius > SHALLOW else "parabola"
-    support, doubts = indentation.shape.support, [*indentation.shape.doubts]
-    thin = support in LAYERS and indentation.chi > LARGEST_CHI
-    if thin:
+    indenter, support = indentation.indenter, indentation.shape.support
+    doubts = [*indentation.shape.doubts]
+    if indentation.thin:
         support = "half_space"
         doubts.append(
             f"the layer is thin, chi {indentation.chi:.2f} above {LARGEST_CHI}: {INSTEAD}"
@@ -329,9 +298,9 @@ def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
         ]
         # A free side leaves an object softer than it is; a thin layer's base makes it stiffer.
         ends.append(max(ends) / max(1 - indentation.shape.side_part, LEAST_LEFT))
-        if thin:
+        if indentation.thin:
             chi = np.array(indentation.chi)
-            ratio = best.get("poisson_ratio", POISSON_RATIOS[1])
+            ratio = best.get("poisson_ratio", LARGEST_POISSON_RATIO)
             ends += [min(ends) / float(layer_factor(chi, ratio, layer)) for layer in LAYERS]
         best = _widened(best, best["relaxation"], ends)
     return dict(best) | {"rule": rule, "doubts": doubts}

@@ -100,30 +100,6 @@ def fit_relaxation(
     return _summary(record, joined(record, parts, beliefs), np.array(list(laws)), times, beliefs)
 
 
-def with_other_shares(
-    record: Record, laws: Laws, *, times_s: NDArray, beliefs: Beliefs, factors: tuple[float, ...]
-) -> list[dict]:
-    """Instantaneous E* with the prior's scale multiplied: what the prior alone decides.
-
-    Returns
-    -------
-    list of dict
-        ``share``, ``reduced_modulus_pa`` and its interval for each factor.
-    """
-    rows = []
-    for factor in factors:
-        other = beliefs.changed(share=factor * beliefs.share)
-        fit = fit_relaxation(record, laws, times_s=times_s, beliefs=other)
-        rows.append(
-            {
-                "share": other.share,
-                "reduced_modulus_pa": fit.reduced_modulus_pa,
-                "reduced_modulus_interval_pa": fit.reduced_modulus_interval_pa,
-            }
-        )
-    return rows
-
-
 def verdict(fit: RelaxationFit, *, held: bool) -> str:
     """Say in a word whether the record holds relaxation.
 
