@@ -11,8 +11,11 @@ from palpate.estimate.direct.quantities import BULK, NAMES, SHEAR, over_star, ov
 E_STAR, NORMAL = 30e3, 1.959964
 
 
-def intervals_of(nu, stds, *, options=None, frames=50, correlation=0.0):
-    """Intervals where log E*, nu and a share that relaxes within a second have these deviations."""
+def intervals_of(nu, stds, *, options=None, frames=50, correlation=0.0, table_std=0.0):
+    """Intervals where log E*, nu and a share that relaxes within a second have these deviations.
+
+    `table_std` is an error of nu beside them.
+    """
     slopes = [
         [0.0, 1, 0]
         if name == "poisson_ratio"
@@ -24,6 +27,7 @@ def intervals_of(nu, stds, *, options=None, frames=50, correlation=0.0):
     covariance = np.diag(np.square(stds))
     covariance[[0, 1], [1, 0]] = correlation * stds[0] * stds[1]
     std = np.sqrt(np.einsum("qi,ij,qj->q", slopes, covariance, slopes))
+    std = np.hypot(std, table_std * np.abs(np.array(slopes)[:, 1]))
     best = SimpleNamespace(
         converged=True,
         parameters=[SimpleNamespace(youngs_modulus_pa=E_STAR * (1 - nu**2), offset_m=0.0)],
@@ -102,6 +106,14 @@ def test_shear_and_bulk_modulus_are_those_of_draws(nu, std, correlation):
         assert modulus.value == pytest.approx(middle, rel=0.01)
         half = np.log([middle / modulus.low, modulus.high / middle])
         assert half == pytest.approx(np.log([middle / low, high / middle]), rel=0.05, abs=0.01)
+
+
+def test_a_ratio_at_one_half_that_is_not_determined_leaves_g_and_k_finite():
+    """K grows with nu without end there: what a linear part makes of an error is no interval."""
+    found = intervals_of(0.4999, [0.05, 2.9, 0.0], table_std=0.03)
+    shear, bulk = found[SHEAR], found[BULK]
+    assert 0.2 * E_STAR < shear.low < shear.value < shear.high < 0.6 * E_STAR
+    assert 0.2 * E_STAR < bulk.low < bulk.value and bulk.high is None
 
 
 @pytest.mark.parametrize("end", [0.45, 0.4999])

@@ -15,6 +15,7 @@ from palpate.estimate.direct.quantities import (
     NAMES,
     POISSON,
     SHEAR,
+    STAR,
     Quantities,
     over_star,
     over_star_by_nu,
@@ -72,10 +73,12 @@ def intervals(
             found[name] = _ratio(nu, ends, nu_std, contradicted, options)
             continue
         told = bounds if few else np.clip(nu + quantile[k] * nu_std * np.array([-1, 1]), *bounds)
+        # What else moves nu moves G and K along it, without end near 1/2: the rest is that of E*.
+        told, of = (ends, STAR) if name in (SHEAR, BULK) else (told, k)
         ratios = np.linspace(*told, NU_STEPS)
         with_nu = beside[k] * (ratios - nu) + over_star(ratios)[k] - over_star(nu)[k]
         # The budget holds the covariance: what is left of it does not go with nu.
-        rest = np.sqrt(max(budget.std[k] ** 2 - (by_nu[k] * nu_std) ** 2, 0.0)) * quantile[k]
+        rest = np.sqrt(max(budget.std[of] ** 2 - (by_nu[of] * nu_std) ** 2, 0.0)) * quantile[of]
         low = quantities.values[k] - np.hypot(rest, min(with_nu.min(), 0.0))
         high = quantities.values[k] + np.hypot(rest, max(with_nu.max(), 0.0))
         modulus = Modulus.of_pascals(*map(float, np.exp([quantities.values[k], low, high])))
