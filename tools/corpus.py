@@ -24,6 +24,9 @@ from corrupted import captures, doors, results, specifications, tables  # noqa: 
 from corrupted.places import make_places, place_of  # noqa: E402
 
 EXPECTED = ROOT / "tests/corpus/expected.csv"
+# In lines about results that are computed first, whose last digits differ between processors: where
+# a file cut at half of its length ends, and a share in whole percent.
+BY_PROCESSOR = re.compile(r"\([^()]*\(char \d+\)\)|\d+%")
 End = tuple[str, str]
 
 
@@ -65,8 +68,10 @@ def _entries(*, fast: bool) -> Iterator[tuple]:
 
 def same(end: End, known: End | None) -> bool:
     """Whether an entry ends as it is known to; what passed a door may end at the next one."""
-    later = known is not None and known[0] != doors.BY_FORM
-    return end == known or (end == (doors.PASSED, "") and later)
+    if known is None:
+        return False
+    ends = [(outcome, BY_PROCESSOR.sub("", line)) for outcome, line in (end, known)]
+    return ends[0] == ends[1] or (end == (doors.PASSED, "") and known[0] != doors.BY_FORM)
 
 
 def expected() -> dict[str, End]:

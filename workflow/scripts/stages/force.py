@@ -9,7 +9,7 @@ from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Force
 from palpate.vision.probe import AXIS, TIP, check_steepness
 from palpate.vision.support_plane import read_plane
-from palpate.workflow.capture_inputs import declared_point
+from palpate.workflow.declared import declared_point
 from palpate.workflow.job import naming, run
 from palpate.yaml_files import load_yaml
 

@@ -5,7 +5,7 @@ from palpate.solid.indentation_table import image_table, load_indentation, save_
 from palpate.solid.load_steps import point_table
 from palpate.solid.mesh import read_solid
 from palpate.solid.options import IndentationTable
-from palpate.workflow.capture_inputs import declared_point
+from palpate.workflow.declared import declared_point
 from palpate.workflow.job import naming, run
 from palpate.workflow.object_inputs import read_object
 

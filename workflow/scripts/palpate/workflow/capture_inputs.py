@@ -1,7 +1,5 @@
 """What stages read of a capture."""
 
-from collections.abc import Mapping
-
 import pandas as pd
 from numpy.typing import NDArray
 
@@ -26,17 +24,3 @@ def read_probe(
         forces = columns_of(read_table(force), FORCE, frames=frames)
     with naming(pose):
         return poses, columns_of(poses, [*TIP, *columns], frames=len(forces)), forces
-
-
-def declared_point(spec: Mapping, name: str) -> Mapping:
-    """What object.yaml says of a point.
-
-    Raises
-    ------
-    ValueError
-        If it says nothing of it.
-    """
-    if name not in spec["points"]:
-        names = ", ".join(sorted(spec["points"]))
-        raise ValueError(f"points: expected one of {names}, found {name}")
-    return spec["points"][name]
