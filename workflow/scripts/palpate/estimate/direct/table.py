@@ -83,6 +83,8 @@ class SampleTable:
     motion_by_place : (4, p, k, c) array
         What a contact farther along the two axes across the press adds to the motion under the
         first law, for each metre; and what it adds to that of the material alone.
+    slides : bool, optional
+        Whether the base is not bonded, and so broad that its friction matters.
     """
 
     poisson_ratios: NDArray
