@@ -11,7 +11,7 @@ from palpate.estimate.direct.options import Fit, ModelStd
 from palpate.solid.indentation_table import IndentationModel
 
 E_PA, NU, NOISE_N = 40e3, 0.4, 0.004
-OPTIONS = Fit(rig=NO_RIG, model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0))
+OPTIONS = Fit(rig=NO_RIG, model_std=ModelStd(log_youngs_modulus=0.0, nu=0.0, sphere_friction=0.0))
 
 
 @pytest.fixture(scope="module")

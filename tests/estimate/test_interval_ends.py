@@ -90,6 +90,17 @@ def test_a_ratio_that_was_given_and_is_hardly_determined_keeps_its_deviation():
     assert (nu.low, nu.high) == pytest.approx((0.34 - NORMAL * 0.01, 0.34 + NORMAL * 0.01))
 
 
+def test_g_and_k_follow_the_ratio_that_was_given():
+    """Not the table's error of nu, which what is known of nu leaves out."""
+    options = Fit(poisson_ratio=0.47, poisson_ratio_std=0.002)
+    found = intervals_of(0.47, [0.001, 0.002, 0.0], options=options, table_std=0.01)
+    ends = 0.47 + np.array([-1, 1]) * NORMAL * 0.002
+    assert (found["poisson_ratio"].low, found["poisson_ratio"].high) == pytest.approx(ends)
+    high = E_STAR * (1 - ends[1] ** 2) / (3 * (1 - 2 * ends[1]))
+    assert found[BULK].high == pytest.approx(high, rel=0.01)
+    assert found[SHEAR].low == pytest.approx(E_STAR * (1 - ends[1]) / 2, rel=0.01)
+
+
 @pytest.mark.parametrize("correlation", [-0.8, 0.0, 0.6])
 @pytest.mark.parametrize(("nu", "std"), [(0.3, 0.01), (0.3, 0.07), (0.42, 0.03), (0.15, 0.05)])
 def test_shear_and_bulk_modulus_are_those_of_draws(nu, std, correlation):

@@ -148,6 +148,8 @@ def _forked(call: Callable) -> object:
         try:
             os.close(reader)
             os.write(writer, json.dumps(call()).encode())
+        except BaseException:
+            traceback.print_exc()
         finally:
             os._exit(0)
     os.close(writer)

@@ -195,7 +195,8 @@ def _rig_std(hertz: HertzFit, press_m: float, options: Fit) -> float:
     rig, radius = options.rig, hertz.setup.radius_m
     bent = rig.compliance_std_m_n * float(np.ptp(hertz.fitted_n))
     parts = (rig.force_scale_std, rig.radius_std_m / radius / 2, 1.5 * bent / press_m)
-    return float(np.linalg.norm([*parts, options.model_std.log_youngs_modulus]))
+    stds = options.model_std
+    return float(np.linalg.norm([*parts, stds.log_youngs_modulus, stds.sphere_friction]))
 
 
 def _check_ratios(model: IndentationModel, ratios: tuple[float, float]) -> None:

@@ -199,7 +199,7 @@ def _of_rig(
 
 
 def _of_noise(onto: NDArray, best: Solution) -> list[Source]:
-    """Noise of motion and depth, with the scatter and sharing that the residuals show."""
+    """Noise of motion and depth, as large as the fit's deviations and sharing have it."""
     found = []
     for kind, std in _noise_std(best).items():
         each = [_shares(onto[:, at], block, kind)[0] for at, block in placed(best)]

@@ -25,6 +25,7 @@ from palpate.modulus import (
     AT_BOUND,
     BOUNDED,
     CONFIDENCE,
+    LABELS,
     NOT_IDENTIFIED,
     NOT_JUDGED,
     Modulus,
@@ -43,8 +44,8 @@ def intervals(
     """Moduli with their intervals and verdicts.
 
     Poisson's ratio ends at the range's bounds; of a modulus, what goes with Poisson's ratio ends
-    where that does, and E, G and K follow E* and nu exactly. G and K have no verdict where nu has
-    none, and K no upper end where nu reaches the range's.
+    where that does, and E is E* (1 - nu^2) at each. G and K follow the stated interval of nu, have
+    no verdict where nu has none, and K has no upper end where nu reaches the range's.
 
     Parameters
     ----------
@@ -68,27 +69,51 @@ def intervals(
     # What the fit contradicts is no better for its interval.
     contradicted = not best.converged or farthest_zero(best)[1] > FAR_ZERO
     found = {}
-    for k, name in enumerate(NAMES):
+    for k, name in enumerate(LABELS):
         if k == POISSON:
             found[name] = _ratio(nu, ends, nu_std, contradicted, options)
             continue
         told = bounds if few else np.clip(nu + quantile[k] * nu_std * np.array([-1, 1]), *bounds)
-        # What else moves nu moves G and K along it, without end near 1/2: the rest is that of E*.
-        told, of = (ends, STAR) if name in (SHEAR, BULK) else (told, k)
         ratios = np.linspace(*told, NU_STEPS)
         with_nu = beside[k] * (ratios - nu) + over_star(ratios)[k] - over_star(nu)[k]
         # The budget holds the covariance: what is left of it does not go with nu.
-        rest = np.sqrt(max(budget.std[of] ** 2 - (by_nu[of] * nu_std) ** 2, 0.0)) * quantile[of]
+        rest = np.sqrt(max(budget.std[k] ** 2 - (by_nu[k] * nu_std) ** 2, 0.0)) * quantile[k]
         low = quantities.values[k] - np.hypot(rest, min(with_nu.min(), 0.0))
         high = quantities.values[k] + np.hypot(rest, max(with_nu.max(), 0.0))
         modulus = Modulus.of_pascals(*map(float, np.exp([quantities.values[k], low, high])))
         found[name] = replace(modulus, verdict=NOT_JUDGED) if contradicted else modulus
     ratio = found[NAMES[POISSON]]
+    found |= _of_both(quantities, budget, ratio, quantile[STAR])
     if ratio.high >= bounds[1] - AT_BOUND:
         found[BULK] = replace(found[BULK], high=None, verdict=BOUNDED)
     if ratio.verdict in (NOT_IDENTIFIED, NOT_JUDGED):
         found |= {name: replace(found[name], verdict=ratio.verdict) for name in (SHEAR, BULK)}
     return bounded_at_best(found) if few or at_end(best, options) else found
+
+
+def _of_both(
+    quantities: Quantities, budget: Budget, ratio: Modulus, quantile: float
+) -> dict[str, Modulus]:
+    """G and K: E* follows the interval of nu as it does in the budget, the rest adds in squares.
+
+    Of G = E* (1 - nu)/2 the variances of three give the covariance of two.
+    """
+    nu = float(quantities.values[POISSON])
+    of_star, of_nu, of_G = budget.std[[STAR, POISSON, NAMES.index(SHEAR)]] ** 2
+    by_nu = over_star_by_nu(nu)[NAMES.index(SHEAR)]
+    most = np.sqrt(of_star / max(of_nu, 1e-300))
+    slope = (of_G - of_star - by_nu**2 * of_nu) / (2 * by_nu * max(of_nu, 1e-300))
+    slope = np.clip(slope, -most, most)
+    rest = quantile * np.sqrt(max(of_star - slope**2 * of_nu, 0.0))
+    ratios = np.linspace(ratio.low, ratio.high, NU_STEPS)
+    found = {}
+    for name in (SHEAR, BULK):
+        k = NAMES.index(name)
+        moved = slope * (ratios - nu) + over_star(ratios)[k] - over_star(nu)[k]
+        low = quantities.values[k] - np.hypot(rest, min(moved.min(), 0.0))
+        high = quantities.values[k] + np.hypot(rest, max(moved.max(), 0.0))
+        found[name] = Modulus.of_pascals(*map(float, np.exp([quantities.values[k], low, high])))
+    return found
 
 
 def _ratio(nu: float, ends: NDArray, std: float, contradicted: bool, options: Fit) -> Modulus:

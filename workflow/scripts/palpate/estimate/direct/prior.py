@@ -20,8 +20,8 @@ OFFSET, CLOCK, SHIFT = 0, 1, slice(2, 2 + AXES)
 PLACE, PICTURE = (slice(2 + AXES + k, 2 + AXES + k + PLACES) for k in (0, PLACES))
 SETTLED = slice(2 + AXES + 2 * PLACES, OWN)
 STEPS = "relaxing shares of neighbouring times"
-# Of the material-law parameter of the force, either way: beyond -2 to -14 tables have a force that
-# falls with depth.
+# Of the material-law parameter of the force, either way: below -2 (of one table; of others -3 to
+# -14) the force falls with depth.
 FARTHEST_LAW = 2.0
 # Deviation of motions that do not happen [m, rad], and variance by which unknowns differ that an
 # error moves alike, as part of theirs.

@@ -28,7 +28,7 @@ GAUSS = np.polynomial.legendre.leggauss(3)
 WINDOW_AT = np.stack(np.meshgrid(GAUSS[0], GAUSS[0]), axis=-1).reshape(-1, 2) / 2
 WINDOW_WEIGHTS = np.outer(GAUSS[1], GAUSS[1]).ravel() / 4
 # Of a broad base that is not bonded, between one that sticks, 0, and one that slides freely, 1:
-# captures do not tell it better (its error is a source of the uncertainty budget).
+# captures do not tell it better (its error of nu is a source of the uncertainty budget).
 SLIDING_PART = 0.5
 # By which a contact is moved to either side, to see what its place does [m].
 ASIDE_M = 0.001
