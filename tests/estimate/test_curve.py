@@ -96,9 +96,11 @@ def test_the_rig_widens_it_too(model):
     ideal = estimate_curve(curve, model, (NU, NU), OPTIONS).moduli["youngs_modulus_pa"]
     real = estimate_curve(curve, model, (NU, NU), Fit()).moduli["youngs_modulus_pa"]
     assert real.value == pytest.approx(ideal.value)
-    # 1 % of the force and 1.5 % of the table, at 95 %.
+    # 1 % of the force, 1.5 % of the table and 0.6 % by friction at the sphere, at 95 %.
     widths = [np.log(one.high / one.low) / 2 for one in (ideal, real)]
-    assert np.sqrt(widths[1] ** 2 - widths[0] ** 2) == pytest.approx(1.96 * 0.018, rel=0.05)
+    assert np.sqrt(widths[1] ** 2 - widths[0] ** 2) == pytest.approx(
+        1.96 * np.hypot(0.018, 0.006), rel=0.05
+    )
 
 
 def test_what_the_table_does_not_hold_is_refused(model):
