@@ -385,12 +385,14 @@ def test_captures_that_are_apart(count):
 @pytest.mark.parametrize("field", ["offset_std_m", "clock_std_s", "shift_std_m", "place_std_m"])
 def test_what_each_capture_has_for_itself_scatters_between_them(field):
     source, std, _ = TERMS[field]
-    options, capture = with_term(field, std)
+    options, capture = with_term(field, 0.03 * std)
     assert APART not in {one.name for one in budget(options, capture).sources}
-    found = budget(options, *[capture] * 3)
+    found, without = budget(options, *[capture] * 3), budget(NOTHING, *[CAPTURE] * 3)
+    noises = sum(line(without, name).contributions ** 2 for name in NOISES)
+    factor = line(without, APART).contributions ** 2 / noises
+    assert factor == pytest.approx(likely_excess(0.0, 2), rel=0.05)
     own = sum(line(found, name).contributions ** 2 for name in (source, *NOISES))
-    expected = own * likely_excess(0.0, 2)
-    assert line(found, APART).contributions ** 2 == pytest.approx(expected, rel=0.05)
+    assert line(found, APART).contributions ** 2 == pytest.approx(factor * own, rel=0.005)
 
 
 def likely_excess(scatter, freedom):

@@ -9,7 +9,7 @@ from made_up_indentation import OPTIONS, START, UNBONDED, indentation_of
 from palpate.estimate.direct import fit
 from palpate.estimate.direct.blocks import sharing_of
 from palpate.estimate.direct.budget import covariance_of
-from palpate.estimate.direct.deviations import ROBUST, with_depth_errors
+from palpate.estimate.direct.deviations import ROBUST, with_depth_errors, with_pattern
 from palpate.estimate.direct.fit import fit_direct
 from palpate.estimate.direct.indentation import OWN, Parameters, linearised, residuals
 from palpate.estimate.direct.prior import prior_of
@@ -187,3 +187,13 @@ def test_a_contact_that_was_seen_beside_its_table_is_expected_there():
     found = [fitted(one).place_m[0] for one in (capture, seen)]
     assert found[1] == pytest.approx(0.0015, abs=2e-4)
     assert found[0] < 0.0012
+
+
+def test_patches_are_as_large_as_asked():
+    capture = indentation_of(25e3, 0.3, 1)
+    truth = fitted(capture)
+    counts = [
+        with_pattern(replace(capture, patch_m=size), truth, times_s=TIMES_S).cluster.max() + 1
+        for size in (0.02, 0.04, 0.08)
+    ]
+    assert counts == pytest.approx([64, 16, 4], rel=0.3)
