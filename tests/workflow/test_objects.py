@@ -3,7 +3,8 @@
 from pathlib import Path
 
 import pytest
-from palpate.workflow.objects import kept_files, studied, value_digest
+from palpate.workflow.run import studied
+from palpate.workflow.standing import kept_files, value_digest
 from settings import full
 
 STICK = {"probe": "stick"}

@@ -1,6 +1,6 @@
 """What is wrong with a configuration beside its options' own bounds, a line for each thing."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from itertools import product
 from pathlib import Path
 
@@ -8,24 +8,15 @@ from palpate.capture.calibrations import PARTS
 from palpate.capture.discover import CaptureId, folders
 from palpate.capture.experiments import check_experiment
 from palpate.workflow.lab_captures import says_simulated
+from palpate.workflow.run import selected
 
 LONGEST_PATH = 1000
 
 
 def path_problems(paths: Mapping, source: str) -> list[str]:
-    """Say what is wrong with ``paths`` of the configuration, a line for each.
+    """Say what is wrong with ``paths`` of the configuration, by what they hold.
 
-    Parameters
-    ----------
-    paths : mapping
-        Folders by what they hold; ``lab`` may be None.
-    source : str
-        File named in messages.
-
-    Returns
-    -------
-    list of str
-        Results in raw/ would be written over captures that nobody can make again.
+    Results in raw/ would be written over captures that nobody can make again.
     """
     lines = [
         f"{source}: paths.{key}: expected printable characters, at most {LONGEST_PATH}, found"
@@ -43,74 +34,54 @@ def path_problems(paths: Mapping, source: str) -> list[str]:
     return lines
 
 
-def estimated(study: Mapping) -> Mapping:
-    """Selection of what is estimated directly: the tracked, where nothing else is said."""
-    return {**study["tracked"], **study.get("direct", {})}
-
-
-def selected(capture: CaptureId, selection: Mapping) -> bool:
-    """Whether the study uses a recording of the lab; all are of an object that it does not name."""
-    chosen = selection.get(capture.object)
-    return chosen is None or capture.capture in chosen.get(capture.sensor, [])
-
-
-def unknown_captures(study: Mapping, simulated: set[CaptureId], source: str) -> list[str]:
+def unknown_captures(study: Mapping, simulated: Iterable[CaptureId], source: str) -> list[str]:
     """Captures of the lab's objects that the study names and nobody records or the run leaves."""
     names = {capture.object for capture in simulated}
     used = {capture for capture in simulated if selected(capture, study["captures"])}
-    allowed = {
-        "captures": (simulated, "recordings of the lab"),
-        "tracked": (used, "some of study.captures"),
-        "direct": (used, "some of study.captures"),
-    }
     return [
         f"{source}: study.{part}.{name}.{sensor}: expected {words}, found {capture}"
-        for part, (known, words) in allowed.items()
-        for name, sensors in study.get(part, {}).items()
-        if name in names
+        for part, known, words in (
+            ("captures", simulated, "recordings of the lab"),
+            ("tracked", used, "some of study.captures"),
+            ("direct", used, "some of study.captures"),
+        )
+        for name, sensors in study[part].items()
         for sensor, captures in sensors.items()
         for capture in captures
-        if CaptureId(name, sensor, capture) not in known
+        if name in names and CaptureId(name, sensor, capture) not in known
     ]
 
 
 def dropped_experiments(folder: Path, sensors: Mapping, lab: Mapping | None) -> list[str]:
     """What is wrong with the recordings about sensors that the lab does not make itself."""
-    made = (lab or {}).get("experiments", {})
-    lines = []
-    for place in folders(folder):
-        if place.name not in sensors:
-            known = ", ".join(sorted(sensors))
-            lines.append(f"{place}: sensor: expected one of {known}, found {place.name}")
-            continue
-        for experiment in folders(place):
-            if sensors.get(place.name) is None:
-                continue
-            if experiment.name not in made or not says_simulated(experiment):
-                lines += check_experiment(experiment, sensors[place.name])
-    return lines
+    made, places = (lab or {}).get("experiments", {}), folders(folder)
+    lines = [
+        f"{place}: sensor: expected one of {', '.join(sorted(sensors))}, found {place.name}"
+        for place in places
+        if place.name not in sensors
+    ]
+    return lines + [
+        line
+        for place in places
+        if (spec := sensors.get(place.name)) is not None
+        for experiment in folders(place)
+        if experiment.name not in made or not says_simulated(experiment)
+        for line in check_experiment(experiment, spec)
+    ]
 
 
 def unknown_probe(name: str, probes: Mapping, source: str) -> list[str]:
     """A probe of the recordings about sensors that no file describes."""
-    if name in probes:
-        return []
     known = ", ".join(sorted(probes))
-    return [f"{source}: experiments.probe: expected one of {known}, found {name}"]
+    line = f"{source}: experiments.probe: expected one of {known}, found {name}"
+    return [] if name in probes else [line]
 
 
 def unknown_objects(config: Mapping, others: Collection[str], source: str) -> list[str]:
-    """Find options of single objects whose object is nowhere: a slip of the pen takes no effect.
+    """Options of single objects whose object is nowhere: a misspelt name would have no effect.
 
-    Parameters
-    ----------
-    config : mapping
-        The configuration; objects that ``study.captures`` names are known too, since a run of
-        dropped captures keeps their options.
-    others : collection of str
-        Names of the objects in raw/ and of the lab.
-    source : str
-        File named in messages.
+    Those are known that ``study.captures`` names, too: a run of dropped captures keeps their
+    options.
     """
     known = sorted({*others, *config["study"]["captures"]})
     return [
@@ -132,22 +103,28 @@ def lab_devices(lab: Mapping | None) -> dict[str, set[str]]:
     return {"sensors": set(sensors), "probes": set(probes)}
 
 
+def recorded_by(lab: Mapping | None, experiment: str) -> Collection[str]:
+    """Sensors of which the lab records an experiment."""
+    return (lab or {}).get("experiments", {}).get(experiment, {"sensors": []})["sensors"]
+
+
 def missing_calibrations(
     used: set[str], sensors: Mapping, lab: Mapping | None, paths: Mapping
 ) -> list[str]:
     """Sensors whose optics are to come from pictures of a target that nobody took, a line each."""
-    made = (lab or {}).get("experiments", {}).get("calibration", {"sensors": []})["sensors"]
-    lines = []
-    for name in sorted(used & {name for name, sensor in sensors.items() if sensor}):
+    made, lines = recorded_by(lab, "calibration"), []
+    for name in sorted(used):
+        spec = sensors.get(name) or {}
+        if spec.get("optics") != "calibration":
+            continue
         folder = Path(paths["raw"]) / "sensors" / name / "calibration"
-        asked = sensors[name].get("optics") == "calibration"
-        place = Path(paths["sensors"]) / f"{name}.yaml"
-        if asked and "depth" not in sensors[name]:
+        field = f"{Path(paths['sensors']) / name}.yaml: optics"
+        if "depth" not in spec:
             # Its images are rectified: the camera that they show is none of those before the board.
             expected = "stated, those of `palpate calibrate camera --kind stereo`"
-            lines.append(f"{place}: optics: expected {expected}, found calibration")
-        elif asked and name not in made and not folder.is_dir():
-            lines.append(f"{place}: optics: expected pictures of a board in {folder}, found none")
+            lines.append(f"{field}: expected {expected}, found calibration")
+        elif name not in made and not folder.is_dir():
+            lines.append(f"{field}: expected pictures of a board in {folder}, found none")
     return lines
 
 
@@ -164,15 +141,14 @@ def missing_films(
     filmed : str
         Probe of the recordings about sensors.
     """
-    experiments, lines = (lab or {}).get("experiments", {}), []
+    lines = []
     for key, part in product(sorted(used), PARTS):
         sensor, probe = key[1], used[key]
         if (field := part.asking(probe)) is None:
             continue
         folder = Path(paths["raw"]) / "sensors" / sensor / part.film
         place = f"{Path(paths['probes']) / probe['probe']}.yaml"
-        made = experiments.get(part.film, {"sensors": []})["sensors"]
-        if sensor not in made and not folder.is_dir():
+        if sensor not in recorded_by(lab, part.film) and not folder.is_dir():
             expected = f"a film of {part.shows} in {folder}"
             lines.append(f"{place}: {field}: expected {expected}, found none")
         elif filmed != probe["probe"]:

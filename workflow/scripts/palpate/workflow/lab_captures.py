@@ -31,20 +31,20 @@ def recordings(
     }
 
 
-def is_the_labs(name: str, raw: str, found: set[CaptureId], problems: list[str]) -> bool:
+def is_the_labs(name: str, raw: Path, found: set[CaptureId], problems: list[str]) -> bool:
     """Whether the lab may write an object's folder: never one that people filled.
 
     It is the lab's when its object.yaml says so, or when there is none and every capture there
     carries the mark of a rule's output.
     """
-    path = Path(raw) / name / "object.yaml"
+    path = raw / name / "object.yaml"
     if path.is_file():
         try:
             return (load_yaml(path) or {}).get("provenance") == "simulated"
         except (ValueError, AttributeError):
             return False
-    captures = [Path(raw, c.object, c.sensor, c.capture) for c in found if c.object == name]
-    if all((folder / MADE_BY_A_RULE).is_file() for folder in captures):
+    folders = [raw / name / c.sensor / c.capture for c in found]
+    if all((folder / MADE_BY_A_RULE).is_file() for folder in folders):
         return True
     problems.append(f"{path}: file: expected YAML, found nothing")
     return False
@@ -54,7 +54,7 @@ def dropped_among(
     made: Mapping[str, set[CaptureId]], there: Mapping[str, set[CaptureId]], paths: Mapping
 ) -> list[str]:
     """Captures that people dropped into an object of the lab, which would pass for simulated."""
-    strange = sorted(c for name in made for c in there.get(name, set()) - made[name])
+    strange = sorted(c for name in made for c in there[name] - made[name])
     folders = [Path(paths["raw"], c.object, c.sensor, c.capture) for c in strange]
     return [
         f"{folder}: capture: expected the lab's alone in an object that {paths['lab']} makes,"

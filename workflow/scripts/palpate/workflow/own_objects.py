@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.workflow.objects import studied
-from palpate.workflow.run import Described, Run
+from palpate.workflow.run import Described, Run, studied
 
 # Of Hertz fits in one figure.
 MOST_FITS = 4

@@ -1,7 +1,7 @@
 """What one run of the workflow works on, once all that people wrote was read and checked."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,10 @@ from palpate.solid.options import first_images
 from palpate.surface.trackers import options_of
 from palpate.workflow.lab_captures import says_simulated
 from palpate.workflow.places import refuse
+from palpate.yaml_files import load_yaml
 
+# Objects of the study beside its block.
+BALL, EAR = "foam_ball", "ear"
 LAB_TEMPLATE = "template.ply"
 PROJECT = Path(__file__).resolve().parents[4]
 # A capture as tables name it.
@@ -22,7 +25,7 @@ Described = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Run:
-    """What one run of the workflow works on, and where its files stand.
+    """What one run of the workflow works on, and where its files are.
 
     Methods that take ``wildcards`` are for the rules: Snakemake calls them with each job's.
 
@@ -30,51 +33,72 @@ class Run:
     ----------
     config : mapping
         The whole configuration, checked.
-    paths : mapping
-        Folders of the run (``paths`` of config.yaml).
     sensors, probes : mapping
         Specification by name, from one YAML file each.
     lab : mapping or None
         The virtual lab's configuration; None where the run has only dropped captures.
     captures : tuple of CaptureId
         Captures that the run uses, dropped in or to be made by the lab, sorted.
-    fitted : tuple of CaptureId
-        Those of them whose Hertz fits are told.
-    tracked : tuple of CaptureId
-        Those of them whose surfaces are tracked where somebody wants them.
-    minimised : tuple of CaptureId
-        Those of the tracked whose errors are minimised.
-    direct : tuple of CaptureId
-        Those that E and nu are estimated of directly: the tracked, and repeated presses.
+    curves : tuple of CaptureId
+        Curves of force and position, without a camera; `CURVE` stands for their sensor.
     simulated : frozenset of CaptureId
         All that the lab makes on demand.
-    object_files : mapping
-        object.yaml by name, of the objects that people recorded.
     seen : mapping
         Stamps of what stood in ``raw/`` before it was checked, by path.
     rules : iterable, optional
         The workflow's rules, for those that show it.
-    curves : tuple of CaptureId
-        Curves of force and position, without a camera; `CURVE` stands for their sensor.
     """
 
     config: Mapping[str, Any]
-    paths: Mapping[str, str]
     sensors: Mapping[str, Mapping]
     probes: Mapping[str, Mapping]
     lab: Mapping | None
     captures: tuple[CaptureId, ...]
-    fitted: tuple[CaptureId, ...]
-    tracked: tuple[CaptureId, ...]
-    minimised: tuple[CaptureId, ...]
-    direct: tuple[CaptureId, ...]
+    curves: tuple[CaptureId, ...]
     simulated: frozenset[CaptureId]
-    object_files: Mapping[str, Mapping]
     seen: Mapping[str, str]
     rules: Iterable[Any] = ()
-    curves: tuple[CaptureId, ...] = ()
+
+    # Captures by method.
+
+    @cached_property
+    def fitted(self) -> tuple[CaptureId, ...]:
+        """Those of the captures that have a Hertz fit."""
+        return self._asked("hertz", self.captures)
+
+    @cached_property
+    def tracked(self) -> tuple[CaptureId, ...]:
+        """Those whose surfaces are tracked where somebody wants them."""
+        return self._selected(self.config["study"]["tracked"])
+
+    @cached_property
+    def minimised(self) -> tuple[CaptureId, ...]:
+        """Those of the tracked whose errors are minimised."""
+        return self._asked("minimise", self.tracked)
+
+    @cached_property
+    def direct(self) -> tuple[CaptureId, ...]:
+        """Those that E and nu are estimated of directly: the tracked, and repeated indentations."""
+        study = self.config["study"]
+        return self._asked("direct", self._selected({**study["tracked"], **study["direct"]}))
+
+    def _selected(self, selection: Mapping) -> tuple[CaptureId, ...]:
+        kept = (c for c in self.captures if c not in self.simulated or selected(c, selection))
+        return tuple(kept)
+
+    def _asked(self, method: str, captures: Iterable[CaptureId]) -> tuple[CaptureId, ...]:
+        """Captures that a method runs on; of people's own objects where they ask for it."""
+        if method in self.config["methods"]:
+            return tuple(captures)
+        study = studied(self.config)
+        return tuple(c for c in captures if c in self.simulated or c.object in study)
 
     # Places of files.
+
+    @property
+    def paths(self) -> Mapping[str, str]:
+        """Folders of the run."""
+        return self.config["paths"]
 
     def raw(self, path: str) -> str:
         """Path of a capture's file or folder."""
@@ -107,8 +131,7 @@ class Run:
 
     def minima_of(self, captures: Iterable[Described]) -> list[str]:
         """Minima of those captures whose errors are minimised, by capture and then by error."""
-        known = set(self.minimised)
-        keys = ("object", "sensor", "capture")
+        known, keys = set(self.minimised), ("object", "sensor", "capture")
         chosen = [c for c in captures if CaptureId(*(c[key] for key in keys)) in known]
         return self.files(chosen, *self.minima)
 
@@ -168,9 +191,8 @@ class Run:
     def template(self, name: str) -> str:
         """Template of an object: its own file, or the one made of its scans."""
         kind, file = self.template_source(name)
-        return (
-            self.raw(f"{name}/{file}") if kind == "file" else self.results(f"{name}/template.ply")
-        )
+        made = self.results(f"{name}/template.ply")
+        return made if kind == "scans" else self.raw(f"{name}/{file}")
 
     # Inputs of rules.
 
@@ -214,30 +236,30 @@ class Run:
 
     def first_cloud_of(self, wildcards: Any) -> str:
         """Clouds that begin with a capture's first; of others than Hertz's all are made anyway."""
-        same = self.described_of("direct", wildcards.object)
-        all_made = (wildcards.sensor, wildcards.capture) in {
-            (c["sensor"], c["capture"]) for c in same
-        }
+        all_made = wildcards.capture in self.together(wildcards)
         return self.of_capture("clouds.npz" if all_made else "rest_cloud.npz")
 
     def table_of(self, wildcards: Any) -> str:
         """Indentation table of the point that a curve was recorded at."""
-        point = wildcards.capture.partition("-")[0]
-        return self.results(f"{wildcards.object}/indentation-{point}.npz")
+        return self._table(wildcards.object, wildcards.capture)
+
+    def _table(self, name: str, capture: str) -> str:
+        return self.results(f"{name}/indentation-{capture.partition('-')[0]}.npz")
 
     def image_of(self, wildcards: Any) -> str | list:
         """Indentation table of the first point that a point is a mirror image of, if it is one."""
-        images = first_images(self.description_of(wildcards.object))
-        first, _ = images.get(wildcards.point, (wildcards.point, []))
-        if first == wildcards.point:
-            return []
-        return self.results(f"{wildcards.object}/indentation-{first}.npz")
+        first, _ = self._first_image(wildcards)
+        same = first == wildcards.point
+        return [] if same else self.results(f"{wildcards.object}/indentation-{first}.npz")
 
     def mirrors_of(self, wildcards: Any) -> list:
         """Normals of the mirrors that lead from a point's first image to it."""
-        spec = self.description_of(wildcards.object)
-        _, chain = first_images(spec).get(wildcards.point, (None, []))
-        return [spec["mirrors"][number] for number in chain]
+        return self._first_image(wildcards)[1]
+
+    def _first_image(self, wildcards: Any) -> tuple[str, list]:
+        spec, point = self.description_of(wildcards.object), wildcards.point
+        first, chain = first_images(spec).get(point, (point, []))
+        return first, [spec["mirrors"][number] for number in chain]
 
     def one(self, wildcards: Any) -> list[str]:
         """The capture of a direct estimate, by itself."""
@@ -259,8 +281,7 @@ class Run:
             return files
 
         def tables(wildcards: Any) -> list[str]:
-            points = [capture.partition("-")[0] for capture in captures(wildcards)]
-            return [self.results(f"{wildcards.object}/indentation-{p}.npz") for p in points]
+            return [self._table(wildcards.object, capture) for capture in captures(wildcards)]
 
         return {
             "object": self.raw("{object}/object.yaml"),
@@ -290,12 +311,11 @@ class Run:
             return "/".join(rest) not in self.lab_experiments
         return not self.made_by_lab(top)
 
-    def object_fingerprint(self, name: str) -> str:
-        """Fingerprint of all that was dropped for an object; sensors and captures may be links."""
-        return self.fingerprint_of(self.raw(name), linked=2)
-
     def fingerprint_of(self, folder: str, *, linked: int = 0) -> str:
-        """Fingerprint of a dropped folder; many rules ask for the same."""
+        """Fingerprint of a dropped folder, ``linked`` levels of which may be links.
+
+        Many rules ask for the same.
+        """
         known = self.seen.get(str(Path(folder))) or self._fingerprints.get(folder)
         if known is None:
             known = self._fingerprints[folder] = folder_fingerprint(folder, linked=linked)
@@ -313,16 +333,9 @@ class Run:
         known = {*self.captures, *self.curves, *self.simulated}
         return sorted({capture.object for capture in known})
 
-    @property
-    def simulated_captures(self) -> list[CaptureId]:
-        """Captures of the run that the lab makes."""
-        return [capture for capture in self.captures if capture in self.simulated]
-
     def probe_of(self, name: str) -> Mapping:
         """Probe of an object: declared by its object.yaml, or by the lab that is to write it."""
-        if self.made_by_lab(name):
-            return self.probes[self.lab["objects"][name]["object"]["probe"]]
-        spec = self.object_files[name]
+        spec = self.description_of(name)
         if "probe" not in spec:
             return {"indenter": {"radius_m": spec["curves"]["radius_m"]}}
         return self.probes[spec["probe"]]
@@ -342,7 +355,7 @@ class Run:
     @property
     def made_materials(self) -> list[str]:
         """Objects of the run whose true material the lab knows."""
-        return sorted({capture.object for capture in self.simulated_captures})
+        return sorted({capture.object for capture in self.captures if capture in self.simulated})
 
     def materials(self) -> list[str]:
         """True material of each of those."""
@@ -392,10 +405,7 @@ class Run:
 
     def template_source(self, name: str) -> tuple[str, str]:
         """What an object's template is: ``file`` or ``scans``, and its name in the folder."""
-        if self.made_by_lab(name):
-            template = {"file": LAB_TEMPLATE} | self.lab["objects"][name]["object"]["template"]
-        else:
-            template = self.object_files[name]["template"]
+        template = {"file": LAB_TEMPLATE} | self.description_of(name)["template"]
         key = "scans" if "scans" in template else "file"
         return key, template[key]
 
@@ -426,21 +436,21 @@ class Run:
         return {}
 
     def _described(self, capture: CaptureId) -> dict[str, str]:
-        return {
-            "object": capture.object,
-            "sensor": capture.sensor,
-            "capture": capture.capture,
-            "point": capture.point,
-            "provenance": self._provenance_of(capture.object),
-        }
+        made = self.made_by_lab(capture.object)
+        declared = "simulated" if made else self.description_of(capture.object)["provenance"]
+        return {**asdict(capture), "point": capture.point, "provenance": declared}
 
     def description_of(self, name: str) -> Mapping:
         """object.yaml of an object, or what the lab is to write into it."""
-        return (
-            self.lab["objects"][name]["object"]
-            if self.made_by_lab(name)
-            else self.object_files[name]
-        )
+        if name not in self._descriptions:
+            if self.made_by_lab(name):
+                return self.lab["objects"][name]["object"]
+            self._descriptions[name] = load_yaml(self.raw(f"{name}/object.yaml"))
+        return self._descriptions[name]
+
+    @cached_property
+    def _descriptions(self) -> dict[str, Mapping]:
+        return {}
 
     def lab_point(self, name: str, point: str) -> str:
         """Point of an object of the lab whose mechanics a point shares: its first mirror image."""
@@ -455,9 +465,6 @@ class Run:
             if _sizes(points[other]) == wanted and "direction" not in points[other]
         )
 
-    def _provenance_of(self, name: str) -> str:
-        return "simulated" if self.made_by_lab(name) else self.object_files[name]["provenance"]
-
     def made_by_lab(self, name: str) -> bool:
         """Whether the lab makes an object's captures."""
         return name in self._made
@@ -465,6 +472,18 @@ class Run:
     @cached_property
     def _made(self) -> frozenset[str]:
         return frozenset(capture.object for capture in self.simulated)
+
+
+def studied(config: Mapping) -> set[str]:
+    """Names of the study's objects: any other is of people's own, and gets a page of its own."""
+    study = config["study"]
+    return {study["block"], BALL, EAR, *study["captures"]}
+
+
+def selected(capture: CaptureId, selection: Mapping) -> bool:
+    """Whether the study uses a recording of the lab; all are of an object that it does not name."""
+    chosen = selection.get(capture.object)
+    return chosen is None or capture.capture in chosen.get(capture.sensor, [])
 
 
 def one_of(names: Iterable[str]) -> str:

@@ -1,13 +1,18 @@
 """What a run of one object (``only``) shows of the others: what their own last runs left."""
 
+import hashlib
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from pathlib import Path
+from typing import Any
 
+from palpate.capture.calibrations import PARTS
 from palpate.capture.discover import NOT_OBJECTS, discover, folders, sensor_folders
+from palpate.capture.fingerprint import folder_fingerprint
 from palpate.workflow.digest import ROOT, code
-from palpate.workflow.objects import kept_files, value_digest
 from palpate.workflow.run import Described, Run
 from palpate.yaml_files import load_yaml
 
@@ -30,7 +35,7 @@ class Standing:
         kept = kept_files(name, run.sensors, probe or {}, run.paths)
         films = (run.lab or {}).get("objects", {}).get(name)
         simulated = films and spec.get("provenance", "simulated") == "simulated"
-        content = run.lab if simulated else run.object_fingerprint(name)
+        content = run.lab if simulated else run.fingerprint_of(run.raw(name), linked=2)
         seen_by = {place.folder.name for place in sensor_folders(run.raw(name))}
         seen_by |= set((films or {}).get("recordings", {}))
         sensors = {one: run.sensors.get(one) for one in sorted(seen_by)}
@@ -97,3 +102,40 @@ class Standing:
             for c in self.tracked()
             if all(Path(path).is_file() for path in self.run.files([c], *self.run.minima))
         ]
+
+
+def value_digest(value: Any) -> str:
+    """Digest plain values, sixteen hexadecimal digits; a run keeps it for each of its jobs."""
+    text = json.dumps(value, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def kept_files(name: str, sensors: Mapping, probe: Mapping, paths: Mapping) -> dict[str, str]:
+    """Fingerprints of what stands outside an object's folder and its results depend on.
+
+    Parameters
+    ----------
+    name : str
+        The object.
+    sensors : mapping
+        Specifications by name, of the sensors that filmed it; None of a wrong file.
+    probe : mapping
+        File of the probe that it was pressed with; empty without one.
+    paths : mapping
+        Folders of the run.
+    """
+    folders = {
+        f"sensors/{sensor}": Path(paths["raw"]) / "sensors" / sensor / "calibration"
+        for sensor, spec in sensors.items()
+        if (spec or {}).get("optics") == "calibration"
+    }
+    # A film of a probe is just for those whose file asks for what it tells.
+    for part, sensor in product(PARTS, sensors):
+        film = Path(paths["raw"]) / "sensors" / sensor / part.film
+        if part.asking(probe) and film.is_dir():
+            folders[f"{part.name}/{sensor}"] = film
+    prints = {key: folder_fingerprint(folder) for key, folder in folders.items()}
+    mesh = Path(paths["meshes"]) / f"{name}.vtu"
+    if mesh.is_file():
+        prints["mesh"] = hashlib.sha256(mesh.read_bytes()).hexdigest()[:16]
+    return prints

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from types import SimpleNamespace
 
-from palpate.workflow.objects import BALL, EAR
+from palpate.workflow.run import BALL, EAR
 from palpate.workflow.run import Described, Run
 
 from thesis import selections as select
