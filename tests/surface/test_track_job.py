@@ -165,7 +165,7 @@ def test_a_killed_job_runs_again_to_the_same_bytes(start, whole, tracker):
         assert where == "tracking" or list(broken.iterdir())
     done, broken = start("broken")
     assert done.returncode == 0, done.stderr
-    # What the killed writer left goes when the next run begins (palpate/workflow/lock.py).
+    # What the killed writer left goes when the next run begins (palpate/workflow/start.py).
     left = sorted(path.name for path in broken.iterdir() if not path.name.startswith(PART))
     assert left == sorted(OUTPUTS)
     for name in OUTPUTS:

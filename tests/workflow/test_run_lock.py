@@ -9,13 +9,12 @@ from collections import Counter
 from types import SimpleNamespace
 
 import pytest
-from palpate.workflow import lock as run_lock
-from palpate.workflow.lock import LOCK, lock_folder
-from palpate.workflow.start import start_run
+from palpate.workflow import start as run_lock
+from palpate.workflow.start import LOCK, lock_folder, start_run
 
 HOLD = """
 import sys, time
-from palpate.workflow.lock import lock_folder
+from palpate.workflow.start import lock_folder
 lock_folder(sys.argv[1], warn=print)
 print("held", flush=True)
 time.sleep(60)

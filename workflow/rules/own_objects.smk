@@ -18,7 +18,7 @@ rule own_summary:
         fits=OWN.files(OWN.of("fitted"), "hertz.json"),
         results=OWN.minima,
         direct=OWN.files(OWN.of("direct"), "direct.json"),
-        joint=OWN.joint,
+        joint=OWN.joint(),
         curves=OWN.files(OWN.of("curves"), "curve.json"),
     output:
         csv=RUN.results("{object}/summary.csv"),
@@ -79,19 +79,19 @@ rule own_report:
         summary=RUN.results("{object}/summary.csv"),
         fits=OWN.files(OWN.captures, "hertz.json"),
         direct=OWN.files(OWN.captures, "direct.json"),
-        joint=OWN.joint,
+        joint=OWN.joint(),
         poses=OWN.files(OWN.captures, "probe_pose.csv"),
-        folders=OWN.folders,
+        folders=OWN.recorded(OWN.captures),
         object=RUN.raw("{object}/object.yaml"),
         solid=RUN.results("{object}/solid.vtu"),
         quality=RUN.results("{object}/solid_quality.json"),
         tables=OWN.tables,
         masks=OWN.files(OWN.first, "mask.npz"),
         clouds=OWN.files(OWN.first, "clouds.npz"),
-        recorded=OWN.recorded,
+        recorded=OWN.recorded(OWN.first),
         optics=OWN.optics,
         tracked=OWN.files(OWN.first, f"tracked-{RUN.tracker}.npz"),
-        fitted=OWN.beside_joint("fitted.npz"),
+        fitted=OWN.joint("fitted.npz"),
         style=str(PROJECT / "workflow/report/own_page.css"),
         behaviour=str(PROJECT / "workflow/report/own_page.js"),
     output:
@@ -121,11 +121,11 @@ rule own_report:
 
 rule own_data:
     input:
-        fitted=OWN.beside_joint("fitted.npz"),
+        fitted=OWN.joint("fitted.npz"),
         motions=OWN.files(OWN.of("direct"), "motion.npz"),
         curves=OWN.files(OWN.of("curves"), "curve.json"),
         summary=RUN.results("{object}/summary.csv"),
-        budgets=OWN.beside_joint("uncertainty_budget.csv"),
+        budgets=OWN.joint("uncertainty_budget.csv"),
         recorded=OWN.files(OWN.of("direct"), "probe_pose.csv", "force.csv"),
     output:
         force=RUN.results("{object}/data/force.csv"),

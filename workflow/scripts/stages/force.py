@@ -2,6 +2,7 @@
 
 import logging
 
+from palpate.capture.discover import declared_point
 from palpate.capture.files import write_json
 from palpate.capture.tables import columns_of, read_force, read_frames, read_table, write_table
 from palpate.vision.calibrated_probe import calibrated_probe
@@ -9,7 +10,6 @@ from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Force
 from palpate.vision.probe import AXIS, TIP, check_steepness
 from palpate.vision.support_plane import read_plane
-from palpate.workflow.declared import declared_point
 from palpate.workflow.job import naming, run
 from palpate.yaml_files import load_yaml
 

@@ -1,11 +1,11 @@
 """Indentation table of one point of an object."""
 
+from palpate.capture.discover import declared_point
 from palpate.capture.files import whole_file
 from palpate.solid.indentation_table import image_table, load_indentation, save_indentation
 from palpate.solid.load_steps import point_table
 from palpate.solid.mesh import read_solid
 from palpate.solid.options import IndentationTable
-from palpate.workflow.declared import declared_point
 from palpate.workflow.job import naming, run
 from palpate.workflow.object_inputs import read_object
 

@@ -5,8 +5,7 @@ from pathlib import Path
 
 from palpate.surface.trackers import options_of
 from palpate.workflow.lab_captures import is_simulated
-from palpate.workflow.run import BALL, EAR
-from palpate.workflow.run import Described, Run
+from palpate.workflow.run import BALL, EAR, Described, Run
 
 # Figures that need no tracked surface, and so may show any capture.
 UNTRACKED_FIGURES = {"figure_5_2"}

@@ -1,6 +1,7 @@
 """Find captures by looking into ``raw/``."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -130,3 +131,17 @@ def folders(parent: str | Path) -> list[Path]:
         return []
     found = (path for path in parent.iterdir() if path.is_dir())
     return sorted(path for path in found if not path.name.startswith("."))
+
+
+def declared_point(spec: Mapping, name: str) -> Mapping:
+    """What object.yaml says of a point.
+
+    Raises
+    ------
+    ValueError
+        If it says nothing of it.
+    """
+    if name not in spec["points"]:
+        names = ", ".join(sorted(spec["points"]))
+        raise ValueError(f"points: expected one of {names}, found {name}")
+    return spec["points"][name]

@@ -58,7 +58,7 @@ def _tracked(own: OwnObjects) -> dict:
         "tracked": own.files(own.first, f"tracked-{own.run.tracker}.npz"),
         "clouds": own.files(own.first, "clouds.npz"),
         "fits": own.files(own.first, "hertz.json"),
-        "recorded": own.recorded,
+        "recorded": own.recorded(own.first),
     }
 
 
@@ -73,7 +73,7 @@ OWN_FIGURES = (
         make="palpate.report.own_moduli:make_own_moduli",
         inputs=lambda own: {
             "direct": own.files(own.captures, "direct.json"),
-            "joint": own.joint,
+            "joint": own.joint(),
         },
         params=_all,
     ),
@@ -95,7 +95,7 @@ OWN_FIGURES = (
         caption="Force (N) against depth (mm) and motion of the surface (mm) against distance"
         " (mm), seen and computed with the recommended estimate, and the residuals of both.",
         make="palpate.report.fitted_figures:make_fit",
-        inputs=lambda own: {"fitted": own.beside_joint("fitted.npz")},
+        inputs=lambda own: {"fitted": own.joint("fitted.npz")},
         params=_all,
     ),
     OwnFigure(
@@ -106,7 +106,7 @@ OWN_FIGURES = (
         " %), how likely each place between the laws is, and E over the time after a step, dashed"
         " later than the captures.",
         make="palpate.report.fitted_figures:make_known",
-        inputs=lambda own: {"joint": own.joint, "fitted": own.beside_joint("fitted.npz")},
+        inputs=lambda own: {"joint": own.joint(), "fitted": own.joint("fitted.npz")},
         params=_all,
     ),
     OwnFigure(

@@ -14,12 +14,7 @@ DATA = ("force", "motion", "samples", "profile")
 
 @dataclass(frozen=True)
 class OwnObjects:
-    """Inputs and params of the rules of people's own objects, of a run.
-
-    Attributes
-    ----------
-    run : Run
-    """
+    """Inputs and params of the rules of people's own objects, of a run."""
 
     run: Run
 
@@ -65,9 +60,10 @@ class OwnObjects:
         """Captures of an object that a method runs on; see `Run.described`."""
         return lambda wildcards: self.run.described_of(which, wildcards.object)
 
-    def captures(self, wildcards: Any) -> list[Described]:
+    @property
+    def captures(self) -> Callable[[Any], list[Described]]:
         """Captures of an object."""
-        return self.run.described_of("captures", wildcards.object)
+        return self.of("captures")
 
     def minima(self, wildcards: Any) -> list[str]:
         """What the error minimisation finds of an object's captures."""
@@ -79,8 +75,7 @@ class OwnObjects:
 
     def tables(self, wildcards: Any) -> list[str]:
         """Indentation tables of those points."""
-        name = wildcards.object
-        return [self.run.results(f"{name}/indentation-{p}.npz") for p in self.points(wildcards)]
+        return [self.run.table(wildcards.object, point) for point in self.points(wildcards)]
 
     def first(self, wildcards: Any) -> list[Described]:
         """First capture of an object by each sensor."""
@@ -89,19 +84,14 @@ class OwnObjects:
     def fitted(self, wildcards: Any) -> list[Described]:
         """First captures of an object, as many as a figure of Hertz fits holds."""
         firsts = self.first(wildcards)
-        rest = [c for c in self.captures(wildcards) if c not in firsts]
-        return (firsts + rest)[:MOST_FITS]
+        return [*firsts, *(c for c in self.captures(wildcards) if c not in firsts)][:MOST_FITS]
 
     def groups(self, wildcards: Any) -> list[Described]:
         """Object and sensors whose captures are estimated together."""
         return self.run.groups_of(wildcards.object)
 
-    def joint(self, wildcards: Any) -> list[str]:
-        """Estimates from all captures of an object with a sensor."""
-        return self.beside_joint("direct.json")(wildcards)
-
-    def beside_joint(self, name: str) -> Callable[[Any], list[str]]:
-        """Files of a name beside those estimates."""
+    def joint(self, name: str = "direct.json") -> Callable[[Any], list[str]]:
+        """Estimates from all captures of an object with a sensor, or files beside them."""
         return lambda wildcards: [
             self.run.results(f"{g['object']}/{g['sensor']}/{name}") for g in self.groups(wildcards)
         ]
@@ -115,13 +105,9 @@ class OwnObjects:
         own = [s["sensor"] for s in self.sensors(wildcards) if s.get("optics") == "calibration"]
         return [self.run.results(f"sensors/{name}/calibration.json") for name in own]
 
-    def folders(self, wildcards: Any) -> list[str]:
+    def recorded(self, captures: Callable[[Any], Sequence[Described]]) -> Callable:
         """Folders of an object's captures."""
-        return self.run.recordings(self.captures(wildcards))
-
-    def recorded(self, wildcards: Any) -> list[str]:
-        """Folders of the first captures of an object."""
-        return self.run.recordings(self.first(wildcards))
+        return lambda wildcards: self.run.recordings(captures(wildcards))
 
     def files(self, captures: Callable[[Any], Sequence[Described]], *names: str) -> Callable:
         """Files of an object's captures, those of one capture after those of another."""

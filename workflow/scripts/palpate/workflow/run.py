@@ -241,9 +241,10 @@ class Run:
 
     def table_of(self, wildcards: Any) -> str:
         """Indentation table of the point that a curve was recorded at."""
-        return self._table(wildcards.object, wildcards.capture)
+        return self.table(wildcards.object, wildcards.capture)
 
-    def _table(self, name: str, capture: str) -> str:
+    def table(self, name: str, capture: str) -> str:
+        """Indentation table of an object at a capture's point."""
         return self.results(f"{name}/indentation-{capture.partition('-')[0]}.npz")
 
     def image_of(self, wildcards: Any) -> str | list:
@@ -281,7 +282,7 @@ class Run:
             return files
 
         def tables(wildcards: Any) -> list[str]:
-            return [self._table(wildcards.object, capture) for capture in captures(wildcards)]
+            return [self.table(wildcards.object, capture) for capture in captures(wildcards)]
 
         return {
             "object": self.raw("{object}/object.yaml"),

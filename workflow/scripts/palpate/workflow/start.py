@@ -1,18 +1,27 @@
 """How a run of Snakemake begins: what its jobs find, its locks, and how it shows its progress."""
 
+import errno
+import fcntl
 import logging
 import os
+import platform
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from palpate.capture.files import remove_parts
 from palpate.workflow.job import OWNER
-from palpate.workflow.lock import LOCK, lock_folder
 from palpate.workflow.places import refuse
 from palpate.workflow.progress import Pace, Terminal
 from palpate.workflow.run import Run
 
+# Freed by the kernel (flock) when the process that holds it ends, however it ends: a run that was
+# killed leaves nothing to be unlocked by hand.
+LOCK = ".run.lock"
+NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
+# Of the locks of this process: closed by its end and by nothing else.
+_descriptors: list[int] = []
 # One thread: sums in another order would change the results' bytes.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
 # Of glibc: what a job frees it keeps, as it soon wants as much again. Handed back, each page of a
@@ -68,3 +77,34 @@ def start_run(workflow: Any, run: Run, logger: logging.Logger) -> None:
         if logger.level >= logging.INFO:
             logger.removeHandler(handler)
             logger.addHandler(Terminal(handler, pace, Path(results, "logs/progress.log")))
+
+
+def lock_folder(folder: str, *, warn: Callable[[str], None]) -> None:
+    """Hold a folder until this process ends.
+
+    Parameters
+    ----------
+    folder : str
+    warn : callable
+        Takes one line on a file system that has no locks.
+
+    Raises
+    ------
+    ValueError
+        If the folder can't be written to, or another process holds it.
+    """
+    path = Path(folder) / LOCK
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _descriptors.append(descriptor := os.open(path, os.O_RDWR | os.O_CREAT, 0o666))
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        os.ftruncate(descriptor, 0)
+        os.pwrite(descriptor, f"process {os.getpid()} on {platform.node()}\n".encode(), 0)
+    except BlockingIOError:
+        holder = path.read_text(encoding="utf-8", errors="replace").strip() or "just begun"
+        raise ValueError(f"{folder}: expected no other run at work, found one ({holder})") from None
+    except OSError as error:
+        if error.errno not in NO_LOCKS:
+            reason = (error.strerror or str(error)).lower()
+            raise ValueError(f"{folder}: expected a folder to write into, found {reason}") from None
+        warn(f"{folder}: this file system has no locks; see that no other run works on it")

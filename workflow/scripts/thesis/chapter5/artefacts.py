@@ -3,8 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from types import SimpleNamespace
 
-from palpate.workflow.run import BALL, EAR
-from palpate.workflow.run import Described, Run
+from palpate.workflow.run import BALL, EAR, Described, Run
 
 from thesis import selections as select
 from thesis.artefact import ACCURACY, Artefact, figure, table
