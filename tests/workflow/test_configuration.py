@@ -296,7 +296,7 @@ def test_a_missing_recording_stops_runs_that_ask_for_it(another_pair, capsys):
     assert run.calibrations_of(jobs(("mine", "kinect"))[0]) == []
     assert run.film_of("tip")(made) == "raw/sensors/bumblebee/pivot"
     refused(run.film_of("tip"), others)
-    expected = "folder: expected a film of the turning handle, found none"
+    expected = "folder: expected a recording of the turning handle, found none"
     assert capsys.readouterr().err == f"error: raw/sensors/d435/pivot: {expected}\n"
 
 

@@ -32,12 +32,12 @@ def test_files_outside_the_object_count(tmp_path):
     board.parent.mkdir(parents=True)
     board.write_bytes(b"one")
     first = kept_files("cushion", sensors, STICK, paths)
-    assert set(first) == {"sensors/kinect"}
+    assert set(first) == {"kinect/calibration"}
     film = board.parents[1] / "pivot/frames.csv"
     film.parent.mkdir()
     film.write_text("frame,time_s\n")
     turned = STICK | {"tip": "calibration"}
-    assert set(kept_files("cushion", sensors, turned, paths)) == {"sensors/kinect", "tip/kinect"}
+    assert set(kept_files("cushion", sensors, turned, paths)) == {"kinect/calibration", "kinect/pivot"}
     # A probe with a tip of its own does not hang on it.
     assert kept_files("cushion", sensors, STICK, paths) == first
     film.unlink()
@@ -46,4 +46,4 @@ def test_files_outside_the_object_count(tmp_path):
     assert kept_files("cushion", sensors, STICK, paths) != first
     Path(paths["meshes"]).mkdir()
     (Path(paths["meshes"]) / "cushion.vtu").write_bytes(b"mesh")
-    assert set(kept_files("cushion", sensors, STICK, paths)) == {"sensors/kinect", "mesh"}
+    assert set(kept_files("cushion", sensors, STICK, paths)) == {"kinect/calibration", "mesh"}

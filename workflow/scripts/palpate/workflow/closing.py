@@ -18,13 +18,7 @@ FILES = {"table": "tables/{}.csv", "figure": "figures/{}.png"}
 
 
 def closing_lines(results: Path) -> list[str]:
-    """Sum up a results folder that holds ``summary.csv``.
-
-    Returns
-    -------
-    list of str
-        Where the results are; the recommended moduli of each object and sensor, with its page.
-    """
+    """Say where the results of a folder with ``summary.csv`` are, and the recommended moduli."""
     summary = pd.read_csv(results / "summary.csv", dtype={"capture": str, "point": str})
     pages = [f"{name}/{PAGE}" for name in dict.fromkeys(summary["object"])]
     names = ["objects.html", PAGE, *pages, "summary.csv", "tables/", "figures/"]

@@ -61,12 +61,10 @@ def open_run(
     files : bool, optional
         False: tables and images of captures are not opened, as jobs are to check them, and nothing
         is stamped.
-    lab_kind : type, optional
-        Model of a lab's configuration.
-    check_lab : callable, optional
-        What else is wrong with it, the sensors and the file's name given, as lines.
+    lab_kind, check_lab : type and callable, optional
+        Model of a lab's configuration, and what else is wrong with it, as lines.
     blocks : mapping, optional
-        Options of further blocks of the configuration, by name.
+        Models of further blocks of the configuration, by name.
     rules : iterable, optional
         The workflow's rules, as they come.
 

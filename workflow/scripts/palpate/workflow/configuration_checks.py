@@ -133,13 +133,7 @@ def missing_films(
 ) -> list[str]:
     """Probes whose file asks for what a recording shows that nobody took, a line each.
 
-    Parameters
-    ----------
-    used : mapping
-        Object and sensor to the probe's file.
-    lab, paths : mapping
-    filmed : str
-        Probe of the recordings about sensors.
+    ``used`` has the probe's file by object and sensor; ``filmed`` is the probe of the recordings.
     """
     lines = []
     for key, part in product(sorted(used), PARTS):

@@ -41,7 +41,7 @@ def code(script: str | Path, make: str = "", root: Path = ROOT) -> str:
     """Digest what a script, or each of a folder, and a function ``module:function`` compute with.
 
     Sixteen hexadecimal digits; they change with any file of the packages that these import,
-    directly or not, and with any pinned version: what depends on one through others nobody can say.
+    directly or not, and with any pinned version.
     """
     found, waiting = set(), [Path(script)]
     waiting += _units(make.partition(":")[0], root)

@@ -25,16 +25,7 @@ from palpate.workflow.object_inputs import read_object
 def read_indentation(
     inputs: Any, *, radius_m: float, options: Hertz
 ) -> tuple[Indentation, Record | None, dict]:
-    """Read what a Hertz fit needs: the indentation and the same with its hold.
-
-    Parameters
-    ----------
-    inputs : object
-        Files by name: ``object``, ``template``, ``alignment``, ``pose``, ``force``.
-    radius_m : float
-        Of the sphere.
-    options : Hertz
-    """
+    """Read what a Hertz fit needs of ``inputs``: the indentation and the same with its hold."""
     poses, tips, forces = read_probe(inputs.pose, inputs.force)
     with naming(inputs.force):
         time = columns_of(read_table(inputs.force), ["time_s"])[:, 0]

@@ -22,18 +22,11 @@ POLL_S = 1.0
 
 
 def run(main: Callable, snakemake: object) -> None:
-    """Run a script's main function with its output in the rule's log.
+    """Run a script's main function, which takes ``snakemake``, with its output in the rule's log.
 
     Whatever goes wrong ends the job with one line on the terminal and in the log: bad input (a
     `ValueError`, or a file that can't be read or written), input that changes while the job reads
     it, and any other exception, whose traceback is in the log alone. A job ends with its run.
-
-    Parameters
-    ----------
-    main : callable
-        Takes the ``snakemake`` object of the script.
-    snakemake : object
-        The job, as Snakemake hands it to scripts.
     """
     _end_with_run()
     # Lines that a full disk has no space for are reported at the end, once.
@@ -119,12 +112,8 @@ def _log(snakemake: object) -> Iterator[TextIO]:
 def naming(path: object, *fields: str) -> Iterator[None]:
     """Put a file's name before what a block finds wrong with its content.
 
-    Parameters
-    ----------
-    path : path
-        The file to look into. Messages that begin with it already stay as they are.
-    fields : str
-        Name the file only in messages about these of its fields; in all if none is given.
+    Messages that begin with it stay as they are, and, where ``fields`` are given, those about
+    others.
 
     Raises
     ------

@@ -15,15 +15,13 @@ def recordings(
     name: str, spec: Mapping, source: str, sensors: Mapping, probes: Mapping, problems: list[str]
 ) -> set[CaptureId]:
     """Captures that the lab makes of one of its objects."""
-    field = f"{source}: objects.{name}"
-    probe = spec["object"]["probe"]
-    if probe not in probes:
-        known = ", ".join(sorted(probes))
-        problems.append(f"{field}.object.probe: expected one of {known}, found {probe}")
-    for sensor in spec["recordings"]:
-        if sensor not in sensors:
-            known = ", ".join(sorted(sensors))
-            problems.append(f"{field}.recordings: expected one of {known}, found {sensor}")
+    named = ("object.probe", probes, [spec["object"]["probe"]])
+    problems += [
+        f"{source}: objects.{name}.{field}: expected one of {', '.join(sorted(known))}, found {one}"
+        for field, known, ones in (named, ("recordings", sensors, spec["recordings"]))
+        for one in ones
+        if one not in known
+    ]
     return {
         CaptureId(name, sensor, str(capture))
         for sensor, captures in spec["recordings"].items()

@@ -194,26 +194,18 @@ class Config(Model):
     @model_validator(mode="after")
     def _known_trackers(self) -> Self:
         known = self.tracking.trackers
+        words = f"tracker: expected one of {', '.join(sorted(known))}, found"
         if lines := [
-            f"minimise.steps.{name}.tracker: expected one of {', '.join(sorted(known))}, found"
-            f" {step.tracker}"
+            f"minimise.steps.{name}.{words} {step.tracker}"
             for name, step in self.minimise.steps.items()
-            if step.tracker is not None and step.tracker not in known
+            if step.tracker not in (None, *known)
         ]:
             raise ValueError("\n".join(lines))
         return self
 
 
 def filled(config: Mapping, blocks: Mapping[str, type[Model]]) -> dict:
-    """Configuration with the defaults of what people left out.
-
-    Parameters
-    ----------
-    config : mapping
-        Without `config_problems`.
-    blocks : mapping
-        Further blocks' options, by name.
-    """
+    """Configuration, and further blocks, with the defaults of what people left out."""
     known = set(Config.model_fields)
     full = Config.read({k: v for k, v in config.items() if k in known}).written()
     return full | {name: kind.read(config.get(name, {})).written() for name, kind in blocks.items()}

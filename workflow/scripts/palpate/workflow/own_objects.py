@@ -49,7 +49,7 @@ class OwnObjects:
     @property
     def paged(self) -> list[str]:
         """Those of them that get a page."""
-        return self.names if self.run.shows_pages else []
+        return self.names if {"hertz", "direct"} <= set(self.run.config["methods"]) else []
 
     def pages(self) -> list[str]:
         """Pages that are there, of those objects."""
@@ -88,7 +88,7 @@ class OwnObjects:
 
     def groups(self, wildcards: Any) -> list[Described]:
         """Object and sensors whose captures are estimated together."""
-        return self.run.groups_of(wildcards.object)
+        return self.run.groups(wildcards.object)
 
     def joint(self, name: str = "direct.json") -> Callable[[Any], list[str]]:
         """Estimates from all captures of an object with a sensor, or files beside them."""

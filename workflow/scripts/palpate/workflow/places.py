@@ -22,15 +22,7 @@ def sources_of(project: Path) -> list[str]:
 
 
 def beside(path: str, project: Path) -> str:
-    """A path as it is, or the project's own where nothing stands there.
-
-    Parameters
-    ----------
-    path : str
-        Relative to the working directory.
-    project : Path
-        Folder of the project.
-    """
+    """A path of the working directory, or the project's own where nothing stands there."""
     own = project / path
     # Names may be longer than any file's.
     return path if os.path.exists(path) or not os.path.exists(own) else str(own)
@@ -49,16 +41,10 @@ def placed(paths: Mapping[str, str | None], project: Path) -> dict[str, str | No
 
 
 def who_said(line: str, sources: Sequence[str], told: Mapping) -> str:
-    """A line about the configuration, with what says most of its field.
+    """A line about the configuration, with the source that says most of its field.
 
-    Parameters
-    ----------
-    line : str
-        That begins with the first of the sources, then the field.
-    sources : sequence of str
-        Files of the configuration; what one says holds over those before it.
-    told : mapping
-        What the command line says, which holds over all.
+    The line begins with the first source, then the field. What a source says holds over those
+    before it, and what the command line says (``told``) over all.
     """
     first, _, rest = line.partition(": ")
     if first != sources[0]:
@@ -104,7 +90,9 @@ def require_values(given: Mapping) -> None:
         With one line for each entry that is empty.
     """
     hint = "leave it out for what the configuration says"
-    empty = [name for name, value in given.items() if value is None]
-    if empty:
-        lines = [f"--config {name}=: expected a value, found nothing ({hint})" for name in empty]
+    if lines := [
+        f"--config {name}=: expected a value, found nothing ({hint})"
+        for name, value in given.items()
+        if value is None
+    ]:
         raise ValueError("\n".join(lines))

@@ -29,14 +29,7 @@ GOES_ON = (
 class Terminal(logging.Handler):
     """Shows time gone by, steps done and time left at each job's start, and one line per error.
 
-    Parameters
-    ----------
-    usual : logging.Handler
-        Writes these lines, and shows all else.
-    pace : Pace
-        Of the run's jobs.
-    log : Path
-        File that gets the lines, too.
+    The lines go to the ``usual`` handler, which shows all else too, and into the file ``log``.
     """
 
     def __init__(self, usual: logging.Handler, pace: "Pace", log: Path) -> None:
@@ -71,9 +64,9 @@ class Terminal(logging.Handler):
                 return None if record.done == record.total else ""
             case LogEvent.JOB_ERROR:
                 return self._failure(record)
-            case LogEvent.ERROR if record.exception == "RuleException":  # before its job's error
-                return ""
-            case LogEvent.JOB_STARTED:
+            case LogEvent.ERROR if record.exception != "RuleException":
+                return None
+            case LogEvent.ERROR | LogEvent.JOB_STARTED:  # a rule's: before its job's error
                 return ""
             case None:  # the same again and again
                 again = str(record.msg) in self.said
@@ -97,19 +90,8 @@ class Terminal(logging.Handler):
 class Pace:
     """How far a run is, and how long it still takes.
 
-    A job is expected to take what its rule's took in the last run on the average, and one of a rule
-    that did not run then as much as all rules' on the average.
-
-    Parameters
-    ----------
-    jobs : mapping of str to int
-        Jobs of the run by rule.
-    benchmarks : Path
-        Folder with those of the last run.
-    cores : int, optional
-        For the run.
-    clock : callable, optional
-        Gives the time [s].
+    A job is expected to take what its rule's took in the last run (``benchmarks``) on the average,
+    and one of a rule that did not run then as much as all rules' on the average.
     """
 
     def __init__(

@@ -29,13 +29,9 @@ NOTE = (
 
 
 def resource_table(benchmarks: Path) -> pd.DataFrame:
-    """Sum up ``<rule>.tsv`` and ``<rule>/<job>.tsv`` of a folder by rule.
+    """Sum up ``<rule>.tsv`` and ``<rule>/<job>.tsv`` of a folder by rule: `SUMS` in s and MB.
 
-    Returns
-    -------
-    DataFrame
-        One row a rule with ``rule``, ``part`` and `SUMS`, the longest total first; then the totals
-        of ``lab`` and ``pipeline``. Times [s], memory [MB].
+    The longest total comes first; the totals of ``lab`` and ``pipeline`` are the last rows.
 
     Raises
     ------

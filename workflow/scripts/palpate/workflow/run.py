@@ -1,7 +1,8 @@
 """What one run of the workflow works on, once all that people wrote was read and checked."""
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -152,11 +153,6 @@ class Run:
         return self.config["error_options"]
 
     @property
-    def shows_pages(self) -> bool:
-        """Whether people's own objects have the estimates that their pages show."""
-        return {"hertz", "direct"} <= set(self.config["methods"])
-
-    @property
     def tracker(self) -> str:
         """Tracker whose surfaces the estimates are made from."""
         return self.config["tracking"]["estimate_from"]
@@ -164,8 +160,7 @@ class Run:
     @property
     def search(self) -> Mapping:
         """Options of the error minimisation, without what single objects and steps have."""
-        apart = ("objects", "steps")
-        return {k: v for k, v in self.config["minimise"].items() if k not in apart}
+        return {k: v for k, v in self.config["minimise"].items() if k not in ("objects", "steps")}
 
     def search_of(self, wildcards: Any) -> Mapping:
         """Options of the error minimisation for an object."""
@@ -196,16 +191,18 @@ class Run:
 
     # Inputs of rules.
 
-    def film_of(self, part: str) -> Callable[[Any], str]:
-        """A sensor's film that tells a part of the probe."""
-        told = next(one for one in PARTS if one.name == part)
+    def film_of(self, name: str) -> Callable[[Any], str]:
+        """A sensor's recording that determines a part of the probe."""
+        part = next(one for one in PARTS if one.name == name)
 
         def film(wildcards: Any) -> str:
-            name = f"{wildcards.sensor}/{told.film}"
-            folder = self.raw(f"sensors/{name}")
-            if name not in self.lab_experiments and not Path(folder).is_dir():
-                line = f"{folder}: folder: expected a film of {told.shows}, found none"
-                refuse(ValueError(line))
+            folder = self.raw(f"sensors/{wildcards.sensor}/{part.film}")
+            if wildcards.sensor not in self.sensors_of(part.film):
+                refuse(
+                    ValueError(
+                        f"{folder}: folder: expected a recording of {part.shows}, found none"
+                    )
+                )
             return folder
 
         return film
@@ -275,14 +272,10 @@ class Run:
         """Inputs of a direct estimate, files of one kind in the order of the captures."""
 
         def each(name: str) -> Callable:
-            def files(wildcards: Any) -> list[str]:
-                folder = self.results(f"{wildcards.object}/{wildcards.sensor}")
-                return [f"{folder}/{capture}/{name}" for capture in captures(wildcards)]
-
-            return files
-
-        def tables(wildcards: Any) -> list[str]:
-            return [self.table(wildcards.object, capture) for capture in captures(wildcards)]
+            return lambda wildcards: [
+                self.results(f"{wildcards.object}/{wildcards.sensor}/{capture}/{name}")
+                for capture in captures(wildcards)
+            ]
 
         return {
             "object": self.raw("{object}/object.yaml"),
@@ -292,7 +285,9 @@ class Run:
             "forces": each("force.csv"),
             "clocks": each("clock.json"),
             "motions": each("motion.npz"),
-            "tables": tables,
+            "tables": lambda wildcards: [
+                self.table(wildcards.object, capture) for capture in captures(wildcards)
+            ],
             "calibrations": self.calibrations_of,
         }
 
@@ -310,7 +305,7 @@ class Run:
         top, *rest = Path(path).relative_to(raw).parts
         if top == "sensors":
             return "/".join(rest) not in self.lab_experiments
-        return not self.made_by_lab(top)
+        return top not in self._made
 
     def fingerprint_of(self, folder: str, *, linked: int = 0) -> str:
         """Fingerprint of a dropped folder, ``linked`` levels of which may be links.
@@ -331,8 +326,7 @@ class Run:
     @property
     def objects(self) -> list[str]:
         """Names of the objects of the run and of the lab."""
-        known = {*self.captures, *self.curves, *self.simulated}
-        return sorted({capture.object for capture in known})
+        return sorted({c.object for c in (*self.captures, *self.curves, *self.simulated)})
 
     def probe_of(self, name: str) -> Mapping:
         """Probe of an object: declared by its object.yaml, or by the lab that is to write it."""
@@ -367,17 +361,12 @@ class Run:
         """Objects whose templates are made of scans."""
         return [name for name in self.objects if self.template_source(name)[0] == "scans"]
 
-    def groups(self) -> list[dict[str, str]]:
-        """Objects and sensors whose captures are estimated together, as tables name them."""
-        return [group for name in self.objects for group in self.groups_of(name)]
-
-    def groups_of(self, name: str) -> list[dict[str, str]]:
-        """Those of an object."""
-        found = {c["sensor"]: c for c in self.described_of("direct", name)}
-        return [
-            {key: found[sensor][key] for key in ("object", "sensor", "provenance")}
-            for sensor in sorted(found)
-        ]
+    def groups(self, *names: str) -> list[dict[str, str]]:
+        """Objects, all or these, and sensors whose captures are estimated together."""
+        found = [c for name in names or self.objects for c in self.described_of("direct", name)]
+        keys = ("object", "sensor", "provenance")
+        kinds = sorted({tuple(c[key] for key in keys) for c in found})
+        return [dict(zip(keys, kind, strict=True)) for kind in kinds]
 
     def joint_estimates(self) -> list[str]:
         """Estimate from all captures of each object with each sensor."""
@@ -420,32 +409,32 @@ class Run:
         simulated : bool, optional
             True: just those that the lab makes.
         """
-        wanted = getattr(self, which)
-        chosen = [c for c in wanted if c in self.simulated] if simulated else wanted
-        return [self._described(c) for c in chosen]
+        wanted = [c for c in getattr(self, which) if not simulated or c in self.simulated]
+        return [
+            {**vars(c), "point": c.point, "provenance": self._provenance_of(c.object)}
+            for c in wanted
+        ]
 
     def described_of(self, which: str, name: str) -> list[Described]:
         """Describe those of an object; asked for by each of its jobs."""
         if which not in self._by_object:
-            found = self._by_object[which] = {}
+            found = self._by_object[which] = defaultdict(list)
             for capture in self.described(which):
-                found.setdefault(capture["object"], []).append(capture)
-        return list(self._by_object[which].get(name, ()))
+                found[capture["object"]].append(capture)
+        return list(self._by_object[which][name])
 
     @cached_property
     def _by_object(self) -> dict[str, dict[str, list[Described]]]:
         return {}
 
-    def _described(self, capture: CaptureId) -> dict[str, str]:
-        made = self.made_by_lab(capture.object)
-        declared = "simulated" if made else self.description_of(capture.object)["provenance"]
-        return {**asdict(capture), "point": capture.point, "provenance": declared}
+    def _provenance_of(self, name: str) -> str:
+        return "simulated" if name in self._made else self.description_of(name)["provenance"]
 
     def description_of(self, name: str) -> Mapping:
         """object.yaml of an object, or what the lab is to write into it."""
+        if name in self._made:
+            return self.lab["objects"][name]["object"]
         if name not in self._descriptions:
-            if self.made_by_lab(name):
-                return self.lab["objects"][name]["object"]
             self._descriptions[name] = load_yaml(self.raw(f"{name}/object.yaml"))
         return self._descriptions[name]
 
@@ -465,10 +454,6 @@ class Run:
             for other in sorted(points)
             if _sizes(points[other]) == wanted and "direction" not in points[other]
         )
-
-    def made_by_lab(self, name: str) -> bool:
-        """Whether the lab makes an object's captures."""
-        return name in self._made
 
     @cached_property
     def _made(self) -> frozenset[str]:

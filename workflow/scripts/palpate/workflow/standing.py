@@ -5,7 +5,6 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -39,11 +38,8 @@ class Standing:
         seen_by = {place.folder.name for place in sensor_folders(run.raw(name))}
         seen_by |= set((films or {}).get("recordings", {}))
         sensors = {one: run.sensors.get(one) for one in sorted(seen_by)}
-        return value_digest([*self._code, options, sensors, probe, kept, content])
-
-    @cached_property
-    def _code(self) -> list[str]:
-        return [code(ROOT / "stages"), code(ROOT.parent / "rules")]
+        stages, rules = code(ROOT / "stages"), code(ROOT.parent / "rules")
+        return value_digest([stages, rules, options, sensors, probe, kept, content])
 
     @cached_property
     def _others(self) -> dict[str, bool]:
@@ -89,7 +85,8 @@ class Standing:
                 first.setdefault((c.object, c.sensor), c)
         return [
             {
-                **{key: getattr(c, key) for key in ("object", "sensor", "capture", "point")},
+                **vars(c),
+                "point": c.point,
                 "provenance": self._declared(c.object).get("provenance", ""),
             }
             for _, c in sorted(first.items())
@@ -113,28 +110,17 @@ def value_digest(value: Any) -> str:
 def kept_files(name: str, sensors: Mapping, probe: Mapping, paths: Mapping) -> dict[str, str]:
     """Fingerprints of what stands outside an object's folder and its results depend on.
 
-    Parameters
-    ----------
-    name : str
-        The object.
-    sensors : mapping
-        Specifications by name, of the sensors that filmed it; None of a wrong file.
-    probe : mapping
-        File of the probe that it was pressed with; empty without one.
-    paths : mapping
-        Folders of the run.
+    Of the run's ``sensors`` a wrong file's specification is None; without a probe ``probe`` is
+    empty.
     """
-    folders = {
-        f"sensors/{sensor}": Path(paths["raw"]) / "sensors" / sensor / "calibration"
-        for sensor, spec in sensors.items()
-        if (spec or {}).get("optics") == "calibration"
-    }
-    # A film of a probe is just for those whose file asks for what it tells.
-    for part, sensor in product(PARTS, sensors):
-        film = Path(paths["raw"]) / "sensors" / sensor / part.film
-        if part.asking(probe) and film.is_dir():
-            folders[f"{part.name}/{sensor}"] = film
-    prints = {key: folder_fingerprint(folder) for key, folder in folders.items()}
+    # A recording of a probe counts where the probe's file asks for what it shows.
+    films = [part.film for part in PARTS if part.asking(probe)]
+    prints = {}
+    for sensor, spec in sensors.items():
+        optics = ["calibration"] * ((spec or {}).get("optics") == "calibration")
+        for folder in [Path(paths["raw"], "sensors", sensor, one) for one in (*optics, *films)]:
+            if folder.is_dir():
+                prints[f"{sensor}/{folder.name}"] = folder_fingerprint(folder)
     mesh = Path(paths["meshes"]) / f"{name}.vtu"
     if mesh.is_file():
         prints["mesh"] = hashlib.sha256(mesh.read_bytes()).hexdigest()[:16]

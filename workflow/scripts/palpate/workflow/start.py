@@ -34,13 +34,7 @@ KEEP_FREED = {
 
 
 def environment(scripts: str) -> dict[str, str]:
-    """Give what this Snakemake's jobs find in their environment.
-
-    Parameters
-    ----------
-    scripts : str
-        Folder of the packages.
-    """
+    """Give what this Snakemake's jobs find in their environment, the folder of scripts among it."""
     paths = [scripts, *filter(None, [os.environ.get("PYTHONPATH")])]
     found = {"PYTHONPATH": os.pathsep.join(dict.fromkeys(paths)), OWNER: str(os.getpid())}
     return found | dict.fromkeys(THREADS, "1") | KEEP_FREED
@@ -50,15 +44,8 @@ def start_run(workflow: Any, run: Run, logger: logging.Logger) -> None:
     """Lock the folders that a run writes into, and show one line a job from now on.
 
     What killed jobs left there is removed; what people import into other folders of ``raw/`` at
-    this time is theirs. Where another run is at work this one ends with one line.
-
-    Parameters
-    ----------
-    workflow
-        Snakemake's, once its jobs are known: 9.27 has what is used of it.
-    run : Run
-    logger : logging.Logger
-        Snakemake's; it shows more than that where it is to tell everything.
+    this time is theirs. Where another run is at work this one ends with one line. ``workflow`` and
+    ``logger`` are Snakemake's: 9.27 has what is used of them.
     """
     results, made = run.paths["results"], run.lab_folders
     try:
@@ -80,13 +67,7 @@ def start_run(workflow: Any, run: Run, logger: logging.Logger) -> None:
 
 
 def lock_folder(folder: str, *, warn: Callable[[str], None]) -> None:
-    """Hold a folder until this process ends.
-
-    Parameters
-    ----------
-    folder : str
-    warn : callable
-        Takes one line on a file system that has no locks.
+    """Hold a folder until this process ends; ``warn`` of a file system that has no locks.
 
     Raises
     ------
