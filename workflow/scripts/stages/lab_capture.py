@@ -1,7 +1,7 @@
 """Record one indentation in the lab: the capture, and its truth apart."""
 
-import numpy as np
-from palpate.capture.files import whole_file, whole_folder
+from palpate.capture.files import whole_folder
+from palpate.npz import write_npz
 from palpate.workflow.job import run
 from virtual_lab.device import device_of
 from virtual_lab.ladder import load_ladder, mirrored
@@ -40,8 +40,7 @@ def main(snakemake):
         )
         # Without it a run that is killed just now leaves what looks like a recording of people's.
         (folder / MADE_BY_A_RULE).touch()
-    with whole_file(snakemake.output.truth) as part, part.open("wb") as stream:
-        np.savez_compressed(stream, **truth)
+    write_npz(snakemake.output.truth, truth)
 
 
 run(main, snakemake)

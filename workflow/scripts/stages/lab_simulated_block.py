@@ -1,7 +1,7 @@
 """Load the simulated foam block of Section 3.3.2 step by step."""
 
-import numpy as np
-from palpate.capture.files import whole_file, write_json
+from palpate.capture.files import write_json
+from palpate.npz import write_npz
 from palpate.workflow.job import run
 from virtual_lab.simulated_block import load_block
 
@@ -16,8 +16,7 @@ def main(snakemake):
         traction_pa=spec["traction_pa"],
         steps=spec["steps"],
     )
-    with whole_file(snakemake.output.steps) as part, part.open("wb") as stream:
-        np.savez_compressed(stream, **steps)
+    write_npz(snakemake.output.steps, steps)
     truth = {key: spec[key] for key in ("lambda_pa", "mu_pa", "traction_pa")}
     write_json(snakemake.output.truth, truth)
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pandas as pd
-from palpate.capture.files import whole_file
+from palpate.capture.files import write_text
 from palpate.json_fields import minima_by_key, read_all
 from palpate.report import objects_page, objects_table
 from palpate.surface.tracked import load_tracked
@@ -37,8 +37,7 @@ def main(snakemake):
         tracker=params.tracker,
         estimates=objects_table.section(rows, params.pages),
     )
-    with whole_file(snakemake.output.page) as part:
-        part.write_text(text, encoding="utf-8")
+    write_text(snakemake.output.page, text)
 
 
 def recommended_rows(path):
