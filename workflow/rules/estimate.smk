@@ -117,7 +117,7 @@ rule direct:
         "../scripts/stages/direct.py"
 
 
-rule direct_object:
+use rule direct as direct_object with:
     input:
         **RUN.direct_files(RUN.together),
     output:
@@ -134,8 +134,6 @@ rule direct_object:
         options=RUN.config["direct"]["fit"],
     message:
         "Direct estimate of {wildcards.object}, {wildcards.sensor}: all captures together"
-    script:
-        "../scripts/stages/direct.py"
 
 
 # Force and position of a robot or a bench: raw/<object>/<point>.csv.
