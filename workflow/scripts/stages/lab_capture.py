@@ -1,5 +1,7 @@
 """Record one indentation in the lab: the capture, and its truth apart."""
 
+from functools import partial
+
 from palpate.capture.files import whole_folder
 from palpate.npz import write_npz
 from palpate.workflow.job import run
@@ -17,27 +19,17 @@ def main(snakemake):
     """Write one capture's folder and truth.npz."""
     params, wildcards = snakemake.params, snakemake.wildcards
     name, sensor, capture = wildcards.object, wildcards.sensor, wildcards.capture
-    drawn = params.sensor["sensor"]
-    bench = object_bench(params.common, params.spec, name=name)
-    placement, motion = params.spec["cameras"][sensor], params.spec["motion"]
-    device = device_of(params.common, params.spec, params.sensor)
-    stand = params.common, device, placement, bench
+    common, spec, motion = params.common, params.spec, params.spec["motion"]
+    device, bench = device_of(common, spec, params.sensor), object_bench(common, spec, name=name)
     bumped = {"bumped_deg": motion.get("bumped_deg", (0, 0, 0))}
-    rig, jolt_m = make_rig(*stand, **bumped), motion.get("jolted_m")
-    jolted = make_rig(*stand, **bumped, jolted_m=jolt_m) if jolt_m else None
+    placed = partial(make_rig, common, device, spec["cameras"][sensor], bench, **bumped)
+    jolt_m = motion.get("jolted_m")
+    rigs = {"rig": placed(), "jolted": placed(jolted_m=jolt_m) if jolt_m else None}
     ladder = mirrored(load_ladder(snakemake.input.ladder), params.place["position_m"])
-    seed = seed_of(params.common, name, drawn, capture)
+    options = {"common": common, "spec": spec, "probe_spec": params.probe}
+    seed = seed_of(common, name, params.sensor["sensor"], capture)
     with whole_folder(snakemake.output.capture) as folder:
-        truth = record_capture(
-            folder,
-            rig,
-            ladder,
-            params.common,
-            params.spec,
-            params.probe,
-            seed=seed,
-            jolted=jolted,
-        )
+        truth = record_capture(folder, ladder=ladder, **rigs, **options, seed=seed)
         # Without it a run that is killed just now leaves what looks like a recording of people's.
         (folder / MADE_BY_A_RULE).touch()
     write_npz(snakemake.output.truth, truth)

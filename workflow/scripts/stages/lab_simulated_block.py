@@ -9,15 +9,9 @@ from virtual_lab.simulated_block import load_block
 def main(snakemake):
     """Write the steps, and the moduli apart."""
     spec = snakemake.params.spec
-    steps = load_block(
-        snakemake.input.mesh,
-        lambda_pa=spec["lambda_pa"],
-        mu_pa=spec["mu_pa"],
-        traction_pa=spec["traction_pa"],
-        steps=spec["steps"],
-    )
-    write_npz(snakemake.output.steps, steps)
     truth = {key: spec[key] for key in ("lambda_pa", "mu_pa", "traction_pa")}
+    steps = load_block(snakemake.input.mesh, **truth, steps=spec["steps"])
+    write_npz(snakemake.output.steps, steps)
     write_json(snakemake.output.truth, truth)
 
 
