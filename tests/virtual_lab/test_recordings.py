@@ -179,7 +179,8 @@ def test_calibration_pairs_show_the_board_to_both_cameras(lab, sensors, tmp_path
     options = experiments["calibration"] | {"pairs": 3}
     device = device_of(common, {}, sensors["kinect"])
     rig = make_rig(common, device, options["camera"], bare_bench(common, name="c"))
-    truth = record_calibration(tmp_path, rig, options, seed=seed_of(common, "test"))
+    seed = seed_of(common, "test")
+    truth = record_calibration(tmp_path, rig, common, options, None, seed=seed)
     board = pd.read_csv(tmp_path / "board.csv").iloc[0]
     size = (int(board["columns"]), int(board["rows"]))
     assert size == (9, 6)

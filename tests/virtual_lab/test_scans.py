@@ -11,7 +11,13 @@ from palpate.surface.unfold import unfolded
 from virtual_lab.scanner import NOISE_M, scan_views, write_scans
 
 RADII = np.array([0.05, 0.035, 0.03])
-VIEWS = [(turn, elevation) for elevation in (35, -35) for turn in range(0, 360, 60)]
+LASER = {
+    "elevations_deg": [35, -35],
+    "turns_deg": [0, 60, 120, 180, 240, 300],
+    "distance_m": 0.7,
+    "turn_error_deg": 0.5,
+    "shift_error_m": 0.0005,
+}
 
 
 @pytest.fixture(scope="module")
@@ -26,14 +32,7 @@ def bean():
 
 @pytest.fixture(scope="module")
 def views(bean):
-    return scan_views(
-        bean.vertices,
-        bean.faces,
-        VIEWS,
-        distance_m=0.7,
-        pose_error=(0.5, 0.0005),
-        rng=np.random.default_rng(0),
-    )
+    return scan_views(bean.vertices, bean.faces, LASER, np.random.default_rng(0))
 
 
 def test_a_view_has_the_scanners_noise(bean, views):
@@ -47,7 +46,7 @@ def test_a_view_has_the_scanners_noise(bean, views):
 def test_registration_takes_out_the_turntables_errors(bean, views, tmp_path):
     write_scans(tmp_path, views)
     loaded = read_scans(tmp_path)
-    assert len(loaded) == len(VIEWS)
+    assert len(loaded) == 12
     closest = ClosestPoints(bean.vertices, bean.faces)
     before = max(np.abs(closest.distance(points)).mean() for points, _ in loaded)
     after = max(np.abs(closest.distance(points)).mean() for points, _ in register(loaded))

@@ -42,7 +42,7 @@ def film(root, sensor, probe, tmp_path_factory):
         folder.mkdir()
         bench, device = bare_bench(common, name="pivot"), device_of(common, spec, sensor)
         rig = make_rig(common, device, options["camera"], bench)
-        return folder, record_pivot(folder, rig, options, probe, seed=[1])["tip_m"]
+        return folder, record_pivot(folder, rig, common, options, probe, seed=[1])["tip_m"]
 
     return made
 

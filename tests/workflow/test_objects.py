@@ -37,7 +37,10 @@ def test_files_outside_the_object_count(tmp_path):
     film.parent.mkdir()
     film.write_text("frame,time_s\n")
     turned = STICK | {"tip": "calibration"}
-    assert set(kept_files("cushion", sensors, turned, paths)) == {"kinect/calibration", "kinect/pivot"}
+    assert set(kept_files("cushion", sensors, turned, paths)) == {
+        "kinect/calibration",
+        "kinect/pivot",
+    }
     # A probe with a tip of its own does not hang on it.
     assert kept_files("cushion", sensors, STICK, paths) == first
     film.unlink()

@@ -14,8 +14,6 @@ rule camera_calibration:
         RUN.results("logs/camera_calibration/{sensor}.log"),
     benchmark:
         RUN.results("benchmarks/camera_calibration/{sensor}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     message:
         "Calibrating the cameras of the {wildcards.sensor}"
     script:
@@ -37,8 +35,6 @@ for part in PARTS:
             RUN.results(f"logs/{part.name}/{{sensor}}.log"),
         benchmark:
             RUN.results(f"benchmarks/{part.name}/{{sensor}}.tsv")
-        conda:
-            "../envs/palpate.yaml"
         params:
             part=part.name,
             sensor=RUN.sensor_spec,

@@ -13,8 +13,6 @@ rule hertz:
         RUN.results("logs/hertz/{object}-{sensor}-{capture}.log"),
     benchmark:
         RUN.results("benchmarks/hertz/{object}-{sensor}-{capture}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         probe=RUN.probe_spec,
         options=RUN.config["hertz"],
@@ -39,8 +37,6 @@ rule minimise:
         RUN.results("logs/minimise/{object}-{sensor}-{capture}-{error}.log"),
     benchmark:
         RUN.results("benchmarks/minimise/{object}-{sensor}-{capture}-{error}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         probe=RUN.probe_spec,
         solid=RUN.config["solid"],
@@ -64,8 +60,6 @@ rule indentation:
         RUN.results("logs/indentation/{object}-{point}.log"),
     benchmark:
         RUN.results("benchmarks/indentation/{object}-{point}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         probe=RUN.probe_spec,
         options=RUN.config["direct"]["model"],
@@ -93,8 +87,6 @@ rule surface_motion:
         RUN.results("logs/surface_motion/{object}-{sensor}-{capture}.log"),
     benchmark:
         RUN.results("benchmarks/surface_motion/{object}-{sensor}-{capture}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         probe=RUN.probe_spec,
         sensor=RUN.sensor_spec,
@@ -115,8 +107,6 @@ rule direct:
         RUN.results("logs/direct/{object}-{sensor}-{capture}.log"),
     benchmark:
         RUN.results("benchmarks/direct/{object}-{sensor}-{capture}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         probe=RUN.probe_spec,
         captures=RUN.one,
@@ -127,7 +117,7 @@ rule direct:
         "../scripts/stages/direct.py"
 
 
-rule direct_object:
+use rule direct as direct_object with:
     input:
         **RUN.direct_files(RUN.together),
     output:
@@ -138,16 +128,12 @@ rule direct_object:
         RUN.results("logs/direct_object/{object}-{sensor}.log"),
     benchmark:
         RUN.results("benchmarks/direct_object/{object}-{sensor}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         probe=RUN.probe_spec,
         captures=RUN.together,
         options=RUN.config["direct"]["fit"],
     message:
         "Direct estimate of {wildcards.object}, {wildcards.sensor}: all captures together"
-    script:
-        "../scripts/stages/direct.py"
 
 
 # Force and position of a robot or a bench: raw/<object>/<point>.csv.
@@ -162,8 +148,6 @@ rule curve:
         RUN.results("logs/curve/{object}-{capture}.log"),
     benchmark:
         RUN.results("benchmarks/curve/{object}-{capture}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         probe=RUN.probe_spec,
         options=RUN.config["direct"]["fit"],

@@ -21,8 +21,6 @@ rule lab_contact:
     wildcard_constraints:
         object=one_of(LAB.modelled),
         point=CAPTURE_NAME.pattern,
-    conda:
-        "../envs/palpate.yaml"
     params:
         spec=LAB.mechanics,
         probe=LAB.probe,
@@ -42,8 +40,6 @@ rule lab_object:
         RUN.results("benchmarks/lab_object/{object}.tsv")
     wildcard_constraints:
         object=one_of(RUN.lab_objects),
-    conda:
-        "../envs/palpate.yaml"
     params:
         spec=LAB.spec,
         errors=LAB.written,
@@ -64,8 +60,6 @@ rule lab_template:
         RUN.results("benchmarks/lab_template/{object}.tsv")
     wildcard_constraints:
         object=one_of(LAB.templates),
-    conda:
-        "../envs/palpate.yaml"
     params:
         shape=LAB.shape,
         errors=LAB.written,
@@ -86,8 +80,6 @@ rule lab_scans:
         RUN.results("benchmarks/lab_scans/{object}.tsv")
     wildcard_constraints:
         object=one_of(RUN.lab_objects),
-    conda:
-        "../envs/palpate.yaml"
     params:
         laser=LAB.laser,
         shape=LAB.shape,
@@ -108,8 +100,6 @@ rule lab_background:
         RUN.results("benchmarks/lab_background/{object}-{sensor}.tsv")
     wildcard_constraints:
         object=one_of(RUN.lab_objects),
-    conda:
-        "../envs/palpate.yaml"
     params:
         common=LAB.common,
         spec=LAB.spec,
@@ -134,8 +124,6 @@ rule lab_capture:
     wildcard_constraints:
         object=one_of(RUN.lab_objects),
         capture=r"(?!background$)[A-Za-z0-9]+(-a[0-9]+)?",
-    conda:
-        "../envs/palpate.yaml"
     params:
         common=LAB.common,
         spec=LAB.recorded,
@@ -160,8 +148,6 @@ rule lab_experiment:
         RUN.results("benchmarks/lab_experiment/{recording}.tsv")
     wildcard_constraints:
         recording=one_of(RUN.lab_experiments),
-    conda:
-        "../envs/palpate.yaml"
     params:
         common=LAB.common,
         experiment=LAB.experiment,
@@ -185,8 +171,6 @@ if LAB.simulates:
             RUN.results("logs/lab_simulated_block.log"),
         benchmark:
             RUN.results("benchmarks/lab_simulated_block.tsv")
-        conda:
-            "../envs/palpate.yaml"
         params:
             spec=LAB.simulated_block,
         message:

@@ -29,8 +29,6 @@ rule own_summary:
         RUN.results("benchmarks/own_summary/{object}.tsv")
     wildcard_constraints:
         object=one_of(OWN.summed),
-    conda:
-        "../envs/palpate.yaml"
     params:
         captures=OWN.of("fitted"),
         minimised=OWN.of("minimised"),
@@ -60,8 +58,6 @@ for figure in OWN_FIGURES:
             RUN.results(f"benchmarks/own_{figure.name}/{{object}}.tsv")
         wildcard_constraints:
             object=one_of(OWN.names),
-        conda:
-            "../envs/palpate.yaml"
         params:
             **figure.rule_params(OWN),
         message:
@@ -102,8 +98,6 @@ rule own_report:
         RUN.results("benchmarks/own_report/{object}.tsv")
     wildcard_constraints:
         object=one_of(OWN.names),
-    conda:
-        "../envs/palpate.yaml"
     params:
         captures=OWN.captures,
         first=OWN.first,
@@ -139,8 +133,6 @@ rule own_data:
         RUN.results("benchmarks/own_data/{object}.tsv")
     wildcard_constraints:
         object=one_of(OWN.names),
-    conda:
-        "../envs/palpate.yaml"
     params:
         captures=OWN.of("direct"),
         groups=OWN.groups,

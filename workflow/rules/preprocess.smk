@@ -8,8 +8,6 @@ rule background_model:
         RUN.results("logs/background_model/{object}-{sensor}.log"),
     benchmark:
         RUN.results("benchmarks/background_model/{object}-{sensor}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         sensor=RUN.sensor_spec,
         options=RUN.config["background"],
@@ -29,8 +27,6 @@ rule support_plane:
         RUN.results("logs/support_plane/{object}-{sensor}.log"),
     benchmark:
         RUN.results("benchmarks/support_plane/{object}-{sensor}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         sensor=RUN.sensor_spec,
         options=RUN.config["support_plane"],
@@ -51,8 +47,6 @@ rule mask:
         RUN.results("logs/mask/{object}-{sensor}-{capture}.log"),
     benchmark:
         RUN.results("benchmarks/mask/{object}-{sensor}-{capture}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         sensor=RUN.sensor_spec,
         options=RUN.config["background"],
@@ -73,8 +67,6 @@ rule probe_pose:
         RUN.results("logs/probe_pose/{object}-{sensor}-{capture}.log"),
     benchmark:
         RUN.results("benchmarks/probe_pose/{object}-{sensor}-{capture}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         sensor=RUN.sensor_spec,
         probe=RUN.probe_spec,
@@ -99,8 +91,6 @@ rule force:
         RUN.results("logs/force/{object}-{sensor}-{capture}.log"),
     benchmark:
         RUN.results("benchmarks/force/{object}-{sensor}-{capture}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         sensor=RUN.sensor_spec,
         probe=RUN.probe_spec,
@@ -128,8 +118,6 @@ rule clouds:
         RUN.results("logs/clouds/{object}-{sensor}-{capture}.log"),
     benchmark:
         RUN.results("benchmarks/clouds/{object}-{sensor}-{capture}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         sensor=RUN.sensor_spec,
         probe=RUN.probe_spec,

@@ -25,8 +25,6 @@ rule summary:
     benchmark:
         RUN.results("benchmarks/summary.tsv")
     localrule: True
-    conda:
-        "../envs/palpate.yaml"
     params:
         title="Summary: every capture and method",
         caption="E, nu and E* with intervals and verdicts, all moduli in Pa. The same is in"
@@ -53,8 +51,6 @@ rule configuration:
     benchmark:
         RUN.results("benchmarks/configuration.tsv")
     localrule: True
-    conda:
-        "../envs/palpate.yaml"
     params:
         title="Configuration and versions",
         caption="Options of this run after all overrides, and the versions of project, Python and"
@@ -82,8 +78,6 @@ rule objects_page:
         RUN.results("logs/objects_page.log"),
     benchmark:
         RUN.results("benchmarks/objects_page.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         captures=SHOWN,
         minimised=[*RUN.described("minimised"), *STANDING.minimised()],

@@ -12,8 +12,6 @@ rule template:
     wildcard_constraints:
         object=one_of(RUN.scanned),
     priority: 10
-    conda:
-        "../envs/palpate.yaml"
     message:
         "Template of {wildcards.object} from its laser scans"
     script:
@@ -32,8 +30,6 @@ rule solid_mesh:
         RUN.results("logs/solid_mesh/{object}.log"),
     benchmark:
         RUN.results("benchmarks/solid_mesh/{object}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     message:
         "Solid mesh of {wildcards.object}"
     script:
@@ -54,8 +50,6 @@ rule align:
         RUN.results("logs/align/{object}-{sensor}-{capture}.log"),
     benchmark:
         RUN.results("benchmarks/align/{object}-{sensor}-{capture}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         probe=RUN.probe_spec,
         options=RUN.config["tracking"]["alignment"],
@@ -83,8 +77,6 @@ rule track:
         RUN.results("logs/track/{object}-{sensor}-{capture}-{tracker}.log"),
     benchmark:
         RUN.results("benchmarks/track/{object}-{sensor}-{capture}-{tracker}.tsv")
-    conda:
-        "../envs/palpate.yaml"
     params:
         probe=RUN.probe_spec,
         options=RUN.tracker_options,

@@ -19,8 +19,6 @@ for entry in in_run(RUN):
             **entry.wildcards,
         priority: entry.priority
         localrule: entry.local
-        conda:
-            "../envs/palpate.yaml"
         params:
             **entry.rule_params(RUN),
         message:

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.capture.files import whole_file
 from palpate.npz import NO_ARCHIVE
 
 
 def write_film(path: str | Path, frames: Iterable[Mapping[str, NDArray]]) -> None:
-    """Write each frame's arrays as they come.
+    """Write each frame's arrays as they come, the file whole or not at all.
 
     Parameters
     ----------
@@ -21,7 +22,7 @@ def write_film(path: str | Path, frames: Iterable[Mapping[str, NDArray]]) -> Non
     frames : iterable of mapping
         Arrays by name.
     """
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+    with whole_file(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
         for k, arrays in enumerate(frames):
             for name, array in arrays.items():
                 with archive.open(f"{_place(k, name)}.npy", "w") as stream:

@@ -7,7 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from palpate.capture.files import whole_file
 
 # What NumPy and zipfile raise over a file that is none, or whose headers promise what is not there.
 NO_ARCHIVE = (
@@ -24,6 +26,12 @@ NO_ARCHIVE = (
     ArithmeticError,
     RuntimeError,
 )
+
+
+def write_npz(path: str | Path, arrays: Mapping[str, ArrayLike]) -> None:
+    """Write arrays by name, whole or not at all."""
+    with whole_file(path) as part, part.open("wb") as stream:
+        np.savez_compressed(stream, **arrays)
 
 
 def read_npz(path: str | Path, *, what: str = "an NPZ file of arrays") -> dict[str, NDArray]:

@@ -3,7 +3,6 @@
 import logging
 
 import numpy as np
-from palpate.capture.files import whole_file
 from palpate.estimate.hertz.range import force_onset
 from palpate.surface.alignment import save_alignment
 from palpate.surface.capture import align_first
@@ -50,8 +49,7 @@ def main(snakemake):
         )
     logging.info("contact in frame %d", alignment.contact_frame)
     logging.info("cloud to template: %.3f mm rms", alignment.residual.rms_m * 1e3)
-    with whole_file(snakemake.output.alignment) as part:
-        save_alignment(part, alignment)
+    save_alignment(snakemake.output.alignment, alignment)
 
 
 run(main, snakemake)

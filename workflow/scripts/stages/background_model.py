@@ -1,6 +1,5 @@
 """Model the background of one object and sensor."""
 
-from palpate.capture.files import whole_file
 from palpate.capture.streams import Stream
 from palpate.vision.background import build_model, save_model
 from palpate.vision.options import Background
@@ -13,8 +12,7 @@ def main(snakemake):
     options = Background.read(snakemake.params.options)
     with naming(snakemake.input.background, "frame", "background"):
         model = build_model(frames, false_positive_rate=options.false_positive_rate)
-    with whole_file(snakemake.output.model) as part:
-        save_model(part, model)
+    save_model(snakemake.output.model, model)
 
 
 run(main, snakemake)

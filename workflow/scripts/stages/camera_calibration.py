@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-import pandas as pd
 from palpate.capture.experiments import calibrated_streams, read_marker
 from palpate.capture.files import write_json
 from palpate.capture.images import read_image
 from palpate.capture.tables import read_frames
-from palpate.vision.board import FlatBoard, board_views
+from palpate.vision.board_pictures import board_in
 from palpate.vision.calibration_json import pair_fields
 from palpate.vision.marker import board_of
 from palpate.vision.pair_calibration import calibrate_pair
@@ -18,38 +17,25 @@ from palpate.yaml_files import load_yaml
 def main(snakemake):
     """Write calibration.json."""
     folder = Path(snakemake.input.pairs)
-    marker = read_marker(folder)
-    board = board_of(marker)
-    frames = read_frames(folder)
-    streams = calibrated_streams(frames.columns)
-    found, missing, sizes = {}, {}, {}
+    marker, frames = read_marker(folder), read_frames(folder)
+    board, streams, seen = board_of(marker), calibrated_streams(frames.columns), {}
     for stream in streams:
-        found[stream], missing[stream], sizes[stream] = views(folder, frames[stream], board)
-    pair = calibrate_pair(*found.values(), board, tuple(sizes.values()), names=streams)
+        files = enumerate(frames[stream].astype(str))
+        images = {f"{k:02d}": read_image(folder / file, "mono8") for k, file in files}
+        seen[stream] = board_in(stream, images, board)
+    corners = {stream: own.corners for stream, own in seen.items()}
+    missing = {stream: own.missing for stream, own in seen.items()}
+    sizes_px = tuple(own.size_px for own in seen.values())
+    pair = calibrate_pair(*corners.values(), board, sizes_px, names=streams)
+    described = folder / "recording.yaml"
     result = {
-        "provenance": provenance(folder),
+        # Without the file people recorded it.
+        "provenance": load_yaml(described)["provenance"] if described.is_file() else "recorded",
         "board": marker,
         "pairs": len(frames),
-        **pair_fields(pair, board, streams, found, missing),
+        **pair_fields(pair, board, streams, corners, missing),
     }
     write_json(snakemake.output.calibration, result)
-
-
-def provenance(folder):
-    """What recording.yaml says; without one people recorded it."""
-    path = folder / "recording.yaml"
-    return load_yaml(path)["provenance"] if path.is_file() else "recorded"
-
-
-def views(folder: Path, files: pd.Series, board: FlatBoard):
-    """Corners of a camera's views, why others have none, and the pictures' size."""
-    images = [(f"{k:02d}", read_image(folder / str(file), "mono8")) for k, file in enumerate(files)]
-    found, missing = board_views(images, board)
-    if not found:
-        raise ValueError(
-            f"{files.name}: expected {board.described}, found none in {len(images)} pictures"
-        )
-    return found, missing, images[0][1].shape[::-1]
 
 
 run(main, snakemake)

@@ -1,7 +1,6 @@
 """Clouds of the object at the chosen frames of a capture, or at all."""
 
 import numpy as np
-from palpate.capture.files import whole_file
 from palpate.capture.tables import read_frames, read_table
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import Reach, clouds_of, save_clouds
@@ -31,8 +30,7 @@ def main(snakemake):
         Clouds.read(params.options),
         params.frames,
     )
-    with whole_file(snakemake.output.clouds) as part:
-        save_clouds(part, clouds)
+    save_clouds(snakemake.output.clouds, clouds)
 
 
 def reach_of(inputs, poses, capture):

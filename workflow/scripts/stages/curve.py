@@ -28,15 +28,16 @@ def main(snakemake):
     ):
         options = Fit.read(params.options)
         found = estimate_curve(hertz, load_indentation(inputs.table), ratios, options)
-    told = {
-        name: value for name, value in vars(found).items() if name not in ("moduli", "fitted_n")
-    }
-    told |= {"moduli": {name: asdict(one) for name, one in found.moduli.items()}}
-    told |= {"read": curve.read, "doubts": [*curve.doubts, *hertz.doubts]}
-    told |= {"hertz": hertz.told()}
     samples = {"depth_m": hertz.depth_m, "force_n": hertz.force_n, "fitted_n": found.fitted_n}
-    told |= {"samples": {name: values.tolist() for name, values in samples.items()}}
-    write_json(snakemake.output.estimate, told)
+    fields = {key: value for key, value in vars(found).items() if key not in ("moduli", "fitted_n")}
+    fields |= {
+        "moduli": {name: asdict(one) for name, one in found.moduli.items()},
+        "read": curve.read,
+        "doubts": [*curve.doubts, *hertz.doubts],
+        "hertz": hertz.told(),
+        "samples": {name: values.tolist() for name, values in samples.items()},
+    }
+    write_json(snakemake.output.estimate, fields)
 
 
 run(main, snakemake)

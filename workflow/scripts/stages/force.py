@@ -16,11 +16,8 @@ from palpate.yaml_files import load_yaml
 
 def main(snakemake):
     """Write the wrench about the tip, camera frame, and the clocks' offset."""
-    source, params, options = (
-        snakemake.input,
-        snakemake.params,
-        Force.read(snakemake.params.options),
-    )
+    source, params = snakemake.input, snakemake.params
+    options = Force.read(params.options)
     probe = calibrated_probe(params.probe, source.calibrations)
     poses, record = read_table(source.pose), read_force(source.capture)
     with naming(source.pose):

@@ -12,23 +12,14 @@ from palpate.workflow.job import naming, run
 
 def main(snakemake):
     """Write hertz.json."""
-    options = Hertz.read(snakemake.params.options)
-    indentation, record, told = read_indentation(
-        snakemake.input,
-        radius_m=snakemake.params.probe["indenter"]["radius_m"],
-        options=options,
-    )
-    known = ProbeUncertainty.of(snakemake.params.probe)
-    clock = snakemake.input.clock
-    clock_std_s = float(numbers_of(clock, read_fields(clock), "std_s", ()))
-    with naming(snakemake.input.force):
-        found = estimate_hertz(
-            indentation,
-            record,
-            options,
-            rig=known.rig(Rig.read(snakemake.params.rig)),
-            clock_std_s=clock_std_s,
-        )
+    inputs, params = snakemake.input, snakemake.params
+    options, known = Hertz.read(params.options), ProbeUncertainty.of(params.probe)
+    radius_m = params.probe["indenter"]["radius_m"]
+    indentation, record, told = read_indentation(inputs, radius_m=radius_m, options=options)
+    std_s = float(numbers_of(inputs.clock, read_fields(inputs.clock), "std_s", ()))
+    with naming(inputs.force):
+        rig = known.rig(Rig.read(params.rig))
+        found = estimate_hertz(indentation, record, options, rig=rig, clock_std_s=std_s)
     write_json(snakemake.output.fit, told | found)
 
 

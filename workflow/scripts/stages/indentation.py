@@ -1,7 +1,6 @@
 """Indentation table of one point of an object."""
 
 from palpate.capture.discover import declared_point
-from palpate.capture.files import whole_file
 from palpate.solid.indentation_table import image_table, load_indentation, save_indentation
 from palpate.solid.load_steps import point_table
 from palpate.solid.mesh import read_solid
@@ -31,8 +30,7 @@ def main(snakemake):
                 radius_m=params.probe["indenter"]["radius_m"],
                 deepest_m=spec.get("deepest_m"),
             )
-    with whole_file(snakemake.output.model) as part:
-        save_indentation(part, model)
+    save_indentation(snakemake.output.model, model)
 
 
 run(main, snakemake)

@@ -1,7 +1,9 @@
 """Record one indentation in the lab: the capture, and its truth apart."""
 
-import numpy as np
-from palpate.capture.files import whole_file, whole_folder
+from functools import partial
+
+from palpate.capture.files import whole_folder
+from palpate.npz import write_npz
 from palpate.workflow.job import run
 from virtual_lab.device import device_of
 from virtual_lab.ladder import load_ladder, mirrored
@@ -17,31 +19,20 @@ def main(snakemake):
     """Write one capture's folder and truth.npz."""
     params, wildcards = snakemake.params, snakemake.wildcards
     name, sensor, capture = wildcards.object, wildcards.sensor, wildcards.capture
-    drawn = params.sensor["sensor"]
-    bench = object_bench(params.common, params.spec, name=name)
-    placement, motion = params.spec["cameras"][sensor], params.spec["motion"]
-    device = device_of(params.common, params.spec, params.sensor)
-    stand = params.common, device, placement, bench
+    common, spec, motion = params.common, params.spec, params.spec["motion"]
+    device, bench = device_of(common, spec, params.sensor), object_bench(common, spec, name=name)
     bumped = {"bumped_deg": motion.get("bumped_deg", (0, 0, 0))}
-    rig, jolt_m = make_rig(*stand, **bumped), motion.get("jolted_m")
-    jolted = make_rig(*stand, **bumped, jolted_m=jolt_m) if jolt_m else None
+    placed = partial(make_rig, common, device, spec["cameras"][sensor], bench, **bumped)
+    jolt_m = motion.get("jolted_m")
+    rigs = {"rig": placed(), "jolted": placed(jolted_m=jolt_m) if jolt_m else None}
     ladder = mirrored(load_ladder(snakemake.input.ladder), params.place["position_m"])
-    seed = seed_of(params.common, name, drawn, capture)
+    options = {"common": common, "spec": spec, "probe_spec": params.probe}
+    seed = seed_of(common, name, params.sensor["sensor"], capture)
     with whole_folder(snakemake.output.capture) as folder:
-        truth = record_capture(
-            folder,
-            rig,
-            ladder,
-            params.common,
-            params.spec,
-            params.probe,
-            seed=seed,
-            jolted=jolted,
-        )
+        truth = record_capture(folder, ladder=ladder, **rigs, **options, seed=seed)
         # Without it a run that is killed just now leaves what looks like a recording of people's.
         (folder / MADE_BY_A_RULE).touch()
-    with whole_file(snakemake.output.truth) as part, part.open("wb") as stream:
-        np.savez_compressed(stream, **truth)
+    write_npz(snakemake.output.truth, truth)
 
 
 run(main, snakemake)

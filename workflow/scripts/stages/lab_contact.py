@@ -1,6 +1,5 @@
 """Press the rigid sphere into an object of the lab over a ladder of depths."""
 
-from palpate.capture.files import whole_file
 from palpate.workflow.job import run
 from virtual_lab.device import sphere_radius_m
 from virtual_lab.ladder import save_ladder
@@ -18,8 +17,7 @@ def main(snakemake):
         sphere_radius_m(spec, spec, snakemake.params.probe),
         direction=place.get("direction", DOWN),
     )
-    with whole_file(snakemake.output.ladder) as part:
-        save_ladder(part, ladder)
+    save_ladder(snakemake.output.ladder, ladder)
 
 
 run(main, snakemake)

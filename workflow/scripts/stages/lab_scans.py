@@ -11,19 +11,10 @@ from virtual_lab.shapes import shape_of
 def main(snakemake):
     """Write raw/<object>/scans/."""
     laser = snakemake.params.laser
-    vertices, faces = shape_of({"shape": snakemake.params.shape}).surface()
-    views = [(turn, tip) for tip in laser["elevations_deg"] for turn in laser["turns_deg"]]
+    surface = shape_of({"shape": snakemake.params.shape}).surface()
     rng = np.random.default_rng(seed_of(laser, snakemake.wildcards.object, "scans"))
-    scans = scan_views(
-        vertices,
-        faces,
-        views,
-        distance_m=laser["distance_m"],
-        pose_error=(laser["turn_error_deg"], laser["shift_error_m"]),
-        rng=rng,
-    )
     with whole_folder(snakemake.output.scans) as folder:
-        write_scans(folder, scans)
+        write_scans(folder, scan_views(*surface, laser, rng))
 
 
 run(main, snakemake)

@@ -1,6 +1,5 @@
 """Foreground of every frame of a capture."""
 
-from palpate.capture.files import whole_file
 from palpate.capture.streams import Stream
 from palpate.vision.background import load_model
 from palpate.vision.foreground import masks_of, save_masks
@@ -14,8 +13,7 @@ def main(snakemake):
     model = load_model(snakemake.input.model)
     with naming(snakemake.input.capture, "mask", "image", "camera"):
         masks = masks_of(frames, model, Background.read(snakemake.params.options))
-        with whole_file(snakemake.output.mask) as part:
-            save_masks(part, masks)
+        save_masks(snakemake.output.mask, masks)
 
 
 run(main, snakemake)

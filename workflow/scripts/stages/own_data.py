@@ -14,12 +14,10 @@ from palpate.workflow.job import naming, run
 def main(snakemake):
     """Write the tables and datapackage.json."""
     inputs, output, params = snakemake.input, snakemake.output, snakemake.params
-    fitted = {
-        (group["sensor"], capture): one
-        for group, path in zip(params.groups, inputs.fitted, strict=True)
-        for capture, one in load_fitted(path).items()
-    }
-    fits = {(c["sensor"], c["capture"]): fitted[c["sensor"], c["capture"]] for c in params.captures}
+    estimated = zip(params.groups, map(load_fitted, inputs.fitted), strict=True)
+    fitted = {group["sensor"]: by_capture for group, by_capture in estimated}
+    keys = [(capture["sensor"], capture["capture"]) for capture in params.captures]
+    fits = {(sensor, capture): fitted[sensor][capture] for sensor, capture in keys}
     motions = [load_motion(path) for path in inputs.motions]
     curves = params.curves, read_all(inputs.curves)
     with naming(", ".join(inputs.motions), "samples"):

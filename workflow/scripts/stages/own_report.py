@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
-from palpate.capture.files import whole_file
+from palpate.capture.files import write_text
+from palpate.capture.streams import Stream
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.fitted import load_fitted
 from palpate.json_fields import read_all, read_by_folder
@@ -11,14 +13,14 @@ from palpate.report.held import Held
 from palpate.report.moduli_table import compared
 from palpate.report.other_methods import HERTZ
 from palpate.report.own_page import CAPTIONS, own_page
-from palpate.report.press_pictures import frames_of, glimpses
+from palpate.report.press_pictures import Frames, glimpses
 from palpate.report.recording_checks import named
 from palpate.report.settings_words import checksums, rests_on, told_whole
 from palpate.report.table_page import table
 from palpate.report.turning_view import view_of
 from palpate.solid.indentation_table import load_indentation
 from palpate.surface.tracked import load_tracked
-from palpate.vision.camera import with_calibration
+from palpate.vision.camera import camera_from_spec, with_calibration
 from palpate.vision.clouds import read_clouds
 from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS, TIP
@@ -29,33 +31,34 @@ from palpate.workflow.object_inputs import read_declared
 def main(snakemake):
     """Write the page."""
     inputs, params = snakemake.input, snakemake.params
-    files = read_all(inputs.fits), read_all(inputs.direct), map(read_table, inputs.poses)
-    fits = fits_of(inputs, params)
+    estimated = zip(params.groups, map(load_fitted, inputs.fitted), strict=True)
+    fits = {group["sensor"]: fitted for group, fitted in estimated}
     mine = [fits[one["sensor"]][one["capture"]] for one in params.captures]
+    files = read_all(inputs.fits), read_all(inputs.direct), map(read_table, inputs.poses)
     fitted = [one.tip_depth_m for one in mine], [one.frames for one in mine]
     held = [Held(*of_one) for of_one in zip(params.captures, *files, *fitted, strict=True)]
+    known = {named(one.capture): one for one in held}
+    firsts = [known[named(capture)] for capture in params.first]
     direct = [one.direct for one in held]
     joints = compared(params.captures, direct, params.groups, read_all(inputs.joint))[1]
-    name = snakemake.wildcards.object
     spec, _ = read_declared(inputs.object)
     summary = pd.read_csv(inputs.summary, dtype={"capture": str, "point": str})
     with naming(inputs.summary):
         text = own_page(
-            name,
+            snakemake.wildcards.object,
             summary,
             held,
             pictures={one: Path(inputs[one]).read_bytes() for one in (*CAPTIONS, HERTZ)},
-            glimpses=list(pictures_of(inputs, params, held)),
+            glimpses=list(pictures_of(inputs, params.sensors, firsts)),
             joints={g["sensor"]: found for g, found in zip(params.groups, joints, strict=True)},
             settings=settings_of(inputs, params, spec, held),
             files=told_whole(object=spec, probe=params.probe, direct_estimate=params.options),
             style=Path(inputs.style).read_text(encoding="utf-8"),
-            views=views_of(inputs, params, held, fits),
+            views=dict(views_of(inputs.tracked, firsts, fits)),
             behaviour=Path(inputs.behaviour).read_text(encoding="utf-8"),
             overview="../objects.html",
         )
-    with whole_file(snakemake.output.page) as part:
-        part.write_text(text, encoding="utf-8")
+    write_text(snakemake.output.page, text)
 
 
 def settings_of(inputs, params, spec, held):
@@ -65,53 +68,33 @@ def settings_of(inputs, params, spec, held):
     joints = zip(params.groups, inputs.joint, strict=True)
     estimates = {f"direct.json of {group['sensor']}": path for group, path in joints}
     found = {Path(inputs[name]).name: inputs[name] for name in ("object", "solid", "summary")}
-    tables = {
-        p: load_indentation(path) for p, path in zip(params.points, inputs.tables, strict=True)
-    }
+    tables = dict(zip(params.points, map(load_indentation, inputs.tables), strict=True))
     rows = rests_on(spec, params.probe, quality, params.sensors, held, tables, params.version)
     return "\n".join([*table(rows), "", *table(checksums(found | estimates | captures))])
 
 
-def fits_of(inputs, params):
-    """What the estimates from all captures make of each, by sensor and capture."""
-    return {
-        group["sensor"]: load_fitted(path)
-        for group, path in zip(params.groups, inputs.fitted, strict=True)
-    }
-
-
-def views_of(inputs, params, held, fits):
+def views_of(paths, firsts, fits):
     """The dent of the first capture with each sensor."""
-    known = {named(one.capture): one for one in held}
-    found = {}
-    for capture, path in zip(params.first, inputs.tracked, strict=True):
-        fit, forces = fits[capture["sensor"]][capture["capture"]], known[named(capture)].fit
+    for one, path in zip(firsts, paths, strict=True):
+        fit = fits[one.capture["sensor"]][one.capture["capture"]]
         with naming(path):
-            found[named(capture)] = view_of(load_tracked(path), fit, forces["samples"]["force_n"])
-    return found
+            view = view_of(load_tracked(path), fit, one.fit["samples"]["force_n"])
+        yield named(one.capture), view
 
 
-def pictures_of(inputs, params, held):
+def pictures_of(inputs, sensors, firsts):
     """Small pictures of the first capture with each sensor."""
-    known = {named(one.capture): one for one in held}
     optics = read_by_folder(inputs.optics)
-    files = zip(inputs.recorded, inputs.masks, inputs.clouds, strict=True)
-    for capture, sensor, (recorded, mask, cloud) in zip(
-        params.first, params.sensors, files, strict=True
-    ):
-        name, one = capture["sensor"], known[named(capture)]
-        with naming(f"{name}/{capture['capture']}/probe_pose.csv"):
+    files = inputs.recorded, inputs.masks, inputs.clouds
+    for one, sensor, recorded, mask, cloud in zip(firsts, sensors, *files, strict=True):
+        name = one.capture["sensor"]
+        sensor = with_calibration(sensor, optics[name]) if name in optics else sensor
+        with naming(f"{name}/{one.capture['capture']}/probe_pose.csv"):
             tips, axes = columns_of(one.poses, TIP), columns_of(one.poses, AXIS)
-        frames = frames_of(
-            recorded,
-            with_calibration(sensor, optics[name]) if name in optics else sensor,
-            masks=load_masks(mask),
-            clouds=read_clouds(cloud),
-            tips_m=tips,
-            axes=axes,
-            force_n=one.fit["samples"]["force_n"],
-        )
-        yield from glimpses(frames, one.fit["range"]["last_frame"], named(capture))
+        seen = Stream(recorded, sensor), load_masks(mask), tips, axes, read_clouds(cloud)
+        camera, force_n = camera_from_spec(sensor["color"]), np.array(one.fit["samples"]["force_n"])
+        frames = Frames(*seen, camera, force_n)
+        yield from glimpses(frames, one.deepest, named(one.capture))
 
 
 run(main, snakemake)

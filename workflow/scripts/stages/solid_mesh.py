@@ -24,22 +24,11 @@ def main(snakemake):
         solid, quality = object_solid(*surface, spec["template"], support, kept=inputs.kept)
     with naming(inputs.object):
         support_nodes(solid, support)
-    report(quality)
+    values = asdict(quality)
+    logging.info("; ".join(f"{name}: {value:.6g}" for name, value in values.items()))
     with whole_file(snakemake.output.solid) as part:
         write_solid(part, solid)
-    write_json(snakemake.output.quality, asdict(quality))
-
-
-def report(quality):
-    """Say what the mesh is like in the log."""
-    values = asdict(quality) | {"gap_mm": 1000 * quality.largest_gap_m}
-    logging.info("%(nodes)d nodes, %(elements)d tetrahedra, %(volume_m3).4g m3", values)
-    least = "radius ratio %(least_radius_ratio).3f at least, %(mean_radius_ratio).3f on average"
-    logging.info(least, values)
-    logging.info(
-        "dihedral angles %(least_dihedral_deg).1f to %(greatest_dihedral_deg).1f deg", values
-    )
-    logging.info("surface within %(gap_mm).2g mm of the template's", values)
+    write_json(snakemake.output.quality, values)
 
 
 run(main, snakemake)

@@ -27,9 +27,9 @@ def main(snakemake):
     for k, residual in enumerate(tracked.residual_m):
         logging.info("frame %d: residual %.3f mm", k, residual * 1e3)
     output = snakemake.output
-    with whole_file(output.series) as series, whole_file(output.tracked) as part:
-        save_tracked(part, tracked)
-        save_series(series, tracked, time_s=times, tips_m=recorded.tips_m)
+    with whole_file(output.series) as part:
+        save_series(part, tracked, time_s=times, tips_m=recorded.tips_m)
+    save_tracked(output.tracked, tracked)
     write_json(output.description, describe(tracked, tracker=tracker, options=options))
 
 

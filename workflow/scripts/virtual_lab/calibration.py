@@ -26,7 +26,7 @@ GREY = "mono8"
 
 
 def record_calibration(
-    folder: Path, rig: Rig, options: Mapping, *, seed: list
+    folder: Path, rig: Rig, common: Mapping, options: Mapping, probe_spec: None, *, seed: list
 ) -> dict[str, NDArray]:
     """Write pairs of colour and infrared images of a board, the dot projector covered.
 
@@ -36,6 +36,8 @@ def record_calibration(
         Empty folder to fill: ``color/``, ``infrared/``, ``frames.csv``, ``board.csv``.
     rig : Rig
         Of a structured-light sensor.
+    common, probe_spec
+        As of `virtual_lab.experiments.record_workspace`, unused.
     options : mapping
         ``calibration`` block of lab.yaml.
     seed : list of int

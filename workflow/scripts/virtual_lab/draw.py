@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import yaml
-from palpate.capture.files import whole_file
+from palpate.capture.files import write_text
 from palpate.config.model import problems
 from palpate.yaml_files import load_yaml
 
@@ -276,11 +276,9 @@ def write_run(
     # A run begins with the configuration: it comes when all that it names is there.
     for name, content in (files | {"config": config}).items():
         path = folder / f"{name}.yaml"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as part:
-            # What two objects share is written twice, not as an anchor.
-            plain = json.loads(json.dumps(content))
-            part.write_text(yaml.safe_dump(plain, sort_keys=False), encoding="utf-8")
+        # What two objects share is written twice, not as an anchor.
+        plain = json.loads(json.dumps(content))
+        write_text(path, yaml.safe_dump(plain, sort_keys=False))
 
 
 def direct_of(ranges: Mapping, probe: Mapping) -> dict:

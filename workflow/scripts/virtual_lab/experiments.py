@@ -1,6 +1,7 @@
 """Recordings about the sensors themselves: workspace, CD case, planes."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +14,13 @@ from scipy.spatial.transform import Rotation
 from virtual_lab.block import box_surface
 from virtual_lab.cameras import Exposure
 from virtual_lab.motion import ProbeMotion, upright
-from virtual_lab.paint import BlockPaint
+from virtual_lab.paint import BlockPaint, CoverPaint
 from virtual_lab.probe import make_probe
 from virtual_lab.record import FACING, Body, film, reached
 from virtual_lab.render import render, render_around
 from virtual_lab.rig import STILL_SAMPLES, Rig
 from virtual_lab.scene import Bench, Scene
+from virtual_lab.seeds import seed_of
 
 SAMPLES = 3
 GREY = "mono8"
@@ -77,7 +79,6 @@ def record_trace(
     folder : Path
         Empty folder to fill: ``trace/`` and ``background/`` in the capture format without force.
     rig : Rig
-        Its bench's paint is the case's.
     common, probe_spec : mapping
     options : mapping
         ``cd_case`` block of lab.yaml.
@@ -91,6 +92,8 @@ def record_trace(
     probe_spec, rng = rig.device.probe(probe_spec), np.random.default_rng([*seed, 1])
     probe = make_probe(probe_spec)
     size, radius = np.array(options["size_m"]), probe_spec["indenter"]["radius_m"]
+    cover = CoverPaint(size, np.random.default_rng(seed_of(common, "cd_case", "cover")))
+    rig = replace(rig, bench=replace(rig.bench, paint=cover))
     count, rate = options["frames"], options["frame_rate_hz"]
     tip = outline_path(size, radius, np.linspace(0, 1, count))
     tip[:, :2] += options["hand_m"] * _wander(count, rng)
@@ -117,10 +120,13 @@ def record_trace(
     }
 
 
-def record_planes(folder: Path, rig: Rig, options: Mapping, *, seed: list) -> None:
+def record_planes(
+    folder: Path, rig: Rig, common: Mapping, options: Mapping, probe_spec: None, *, seed: list
+) -> dict[str, NDArray]:
     """Film a flat foam board nearly square to the camera at several distances.
 
-    Writes one folder a distance in the capture format without force, and ``planes.csv``.
+    Writes one folder a distance in the capture format without force, and ``planes.csv``; of it
+    nothing is hidden.
     """
     rows = []
     for number, distance in enumerate(options["distances_m"][rig.sensor["sensor"]], start=1):
@@ -130,6 +136,7 @@ def record_planes(folder: Path, rig: Rig, options: Mapping, *, seed: list) -> No
         rig.write_still(folder / name, scene, frames=options["frames"], seed=[*seed, 100 + number])
         rows.append({"plane": name, "distance_m": distance})
     write_table(folder / "planes.csv", pd.DataFrame(rows))
+    return {}
 
 
 def outline_path(size_m: NDArray, radius_m: float, share: NDArray) -> NDArray:

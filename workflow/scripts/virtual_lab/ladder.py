@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from palpate.npz import write_npz
 from scipy.interpolate import PchipInterpolator
 
 from virtual_lab.obstacle import DOWN
@@ -74,8 +75,7 @@ class ContactLadder:
 def save_ladder(path: str | Path, ladder: ContactLadder) -> None:
     """Write a ladder as NPZ; of one straight down what says so is left out."""
     told = {k: v for k, v in vars(ladder).items() if v is not None and v is not DOWN}
-    with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, **told)
+    write_npz(path, told)
 
 
 def load_ladder(path: str | Path) -> ContactLadder:

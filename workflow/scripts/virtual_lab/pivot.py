@@ -18,7 +18,7 @@ LEAST_LEAN = 0.1
 
 
 def record_pivot(
-    folder: Path, rig: Rig, options: Mapping, probe_spec: Mapping, *, seed: list
+    folder: Path, rig: Rig, common: Mapping, options: Mapping, probe_spec: Mapping, *, seed: list
 ) -> dict[str, NDArray]:
     """Film the handle that leans to all sides about its resting tip.
 
@@ -27,10 +27,10 @@ def record_pivot(
     folder : Path
         Empty folder to fill with a film in the capture format, without force.
     rig : Rig
+    common, probe_spec : mapping
+        lab.yaml without its objects, the probe's file.
     options : mapping
         ``pivot`` block of lab.yaml.
-    probe_spec : mapping
-        The probe's file.
     seed : list of int
 
     Returns

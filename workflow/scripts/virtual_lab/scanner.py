@@ -1,7 +1,8 @@
 """Laser scanner on a turntable: range views of an object from all sides (Section 4.1.1)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -35,13 +36,7 @@ class ScanView:
 
 
 def scan_views(
-    vertices_m: NDArray,
-    faces: NDArray,
-    views: Sequence[tuple[float, float]],
-    *,
-    distance_m: float,
-    pose_error: tuple[float, float],
-    rng: np.random.Generator,
+    vertices_m: NDArray, faces: NDArray, laser: Mapping, rng: np.random.Generator
 ) -> list[ScanView]:
     """Scan a closed surface.
 
@@ -49,14 +44,11 @@ def scan_views(
     ----------
     vertices_m, faces : (n, 3), (m, 3) arrays
         The object on z = 0, object frame.
-    views : sequence of (turn, elevation)
-        Where the scanner stands around the object [deg]; below the table stands for an object
-        that lies on its other side.
-    distance_m : float
-        From the object's middle to the scanner [m].
-    pose_error : (float, float)
-        Standard deviations of each view's turn [deg] and shift [m] against the nominal ones; the
-        first view defines the frame and has none.
+    laser : mapping
+        ``elevations_deg`` and ``turns_deg``: where the scanner stands around the object; below the
+        table stands for an object that lies on its other side. ``distance_m``: from the object's
+        middle. ``turn_error_deg``, ``shift_error_m``: standard deviations of each view against the
+        nominal one; the first view defines the frame and has none.
     rng : numpy.random.Generator
 
     Returns
@@ -70,8 +62,10 @@ def scan_views(
     )
     middle = (vertices_m.min(axis=0) + vertices_m.max(axis=0)) / 2
     size = np.linalg.norm(vertices_m.max(axis=0) - vertices_m.min(axis=0))
+    distance_m, pose_error = laser["distance_m"], (laser["turn_error_deg"], laser["shift_error_m"])
+    views = product(laser["elevations_deg"], laser["turns_deg"])
     found = []
-    for number, (turn, elevation) in enumerate(views):
+    for number, (elevation, turn) in enumerate(views):
         pose = _looking(middle, np.deg2rad(turn), np.deg2rad(elevation), distance_m)
         view = _scan(caster, pose, size * MARGIN / distance_m, rng)
         error = (0.0, 0.0) if number == 0 else pose_error

@@ -80,10 +80,15 @@ def whole_folder(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
         os.replace(part, path)
 
 
+def write_text(path: str | Path, text: str) -> None:
+    """Write a text, whole or not at all."""
+    with whole_file(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
 def write_json(path: str | Path, fields: Mapping) -> None:
     """Write a mapping as JSON, whole or not at all."""
-    with whole_file(path) as part:
-        part.write_text(json.dumps(fields, indent=2) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(fields, indent=2) + "\n")
 
 
 def _check_free(path: Path) -> None:

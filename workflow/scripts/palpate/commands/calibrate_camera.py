@@ -62,10 +62,9 @@ def _camera(options: argparse.Namespace) -> None:
     if options.output is None:
         print("\n".join(f"# {line}" for line in report) + f"\n{text}", end="")
         return
-    from palpate.capture.files import whole_file
+    from palpate.capture.files import write_text
 
-    with whole_file(options.output) as part:
-        part.write_text("".join(f"# {line}\n" for line in report) + text, encoding="utf-8")
+    write_text(options.output, "".join(f"# {line}\n" for line in report) + text)
     print("\n".join([*report, f"written: {options.output}"]))
 
 
@@ -178,13 +177,12 @@ def _rectified_line() -> str:
 
 
 def _write_opencv(path: Path, found: _Found) -> None:
-    from palpate.capture.files import whole_file
+    from palpate.capture.files import write_text
     from palpate.vision.sensor_blocks import opencv_text
 
     if found.second_from_first is None:
         raise ValueError("--opencv: expected two cameras and their transform, found none")
-    with whole_file(path) as part:
-        part.write_text(opencv_text(found.cameras, found.second_from_first), encoding="utf-8")
+    write_text(path, opencv_text(found.cameras, found.second_from_first))
 
 
 def _board(options: argparse.Namespace) -> "FlatBoard":

@@ -173,7 +173,6 @@ def _table(
     one: "Measurement", project: Project, options: argparse.Namespace, steps: _Steps
 ) -> "IndentationModel":
     """Indentation table of a pressed point: kept, or made and kept."""
-    from palpate.capture.files import whole_file
     from palpate.measurement import indentation_table, solid_of
     from palpate.solid.indentation_table import load_indentation, save_indentation
 
@@ -190,9 +189,7 @@ def _table(
     steps.begin(f"indentation table of point {point}: made now, a minute or more{where}")
     table = indentation_table(one, solid_of(one, kept), model)
     if path:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as part:
-            save_indentation(part, table)
+        save_indentation(path, table)
     return table
 
 

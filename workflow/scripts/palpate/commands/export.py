@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from palpate.capture.discover import CURVE
-from palpate.capture.files import whole_file
+from palpate.capture.files import write_text
 from palpate.commands.found import Project
 from palpate.commands.help import add_verb
 from palpate.report.material import Material, material_of, recommended_row
@@ -28,8 +28,7 @@ def _export(options: argparse.Namespace) -> int:
     programme = PROGRAMMES[options.to]
     path = options.output or Path(f"{options.object}-material{programme.suffix}")
     text = programme.write(material, UNITS[options.unit])
-    with whole_file(path) as part:
-        part.write_text(text, encoding="utf-8")
+    write_text(path, text)
     print(f"{path}: E = {material.youngs_modulus}; nu = {material.poisson_ratio}")
     return 0
 

@@ -9,7 +9,7 @@ from typing import Any
 from palpate.capture.blanks import blank, blank_text
 from palpate.capture.devices import PLACES, add_devices, found_folder, raw_folder
 from palpate.capture.discover import BACKGROUND, object_fault, sensor_fault, sensor_folders
-from palpate.capture.files import whole_file
+from palpate.capture.files import write_text
 from palpate.commands.help import add_verb
 from palpate.config.model import FILL_IN, blank_fields
 
@@ -70,8 +70,7 @@ def _known_of_sensor(name: str, kind: str) -> dict:
 def _written(path: Path, content: tuple[str, Mapping]) -> str:
     if os.path.lexists(path):
         return f"{path}: there already, and used as it is"
-    with whole_file(path) as part:
-        part.write_text(blank_text(*content), encoding="utf-8")
+    write_text(path, blank_text(*content))
     return f"{path}: written, {len(blank_fields(blank(*content)))} fields to fill in"
 
 

@@ -151,10 +151,9 @@ def check_output(output: Path | None, *sources: Path) -> None:
 
 def write_json(path: Path, fields: Mapping[str, Any]) -> None:
     """Write a JSON file, whole or not at all, and say so."""
-    from palpate.capture.files import whole_file
+    from palpate.capture.files import write_text
 
-    with whole_file(path) as part:
-        part.write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(fields, indent=1) + "\n")
     print(f"written: {path}")
 
 

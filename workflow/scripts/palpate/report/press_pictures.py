@@ -1,6 +1,6 @@
 """Small pictures of a press: whether the camera saw the object, the probe and the dent."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -8,10 +8,8 @@ import numpy as np
 from matplotlib import colormaps
 from numpy.typing import NDArray
 
-from palpate.capture.streams import Stream
-from palpate.frames import Film
 from palpate.units import MILLIMETRES
-from palpate.vision.camera import PinholeCamera, camera_from_spec
+from palpate.vision.camera import PinholeCamera
 
 WIDTH_PX, QUALITY = 640, 82
 # Around object and probe, as a part of their picture's size; the board is so far from the tip.
@@ -56,22 +54,6 @@ class Glimpse:
     jpeg: bytes
     caption: str
     shows: str
-
-
-def frames_of(
-    recorded: str,
-    sensor: Mapping,
-    *,
-    masks: Film,
-    clouds: Film,
-    tips_m: NDArray,
-    axes: NDArray,
-    force_n: Sequence[float],
-) -> Frames:
-    """Frames of a capture's folder, by a sensor with its optics."""
-    camera = camera_from_spec(sensor["color"])
-    photos = Stream(recorded, sensor)
-    return Frames(photos, masks, tips_m, axes, clouds, camera, np.array(force_n))
 
 
 def glimpses(frames: Frames, deepest: int, name: str) -> Iterator[Glimpse]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.npz import read_shaped
+from palpate.npz import read_shaped, write_npz
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.support import Support
 
@@ -145,8 +145,7 @@ def _check_image(vertices_m: NDArray, faces: NDArray, through_m: NDArray, normal
 
 def save_indentation(path: str | Path, model: IndentationModel) -> None:
     """Write indentation-<point>.npz."""
-    with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, **vars(model) | {"laws": np.array(model.laws)})
+    write_npz(path, vars(model) | {"laws": np.array(model.laws)})
 
 
 def load_indentation(path: str | Path) -> IndentationModel:

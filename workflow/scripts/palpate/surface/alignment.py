@@ -1,6 +1,5 @@
 """Where the undeformed template stands in front of the camera, and where it was touched."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -9,6 +8,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from palpate.capture.files import write_json
 from palpate.json_fields import numbers_of, read_fields
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.support import Support
@@ -208,7 +208,7 @@ def save_alignment(path: str | Path, alignment: Alignment) -> None:
         "contact_frame": alignment.contact_frame,
         "residual": asdict(alignment.residual),
     }
-    Path(path).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    write_json(path, content)
 
 
 def load_alignment(path: str | Path) -> Alignment:

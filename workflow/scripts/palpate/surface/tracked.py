@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.npz import read_npz
+from palpate.npz import read_npz, write_npz
 from palpate.surface.options import ElasticTracking, StudyTracking
 
 
@@ -52,8 +52,7 @@ class Tracked:
 
 def save_tracked(path: str | Path, tracked: Tracked) -> None:
     """Write tracked.npz."""
-    with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, **vars(tracked))
+    write_npz(path, vars(tracked))
 
 
 def load_tracked(path: str | Path) -> Tracked:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.capture.check import FEWEST_BACKGROUND_FRAMES
-from palpate.npz import read_arrays
+from palpate.npz import read_arrays, write_npz
 
 # A pixel that never changes still has the error of its quantisation.
 QUANTISATION_STD = 1 / np.sqrt(12)
@@ -102,8 +102,7 @@ def distortion(model: BackgroundModel, image: NDArray) -> tuple[NDArray, NDArray
 
 def save_model(path: str | Path, model: BackgroundModel) -> None:
     """Write a model as NPZ."""
-    with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, **vars(model))
+    write_npz(path, vars(model))
 
 
 def load_model(path: str | Path) -> BackgroundModel:

@@ -1,6 +1,6 @@
 """Pictures of a board in folders, as people keep them: one folder for each camera."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,7 +22,7 @@ class BoardPictures:
 
     Attributes
     ----------
-    folder : Path
+    folder : path
     corners : dict
         View to its corners (n, 2) [px].
     missing : dict
@@ -32,7 +32,7 @@ class BoardPictures:
         Whether the pictures have colours.
     """
 
-    folder: Path
+    folder: str | Path
     corners: dict[str, NDArray]
     missing: dict[str, str]
     size_px: tuple[int, int]
@@ -90,13 +90,25 @@ def _found(folder: Path, files: dict[str, Path], board: FlatBoard) -> BoardPictu
             raise ValueError(
                 f"{path}: picture: expected {width} x {height} pixels as the first, found {w} x {h}"
             )
+    return board_in(folder, images, board, coloured=coloured)
+
+
+def board_in(
+    source: str | Path, images: Mapping[str, NDArray], board: FlatBoard, *, coloured: bool = False
+) -> BoardPictures:
+    """Find a board in grey pictures (h, w) of one size, by view.
+
+    Raises
+    ------
+    ValueError
+        If none shows the board.
+    """
     corners, missing = board_views(list(images.items()), board)
     if not corners:
-        raise ValueError(
-            f"{folder}: pictures: expected {board.described}, found none in {len(images)}"
-        )
+        found = f"none in {len(images)} pictures"
+        raise ValueError(f"{source}: expected {board.described}, found {found}")
     height, width = next(iter(images.values())).shape
-    return BoardPictures(folder, corners, missing, (width, height), coloured)
+    return BoardPictures(source, corners, missing, (width, height), coloured)
 
 
 def _read(path: Path) -> NDArray:

@@ -17,13 +17,13 @@ from palpate.estimate.minimise.problem import Problem
 from palpate.estimate.minimise.simulation import pose_simulation, pressed_area_modulus
 from palpate.json_fields import read_all, read_one
 from palpate.report import outputs, tables
-from palpate.solid.mesh import write_solid
 from palpate.solid.support import Support, read_support
 from palpate.surface.simulation import SimulatedSteps, read_steps, track_steps
 from palpate.surface.tracked import load_tracked, save_tracked
 from palpate.workflow.job import naming
 
 from thesis.chapter3 import simulation_figures, simulation_tables
+from thesis.minimum import minimum_files
 from thesis.options import LinearMethod, Simulation
 
 MODULI_TITLE = "Sections 3.3.2 to 3.3.4: Lame parameters, E (Pa) and nu of the simulated block"
@@ -87,29 +87,9 @@ def make_simulation_minimise(inputs: Any, params: Any) -> dict:
         full = Objective(problem.mesh, problem.sets, problem.measurement, option=params.error)
     E_star = pressed_area_modulus(problem, triangle)
     found = fit_moduli(full, E_star, Minimise.read(params.options), nodes_m=problem.mesh.nodes_m)
-    result = asdict(found.minimum) | {
-        "error_option": params.error,
-        "data": params.data,
-        "start_reduced_modulus_pa": E_star,
-        "nodes": len(problem.mesh.nodes_m),
-        "least_squares": {norm: asdict(fit) for norm, fit in found.least_squares.items()},
-        "profile": asdict(found.profile),
-        "reduced_model": asdict(found.reduced_model),
-    }
-    data = compared(full, found.minimum)
-    return {"result": result, "mismatch": partial(write_solid, mesh=problem.mesh, point_data=data)}
-
-
-def compared(objective: Objective, minimum: Any) -> dict[str, NDArray]:
-    """Tracked and computed displacement of each node and, on the surface, their distance."""
-    computed = objective.displacement(minimum.lame_lambda_pa, minimum.lame_mu_pa)
-    tracked, gap = np.nan_to_num(objective.u), np.zeros(len(computed))
-    gap[objective.surface] = np.linalg.norm((computed - tracked)[objective.surface], axis=1)
-    return {
-        "tracked_displacement_m": tracked,
-        "computed_displacement_m": computed,
-        "mismatch_m": gap,
-    }
+    known = {"data": params.data, "start_reduced_modulus_pa": E_star}
+    known |= {"nodes": len(problem.mesh.nodes_m)}
+    return minimum_files(full, found, problem.mesh, known)
 
 
 def make_simulation_table(inputs: Any, params: Any) -> dict:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from palpate.capture.streams import all_streams
+from palpate.npz import write_npz
 from palpate.report import outputs
 from palpate.vision.box import outline_distance, place_box
 from palpate.vision.camera import sensor_with_optics
@@ -42,7 +44,7 @@ def make_cd_case(inputs: Any, params: Any) -> dict:
     return {
         "path": outputs.exact(case_path(poses, camera_from_case, size_m)),
         "place": json.dumps(place, indent=1) + "\n",
-        "cloud": lambda path: write_cloud(path, cloud),
+        "cloud": partial(write_npz, arrays={"points_m": cloud.astype(np.float32)}),
     }
 
 
@@ -78,9 +80,3 @@ def shown_points(cloud_m: NDArray, size_m: NDArray, rng: np.random.Generator) ->
     near = (np.abs(cloud_m[:, :2]) < size_m[:2] / 2 + SHOWN_M).all(axis=1)
     cloud = cloud_m[near & (cloud_m[:, 2] < SHOWN_M)]
     return cloud[rng.choice(len(cloud), min(SHOWN_POINTS, len(cloud)), replace=False)]
-
-
-def write_cloud(path: Path, points_m: NDArray) -> None:
-    """Write a cloud's points."""
-    with path.open("wb") as stream:
-        np.savez_compressed(stream, points_m=points_m.astype(np.float32))
