@@ -4,13 +4,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from palpate.estimate.hertz.fit import (
+    effective_samples,
     fit_free_contact,
     fit_known_contact,
     fit_study,
     hertz_force,
 )
 from palpate.estimate.hertz.laws import contact_law
-from palpate.estimate.hertz.scatter import effective_samples
 
 R, TRUTH = 0.00622, 27473.0
 

@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.estimate.hertz.fit import fit_free_contact, fit_known_contact
+from palpate.estimate.hertz.fit import effective_samples, fit_free_contact, fit_known_contact
 from palpate.estimate.hertz.laws import contact_law
 from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.record import Record
 from palpate.estimate.hertz.relaxation import fit_relaxation
-from palpate.estimate.hertz.scatter import effective_samples
 from scipy.stats import norm, t
 
 R, E, COUNT = 0.006, 25e3, 8

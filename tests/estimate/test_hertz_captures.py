@@ -5,10 +5,9 @@ import pytest
 from palpate.estimate.direct.options import Rig
 from palpate.estimate.hertz.estimate import estimate_hertz
 from palpate.estimate.hertz.indentation import indentation_of
-from palpate.estimate.hertz.laws import contact_law
+from palpate.estimate.hertz.laws import contact_law, finite_strain_factor
 from palpate.estimate.hertz.models import fit_model
 from palpate.estimate.hertz.options import Hertz
-from palpate.estimate.hertz.strain import finite_strain_factor
 from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.template import Template

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.estimate.hertz.laws import contact_law
+from palpate.estimate.hertz.laws import contact_law, finite_strain_factor
 from palpate.estimate.hertz.models import Indentation, fit_held, fit_models, recommended
 from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.range import HertzRange
 from palpate.estimate.hertz.record import Record, held_record, hold_end
 from palpate.estimate.hertz.relaxation import fit_relaxation, verdict
 from palpate.estimate.hertz.relaxation_prior import amplitude_grid, relaxation_times
-from palpate.estimate.hertz.strain import finite_strain_factor
 from palpate.estimate.relaxation import relaxed_force, relaxed_share
 
 R, TRUTH, ONSET, DEEPEST = 0.00622, 27473.0, 9, 18

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.hertz.laws import parabola_force
+from palpate.estimate.hertz.laws import DEEPEST, finite_strain_factor, parabola_force
 from palpate.estimate.hertz.mixture import (
     _columns,
     _force_std,
@@ -24,7 +24,6 @@ from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.hertz.record import Record
 from palpate.estimate.hertz.relaxation_prior import amplitude_grid
 from palpate.estimate.hertz.shape import Shape, equivalent_radius, side_part
-from palpate.estimate.hertz.strain import DEEPEST, finite_strain_factor
 from palpate.estimate.relaxation import relaxed_force
 from scipy.stats import multivariate_normal
 

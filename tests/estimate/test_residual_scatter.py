@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.hertz.scatter import deviation, effective_samples, freedom
+from palpate.estimate.hertz.fit import deviation, effective_samples, freedom
 
 
 def test_independent_samples_of_a_first_order_process():

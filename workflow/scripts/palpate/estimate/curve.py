@@ -14,7 +14,7 @@ from scipy.special import stdtrit
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.table import SampleTable, force_table
 from palpate.estimate.hertz.curve_fit import HertzFit
-from palpate.estimate.hertz.scatter import deviation
+from palpate.estimate.hertz.fit import deviation
 from palpate.modulus import ASSUMED, CONFIDENCE, Modulus
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.options import greatest_ratio

@@ -20,6 +20,7 @@ from palpate.estimate.hertz.laws import (
     LAYERS,
     SUPPORTS,
     contact_law,
+    finite_strain_factor,
     layer_factor,
 )
 from palpate.estimate.hertz.options import Beliefs
@@ -27,7 +28,6 @@ from palpate.estimate.hertz.record import Record
 from palpate.estimate.hertz.relaxation import RelaxationFit, fit_relaxation, verdict
 from palpate.estimate.hertz.relaxation_prior import relaxation_times
 from palpate.estimate.hertz.shape import INSTEAD, Shape
-from palpate.estimate.hertz.strain import finite_strain_factor
 from palpate.modulus import CONFIDENCE
 
 # What the study fits: contact at the surface.
