@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from palpate.estimate.hertz.fit import effective_samples, fit_free_contact, fit_known_contact
+from palpate.estimate.hertz.indentation import Record
 from palpate.estimate.hertz.laws import contact_law
 from palpate.estimate.hertz.options import Beliefs
-from palpate.estimate.hertz.record import Record
 from palpate.estimate.hertz.relaxation import fit_relaxation
 from scipy.stats import norm, t
 

@@ -1,9 +1,12 @@
 """Deep spheres and layers: limits, printed numbers, and finite elements of a pressed layer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from palpate import hertz
 from palpate.estimate.hertz.fit import hertz_force
+from palpate.estimate.hertz.indentation import Indentation
 from palpate.estimate.hertz.laws import (
     contact_law,
     layer_factor,
@@ -12,14 +15,16 @@ from palpate.estimate.hertz.laws import (
     printed_layer_factor,
     sneddon_force,
 )
-from palpate.estimate.hertz.models import Indentation, fit_model, fit_models, recommended
+from palpate.estimate.hertz.models import fit_model, fit_models, recommended
+from palpate.estimate.hertz.options import Hertz
+from palpate.estimate.hertz.shape import Shape
 from scipy.optimize import brentq, nnls
 from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, MeshQuad
 from skfem.helpers import grad
 
 R, TRUTH = 0.00622, 27473.0
-OPTIONS = {"nu": 0.3, "baseline": False, "residual": "force", "series": "consistent"}
+OPTIONS = Hertz(assumed_poisson_ratio=0.3)
 FINE, WIDE = 0.75, 8.0
 
 
@@ -126,16 +131,16 @@ def press(deepest_m=0.008, thickness_m=0.0475, depth_std_m=1e-4, shift_m=0.0):
 
 def test_the_study_s_model_and_the_recommended_one():
     ours = press()
-    studys, chosen = fit_models(ours, **OPTIONS)
+    studys, chosen = fit_models(ours, OPTIONS)
     assert recommended(ours, [studys, chosen]).items() >= chosen.items()
-    known = fit_model(ours, indenter="parabola", support="half_space", contact="known", **OPTIONS)
+    known = fit_model(ours, OPTIONS, indenter="parabola", support="half_space", contact="known")
     assert studys["reduced_modulus_pa"] == known.reduced_modulus_pa
     assert (chosen["indenter"], chosen["support"]) == ("sneddon", "bonded")
     assert chosen["reduced_modulus_pa"] == pytest.approx(TRUTH, rel=0.02)
-    assert chosen["poisson_ratio"] == OPTIONS["nu"]
+    assert chosen["poisson_ratio"] == 0.3
     assert "poisson_ratio" not in studys
     bonded, halfspace = (
-        fit_model(ours, indenter="sneddon", support=one, contact="known", **OPTIONS)
+        fit_model(ours, OPTIONS, indenter="sneddon", support=one, contact="known")
         for one in ("bonded", "half_space")
     )
     assert halfspace.reduced_modulus_pa > 1.08 * bonded.reduced_modulus_pa
@@ -143,11 +148,25 @@ def test_the_study_s_model_and_the_recommended_one():
 
 def test_recommendation_follows_geometry():
     shallow = press(deepest_m=0.0005)
-    assert recommended(shallow, fit_models(shallow, **OPTIONS))["indenter"] == "parabola"
+    assert recommended(shallow, fit_models(shallow, OPTIONS))["indenter"] == "parabola"
     thin = press(thickness_m=0.010)
-    models = fit_models(thin, **OPTIONS)
+    models = fit_models(thin, OPTIONS)
     assert {m["support"] for m in models} == {"half_space"}
     assert recommended(thin, models)["support"] == "half_space"
+
+
+def test_where_no_law_holds_the_interval_reaches_to_all_of_them():
+    """A side that takes a fifth of the force leaves the object softer than it is by as much."""
+    ours = press()
+    sure = recommended(ours, fit_models(ours, OPTIONS))
+    assert not sure["doubts"]
+    for part, most in ((0.2, 0.8), (0.99, 0.1)):
+        unsure = replace(ours, shape=Shape(doubts=("no law",), side_part=part))
+        models = fit_models(unsure, OPTIONS)
+        low, high = recommended(unsure, models)["reduced_modulus_interval_pa"]
+        ends = [m["reduced_modulus_interval_pa"] for m in models if m["contact"] == "weighted"]
+        assert low == min(end for end, _ in ends) < sure["reduced_modulus_interval_pa"][0] + 1
+        assert high == pytest.approx(max(end for _, end in ends) / most)
 
 
 def test_a_layers_modulus_goes_with_one_poissons_ratio():
@@ -171,12 +190,12 @@ def test_weighted_contact_lies_between_known_and_free(depth_std_m, alike):
     """At a deviation of 0 or without bound it is one of them; 0.5 mm too shallow a depth."""
     name = {"indenter": "sneddon", "support": "bonded"}
     end = press(depth_std_m=depth_std_m, shift_m=-5e-4)
-    found = fit_model(end, **name, contact="weighted", **OPTIONS).reduced_modulus_pa
-    same = fit_model(end, **name, contact=alike, **OPTIONS).reduced_modulus_pa
+    found = fit_model(end, OPTIONS, **name, contact="weighted").reduced_modulus_pa
+    same = fit_model(end, OPTIONS, **name, contact=alike).reduced_modulus_pa
     assert found == pytest.approx(same, rel=5e-3)
     middle = press(depth_std_m=1e-5, shift_m=-5e-4)
     known, between, free = (
-        fit_model(middle, **name, contact=contact, **OPTIONS).reduced_modulus_pa
+        fit_model(middle, OPTIONS, **name, contact=contact).reduced_modulus_pa
         for contact in ("known", "weighted", "free")
     )
     assert known > between > free

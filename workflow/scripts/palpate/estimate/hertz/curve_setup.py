@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.hertz.fit import RESIDUALS, ContactFit, Law
+from palpate.estimate.hertz.indentation import SHALLOW
 from palpate.estimate.hertz.laws import INDENTERS, LARGEST_CHI, LAYERS, cone_force, contact_law
-from palpate.estimate.hertz.models import SHALLOW
 
 CONE = "cone"
 # An approach tells the baseline if it is so long beside the press, has so many samples, and its
