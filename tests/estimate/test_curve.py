@@ -110,7 +110,7 @@ def test_what_the_table_does_not_hold_is_refused(model):
         force_per_modulus_m2=model.force_per_modulus_m2[..., :7],
         surface_displacement_m=model.surface_displacement_m[:, :, :7],
     )
-    with pytest.raises(ValueError, match=r"deepest_m: expected at least the curve's press, [56]\."):
+    with pytest.raises(ValueError, match=r"deepest_m: expected at least the curve's [56]\."):
         estimate_curve(fitted(3), short, (NU, NU), OPTIONS)
     with pytest.raises(ValueError, match=r"poisson_ratio: expected from 0 to 0.4999, low"):
         estimate_curve(fitted(3), model, (0.49, 0.3), OPTIONS)

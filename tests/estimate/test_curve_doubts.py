@@ -45,8 +45,11 @@ def test_an_approach_that_slopes():
     ("radii", "line"),
     [
         (0.9, None),
-        (1.5, "the press is 1.5 radii of the sphere deep: no law of a sphere holds there"),
-        (6.0, "the press is 6 radii of the sphere deep: is the unit of the depth, or the radius,"),
+        (1.5, "the indentation is 1.5 radii of the sphere deep: no law of a sphere holds there"),
+        (
+            6.0,
+            "the indentation is 6 radii of the sphere deep: is the unit of the depth,",
+        ),
     ],
 )
 def test_a_press_deeper_than_the_sphere(radii, line):
@@ -64,7 +67,7 @@ def test_a_press_whose_contact_lies_before_its_record():
     (line,) = [one for one in found.doubts if one.startswith("contact lies")]
     assert line.startswith(f"contact lies {1e3 * (depth[late][0] - found.contact_m):.3g} mm before")
     assert not found.baseline
-    assert found.chosen["baseline"] == "none, since no approach tells it"
+    assert found.chosen["baseline"] == "none, since no approach determines it"
 
 
 def test_a_law_that_explains_little_of_the_force():

@@ -196,7 +196,7 @@ def test_near_an_edge_the_direct_estimate_is_pointed_to(side_m, refused):
     best = advised(*press)
     low, high = best["reduced_modulus_interval_pa"]
     if refused:
-        line = f"a free side {1e3 * side_m:g} mm from the press takes some"
+        line = f"a free side {1e3 * side_m:g} mm from the contact takes some"
         assert best["doubts"][0].startswith(line)
         assert all(one.endswith(INSTEAD) for one in best["doubts"])
     else:

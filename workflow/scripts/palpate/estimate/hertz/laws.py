@@ -247,21 +247,22 @@ def finite_strain_factor(depth_over_radius: NDArray, nu: float) -> NDArray:
     ValueError
         If nu is no Poisson's ratio from 0 to 0.5.
     """
-    _check_ratio(nu)
+    check_ratio(nu)
     s = np.sqrt(np.clip(depth_over_radius, 0, DEEPEST))
     coefficients = barycentric_interpolate(STRAIN_RATIOS, STRAIN_COEFFICIENTS, nu)
     return np.polynomial.polynomial.polyval(s, [1, *coefficients])
 
 
+def check_ratio(nu: float, name: str = "nu") -> None:
+    """Reject what is no Poisson's ratio from 0 to 0.5, by a `ValueError` with a name."""
+    if not 0 <= nu <= 0.5:
+        raise ValueError(f"{name}: expected a Poisson's ratio from 0 to 0.5, found {nu:g}")
+
+
 def _check_layer(nu: float, support: str) -> None:
     if support not in LAYERS:
         raise ValueError(f"support: expected one of {', '.join(SUPPORTS)}, found {support}")
-    _check_ratio(nu)
-
-
-def _check_ratio(nu: float) -> None:
-    if not 0 <= nu <= 0.5:
-        raise ValueError(f"nu: expected a Poisson's ratio from 0 to 0.5, found {nu:g}")
+    check_ratio(nu)
 
 
 def _bonded_deficit(s: float, nu: float) -> float:
