@@ -32,7 +32,7 @@ def main(snakemake):
         name: value for name, value in vars(found).items() if name not in ("moduli", "fitted_n")
     }
     told |= {"moduli": {name: asdict(one) for name, one in found.moduli.items()}}
-    told |= {"read": curve.read, "doubts": [*curve.doubts, *hertz.doubts]}
+    told |= {"read": curve.read, "doubts": [*curve.doubts, *hertz.doubts, *found.doubts]}
     told |= {"hertz": hertz.told()}
     samples = {"depth_m": hertz.depth_m, "force_n": hertz.force_n, "fitted_n": found.fitted_n}
     told |= {"samples": {name: values.tolist() for name, values in samples.items()}}

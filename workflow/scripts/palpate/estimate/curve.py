@@ -12,6 +12,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from scipy.special import stdtrit
 
 from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.prior import FARTHEST_LAW
 from palpate.estimate.direct.table import SampleTable, force_table
 from palpate.estimate.hertz.curve_fit import HertzFit
 from palpate.estimate.hertz.fit import LEVEL, deviation
@@ -26,6 +27,8 @@ LOG_E, CONTACT, BASELINE, NU, LAW = range(UNKNOWNS)
 # Deviation of what is taken for known, beside that of unknowns of size 1.
 HELD = 1e-9
 ROUNDS = 4
+# Of the material-law parameter from an end of its range, to count as at it.
+AT_END = 1e-3
 # In contact: fewer determine no scatter.
 FEWEST = 10
 
@@ -51,6 +54,8 @@ class CurveEstimate:
         Of the residuals [N].
     fitted_n : (n,) array
         Force of the fit at the samples [N].
+    doubts : tuple of str
+        Warnings against trusting it, a line each.
     """
 
     moduli: dict[str, Modulus]
@@ -62,6 +67,7 @@ class CurveEstimate:
     baseline_n: float
     rms_n: float
     fitted_n: NDArray
+    doubts: tuple[str, ...]
 
 
 def estimate_curve(
@@ -105,6 +111,7 @@ def estimate_curve(
         baseline_n=float(best.x[BASELINE]) * fit.peak_n,
         rms_n=float(np.sqrt(np.mean((fitted - hertz.force_n) ** 2))),
         fitted_n=fitted,
+        doubts=_warnings(float(best.x[LAW])),
     )
 
 
@@ -138,9 +145,9 @@ class _Fit:
         nu, found = np.mean(self.ratios), self.hertz
         log_E, level = np.log(found.reduced_modulus_pa * (1 - nu**2)), found.baseline_n
         x = np.array([log_E, found.contact_m / found.press_m, level / self.peak_n, nu, 0.0])
-        high = np.full(UNKNOWNS, np.inf)
-        low, high[NU] = -high, self.ratios[1] + HELD
-        low[NU], std_n = self.ratios[0] - HELD, found.rms_n
+        free, (low_nu, high_nu), std_n = [np.inf] * 3, self.ratios, found.rms_n
+        low = [*np.negative(free), low_nu - HELD, -FARTHEST_LAW]
+        high = [*free, high_nu + HELD, FARTHEST_LAW]
         for _ in range(ROUNDS):
             known = {"std_n": max(std_n, HELD * self.peak_n)}
             best = least_squares(self._gaps, x, bounds=(low, high), x_scale="jac", kwargs=known)
@@ -172,6 +179,13 @@ def _moduli(best: OptimizeResult, fit: _Fit, rig_std: float) -> dict[str, Modulu
         log = log_E - (np.log(1 - nu**2) if by_nu else 0.0)
         found[name] = Modulus.of_pascals(*(float(np.exp(log + s * width)) for s in (0, -1, 1)))
     return found | {"poisson_ratio": Modulus(nu, *fit.ratios, ASSUMED, "1")}
+
+
+def _warnings(force_law: float) -> tuple[str, ...]:
+    if abs(force_law) < FARTHEST_LAW - AT_END:
+        return ()
+    why = "the material has another law, or depths and forces contradict each other"
+    return (f"material-law parameter of the force {force_law:+.2f}, an end of its range: {why}",)
 
 
 def _rig_std(hertz: HertzFit, depth_m: float, options: Fit) -> float:
