@@ -11,7 +11,7 @@ import pytest
 import yaml
 from palpate.__main__ import main
 from palpate.capture.images import mosaic_rggb
-from palpate.estimate.hertz.range import force_onset
+from palpate.estimate.hertz.indentation import force_onset
 from palpate.press import press_of
 from palpate.vision.force import FORCE
 from palpate.workflow.options import Config

@@ -129,7 +129,7 @@ def test_what_was_chosen_and_what_it_hangs_on_is_said(tmp_path, capsys):
     path = written(tmp_path)
     assert main(["hertz", str(path), "--radius-mm", "5"]) == 0
     text = capsys.readouterr().out
-    assert "sneddon, since the press is 0.201 radii deep (above 0.1)" in text
+    assert "sneddon, since the indentation is 0.201 radii deep (above 0.1)" in text
     assert "baseline fitted, since 80 samples lie before the contact" in text
     assert re.search(r"contact at 0\.3\d+ \+- [\d.]+ mm, 1 mm deep; fair fit, res", text)
     assert re.search(r"hangs on this: by parabola E\* would be [\d.]+ kPa \(-\d", text)
@@ -376,7 +376,12 @@ OPTIONS = {
         "95",
     ): "--half-angle-deg: expected a number above 0 and below 90, found 95",
     ("--indenter", "cone"): "--half-angle-deg: expected the cone's, found none",
-    ("--radius-mm", "5", "--nu", "0.7"): "--nu: expected from 0 to 0.5, found 0.7",
+    (
+        "--radius-mm",
+        "5",
+        "--nu",
+        "0.7",
+    ): "--nu: expected a Poisson's ratio from 0 to 0.5, found 0.7",
     ("--radius-mm", "5", "--thickness-mm", "1"): "--thickness-mm: expected at least ",
 }
 

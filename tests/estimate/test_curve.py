@@ -8,6 +8,7 @@ from made_up_indentation import NO_RIG, RADIUS_M, made_up_table
 from palpate import hertz
 from palpate.estimate.curve import estimate_curve
 from palpate.estimate.direct.options import Fit, ModelStd
+from palpate.estimate.direct.prior import FARTHEST_LAW
 from palpate.solid.indentation_table import IndentationModel
 
 E_PA, NU, NOISE_N = 40e3, 0.4, 0.004
@@ -57,6 +58,14 @@ def test_the_truth_lies_in_the_interval_whatever_the_law(model, law):
     assert found.contact_m == pytest.approx(0.002, abs=1e-4)
     assert found.baseline_n == pytest.approx(0.05, abs=0.003)
     assert found.rms_n == pytest.approx(NOISE_N, rel=0.15)
+
+
+@pytest.mark.parametrize("law", [1.2, 3.0, -3.0])
+def test_a_law_beyond_the_range_is_warned_of(model, law):
+    """Where the force might fall with depth, the direct estimate does not look either."""
+    found = estimate_curve(fitted(3, law=law), model, (NU, NU), OPTIONS.changed(force_law_std=5.0))
+    assert abs(found.force_law) <= FARTHEST_LAW
+    assert any("an end of its range" in line for line in found.doubts) is (abs(law) > FARTHEST_LAW)
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say(model):
@@ -110,7 +119,7 @@ def test_what_the_table_does_not_hold_is_refused(model):
         force_per_modulus_m2=model.force_per_modulus_m2[..., :7],
         surface_displacement_m=model.surface_displacement_m[:, :, :7],
     )
-    with pytest.raises(ValueError, match=r"deepest_m: expected at least the curve's press, [56]\."):
+    with pytest.raises(ValueError, match=r"deepest_m: expected at least the curve's [56]\."):
         estimate_curve(fitted(3), short, (NU, NU), OPTIONS)
     with pytest.raises(ValueError, match=r"poisson_ratio: expected from 0 to 0.4999, low"):
         estimate_curve(fitted(3), model, (0.49, 0.3), OPTIONS)

@@ -4,13 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.estimate.hertz.fit import fit_free_contact, fit_known_contact
+from palpate.estimate.hertz.indentation import Record
 from palpate.estimate.hertz.laws import contact_law
 from palpate.estimate.hertz.options import Beliefs
-from palpate.estimate.hertz.record import Record
 from palpate.estimate.hertz.relaxation import fit_relaxation
-from palpate.estimate.hertz.scatter import effective_samples
-from scipy.stats import norm, t
+from scipy.stats import norm
 
 R, E, COUNT = 0.006, 25e3, 8
 LAW = contact_law("parabola", "half_space", radius_m=R, thickness_m=1.0, nu=0.3)
@@ -26,44 +24,6 @@ NORMAL = norm.ppf(0.975)
 def width(interval):
     """Half of it in the logarithm."""
     return float(np.log(interval[1] / interval[0])) / 2
-
-
-@pytest.mark.parametrize("depth_std_m", [0.0, 3e-4])
-@pytest.mark.parametrize("scatter_n", [0.0, 0.01])
-def test_a_known_contact(depth_std_m, scatter_n):
-    """Student's quantile of the scatter, and the zero that all depths share: E* as its -3/2."""
-    force = E * UNIT + scatter_n * SCATTER_N / 0.01
-    fit = fit_known_contact(DEPTH_M, force, LAW, depth_std_m=depth_std_m)
-    of_scatter = np.sqrt(COUNT / (COUNT - 1)) * scatter_n / np.linalg.norm(E * UNIT)
-    of_depth = depth_std_m * (UNIT @ RISE) / (UNIT @ UNIT)
-    quantile = t.ppf(0.975, COUNT - 1)
-    stated = np.hypot(quantile * of_scatter, NORMAL * of_depth)
-    assert width(fit.reduced_modulus_interval_pa) == pytest.approx(stated, rel=0.02, abs=1e-9)
-    assert fit.reduced_modulus_std_pa / E == pytest.approx(
-        np.hypot(of_scatter, of_depth), rel=0.02, abs=1e-9
-    )
-
-
-@pytest.mark.parametrize("depth_std_m", [None, 1e-4, 1e-5])
-def test_a_contact_that_is_found_with_the_modulus(depth_std_m):
-    """Weighted, it is known beforehand as well as is stated."""
-    fit = fit_free_contact(DEPTH_M, E * UNIT + SCATTER_N, LAW, depth_std_m=depth_std_m)
-    slopes = np.stack([E * UNIT, -E * RISE], axis=1) / (0.01 * np.sqrt(COUNT / (COUNT - 2)))
-    known = np.diag([0, 0 if depth_std_m is None else depth_std_m**-2])
-    std = np.sqrt(np.linalg.inv(slopes.T @ slopes + known)[0, 0])
-    assert fit.reduced_modulus_std_pa / E == pytest.approx(std, rel=0.03)
-    stated = t.ppf(0.975, COUNT - 2) * std
-    assert width(fit.reduced_modulus_interval_pa) == pytest.approx(stated, rel=0.03)
-
-
-def test_samples_that_count():
-    """By hand: pairs of one sign have 1/20 of lag 1, of a short series 0.11."""
-    pairs = np.tile([1.0, 1, -1, -1], 5)
-    assert effective_samples(pairs) == pytest.approx(20 * 0.89 / 1.11)
-    assert effective_samples(np.tile([1.0, -1], 10)) == 20
-    # Of a record that goes one way and then the other a correlation of 0.9 or five are left.
-    assert effective_samples(np.repeat([1.0, -1], 10)) == pytest.approx(20 * 0.1 / 1.9)
-    assert effective_samples(np.repeat([1.0, -1], 1000)) == pytest.approx(5)
 
 
 SURE = Record(

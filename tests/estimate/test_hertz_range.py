@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.hertz.range import (
+from palpate.estimate.hertz.indentation import (
     check_contact,
     force_onset,
     hertz_range,

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from palpate.estimate.hertz.indentation import Record
 from palpate.estimate.hertz.laws import parabola_force
 from palpate.estimate.hertz.mixture import (
     _columns,
@@ -12,19 +13,8 @@ from palpate.estimate.hertz.mixture import (
     joined,
     settled,
 )
-from palpate.estimate.hertz.models import (
-    Indentation,
-    _depth_ends,
-    _press,
-    _strained,
-    _widened,
-    recommended,
-)
 from palpate.estimate.hertz.options import Beliefs
-from palpate.estimate.hertz.record import Record
 from palpate.estimate.hertz.relaxation_prior import amplitude_grid
-from palpate.estimate.hertz.shape import Shape, equivalent_radius, side_part
-from palpate.estimate.hertz.strain import DEEPEST, finite_strain_factor
 from palpate.estimate.relaxation import relaxed_force
 from scipy.stats import multivariate_normal
 
@@ -146,85 +136,3 @@ def test_laws_beside_each_other_are_weighed_by_what_they_leave(record):
     for k, part in enumerate(parts):
         own = max(part.chi_square.min() / 12, 1.0)
         assert both.covariance[both.law == k] == pytest.approx(part.covariance * best / own)
-
-
-def press(**shape):
-    depth = np.linspace(-0.001, 0.0015, 30)
-    return Indentation(depth, law(depth), law(depth), 12, R, 0.03, 1e-4, Shape(**shape))
-
-
-def model(interval, support="bonded", value=20e3, **more):
-    names = {"indenter": "sneddon", "support": support, "contact": "weighted"}
-    names |= {"reduced_modulus_pa": value, "reduced_modulus_interval_pa": interval}
-    return names | {"relaxation": "none"} | more
-
-
-def test_depth_over_radius_and_chi():
-    assert press().depth_over_radius == pytest.approx(0.25)
-    assert press().chi == pytest.approx(np.sqrt(R * 0.0015) / 0.03)
-
-
-def test_where_no_law_holds_the_interval_reaches_to_all_of_them():
-    models = [model((19e3, 21e3)), model((22e3, 24e3), "half_space")]
-    sound = recommended(press(), models)
-    assert sound["reduced_modulus_interval_pa"] == (19e3, 21e3) and not sound["doubts"]
-    doubted = recommended(press(doubts=("no law",), side_part=0.2), models)
-    # A side that takes a fifth leaves the object softer than it is by as much.
-    assert doubted["reduced_modulus_interval_pa"] == pytest.approx((19e3, 24e3 / 0.8))
-    most = recommended(press(doubts=("no law",), side_part=0.99), models)
-    assert most["reduced_modulus_interval_pa"][1] == pytest.approx(24e3 / 0.1)
-
-
-def test_ends_by_the_depths_error_alone():
-    low, high = _depth_ends(model((1, 2)), 0.003, 2e-4)
-    # E goes with depth^(-3/2): 10 % of it at a deviation, 1.96 of them.
-    assert (low, high) == pytest.approx((20e3 / np.exp(0.196), 20e3 * np.exp(0.196)), rel=1e-4)
-    assert _depth_ends(model((1, 2)), 1e-5, 2e-4)[1] == pytest.approx(
-        20e3 * np.exp(1.96 * 1.5), rel=1e-3
-    )
-    wide = _widened(model((19e3, 21e3)), "unheld", (18e3, 20e3))
-    assert wide["reduced_modulus_interval_pa"] == (18e3, 21e3)
-    assert wide["relaxation"] == "unheld"
-
-
-def test_the_press_from_the_contact_that_was_found(record):
-    class Found:
-        contact_depth_m, contact_depth_std_m = 5e-4, 4e-5
-
-    depth, std = _press(record, Found)
-    assert depth == pytest.approx(record.depth_m.max() - 5e-4)
-    assert std == pytest.approx(5e-5)
-
-
-def test_finite_strain_of_the_spheres_own_part_of_the_depth():
-    """A foot as round as sphere and object together takes half of the depth."""
-    depth = np.array([0.001, 0.003])
-    given = {"nu": 0.3, "series": "consistent"}
-    names = {"indenter": "parabola", "support": "half_space"}
-    alone = _strained(press(), names, **given)(depth)
-    assert alone == pytest.approx(law(depth) * finite_strain_factor(depth / R, 0.3))
-    foot = press(curvature_per_m=20.0, foot_curvature_per_m=20.0 + 1 / R)
-    both = _strained(foot, names | {"support": "round_foot"}, **given)(depth)
-    radius = 1 / (1 / R + 20.0)
-    small = 4 / 3 * np.sqrt(radius) * (depth / 2) ** 1.5
-    expected = small * finite_strain_factor(depth / 2 / R, 0.3) ** 0.5
-    assert both == pytest.approx(expected)
-
-
-def test_finite_strain_ends_where_it_was_computed():
-    ends = finite_strain_factor(np.array([-1.0, 0.0, DEEPEST, 3.0]), 0.2)
-    assert ends[:2] == pytest.approx([1, 1]) and ends[3] == ends[2] != 1
-
-
-def test_what_a_side_takes():
-    assert side_part(0.0, 0.004, 0.03) == 1.0
-    x = 0.35 * 0.004 / 0.01
-    assert side_part(0.01, 0.004, np.inf) == pytest.approx(x / (1 + x))
-    x *= np.exp(-((0.02 / 0.03) ** 2))
-    assert side_part(0.01, 0.004, 0.03) == pytest.approx(x / (1 + x))
-
-
-def test_radius_of_alike_curvatures():
-    assert equivalent_radius(100.0, 100.0) == pytest.approx(0.01)
-    # Nearly round, their mean counts.
-    assert equivalent_radius(99.0, 101.0) == pytest.approx(0.01, rel=1e-4)

@@ -21,7 +21,7 @@ from palpate.capture.examine_template import examine_template
 from palpate.capture.findings import Findings
 from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS, sampled_s
 from palpate.capture.tables import FORCE, read_table
-from palpate.estimate.hertz.range import force_onset
+from palpate.estimate.hertz.indentation import force_onset
 from palpate.press import Press, press_of
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.examine_frames import examine_frames, examine_scene

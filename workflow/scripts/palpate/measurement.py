@@ -15,8 +15,7 @@ from palpate.capture.tables import columns_of
 from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.observe import observed_motion, rest_frames
 from palpate.estimate.direct.picture_motion import Pictures
-from palpate.estimate.hertz.indentation import indentation_of
-from palpate.estimate.hertz.range import force_onset
+from palpate.estimate.hertz.indentation import force_onset, indentation_of
 from palpate.frames import Film
 from palpate.press import press_of
 from palpate.solid.fill import object_solid

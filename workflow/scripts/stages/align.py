@@ -3,7 +3,7 @@
 import logging
 
 import numpy as np
-from palpate.estimate.hertz.range import force_onset
+from palpate.estimate.hertz.indentation import force_onset
 from palpate.surface.alignment import save_alignment
 from palpate.surface.capture import align_first
 from palpate.surface.checks import require_cloud, require_template

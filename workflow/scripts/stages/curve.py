@@ -33,7 +33,7 @@ def main(snakemake):
     fields |= {
         "moduli": {name: asdict(one) for name, one in found.moduli.items()},
         "read": curve.read,
-        "doubts": [*curve.doubts, *hertz.doubts],
+        "doubts": [*curve.doubts, *hertz.doubts, *found.doubts],
         "hertz": hertz.told(),
         "samples": {name: values.tolist() for name, values in samples.items()},
     }

@@ -1,10 +1,10 @@
 """E of an object from one curve of force against depth, by the indentation table of its shape.
 
-A curve tells one modulus and no more. Poisson's ratio is taken as declared, within what is declared
-of it, and how the material stiffens is held by a prior (docs/theory.md): both widen the interval.
+A curve determines one modulus and no more. Poisson's ratio is uniform within what is declared, and
+the material-law parameter has a prior (docs/theory.md): both widen the interval.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,20 +12,24 @@ from scipy.optimize import OptimizeResult, least_squares
 from scipy.special import stdtrit
 
 from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.prior import FARTHEST_LAW
 from palpate.estimate.direct.table import SampleTable, force_table
 from palpate.estimate.hertz.curve_fit import HertzFit
-from palpate.estimate.hertz.scatter import deviation
-from palpate.modulus import ASSUMED, CONFIDENCE, Modulus
+from palpate.estimate.hertz.fit import LEVEL, deviation
+from palpate.modulus import ASSUMED, Modulus
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.options import greatest_ratio
 
-# Unknowns: log E, contact over the press, baseline over the peak, nu, the force's law.
+# Unknowns: log E, contact over the indentation depth, baseline over the peak, nu, the material-law
+# parameter of the force.
 UNKNOWNS = 5
 LOG_E, CONTACT, BASELINE, NU, LAW = range(UNKNOWNS)
 # Deviation of what is taken for known, beside that of unknowns of size 1.
 HELD = 1e-9
-ROUNDS = 3
-# In contact: fewer tell no scatter.
+ROUNDS = 4
+# Of the material-law parameter from an end of its range, to count as at it.
+AT_END = 1e-3
+# In contact: fewer determine no scatter.
 FEWEST = 10
 
 
@@ -39,17 +43,19 @@ class CurveEstimate:
         ``youngs_modulus_pa``, ``reduced_modulus_pa``, and ``poisson_ratio``, whose verdict is
         *assumed*.
     force_law, force_law_std : float
-        Place of the force's law between neo-Hooke's (0) and Blatz and Ko's (1).
+        Material-law parameter of the force, from neo-Hooke's (0) to Blatz and Ko's (1).
     contact_m, contact_std_m : float
         Depth at which contact begins [m].
     press_m : float
-        Depth of the press, from there [m].
+        Maximum indentation depth, from there [m].
     baseline_n : float
         Constant force [N].
     rms_n : float
         Of the residuals [N].
     fitted_n : (n,) array
         Force of the fit at the samples [N].
+    doubts : tuple of str
+        Warnings against trusting it, a line each.
     """
 
     moduli: dict[str, Modulus]
@@ -61,6 +67,7 @@ class CurveEstimate:
     baseline_n: float
     rms_n: float
     fitted_n: NDArray
+    doubts: tuple[str, ...]
 
 
 def estimate_curve(
@@ -73,7 +80,7 @@ def estimate_curve(
     hertz : HertzFit
         Of the same curve: where the fit starts, and whether it has a baseline.
     model : IndentationModel
-        Of the point that was pressed.
+        Of the indented point.
     ratios : (float, float)
         Least and greatest Poisson's ratio that the material may have, any between as likely.
     options : Fit
@@ -82,31 +89,29 @@ def estimate_curve(
     Raises
     ------
     ValueError
-        If the table holds neither the press's depth nor those ratios.
+        If the table holds neither the indentation depth nor those ratios.
     """
     _check_ratios(model, ratios)
-    in_contact = int((hertz.depth_m > hertz.contact_m).sum())
-    if in_contact < FEWEST:
-        raise ValueError(f"samples: expected {FEWEST} or more in contact, found {in_contact}")
+    if hertz.samples_in_contact < FEWEST:
+        found = hertz.samples_in_contact
+        raise ValueError(f"samples: expected {FEWEST} or more in contact, found {found}")
     fit = _Fit(hertz, force_table(model), ratios, options)
     best = fit.best()
-    covariance = np.linalg.inv(best.jac.T @ best.jac)
-    std = np.sqrt(np.diag(covariance))
-    press = float(hertz.depth_m.max()) - float(best.x[CONTACT]) * hertz.press_m
-    _check_depth(model, press)
+    std = np.sqrt(np.diag(np.linalg.inv(best.jac.T @ best.jac)))
+    depth = float(hertz.depth_m.max()) - float(best.x[CONTACT]) * hertz.press_m
+    _check_depth(model, depth)
     fitted = fit.force(best.x)
     return CurveEstimate(
-        moduli=_moduli(
-            best, covariance, _rig_std(hertz, press, options), ratios, in_contact - UNKNOWNS
-        ),
+        moduli=_moduli(best, fit, _rig_std(hertz, depth, options)),
         force_law=float(best.x[LAW]),
         force_law_std=float(std[LAW]),
-        contact_m=float(hertz.depth_m.max()) - press,
+        contact_m=float(hertz.depth_m.max()) - depth,
         contact_std_m=float(std[CONTACT]) * hertz.press_m,
-        press_m=press,
+        press_m=depth,
         baseline_n=float(best.x[BASELINE]) * fit.peak_n,
         rms_n=float(np.sqrt(np.mean((fitted - hertz.force_n) ** 2))),
         fitted_n=fitted,
+        doubts=_warnings(float(best.x[LAW])),
     )
 
 
@@ -118,7 +123,6 @@ class _Fit:
     table: SampleTable
     ratios: tuple[float, float]
     options: Fit
-    std_n: float = np.nan
 
     @property
     def peak_n(self) -> float:
@@ -137,47 +141,35 @@ class _Fit:
         return roots * (self.force(x) - self.hertz.force_n)
 
     def best(self) -> OptimizeResult:
-        start = self._start()
-        fit = replace(self, std_n=max(self.hertz.rms_n, HELD * self.peak_n))
-        for _ in range(ROUNDS):
-            found = fit._least(start)
-            start, left = found.x, fit.residual(found.x)
-            fit = replace(fit, std_n=max(deviation(left, UNKNOWNS), HELD * self.peak_n))
-        return fit._least(start)
-
-    def _least(self, start: NDArray) -> OptimizeResult:
-        free = np.full(UNKNOWNS, np.inf)
-        low, high = -free, free
-        low[NU], high[NU] = self.ratios[0] - HELD, self.ratios[1] + HELD
-        return least_squares(self._gaps, start, bounds=(low, high), x_scale="jac")
-
-    def _start(self) -> NDArray:
+        """Least squares, in rounds by the scatter that they leave."""
         nu, found = np.mean(self.ratios), self.hertz
-        E = found.reduced_modulus_pa * (1 - nu**2)
-        place = found.contact_m / found.press_m
-        return np.array([np.log(E), place, found.baseline_n / self.peak_n, nu, 0.0])
+        log_E, level = np.log(found.reduced_modulus_pa * (1 - nu**2)), found.baseline_n
+        x = np.array([log_E, found.contact_m / found.press_m, level / self.peak_n, nu, 0.0])
+        free, (low_nu, high_nu), std_n = [np.inf] * 3, self.ratios, found.rms_n
+        low = [*np.negative(free), low_nu - HELD, -FARTHEST_LAW]
+        high = [*free, high_nu + HELD, FARTHEST_LAW]
+        for _ in range(ROUNDS):
+            known = {"std_n": max(std_n, HELD * self.peak_n)}
+            best = least_squares(self._gaps, x, bounds=(low, high), x_scale="jac", kwargs=known)
+            x, std_n = best.x, deviation(self.residual(best.x), UNKNOWNS)
+        return best
 
-    def _gaps(self, x: NDArray) -> NDArray:
+    def _gaps(self, x: NDArray, std_n: float) -> NDArray:
         """Residuals and distances from what is held likely, in deviations."""
         low, high = self.ratios
         # A uniform distribution's deviation.
         nu_std = max((high - low) / np.sqrt(12), HELD)
         known = [(x[NU] - (low + high) / 2) / nu_std, x[LAW] / self.options.force_law_std]
-        # Where no approach tells the constant, the force is zero as well as a sensor knows it.
+        # Where no approach determines the constant, it is zero as well as a sensor's offset is.
         zero = self.options.rig.force_zero_std_n / self.peak_n
         known += [] if self.hertz.baseline else [x[BASELINE] / max(zero, HELD)]
-        return np.r_[self.residual(x) / self.std_n, known]
+        return np.r_[self.residual(x) / std_n, known]
 
 
-def _moduli(
-    best: OptimizeResult,
-    covariance: NDArray,
-    rig_std: float,
-    ratios: tuple[float, float],
-    freedom: int,
-) -> dict[str, Modulus]:
+def _moduli(best: OptimizeResult, fit: _Fit, rig_std: float) -> dict[str, Modulus]:
     log_E, nu = best.x[LOG_E], float(best.x[NU])
-    level = float(stdtrit(freedom, (1 + CONFIDENCE) / 2))
+    covariance = np.linalg.inv(best.jac.T @ best.jac)
+    level = float(stdtrit(fit.hertz.samples_in_contact - UNKNOWNS, LEVEL))
     found = {}
     slopes = {"youngs_modulus_pa": 0.0, "reduced_modulus_pa": 2 * nu / (1 - nu**2)}
     for name, by_nu in slopes.items():
@@ -185,16 +177,22 @@ def _moduli(
         slope[[LOG_E, NU]] = 1.0, by_nu
         width = level * float(np.hypot(np.sqrt(slope @ covariance @ slope), rig_std))
         log = log_E - (np.log(1 - nu**2) if by_nu else 0.0)
-        ends = (float(np.exp(log + sign * width)) for sign in (0, -1, 1))
-        found[name] = Modulus.of_pascals(*ends)
-    return found | {"poisson_ratio": Modulus(nu, *ratios, ASSUMED, "1")}
+        found[name] = Modulus.of_pascals(*(float(np.exp(log + s * width)) for s in (0, -1, 1)))
+    return found | {"poisson_ratio": Modulus(nu, *fit.ratios, ASSUMED, "1")}
 
 
-def _rig_std(hertz: HertzFit, press_m: float, options: Fit) -> float:
-    """Deviation of log E by the rig and the table, which a curve does not tell."""
+def _warnings(force_law: float) -> tuple[str, ...]:
+    if abs(force_law) < FARTHEST_LAW - AT_END:
+        return ()
+    why = "the material has another law, or depths and forces contradict each other"
+    return (f"material-law parameter of the force {force_law:+.2f}, an end of its range: {why}",)
+
+
+def _rig_std(hertz: HertzFit, depth_m: float, options: Fit) -> float:
+    """Deviation of log E by the rig and the table, which a curve does not determine."""
     rig, radius = options.rig, hertz.setup.radius_m
     bent = rig.compliance_std_m_n * float(np.ptp(hertz.fitted_n))
-    parts = (rig.force_scale_std, rig.radius_std_m / radius / 2, 1.5 * bent / press_m)
+    parts = (rig.force_scale_std, rig.radius_std_m / radius / 2, 1.5 * bent / depth_m)
     stds = options.model_std
     return float(np.linalg.norm([*parts, stds.log_youngs_modulus, stds.sphere_friction]))
 
@@ -206,10 +204,8 @@ def _check_ratios(model: IndentationModel, ratios: tuple[float, float]) -> None:
         raise ValueError(f"poisson_ratio: {expected}, found {list(ratios)}")
 
 
-def _check_depth(model: IndentationModel, press_m: float) -> None:
+def _check_depth(model: IndentationModel, depth_m: float) -> None:
     deepest = float(model.depth_m[-1])
-    if press_m > deepest:
-        raise ValueError(
-            f"deepest_m: expected at least the curve's press, {1e3 * press_m:.2f} mm, found a table"
-            f" of {1e3 * deepest:.2f} mm"
-        )
+    if depth_m > deepest:
+        expected = f"expected at least the curve's {1e3 * depth_m:.2f} mm"
+        raise ValueError(f"deepest_m: {expected}, found a table of {1e3 * deepest:.2f} mm")

@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.tables import columns_of
-from palpate.estimate.hertz.record import hold_end
+from palpate.estimate.hertz.indentation import hold_end
 from palpate.report.recording_checks import named
 from palpate.units import MILLIMETRES
 from palpate.vision.probe import ALONG_STD, TIP

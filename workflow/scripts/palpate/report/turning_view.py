@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.estimate import CaptureFit
-from palpate.estimate.hertz.range import FROM_MEDIAN
+from palpate.estimate.hertz.indentation import FROM_MEDIAN
 from palpate.report.objects_page import encoded, in_steps
 from palpate.surface.tracked import Tracked
 from palpate.units import MILLIMETRES

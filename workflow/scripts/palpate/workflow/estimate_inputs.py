@@ -9,10 +9,8 @@ import numpy as np
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.motion import load_motion
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
-from palpate.estimate.hertz.indentation import indentation_of
-from palpate.estimate.hertz.models import Indentation
+from palpate.estimate.hertz.indentation import Indentation, Record, indentation_of
 from palpate.estimate.hertz.options import Hertz
-from palpate.estimate.hertz.record import Record
 from palpate.solid.indentation_table import load_indentation
 from palpate.solid.smooth_surface import SmoothSurface
 from palpate.surface.alignment import load_alignment

@@ -9,7 +9,7 @@ from palpate.estimate.direct.correspondences import clearance, eyes_of, probe_in
 from palpate.estimate.direct.motion import SurfaceMotion, frames_at_rest, surface_motion
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.picture_motion import Pictures, with_pictures
-from palpate.estimate.hertz.range import indentation_depth
+from palpate.estimate.hertz.indentation import indentation_depth
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_camera
 from palpate.surface.template import Template

@@ -21,7 +21,7 @@ from palpate.estimate.direct.probe_uncertainty import (
 )
 from palpate.estimate.direct.support_motion import rocking_axes, support_axes_of
 from palpate.estimate.direct.table import sample_table
-from palpate.estimate.hertz.range import FROM_MEDIAN
+from palpate.estimate.hertz.indentation import FROM_MEDIAN
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.load import hertz_contact_radius
 from palpate.solid.smooth_surface import SmoothSurface

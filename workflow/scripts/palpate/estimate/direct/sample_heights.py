@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, Samples
-from palpate.estimate.hertz.range import FROM_MEDIAN
+from palpate.estimate.hertz.indentation import FROM_MEDIAN
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 

@@ -1,4 +1,4 @@
-"""What a bare curve is fitted with, and what is chosen for whoever does not say."""
+"""What a bare curve is fitted with, and which values go together."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,14 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.hertz.fit import RESIDUALS, ContactFit, Law
-from palpate.estimate.hertz.laws import INDENTERS, LARGEST_CHI, LAYERS, cone_force, contact_law
-from palpate.estimate.hertz.models import SHALLOW
+from palpate.estimate.hertz.fit import RESIDUALS
+from palpate.estimate.hertz.laws import (
+    INDENTERS,
+    LARGEST_CHI,
+    LAYERS,
+    Law,
+    check_ratio,
+    cone_force,
+    contact_law,
+)
 
 CONE = "cone"
-# An approach tells the baseline if it is so long beside the press, has so many samples, and its
-# force rises by no more than this part of the whole.
-LEAST_APPROACH, FEWEST_APPROACH, FLAT = 0.1, 5, 0.02
 
 
 @dataclass(frozen=True)
@@ -38,7 +42,7 @@ class Setup:
     residual : {"force", "force_two_thirds"}
         What of the force is compared.
     stiffness_n_m : float or None
-        Of what gives way between the drive, whose way the depth is, and the tip; stiff by default.
+        Between the drive, whose way the depth is, and the tip; stiff by default.
     base : {"bonded", "not_bonded"}
         Whether a layer sticks to its base.
     contact_m : (float, float) or None
@@ -63,8 +67,8 @@ class Setup:
     contact_m: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what does not go together."""
-        check_ratio(self.poisson_ratio)
+        """Reject what does not go together."""
+        check_ratio(self.poisson_ratio, "poisson_ratio")
         _one_of("indenter", self.indenter, (None, *INDENTERS, CONE))
         _one_of("residual", self.residual, RESIDUALS)
         _one_of("base", self.base, LAYERS)
@@ -73,9 +77,8 @@ class Setup:
             expected = "expected a depth and a deviation above 0"
             raise ValueError(f"contact_m: {expected}, found {self.contact_m}")
         if self.thickness_m is None and self.base != LAYERS[0]:
-            raise ValueError(
-                f"base: expected with thickness_m, of a layer, found {self.base} alone"
-            )
+            expected = "expected with thickness_m, of a layer"
+            raise ValueError(f"base: {expected}, found {self.base} alone")
         for name in ("radius_m", "thickness_m", "stiffness_n_m"):
             found = getattr(self, name)
             if found is not None and not 0 < found < np.inf:
@@ -121,8 +124,8 @@ class Setup:
             curvature_per_m=1 / (self.object_radius_m or np.inf),
         )
 
-    def check_layer(self, press_m: float) -> None:
-        """Refuse a layer that is thinner than its series holds for.
+    def check_layer(self, depth_m: float) -> None:
+        """Reject a layer that is thinner than its series holds for at an indentation depth.
 
         Raises
         ------
@@ -130,12 +133,11 @@ class Setup:
         """
         if self.thickness_m is None:
             return
-        chi = np.sqrt(self.effective_radius_m * max(press_m, 0.0)) / self.thickness_m
-        if chi > LARGEST_CHI:
-            least = chi / LARGEST_CHI * self.thickness_m
-            expected = f"at least {1e3 * least:.3g} mm for this press (no series holds for thinner)"
-            found = f"{1e3 * self.thickness_m:.3g} mm"
-            raise ValueError(f"thickness_m: expected {expected}, found {found}")
+        least = np.sqrt(self.effective_radius_m * max(depth_m, 0.0)) / LARGEST_CHI
+        if self.thickness_m < least:
+            expected = f"expected at least {1e3 * least:.3g} mm for this indentation"
+            found = f"found {1e3 * self.thickness_m:.3g} mm"
+            raise ValueError(f"thickness_m: {expected} (no series holds for thinner), {found}")
 
     def _check_cone(self) -> None:
         if self.half_angle_rad is None or not 0 < self.half_angle_rad < np.pi / 2:
@@ -147,7 +149,7 @@ class Setup:
 
 
 def curve_setup(spec: Mapping, probe: Mapping) -> Setup:
-    """What an object's curves are fitted with: object.yaml and its probe say it.
+    """What an object's curves are fitted with.
 
     Parameters
     ----------
@@ -164,47 +166,6 @@ def curve_setup(spec: Mapping, probe: Mapping) -> Setup:
         poisson_ratio=float(np.mean(ratios)),
         stiffness_n_m=stiffness_n_m,
     )
-
-
-def check_ratio(poisson_ratio: float) -> None:
-    """Refuse what is no Poisson's ratio from 0 to 0.5.
-
-    Raises
-    ------
-    ValueError
-    """
-    if not 0 <= poisson_ratio <= 0.5:
-        raise ValueError(f"poisson_ratio: expected from 0 to 0.5, found {poisson_ratio}")
-
-
-def chosen_baseline(depth_m: NDArray, force_n: NDArray, with_it: ContactFit) -> tuple[bool, str]:
-    """Whether a constant force is fitted, and why: where the approach tells it.
-
-    Without an approach a free constant takes up the foot of the curve, and E* with it.
-
-    Parameters
-    ----------
-    depth_m, force_n : (n,) arrays
-    with_it : ContactFit
-        With the constant.
-    """
-    before = depth_m < with_it.contact_depth_m
-    press = float(depth_m.max()) - with_it.contact_depth_m
-    length = with_it.contact_depth_m - float(depth_m.min())
-    if before.sum() < FEWEST_APPROACH or length < LEAST_APPROACH * press:
-        return False, "none, since no approach tells it"
-    slope = np.polyfit(depth_m[before] - depth_m.min(), force_n[before], 1)[0]
-    # A short one that rises is the foot of a press.
-    if length < press and abs(slope) * length > FLAT * np.ptp(force_n):
-        return False, "none, since the approach is short and rises"
-    return True, f"fitted, since {int(before.sum())} samples lie before the contact"
-
-
-def chosen_indenter(press_m: float, setup: Setup) -> tuple[str, str]:
-    """Law of the sphere, and why: by depth over radius."""
-    part = press_m / setup.effective_radius_m
-    name, than = ("sneddon", "above") if part > SHALLOW else ("parabola", "up to")
-    return name, f"{name}, since the press is {part:.3g} radii deep ({than} {SHALLOW:g})"
 
 
 def _one_of(name: str, found: str | None, known) -> None:

@@ -1,41 +1,33 @@
-"""Fits of the reduced modulus to a press (Section 5.1)."""
+"""Fits of the reduced modulus to an indentation (Section 5.1)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import OptimizeResult, least_squares, minimize
+from scipy.optimize import OptimizeResult, least_squares
 from scipy.special import ndtri, stdtrit
 
-from palpate.estimate.hertz.laws import parabola_force
-from palpate.estimate.hertz.scatter import deviation, effective_samples, freedom
+from palpate.estimate.hertz.laws import Law, parabola_force
 from palpate.modulus import CONFIDENCE
 
-TOLERANCE = 1e-10
 # Forces are compared as they are, or to this power, which makes Eq. 5.1 a straight line.
 RESIDUALS = {"force": 1.0, "force_two_thirds": 2 / 3}
-# Least deviation of the depth that a fit's scaling bears, as part of the press.
+# Least deviation of the depth that a fit's scaling bears, as part of the indentation.
 TINY = 1e-6
-# Places of first contact that are tried, as parts of the depth's range from its least; a press may
-# begin before its record. The fit starts from those that are better than their neighbours.
-PLACES = np.linspace(-0.5, 0.95, 30)
+TOLERANCE = 1e-14
+# Depths of first contact that are tried, as parts of the depth's range from its least; contact may
+# begin before the record. The fit starts from those that are better than their neighbours.
+CONTACTS = np.linspace(-0.5, 0.95, 30)
 STARTS = 3
-
-Law = Callable[[NDArray], NDArray]
+# Any more would leave an indentation no sample at all; of a long record so many are left.
+LARGEST_AUTOCORRELATION, FEWEST_LEFT = 0.9, 5.0
+LEVEL = (1 + CONFIDENCE) / 2
 
 
 @dataclass(frozen=True)
 class StudyFit:
-    """Fit of the coefficient alone, as the study does it.
-
-    Attributes
-    ----------
-    reduced_modulus_pa : float
-        E* [Pa].
-    rms_n : float
-        Root mean square of the force residual [N].
-    """
+    """Fit of the coefficient alone, as the study does it: E* [Pa], rms of the residuals [N]."""
 
     reduced_modulus_pa: float
     rms_n: float
@@ -48,7 +40,7 @@ class KnownContactFit:
     Attributes
     ----------
     reduced_modulus_pa, reduced_modulus_std_pa : float
-        E* and its standard error, of scatter and of the depth's common error [Pa].
+        E* and its standard error [Pa].
     reduced_modulus_interval_pa : (float, float)
         Confidence interval of 95 % [Pa].
     effective_samples : float
@@ -65,37 +57,23 @@ class KnownContactFit:
 
 
 @dataclass(frozen=True)
-class ContactFit:
-    """Fit with the contact point free.
+class ContactFit(KnownContactFit):
+    """Fit with the contact point free; its standard error and interval are of scatter alone.
 
     Attributes
     ----------
-    reduced_modulus_pa, reduced_modulus_std_pa : float
-        E* and its standard error [Pa].
-    reduced_modulus_interval_pa : (float, float)
-        Confidence interval of 95 % [Pa], of scatter alone; its width allows for the lag-1
-        autocorrelation of the residuals.
     contact_depth_m, contact_depth_std_m : float
         Depth at which contact begins [m].
     contact_correlation : float
         Correlation of E* and of the depth at which contact begins.
-    effective_samples : float
-        Number of independent residuals that the serial correlation leaves.
     baseline_n : float
         Constant force before contact [N].
-    rms_n : float
-        Root mean square of the force residual [N].
     """
 
-    reduced_modulus_pa: float
-    reduced_modulus_std_pa: float
-    reduced_modulus_interval_pa: tuple[float, float]
     contact_depth_m: float
     contact_depth_std_m: float
     contact_correlation: float
-    effective_samples: float
     baseline_n: float
-    rms_n: float
 
 
 def hertz_force(depth_m: NDArray, E_star: float, radius_m: float) -> NDArray:
@@ -104,7 +82,9 @@ def hertz_force(depth_m: NDArray, E_star: float, radius_m: float) -> NDArray:
 
 
 def fit_study(depth_m: NDArray, force_n: NDArray, radius_m: float) -> StudyFit:
-    """Fit E* by Nelder-Mead on the squared force residuals, contact point taken as known.
+    """Fit E* to the squared force residuals, contact point taken as known.
+
+    The study does it by Nelder and Mead's method; the problem is linear, and its minimum exact.
 
     Parameters
     ----------
@@ -119,16 +99,7 @@ def fit_study(depth_m: NDArray, force_n: NDArray, radius_m: float) -> StudyFit:
     """
     _check_in_contact(depth_m)
     unit = hertz_force(depth_m, 1.0, radius_m)
-    start = float(unit @ force_n / (unit @ unit))
-    scale = float(force_n @ force_n)
-
-    def cost(x: NDArray) -> float:
-        residual = x[0] * start * unit - force_n
-        return float(residual @ residual) / scale
-
-    options = {"xatol": TOLERANCE, "fatol": TOLERANCE**2}
-    found = minimize(cost, [1.1], method="Nelder-Mead", options=options)
-    E_star = float(found.x[0]) * start
+    E_star = _slope(unit, force_n)
     return StudyFit(E_star, _rms(E_star * unit - force_n))
 
 
@@ -152,24 +123,23 @@ def fit_known_contact(
         If there are fewer than two samples in contact.
     """
     _check_in_contact(depth_m)
-
-    def modulus(shift_m: float) -> float:
-        unit = law(depth_m + shift_m)
-        return float(unit @ force_n / (unit @ unit))
-
-    E_star, unit = modulus(0.0), law(depth_m)
+    unit = law(depth_m)
+    E_star = _slope(unit, force_n)
     residual = E_star * unit - force_n
-    count = effective_samples(residual)
     scatter = deviation(residual, 1) / np.sqrt(unit @ unit)
-    # A shift that would lift the press out of the object tells no slope.
+    # A shift that would lift the sphere out of the object has no slope.
     shift = min(depth_std_m, 0.1 * float(depth_m.max()))
-    slope = (modulus(shift) - modulus(-shift)) / (2 * shift) if shift > 0 else 0.0
-    std = float(np.hypot(scatter, slope * depth_std_m))
-    level = (1 + CONFIDENCE) / 2
-    of_scatter = stdtrit(freedom(residual, 1), level) * scatter
-    width = float(np.hypot(of_scatter, ndtri(level) * slope * depth_std_m)) / E_star
-    interval = (E_star * float(np.exp(-width)), E_star * float(np.exp(width)))
-    return KnownContactFit(E_star, std, interval, count, _rms(residual))
+    ends = [_slope(law(depth_m + sign * shift), force_n) for sign in (1, -1)]
+    of_depth = (ends[0] - ends[1]) / (2 * shift) * depth_std_m if shift > 0 else 0.0
+    of_scatter = stdtrit(freedom(residual, 1), LEVEL) * scatter
+    width = float(np.hypot(of_scatter, ndtri(LEVEL) * of_depth)) / E_star
+    return KnownContactFit(
+        reduced_modulus_pa=E_star,
+        reduced_modulus_std_pa=float(np.hypot(scatter, of_depth)),
+        reduced_modulus_interval_pa=_interval(E_star, width),
+        effective_samples=effective_samples(residual),
+        rms_n=_rms(residual),
+    )
 
 
 def fit_free_contact(
@@ -214,76 +184,110 @@ def fit_free_contact(
         raise ValueError(f"residual: expected one of {', '.join(RESIDUALS)}, found {residual}")
     length, force_scale = float(np.ptp(depth_m)), float(np.ptp(force_n))
     modulus = force_scale / float(law(np.array(length)))
+    measured, power = force_n / force_scale, RESIDUALS[residual]
+    roots = 1.0 if weights is None else np.sqrt(weights / np.mean(weights))
 
     def force(x: NDArray) -> NDArray:
         level = x[2] if baseline else 0.0
         return np.exp(x[0]) * modulus * law(depth_m - x[1] * length) / force_scale + level
 
-    wanted, exponent = force_n / force_scale, RESIDUALS[residual]
-    roots = 1.0 if weights is None else np.sqrt(weights / np.mean(weights))
-    starts = _starts(lambda depth: modulus * law(depth) / force_scale, depth_m, wanted, baseline)
-    best = _least(force, wanted, exponent, starts, roots)
+    def gaps(x: NDArray, weight: float = 0.0) -> NDArray:
+        return np.r_[roots * (_power(force(x), power) - _power(measured, power)), weight * x[1]]
+
+    starts = _starts(lambda depth: modulus * law(depth) / force_scale, depth_m, measured, baseline)
+    found = _least(gaps, starts)
     if depth_std_m is not None:
-        weight = deviation(best.fun[:-1], len(best.x)) * length / max(depth_std_m, TINY * length)
-        best = _least(force, wanted, exponent, starts, roots, weight=weight)
-    return _contact_fit(best, force(best.x) * force_scale - force_n, modulus, length, force_scale)
+        weight = deviation(found.fun[:-1], count) * length / max(depth_std_m, TINY * length)
+        found = _least(gaps, starts, weight=weight)
+    rms_n = _rms(force(found.x) * force_scale - force_n)
+    return _contact_fit(found, modulus, length, force_scale, rms_n)
 
 
-def _least(
-    force: Law,
-    measured: NDArray,
-    power: float,
-    starts: list[NDArray],
-    roots: NDArray | float,
-    *,
-    weight: float = 0.0,
-) -> OptimizeResult:
-    """Least squares of powers of the force and of the weighted contact, from several places.
+def effective_samples(residual: NDArray) -> float:
+    """Number of independent samples with as much to say as serially correlated ones.
 
-    ``roots`` are those of the samples' weights.
+    n (1 - r)/(1 + r) for a first-order process of lag-1 autocorrelation r, whose estimate falls
+    short by (1 + 4 r)/n in a short series (Marriott and Pope, Biometrika 41, 1954, 390). Negative
+    autocorrelation is taken for none.
     """
-    wanted = _power(measured, power)
-    fits = [
-        least_squares(
-            lambda x: np.r_[roots * (_power(force(x), power) - wanted), weight * x[1]],
-            start,
-            x_scale="jac",
-            xtol=1e-14,
-            ftol=1e-14,
-            gtol=1e-14,
-        )
-        for start in starts
-    ]
+    centred, n = residual - residual.mean(), len(residual)
+    power = float(centred @ centred)
+    lag = float(centred[1:] @ centred[:-1]) / power if power > 0 else 0.0
+    most = max(LARGEST_AUTOCORRELATION, (n - FEWEST_LEFT) / (n + FEWEST_LEFT))
+    lag = float(np.clip(lag + (1 + 4 * lag) / n, 0, most))
+    return n * (1 - lag) / (1 + lag)
+
+
+def freedom(residual: NDArray, parameters: int) -> float:
+    """Degrees of freedom that serially correlated residuals of a fit leave to Student's quantile.
+
+    Of few samples, which hardly determine their correlation, those of five are left, or all.
+
+    Parameters
+    ----------
+    residual : (n,) array
+    parameters : int
+        Number of parameters fitted.
+    """
+    n = len(residual)
+    return max(effective_samples(residual), min(n, FEWEST_LEFT)) * (1 - parameters / n)
+
+
+def deviation(residual: NDArray, parameters: int) -> float:
+    """Standard deviation of a fit's residuals, as large as their serial correlation asks.
+
+    Divided by the root of a sum of squared slopes it gives the standard error of a parameter.
+    Parameters are those of `freedom`.
+    """
+    left = effective_samples(residual) * (1 - parameters / len(residual))
+    return float(np.sqrt(residual @ residual / left))
+
+
+def _least(gaps: Callable, starts: list[NDArray], **known: float) -> OptimizeResult:
+    """Least squares from several starts."""
+    precise = dict.fromkeys(("xtol", "ftol", "gtol"), TOLERANCE)
+    fits = [least_squares(gaps, one, x_scale="jac", kwargs=known, **precise) for one in starts]
     return min(fits, key=lambda fit: fit.cost)
 
 
 def _contact_fit(
-    best: OptimizeResult, left: NDArray, modulus: float, length: float, force_scale: float
+    found: OptimizeResult, modulus: float, length: float, force_scale: float, rms_n: float
 ) -> ContactFit:
     """What a fit in (log E*, contact, baseline), each in its own unit, comes to."""
     # The last row is the contact's own weight.
-    residual, parameters = best.fun[:-1], len(best.x)
-    variance = deviation(residual, parameters) ** 2
-    covariance = np.linalg.pinv(best.jac.T @ best.jac) * variance
+    left, x = found.fun[:-1], found.x
+    covariance = np.linalg.pinv(found.jac.T @ found.jac) * deviation(left, len(x)) ** 2
     std = np.sqrt(np.diag(covariance))
-    width = stdtrit(freedom(residual, parameters), (1 + CONFIDENCE) / 2) * std[0]
-    E_star = float(np.exp(best.x[0])) * modulus
+    E_star, width = float(np.exp(x[0])) * modulus, stdtrit(freedom(left, len(x)), LEVEL) * std[0]
     # Exact data leave no residual, and then no correlation.
     product = float(std[0] * std[1])
     return ContactFit(
         reduced_modulus_pa=E_star,
         reduced_modulus_std_pa=E_star * float(std[0]),
-        reduced_modulus_interval_pa=(
-            E_star * float(np.exp(-width)),
-            E_star * float(np.exp(width)),
-        ),
-        contact_depth_m=float(best.x[1]) * length,
+        reduced_modulus_interval_pa=_interval(E_star, width),
+        contact_depth_m=float(x[1]) * length,
         contact_depth_std_m=float(std[1]) * length,
         contact_correlation=float(covariance[0, 1]) / product if product > 0 else 0.0,
-        effective_samples=effective_samples(residual),
-        baseline_n=float(best.x[2]) * force_scale if len(best.x) > 2 else 0.0,
-        rms_n=_rms(left),
+        effective_samples=effective_samples(left),
+        baseline_n=float(x[2]) * force_scale if len(x) > 2 else 0.0,
+        rms_n=rms_n,
     )
+
+
+def _starts(unit: Law, depth_m: NDArray, force: NDArray, baseline: bool) -> list[NDArray]:
+    """Unknowns to start from: contacts better than those beside them, the rest fitted."""
+    length = float(np.ptp(depth_m))
+    found = []
+    for part in CONTACTS:
+        contact = float(depth_m.min()) + part * length
+        columns = np.stack([unit(depth_m - contact), np.ones(len(depth_m))][: 1 + baseline], axis=1)
+        best, *_ = np.linalg.lstsq(columns, force, rcond=None)
+        cost = float(np.sum((columns @ best - force) ** 2)) if best[0] > 0 else np.inf
+        found.append((cost, np.r_[np.log(max(best[0], TINY)), contact / length, best[1:]]))
+    costs = np.array([np.inf, *(cost for cost, _ in found), np.inf])
+    least = (costs[1:-1] <= np.minimum(costs[:-2], costs[2:])) & np.isfinite(costs[1:-1])
+    chosen = sorted((found[k] for k in np.flatnonzero(least)), key=lambda one: one[0])
+    return [start for _, start in chosen[:STARTS]] or [np.zeros(2 + baseline)]
 
 
 def _check_in_contact(depth_m: NDArray) -> None:
@@ -292,29 +296,13 @@ def _check_in_contact(depth_m: NDArray) -> None:
         raise ValueError(f"depth: expected at least 2 samples in contact, found {found}")
 
 
-def _starts(unit: Law, depth_m: NDArray, force: NDArray, baseline: bool) -> list[NDArray]:
-    """Unknowns to start from: places of contact better than those beside them, the rest fitted.
+def _slope(unit: NDArray, force: NDArray) -> float:
+    """Of the straight line through 0."""
+    return float(unit @ force / (unit @ unit))
 
-    Parameters
-    ----------
-    unit : callable
-        Force over depth of the first unknown at 0.
-    depth_m, force : (n,) arrays
-    baseline : bool
-        Whether a constant force is an unknown too.
-    """
-    length = float(np.ptp(depth_m))
-    found = []
-    for part in PLACES:
-        place = float(depth_m.min()) + part * length
-        columns = np.stack([unit(depth_m - place), np.ones(len(depth_m))][: 1 + baseline], axis=1)
-        best, *_ = np.linalg.lstsq(columns, force, rcond=None)
-        cost = float(np.sum((columns @ best - force) ** 2)) if best[0] > 0 else np.inf
-        found.append((cost, np.r_[np.log(max(best[0], TINY)), place / length, best[1:]]))
-    costs = np.array([np.inf, *(cost for cost, _ in found), np.inf])
-    least = (costs[1:-1] <= np.minimum(costs[:-2], costs[2:])) & np.isfinite(costs[1:-1])
-    chosen = sorted((found[k] for k in np.flatnonzero(least)), key=lambda one: one[0])
-    return [start for _, start in chosen[:STARTS]] or [np.zeros(2 + baseline)]
+
+def _interval(E_star: float, width: float) -> tuple[float, float]:
+    return E_star * float(np.exp(-width)), E_star * float(np.exp(width))
 
 
 def _power(values: NDArray, exponent: float) -> NDArray:

@@ -1,16 +1,127 @@
-"""What of a capture is a press, and what of it is held."""
+"""Which samples of a capture are an indentation and its hold, and how deep they are."""
+
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.hertz.models import Indentation
+from palpate.estimate.hertz.laws import FOOT, LARGEST_CHI, LAYERS, SUPPORTS
 from palpate.estimate.hertz.options import Hertz
-from palpate.estimate.hertz.range import check_contact, hertz_range, indentation_depth
-from palpate.estimate.hertz.record import Record, forces_along, held_record
-from palpate.estimate.hertz.shape import shape_at
+from palpate.estimate.hertz.shape import Shape, shape_at
+from palpate.open3d_core import ClosestPoints
 from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment, thickness_along
+from palpate.surface.pose import to_object
 from palpate.surface.template import Template
+
+# Largest distance from the surface at which force may begin: tracking, frame rate and clocks leave
+# a few mm [m].
+FARTHEST_ONSET_M = 0.005
+# A rise of so many deviations of the resting force is none.
+NOISE_DEVIATIONS = 3.0
+# Normal distribution: standard deviation over median absolute deviation.
+FROM_MEDIAN = 1.4826
+# A probe that has risen by this part of the maximum depth, or by so many deviations of the depth's
+# own error, is no longer held.
+RISEN, RISEN_DEVIATIONS = 0.1, 4.0
+# Of the forces at rest, to know their scatter, and of those in contact.
+FEWEST_AT_REST, FEWEST_IN_CONTACT = 3, 4
+# Beyond this depth over radius the paraboloid is too blunt by more than a hundredth.
+SHALLOW = 0.1
+
+
+@dataclass(frozen=True)
+class HertzRange:
+    """Samples used for the fit: from the onset of force to the end of deformation, inclusive."""
+
+    start: int
+    stop: int
+
+
+@dataclass(frozen=True)
+class Record:
+    """Samples of an indentation with its hold, and their stated errors.
+
+    Attributes
+    ----------
+    time_s, depth_m, force_n : (n,) arrays
+        Times [s], depths below the undeformed surface [m] and forces along the indentation [N].
+    deepest : int
+        Sample with which the loading ends.
+    frame_std_m : float
+        Standard deviation of each depth's own error [m].
+    contact_std_m : float
+        Of the error that all depths share [m].
+    force_std_n : float
+        Of each force's own error, and of the error that all forces share [N].
+    """
+
+    time_s: NDArray
+    depth_m: NDArray
+    force_n: NDArray
+    deepest: int
+    frame_std_m: float
+    contact_std_m: float
+    force_std_n: float
+
+
+@dataclass(frozen=True)
+class Indentation:
+    """Samples of one indentation up to the end of deformation, and what their fit needs.
+
+    Attributes
+    ----------
+    depth_m, force_n : (n,) arrays
+        Depth [m] and force along the indentation [N], approach included.
+    magnitude_n : (n,) array
+        Of the force, which the study's fit takes [N].
+    onset : int
+        First sample in contact.
+    radius_m, thickness_m : float
+        Of the sphere, and of the object along the indentation [m].
+    depth_std_m : float
+        Standard deviation of an error that all depths share [m].
+    shape : Shape
+        Of the object at the contact.
+    """
+
+    depth_m: NDArray
+    force_n: NDArray
+    magnitude_n: NDArray
+    onset: int
+    radius_m: float
+    thickness_m: float
+    depth_std_m: float
+    shape: Shape = field(default_factory=Shape)
+
+    @property
+    def depth_over_radius(self) -> float:
+        """Maximum depth over the sphere's radius."""
+        return max(float(self.depth_m.max()), 0.0) / self.radius_m
+
+    @property
+    def chi(self) -> float:
+        """Largest sqrt(R d)/h."""
+        return self.radius_m * float(np.sqrt(self.depth_over_radius)) / self.thickness_m
+
+    @property
+    def indenter(self) -> str:
+        """Sneddon's sphere beyond a depth of a tenth of the radius, else the paraboloid."""
+        return "sneddon" if self.depth_over_radius > SHALLOW else "parabola"
+
+    @property
+    def thin(self) -> bool:
+        """Whether the object is a layer thinner than the series holds for."""
+        return self.shape.support in LAYERS and self.chi > LARGEST_CHI
+
+    @property
+    def supports(self) -> tuple[str, ...]:
+        """Of the recommended model, then of those that its interval reaches to if no law holds."""
+        if not self.shape.doubts:
+            return ("half_space",) if self.thin else (self.shape.support,)
+        if self.shape.support == FOOT:
+            return (FOOT, SUPPORTS[0])
+        return SUPPORTS if self.chi <= LARGEST_CHI else SUPPORTS[:1]
 
 
 def indentation_of(
@@ -25,7 +136,7 @@ def indentation_of(
     tip_std_m: float,
     options: Hertz,
 ) -> tuple[Indentation, Record | None, dict]:
-    """Find the press of a capture, and the same with its hold.
+    """Find the indentation of a capture, and the same with its hold.
 
     Parameters
     ----------
@@ -46,46 +157,193 @@ def indentation_of(
     -------
     indentation : Indentation
     record : Record or None
-    told : dict
+    samples : dict
         ``range`` and ``samples`` of hertz.json.
 
     Raises
     ------
     ValueError
-        ``force``, ``depth`` or ``direction``: if there is no press, it begins elsewhere than at
-        the surface, or the object has no thickness under it.
+        ``force``, ``depth`` or ``direction``: if there is no indentation, it begins elsewhere than
+        at the surface, or the object has no thickness under it.
     """
     magnitude = np.linalg.norm(forces_n, axis=1)
     depth = indentation_depth(template, alignment, tips_m, radius_m=radius_m)
     chosen = hertz_range(magnitude, onset_force_n=options.onset_force_n)
     check_contact(depth, chosen.start)
-    std = float(np.hypot(tip_std_m, options.offset_std_m))
-    force = forces_along(depth, forces_n, chosen, frame_std_m=tip_std_m)
-    used = slice(chosen.stop + 1)
-    moved = tips_m[chosen.stop] - tips_m[chosen.start - 1]
-    direction = alignment.camera_from_object[:3, :3].T @ moved
-    shape = shape_at(
-        template,
-        support,
-        alignment.contact_point_m,
-        direction,
-        radius_m=radius_m,
-        # A zero that is off can leave no depth at all.
-        depth_m=max(float(depth[used].max()), std),
-    )
+    std, used = float(np.hypot(tip_std_m, options.offset_std_m)), slice(chosen.stop + 1)
+    along = forces_along(depth, forces_n, chosen, frame_std_m=tip_std_m)
+    way = tips_m[chosen.stop] - tips_m[chosen.start - 1]
+    direction = alignment.camera_from_object[:3, :3].T @ way
+    # An offset can leave no depth at all.
+    known = {"radius_m": radius_m, "depth_m": max(float(depth[used].max()), std)}
     indentation = Indentation(
         depth_m=depth[used],
-        force_n=force[used],
+        force_n=along[used],
         magnitude_n=magnitude[used],
         onset=chosen.start,
         radius_m=radius_m,
         thickness_m=thickness_along(template, alignment.contact_point_m, direction),
         depth_std_m=std,
-        shape=shape,
+        shape=shape_at(template, support, alignment.contact_point_m, direction, **known),
     )
     record = held_record(time_s, depth, forces_n, chosen, frame_std_m=tip_std_m, contact_std_m=std)
-    told = {
+    samples = {
         "range": {"first_frame": chosen.start, "last_frame": chosen.stop},
         "samples": {"depth_m": depth.tolist(), "force_n": magnitude.tolist()},
     }
-    return indentation, record, told
+    return indentation, record, samples
+
+
+def force_onset(force_n: NDArray, *, onset_force_n: float) -> int:
+    """First sample of the loading from which the force stays above a threshold.
+
+    Parameters
+    ----------
+    force_n : (n,) array
+        Magnitude of the force [N].
+    onset_force_n : float
+        Smallest force that counts as contact [N].
+
+    Raises
+    ------
+    ValueError
+        If the force never exceeds the threshold, or does so from the first sample.
+    """
+    peak = int(np.argmax(force_n))
+    if force_n[peak] <= onset_force_n:
+        found = f"{force_n[peak]:.3g}"
+        raise ValueError(f"force: expected above {onset_force_n:g} N, found at most {found} N")
+    below = np.flatnonzero(force_n[:peak] <= onset_force_n)
+    if not len(below):
+        raise ValueError("force: expected samples before contact, found contact from the first")
+    return int(below[-1]) + 1
+
+
+def hertz_range(force_n: NDArray, *, onset_force_n: float) -> HertzRange:
+    """Samples from the onset of force to where it starts to fall (Section 5.1).
+
+    The highest force of a hold is any of its samples but for relaxation. The range therefore ends
+    with the first that comes within the resting force's noise of the highest. Parameters and errors
+    are those of `force_onset`.
+    """
+    start = force_onset(force_n, onset_force_n=onset_force_n)
+    rest = force_n[: max(start - 1, 1)]
+    noise = FROM_MEDIAN * float(np.median(np.abs(rest - np.median(rest))))
+    high = force_n[start:] >= force_n.max() - NOISE_DEVIATIONS * noise
+    return HertzRange(start, start + int(np.argmax(high)))
+
+
+def indentation_depth(
+    template: Template, alignment: Alignment, tips_m: NDArray, *, radius_m: float
+) -> NDArray:
+    """Depth of the sphere's lowest point below the undeformed surface, (f,) [m].
+
+    Parameters
+    ----------
+    template : Template
+        Undeformed, object frame.
+    alignment : Alignment
+    tips_m : (f, 3) array
+        Centre of the sphere in each frame, camera frame [m].
+    radius_m : float
+        Of the sphere.
+    """
+    surface = ClosestPoints(template.vertices_m, template.faces)
+    return radius_m - surface.signed_distance(to_object(alignment.camera_from_object, tips_m))
+
+
+def check_contact(depth_m: NDArray, onset: int) -> None:
+    """Reject an indentation whose force begins elsewhere than at the surface.
+
+    Parameters
+    ----------
+    depth_m : (n,) array
+        Depth of the sphere's lowest point below the undeformed surface in each frame [m].
+    onset : int
+        First frame with force.
+
+    Raises
+    ------
+    ValueError
+        If the tip is then more than 5 mm from the surface.
+    """
+    if abs(depth_m[onset]) > FARTHEST_ONSET_M:
+        place = "below" if depth_m[onset] > 0 else "above"
+        raise ValueError(
+            f"depth: expected the tip within {FARTHEST_ONSET_M * 1e3:g} mm of the surface when the"
+            f" force begins, found it {abs(depth_m[onset]) * 1e3:.1f} mm {place} in frame {onset}"
+            " (square_m, indenter.radius_m and transforms of the probe, optics, clocks?)"
+        )
+
+
+def hold_end(depth_m: NDArray, deepest: int, *, frame_std_m: float) -> int:
+    """Number of samples up to the end of the hold.
+
+    Parameters
+    ----------
+    depth_m : (n,) array
+        Depth below the undeformed surface [m].
+    deepest : int
+        Sample with which the loading ends.
+    frame_std_m : float
+        Standard deviation of each depth's own error [m].
+    """
+    reached = float(depth_m[: deepest + 1].max())
+    risen = depth_m[deepest:] < reached - max(RISEN * reached, RISEN_DEVIATIONS * frame_std_m)
+    return deepest + (int(np.argmax(risen)) if risen.any() else len(risen))
+
+
+def forces_along(
+    depth_m: NDArray, forces_n: NDArray, chosen: HertzRange, *, frame_std_m: float
+) -> NDArray:
+    """Forces along the mean force of the hold, (n,) [N].
+
+    A magnitude has a positive mean where there is noise alone, and counts what goes across as
+    stiffness. Parameters are those of `held_record`.
+    """
+    end = hold_end(depth_m, chosen.stop, frame_std_m=frame_std_m)
+    held = forces_n[chosen.stop : end].mean(axis=0)
+    return forces_n @ (held / np.linalg.norm(held))
+
+
+def held_record(
+    time_s: NDArray,
+    depth_m: NDArray,
+    forces_n: NDArray,
+    chosen: HertzRange,
+    *,
+    frame_std_m: float,
+    contact_std_m: float,
+) -> Record | None:
+    """Samples from the approach to the end of the hold, with the force along the indentation.
+
+    The force's scatter is that of its three components before contact, about their means.
+
+    Parameters
+    ----------
+    time_s, depth_m : (n,) arrays
+        Times [s] and depths below the undeformed surface [m].
+    forces_n : (n, 3) array
+        Force [N].
+    chosen : HertzRange
+    frame_std_m, contact_std_m : float
+        Standard deviations of each depth's own error and of the one they share [m].
+
+    Returns
+    -------
+    Record or None
+        None if there are fewer than three samples at rest or four in contact.
+    """
+    end = hold_end(depth_m, chosen.stop, frame_std_m=frame_std_m)
+    rest, used = forces_n[: max(chosen.start - 1, 0)], depth_m[chosen.start : end]
+    if len(rest) < FEWEST_AT_REST or (used > 0).sum() < FEWEST_IN_CONTACT:
+        return None
+    return Record(
+        time_s=time_s[:end],
+        depth_m=depth_m[:end],
+        force_n=forces_along(depth_m, forces_n, chosen, frame_std_m=frame_std_m)[:end],
+        deepest=chosen.stop,
+        frame_std_m=float(frame_std_m),
+        contact_std_m=float(contact_std_m),
+        force_std_n=float(np.sqrt(rest.var(axis=0, ddof=1).mean())),
+    )

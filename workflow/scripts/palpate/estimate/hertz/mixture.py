@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from palpate.estimate.hertz.fit import Law
+from palpate.estimate.hertz.indentation import Record
 from palpate.estimate.hertz.options import Beliefs
-from palpate.estimate.hertz.record import Record
 from palpate.estimate.hertz.relaxation_prior import amplitude_grid
 from palpate.estimate.relaxation import relaxed_force
 

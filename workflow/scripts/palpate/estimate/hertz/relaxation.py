@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 from scipy.special import ndtr
 
 from palpate.estimate.hertz.fit import Law
+from palpate.estimate.hertz.indentation import Record
 from palpate.estimate.hertz.mixture import Mixture, freedom, joined, settled
 from palpate.estimate.hertz.options import Beliefs
-from palpate.estimate.hertz.record import Record
 from palpate.estimate.relaxation import relaxed_share
 from palpate.modulus import CONFIDENCE
 

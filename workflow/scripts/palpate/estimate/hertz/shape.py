@@ -1,9 +1,8 @@
-"""Which law of contact an object's shape under the sphere allows, and what speaks against it.
+"""Which law of contact an object's shape under the sphere allows, and warnings against it.
 
 K. L. Johnson, Contact Mechanics (1985), 4.2: two curved bodies, of unequal curvatures too.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,14 +19,14 @@ from palpate.surface.alignment import thickness_along
 from palpate.surface.template import Template
 from palpate.units import MILLIMETRES, PERCENT
 
-# Places of the surface that tell its curvature: rings about the contact, in parts of its radius.
+# Points of the surface that determine its curvature: rings about the contact, by its radius.
 RINGS, AROUND = (1 / 3, 2 / 3, 1.0), 16
-# A layer's faces are flat within this part of its thickness, as far from the press as two contact
-# radii, or half of it.
+# A layer's faces are flat within this part of its thickness, as far as two contact radii or half of
+# the thickness.
 FLAT, LAYER_REACH, CONTACT_REACH = 0.05, 0.5, 2.0
 # What leaves the object less than this part of its thickness above the plane stands on it.
 LOW = 0.05
-# A surface turned by more than 60 degrees from the pressed one is a side, and free off the plane.
+# A surface turned by more than 60 degrees from that in contact is a side, and free off the plane.
 SIDE = np.cos(np.radians(60))
 # See `side_part`.
 SIDE_PART = 0.35
@@ -42,7 +41,7 @@ INSTEAD = "trust the direct estimate"
 
 @dataclass(frozen=True)
 class Shape:
-    """What a press feels of an object's shape; a wide flat layer that sticks, by default.
+    """An object's shape as it changes the contact; by default a wide flat bonded layer.
 
     Attributes
     ----------
@@ -51,11 +50,11 @@ class Shape:
     curvature_per_m : float
         Of the sphere that makes the same contact as the object's surface [1/m].
     foot_curvature_per_m : float
-        Of a round foot on a plane, 0 where there is none [1/m].
+        Of a round base on a plane, 0 where there is none [1/m].
     side_part : float
         Part of the force that a free side takes.
     doubts : tuple of str
-        Why no law holds, a line each.
+        Warnings, a line each: why no law holds.
     """
 
     support: str = "bonded"
@@ -74,21 +73,21 @@ def shape_at(
     radius_m: float,
     depth_m: float,
 ) -> Shape:
-    """Judge an object's shape where it was pressed.
+    """Judge an object's shape where it is indented.
 
     Parameters
     ----------
     template : Template
     support : Support
     point_m, direction : (3,) arrays
-        Touched point [m], and the press's direction into the object, object frame.
+        Touched point [m], and direction of the indentation, object frame.
     radius_m, depth_m : float
-        Of the sphere, and of the press [m].
+        Of the sphere, and maximum depth [m].
 
     Raises
     ------
     ValueError
-        ``direction``: if the press does not pass through the object.
+        ``direction``: if it does not pass through the object.
     """
     surface = SmoothSurface(template.vertices_m, template.faces)
     contact = min(float(np.sqrt(radius_m * depth_m)), radius_m)
@@ -101,23 +100,32 @@ def shape_at(
         kind = "not_bonded" if support.resting else "bonded"
     elif borne and support.resting:
         low, high = principal_curvatures(surface, base, -up, contact)
-        # A flat or a straight foot has no contact of Hertz.
+        # A flat or a straight base has no contact of Hertz.
         if low > STRAIGHT * high:
             foot, kind = 1 / equivalent_radius(low, high), FOOT
     bend = 1 / radius_m + principal_curvatures(surface, point_m, up, contact)
     side = _side_m(template, support, point_m, up)
-    held = thickness if borne else np.inf
-    part = side_part(side, contact, held)
-    doubts = [*_of_side(side, part), *_of_base(kind, thickness, radius_m, depth_m)]
+    part = side_part(side, contact, thickness if borne else np.inf)
+    warnings = []
+    if part > LARGEST_PART:
+        warnings.append(
+            f"a free side {MILLIMETRES * side:.2g} mm from the contact takes some"
+            f" {PERCENT * part:.0f} % of the force: {INSTEAD}"
+        )
+    if kind == "half_space" and np.sqrt(radius_m * depth_m) / thickness > LARGEST_PART:
+        warnings.append(
+            f"the object is {MILLIMETRES * thickness:.2g} mm thick there, neither a layer that is"
+            f" flat around the contact nor round on an unbonded base: {INSTEAD}"
+        )
     if bend[0] <= 0:
-        doubts.append(f"the surface is hollower than the sphere is round: {INSTEAD}")
+        warnings.append(f"the surface is hollower than the sphere is round: {INSTEAD}")
         bend = np.full(2, 1 / radius_m)
     curvature = 1 / equivalent_radius(*bend) - 1 / radius_m
-    return Shape(kind, curvature, foot, part, tuple(doubts))
+    return Shape(kind, curvature, foot, part, tuple(warnings))
 
 
 def equivalent_radius(low_per_m: float, high_per_m: float) -> float:
-    """Radius of the sphere on a plane that gives way as an elliptic contact does [m].
+    """Radius of the sphere on a plane with the compliance of an elliptic contact [m].
 
     With the ellipse's half axes a > b, m = 1 - b^2/a^2 and K, E the complete elliptic integrals of
     m, the curvatures have the ratio (E/(1 - m) - K)/(K - E), and F = 4/3 E* R^(1/2) d^(3/2) has
@@ -143,9 +151,9 @@ def equivalent_radius(low_per_m: float, high_per_m: float) -> float:
 def side_part(side_m: float, contact_m: float, thickness_m: float) -> float:
     """Part of the force that a free side takes, x/(1 + x) with x = 0.35 a/c exp(-(2 c/h)^2).
 
-    A mirror image of the press, which frees the side of shear, adds 2/(3 pi) a/c to the depth; the
-    pressure that it leaves adds more, and a base holds against both. Finite elements of a block's
-    edge (c of 6 to 25 mm, a of 2.6 to 5.3 mm, h 47.5 mm, nu 0.3) have it within 0.04.
+    A mirror image of the contact, which frees the side of shear, adds 2/(3 pi) a/c to the depth;
+    the pressure that it leaves adds more, and a base holds against both. Within 0.04 of finite
+    elements of a block's edge (c of 6 to 25 mm, a of 2.6 to 5.3 mm, h 47.5 mm, nu 0.3).
 
     Parameters
     ----------
@@ -210,25 +218,8 @@ def _side_m(template: Template, support: Support, point_m: NDArray, up: NDArray)
     return float(np.linalg.norm(near - point_m, axis=1).min(initial=np.inf))
 
 
-def _of_side(side_m: float, part: float) -> Iterator[str]:
-    if part > LARGEST_PART:
-        yield (
-            f"a free side {MILLIMETRES * side_m:.2g} mm from the press takes some"
-            f" {PERCENT * part:.0f} % of the force: {INSTEAD}"
-        )
-
-
-def _of_base(kind: str, thickness_m: float, radius_m: float, depth_m: float) -> Iterator[str]:
-    chi = float(np.sqrt(radius_m * depth_m)) / thickness_m
-    if kind == "half_space" and chi > LARGEST_PART:
-        yield (
-            f"the object is {MILLIMETRES * thickness_m:.2g} mm thick there, neither a layer that is"
-            f" flat around the press nor round on a loose foot: {INSTEAD}"
-        )
-
-
 def _ring(point_m: NDArray, normal: NDArray, radius_m: float) -> NDArray:
-    """Places around a point, across a direction, (k, 3) [m]."""
+    """Points around a point, across a direction, (k, 3) [m]."""
     turn = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
     return point_m + radius_m * np.stack([np.cos(turn), np.sin(turn)], axis=1) @ _across(normal)
 
