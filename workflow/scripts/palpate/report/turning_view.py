@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.estimate import CaptureFit
-from palpate.estimate.hertz.range import FROM_MEDIAN
 from palpate.report.objects_page import encoded, in_steps
 from palpate.surface.tracked import Tracked
-from palpate.units import MILLIMETRES
+from palpate.units import FROM_MEDIAN, MILLIMETRES
 
 # Frames of a press that are shown, with the first.
 MOST_FRAMES = 12

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.hertz.range import FROM_MEDIAN, force_onset
+from palpate.estimate.hertz.range import force_onset
 from palpate.estimate.hertz.record import FEWEST_AT_REST, hold_end
 from palpate.solid.smooth_surface import SmoothSurface
+from palpate.units import FROM_MEDIAN
 
 # Of the force at rest, that the force of a frame must exceed.
 FORCE_DEVIATIONS = 6

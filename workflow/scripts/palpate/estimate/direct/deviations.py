@@ -17,7 +17,7 @@ from palpate.estimate.direct.indentation import (
 from palpate.estimate.direct.motion_noise import correlation_length
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.prior import FREE, prior_of, scaled_inverse
-from palpate.estimate.hertz.range import FROM_MEDIAN
+from palpate.units import FROM_MEDIAN
 
 # Deviations beyond which a residual counts with its size alone.
 ROBUST = 8.0

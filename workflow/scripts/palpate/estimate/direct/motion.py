@@ -1,6 +1,6 @@
-"""The surface's motion, straight from the clouds.
+"""Surface displacement, straight from the clouds.
 
-Camera and object stand still while the probe presses. What calibration, alignment, template and the
+Camera and object stand still during an indentation. What calibration, alignment, template and the
 sensor's fixed pattern are wrong by is therefore the same in every frame, and goes with the mean of
 the frames at rest; noise is left, and what the sensor does to a surface that moves.
 """
@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
-from palpate.estimate.direct.correspondences import ProbeInView, facing_samples, hidden_samples
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.sample_heights import cell_heights, frame_closest
-from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, Samples, samples_of
+from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, cell_heights, samples_of
+from palpate.estimate.direct.sight_lines import ProbeInView, facing_samples, hidden_samples
 from palpate.npz import read_shaped
 from palpate.surface.alignment import Alignment
 from palpate.surface.template import Template
@@ -29,8 +28,6 @@ FEWEST_AT_REST = 3
 NEAR_M = 0.04
 # More frames at rest than these do not tell better where samples are.
 MOST_AT_REST = 120
-# At rest the tip is at least so far above the surface; depths are known to about half of it [m].
-CLEAR_M = 0.0005
 SHAPES = {
     "cell_m": ("samples", 3),
     "normal": ("samples", 3),
@@ -50,7 +47,7 @@ SHAPES = {
 
 @dataclass(frozen=True)
 class SurfaceMotion:
-    """Normal motion of a surface's samples in each frame against the frames at rest.
+    """Normal displacement of a surface's samples in each frame against the frames at rest.
 
     Attributes
     ----------
@@ -140,41 +137,15 @@ class MotionAlong:
         )
 
 
-def frames_at_rest(depth_m: NDArray, force_n: NDArray, *, onset_force_n: float) -> NDArray:
-    """Frames before the touch, (r,).
-
-    Parameters
-    ----------
-    depth_m : (f,) array
-        Depth of the sphere's lowest point below the undeformed surface (`indentation_depth`) [m].
-    force_n : (f,) array
-        Magnitude of the force [N].
-    onset_force_n : float
-        Smallest force that counts as contact [N].
-
-    Raises
-    ------
-    ValueError
-        If there is none.
-    """
-    touched = np.flatnonzero(force_n > onset_force_n)
-    before = np.arange(len(force_n)) < (touched[0] if len(touched) else len(force_n))
-    frames = np.flatnonzero(before & (depth_m < -CLEAR_M))
-    if not len(frames):
-        expected = f"frames before the force's onset with the tip {CLEAR_M * 1e3:g} mm clear"
-        raise ValueError(f"frames: expected {expected} of the surface, found none")
-    return frames
-
-
 def surface_motion(
     template: Template,
     alignment: Alignment,
     clouds: Sequence[tuple[NDArray, NDArray]],
     probe: ProbeInView,
     rest_frames: NDArray,
-    options: Observation | None = None,
+    options: Observation,
 ) -> SurfaceMotion:
-    """Motion of the surface around the contact in each frame of a capture.
+    """Displacement of the surface around the contact in each frame of a capture.
 
     Parameters
     ----------
@@ -184,10 +155,10 @@ def surface_motion(
     clouds : sequence of (points (n, 3) [m], normals (n, 3))
         Of each frame, camera frame.
     probe : ProbeInView
-        In each frame (`probe_in_view`).
+        In each frame.
     rest_frames : (r,) int array
-        Frames at rest (`frames_at_rest`).
-    options : Observation, optional
+        Frames at rest (`observe.rest_frames`).
+    options : Observation
 
     Raises
     ------
@@ -195,23 +166,19 @@ def surface_motion(
         If no frame is at rest, the camera does not see the surface around the contact, or no sample
         is left.
     """
-    options = options or Observation()
     frames = np.asarray(rest_frames, dtype=int)
     if not len(frames) or len(probe.tip_m) != len(clouds):
         expected = f"some at rest and one place of the probe for each of {len(clouds)}"
         raise ValueError(f"frames: expected {expected}, found {len(frames)}, {len(probe.tip_m)}")
     surface = RestSurface(template)
-    at_rest = {
-        k: frame_closest(surface, alignment, clouds[k], options) for k in frames[:MOST_AT_REST]
-    }
+    at_rest = {k: surface.in_frame(alignment, clouds[k], options) for k in frames[:MOST_AT_REST]}
     _require_seen(at_rest[frames[0]], alignment)
-    found = samples_of(
-        list(at_rest.values()), alignment.contact_point_m, spacing_m=options.spacing_m
-    )
+    contact, spacing = alignment.contact_point_m, options.spacing_m
+    found = samples_of(list(at_rest.values()), contact, spacing_m=spacing)
     samples = facing_samples(found, probe, options)
     every = (
-        at_rest.pop(k, None) or frame_closest(surface, alignment, clouds[k], options)
-        for k in range(len(clouds))
+        at_rest.pop(k, None) or surface.in_frame(alignment, cloud, options)
+        for k, cloud in enumerate(clouds)
     )
     height, points = cell_heights(samples, every, options)
     height[hidden_samples(samples, points, probe, frames, options)] = np.nan
@@ -219,41 +186,17 @@ def surface_motion(
     if not seen.any():
         expected = f"samples seen in {FEWEST_AT_REST} frames at rest"
         raise ValueError(f"clouds: expected {expected}, found none")
-    samples = Samples(samples.cell_m[seen], samples.normal[seen])
-    return _motion(samples, height[:, seen], points[:, seen], frames)
-
-
-def save_motion(path: str | Path, motion: SurfaceMotion) -> None:
-    """Write a motion as NPZ."""
-    with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, **vars(motion))
-
-
-def load_motion(path: str | Path) -> SurfaceMotion:
-    """Read what `save_motion` wrote.
-
-    Raises
-    ------
-    ValueError
-        If an array is missing, or of another number of frames or samples than the rest.
-    """
-    return SurfaceMotion(**read_shaped(path, SHAPES, what="a surface's motion"))
-
-
-def _motion(samples: Samples, height: NDArray, points: NDArray, frames: NDArray) -> SurfaceMotion:
+    height = height[:, seen]
     base = np.nanmean(height[frames], axis=0)
     moved = height - base
     variance, own = noise_variance(moved[frames])
-    rest_variance = variance / own
-    std = np.where(np.isfinite(moved), np.sqrt(variance), np.nan)
     return SurfaceMotion(
-        cell_m=samples.cell_m,
-        normal=samples.normal,
+        **vars(samples.at(seen)),
         moved_m=moved,
-        std_m=std,
+        std_m=np.where(np.isfinite(moved), np.sqrt(variance), np.nan),
         rest_height_m=base,
-        rest_std_m=np.sqrt(rest_variance),
-        points=points,
+        rest_std_m=np.sqrt(variance / own),
+        points=points[:, seen],
         rest_frames=frames,
         **no_pictures(*moved.shape),
     )
@@ -272,7 +215,7 @@ def no_pictures(frames: int, samples: int) -> dict[str, NDArray]:
 
 
 def noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
-    """Variance of each sample's noise at rest [m^2], and its number of frames, both (c,).
+    """Variance of each sample's noise (r, c) at rest [m^2], and its number of frames, both (c,).
 
     A sample's own few frames are taken together with what is usual.
     """
@@ -282,8 +225,25 @@ def noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
     return (POOLED_FRAMES * usual + squares) / (POOLED_FRAMES + own - 1), own
 
 
+def save_motion(path: str | Path, motion: SurfaceMotion) -> None:
+    """Write a displacement as NPZ."""
+    with Path(path).open("wb") as stream:
+        np.savez_compressed(stream, **vars(motion))
+
+
+def load_motion(path: str | Path) -> SurfaceMotion:
+    """Read what `save_motion` wrote.
+
+    Raises
+    ------
+    ValueError
+        If an array is missing, or of another number of frames or samples than the rest.
+    """
+    return SurfaceMotion(**read_shaped(path, SHAPES, what="a surface's motion"))
+
+
 def _require_seen(closest: ClosestAtRest, alignment: Alignment) -> None:
-    """Refuse a capture whose camera does not see the surface around the contact."""
+    """Reject a capture whose camera does not see the surface around the contact."""
     offset = np.linalg.norm(closest.closest_m - alignment.contact_point_m, axis=1)
     if not (offset < NEAR_M).any():
         raise ValueError(

@@ -21,7 +21,6 @@ from palpate.estimate.direct.probe_uncertainty import (
 )
 from palpate.estimate.direct.support_motion import rocking_axes, support_axes_of
 from palpate.estimate.direct.table import sample_table
-from palpate.estimate.hertz.range import FROM_MEDIAN
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.load import hertz_contact_radius
 from palpate.solid.smooth_surface import SmoothSurface
@@ -29,6 +28,7 @@ from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 from palpate.surface.sharp_edges import sharp_edge_distance
+from palpate.units import FROM_MEDIAN
 from palpate.vision.probe import ALONG_STD, TIP, marker_transforms
 
 

@@ -1,21 +1,30 @@
-"""Samples of an undeformed surface, and the points that are seen on them."""
+"""Samples of an undeformed surface, the points seen on them, and how high these stand."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from palpate.estimate.direct.options import Observation
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.mesh import at_nodes
 from palpate.solid.smooth_surface import corner_normals
+from palpate.surface.alignment import Alignment
+from palpate.surface.pose import to_object
 from palpate.surface.template import Template
+from palpate.units import FROM_MEDIAN
 
-# Points off a crease have no foot of their own: their way from the foot is not along its normal.
+# Points off a crease have no place of their own: their way from it is not along its normal.
 SHARP_COSINE, SHARP_EDGE_M = 0.87, 0.0005
 # A sample's points have normals like its own.
 ALIKE_COSINE = 0.8
+# A sample with fewer points in a frame was not seen there.
+FEWEST_POINTS = 2
+# Points of a sample farther from its median than so many deviations, and what an indented surface
+# may slope in it, are left out.
+CLIP, SLOPE = 3.0, 0.05
 
 
 @dataclass(frozen=True)
@@ -25,8 +34,7 @@ class ClosestAtRest:
     Attributes
     ----------
     closest_m, normal : (k, 3) arrays
-        Closest places of the surface [m] and unit normals there, of the smooth surface that its
-        facets stand for.
+        Closest places of the surface [m] and unit normals of the smooth surface there.
     distance_m : (k,) array
         Of the points from there along the normal, positive outside [m].
     """
@@ -34,6 +42,10 @@ class ClosestAtRest:
     closest_m: NDArray
     normal: NDArray
     distance_m: NDArray
+
+    def at(self, chosen: NDArray) -> "ClosestAtRest":
+        """Those that are chosen, by a mask or by numbers."""
+        return ClosestAtRest(*(part[chosen] for part in vars(self).values()))
 
 
 @dataclass(frozen=True)
@@ -49,15 +61,19 @@ class Samples:
     cell_m: NDArray
     normal: NDArray
 
+    def at(self, chosen: NDArray) -> "Samples":
+        """Those that are chosen, by a mask or by numbers."""
+        return Samples(self.cell_m[chosen], self.normal[chosen])
+
     def numbers(self, closest: ClosestAtRest, *, reach_m: float) -> NDArray:
-        """Cell of each foot (k,); -1 where none within reach faces the same way."""
+        """Sample of each closest place (k,); -1 where none within reach faces the same way."""
         distance, number = cKDTree(self.cell_m).query(closest.closest_m)
         alike = (self.normal[number] * closest.normal).sum(axis=1) > ALIKE_COSINE
         return np.where(alike & (distance < reach_m), number, -1)
 
 
 class RestSurface:
-    """The undeformed template, to find the feet of points on it.
+    """The undeformed template, to find the closest places of points on it.
 
     Parameters
     ----------
@@ -70,39 +86,51 @@ class RestSurface:
         # wrong by as much of what the object sinks.
         self.corner_normal = corner_normals(template.vertices_m, template.faces)
 
-    def at_rest(
-        self,
-        points_m: NDArray,
-        normals: NDArray,
-        *,
-        largest_distance_m: float,
-        largest_normal_deg: float,
-    ) -> ClosestAtRest:
-        """Feet of the points that belong to the surface.
+    def at_rest(self, points_m: NDArray, normals: NDArray, options: Observation) -> ClosestAtRest:
+        """Closest places of the points that belong to the surface.
 
         Parameters
         ----------
         points_m, normals : (n, 3) arrays
-            Object frame [m].
-        largest_distance_m, largest_normal_deg : float
-            Points farther away, or turned more against the surface, are left out.
+            Object frame [m]. Farther away than `largest_distance_m`, or turned more against the
+            surface than `largest_normal_deg`, they are left out.
+        options : Observation
         """
-        foot, triangle, weights = self.closest(points_m)
+        place, triangle, weights = self.closest(points_m)
         normal = np.einsum("nk,nka->na", weights, self.corner_normal[triangle])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        gap = points_m - foot
+        gap = points_m - place
         along, length = (gap * normal).sum(axis=1), np.linalg.norm(gap, axis=1)
-        kept = length < largest_distance_m
-        kept &= (normal * normals).sum(axis=1) > np.cos(np.deg2rad(largest_normal_deg))
+        kept = length < options.largest_distance_m
+        kept &= (normal * normals).sum(axis=1) > np.cos(np.deg2rad(options.largest_normal_deg))
         kept &= (np.abs(along) > SHARP_COSINE * length) | (length < SHARP_EDGE_M)
-        return ClosestAtRest(foot[kept], normal[kept], np.copysign(length, along)[kept])
+        return ClosestAtRest(place, normal, np.copysign(length, along)).at(kept)
+
+    def in_frame(
+        self, alignment: Alignment, cloud: tuple[NDArray, NDArray], options: Observation
+    ) -> ClosestAtRest:
+        """Closest places of a frame's points within reach of the contact.
+
+        Parameters
+        ----------
+        alignment : Alignment
+        cloud : (points (n, 3) [m], normals (n, 3))
+            Camera frame.
+        options : Observation
+        """
+        pose, contact = alignment.camera_from_object, alignment.contact_point_m
+        points, normals = to_object(pose, cloud[0]), cloud[1] @ pose[:3, :3]
+        reach = options.reach_m + options.largest_distance_m
+        near = np.linalg.norm(points - contact, axis=1) < reach
+        closest = self.at_rest(points[near], normals[near], options)
+        return closest.at(np.linalg.norm(closest.closest_m - contact, axis=1) < options.reach_m)
 
 
 def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m: float) -> Samples:
-    """Samples where points were seen, at the means of their feet.
+    """Samples where points were seen, at the means of their closest places.
 
     Seeds are taken from the first frame, the nearest to a centre first, each at least a spacing
-    from the others; every foot belongs to the nearest of them.
+    from the others; every place belongs to the nearest of them.
 
     Parameters
     ----------
@@ -113,12 +141,8 @@ def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m
     spacing_m : float
     """
     seeds = _seeds(closest[0], centre_m, spacing_m)
-    every = ClosestAtRest(
-        *(
-            np.concatenate([getattr(one, name) for one in closest])
-            for name in ClosestAtRest.__annotations__
-        )
-    )
+    each = zip(*(vars(one).values() for one in closest), strict=True)
+    every = ClosestAtRest(*map(np.concatenate, each))
     number = seeds.numbers(every, reach_m=spacing_m)
     kept, count = number >= 0, len(seeds.cell_m)
     places, normals = (
@@ -137,4 +161,40 @@ def _seeds(closest: ClosestAtRest, centre_m: NDArray, spacing_m: float) -> Sampl
         if free[k]:
             chosen.append(k)
             free[tree.query_ball_point(place, spacing_m)] = False
-    return Samples(places[chosen], closest.normal[order][chosen])
+    return Samples(places, closest.normal[order]).at(np.array(chosen))
+
+
+def cell_heights(
+    samples: Samples, closest: Iterable[ClosestAtRest], options: Observation
+) -> tuple[NDArray, NDArray]:
+    """Clipped mean distance of each frame's points in each sample [m], and their number, (f, c).
+
+    Of a frame the points' samples and distances are kept, no more.
+    """
+    pairs = []
+    for one in closest:
+        number = samples.numbers(one, reach_m=options.spacing_m)
+        pairs.append((number[number >= 0].astype(np.int32), one.distance_m[number >= 0]))
+    count = len(samples.cell_m)
+    middle = np.array([_medians(*pair, count) for pair in pairs])
+    rest = [np.abs(far - m[n]) for (n, far), m in zip(pairs, middle, strict=True)]
+    limit = CLIP * FROM_MEDIAN * np.median(np.concatenate(rest)) + SLOPE * options.spacing_m
+    height, points = np.full(middle.shape, np.nan), np.zeros(middle.shape, dtype=np.int64)
+    for k, (number, far) in enumerate(pairs):
+        kept = rest[k] <= limit
+        points[k] = np.bincount(number[kept], minlength=count)
+        sums = np.bincount(number[kept], far[kept], count)
+        seen = points[k] >= FEWEST_POINTS
+        height[k, seen] = sums[seen] / points[k, seen]
+    return height, points
+
+
+def _medians(numbers: NDArray, values: NDArray, count: int) -> NDArray:
+    """Median of the values in each sample (c,); not a number where there are none."""
+    sorted_values = values[np.lexsort((values, numbers))]
+    size = np.bincount(numbers, minlength=count)
+    first = np.cumsum(size) - size
+    last = max(len(sorted_values) - 1, 0)
+    low, high = (np.minimum(first + half, last) for half in ((size - 1) // 2, size // 2))
+    found = (sorted_values[low] + sorted_values[high]) / 2 if len(sorted_values) else 0.0
+    return np.where(size > 0, found, np.nan)

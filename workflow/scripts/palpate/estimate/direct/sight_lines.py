@@ -19,6 +19,8 @@ from palpate.surface.pose import to_object
 SHAFT_M, SHAFT_FROM_M = 0.25, 0.05
 # A sample with less than this part of its mean count of points was not seen.
 FEWEST_PART = 0.5
+# Of a stereo head, so many windows beside the tip hold both tip and surface.
+CLEAR_WINDOWS = 1.3
 
 
 @dataclass(frozen=True)
@@ -27,15 +29,33 @@ class ProbeInView:
 
     Attributes
     ----------
-    eyes_m : (e, 3) array
+    views_m : (e, 3) array
         Cameras, and the projector of one that projects [m].
     tip_m, axis : (f, 3) arrays
-        Centre of the sphere [m] and pressing direction in each frame.
+        Centre of the sphere [m] and indentation direction in each frame.
     """
 
-    eyes_m: NDArray
+    views_m: NDArray
     tip_m: NDArray
     axis: NDArray
+
+    @staticmethod
+    def of(
+        alignment: Alignment, tips_m: NDArray, axes: NDArray, *, views_m: NDArray
+    ) -> "ProbeInView":
+        """Probe in the object frame.
+
+        Parameters
+        ----------
+        alignment : Alignment
+        tips_m, axes : (f, 3) arrays
+            Centre of the sphere [m] and indentation direction, camera frame.
+        views_m : (e, 3) array
+            Of `views_of`, camera frame [m].
+        """
+        pose = alignment.camera_from_object
+        views, tips = (to_object(pose, np.asarray(part, dtype=float)) for part in (views_m, tips_m))
+        return ProbeInView(views, tips, np.asarray(axes, dtype=float) @ pose[:3, :3])
 
     def clearance(self, places_m: NDArray, frame: int, *, along_m: tuple[float, float]) -> NDArray:
         """Least distance of the lines of sight from a part of the probe's axis, (c,) [m].
@@ -50,31 +70,21 @@ class ProbeInView:
         """
         axis = -self.axis[frame] / np.linalg.norm(self.axis[frame])
         ends = self.tip_m[frame] + np.outer(along_m, axis)
-        each = [segment_distance(places_m, eye, *ends) for eye in self.eyes_m]
+        each = [segment_distance(places_m, view, *ends) for view in self.views_m]
         return np.min(each, axis=0)
 
-
-def probe_in_view(
-    alignment: Alignment, tips_m: NDArray, axes: NDArray, *, eyes_m: NDArray
-) -> ProbeInView:
-    """The probe in the object frame.
-
-    Parameters
-    ----------
-    alignment : Alignment
-    tips_m, axes : (f, 3) arrays
-        Centre of the sphere [m] and pressing direction, camera frame.
-    eyes_m : (e, 3) array
-        Cameras and projectors, camera frame [m]: those of a stereo head (0, 0, 0) and
-        (baseline, 0, 0); of structured light the infrared camera and, a baseline aside, the
-        projector.
-    """
-    pose = alignment.camera_from_object
-    eyes, tips = (to_object(pose, np.asarray(part, dtype=float)) for part in (eyes_m, tips_m))
-    return ProbeInView(eyes, tips, np.asarray(axes, dtype=float) @ pose[:3, :3])
+    def hides(self, places_m: NDArray, options: Observation) -> NDArray:
+        """Which places (c, 3) the probe hides or comes too near in each frame, (f, c)."""
+        hidden = np.ones((len(self.tip_m), len(places_m)), dtype=bool)
+        for k, one in enumerate(hidden):
+            tip = self.clearance(places_m, k, along_m=(0.0, SHAFT_FROM_M))
+            shaft = self.clearance(places_m, k, along_m=(SHAFT_FROM_M, SHAFT_M))
+            # A probe that was not found is nowhere clear.
+            one[(tip >= options.clear_m) & (shaft >= options.shaft_clear_m)] = False
+        return hidden
 
 
-def eyes_of(sensor: Mapping) -> NDArray:
+def views_of(sensor: Mapping) -> NDArray:
     """From where a sensor must see a surface past the probe, camera frame, (e, 3) [m].
 
     Parameters
@@ -100,12 +110,13 @@ def eyes_of(sensor: Mapping) -> NDArray:
     return transform[:3, 3] + np.outer(places, transform[:3, 0])
 
 
-def clearance(
-    sensor: Mapping, distance_m: float, *, radius_m: float, windows: float, otherwise_m: float
+def tip_clearance(
+    sensor: Mapping, distance_m: float, options: Observation, *, radius_m: float
 ) -> float:
     """How far from the probe's axis a line of sight must pass at the tip [m].
 
-    A stereo window that holds a part of the tip sees the tip: so many of its widths beside it.
+    A stereo window that holds a part of the tip sees the tip: `CLEAR_WINDOWS` of its widths beside
+    it. For sensors whose windows are their makers' secret the options say it.
 
     Parameters
     ----------
@@ -113,17 +124,14 @@ def clearance(
         The sensor's file.
     distance_m : float
         Of the contact from the camera [m].
+    options : Observation
     radius_m : float
         Of the tip [m].
-    windows : float
-    otherwise_m : float
-        For sensors whose windows are their makers' secret [m].
     """
     if sensor["kind"] != "stereo":
-        return otherwise_m
-    return (
-        radius_m + windows * sensor["stereo"]["window_px"] * distance_m / sensor["color"]["fx_px"]
-    )
+        return options.clear_m
+    window_px, fx_px = sensor["stereo"]["window_px"], sensor["color"]["fx_px"]
+    return radius_m + CLEAR_WINDOWS * window_px * distance_m / fx_px
 
 
 def segment_distance(starts: NDArray, end: NDArray, first: NDArray, last: NDArray) -> NDArray:
@@ -147,13 +155,11 @@ def segment_distance(starts: NDArray, end: NDArray, first: NDArray, last: NDArra
 
 
 def facing_samples(samples: Samples, probe: ProbeInView, options: Observation) -> Samples:
-    """Samples that no eye sees too much from the side."""
+    """Samples that are not seen too much from the side from anywhere."""
     least = np.cos(np.deg2rad(options.largest_view_deg))
-    kept = np.ones(len(samples.cell_m), dtype=bool)
-    for eye in probe.eyes_m:
-        view = eye - samples.cell_m
-        kept &= (view * samples.normal).sum(axis=1) > least * np.linalg.norm(view, axis=1)
-    return Samples(samples.cell_m[kept], samples.normal[kept])
+    sight = probe.views_m[:, None] - samples.cell_m
+    facing = (sight * samples.normal).sum(axis=2) > least * np.linalg.norm(sight, axis=2)
+    return samples.at(facing.all(axis=0))
 
 
 def hidden_samples(
@@ -163,23 +169,18 @@ def hidden_samples(
     rest_frames: NDArray,
     options: Observation,
 ) -> NDArray:
-    """Which samples the probe or its shadow hides or comes too near, (f, c)."""
-    passed = passed_by_probe(samples.cell_m, probe, options)
+    """Which samples the probe or its shadow hides or comes too near, (f, c).
+
+    Parameters
+    ----------
+    samples : Samples
+    points : (f, c) int array
+        How many each was seen with.
+    probe : ProbeInView
+    rest_frames : (r,) int array
+    options : Observation
+    """
+    passed = probe.hides(samples.cell_m, options)
     counted = np.where(passed, np.nan, points)[rest_frames]
     usual = np.nansum(counted, axis=0) / np.maximum(np.isfinite(counted).sum(axis=0), 1)
     return passed | (points < FEWEST_PART * usual)
-
-
-def passed_by_probe(cell_m: NDArray, probe: ProbeInView, options: Observation) -> NDArray:
-    """Which samples the probe hides or comes too near in each of its frames, (f, c)."""
-    lower, upper = (0.0, SHAFT_FROM_M), (SHAFT_FROM_M, SHAFT_M)
-    # A probe that was not found is nowhere clear.
-    return np.array(
-        [
-            ~(
-                (probe.clearance(cell_m, k, along_m=lower) >= options.clear_m)
-                & (probe.clearance(cell_m, k, along_m=upper) >= options.shaft_clear_m)
-            )
-            for k in range(len(probe.tip_m))
-        ]
-    )
