@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.estimate.direct.motion_noise import correlation_length, correlogram
+from palpate.estimate.direct.deviations import correlation_length, correlogram
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, Samples, samples_of
 from palpate.surface.template import Template

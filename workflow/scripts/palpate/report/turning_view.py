@@ -7,7 +7,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.estimate import CaptureFit
+from palpate.estimate.direct.result import CaptureFit
 from palpate.report.objects_page import encoded, in_steps
 from palpate.surface.tracked import Tracked
 from palpate.units import FROM_MEDIAN, MILLIMETRES

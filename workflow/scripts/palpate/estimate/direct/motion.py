@@ -28,6 +28,8 @@ FEWEST_AT_REST = 3
 NEAR_M = 0.04
 # More frames at rest than these do not tell better where samples are.
 MOST_AT_REST = 120
+# Of `MotionAlong`, what frames share.
+OF_SAMPLES = ("cell_m", "way", "axis", "rest_std_m", "window_m")
 SHAPES = {
     "cell_m": ("samples", 3),
     "normal": ("samples", 3),
@@ -135,6 +137,17 @@ class MotionAlong:
             rest_std_m=np.append(motion.rest_std_m, motion.across_rest_std_m.reshape(-1)),
             window_m=np.concatenate([np.zeros((count, 2, 3)), windows.reshape(-1, 2, 3)]),
         )
+
+    def at(self, frames: NDArray, chosen: NDArray) -> "MotionAlong":
+        """The same of some frames (numbers) and samples (a mask)."""
+        own = {name: getattr(self, name)[chosen] for name in OF_SAMPLES}
+        both = {name: getattr(self, name)[frames][:, chosen] for name in ("moved_m", "std_m")}
+        return MotionAlong(**own, **both)
+
+    @property
+    def noise_std_m(self) -> NDArray:
+        """Deviation of a frame's noise and of what it is compared with, (f, n) [m]."""
+        return np.hypot(self.std_m, self.rest_std_m)
 
 
 def surface_motion(
