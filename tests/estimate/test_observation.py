@@ -7,7 +7,7 @@ import pytest
 from palpate.estimate.direct.motion import load_motion, save_motion, surface_motion
 from palpate.estimate.direct.observe import rest_frames
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.sight_lines import ProbeInView
+from palpate.estimate.direct.samples import ProbeInView
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.template import Template
 from scipy.spatial.transform import Rotation

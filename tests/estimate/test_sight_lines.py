@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
+from palpate.estimate.direct.observe import CLEAR_WINDOWS, tip_clearance, views_of
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.samples import Samples
-from palpate.estimate.direct.sight_lines import (
-    CLEAR_WINDOWS,
+from palpate.estimate.direct.samples import (
     ProbeInView,
+    Samples,
     facing_samples,
     segment_distance,
-    tip_clearance,
-    views_of,
 )
 
 UP = np.array([0.0, 0, 1])

@@ -14,8 +14,14 @@ from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, cell_heights, samples_of
-from palpate.estimate.direct.sight_lines import ProbeInView, facing_samples, hidden_samples
+from palpate.estimate.direct.samples import (
+    ProbeInView,
+    RestSurface,
+    cell_heights,
+    facing_samples,
+    hidden_samples,
+    samples_of,
+)
 from palpate.npz import read_shaped
 from palpate.surface.alignment import Alignment
 from palpate.surface.template import Template
@@ -56,8 +62,8 @@ class SurfaceMotion:
     cell_m, normal : (c, 3) arrays
         Places on the undeformed template, object frame [m], and unit normals outward.
     moved_m : (f, c) array
-        From a sample along its normal to the observed surface, less the same at rest [m]; not a
-        number where the sample was not seen.
+        From a sample along its normal to the observed surface, less the same at rest [m]; NaN where
+        the sample was not seen.
     std_m : (f, c) array
         Standard deviation of a frame's own noise [m]; not that of the rest, which all frames share.
     rest_height_m, rest_std_m : (c,) arrays
@@ -65,18 +71,15 @@ class SurfaceMotion:
     points : (f, c) int array
         How many a sample was seen with.
     rest_frames : (r,) int array
-        Frames at rest.
     across : (a, c, 3) array
         Unit vectors across the lines of sight, along the picture's columns and rows, object frame;
         of no ways where no pictures were followed (`with_pictures`).
     across_m : (f, a, c) array
-        How far what a sample was at rest has moved along them [m]; not a number where its texture
-        was not found.
+        How far the material has moved along them [m]; NaN where its texture was not found.
     across_std_m, across_rest_std_m : (a, c) arrays
         Standard deviation of a frame's own noise, and of the mean of the frames at rest [m].
     window_m : (a, c, 3) array
-        Steps along the surface from side to side of a picture's window, along its columns and rows,
-        object frame [m].
+        Sides along the surface of a picture's window, object frame [m].
     """
 
     cell_m: NDArray
@@ -106,7 +109,7 @@ class MotionAlong:
         0: where the surface is along its normal; 1, 2: where what was there has moved, along the
         picture's columns and rows.
     moved_m, std_m : (f, n) arrays
-        [m]; not a number where a sample was not seen.
+        [m]; NaN where a sample was not seen.
     rest_std_m : (n,) array
         Deviation that all frames share [m].
     window_m : (n, 2, 3) array
@@ -185,9 +188,13 @@ def surface_motion(
         raise ValueError(f"frames: expected {expected}, found {len(frames)}, {len(probe.tip_m)}")
     surface = RestSurface(template)
     at_rest = {k: surface.in_frame(alignment, clouds[k], options) for k in frames[:MOST_AT_REST]}
-    _require_seen(at_rest[frames[0]], alignment)
-    contact, spacing = alignment.contact_point_m, options.spacing_m
-    found = samples_of(list(at_rest.values()), contact, spacing_m=spacing)
+    contact = alignment.contact_point_m
+    if not (np.linalg.norm(at_rest[frames[0]].closest_m - contact, axis=1) < NEAR_M).any():
+        raise ValueError(
+            f"clouds: expected the surface within {NEAR_M:g} m of the contact in view,"
+            " found none of it (object larger than the view?)"
+        )
+    found = samples_of(list(at_rest.values()), contact, spacing_m=options.spacing_m)
     samples = facing_samples(found, probe, options)
     every = (
         at_rest.pop(k, None) or surface.in_frame(alignment, cloud, options)
@@ -228,10 +235,7 @@ def no_pictures(frames: int, samples: int) -> dict[str, NDArray]:
 
 
 def noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
-    """Variance of each sample's noise (r, c) at rest [m^2], and its number of frames, both (c,).
-
-    A sample's own few frames are taken together with what is usual.
-    """
+    """Variance of each sample's noise (r, c) at rest with what is usual, and its frames, (c,)."""
     own = np.isfinite(noise).sum(axis=0)
     squares = np.nansum(noise**2, axis=0)
     usual = np.median(squares / chdtri(own - 1, 0.5))
@@ -253,13 +257,3 @@ def load_motion(path: str | Path) -> SurfaceMotion:
         If an array is missing, or of another number of frames or samples than the rest.
     """
     return SurfaceMotion(**read_shaped(path, SHAPES, what="a surface's motion"))
-
-
-def _require_seen(closest: ClosestAtRest, alignment: Alignment) -> None:
-    """Reject a capture whose camera does not see the surface around the contact."""
-    offset = np.linalg.norm(closest.closest_m - alignment.contact_point_m, axis=1)
-    if not (offset < NEAR_M).any():
-        raise ValueError(
-            f"clouds: expected the surface within {NEAR_M:g} m of the contact in view,"
-            " found none of it (object larger than the view?)"
-        )

@@ -20,7 +20,7 @@ from palpate.estimate.direct.motion import (
     surface_motion,
 )
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.sight_lines import ProbeInView, tip_clearance, views_of
+from palpate.estimate.direct.samples import ProbeInView
 from palpate.estimate.hertz.range import indentation_depth
 from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_camera
@@ -41,6 +41,8 @@ STEP_M = 1e-4
 # Before the touch the surface rests. What then goes with the probe's way by so many deviations is
 # of a window that holds a part of the arm, or of its shadow.
 FOLLOWS = 3.0
+# Of a stereo head, so many windows beside the tip hold both tip and surface.
+CLEAR_WINDOWS = 1.3
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,46 @@ class Pictures:
     images: Sequence[NDArray]
     camera: PinholeCamera
     uncovered: NDArray
+
+
+def views_of(sensor: Mapping) -> NDArray:
+    """From where a sensor must see a surface past the probe, camera frame, (e, 3) [m].
+
+    Parameters
+    ----------
+    sensor : mapping
+        The sensor's file: both cameras of a stereo head, else the depth camera, and with its
+        baseline the projector of structured light, which is taken to stand on its right.
+
+    Raises
+    ------
+    ValueError
+        If the sensor is of a kind that this does not know.
+    """
+    kind = sensor["kind"]
+    if kind == "stereo":
+        return np.array([[0, 0, 0], [sensor["stereo"]["baseline_m"], 0, 0]], dtype=float)
+    if kind not in ("structured_light", "depth"):
+        raise ValueError(f"kind: expected stereo, structured_light or depth, found {kind}")
+    depth = sensor["depth"]
+    projects = kind == "structured_light" and "baseline_m" in depth
+    places = [0.0, depth["baseline_m"]] if projects else [0.0]
+    transform = np.array(depth["color_from_depth"], dtype=float)
+    return transform[:3, 3] + np.outer(places, transform[:3, 0])
+
+
+def tip_clearance(
+    sensor: Mapping, distance_m: float, options: Observation, *, radius_m: float
+) -> float:
+    """How far from the probe's axis a line of sight must pass at a tip so far from the camera [m].
+
+    A stereo window that holds a part of the tip sees the tip: `CLEAR_WINDOWS` of its widths beside
+    it. For sensors whose windows are their makers' secret the options say it.
+    """
+    if sensor["kind"] != "stereo":
+        return options.clear_m
+    window_px, fx_px = sensor["stereo"]["window_px"], sensor["color"]["fx_px"]
+    return radius_m + CLEAR_WINDOWS * window_px * distance_m / fx_px
 
 
 def rest_frames(
@@ -119,9 +161,8 @@ def observed_motion(
     clouds : sequence of (points (n, 3) [m], normals (n, 3))
         One for each frame, camera frame.
     probe : (tips (f, 3) [m], axes (f, 3))
-        Centre of the sphere and pressing direction in each frame, camera frame.
-    rest : int array
-        Frames at rest.
+        Centre of the sphere and indentation direction, camera frame.
+    rest : (r,) int array
     sensor : mapping
         The sensor's file.
     options : Observation
@@ -175,12 +216,19 @@ def with_pictures(
     ValueError
         If there are not as many pictures as frames, or the masks are of others.
     """
-    _require_same(motion, pictures)
+    frames, size = len(motion.moved_m), np.shape(pictures.images[0])[:2]
+    if len(pictures.images) != frames:
+        expected, found = f"{len(pictures.images)}, one a picture", f"clouds of {frames}"
+        raise ValueError(f"frames: expected {expected}, found {found}")
+    if size != pictures.uncovered.shape:
+        found = pictures.uncovered.shape
+        raise ValueError(f"mask: expected the pictures' {size} pixels, found {found}")
     seen_at = motion.cell_m + motion.rest_height_m[:, None] * motion.normal
     places = to_camera(alignment.camera_from_object, seen_at)
     slopes = _slopes(places, alignment, pictures.camera)
     px_per_m = np.linalg.norm(slopes, axis=2)
-    window_px = _window_px(places, pictures.camera)
+    wide_px = FLOW_WINDOW_M * pictures.camera.fx_px / float(np.median(places[:, 2]))
+    window_px = int(np.clip(2 * round((wide_px - 1) / 2) + 1, NARROWEST_PX, WIDEST_PX))
     flow = picture_flow(
         pictures.images,
         motion.rest_frames,
@@ -228,11 +276,9 @@ def _disturbed(moved_m: NDArray, motion: SurfaceMotion, probe: ProbeInView) -> N
     along = np.abs(np.nansum(way * rest, axis=0)) / spread
     noise = np.sqrt(np.maximum(np.nansum(rest**2, axis=0) - along**2, 0) / np.maximum(count - 2, 1))
     # Noise of few frames may be small by chance.
-    usual = [
-        np.median(of[there]) if there.any() else 0.0
-        for of, there in zip(noise, count > 2, strict=True)
-    ]
-    follows = (along > FOLLOWS * np.maximum(noise, np.array(usual)[:, None])).any(axis=0)
+    told = zip(noise, count > 2, strict=True)
+    usual = [[np.median(of[there]) if there.any() else 0.0] for of, there in told]
+    follows = (along > FOLLOWS * np.maximum(noise, usual)).any(axis=0)
     if not follows.any():
         return follows
     apart, _ = cKDTree(motion.cell_m[follows]).query(motion.cell_m)
@@ -245,26 +291,9 @@ def _less_mean(values: NDArray) -> NDArray:
     return values - np.nansum(values, axis=0) / count
 
 
-def _require_same(motion: SurfaceMotion, pictures: Pictures) -> None:
-    """Reject pictures of another recording, and a background of other pictures."""
-    frames, size = len(motion.moved_m), np.shape(pictures.images[0])[:2]
-    if len(pictures.images) != frames:
-        found = f"clouds of {frames}"
-        raise ValueError(f"frames: expected {len(pictures.images)}, one a picture, found {found}")
-    if size != pictures.uncovered.shape:
-        found = pictures.uncovered.shape
-        raise ValueError(f"mask: expected the pictures' {size} pixels, found {found}")
-
-
 def _slopes(places_m: NDArray, alignment: Alignment, camera: PinholeCamera) -> NDArray:
     """How places' columns and rows in a picture go with them, object frame, (2, c, 3) [px/m]."""
     steps = STEP_M * np.eye(3)
     pairs = [(camera.project(places_m + s), camera.project(places_m - s)) for s in steps]
     slopes = np.stack([(after - before) / (2 * STEP_M) for after, before in pairs], axis=-1)
     return slopes.swapaxes(0, 1) @ alignment.camera_from_object[:3, :3]
-
-
-def _window_px(places_m: NDArray, camera: PinholeCamera) -> int:
-    """Side of a window on the surface, in whole pixels."""
-    wide = FLOW_WINDOW_M * camera.fx_px / float(np.median(places_m[:, 2]))
-    return int(np.clip(2 * round((wide - 1) / 2) + 1, NARROWEST_PX, WIDEST_PX))

@@ -1,4 +1,8 @@
-"""Samples of an undeformed surface, the points seen on them, and how high these stand."""
+"""Samples of an undeformed surface: the points on them, how high these stand, and what hides them.
+
+A window that holds probe and surface finds neither, and what only one of a stereo head's cameras
+sees, or the projector does not light, is filled in from its surroundings.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -25,6 +29,10 @@ FEWEST_POINTS = 2
 # Points of a sample farther from its median than so many deviations, and what an indented surface
 # may slope in it, are left out.
 CLIP, SLOPE = 3.0, 0.05
+# Length of a probe above its tip, and where on it the handle begins [m].
+SHAFT_M, SHAFT_FROM_M = 0.25, 0.05
+# A sample with less than this part of its mean count of points was not seen.
+FEWEST_PART = 0.5
 
 
 @dataclass(frozen=True)
@@ -73,12 +81,7 @@ class Samples:
 
 
 class RestSurface:
-    """The undeformed template, to find the closest places of points on it.
-
-    Parameters
-    ----------
-    template : Template
-    """
+    """The undeformed template, to find the closest places of points on it."""
 
     def __init__(self, template: Template) -> None:
         self.closest = ClosestPoints(template.vertices_m, template.faces)
@@ -109,15 +112,7 @@ class RestSurface:
     def in_frame(
         self, alignment: Alignment, cloud: tuple[NDArray, NDArray], options: Observation
     ) -> ClosestAtRest:
-        """Closest places of a frame's points within reach of the contact.
-
-        Parameters
-        ----------
-        alignment : Alignment
-        cloud : (points (n, 3) [m], normals (n, 3))
-            Camera frame.
-        options : Observation
-        """
+        """Closest places of a cloud (points [m], normals; camera frame) near the contact."""
         pose, contact = alignment.camera_from_object, alignment.contact_point_m
         points, normals = to_object(pose, cloud[0]), cloud[1] @ pose[:3, :3]
         reach = options.reach_m + options.largest_distance_m
@@ -129,16 +124,8 @@ class RestSurface:
 def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m: float) -> Samples:
     """Samples where points were seen, at the means of their closest places.
 
-    Seeds are taken from the first frame, the nearest to a centre first, each at least a spacing
-    from the others; every place belongs to the nearest of them.
-
-    Parameters
-    ----------
-    closest : sequence of ClosestAtRest
-        Of frames.
-    centre_m : (3,) array
-        Object frame [m].
-    spacing_m : float
+    Seeds are taken from the first frame, the nearest to a centre (3,) [m] first, each at least a
+    spacing from the others; every place of all frames belongs to the nearest of them.
     """
     seeds = _seeds(closest[0], centre_m, spacing_m)
     each = zip(*(vars(one).values() for one in closest), strict=True)
@@ -198,3 +185,94 @@ def _medians(numbers: NDArray, values: NDArray, count: int) -> NDArray:
     low, high = (np.minimum(first + half, last) for half in ((size - 1) // 2, size // 2))
     found = (sorted_values[low] + sorted_values[high]) / 2 if len(sorted_values) else 0.0
     return np.where(size > 0, found, np.nan)
+
+
+@dataclass(frozen=True)
+class ProbeInView:
+    """Where the probe is and from where the surface must be seen past it, object frame.
+
+    Attributes
+    ----------
+    views_m : (e, 3) array
+        Cameras, and the projector of one that projects [m].
+    tip_m, axis : (f, 3) arrays
+        Centre of the sphere [m] and indentation direction in each frame.
+    """
+
+    views_m: NDArray
+    tip_m: NDArray
+    axis: NDArray
+
+    @staticmethod
+    def of(
+        alignment: Alignment, tips_m: NDArray, axes: NDArray, *, views_m: NDArray
+    ) -> "ProbeInView":
+        """Take tips [m], axes (f, 3) and views (e, 3) [m] of the camera frame to the object's."""
+        pose = alignment.camera_from_object
+        views, tips = (to_object(pose, np.asarray(part, dtype=float)) for part in (views_m, tips_m))
+        return ProbeInView(views, tips, np.asarray(axes, dtype=float) @ pose[:3, :3])
+
+    def clearance(self, places_m: NDArray, frame: int, *, along_m: tuple[float, float]) -> NDArray:
+        """Least distance of lines of sight to places (c, 3) from a part of the axis, (c,) [m].
+
+        The part goes from the tip upwards, `along_m` (low, high).
+        """
+        axis = -self.axis[frame] / np.linalg.norm(self.axis[frame])
+        ends = self.tip_m[frame] + np.outer(along_m, axis)
+        each = [segment_distance(places_m, view, *ends) for view in self.views_m]
+        return np.min(each, axis=0)
+
+    def hides(self, places_m: NDArray, options: Observation) -> NDArray:
+        """Which places (c, 3) the probe hides or comes too near in each frame, (f, c)."""
+        hidden = np.ones((len(self.tip_m), len(places_m)), dtype=bool)
+        for k, one in enumerate(hidden):
+            tip = self.clearance(places_m, k, along_m=(0.0, SHAFT_FROM_M))
+            shaft = self.clearance(places_m, k, along_m=(SHAFT_FROM_M, SHAFT_M))
+            # A probe that was not found is nowhere clear.
+            one[(tip >= options.clear_m) & (shaft >= options.shaft_clear_m)] = False
+        return hidden
+
+
+def segment_distance(starts: NDArray, end: NDArray, first: NDArray, last: NDArray) -> NDArray:
+    """Least distances of segments from `starts` (c, 3) to `end` from another segment, (c,) [m]."""
+    d1, d2, r = end - starts, last - first, starts - first
+    a, b, c = (d1 * d1).sum(axis=1), d1 @ d2, (d1 * r).sum(axis=1)
+    e, f = d2 @ d2, r @ d2
+    across = np.maximum(a * e - b * b, 1e-12 * a * e)
+    s = np.clip((b * f - c * e) / across, 0, 1)
+    t = np.clip((b * s + f) / e, 0, 1)
+    s = np.clip((b * t - c) / a, 0, 1)
+    gap = r + s[:, None] * d1 - t[:, None] * d2
+    return np.linalg.norm(gap, axis=1)
+
+
+def facing_samples(samples: Samples, probe: ProbeInView, options: Observation) -> Samples:
+    """Samples that are not seen too much from the side from anywhere."""
+    least = np.cos(np.deg2rad(options.largest_view_deg))
+    sight = probe.views_m[:, None] - samples.cell_m
+    facing = (sight * samples.normal).sum(axis=2) > least * np.linalg.norm(sight, axis=2)
+    return samples.at(facing.all(axis=0))
+
+
+def hidden_samples(
+    samples: Samples,
+    points: NDArray,
+    probe: ProbeInView,
+    rest_frames: NDArray,
+    options: Observation,
+) -> NDArray:
+    """Which samples the probe or its shadow hides or comes too near, (f, c).
+
+    Parameters
+    ----------
+    samples : Samples
+    points : (f, c) int array
+        How many each was seen with.
+    probe : ProbeInView
+    rest_frames : (r,) int array
+    options : Observation
+    """
+    passed = probe.hides(samples.cell_m, options)
+    counted = np.where(passed, np.nan, points)[rest_frames]
+    usual = np.nansum(counted, axis=0) / np.maximum(np.isfinite(counted).sum(axis=0), 1)
+    return passed | (points < FEWEST_PART * usual)
