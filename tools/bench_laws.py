@@ -136,7 +136,8 @@ def row_of(
         )
         for k in range(CAPTURES)
     ]
-    found = estimate_direct(captures, Fit(), radius_m=RADIUS_M)
+    options = Fit(shift_std_m=2e-5, picture_std_m=1e-3)
+    found = estimate_direct(captures, options, radius_m=RADIUS_M)
     told = np.array([found.quantities.depth_m])
     harder = float((truth.force(told, nu, 0.0) / table.force(told, nu, 0.0))[0])
     star = E / (1 - nu**2)

@@ -27,7 +27,7 @@ import yaml
 from palpate.estimate.direct.estimate import DirectEstimate, estimate_direct
 from palpate.estimate.direct.indentation import DirectIndentation
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
+from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.modulus import LABELS, columns
 from palpate.report.moduli_table import accuracy_table, direct_rows
 from palpate.workflow.digest import pins
@@ -73,7 +73,7 @@ def scaled(name: str, by: float) -> Changed:
         if name == "table":
             table = replace(one.table, force_per_modulus_m2=by * one.table.force_per_modulus_m2)
             return replace(one, table=table)
-        fields = {"force": ["force_n"], "depth": ["depth_m", "tip_depth_m", "speed_m_s"]}[name]
+        fields = {"force": ["force_n"], "depth": ["depth_m", "tip_depth_m"]}[name]
         return replace(one, **{field: by * getattr(one, field) for field in fields})
 
     return changed

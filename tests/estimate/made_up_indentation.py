@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from floor import floor
 from numpy.typing import NDArray
-from palpate.estimate.direct.indentation import DirectIndentation, Parameters
+from palpate.estimate.direct.indentation import DirectIndentation, Parameters, SupportAxes
 from palpate.estimate.direct.motion import SurfaceMotion, no_pictures
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
-from palpate.estimate.direct.support_motion import rocking_axes, support_axes_of
-from palpate.estimate.direct.table import SampleTable
+from palpate.estimate.direct.table import SampleTable, axes_across
 from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
 from palpate.estimate.minimise.options import Minimise
 from palpate.estimate.relaxation import relaxed_force
@@ -26,10 +25,15 @@ OPTIONS = Fit(
     relaxation_times_s=RELAXATION_TIMES_S,
     fraction_std=0.1,
     fraction_step_std=0.1,
+    shift_std_m=2e-5,
+    picture_std_m=1e-3,
     rig=NO_RIG,
     model_std=EXACT_TABLE,
 )
-START = Parameters(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), 0.0, 0.0, *map(np.zeros, (3, 2, 2, 3)))
+START = Parameters(
+    *(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), np.array(RELAXATION_TIMES_S)),
+    *(0.0, 0.0, *map(np.zeros, (3, 2, 2, 3))),
+)
 UNBONDED = floor(1e-3, height_m=-0.05, contact="resting")
 BONDED = replace(UNBONDED, contact="bonded")
 MOVING_SUPPORT = Fit(sinking_std_m=1e-4, rocking_std_rad=1e-3)
@@ -49,7 +53,7 @@ def made_up_table(cell_m):
         return np.array(each)
 
     r, step = np.linalg.norm(cell_m, axis=1), 1e-4
-    across = rocking_axes(np.array([0.0, 0.0, -1.0]))
+    across = axes_across(np.array([0.0, 0.0, -1.0]))
     by_place = [(motion(step * axis) - motion(-step * axis)) / (2 * step) for axis in across]
     # No sample follows the material.
     by_place = np.array([*by_place, *np.zeros_like(by_place)])
@@ -61,7 +65,7 @@ def made_up_table(cell_m):
 def support_axes(cell_m, support, options=MOVING_SUPPORT):
     """Axes along which the object moves on its support, indented from above at the origin."""
     up = np.array([0.0, 0, 1])
-    return support_axes_of(
+    return SupportAxes.of(
         cell_m,
         np.tile(up, (len(cell_m), 1)),
         support=support,
@@ -145,9 +149,7 @@ def indentation_of(
         frames_beyond=0,
         oblique_rad=0.0,
         depth_m=measured,
-        speed_m_s=np.gradient(depth, time)[used],
         tip_std_m=8e-5,
-        pattern_std_m=3e-5,
         depth_root_m=8e-5 * np.eye(len(used)),
         offset_std_m=offset_std_m,
         clock_expected_s=0.0,
@@ -160,11 +162,8 @@ def indentation_of(
         moved_m=motion,
         noise_std_m=np.full(motion.shape, motion_std_m),
         moved_std_m=np.full(motion.shape, motion_std_m),
-        shift_std_m=2e-5,
         place_expected_m=np.zeros(2),
         place_std_m=5e-4,
-        picture_std_m=1e-3,
-        patch_m=0.02,
         cluster=cluster,
         support_axes=support_axes(cell, support),
         table=table,

@@ -15,15 +15,13 @@ from made_up_indentation import (
     made_up_table,
     support_axes,
 )
-from palpate.estimate.direct.blocks import Scales, blocks_of
-from palpate.estimate.direct.budget import budget_of, covariance_of
-from palpate.estimate.direct.deviations import with_depth_errors
-from palpate.estimate.direct.fit import Solution
+from palpate.estimate.direct.budget import budget_of
+from palpate.estimate.direct.deviations import Scales, with_depth_errors
+from palpate.estimate.direct.fit import Solution, blocks_of
 from palpate.estimate.direct.indentation import DirectIndentation, linearised
-from palpate.estimate.direct.interval import intervals
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
-from palpate.estimate.direct.probe_uncertainty import UNSTATED, ProbeUncertainty
-from palpate.estimate.direct.quantities import BULK, NAMES, SHEAR, quantities_of
+from palpate.estimate.direct.quantities import BULK, NAMES, SHEAR, intervals, quantities_of
+from palpate.estimate.direct.rig import UNSTATED, ProbeUncertainty
 from palpate.report.source_words import SOURCES
 from scipy.integrate import quad
 from scipy.stats import chi2, halfnorm, t
@@ -48,10 +46,7 @@ def as_options_say(capture, options):
     return replace(
         capture,
         offset_std_m=options.offset_std_m,
-        pattern_std_m=options.depth_pattern_std_m,
-        shift_std_m=options.shift_std_m,
         place_std_m=options.place_std_m,
-        picture_std_m=options.picture_std_m,
         support_axes=support_axes(capture.cell_m, UNBONDED, options),
     )
 
@@ -267,7 +262,7 @@ BESIDE = {
 }
 # What is measured; options have another name for one, and of the noise comes what is divided by.
 MEASURED = {one.name for one in fields(DirectIndentation) if "_std" in one.name}
-MEASURED -= {"pattern_std_m", "noise_std_m"}
+MEASURED -= {"noise_std_m"}
 FIELDS = OF_FIT | {*Rig.model_fields, *ModelStd.model_fields} | MEASURED
 
 
@@ -288,13 +283,12 @@ def estimate(options, *captures, known=UNSTATED):
     """What the estimate says of captures at the truth, without a fit."""
     captures = tuple(with_depth_errors(one, TRUTH, options, likeliest=False) for one in captures)
     scales = (Scales(),) * len(captures)
-    lines = [linearised(one, TRUTH, times_s=np.array(TAU_S)) for one in captures]
+    lines = [linearised(one, TRUTH) for one in captures]
     blocks = tuple(map(blocks_of, captures, lines, scales))
-    best = Solution((TRUTH,) * len(captures), 0.0, scales, blocks, captures, True)
-    covariance = covariance_of(best, options)
-    moduli = quantities_of(best, options, radius_m=RADIUS_M)
-    budget = budget_of(best, covariance, moduli, options, known, radius_m=RADIUS_M)
-    return budget, intervals(best, covariance, moduli, budget, options)
+    best = Solution((TRUTH,) * len(captures), 0.0, scales, blocks, captures, options, True)
+    moduli = quantities_of(best, radius_m=RADIUS_M)
+    budget = budget_of(best, moduli, known, radius_m=RADIUS_M)
+    return budget, intervals(best, moduli, budget)
 
 
 def budget(options, *captures, known=UNSTATED):
@@ -318,8 +312,7 @@ def test_a_term_alone_is_what_its_first_order_says(field):
 
 
 # Errors that each capture has anew; of all others a further capture says next to nothing.
-ANEW = {"force_zero_std_n", "force_drift_std_n", "depth_pattern_std_m", *MEASURED}
-ANEW -= {"picture_std_m"}
+ANEW = {"force_zero_std_n", "force_drift_std_n", "depth_pattern_std_m", "shift_std_m", *MEASURED}
 
 
 @pytest.mark.parametrize("field", sorted(FIELDS))
@@ -430,8 +423,8 @@ def test_an_interval_is_student_s_quantile_of_what_the_budget_holds():
 
 
 def test_depths_of_one_place_and_time_err_together():
-    capture = replace(CAPTURE, pattern_std_m=2e-4)
-    root = with_depth_errors(capture, TRUTH, NOTHING, likeliest=False).depth_root_m
+    options = NOTHING.changed(depth_pattern_std_m=2e-4)
+    root = with_depth_errors(CAPTURE, TRUTH, options, likeliest=False).depth_root_m
     assert root @ root.T == pytest.approx(ALONE + alike(2e-4), rel=1e-6, abs=1e-14)
 
 

@@ -5,11 +5,17 @@ import pytest
 import trimesh
 from floor import floor
 from made_up_indentation import displacement_of
-from palpate.estimate.direct.contact import Contact, depth_along, least_force, oblique, unloaded
+from palpate.estimate.direct.contact import (
+    Contact,
+    depth_along,
+    least_force,
+    object_from_table,
+    oblique,
+    unloaded,
+)
+from palpate.estimate.direct.indentation import SupportAxes
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.placement import object_from_table
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
-from palpate.estimate.direct.support_motion import support_axes_of
 from palpate.estimate.direct.table import sample_table
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.laws import LAW_NAMES
@@ -168,7 +174,7 @@ def test_an_unbonded_object_sinks_along_its_support_and_turns_about_its_base():
 
     def axes(contact_m, direction, contact="resting"):
         given = {"support": floor(1e-3, contact=contact), "options": options}
-        return support_axes_of(samples, normals, contact_m=contact_m, direction=direction, **given)
+        return SupportAxes.of(samples, normals, contact_m=contact_m, direction=direction, **given)
 
     found = axes(samples[0], DOWN)
     assert found.samples_m[:, 0] == pytest.approx([-1, 0, -0.8])

@@ -6,10 +6,9 @@ from functools import cache
 import numpy as np
 import pytest
 from made_up_indentation import OPTIONS, RADIUS_M, START, indentation_of
-from palpate.estimate.direct.budget import budget_of, covariance_of
+from palpate.estimate.direct.budget import budget_of
 from palpate.estimate.direct.fit import fit_direct
-from palpate.estimate.direct.interval import intervals
-from palpate.estimate.direct.quantities import quantities_of
+from palpate.estimate.direct.quantities import intervals, quantities_of
 from palpate.estimate.relaxation import relaxed_share
 from palpate.modulus import LABELS
 
@@ -34,10 +33,10 @@ def drawn_capture(rng, seed, nu):
     while (shares < 0).any():
         shares = rng.multivariate_normal(np.zeros(2), np.linalg.inv(information))
     late = rng.normal(0, 0.01)
-    # Its depths err by where the probe is as is stated (`pattern_std_m`).
+    # Its depths err by where the probe is as is stated (`depth_pattern_std_m`).
     drawn = {"laws": tuple(laws), "amplitudes": tuple(shares), "delay_s": late, "wavy_m": 3e-5}
     capture = indentation_of(E, nu, seed, **drawn)
-    gain, shift = rng.normal(0, OPTIONS.gain_std), rng.normal(0, capture.shift_std_m)
+    gain, shift = rng.normal(0, OPTIONS.gain_std), rng.normal(0, OPTIONS.shift_std_m)
     left = 1 - relaxed_share(1.0, fractions=shares, times_s=np.array(OPTIONS.relaxation_times_s))
     return replace(capture, moved_m=capture.moved_m * (1 + gain) + shift), laws[0], float(left)
 
@@ -45,14 +44,13 @@ def drawn_capture(rng, seed, nu):
 def judged(capture, q, left, nu):
     """Errors of the moduli over their deviations, and whether intervals hold."""
     best = fit_direct([capture], OPTIONS, START)
-    covariance = covariance_of(best, OPTIONS)
-    stated = quantities_of(best, OPTIONS, radius_m=RADIUS_M)
-    budget = budget_of(best, covariance, stated, OPTIONS, radius_m=RADIUS_M)
+    stated = quantities_of(best, radius_m=RADIUS_M)
+    budget = budget_of(best, stated, radius_m=RADIUS_M)
     star, later = E / (1 - nu**2), E * left
     harder = np.exp(q * capture.table.stiffening_at(np.array([stated.depth_m]), nu)[0][0])
     values = np.array([star * harder * left, E, later, nu, star])
     truth = np.where(np.array(list(LABELS)) == "poisson_ratio", values, np.log(values))
-    found = intervals(best, covariance, stated, budget, OPTIONS)
+    found = intervals(best, stated, budget)
     named = zip(LABELS, values, strict=True)
     holds = [found[name].low <= value <= found[name].high for name, value in named]
     return (stated.values[: len(LABELS)] - truth) / budget.std[: len(LABELS)], holds

@@ -16,8 +16,7 @@ from palpate import direct
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.indentation import SHARED, Parameters
 from palpate.estimate.direct.quantities import NAMES, quantities_of
-from palpate.estimate.direct.regions import regions_of
-from palpate.estimate.direct.result import youngs_after
+from palpate.estimate.direct.result import regions_of, youngs_after
 from palpate.estimate.relaxation import relaxed_share
 
 TRUTH = {
@@ -92,8 +91,9 @@ def test_moduli_and_their_slopes(found):
     best, options = found.solution, OPTIONS.changed(effective_depth_m=0.004)
 
     def at(vector):
-        moved = replace(best, parameters=(Parameters.of(vector),))
-        return quantities_of(moved, options, radius_m=RADIUS_M)
+        parameters = Parameters.of(vector, best.parameters[0].times_s)
+        moved = replace(best, parameters=(parameters,), options=options)
+        return quantities_of(moved, radius_m=RADIUS_M)
 
     here, p = at(best.vector), best.parameters[0]
     for k in range(SHARED + len(RELAXATION_TIMES_S)):
@@ -116,7 +116,7 @@ def test_moduli_and_their_slopes(found):
 def test_the_budget_is_the_covariance(found):
     """Contributions add up in squares to what the normal equations say of the moduli."""
     slopes, budget = found.quantities.slopes, found.budget
-    whole = np.sqrt(np.diag(slopes @ found.covariance @ slopes.T))
+    whole = np.sqrt(np.diag(slopes @ found.solution.covariance @ slopes.T))
     # Noise that scatters by more than was stated adds to it.
     assert (budget.std >= whole * (1 - 1e-3)).all() and (budget.std <= whole * 1.5).all()
     rows = budget.rows()
@@ -129,9 +129,9 @@ def test_the_budget_is_the_covariance(found):
 
 
 def test_an_estimate_that_another_excludes(found):
-    assert found.beside([]).to_dict() == found.to_dict() and not found.doubts
+    assert found.beside([]).to_dict() == found.to_dict() and not found.warnings
     excluded = found.beside(["another excludes it"])
-    assert excluded.doubts == ["another excludes it"]
+    assert excluded.warnings == ["another excludes it"]
     assert "identified" not in {one.verdict for one in excluded.moduli.values()}
 
 
@@ -151,9 +151,9 @@ def test_what_the_table_adds_is_no_information_lost_in_the_bound(found):
 
 def test_regions_add_up_and_are_those_of_the_covariance(found):
     """With both, the inverse is the covariance of log E and nu; of one kind there is less."""
-    regions = regions_of(found.solution, found.options)
+    regions = regions_of(found.solution)
     covariance = np.linalg.inv(regions["both"])
-    np.testing.assert_allclose(covariance, found.covariance[:2, :2], rtol=1e-3)
+    np.testing.assert_allclose(covariance, found.solution.covariance[:2, :2], rtol=1e-3)
     for kind in ("force", "surface"):
         assert (np.linalg.eigvalsh(regions["both"] - regions[kind]) > 0).all()
     # Indentation depths determine E at each nu, not both.
@@ -196,7 +196,7 @@ def test_a_force_that_begins_far_from_the_surface_is_not_judged():
     """A diameter for a radius of 6 mm: every depth is 6 mm too much."""
     capture = indentation_of(25e3, 0.3, 1)
     found = estimate(replace(capture, depth_m=capture.depth_m + 0.006, offset_std_m=1e-3))
-    assert len(found.doubts) == 1
+    assert len(found.warnings) == 1
     assert {one.verdict for one in found.moduli.values()} == {"not judged"}
 
 

@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 from made_up_indentation import OPTIONS, START, UNBONDED, indentation_of
 from palpate.estimate.direct import fit
-from palpate.estimate.direct.blocks import sharing_of
-from palpate.estimate.direct.budget import covariance_of
-from palpate.estimate.direct.deviations import ROBUST, with_depth_errors, with_pattern
+from palpate.estimate.direct.deviations import (
+    ROBUST,
+    sharing_of,
+    with_depth_errors,
+    with_pattern,
+)
 from palpate.estimate.direct.fit import fit_direct
 from palpate.estimate.direct.indentation import OWN, Parameters, linearised, residuals
 from palpate.estimate.direct.prior import prior_of
@@ -44,18 +47,17 @@ def test_derivatives_are_those_of_the_residuals():
     table = replace(table, motion_by_place=np.concatenate([by_place, by_place * (axis > 0)]))
     capture = replace(capture, table=table, axis=axis)
     of = Parameters(
-        *(24e3, 0.28, 0.2, -0.3, 0.01, np.array([0.05, 0.03]), 1e-4, 2e-3),
+        *(24e3, 0.28, 0.2, -0.3, 0.01, np.array([0.05, 0.03]), TIMES_S, 1e-4, 2e-3),
         shift_m=np.array([1e-5, -2e-5, 3e-5]),
         place_m=np.array([2e-4, -3e-4]),
         picture_m=np.array([-1e-4, 4e-4]),
         support_motion=np.array([2e-5, 3e-4, -1e-4]),
     )
-    line = linearised(capture, of, times_s=TIMES_S)
+    line = linearised(capture, of)
     steps = [1e-5] * 7 + [1e-7, 1e-4] + [1e-7] * 3 + [1e-6] * 4 + [1e-7, 1e-5, 1e-5]
     for k, step in enumerate(np.diag(steps)):
         near, far = (
-            residuals(capture, Parameters.of(of.vector + sign * step), times_s=TIMES_S)
-            for sign in (-1, 1)
+            residuals(capture, Parameters.of(of.vector + sign * step, TIMES_S)) for sign in (-1, 1)
         )
         for name in ("depth", "motion"):
             slope = (getattr(far, name) - getattr(near, name)) / (2 * steps[k])
@@ -68,7 +70,7 @@ def cost_by_hand(best, vector):
     shared, *own = np.split(vector, OWN * np.arange(-len(best.indentations), 0))
     total = (prior_of(best.indentations, OPTIONS).gaps(vector) ** 2).sum()
     for one, scale, mine in zip(best.indentations, best.scales, own, strict=True):
-        gaps = residuals(one, Parameters.of(np.append(shared, mine)), times_s=TIMES_S)
+        gaps = residuals(one, Parameters.of(np.append(shared, mine), TIMES_S))
         soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion[0])) ** 2) - 1
         total += (gaps.depth**2).sum() + 2 * ROBUST**2 * soft.sum() / scale.sharing[0]
         total += np.linalg.slogdet(one.depth_root_m @ one.depth_root_m.T)[1]
@@ -82,7 +84,7 @@ def test_the_fit_is_the_minimum_of_the_cost():
     )
     least = cost_by_hand(best, best.vector)
     assert best.cost == pytest.approx(least)
-    deviations = np.sqrt(np.diag(covariance_of(best, OPTIONS)))
+    deviations = best.std
     for k in range(len(deviations)):
         step = 0.2 * deviations[k] * np.eye(len(deviations))[k]
         ends = [cost_by_hand(best, best.vector + sign * step) - least for sign in (-1, 1)]
@@ -167,7 +169,7 @@ def test_displacements_of_a_patch_or_a_frame_that_err_together(patch, frame, bot
         seen=np.ones(shape, dtype=bool), cluster=cluster, axis=axis, kind=kind
     )
     slope = np.column_stack([np.ones(gaps.size), np.zeros(gaps.size), rng.normal(size=gaps.size)])
-    line = SimpleNamespace(residuals=SimpleNamespace(motion=gaps.ravel()), motion_slope=slope)
+    line = SimpleNamespace(motion=gaps.ravel(), motion_slope=slope)
     along, across = sharing_of(capture, line, (1.0, 1.0))
     assert along == pytest.approx(1 + both**2 + 120 * (patch**2 + frame**2), rel=0.25)
     assert across < 1.5
@@ -193,7 +195,7 @@ def test_patches_are_as_large_as_asked():
     capture = indentation_of(25e3, 0.3, 1)
     truth = fitted(capture)
     counts = [
-        with_pattern(replace(capture, patch_m=size), truth, times_s=TIMES_S).cluster.max() + 1
+        with_pattern(capture, truth, OPTIONS.changed(patch_m=size)).cluster.max() + 1
         for size in (0.02, 0.04, 0.08)
     ]
     assert counts == pytest.approx([64, 16, 4], rel=0.3)

@@ -1,7 +1,7 @@
 """Estimates of one object whose intervals exclude each other, or just do not."""
 
 import pytest
-from palpate.estimate.direct.exclusion import Estimated, exclusions
+from palpate.estimate.direct.warnings import Estimated, exclusions
 from palpate.modulus import LABELS, Modulus
 
 WIDE = {name: Modulus(30e3, 10e3, 90e3, "bounded", "Pa") for name in LABELS}

@@ -4,9 +4,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from palpate.estimate.direct.interval import intervals
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.quantities import BULK, NAMES, SHEAR, over_star, over_star_by_nu
+from palpate.estimate.direct.quantities import (
+    BULK,
+    NAMES,
+    SHEAR,
+    intervals,
+    over_star,
+    over_star_by_nu,
+)
 
 E_STAR, NORMAL = 30e3, 1.959964
 
@@ -30,12 +36,14 @@ def intervals_of(nu, stds, *, options=None, frames=50, correlation=0.0, table_st
     std = np.hypot(std, table_std * np.abs(np.array(slopes)[:, 1]))
     best = SimpleNamespace(
         converged=True,
+        options=options or Fit(),
+        covariance=covariance,
         parameters=[SimpleNamespace(youngs_modulus_pa=E_STAR * (1 - nu**2), offset_m=0.0)],
         indentations=[SimpleNamespace(frames=np.arange(frames), zero_std_m=1e-3)],
     )
     quantities = SimpleNamespace(values=values, slopes=np.array(slopes))
     budget = SimpleNamespace(freedom=np.full(7, 1e9), std=std)
-    return intervals(best, covariance, quantities, budget, options or Fit())
+    return intervals(best, quantities, budget)
 
 
 def test_e_follows_nu_at_the_same_reduced_modulus():

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.estimate.direct.correspondences import probe_in_view
-from palpate.estimate.direct.motion import frames_at_rest, load_motion, save_motion, surface_motion
+from palpate.estimate.direct.motion import load_motion, save_motion, surface_motion
+from palpate.estimate.direct.observe import rest_frames
 from palpate.estimate.direct.options import Observation
+from palpate.estimate.direct.samples import ProbeInView
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.template import Template
 from scipy.spatial.transform import Rotation
@@ -71,7 +72,7 @@ def probe(aligned=None):
     tips = np.tile([0.0, 0.0, TOP_M + 0.006], (FRAMES, 1))
     tips[: REST - 2, 2] += 0.02
     points, axes = in_camera(tips)[0], np.tile(-pose()[:3, 2], (FRAMES, 1))
-    return probe_in_view(aligned or alignment(), points, axes, eyes_m=[[0, 0, 0], [0.1, 0, 0]])
+    return ProbeInView.of(aligned or alignment(), points, axes, views_m=[[0, 0, 0], [0.1, 0, 0]])
 
 
 def motion(frames, aligned=None, rest=tuple(range(REST)), seen=None, **options):
@@ -172,10 +173,16 @@ def test_a_motion_is_read_as_it_was_written(tmp_path):
 def test_rest_ends_with_the_touch():
     depth = np.array([-0.015, -0.01, -0.003, -0.0003, 0.0002, 0.001, -0.01])
     force = np.array([0.0, 0.01, 0.0, 0.02, 0.03, 0.5, 0.0])
-    assert frames_at_rest(depth, force, onset_force_n=0.1).tolist() == [0, 1, 2]
-    assert frames_at_rest(depth, 0 * force, onset_force_n=0.1).tolist() == [0, 1, 2, 6]
+
+    def at_rest(depth_m, force_n):
+        tips = np.outer(TOP_M + 0.006 - depth_m, [0, 0, 1])
+        given = template(), alignment(), in_camera(tips)[0], np.outer(force_n, [0, 0, 1])
+        return rest_frames(*given, radius_m=0.006, onset_force_n=0.1).tolist()
+
+    assert at_rest(depth, force) == [0, 1, 2]
+    assert at_rest(depth, 0 * force) == [0, 1, 2, 6]
     with pytest.raises(ValueError, match="frames: expected frames before the force's onset"):
-        frames_at_rest(depth + 0.02, force, onset_force_n=0.1)
+        at_rest(depth + 0.02, force)
 
 
 REJECTED = {

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 from made_up_indentation import displacement_of
-from palpate.estimate.direct.correspondences import ProbeInView
 from palpate.estimate.direct.motion import MotionAlong, load_motion, save_motion
+from palpate.estimate.direct.observe import Pictures, with_pictures
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.picture_motion import Pictures, with_pictures
+from palpate.estimate.direct.samples import ProbeInView
 from palpate.surface.alignment import Alignment
 from palpate.vision.camera import PinholeCamera
 from scipy.ndimage import fourier_shift

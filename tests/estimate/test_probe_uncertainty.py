@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from made_up_indentation import RADIUS_M
 from palpate.estimate.direct.options import Rig
-from palpate.estimate.direct.probe_uncertainty import UNSTATED, ProbeUncertainty, turned_gravity
-from palpate.estimate.direct.rig import rig_errors
+from palpate.estimate.direct.rig import UNSTATED, ProbeUncertainty, rig_errors, turned_gravity
 from palpate.vision.force import weight_wrenches
 from scipy.spatial.transform import Rotation
 

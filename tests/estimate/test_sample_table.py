@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 from made_up_indentation import RADIUS_M, made_up_table
-from palpate.estimate.direct.support_motion import rocking_axes
-from palpate.estimate.direct.table import sample_table
+from palpate.estimate.direct.table import axes_across, sample_table
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.laws import SLIDING
 from scipy.optimize import brentq
@@ -161,5 +160,5 @@ def test_a_contact_farther_on_is_a_sample_farther_back():
     # Along x, whichever axis that is; nothing along y.
     assert np.sort(np.abs(by_place)) == pytest.approx([0, 0.01], abs=1e-4)
     x = int(np.argmax(np.abs(by_place)))
-    axis = rocking_axes(np.array([0.0, 0, -1]))[x]
+    axis = axes_across(np.array([0.0, 0, -1]))[x]
     assert by_place[x] == pytest.approx(-0.01 * axis[0], abs=1e-4)

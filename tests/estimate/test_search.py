@@ -5,11 +5,12 @@ import pytest
 from full_solves import largest_error
 from made_up_indentation import BOUNDS, LAM, MU, indented_block
 from made_up_indentation import MINIMISE as OPTIONS
+from palpate.estimate.direct.deviations import error_clusters
 from palpate.estimate.minimise.fit import fit_moduli
 from palpate.estimate.minimise.least_squares import fit_least_squares
 from palpate.estimate.minimise.profile import poisson_profile
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.estimate.minimise.scatter import correlation_length, error_clusters, lame_derivatives
+from palpate.estimate.minimise.scatter import correlation_length, lame_derivatives
 from palpate.estimate.minimise.search import minimise_error
 from palpate.solid.laws import engineering_from_lame, lame_from_engineering, reduced_modulus
 from palpate.solid.mesh import solid_mesh

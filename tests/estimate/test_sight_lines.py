@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.direct.correspondences import (
+from palpate.estimate.direct.observe import CLEAR_WINDOWS, tip_clearance, views_of
+from palpate.estimate.direct.options import Observation
+from palpate.estimate.direct.samples import (
     ProbeInView,
-    clearance,
-    eyes_of,
+    Samples,
     facing_samples,
     segment_distance,
 )
-from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.samples import Samples
 
 UP = np.array([0.0, 0, 1])
 
@@ -44,21 +43,22 @@ def test_clearance_is_that_of_the_worst_view_and_of_a_part_of_the_probe():
 def test_where_sensors_see_from():
     turned = np.array([[0.0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]])
     depth = {"baseline_m": 0.075, "color_from_depth": turned.tolist()}
-    light = eyes_of({"kind": "structured_light", "depth": depth})
+    light = views_of({"kind": "structured_light", "depth": depth})
     assert light == pytest.approx(np.array([[0.1, 0.2, 0.3], [0.1, 0.275, 0.3]]))
-    assert eyes_of({"kind": "depth", "depth": depth}) == pytest.approx(light[:1])
-    stereo = eyes_of({"kind": "stereo", "stereo": {"baseline_m": 0.12}})
+    assert views_of({"kind": "depth", "depth": depth}) == pytest.approx(light[:1])
+    stereo = views_of({"kind": "stereo", "stereo": {"baseline_m": 0.12}})
     assert stereo == pytest.approx(np.array([[0, 0, 0], [0.12, 0, 0]]))
     with pytest.raises(ValueError, match="kind: expected stereo, structured_light or depth, found"):
-        eyes_of({"kind": "laser"})
+        views_of({"kind": "laser"})
 
 
 def test_how_far_from_the_tip_a_line_of_sight_must_pass():
     stereo = {"kind": "stereo", "stereo": {"window_px": 11}, "color": {"fx_px": 800.0}}
-    given = {"radius_m": 0.006, "windows": 1.5, "otherwise_m": 0.02}
-    # 1.5 windows of 11 pixels of 0.6 m / 800.
-    assert clearance(stereo, 0.6, **given) == pytest.approx(0.006 + 16.5 * 0.6 / 800)
-    assert clearance({"kind": "depth"}, 0.6, **given) == 0.02
+    options = Observation(clear_m=0.02)
+    # Windows of 11 pixels of 0.6 m / 800.
+    beside_m = CLEAR_WINDOWS * 11 * 0.6 / 800
+    assert tip_clearance(stereo, 0.6, options, radius_m=0.006) == pytest.approx(0.006 + beside_m)
+    assert tip_clearance({"kind": "depth"}, 0.6, options, radius_m=0.006) == 0.02
 
 
 def probe(frames):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.estimate.direct.motion_noise import correlation_length, correlogram
+from palpate.estimate.direct.deviations import correlation_length, correlogram
+from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, Samples, samples_of
 from palpate.surface.template import Template
 
@@ -12,7 +13,7 @@ UP = np.array([0.0, 0, 1])
 
 def at_rest(mesh, points, normals):
     surface = RestSurface(Template(np.array(mesh.vertices), np.array(mesh.faces)))
-    return surface.at_rest(points, normals, largest_distance_m=0.01, largest_normal_deg=60)
+    return surface.at_rest(points, normals, Observation(largest_distance_m=0.01))
 
 
 def test_points_on_a_ball_have_its_normals_and_not_those_of_facets():

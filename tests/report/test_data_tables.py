@@ -6,9 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from palpate.capture.tables import write_table
-from palpate.estimate.direct.estimate import CaptureFit
-from palpate.estimate.direct.fitted import load_fitted, save_fitted
 from palpate.estimate.direct.motion import SurfaceMotion, no_pictures
+from palpate.estimate.direct.result import CaptureFit, load_fitted, save_fitted
 from palpate.report.data_package import data_package
 from palpate.report.data_tables import (
     RING_M,

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.estimate.direct.estimate import CaptureFit
+from palpate.estimate.direct.result import CaptureFit
 from palpate.report.fitted_figures import fits, known
 from palpate.report.style import journal
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from browser import browser, missing
-from palpate.estimate.direct.estimate import CaptureFit
+from palpate.estimate.direct.result import CaptureFit
 from palpate.report.table_page import document
 from palpate.report.turning_view import MOST_FRAMES, section, view_of
 

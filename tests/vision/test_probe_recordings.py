@@ -15,7 +15,7 @@ from palpate.capture.calibrations import asked
 from palpate.capture.experiments import check_experiment
 from palpate.capture.force_record import WRENCH_COLUMNS
 from palpate.capture.tables import read_force, read_frames, write_force, write_frames
-from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
+from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.force import wrenches
 from scipy.spatial.transform import Rotation

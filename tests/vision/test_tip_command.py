@@ -10,7 +10,7 @@ import pytest
 import yaml
 from palpate.capture.tables import write_table
 from palpate.config.probe import covariance_fault
-from palpate.estimate.direct.probe_uncertainty import ProbeUncertainty
+from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.units import MILLIMETRES
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.camera import camera_from_spec

@@ -13,8 +13,7 @@ from palpate.capture.capture import Capture
 from palpate.capture.streams import Stream
 from palpate.capture.tables import columns_of
 from palpate.estimate.direct.motion import SurfaceMotion
-from palpate.estimate.direct.observe import observed_motion, rest_frames
-from palpate.estimate.direct.picture_motion import Pictures
+from palpate.estimate.direct.observe import Pictures, observed_motion, rest_frames
 from palpate.estimate.hertz.indentation import force_onset, indentation_of
 from palpate.frames import Film
 from palpate.press import press_of

@@ -1,4 +1,4 @@
-"""Factors from SI units to those that people read."""
+"""Factors from SI units to those that people read, and constants."""
 
 import math
 
@@ -6,6 +6,8 @@ MILLIMETRES, CENTIMETRES, CUBIC_CENTIMETRES = 1e3, 1e2, 1e6
 KILOPASCALS, MILLINEWTONS, MILLISECONDS = 1e-3, 1e3, 1e3
 PERCENT = 100.0
 GRAVITY_M_S2 = 9.81
+# Normal distribution: standard deviation over median absolute deviation.
+FROM_MEDIAN = 1.4826
 
 _PREFIXES = {-12: "p", -9: "n", -6: "\N{MICRO SIGN}", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import pandas as pd
-from palpate.estimate.direct.fitted import load_fitted
 from palpate.estimate.direct.motion import load_motion
+from palpate.estimate.direct.result import load_fitted
 from palpate.json_fields import read_all
 from palpate.report import data_tables, outputs
 from palpate.report.data_package import data_package

@@ -7,7 +7,7 @@ import pandas as pd
 from palpate.capture.files import write_text
 from palpate.capture.streams import Stream
 from palpate.capture.tables import columns_of, read_table
-from palpate.estimate.direct.fitted import load_fitted
+from palpate.estimate.direct.result import load_fitted
 from palpate.json_fields import read_all, read_by_folder
 from palpate.report.held import Held
 from palpate.report.moduli_table import compared

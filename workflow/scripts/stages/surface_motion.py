@@ -6,9 +6,8 @@ import numpy as np
 from palpate.capture.files import whole_file
 from palpate.capture.streams import Stream
 from palpate.estimate.direct.motion import save_motion
-from palpate.estimate.direct.observe import observed_motion, rest_frames
+from palpate.estimate.direct.observe import Pictures, observed_motion, rest_frames
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.picture_motion import Pictures
 from palpate.surface.alignment import load_alignment
 from palpate.vision.camera import camera_from_spec, sensor_with_optics
 from palpate.vision.clouds import read_clouds

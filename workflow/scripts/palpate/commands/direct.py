@@ -72,7 +72,7 @@ def _compared(
     found: Sequence[tuple[list[Capture], "DirectEstimate"]],
 ) -> Iterator[tuple[list[Capture], "DirectEstimate"]]:
     """Estimates with what those of the same object by other sensors say against them."""
-    from palpate.estimate.direct.exclusion import Estimated, exclusions
+    from palpate.estimate.direct.warnings import Estimated, exclusions
     from palpate.report.style import sensor_name
 
     objects: dict[Path, list] = {}
@@ -250,7 +250,7 @@ def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> 
         yield f"  law of the {which}: {text} (0: neo-Hooke's, 1: Blatz and Ko's)"
     if options.fast:
         yield f"  {FAST_NOTE}"
-    yield from (f"  doubtful: {line}" for line in found.doubts)
+    yield from (f"  doubtful: {line}" for line in found.warnings)
 
 
 def _write_figure(path: Path, found: Sequence[tuple[str, "DirectEstimate"]]) -> None:

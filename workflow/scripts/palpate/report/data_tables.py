@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.estimate import CaptureFit
 from palpate.estimate.direct.motion import MotionAlong, SurfaceMotion
+from palpate.estimate.direct.result import CaptureFit
 
 # Width of the rings of a profile [m].
 RING_M = 0.002

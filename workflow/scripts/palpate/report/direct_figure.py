@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.estimate.direct.estimate import CaptureFit, DirectEstimate
+from palpate.estimate.direct.estimate import DirectEstimate
+from palpate.estimate.direct.result import CaptureFit
 from palpate.report.style import GREY, ORANGE, PAGE_IN, journal
 from palpate.units import MILLIMETRES
 

@@ -12,10 +12,8 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 from scipy.stats import chi2, norm
 
-from palpate.estimate.direct.estimate import CaptureFit
-from palpate.estimate.direct.fitted import load_fitted
 from palpate.estimate.direct.quantities import ONE_SECOND_S
-from palpate.estimate.direct.result import LATER_S
+from palpate.estimate.direct.result import LATER_S, CaptureFit, load_fitted
 from palpate.estimate.relaxation import relaxed_share
 from palpate.json_fields import read_all
 from palpate.modulus import CONFIDENCE

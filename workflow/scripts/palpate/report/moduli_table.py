@@ -6,7 +6,7 @@ from dataclasses import asdict
 import numpy as np
 import pandas as pd
 
-from palpate.estimate.direct.exclusion import Estimated, exclusions
+from palpate.estimate.direct.warnings import Estimated, exclusions
 from palpate.modulus import IDENTIFIED, LABELS, Modulus, bounded_at_best, columns
 from palpate.report.style import sensor_name
 from palpate.report.tables import INFORMED

@@ -6,7 +6,7 @@ from statistics import NormalDist
 import pandas as pd
 
 from palpate.capture.discover import CURVE
-from palpate.estimate.direct.doubts import FAR_LAW
+from palpate.estimate.direct.warnings import FAR_LAW
 from palpate.modulus import (
     ASSUMED,
     BOUNDED,

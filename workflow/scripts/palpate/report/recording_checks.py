@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from palpate.estimate.direct.doubts import FAR_ZERO, RESTLESS
+from palpate.estimate.direct.warnings import FAR_ZERO, RESTLESS
 from palpate.report.style import sensor_name
 
 # From here on the motion of the surface differs from the model's by much more than its noise.

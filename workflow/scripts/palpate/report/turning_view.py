@@ -7,11 +7,10 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.estimate import CaptureFit
-from palpate.estimate.hertz.indentation import FROM_MEDIAN
+from palpate.estimate.direct.result import CaptureFit
 from palpate.report.objects_page import encoded, in_steps
 from palpate.surface.tracked import Tracked
-from palpate.units import MILLIMETRES
+from palpate.units import FROM_MEDIAN, MILLIMETRES
 
 # Frames of a press that are shown, with the first.
 MOST_FRAMES = 12

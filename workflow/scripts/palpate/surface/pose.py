@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.support import Support
 from palpate.surface.template import Template, vertex_normals
+from palpate.units import FROM_MEDIAN
 
 YAW_STEPS = 72
 SAMPLE = 1500
@@ -21,7 +22,6 @@ CROWDED = 2.0
 FEWEST_PAIRS = 6
 # Neighbouring points of a cloud share their errors: windows of stereo or of dots span about thirty.
 SHARED_ERRORS = 30
-NORMAL_MAD = 1.4826
 # How well a hand meets the declared point, and table and support are flat and known.
 TOUCH_STD_M, TILT_STD_RAD, HEIGHT_STD_M = 0.001, np.deg2rad(0.2), 0.0005
 # Clouds nearer by less than the first do not tell turns apart [m]; a press the other way costs the
@@ -297,7 +297,7 @@ def _polished(
         if kept.sum() < FEWEST_PAIRS:
             break
         n, x = face_normals[triangle][kept], points[kept]
-        weight = 1 / (np.sqrt(SHARED_ERRORS) * (NORMAL_MAD * np.median(gap[kept]) + 1e-6))
+        weight = 1 / (np.sqrt(SHARED_ERRORS) * (FROM_MEDIAN * np.median(gap[kept]) + 1e-6))
         rows, right = weight * np.hstack([np.cross(x, n), n]), -weight * residual[kept]
         if resting is not None:
             more, known = resting.equations(pose)

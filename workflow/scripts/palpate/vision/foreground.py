@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.frames import Film, write_film
+from palpate.units import FROM_MEDIAN
 from palpate.vision.background import (
     SMALLEST,
     BackgroundModel,
@@ -16,7 +17,6 @@ from palpate.vision.background import (
     channels_of,
     pixels_like,
 )
-from palpate.vision.highlights import DEVIATION_BY_MEDIAN
 from palpate.vision.options import Background
 from palpate.vision.stillness import camera_shift
 
@@ -251,4 +251,4 @@ def shake_px(shifts_px: Sequence[NDArray]) -> float:
     """Standard deviation of a frame's place along an axis, by the median step (n, 4, 2) [px]."""
     steps = np.abs(np.diff(np.array(shifts_px), axis=0))
     known = steps[np.isfinite(steps)]
-    return float(np.median(known)) * DEVIATION_BY_MEDIAN / np.sqrt(2) if len(known) else 0.0
+    return float(np.median(known)) * FROM_MEDIAN / np.sqrt(2) if len(known) else 0.0

@@ -4,13 +4,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.units import FROM_MEDIAN
 from palpate.vision.windows import derivative, grey, local_plane, mean, warped
 
 # Matched windows may differ in colour by this [grey levels], by what a shift explains [px], and by
 # multiples of what is usual between the two cameras.
 COLOUR_TOLERANCE, COLOUR_SHIFT_PX, COLOUR_DEVIATIONS = 1.0, 0.25, 3.0
-# Standard deviation of normal noise by its median magnitude.
-DEVIATION_BY_MEDIAN = 1.4826
 # Brighter and less saturated than what surrounds it, in so many windows' width.
 SURROUNDINGS, BRIGHTNESS, SATURATION = 11, 1.1, 0.9
 # It counts from this width, and may reach so far beyond where it is certain.
@@ -85,7 +84,7 @@ def colours_differ(
         rest = warped(there, matched) - here
         gap = np.abs(mean(rest - np.median(rest[valid]), valid, window_px))
         slope = np.sqrt(np.maximum(mean(derivative(here) ** 2, valid, window_px), 0))
-        usual = DEVIATION_BY_MEDIAN * np.median(gap[valid])
+        usual = FROM_MEDIAN * np.median(gap[valid])
         differ |= gap - COLOUR_SHIFT_PX * slope >= max(COLOUR_TOLERANCE, COLOUR_DEVIATIONS * usual)
     return valid & differ
 

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-# Normal distribution: standard deviation over median absolute value; of second differences, over
-# that of the samples.
-FROM_MEDIAN = 1.4826
+from palpate.units import FROM_MEDIAN
+
+# Standard deviation of second differences over that of the samples.
 SECOND_DIFFERENCES = np.sqrt(6.0)
 BAND_DEVIATIONS = 3.0
 # Least width of the band below a peak in which samples count as held, as part of the range.

@@ -4,23 +4,14 @@ Standard uncertainties are those of the priors and of the noise that the residua
 to the moduli through the linearised least squares, and add up in squares (JCGM 100:2008, Eq. 10).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.blocks import Blocks, normal_rows
-from palpate.estimate.direct.fit import Solution
-from palpate.estimate.direct.indentation import OWN, Linearised, residuals
-from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.prior import UNMOVED, Prior, prior_of, scaled_inverse
-from palpate.estimate.direct.probe_uncertainty import (
-    CONFIGURED,
-    OBSERVED,
-    UNSTATED,
-    ProbeUncertainty,
-)
+from palpate.estimate.direct.fit import Part, Solution
+from palpate.estimate.direct.indentation import OWN, linearised, residuals
+from palpate.estimate.direct.prior import UNMOVED, Prior
 from palpate.estimate.direct.quantities import (
     LOG_MODULI,
     NAMES,
@@ -28,27 +19,27 @@ from palpate.estimate.direct.quantities import (
     Quantities,
     over_star_by_nu,
 )
-from palpate.estimate.direct.rig import RigError, rig_errors
+from palpate.estimate.direct.rig import (
+    CONFIGURED,
+    OBSERVED,
+    UNSTATED,
+    ProbeUncertainty,
+    RigError,
+    rig_errors,
+)
 from palpate.modulus import LABELS
 
 # By how much captures may be apart for no reason that is known, in deviations of one of them (half
 # of a normal distribution), and what is tried.
 PRIOR_EXCESS, EXCESSES = 0.5, np.linspace(0, 10, 1001)
-# Of `normal_rows`.
-NormalRows = tuple[Linearised, NDArray, NDArray]
-# Fewer patches or frames don't tell their own scatter.
+# Fewer patches or frames don't show their own scatter.
 FEWEST_PARTS = 4.0
 COLUMNS = [
     f"log_{name.removesuffix('_pa')}" if log else name
     for name, log in zip(NAMES, LOG_MODULI, strict=True)
 ]
 # Priors of what each capture has for itself.
-OWN_SOURCES = (
-    "zero of the depth",
-    "clocks",
-    "zero of the motion",
-    "place of the contact",
-)
+OWN_SOURCES = ("zero of the depth", "clocks", "zero of the motion", "place of the contact")
 
 
 @dataclass(frozen=True)
@@ -111,20 +102,9 @@ class Budget:
         return found
 
 
-def covariance_of(best: Solution, options: Fit) -> NDArray:
-    """Covariance of an estimate's unknowns, (size, size)."""
-    information = prior_of(best.indentations, options).information.copy()
-    for at, block in placed(best):
-        information[np.ix_(at, at)] += block.motion_matrix.sum(axis=0)
-        information[np.ix_(at, at)] += block.depth_matrix.sum(axis=0)
-    return scaled_inverse(information)
-
-
 def budget_of(
     best: Solution,
-    covariance: NDArray,
     quantities: Quantities,
-    options: Fit,
     known: ProbeUncertainty = UNSTATED,
     *,
     radius_m: float,
@@ -134,32 +114,24 @@ def budget_of(
     Parameters
     ----------
     best : Solution
-    covariance : (size, size) array
-        Of `covariance_of`.
     quantities : Quantities
-    options : Fit
     known : ProbeUncertainty, optional
         What is stated of the probe's own numbers.
     radius_m : float
         Of the sphere.
     """
-    onto = quantities.slopes @ covariance
-    times = np.array(options.relaxation_times_s, dtype=float)
-    each = zip(best.indentations, best.parameters, best.scales, strict=True)
-    normal = [normal_rows(one, p, scale, times_s=times) for one, p, scale in each]
-    sources = _of_priors(onto, prior_of(best.indentations, options))
-    sources += _of_noise(onto, best)
+    onto = quantities.slopes @ best.covariance
+    sources = [*_of_priors(onto, best.prior), *_of_noise(onto, best)]
     own = [s for s in sources if s.name in OWN_SOURCES or s.name.startswith("noise")]
     sources += _of_captures(onto, best, sum(source.contributions**2 for source in own))
-    errors = rig_errors(options.rig, known, radius_m=radius_m)
-    sources += _of_rig(onto, best, normal, errors, times_s=times)
-    sources += _of_table(best, quantities, options)
-    there = [_from(source, known) for source in sources if source.std > 0]
+    sources += _of_rig(onto, best, rig_errors(best.options.rig, known, radius_m=radius_m))
+    sources += _of_table(best, quantities)
+    there = [
+        replace(one, origin=known.origins.get(one.name, one.origin))
+        for one in sources
+        if one.std > 0
+    ]
     return Budget(tuple(sorted(there, key=lambda source: -source.contributions[0])))
-
-
-def _from(source: Source, known: ProbeUncertainty) -> Source:
-    return replace(source, origin=known.origins.get(source.name, source.origin))
 
 
 def _of_priors(onto: NDArray, prior: Prior) -> list[Source]:
@@ -171,92 +143,75 @@ def _of_priors(onto: NDArray, prior: Prior) -> list[Source]:
     ]
 
 
-def _of_rig(
-    onto: NDArray,
-    best: Solution,
-    normal: Sequence[NormalRows],
-    errors: Sequence[RigError],
-    *,
-    times_s: NDArray,
-) -> list[Source]:
+def _of_rig(onto: NDArray, best: Solution, errors: tuple[RigError, ...]) -> list[Source]:
     """Sources that are no unknowns: what the fit makes of a capture that each has changed."""
-    each = list(zip(placed(best), best.indentations, best.parameters, normal, strict=True))
+    errors = [error for error in errors if error.std]
+    moved = []
+    each = zip(best.indentations, best.parameters, best.scales, best.places, strict=True)
+    for one, p, scale, at in each:
+        line = linearised(one, p)
+        motion_rows = (line.motion_slope * scale.weights(line.motion, one.kind)[:, None]).T
+        moved.append([])
+        for error in errors:
+            other = residuals(error.changed(one, error.std), p)
+            change = line.depth_slope.T @ (other.depth - line.depth)
+            change += motion_rows @ (other.motion - line.motion)
+            moved[-1].append(-onto[:, at] @ change)
     found = []
-    for error in errors:
-        if not error.std:
-            continue
-        moved = []
-        for (at, _), one, p, (line, depth, motion) in each:
-            other = residuals(error.changed(one, error.std), p, times_s=times_s)
-            change = depth @ (other.depth - line.residuals.depth)
-            change += motion @ (other.motion - line.residuals.motion)
-            moved.append(-onto[:, at] @ change)
-        parts = np.abs(np.sum(moved, axis=0))
-        if not error.common:
-            parts = np.sqrt((np.array(moved) ** 2).sum(axis=0))
+    for error, by_capture in zip(errors, np.array(moved).swapaxes(0, 1), strict=True):
+        alone = np.sqrt((by_capture**2).sum(axis=0))
+        parts = np.abs(by_capture.sum(axis=0)) if error.common else alone
         found.append(Source(error.source, error.std, error.unit, parts))
     return found
 
 
 def _of_noise(onto: NDArray, best: Solution) -> list[Source]:
-    """Noise of motion and depth, as large as the fit's deviations and sharing have it."""
+    """Noise of displacements and depths, as large as the fit's deviations and sharing have it."""
+    each = list(zip(best.indentations, best.scales, strict=True))
+    motion = [np.median(one.moved_std_m[one.seen] * s.of(one.kind)[0]) for one, s in each]
+    depth = [np.median(one.depth_std_m) for one in best.indentations]
     found = []
-    for kind, std in _noise_std(best).items():
-        each = [_shares(onto[:, at], block, kind)[0] for at, block in placed(best)]
-        shares = np.concatenate(each)
-        freedom = np.maximum(_count(shares), FEWEST_PARTS) - 1
-        parts = np.sqrt(shares.sum(axis=0))
-        found.append(Source(f"noise of the {kind}", std, "m", parts, freedom, OBSERVED))
+    for kind, stds in (("motion", motion), ("depth", depth)):
+        blocks = zip(best.places, best.blocks, strict=True)
+        shares = np.concatenate([_shares(onto[:, at], getattr(b, kind))[0] for at, b in blocks])
+        # As many equal parts are like these: many may say next to nothing.
+        whole = shares.sum(axis=0)
+        count = whole**2 / np.maximum((shares**2).sum(axis=0), 1e-300)
+        freedom = np.maximum(count, FEWEST_PARTS) - 1
+        std, name = float(np.median(stds)), f"noise of the {kind}"
+        found.append(Source(name, std, "m", np.sqrt(whole), freedom, OBSERVED))
     return found
 
 
-def _count(shares: NDArray) -> NDArray:
-    """How many equal parts (b, 7) are like these: many may say next to nothing, (7,)."""
-    return shares.sum(axis=0) ** 2 / np.maximum((shares**2).sum(axis=0), 1e-300)
-
-
-def _of_table(best: Solution, quantities: Quantities, options: Fit) -> list[Source]:
+def _of_table(best: Solution, quantities: Quantities) -> list[Source]:
     """Sources of the indentation table; E, G and K follow nu at the same E*."""
-    stds = options.model_std
+    stds = best.options.model_std
     with_nu = np.abs(over_star_by_nu(float(quantities.values[POISSON])))
     with_nu[POISSON] = 1.0
-    force, motion = stds.log_youngs_modulus, stds.nu
-    found = [
-        Source("indentation table: force", force, "1", force * LOG_MODULI),
-        Source("indentation table: motion", motion, "1", motion * with_nu),
-        Source(
-            "friction at the sphere", stds.sphere_friction, "1", stds.sphere_friction * LOG_MODULI
-        ),
+    terms = [
+        ("indentation table: force", stds.log_youngs_modulus, LOG_MODULI),
+        ("indentation table: motion", stds.nu, with_nu),
+        ("friction at the sphere", stds.sphere_friction, LOG_MODULI),
     ]
     if any(one.table.slides for one in best.indentations):
-        parts = stds.nu_loose * with_nu
-        found.append(Source("indentation table: base friction", stds.nu_loose, "1", parts))
-    return found
+        terms.append(("indentation table: base friction", stds.nu_loose, with_nu))
+    return [Source(name, std, "1", std * by) for name, std, by in terms]
 
 
 def _of_captures(onto: NDArray, best: Solution, told: NDArray) -> list[Source]:
     """By how much captures are farther apart than their noise and own unknowns explain.
 
-    What each capture moves the moduli by, less the mean of all, against what was told of it. Of so
-    few captures a third is farther apart than expected by chance alone, so the excess is what is
-    likely with `PRIOR_EXCESS` known beforehand (A. Gelman, Bayesian Anal. 1, 2006, 515).
-
-    Parameters
-    ----------
-    onto : (7, size) array
-    best : Solution
-    told : (7,) array
-        Variances that the noise and what each capture has for itself explain.
+    What each capture moves the moduli by, less the mean of all, against the variances (7,) that the
+    noise and what each capture has for itself explain. Of so few captures a third is farther apart
+    than expected by chance alone, so the excess is what is likely with `PRIOR_EXCESS` known
+    beforehand (A. Gelman, Bayesian Anal. 1, 2006, 515).
     """
     count = len(best.blocks)
     if count < 2:
         return []
-    shared = len(best.vector) - OWN * count
+    shared = onto[:, : len(best.vector) - OWN * count]
     moved = np.stack(
-        [
-            sum(_shares(onto[:, at], block, kind)[1].sum(axis=0) for kind in ("motion", "depth"))
-            for at, block in placed(best, shared)
-        ]
+        [sum(_shares(shared, part)[1].sum(axis=0) for part in block) for block in best.blocks]
     )
     scatter = count * moved.var(axis=0, ddof=1) / np.maximum(told, 1e-300)
     parts = np.sqrt(told * _likely_excess(scatter, count - 1))
@@ -273,28 +228,8 @@ def _likely_excess(scatter: NDArray, freedom: int) -> NDArray:
     return (weight * excess).sum(axis=0) / weight.sum(axis=0)
 
 
-def _shares(onto: NDArray, block: Blocks, kind: str) -> tuple[NDArray, NDArray]:
+def _shares(onto: NDArray, part: Part) -> tuple[NDArray, NDArray]:
     """Of each patch or frame: its expected part of the variances, and what it moves, (b, 7)."""
-    matrix, slope = getattr(block, f"{kind}_matrix"), getattr(block, f"{kind}_slope")
     size = onto.shape[1]
-    matrix, slope = matrix[:, :size, :size], slope[:, :size]
+    matrix, slope = part.matrix[:, :size, :size], part.slope[:, :size]
     return np.einsum("qi,bij,qj->bq", onto, matrix, onto), slope @ onto.T
-
-
-def _noise_std(best: Solution) -> dict[str, float]:
-    """Median deviations of motions and depths [m]."""
-    motion = [
-        np.median(one.moved_std_m[one.seen] * scale.of(one.kind)[0])
-        for one, scale in zip(best.indentations, best.scales, strict=True)
-    ]
-    depth = [np.median(one.depth_std_m) for one in best.indentations]
-    return {"motion": float(np.median(motion)), "depth": float(np.median(depth))}
-
-
-def placed(best: Solution, count: int | None = None) -> Sequence[tuple[NDArray, Blocks]]:
-    """Blocks of each capture with the places of its unknowns, or of the first so many of them."""
-    shared = len(best.vector) - OWN * len(best.indentations)
-    return [
-        (np.concatenate([np.arange(shared), shared + OWN * k + np.arange(OWN)])[:count], block)
-        for k, block in enumerate(best.blocks)
-    ]

@@ -1,13 +1,18 @@
-"""A press along a line: depth below the undeformed surface, force, and where the one begins."""
+"""An indentation along a line: depth, force, where the one begins, and where its table lies."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.hertz.indentation import FEWEST_AT_REST, FROM_MEDIAN, force_onset, hold_end
+from palpate.estimate.direct.table import axes_across
+from palpate.estimate.hertz.indentation import FEWEST_AT_REST, force_onset, hold_end
+from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.smooth_surface import SmoothSurface
+from palpate.surface.pose import to_camera
+from palpate.units import FROM_MEDIAN
 
 # Of the force at rest, that the force of a frame must exceed.
 FORCE_DEVIATIONS = 6
@@ -23,6 +28,15 @@ LIKELY = 2.5
 DEEP = 0.5
 # And a tip that has gone no farther than this part of its way is still at rest.
 MOVED = 0.01
+# The surface moves most within so many of the sphere's radii around the contact, and is to go on
+# alike so far; scans and their meshes agree to about the second [m].
+REACH_RADII, ALIKE_M = 4.0, 0.0005
+# Where it does not, a table so far from the contact still tells its force and motion [m].
+NEAREST_M = 0.002
+# Gauss and Newton's steps of the turn.
+TURNS = 6
+# Beyond this not even the same part of an object is pressed [m].
+FARTHEST_M = 0.015
 
 
 @dataclass(frozen=True)
@@ -72,7 +86,7 @@ class Contact:
         return self.depth_m - self.zero_m
 
     def check(self, *, zero_std_m: float) -> None:
-        """Refuse a press whose force and depth contradict each other.
+        """Reject an indentation whose force and depth contradict each other.
 
         Parameters
         ----------
@@ -128,28 +142,19 @@ class Contact:
         deep = self.pressed_m > DEEP * self.pressed_m.max()
         return (tips_m - self.depth_m[:, None] * direction)[deep].mean(axis=0)
 
+    def loaded_frames(self, *, tip_std_m: float) -> NDArray:
+        """Frames from the onset to the end of the hold with force enough, (k,).
 
-def loaded_frames(
-    depth_m: NDArray, force_n: NDArray, onset: int, least_n: float, *, tip_std_m: float
-) -> NDArray:
-    """Frames from the onset to the end of the hold with force enough, (k,).
+        The elastic force follows from a record's history while the contact grows or is held; that
+        of a release needs another law (T. C. T. Ting, J. Appl. Mech. 33, 1966, 845).
 
-    The elastic force follows from a record's history while the contact grows or is held; that of a
-    release needs another law (T. C. T. Ting, J. Appl. Mech. 33, 1966, 845).
-
-    Parameters
-    ----------
-    depth_m, force_n : (f,) arrays
-        Of all frames [m, N].
-    onset : int
-        First frame in contact.
-    least_n : float
-        Of `least_force`.
-    tip_std_m : float
-        Deviation of a depth from frame to frame [m].
-    """
-    end = hold_end(depth_m, int(np.argmax(depth_m)), frame_std_m=tip_std_m)
-    return onset + np.flatnonzero(force_n[onset:end] > least_n)
+        Parameters
+        ----------
+        tip_std_m : float
+            Deviation of a depth from frame to frame [m].
+        """
+        end = hold_end(self.depth_m, int(np.argmax(self.depth_m)), frame_std_m=tip_std_m)
+        return self.onset + np.flatnonzero(self.force_n[self.onset : end] > self.least_n)
 
 
 def oblique(start_m: NDArray, end_m: NDArray, direction: NDArray) -> float:
@@ -187,9 +192,13 @@ def least_force(force_n: NDArray, rest: NDArray, options: Fit) -> float:
         Frames that are known to be unloaded.
     options : Fit
     """
-    early = force_n[rest]
-    noise = FROM_MEDIAN * float(np.median(np.abs(early - np.median(early))))
-    return max(FORCE_DEVIATIONS * noise, options.least_force_share * force_n.max())
+    of_peak = options.least_force_share * force_n.max()
+    return max(FORCE_DEVIATIONS * noise_of(force_n[rest]), of_peak)
+
+
+def noise_of(resting: NDArray) -> float:
+    """Deviation of forces (k,) at rest about their median, of their unit."""
+    return FROM_MEDIAN * float(np.median(np.abs(resting - np.median(resting))))
 
 
 def depth_along(
@@ -232,3 +241,72 @@ def depth_along(
             f" {lost[0]}"
         )
     return OUTSIDE_M - way
+
+
+def object_from_table(
+    table: IndentationModel, surface: SmoothSurface, centre_m: NDArray
+) -> NDArray:
+    """Rigid motion that brings a table's first touch to that of an indentation, (4, 4).
+
+    Along the surface and turned with it, as far as the surface lies on itself then, as a flat face
+    far from its edges does, and a ball all around.
+
+    Parameters
+    ----------
+    table : IndentationModel
+    surface : SmoothSurface
+        Undeformed template, object frame.
+    centre_m : (3,) array
+        Of the sphere when it first touched, object frame [m].
+
+    Returns
+    -------
+    (4, 4) array
+        The unit matrix where the surface does not allow it, and the contact is near enough.
+
+    Raises
+    ------
+    ValueError
+        If the surface does not allow it, and the contact is not.
+    """
+    start = table.point_m - table.radius_m * table.direction
+    way = centre_m - start
+    away = float(np.linalg.norm(way - (way @ table.direction) * table.direction))
+    apart = np.linalg.norm(table.surface_rest_m - table.point_m, axis=1)
+    near = table.surface_rest_m[apart < REACH_RADII * table.radius_m]
+    if away <= FARTHEST_M:
+        moved = _moved(surface, near, way, centre_m, table.direction)
+        gap = surface.distance(to_camera(moved, near)) - surface.distance(near)
+        if gap.max() < ALIKE_M:
+            return moved
+    if away > NEAREST_M:
+        point = np.round(surface.nearest(centre_m[None])[0], 4).tolist()
+        raise ValueError(
+            f"contact: expected within {NEAREST_M * 1e3:g} mm of the declared point, beside which"
+            f" the surface is another, found {away * 1e3:.1f} mm away (a point of its own, with"
+            f" position_m {point}?)"
+        )
+    return np.eye(4)
+
+
+def _moved(
+    surface: SmoothSurface, near_m: NDArray, way_m: NDArray, centre_m: NDArray, direction: NDArray
+) -> NDArray:
+    """Bring the near surface (k, 3) there, turned to lie on the surface as well as it can, (4, 4).
+
+    A facet's normals would not do: 5 degrees lift what is four radii away by 2 mm.
+    """
+    axes = axes_across(direction)
+    found = np.eye(4)
+    found[:3, 3] = way_m
+    for _ in range(TURNS):
+        at = to_camera(found, near_m)
+        normals = surface.normals(at)
+        gap = ((at - surface.nearest(at)) * normals).sum(axis=1)
+        tilts = [(np.cross(axis, at - centre_m) * normals).sum(axis=1) for axis in axes]
+        slopes = np.column_stack([*tilts, normals @ direction])
+        *tilt, along = -np.linalg.lstsq(slopes, gap, rcond=None)[0]
+        turn = Rotation.from_rotvec(tilt @ axes).as_matrix()
+        found[:3] = turn @ found[:3]
+        found[:3, 3] += centre_m - turn @ centre_m + along * direction
+    return found

@@ -1,51 +1,129 @@
 """How far what is compared scatters: noise, what moves with the surface, and what errs together."""
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
+from scipy.spatial import cKDTree
 
 from palpate.estimate.direct.indentation import (
+    AXES,
+    KINDS,
     DirectIndentation,
+    Linearised,
     Parameters,
     depth_noise,
     linearised,
-    patches_of,
     residuals,
 )
-from palpate.estimate.direct.motion_noise import correlation_length
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.prior import FREE, prior_of, scaled_inverse
-from palpate.estimate.hertz.indentation import FROM_MEDIAN
+from palpate.units import FROM_MEDIAN
 
 # Deviations beyond which a residual counts with its size alone.
 ROBUST = 8.0
-# Degrees of freedom of the motions' scatter, steps of its search, and the least part of a variance
-# that was stated.
+# Degrees of freedom of the displacements' scatter, steps of its search, and the least part of a
+# variance that was stated.
 TAILS, VARIANCE_STEPS, LEAST_NOISE = 4.0, 30, 0.1
-# Over such a way and so long errors of depths are alike that hang on where the probe is.
+# Over such a way and so long errors of depths are alike that depend on where the probe is.
 ALIKE_M, ALIKE_S = 0.002, 2.0
 # Multiples of the stated deviations of depths that are tried.
 NOISES, PATTERNS = np.geomspace(1, 100, 30), np.geomspace(1, 300, 30)
-# Of log E and nu, where depths alone are to tell them.
+# Of log E and nu, where depths alone are to determine them.
 WIDE_STD = np.array([10.0, 0.5])
-# Larger parts than these, where none are asked for, would be too few to tell their scatter [m].
+# Larger parts than these, where none are asked for, would be too few to show their scatter [m].
 LARGEST_PATCH_M = 0.04
 # Of pictures: windows that overlap see the same grey values, and are 14 to 22 mm wide [m].
 WINDOWED_M = 0.04
+# Steps and end of the correlogram [m].
+LAG_M, LAGS = 0.002, 20
 
 
-def with_pattern(
-    indentation: DirectIndentation, of: Parameters, *, times_s: NDArray
-) -> DirectIndentation:
-    """Deviations of motions as residuals show them: of each frame's noise, and of what moves.
+@dataclass(frozen=True)
+class Scales:
+    """What residuals of a capture are divided by, beside their stated deviations.
+
+    Attributes
+    ----------
+    motion : (2,) tuple of float
+        Scatter of displacements over what was stated: along the normals, and across.
+    sharing : (2,) tuple of float
+        Displacements of a patch or a frame that err together: by so much what they move E and nu by
+        scatters more than it would if they were independent (variance).
+    """
+
+    motion: tuple[float, ...] = (1.0,) * KINDS
+    sharing: tuple[float, ...] = (1.0,) * KINDS
+
+    def of(self, kind: NDArray) -> tuple[NDArray, NDArray]:
+        """Scatter and sharing of displacements by their kind, both as many."""
+        return np.array(self.motion)[kind], np.array(self.sharing)[kind]
+
+    def weights(self, gaps: NDArray, kind: NDArray) -> NDArray:
+        """What squares of residuals are multiplied by, (n,)."""
+        motion, sharing = self.of(kind)
+        return robust_weights(gaps, motion) / (motion**2 * sharing)
+
+
+def scales_of(indentation: DirectIndentation, line: Linearised) -> Scales:
+    """Scatter and sharing as residuals show them."""
+    each = [line.motion[indentation.kind == kind] for kind in range(KINDS)]
+    motion = tuple(_robust_scale(gaps) for gaps in each)
+    return Scales(motion, sharing_of(indentation, line, motion))
+
+
+def sharing_of(
+    indentation: DirectIndentation, line: Linearised, motion: tuple[float, ...]
+) -> tuple[float, ...]:
+    """Variance of slopes by E and nu over that of independent displacements; at least 1.
+
+    Of each kind: what those of a patch share, whose pattern or outline is in all frames, and what
+    those of a frame share, as a camera's shake, less what those of both do (clusters in two ways:
+    A. C. Cameron, J. B. Gelbach and D. L. Miller, J. Business & Economic Statistics 29, 2011, 238).
+    Each counts alike: those few near the contact, which move E and nu, do not show it.
+
+    Parameters
+    ----------
+    indentation : DirectIndentation
+    line : Linearised
+    motion : (2,) tuple of float
+        Scatter of displacements over what was stated.
+    """
+    gaps, slope = line.motion, line.motion_slope[:, :FREE]
+    frame, sample = np.nonzero(indentation.seen)
+    patch, at = indentation.cluster[sample], frame * AXES + indentation.axis[sample]
+    # Patches are of one axis each.
+    groups = patch, at, patch * len(indentation.seen) + frame
+    found = []
+    for kind, scatter in enumerate(motion):
+        of = indentation.kind == kind
+        weighted = (robust_weights(gaps[of], scatter) / scatter**2)[:, None] * slope[of]
+        terms = weighted * gaps[of, None], weighted * slope[of]
+        by_patch, by_frame, by_both = (_shared(group[of], *terms) for group in groups)
+        # The fit takes a part of what a frame has in common.
+        found.append(max(1.0, by_patch, by_patch + by_frame - by_both))
+    return tuple(found)
+
+
+def _shared(group: NDArray, term: NDArray, square: NDArray) -> float:
+    """Mean square of groups' sums of terms (m, 2), over what independent ones have."""
+    total, expected = (
+        np.stack([np.bincount(group, column) for column in of.T]) for of in (term, square)
+    )
+    told = expected > 0
+    return float((total[told] ** 2 / expected[told]).mean()) if told.any() else 1.0
+
+
+def with_pattern(indentation: DirectIndentation, of: Parameters, options: Fit) -> DirectIndentation:
+    """Deviations of displacements as residuals show them: of each frame's noise, and of a pattern.
 
     A sensor's fixed pattern cancels where nothing moves; where the surface moves it does not, with
-    a variance about in proportion to the motion.
+    a variance about in proportion to the displacement. Errors of a patch are not independent.
     """
     seen, kind = indentation.seen, indentation.kind
-    gaps = residuals(indentation, of, times_s=times_s).motion * indentation.moved_std_m[seen]
+    gaps = residuals(indentation, of).motion * indentation.moved_std_m[seen]
     noise = indentation.noise_std_m[seen] ** 2
     size = np.abs(indentation.moved_m[seen] - gaps)
     variance = np.zeros_like(gaps)
@@ -55,16 +133,23 @@ def with_pattern(
         variance[at] = parts @ variance_parts(gaps[at], parts)
     std, left = np.full((2, *seen.shape), np.nan)
     std[seen], left[seen] = np.sqrt(variance), gaps
-    pressed = replace(indentation, moved_std_m=std)
-    return replace(pressed, cluster=_clusters(pressed, left))
+    cell_m, axis, length = indentation.cell_m, indentation.axis, 0.0
+    along = seen.any(axis=0) & (axis == 0)
+    if along.any():
+        mean = np.nanmean((left / std)[:, along], axis=0)
+        length = correlation_length(cell_m[along], mean[None])
+    # Patches at least as large as residuals err together: twice their correlation's length.
+    sizes = min(2 * length, LARGEST_PATCH_M), WINDOWED_M
+    cluster = _patches(cell_m, axis, [max(options.patch_m, size) for size in sizes])
+    return replace(indentation, moved_std_m=std, cluster=cluster)
 
 
 def with_depth_errors(
     indentation: DirectIndentation, of: Parameters, options: Fit, *, likeliest: bool
 ) -> DirectIndentation:
-    """Errors of the depths: noise from frame to frame, and what hangs on where the probe is.
+    """Errors of the depths: noise from frame to frame, and what depends on where the probe is.
 
-    A longer hold and a faster camera have more frames, but no more of the latter (lens, board,
+    A longer hold and a faster camera have more frames, but no more of the latter (lens, target,
     template, law): those of the same place and time err together.
 
     Parameters
@@ -76,17 +161,16 @@ def with_depth_errors(
         Both as large as the residuals are most likely with, the unknowns integrated over, and at
         least as large as stated; else as stated.
     """
-    times_s = np.array(options.relaxation_times_s, dtype=float)
-    noise = depth_noise(indentation, of, times_s=times_s)
+    noise = depth_noise(indentation, of)
     way, time = indentation.depth_m, indentation.time_s[indentation.frames]
     apart = np.subtract.outer(way, way) / ALIKE_M, np.subtract.outer(time, time) / ALIKE_S
-    alike = indentation.pattern_std_m**2 * np.exp(-(apart[0] ** 2) / 2 - np.abs(apart[1]))
-    if not likeliest:
-        return replace(indentation, depth_root_m=np.linalg.cholesky(np.diag(noise**2) + alike))
-    gap, spread = _depths_beforehand(indentation, of, options, times_s)
-    by_noise, by_pattern = _likeliest(
-        gap / noise, spread / noise[:, None], alike / np.outer(noise, noise)
-    )
+    alike = options.depth_pattern_std_m**2 * np.exp(-(apart[0] ** 2) / 2 - np.abs(apart[1]))
+    by_noise, by_pattern = 1.0, 1.0
+    if likeliest:
+        gap, spread = _depths_beforehand(indentation, of, options)
+        by_noise, by_pattern = _likeliest(
+            gap / noise, spread / noise[:, None], alike / np.outer(noise, noise)
+        )
     covariance = np.diag((by_noise * noise) ** 2) + by_pattern**2 * alike
     return replace(indentation, depth_root_m=np.linalg.cholesky(covariance))
 
@@ -110,15 +194,14 @@ def _likeliest(gap: NDArray, spread: NDArray, alike: NDArray) -> tuple[float, fl
 
 
 def _depths_beforehand(
-    indentation: DirectIndentation, of: Parameters, options: Fit, times_s: NDArray
+    indentation: DirectIndentation, of: Parameters, options: Fit
 ) -> tuple[NDArray, NDArray]:
-    """Gaps of the depths as expected beforehand, (k,) [m], and a root of what the unknowns add.
+    """Gaps of the depths as expected beforehand, (k,) [m], and a root W (k, q) of what is added.
 
-    The root W (k, q) has the covariance W W'.
+    Unknowns add the covariance W W'.
     """
-    line = linearised(indentation, of, times_s=times_s)
-    root = indentation.depth_root_m
-    gap, slope = root @ line.residuals.depth, root @ line.depth_slope
+    line, root = linearised(indentation, of), indentation.depth_root_m
+    gap, slope = root @ line.depth, root @ line.depth_slope
     prior = prior_of([indentation], options)
     information, right = prior.information.copy(), prior.rows.T @ prior.values
     free = np.arange(FREE)
@@ -135,7 +218,7 @@ def variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
     """Shares of parts of a variance that gaps with wide tails are most likely to have.
 
     Student's t (Lange, Little and Taylor 1989) by Fisher's scoring, with as many steps whatever the
-    gaps are: shares that hung on the gaps' order would differ where only the last bit does.
+    gaps are: shares that depended on the gaps' order would differ where only the last bit does.
 
     Parameters
     ----------
@@ -159,16 +242,69 @@ def variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
     return np.concatenate([np.maximum(shares[:1], LEAST_NOISE), shares[1:]])
 
 
-def _clusters(indentation: DirectIndentation, left_m: NDArray) -> NDArray:
-    """Patches at least as large as residuals err together: twice their correlation's length."""
-    cell_m, length = indentation.cell_m, 0.0
-    at = indentation.seen.any(axis=0) & (indentation.axis == 0)
-    if at.any():
-        mean = np.nanmean((left_m / indentation.moved_std_m)[:, at], axis=0)
-        length = correlation_length(cell_m[at], mean[None])
-    along = max(indentation.patch_m, min(2 * length, LARGEST_PATCH_M))
-    sizes = [along, max(indentation.patch_m, WINDOWED_M)]
-    return patches_of(cell_m, indentation.axis, sizes)
+def _patches(cell_m: NDArray, axis: NDArray, sizes_m: Sequence[float]) -> NDArray:
+    """Parts of the surface whose errors are independent, by kind of displacement, (c,) int."""
+    found, count = np.zeros(len(axis), dtype=int), 0
+    for kind, size in enumerate(sizes_m):
+        of = np.minimum(axis, 1) == kind
+        if of.any():
+            found[of] = count + error_clusters(cell_m[of], size_m=size)
+            count = found[of].max() + 1
+    return found
+
+
+def error_clusters(places_m: NDArray, *, size_m: float) -> NDArray:
+    """Cell of a cubic grid that each place lies in, (n,) int.
+
+    Parameters
+    ----------
+    places_m : (n, 3) array
+    size_m : float
+        Edge of a cell [m].
+    """
+    cells = np.floor((places_m - places_m.min(axis=0)) / size_m).astype(np.int64)
+    return np.unique(cells, axis=0, return_inverse=True)[1].ravel()
+
+
+def correlogram(places_m: NDArray, noise: NDArray) -> tuple[NDArray, NDArray]:
+    """Correlation of noise over distance.
+
+    Parameters
+    ----------
+    places_m : (c, 3) array
+        Places [m].
+    noise : (f, c) array
+        In frames, of any unit; not a number where there is none.
+
+    Returns
+    -------
+    distance_m, correlation : (20,) arrays
+        In steps of 2 mm, their mean distances [m]; not a number where no two places are that far
+        apart.
+    """
+    pairs = cKDTree(places_m).query_pairs(LAG_M * LAGS, output_type="ndarray")
+    apart = np.linalg.norm(places_m[pairs[:, 0]] - places_m[pairs[:, 1]], axis=1)
+    product = noise[:, pairs[:, 0]] * noise[:, pairs[:, 1]]
+    step = np.minimum((apart / LAG_M).astype(int), LAGS - 1)
+    sums = np.bincount(step, np.nansum(product, axis=0), LAGS)
+    counts = np.bincount(step, np.isfinite(product).sum(axis=0), LAGS)
+    distance = np.bincount(step, apart, LAGS) / np.maximum(np.bincount(step, minlength=LAGS), 1)
+    covariance = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
+    return np.where(counts > 0, distance, np.nan), covariance / np.nanmean(noise**2)
+
+
+def correlation_length(places_m: NDArray, noise: NDArray) -> float:
+    """L of the correlation exp(-(distance / L)^2) that is nearest to the correlogram [m].
+
+    Parameters are those of `correlogram`; 0 where there are no two places.
+    """
+    distance, correlation = correlogram(places_m, noise)
+    known = np.isfinite(correlation)
+    if not known.any():
+        return 0.0
+    lengths = np.linspace(LAG_M / 4, LAG_M * LAGS, 200)
+    model = np.exp(-((distance[known] / lengths[:, None]) ** 2))
+    return float(lengths[np.argmin(((model - correlation[known]) ** 2).sum(axis=1))])
 
 
 def robust_weights(gaps: NDArray, scale: NDArray | float) -> NDArray:
@@ -176,6 +312,6 @@ def robust_weights(gaps: NDArray, scale: NDArray | float) -> NDArray:
     return 1 / np.sqrt(1 + (gaps / (ROBUST * scale)) ** 2)
 
 
-def robust_scale(gaps: NDArray) -> float:
+def _robust_scale(gaps: NDArray) -> float:
     """Deviation of the middle of the gaps; 1 without any."""
     return max(FROM_MEDIAN * float(np.median(np.abs(gaps))), 1e-9) if len(gaps) else 1.0

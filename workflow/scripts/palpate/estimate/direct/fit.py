@@ -1,26 +1,22 @@
 """Joint robust least squares of E, nu, the law and nuisances over all frames of captures."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
-from palpate.estimate.direct.blocks import (
-    Blocks,
-    Scales,
-    blocks_of,
-    bounded_solution,
-    sharing_of,
-)
 from palpate.estimate.direct.deviations import (
     ROBUST,
-    robust_scale,
+    Scales,
+    scales_of,
     with_depth_errors,
     with_pattern,
 )
 from palpate.estimate.direct.indentation import (
-    KINDS,
     OWN,
     SHARED,
     DirectIndentation,
@@ -30,7 +26,7 @@ from palpate.estimate.direct.indentation import (
     residuals,
 )
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.prior import parameter_bounds, prior_of
+from palpate.estimate.direct.prior import Prior, parameter_bounds, prior_of, scaled_inverse
 
 ITERATIONS = 40
 ROUNDS = 3
@@ -38,6 +34,42 @@ ROUNDS = 3
 LARGEST_STEP = np.array([0.5, 0.1, 0.5, 0.5])
 SMALLEST_STEP = np.array([1e-5, 1e-5, 1e-4, 1e-4])
 ROUNDED = 100.0
+
+
+class Part(NamedTuple):
+    """Contributions to the normal equations: matrices (b, q, q) and slopes (b, q) of b parts."""
+
+    matrix: NDArray
+    slope: NDArray
+
+
+class Blocks(NamedTuple):
+    """Those of a capture: of displacements by patch, and of depths by frame."""
+
+    motion: Part
+    depth: Part
+
+
+def blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) -> Blocks:
+    """Sum a capture's weighted residuals and slopes by patch, and by frame of the depth."""
+    gaps, slope = line.motion, line.motion_slope
+    weight = scale.weights(gaps, indentation.kind)
+    cluster = np.broadcast_to(indentation.cluster, indentation.seen.shape)[indentation.seen]
+    count, q = int(indentation.cluster.max()) + 1, slope.shape[1]
+    # One after the other: sums of matrix products depend on where in memory their rows lie.
+    order = np.argsort(cluster, kind="stable")
+    there, first = np.unique(cluster[order], return_index=True)
+    columns = np.ascontiguousarray(slope[order].T)
+    weighted = weight[order] * columns
+    matrix, total = np.zeros((count, q, q)), np.zeros((count, q))
+    for k in range(q):
+        sums = np.add.reduceat(weighted[k] * columns[k:], first, axis=1).T
+        matrix[there, k, k:] = matrix[there, k:, k] = sums
+    total[there] = np.add.reduceat(weighted * gaps[order], first, axis=1).T
+    by = line.depth_slope
+    return Blocks(
+        Part(matrix, total), Part(by[:, :, None] * by[:, None, :], by * line.depth[:, None])
+    )
 
 
 @dataclass(frozen=True)
@@ -56,6 +88,7 @@ class Solution:
         At the minimum.
     indentations : tuple of DirectIndentation
         With the deviations that were found.
+    options : Fit
     converged : bool
         Whether the last steps were small.
     """
@@ -65,13 +98,41 @@ class Solution:
     scales: tuple[Scales, ...]
     blocks: tuple[Blocks, ...]
     indentations: tuple[DirectIndentation, ...]
+    options: Fit
     converged: bool
 
     @property
     def vector(self) -> NDArray:
         """(log E, nu, q, m, gain, fractions, and what each capture has for itself)."""
-        own = [p.vector[-OWN:] for p in self.parameters]
-        return np.concatenate([self.parameters[0].vector[:-OWN], *own])
+        return _joined(self.parameters)
+
+    @property
+    def places(self) -> list[NDArray]:
+        """Places of each capture's unknowns among all."""
+        return _places(len(self.indentations), self.options)
+
+    @cached_property
+    def prior(self) -> Prior:
+        """What was known of the unknowns beforehand."""
+        return prior_of(self.indentations, self.options)
+
+    def information(self, kinds: Sequence[str] = Blocks._fields) -> NDArray:
+        """Information on the unknowns, by the prior and kinds of residuals, (size, size)."""
+        found = self.prior.information.copy()
+        for at, block in zip(self.places, self.blocks, strict=True):
+            for kind in kinds:
+                found[np.ix_(at, at)] += getattr(block, kind).matrix.sum(axis=0)
+        return found
+
+    @cached_property
+    def covariance(self) -> NDArray:
+        """Of the unknowns, (size, size)."""
+        return scaled_inverse(self.information())
+
+    @property
+    def std(self) -> NDArray:
+        """Standard deviations of the unknowns, (size,)."""
+        return np.sqrt(np.diag(self.covariance))
 
 
 def fit_direct(
@@ -92,130 +153,122 @@ def fit_direct(
     scales : sequence of Scales, optional
         Kept as they are, with all deviations; found from the residuals by default.
     """
-    given = scales is not None
-    scales = tuple(scales) if given else (Scales(),) * len(indentations)
     joint = _Joint(indentations, options)
-    parameters = (start,) * len(indentations)
-    parameters = split(np.clip(_joined(parameters), joint.low, joint.high), joint)
-    if not given:
-        joint = joint.with_deviations(parameters, first=True)
-    for _ in range(0 if given else ROUNDS):
-        parameters, _ = joint.minimise(parameters, scales)
-        joint = joint.with_deviations(parameters)
-        scales = joint.scales_at(parameters)
-    parameters, converged = joint.minimise(parameters, scales)
-    blocks = joint.blocks_at(parameters, scales)
-    cost = joint.cost(parameters, scales) + joint.log_determinant(scales)
-    return Solution(parameters, cost, scales, blocks, joint.indentations, converged)
+    vector = np.clip(_joined([start] * len(indentations)), joint.low, joint.high)
+    if scales is None:
+        scales = (Scales(),) * len(indentations)
+        joint = joint.with_deviations(vector, first=True)
+        for _ in range(ROUNDS):
+            vector, _ = joint.minimise(vector, scales)
+            joint = joint.with_deviations(vector)
+            lines = joint.linearised(vector)
+            scales = tuple(map(scales_of, joint.indentations, lines))
+    vector, converged = joint.minimise(vector, scales)
+    cost = joint.cost(vector, scales) + joint.log_determinant(scales)
+    found = joint.split(vector), cost, tuple(scales), joint.blocks_at(vector, scales)
+    return Solution(*found, joint.indentations, options, converged)
 
 
 class _Joint:
     """Normal equations of all captures."""
 
-    def __init__(self, indentations, options: Fit) -> None:
+    def __init__(self, indentations: Sequence[DirectIndentation], options: Fit) -> None:
         self.indentations, self.options = tuple(indentations), options
-        self.times_s = np.array(options.relaxation_times_s, dtype=float)
-        self.shared = SHARED + len(self.times_s)
-        self.size = self.shared + OWN * len(indentations)
+        self.places = _places(len(indentations), options)
         self.prior = prior_of(indentations, options)
         self.low, self.high = parameter_bounds(len(indentations), options)
 
-    def places(self, number: int) -> NDArray:
-        own = self.shared + OWN * number + np.arange(OWN)
-        return np.concatenate([np.arange(self.shared), own])
+    def split(self, vector: NDArray) -> tuple[Parameters, ...]:
+        """Parameters of each capture."""
+        times_s = np.array(self.options.relaxation_times_s, dtype=float)
+        return tuple(Parameters.of(vector[at], times_s) for at in self.places)
 
-    def minimise(self, parameters, scales) -> tuple[tuple[Parameters, ...], bool]:
-        """Parameters of least cost, and whether they converged: no step lowers it further."""
+    def minimise(self, vector: NDArray, scales: Sequence[Scales]) -> tuple[NDArray, bool]:
+        """Unknowns of least cost, and whether they converged: no step lowers it further."""
         for _ in range(ITERATIONS):
-            blocks = self.blocks_at(parameters, scales)
-            matrix, slope = self.normal_equations(parameters, blocks)
-            step = self.step(matrix, slope, _joined(parameters))
-            before, parameters = parameters, self._moved(parameters, step, scales)
+            step = self.step(vector, self.blocks_at(vector, scales))
+            before, vector = vector, self.moved(vector, step, scales)
             over = float((np.abs(step[: len(SMALLEST_STEP)]) / SMALLEST_STEP).max())
-            if parameters is before or over < 1:
+            if vector is before or over < 1:
                 break
         # Rounding ends a search a little earlier, or lets it go to and fro.
-        return parameters, over < ROUNDED
+        return vector, over < ROUNDED
 
-    def with_deviations(self, parameters, *, first=False) -> "_Joint":
-        """The same with deviations as these parameters leave them; at first the depths' alone."""
+    def with_deviations(self, vector: NDArray, *, first: bool = False) -> "_Joint":
+        """The same with deviations as these unknowns leave them; at first the depths' alone."""
         found = []
-        for one, p in zip(self.indentations, parameters, strict=True):
-            pressed = one if first else with_pattern(one, p, times_s=self.times_s)
+        for one, p in zip(self.indentations, self.split(vector), strict=True):
+            pressed = one if first else with_pattern(one, p, self.options)
             found.append(with_depth_errors(pressed, p, self.options, likeliest=not first))
         return _Joint(found, self.options)
 
-    def _moved(self, parameters, step, scales):
+    def moved(self, vector: NDArray, step: NDArray, scales: Sequence[Scales]) -> NDArray:
         """Take the step, halved until it does not raise the cost."""
-        before = self.cost(parameters, scales)
+        before = self.cost(vector, scales)
         for part in 0.5 ** np.arange(6):
-            moved = split(np.clip(_joined(parameters) + part * step, self.low, self.high), self)
+            moved = np.clip(vector + part * step, self.low, self.high)
             if self.cost(moved, scales) <= before + 1e-9 * abs(before):
                 return moved
-        return parameters
+        return vector
 
-    def linearised(self, parameters) -> list[Linearised]:
-        return [
-            linearised(indentation, p, times_s=self.times_s)
-            for indentation, p in zip(self.indentations, parameters, strict=True)
-        ]
+    def linearised(self, vector: NDArray) -> Iterator[Linearised]:
+        return map(linearised, self.indentations, self.split(vector))
 
-    def blocks_at(self, parameters, scales) -> tuple[Blocks, ...]:
-        lines = self.linearised(parameters)
-        return tuple(map(blocks_of, self.indentations, lines, scales))
+    def blocks_at(self, vector: NDArray, scales: Sequence[Scales]) -> tuple[Blocks, ...]:
+        return tuple(map(blocks_of, self.indentations, self.linearised(vector), scales))
 
-    def normal_equations(self, parameters, blocks) -> tuple[NDArray, NDArray]:
-        matrix, slope = np.zeros((self.size, self.size)), np.zeros(self.size)
-        for number, block in enumerate(blocks):
-            at = self.places(number)
-            part = block.motion_matrix.sum(axis=0) + block.depth_matrix.sum(axis=0)
-            matrix[np.ix_(at, at)] += part
-            slope[at] += block.motion_slope.sum(axis=0) + block.depth_slope.sum(axis=0)
+    def step(self, vector: NDArray, blocks: Sequence[Blocks]) -> NDArray:
+        """Gauss and Newton's, within bounds."""
+        matrix = np.zeros((len(vector), len(vector)))
+        slope = np.zeros(len(vector))
+        for at, (motion, depth) in zip(self.places, blocks, strict=True):
+            matrix[np.ix_(at, at)] += motion.matrix.sum(axis=0) + depth.matrix.sum(axis=0)
+            slope[at] += motion.slope.sum(axis=0) + depth.slope.sum(axis=0)
         matrix += self.prior.information
-        slope += self.prior.rows.T @ self.prior.gaps(_joined(parameters))
-        return matrix, slope
-
-    def step(self, matrix, slope, vector) -> NDArray:
+        slope += self.prior.rows.T @ self.prior.gaps(vector)
         low, high = self.low - vector, self.high - vector
         held = slice(len(LARGEST_STEP))
         low[held] = np.maximum(low[held], -LARGEST_STEP)
         high[held] = np.minimum(high[held], LARGEST_STEP)
-        return bounded_solution(matrix, -slope, low, high)
+        return _bounded_solution(matrix, -slope, low, high)
 
-    def cost(self, parameters, scales) -> float:
-        total = float((self.prior.gaps(_joined(parameters)) ** 2).sum())
-        for indentation, p, scale in zip(self.indentations, parameters, scales, strict=True):
-            gaps = residuals(indentation, p, times_s=self.times_s)
-            total += float((gaps.depth**2).sum())
-            motion, sharing = scale.of(indentation.kind)
+    def cost(self, vector: NDArray, scales: Sequence[Scales]) -> float:
+        total = float((self.prior.gaps(vector) ** 2).sum())
+        for one, p, scale in zip(self.indentations, self.split(vector), scales, strict=True):
+            gaps, (motion, sharing) = residuals(one, p), scale.of(one.kind)
             soft = np.sqrt(1 + (gaps.motion / (ROBUST * motion)) ** 2) - 1
+            total += float((gaps.depth**2).sum())
             total += 2 * ROBUST**2 * float((soft / sharing).sum())
         return total
 
-    def log_determinant(self, scales) -> float:
+    def log_determinant(self, scales: Sequence[Scales]) -> float:
         """What the cost lacks where deviations differ."""
         total = 0.0
         for one, scale in zip(self.indentations, scales, strict=True):
-            total += 2 * float(np.log(np.diag(one.depth_root_m)).sum())
             motion, sharing = scale.of(one.kind)
+            total += 2 * float(np.log(np.diag(one.depth_root_m)).sum())
             total += 2 * float((np.log(one.moved_std_m[one.seen] * motion) / sharing).sum())
         return total
 
-    def scales_at(self, parameters) -> tuple[Scales, ...]:
-        """Scatter and sharing as the residuals show them."""
-        found = []
-        for indentation, line in zip(self.indentations, self.linearised(parameters), strict=True):
-            each = [line.residuals.motion[indentation.kind == kind] for kind in range(KINDS)]
-            motion = tuple(map(robust_scale, each))
-            found.append(Scales(motion, sharing_of(indentation, line, motion)))
-        return tuple(found)
 
-
-def split(vector: NDArray, joint: _Joint) -> tuple[Parameters, ...]:
-    """Parameters of each capture from the joint vector."""
-    return tuple(Parameters.of(vector[joint.places(k)]) for k in range(len(joint.indentations)))
+def _places(captures: int, options: Fit) -> list[NDArray]:
+    """Places of each capture's unknowns among all."""
+    shared = SHARED + len(options.relaxation_times_s)
+    own = shared + OWN * np.arange(captures)[:, None] + np.arange(OWN)
+    return [np.concatenate([np.arange(shared), mine]) for mine in own]
 
 
 def _joined(parameters: Sequence[Parameters]) -> NDArray:
     own = [p.vector[-OWN:] for p in parameters]
     return np.concatenate([parameters[0].vector[:-OWN], *own])
+
+
+def _bounded_solution(matrix: NDArray, right: NDArray, low: NDArray, high: NDArray) -> NDArray:
+    """Minimum of x' M x / 2 - b' x within bounds, for positive definite M."""
+    scale = 1 / np.sqrt(np.diag(matrix))
+    root = np.linalg.cholesky(matrix * scale * scale[:, None] + 1e-12 * np.eye(len(matrix)))
+    target = np.linalg.solve(root, right * scale)
+    low, high = np.minimum(low, 0) / scale, np.maximum(high, 0) / scale
+    tiny = 1e-12 * (1 + np.abs(low))
+    found = lsq_linear(root.T, target, bounds=(low - tiny, high + tiny), method="bvls")
+    return found.x * scale

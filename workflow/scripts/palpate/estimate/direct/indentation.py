@@ -1,27 +1,83 @@
 """One capture in the direct estimate: what it measured, and what moduli and nuisances predict."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from palpate.estimate.direct.support_motion import MOTIONS, SupportAxes
-from palpate.estimate.direct.table import DepthOfForce, MotionAtDepth, SampleTable
-from palpate.estimate.minimise.scatter import error_clusters
+from palpate.estimate.direct.options import Fit
+from palpate.estimate.direct.table import DepthOfForce, MotionAtDepth, SampleTable, axes_across
 from palpate.estimate.relaxation import elastic_force, elastic_force_derivatives
+from palpate.solid.support import Support
 
-# Unknowns that all captures share, before what relaxes: log E, nu, q, m, gain.
+# Unknowns that all captures share, before what relaxes, and their places.
 SHARED = 5
-# Unknowns that each capture has for itself: offset, clock, shift, the contact's place, where the
-# picture shows it beside that, and how the object settles.
-PLACES = 2
-# Motions along the normals, along the picture's columns and along its rows; the first, and the two
-# others, have errors of one kind.
-AXES, KINDS = 3, 2
-OWN = 2 + AXES + 2 * PLACES + MOTIONS
+LOG_E, NU, FORCE_LAW, MOTION_LAW, GAIN = range(SHARED)
+# Axes across the indentation. Sinking, and rocking about two axes. Displacements along the normals,
+# along the picture's columns and along its rows; the last two have errors of one kind.
+PLACES, SUPPORT_MOTIONS, AXES, KINDS = 2, 3, 3, 2
+# Unknowns that each capture has for itself, and their places among these.
+OWN = 2 + AXES + 2 * PLACES + SUPPORT_MOTIONS
+OFFSET, CLOCK, SHIFT = 0, 1, slice(2, 2 + AXES)
+PLACE, PICTURE = (slice(2 + AXES + k, 2 + AXES + k + PLACES) for k in (0, PLACES))
+SUPPORT = slice(2 + AXES + 2 * PLACES, OWN)
+
+
+@dataclass(frozen=True)
+class SupportAxes:
+    """Rigid motions of an unbonded object on its base when it bears the greatest force.
+
+    The shape of a base that nobody saw, and how much of it sticks, move the whole of a ball by a
+    hundredth of a millimetre or two; a tenth of Poisson's ratio moves it by three.
+
+    Attributes
+    ----------
+    samples_m : (c, 3) array
+        Of the samples along their normals, for a unit of each motion: 1 m, and 1 rad twice.
+    tip_m : (3,) array
+        Of the contact along the indentation.
+    std : (3,) array
+        Deviations of the motions about 0 [m, rad, rad]; 0 where the object is bonded.
+    """
+
+    samples_m: NDArray
+    tip_m: NDArray
+    std: NDArray
+
+    @staticmethod
+    def of(
+        cell_m: NDArray,
+        normal: NDArray,
+        *,
+        support: Support,
+        contact_m: NDArray,
+        direction: NDArray,
+        options: Fit,
+    ) -> "SupportAxes":
+        """Rigid motions about the base under a contact.
+
+        Parameters
+        ----------
+        cell_m, normal : (c, 3) arrays
+            Object frame [m], unit normals outward.
+        support : Support
+        contact_m, direction : (3,) arrays
+            Middle of the contact [m]; unit vector of the indentation.
+        options : Fit
+        """
+        up = support.up
+        base = contact_m - ((contact_m - support.plane_point_m) @ up) * up
+        std = np.array([options.sinking_std_m, *[options.rocking_std_rad] * 2])
+
+        def along(place: NDArray, way: NDArray) -> NDArray:
+            turns = [(np.cross(a, place - base) * way).sum(axis=-1) for a in axes_across(up)]
+            return np.stack([-way @ up, *turns], axis=-1)
+
+        ends = along(cell_m, normal), along(contact_m, direction)
+        return SupportAxes(*ends, std * float(support.resting))
 
 
 @dataclass(frozen=True)
@@ -31,7 +87,7 @@ class DirectIndentation:
     Attributes
     ----------
     time_s, force_n, sideways_n : (f,) arrays
-        Times of all frames [s], force along the press in them, and across it [N].
+        Times of all frames [s], force along the indentation in them, and across it [N].
     tip_depth_m : (f,) array
         Way of the sphere since its first touch in all frames, negative before [m].
     frames : (k,) int array
@@ -39,57 +95,46 @@ class DirectIndentation:
     frames_beyond : int
         Frames that are not, as they are deeper than the indentation table.
     oblique_rad : float
-        Between the tip's way in them and the press.
-    depth_m, speed_m_s : (k,) arrays
-        That way in them as it is compared [m], and its speed [m/s].
+        Between the tip's way in them and the indentation.
+    depth_m : (k,) array
+        Way of the sphere as it is compared [m].
     tip_std_m : float
-        Standard deviation of the tip along the press from frame to frame [m].
-    pattern_std_m : float
-        Least deviation of what of a depth's error hangs on where the probe is [m].
+        Standard deviation of the tip along the indentation from frame to frame [m].
     depth_root_m : (k, k) array
         Lower triangular root of the depths' covariance that the fit divides by [m].
     offset_std_m : float
         Of an error that all depths share, beside the tip's [m].
     clock_expected_s, clock_std_s : float
-        What the forces' clock offset is too large by if the clocks agree, and the deviation of the
-        clocks' difference [s]. How far they differ is found with the moduli: what the press told
-        of it before rests on a simpler contact, and the same record would count twice.
+        What the forces' clock offset is too large by if the clocks agree, and the deviation of
+        their difference [s]: what the same record told of it before would count twice.
     force_std_n : float
         Of the force from frame to frame [N].
-    shift_std_m : float
-        Of what the camera is off by in common while the object is pressed [m].
     place_expected_m : (2,) array
-        Contact from where the table has it, along the axes across the press [m].
+        Contact from where the table has it, along the axes across the indentation [m].
     place_std_m : float
         Of that, beside the tip's [m].
-    picture_std_m : float
-        Of how far what the picture shows is beside what depth does [m].
     contact_m : (3,) array
         Middle of the contact, object frame [m].
     cell_m, way : (c, 3) arrays
         Samples of the undeformed surface outside of the contact, object frame [m], and the
-        directions that their motion is seen along.
+        directions that their displacement is seen along.
     axis : (c,) int array
         Of `MotionAlong`: 0 along the normal; 1, 2 of the material, across the line of sight.
     moved_m, noise_std_m : (k, c) arrays
-        Motion in the compared frames and the deviation of a frame's own noise [m]; NaN: not seen.
+        Displacement in the compared frames and deviation of a frame's own noise [m]; NaN: not seen.
     moved_std_m : (k, c) array
         Deviation that the fit divides by [m].
-    patch_m : float
-        Least size of the parts of the surface whose errors are independent [m].
     cluster : (c,) int array
-        Part of the surface that a sample belongs to, and kind of its motion; errors of different
-        ones are independent.
+        Part of the surface and kind of displacement; errors of different ones are independent.
     support_axes : SupportAxes
     table : SampleTable
-        Of the pressed point, brought to the contact, at the samples.
+        Of the indented point, brought to the contact, at the samples.
     turned_m_s2 : (f,) array or float, optional
         What a kilogram more on the force sensor adds to its force, by the probe's turn [m/s^2].
     tip_root_m : (3, 3) array, optional
         Root of the covariance of the tip's place in the target's frame, which captures share [m].
     tip_axes : (3, 3) array, optional
-        The press, and the axes across it, in that frame: an error of the tip along them is one of
-        the depth and of the contact's place.
+        The indentation, and the axes across it, in that frame.
     across : (2, 3) array, optional
         The axes across, object frame.
     """
@@ -102,18 +147,14 @@ class DirectIndentation:
     frames_beyond: int
     oblique_rad: float
     depth_m: NDArray
-    speed_m_s: NDArray
     tip_std_m: float
-    pattern_std_m: float
     depth_root_m: NDArray
     offset_std_m: float
     clock_expected_s: float
     clock_std_s: float
     force_std_n: float
-    shift_std_m: float
     place_expected_m: NDArray
     place_std_m: float
-    picture_std_m: float
     contact_m: NDArray
     cell_m: NDArray
     way: NDArray
@@ -121,7 +162,6 @@ class DirectIndentation:
     moved_m: NDArray
     noise_std_m: NDArray
     moved_std_m: NDArray
-    patch_m: float
     cluster: NDArray
     support_axes: SupportAxes
     table: SampleTable
@@ -133,14 +173,23 @@ class DirectIndentation:
     @property
     def zero_std_m(self) -> float:
         """Deviation of the depth's zero: of an error of its own, and of the tip's [m]."""
-        return float(
-            np.hypot(self.offset_std_m, np.linalg.norm(self.tip_axes[0] @ self.tip_root_m))
-        )
+        of_tip = np.linalg.norm(self.tip_axes[0] @ self.tip_root_m)
+        return float(np.hypot(self.offset_std_m, of_tip))
 
     @property
     def depth_std_m(self) -> NDArray:
         """Deviations of the depths, (k,) [m]."""
         return np.linalg.norm(self.depth_root_m, axis=1)
+
+    @cached_property
+    def tip_speed_m_s(self) -> NDArray:
+        """Speed of the sphere in all frames, (f,) [m/s]."""
+        return np.gradient(self.tip_depth_m, self.time_s)
+
+    @property
+    def speed_m_s(self) -> NDArray:
+        """The same in the compared frames, (k,) [m/s]."""
+        return self.tip_speed_m_s[self.frames]
 
     @cached_property
     def load(self) -> NDArray:
@@ -150,7 +199,7 @@ class DirectIndentation:
 
     @cached_property
     def seen(self) -> NDArray:
-        """Which motions count, (k, c) bool."""
+        """Which displacements count, (k, c) bool."""
         return np.isfinite(self.moved_m) & np.isfinite(self.moved_std_m)
 
     @cached_property
@@ -168,20 +217,22 @@ class Parameters:
     youngs_modulus_pa, poisson_ratio : float
         Instantaneous modulus [Pa].
     force_law, motion_law : float
-        Places of force and motion among the laws, q and m (`SampleTable`).
+        Material-law parameters of force and displacement, q and m (`SampleTable`).
     gain : float
         Relative error of the camera's distances along the normals.
     fractions : (p,) array
-        Shares of the modulus that relax.
+        Relaxation amplitudes (Prony series).
+    times_s : (p,) array
+        Their times, which are no unknowns [s].
     offset_m, clock_s : float
         Errors of the depth [m] and of the clock [s].
     shift_m : (3,) array
-        What all motions along an axis have in common [m].
+        What all displacements along an axis have in common [m].
     place_m, picture_m : (2,) arrays
-        How far the contact is beside where it was seen, along the axes across the press, and how
-        much farther beside it is in the picture [m].
+        How far the contact is beside where it was seen, along the axes across the indentation, and
+        how much farther beside it is in the picture [m].
     support_motion : (3,) array
-        Motions of the object on its support under the greatest force (`SupportAxes`) [m, rad, rad].
+        Of the object on its base under the greatest force (`SupportAxes`) [m, rad, rad].
     """
 
     youngs_modulus_pa: float
@@ -190,6 +241,7 @@ class Parameters:
     motion_law: float
     gain: float
     fractions: NDArray
+    times_s: NDArray
     offset_m: float
     clock_s: float
     shift_m: NDArray
@@ -199,7 +251,7 @@ class Parameters:
 
     @property
     def vector(self) -> NDArray:
-        """(log E, nu, q, m, gain, fractions, offset, clock, shift, places, settled)."""
+        """(log E, nu, q, m, gain, fractions, offset, clock, shift, places, support motion)."""
         laws = [self.force_law, self.motion_law]
         shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, *laws, self.gain]
         own = [self.offset_m, self.clock_s, *self.shift_m]
@@ -207,70 +259,32 @@ class Parameters:
         return np.array([*shared, *self.fractions, *own, *places, *self.support_motion])
 
     @staticmethod
-    def of(vector: NDArray) -> "Parameters":
-        """Read a vector as `vector` writes it."""
+    def of(vector: NDArray, times_s: NDArray) -> "Parameters":
+        """Read a vector as `vector` writes it, of relaxation times (p,) [s]."""
         E, others = float(np.exp(vector[0])), map(float, vector[1:SHARED])
         fractions, own = vector[SHARED:-OWN], map(float, vector[-OWN : 2 - OWN])
         ends = AXES + PLACES * np.arange(3)
-        return Parameters(E, *others, fractions, *own, *np.split(vector[2 - OWN :], ends))
-
-
-def patches_of(cell_m: NDArray, axis: NDArray, sizes_m: Sequence[float]) -> NDArray:
-    """Parts of the surface whose errors are independent, by kind of motion, (c,) int.
-
-    Parameters
-    ----------
-    cell_m : (c, 3) array
-        Samples [m].
-    axis : (c,) int array
-    sizes_m : (2,) sequence
-        Of the parts of each kind [m].
-    """
-    found, count = np.zeros(len(axis), dtype=int), 0
-    for kind, size in enumerate(sizes_m):
-        of = np.minimum(axis, 1) == kind
-        if of.any():
-            found[of] = count + error_clusters(cell_m[of], size_m=size)
-            count = found[of].max() + 1
-    return found
+        return Parameters(E, *others, fractions, times_s, *own, *np.split(vector[2 - OWN :], ends))
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """Depth residuals (k,) and motion residuals (number seen,), of deviation 1, each by itself."""
+    """Residuals of depths (k,) and displacements (number seen,), of deviation 1 each."""
 
     depth: NDArray
     motion: NDArray
 
 
 @dataclass(frozen=True)
-class Linearised:
-    """Residuals of a capture with their derivatives by its parameters (q of them).
+class Linearised(Residuals):
+    """The same with their derivatives by a capture's parameters (k, q), (number seen, q)."""
 
-    Attributes
-    ----------
-    residuals : Residuals
-    depth_slope, motion_slope : (k, q), (m, q) arrays
-    """
-
-    residuals: Residuals
     depth_slope: NDArray
     motion_slope: NDArray
 
 
-@dataclass(frozen=True)
-class Predicted:
-    """What parameters make of a capture's force.
-
-    Attributes
-    ----------
-    unit_m2 : (k,) array
-        Elastic force over E [m^2].
-    depth, first_depth : DepthOfForce
-        When it was measured, and what the first law has in its place.
-    motion : MotionAtDepth
-        When the camera saw it, without gain and shift.
-    """
+class _Predicted(NamedTuple):
+    """Elastic force over E (k,) [m^2], and what it makes of depths (by q; by the first law)."""
 
     unit_m2: NDArray
     depth: DepthOfForce
@@ -278,45 +292,30 @@ class Predicted:
     motion: MotionAtDepth
 
 
-def predicted(indentation: DirectIndentation, of: Parameters, *, times_s: NDArray) -> Predicted:
-    """Depth and motion that a capture's measured force makes of the object.
-
-    The force's history gives the elastic force, and that over E the depth and the motion of the
-    surface: the force, with few parts in a thousand of error, is what is least in doubt.
-
-    Parameters
-    ----------
-    indentation : DirectIndentation
-    of : Parameters
-    times_s : (p,) array
-        Relaxation times [s].
-    """
-    nu, table = of.poisson_ratio, indentation.table
-    elastic = elastic_force(
-        indentation.time_s, indentation.force_n, fractions=of.fractions, times_s=times_s
-    )
-    unit = elastic[indentation.frames] / of.youngs_modulus_pa
-    depth = table.depth(unit, nu, of.force_law)
+def _predicted(indentation: DirectIndentation, of: Parameters) -> _Predicted:
+    """Elastic force by the measured force's history; over E it gives depth and displacement."""
+    time_s, force_n, nu = indentation.time_s, indentation.force_n, of.poisson_ratio
+    elastic = elastic_force(time_s, force_n, fractions=of.fractions, times_s=of.times_s)
+    unit, table = elastic[indentation.frames] / of.youngs_modulus_pa, indentation.table
     first = table.depth(unit, nu, 0.0)
     # The camera saw the surface a little earlier or later than the force was read.
     seen_at = first.depth_m - of.clock_s * indentation.speed_m_s
-    places = np.append(of.place_m, of.picture_m)
-    motion = table.motion(seen_at, nu, of.motion_law, places)
-    return Predicted(unit, depth, first, motion)
+    motion = table.motion(seen_at, nu, of.motion_law, np.append(of.place_m, of.picture_m))
+    return _Predicted(unit, table.depth(unit, nu, of.force_law), first, motion)
 
 
-def residuals(indentation: DirectIndentation, of: Parameters, *, times_s: NDArray) -> Residuals:
+def residuals(indentation: DirectIndentation, of: Parameters) -> Residuals:
     """Compare a capture with what its measured force makes of the object."""
-    return _residuals(indentation, of, predicted(indentation, of, times_s=times_s))
+    return Residuals(*_residuals(indentation, of, _predicted(indentation, of)))
 
 
-def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArray) -> Linearised:
+def linearised(indentation: DirectIndentation, of: Parameters) -> Linearised:
     """Residuals and their derivatives, in the order of `Parameters.vector`."""
-    here = predicted(indentation, of, times_s=times_s)
+    here, axes = _predicted(indentation, of), indentation.support_axes
+    time_s, force_n, speed_m_s = indentation.time_s, indentation.force_n, indentation.speed_m_s
     by_fraction = elastic_force_derivatives(
-        indentation.time_s, indentation.force_n, fractions=of.fractions, times_s=times_s
+        time_s, force_n, fractions=of.fractions, times_s=of.times_s
     )[indentation.frames]
-    motion = here.motion
 
     def by_force(deeper: DepthOfForce) -> list[NDArray]:
         """Slopes of a depth that the force gives, by log E, nu, q and each fraction."""
@@ -326,11 +325,12 @@ def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArr
 
     by_E, by_nu, by_q, *by_fractions = by_force(here.depth)
     zero, one = np.zeros(len(indentation.frames)), np.ones(len(indentation.frames))
-    # Those of the measured depth's offset, clock and shift; what settles is added.
-    own = [-one, -indentation.speed_m_s, *[zero] * (AXES + 2 * PLACES)]
-    settled = indentation.load[:, None] * indentation.support_axes.tip_m
+    # Those of the measured depth's offset, clock and shift; the support's motion is added.
+    own = [-one, -speed_m_s, *[zero] * (AXES + 2 * PLACES)]
+    settled = indentation.load[:, None] * axes.tip_m
     depth = np.column_stack([by_E, by_nu, by_q, zero, zero, *by_fractions, *own, settled])
-    gain, none = 1 + of.gain, np.zeros_like(motion.motion_m)
+    motion, gain, load = here.motion, 1 + of.gain, indentation.load[:, None]
+    none = np.zeros_like(motion.motion_m)
     follows = [gain * motion.by_depth * column[:, None] for column in by_force(here.first_depth)]
     columns = [
         follows[0],
@@ -340,39 +340,38 @@ def linearised(indentation: DirectIndentation, of: Parameters, *, times_s: NDArr
         motion.motion_m + _support_motion(indentation, of),
         *follows[3:],
         none,
-        -gain * motion.by_depth * indentation.speed_m_s[:, None],
+        -gain * motion.by_depth * speed_m_s[:, None],
         *(none + (indentation.axis == axis) for axis in range(AXES)),
         *gain * motion.by_place,
-        *(
-            gain * indentation.load[:, None] * column
-            for column in indentation.support_axes.samples_m.T
-        ),
+        *(gain * load * column for column in axes.samples_m.T),
     ]
     divided = [(-column / indentation.moved_std_m)[indentation.seen] for column in columns]
     return Linearised(
-        _residuals(indentation, of, here),
+        *_residuals(indentation, of, here),
         solve_triangular(indentation.depth_root_m, depth, lower=True),
         np.stack(divided, axis=1),
     )
 
 
-def depth_noise(indentation: DirectIndentation, of: Parameters, *, times_s: NDArray) -> NDArray:
+def depth_noise(indentation: DirectIndentation, of: Parameters) -> NDArray:
     """Deviations of the depths from frame to frame, (k,) [m]: of the tip, and of the force."""
-    softness = predicted(indentation, of, times_s=times_s).depth.by_unit_per_m
+    softness = _predicted(indentation, of).depth.by_unit_per_m
     of_force = indentation.force_std_n / of.youngs_modulus_pa * softness
     return np.hypot(indentation.tip_std_m, of_force)
 
 
-def _residuals(indentation: DirectIndentation, of: Parameters, here: Predicted) -> Residuals:
+def _residuals(
+    indentation: DirectIndentation, of: Parameters, here: _Predicted
+) -> tuple[NDArray, NDArray]:
     measured = indentation.depth_m + of.offset_m + of.clock_s * indentation.speed_m_s
     motion = here.motion.motion_m + _support_motion(indentation, of)
     motion = (1 + of.gain) * motion + np.asarray(of.shift_m)[indentation.axis]
     gap = ((indentation.moved_m - motion) / indentation.moved_std_m)[indentation.seen]
     settled = indentation.load * (indentation.support_axes.tip_m @ of.support_motion)
-    depth = here.depth.depth_m + settled
-    return Residuals(solve_triangular(indentation.depth_root_m, depth - measured, lower=True), gap)
+    depth = here.depth.depth_m + settled - measured
+    return solve_triangular(indentation.depth_root_m, depth, lower=True), gap
 
 
 def _support_motion(indentation: DirectIndentation, of: Parameters) -> NDArray:
-    """Motion of the samples that the object's settling adds, (k, c) [m]."""
+    """Displacement of the samples that the support's motion adds, (k, c) [m]."""
     return indentation.load[:, None] * (indentation.support_axes.samples_m @ of.support_motion)

@@ -1,6 +1,6 @@
-"""The surface's motion, straight from the clouds.
+"""Surface displacement, straight from the clouds.
 
-Camera and object stand still while the probe presses. What calibration, alignment, template and the
+Camera and object stand still during an indentation. What calibration, alignment, template and the
 sensor's fixed pattern are wrong by is therefore the same in every frame, and goes with the mean of
 the frames at rest; noise is left, and what the sensor does to a surface that moves.
 """
@@ -13,10 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
-from palpate.estimate.direct.correspondences import ProbeInView, facing_samples, hidden_samples
 from palpate.estimate.direct.options import Observation
-from palpate.estimate.direct.sample_heights import cell_heights, frame_closest
-from palpate.estimate.direct.samples import ClosestAtRest, RestSurface, Samples, samples_of
+from palpate.estimate.direct.samples import (
+    ProbeInView,
+    RestSurface,
+    cell_heights,
+    facing_samples,
+    hidden_samples,
+    samples_of,
+)
 from palpate.npz import read_shaped
 from palpate.surface.alignment import Alignment
 from palpate.surface.template import Template
@@ -29,8 +34,8 @@ FEWEST_AT_REST = 3
 NEAR_M = 0.04
 # More frames at rest than these do not tell better where samples are.
 MOST_AT_REST = 120
-# At rest the tip is at least so far above the surface; depths are known to about half of it [m].
-CLEAR_M = 0.0005
+# Of `MotionAlong`, what frames share.
+OF_SAMPLES = ("cell_m", "way", "axis", "rest_std_m", "window_m")
 SHAPES = {
     "cell_m": ("samples", 3),
     "normal": ("samples", 3),
@@ -50,15 +55,15 @@ SHAPES = {
 
 @dataclass(frozen=True)
 class SurfaceMotion:
-    """Normal motion of a surface's samples in each frame against the frames at rest.
+    """Normal displacement of a surface's samples in each frame against the frames at rest.
 
     Attributes
     ----------
     cell_m, normal : (c, 3) arrays
         Places on the undeformed template, object frame [m], and unit normals outward.
     moved_m : (f, c) array
-        From a sample along its normal to the observed surface, less the same at rest [m]; not a
-        number where the sample was not seen.
+        From a sample along its normal to the observed surface, less the same at rest [m]; NaN where
+        the sample was not seen.
     std_m : (f, c) array
         Standard deviation of a frame's own noise [m]; not that of the rest, which all frames share.
     rest_height_m, rest_std_m : (c,) arrays
@@ -66,18 +71,15 @@ class SurfaceMotion:
     points : (f, c) int array
         How many a sample was seen with.
     rest_frames : (r,) int array
-        Frames at rest.
     across : (a, c, 3) array
         Unit vectors across the lines of sight, along the picture's columns and rows, object frame;
         of no ways where no pictures were followed (`with_pictures`).
     across_m : (f, a, c) array
-        How far what a sample was at rest has moved along them [m]; not a number where its texture
-        was not found.
+        How far the material has moved along them [m]; NaN where its texture was not found.
     across_std_m, across_rest_std_m : (a, c) arrays
         Standard deviation of a frame's own noise, and of the mean of the frames at rest [m].
     window_m : (a, c, 3) array
-        Steps along the surface from side to side of a picture's window, along its columns and rows,
-        object frame [m].
+        Sides along the surface of a picture's window, object frame [m].
     """
 
     cell_m: NDArray
@@ -107,7 +109,7 @@ class MotionAlong:
         0: where the surface is along its normal; 1, 2: where what was there has moved, along the
         picture's columns and rows.
     moved_m, std_m : (f, n) arrays
-        [m]; not a number where a sample was not seen.
+        [m]; NaN where a sample was not seen.
     rest_std_m : (n,) array
         Deviation that all frames share [m].
     window_m : (n, 2, 3) array
@@ -139,31 +141,16 @@ class MotionAlong:
             window_m=np.concatenate([np.zeros((count, 2, 3)), windows.reshape(-1, 2, 3)]),
         )
 
+    def at(self, frames: NDArray, chosen: NDArray) -> "MotionAlong":
+        """The same of some frames (numbers) and samples (a mask)."""
+        own = {name: getattr(self, name)[chosen] for name in OF_SAMPLES}
+        both = {name: getattr(self, name)[frames][:, chosen] for name in ("moved_m", "std_m")}
+        return MotionAlong(**own, **both)
 
-def frames_at_rest(depth_m: NDArray, force_n: NDArray, *, onset_force_n: float) -> NDArray:
-    """Frames before the touch, (r,).
-
-    Parameters
-    ----------
-    depth_m : (f,) array
-        Depth of the sphere's lowest point below the undeformed surface (`indentation_depth`) [m].
-    force_n : (f,) array
-        Magnitude of the force [N].
-    onset_force_n : float
-        Smallest force that counts as contact [N].
-
-    Raises
-    ------
-    ValueError
-        If there is none.
-    """
-    touched = np.flatnonzero(force_n > onset_force_n)
-    before = np.arange(len(force_n)) < (touched[0] if len(touched) else len(force_n))
-    frames = np.flatnonzero(before & (depth_m < -CLEAR_M))
-    if not len(frames):
-        expected = f"frames before the force's onset with the tip {CLEAR_M * 1e3:g} mm clear"
-        raise ValueError(f"frames: expected {expected} of the surface, found none")
-    return frames
+    @property
+    def noise_std_m(self) -> NDArray:
+        """Deviation of a frame's noise and of what it is compared with, (f, n) [m]."""
+        return np.hypot(self.std_m, self.rest_std_m)
 
 
 def surface_motion(
@@ -172,9 +159,9 @@ def surface_motion(
     clouds: Sequence[tuple[NDArray, NDArray]],
     probe: ProbeInView,
     rest_frames: NDArray,
-    options: Observation | None = None,
+    options: Observation,
 ) -> SurfaceMotion:
-    """Motion of the surface around the contact in each frame of a capture.
+    """Displacement of the surface around the contact in each frame of a capture.
 
     Parameters
     ----------
@@ -184,10 +171,10 @@ def surface_motion(
     clouds : sequence of (points (n, 3) [m], normals (n, 3))
         Of each frame, camera frame.
     probe : ProbeInView
-        In each frame (`probe_in_view`).
+        In each frame.
     rest_frames : (r,) int array
-        Frames at rest (`frames_at_rest`).
-    options : Observation, optional
+        Frames at rest (`observe.rest_frames`).
+    options : Observation
 
     Raises
     ------
@@ -195,23 +182,23 @@ def surface_motion(
         If no frame is at rest, the camera does not see the surface around the contact, or no sample
         is left.
     """
-    options = options or Observation()
     frames = np.asarray(rest_frames, dtype=int)
     if not len(frames) or len(probe.tip_m) != len(clouds):
         expected = f"some at rest and one place of the probe for each of {len(clouds)}"
         raise ValueError(f"frames: expected {expected}, found {len(frames)}, {len(probe.tip_m)}")
     surface = RestSurface(template)
-    at_rest = {
-        k: frame_closest(surface, alignment, clouds[k], options) for k in frames[:MOST_AT_REST]
-    }
-    _require_seen(at_rest[frames[0]], alignment)
-    found = samples_of(
-        list(at_rest.values()), alignment.contact_point_m, spacing_m=options.spacing_m
-    )
+    at_rest = {k: surface.in_frame(alignment, clouds[k], options) for k in frames[:MOST_AT_REST]}
+    contact = alignment.contact_point_m
+    if not (np.linalg.norm(at_rest[frames[0]].closest_m - contact, axis=1) < NEAR_M).any():
+        raise ValueError(
+            f"clouds: expected the surface within {NEAR_M:g} m of the contact in view,"
+            " found none of it (object larger than the view?)"
+        )
+    found = samples_of(list(at_rest.values()), contact, spacing_m=options.spacing_m)
     samples = facing_samples(found, probe, options)
     every = (
-        at_rest.pop(k, None) or frame_closest(surface, alignment, clouds[k], options)
-        for k in range(len(clouds))
+        at_rest.pop(k, None) or surface.in_frame(alignment, cloud, options)
+        for k, cloud in enumerate(clouds)
     )
     height, points = cell_heights(samples, every, options)
     height[hidden_samples(samples, points, probe, frames, options)] = np.nan
@@ -219,41 +206,17 @@ def surface_motion(
     if not seen.any():
         expected = f"samples seen in {FEWEST_AT_REST} frames at rest"
         raise ValueError(f"clouds: expected {expected}, found none")
-    samples = Samples(samples.cell_m[seen], samples.normal[seen])
-    return _motion(samples, height[:, seen], points[:, seen], frames)
-
-
-def save_motion(path: str | Path, motion: SurfaceMotion) -> None:
-    """Write a motion as NPZ."""
-    with Path(path).open("wb") as stream:
-        np.savez_compressed(stream, **vars(motion))
-
-
-def load_motion(path: str | Path) -> SurfaceMotion:
-    """Read what `save_motion` wrote.
-
-    Raises
-    ------
-    ValueError
-        If an array is missing, or of another number of frames or samples than the rest.
-    """
-    return SurfaceMotion(**read_shaped(path, SHAPES, what="a surface's motion"))
-
-
-def _motion(samples: Samples, height: NDArray, points: NDArray, frames: NDArray) -> SurfaceMotion:
+    height = height[:, seen]
     base = np.nanmean(height[frames], axis=0)
     moved = height - base
     variance, own = noise_variance(moved[frames])
-    rest_variance = variance / own
-    std = np.where(np.isfinite(moved), np.sqrt(variance), np.nan)
     return SurfaceMotion(
-        cell_m=samples.cell_m,
-        normal=samples.normal,
+        **vars(samples.at(seen)),
         moved_m=moved,
-        std_m=std,
+        std_m=np.where(np.isfinite(moved), np.sqrt(variance), np.nan),
         rest_height_m=base,
-        rest_std_m=np.sqrt(rest_variance),
-        points=points,
+        rest_std_m=np.sqrt(variance / own),
+        points=points[:, seen],
         rest_frames=frames,
         **no_pictures(*moved.shape),
     )
@@ -272,21 +235,25 @@ def no_pictures(frames: int, samples: int) -> dict[str, NDArray]:
 
 
 def noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:
-    """Variance of each sample's noise at rest [m^2], and its number of frames, both (c,).
-
-    A sample's own few frames are taken together with what is usual.
-    """
+    """Variance of each sample's noise (r, c) at rest with what is usual, and its frames, (c,)."""
     own = np.isfinite(noise).sum(axis=0)
     squares = np.nansum(noise**2, axis=0)
     usual = np.median(squares / chdtri(own - 1, 0.5))
     return (POOLED_FRAMES * usual + squares) / (POOLED_FRAMES + own - 1), own
 
 
-def _require_seen(closest: ClosestAtRest, alignment: Alignment) -> None:
-    """Refuse a capture whose camera does not see the surface around the contact."""
-    offset = np.linalg.norm(closest.closest_m - alignment.contact_point_m, axis=1)
-    if not (offset < NEAR_M).any():
-        raise ValueError(
-            f"clouds: expected the surface within {NEAR_M:g} m of the contact in view,"
-            " found none of it (object larger than the view?)"
-        )
+def save_motion(path: str | Path, motion: SurfaceMotion) -> None:
+    """Write a displacement as NPZ."""
+    with Path(path).open("wb") as stream:
+        np.savez_compressed(stream, **vars(motion))
+
+
+def load_motion(path: str | Path) -> SurfaceMotion:
+    """Read what `save_motion` wrote.
+
+    Raises
+    ------
+    ValueError
+        If an array is missing, or of another number of frames or samples than the rest.
+    """
+    return SurfaceMotion(**read_shaped(path, SHAPES, what="a surface's motion"))

@@ -8,18 +8,26 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from palpate.estimate.direct.indentation import AXES, OWN, PLACES, SHARED, DirectIndentation
+from palpate.estimate.direct.indentation import (
+    CLOCK,
+    FORCE_LAW,
+    GAIN,
+    MOTION_LAW,
+    NU,
+    OFFSET,
+    OWN,
+    PICTURE,
+    PLACE,
+    SHARED,
+    SHIFT,
+    SUPPORT,
+    DirectIndentation,
+)
 from palpate.estimate.direct.options import Fit
 
-# Unknowns without a prior: log E and nu; then those that captures share.
+# Unknowns without a prior: log E and nu.
 FREE = 2
-RATIO, NU = "Poisson's ratio", 1
-FORCE_LAW, MOTION_LAW, GAIN = range(FREE, SHARED)
-# Of those that each capture has for itself.
-OFFSET, CLOCK, SHIFT = 0, 1, slice(2, 2 + AXES)
-PLACE, PICTURE = (slice(2 + AXES + k, 2 + AXES + k + PLACES) for k in (0, PLACES))
-SETTLED = slice(2 + AXES + 2 * PLACES, OWN)
-STEPS = "relaxing shares of neighbouring times"
+RATIO, STEPS = "Poisson's ratio", "relaxing shares of neighbouring times"
 # Of the material-law parameter of the force, either way: below -2 (of one table; of others -3 to
 # -14) the force falls with depth.
 FARTHEST_LAW = 2.0
@@ -93,9 +101,9 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     object's base are the same in all captures; others each capture has anew. There is none of log
     E, and of nu where it is known beforehand.
 
-    Soft tissue and foam relax over many decades of time, with a flat spectrum (Fung's
-    quasi-linear viscoelasticity, 1981), so neighbouring times have about the same share: without
-    this the shortest, of which a press tells the least, takes up what else is wrong.
+    Soft tissue and foam relax with a flat spectrum over many decades of time (Fung's quasi-linear
+    viscoelasticity, 1981), so neighbouring times have about the same amplitude: without this the
+    shortest takes up what else is wrong.
     """
     terms, count = len(options.relaxation_times_s), len(indentations)
     size = SHARED + terms + OWN * count
@@ -108,9 +116,8 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         """Errors of one unknown each."""
         return unit[:, places] * np.asarray(stds)
 
-    def of_captures(places: slice, name: str) -> NDArray:
-        """The same of unknowns of each capture, of the deviation that an attribute has."""
-        stds = [getattr(one, name) for one in indentations]
+    def of_captures(places: slice | list[int], stds: Sequence[float]) -> NDArray:
+        """The same of unknowns of each capture, of a deviation for each."""
         at = own[:, places].reshape(count, -1)
         return each(at.ravel(), np.repeat(stds, at.shape[1]))
 
@@ -120,9 +127,11 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         root[own[:, places].ravel()] = np.concatenate(axes)
         return root
 
+    names = "offset_std_m", "clock_std_s", "place_std_m"
+    offsets, clocks, away = ([getattr(one, name) for one in indentations] for name in names)
     settled = [np.diag(one.support_axes.std) for one in indentations]
     tips = [one.tip_axes @ one.tip_root_m for one in indentations]
-    pictures = [one.picture_std_m * one.across for one in indentations]
+    pictures = [options.picture_std_m * one.across for one in indentations]
     fractions = SHARED + np.arange(terms)
     known = [
         ("law of the force", "1", each([FORCE_LAW], [options.force_law_std])),
@@ -130,13 +139,21 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         ("scale of the camera", "1", each([GAIN], [options.gain_std])),
         ("relaxing shares", "1", each(fractions, [options.fraction_std] * terms)),
         ("tip of the probe", "m", of_all([OFFSET, *range(*PLACE.indices(OWN))], tips)),
-        ("zero of the depth", "m", of_captures([OFFSET], "offset_std_m")),
-        ("clocks", "s", of_captures([CLOCK], "clock_std_s")),
-        ("zero of the motion", "m", of_captures(SHIFT, "shift_std_m")),
-        ("place of the contact", "m", of_captures(PLACE, "place_std_m")),
+        (
+            "zero of the depth",
+            "m",
+            of_captures([OFFSET], offsets),
+        ),
+        ("clocks", "s", of_captures([CLOCK], clocks)),
+        ("zero of the motion", "m", of_captures(SHIFT, [options.shift_std_m] * count)),
+        (
+            "place of the contact",
+            "m",
+            of_captures(PLACE, away),
+        ),
         ("place in the picture", "m", of_all(PICTURE, pictures)),
-        ("sinking", "m", of_all(SETTLED, [one[:, :1] for one in settled])),
-        ("rocking", "rad", of_all(SETTLED, [one[:, 1:] for one in settled])),
+        ("sinking", "m", of_all(SUPPORT, [one[:, :1] for one in settled])),
+        ("rocking", "rad", of_all(SUPPORT, [one[:, 1:] for one in settled])),
     ]
     covariance = sum(root @ root.T for *_, root in known)[FREE:, FREE:]
     stds = np.sqrt(np.maximum(np.diag(covariance), UNMOVED**2))

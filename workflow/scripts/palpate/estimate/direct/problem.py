@@ -1,27 +1,30 @@
-"""From a capture's motion, poses and forces to what the direct estimate compares."""
+"""From a capture's surface displacement, poses and forces to what the direct estimate compares."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.tables import columns_of
-from palpate.estimate.direct.contact import Contact, depth_along, loaded_frames, oblique
-from palpate.estimate.direct.indentation import KINDS, DirectIndentation, patches_of
+from palpate.estimate.direct.contact import (
+    Contact,
+    depth_along,
+    noise_of,
+    object_from_table,
+    oblique,
+)
+from palpate.estimate.direct.indentation import DirectIndentation, SupportAxes
 from palpate.estimate.direct.motion import MotionAlong, SurfaceMotion
 from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.placement import object_from_table
-from palpate.estimate.direct.probe_uncertainty import (
+from palpate.estimate.direct.rig import (
     TIP_PART,
     UNSTATED,
     ProbeUncertainty,
     turned_gravity,
 )
-from palpate.estimate.direct.support_motion import rocking_axes, support_axes_of
-from palpate.estimate.direct.table import sample_table
-from palpate.estimate.hertz.indentation import FROM_MEDIAN
+from palpate.estimate.direct.table import axes_across, sample_table
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.load import hertz_contact_radius
 from palpate.solid.smooth_surface import SmoothSurface
@@ -30,6 +33,9 @@ from palpate.surface.alignment import Alignment
 from palpate.surface.pose import to_object
 from palpate.surface.sharp_edges import sharp_edge_distance
 from palpate.vision.probe import ALONG_STD, TIP, marker_transforms
+
+# A force sensor's noise is not less [N].
+LEAST_NOISE_N = 1e-4
 
 
 @dataclass(frozen=True)
@@ -40,20 +46,17 @@ class ProbeRecord:
     ----------
     time_s : (f,) array
         Of the frames [s].
-    tips_m : (f, 3) array
-        Centre of the sphere, camera frame [m].
-    forces_n : (f, 3) array
-        On the object, camera frame [N].
+    tips_m, forces_n : (f, 3) arrays
+        Centre of the sphere [m] and force on the object [N], camera frame.
     tip_std_m : float
         Deviation of a tip along the probe's axis [m].
     stiffness_n_m : float
-        Of the probe between board and tip along its axis; infinite where its file says nothing
-        [N/m].
+        Of the probe between target and tip along its axis; infinite where its file says nothing.
     clock_offset_s, clock_std_s : float
-        Force clock minus camera clock as the forces take it, and its deviation from 0 before a
-        press tells more [s].
+        Force clock minus camera clock as the forces take it, and its deviation from 0 before an
+        indentation determines it [s].
     turns : (f, 3, 3) array
-        Of the probe's board, camera frame.
+        Of the probe's target, camera frame.
     uncertainty : ProbeUncertainty, optional
         Of the probe's file.
     """
@@ -90,6 +93,36 @@ class ProbeRecord:
             uncertainty=ProbeUncertainty.of(probe),
         )
 
+    def in_object(self, alignment: Alignment) -> "ProbeRecord":
+        """The same with tips, forces and turns in the object frame."""
+        pose = alignment.camera_from_object
+        return replace(
+            self,
+            tips_m=to_object(pose, self.tips_m),
+            forces_n=self.forces_n @ pose[:3, :3],
+            turns=pose[:3, :3].T @ self.turns,
+        )
+
+    def contact(
+        self, surface: SmoothSurface, direction: NDArray, options: Fit, *, radius_m: float
+    ) -> Contact:
+        """Depth and force along an indentation, of a record in the object frame.
+
+        Parameters
+        ----------
+        surface : SmoothSurface
+            Undeformed, object frame.
+        direction : (3,) array
+            Unit vector of the indentation.
+        options : Fit
+        radius_m : float
+            Of the sphere.
+        """
+        force = self.forces_n @ direction
+        depth = depth_along(surface, self.tips_m, direction, radius_m=radius_m)
+        # The target goes down farther than the tip by the probe's compliance.
+        return Contact.of(depth - force / self.stiffness_n_m, force, options)
+
 
 def direct_indentation(
     record: ProbeRecord,
@@ -110,7 +143,7 @@ def direct_indentation(
     template : SmoothSurface
         Undeformed surface, object frame.
     table : IndentationModel
-        Of the pressed point.
+        Of the indented point.
     support : Support
     options : Fit
 
@@ -120,27 +153,22 @@ def direct_indentation(
         If the tip never touches, force and depth contradict each other, or no frame or sample is
         left.
     """
-    check_belonging(record, motion)
-    turn = alignment.camera_from_object[:3, :3]
-    tips = to_object(alignment.camera_from_object, record.tips_m)
-    declared = _contact(record, template, tips, turn, table.direction, table.radius_m, options)
+    _check_belonging(record, motion)
+    record, radius_m = record.in_object(alignment), table.radius_m
+    declared = record.contact(template, table.direction, options, radius_m=radius_m)
     offset_std_m = float(np.hypot(record.tip_std_m, options.offset_std_m))
     tip_root = record.uncertainty.tip_root_m(options.place_std_m)
-    beside = rocking_axes(table.direction)
+    across = axes_across(table.direction)
     # At the greatest force, in the target's frame, in which the tip's error stands.
-    held = record.turns[int(np.argmax(record.forces_n @ (turn @ table.direction)))].T @ turn
-    tip_axes = np.stack([table.direction, *beside]) @ held.T
-    zero_std_m = np.hypot(offset_std_m, np.linalg.norm(tip_axes[0] @ tip_root))
-    declared.check(zero_std_m=float(zero_std_m))
-    touch = declared.first_touch(tips, table.direction)
+    tip_axes = np.stack([table.direction, *across]) @ record.turns[np.argmax(declared.force_n)]
+    declared.check(zero_std_m=float(np.hypot(offset_std_m, np.linalg.norm(tip_axes[0] @ tip_root))))
+    touch = declared.first_touch(record.tips_m, table.direction)
     place = object_from_table(table, template, touch)
-    beside_m = to_object(place, touch[None])[0] - (table.point_m - table.radius_m * table.direction)
-    # A table that turned with the surface is of a press that turned too.
+    beside_m = to_object(place, touch[None])[0] - (table.point_m - radius_m * table.direction)
+    # A table that turned with the surface is of an indentation that turned too.
     direction = place[:3, :3] @ table.direction
-    contact = _contact(record, template, tips, turn, direction, table.radius_m, options)
-    depth, force, onset = contact.depth_m, contact.force_n, contact.onset
-    across = record.forces_n - np.outer(force, turn @ direction)
-    loaded = loaded_frames(depth, force, onset, contact.least_n, tip_std_m=record.tip_std_m)
+    contact = record.contact(template, direction, options, radius_m=radius_m)
+    loaded = contact.loaded_frames(tip_std_m=record.tip_std_m)
     frames = loaded[contact.pressed_m[loaded] <= table.depth_m[-1]]
     if not len(frames):
         raise ValueError(
@@ -148,82 +176,67 @@ def direct_indentation(
             f" {table.depth_m[-1] * 1e3:.1f} mm, found none (indenter.radius_m, template"
             " or transforms of the probe wrong, or a deeper table wanted?)"
         )
-    axis = tips[frames].mean(axis=0)
-    along = MotionAlong.of(motion)
+    middle, along = record.tips_m[frames].mean(axis=0), MotionAlong.of(motion)
     sharp_edges = sharp_edge_distance(template.vertices_m, template.faces, along.cell_m)
-    smooth = sharp_edges > options.crease_m
-    deepest = contact.pressed_m[frames].max()
-    chosen = _outside(along, axis, direction, deepest, smooth, options, radius_m=table.radius_m)
-    if not np.isfinite(along.moved_m[np.ix_(frames, chosen)]).any():
+    nearest_m = options.nearest_m + options.nearest_radii * hertz_contact_radius(
+        indenter_radius_m=radius_m, depth_m=max(contact.pressed_m[frames].max(), 1e-6)
+    )
+    outside = _outside(along.cell_m - middle, direction, nearest_m, options.farthest_m)
+    seen = along.at(frames, outside & (sharp_edges > options.crease_m))
+    if not len(seen.cell_m):
+        raise ValueError(
+            f"samples: expected some from {nearest_m * 1e3:.0f} to {options.farthest_m * 1e3:.0f}"
+            " mm from the contact, found none"
+        )
+    if not np.isfinite(seen.moved_m).any():
         raise ValueError(
             "samples: expected some that are seen while the tip presses, found all hidden"
         )
-    rest = force[: max(onset - 1, 2)]
-    noise = np.hypot(along.std_m[np.ix_(frames, chosen)], along.rest_std_m[chosen])
-    cell_m, way, axes = along.cell_m[chosen], along.way[chosen], along.axis[chosen]
+    way, noise = record.tips_m[[contact.onset - 1, np.argmax(contact.depth_m)]], seen.noise_std_m
+    given = {"support": support, "contact_m": middle, "direction": direction, "options": options}
     return DirectIndentation(
         time_s=record.time_s,
-        force_n=force,
-        sideways_n=np.linalg.norm(across, axis=1),
-        tip_depth_m=depth,
+        force_n=contact.force_n,
+        sideways_n=np.linalg.norm(record.forces_n - np.outer(contact.force_n, direction), axis=1),
+        tip_depth_m=contact.depth_m,
         frames=frames,
         frames_beyond=len(loaded) - len(frames),
-        oblique_rad=oblique(tips[onset - 1], tips[int(np.argmax(depth))], direction),
-        depth_m=depth[frames],
-        speed_m_s=np.gradient(depth, record.time_s)[frames],
+        oblique_rad=oblique(*way, direction),
+        depth_m=contact.depth_m[frames],
         tip_std_m=record.tip_std_m,
-        pattern_std_m=options.depth_pattern_std_m,
         depth_root_m=record.tip_std_m * np.eye(len(frames)),
         offset_std_m=offset_std_m,
         clock_expected_s=record.clock_offset_s,
         clock_std_s=record.clock_std_s,
-        force_std_n=float(max(FROM_MEDIAN * np.median(np.abs(rest - np.median(rest))), 1e-4)),
-        shift_std_m=options.shift_std_m,
-        place_expected_m=beside @ beside_m,
+        force_std_n=max(noise_of(contact.force_n[: max(contact.onset - 1, 2)]), LEAST_NOISE_N),
+        place_expected_m=across @ beside_m,
         place_std_m=np.sqrt(1 - TIP_PART) * options.place_std_m,
-        picture_std_m=options.picture_std_m,
-        contact_m=axis,
-        cell_m=cell_m,
-        way=way,
-        axis=axes,
-        moved_m=along.moved_m[np.ix_(frames, chosen)],
+        contact_m=middle,
+        cell_m=seen.cell_m,
+        way=seen.way,
+        axis=seen.axis,
+        moved_m=seen.moved_m,
         noise_std_m=noise,
         moved_std_m=noise,
-        patch_m=options.patch_m,
-        cluster=patches_of(cell_m, axes, [options.patch_m] * KINDS),
-        support_axes=support_axes_of(
-            cell_m,
-            way,
-            support=support,
-            contact_m=axis,
-            direction=direction,
-            options=options,
-        ),
+        # One part until residuals show how far errors are alike (`with_pattern`).
+        cluster=np.zeros(len(seen.cell_m), dtype=int),
+        support_axes=SupportAxes.of(seen.cell_m, seen.way, **given),
         table=sample_table(
             table,
-            to_object(place, cell_m),
-            way @ place[:3, :3],
-            material=axes > 0,
-            window_m=along.window_m[chosen] @ place[:3, :3],
+            to_object(place, seen.cell_m),
+            seen.way @ place[:3, :3],
+            material=seen.axis > 0,
+            window_m=seen.window_m @ place[:3, :3],
         ),
-        turned_m_s2=turned_gravity(record.turns, turn @ support.up, turn @ direction),
+        turned_m_s2=turned_gravity(record.turns, support.up, direction),
         tip_root_m=tip_root,
         tip_axes=tip_axes,
-        across=beside,
+        across=across,
     )
 
 
-def check_belonging(
-    record: ProbeRecord,
-    motion: SurfaceMotion,
-) -> None:
-    """Refuse poses, forces and motion of different recordings.
-
-    Raises
-    ------
-    ValueError
-        If they have different numbers of frames, or a pose or force is no number.
-    """
+def _check_belonging(record: ProbeRecord, motion: SurfaceMotion) -> None:
+    """Reject poses, forces and displacements of different recordings."""
     counts = {len(record.time_s), len(record.forces_n), len(motion.moved_m)}
     if len(counts) > 1:
         raise ValueError(
@@ -235,44 +248,8 @@ def check_belonging(
         raise ValueError(f"tip: expected a deviation above 0 m, found {record.tip_std_m}")
 
 
-def _contact(
-    record: ProbeRecord,
-    template: SmoothSurface,
-    tips_m: NDArray,
-    turn: NDArray,
-    direction: NDArray,
-    radius_m: float,
-    options: Fit,
-) -> Contact:
-    force = record.forces_n @ (turn @ direction)
-    # The board goes down farther than the tip by what the probe between them gives way.
-    gone = force / record.stiffness_n_m
-    return Contact.of(
-        depth_along(template, tips_m, direction, radius_m=radius_m) - gone, force, options
-    )
-
-
-def _outside(
-    motion: MotionAlong,
-    axis: NDArray,
-    direction: NDArray,
-    deepest_m: float,
-    smooth: NDArray,
-    options: Fit,
-    *,
-    radius_m: float,
-) -> NDArray:
-    """Samples away from creases, far enough from the contact and near enough to move."""
-    a = hertz_contact_radius(indenter_radius_m=radius_m, depth_m=max(deepest_m, 1e-6))
-    way = motion.cell_m - axis
-    across = way - (way @ direction)[:, None] * direction
+def _outside(way_m: NDArray, direction: NDArray, nearest_m: float, farthest_m: float) -> NDArray:
+    """Samples (c,) far enough beside a contact and near enough to move, by the way from there."""
+    across = way_m - (way_m @ direction)[:, None] * direction
     distance = np.linalg.norm(across, axis=1)
-    nearest = options.nearest_radii * a + options.nearest_m
-    straight = np.linalg.norm(way, axis=1)
-    chosen = np.flatnonzero(smooth & (distance > nearest) & (straight < options.farthest_m))
-    if not len(chosen):
-        raise ValueError(
-            f"samples: expected some from {nearest * 1e3:.0f} to {options.farthest_m * 1e3:.0f} mm"
-            " from the contact, found none"
-        )
-    return chosen
+    return (distance > nearest_m) & (np.linalg.norm(way_m, axis=1) < farthest_m)

@@ -1,27 +1,148 @@
-"""What direct.json says of an estimate."""
+"""What an estimate says in files: direct.json, and what it makes of its captures."""
 
-from dataclasses import asdict, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from palpate.estimate.direct.blocks import Scales
-from palpate.estimate.direct.indentation import SHARED, DirectIndentation, Parameters
-from palpate.estimate.direct.quantities import FORCE_LAW, MOTION_LAW, NAMES, ONE_SECOND_S
-from palpate.estimate.direct.regions import regions_of
+from palpate.estimate.direct.deviations import Scales
+from palpate.estimate.direct.fit import Solution
+from palpate.estimate.direct.indentation import (
+    FORCE_LAW,
+    MOTION_LAW,
+    SHARED,
+    DirectIndentation,
+    Parameters,
+    residuals,
+)
+from palpate.estimate.direct.prior import FREE
+from palpate.estimate.direct.quantities import NAMES, ONE_SECOND_S
 from palpate.estimate.relaxation import relaxed_share
 from palpate.modulus import IDENTIFIED, Modulus
+from palpate.npz import read_arrays
 
 if TYPE_CHECKING:
     from palpate.estimate.direct.estimate import DirectEstimate
 
 YOUNG, LATER_S = "youngs_modulus_pa", 10.0
+# By what of the captures is taken.
+REGIONS = {"force": ("depth",), "surface": ("motion",), "both": ("depth", "motion")}
+CAPTURES = "captures"
+
+
+@dataclass(frozen=True)
+class CaptureFit:
+    """What one capture shows and what the estimate makes of it, in the k frames compared.
+
+    Attributes
+    ----------
+    time_s, tip_depth_m : (f,) arrays
+        Of all frames of the capture [s], and how deep the tip is in the object in them, its fitted
+        offset and clock allowed for [m].
+    frames : (k,) int array
+        Those compared.
+    force_n : (k,) array
+        Along the press [N].
+    depth_m, fitted_depth_m : (k,) arrays
+        That depth in those compared, and as the force and the estimate have it [m].
+    depth_expected_std_m : (k,) array
+        Standard deviation that their difference is found to have [m].
+    moved_m, fitted_moved_m : (k, c) arrays
+        Motion of c samples of the surface; NaN where one was not seen [m].
+    moved_expected_std_m : (k, c) array
+        Standard deviation of their difference, in the same places [m].
+    cell_m : (c, 3) array
+        Places of the samples on the undeformed template, object frame [m].
+    contact_m : (3,) array
+        Where the tip first touches it [m].
+    distance_m : (c,) array
+        Of the samples from there [m].
+    axis : (c,) int array
+        0: along the surface's normal; 1, 2: across the line of sight, along the picture's columns
+        and rows.
+    """
+
+    time_s: NDArray
+    tip_depth_m: NDArray
+    frames: NDArray
+    force_n: NDArray
+    depth_m: NDArray
+    fitted_depth_m: NDArray
+    depth_expected_std_m: NDArray
+    moved_m: NDArray
+    fitted_moved_m: NDArray
+    moved_expected_std_m: NDArray
+    cell_m: NDArray
+    contact_m: NDArray
+    distance_m: NDArray
+    axis: NDArray
+
+
+FITTED = tuple(field.name for field in fields(CaptureFit))
+
+
+def captures_of(best: Solution) -> list[CaptureFit]:
+    """What each capture shows, beside what a solution makes of it."""
+    found = []
+    for one, p, scale in zip(best.indentations, best.parameters, best.scales, strict=True):
+        gaps = residuals(one, p)
+        measured = one.depth_m + p.offset_m + p.clock_s * one.speed_m_s
+        gap, moved, std = np.full((3, *one.moved_m.shape), np.nan)
+        gap[one.seen] = gaps.motion * one.moved_std_m[one.seen]
+        moved[one.seen] = one.moved_m[one.seen]
+        std[one.seen] = one.moved_std_m[one.seen] * scale.of(one.kind)[0]
+        found.append(
+            CaptureFit(
+                time_s=one.time_s,
+                tip_depth_m=one.tip_depth_m + p.offset_m + p.clock_s * one.tip_speed_m_s,
+                frames=one.frames,
+                force_n=one.force_n[one.frames],
+                depth_m=measured,
+                fitted_depth_m=measured + one.depth_root_m @ gaps.depth,
+                depth_expected_std_m=one.depth_std_m,
+                moved_m=moved,
+                fitted_moved_m=moved - gap,
+                moved_expected_std_m=std,
+                cell_m=one.cell_m,
+                contact_m=one.contact_m,
+                distance_m=np.linalg.norm(one.cell_m - one.contact_m, axis=1),
+                axis=one.axis,
+            )
+        )
+    return found
+
+
+def save_fitted(path: str | Path, fitted: Mapping[str, CaptureFit]) -> None:
+    """Write what each capture shows and what the estimate makes of it, as NPZ, by capture."""
+    each = fitted.items()
+    arrays = {f"{capture}/{name}": getattr(one, name) for capture, one in each for name in FITTED}
+    with Path(path).open("wb") as stream:
+        np.savez_compressed(stream, **{CAPTURES: np.array(list(fitted))} | arrays)
+
+
+def load_fitted(path: str | Path) -> dict[str, CaptureFit]:
+    """Read what `save_fitted` wrote.
+
+    Raises
+    ------
+    ValueError
+        If the file is none, or lacks an array.
+    """
+    captures = read_arrays(path, [CAPTURES])[CAPTURES].tolist()
+    arrays = read_arrays(path, [f"{capture}/{name}" for capture in captures for name in FITTED])
+    return {
+        capture: CaptureFit(**{name: arrays[f"{capture}/{name}"] for name in FITTED})
+        for capture in captures
+    }
 
 
 def described(found: "DirectEstimate") -> dict:
     """Describe an estimate in what a JSON file holds."""
     best, first = found.solution, found.solution.parameters[0]
-    indentations, times = best.indentations, found.options.relaxation_times_s
+    indentations, times = best.indentations, best.options.relaxation_times_s
     moduli = {name: asdict(modulus) for name, modulus in found.moduli.items()}
     return {
         "frames": [len(indentation.frames) for indentation in indentations],
@@ -29,21 +150,22 @@ def described(found: "DirectEstimate") -> dict:
         **moduli,
         "youngs_modulus_10s_pa": asdict(youngs_after(found, LATER_S)),
         **described_law(found),
-        "regions": {name: one.tolist() for name, one in regions_of(best, found.options).items()},
+        "regions": {name: one.tolist() for name, one in regions_of(best).items()},
         "relaxation": {"times_s": list(times), "fractions": first.fractions.tolist()},
         "gain": first.gain,
         "nuisances": [_nuisances(*of) for of in zip(indentations, best.parameters, strict=True)],
-        "residuals": [_summed(*of) for of in zip(best.indentations, best.scales, strict=True)],
+        "residuals": [_summed(*of) for of in zip(indentations, best.scales, strict=True)],
         "budget": found.budget.rows(),
         "information": _information(found),
         "converged": best.converged,
-        "doubts": found.doubts,
+        "doubts": found.warnings,
     }
 
 
 def described_law(found: "DirectEstimate") -> dict:
     """Material-law parameters of force and displacement, and what the effective modulus is of."""
-    std, told, first = found.std, found.quantities, found.solution.parameters[0]
+    best, told = found.solution, found.quantities
+    first, std = best.parameters[0], best.std
     return {
         "law": {
             "force": {"value": first.force_law, "std": float(std[FORCE_LAW])},
@@ -82,11 +204,12 @@ def _nuisances(indentation: DirectIndentation, p: Parameters) -> dict:
 
 def _summed(indentation: DirectIndentation, scales: Scales) -> dict:
     """How a capture's residuals compare with what was stated."""
+    depth_std_m = float(np.median(indentation.depth_std_m))
     return {
         **_moved(indentation, scales, 0),
         "across": _moved(indentation, scales, 1) if (indentation.kind == 1).any() else None,
-        "depth_std_m": float(np.median(indentation.depth_std_m)),
-        "depth_scale": float(np.median(indentation.depth_std_m)) / indentation.tip_std_m,
+        "depth_std_m": depth_std_m,
+        "depth_scale": depth_std_m / indentation.tip_std_m,
         "largest_depth_m": float(indentation.depth_m.max()),
     }
 
@@ -110,14 +233,30 @@ def youngs_after(found: "DirectEstimate", after_s: float) -> Modulus:
     As that of E at once, wider by what the relaxing shares add to its deviation; it is no better
     known than E at once is.
     """
-    now, times = found.moduli[YOUNG], np.array(found.options.relaxation_times_s, dtype=float)
-    fractions = found.solution.parameters[0].fractions
-    left = 1 - float(relaxed_share(after_s, fractions=fractions, times_s=times))
+    now, best, p = found.moduli[YOUNG], found.solution, found.solution.parameters[0]
+    left = 1 - float(relaxed_share(after_s, fractions=p.fractions, times_s=p.times_s))
     slope = found.quantities.slopes[NAMES.index(YOUNG)]
     later = slope.copy()
-    later[SHARED : SHARED + len(times)] += np.expm1(-after_s / times) / left
-    more = later @ found.covariance @ later - slope @ found.covariance @ slope
+    later[SHARED : SHARED + len(p.times_s)] += np.expm1(-after_s / p.times_s) / left
+    more = later @ best.covariance @ later - slope @ best.covariance @ slope
     part = np.sqrt(max(1 + more / found.budget.std[NAMES.index(YOUNG)] ** 2, 0.0))
     low, high = (left * now.value * float((end / now.value) ** part) for end in (now.low, now.high))
     told = Modulus.of_pascals(left * now.value, low, high)
     return told if now.verdict == IDENTIFIED else replace(told, verdict=now.verdict)
+
+
+def regions_of(best: Solution) -> dict[str, NDArray]:
+    """Information on log E and nu, (2, 2) each, by what of the captures is taken.
+
+    To first order at the estimate, all else unknown as its priors have it (Schur complement);
+    without errors of rig, of table and of captures apart. What is not determined of a direction has
+    none, where a covariance would have no end.
+    """
+    return {name: _free(best.information(kinds)) for name, kinds in REGIONS.items()}
+
+
+def _free(whole: NDArray) -> NDArray:
+    told, cross, rest = whole[:FREE, :FREE], whole[:FREE, FREE:], whole[FREE:, FREE:]
+    scale = 1 / np.sqrt(np.diag(rest))
+    scaled = rest * scale * scale[:, None]
+    return told - (cross * scale) @ np.linalg.solve(scaled, (cross * scale).T)

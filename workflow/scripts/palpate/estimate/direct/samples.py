@@ -1,21 +1,38 @@
-"""Samples of an undeformed surface, and the points that are seen on them."""
+"""Samples of an undeformed surface: the points on them, how high these stand, and what hides them.
 
-from collections.abc import Sequence
+A window that holds probe and surface finds neither, and what only one of a stereo head's cameras
+sees, or the projector does not light, is filled in from its surroundings.
+"""
+
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from palpate.estimate.direct.options import Observation
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.mesh import at_nodes
 from palpate.solid.smooth_surface import corner_normals
+from palpate.surface.alignment import Alignment
+from palpate.surface.pose import to_object
 from palpate.surface.template import Template
+from palpate.units import FROM_MEDIAN
 
-# Points off a crease have no foot of their own: their way from the foot is not along its normal.
+# Points off a crease have no place of their own: their way from it is not along its normal.
 SHARP_COSINE, SHARP_EDGE_M = 0.87, 0.0005
 # A sample's points have normals like its own.
 ALIKE_COSINE = 0.8
+# A sample with fewer points in a frame was not seen there.
+FEWEST_POINTS = 2
+# Points of a sample farther from its median than so many deviations, and what an indented surface
+# may slope in it, are left out.
+CLIP, SLOPE = 3.0, 0.05
+# Length of a probe above its tip, and where on it the handle begins [m].
+SHAFT_M, SHAFT_FROM_M = 0.25, 0.05
+# A sample with less than this part of its mean count of points was not seen.
+FEWEST_PART = 0.5
 
 
 @dataclass(frozen=True)
@@ -25,8 +42,7 @@ class ClosestAtRest:
     Attributes
     ----------
     closest_m, normal : (k, 3) arrays
-        Closest places of the surface [m] and unit normals there, of the smooth surface that its
-        facets stand for.
+        Closest places of the surface [m] and unit normals of the smooth surface there.
     distance_m : (k,) array
         Of the points from there along the normal, positive outside [m].
     """
@@ -34,6 +50,10 @@ class ClosestAtRest:
     closest_m: NDArray
     normal: NDArray
     distance_m: NDArray
+
+    def at(self, chosen: NDArray) -> "ClosestAtRest":
+        """Those that are chosen, by a mask or by numbers."""
+        return ClosestAtRest(*(part[chosen] for part in vars(self).values()))
 
 
 @dataclass(frozen=True)
@@ -49,20 +69,19 @@ class Samples:
     cell_m: NDArray
     normal: NDArray
 
+    def at(self, chosen: NDArray) -> "Samples":
+        """Those that are chosen, by a mask or by numbers."""
+        return Samples(self.cell_m[chosen], self.normal[chosen])
+
     def numbers(self, closest: ClosestAtRest, *, reach_m: float) -> NDArray:
-        """Cell of each foot (k,); -1 where none within reach faces the same way."""
+        """Sample of each closest place (k,); -1 where none within reach faces the same way."""
         distance, number = cKDTree(self.cell_m).query(closest.closest_m)
         alike = (self.normal[number] * closest.normal).sum(axis=1) > ALIKE_COSINE
         return np.where(alike & (distance < reach_m), number, -1)
 
 
 class RestSurface:
-    """The undeformed template, to find the feet of points on it.
-
-    Parameters
-    ----------
-    template : Template
-    """
+    """The undeformed template, to find the closest places of points on it."""
 
     def __init__(self, template: Template) -> None:
         self.closest = ClosestPoints(template.vertices_m, template.faces)
@@ -70,55 +89,47 @@ class RestSurface:
         # wrong by as much of what the object sinks.
         self.corner_normal = corner_normals(template.vertices_m, template.faces)
 
-    def at_rest(
-        self,
-        points_m: NDArray,
-        normals: NDArray,
-        *,
-        largest_distance_m: float,
-        largest_normal_deg: float,
-    ) -> ClosestAtRest:
-        """Feet of the points that belong to the surface.
+    def at_rest(self, points_m: NDArray, normals: NDArray, options: Observation) -> ClosestAtRest:
+        """Closest places of the points that belong to the surface.
 
         Parameters
         ----------
         points_m, normals : (n, 3) arrays
-            Object frame [m].
-        largest_distance_m, largest_normal_deg : float
-            Points farther away, or turned more against the surface, are left out.
+            Object frame [m]. Farther away than `largest_distance_m`, or turned more against the
+            surface than `largest_normal_deg`, they are left out.
+        options : Observation
         """
-        foot, triangle, weights = self.closest(points_m)
+        place, triangle, weights = self.closest(points_m)
         normal = np.einsum("nk,nka->na", weights, self.corner_normal[triangle])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        gap = points_m - foot
+        gap = points_m - place
         along, length = (gap * normal).sum(axis=1), np.linalg.norm(gap, axis=1)
-        kept = length < largest_distance_m
-        kept &= (normal * normals).sum(axis=1) > np.cos(np.deg2rad(largest_normal_deg))
+        kept = length < options.largest_distance_m
+        kept &= (normal * normals).sum(axis=1) > np.cos(np.deg2rad(options.largest_normal_deg))
         kept &= (np.abs(along) > SHARP_COSINE * length) | (length < SHARP_EDGE_M)
-        return ClosestAtRest(foot[kept], normal[kept], np.copysign(length, along)[kept])
+        return ClosestAtRest(place, normal, np.copysign(length, along)).at(kept)
+
+    def in_frame(
+        self, alignment: Alignment, cloud: tuple[NDArray, NDArray], options: Observation
+    ) -> ClosestAtRest:
+        """Closest places of a cloud (points [m], normals; camera frame) near the contact."""
+        pose, contact = alignment.camera_from_object, alignment.contact_point_m
+        points, normals = to_object(pose, cloud[0]), cloud[1] @ pose[:3, :3]
+        reach = options.reach_m + options.largest_distance_m
+        near = np.linalg.norm(points - contact, axis=1) < reach
+        closest = self.at_rest(points[near], normals[near], options)
+        return closest.at(np.linalg.norm(closest.closest_m - contact, axis=1) < options.reach_m)
 
 
 def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m: float) -> Samples:
-    """Samples where points were seen, at the means of their feet.
+    """Samples where points were seen, at the means of their closest places.
 
-    Seeds are taken from the first frame, the nearest to a centre first, each at least a spacing
-    from the others; every foot belongs to the nearest of them.
-
-    Parameters
-    ----------
-    closest : sequence of ClosestAtRest
-        Of frames.
-    centre_m : (3,) array
-        Object frame [m].
-    spacing_m : float
+    Seeds are taken from the first frame, the nearest to a centre (3,) [m] first, each at least a
+    spacing from the others; every place of all frames belongs to the nearest of them.
     """
     seeds = _seeds(closest[0], centre_m, spacing_m)
-    every = ClosestAtRest(
-        *(
-            np.concatenate([getattr(one, name) for one in closest])
-            for name in ClosestAtRest.__annotations__
-        )
-    )
+    each = zip(*(vars(one).values() for one in closest), strict=True)
+    every = ClosestAtRest(*map(np.concatenate, each))
     number = seeds.numbers(every, reach_m=spacing_m)
     kept, count = number >= 0, len(seeds.cell_m)
     places, normals = (
@@ -137,4 +148,131 @@ def _seeds(closest: ClosestAtRest, centre_m: NDArray, spacing_m: float) -> Sampl
         if free[k]:
             chosen.append(k)
             free[tree.query_ball_point(place, spacing_m)] = False
-    return Samples(places[chosen], closest.normal[order][chosen])
+    return Samples(places, closest.normal[order]).at(np.array(chosen))
+
+
+def cell_heights(
+    samples: Samples, closest: Iterable[ClosestAtRest], options: Observation
+) -> tuple[NDArray, NDArray]:
+    """Clipped mean distance of each frame's points in each sample [m], and their number, (f, c).
+
+    Of a frame the points' samples and distances are kept, no more.
+    """
+    pairs = []
+    for one in closest:
+        number = samples.numbers(one, reach_m=options.spacing_m)
+        pairs.append((number[number >= 0].astype(np.int32), one.distance_m[number >= 0]))
+    count = len(samples.cell_m)
+    middle = np.array([_medians(*pair, count) for pair in pairs])
+    rest = [np.abs(far - m[n]) for (n, far), m in zip(pairs, middle, strict=True)]
+    limit = CLIP * FROM_MEDIAN * np.median(np.concatenate(rest)) + SLOPE * options.spacing_m
+    height, points = np.full(middle.shape, np.nan), np.zeros(middle.shape, dtype=np.int64)
+    for k, (number, far) in enumerate(pairs):
+        kept = rest[k] <= limit
+        points[k] = np.bincount(number[kept], minlength=count)
+        sums = np.bincount(number[kept], far[kept], count)
+        seen = points[k] >= FEWEST_POINTS
+        height[k, seen] = sums[seen] / points[k, seen]
+    return height, points
+
+
+def _medians(numbers: NDArray, values: NDArray, count: int) -> NDArray:
+    """Median of the values in each sample (c,); not a number where there are none."""
+    sorted_values = values[np.lexsort((values, numbers))]
+    size = np.bincount(numbers, minlength=count)
+    first = np.cumsum(size) - size
+    last = max(len(sorted_values) - 1, 0)
+    low, high = (np.minimum(first + half, last) for half in ((size - 1) // 2, size // 2))
+    found = (sorted_values[low] + sorted_values[high]) / 2 if len(sorted_values) else 0.0
+    return np.where(size > 0, found, np.nan)
+
+
+@dataclass(frozen=True)
+class ProbeInView:
+    """Where the probe is and from where the surface must be seen past it, object frame.
+
+    Attributes
+    ----------
+    views_m : (e, 3) array
+        Cameras, and the projector of one that projects [m].
+    tip_m, axis : (f, 3) arrays
+        Centre of the sphere [m] and indentation direction in each frame.
+    """
+
+    views_m: NDArray
+    tip_m: NDArray
+    axis: NDArray
+
+    @staticmethod
+    def of(
+        alignment: Alignment, tips_m: NDArray, axes: NDArray, *, views_m: NDArray
+    ) -> "ProbeInView":
+        """Take tips [m], axes (f, 3) and views (e, 3) [m] of the camera frame to the object's."""
+        pose = alignment.camera_from_object
+        views, tips = (to_object(pose, np.asarray(part, dtype=float)) for part in (views_m, tips_m))
+        return ProbeInView(views, tips, np.asarray(axes, dtype=float) @ pose[:3, :3])
+
+    def clearance(self, places_m: NDArray, frame: int, *, along_m: tuple[float, float]) -> NDArray:
+        """Least distance of lines of sight to places (c, 3) from a part of the axis, (c,) [m].
+
+        The part goes from the tip upwards, `along_m` (low, high).
+        """
+        axis = -self.axis[frame] / np.linalg.norm(self.axis[frame])
+        ends = self.tip_m[frame] + np.outer(along_m, axis)
+        each = [segment_distance(places_m, view, *ends) for view in self.views_m]
+        return np.min(each, axis=0)
+
+    def hides(self, places_m: NDArray, options: Observation) -> NDArray:
+        """Which places (c, 3) the probe hides or comes too near in each frame, (f, c)."""
+        hidden = np.ones((len(self.tip_m), len(places_m)), dtype=bool)
+        for k, one in enumerate(hidden):
+            tip = self.clearance(places_m, k, along_m=(0.0, SHAFT_FROM_M))
+            shaft = self.clearance(places_m, k, along_m=(SHAFT_FROM_M, SHAFT_M))
+            # A probe that was not found is nowhere clear.
+            one[(tip >= options.clear_m) & (shaft >= options.shaft_clear_m)] = False
+        return hidden
+
+
+def segment_distance(starts: NDArray, end: NDArray, first: NDArray, last: NDArray) -> NDArray:
+    """Least distances of segments from `starts` (c, 3) to `end` from another segment, (c,) [m]."""
+    d1, d2, r = end - starts, last - first, starts - first
+    a, b, c = (d1 * d1).sum(axis=1), d1 @ d2, (d1 * r).sum(axis=1)
+    e, f = d2 @ d2, r @ d2
+    across = np.maximum(a * e - b * b, 1e-12 * a * e)
+    s = np.clip((b * f - c * e) / across, 0, 1)
+    t = np.clip((b * s + f) / e, 0, 1)
+    s = np.clip((b * t - c) / a, 0, 1)
+    gap = r + s[:, None] * d1 - t[:, None] * d2
+    return np.linalg.norm(gap, axis=1)
+
+
+def facing_samples(samples: Samples, probe: ProbeInView, options: Observation) -> Samples:
+    """Samples that are not seen too much from the side from anywhere."""
+    least = np.cos(np.deg2rad(options.largest_view_deg))
+    sight = probe.views_m[:, None] - samples.cell_m
+    facing = (sight * samples.normal).sum(axis=2) > least * np.linalg.norm(sight, axis=2)
+    return samples.at(facing.all(axis=0))
+
+
+def hidden_samples(
+    samples: Samples,
+    points: NDArray,
+    probe: ProbeInView,
+    rest_frames: NDArray,
+    options: Observation,
+) -> NDArray:
+    """Which samples the probe or its shadow hides or comes too near, (f, c).
+
+    Parameters
+    ----------
+    samples : Samples
+    points : (f, c) int array
+        How many each was seen with.
+    probe : ProbeInView
+    rest_frames : (r,) int array
+    options : Observation
+    """
+    passed = probe.hides(samples.cell_m, options)
+    counted = np.where(passed, np.nan, points)[rest_frames]
+    usual = np.nansum(counted, axis=0) / np.maximum(np.isfinite(counted).sum(axis=0), 1)
+    return passed | (points < FEWEST_PART * usual)

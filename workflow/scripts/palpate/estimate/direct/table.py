@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.spatial import cKDTree
 
-from palpate.estimate.direct.support_motion import rocking_axes
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.indentation_table import IndentationModel, ratio_weights
 from palpate.solid.laws import LAW_NAMES, SLIDING
@@ -34,6 +33,13 @@ SLIDING_PART = 0.5
 ASIDE_M = 0.001
 
 
+def axes_across(up: NDArray) -> NDArray:
+    """Two axes across a unit vector (3,), (2, 3): it x object's x, and it x that."""
+    first = np.cross(up, [1.0, 0, 0]) if abs(up[0]) < 0.9 else np.cross(up, [0, 1.0, 0])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(up, first)])
+
+
 @dataclass(frozen=True)
 class DepthOfForce:
     """Depths at which an object returns forces, (n,) [m], with their derivatives."""
@@ -57,15 +63,12 @@ class MotionAtDepth:
 
 @dataclass(frozen=True)
 class SampleTable:
-    """Force and surface motion over depth, Poisson's ratio and law, at E = 1.
+    """Force and surface displacement over depth, Poisson's ratio and law, at E = 1.
 
-    A law is a place on a line through two: 0 is the first (neo-Hooke's), 1 the second (Blatz and
-    Ko's), and what lies between and beyond is a law of its own. Force and motion have places of
-    their own, q and m: F = F_first exp(q * stiffening), w = w_first + m * motion_change. What a
-    force moves a little way off hangs on the force, not on the law at the contact (Saint-Venant):
-    so the motion is told over the depth that the first law has under that force, and its change
-    is that of the same force. A broad base that is not bonded is half-way between one that sticks
-    and one that slides freely (`SLIDING_PART`).
+    Laws lie on the line through neo-Hooke's (0) and Blatz and Ko's (1); force and displacement have
+    parameters of their own, q and m: F = F_first exp(q * stiffening), w = w_first + m *
+    motion_change. What a force moves a little way off depends on the force, not on the law at the
+    contact (Saint-Venant): displacements are those at the depth that the first law has under it.
 
     Attributes
     ----------
@@ -149,13 +152,8 @@ class SampleTable:
         by_place = np.tensordot(self.motion_by_place, weights, axes=(1, 0))
         bent = (depth_m > 0)[:, None] * self._basis(depth, 1)
         basis = self._basis(depth) + beyond * bent
-        return MotionAtDepth(
-            basis @ here,
-            bent @ here,
-            basis @ by_nu,
-            basis @ by_law,
-            basis @ by_place,
-        )
+        columns = bent @ here, basis @ by_nu, basis @ by_law, basis @ by_place
+        return MotionAtDepth(basis @ here, *columns)
 
     @cached_property
     def _basis(self) -> CubicSpline:
@@ -191,18 +189,17 @@ def sample_table(
     material: NDArray | bool = False,
     window_m: NDArray | float = 0.0,
 ) -> SampleTable:
-    """Take force, and motion of samples, from an indentation table.
+    """Take force, and displacement of samples, from an indentation table.
 
-    A sample's motion is where its normal meets the deformed surface. The material point that comes
-    to lie there is sought on the undeformed surface, which bends as the samples' normals turn. Or
-    it is that of the material that was at the sample, along any direction.
+    A sample's displacement is where its normal meets the deformed surface (the material point that
+    comes to lie there is sought on the undeformed one), or that of the material at the sample.
 
     Parameters
     ----------
     indentation_table : IndentationModel
     cell_m, way : (c, 3) arrays
-        Places on the undeformed surface, in the table's frame [m], and unit vectors: outward
-        normals, or of the material any.
+        Places on the undeformed surface, table's frame [m], and outward normals, or of the material
+        any unit vectors.
     material : (c,) bool array, optional
         Of which samples the material is followed.
     window_m : (c, 2, 3) array, optional
@@ -237,7 +234,7 @@ def sample_table(
 
     first = motion(0)
     # A contact farther on is a sample farther back.
-    aside = ASIDE_M * rocking_axes(table.direction)
+    aside = ASIDE_M * axes_across(table.direction)
     by_place = np.array([(motion(0, -step) - motion(0, step)) / (2 * ASIDE_M) for step in aside])
     slid = SLIDING_PART * (motion(len(LAW_NAMES)) - first) if forces.slides else 0.0
     return replace(

@@ -13,14 +13,13 @@ from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment, thickness_along
 from palpate.surface.pose import to_object
 from palpate.surface.template import Template
+from palpate.units import FROM_MEDIAN
 
 # Largest distance from the surface at which force may begin: tracking, frame rate and clocks leave
 # a few mm [m].
 FARTHEST_ONSET_M = 0.005
 # A rise of so many deviations of the resting force is none.
 NOISE_DEVIATIONS = 3.0
-# Normal distribution: standard deviation over median absolute deviation.
-FROM_MEDIAN = 1.4826
 # A probe that has risen by this part of the maximum depth, or by so many deviations of the depth's
 # own error, is no longer held.
 RISEN, RISEN_DEVIATIONS = 0.1, 4.0

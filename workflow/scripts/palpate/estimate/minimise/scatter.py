@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import pdist, squareform
 
+from palpate.estimate.direct.deviations import error_clusters
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.solid.laws import lame_from_engineering
 
@@ -111,19 +112,6 @@ def correlation_length(points_m: NDArray, gaps: NDArray, *, bin_m: float) -> flo
             break
         length = (k + 1) * bin_m
     return float(length)
-
-
-def error_clusters(nodes_m: NDArray, *, size_m: float) -> NDArray:
-    """Cell of a cubic grid that each node lies in, shape (n,) int.
-
-    Parameters
-    ----------
-    nodes_m : (n, 3) array
-    size_m : float
-        Edge of a cell [m].
-    """
-    cells = np.floor((nodes_m - nodes_m.min(axis=0)) / size_m).astype(np.int64)
-    return np.unique(cells, axis=0, return_inverse=True)[1].ravel()
 
 
 def rounding_of(gap: NDArray) -> float:

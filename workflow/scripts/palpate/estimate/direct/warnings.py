@@ -1,23 +1,29 @@
-"""What speaks against an estimate that its intervals do not hold."""
+"""What speaks against an estimate that its intervals do not hold.
 
-from collections.abc import Iterator, Sequence
+Of one estimate by itself, and of estimates of one object whose intervals exclude each other.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import bdtrc
 
 from palpate.estimate.direct.deviations import ROBUST
 from palpate.estimate.direct.fit import Solution
-from palpate.estimate.direct.indentation import KINDS, residuals
-from palpate.estimate.direct.options import Fit
-from palpate.estimate.direct.quantities import FORCE_LAW, MOTION_LAW
+from palpate.estimate.direct.indentation import FORCE_LAW, KINDS, MOTION_LAW, residuals
+from palpate.modulus import CONFIDENCE, LABELS, NOT_JUDGED, Modulus
 
 # Of a Poisson's ratio that was given, from what the captures say.
 FAR_DEVIATIONS = 2.0
-# Of the tip's way from the declared press: tables are of a press along it.
+# Of the tip's way from the declared indentation: tables are of an indentation along it.
 OBLIQUE_DEG = 10.0
 # Of a depth's zero, from what tip and alignment say it is.
 FAR_ZERO = 4.0
-# Of depths, over what the pose of the board in each frame explains.
+# Of depths, over what the pose of the target in each frame explains.
 RESTLESS = 8.0
 # Of log E from the ends of its range.
 AT_END = 1e-6
@@ -30,19 +36,12 @@ NEAR_M, LOADED, FAR_RESIDUALS = 0.045, 0.7, (3.0, 1.5)
 SEEN_IN = "clouds", "pictures"
 
 
-def doubts_of(best: Solution, options: Fit, std: NDArray) -> Iterator[str]:
-    """Say what a reader of an estimate has to know beside its intervals, one line each.
-
-    Parameters
-    ----------
-    best : Solution
-    options : Fit
-    std : (size,) array
-        Standard deviations of its unknowns.
-    """
+def warnings_of(best: Solution) -> Iterator[str]:
+    """Say what a reader of an estimate has to know beside its intervals, one line each."""
+    options = best.options
     if not best.converged:
         yield "the fit did not converge"
-    if at_end(best, options):
+    if at_end(best):
         low, high = options.youngs_modulus_bounds_pa
         yield f"E lies at an end of its range, {low:g} to {high:g} Pa"
     given, nu = options.poisson_ratio, best.parameters[0].poisson_ratio
@@ -52,15 +51,12 @@ def doubts_of(best: Solution, options: Fit, std: NDArray) -> Iterator[str]:
     if any((one.axis > 0).any() for one in best.indentations):
         yield "displacements in pictures are compared: intervals may be too narrow"
     yield from _of_captures(best)
-    yield from contradictions(best, options, std)
+    yield from contradictions(best)
 
 
-def contradictions(best: Solution, options: Fit, std: NDArray) -> Iterator[str]:
-    """Warnings with which nothing is identified, however narrow its interval is.
-
-    Parameters are those of `doubts_of`.
-    """
-    first = best.parameters[0]
+def contradictions(best: Solution) -> Iterator[str]:
+    """Warnings with which nothing is identified, however narrow its interval is."""
+    first, std = best.parameters[0], best.std
     laws = {
         "force": (first.force_law, std[FORCE_LAW]),
         "surface displacement": (first.motion_law, std[MOTION_LAW]),
@@ -72,8 +68,7 @@ def contradictions(best: Solution, options: Fit, std: NDArray) -> Iterator[str]:
                 f" {abs(value) / deviation:.0f} deviations from neo-Hooke's 0: the material has"
                 " another law, or depths and displacements contradict each other"
             )
-    ratios = residuals_over_noise(best, options)
-    for seen, ratio, far in zip(SEEN_IN, ratios, FAR_RESIDUALS, strict=True):
+    for seen, ratio, far in zip(SEEN_IN, residuals_over_noise(best), FAR_RESIDUALS, strict=True):
         if ratio > far:
             yield (
                 f"residuals of displacements in {seen} are, under load, {ratio:.1f} times the noise"
@@ -81,16 +76,14 @@ def contradictions(best: Solution, options: Fit, std: NDArray) -> Iterator[str]:
             )
 
 
-def residuals_over_noise(best: Solution, options: Fit) -> NDArray:
+def residuals_over_noise(best: Solution) -> NDArray:
     """Root mean square of displacements' residuals under load, over their noise at rest, by kind.
 
     Near the contact, none counted with more than `ROBUST`; 0 of a kind that is not there, (2,).
     """
-    times_s = np.array(options.relaxation_times_s, dtype=float)
     count, total = np.zeros((2, KINDS))
     for one, p in zip(best.indentations, best.parameters, strict=True):
-        gaps = residuals(one, p, times_s=times_s).motion
-        gaps = gaps * (one.moved_std_m / one.noise_std_m)[one.seen]
+        gaps = residuals(one, p).motion * (one.moved_std_m / one.noise_std_m)[one.seen]
         near = np.linalg.norm(one.cell_m - one.contact_m, axis=1) < NEAR_M
         at = np.outer(one.load >= LOADED, near)[one.seen]
         count += np.bincount(one.kind[at], minlength=KINDS)
@@ -98,10 +91,10 @@ def residuals_over_noise(best: Solution, options: Fit) -> NDArray:
     return np.sqrt(total / np.maximum(count, 1))
 
 
-def at_end(best: Solution, options: Fit) -> bool:
+def at_end(best: Solution) -> bool:
     """Whether E is as small or as large as it may be."""
-    E = best.parameters[0].youngs_modulus_pa
-    return bool(np.abs(np.log(np.array(options.youngs_modulus_bounds_pa) / E)).min() < AT_END)
+    ends = np.array(best.options.youngs_modulus_bounds_pa)
+    return bool(np.abs(np.log(ends / best.parameters[0].youngs_modulus_pa)).min() < AT_END)
 
 
 def farthest_zero(best: Solution) -> tuple[float, float]:
@@ -132,8 +125,72 @@ def _of_captures(best: Solution) -> Iterator[str]:
         )
     angles = np.rad2deg([one.oblique_rad for one in best.indentations])
     if angles.max() > OBLIQUE_DEG:
-        yield f"the tip went {_some(angles)} degrees beside the declared direction of the press"
+        ends = " to ".join(f"{angle:.0f}" for angle in sorted({angles.min(), angles.max()}))
+        yield f"the tip went {ends} degrees beside the declared direction of the press"
 
 
-def _some(angles: Sequence[float]) -> str:
-    return " to ".join(f"{angle:.0f}" for angle in sorted({min(angles), max(angles)}))
+@dataclass(frozen=True)
+class Estimated:
+    """One estimate of an object.
+
+    Attributes
+    ----------
+    whose : str
+        What it is of, like "all captures by the Kinect".
+    moduli : mapping
+        By the names of `LABELS`, and others.
+    joint : bool
+        Whether it is of all captures with a sensor, and recommended.
+    """
+
+    whose: str
+    moduli: Mapping[str, Modulus]
+    joint: bool
+
+
+def exclusions(estimates: Sequence[Estimated]) -> list[list[str]]:
+    """What the others say against each estimate of an object, one line each.
+
+    Of single captures one in twenty may miss by chance: each that a joint estimate excludes has a
+    warning, and the joint estimate has one where there are more of them than chance explains
+    (binomial, by the intervals' own confidence, as if one modulus were compared).
+
+    Parameters
+    ----------
+    estimates : sequence of Estimated
+        Of one object.
+
+    Returns
+    -------
+    list of list of str
+        One for each estimate.
+    """
+    found: list[list[str]] = [[] for _ in estimates]
+    joints = [k for k, one in enumerate(estimates) if one.joint]
+    singles = [k for k, one in enumerate(estimates) if not one.joint]
+    for a, b in combinations(joints, 2):
+        for line in _apart(estimates[a], estimates[b]):
+            found[a].append(line)
+            found[b].append(line)
+    for k in joints:
+        lines = {s: line for s in singles for line in _apart(estimates[k], estimates[s])}
+        for s, line in lines.items():
+            found[s].append(line)
+        if lines and bdtrc(len(lines) - 1, len(singles), 1 - CONFIDENCE) < 1 - CONFIDENCE:
+            count = f"{len(lines)} of {len(singles)} single captures"
+            found[k].append(f"intervals of {estimates[k].whose} and of {count} exclude each other")
+    return found
+
+
+def _apart(one: Estimated, other: Estimated) -> Iterator[str]:
+    """A line of the first modulus whose intervals have no value in common, if there is one."""
+    for name, label in LABELS.items():
+        pair = one.moduli[name], other.moduli[name]
+        if any(each.low is None or each.verdict == NOT_JUDGED for each in pair):
+            continue
+        high = min(inf if each.high is None else each.high for each in pair)
+        if max(each.low for each in pair) > high:
+            told = zip((one, other), pair, strict=True)
+            of_each = " and ".join(f"of {each.whose}, {modulus.told()}," for each, modulus in told)
+            yield f"{label} {of_each} exclude each other"
+            return
