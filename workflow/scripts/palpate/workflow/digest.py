@@ -23,12 +23,16 @@ PIN = re.compile(r"^([A-Za-z0-9_.-]+)==([^\s\\;]+)", re.MULTILINE)
 IMPORT = re.compile(r"^ *(?:from|import) +([\w.]+)(?: +import +(\([^)]*\)|.*))?", re.MULTILINE)
 
 
-def follow(rules: Iterable, content: Callable) -> None:
-    """Give rules the params ``code`` and, of a job's wildcards and input, ``content``."""
+def follow(rules: Iterable, content: Callable, *, conda: str) -> None:
+    """Give rules of our scripts an environment and the params ``code`` and ``content``.
+
+    The latter follows from a job's wildcards and input; a module's user has rules of their own.
+    """
     for rule in rules:
         script = ROOT / str(rule.script or "").rpartition("scripts/")[2]
         if script.is_file():
             digest = code(script, rule.params.get("make", ""))
+            rule.conda_env = conda
             rule.set_params(code=digest, content=_by_wildcards(rule, content))
 
 
