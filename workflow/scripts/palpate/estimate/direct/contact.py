@@ -75,8 +75,7 @@ class Contact:
     def zero_m(self) -> float:
         """Depth at which the force begins [m]: 0, or what is nearest to it between two frames.
 
-        Tip, alignment and template err by millimetres together: a depth without a force says how
-        far at least, and so does a force without a depth.
+        Tip, alignment and template err by millimetres together.
         """
         between = self.depth_m[[max(self.onset - 1, 0), self.onset]]
         return float(np.clip(0.0, between.min(), between.max()))
@@ -102,19 +101,17 @@ class Contact:
             work of the press is not positive.
         """
         deepest_m, limit_m = self.depth_m[self.onset :].max(), LIKELY * zero_std_m
+        within = f"within {limit_m * 1e3:.1f} mm as direct.fit.offset_std_m says, found it"
+        why = "(template, alignment, indenter.radius_m or transforms of the probe wrong?)"
         if not deepest_m + limit_m > 0:
             raise ValueError(
-                "depth: expected a tip that touches the template while there is force, within"
-                f" {limit_m * 1e3:.1f} mm as direct.fit.offset_std_m says, found it"
-                f" {-deepest_m * 1e3:.1f} mm away at its deepest (template, alignment,"
-                " indenter.radius_m or transforms of the probe wrong?)"
+                f"depth: expected a tip that touches the template while there is force, {within}"
+                f" {-deepest_m * 1e3:.1f} mm away at its deepest {why}"
             )
         if self.zero_m > limit_m:
             raise ValueError(
-                "depth: expected a force that begins where the tip touches the template, within"
-                f" {limit_m * 1e3:.1f} mm as direct.fit.offset_std_m says, found it"
-                f" {self.zero_m * 1e3:.1f} mm inside (template, alignment, indenter.radius_m or"
-                " transforms of the probe wrong?)"
+                f"depth: expected a force that begins where the tip touches the template, {within}"
+                f" {self.zero_m * 1e3:.1f} mm inside {why}"
             )
         peak = int(np.argmax(self.force_n))
         if self.pressed_m[peak] <= 0:
@@ -138,7 +135,7 @@ class Contact:
         tips_m : (f, 3) array
             Centres of the sphere, object frame [m].
         direction : (3,) array
-            Unit vector of the press.
+            Unit vector of the indentation.
         """
         deep = self.pressed_m > DEEP * self.pressed_m.max()
         return (tips_m - self.depth_m[:, None] * direction)[deep].mean(axis=0)
@@ -172,7 +169,7 @@ def unloaded(depth_m: NDArray, force_n: NDArray) -> NDArray:
     Parameters
     ----------
     depth_m, force_n : (f,) arrays
-        Depth below the undeformed surface [m] and force along the press [N] of all frames.
+        Depth below the undeformed surface [m] and force along the indentation [N] of all frames.
     """
     clear = np.flatnonzero(depth_m[: int(np.argmax(force_n))] < -CLEAR_M)
     if len(clear) >= FEWEST_AT_REST:
@@ -205,22 +202,17 @@ def noise_of(resting: NDArray) -> float:
 def depth_along(
     surface: SmoothSurface, tips_m: NDArray, direction: NDArray, *, radius_m: float
 ) -> NDArray:
-    """Way of a sphere along the press since it first touches the undeformed surface, (f,) [m].
+    """Way of a sphere along the indentation since it first touches the surface, (f,) [m].
 
     Parameters
     ----------
     surface : SmoothSurface
-        Object frame.
+        Undeformed, object frame.
     tips_m : (f, 3) array
         Centres of the sphere, object frame [m].
     direction : (3,) array
-        Unit vector of the press, into the object.
+        Unit vector of the indentation, into the object.
     radius_m : float
-
-    Returns
-    -------
-    (f,) array
-        Negative before the touch.
 
     Raises
     ------
@@ -268,7 +260,7 @@ def object_from_table(
     Raises
     ------
     ValueError
-        If the surface does not allow it, and the contact is not.
+        If the contact is not.
     """
     start = table.point_m - table.radius_m * table.direction
     way = centre_m - start

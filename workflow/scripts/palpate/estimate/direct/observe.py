@@ -91,10 +91,20 @@ def views_of(sensor: Mapping) -> NDArray:
 def tip_clearance(
     sensor: Mapping, distance_m: float, options: Observation, *, radius_m: float
 ) -> float:
-    """How far from the probe's axis a line of sight must pass at a tip so far from the camera [m].
+    """How far from the probe's axis a line of sight must pass at the tip [m].
 
     A stereo window that holds a part of the tip sees the tip: `CLEAR_WINDOWS` of its widths beside
     it. For sensors whose windows are their makers' secret the options say it.
+
+    Parameters
+    ----------
+    sensor : mapping
+        The sensor's file.
+    distance_m : float
+        Of the contact from the camera [m].
+    options : Observation
+    radius_m : float
+        Of the tip [m].
     """
     if sensor["kind"] != "stereo":
         return options.clear_m

@@ -107,7 +107,7 @@ class SampleTable:
         force_per_modulus_m2 : (n,) array
             Elastic force over Young's modulus, above 0.
         nu, law : float
-            Poisson's ratio, and the force's place among the laws, q.
+            Poisson's ratio, and q.
         """
         force = np.maximum(force_per_modulus_m2, LEAST_FORCE * self.force_per_modulus_m2.max())
         wanted = force**FORCE_POWER
@@ -131,16 +131,16 @@ class SampleTable:
         return log @ weights, log @ slopes
 
     def motion(self, depth_m: NDArray, nu: float, law: float, place_m: NDArray) -> MotionAtDepth:
-        """Motion of each sample at depths; linear beyond the table.
+        """Displacement of each sample at depths; linear beyond the table.
 
         Parameters
         ----------
         depth_m : (n,) array
             That the first law has under the forces [m].
         nu, law : float
-            Poisson's ratio and the motion's place among the laws, m.
+            Poisson's ratio, and m.
         place_m : (4,) array
-            Of the contact along the axes across the press, and in the picture beside that [m].
+            Of the contact along the axes across, and in the picture beside that [m].
         """
         depth = np.clip(depth_m, 0, self.depth_m[-1])
         beyond = np.maximum(depth_m - depth, 0)[:, None]
