@@ -25,24 +25,24 @@ UNFINISHED_M = 1e-5
 CLEAR_M = 0.003
 # Deviations of what is known of the depth's zero that it may be off.
 LIKELY = 2.5
-# Where the contact is is told by frames at least so deep, as a part of the deepest.
+# Frames at least so deep, as a part of the deepest, show where the contact is.
 DEEP = 0.5
 # And a tip that has gone no farther than this part of its way is still at rest.
 MOVED = 0.01
 # The surface moves most within so many of the sphere's radii around the contact, and is to go on
 # alike so far; scans and their meshes agree to about the second [m].
 REACH_RADII, ALIKE_M = 4.0, 0.0005
-# Where it does not, a table so far from the contact still tells its force and motion [m].
+# Where it does not, a table so far from the contact still has its force and displacement [m].
 NEAREST_M = 0.002
 # Gauss and Newton's steps of the turn.
 TURNS = 6
-# Beyond this not even the same part of an object is pressed [m].
+# Beyond this not even the same part of an object is indented [m].
 FARTHEST_M = 0.015
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Depth and force along a press.
+    """Depth and force along an indentation.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class Contact:
         ValueError
             If the sphere never comes as near to the surface as its zero is known, or is deeper in
             it when the force begins, the force is largest where the tip is not pressed in, or the
-            work of the press is not positive.
+            work of the indentation is not positive.
         """
         deepest_m, limit_m = self.depth_m[self.onset :].max(), LIKELY * zero_std_m
         within = f"within {limit_m * 1e3:.1f} mm as direct.fit.offset_std_m says, found it"
@@ -156,7 +156,7 @@ class Contact:
 
 
 def oblique(start_m: NDArray, end_m: NDArray, direction: NDArray) -> float:
-    """Angle between a tip's way (3,) and the press [rad]."""
+    """Angle between a tip's way (3,) and the indentation [rad]."""
     along = float((end_m - start_m) @ direction)
     return float(np.arctan2(np.linalg.norm(np.cross(end_m - start_m, direction)), along))
 
@@ -217,7 +217,7 @@ def depth_along(
     Raises
     ------
     ValueError
-        If a way along the press does not meet the surface.
+        If a way along the indentation does not meet the surface.
     """
     start = tips_m - OUTSIDE_M * direction
     way = np.zeros(len(tips_m))

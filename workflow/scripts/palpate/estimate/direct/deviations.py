@@ -112,8 +112,8 @@ def _shared(group: NDArray, term: NDArray, square: NDArray) -> float:
     total, expected = (
         np.stack([np.bincount(group, column) for column in of.T]) for of in (term, square)
     )
-    told = expected > 0
-    return float((total[told] ** 2 / expected[told]).mean()) if told.any() else 1.0
+    moves = expected > 0
+    return float((total[moves] ** 2 / expected[moves]).mean()) if moves.any() else 1.0
 
 
 def with_pattern(indentation: DirectIndentation, of: Parameters, options: Fit) -> DirectIndentation:

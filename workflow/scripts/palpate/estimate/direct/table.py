@@ -20,14 +20,14 @@ LEAST_FORCE = 1e-6
 ROUNDS = 3
 # Of the search for a depth, from a chord's guess on.
 NEWTON_STEPS = 8
-# Neighbours that tell how the surface bends, and normals too different to be of one face.
+# Neighbours that show how the surface bends, and normals too different to be of one face.
 NEIGHBOURS, SAME_FACE = 8, np.cos(np.deg2rad(40))
 # Places and weights of a mean over a square of side 1: three by three, by Gauss.
 GAUSS = np.polynomial.legendre.leggauss(3)
 WINDOW_AT = np.stack(np.meshgrid(GAUSS[0], GAUSS[0]), axis=-1).reshape(-1, 2) / 2
 WINDOW_WEIGHTS = np.outer(GAUSS[1], GAUSS[1]).ravel() / 4
 # Of a broad base that is not bonded, between one that sticks, 0, and one that slides freely, 1:
-# captures do not tell it better (its error of nu is a source of the uncertainty budget).
+# captures do not determine it better (its error of nu is a source of the uncertainty budget).
 SLIDING_PART = 0.5
 # By which a contact is moved to either side, to see what its place does [m].
 ASIDE_M = 0.001
@@ -84,8 +84,8 @@ class SampleTable:
         how far what was there has moved along its direction, under the first law, and what the
         second adds under the same force [m].
     motion_by_place : (4, p, k, c) array
-        What a contact farther along the two axes across the press adds to the motion under the
-        first law, for each metre; and what it adds to that of the material alone.
+        What a contact farther along the two axes across adds to the displacement under the first
+        law, for each metre; and what it adds to that of the material alone.
     slides : bool, optional
         Whether the base is not bonded, and so broad that its friction matters.
     """
