@@ -375,6 +375,25 @@ def test_captures_that_are_apart(count):
         assert part == pytest.approx(expected, rel=0.05)
 
 
+@pytest.mark.parametrize("count", [2, 3, 6])
+def test_captures_that_are_apart_widen_the_interval_by_student_s_t(count):
+    """As many degrees of freedom as captures less one (JCGM 100:2008, Eq. G.2b)."""
+    errors = np.linspace(-0.05, 0.05, count)
+    captures = [replace(CAPTURE, force_n=CAPTURE.force_n * (1 + e)) for e in errors]
+    found, moduli = estimate(NOTHING, *captures)
+    part = line(found, APART)
+    assert part.freedom == count - 1
+    others = sum(one.contributions**4 / one.freedom for one in found.sources if one is not part)
+    freedom = found.std**4 / (others + part.contributions**4 / (count - 1))
+    star, modulus = NAMES.index("reduced_modulus_pa"), moduli["reduced_modulus_pa"]
+    half = t.ppf(0.975, freedom[star]) * found.std[star]
+    assert np.log([modulus.value / modulus.low, modulus.high / modulus.value]) == pytest.approx(
+        [half] * 2, rel=0.01
+    )
+    # Without them noise alone would have degrees of freedom.
+    assert half > 1.03 * t.ppf(0.975, found.std[star] ** 4 / others[star]) * found.std[star]
+
+
 @pytest.mark.parametrize("field", ["offset_std_m", "clock_std_s", "shift_std_m", "place_std_m"])
 def test_what_each_capture_has_for_itself_scatters_between_them(field):
     source, std, _ = TERMS[field]

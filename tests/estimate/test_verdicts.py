@@ -10,6 +10,7 @@ from palpate.estimate.direct.deviations import Scales
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.fit import Solution, blocks_of
 from palpate.estimate.direct.indentation import FORCE_LAW, MOTION_LAW, NU, linearised
+from palpate.estimate.direct.prior import FARTHEST_LAW
 from palpate.estimate.direct.quantities import intervals, quantities_of
 from palpate.estimate.direct.warnings import warnings_of
 
@@ -118,6 +119,24 @@ def test_a_material_law_parameter_far_from_its_prior(law, side, deviations, warn
     # As if captures determined it so well.
     vars(best)["covariance"] = np.diag(of_all**2)
     assert len(warnings(best)) == warned
+
+
+@pytest.mark.parametrize(("off", "warned"), [(5e-7, True), (2e-6, False)])
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_material_law_parameter_at_its_bound(side, off, warned):
+    best = at_truth(truth=replace(TRUTH, force_law=side * (FARTHEST_LAW - off)))
+    # Wide enough for it not to be far from its prior.
+    vars(best)["covariance"] = np.eye(4)
+    assert len(warnings(best)) == warned
+
+
+def test_a_fit_that_ends_at_the_bound_of_the_law_is_warned_of():
+    capture = indentation_of(25e3, 0.3, 1, laws=(-2.8, 0.0), noise=0.3)
+    options = OPTIONS.changed(force_law_std=5.0)
+    found = estimate_direct([capture], options, radius_m=RADIUS_M)
+    assert found.solution.parameters[0].force_law == -FARTHEST_LAW
+    assert any("at its bound, -2" in line for line in found.to_dict()["doubts"])
+    assert "identified" not in {one.verdict for one in found.moduli.values()}
 
 
 @pytest.mark.parametrize(

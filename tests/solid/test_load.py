@@ -77,8 +77,12 @@ def test_bad_forces_are_refused(cube):
     fine = quadratic(cube)
     three, six = (contact_triangle(mesh, TOP, largest_distance_m=0.01) for mesh in (cube, fine))
     options = {"turn_to_normal": False, **PRESS}
-    with pytest.raises(ValueError, match="expected conserve for ten-node elements"):
+    with pytest.raises(ValueError, match="expected conserve or hertz_patch for ten-node elements"):
         nodal_force(fine, six, DOWN, rule="area_ratio", **options)
+    for rule in ("hertz", "hertz_patch", ""):
+        known = r"one of conserve, area_ratio, hertz_patch \(`contact_pressure`\)"
+        with pytest.raises(ValueError, match=f"force_rule: expected {known}, found {rule}"):
+            nodal_force(cube, three, DOWN, rule=rule, **options)
     with pytest.raises(ValueError, match="triangle: expected 6 nodes, found 3"):
         nodal_force(fine, three, DOWN, rule="conserve", **options)
 

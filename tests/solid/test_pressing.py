@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from floor import floor
 from palpate.estimate.direct.table import force_table
-from palpate.solid.indentation_setup import IndentationOptions, indentation_setup, moving_nodes
+from palpate.solid.indentation_setup import (
+    IndentationOptions,
+    IndentationSetup,
+    indentation_setup,
+    moving_nodes,
+)
 from palpate.solid.indenting import State
 from palpate.solid.laws import LAW_NAMES
 from palpate.solid.load_steps import drawn_surface, indentation_model, steps
@@ -93,6 +98,50 @@ def test_between_the_ratios_that_a_law_is_solved_at_it_parts_evenly_from_the_fir
     apart = np.diff(model.surface_displacement_m, axis=0)[0]
     assert apart[1] == pytest.approx((apart[0] + apart[2]) / 2, abs=1e-8)
     assert np.abs(apart).max() > 1e-5
+
+
+def test_load_steps_that_end_early_give_a_table_that_ends_there(monkeypatch, caplog):
+    """For one Poisson's ratio there is no equilibrium beyond 2.4 mm: the table is no deeper."""
+    cube, whole = MeshTet().refined(1), IndentationSetup.pressed
+
+    def model():
+        return indentation_model(
+            solid_mesh(0.1 * cube.p.T, cube.t.T),
+            FLOOR,
+            TOP,
+            DOWN,
+            radius_m=RADIUS,
+            deepest_m=0.004,
+            laws=("neo_hookean",),
+            poisson_ratios=(0.1, 0.4),
+            step_m=0.001,
+            options=IndentationOptions(edge_m=0.02, growth=1.0, refine_radius_m=0.03),
+        )
+
+    def pressed(self, law, nu):
+        found = whole(self, law, nu)
+        equilibrium = found.equilibrium
+
+        def ends(start_m, depth_m, *, last):
+            if depth_m > 0.0024:
+                raise ValueError("equilibrium: expected one, found none")
+            return equilibrium(start_m, depth_m, last=last)
+
+        if nu == 0.4:
+            found.equilibrium = ends
+        return found
+
+    complete = model()
+    monkeypatch.setattr(IndentationSetup, "pressed", pressed)
+    short = model()
+    count = int((complete.depth_m < 0.0024).sum())
+    assert 5 <= count < len(complete.depth_m)
+    assert np.array_equal(short.depth_m, complete.depth_m[:count])
+    for name in ("force_per_modulus_m2", "surface_displacement_m"):
+        known = getattr(complete, name)[:, :, :count]
+        assert getattr(short, name) == pytest.approx(known, rel=1e-6, abs=1e-12)
+    missed_mm = 1e3 * complete.depth_m[count]
+    assert f"Poisson's ratio 0.4: load steps end before {missed_mm:.3g} mm" in caplog.text
 
 
 def test_resting_solid_bears_the_force_on_its_table(mesh):

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from palpate.solid.mesh import SolidMesh, doubled_normals
 from palpate.solid.stiffness import shape_values
 
+# How a force is spread over the contact's triangle.
+TRIANGLE_RULES = ("conserve", "area_ratio")
 # Edge of the parts a triangle is cut into, as a share of the contact radius.
 FINENESS = 1 / 12
 # Three points of equal weight in each part, exact for polynomials of degree 2.
@@ -86,7 +88,7 @@ def nodal_force(
     Raises
     ------
     ValueError
-        If the rule is meant for four-node elements, or nodes are missing.
+        If the rule is unknown or meant for four-node elements, or nodes are missing.
     """
     _check(mesh, triangle, rule)
     area = np.linalg.norm(doubled_normals(mesh.nodes_m, triangle[None])) / 2
@@ -107,8 +109,12 @@ def outward_normal(mesh: SolidMesh, triangle: NDArray) -> NDArray:
 
 
 def _check(mesh: SolidMesh, triangle: NDArray, rule: str) -> None:
+    if rule not in TRIANGLE_RULES:
+        expected = ", ".join((*TRIANGLE_RULES, "hertz_patch (`contact_pressure`)"))
+        raise ValueError(f"force_rule: expected one of {expected}, found {rule}")
     if rule == "area_ratio" and mesh.order != 1:
-        raise ValueError("force_rule: expected conserve for ten-node elements, found area_ratio")
+        expected = "conserve or hertz_patch for ten-node elements"
+        raise ValueError(f"force_rule: expected {expected}, found area_ratio")
     if len(triangle) != 3 * mesh.order:
         raise ValueError(f"triangle: expected {3 * mesh.order} nodes, found {len(triangle)}")
 

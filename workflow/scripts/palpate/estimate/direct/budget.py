@@ -198,7 +198,7 @@ def _of_table(best: Solution, quantities: Quantities) -> list[Source]:
     return [Source(name, std, "1", std * by) for name, std, by in terms]
 
 
-def _of_captures(onto: NDArray, best: Solution, told: NDArray) -> list[Source]:
+def _of_captures(onto: NDArray, best: Solution, explained: NDArray) -> list[Source]:
     """By how much captures are farther apart than their noise and own unknowns explain.
 
     What each capture moves the moduli by, less the mean of all, against the variances (7,) that the
@@ -213,8 +213,8 @@ def _of_captures(onto: NDArray, best: Solution, told: NDArray) -> list[Source]:
     moved = np.stack(
         [sum(_shares(shared, part)[1].sum(axis=0) for part in block) for block in best.blocks]
     )
-    scatter = count * moved.var(axis=0, ddof=1) / np.maximum(told, 1e-300)
-    parts = np.sqrt(told * _likely_excess(scatter, count - 1))
+    scatter = count * moved.var(axis=0, ddof=1) / np.maximum(explained, 1e-300)
+    parts = np.sqrt(explained * _likely_excess(scatter, count - 1))
     most = float(parts[: len(LABELS)].max())
     return [Source("captures apart", most, "1", parts, count - 1.0, OBSERVED)]
 

@@ -24,24 +24,24 @@ UNFINISHED_M = 1e-5
 CLEAR_M = 0.003
 # Deviations of what is known of the depth's zero that it may be off.
 LIKELY = 2.5
-# Where the contact is is told by frames at least so deep, as a part of the deepest.
+# Frames at least so deep, as a part of the deepest, show where the contact is.
 DEEP = 0.5
 # And a tip that has gone no farther than this part of its way is still at rest.
 MOVED = 0.01
 # The surface moves most within so many of the sphere's radii around the contact, and is to go on
 # alike so far; scans and their meshes agree to about the second [m].
 REACH_RADII, ALIKE_M = 4.0, 0.0005
-# Where it does not, a table so far from the contact still tells its force and motion [m].
+# Where it does not, a table so far from the contact still has its force and displacement [m].
 NEAREST_M = 0.002
 # Gauss and Newton's steps of the turn.
 TURNS = 6
-# Beyond this not even the same part of an object is pressed [m].
+# Beyond this not even the same part of an object is indented [m].
 FARTHEST_M = 0.015
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Depth and force along a press.
+    """Depth and force along an indentation.
 
     Attributes
     ----------
@@ -74,8 +74,7 @@ class Contact:
     def zero_m(self) -> float:
         """Depth at which the force begins [m]: 0, or what is nearest to it between two frames.
 
-        Tip, alignment and template err by millimetres together: a depth without a force says how
-        far at least, and so does a force without a depth.
+        Tip, alignment and template err by millimetres together.
         """
         between = self.depth_m[[max(self.onset - 1, 0), self.onset]]
         return float(np.clip(0.0, between.min(), between.max()))
@@ -98,22 +97,20 @@ class Contact:
         ValueError
             If the sphere never comes as near to the surface as its zero is known, or is deeper in
             it when the force begins, the force is largest where the tip is not pressed in, or the
-            work of the press is not positive.
+            work of the indentation is not positive.
         """
         deepest_m, limit_m = self.depth_m[self.onset :].max(), LIKELY * zero_std_m
+        within = f"within {limit_m * 1e3:.1f} mm as direct.fit.offset_std_m says, found it"
+        why = "(template, alignment, indenter.radius_m or transforms of the probe wrong?)"
         if not deepest_m + limit_m > 0:
             raise ValueError(
-                "depth: expected a tip that touches the template while there is force, within"
-                f" {limit_m * 1e3:.1f} mm as direct.fit.offset_std_m says, found it"
-                f" {-deepest_m * 1e3:.1f} mm away at its deepest (template, alignment,"
-                " indenter.radius_m or transforms of the probe wrong?)"
+                f"depth: expected a tip that touches the template while there is force, {within}"
+                f" {-deepest_m * 1e3:.1f} mm away at its deepest {why}"
             )
         if self.zero_m > limit_m:
             raise ValueError(
-                "depth: expected a force that begins where the tip touches the template, within"
-                f" {limit_m * 1e3:.1f} mm as direct.fit.offset_std_m says, found it"
-                f" {self.zero_m * 1e3:.1f} mm inside (template, alignment, indenter.radius_m or"
-                " transforms of the probe wrong?)"
+                f"depth: expected a force that begins where the tip touches the template, {within}"
+                f" {self.zero_m * 1e3:.1f} mm inside {why}"
             )
         peak = int(np.argmax(self.force_n))
         if self.pressed_m[peak] <= 0:
@@ -137,7 +134,7 @@ class Contact:
         tips_m : (f, 3) array
             Centres of the sphere, object frame [m].
         direction : (3,) array
-            Unit vector of the press.
+            Unit vector of the indentation.
         """
         deep = self.pressed_m > DEEP * self.pressed_m.max()
         return (tips_m - self.depth_m[:, None] * direction)[deep].mean(axis=0)
@@ -158,7 +155,7 @@ class Contact:
 
 
 def oblique(start_m: NDArray, end_m: NDArray, direction: NDArray) -> float:
-    """Angle between a tip's way (3,) and the press [rad]."""
+    """Angle between a tip's way (3,) and the indentation [rad]."""
     along = float((end_m - start_m) @ direction)
     return float(np.arctan2(np.linalg.norm(np.cross(end_m - start_m, direction)), along))
 
@@ -171,7 +168,7 @@ def unloaded(depth_m: NDArray, force_n: NDArray) -> NDArray:
     Parameters
     ----------
     depth_m, force_n : (f,) arrays
-        Depth below the undeformed surface [m] and force along the press [N] of all frames.
+        Depth below the undeformed surface [m] and force along the indentation [N] of all frames.
     """
     clear = np.flatnonzero(depth_m[: int(np.argmax(force_n))] < -CLEAR_M)
     if len(clear) >= FEWEST_AT_REST:
@@ -204,27 +201,22 @@ def noise_of(resting: NDArray) -> float:
 def depth_along(
     surface: SmoothSurface, tips_m: NDArray, direction: NDArray, *, radius_m: float
 ) -> NDArray:
-    """Way of a sphere along the press since it first touches the undeformed surface, (f,) [m].
+    """Way of a sphere along the indentation since it first touches the surface, (f,) [m].
 
     Parameters
     ----------
     surface : SmoothSurface
-        Object frame.
+        Undeformed, object frame.
     tips_m : (f, 3) array
         Centres of the sphere, object frame [m].
     direction : (3,) array
-        Unit vector of the press, into the object.
+        Unit vector of the indentation, into the object.
     radius_m : float
-
-    Returns
-    -------
-    (f,) array
-        Negative before the touch.
 
     Raises
     ------
     ValueError
-        If a way along the press does not meet the surface.
+        If a way along the indentation does not meet the surface.
     """
     start = tips_m - OUTSIDE_M * direction
     way = np.zeros(len(tips_m))
@@ -267,7 +259,7 @@ def object_from_table(
     Raises
     ------
     ValueError
-        If the surface does not allow it, and the contact is not.
+        If the contact is not.
     """
     start = table.point_m - table.radius_m * table.direction
     way = centre_m - start

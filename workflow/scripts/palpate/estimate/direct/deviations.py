@@ -79,10 +79,10 @@ def sharing_of(
 ) -> tuple[float, ...]:
     """Variance of slopes by E and nu over that of independent displacements; at least 1.
 
-    Of each kind: what those of a patch share, whose pattern or outline is in all frames, and what
-    those of a frame share, as a camera's shake, less what those of both do (clusters in two ways:
-    A. C. Cameron, J. B. Gelbach and D. L. Miller, J. Business & Economic Statistics 29, 2011, 238).
-    Each counts alike: those few near the contact, which move E and nu, do not show it.
+    Of each kind: what those of a patch share, whose pattern or outline is in all frames, and those
+    of a frame, as a camera's shake, less those of both (clusters in two ways: A. C. Cameron, J. B.
+    Gelbach and D. L. Miller, J. Business & Economic Statistics 29, 2011, 238). Each counts alike:
+    the few near the contact do not show it.
 
     Parameters
     ----------
@@ -112,15 +112,15 @@ def _shared(group: NDArray, term: NDArray, square: NDArray) -> float:
     total, expected = (
         np.stack([np.bincount(group, column) for column in of.T]) for of in (term, square)
     )
-    told = expected > 0
-    return float((total[told] ** 2 / expected[told]).mean()) if told.any() else 1.0
+    moves = expected > 0
+    return float((total[moves] ** 2 / expected[moves]).mean()) if moves.any() else 1.0
 
 
 def with_pattern(indentation: DirectIndentation, of: Parameters, options: Fit) -> DirectIndentation:
-    """Deviations of displacements as residuals show them: of each frame's noise, and of a pattern.
+    """Deviations and patches of displacements as residuals show them.
 
-    A sensor's fixed pattern cancels where nothing moves; where the surface moves it does not, with
-    a variance about in proportion to the displacement. Errors of a patch are not independent.
+    A sensor's fixed pattern cancels where nothing moves; where the surface moves it adds to the
+    noise a variance about in proportion to the displacement.
     """
     seen, kind = indentation.seen, indentation.kind
     gaps = residuals(indentation, of).motion * indentation.moved_std_m[seen]
@@ -266,45 +266,35 @@ def error_clusters(places_m: NDArray, *, size_m: float) -> NDArray:
     return np.unique(cells, axis=0, return_inverse=True)[1].ravel()
 
 
-def correlogram(places_m: NDArray, noise: NDArray) -> tuple[NDArray, NDArray]:
-    """Correlation of noise over distance.
+def correlation_length(places_m: NDArray, noise: NDArray) -> float:
+    """L of the correlation exp(-(distance / L)^2) that is nearest to the noise's [m].
 
     Parameters
     ----------
     places_m : (c, 3) array
         Places [m].
     noise : (f, c) array
-        In frames, of any unit; not a number where there is none.
+        In frames, of any unit; NaN where there is none.
 
     Returns
     -------
-    distance_m, correlation : (20,) arrays
-        In steps of 2 mm, their mean distances [m]; not a number where no two places are that far
-        apart.
+    float
+        0 where no two places are near enough.
     """
     pairs = cKDTree(places_m).query_pairs(LAG_M * LAGS, output_type="ndarray")
     apart = np.linalg.norm(places_m[pairs[:, 0]] - places_m[pairs[:, 1]], axis=1)
     product = noise[:, pairs[:, 0]] * noise[:, pairs[:, 1]]
     step = np.minimum((apart / LAG_M).astype(int), LAGS - 1)
-    sums = np.bincount(step, np.nansum(product, axis=0), LAGS)
     counts = np.bincount(step, np.isfinite(product).sum(axis=0), LAGS)
-    distance = np.bincount(step, apart, LAGS) / np.maximum(np.bincount(step, minlength=LAGS), 1)
-    covariance = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
-    return np.where(counts > 0, distance, np.nan), covariance / np.nanmean(noise**2)
-
-
-def correlation_length(places_m: NDArray, noise: NDArray) -> float:
-    """L of the correlation exp(-(distance / L)^2) that is nearest to the correlogram [m].
-
-    Parameters are those of `correlogram`; 0 where there are no two places.
-    """
-    distance, correlation = correlogram(places_m, noise)
-    known = np.isfinite(correlation)
+    known = counts > 0
     if not known.any():
         return 0.0
+    sums = np.bincount(step, np.nansum(product, axis=0), LAGS)
+    distance = np.bincount(step, apart, LAGS)[known] / np.bincount(step, minlength=LAGS)[known]
+    correlation = sums[known] / counts[known] / np.nanmean(noise**2)
     lengths = np.linspace(LAG_M / 4, LAG_M * LAGS, 200)
-    model = np.exp(-((distance[known] / lengths[:, None]) ** 2))
-    return float(lengths[np.argmin(((model - correlation[known]) ** 2).sum(axis=1))])
+    model = np.exp(-((distance / lengths[:, None]) ** 2))
+    return float(lengths[np.argmin(((model - correlation) ** 2).sum(axis=1))])
 
 
 def robust_weights(gaps: NDArray, scale: NDArray | float) -> NDArray:

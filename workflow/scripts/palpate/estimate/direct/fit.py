@@ -198,8 +198,8 @@ class _Joint:
         """The same with deviations as these unknowns leave them; at first the depths' alone."""
         found = []
         for one, p in zip(self.indentations, self.split(vector), strict=True):
-            pressed = one if first else with_pattern(one, p, self.options)
-            found.append(with_depth_errors(pressed, p, self.options, likeliest=not first))
+            seen = one if first else with_pattern(one, p, self.options)
+            found.append(with_depth_errors(seen, p, self.options, likeliest=not first))
         return _Joint(found, self.options)
 
     def moved(self, vector: NDArray, step: NDArray, scales: Sequence[Scales]) -> NDArray:

@@ -106,7 +106,7 @@ class DirectIndentation:
         Of an error that all depths share, beside the tip's [m].
     clock_expected_s, clock_std_s : float
         What the forces' clock offset is too large by if the clocks agree, and the deviation of
-        their difference [s]: what the same record told of it before would count twice.
+        their difference [s].
     force_std_n : float
         Of the force from frame to frame [N].
     place_expected_m : (2,) array

@@ -32,7 +32,7 @@ POOLED_FRAMES = 6.0
 FEWEST_AT_REST = 3
 # The camera must see some of the surface this near to the contact [m].
 NEAR_M = 0.04
-# More frames at rest than these do not tell better where samples are.
+# More frames at rest than these do not determine better where samples are.
 MOST_AT_REST = 120
 # Of `MotionAlong`, what frames share.
 OF_SAMPLES = ("cell_m", "way", "axis", "rest_std_m", "window_m")
@@ -223,7 +223,7 @@ def surface_motion(
 
 
 def no_pictures(frames: int, samples: int) -> dict[str, NDArray]:
-    """Of a `SurfaceMotion` without pictures, what they would tell."""
+    """Of a `SurfaceMotion` without pictures, what they would show."""
     std = np.empty((0, samples))
     return {
         "across": np.empty((0, samples, 3)),

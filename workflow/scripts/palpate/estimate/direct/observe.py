@@ -91,10 +91,20 @@ def views_of(sensor: Mapping) -> NDArray:
 def tip_clearance(
     sensor: Mapping, distance_m: float, options: Observation, *, radius_m: float
 ) -> float:
-    """How far from the probe's axis a line of sight must pass at a tip so far from the camera [m].
+    """How far from the probe's axis a line of sight must pass at the tip [m].
 
     A stereo window that holds a part of the tip sees the tip: `CLEAR_WINDOWS` of its widths beside
     it. For sensors whose windows are their makers' secret the options say it.
+
+    Parameters
+    ----------
+    sensor : mapping
+        The sensor's file.
+    distance_m : float
+        Of the contact from the camera [m].
+    options : Observation
+    radius_m : float
+        Of the tip [m].
     """
     if sensor["kind"] != "stereo":
         return options.clear_m
@@ -271,13 +281,13 @@ def _disturbed(moved_m: NDArray, motion: SurfaceMotion, probe: ProbeInView) -> N
     way = np.linalg.norm(tips - tips[-1], axis=1)[:, None, None]
     count = np.isfinite(rest).sum(axis=0)
     way, rest = (_less_mean(np.where(np.isfinite(rest), of, np.nan)) for of in (way, rest))
-    # Of a probe that hovers alone nothing is told.
+    # Of a probe that hovers alone nothing is known.
     spread = np.maximum(np.sqrt(np.nansum(way**2, axis=0)), CLEAR_M)
     along = np.abs(np.nansum(way * rest, axis=0)) / spread
     noise = np.sqrt(np.maximum(np.nansum(rest**2, axis=0) - along**2, 0) / np.maximum(count - 2, 1))
     # Noise of few frames may be small by chance.
-    told = zip(noise, count > 2, strict=True)
-    usual = [[np.median(of[there]) if there.any() else 0.0] for of, there in told]
+    each = zip(noise, count > 2, strict=True)
+    usual = [[np.median(of[there]) if there.any() else 0.0] for of, there in each]
     follows = (along > FOLLOWS * np.maximum(noise, usual)).any(axis=0)
     if not follows.any():
         return follows

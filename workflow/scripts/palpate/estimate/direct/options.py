@@ -48,7 +48,7 @@ class ModelStd(Model):
 
     log_youngs_modulus: NotNegative = option(0.015, "of log E")
     nu: NotNegative = option(0.01, "of Poisson's ratio")
-    nu_loose: NotNegative = constant(0.08, "the same where an object stands loose on a broad foot")
+    nu_loose: NotNegative = constant(0.08, "the same where an object is not bonded to a broad base")
     sphere_friction: NotNegative = constant(
         0.006, "of log E, by friction at the sphere: up to 2 % more force than without"
     )
@@ -115,7 +115,7 @@ class Fit(Model):
         0.00001, "of what only stands: how far it goes down under the greatest force"
     )
     rocking_std_rad: NotNegative = option(
-        0.0002, "and rocks on its foot, beside the indentation table"
+        0.0002, "and rocks on its base, beside the indentation table"
     )
     youngs_modulus_bounds_pa: tuple[Positive, Positive] = constant((100.0, 1e8), "of the fit")
     poisson_ratio_bounds: tuple[

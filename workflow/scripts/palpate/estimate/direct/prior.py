@@ -129,7 +129,7 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
 
     names = "offset_std_m", "clock_std_s", "place_std_m"
     offsets, clocks, away = ([getattr(one, name) for one in indentations] for name in names)
-    settled = [np.diag(one.support_axes.std) for one in indentations]
+    moving = [np.diag(one.support_axes.std) for one in indentations]
     tips = [one.tip_axes @ one.tip_root_m for one in indentations]
     pictures = [options.picture_std_m * one.across for one in indentations]
     fractions = SHARED + np.arange(terms)
@@ -139,21 +139,13 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         ("scale of the camera", "1", each([GAIN], [options.gain_std])),
         ("relaxing shares", "1", each(fractions, [options.fraction_std] * terms)),
         ("tip of the probe", "m", of_all([OFFSET, *range(*PLACE.indices(OWN))], tips)),
-        (
-            "zero of the depth",
-            "m",
-            of_captures([OFFSET], offsets),
-        ),
+        ("zero of the depth", "m", of_captures([OFFSET], offsets)),
         ("clocks", "s", of_captures([CLOCK], clocks)),
         ("zero of the motion", "m", of_captures(SHIFT, [options.shift_std_m] * count)),
-        (
-            "place of the contact",
-            "m",
-            of_captures(PLACE, away),
-        ),
+        ("place of the contact", "m", of_captures(PLACE, away)),
         ("place in the picture", "m", of_all(PICTURE, pictures)),
-        ("sinking", "m", of_all(SUPPORT, [one[:, :1] for one in settled])),
-        ("rocking", "rad", of_all(SUPPORT, [one[:, 1:] for one in settled])),
+        ("sinking", "m", of_all(SUPPORT, [one[:, :1] for one in moving])),
+        ("rocking", "rad", of_all(SUPPORT, [one[:, 1:] for one in moving])),
     ]
     covariance = sum(root @ root.T for *_, root in known)[FREE:, FREE:]
     stds = np.sqrt(np.maximum(np.diag(covariance), UNMOVED**2))

@@ -45,7 +45,7 @@ class CaptureFit:
     frames : (k,) int array
         Those compared.
     force_n : (k,) array
-        Along the press [N].
+        Along the indentation [N].
     depth_m, fitted_depth_m : (k,) arrays
         That depth in those compared, and as the force and the estimate have it [m].
     depth_expected_std_m : (k,) array
@@ -164,7 +164,7 @@ def described(found: "DirectEstimate") -> dict:
 
 def described_law(found: "DirectEstimate") -> dict:
     """Material-law parameters of force and displacement, and what the effective modulus is of."""
-    best, told = found.solution, found.quantities
+    best, known = found.solution, found.quantities
     first, std = best.parameters[0], best.std
     return {
         "law": {
@@ -172,10 +172,10 @@ def described_law(found: "DirectEstimate") -> dict:
             "motion": {"value": first.motion_law, "std": float(std[MOTION_LAW])},
         },
         "effective": {
-            "depth_m": told.depth_m,
+            "depth_m": known.depth_m,
             "after_s": ONE_SECOND_S,
-            "depth_over_radius": told.depth_radii,
-            "strain": told.strain,
+            "depth_over_radius": known.depth_radii,
+            "strain": known.strain,
         },
     }
 
@@ -241,8 +241,8 @@ def youngs_after(found: "DirectEstimate", after_s: float) -> Modulus:
     more = later @ best.covariance @ later - slope @ best.covariance @ slope
     part = np.sqrt(max(1 + more / found.budget.std[NAMES.index(YOUNG)] ** 2, 0.0))
     low, high = (left * now.value * float((end / now.value) ** part) for end in (now.low, now.high))
-    told = Modulus.of_pascals(left * now.value, low, high)
-    return told if now.verdict == IDENTIFIED else replace(told, verdict=now.verdict)
+    later = Modulus.of_pascals(left * now.value, low, high)
+    return later if now.verdict == IDENTIFIED else replace(later, verdict=now.verdict)
 
 
 def regions_of(best: Solution) -> dict[str, NDArray]:
@@ -256,7 +256,7 @@ def regions_of(best: Solution) -> dict[str, NDArray]:
 
 
 def _free(whole: NDArray) -> NDArray:
-    told, cross, rest = whole[:FREE, :FREE], whole[:FREE, FREE:], whole[FREE:, FREE:]
+    free, cross, rest = whole[:FREE, :FREE], whole[:FREE, FREE:], whole[FREE:, FREE:]
     scale = 1 / np.sqrt(np.diag(rest))
     scaled = rest * scale * scale[:, None]
-    return told - (cross * scale) @ np.linalg.solve(scaled, (cross * scale).T)
+    return free - (cross * scale) @ np.linalg.solve(scaled, (cross * scale).T)

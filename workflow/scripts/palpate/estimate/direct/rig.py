@@ -89,19 +89,19 @@ class ProbeUncertainty:
     @property
     def origins(self) -> dict[str, str]:
         """Where the budget's sources come from that are not the options' alone."""
-        told = {
+        stated = {
             "tip of the probe": (self.tip_covariance_m2, self.tip),
             "mass of the load": (self.mass_std_kg, self.mass),
             "axes of the force sensor": (self.axes_std_rad, f"{CONFIGURED}, {self.axes}"),
             "compliance of the probe": (self.compliance_std_m_n, self.compliance),
         }
-        return {name: origin for name, (value, origin) in told.items() if value is not None}
+        return {name: origin for name, (value, origin) in stated.items() if value is not None}
 
 
 UNSTATED = ProbeUncertainty()
 
 
-def turned_gravity(turns: NDArray, up: NDArray, press: NDArray) -> NDArray:
+def turned_gravity(turns: NDArray, up: NDArray, direction: NDArray) -> NDArray:
     """By how much a weight of 1 kg is wrong along the indentation, (f,) [m/s^2].
 
     The payload is in the force sensor's offset, in the probe's pose then: its mass matters by how
@@ -111,10 +111,10 @@ def turned_gravity(turns: NDArray, up: NDArray, press: NDArray) -> NDArray:
     ----------
     turns : (f, 3, 3) array
         Of the probe's target; the first is that of the offset.
-    up, press : (3,) arrays
+    up, direction : (3,) arrays
         Unit vectors in the same frame.
     """
-    return GRAVITY_M_S2 * (turns @ turns[0].T @ up - up) @ press
+    return GRAVITY_M_S2 * (turns @ turns[0].T @ up - up) @ direction
 
 
 @dataclass(frozen=True)

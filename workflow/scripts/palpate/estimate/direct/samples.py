@@ -112,7 +112,15 @@ class RestSurface:
     def in_frame(
         self, alignment: Alignment, cloud: tuple[NDArray, NDArray], options: Observation
     ) -> ClosestAtRest:
-        """Closest places of a cloud (points [m], normals; camera frame) near the contact."""
+        """Closest places of a frame's points within reach of the contact.
+
+        Parameters
+        ----------
+        alignment : Alignment
+        cloud : (points (n, 3) [m], normals (n, 3))
+            Camera frame.
+        options : Observation
+        """
         pose, contact = alignment.camera_from_object, alignment.contact_point_m
         points, normals = to_object(pose, cloud[0]), cloud[1] @ pose[:3, :3]
         reach = options.reach_m + options.largest_distance_m
@@ -126,6 +134,14 @@ def samples_of(closest: Sequence[ClosestAtRest], centre_m: NDArray, *, spacing_m
 
     Seeds are taken from the first frame, the nearest to a centre (3,) [m] first, each at least a
     spacing from the others; every place of all frames belongs to the nearest of them.
+
+    Parameters
+    ----------
+    closest : sequence of ClosestAtRest
+        Of frames.
+    centre_m : (3,) array
+        Object frame [m].
+    spacing_m : float
     """
     seeds = _seeds(closest[0], centre_m, spacing_m)
     each = zip(*(vars(one).values() for one in closest), strict=True)
@@ -207,7 +223,16 @@ class ProbeInView:
     def of(
         alignment: Alignment, tips_m: NDArray, axes: NDArray, *, views_m: NDArray
     ) -> "ProbeInView":
-        """Take tips [m], axes (f, 3) and views (e, 3) [m] of the camera frame to the object's."""
+        """Probe in the object frame.
+
+        Parameters
+        ----------
+        alignment : Alignment
+        tips_m, axes : (f, 3) arrays
+            Centre of the sphere [m] and indentation direction, camera frame.
+        views_m : (e, 3) array
+            Cameras and projector, camera frame [m].
+        """
         pose = alignment.camera_from_object
         views, tips = (to_object(pose, np.asarray(part, dtype=float)) for part in (views_m, tips_m))
         return ProbeInView(views, tips, np.asarray(axes, dtype=float) @ pose[:3, :3])

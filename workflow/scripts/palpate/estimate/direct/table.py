@@ -20,14 +20,14 @@ LEAST_FORCE = 1e-6
 ROUNDS = 3
 # Of the search for a depth, from a chord's guess on.
 NEWTON_STEPS = 8
-# Neighbours that tell how the surface bends, and normals too different to be of one face.
+# Neighbours that show how the surface bends, and normals too different to be of one face.
 NEIGHBOURS, SAME_FACE = 8, np.cos(np.deg2rad(40))
 # Places and weights of a mean over a square of side 1: three by three, by Gauss.
 GAUSS = np.polynomial.legendre.leggauss(3)
 WINDOW_AT = np.stack(np.meshgrid(GAUSS[0], GAUSS[0]), axis=-1).reshape(-1, 2) / 2
 WINDOW_WEIGHTS = np.outer(GAUSS[1], GAUSS[1]).ravel() / 4
 # Of a broad base that is not bonded, between one that sticks, 0, and one that slides freely, 1:
-# captures do not tell it better (its error of nu is a source of the uncertainty budget).
+# captures do not determine it better (its error of nu is a source of the uncertainty budget).
 SLIDING_PART = 0.5
 # By which a contact is moved to either side, to see what its place does [m].
 ASIDE_M = 0.001
@@ -84,8 +84,8 @@ class SampleTable:
         how far what was there has moved along its direction, under the first law, and what the
         second adds under the same force [m].
     motion_by_place : (4, p, k, c) array
-        What a contact farther along the two axes across the press adds to the motion under the
-        first law, for each metre; and what it adds to that of the material alone.
+        What a contact farther along the two axes across adds to the displacement under the first
+        law, for each metre; and what it adds to that of the material alone.
     slides : bool, optional
         Whether the base is not bonded, and so broad that its friction matters.
     """
@@ -107,7 +107,7 @@ class SampleTable:
         force_per_modulus_m2 : (n,) array
             Elastic force over Young's modulus, above 0.
         nu, law : float
-            Poisson's ratio, and the force's place among the laws, q.
+            Poisson's ratio, and q.
         """
         force = np.maximum(force_per_modulus_m2, LEAST_FORCE * self.force_per_modulus_m2.max())
         wanted = force**FORCE_POWER
@@ -131,16 +131,16 @@ class SampleTable:
         return log @ weights, log @ slopes
 
     def motion(self, depth_m: NDArray, nu: float, law: float, place_m: NDArray) -> MotionAtDepth:
-        """Motion of each sample at depths; linear beyond the table.
+        """Displacement of each sample at depths; linear beyond the table.
 
         Parameters
         ----------
         depth_m : (n,) array
             That the first law has under the forces [m].
         nu, law : float
-            Poisson's ratio and the motion's place among the laws, m.
+            Poisson's ratio, and m.
         place_m : (4,) array
-            Of the contact along the axes across the press, and in the picture beside that [m].
+            Of the contact along the axes across, and in the picture beside that [m].
         """
         depth = np.clip(depth_m, 0, self.depth_m[-1])
         beyond = np.maximum(depth_m - depth, 0)[:, None]

@@ -15,6 +15,7 @@ from scipy.special import bdtrc
 from palpate.estimate.direct.deviations import ROBUST
 from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import FORCE_LAW, KINDS, MOTION_LAW, residuals
+from palpate.estimate.direct.prior import FARTHEST_LAW
 from palpate.modulus import CONFIDENCE, LABELS, NOT_JUDGED, Modulus
 
 # Of a Poisson's ratio that was given, from what the captures say.
@@ -25,7 +26,7 @@ OBLIQUE_DEG = 10.0
 FAR_ZERO = 4.0
 # Of depths, over what the pose of the target in each frame explains.
 RESTLESS = 8.0
-# Of log E from the ends of its range.
+# Of log E, and of the material-law parameter of the force, from the ends of their ranges.
 AT_END = 1e-6
 # Of a material-law parameter from its prior's mean.
 FAR_LAW = 3.0
@@ -62,7 +63,12 @@ def contradictions(best: Solution) -> Iterator[str]:
         "surface displacement": (first.motion_law, std[MOTION_LAW]),
     }
     for name, (value, deviation) in laws.items():
-        if abs(value) > FAR_LAW * deviation:
+        if name == "force" and abs(value) > FARTHEST_LAW - AT_END:
+            yield (
+                f"material-law parameter of the force at its bound, {value:+g}: no law as far as"
+                " there explains forces and depths, and intervals do not hold what is beyond"
+            )
+        elif abs(value) > FAR_LAW * deviation:
             yield (
                 f"material-law parameter of the {name} {value:+.2f} +- {deviation:.2f},"
                 f" {abs(value) / deviation:.0f} deviations from neo-Hooke's 0: the material has"
