@@ -4,14 +4,12 @@ from typing import Annotated, Any, Literal
 
 from palpate.capture.discover import NOT_OBJECTS, OBJECT_NAME
 from palpate.config.model import (
-    ABSENT,
     Model,
     NotNegative,
     Positive,
     Ratio,
     Vector,
     all_different,
-    option,
     with_others,
 )
 from palpate.config.object import SupportSpec
@@ -53,7 +51,7 @@ Words = Annotated[str, Field(min_length=1)]
 Interval = tuple[Positive, Positive]
 Sides = tuple[Positive, Positive, Positive]
 Angles = Annotated[tuple[within(-360, 360), ...], Field(min_length=1)]
-Names = Annotated[tuple[str, ...], Field(min_length=1), AfterValidator(all_different)]
+Names = Annotated[tuple[str, ...], Field(min_length=1), all_different]
 
 
 class Device(Model):
@@ -91,10 +89,10 @@ class Shape(Model):
     """Form of an object; a mesh is closed, z from below the table (z = 0), which cuts it."""
 
     kind: Literal["block", "ball", "ear", "mesh"]
-    size_m: Annotated[Sides, with_others("kind", "block")] = option(ABSENT, "of a block")
-    radius_m: Annotated[Positive, with_others("kind", "ball")] = option(ABSENT, "of a ball")
-    file: Annotated[Words, with_others("kind", "mesh")] = option(ABSENT, "the mesh")
-    surface_m: Annotated[Positive, with_others("kind", "mesh")] = option(ABSENT, "edges [m]")
+    size_m: Sides = with_others("kind", "block")("of a block")
+    radius_m: float = with_others("kind", "ball")("of a ball", gt=0)
+    file: str = with_others("kind", "mesh")("the mesh", min_length=1)
+    surface_m: float = with_others("kind", "mesh")("edges [m]", gt=0)
 
 
 class MotionChanges(Model):

@@ -116,6 +116,7 @@ def board_file(path: Path) -> Mapping:
     """
     from palpate.config.model import blank_fields, problems
     from palpate.config.probe import ProbeSpec, TargetFile
+    from palpate.workflow.options import partly
     from palpate.yaml_files import load_yaml
 
     content = load_yaml(path)
@@ -128,7 +129,7 @@ def board_file(path: Path) -> Mapping:
         for key in ("probe", *TRANSFORMS, "gauge")
         if key in content and not blank_fields(content[key])
     }
-    if lines := problems(ProbeSpec, filled, str(path), whole=False):
+    if lines := problems(partly(ProbeSpec), filled, str(path)):
         raise ValueError("\n".join(lines))
     return board | filled
 

@@ -1,20 +1,13 @@
 """Base of all options and specifications, and the messages about what people write."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import NoneType, UnionType
 from typing import Annotated, Any, Self, Union, get_args, get_origin
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationError,
-    ValidationInfo,
-    WrapValidator,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
 from pydantic.fields import FieldInfo
+from pydantic.functional_validators import AfterValidator, WrapValidator
 from pydantic_core import PydanticKnownError
 
 from palpate.yaml_files import one_line
@@ -34,16 +27,15 @@ NotNegative = Annotated[float, Field(ge=0)]
 # Metres, of lengths on an object: millimetres taken for metres are far beyond.
 Length = Annotated[float, Field(gt=0, le=0.2)]
 Vector = tuple[float, float, float]
-# Patterns of names, and what they allow, in words.
-FILE_NAME = "^[a-z][a-z0-9_]*$"
-PATTERNS = {FILE_NAME: "a name of small letters, digits and _, like elastic_02"}
-# Names that results' files are called by.
+# Names that results' files are called by, and names of objects.
+FILE_NAME, OBJECT_NAME = "^[a-z][a-z0-9_]*$", "^[A-Za-z0-9][A-Za-z0-9_]*$"
 FileName = Annotated[str, Field(pattern=FILE_NAME)]
-
+ObjectName = Annotated[str, Field(pattern=OBJECT_NAME)]
 # Poisson's ratios that linear elasticity has.
 Ratio = Annotated[float, Field(ge=0, lt=0.5)]
 
-TYPES = {
+# What is expected, by a pattern or the type of pydantic's error, with its bounds.
+EXPECTED = {
     "float_type": "a number",
     "int_type": "an integer",
     "bool_type": "a boolean",
@@ -52,13 +44,16 @@ TYPES = {
     "model_type": "a mapping",
     "dict_type": "a mapping",
     "finite_number": "a finite number",
-    "literal_error": "",
-}
-LIMITS = {
-    "greater_than_equal": (">=", "ge"),
-    "less_than_equal": ("<=", "le"),
-    "greater_than": (">", "gt"),
-    "less_than": ("<", "lt"),
+    "missing": "a value",
+    "greater_than_equal": "a number >= {ge}",
+    "less_than_equal": "a number <= {le}",
+    "greater_than": "a number > {gt}",
+    "less_than": "a number < {lt}",
+    "too_short": "at least {min_length} entries",
+    "too_long": "at most {max_length} entries",
+    "string_too_short": "a text of at least {min_length} characters",
+    FILE_NAME: "a name of small letters, digits and _, like elastic_02",
+    OBJECT_NAME: "a name of letters, digits and _, like red_sponge",
 }
 
 
@@ -80,16 +75,27 @@ class Model(BaseModel, metaclass=_OneLineEach):
     @model_validator(mode="wrap")
     @classmethod
     def _as_written(cls, value: Any, handler: Callable, info: ValidationInfo) -> Self:
-        """Lists become tuples; a whole number that is written without a point stays so."""
-        value = _tuples(value)
+        """Lists become tuples; a whole number stays as it is written, or becomes an integer."""
+        value = _each(value, tuple, [cls])
         made = handler(value)
-        if info.context is FROM_PEOPLE:
-            _require_constants(made)
         for name, one in value.items() if isinstance(value, Mapping) else ():
             now = made.__dict__.get(name)
             if isinstance(now, float | tuple) and now == one:
                 made.__dict__[name] = one
+        fixed = made._changed_constants() if info.context is FROM_PEOPLE else ()
+        lines = [f"{field}: expected {x}, found {y}" for field, x, y in (*fixed, *made.conflicts())]
+        if lines:
+            raise ValueError("\n".join(line.removeprefix(": ") for line in lines))
         return made
+
+    def _changed_constants(self) -> Iterator[tuple[str, str, str]]:
+        for name, field in type(self).model_fields.items():
+            if field.frozen and getattr(self, name) != field.default:
+                yield name, f"{short(field.default)}, which is fixed", short(getattr(self, name))
+
+    def conflicts(self) -> Iterable[tuple[str, str, object]]:
+        """Give what does not go together: a field, or none; what is expected, and what is found."""
+        return ()
 
     @classmethod
     def read(cls, value: Any, source: str = "") -> Self:
@@ -119,13 +125,16 @@ class Model(BaseModel, metaclass=_OneLineEach):
         ValueError
             As `read`.
         """
-        if lines := problems(type(self), value := dict(self) | changes, context=None):
-            raise ValueError("\n".join(lines))
-        return self.model_validate(value)
+        return type(self)(**dict(self) | changes)
 
     def written(self) -> dict:
         """Give all values as people write them."""
-        return _lists(self.model_dump())
+        return _each(self.model_dump(), list)
+
+    @classmethod
+    def plain(cls, value: Mapping) -> dict:
+        """Give what people wrote, with integers for 640.0 where integers are asked for."""
+        return _each(value, list, [cls])
 
 
 def option(default: Any, meaning: str, **bounds: Any) -> Any:
@@ -133,14 +142,22 @@ def option(default: Any, meaning: str, **bounds: Any) -> Any:
 
     None where the type has none: may be left out. ``examples``: what a file to fill in has there.
     """
-    return Field(default, description=meaning, validate_default=default is ABSENT, **bounds)
+    return Field(default, description=meaning, **bounds)
 
 
-def with_others(field: str, *values: str, needed: bool = True, only: bool = True) -> WrapValidator:
-    """Of a field that is there if an earlier one has one of some values: needed, and only then."""
+def constant(default: Any, meaning: str, **bounds: Any) -> Any:
+    """Field like an `option` that code may give another value, and no file."""
+    return option(default, meaning, frozen=True, **bounds)
+
+
+def with_others(field: str, *values: str, needed: bool = True, only: bool = True) -> Callable:
+    """Give what makes fields that an earlier one's values ask for: needed then, and only then.
+
+    Bounds and checks (`where`) are the field's, not its type's, so that it may be left out.
+    """
 
     def checked(value: Any, handler: Callable, info: ValidationInfo) -> Any:
-        fits = field in info.data and info.data[field] in values
+        fits = info.data.get(field) in values
         if value is ABSENT:
             if fits and needed:
                 raise PydanticKnownError("missing")
@@ -149,47 +166,35 @@ def with_others(field: str, *values: str, needed: bool = True, only: bool = True
             raise ValueError(f"expected none with {field} {info.data[field]}, found {short(value)}")
         return handler(value)
 
-    return WrapValidator(checked)
+    def beside(meaning: str, *checks: AfterValidator, **bounds: Any) -> Any:
+        made = option(ABSENT, meaning, validate_default=True, **bounds)
+        made.metadata += [*checks, WrapValidator(checked)]
+        return made
+
+    return beside
 
 
-def constant(default: Any, meaning: str, **bounds: Any) -> Any:
-    """Field like an `option` that code may give another value, and no file."""
-    return Field(default, description=meaning, frozen=True, **bounds)
+def where(holds: Callable, expected: str, found: Callable | None = None) -> AfterValidator:
+    """Of values for which something holds; others are not what is expected, but what is found."""
+
+    def checked(value: Any) -> Any:
+        if not holds(value):
+            raise ValueError(f"expected {expected}, found {(found or short)(value)}")
+        return value
+
+    return AfterValidator(checked)
 
 
-def all_different(values: tuple) -> tuple:
-    """Give the values.
-
-    Raises
-    ------
-    ValueError
-        If one is there twice.
-    """
-    if twice := next((one for one in values if values.count(one) > 1), None):
-        raise ValueError(f"expected no two alike, found {twice} again")
-    return values
-
-
-def increasing(values: tuple) -> tuple:
-    """Give the values.
-
-    Raises
-    ------
-    ValueError
-        If one is not greater than that before it.
-    """
-    if list(values) != sorted(set(values)):
-        raise ValueError(f"expected increasing numbers, found {short(values)}")
-    return values
+all_different = where(
+    lambda values: len(set(values)) == len(values),
+    "no two alike",
+    lambda values: f"{next(one for one in values if values.count(one) > 1)} again",
+)
+increasing = where(lambda values: list(values) == sorted(set(values)), "increasing numbers")
 
 
 def problems(
-    kind: type[Model],
-    value: Any,
-    source: str = "",
-    *,
-    whole: bool = True,
-    context: object = FROM_PEOPLE,
+    kind: type[Model], value: Any, source: str = "", *, context: object = FROM_PEOPLE
 ) -> list[str]:
     """Say in a line each what is wrong with what people wrote.
 
@@ -201,8 +206,6 @@ def problems(
         As YAML gives it.
     source : str, optional
         Name of the file, for the messages; without one they begin with the field.
-    whole : bool, optional
-        False: of a part of a file, to which no whole field need belong.
     context : optional
         None: constants may have other values.
 
@@ -211,78 +214,64 @@ def problems(
     list of str
         Sorted; what is left to fill in comes last, in the file's order.
     """
-    blank, found = blank_fields(value), []
-    try:
-        kind.model_validate(value, context=context)
-    except ValidationError as error:
-        for one in error.errors(include_url=False):
-            place = _place(value, one)
-            lacks = not whole and one["type"] == "missing" and len(place) == 1
-            if not lacks and not any(place[: len(field)] == field for field in blank):
-                found.append((place, one))
+    blank = blank_fields(value)
+    found = [
+        (place, error)
+        for place, error in _errors(kind, value, context)
+        if not any(place[: len(field)] == field for field in blank)
+    ]
     lines = sorted({line for group in _by_value(found) for line in _lines(kind, *group)})
     for field in blank:
         spec = field_at(kind, field)[1]
         words = (spec and spec.description) or "a value"
-        lines.append(_line(field, words, "nothing filled in yet"))
+        lines.append(_line(field, f"expected {words}, found nothing filled in yet"))
     return [one_line(f"{source}: {line}" if source else line) for line in lines]
 
 
-def blank_fields(value: Any) -> list[tuple[str, ...]]:
+def blank_fields(value: Any, place: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
     """List the fields of a file where something is left to fill in; a list is one field."""
-    return list(dict.fromkeys(_blank_fields(value, ())))
+    if isinstance(value, Mapping):
+        parts = [((*place, str(key)), content) for key, content in value.items()]
+    elif isinstance(value, list | tuple):
+        parts = [(place, content) for content in value]
+    else:
+        return [place] if isinstance(value, str) and value == FILL_IN else []
+    return list(dict.fromkeys(field for at, one in parts for field in blank_fields(one, at)))
 
 
 def missing_fields(kind: type[Model], value: Any) -> list[tuple[str, ...]]:
     """List the fields that a model asks for and a value lacks."""
+    return [place for place, error in _errors(kind, value) if error["type"] == "missing"]
+
+
+def _errors(kind: type[Model], value: Any, context: object = None) -> list[tuple]:
+    """Places and pydantic's errors of what is there."""
     try:
-        kind.model_validate(value)
+        kind.model_validate(value, context=context)
     except ValidationError as error:
-        found = error.errors(include_url=False)
-        return [_place(value, one) for one in found if one["type"] == "missing"]
+        return [(_place(value, one), one) for one in error.errors(include_url=False)]
     return []
 
 
-def _require_constants(made: Model) -> None:
-    for name, field in type(made).model_fields.items():
-        if field.frozen and getattr(made, name) != field.default:
-            expected = f"expected {short(field.default)}, which is fixed"
-            raise ValueError(f"{name}: {expected}, found {short(getattr(made, name))}")
-
-
-def _blank_fields(value: Any, field: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    if isinstance(value, str) and value == FILL_IN:
-        yield field
-    elif isinstance(value, Mapping):
-        for key, content in value.items():
-            yield from _blank_fields(content, (*field, str(key)))
-    elif isinstance(value, list | tuple):
-        for content in value:
-            yield from _blank_fields(content, field)
-
-
-def _tuples(value: Any) -> Any:
+def _each(value: Any, kind: type, types: Sequence[Any] = ()) -> Any:
+    """The same with lists, or tuples, in the place of both, and integers for 640.0 by the types."""
     if isinstance(value, Mapping):
-        return {key: _tuples(one) for key, one in value.items()}
-    return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value
-
-
-def _lists(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _lists(one) for key, one in value.items()}
-    return list(map(_lists, value)) if isinstance(value, tuple) else value
+        return {key: _each(one, kind, _below(types, key)[0]) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return kind(_each(one, kind, _below(types, 0)[0]) for one in value)
+    whole = isinstance(value, float) and value.is_integer() and abs(value) < 2**53
+    return int(value) if whole and int in types and float not in types else value
 
 
 def _place(value: Any, error: Mapping) -> tuple[str, ...]:
     """Keys down to a value that is wrong, without what pydantic says of members of unions."""
     kept, loc = [], error["loc"]
-    for index, part in enumerate(loc):
-        if isinstance(value, Mapping) and part in value:
+    for part in loc:
+        try:
             value = value[part]
-        elif isinstance(value, list | tuple) and isinstance(part, int) and part < len(value):
-            value = value[part]
-        elif error["type"] != "missing" or index < len(loc) - 1:
-            continue
+        except (KeyError, IndexError, TypeError):
+            if error["type"] != "missing" or part is not loc[-1]:
+                continue
         kept.append(str(part))
     return tuple(kept)
 
@@ -291,26 +280,28 @@ def field_at(kind: type[Model], place: Sequence[str]) -> tuple[list, FieldInfo |
     """Give the types that the value at a place may have, and its field."""
     kinds, spec = [kind], None
     for part in place:
-        below, spec = [], None
-        for one in members(kinds):
-            if isinstance(one, type) and issubclass(one, BaseModel):
-                spec = one.model_fields.get(part, spec)
-                below += [spec.annotation] if part in one.model_fields else []
-            elif get_origin(one) in (dict, tuple):
-                below.append(get_args(one)[-1 if get_origin(one) is dict else 0])
-        kinds = below
-    return list(members(kinds)), spec
+        kinds, spec = _below(kinds, part)
+    return kinds, spec
+
+
+def _below(kinds: Sequence[Any], part: Any) -> tuple[list, FieldInfo | None]:
+    """Types that a part of a value of some types may have, and its field."""
+    found, spec = [], None
+    for one in kinds:
+        if part in (fields := getattr(one, "model_fields", {})):
+            spec = fields[part]
+            found.append(spec.annotation)
+        elif get_origin(one) in (dict, tuple):
+            found.append(get_args(one)[-1 if get_origin(one) is dict else 0])
+    return list(members(found)), spec
 
 
 def members(kinds: Sequence[Any]) -> Iterator[Any]:
     """Give the types behind unions and annotations."""
     for kind in kinds:
-        if get_origin(kind) is Annotated:
-            yield from members(get_args(kind)[:1])
-        elif get_origin(kind) in (Union, UnionType):
-            yield from members(get_args(kind))
-        else:
-            yield kind
+        parts = get_args(kind)[: 1 if get_origin(kind) is Annotated else None]
+        inside = get_origin(kind) in (Annotated, Union, UnionType)
+        yield from members(parts) if inside else [kind]
 
 
 def _by_value(found: Sequence[tuple[tuple[str, ...], Mapping]]) -> Iterator[tuple]:
@@ -319,62 +310,43 @@ def _by_value(found: Sequence[tuple[tuple[str, ...], Mapping]]) -> Iterator[tupl
     for place, error in found:
         groups.setdefault((place, error["loc"][-1:] == ("[key]",)), []).append(error)
     for (place, is_key), errors in groups.items():
-        below = any(len(p) > len(place) and p[: len(place)] == place for p, _ in groups)
-        if is_key or not (below and all(one["type"] in TYPES for one in errors)):
+        if is_key or not any(len(p) > len(place) and p[: len(place)] == place for p, _ in groups):
             yield place, errors
 
 
 def _lines(kind: type[Model], place: tuple[str, ...], errors: Sequence[Mapping]) -> list[str]:
     """Lines for pydantic's errors of a value, without the file."""
     error = next((one for one in errors if one["type"] == "value_error"), errors[0])
-    of, found, bounds = error["type"], error["input"], error.get("ctx", {})
-    kinds, spec = field_at(kind, place)
+    of, value, is_key = error["type"], error["input"], error["loc"][-1:] == ("[key]",)
     if of == "value_error":
-        return [_own_line(place, one) for one in str(bounds["error"]).splitlines()]
-    if error["loc"][-1:] == ("[key]",) and isinstance(found, str):
-        place = place[:-1]
-    elif error["loc"][-1:] == ("[key]",) or of == "invalid_key":
-        return [_line(place, "a key in quotes", f"the bare {found}")]
-    if of == "extra_forbidden":
-        models = (k for k in field_at(kind, place[:-1])[0] if isinstance(k, type))
-        fields = [m.model_fields.items() for m in models if issubclass(m, BaseModel)]
-        known = {n for found in fields for n, field in found if not field.frozen}
-        return [_line(place, f"one of {_listed(known)}", place[-1])]
-    if of == "missing":
-        return [_line(place, "a value", "nothing")]
-    words = [_expected(one["type"], one.get("ctx", {}), spec) for one in errors]
-    words += ["null"] if NoneType in kinds else []
-    return [_line(place, " or ".join(dict.fromkeys(words)), short(found))]
+        return [_line(place, one) for one in str(error["ctx"]["error"]).splitlines()]
+    if of == "invalid_key" or (is_key and not isinstance(value, str)):
+        expected, found = "a key in quotes", f"the bare {value}"
+    elif of == "extra_forbidden":
+        fields = (getattr(one, "model_fields", {}) for one in field_at(kind, place[:-1])[0])
+        known = {name for found in fields for name, one in found.items() if not one.frozen}
+        expected, found = f"one of {_listed(known)}", place[-1]
+    else:
+        words = [_expected(one["type"], one.get("ctx", {})) for one in errors]
+        words += ["null"] if NoneType in field_at(kind, place)[0] else []
+        expected, found = " or ".join(dict.fromkeys(words)), short(value)
+        found, place = "nothing" if of == "missing" else found, place[: -1 if is_key else None]
+    return [_line(place, f"expected {expected}, found {found}")]
 
 
-def _own_line(place: Sequence[str], words: str) -> str:
-    """Line of a validator of ours, which says: [field: ]expected X, found Y."""
+def _line(place: Sequence[str], words: str) -> str:
+    """Line about a place, of: [field: ]expected X, found Y."""
     if words.startswith("expected "):
         return f"{'.'.join(place) or 'content'}: {words}"
     return ".".join((*place, words))
 
 
-def _expected(of: str, bounds: Mapping, spec: FieldInfo | None) -> str:
-    if of in LIMITS:
-        word, name = LIMITS[of]
-        bound = bounds[name]
-        return f"a number {word} {bound if isinstance(bound, int) else f'{bound:g}'}"
+def _expected(of: str, bounds: Mapping) -> str:
     if of == "literal_error":
         words = re.split(", | or ", bounds["expected"].replace("'", ""))
         return f"one of {_listed(words)}" if len(words) > 1 else words[0]
-    if of in ("too_short", "too_long"):
-        word, name = ("least", "min_length") if of == "too_short" else ("most", "max_length")
-        return f"at {word} {bounds[name]} entries"
-    if of == "string_too_short":
-        return f"a text of at least {bounds['min_length']} characters"
-    if of == "string_pattern_mismatch":
-        words = (spec and spec.description) or f"a text like {bounds['pattern']}"
-        return PATTERNS.get(bounds["pattern"], words)
-    return TYPES.get(of, of.removesuffix("_type"))
-
-
-def _line(place: Sequence[str], expected: str, found: str) -> str:
-    return f"{'.'.join(place) or 'content'}: expected {expected}, found {found}"
+    said = {name: f"{b:g}" if isinstance(b, float) else b for name, b in bounds.items()}
+    return EXPECTED.get(bounds.get("pattern", of), of.removesuffix("_type")).format(**said)
 
 
 def _listed(values: Any) -> str:
@@ -385,5 +357,5 @@ def short(value: Any) -> str:
     """Give a value as a message names it."""
     if isinstance(value, Mapping):
         return f"a mapping of {_listed(value) or 'nothing'}"
-    text = " ".join(repr(_lists(value)).split())
+    text = " ".join(repr(_each(value, list)).split())
     return text if len(text) <= LONGEST_VALUE else text[:LONGEST_VALUE] + "..."

@@ -1,45 +1,37 @@
 """The file of an object: ``raw/<object>/object.yaml``."""
 
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field
 
-from palpate.config.model import FILL_IN, Length, Model, Vector, option, short
+from palpate.config.model import FILL_IN, Length, Model, ObjectName, Vector, option, short, where
 
-OBJECT_NAME = "^[A-Za-z0-9][A-Za-z0-9_]*$"
-# Largest component of a vector that stands for a direction.
-SHORTEST, LONGEST = 1e-9, 1e9
 # The name of the empty scene's folder is no point's.
 BACKGROUND = "background"
 
-
-def _direction(vector: tuple) -> tuple:
-    """A vector that points somewhere, and whose length does not overflow."""
-    if SHORTEST <= max(map(abs, vector)) <= LONGEST:
-        return vector
-    found = short(vector) if any(vector) else "zeros"
-    raise ValueError(f"expected a direction, found {found}")
-
-
-def _in_order(ends: tuple) -> tuple:
-    if ends[0] > ends[1]:
-        raise ValueError(f"expected the lower before the higher, found {short(ends)}")
-    return ends
-
-
-def _no_background(points: dict) -> dict:
-    if BACKGROUND in points:
-        expected = "expected another name than that of the empty scene's folder"
-        raise ValueError(f"{BACKGROUND}: {expected}, found {BACKGROUND}")
-    return points
-
-
 Metres = Annotated[float, Field(ge=-10, le=10)]
 Place = tuple[Metres, Metres, Metres]
-Direction = Annotated[Vector, AfterValidator(_direction)]
+# The largest component is bounded: the length neither vanishes nor overflows.
+Direction = Annotated[
+    Vector,
+    where(
+        lambda vector: 1e-9 <= max(map(abs, vector)) <= 1e9,
+        "a direction",
+        lambda vector: short(vector) if any(vector) else "zeros",
+    ),
+]
 Vertices = Annotated[int, Field(ge=20, le=100_000)]
 Share = Annotated[float, Field(ge=0, le=0.4999)]
-Shares = Annotated[tuple[Share, Share], AfterValidator(_in_order)]
+Shares = Annotated[
+    tuple[Share, Share], where(lambda ends: ends[0] <= ends[1], "the lower before the higher")
+]
+PointName = Annotated[
+    str,
+    where(
+        lambda name: name != BACKGROUND, "another name than that of the empty scene's folder", str
+    ),
+]
 Words = Annotated[str, Field(min_length=1)]
 
 
@@ -55,12 +47,10 @@ class TemplateSpec(Model):
     vertices: Vertices = option(..., "of the solid mesh's surface; 500 to 1000 do", examples=[800])
     solid_vertices: Vertices = option(None, "of the solid; else as many")
 
-    @model_validator(mode="after")
-    def _one_source(self) -> Self:
+    def conflicts(self) -> Iterator[tuple]:
+        """Two sources, or none."""
         if (self.file is None) == (self.scans is None or self.spacing_m is None):
-            found = ", ".join(sorted(self.model_fields_set))
-            raise ValueError(f"expected file, or scans and spacing_m, found {found}")
-        return self
+            yield "", "file, or scans and spacing_m", ", ".join(sorted(self.model_fields_set))
 
 
 class SupportSpec(Model):
@@ -106,9 +96,7 @@ class CurvesSpec(Model):
 class ObjectSpec(Model):
     """An object: what it stands on, its template, and the points that are indented."""
 
-    object: str = option(
-        ..., "a name of letters, digits and _, like red_sponge", pattern=OBJECT_NAME
-    )
+    object: ObjectName = option(..., "a name of letters, digits and _, like red_sponge")
     provenance: Literal["recorded", "simulated"] = option(
         ..., "recorded, or simulated; every table repeats it", examples=["recorded"]
     )
@@ -121,7 +109,7 @@ class ObjectSpec(Model):
     deepest_m: Length = option(
         None, "maximum depth [m]: the indentation table is then as fine as it needs"
     )
-    points: Annotated[dict[str, PointSpec], AfterValidator(_no_background)] = option(
+    points: dict[PointName, PointSpec] = option(
         ...,
         "one entry each: its name in quotes, letters and digits, as the captures' folders have it",
         min_length=1,
@@ -130,9 +118,7 @@ class ObjectSpec(Model):
     curves: CurvesSpec = None
     tracking: dict[str, float] = option(None, "empty: kept for later", max_length=0)
 
-    @model_validator(mode="after")
-    def _one_radius(self) -> Self:
+    def conflicts(self) -> Iterator[tuple]:
+        """Two radii."""
         if self.probe is not None and self.curves and self.curves.radius_m is not None:
-            expected = "expected none beside a probe, which has its own"
-            raise ValueError(f"curves.radius_m: {expected}, found one")
-        return self
+            yield "curves.radius_m", "none beside a probe, which has its own", "one"

@@ -1,6 +1,7 @@
 """Documentation of options, of the models themselves."""
 
-from collections.abc import Iterator, Mapping
+import json
+from collections.abc import Iterable, Iterator, Mapping
 from inspect import getdoc
 from types import NoneType
 from typing import Any, get_args, get_origin
@@ -21,17 +22,19 @@ BOUNDS = {
     "exclusiveMaximum": "below",
 }
 TYPES = {"boolean": "true or false", "object": "by name", "number": "a number", "string": "a text"}
+TYPES |= {"integer": "an integer", "null": "null"}
 
 
 def options_page(config: type[Model], further: Mapping[str, type[Model]]) -> str:
     """Give all options as Markdown: a table for each block, and for each of further models."""
-    blocks = {n: f.annotation for n, f in config.model_fields.items() if _is_block(f.annotation)}
+    fields = config.model_fields.items()
+    blocks = {name: f.annotation for name, f in fields if hasattr(f.annotation, "model_fields")}
     plain = [row for row in rows(config) if row[0].partition(".")[0] not in blocks]
     parts = [HEAD, "## The run", _table(plain)]
-    for name, kind in blocks.items():
-        parts += [f"## {name}", "", _words(kind), _table(rows(kind, f"{name}."))]
-    for name, kind in further.items():
-        parts += [f"## {name}", "", _words(kind), _table(rows(kind))]
+    for name, kind in {**blocks, **further}.items():
+        words = getdoc(kind).partition("\n\nExamples")[0]
+        place = f"{name}." if name in blocks else ""
+        parts += [f"## {name}", "", words, _table(rows(kind, place))]
     return "\n".join(parts)
 
 
@@ -39,32 +42,19 @@ def rows(kind: type[Model], place: str = "") -> Iterator[tuple[str, str, str, st
     """Place, default, what is allowed, and meaning of each option, in the order of the fields."""
     schema = kind.model_json_schema()["properties"]
     for name, field in kind.model_fields.items():
-        if field.frozen:
-            continue
-        kinds = list(members([field.annotation]))
-        if block := next(filter(_is_block, kinds), None):
+        kinds = list(members([field.annotation])) if not field.frozen else []
+        if block := next((one for one in kinds if hasattr(one, "model_fields")), None):
             yield from rows(block, f"{place}{name}.")
-            continue
-        default = "to be given" if field.is_required() else _said(field.default)
-        if field.default is None and NoneType not in kinds:
-            default = ABSENT
-        if field.description:
+        elif kinds and field.description:
+            default = "to be given" if field.is_required() else _said(field.default)
+            default = ABSENT if field.default is None and NoneType not in kinds else default
             yield f"{place}{name}", default, _allowed(schema[name]), field.description
         for one in kinds:
-            if get_origin(one) is dict and _is_block(get_args(one)[1]):
+            if get_origin(one) is dict and hasattr(get_args(one)[1], "model_fields"):
                 yield from rows(get_args(one)[1], f"{place}{name}.*.")
 
 
-def _is_block(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, Model)
-
-
-def _words(kind: type[Model]) -> str:
-    """What a block is, without its example."""
-    return getdoc(kind).partition("\n\nExamples")[0]
-
-
-def _table(found: Any) -> str:
+def _table(found: Iterable[tuple[str, ...]]) -> str:
     cells = (
         (f"`{place}`", *(one.replace("<", "&lt;") for one in words)) for place, *words in found
     )
@@ -74,12 +64,10 @@ def _table(found: Any) -> str:
 
 def _said(value: Any) -> str:
     if value is None or isinstance(value, bool):
-        return {None: "null", True: "true", False: "false"}[value]
-    if isinstance(value, tuple):
+        return json.dumps(value)
+    if isinstance(value, tuple | dict):
         return ", ".join(map(_said, value)) or "none"
-    if isinstance(value, dict) or value == "":
-        return ", ".join(value) or "none"
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{value:g}" if isinstance(value, float) else str(value) or "none"
 
 
 def _allowed(rule: Mapping) -> str:
@@ -95,5 +83,4 @@ def _allowed(rule: Mapping) -> str:
         return f"{many}each {_allowed(each[0])}"
     said = {word: rule[key] for key, word in BOUNDS.items() if key in rule}
     limits = [f"{word} {bound:g}" for word, bound in said.items() if bound != MOST_COUNTED]
-    kind = rule.get("type")
-    return " and ".join(limits) or TYPES.get(kind, "null" if kind == "null" else f"an {kind}")
+    return " and ".join(limits) or TYPES[rule["type"]]

@@ -1,14 +1,15 @@
 """The file of a force probe: ``config/probes/<probe>.yaml``."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import prod
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from numpy.linalg import matrix_rank
+from pydantic import AfterValidator, Field
 
-from palpate.config.model import ABSENT, FILL_IN, FileName, Model, Vector, option, with_others
-from palpate.config.sensor import NO_TRANSFORM, Transform
+from palpate.config.model import FILL_IN, FileName, Model, Vector, option, where, with_others
+from palpate.config.sensor import NO_TRANSFORM, PAIR, Transform
 
 # OpenCV's families of tags: how many each has, and the cells along one with its border.
 FAMILIES = {f"{n}X{n}_{k}": (k, n + 2) for n in (4, 5, 6, 7) for k in (50, 100, 250, 1000)} | {
@@ -57,20 +58,6 @@ def _covariance(rows: tuple) -> tuple:
     return rows
 
 
-def _independent(rows: tuple) -> tuple:
-    """A calibration that leaves out no part of the wrench, whatever the gauges say."""
-    if (rank := np.linalg.matrix_rank(np.array(rows, dtype=float))) < len(rows):
-        raise ValueError(f"expected six independent rows, found {rank}")
-    return rows
-
-
-def _unlike_ends(corners: tuple) -> tuple:
-    """A board that does not look the same from both ends."""
-    if sum(corners) % 2 == 0:
-        raise ValueError(f"expected one odd and one even, found {corners[0]}, {corners[1]}")
-    return corners
-
-
 CHECKERBOARD, CHARUCO = with_others("kind", "checkerboard"), with_others("kind", "charuco")
 SQUARED, TAGGED = (with_others("kind", one, "charuco") for one in ("checkerboard", "aprilgrid"))
 APRILGRID = with_others("kind", "aprilgrid")
@@ -78,13 +65,17 @@ WHITE = with_others("kind", "charuco", needed=False)
 TURNS = with_others("kind", "aprilgrid", needed=False)
 Few = Annotated[int, Field(ge=2, le=50)]
 Corners = Annotated[int, Field(ge=3, le=50)]
-Inner = Annotated[tuple[Corners, Corners], AfterValidator(_unlike_ends), CHECKERBOARD]
-Side = Annotated[float, Field(ge=0.001, le=0.5)]
+# A board that is even or odd both ways looks the same from both ends.
+ONE_ODD = where(lambda corners: sum(corners) % 2, "one odd and one even", PAIR)
+SIDE = {"ge": 0.001, "le": 0.5}
 Reach = Annotated[float, Field(gt=0, le=1)]
 Metres = Annotated[float, Field(ge=-1, le=1)]
-Row6 = tuple[float, float, float, float, float, float]
 Covariance = Annotated[tuple[Vector, Vector, Vector], AfterValidator(_covariance)]
-Gauges = Annotated[tuple[Row6, Row6, Row6, Row6, Row6, Row6], AfterValidator(_independent)]
+# A calibration of fewer leaves out a part of the wrench, whatever the gauges say.
+Gauges = Annotated[
+    tuple[(tuple[(float,) * 6],) * 6],
+    where(lambda rows: matrix_rank(rows) == len(rows), "six independent rows", matrix_rank),
+]
 Stiffness = Annotated[float, Field(gt=0, le=1e9)]
 
 
@@ -103,55 +94,43 @@ class TargetSpec(Model):
     kind: Literal["checkerboard", "charuco", "aprilgrid"] = option(
         "checkerboard", "checkerboard, charuco or aprilgrid"
     )
-    inner_corners: Inner = option(
-        ABSENT, "of a checkerboard in x and y, one odd and one even: 5 x 4 squares have [4, 3]"
+    inner_corners: tuple[Corners, Corners] = CHECKERBOARD(
+        "of a checkerboard in x and y, one odd and one even: 5 x 4 squares have [4, 3]", ONE_ODD
     )
-    squares: Annotated[tuple[Few, Few], CHARUCO] = option(ABSENT, "of a ChArUco board in x and y")
-    tags: Annotated[tuple[Few, Few], APRILGRID] = option(ABSENT, "of an AprilGrid in x and y")
-    square_m: Annotated[Side, SQUARED] = option(
-        ABSENT, "side of a square [m], by a calliper over the whole board"
+    squares: tuple[Few, Few] = CHARUCO("of a ChArUco board in x and y")
+    tags: tuple[Few, Few] = APRILGRID("of an AprilGrid in x and y")
+    square_m: float = SQUARED("side of a square [m], by a calliper over the whole board", **SIDE)
+    tag_m: float = TAGGED("side of a tag with its black border [m], by a calliper", **SIDE)
+    gap_m: float = APRILGRID(
+        "between two tags of an AprilGrid [m]: Kalibr's tagSpacing times tagSize", ge=0.0001, le=0.5
     )
-    tag_m: Annotated[Side, TAGGED] = option(
-        ABSENT, "side of a tag with its black border [m], by a calliper"
-    )
-    gap_m: Annotated[float, Field(ge=0.0001, le=0.5), APRILGRID] = option(
-        ABSENT, "between two tags of an AprilGrid [m]: Kalibr's tagSpacing times tagSize"
-    )
-    dictionary: Annotated[Literal[*FAMILIES], TAGGED] = option(
-        ABSENT, "the family of the tags, by OpenCV's name"
-    )
-    white_first: Annotated[bool, WHITE] = option(ABSENT, "a ChArUco board's upper left is white")
-    tag_turns: Annotated[int, Field(ge=0, le=3), TURNS] = option(
-        ABSENT, "right angles, clockwise, by which an AprilGrid's tags are turned"
+    dictionary: Literal[*FAMILIES] = TAGGED("the family of the tags, by OpenCV's name")
+    white_first: bool = WHITE("a ChArUco board's upper left is white")
+    tag_turns: int = TURNS(
+        "right angles, clockwise, by which an AprilGrid's tags are turned", ge=0, le=3
     )
 
-    @model_validator(mode="after")
-    def _that_can_be_read(self) -> Self:
-        """With corners enough, margins about tags, and no more tags than their family has."""
-        lines = []
+    def conflicts(self) -> Iterator[tuple]:
+        """Corners too few, margins too narrow, and more tags than their family has."""
         if self.kind == "checkerboard":
-            return self
+            return
         available, cells = FAMILIES[self.dictionary]
         if self.kind == "charuco":
             columns, rows = self.squares
             count = (columns * rows + bool(self.white_first)) // 2
             if (columns - 1) * (rows - 1) < FEWEST_CORNERS:
-                expected = f"expected {FEWEST_CORNERS} inner corners or more"
-                lines.append(f"squares: {expected}, found {columns} x {rows} squares")
+                found = f"{columns} x {rows} squares"
+                yield "squares", f"{FEWEST_CORNERS} inner corners or more", found
             if self.tag_m > self.square_m - 2 * LEAST_MARGIN * self.tag_m / cells:
                 expected = f"margins of {LEAST_MARGIN:g} of a tag's cell on all sides of it"
                 expected += f" in square_m ({self.square_m:g})"
-                lines.append(f"tag_m: expected {expected}, found {self.tag_m:g}")
+                yield "tag_m", expected, f"{self.tag_m:g}"
         else:
             count = prod(self.tags)
             if self.gap_m < LEAST_GAP * self.tag_m:
-                expected = f"{LEAST_GAP:g} of tag_m or more"
-                lines.append(f"gap_m: expected {expected}, found {self.gap_m:g}")
+                yield "gap_m", f"{LEAST_GAP:g} of tag_m or more", f"{self.gap_m:g}"
         if count > available:
-            lines.append(f"dictionary: expected {count} tags or more, found {available}")
-        if lines:
-            raise ValueError("\n".join(lines))
-        return self
+            yield "dictionary", f"{count} tags or more", available
 
 
 class TargetFile(Model):
@@ -238,37 +217,30 @@ class ProbeSpec(Model):
     load: PayloadSpec | Literal["calibration"] = None
     gauge: GaugeSpec = None
 
-    @model_validator(mode="after")
-    def _goes_together(self) -> Self:
-        if lines := [*self._unlike_tip(), *self._said_twice()]:
-            raise ValueError("\n".join(lines))
-        return self
+    def conflicts(self) -> Iterator[tuple]:
+        """A radius unlike the tip in a cloud, and deviations of what a calibration is asked for.
 
-    def _unlike_tip(self) -> list[str]:
-        """A radius that does not go with what of a cloud is the tip: the wrong unit, a diameter.
-
-        The force at a depth says nothing of it: a tenth of the radius makes E three times as large.
+        A wrong unit or a diameter is not seen in forces: a tenth of the radius makes E three times
+        as large.
         """
-        radius_m, tip_m = self.indenter.radius_m, self.exclusion.tip_radius_m
+        radius_m, cloud = self.indenter.radius_m, self.exclusion
+        tip_m, stem_m = (
+            cloud.tip_radius_m,
+            cloud.tip_radius_m if cloud.stem_m is None else cloud.stem_m,
+        )
         arm_m = float(np.linalg.norm(np.array(self.force_from_tip, dtype=float)[:3, 3]))
-        stem_m = tip_m if self.exclusion.stem_m is None else self.exclusion.stem_m
-        widest_m, lines = 2 * radius_m + TIP_MARGIN_M, []
-        expected = f"expected indenter.radius_m {radius_m:g}"
+        widest_m, expected = 2 * radius_m + TIP_MARGIN_M, f"indenter.radius_m {radius_m:g}"
         if not radius_m <= tip_m <= widest_m:
-            lines.append(f"tip_radius_m: {expected} to {widest_m:g}, found {tip_m:g}")
-        if self.exclusion.radius_m < radius_m:
-            lines.append(f"radius_m: {expected} or more, found {self.exclusion.radius_m:g}")
+            yield "exclusion.tip_radius_m", f"{expected} to {widest_m:g}", f"{tip_m:g}"
+        if cloud.radius_m < radius_m:
+            yield "exclusion.radius_m", f"{expected} or more", f"{cloud.radius_m:g}"
         if not tip_m <= stem_m <= max(arm_m, tip_m):
-            expected = f"expected tip_radius_m {tip_m:g} to the sensor's place {arm_m:g}"
-            lines.append(f"stem_m: {expected}, found {stem_m:g}")
-        return [f"exclusion.{line}" for line in lines]
-
-    def _said_twice(self) -> list[str]:
-        """Deviations of what the file does not state, but asks a calibration for."""
-        return [
-            f"{deviation}: expected none beside {field}: calibration ({part}.json has it), found"
-            " one"
-            for part, fields in DEVIATIONS.items()
-            for field, deviation in fields.items()
-            if getattr(self, field) == CALIBRATION and getattr(self, deviation, None) is not None
-        ]
+            expected = f"tip_radius_m {tip_m:g} to the sensor's place {arm_m:g}"
+            yield "exclusion.stem_m", expected, f"{stem_m:g}"
+        for part, fields in DEVIATIONS.items():
+            for field, deviation in fields.items():
+                if (
+                    getattr(self, field) == CALIBRATION
+                    and getattr(self, deviation, None) is not None
+                ):
+                    yield deviation, f"none beside {field}: calibration ({part}.json has it)", "one"

@@ -1,12 +1,12 @@
 """The file of a depth sensor: ``config/sensors/<sensor>.yaml``."""
 
-from collections.abc import Sequence
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field
 
-from palpate.config.model import ABSENT, FILL_IN, FileName, Model, option, with_others
+from palpate.config.model import FILL_IN, FileName, Model, option, short, where, with_others
 
 # Eq. 4.12 as printed is a rotation to 1e-8; files may be rounded further.
 ROTATION_TOLERANCE = 1e-4
@@ -27,42 +27,26 @@ def rigid_fault(rows: Sequence) -> str:
     return "" if np.linalg.det(turn) > 0 else "a mirrored one"
 
 
-def _rigid(rows: tuple) -> tuple:
-    if found := rigid_fault(rows):
-        raise ValueError(f"expected a rotation and a shift, found {found}")
-    return rows
-
-
-def _increasing(ends: tuple) -> tuple:
-    if ends[0] >= ends[1]:
-        raise ValueError(f"expected increasing distances, found {ends[0]:g}, {ends[1]:g}")
-    return ends
-
-
-def _odd(count: int) -> int:
-    if count % 2 == 0:
-        raise ValueError(f"expected an odd number, found {count}")
-    return count
-
-
-def _not_zero(value: float) -> float:
-    if value == 0:
-        raise ValueError(f"expected another number than 0, found {value}")
-    return value
-
-
+PAIR = "{0[0]:g}, {0[1]:g}".format
 Row = tuple[float, float, float, float]
-Transform = Annotated[tuple[Row, Row, Row, Row], AfterValidator(_rigid)]
+Transform = Annotated[
+    tuple[Row, Row, Row, Row],
+    where(lambda rows: not rigid_fault(rows), "a rotation and a shift", rigid_fault),
+]
 NO_TRANSFORM = [*([FILL_IN] * 4 for _ in range(3)), [0, 0, 0, 1]]
 Side = Annotated[int, Field(ge=16, le=16384)]
 Focal = Annotated[float, Field(ge=10, le=1e5)]
 Coefficient = Annotated[float, Field(ge=-100, le=100)]
 Distance = Annotated[float, Field(gt=0, le=50)]
-Baseline = Annotated[float, Field(gt=0, le=2)]
+BASELINE = {"gt": 0, "le": 2}
+Range = Annotated[
+    tuple[Distance, Distance],
+    where(lambda ends: ends[0] < ends[1], "increasing distances", PAIR),
+]
 Shift = Annotated[float, Field(ge=-200, le=200)]
-Count = Annotated[float, Field(ge=1e-6, le=0.01)]
-Window = Annotated[int, Field(ge=5, le=31), AfterValidator(_odd)]
-Scale = Annotated[float, Field(ge=-10, le=10), AfterValidator(_not_zero)]
+Window = Annotated[int, Field(ge=5, le=31), where(lambda count: count % 2, "an odd number")]
+NOT_ZERO = where(bool, "another number than 0")
+COUNTED = with_others("encoding", "counts")
 KINECT = with_others("encoding", "kinect_disparity", only=False)
 DEPTH = with_others("kind", "structured_light", "depth", only=False)
 STEREO = with_others("kind", "stereo", only=False)
@@ -80,20 +64,15 @@ class CameraSpec(Model):
     fy_px: Focal = option(..., FOCAL)
     cx_px: float = option(..., CENTRE)
     cy_px: float = option(..., CENTRE)
-    distortion: tuple[Coefficient, Coefficient, Coefficient, Coefficient, Coefficient] = option(
+    distortion: tuple[(Coefficient,) * 5] = option(
         ..., "k1, k2, p1, p2, k3 in OpenCV's order, of a calibration; zeros for rectified images"
     )
 
-    @model_validator(mode="after")
-    def _axis_within(self) -> Self:
-        axes = {"cx_px": (self.cx_px, self.width_px), "cy_px": (self.cy_px, self.height_px)}
-        if lines := [
-            f"{name}: expected within the image, 0 to {side}, found {centre:g}"
-            for name, (centre, side) in axes.items()
-            if not 0 <= centre <= side
-        ]:
-            raise ValueError("\n".join(lines))
-        return self
+    def conflicts(self) -> Iterator[tuple]:
+        """Principal points that are not within the image."""
+        for name, side in (("cx_px", self.width_px), ("cy_px", self.height_px)):
+            if not 0 <= (centre := getattr(self, name)) <= side:
+                yield name, f"within the image, 0 to {side}", f"{centre:g}"
 
 
 class ColorSpec(CameraSpec):
@@ -110,24 +89,20 @@ class DepthSpec(CameraSpec):
     encoding: Literal["kinect_disparity", "millimetre", "counts"] = option(
         ..., "millimetre, counts of count_m, or a Kinect's kinect_disparity"
     )
-    count_m: Annotated[Count, with_others("encoding", "counts")] = option(
-        ABSENT, "what a count is [m], of encoding counts"
+    count_m: float = COUNTED("what a count is [m], of encoding counts", ge=1e-6, le=0.01)
+    baseline_m: float = KINECT(
+        "how far camera and projector are apart [m], of a calibration", **BASELINE
     )
-    baseline_m: Annotated[Baseline, KINECT] = option(
-        ABSENT, "how far camera and projector are apart [m], of a calibration"
+    disparity_scale: float = KINECT(
+        "pixels of disparity in a count (Eq. 4.2)", NOT_ZERO, ge=-10, le=10, examples=[-0.125]
     )
-    disparity_scale: Annotated[Scale, KINECT] = option(
-        ABSENT, "pixels of disparity in a count (Eq. 4.2)", examples=[-0.125]
-    )
-    disparity_offset_px: Annotated[float, Field(ge=-10_000, le=10_000), KINECT] = option(
-        ABSENT, "the disparity of count 0 [px] (Eq. 4.2), of a calibration"
+    disparity_offset_px: float = KINECT(
+        "the disparity of count 0 [px] (Eq. 4.2), of a calibration", ge=-10_000, le=10_000
     )
     infrared_shift_px: tuple[Shift, Shift] = option(
         None, "of the depth image in the infrared's [px], right and down; Xbox 360 drivers: 5, 4"
     )
-    no_reading: Annotated[int, Field(ge=0, le=65_535), KINECT] = option(
-        ABSENT, "the count where nothing was seen", examples=[2047]
-    )
+    no_reading: int = KINECT("the count where nothing was seen", examples=[2047], ge=0, le=65_535)
     color_from_depth: Transform = option(
         ...,
         "from the depth camera's frame to the colour camera's [m], of the maker's tool; rows"
@@ -139,7 +114,9 @@ class DepthSpec(CameraSpec):
 class StereoSpec(Model):
     """Matching of the rectified pair."""
 
-    baseline_m: Baseline = option(..., "how far the two cameras are apart [m], of a calibration")
+    baseline_m: float = option(
+        ..., "how far the two cameras are apart [m], of a calibration", **BASELINE
+    )
     method: Literal["block", "semi_global"] = option(
         ..., "block, or semi_global", examples=["semi_global"]
     )
@@ -182,20 +159,17 @@ class SensorSpec(Model):
         gt=0,
         le=1,
     )
-    range_m: Annotated[tuple[Distance, Distance], AfterValidator(_increasing)] = option(
+    range_m: Range = option(
         ..., "nearest and farthest depth that you trust [m], of the maker's data sheet"
     )
     color: ColorSpec
-    depth: Annotated[DepthSpec, DEPTH] = option(ABSENT, DepthSpec.__doc__)
-    stereo: Annotated[StereoSpec, STEREO] = option(ABSENT, StereoSpec.__doc__)
+    depth: DepthSpec = DEPTH(DepthSpec.__doc__)
+    stereo: StereoSpec = STEREO(StereoSpec.__doc__)
     marker: DetectionSpec
 
-    @model_validator(mode="after")
-    def _as_its_kind(self) -> Self:
+    def conflicts(self) -> Iterator[tuple]:
+        """Numbers of another kind of sensor."""
         if self.kind == "depth" and self.depth.encoding == "kinect_disparity":
-            expected = "expected one of counts, millimetre"
-            raise ValueError(f"depth.encoding: {expected}, found 'kinect_disparity'")
-        if self.kind == "stereo" and any(found := self.color.distortion):
-            expected = "expected zeros (rectified)"
-            raise ValueError(f"color.distortion: {expected}, found {list(found)}")
-        return self
+            yield "depth.encoding", "one of counts, millimetre", short(self.depth.encoding)
+        if self.kind == "stereo" and any(self.color.distortion):
+            yield "color.distortion", "zeros (rectified)", list(self.color.distortion)

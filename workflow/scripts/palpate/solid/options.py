@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from palpate.config.model import Length, Model, Positive, increasing, option
 
@@ -25,7 +25,7 @@ class IndentationTable(Model):
     0.006
     """
 
-    poisson_ratios: Annotated[tuple[TabledRatio, ...], AfterValidator(increasing)] = option(
+    poisson_ratios: Annotated[tuple[TabledRatio, ...], increasing] = option(
         (0.0, 0.2, 0.37, 0.49), "of the table's columns", min_length=2
     )
     deepest_m: Length = option(0.009, "where object.yaml has no other; shallower tables are finer")

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
-    AfterValidator,
     BeforeValidator,
     Field,
     create_model,
@@ -76,9 +75,7 @@ class Selection(Model):
     tracked: Captures = option({}, "of these, those that are tracked and minimised")
     direct: Captures = option({}, "estimated directly, where they are not the tracked")
     block: str = option("", "the object of Tables 5.2 and 5.3")
-    table_5_3_points: Annotated[tuple[str, ...], AfterValidator(all_different)] = option(
-        (), "of Table 5.3"
-    )
+    table_5_3_points: Annotated[tuple[str, ...], all_different] = option((), "of Table 5.3")
     figure_points: dict[str, str] = option({}, "of figures; else the first")
 
 
@@ -107,7 +104,7 @@ class Tracking(Model):
     """The template through a capture (Section 4.3)."""
 
     estimate_from: str = option("study", "the tracker whose surfaces are minimised")
-    compared: Annotated[tuple[str, ...], AfterValidator(all_different)] = option(
+    compared: Annotated[tuple[str, ...], all_different] = option(
         (), "trackers of every tracked capture"
     )
     alignment: Aligning = option(Aligning(), "of the template with the first frame")
@@ -167,16 +164,14 @@ class Config(Model):
     paths: Paths = option(Paths(), "of files")
     only: str | None = option(None, "name of one object, or null for all")
     seed: int = option(20150401, "of all that is drawn", ge=0, le=2**53)
-    methods: Annotated[
-        tuple[Literal["hertz", "direct", "minimise"], ...], AfterValidator(all_different)
-    ] = option(
+    methods: Annotated[tuple[Literal["hertz", "direct", "minimise"], ...], all_different] = option(
         ("hertz", "direct"),
         "of people's own objects; a page needs the first two; minimise, the study's, takes minutes"
         " a capture and tells less",
         min_length=1,
     )
     error_options: Annotated[
-        tuple[Literal["force_displacement", "displacement"], ...], AfterValidator(all_different)
+        tuple[Literal["force_displacement", "displacement"], ...], all_different
     ] = option(("force_displacement", "displacement"), "Section 3.3.3", min_length=1)
     study: Selection = option(Selection(), "of the lab's recordings")
     experiments: Experiments = option(Experiments(), "about the sensors")

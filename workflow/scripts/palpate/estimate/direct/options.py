@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from palpate.config.model import (
     Length,
@@ -88,7 +88,7 @@ class Fit(Model):
     patch_m: Length = constant(
         0.02, "of the surface; motions of different patches err independently"
     )
-    relaxation_times_s: Annotated[tuple[Positive, ...], AfterValidator(all_different)] = option(
+    relaxation_times_s: Annotated[tuple[Positive, ...], all_different] = option(
         (0.2, 1.0, 5.0), "of the Prony series", min_length=1
     )
     fraction_std: Positive = constant(0.07, "of the share that relaxes with each of them")

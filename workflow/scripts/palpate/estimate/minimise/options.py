@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, model_validator
+from pydantic import model_validator
 
 from palpate.config.model import Count, Length, Model, Positive, Ratio, constant, increasing, option
 
@@ -40,7 +40,7 @@ class Minimise(Load):
     start_poisson_ratios: tuple[Ratio, ...] = option(
         (0.05, 0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40, 0.45), "tried first", min_length=1
     )
-    profile_poisson_ratios: Annotated[tuple[Ratio, ...], AfterValidator(increasing)] = option(
+    profile_poisson_ratios: Annotated[tuple[Ratio, ...], increasing] = option(
         (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40, 0.45, 0.475, 0.49, 0.499),
         "of the profile",
         min_length=3,
