@@ -33,12 +33,15 @@ class Outer(Model):
     points: dict[FileName, Inner] = Field(default_factory=dict)
     marks: Annotated[tuple[str, ...], Field(min_length=1)] = ("a",)
     flat: bool = True
+    counts: tuple[Count, ...] = ()
 
 
 LINES = [
     ({"count": 0}, "count: expected a number >= 1, found 0"),
     ({"count": 10**9}, "count: expected a number <= 1000000, found 1000000000"),
     ({"count": 2.5}, "count: expected an integer, found 2.5"),
+    ({"count": 0.0}, "count: expected a number >= 1, found 0"),
+    ({"count": float("nan")}, "count: expected an integer, found nan"),
     ({"count": True}, "count: expected an integer, found True"),
     ({"count": "3"}, "count: expected an integer, found '3'"),
     ({"edge_m": 0}, "edge_m: expected a number > 0 or null, found 0"),
@@ -71,7 +74,7 @@ def test_one_line_for_what_is_wrong(change, line):
 def test_all_problems_at_once_and_what_is_missing():
     assert problems(Outer, {"kind": 2, "flat": 0}) == [
         "flat: expected a boolean, found 0",
-        "kind: expected one of count, edge_m, flat, inner, marks, name, points, share, found kind",
+        f"kind: expected one of {', '.join(sorted(Outer.model_fields))}, found kind",
         "name: expected a value, found nothing",
     ]
     with pytest.raises(ValueError, match="^content: expected a mapping, found 3$"):
@@ -85,6 +88,14 @@ def test_what_is_left_out_has_its_default_and_changes_are_checked():
     assert read.changed(count=4).count == 4
     with pytest.raises(ValueError, match="^count: expected a number >= 1, found 0$"):
         read.changed(count=0)
+
+
+def test_a_whole_number_may_be_written_with_a_point_where_an_integer_is_asked_for():
+    read = Outer.read({"name": "a", "count": 640.0, "edge_m": 2.0, "counts": [3.0, 4]})
+    assert read.written() | {"count": 640, "edge_m": 2.0} == read.written()
+    assert [type(one) for one in (read.count, read.edge_m, *read.counts)] == [int, float, int, int]
+    plain = Outer.plain({"points": {"p": {"low": 1.0}}, "count": 640.0, "edge_m": 2})
+    assert repr(plain) == "{'points': {'p': {'low': 1.0}}, 'count': 640, 'edge_m': 2}"
 
 
 class Fixed(Model):

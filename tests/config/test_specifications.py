@@ -1,6 +1,8 @@
 """Files of objects, sensors, probes and labs: what is wrong with one is one line."""
 
 import copy
+from functools import reduce
+from operator import getitem
 
 import cv2
 import numpy as np
@@ -12,7 +14,7 @@ from palpate.config.object import ObjectSpec
 from palpate.config.probe import FAMILIES, ProbeSpec
 from palpate.config.sensor import SensorSpec
 from palpate.yaml_files import load_yaml
-from virtual_lab.specification import Lab
+from virtual_lab.specification import Lab, Ranges
 
 LEFT_OUT = object()
 COVARIANCE = [[4e-10, 1e-10, 0], [1e-10, 4e-10, 0], [0, 0, 9e-10]]
@@ -198,6 +200,48 @@ def test_the_projects_own_are_right_and_named_as_their_files(root, probe, tmp_pa
     path.write_text(yaml.safe_dump(probe | known))
     line = f"{path}: probe: expected other, found nano25_sphere"
     assert read_device(path, "probes") == (probe | known, (line,))
+
+
+FILES = [
+    (SensorSpec, "config/sensors/kinect.yaml", ("color", "width_px")),
+    (SensorSpec, "config/sensors/bumblebee.yaml", ("stereo", "window_px")),
+    (ProbeSpec, "config/probes/nano25_sphere.yaml", ("marker", "inner_corners", 1)),
+    (ObjectSpec, "tests/own_object/raw/toy_cow/object.yaml", ("template", "vertices")),
+    (Lab, "config/lab.yaml", ("objects", "ear", "motion", "frames")),
+    (Ranges, "config/validation.yaml", ("objects",)),
+]
+
+
+def each_number(value, change, place=()):
+    """A file's content with all its numbers changed, given their places."""
+    if isinstance(value, dict):
+        return {key: each_number(one, change, (*place, key)) for key, one in value.items()}
+    if isinstance(value, list):
+        return [each_number(one, change, (*place, k)) for k, one in enumerate(value)]
+    return value if isinstance(value, bool | str | None) else change(value, place)
+
+
+@pytest.mark.parametrize(("kind", "path", "integer"), FILES)
+def test_integers_may_be_written_with_a_point(root, kind, path, integer):
+    spec = load_yaml(root / path)
+    pointed = each_number(spec, lambda number, place: float(number))
+    assert problems(kind, pointed) == []
+    plain = kind.plain(pointed)
+    assert plain == spec
+    assert type(reduce(getitem, integer, plain)) is int
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize(("kind", "path", "integer"), FILES)
+def test_what_is_no_number_is_told_once_of_each_field(root, kind, path, integer, number):
+    places = []
+    spec = each_number(load_yaml(root / path), lambda _, place: places.append(place) or number)
+    # The options of an estimate, which the configuration checks.
+    places = {".".join(map(str, place)) for place in places if place[0] != "direct"}
+    lines = dict(line.split(": expected ") for line in problems(kind, spec))
+    assert set(lines) == places
+    assert all(f"found {number}" in said for said in lines.values())
+    assert all(said.startswith(("a finite number", "an integer")) for said in lines.values())
 
 
 def test_families_are_opencvs():

@@ -9,6 +9,7 @@ import yaml
 from palpate.capture.tables import write_table
 from palpate.config.model import problems
 from palpate.config.probe import ProbeSpec
+from palpate.workflow.options import partly
 
 PART = "stiffness"
 
@@ -38,7 +39,7 @@ def test_a_table(table, given, tmp_path):
     block = yaml.safe_load(text[text.index("\nstiffness_n_m:") : text.index("written")])
     assert block["stiffness_n_m"] == pytest.approx(found["stiffness_n_m"], rel=0.005)
     assert block["compliance_std_m_n"] == pytest.approx(found["compliance_std_m_n"], rel=0.05)
-    assert not problems(ProbeSpec, block, whole=False)
+    assert not problems(partly(ProbeSpec), block)
 
 
 def test_other_columns_and_units(table, given):

@@ -13,7 +13,7 @@ def main(snakemake):
     """Write template.ply, in the scans' unit."""
     spec = load_yaml(snakemake.input.object)["template"]
     views = read_scans(snakemake.input.scans, unit=spec["unit"])
-    mesh = template_from_scans(views, vertices=spec["vertices"], spacing_m=spec["spacing_m"])
+    mesh = template_from_scans(views, vertices=int(spec["vertices"]), spacing_m=spec["spacing_m"])
     logging.info("%d views, %d vertices, %.3g m3", len(views), len(mesh.vertices), mesh.volume)
     mesh.apply_scale(1 / METRES[spec["unit"]])
     with whole_file(snakemake.output.template) as part:

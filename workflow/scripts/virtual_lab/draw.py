@@ -323,7 +323,7 @@ def read_ranges(path: Path) -> dict:
         ]
     if lines:
         raise ValueError("\nerror: ".join(lines))
-    return ranges
+    return Ranges.plain(ranges)
 
 
 def _reversed(ranges: Any, field: str = "") -> Iterator[tuple[str, list]]:

@@ -117,6 +117,7 @@ def read_device(path: Path, name: str) -> tuple[Mapping | None, tuple[str, ...]]
         return None, (str(error),)
     if lines := problems(MODELS[name], spec, str(path)):
         return spec, tuple(lines)
+    spec = MODELS[name].plain(spec)
     if spec[kind] != path.stem:
         lines.append(f"{path}: {kind}: expected {path.stem}, found {spec[kind]}")
     lines += [f"{path}: {kind}: {fault}"] if (fault := sensor_fault(path.stem)) else []

@@ -98,7 +98,7 @@ def read_marker(folder: Path) -> dict:
     """Board of a calibration's folder, as the ``marker`` block of a probe's file."""
     described = folder / "board.yaml"
     if described.is_file():
-        return load_yaml(described)["marker"]
+        return TargetFile.plain(load_yaml(described))["marker"]
     columns, rows, square_m = read_table(folder / "board.csv")[BOARD].iloc[0]
     return {"inner_corners": [int(columns), int(rows)], "square_m": float(square_m)}
 

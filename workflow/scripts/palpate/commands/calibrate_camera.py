@@ -214,7 +214,7 @@ def _described(options: argparse.Namespace) -> "FlatBoard":
     if isinstance(content, Mapping) and "marker" in content:
         content = {"marker": content["marker"]}
     TargetFile.read(content, str(options.board))
-    return board_of(content["marker"])
+    return board_of(TargetFile.plain(content)["marker"])
 
 
 def _encoding(own: "BoardPictures") -> str:

@@ -131,7 +131,7 @@ def board_file(path: Path) -> Mapping:
     }
     if lines := problems(partly(ProbeSpec), filled, str(path)):
         raise ValueError("\n".join(lines))
-    return board | filled
+    return TargetFile.plain(board) | filled
 
 
 def check_output(output: Path | None, *sources: Path) -> None:

@@ -326,7 +326,7 @@ def object_solid(
         solid = tetrahedralise(
             vertices_m,
             faces,
-            vertices=declared.get("solid_vertices", declared["vertices"]),
+            vertices=int(declared.get("solid_vertices", declared["vertices"])),
             largest_gap_m=allowed,
             support=support,
         )

@@ -180,7 +180,7 @@ def _lab(path: str | None, kind: type[Model] | None, wrong: list[str]) -> Mappin
         return None
     lines = problems(kind, spec, path) if kind else []
     wrong += lines
-    return None if lines else spec
+    return None if lines else kind.plain(spec) if kind else spec
 
 
 def _like_another(path: Path) -> object:

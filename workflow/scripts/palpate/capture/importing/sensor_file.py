@@ -54,7 +54,7 @@ def sensor_of(
     """
     if path.exists():
         written = load_yaml(path)
-        spec = _filled_in(written, _stated(path, content, rate_hz, range_m))
+        spec = SensorSpec.plain(_filled_in(written, _stated(path, content, rate_hz, range_m)))
         _require_valid(spec, path)
         _check_streams(spec, content, path)
         if not trusted and spec.get("optics", "stated") == "stated":
