@@ -60,7 +60,7 @@ def blank_text(kind: str, known: Mapping) -> str:
 
 def _value(kind: str, place: tuple[str, ...]) -> Any:
     """What stands for a field that nobody has filled in."""
-    kinds, field = field_at(MODELS[kind], place)
+    kinds, field = field_at([MODELS[kind]], place)
     if field.examples:
         return deepcopy(field.examples[0])
     if isinstance(field.default, str | float) and field.default is not ABSENT:
@@ -80,7 +80,7 @@ def _blank(kind: Any) -> Any:
 
 def _lines(kind: str, place: tuple[str, ...], spec: Mapping, said: set[str]) -> Iterator[str]:
     """Lines of a mapping: its fields in the model's order, then those that people name."""
-    kinds = field_at(MODELS[kind], place)[0]
+    kinds = field_at([MODELS[kind]], place)[0]
     known = [name for one in kinds for name in getattr(one, "model_fields", ())]
     for key in dict.fromkeys([*known, *spec]):
         field = (*place, key)
@@ -92,7 +92,7 @@ def _lines(kind: str, place: tuple[str, ...], spec: Mapping, said: set[str]) -> 
 
 def _field(kind: str, place: tuple[str, ...], value: Any, said: set[str]) -> Iterator[str]:
     """Lines of a field; what was said of another one is not said again."""
-    (kinds, field), key = field_at(MODELS[kind], place), place[-1]
+    (kinds, field), key = field_at([MODELS[kind]], place), place[-1]
     block = next((getdoc(one) for one in kinds if hasattr(one, "model_fields")), "")
     text = (field and (field.description or block)) or ""
     yield from [] if text in said else _comment(text)

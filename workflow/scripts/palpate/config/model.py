@@ -19,7 +19,6 @@ ABSENT = "left out"
 LONGEST_VALUE = 60
 # Context of a validation: what is validated was written by people.
 FROM_PEOPLE = "from people"
-
 MOST_COUNTED = 1_000_000
 Count = Annotated[int, Field(le=MOST_COUNTED)]
 Positive = Annotated[float, Field(gt=0)]
@@ -82,16 +81,14 @@ class Model(BaseModel, metaclass=_OneLineEach):
             now = made.__dict__.get(name)
             if isinstance(now, float | tuple) and now == one:
                 made.__dict__[name] = one
-        fixed = made._changed_constants() if info.context is FROM_PEOPLE else ()
-        lines = [f"{field}: expected {x}, found {y}" for field, x, y in (*fixed, *made.conflicts())]
+        faults = list(made.conflicts())
+        for name, field in cls.model_fields.items() if info.context is FROM_PEOPLE else ():
+            if field.frozen and (found := getattr(made, name)) != field.default:
+                faults.append((name, f"{short(field.default)}, which is fixed", short(found)))
+        lines = [f"{field}: expected {x}, found {y}" for field, x, y in faults]
         if lines:
             raise ValueError("\n".join(line.removeprefix(": ") for line in lines))
         return made
-
-    def _changed_constants(self) -> Iterator[tuple[str, str, str]]:
-        for name, field in type(self).model_fields.items():
-            if field.frozen and getattr(self, name) != field.default:
-                yield name, f"{short(field.default)}, which is fixed", short(getattr(self, name))
 
     def conflicts(self) -> Iterable[tuple[str, str, object]]:
         """Give what does not go together: a field, or none; what is expected, and what is found."""
@@ -137,10 +134,11 @@ class Model(BaseModel, metaclass=_OneLineEach):
         return _each(value, list, [cls])
 
 
-def option(default: Any, meaning: str, **bounds: Any) -> Any:
+def option(default: Any = ..., meaning: str | None = None, **bounds: Any) -> Any:
     """Field of a model: its default (``...``: to be given), its meaning, and pydantic's bounds.
 
     None where the type has none: may be left out. ``examples``: what a file to fill in has there.
+    A long meaning may stand below the field instead (pydantic's ``use_attribute_docstrings``).
     """
     return Field(default, description=meaning, **bounds)
 
@@ -166,7 +164,7 @@ def with_others(field: str, *values: str, needed: bool = True, only: bool = True
             raise ValueError(f"expected none with {field} {info.data[field]}, found {short(value)}")
         return handler(value)
 
-    def beside(meaning: str, *checks: AfterValidator, **bounds: Any) -> Any:
+    def beside(meaning: str | None = None, checks: Sequence = (), **bounds: Any) -> Any:
         made = option(ABSENT, meaning, validate_default=True, **bounds)
         made.metadata += [*checks, WrapValidator(checked)]
         return made
@@ -214,15 +212,19 @@ def problems(
     list of str
         Sorted; what is left to fill in comes last, in the file's order.
     """
-    blank = blank_fields(value)
-    found = [
-        (place, error)
-        for place, error in _errors(kind, value, context)
-        if not any(place[: len(field)] == field for field in blank)
-    ]
-    lines = sorted({line for group in _by_value(found) for line in _lines(kind, *group)})
+    blank, groups = blank_fields(value), {}
+    for place, error in _errors(kind, value, context):
+        if not any(place[: len(field)] == field for field in blank):
+            is_key = error["loc"][-1:] == ("[key]",)
+            groups.setdefault((place, is_key), []).append(error)
+    lines = set()
+    for (place, is_key), errors in groups.items():
+        # Of a union's members those count that came further.
+        if is_key or not any(len(p) > len(place) and p[: len(place)] == place for p, _ in groups):
+            lines |= set(_lines(kind, place, errors, is_key))
+    lines = sorted(lines)
     for field in blank:
-        spec = field_at(kind, field)[1]
+        spec = field_at([kind], field)[1]
         words = (spec and spec.description) or "a value"
         lines.append(_line(field, f"expected {words}, found nothing filled in yet"))
     return [one_line(f"{source}: {line}" if source else line) for line in lines]
@@ -256,9 +258,9 @@ def _errors(kind: type[Model], value: Any, context: object = None) -> list[tuple
 def _each(value: Any, kind: type, types: Sequence[Any] = ()) -> Any:
     """The same with lists, or tuples, in the place of both, and integers for 640.0 by the types."""
     if isinstance(value, Mapping):
-        return {key: _each(one, kind, _below(types, key)[0]) for key, one in value.items()}
+        return {key: _each(one, kind, field_at(types, [key])[0]) for key, one in value.items()}
     if isinstance(value, list | tuple):
-        return kind(_each(one, kind, _below(types, 0)[0]) for one in value)
+        return kind(_each(one, kind, field_at(types, [0])[0]) for one in value)
     whole = isinstance(value, float) and value.is_integer() and abs(value) < 2**53
     return int(value) if whole and int in types and float not in types else value
 
@@ -276,24 +278,19 @@ def _place(value: Any, error: Mapping) -> tuple[str, ...]:
     return tuple(kept)
 
 
-def field_at(kind: type[Model], place: Sequence[str]) -> tuple[list, FieldInfo | None]:
-    """Give the types that the value at a place may have, and its field."""
-    kinds, spec = [kind], None
+def field_at(kinds: Sequence[Any], place: Sequence[Any]) -> tuple[list, FieldInfo | None]:
+    """Give the types that a place in a value of some types may have, and its field."""
+    spec = None
     for part in place:
-        kinds, spec = _below(kinds, part)
+        below, spec = [], None
+        for one in kinds:
+            if part in (fields := getattr(one, "model_fields", {})):
+                spec = fields[part]
+                below.append(spec.annotation)
+            elif get_origin(one) in (dict, tuple):
+                below.append(get_args(one)[-1 if get_origin(one) is dict else 0])
+        kinds = list(members(below))
     return kinds, spec
-
-
-def _below(kinds: Sequence[Any], part: Any) -> tuple[list, FieldInfo | None]:
-    """Types that a part of a value of some types may have, and its field."""
-    found, spec = [], None
-    for one in kinds:
-        if part in (fields := getattr(one, "model_fields", {})):
-            spec = fields[part]
-            found.append(spec.annotation)
-        elif get_origin(one) in (dict, tuple):
-            found.append(get_args(one)[-1 if get_origin(one) is dict else 0])
-    return list(members(found)), spec
 
 
 def members(kinds: Sequence[Any]) -> Iterator[Any]:
@@ -304,31 +301,21 @@ def members(kinds: Sequence[Any]) -> Iterator[Any]:
         yield from members(parts) if inside else [kind]
 
 
-def _by_value(found: Sequence[tuple[tuple[str, ...], Mapping]]) -> Iterator[tuple]:
-    """Places and their errors, of a union's members those that came further."""
-    groups: dict[tuple, list] = {}
-    for place, error in found:
-        groups.setdefault((place, error["loc"][-1:] == ("[key]",)), []).append(error)
-    for (place, is_key), errors in groups.items():
-        if is_key or not any(len(p) > len(place) and p[: len(place)] == place for p, _ in groups):
-            yield place, errors
-
-
-def _lines(kind: type[Model], place: tuple[str, ...], errors: Sequence[Mapping]) -> list[str]:
+def _lines(kind: type[Model], place: tuple, errors: Sequence[Mapping], is_key: bool) -> list[str]:
     """Lines for pydantic's errors of a value, without the file."""
     error = next((one for one in errors if one["type"] == "value_error"), errors[0])
-    of, value, is_key = error["type"], error["input"], error["loc"][-1:] == ("[key]",)
+    of, value = error["type"], error["input"]
     if of == "value_error":
         return [_line(place, one) for one in str(error["ctx"]["error"]).splitlines()]
     if of == "invalid_key" or (is_key and not isinstance(value, str)):
         expected, found = "a key in quotes", f"the bare {value}"
     elif of == "extra_forbidden":
-        fields = (getattr(one, "model_fields", {}) for one in field_at(kind, place[:-1])[0])
+        fields = (getattr(one, "model_fields", {}) for one in field_at([kind], place[:-1])[0])
         known = {name for found in fields for name, one in found.items() if not one.frozen}
-        expected, found = f"one of {_listed(known)}", place[-1]
+        expected, found = f"one of {', '.join(sorted(known))}", place[-1]
     else:
         words = [_expected(one["type"], one.get("ctx", {})) for one in errors]
-        words += ["null"] if NoneType in field_at(kind, place)[0] else []
+        words += ["null"] if NoneType in field_at([kind], place)[0] else []
         expected, found = " or ".join(dict.fromkeys(words)), short(value)
         found, place = "nothing" if of == "missing" else found, place[: -1 if is_key else None]
     return [_line(place, f"expected {expected}, found {found}")]
@@ -344,18 +331,14 @@ def _line(place: Sequence[str], words: str) -> str:
 def _expected(of: str, bounds: Mapping) -> str:
     if of == "literal_error":
         words = re.split(", | or ", bounds["expected"].replace("'", ""))
-        return f"one of {_listed(words)}" if len(words) > 1 else words[0]
+        return f"one of {', '.join(sorted(words))}" if len(words) > 1 else words[0]
     said = {name: f"{b:g}" if isinstance(b, float) else b for name, b in bounds.items()}
     return EXPECTED.get(bounds.get("pattern", of), of.removesuffix("_type")).format(**said)
-
-
-def _listed(values: Any) -> str:
-    return ", ".join(sorted(str(value) for value in values))
 
 
 def short(value: Any) -> str:
     """Give a value as a message names it."""
     if isinstance(value, Mapping):
-        return f"a mapping of {_listed(value) or 'nothing'}"
+        return f"a mapping of {', '.join(sorted(map(str, value))) or 'nothing'}"
     text = " ".join(repr(_each(value, list)).split())
     return text if len(text) <= LONGEST_VALUE else text[:LONGEST_VALUE] + "..."

@@ -15,12 +15,8 @@ What `config/config.yaml`, `config/thesis.yaml`, or a file given with `--configf
 the end the files of objects, sensors and probes. What is left out has its default. Units are in the
 names. This page is written by `make docs`.
 """
-BOUNDS = {
-    "minimum": "at least",
-    "exclusiveMinimum": "above",
-    "maximum": "at most",
-    "exclusiveMaximum": "below",
-}
+BOUNDS = {"minimum": "at least", "exclusiveMinimum": "above"}
+BOUNDS |= {"maximum": "at most", "exclusiveMaximum": "below"}
 TYPES = {"boolean": "true or false", "object": "by name", "number": "a number", "string": "a text"}
 TYPES |= {"integer": "an integer", "null": "null"}
 
@@ -55,9 +51,7 @@ def rows(kind: type[Model], place: str = "") -> Iterator[tuple[str, str, str, st
 
 
 def _table(found: Iterable[tuple[str, ...]]) -> str:
-    cells = (
-        (f"`{place}`", *(one.replace("<", "&lt;") for one in words)) for place, *words in found
-    )
+    cells = ((f"`{place}`", *(w.replace("<", "&lt;") for w in words)) for place, *words in found)
     lines = rows_of(("option", "default", "allowed", "meaning"), cells)
     return "\n" + "\n".join(lines) + "\n"
 

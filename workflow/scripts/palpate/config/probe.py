@@ -9,17 +9,12 @@ from numpy.linalg import matrix_rank
 from pydantic import AfterValidator, Field
 
 from palpate.config.model import FILL_IN, FileName, Model, Vector, option, where, with_others
-from palpate.config.sensor import NO_TRANSFORM, PAIR, Transform
+from palpate.config.sensor import NO_TRANSFORM, PAIR, Source, Transform
 
 # OpenCV's families of tags: how many each has, and the cells along one with its border.
-FAMILIES = {f"{n}X{n}_{k}": (k, n + 2) for n in (4, 5, 6, 7) for k in (50, 100, 250, 1000)} | {
-    "APRILTAG_16H5": (30, 6),
-    "APRILTAG_25H9": (35, 7),
-    "APRILTAG_36H10": (2320, 8),
-    "APRILTAG_36H11": (587, 8),
-    "ARUCO_MIP_36H12": (250, 8),
-    "ARUCO_ORIGINAL": (1024, 7),
-}
+FAMILIES = {f"{n}X{n}_{k}": (k, n + 2) for n in (4, 5, 6, 7) for k in (50, 100, 250, 1000)}
+FAMILIES |= {"APRILTAG_16H5": (30, 6), "APRILTAG_25H9": (35, 7), "APRILTAG_36H10": (2320, 8)}
+FAMILIES |= {"APRILTAG_36H11": (587, 8), "ARUCO_MIP_36H12": (250, 8), "ARUCO_ORIGINAL": (1024, 7)}
 # White about a tag that OpenCV asks for, in cells; and between tags, in tags.
 LEAST_MARGIN, LEAST_GAP = 0.7, 0.1
 FEWEST_CORNERS = 6
@@ -61,8 +56,7 @@ def _covariance(rows: tuple) -> tuple:
 CHECKERBOARD, CHARUCO = with_others("kind", "checkerboard"), with_others("kind", "charuco")
 SQUARED, TAGGED = (with_others("kind", one, "charuco") for one in ("checkerboard", "aprilgrid"))
 APRILGRID = with_others("kind", "aprilgrid")
-WHITE = with_others("kind", "charuco", needed=False)
-TURNS = with_others("kind", "aprilgrid", needed=False)
+WHITE, TURNS = (with_others("kind", one, needed=False) for one in ("charuco", "aprilgrid"))
 Few = Annotated[int, Field(ge=2, le=50)]
 Corners = Annotated[int, Field(ge=3, le=50)]
 # A board that is even or odd both ways looks the same from both ends.
@@ -76,39 +70,33 @@ Gauges = Annotated[
     tuple[(tuple[(float,) * 6],) * 6],
     where(lambda rows: matrix_rank(rows) == len(rows), "six independent rows", matrix_rank),
 ]
-Stiffness = Annotated[float, Field(gt=0, le=1e9)]
 
 
-class IndenterSpec(Model):
+class IndenterSpec(Model, use_attribute_docstrings=True):
     """What touches the object."""
 
     shape: Literal["sphere"] = option(..., "of the tip", examples=["sphere"])
-    radius_m: float = option(
-        ..., "the ball's radius [m], half of what a calliper says", ge=1e-4, le=0.1
-    )
+    radius_m: float = option(ge=1e-4, le=0.1)
+    """the ball's radius [m], half of what a calliper says"""
 
 
-class TargetSpec(Model):
+class TargetSpec(Model, use_attribute_docstrings=True):
     """The probe's target: a checkerboard, a ChArUco board or an AprilGrid."""
 
-    kind: Literal["checkerboard", "charuco", "aprilgrid"] = option(
-        "checkerboard", "checkerboard, charuco or aprilgrid"
-    )
-    inner_corners: tuple[Corners, Corners] = CHECKERBOARD(
-        "of a checkerboard in x and y, one odd and one even: 5 x 4 squares have [4, 3]", ONE_ODD
-    )
+    kind: Literal["checkerboard", "charuco", "aprilgrid"] = "checkerboard"
+    """checkerboard, charuco or aprilgrid"""
+    inner_corners: tuple[Corners, Corners] = CHECKERBOARD(checks=[ONE_ODD])
+    """of a checkerboard in x and y, one odd and one even: 5 x 4 squares have [4, 3]"""
     squares: tuple[Few, Few] = CHARUCO("of a ChArUco board in x and y")
     tags: tuple[Few, Few] = APRILGRID("of an AprilGrid in x and y")
     square_m: float = SQUARED("side of a square [m], by a calliper over the whole board", **SIDE)
     tag_m: float = TAGGED("side of a tag with its black border [m], by a calliper", **SIDE)
-    gap_m: float = APRILGRID(
-        "between two tags of an AprilGrid [m]: Kalibr's tagSpacing times tagSize", ge=0.0001, le=0.5
-    )
+    gap_m: float = APRILGRID(ge=0.0001, le=0.5)
+    """between two tags of an AprilGrid [m]: Kalibr's tagSpacing times tagSize"""
     dictionary: Literal[*FAMILIES] = TAGGED("the family of the tags, by OpenCV's name")
     white_first: bool = WHITE("a ChArUco board's upper left is white")
-    tag_turns: int = TURNS(
-        "right angles, clockwise, by which an AprilGrid's tags are turned", ge=0, le=3
-    )
+    tag_turns: int = TURNS(ge=0, le=3)
+    """right angles, clockwise, by which an AprilGrid's tags are turned"""
 
     def conflicts(self) -> Iterator[tuple]:
         """Corners too few, margins too narrow, and more tags than their family has."""
@@ -139,43 +127,37 @@ class TargetFile(Model):
     marker: TargetSpec
 
 
-class ExclusionSpec(Model):
+class ExclusionSpec(Model, use_attribute_docstrings=True):
     """What of a cloud belongs to the probe."""
 
-    radius_m: Reach = option(
-        ..., "how far sensor, handle and hand reach from the probe's axis, above the tip [m]"
-    )
-    tip_radius_m: Reach = option(
-        ..., "the tip, about the ball's centre [m]: the ball's radius to its diameter and 2 mm"
-    )
-    stem_m: Reach = option(
-        None, "how far above the ball's centre the probe is no thicker than the tip [m]"
-    )
-    board_radius_m: Reach = option(
-        ..., "half the diagonal of the target's sheet [m], about the middle of its corners"
-    )
+    radius_m: Reach
+    """how far sensor, handle and hand reach from the probe's axis, above the tip [m]"""
+    tip_radius_m: Reach
+    """the tip, about the ball's centre [m]: the ball's radius to its diameter and 2 mm"""
+    stem_m: Reach = None
+    """how far above the ball's centre the probe is no thicker than the tip [m]"""
+    board_radius_m: Reach
+    """half the diagonal of the target's sheet [m], about the middle of its corners"""
 
 
-class PayloadSpec(Model):
+class PayloadSpec(Model, use_attribute_docstrings=True):
     """What hangs on the force sensor, or calibration: of raw/sensors/<sensor>/load."""
 
     mass_kg: float = option(..., "its mass [kg], weighed", gt=0, le=10)
     mass_std_kg: float = option(None, "standard uncertainty of it [kg]", gt=0, le=1)
-    centre_of_mass_m: tuple[Metres, Metres, Metres] = option(
-        ..., "its centre of mass in the force sensor's frame [m]"
-    )
+    centre_of_mass_m: tuple[Metres, Metres, Metres]
+    """its centre of mass in the force sensor's frame [m]"""
 
 
-class GaugeSpec(Model):
+class GaugeSpec(Model, use_attribute_docstrings=True):
     """For a sensor that records volts alone; one that records forces and torques needs none."""
 
     range_v: float = option(..., "the largest volts that are recorded", ge=0.1, le=1000)
-    calibration: Gauges = option(
-        ..., "rows fx, fy, fz [N/V], tx, ty, tz [Nm/V]; wrench = calibration (volts - at rest)"
-    )
+    calibration: Gauges
+    """rows fx, fy, fz [N/V], tx, ty, tz [Nm/V]; wrench = calibration (volts - at rest)"""
 
 
-class ProbeSpec(Model):
+class ProbeSpec(Model, use_attribute_docstrings=True):
     """A force probe with a ball at its tip and a target on its handle."""
 
     probe: FileName = option(..., "a name of small letters, digits and _, like nano25_sphere")
@@ -193,41 +175,28 @@ class ProbeSpec(Model):
         "the ball's centre in the force sensor's frame: the last column [m], by a calliper",
         examples=[[[1, 0, 0, FILL_IN], [0, 1, 0, FILL_IN], [0, 0, 1, FILL_IN], [0, 0, 0, 1]]],
     )
-    tip_covariance_m2: Covariance = option(
-        None, "of the tip's place in the target's frame [m^2], of palpate calibrate tip"
-    )
-    axes_std_rad: float = option(
-        None, "of the turn in marker_from_force, of palpate calibrate load", gt=0, le=0.5
-    )
-    tip: Literal["stated", "calibration"] = option(
-        "stated", "calibration: of raw/sensors/<sensor>/pivot"
-    )
-    axes: Literal["stated", "calibration"] = option(
-        "stated", "calibration: the turn in marker_from_force is that of raw/sensors/<sensor>/load"
-    )
+    tip_covariance_m2: Covariance = None
+    """of the tip's place in the target's frame [m^2], of palpate calibrate tip"""
+    axes_std_rad: float = option(None, gt=0, le=0.5)
+    """of the turn in marker_from_force, of palpate calibrate load"""
+    tip: Source = option("stated", "calibration: of raw/sensors/<sensor>/pivot")
+    axes: Source = "stated"
+    """calibration: the turn in marker_from_force is that of raw/sensors/<sensor>/load"""
     exclusion: ExclusionSpec
-    stiffness_n_m: Stiffness | Literal["calibration"] = option(
+    stiffness_n_m: Annotated[float, Field(gt=0, le=1e9)] | Literal["calibration"] = option(
         None,
         "between target and ball along the axis [N/m], of palpate calibrate stiffness; stiff if"
         " left out; calibration: of raw/sensors/<sensor>/stiffness",
     )
-    compliance_std_m_n: float = option(
-        None, "of the compliance [m/N], of palpate calibrate stiffness", gt=0, le=0.001
-    )
+    compliance_std_m_n: float = option(None, gt=0, le=0.001)
+    """of the compliance [m/N], of palpate calibrate stiffness"""
     load: PayloadSpec | Literal["calibration"] = None
     gauge: GaugeSpec = None
 
     def conflicts(self) -> Iterator[tuple]:
-        """A radius unlike the tip in a cloud, and deviations of what a calibration is asked for.
-
-        A wrong unit or a diameter is not seen in forces: a tenth of the radius makes E three times
-        as large.
-        """
+        """A radius unlike the tip in clouds (a tenth of it triples E); deviations said twice."""
         radius_m, cloud = self.indenter.radius_m, self.exclusion
-        tip_m, stem_m = (
-            cloud.tip_radius_m,
-            cloud.tip_radius_m if cloud.stem_m is None else cloud.stem_m,
-        )
+        tip_m, stem_m = cloud.tip_radius_m, cloud.stem_m or cloud.tip_radius_m
         arm_m = float(np.linalg.norm(np.array(self.force_from_tip, dtype=float)[:3, 3]))
         widest_m, expected = 2 * radius_m + TIP_MARGIN_M, f"indenter.radius_m {radius_m:g}"
         if not radius_m <= tip_m <= widest_m:

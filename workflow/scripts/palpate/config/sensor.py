@@ -28,21 +28,18 @@ def rigid_fault(rows: Sequence) -> str:
 
 
 PAIR = "{0[0]:g}, {0[1]:g}".format
-Row = tuple[float, float, float, float]
 Transform = Annotated[
-    tuple[Row, Row, Row, Row],
+    tuple[(tuple[(float,) * 4],) * 4],
     where(lambda rows: not rigid_fault(rows), "a rotation and a shift", rigid_fault),
 ]
 NO_TRANSFORM = [*([FILL_IN] * 4 for _ in range(3)), [0, 0, 0, 1]]
+Source = Literal["stated", "calibration"]
 Side = Annotated[int, Field(ge=16, le=16384)]
 Focal = Annotated[float, Field(ge=10, le=1e5)]
 Coefficient = Annotated[float, Field(ge=-100, le=100)]
 Distance = Annotated[float, Field(gt=0, le=50)]
 BASELINE = {"gt": 0, "le": 2}
-Range = Annotated[
-    tuple[Distance, Distance],
-    where(lambda ends: ends[0] < ends[1], "increasing distances", PAIR),
-]
+INCREASING = where(lambda ends: ends[0] < ends[1], "increasing distances", PAIR)
 Shift = Annotated[float, Field(ge=-200, le=200)]
 Window = Annotated[int, Field(ge=5, le=31), where(lambda count: count % 2, "an odd number")]
 NOT_ZERO = where(bool, "another number than 0")
@@ -54,7 +51,7 @@ FOCAL = "the focal length [px], of the maker's tool or a calibration"
 CENTRE = "the principal point [px], of the maker's tool or a calibration"
 
 
-class CameraSpec(Model):
+class CameraSpec(Model, use_attribute_docstrings=True):
     """A camera's images and optics."""
 
     width_px: Side = option(..., "the images' width [px]")
@@ -64,9 +61,8 @@ class CameraSpec(Model):
     fy_px: Focal = option(..., FOCAL)
     cx_px: float = option(..., CENTRE)
     cy_px: float = option(..., CENTRE)
-    distortion: tuple[(Coefficient,) * 5] = option(
-        ..., "k1, k2, p1, p2, k3 in OpenCV's order, of a calibration; zeros for rectified images"
-    )
+    distortion: tuple[(Coefficient,) * 5]
+    """k1, k2, p1, p2, k3 in OpenCV's order, of a calibration; zeros for rectified images"""
 
     def conflicts(self) -> Iterator[tuple]:
         """Principal points that are not within the image."""
@@ -75,33 +71,27 @@ class CameraSpec(Model):
                 yield name, f"within the image, 0 to {side}", f"{centre:g}"
 
 
-class ColorSpec(CameraSpec):
+class ColorSpec(CameraSpec, use_attribute_docstrings=True):
     """The reference camera: colour, or left of a rectified pair."""
 
-    encoding: Literal["rgb8", "mono8", "bayer_rggb8"] = option(
-        ..., "rgb8, mono8, or bayer_rggb8: the mosaic as the chip sees it", examples=["rgb8"]
-    )
+    encoding: Literal["rgb8", "mono8", "bayer_rggb8"] = option(examples=["rgb8"])
+    """rgb8, mono8, or bayer_rggb8: the mosaic as the chip sees it"""
 
 
-class DepthSpec(CameraSpec):
+class DepthSpec(CameraSpec, use_attribute_docstrings=True):
     """The depth camera; where depth is aligned to colour its numbers are those of color."""
 
-    encoding: Literal["kinect_disparity", "millimetre", "counts"] = option(
-        ..., "millimetre, counts of count_m, or a Kinect's kinect_disparity"
-    )
+    encoding: Literal["kinect_disparity", "millimetre", "counts"]
+    """millimetre, counts of count_m, or a Kinect's kinect_disparity"""
     count_m: float = COUNTED("what a count is [m], of encoding counts", ge=1e-6, le=0.01)
-    baseline_m: float = KINECT(
-        "how far camera and projector are apart [m], of a calibration", **BASELINE
-    )
-    disparity_scale: float = KINECT(
-        "pixels of disparity in a count (Eq. 4.2)", NOT_ZERO, ge=-10, le=10, examples=[-0.125]
-    )
-    disparity_offset_px: float = KINECT(
-        "the disparity of count 0 [px] (Eq. 4.2), of a calibration", ge=-10_000, le=10_000
-    )
-    infrared_shift_px: tuple[Shift, Shift] = option(
-        None, "of the depth image in the infrared's [px], right and down; Xbox 360 drivers: 5, 4"
-    )
+    baseline_m: float = KINECT(**BASELINE)
+    """how far camera and projector are apart [m], of a calibration"""
+    disparity_scale: float = KINECT(checks=[NOT_ZERO], ge=-10, le=10, examples=[-0.125])
+    """pixels of disparity in a count (Eq. 4.2)"""
+    disparity_offset_px: float = KINECT(ge=-10_000, le=10_000)
+    """the disparity of count 0 [px] (Eq. 4.2), of a calibration"""
+    infrared_shift_px: tuple[Shift, Shift] = None
+    """of the depth image in the infrared's [px], right and down; Xbox 360 drivers: 5, 4"""
     no_reading: int = KINECT("the count where nothing was seen", examples=[2047], ge=0, le=65_535)
     color_from_depth: Transform = option(
         ...,
@@ -111,57 +101,45 @@ class DepthSpec(CameraSpec):
     )
 
 
-class StereoSpec(Model):
+class StereoSpec(Model, use_attribute_docstrings=True):
     """Matching of the rectified pair."""
 
-    baseline_m: float = option(
-        ..., "how far the two cameras are apart [m], of a calibration", **BASELINE
-    )
-    method: Literal["block", "semi_global"] = option(
-        ..., "block, or semi_global", examples=["semi_global"]
-    )
-    subpixel: Literal["matcher", "least_squares"] = option(
-        ..., "matcher, or least_squares: refined by the images", examples=["least_squares"]
-    )
+    baseline_m: float = option(**BASELINE)
+    """how far the two cameras are apart [m], of a calibration"""
+    method: Literal["block", "semi_global"] = option(examples=["semi_global"])
+    """block, or semi_global"""
+    subpixel: Literal["matcher", "least_squares"] = option(examples=["least_squares"])
+    """matcher, or least_squares: refined by the images"""
     window_px: Window = option(..., "the matching window's side, odd [px]", examples=[11])
-    max_left_right_px: float = option(
-        ..., "how far matches there and back may be apart [px]", gt=0, le=1000, examples=[1.0]
-    )
-    speckle_size_px: int = option(
-        ..., "smaller surfaces are dropped [px]", ge=0, le=1_000_000, examples=[150]
-    )
+    max_left_right_px: float = option(gt=0, le=1000, examples=[1.0])
+    """how far matches there and back may be apart [px]"""
+    speckle_size_px: int = option(ge=0, le=1_000_000, examples=[150])
+    """smaller surfaces are dropped [px]"""
     highlights: Literal["drop", "keep"] = option(..., "drop, or keep", examples=["drop"])
 
 
-class DetectionSpec(Model):
+class DetectionSpec(Model, use_attribute_docstrings=True):
     """How the probe's target is found."""
 
-    reprojection_threshold_px: float = option(
-        ..., "how far a corner may be off its place [px]", ge=0.001, le=100, examples=[0.45]
-    )
+    reprojection_threshold_px: float = option(ge=0.001, le=100, examples=[0.45])
+    """how far a corner may be off its place [px]"""
 
 
-class SensorSpec(Model):
+class SensorSpec(Model, use_attribute_docstrings=True):
     """A depth sensor."""
 
     sensor: FileName = option(..., "a name of small letters, digits and _, like d435")
-    kind: Literal["stereo", "structured_light", "depth"] = option(
-        ..., "depth (RGB-D), structured_light (disparities of a Kinect for Xbox 360) or stereo"
-    )
-    optics: Literal["stated", "calibration"] = option(
-        "stated", "calibration: of raw/sensors/<sensor>/calibration"
-    )
+    kind: Literal["stereo", "structured_light", "depth"]
+    """depth (RGB-D), structured_light (disparities of a Kinect for Xbox 360) or stereo"""
+    optics: Source = option("stated", "calibration: of raw/sensors/<sensor>/calibration")
     frame_rate_hz: float = option(..., "frames in a second, as the camera is set", gt=0, le=10_000)
-    clock_offset_std_s: float = option(
+    clock_offset_std_s: Annotated[float, Field(gt=0, le=1)] = option(
         0.05,
         "how well its clock is the force's [s], before an indentation determines it: 0.05 for"
         " stamps at a picture's coming over USB, 0.01 where they allow for exposure and transfer",
-        gt=0,
-        le=1,
     )
-    range_m: Range = option(
-        ..., "nearest and farthest depth that you trust [m], of the maker's data sheet"
-    )
+    range_m: Annotated[tuple[Distance, Distance], INCREASING]
+    """nearest and farthest depth that you trust [m], of the maker's data sheet"""
     color: ColorSpec
     depth: DepthSpec = DEPTH(DepthSpec.__doc__)
     stereo: StereoSpec = STEREO(StereoSpec.__doc__)
