@@ -20,7 +20,14 @@ from palpate.estimate.direct.deviations import Scales, with_depth_errors
 from palpate.estimate.direct.fit import Solution, blocks_of
 from palpate.estimate.direct.indentation import DirectIndentation, linearised
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
-from palpate.estimate.direct.quantities import BULK, NAMES, SHEAR, intervals, quantities_of
+from palpate.estimate.direct.quantities import (
+    BULK,
+    LOG_MODULI,
+    NAMES,
+    SHEAR,
+    intervals,
+    quantities_of,
+)
 from palpate.estimate.direct.rig import UNSTATED, ProbeUncertainty
 from palpate.report.source_words import SOURCES
 from scipy.integrate import quad
@@ -68,7 +75,7 @@ CAPTURE = replace(
     tip_std_m=NOISE_M,
     force_std_n=TINY,
     clock_std_s=TINY,
-    table=replace(followed_in_pictures(made_up_table(SIDE_M)), slides=True),
+    table=replace(followed_in_pictures(made_up_table(SIDE_M)), softer=np.zeros(1)),
 )
 TRUTH = replace(START, youngs_modulus_pa=E, poisson_ratio=NU)
 FORCE_N, TIME_S = CAPTURE.force_n[CAPTURE.frames], CAPTURE.time_s[CAPTURE.frames]
@@ -328,10 +335,18 @@ def test_which_errors_a_second_capture_averages(field):
 
 def test_a_bonded_or_small_base_has_no_friction_uncertainty():
     options = NOTHING.changed(model_std=EXACT_TABLE.changed(nu_loose=0.08))
-    for slides in (True, False):
-        capture = replace(CAPTURE, table=replace(CAPTURE.table, slides=slides))
+    for softer in (np.zeros(1), None):
+        capture = replace(CAPTURE, table=replace(CAPTURE.table, softer=softer))
         names = {one.name for one in budget(options, capture).sources}
-        assert (TERMS["nu_loose"][0] in names) == slides
+        assert (TERMS["nu_loose"][0] in names) == (softer is not None)
+
+
+def test_a_base_that_may_slide_or_stick_makes_the_modulus_uncertain():
+    """Uniform between both: a twelfth of the squared difference of log forces."""
+    options = NOTHING.changed(model_std=EXACT_TABLE.changed(nu_loose=1e-6))
+    capture = replace(CAPTURE, table=replace(CAPTURE.table, softer=np.array([0.0, -0.06])))
+    found = line(budget(options, capture), TERMS["nu_loose"][0]).contributions
+    assert found == pytest.approx(0.06 / np.sqrt(12) * LOG_MODULI, abs=1e-4)
 
 
 @pytest.mark.parametrize("count", [2, 6])

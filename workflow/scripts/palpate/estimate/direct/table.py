@@ -86,8 +86,9 @@ class SampleTable:
     motion_by_place : (4, p, k, c) array
         What a contact farther along the two axes across adds to the displacement under the first
         law, for each metre; and what it adds to that of the material alone.
-    slides : bool, optional
-        Whether the base is not bonded, and so broad that its friction matters.
+    softer : (p, k) array, optional
+        Logarithm of the force on a base that slides freely over that on one that sticks, where the
+        base is not bonded and so broad that its friction matters.
     """
 
     poisson_ratios: NDArray
@@ -97,7 +98,12 @@ class SampleTable:
     motion_m: NDArray
     motion_change_m: NDArray
     motion_by_place: NDArray
-    slides: bool = False
+    softer: NDArray | None = None
+
+    @property
+    def slides(self) -> bool:
+        """Whether the base is not bonded, and so broad that its friction matters."""
+        return self.softer is not None
 
     def depth(self, force_per_modulus_m2: NDArray, nu: float, law: float) -> DepthOfForce:
         """Depth at which the object returns a force; linear in F^(2/3) beyond the table.
@@ -273,10 +279,11 @@ def force_table(table: IndentationModel) -> SampleTable:
     stiffening, softer = np.zeros((2, *force.shape))
     for log, other in zip((stiffening, softer), others, strict=False):
         log[:, 1:] = np.log(other[:, 1:] / force[:, 1:])
-    force, slides = force * np.exp(SLIDING_PART * softer), len(others) > 1
+    force = force * np.exp(SLIDING_PART * softer)
     none, nowhere = np.empty((*force.shape, 0)), np.empty((4, *force.shape, 0))
     ratios, depth = (np.asarray(one, dtype=float) for one in (table.poisson_ratios, table.depth_m))
-    return SampleTable(ratios, depth, force, stiffening, none, none, nowhere, slides)
+    loose = softer if others[1:] else None
+    return SampleTable(ratios, depth, force, stiffening, none, none, nowhere, loose)
 
 
 def shape_operators(cell_m: NDArray, normal: NDArray) -> NDArray:
