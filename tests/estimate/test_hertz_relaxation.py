@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from palpate.estimate.hertz.indentation import (
-    HertzRange,
     Indentation,
     Record,
-    held_record,
     hold_end,
 )
 from palpate.estimate.hertz.laws import contact_law, finite_strain_factor
@@ -168,24 +166,6 @@ def test_hold_ends_when_the_probe_rises():
     assert hold_end(depth, 9, frame_std_m=5e-5) == 13
     assert hold_end(depth, 9, frame_std_m=3e-4) == 14
     assert hold_end(depth[:13], 9, frame_std_m=5e-5) == 13
-
-
-def forces(ours, *, seed=6):
-    rng, direction = np.random.default_rng(seed), np.array([0.6, 0.0, 0.8])
-    return np.outer(ours.force_n, direction) + rng.normal(0, 0.005, (25, 3))
-
-
-def test_record_takes_the_force_along_the_press():
-    ours, chosen = record(), HertzRange(ONSET, DEEPEST)
-    given = {"frame_std_m": 5e-5, "contact_std_m": 1e-4}
-    found = held_record(ours.time_s, ours.depth_m, forces(ours), chosen, **given)
-    assert found.force_n == pytest.approx(ours.force_n, abs=0.02)
-    # Magnitudes would be positive at rest.
-    assert (found.force_n[:8] < 0).any()
-    assert found.force_std_n == pytest.approx(0.005, rel=0.4)
-    assert (found.deepest, len(found.time_s)) == (DEEPEST, 25)
-    early = HertzRange(3, DEEPEST)
-    assert held_record(ours.time_s, ours.depth_m, forces(ours), early, **given) is None
 
 
 def held(ours):
