@@ -1,4 +1,4 @@
-"""Intervals of the Hertz fits, each of their terms against its first order by hand."""
+"""Interval of the fit with relaxation, each of its terms against its first order by hand."""
 
 from dataclasses import replace
 
@@ -15,15 +15,8 @@ LAW = contact_law("parabola", "half_space", radius_m=R, thickness_m=1.0, nu=0.3)
 DEPTH_M = np.linspace(0.0003, 0.007, COUNT)
 UNIT = 4 / 3 * np.sqrt(R) * DEPTH_M**1.5
 RISE = 1.5 * UNIT / DEPTH_M
-# To and fro: samples that err independently.
-SCATTER_N = 0.01 * (-1.0) ** np.arange(COUNT)
 # Of 95 %.
 NORMAL = norm.ppf(0.975)
-
-
-def width(interval):
-    """Half of it in the logarithm."""
-    return float(np.log(interval[1] / interval[0])) / 2
 
 
 SURE = Record(
@@ -42,8 +35,8 @@ BELIEFS = Beliefs(share=0.3, none=1 - 1e-9, law_std=1e-6)
     ("name", "std"),
     [("contact_std_m", 3e-4), ("frame_std_m", 3e-4), ("force_std_n", 0.1), ("law_std", 0.06)],
 )
-def test_a_press_that_may_relax(name, std):
-    """Here it hardly may: E*, the contact, the law's growth and the force's zero are found."""
+def test_what_the_interval_holds(name, std):
+    """Here it hardly may: E*, the contact, the law's growth and the baseline are found."""
     record, beliefs = SURE, BELIEFS
     if hasattr(record, name):
         record = replace(record, **{name: std})

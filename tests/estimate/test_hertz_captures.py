@@ -31,7 +31,7 @@ def force_of(depth_m):
     return TRUTH * small(depth_m) * finite_strain_factor(depth_m / R, NU)
 
 
-def pressed(zero_m=0.0, across=0.0, noise_n=NOISE_N, frames=WHOLE, seed=1, late_s=0.0):
+def pressed(zero_m=0.0, across=0.0, noise_n=NOISE_N, frames=WHOLE, seed=1, late_s=0.0, first=0):
     """Press of the middle of a block, its depth's zero off; across it friction, of that part.
 
     Forces are read so much later than they say.
@@ -45,9 +45,9 @@ def pressed(zero_m=0.0, across=0.0, noise_n=NOISE_N, frames=WHOLE, seed=1, late_
         Template(np.asarray(block.vertices), np.asarray(block.faces)),
         Support(np.array([0, 0, -HEIGHT / 2]), np.array([0.0, 0, 1]), 0.001),
         Alignment(np.eye(4), np.array([0, 0, HEIGHT / 2]), 12, RESIDUAL),
-        np.stack([0 * tip, 0 * tip, tip], axis=1)[:frames],
-        (forces + rng.normal(0, noise_n, forces.shape))[:frames],
-        TIME[:frames],
+        np.stack([0 * tip, 0 * tip, tip], axis=1)[first:frames],
+        (forces + rng.normal(0, noise_n, forces.shape))[first:frames],
+        TIME[first:frames],
         radius_m=R,
         tip_std_m=TIP_STD_M,
         options=Hertz(),
@@ -98,9 +98,16 @@ def test_an_interval_holds_the_modulus_though_the_depths_zero_is_off(zero_m, fra
     assert found["reduced_modulus_pa"] == pytest.approx(TRUTH, rel=0.08)
 
 
-def test_without_a_record_the_interval_is_doubted():
-    indentation, _, _ = pressed()
-    assert best((indentation, None, {}))["doubts"] == [
+def test_the_force_s_scatter_is_that_at_rest():
+    _, record, _ = pressed()
+    assert record.force_std_n == pytest.approx(NOISE_N, rel=0.4)
+    assert len(record.time_s) == WHOLE
+
+
+def test_without_samples_at_rest_there_is_a_warning():
+    indentation, record, _ = pressed(first=11)
+    assert record is None
+    assert best((indentation, record, {}))["doubts"] == [
         "too few samples to allow for relaxation and finite strain"
     ]
 

@@ -18,7 +18,7 @@ R = 0.00622
 def test_range_is_from_onset_to_where_the_force_falls():
     force = np.array([0.01, 0.03, 0.02, 0.2, 0.6, 1.2, 1.1, 1.0])
     chosen = hertz_range(force, onset_force_n=0.1)
-    assert (chosen.start, chosen.stop) == (3, 5)
+    assert chosen == (3, 5)
 
 
 def test_a_hold_does_not_stretch_the_range():
@@ -28,8 +28,8 @@ def test_a_hold_does_not_stretch_the_range():
     force = true + rng.normal(0, 0.02, true.size)
     force[30] = force.max() + 0.01
     chosen = hertz_range(force, onset_force_n=0.1)
-    assert chosen.start == 10
-    assert 17 <= chosen.stop <= 19
+    assert chosen[0] == 10
+    assert 17 <= chosen[1] <= 19
 
 
 def test_depth_is_that_of_the_lowest_point():

@@ -1,21 +1,18 @@
-"""Instantaneous modulus of presses that relax: prior, record, fit, verdicts and models."""
+"""Instantaneous modulus of a relaxing material: times, fit, verdicts and models."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from palpate.estimate.hertz.indentation import (
-    HertzRange,
     Indentation,
     Record,
-    held_record,
     hold_end,
 )
 from palpate.estimate.hertz.laws import contact_law, finite_strain_factor
 from palpate.estimate.hertz.models import fit_held, fit_models, recommended
 from palpate.estimate.hertz.options import Beliefs, Hertz
-from palpate.estimate.hertz.relaxation import fit_relaxation, verdict
-from palpate.estimate.hertz.relaxation_prior import amplitude_grid, relaxation_times
+from palpate.estimate.hertz.relaxation import fit_relaxation, relaxation_times, verdict
 from palpate.estimate.relaxation import relaxed_force, relaxed_share
 
 R, TRUTH, ONSET, DEEPEST = 0.00622, 27473.0, 9, 18
@@ -153,39 +150,11 @@ def test_times_span_the_contact():
     assert len(relaxation_times(np.arange(4000) / 100)) == 4
 
 
-def test_prior_is_half_normal_in_the_whole_and_even_in_the_parts():
-    grid = amplitude_grid(3, scale=0.2)
-    assert grid.sum(1).mean() == pytest.approx(0.2 * np.sqrt(2 / np.pi), rel=0.02)
-    parts = grid / grid.sum(1, keepdims=True)
-    assert parts.mean(0) == pytest.approx([1 / 3] * 3, abs=0.01)
-    # The variance of a part is (1/3)(2/3)/4 for a Dirichlet distribution of three ones.
-    assert parts.var(0) == pytest.approx([1 / 18] * 3, rel=0.15)
-    assert (grid >= 0).all()
-
-
 def test_hold_ends_when_the_probe_rises():
     depth = np.r_[np.linspace(-1, 8, 10), 8.02, 7.9, 8.0, 7.0, 3.0, 8.0] * 1e-3
     assert hold_end(depth, 9, frame_std_m=5e-5) == 13
     assert hold_end(depth, 9, frame_std_m=3e-4) == 14
     assert hold_end(depth[:13], 9, frame_std_m=5e-5) == 13
-
-
-def forces(ours, *, seed=6):
-    rng, direction = np.random.default_rng(seed), np.array([0.6, 0.0, 0.8])
-    return np.outer(ours.force_n, direction) + rng.normal(0, 0.005, (25, 3))
-
-
-def test_record_takes_the_force_along_the_press():
-    ours, chosen = record(), HertzRange(ONSET, DEEPEST)
-    given = {"frame_std_m": 5e-5, "contact_std_m": 1e-4}
-    found = held_record(ours.time_s, ours.depth_m, forces(ours), chosen, **given)
-    assert found.force_n == pytest.approx(ours.force_n, abs=0.02)
-    # Magnitudes would be positive at rest.
-    assert (found.force_n[:8] < 0).any()
-    assert found.force_std_n == pytest.approx(0.005, rel=0.4)
-    assert (found.deepest, len(found.time_s)) == (DEEPEST, 25)
-    early = HertzRange(3, DEEPEST)
-    assert held_record(ours.time_s, ours.depth_m, forces(ours), early, **given) is None
 
 
 def held(ours):
@@ -198,7 +167,7 @@ def held(ours):
     return base, row, block, recommended(press, [*models, row])
 
 
-def test_held_press_recommends_the_fit_with_relaxation():
+def test_a_hold_recommends_the_fit_with_relaxation():
     base, row, block, best = held(record(seed=7))
     assert (base["relaxation"], row["relaxation"], best["relaxation"]) == ("none", "prony", "prony")
     assert "relaxation prony" in best["rule"]
@@ -209,7 +178,7 @@ def test_held_press_recommends_the_fit_with_relaxation():
     assert low < TRUTH < high
 
 
-def test_press_without_a_hold_keeps_the_effective_modulus_with_a_wider_interval():
+def test_no_hold_keeps_the_effective_modulus_with_a_wider_interval():
     base, row, block, best = held(until_deepest(record(seed=8)))
     assert (row["relaxation"], best["relaxation"]) == ("unheld", "unheld")
     assert block["verdict"] == "no hold"
@@ -217,26 +186,20 @@ def test_press_without_a_hold_keeps_the_effective_modulus_with_a_wider_interval(
     assert base["reduced_modulus_interval_pa"][1] < TRUTH < best["reduced_modulus_interval_pa"][1]
 
 
-def test_press_no_deeper_than_its_errors_gets_an_interval_that_says_so():
-    """Depths by 1.2 mm: a part of 0.2 in E*, and 1.96 of it in the interval."""
-    ours = record(seed=12, frame_std_m=1.2e-3)
-    base, row, block, best = held(ours)
-    assert (block["verdict"], best["relaxation"]) == ("too shallow", "shallow")
-    assert best["reduced_modulus_pa"] == base["reduced_modulus_pa"]
-    low, high = row["reduced_modulus_interval_pa"]
-    press = ours.depth_m.max() - block["contact_depth_m"]
-    assert high / low > np.exp(2 * 1.9 * 1.5 * 1.2e-3 / press)
-    assert low < TRUTH < high
-
-
 @pytest.mark.parametrize(("deviations", "shallow"), [(7.7, True), (8.3, False)])
-def test_a_press_of_eight_deviations_is_deep_enough(deviations, shallow):
+def test_a_depth_of_eight_deviations_is_enough(deviations, shallow):
+    """Else the interval holds what the depth's error does to E*, which goes as its power -3/2."""
     rigid = record(terms={"fractions": [], "times_s": []}, frame_std_m=0.0075 / deviations)
-    block = held(replace(rigid, contact_std_m=1e-5))[2]
+    base, row, block, best = held(replace(rigid, contact_std_m=1e-5))
     assert (block["verdict"] == "too shallow") is shallow
+    assert (best["relaxation"] == "shallow") is shallow
+    if shallow:
+        assert best["reduced_modulus_pa"] == base["reduced_modulus_pa"]
+        low, high = row["reduced_modulus_interval_pa"]
+        assert low < TRUTH < high and high / low > np.exp(2 * 1.9 * 1.5 / deviations)
 
 
-def test_a_zero_that_only_the_force_tells_makes_no_press_shallow():
+def test_a_zero_that_only_the_force_tells_makes_no_indentation_shallow():
     """A stated deviation of 1.2 mm, which the force leaves 0.1 mm of."""
     *_, block, best = held(replace(record(seed=12), contact_std_m=1.2e-3))
     assert (block["verdict"], best["relaxation"]) == ("relaxes", "prony")
@@ -285,7 +248,3 @@ def test_bad_input_is_named():
         fit_relaxation(replace(air, depth_m=air.depth_m - 1), LAWS, times_s=times, beliefs=BELIEFS)
     with pytest.raises(ValueError, match="time_s: expected at least 4 samples in contact, found 3"):
         relaxation_times(np.arange(3.0))
-    with pytest.raises(ValueError, match="terms: expected 1 or more, found 0"):
-        amplitude_grid(0, scale=0.3)
-    with pytest.raises(ValueError, match="scale: expected a share above 0 and up to 1, found 2"):
-        amplitude_grid(2, scale=2.0)

@@ -1,6 +1,6 @@
 """Force of a relaxing material at constant Poisson's ratio, forward and back.
 
-A press whose elastic force would be F_e gives F(t) = int G(t - s) dF_e(s), with the Prony series
+Where the elastic force would be F_e it is F(t) = int G(t - s) dF_e(s), with the Prony series
 G(t) = 1 - sum g_i (1 - exp(-t/tau_i)) (E. H. Lee and J. R. M. Radok, J. Appl. Mech. 27, 1960,
 438, for contacts that grow). With h_i = int exp(-(t - s)/tau_i) dF_e(s) that is
 F = (1 - sum g_i) F_e + sum g_i h_i, and an elastic force that is linear between samples takes
@@ -45,26 +45,19 @@ def relaxed_force(
 def elastic_force(
     time_s: NDArray, force_n: NDArray, *, fractions: ArrayLike, times_s: ArrayLike
 ) -> NDArray:
-    """Force that the press would have without relaxation, the inverse of `relaxed_force`.
+    """Force that the indentation would have without relaxation, the inverse of `relaxed_force`.
 
     Parameters
     ----------
-    time_s : (n,) array
-        Times of the samples, increasing [s].
+    time_s, fractions, times_s : arrays
+        As in `relaxed_force`, whose errors are raised.
     force_n : (n,) or (n, m) array
         Force of the relaxing material [N].
-    fractions, times_s : (p,) arrays
-        As in `relaxed_force`.
 
     Returns
     -------
     array
         Elastic force, of force_n's shape [N].
-
-    Raises
-    ------
-    ValueError
-        As `relaxed_force` does.
     """
     time, force, g, tau = _checked(time_s, force_n, "force_n", fractions, times_s)
     keep, add = _steps(time, tau)
@@ -91,20 +84,15 @@ def elastic_force_derivatives(
 
     Parameters
     ----------
-    time_s, force_n : (n,) arrays
-        Times of the samples [s] and force [N].
-    fractions, times_s : (p,) arrays
-        As in `relaxed_force`.
+    time_s, fractions, times_s : arrays
+        As in `relaxed_force`, whose errors are raised.
+    force_n : (n,) array
+        Force [N].
 
     Returns
     -------
     (n, p) array
         Newton for each unit of fraction.
-
-    Raises
-    ------
-    ValueError
-        As `relaxed_force` does.
     """
     elastic = elastic_force(time_s, force_n, fractions=fractions, times_s=times_s)
     if elastic.ndim != 1:

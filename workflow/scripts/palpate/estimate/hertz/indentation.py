@@ -30,14 +30,6 @@ SHALLOW = 0.1
 
 
 @dataclass(frozen=True)
-class HertzRange:
-    """Samples used for the fit: from the onset of force to the end of deformation, inclusive."""
-
-    start: int
-    stop: int
-
-
-@dataclass(frozen=True)
 class Record:
     """Samples of an indentation with its hold, and their stated errors.
 
@@ -156,6 +148,7 @@ def indentation_of(
     -------
     indentation : Indentation
     record : Record or None
+        None if there are fewer than three samples at rest or four in contact.
     samples : dict
         ``range`` and ``samples`` of hertz.json.
 
@@ -167,27 +160,41 @@ def indentation_of(
     """
     magnitude = np.linalg.norm(forces_n, axis=1)
     depth = indentation_depth(template, alignment, tips_m, radius_m=radius_m)
-    chosen = hertz_range(magnitude, onset_force_n=options.onset_force_n)
-    check_contact(depth, chosen.start)
-    std, used = float(np.hypot(tip_std_m, options.offset_std_m)), slice(chosen.stop + 1)
-    along = forces_along(depth, forces_n, chosen, frame_std_m=tip_std_m)
-    way = tips_m[chosen.stop] - tips_m[chosen.start - 1]
-    direction = alignment.camera_from_object[:3, :3].T @ way
+    start, stop = hertz_range(magnitude, onset_force_n=options.onset_force_n)
+    check_contact(depth, start)
+    end = hold_end(depth, stop, frame_std_m=tip_std_m)
+    # A magnitude has a positive mean where there is noise alone, and counts what goes across as
+    # stiffness.
+    held = forces_n[stop:end].mean(axis=0)
+    along = forces_n @ (held / np.linalg.norm(held))
+    std, used = float(np.hypot(tip_std_m, options.offset_std_m)), slice(stop + 1)
+    direction = alignment.camera_from_object[:3, :3].T @ (tips_m[stop] - tips_m[start - 1])
     # An offset can leave no depth at all.
     known = {"radius_m": radius_m, "depth_m": max(float(depth[used].max()), std)}
     indentation = Indentation(
         depth_m=depth[used],
         force_n=along[used],
         magnitude_n=magnitude[used],
-        onset=chosen.start,
+        onset=start,
         radius_m=radius_m,
         thickness_m=thickness_along(template, alignment.contact_point_m, direction),
         depth_std_m=std,
         shape=shape_at(template, support, alignment.contact_point_m, direction, **known),
     )
-    record = held_record(time_s, depth, forces_n, chosen, frame_std_m=tip_std_m, contact_std_m=std)
+    record, rest = None, forces_n[: max(start - 1, 0)]
+    if len(rest) >= FEWEST_AT_REST and (depth[start:end] > 0).sum() >= FEWEST_IN_CONTACT:
+        record = Record(
+            time_s=time_s[:end],
+            depth_m=depth[:end],
+            force_n=along[:end],
+            deepest=stop,
+            frame_std_m=float(tip_std_m),
+            contact_std_m=std,
+            # Of all components, about their means.
+            force_std_n=float(np.sqrt(rest.var(axis=0, ddof=1).mean())),
+        )
     samples = {
-        "range": {"first_frame": chosen.start, "last_frame": chosen.stop},
+        "range": {"first_frame": start, "last_frame": stop},
         "samples": {"depth_m": depth.tolist(), "force_n": magnitude.tolist()},
     }
     return indentation, record, samples
@@ -218,8 +225,8 @@ def force_onset(force_n: NDArray, *, onset_force_n: float) -> int:
     return int(below[-1]) + 1
 
 
-def hertz_range(force_n: NDArray, *, onset_force_n: float) -> HertzRange:
-    """Samples from the onset of force to where it starts to fall (Section 5.1).
+def hertz_range(force_n: NDArray, *, onset_force_n: float) -> tuple[int, int]:
+    """First and last sample from the onset of force to where it starts to fall (Section 5.1).
 
     The highest force of a hold is any of its samples but for relaxation. The range therefore ends
     with the first that comes within the resting force's noise of the highest. Parameters and errors
@@ -229,7 +236,7 @@ def hertz_range(force_n: NDArray, *, onset_force_n: float) -> HertzRange:
     rest = force_n[: max(start - 1, 1)]
     noise = FROM_MEDIAN * float(np.median(np.abs(rest - np.median(rest))))
     high = force_n[start:] >= force_n.max() - NOISE_DEVIATIONS * noise
-    return HertzRange(start, start + int(np.argmax(high)))
+    return start, start + int(np.argmax(high))
 
 
 def indentation_depth(
@@ -290,59 +297,3 @@ def hold_end(depth_m: NDArray, deepest: int, *, frame_std_m: float) -> int:
     reached = float(depth_m[: deepest + 1].max())
     risen = depth_m[deepest:] < reached - max(RISEN * reached, RISEN_DEVIATIONS * frame_std_m)
     return deepest + (int(np.argmax(risen)) if risen.any() else len(risen))
-
-
-def forces_along(
-    depth_m: NDArray, forces_n: NDArray, chosen: HertzRange, *, frame_std_m: float
-) -> NDArray:
-    """Forces along the mean force of the hold, (n,) [N].
-
-    A magnitude has a positive mean where there is noise alone, and counts what goes across as
-    stiffness. Parameters are those of `held_record`.
-    """
-    end = hold_end(depth_m, chosen.stop, frame_std_m=frame_std_m)
-    held = forces_n[chosen.stop : end].mean(axis=0)
-    return forces_n @ (held / np.linalg.norm(held))
-
-
-def held_record(
-    time_s: NDArray,
-    depth_m: NDArray,
-    forces_n: NDArray,
-    chosen: HertzRange,
-    *,
-    frame_std_m: float,
-    contact_std_m: float,
-) -> Record | None:
-    """Samples from the approach to the end of the hold, with the force along the indentation.
-
-    The force's scatter is that of its three components before contact, about their means.
-
-    Parameters
-    ----------
-    time_s, depth_m : (n,) arrays
-        Times [s] and depths below the undeformed surface [m].
-    forces_n : (n, 3) array
-        Force [N].
-    chosen : HertzRange
-    frame_std_m, contact_std_m : float
-        Standard deviations of each depth's own error and of the one they share [m].
-
-    Returns
-    -------
-    Record or None
-        None if there are fewer than three samples at rest or four in contact.
-    """
-    end = hold_end(depth_m, chosen.stop, frame_std_m=frame_std_m)
-    rest, used = forces_n[: max(chosen.start - 1, 0)], depth_m[chosen.start : end]
-    if len(rest) < FEWEST_AT_REST or (used > 0).sum() < FEWEST_IN_CONTACT:
-        return None
-    return Record(
-        time_s=time_s[:end],
-        depth_m=depth_m[:end],
-        force_n=forces_along(depth_m, forces_n, chosen, frame_std_m=frame_std_m)[:end],
-        deepest=chosen.stop,
-        frame_std_m=float(frame_std_m),
-        contact_std_m=float(contact_std_m),
-        force_std_n=float(np.sqrt(rest.var(axis=0, ddof=1).mean())),
-    )

@@ -14,7 +14,7 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import quad
-from scipy.interpolate import CubicSpline, barycentric_interpolate
+from scipy.interpolate import CubicSpline
 
 INDENTERS = ("parabola", "sneddon")
 SUPPORTS = ("half_space", "bonded", "not_bonded")
@@ -34,6 +34,8 @@ STRAIN_RATIOS = np.array([0.0, 0.3, 0.49])
 STRAIN_COEFFICIENTS = np.array(
     [[0.3012, -0.0933, -0.0060], [0.0627, 0.0062, -0.0608], [0.0172, -0.1101, -0.0240]]
 )
+# The same by powers of Poisson's ratio.
+STRAIN_BY_RATIO = np.linalg.solve(np.vander(STRAIN_RATIOS), STRAIN_COEFFICIENTS)
 # Largest d/R computed; beyond it the factor stays what it is there.
 DEEPEST = 1.45
 
@@ -249,8 +251,7 @@ def finite_strain_factor(depth_over_radius: NDArray, nu: float) -> NDArray:
     """
     check_ratio(nu)
     s = np.sqrt(np.clip(depth_over_radius, 0, DEEPEST))
-    coefficients = barycentric_interpolate(STRAIN_RATIOS, STRAIN_COEFFICIENTS, nu)
-    return np.polynomial.polynomial.polyval(s, [1, *coefficients])
+    return np.polynomial.polynomial.polyval(s, [1, *np.polyval(STRAIN_BY_RATIO, nu)])
 
 
 def check_ratio(nu: float, name: str = "nu") -> None:

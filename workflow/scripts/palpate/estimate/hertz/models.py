@@ -29,8 +29,12 @@ from palpate.estimate.hertz.laws import (
     layer_factor,
 )
 from palpate.estimate.hertz.options import Hertz
-from palpate.estimate.hertz.relaxation import RelaxationFit, fit_relaxation, verdict
-from palpate.estimate.hertz.relaxation_prior import relaxation_times
+from palpate.estimate.hertz.relaxation import (
+    RelaxationFit,
+    fit_relaxation,
+    relaxation_times,
+    verdict,
+)
 from palpate.estimate.hertz.shape import INSTEAD
 
 MODEL = ("indenter", "support", "contact")
