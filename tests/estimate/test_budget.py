@@ -70,12 +70,13 @@ CAPTURE = indentation_of(
     motion_std_m=NOISE_M,
     solid=(SIDE_M, made_up_table(SIDE_M), made_up_table(SIDE_M)),
 )
+NO_SLIDING = np.zeros_like(CAPTURE.table.force_per_modulus_m2)
 CAPTURE = replace(
     as_options_say(CAPTURE, NOTHING),
     tip_std_m=NOISE_M,
     force_std_n=TINY,
     clock_std_s=TINY,
-    table=replace(followed_in_pictures(made_up_table(SIDE_M)), softer=np.zeros(1)),
+    table=replace(followed_in_pictures(made_up_table(SIDE_M)), softer=NO_SLIDING),
 )
 TRUTH = replace(START, youngs_modulus_pa=E, poisson_ratio=NU)
 FORCE_N, TIME_S = CAPTURE.force_n[CAPTURE.frames], CAPTURE.time_s[CAPTURE.frames]
@@ -335,7 +336,7 @@ def test_which_errors_a_second_capture_averages(field):
 
 def test_a_bonded_or_small_base_has_no_friction_uncertainty():
     options = NOTHING.changed(model_std=EXACT_TABLE.changed(nu_loose=0.08))
-    for softer in (np.zeros(1), None):
+    for softer in (NO_SLIDING, None):
         capture = replace(CAPTURE, table=replace(CAPTURE.table, softer=softer))
         names = {one.name for one in budget(options, capture).sources}
         assert (TERMS["nu_loose"][0] in names) == (softer is not None)
@@ -344,9 +345,10 @@ def test_a_bonded_or_small_base_has_no_friction_uncertainty():
 def test_a_base_that_may_slide_or_stick_makes_the_modulus_uncertain():
     """Uniform between both: a twelfth of the squared difference of log forces."""
     options = NOTHING.changed(model_std=EXACT_TABLE.changed(nu_loose=1e-6))
-    capture = replace(CAPTURE, table=replace(CAPTURE.table, softer=np.array([0.0, -0.06])))
+    softer = NO_SLIDING - 0.2 * CAPTURE.table.poisson_ratios[:, None]
+    capture = replace(CAPTURE, table=replace(CAPTURE.table, softer=softer))
     found = line(budget(options, capture), TERMS["nu_loose"][0]).contributions
-    assert found == pytest.approx(0.06 / np.sqrt(12) * LOG_MODULI, abs=1e-4)
+    assert found == pytest.approx(0.2 * NU / np.sqrt(12) * LOG_MODULI, abs=1e-4)
 
 
 @pytest.mark.parametrize("count", [2, 6])

@@ -194,9 +194,10 @@ def _of_table(best: Solution, quantities: Quantities) -> list[Source]:
         ("friction at the sphere", stds.sphere_friction, LOG_MODULI),
     ]
     found = [Source(name, std, "1", std * by) for name, std, by in terms]
-    if loose := [one.table.softer for one in best.indentations if one.table.slides]:
+    if loose := [one.table for one in best.indentations if one.table.slides]:
         # Anywhere between a base that sticks and one that slides freely: uniform.
-        force = max(np.abs(softer).max() for softer in loose) / np.sqrt(12)
+        nu = float(quantities.values[POISSON])
+        force = max(table.most_softer(nu) for table in loose) / np.sqrt(12)
         parts = np.hypot(stds.nu_loose * with_nu, force * LOG_MODULI)
         found.append(Source("indentation table: base friction", stds.nu_loose, "1", parts))
     return found

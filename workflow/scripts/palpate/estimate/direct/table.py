@@ -105,6 +105,11 @@ class SampleTable:
         """Whether the base is not bonded, and so broad that its friction matters."""
         return self.softer is not None
 
+    def most_softer(self, nu: float) -> float:
+        """Largest logarithm of the force on a base that sticks over that on one that slides."""
+        weights, _ = ratio_weights(self.poisson_ratios, nu)
+        return float(np.abs(weights @ self.softer).max())
+
     def depth(self, force_per_modulus_m2: NDArray, nu: float, law: float) -> DepthOfForce:
         """Depth at which the object returns a force; linear in F^(2/3) beyond the table.
 
