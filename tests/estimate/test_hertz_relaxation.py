@@ -13,6 +13,7 @@ from palpate.estimate.hertz.laws import contact_law, finite_strain_factor
 from palpate.estimate.hertz.models import fit_held, fit_models, recommended
 from palpate.estimate.hertz.options import Beliefs, Hertz
 from palpate.estimate.hertz.relaxation import fit_relaxation, relaxation_times, verdict
+from palpate.estimate.hertz.shape import Shape
 from palpate.estimate.relaxation import relaxed_force, relaxed_share
 
 R, TRUTH, ONSET, DEEPEST = 0.00622, 27473.0, 9, 18
@@ -165,6 +166,22 @@ def held(ours):
     base = recommended(press, models)
     row, block = fit_held(press, ours, base, options)
     return base, row, block, recommended(press, [*models, row])
+
+
+def test_a_round_bases_part_of_the_depth_is_no_strain():
+    """A base as round as the sphere takes half of the depth: its finite strain is the sphere's."""
+    ours = record(terms={"fractions": [], "times_s": []}, frame_std_m=1e-6, force_std_n=1e-4)
+    half = np.maximum(ours.depth_m, 0) / 2
+    small = 4 / 3 * np.sqrt(R) * half**1.5
+    ours = replace(ours, force_n=TRUTH * small * finite_strain_factor(half / R, 0.25) ** 0.5)
+    depth, force = ours.depth_m[: DEEPEST + 1], ours.force_n[: DEEPEST + 1]
+    shape = Shape(support="round_foot", foot_curvature_per_m=1 / R)
+    press = Indentation(depth, force, force, ONSET, R, 0.0475, 1e-6, shape=shape)
+    options = Hertz(relaxation=BELIEFS.changed(none=0.999, law_std=1e-4))
+    base = recommended(press, fit_models(press, options))
+    row, _ = fit_held(press, ours, base, options)
+    # Of what Poisson's ratio is, from 0 to a half, the force determines little.
+    assert row["reduced_modulus_pa"] == pytest.approx(TRUTH, rel=0.03)
 
 
 def test_a_hold_recommends_the_fit_with_relaxation():

@@ -61,4 +61,5 @@ def test_a_stereo_head(calibrate):
 
 def test_a_board_that_is_not_the_one_seen(calibrate):
     line = calibrate(SIDES, board="11,8")
-    assert "left: expected a board of 11 x 8 inner corners, found none in 8 pictures" in line
+    expected = "left: pictures: expected a board of 11 x 8 inner corners, found none in 8 pictures"
+    assert expected in line

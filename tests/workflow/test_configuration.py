@@ -61,6 +61,16 @@ def test_a_lab_like_another_says_only_what_is_different(home):
     assert lab == expected
 
 
+def test_a_block_that_others_share_by_an_anchor_changes_alone(home):
+    blocks = yaml.safe_load((home / "config/lab.yaml").read_text())["objects"]
+    assert blocks["foam_ball"]["motion"] == blocks["foam_block"]["motion"] != {"frames": 41}
+    changes = {"like": "config/lab.yaml", "objects": {"foam_ball": {"motion": {"frames": 41}}}}
+    (home / "lab.yaml").write_text(yaml.safe_dump(changes))
+    lab = opened(home, paths=written(home)["paths"] | {"lab": "lab.yaml"}).lab
+    assert lab["objects"]["foam_ball"]["motion"]["frames"] == 41
+    assert lab["objects"]["foam_block"]["motion"] == blocks["foam_block"]["motion"]
+
+
 def test_a_lab_like_a_file_that_is_none(home):
     (home / "lab.yaml").write_text("like: nowhere.yaml\n")
     paths = written(home)["paths"]

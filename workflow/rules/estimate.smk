@@ -117,7 +117,7 @@ rule direct:
         "../scripts/stages/direct.py"
 
 
-use rule direct as direct_object with:
+rule direct_object:
     input:
         **RUN.direct_files(RUN.together),
     output:
@@ -134,6 +134,8 @@ use rule direct as direct_object with:
         options=RUN.config["direct"]["fit"],
     message:
         "Direct estimate of {wildcards.object}, {wildcards.sensor}: all captures together"
+    script:
+        "../scripts/stages/direct.py"
 
 
 # Force and position of a robot or a bench: raw/<object>/<point>.csv.

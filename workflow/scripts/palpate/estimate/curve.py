@@ -27,7 +27,8 @@ LOG_E, CONTACT, BASELINE, NU, LAW = range(UNKNOWNS)
 # Deviation of what is taken for known, beside that of unknowns of size 1.
 HELD = 1e-9
 ROUNDS = 4
-# Of the material-law parameter from an end of its range, to count as at it.
+# Of the material-law parameter from an end of its range, to count as at it: the search stays
+# within its bounds.
 AT_END = 1e-3
 # In contact: fewer determine no scatter.
 FEWEST = 10

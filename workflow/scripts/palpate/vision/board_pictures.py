@@ -106,7 +106,7 @@ def board_in(
     corners, missing = board_views(list(images.items()), board)
     if not corners:
         found = f"none in {len(images)} pictures"
-        raise ValueError(f"{source}: expected {board.described}, found {found}")
+        raise ValueError(f"{source}: pictures: expected {board.described}, found {found}")
     height, width = next(iter(images.values())).shape
     return BoardPictures(source, corners, missing, (width, height), coloured)
 

@@ -4,8 +4,6 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
-from snakemake.utils import update_config
-
 from palpate.capture.check import check_object
 from palpate.capture.devices import PLACES, Devices, read_devices
 from palpate.capture.discover import CURVE, NOT_OBJECTS, CaptureId, curve_files, discover, folders
@@ -188,11 +186,17 @@ def _like_another(path: Path) -> object:
     spec = load_yaml(path)
     if not isinstance(spec, Mapping) or not isinstance(spec.get("like"), str):
         return spec
-    other = load_yaml(Path(spec.pop("like")))
+    other = load_yaml(Path(name := spec.pop("like")))
     if not isinstance(other, Mapping):
-        raise ValueError(f"{path}: like: expected a file with a mapping, found {other}")
-    update_config(other, spec)
-    return other
+        raise ValueError(f"{path}: like: expected a file with a mapping, found {other} in {name}")
+    return _changed(other, spec)
+
+
+def _changed(before: Mapping, changes: Mapping) -> dict:
+    """Mapping with the changes of another, block by block; blocks that share an anchor part."""
+    both = [k for k in before.keys() & changes.keys() if isinstance(changes[k], Mapping)]
+    blocks = {k: _changed(before[k], changes[k]) for k in both if isinstance(before[k], Mapping)}
+    return {**before, **changes, **blocks}
 
 
 def _nothing_found(paths: Mapping, only: str | None, known: set[str]) -> str:

@@ -1,6 +1,6 @@
 """What is wrong with a configuration beside its options' own bounds, a line for each thing."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from itertools import product
 from pathlib import Path
 
@@ -34,7 +34,7 @@ def path_problems(paths: Mapping, source: str) -> list[str]:
     return lines
 
 
-def unknown_captures(study: Mapping, simulated: Iterable[CaptureId], source: str) -> list[str]:
+def unknown_captures(study: Mapping, simulated: Collection[CaptureId], source: str) -> list[str]:
     """Captures of the lab's objects that the study names and nobody records or the run leaves."""
     names = {capture.object for capture in simulated}
     used = {capture for capture in simulated if selected(capture, study["captures"])}

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("palpate", "thesis", "virtual_lab")
 # Counted by module: the service of the workflow, and the camera model, which the lab shares.
 BY_MODULE = ("palpate.workflow.", "palpate.config.", "palpate.vision.camera.")
-# What plans a run is no part of a job; packages name it as a type.
+# What plans a run is no part of a job; packages name it as a type, or take objects' names from it.
 PLANS = "palpate.workflow.run."
 PIN = re.compile(r"^([A-Za-z0-9_.-]+)==([^\s\\;]+)", re.MULTILINE)
 IMPORT = re.compile(r"^ *(?:from|import) +([\w.]+)(?: +import +(\([^)]*\)|.*))?", re.MULTILINE)
@@ -32,7 +32,7 @@ def follow(rules: Iterable, content: Callable, *, conda: str) -> None:
         script = ROOT / str(rule.script or "").rpartition("scripts/")[2]
         if script.is_file():
             digest = code(script, rule.params.get("make", ""))
-            rule.conda_env = conda
+            rule.conda_env = rule.conda_env or conda
             rule.set_params(code=digest, content=_by_wildcards(rule, content))
 
 

@@ -49,7 +49,7 @@ def is_the_labs(name: str, raw: Path, found: set[CaptureId], problems: list[str]
 
 
 def dropped_among(
-    made: Mapping[str, set[CaptureId]], there: Mapping[str, set[CaptureId]], paths: Mapping
+    made: Mapping[str, set], there: defaultdict[str, set[CaptureId]], paths: Mapping
 ) -> list[str]:
     """Captures that people dropped into an object of the lab, which would pass for simulated."""
     strange = sorted(c for name in made for c in there[name] - made[name])
@@ -67,7 +67,7 @@ def still_the_labs(made: set[CaptureId], there: set[CaptureId]) -> bool:
     return bool(made) and (there <= made or bool(made - there))
 
 
-def by_object(captures: Iterable[CaptureId]) -> dict[str, set[CaptureId]]:
+def by_object(captures: Iterable[CaptureId]) -> defaultdict[str, set[CaptureId]]:
     """Captures by the name of their object."""
     groups = defaultdict(set)
     for capture in captures:

@@ -60,10 +60,9 @@ class OwnObjects:
         """Captures of an object that a method runs on; see `Run.described`."""
         return lambda wildcards: self.run.described_of(which, wildcards.object)
 
-    @property
-    def captures(self) -> Callable[[Any], list[Described]]:
+    def captures(self, wildcards: Any) -> list[Described]:
         """Captures of an object."""
-        return self.of("captures")
+        return self.run.described_of("captures", wildcards.object)
 
     def minima(self, wildcards: Any) -> list[str]:
         """What the error minimisation finds of an object's captures."""

@@ -65,8 +65,9 @@ def contradictions(best: Solution) -> Iterator[str]:
     for name, (value, deviation) in laws.items():
         if name == "force" and abs(value) > FARTHEST_LAW - AT_END:
             yield (
-                f"material-law parameter of the force at its bound, {value:+g}: no law as far as"
-                " there explains forces and depths, and intervals do not hold what is beyond"
+                f"material-law parameter of the force at its bound, {value:+g} +- {deviation:.2f}:"
+                " no law as far as there explains forces and depths, and intervals do not hold what"
+                " is beyond"
             )
         elif abs(value) > FAR_LAW * deviation:
             yield (
