@@ -29,6 +29,7 @@ def test_a_recording_that_was_cut(kind, share, film, tmp_path, capsys):
     assert_like("film.*: (content|bag|compression|metadata)", refused(capsys, tmp_path, recording))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["ros1", "mcap"])
 def test_damaged_bytes_never_make_a_traceback(kind, film, tmp_path, capsys):
     """Each of many bags with wrong bytes is refused in a line or comes back as a whole capture."""

@@ -157,11 +157,15 @@ def cow(lab, root):
     return path.parent
 
 
-def test_an_own_object_from_its_files_to_nothing_wrong(cow, lab, monkeypatch, capsys):
+def test_an_own_object_from_its_files_to_nothing_wrong(cow, capsys):
     assert main(["check", "raw/toy_cow"]) == 0
     said = capsys.readouterr().out
     assert "raw/toy_cow: nothing wrong" in said
     assert "sensors and probes" not in said
+
+
+@pytest.mark.long
+def test_an_own_objects_devices_are_found_from_other_folders(cow, lab, monkeypatch, capsys):
     monkeypatch.chdir(lab / "raw")
     assert main(["check", "toy_cow"]) == 0
     said = capsys.readouterr().out

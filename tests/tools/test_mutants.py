@@ -51,6 +51,7 @@ def project(tmp_path):
     return tmp_path / "project"
 
 
+@pytest.mark.long
 def test_a_weak_test_lets_a_mutant_live(project):
     said = []
     assert mutants.survivors(project, ["solid"], count=100, seed=1, say=said.append) == (3, 7)
