@@ -185,14 +185,14 @@ def test_a_film_that_a_run_will_miss(cow, lab, capsys):
     capsys.readouterr()
     assert main(["check", "raw/toy_cow"]) == 1
     place = "raw/sensors/bench_cam/pivot"
-    expected = f"expected a film of the turning handle in {place}, found none"
+    expected = f"expected a recording of the turning handle in {place}, found none"
     said = capsys.readouterr().out
     assert said.splitlines()[0] == f"config/probes/bench_probe.yaml: tip: {expected}"
     (lab / place).mkdir(parents=True)
     assert main(["check", "raw/toy_cow"]) == 0
     (lab / "config/config.yaml").write_text("experiments: {probe: stick}\n")
     assert main(["check", "raw/toy_cow"]) == 1
-    expected = "expected a film of bench_probe (experiments.probe, in config/config.yaml)"
+    expected = "expected a recording of bench_probe (experiments.probe, in config/config.yaml)"
     assert f"bench_probe.yaml: tip: {expected}, found one of stick" in capsys.readouterr().out
     (lab / "config/config.yaml").write_text("experiments: {probe: bench_probe}\n")
     assert main(["check", "raw/toy_cow"]) == 0

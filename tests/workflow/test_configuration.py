@@ -198,7 +198,7 @@ def test_tips_that_nobody_filmed(root, home):
     del content["experiments"]["pivot"]
     lab.write_text(yaml.safe_dump(content))
     with pytest.raises(
-        ValueError, match="sphere.yaml: tip: expected a film of the turning handle in"
+        ValueError, match="sphere.yaml: tip: expected a recording of the turning handle in"
     ):
         opened(home)
 
@@ -218,8 +218,8 @@ def test_what_a_probe_asks_for_must_be_filmed(root, home):
     with pytest.raises(ValueError) as caught:
         opened(home)
     message = str(caught.value)
-    assert "sphere.yaml: load: expected a film of the probe held free in" in message
-    assert "stiffness_n_m: expected a film of a press on something rigid in" in message
+    assert "sphere.yaml: load: expected a recording of the probe held free in" in message
+    assert "stiffness_n_m: expected a recording of a press on something rigid in" in message
 
 
 def test_a_tip_is_of_the_probe_that_was_filmed(root, home):
@@ -227,7 +227,9 @@ def test_a_tip_is_of_the_probe_that_was_filmed(root, home):
     path.write_text(path.read_text() + "tip: calibration\n")
     other = path.read_text().replace("probe: nano25_sphere", "probe: stick", 1)
     (path.parent / "stick.yaml").write_text(other)
-    with pytest.raises(ValueError, match="tip: expected a film of nano25_sphere .* one of stick"):
+    with pytest.raises(
+        ValueError, match="tip: expected a recording of nano25_sphere .* one of stick"
+    ):
         opened(home, experiments={"probe": "stick", "cd_case_size_m": [0.14, 0.12, 0.01]})
 
 
@@ -299,7 +301,7 @@ def test_a_missing_recording_stops_runs_that_ask_for_it(another_pair, capsys):
     path.write_text(path.read_text() + "tip: calibration\n")
     filmed = {"probe": "stick", "cd_case_size_m": [0.14, 0.12, 0.01]}
     place = "the turning handle in raw/sensors/d435/pivot, found none"
-    with pytest.raises(ValueError, match=f"stick.yaml: tip: expected a film of {place}"):
+    with pytest.raises(ValueError, match=f"stick.yaml: tip: expected a recording of {place}"):
         opened(another_pair, experiments=filmed)
     run = opened(another_pair, only="mine", experiments=filmed)
     others, made = jobs(("other", "d435"), ("other", "bumblebee"))

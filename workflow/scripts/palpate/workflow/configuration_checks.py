@@ -143,9 +143,9 @@ def missing_films(
         folder = Path(paths["raw"]) / "sensors" / sensor / part.film
         place = f"{Path(paths['probes']) / probe['probe']}.yaml"
         if sensor not in recorded_by(lab, part.film) and not folder.is_dir():
-            expected = f"a film of {part.shows} in {folder}"
+            expected = f"a recording of {part.shows} in {folder}"
             lines.append(f"{place}: {field}: expected {expected}, found none")
         elif filmed != probe["probe"]:
-            expected = f"a film of {probe['probe']} (experiments.probe, in config/config.yaml)"
+            expected = f"a recording of {probe['probe']} (experiments.probe, in config/config.yaml)"
             lines.append(f"{place}: {field}: expected {expected}, found one of {filmed or 'none'}")
     return list(dict.fromkeys(lines))
