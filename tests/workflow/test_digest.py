@@ -34,7 +34,8 @@ with SnakemakeApi(OutputSettings()) as api:
             del params[name]
         options = params.get("options", {})
         options = options(SimpleNamespace(**of)) if callable(options) else options
-        found[rule.name] = [list(params), []]
+        beside = {"conda": rule.conda_env, "more": sorted(params.get("more", ()))}
+        found[rule.name] = [list(params), [], beside]
         for block in sys.argv[3:]:
             there = run.config
             for part in block.split("."):
@@ -161,6 +162,12 @@ def test_every_rule_depends_on_its_code_its_folders_and_its_options(root):
     """By params that Snakemake keeps, which are none that ask for a job's input."""
     rules = rules_of(root, "workflow/Snakefile", {"raw": "results/none"}, *STAGES)
     assert len(rules) >= 90
-    assert [name for name, (kept, _) in rules.items() if not {"code", "content"} <= set(kept)] == []
+    assert [
+        name for name, (kept, *_) in rules.items() if not {"code", "content"} <= set(kept)
+    ] == []
     for block, stages in STAGES.items():
-        assert {name for name, (_, blocks) in rules.items() if block in blocks} >= stages
+        assert {name for name, (_, blocks, _) in rules.items() if block in blocks} >= stages
+    (conda,) = {beside["conda"] for *_, beside in rules.values()}
+    assert (root / "workflow/rules" / conda).is_file()
+    # What is drawn by chance changes no calibration of the tip.
+    assert "seed" not in rules["tip"][2]["more"]

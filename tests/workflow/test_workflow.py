@@ -110,7 +110,7 @@ def test_second_run_has_nothing_to_do(sample):
         (
             ["palpate/surface/alignment.py"],
             {"align", "track", "hertz", "clouds"},
-            {"mask", "probe_pose", "support_plane"},
+            {"mask", "probe_pose", "support_plane", "force"},
         ),
         (
             ["palpate/vision/background.py"],
