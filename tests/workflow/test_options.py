@@ -6,7 +6,7 @@ import pytest
 import yaml
 from palpate.config.model import Count, Model, NotNegative, Positive, option
 from palpate.config.page import rows
-from palpate.workflow.options import Config, config_problems, filled, page
+from palpate.workflow.options import Config, as_asked, config_problems, filled, page
 from thesis.options import Simulation
 
 BLOCKS = {"simulation": Simulation}
@@ -58,3 +58,22 @@ def test_constants_of_a_tracker_are_not_offered(name, value, line):
     trackers = {"mine": {"kind": "elastic", "misfit_reach_m": 0.04, name: value}}
     (found,) = config_problems({"tracking": {"trackers": trackers}}, BLOCKS, "")
     assert line in found and ", misfit_reach_m" not in found
+
+
+@pytest.mark.parametrize(
+    ("given", "read"),
+    [
+        ({"hertz": {"onset_force_n": "6e-2"}}, {"hertz": {"onset_force_n": 0.06}}),
+        ({"background": {"smallest_blob_px": "400.0"}}, {"background": {"smallest_blob_px": 400}}),
+        ({"study": {"table_5_3_points": ["08"]}}, {"study": {"table_5_3_points": ["08"]}}),
+        ({"paths": {"raw": "2.0", "lab": "null"}}, {"paths": {"raw": "2.0", "lab": None}}),
+        (
+            {"direct": {"fit": {"poisson_ratio": "abc"}}},
+            {"direct": {"fit": {"poisson_ratio": "abc"}}},
+        ),
+        ({"seed": 7, "no_option": "1"}, {"seed": 7, "no_option": "1"}),
+    ],
+)
+def test_numbers_within_braces_on_the_command_line(given, read):
+    """Of which Snakemake makes texts."""
+    assert as_asked(given, {}) == read

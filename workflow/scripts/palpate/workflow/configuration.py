@@ -26,7 +26,7 @@ from palpate.workflow.lab_captures import (
     recordings,
     still_the_labs,
 )
-from palpate.workflow.options import config_problems, filled
+from palpate.workflow.options import as_asked, config_problems, filled
 from palpate.workflow.places import placed, who_said
 from palpate.workflow.run import Run, selected
 from palpate.yaml_files import load_yaml, one_line
@@ -57,14 +57,11 @@ def open_run(
     told : mapping, optional
         What the command line says of the configuration.
     files : bool, optional
-        False: tables and images of captures are not opened, as jobs are to check them, and nothing
-        is stamped.
+        False: jobs are to check tables and images of captures, and nothing is stamped.
     lab_kind, check_lab : type and callable, optional
         Model of a lab's configuration, and what else is wrong with it, as lines.
-    blocks : mapping, optional
-        Models of further blocks of the configuration, by name.
-    rules : iterable, optional
-        The workflow's rules, as they come.
+    blocks, rules : mapping and iterable, optional
+        Models of further blocks of the configuration, by name, and the workflow's rules.
 
     Raises
     ------
@@ -77,6 +74,7 @@ def open_run(
         if lines := [one_line(who_said(line, sources, told)) for line in lines]:
             raise ValueError("\n".join(lines))
 
+    config = _changed(config, as_asked(told, blocks))
     require_none(config_problems(config, blocks, source))
     config = filled(config, blocks)
     paths = config["paths"] = placed(config["paths"], project)

@@ -1,7 +1,8 @@
 """The configuration of a run: all blocks of options; ``-m palpate.workflow.options PAGE``."""
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -14,7 +15,15 @@ from pydantic import (
 )
 
 from palpate.capture.files import whole_file
-from palpate.config.model import FileName, Model, Positive, all_different, option, problems
+from palpate.config.model import (
+    FileName,
+    Model,
+    Positive,
+    all_different,
+    field_at,
+    option,
+    problems,
+)
 from palpate.config.object import ObjectSpec
 from palpate.config.page import options_page
 from palpate.config.probe import ProbeSpec
@@ -54,7 +63,6 @@ def partly(*kinds: type[Model], **more: Any) -> type[Partial]:
 
 Tracker = partly(*TRACKERS.values(), like=str, kind=Literal[tuple(TRACKERS)])
 Step = partly(Load, Solid, tracker=str)
-Loads = partly(Load)
 
 
 class Paths(Model):
@@ -130,7 +138,7 @@ class Search(Minimise):
         {},
         "tables/minimise_steps: options of minimise and solid, or the tracker, changed in turn",
     )
-    objects: dict[str, Loads] = option({}, "load of single objects")
+    objects: dict[str, partly(Load)] = option({}, "load of single objects")
 
 
 class Direct(Model):
@@ -140,15 +148,13 @@ class Direct(Model):
     observation: direct.Observation = option(direct.Observation(), "of the surface")
     fit: direct.Fit = option(direct.Fit(), "of E and nu")
 
-    @model_validator(mode="after")
-    def _within_table(self) -> Self:
+    def conflicts(self) -> Iterator[tuple]:
+        """Poisson's ratios beyond the table's."""
         ratios, (low, high) = self.model.poisson_ratios, self.fit.poisson_ratio_bounds
         greatest = greatest_ratio(ratios)
         if not ratios[0] <= low < high <= greatest:
             expected = f"low and high within the table's {ratios[0]:g} to {greatest:g}"
-            found = f"{low:g}, {high:g}"
-            raise ValueError(f"fit.poisson_ratio_bounds: expected {expected}, found {found}")
-        return self
+            yield "fit.poisson_ratio_bounds", expected, f"{low:g}, {high:g}"
 
 
 class Config(Model):
@@ -186,17 +192,13 @@ class Config(Model):
     minimise: Search = option(Search(), "Section 3.3")
     direct: Direct = option(Direct(), "straight from clouds and forces")
 
-    @model_validator(mode="after")
-    def _known_trackers(self) -> Self:
+    def conflicts(self) -> Iterator[tuple]:
+        """Steps with trackers that are none of the run's."""
         known = self.tracking.trackers
-        words = f"tracker: expected one of {', '.join(sorted(known))}, found"
-        if lines := [
-            f"minimise.steps.{name}.{words} {step.tracker}"
-            for name, step in self.minimise.steps.items()
-            if step.tracker not in (None, *known)
-        ]:
-            raise ValueError("\n".join(lines))
-        return self
+        for name, step in self.minimise.steps.items():
+            if step.tracker not in (None, *known):
+                names = ", ".join(sorted(known))
+                yield f"minimise.steps.{name}.tracker", f"one of {names}", step.tracker
 
 
 def filled(config: Mapping, blocks: Mapping[str, type[Model]]) -> dict:
@@ -208,8 +210,26 @@ def filled(config: Mapping, blocks: Mapping[str, type[Model]]) -> dict:
 
 def config_problems(config: Mapping, blocks: Mapping[str, type[Model]], source: str) -> list[str]:
     """Say in a line each what is wrong with a configuration with further blocks."""
+    return problems(_with(blocks), config, source)
+
+
+def as_asked(told: Any, blocks: Mapping[str, type[Model]], place: tuple = ()) -> Any:
+    """Give what stands after ``--config``: within braces Snakemake takes numbers for texts."""
+    if isinstance(told, Mapping):
+        return {key: as_asked(one, blocks, (*place, key)) for key, one in told.items()}
+    if isinstance(told, list):
+        return [as_asked(one, blocks, (*place, 0)) for one in told]
+    kinds, _ = field_at([_with(blocks)], place) if isinstance(told, str) else ([str], None)
+    if not kinds or (str in kinds and told != "null"):
+        return told
+    with suppress(ValueError):
+        return float(told)
+    return {"true": True, "false": False, "null": None}.get(told, told)
+
+
+def _with(blocks: Mapping[str, type[Model]]) -> type[Config]:
     further = {name: (kind, kind()) for name, kind in blocks.items()}
-    return problems(create_model("Config", __base__=Config, **further), config, source)
+    return create_model("Config", __base__=Config, **further)
 
 
 FILES = {

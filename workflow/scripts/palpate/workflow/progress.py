@@ -95,11 +95,7 @@ class Pace:
     """
 
     def __init__(
-        self,
-        jobs: Mapping[str, int],
-        benchmarks: Path,
-        cores: int = 1,
-        clock: Callable[[], float] = time.monotonic,
+        self, jobs: Mapping, benchmarks: Path, cores: int = 1, clock: Callable = time.monotonic
     ) -> None:
         known = {}
         with suppress(OSError, ValueError):

@@ -247,8 +247,7 @@ class Run:
     def image_of(self, wildcards: Any) -> str | list:
         """Indentation table of the first point that a point is a mirror image of, if it is one."""
         first, _ = self._first_image(wildcards)
-        same = first == wildcards.point
-        return [] if same else self.results(f"{wildcards.object}/indentation-{first}.npz")
+        return [] if first == wildcards.point else self.table(wildcards.object, first)
 
     def mirrors_of(self, wildcards: Any) -> list:
         """Normals of the mirrors that lead from a point's first image to it."""
@@ -308,10 +307,7 @@ class Run:
         return top not in self._made
 
     def fingerprint_of(self, folder: str, *, linked: int = 0) -> str:
-        """Fingerprint of a dropped folder, ``linked`` levels of which may be links.
-
-        Many rules ask for the same.
-        """
+        """Fingerprint of a dropped folder, ``linked`` levels of which may be links."""
         known = self.seen.get(str(Path(folder))) or self._fingerprints.get(folder)
         if known is None:
             known = self._fingerprints[folder] = folder_fingerprint(folder, linked=linked)
@@ -400,19 +396,14 @@ class Run:
         return key, template[key]
 
     def described(self, which: str = "captures", *, simulated: bool = False) -> list[Described]:
-        """Describe the captures of the run, as tables name them.
+        """Describe captures of the run, as tables name them: all, or those that a method runs on.
 
-        Parameters
-        ----------
-        which : {"captures", "fitted", "tracked", "minimised", "direct", "curves"}, optional
-            All, or those that a method runs on.
-        simulated : bool, optional
-            True: just those that the lab makes.
+        With ``simulated`` just those that the lab makes.
         """
-        wanted = [c for c in getattr(self, which) if not simulated or c in self.simulated]
         return [
             {**vars(c), "point": c.point, "provenance": self._provenance_of(c.object)}
-            for c in wanted
+            for c in getattr(self, which)
+            if not simulated or c in self.simulated
         ]
 
     def described_of(self, which: str, name: str) -> list[Described]:

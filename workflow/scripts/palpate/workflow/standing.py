@@ -103,16 +103,11 @@ class Standing:
 
 def value_digest(value: Any) -> str:
     """Digest plain values, sixteen hexadecimal digits; a run keeps it for each of its jobs."""
-    text = json.dumps(value, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def kept_files(name: str, sensors: Mapping, probe: Mapping, paths: Mapping) -> dict[str, str]:
-    """Fingerprints of what stands outside an object's folder and its results depend on.
-
-    Of the run's ``sensors`` a wrong file's specification is None; without a probe ``probe`` is
-    empty.
-    """
+    """Fingerprints of what stands outside an object's folder and its results depend on."""
     # A recording of a probe counts where the probe's file asks for what it shows.
     films = [part.film for part in PARTS if part.asking(probe)]
     prints = {}
