@@ -142,7 +142,7 @@ def test_the_command_finds_all_of_an_object_by_itself(lab, monkeypatch, capsys):
     assert [line[:8] for line in steps] == [f"[{k} of 4]" for k in (1, 2, 3, 4)]
     assert re.search(r"kept in results/sponge/indentation-back-[0-9a-f]{8}.npz", steps[2])
     assert "skfem" not in said.err
-    assert said.out.startswith("sponge, bench_cam: 2 captures\n  reduced_modulus: ")
+    assert said.out.startswith("sponge, bench_cam: 2 captures\n  effective_reduced_modulus: ")
     assert "coarse indentation table (--fast)" in said.out
     assert (lab / "direct.svg").stat().st_size > 10_000
     # As sure as no film is: pictures tell nu better than to 0.02.
