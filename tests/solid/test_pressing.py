@@ -32,18 +32,14 @@ def mesh():
 
 @pytest.fixture(scope="module")
 def bonded(mesh):
-    return indentation_model(
-        mesh,
-        FLOOR,
-        TOP,
-        DOWN,
-        radius_m=RADIUS,
-        deepest_m=0.004,
-        laws=("neo_hookean",),
-        poisson_ratios=(0.25, 0.3),
-        step_m=0.002,
-        options=OPTIONS,
-    )
+    return bonded_model(mesh)
+
+
+def bonded_model(mesh, *, poisson_ratios=(0.25, 0.3), step_m=0.002, options=OPTIONS):
+    """The cube's table to 4 mm by one law."""
+    known = {"poisson_ratios": poisson_ratios, "step_m": step_m, "options": options}
+    known |= {"radius_m": RADIUS, "deepest_m": 0.004, "laws": ("neo_hookean",)}
+    return indentation_model(mesh, FLOOR, TOP, DOWN, **known)
 
 
 def test_a_quadratic_field_is_kept_between_the_nodes(mesh):
@@ -105,18 +101,9 @@ def test_load_steps_that_end_early_give_a_table_that_ends_there(monkeypatch, cap
     cube, whole = MeshTet().refined(1), IndentationSetup.pressed
 
     def model():
-        return indentation_model(
-            solid_mesh(0.1 * cube.p.T, cube.t.T),
-            FLOOR,
-            TOP,
-            DOWN,
-            radius_m=RADIUS,
-            deepest_m=0.004,
-            laws=("neo_hookean",),
-            poisson_ratios=(0.1, 0.4),
-            step_m=0.001,
-            options=IndentationOptions(edge_m=0.02, growth=1.0, refine_radius_m=0.03),
-        )
+        coarse = IndentationOptions(edge_m=0.02, growth=1.0, refine_radius_m=0.03)
+        given = {"poisson_ratios": (0.1, 0.4), "step_m": 0.001, "options": coarse}
+        return bonded_model(solid_mesh(0.1 * cube.p.T, cube.t.T), **given)
 
     def pressed(self, law, nu):
         found = whole(self, law, nu)

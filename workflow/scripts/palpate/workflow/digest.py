@@ -24,10 +24,8 @@ IMPORT = re.compile(r"^ *(?:from|import) +([\w.]+)(?: +import +(\([^)]*\)|.*))?"
 
 
 def follow(rules: Iterable, content: Callable, *, conda: str) -> None:
-    """Give rules of our scripts an environment and the params ``code`` and ``content``.
-
-    The latter follows from a job's wildcards and input; a module's user has rules of their own.
-    """
+    """Give our scripts' rules an environment, ``code`` and, of a job's input, ``content``."""
+    # In a module's user's workflow there are others.
     for rule in rules:
         script = ROOT / str(rule.script or "").rpartition("scripts/")[2]
         if script.is_file():

@@ -1,7 +1,7 @@
 """The configuration of a run: all blocks of options; ``-m palpate.workflow.options PAGE``."""
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -203,8 +203,7 @@ class Config(Model):
 
 def filled(config: Mapping, blocks: Mapping[str, type[Model]]) -> dict:
     """Configuration, and further blocks, with the defaults of what people left out."""
-    known = set(Config.model_fields)
-    full = Config.read({k: v for k, v in config.items() if k in known}).written()
+    full = Config.read({k: v for k, v in config.items() if k in Config.model_fields}).written()
     return full | {name: kind.read(config.get(name, {})).written() for name, kind in blocks.items()}
 
 
@@ -213,14 +212,17 @@ def config_problems(config: Mapping, blocks: Mapping[str, type[Model]], source: 
     return problems(_with(blocks), config, source)
 
 
-def as_asked(told: Any, blocks: Mapping[str, type[Model]], place: tuple = ()) -> Any:
+def as_asked(told: Any, blocks: Mapping[str, type[Model]]) -> Any:
     """Give what stands after ``--config``: within braces Snakemake takes numbers for texts."""
+    return _as_asked(told, [_with(blocks)])
+
+
+def _as_asked(told: Any, kinds: Sequence[Any]) -> Any:
     if isinstance(told, Mapping):
-        return {key: as_asked(one, blocks, (*place, key)) for key, one in told.items()}
+        return {key: _as_asked(one, field_at(kinds, [key])[0]) for key, one in told.items()}
     if isinstance(told, list):
-        return [as_asked(one, blocks, (*place, 0)) for one in told]
-    kinds, _ = field_at([_with(blocks)], place) if isinstance(told, str) else ([str], None)
-    if not kinds or (str in kinds and told != "null"):
+        return [_as_asked(one, field_at(kinds, [0])[0]) for one in told]
+    if not isinstance(told, str) or not kinds or (str in kinds and told != "null"):
         return told
     with suppress(ValueError):
         return float(told)
