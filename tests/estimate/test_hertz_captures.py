@@ -55,15 +55,13 @@ def pressed(zero_m=0.0, across=0.0, noise_n=NOISE_N, frames=WHOLE, seed=1, late_
 
 
 def test_the_depths_zero_is_in_doubt_by_tip_and_alignment():
-    indentation, record, _ = pressed()
-    doubt = np.hypot(TIP_STD_M, Hertz().offset_std_m)
-    assert [indentation.depth_std_m, record.contact_std_m] == pytest.approx([doubt, doubt])
-    assert record.frame_std_m == TIP_STD_M
+    indentation, _ = pressed()
+    assert indentation.contact_std_m == pytest.approx(np.hypot(TIP_STD_M, Hertz().offset_std_m))
+    assert indentation.frame_std_m == TIP_STD_M
 
 
 def best(press, **known):
-    indentation, record, _ = press
-    return estimate_hertz(indentation, record, Hertz(), **known)["recommended"]
+    return estimate_hertz(press[0], Hertz(), **known)["recommended"]
 
 
 def test_the_interval_holds_what_the_clocks_and_the_rig_may_be_off_by():
@@ -94,26 +92,23 @@ def test_an_interval_holds_the_modulus_though_the_depths_zero_is_off(zero_m, fra
     """By 1 mm, a deviation of it, in 0.06 N of noise, which leaves the contact's prior a say."""
     found = best(pressed(zero_m, noise_n=0.06, frames=frames, seed=2))
     low, high = found["reduced_modulus_interval_pa"]
-    assert low < TRUTH < high
-    assert found["reduced_modulus_pa"] == pytest.approx(TRUTH, rel=0.08)
+    assert low < TRUTH < high < 2.5 * low
 
 
 def test_the_force_s_scatter_is_that_at_rest():
-    _, record, _ = pressed()
-    assert record.force_std_n == pytest.approx(NOISE_N, rel=0.4)
-    assert len(record.time_s) == WHOLE
+    indentation, _ = pressed()
+    assert indentation.force_std_n == pytest.approx(NOISE_N, rel=0.4)
+    assert len(indentation.time_s) == WHOLE
 
 
 def test_without_samples_at_rest_there_is_a_warning():
-    indentation, record, _ = pressed(first=11)
-    assert record is None
-    assert best((indentation, record, {}))["doubts"] == [
+    assert best(pressed(first=11))["doubts"] == [
         "too few samples to allow for relaxation and finite strain"
     ]
 
 
 def test_noise_alone_is_no_force():
-    indentation, _, told = pressed(noise_n=0.06)
+    indentation, told = pressed(noise_n=0.06)
     rest = slice(indentation.onset - 1)
     error = 0.06 / np.sqrt(indentation.onset - 1)
     assert abs(indentation.force_n[rest].mean()) < 3 * error
@@ -126,7 +121,7 @@ def test_noise_alone_is_no_force():
 def test_friction_across_the_press_is_no_stiffness():
     straight, across = (best(pressed(across=part))["reduced_modulus_pa"] for part in (0.0, 0.4))
     assert across == pytest.approx(straight, rel=0.005)
-    indentation, _, _ = pressed(across=0.4)
+    indentation, _ = pressed(across=0.4)
     alone = fit_model(pressed()[0], OPTIONS, **MODEL).reduced_modulus_pa
     assert fit_model(indentation, OPTIONS, **MODEL).reduced_modulus_pa == pytest.approx(
         alone, rel=0.005

@@ -4,13 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.estimate.hertz.indentation import (
-    Indentation,
-    Record,
-    hold_end,
-)
+from palpate.estimate.direct.options import Rig
+from palpate.estimate.hertz.indentation import Indentation, hertz_range, hold_end
 from palpate.estimate.hertz.laws import contact_law, finite_strain_factor
-from palpate.estimate.hertz.models import fit_held, fit_models, recommended
+from palpate.estimate.hertz.models import estimate_hertz
 from palpate.estimate.hertz.options import Beliefs, Hertz
 from palpate.estimate.hertz.relaxation import fit_relaxation, relaxation_times, verdict
 from palpate.estimate.hertz.shape import Shape
@@ -18,7 +15,7 @@ from palpate.estimate.relaxation import relaxed_force, relaxed_share
 
 R, TRUTH, ONSET, DEEPEST = 0.00622, 27473.0, 9, 18
 TERMS = {"fractions": [0.1, 0.08], "times_s": [0.33, 2.0]}
-BELIEFS = Beliefs(share=0.3, none=0.1, law_std=0.02, at_s=1.0)
+BELIEFS = Beliefs(share=0.3, none=0.1, law_std=0.02, law_growth_std=0.02, at_s=1.0)
 
 
 def law_of(nu):
@@ -40,7 +37,19 @@ def record(*, terms=TERMS, frame_std_m=5e-5, contact_m=0.0, force_std_n=0.005, s
         depth = depth + rng.normal(0, frame_std_m, 25)
         force = force + rng.normal(0, force_std_n, 25)
         contact_m += rng.normal(0, 1e-4)
-    return Record(time, depth + contact_m, force, DEEPEST, frame_std_m, 1e-4, force_std_n)
+    return Indentation(
+        time_s=time,
+        depth_m=depth + contact_m,
+        force_n=force,
+        magnitude_n=force,
+        onset=ONSET,
+        deepest=DEEPEST,
+        radius_m=R,
+        thickness_m=0.0475,
+        frame_std_m=frame_std_m,
+        contact_std_m=1e-4,
+        force_std_n=force_std_n,
+    )
 
 
 def fitted(ours, *, beliefs=BELIEFS, laws=LAWS):
@@ -50,27 +59,27 @@ def fitted(ours, *, beliefs=BELIEFS, laws=LAWS):
 
 def until_deepest(ours):
     end = DEEPEST + 1
-    cut = {name: getattr(ours, name)[:end] for name in ("time_s", "depth_m", "force_n")}
+    cut = {
+        name: getattr(ours, name)[:end] for name in ("time_s", "depth_m", "force_n", "magnitude_n")
+    }
     return replace(ours, **cut)
 
 
 def test_precise_samples_give_modulus_share_and_contact():
     ours = record(frame_std_m=1e-6, force_std_n=1e-4, contact_m=3e-5)
-    sure = BELIEFS.changed(law_std=1e-5)
+    sure = BELIEFS.changed(law_std=1e-5, law_growth_std=1e-5)
     given = {"times_s": np.array(TERMS["times_s"]), "beliefs": sure}
     fit = fit_relaxation(ours, LAWS, **given)
     assert fit.reduced_modulus_pa == pytest.approx(TRUTH, rel=0.01)
     assert fit.contact_depth_m == pytest.approx(3e-5, abs=5e-6)
     later = TRUTH * (1 - relaxed_share(1.0, **TERMS))
     assert fit.later_reduced_modulus_pa == pytest.approx(later, rel=0.01)
-    elastic = TRUTH * LAW(ours.depth_m[DEEPEST] - 3e-5)
-    assert fit.relaxed_share == pytest.approx(1 - ours.force_n[DEEPEST] / elastic, abs=0.01)
 
 
 @pytest.mark.parametrize("terms", [TERMS, {"fractions": [], "times_s": []}])
 def test_intervals_hold_the_truth_as_often_as_they_say(terms):
     """Splits and times are not the fit's own, so that intervals may hold it more often."""
-    sure = BELIEFS.changed(law_std=1e-3)
+    sure = BELIEFS.changed(law_std=1e-3, law_growth_std=1e-3)
     found = [fitted(record(terms=terms, seed=seed), beliefs=sure) for seed in range(40)]
     later = TRUTH * (1 - relaxed_share(1.0, **terms))
     now = [low <= TRUTH <= high for low, high in (f.reduced_modulus_interval_pa for f in found)]
@@ -139,7 +148,7 @@ def test_scale_of_force_and_modulus_is_free():
     bigger = replace(ours, force_n=1e3 * ours.force_n, force_std_n=1e3 * ours.force_std_n)
     one, other = fitted(ours), fitted(bigger)
     assert other.reduced_modulus_pa == pytest.approx(1e3 * one.reduced_modulus_pa, rel=1e-9)
-    assert other.relaxed_share == pytest.approx(one.relaxed_share, rel=1e-9)
+    assert other.fractions == pytest.approx(one.fractions, rel=1e-9)
 
 
 def test_times_span_the_contact():
@@ -156,16 +165,14 @@ def test_hold_ends_when_the_probe_rises():
     assert hold_end(depth, 9, frame_std_m=5e-5) == 13
     assert hold_end(depth, 9, frame_std_m=3e-4) == 14
     assert hold_end(depth[:13], 9, frame_std_m=5e-5) == 13
+    # Of a late clock the force is highest when the probe has risen.
+    assert hold_end(depth, 13, frame_std_m=5e-5) == 14
 
 
-def held(ours):
-    depth, force = ours.depth_m[: DEEPEST + 1], ours.force_n[: DEEPEST + 1]
-    press = Indentation(depth, force, force, ONSET, R, 0.0475, ours.contact_std_m)
-    options = Hertz(assumed_poisson_ratio=0.3, relaxation=BELIEFS)
-    models = fit_models(press, options)
-    base = recommended(press, models)
-    row, block = fit_held(press, ours, base, options)
-    return base, row, block, recommended(press, [*models, row])
+def estimated(ours, beliefs=BELIEFS, **known):
+    options = Hertz(assumed_poisson_ratio=0.3, relaxation=beliefs)
+    found = estimate_hertz(ours, options, **known)
+    return found["models"], found["relaxation"], found["recommended"]
 
 
 def test_a_round_bases_part_of_the_depth_is_no_strain():
@@ -173,68 +180,102 @@ def test_a_round_bases_part_of_the_depth_is_no_strain():
     ours = record(terms={"fractions": [], "times_s": []}, frame_std_m=1e-6, force_std_n=1e-4)
     half = np.maximum(ours.depth_m, 0) / 2
     small = 4 / 3 * np.sqrt(R) * half**1.5
-    ours = replace(ours, force_n=TRUTH * small * finite_strain_factor(half / R, 0.25) ** 0.5)
-    depth, force = ours.depth_m[: DEEPEST + 1], ours.force_n[: DEEPEST + 1]
+    force = TRUTH * small * finite_strain_factor(half / R, 0.25) ** 0.5
     shape = Shape(support="round_foot", foot_curvature_per_m=1 / R)
-    press = Indentation(depth, force, force, ONSET, R, 0.0475, 1e-6, shape=shape)
-    options = Hertz(relaxation=BELIEFS.changed(none=0.999, law_std=1e-4))
-    base = recommended(press, fit_models(press, options))
-    row, _ = fit_held(press, ours, base, options)
+    ours = replace(ours, force_n=force, magnitude_n=force, contact_std_m=1e-6, shape=shape)
+    sure = BELIEFS.changed(none=0.999, law_std=1e-4, law_growth_std=1e-4)
+    *_, best = estimated(ours, sure)
     # Of what Poisson's ratio is, from 0 to a half, the force determines little.
-    assert row["reduced_modulus_pa"] == pytest.approx(TRUTH, rel=0.03)
+    assert best["reduced_modulus_pa"] == pytest.approx(TRUTH, rel=0.03)
 
 
-def test_a_hold_recommends_the_fit_with_relaxation():
-    base, row, block, best = held(record(seed=7))
-    assert (base["relaxation"], row["relaxation"], best["relaxation"]) == ("none", "prony", "prony")
-    assert "relaxation prony" in best["rule"]
-    assert block["verdict"] == "relaxes"
-    assert block["held_s"] == pytest.approx(1.0)
-    assert base["reduced_modulus_pa"] < 0.95 * TRUTH
+@pytest.mark.parametrize("held", [True, False])
+def test_the_recommended_fit_allows_for_relaxation(held):
+    ours = record(seed=7) if held else until_deepest(record(seed=8))
+    models, block, best = estimated(ours)
+    kind = "prony" if held else "unheld"
+    assert [one["relaxation"] for one in models] == ["none", "none", kind]
+    assert best["relaxation"] == kind and f"relaxation {kind}" in best["rule"]
+    assert block["verdict"] == ("relaxes" if held else "no hold")
+    assert block["held_s"] == pytest.approx(1.0 if held else 0.0)
+    assert models[1]["reduced_modulus_pa"] < 0.95 * TRUTH
+    # What no hold shows of relaxation widens the interval, and leaves the modulus.
+    assert held or best["reduced_modulus_pa"] == models[1]["reduced_modulus_pa"]
     low, high = best["reduced_modulus_interval_pa"]
     assert low < TRUTH < high
 
 
-def test_no_hold_keeps_the_effective_modulus_with_a_wider_interval():
-    base, row, block, best = held(until_deepest(record(seed=8)))
-    assert (row["relaxation"], best["relaxation"]) == ("unheld", "unheld")
-    assert block["verdict"] == "no hold"
-    assert best["reduced_modulus_pa"] == base["reduced_modulus_pa"] < 0.95 * TRUTH
-    assert base["reduced_modulus_interval_pa"][1] < TRUTH < best["reduced_modulus_interval_pa"][1]
+def test_an_error_of_the_depth_that_all_samples_share_is_found():
+    """A deviation of 1.5 mm of an indentation of 2.3 mm; steps from a contact at 0 went astray."""
+    ours = record(frame_std_m=3e-5, force_std_n=0.003)
+    depth = np.minimum(ours.depth_m, 0.0023)
+    force = TRUTH * LAW(depth) + np.random.default_rng(3).normal(0, 0.003, depth.size)
+    for off in (-1.5e-3, 1.5e-3):
+        off_by = {"depth_m": depth + off, "contact_std_m": 1.5e-3}
+        ours = replace(ours, force_n=force, magnitude_n=force, **off_by)
+        _, block, best = estimated(ours)
+        assert block["contact_depth_m"] == pytest.approx(off, abs=2e-4)
+        assert block["chi_square_per_sample"] < 3
+        low, high = best["reduced_modulus_interval_pa"]
+        assert 0 < low < TRUTH < high < 2 * low
 
 
-@pytest.mark.parametrize(("deviations", "shallow"), [(7.7, True), (8.3, False)])
-def test_a_depth_of_eight_deviations_is_enough(deviations, shallow):
-    """Else the interval holds what the depth's error does to E*, which goes as its power -3/2."""
-    rigid = record(terms={"fractions": [], "times_s": []}, frame_std_m=0.0075 / deviations)
-    base, row, block, best = held(replace(rigid, contact_std_m=1e-5))
-    assert (block["verdict"] == "too shallow") is shallow
-    assert (best["relaxation"] == "shallow") is shallow
-    if shallow:
-        assert best["reduced_modulus_pa"] == base["reduced_modulus_pa"]
-        low, high = row["reduced_modulus_interval_pa"]
-        assert low < TRUTH < high and high / low > np.exp(2 * 1.9 * 1.5 / deviations)
+def test_both_moduli_hold_errors_of_rig_and_clock():
+    ours = record(seed=13)
+    *_, alone = estimated(ours)
+    *_, known = estimated(ours, rig=Rig(force_scale_std=0.05), clock_std_s=0.02)
+    assert known["rig_std"] > 0.05
+    for name in ("reduced_modulus", "later_reduced_modulus"):
+        E = alone[f"{name}_pa"]
+        before, after = (np.log(np.array(f[f"{name}_interval_pa"]) / E) for f in (alone, known))
+        assert np.hypot(before, 1.96 * known["rig_std"]) == pytest.approx(abs(after), rel=1e-3)
 
 
-def test_a_zero_that_only_the_force_tells_makes_no_indentation_shallow():
-    """A stated deviation of 1.2 mm, which the force leaves 0.1 mm of."""
-    *_, block, best = held(replace(record(seed=12), contact_std_m=1.2e-3))
-    assert (block["verdict"], best["relaxation"]) == ("relaxes", "prony")
-    assert block["contact_depth_std_m"] < 2e-4
-    low, high = best["reduced_modulus_interval_pa"]
-    assert low < TRUTH < high
+def drawn(seed):
+    """An indentation by a rig with errors as stated, of any nu, hold and depth."""
+    rng = np.random.default_rng(seed)
+    rate_hz, load_s, hold_s = rng.choice([6, 15]), rng.uniform(0.8, 2.0), rng.uniform(0.0, 1.0)
+    deepest, nu, growth = R * rng.uniform(0.25, 1.2), rng.uniform(0, 0.5), rng.normal(0, 0.1)
+    fine = np.arange(0, 1.8 + load_s + hold_s, 1 / 600)
+    depth = deepest * np.clip((fine - 1.5) / load_s, -0.5, 1)
+    depth -= 0.03 * np.maximum(fine - 1.5 - load_s - hold_s, 0)
+    law = law_of(nu)(depth) * np.exp(growth * np.sqrt(np.maximum(depth, 0) / R))
+    E = rng.uniform(1, 20) / law.max()
+    terms = {"fractions": rng.uniform(0, 0.12, 2), "times_s": [rng.uniform(0.2, 0.5), 3.0]}
+    force = E * relaxed_force(fine, law, **terms) * (1 + rng.normal(0, 0.01))
+    time = np.arange(0, fine[-1], 1 / rate_hz)
+    seen = np.interp(time, fine, depth) + rng.normal(0, 1e-4, time.size) + rng.normal(0, 1e-3)
+    read = np.interp(time, fine, force) + rng.normal(0, 0.01, time.size)
+    onset, peak = hertz_range(read, onset_force_n=0.1)
+    end = hold_end(seen, peak, frame_std_m=1e-4)
+    samples = (time[:end], seen[:end], read[:end], read[:end], onset, peak)
+    later = E * (1 - relaxed_share(1.0, **terms))
+    return Indentation(*samples, R, 0.0475, 1e-4, 1e-3, 0.01), E, later
 
 
-def test_laws_of_other_ratios_widen_the_interval_and_are_told_apart_by_precise_samples():
+def test_intervals_hold_on_randomised_rigs():
+    """Four of five once did: steps that went astray, and a law of contact taken for certain."""
+    held = []
+    for seed in range(60):
+        ours, *truths = drawn(seed)
+        best = estimate_hertz(ours, Hertz(), rig=Rig())["recommended"]
+        names = "reduced_modulus_interval_pa", "later_reduced_modulus_interval_pa"
+        # Without a hold nothing is said of the later modulus.
+        ends = [best.get(name, (0, np.inf)) for name in names]
+        held.append([low < E < high for (low, high), E in zip(ends, truths, strict=True)])
+    # Intervals of 95 % miss more than 7 of 60 once in a hundred times.
+    assert (np.mean(held, axis=0) >= 53 / 60).all()
+
+
+def test_laws_of_other_ratios_widen_the_interval():
     laws = {nu: law_of(nu) for nu in (0.05, 0.3, 0.45)}
     noisy, precise = record(seed=9, frame_std_m=2e-4), record(frame_std_m=1e-6, force_std_n=1e-4)
     low, high = fitted(noisy, laws=laws).reduced_modulus_interval_pa
     alone = fitted(noisy).reduced_modulus_interval_pa
     assert low < TRUTH < high
     assert high - low > 1.2 * (alone[1] - alone[0])
-    sure = fitted(precise, laws=laws, beliefs=BELIEFS.changed(law_std=1e-4))
-    assert sure.poisson_ratio == pytest.approx(0.3, abs=0.01)
-    assert fitted(noisy, laws=laws).poisson_ratio_std > 0.1
+    sure = fitted(precise, laws=laws, beliefs=BELIEFS.changed(law_std=1e-4, law_growth_std=1e-4))
+    assert sure.reduced_modulus_pa == pytest.approx(TRUTH, rel=0.01)
 
 
 def test_joined_equal_laws_are_one_law():
@@ -242,7 +283,6 @@ def test_joined_equal_laws_are_one_law():
     one, both = fitted(ours), fitted(ours, laws={0.3: LAW, 0.31: LAW})
     assert both.reduced_modulus_pa == pytest.approx(one.reduced_modulus_pa, rel=1e-6)
     assert both.log_evidence == pytest.approx(one.log_evidence, abs=1e-6)
-    assert both.poisson_ratio == pytest.approx(0.305)
 
 
 def test_a_law_that_fits_badly_has_no_say():
@@ -252,16 +292,3 @@ def test_a_law_that_fits_badly_has_no_say():
     assert both.reduced_modulus_interval_pa == pytest.approx(
         one.reduced_modulus_interval_pa, rel=1e-6
     )
-    assert both.poisson_ratio == pytest.approx(0.3, abs=1e-6)
-
-
-def test_bad_input_is_named():
-    ours, times = record(), np.array([0.3, 1.0])
-    for name in ("frame_std_m", "contact_std_m", "force_std_n"):
-        with pytest.raises(ValueError, match=f"{name}: expected above 0, found 0"):
-            fit_relaxation(replace(ours, **{name: 0.0}), LAWS, times_s=times, beliefs=BELIEFS)
-    air = replace(ours, depth_m=ours.depth_m - 0.007)
-    with pytest.raises(ValueError, match="depth_m: expected at least 4 samples in contact"):
-        fit_relaxation(replace(air, depth_m=air.depth_m - 1), LAWS, times_s=times, beliefs=BELIEFS)
-    with pytest.raises(ValueError, match="time_s: expected at least 4 samples in contact, found 3"):
-        relaxation_times(np.arange(3.0))

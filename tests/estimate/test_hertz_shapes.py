@@ -75,8 +75,8 @@ def pressed(mesh, force_of, *, deepest_m=SHALLOW_M, at=(0.0, 0.0), contact="bond
     )
 
 
-def advised(indentation, record, _):
-    return estimate_hertz(indentation, record, Hertz())["recommended"]
+def advised(indentation, _):
+    return estimate_hertz(indentation, Hertz())["recommended"]
 
 
 def in_series(*radii):
@@ -215,7 +215,7 @@ def test_where_no_law_holds_the_interval_spans_them(mesh, contact, line):
     best = advised(*press)
     assert best["support"] == "half_space"
     assert any(one.startswith(line) and one.endswith(INSTEAD) for one in best["doubts"])
-    models = estimate_hertz(*press[:2], Hertz())["models"]
+    models = estimate_hertz(press[0], Hertz())["models"]
     low, high = best["reduced_modulus_interval_pa"]
     for model in models:
         if (model["indenter"], model["contact"]) == ("sneddon", "weighted"):

@@ -116,7 +116,7 @@ class Measurement:
 
     def curve(self) -> tuple[NDArray, NDArray]:
         """Depth [m] and force along the press [N] up to the deepest, (n,) each."""
-        press, _, _ = indentation_of(
+        press, _ = indentation_of(
             self.template,
             self.support,
             self.alignment,
@@ -127,7 +127,7 @@ class Measurement:
             tip_std_m=self.tip_std_m,
             options=self.config.hertz,
         )
-        return press.depth_m, press.force_n
+        return press.depth_m[press.approach], press.force_n[press.approach]
 
 
 def measure(

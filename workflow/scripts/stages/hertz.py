@@ -15,12 +15,12 @@ def main(snakemake):
     inputs, params = snakemake.input, snakemake.params
     options, known = Hertz.read(params.options), ProbeUncertainty.of(params.probe)
     radius_m = params.probe["indenter"]["radius_m"]
-    indentation, record, told = read_indentation(inputs, radius_m=radius_m, options=options)
+    indentation, samples = read_indentation(inputs, radius_m=radius_m, options=options)
     std_s = float(numbers_of(inputs.clock, read_fields(inputs.clock), "std_s", ()))
     with naming(inputs.force):
         rig = known.rig(Rig.read(params.rig))
-        found = estimate_hertz(indentation, record, options, rig=rig, clock_std_s=std_s)
-    write_json(snakemake.output.fit, told | found)
+        found = estimate_hertz(indentation, options, rig=rig, clock_std_s=std_s)
+    write_json(snakemake.output.fit, samples | found)
 
 
 run(main, snakemake)

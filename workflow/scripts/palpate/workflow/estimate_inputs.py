@@ -9,7 +9,7 @@ import numpy as np
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.motion import load_motion
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
-from palpate.estimate.hertz.indentation import Indentation, Record, indentation_of
+from palpate.estimate.hertz.indentation import Indentation, indentation_of
 from palpate.estimate.hertz.options import Hertz
 from palpate.solid.indentation_table import load_indentation
 from palpate.solid.smooth_surface import SmoothSurface
@@ -20,10 +20,8 @@ from palpate.workflow.job import naming
 from palpate.workflow.object_inputs import read_object
 
 
-def read_indentation(
-    inputs: Any, *, radius_m: float, options: Hertz
-) -> tuple[Indentation, Record | None, dict]:
-    """Read what a Hertz fit needs of ``inputs``: the indentation and the same with its hold."""
+def read_indentation(inputs: Any, *, radius_m: float, options: Hertz) -> tuple[Indentation, dict]:
+    """Read what a Hertz fit needs of ``inputs``."""
     poses, tips, forces = read_probe(inputs.pose, inputs.force)
     with naming(inputs.force):
         time = columns_of(read_table(inputs.force), ["time_s"])[:, 0]

@@ -30,65 +30,66 @@ SHALLOW = 0.1
 
 
 @dataclass(frozen=True)
-class Record:
-    """Samples of an indentation with its hold, and their stated errors.
+class Indentation:
+    """Samples of an indentation with its approach and hold, and what their fit needs.
 
     Attributes
     ----------
     time_s, depth_m, force_n : (n,) arrays
         Times [s], depths below the undeformed surface [m] and forces along the indentation [N].
-    deepest : int
-        Sample with which the loading ends.
-    frame_std_m : float
-        Standard deviation of each depth's own error [m].
-    contact_std_m : float
-        Of the error that all depths share [m].
+    magnitude_n : (n,) array
+        Of the force, which the study's fit takes [N].
+    onset, deepest : int
+        First sample in contact, and that with which the loading ends.
+    radius_m, thickness_m : float
+        Of the sphere, and of the object along the indentation [m].
+    frame_std_m, contact_std_m : float
+        Standard deviation of each depth's own error, and of the error that all depths share [m].
     force_std_n : float
-        Of each force's own error, and of the error that all forces share [N].
+        Of each force's own error, and of the error that all forces share; 0 if too few samples
+        are at rest to know it [N].
+    shape : Shape
+        Of the object at the contact.
     """
 
     time_s: NDArray
     depth_m: NDArray
     force_n: NDArray
+    magnitude_n: NDArray
+    onset: int
     deepest: int
+    radius_m: float
+    thickness_m: float
     frame_std_m: float
     contact_std_m: float
     force_std_n: float
-
-
-@dataclass(frozen=True)
-class Indentation:
-    """Samples of one indentation up to the end of deformation, and what their fit needs.
-
-    Attributes
-    ----------
-    depth_m, force_n : (n,) arrays
-        Depth [m] and force along the indentation [N], approach included.
-    magnitude_n : (n,) array
-        Of the force, which the study's fit takes [N].
-    onset : int
-        First sample in contact.
-    radius_m, thickness_m : float
-        Of the sphere, and of the object along the indentation [m].
-    depth_std_m : float
-        Standard deviation of an error that all depths share [m].
-    shape : Shape
-        Of the object at the contact.
-    """
-
-    depth_m: NDArray
-    force_n: NDArray
-    magnitude_n: NDArray
-    onset: int
-    radius_m: float
-    thickness_m: float
-    depth_std_m: float
     shape: Shape = field(default_factory=Shape)
+
+    @property
+    def approach(self) -> slice:
+        """Samples to the end of the loading."""
+        return slice(self.deepest + 1)
+
+    @property
+    def loading(self) -> slice:
+        """Samples from the onset to the end of the loading."""
+        return slice(self.onset, self.deepest + 1)
+
+    @property
+    def held_s(self) -> float:
+        """Length of the hold [s]."""
+        return float(self.time_s[-1] - self.time_s[self.deepest])
+
+    @property
+    def allows_relaxation(self) -> bool:
+        """Whether there are samples enough for a fit with relaxation."""
+        in_contact = int((self.depth_m[self.onset :] > 0).sum())
+        return self.force_std_n > 0 and in_contact >= FEWEST_IN_CONTACT
 
     @property
     def depth_over_radius(self) -> float:
         """Maximum depth over the sphere's radius."""
-        return max(float(self.depth_m.max()), 0.0) / self.radius_m
+        return max(float(self.depth_m[self.approach].max()), 0.0) / self.radius_m
 
     @property
     def chi(self) -> float:
@@ -126,8 +127,8 @@ def indentation_of(
     radius_m: float,
     tip_std_m: float,
     options: Hertz,
-) -> tuple[Indentation, Record | None, dict]:
-    """Find the indentation of a capture, and the same with its hold.
+) -> tuple[Indentation, dict]:
+    """Find the indentation of a capture, with its hold.
 
     Parameters
     ----------
@@ -147,8 +148,6 @@ def indentation_of(
     Returns
     -------
     indentation : Indentation
-    record : Record or None
-        None if there are fewer than three samples at rest or four in contact.
     samples : dict
         ``range`` and ``samples`` of hertz.json.
 
@@ -167,37 +166,32 @@ def indentation_of(
     # stiffness.
     held = forces_n[stop:end].mean(axis=0)
     along = forces_n @ (held / np.linalg.norm(held))
-    std, used = float(np.hypot(tip_std_m, options.offset_std_m)), slice(stop + 1)
+    std, used = float(np.hypot(tip_std_m, options.offset_std_m)), slice(end)
     direction = alignment.camera_from_object[:3, :3].T @ (tips_m[stop] - tips_m[start - 1])
     # An offset can leave no depth at all.
-    known = {"radius_m": radius_m, "depth_m": max(float(depth[used].max()), std)}
+    known = {"radius_m": radius_m, "depth_m": max(float(depth[: stop + 1].max()), std)}
+    rest = forces_n[: max(start - 1, 0)]
+    # Of all components, about their means.
+    noise = np.sqrt(rest.var(axis=0, ddof=1).mean()) if len(rest) >= FEWEST_AT_REST else 0.0
     indentation = Indentation(
+        time_s=time_s[used],
         depth_m=depth[used],
         force_n=along[used],
         magnitude_n=magnitude[used],
         onset=start,
+        deepest=stop,
         radius_m=radius_m,
         thickness_m=thickness_along(template, alignment.contact_point_m, direction),
-        depth_std_m=std,
+        frame_std_m=float(tip_std_m),
+        contact_std_m=std,
+        force_std_n=float(noise),
         shape=shape_at(template, support, alignment.contact_point_m, direction, **known),
     )
-    record, rest = None, forces_n[: max(start - 1, 0)]
-    if len(rest) >= FEWEST_AT_REST and (depth[start:end] > 0).sum() >= FEWEST_IN_CONTACT:
-        record = Record(
-            time_s=time_s[:end],
-            depth_m=depth[:end],
-            force_n=along[:end],
-            deepest=stop,
-            frame_std_m=float(tip_std_m),
-            contact_std_m=std,
-            # Of all components, about their means.
-            force_std_n=float(np.sqrt(rest.var(axis=0, ddof=1).mean())),
-        )
     samples = {
         "range": {"first_frame": start, "last_frame": stop},
         "samples": {"depth_m": depth.tolist(), "force_n": magnitude.tolist()},
     }
-    return indentation, record, samples
+    return indentation, samples
 
 
 def force_onset(force_n: NDArray, *, onset_force_n: float) -> int:
@@ -283,7 +277,7 @@ def check_contact(depth_m: NDArray, onset: int) -> None:
 
 
 def hold_end(depth_m: NDArray, deepest: int, *, frame_std_m: float) -> int:
-    """Number of samples up to the end of the hold.
+    """Number of samples up to the end of the hold, the deepest among them.
 
     Parameters
     ----------
@@ -296,4 +290,4 @@ def hold_end(depth_m: NDArray, deepest: int, *, frame_std_m: float) -> int:
     """
     reached = float(depth_m[: deepest + 1].max())
     risen = depth_m[deepest:] < reached - max(RISEN * reached, RISEN_DEVIATIONS * frame_std_m)
-    return deepest + (int(np.argmax(risen)) if risen.any() else len(risen))
+    return deepest + max(int(np.argmax(risen)) if risen.any() else len(risen), 1)

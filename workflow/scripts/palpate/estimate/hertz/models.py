@@ -3,11 +3,10 @@
 Which model is recommended follows from the geometry and from what of the indentation was held.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from palpate.estimate.direct.options import Rig
@@ -19,7 +18,7 @@ from palpate.estimate.hertz.fit import (
     fit_known_contact,
     fit_study,
 )
-from palpate.estimate.hertz.indentation import SHALLOW, Indentation, Record
+from palpate.estimate.hertz.indentation import SHALLOW, Indentation
 from palpate.estimate.hertz.laws import (
     LARGEST_CHI,
     LAYERS,
@@ -37,22 +36,23 @@ from palpate.estimate.hertz.relaxation import (
 )
 from palpate.estimate.hertz.shape import INSTEAD
 
-MODEL = ("indenter", "support", "contact")
 # What the study fits: contact at the surface.
 OF_STUDY = {"indenter": "parabola", "support": "half_space", "contact": "known"}
 # Of a thin layer whose ratio no fit assumes: rubber's, for which the base counts most.
 LARGEST_POISSON_RATIO = 0.499
-# A maximum depth of fewer deviations of the depth determines neither relaxation nor contact.
-SHALLOWEST = 8.0
 # No side takes more of a force than leaves this part.
 LEAST_LEFT = 0.1
 # Poisson's ratios that the fit with relaxation takes for equally likely.
 HELD_POISSON_RATIOS = tuple((np.arange(8) / 16 + 1 / 32).tolist())
+# Of each row: E*, and E* a time after a step.
+INTERVALS = {
+    "reduced_modulus_interval_pa": "reduced_modulus_pa",
+    "later_reduced_modulus_interval_pa": "later_reduced_modulus_pa",
+}
 
 
 def estimate_hertz(
     indentation: Indentation,
-    record: Record | None,
     options: Hertz,
     *,
     rig: Rig | None = None,
@@ -63,11 +63,9 @@ def estimate_hertz(
     Parameters
     ----------
     indentation : Indentation
-    record : Record or None
-        Of the same indentation with its hold; None where there are too few samples.
     options : Hertz
     rig : Rig, optional
-        Uncertainties that are the recommended interval's too; none by default.
+        Uncertainties that the models' intervals hold too; none by default.
     clock_std_s : float, optional
         Standard deviation of the offset between the forces' clock and the frames' [s].
 
@@ -75,40 +73,41 @@ def estimate_hertz(
     -------
     dict
         ``study``, as the study fits; ``free_contact``, the same with the contact free;
-        ``models`` of `fit_models` and `fit_held`, whose block is ``relaxation``; ``recommended``,
-        with ``rig_std``; and the geometry.
+        ``models`` of `fit_models` and `fit_held`, whose block is ``relaxation``; ``recommended``;
+        and the geometry. A model's ``rig_std`` is the relative deviation by rig and clock.
     """
-    models = fit_models(indentation, options)
+    models = list(fit_models(indentation, options))
     best, relaxation = recommended(indentation, models), {"verdict": "too few samples"}
-    if record is None:
-        best["doubts"].append("too few samples to allow for relaxation and finite strain")
-    else:
-        row, relaxation = fit_held(indentation, record, best, options)
+    if indentation.allows_relaxation:
+        row, relaxation = fit_held(indentation, best, options)
         models.append(row)
-        best = recommended(indentation, models)
-    stds = [_rig_std(indentation, rig)] if rig else []
-    if record is not None and clock_std_s > 0:
-        stds.append(_clock_std(indentation, record, best, options, clock_std_s))
-    used, radius = slice(indentation.onset, None), indentation.radius_m
+        best = row
+    std = _clock_std(indentation, best, options, clock_std_s) if clock_std_s > 0 else 0.0
+    std = float(np.hypot(std, _rig_std(indentation, rig) if rig else 0.0))
+    models = [_with_error(one, std) for one in models]
+    best = recommended(indentation, models)
+    if not indentation.allows_relaxation:
+        best["doubts"].append("too few samples to allow for relaxation and finite strain")
+    used, radius = indentation.loading, indentation.radius_m
     study = fit_study(indentation.depth_m[used], indentation.magnitude_n[used], radius)
+    flat = replace(indentation, shape=replace(indentation.shape, curvature_per_m=0.0))
     return {
         "radius_m": radius,
         "thickness_m": indentation.thickness_m,
-        "depth_std_m": indentation.depth_std_m,
+        "depth_std_m": indentation.contact_std_m,
         "shape": asdict(indentation.shape),
         "depth_over_radius": indentation.depth_over_radius,
         "chi": indentation.chi,
         "study": asdict(study),
-        "free_contact": asdict(_free_paraboloid(indentation, options)),
+        "free_contact": asdict(fit_model(flat, options, **OF_STUDY | {"contact": "free"})),
         "assumed_poisson_ratio": options.assumed_poisson_ratio,
-        "layer_series": options.layer_series,
         "models": models,
         "relaxation": relaxation,
-        "recommended": _with_error(best, float(np.linalg.norm(stds))),
+        "recommended": best,
     }
 
 
-def fit_models(indentation: Indentation, options: Hertz) -> list[dict]:
+def fit_models(indentation: Indentation, options: Hertz) -> Iterator[dict]:
     """Fit the study's model, and the recommended one with those that its interval reaches to.
 
     Parameters
@@ -116,22 +115,20 @@ def fit_models(indentation: Indentation, options: Hertz) -> list[dict]:
     indentation : Indentation
     options : Hertz
 
-    Returns
-    -------
-    list of dict
+    Yields
+    ------
+    dict
         ``indenter, support, contact``, ``relaxation`` (none), the fit's fields, and for layers
         ``poisson_ratio``, which E* goes with. First the study's paraboloid on a half-space with
         the contact known; then the recommended indenter with the contact weighted, on the
         recommended support and, with a warning against its law, on all others.
     """
     weighted = {"indenter": indentation.indenter, "contact": "weighted"}
-    rows = []
     for name in [OF_STUDY, *(weighted | {"support": one} for one in indentation.supports)]:
         found = vars(fit_model(indentation, options, **name))
         layer = name["support"] in LAYERS
         of_layer = {"poisson_ratio": options.assumed_poisson_ratio} if layer else {}
-        rows.append(name | {"relaxation": "none"} | found | of_layer)
-    return rows
+        yield name | {"relaxation": "none"} | found | of_layer
 
 
 def fit_model(
@@ -139,14 +136,14 @@ def fit_model(
 ) -> ContactFit | KnownContactFit:
     """Fit one model, with the contact point ``known``, ``free`` or ``weighted``."""
     law = _law(indentation, options, indenter, support, options.assumed_poisson_ratio)
-    std = indentation.depth_std_m
+    std = indentation.contact_std_m
+    used = indentation.loading if contact == "known" else indentation.approach
+    depth, force = indentation.depth_m[used], indentation.force_n[used]
     if contact == "known":
-        used = slice(indentation.onset, None)
-        depth, force = indentation.depth_m[used], indentation.force_n[used]
         return fit_known_contact(depth, force, law, depth_std_m=std)
     return fit_free_contact(
-        indentation.depth_m,
-        indentation.force_n,
+        depth,
+        force,
         law,
         baseline=options.baseline,
         residual=options.residual,
@@ -154,16 +151,12 @@ def fit_model(
     )
 
 
-def fit_held(
-    indentation: Indentation, record: Record, model: Mapping, options: Hertz
-) -> tuple[dict, dict]:
+def fit_held(indentation: Indentation, model: Mapping, options: Hertz) -> tuple[dict, dict]:
     """Fit a model with relaxation and finite strain to an indentation and its hold.
 
     Parameters
     ----------
     indentation : Indentation
-    record : Record
-        Of the same indentation, from the approach to the end of the hold.
     model : mapping
         The same model without relaxation, of `fit_models`, contact weighted.
     options : Hertz
@@ -173,28 +166,20 @@ def fit_held(
     row : dict
         As those of `fit_models`. Where the probe was held for the shortest relaxation time at
         least, ``relaxation`` is prony, to which Poisson's ratios from 0 to 0.5 are equally
-        likely. Else it is unheld, or shallow where the maximum depth is less than eight of its
-        deviations: the modulus without relaxation, its interval widened by what relaxation and
-        nu, and the depth's error, may have done.
+        likely. Else it is unheld: the modulus without relaxation, its interval widened by what
+        relaxation and nu may have done.
     block : dict
         ``verdict``, ``held_s``, what was held likely and the fit's fields.
     """
-    found = _fit_relaxing(indentation, record, model, options)
-    held_s = float(record.time_s[-1] - record.time_s[record.deepest])
-    held, ends = held_s >= found.times_s[0], found.reduced_modulus_interval_pa
-    depth = float(record.depth_m.max()) - found.contact_depth_m
-    depth_std = float(np.hypot(record.frame_std_m, found.contact_depth_std_m))
-    shallow = depth < SHALLOWEST * depth_std
-    said = "too shallow" if shallow else verdict(found, held=held)
-    block = {"verdict": said, "held_s": held_s} | vars(options.relaxation) | vars(found)
-    if held and not shallow:
-        names = {name: model[name] for name in MODEL}
-        return names | {"relaxation": "prony"} | vars(found), block
-    if shallow:
-        # The modulus goes with the depth's power -3/2.
-        width = float(np.exp(ndtri(LEVEL) * 1.5 * depth_std / max(depth, depth_std)))
-        ends = *ends, model["reduced_modulus_pa"] / width, model["reduced_modulus_pa"] * width
-    return _reaching(model, ends) | {"relaxation": "shallow" if shallow else "unheld"}, block
+    found, held_s = _fit_relaxing(indentation, model, options), indentation.held_s
+    held = held_s >= found.times_s[0]
+    block = {"verdict": verdict(found, held=held), "held_s": held_s}
+    block |= vars(options.relaxation) | vars(found)
+    if not held:
+        wide = _reaching(model, found.reduced_modulus_interval_pa)
+        return wide | {"relaxation": "unheld"}, block
+    names = {name: model[name] for name in OF_STUDY}
+    return names | {"relaxation": "prony"} | vars(found), block
 
 
 def recommended(indentation: Indentation, models: Sequence[Mapping]) -> dict:
@@ -247,69 +232,64 @@ def _law(indentation: Indentation, options: Hertz, indenter: str, support: str, 
     )
 
 
-def _free_paraboloid(indentation: Indentation, options: Hertz) -> ContactFit:
-    """The study's law on what is flat, with the contact free."""
-    flat = replace(indentation, shape=replace(indentation.shape, curvature_per_m=0.0))
-    return fit_model(flat, options, **OF_STUDY | {"contact": "free"})
-
-
-def _fit_relaxing(
-    indentation: Indentation, record: Record, model: Mapping, options: Hertz
-) -> RelaxationFit:
+def _fit_relaxing(indentation: Indentation, model: Mapping, options: Hertz) -> RelaxationFit:
     """Fit with relaxation; finite strain makes the law depend on nu far more than a layer does."""
-    bend = 1 / indentation.radius_m + indentation.shape.curvature_per_m
+    radius = indentation.radius_m
+    bend = 1 / radius + indentation.shape.curvature_per_m
     # A round base goes in as the powers -1/3 of the radii; its part of the depth is no strain.
     part = 1 / (1 + np.cbrt(indentation.shape.foot_curvature_per_m / bend))
 
     def strained(nu: float) -> Law:
         law = _law(indentation, options, model["indenter"], model["support"], nu)
+        return lambda depth_m: (
+            law(depth_m) * finite_strain_factor(part * depth_m / radius, nu) ** part
+        )
 
-        def force(depth_m: NDArray) -> NDArray:
-            factor = finite_strain_factor(part * depth_m / indentation.radius_m, nu)
-            return law(depth_m) * factor**part
-
-        return force
-
-    laws = {nu: strained(nu) for nu in HELD_POISSON_RATIOS}
-    times = relaxation_times(record.time_s[indentation.onset :])
-    return fit_relaxation(record, laws, times_s=times, beliefs=options.relaxation)
+    return fit_relaxation(
+        indentation,
+        {nu: strained(nu) for nu in HELD_POISSON_RATIOS},
+        times_s=relaxation_times(indentation.time_s[indentation.onset :]),
+        beliefs=options.relaxation,
+        contact_m=model["contact_depth_m"],
+    )
 
 
 def _rig_std(indentation: Indentation, rig: Rig) -> float:
     """Relative standard deviation of E* by the rig: E* goes with F R^(-1/2) d^(-3/2)."""
-    force = float(indentation.force_n.max())
+    used = indentation.approach
+    force, depth = (float(one[used].max()) for one in (indentation.force_n, indentation.depth_m))
     parts = (
         rig.force_scale_std,
         float(np.hypot(rig.force_zero_std_n, rig.force_drift_std_n)) / force,
         rig.radius_std_m / indentation.radius_m / 2,
         rig.curvature_std_per_m * indentation.radius_m / 2,
-        1.5 * rig.compliance_std_m_n * force / max(float(indentation.depth_m.max()), 1e-9),
+        1.5 * rig.compliance_std_m_n * force / max(depth, 1e-9),
     )
     return float(np.linalg.norm(parts))
 
 
-def _clock_std(
-    indentation: Indentation, record: Record, best: Mapping, options: Hertz, clock_std_s: float
-) -> float:
+def _clock_std(indentation: Indentation, row: Mapping, options: Hertz, clock_std_s: float) -> float:
     """Relative standard deviation of E* by the clocks: the fit with later and earlier forces."""
-    moduli = []
+    time, depth, moduli = indentation.time_s, indentation.depth_m, []
     for after_s in (-clock_std_s, clock_std_s):
-        depth = np.interp(record.time_s + after_s, record.time_s, record.depth_m)
-        if best["relaxation"] == "prony":
-            found = _fit_relaxing(indentation, replace(record, depth_m=depth), best, options)
+        late = replace(indentation, depth_m=np.interp(time + after_s, time, depth))
+        if row["relaxation"] == "prony":
+            found = _fit_relaxing(late, row, options)
         else:
-            late = replace(indentation, depth_m=depth[: len(indentation.depth_m)])
-            found = fit_model(late, options, **{name: best[name] for name in MODEL})
+            found = fit_model(late, options, **{name: row[name] for name in OF_STUDY})
         moduli.append(found.reduced_modulus_pa)
-    return float(np.sqrt(np.mean(np.log(np.array(moduli) / best["reduced_modulus_pa"]) ** 2)))
+    return float(np.sqrt(np.mean(np.log(np.array(moduli) / row["reduced_modulus_pa"]) ** 2)))
 
 
 def _with_error(model: Mapping, std: float) -> dict:
-    """A model whose interval holds a further relative error of a standard deviation too."""
-    E, ends = model["reduced_modulus_pa"], np.array(model["reduced_modulus_interval_pa"])
-    sides = np.hypot(np.log(ends / E), ndtri(LEVEL) * std) * [-1, 1]
-    interval = tuple((E * np.exp(sides)).tolist())
-    return dict(model) | {"reduced_modulus_interval_pa": interval, "rig_std": std}
+    """A model whose intervals hold a further relative error of a standard deviation too."""
+    wider = {"rig_std": std}
+    for name, of in INTERVALS.items():
+        if name in model:
+            sides = np.log(np.array(model[name]) / model[of])
+            ends = model[of] * np.exp(np.hypot(sides, ndtri(LEVEL) * std) * [-1, 1])
+            wider[name] = tuple(ends.tolist())
+    return dict(model) | wider
 
 
 def _reaching(model: Mapping, others: Sequence[float]) -> dict:

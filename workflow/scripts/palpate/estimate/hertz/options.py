@@ -15,8 +15,9 @@ class Beliefs(Model):
         0.3, "scale of the half-normal share of the modulus that relaxes", gt=0, le=1
     )
     none: float = constant(0.1, "probability that nothing relaxes", ge=0, lt=1)
-    law_std: float = constant(
-        0.02, "relative error of the contact law, and of its growth over the press", gt=0, le=1
+    law_std: float = constant(0.02, "relative error of the contact law", gt=0, le=1)
+    law_growth_std: float = constant(
+        0.13, "of what it grows by with sqrt(d/R): half of the way to Blatz and Ko", gt=0, le=1
     )
     at_s: Positive = constant(1.0, "the modulus is also stated so long after a step")
 

@@ -1,9 +1,9 @@
 """Instantaneous reduced modulus of an indentation and its hold, relaxation allowed for.
 
-With amplitudes g_i given, the force E* R_g[law(d - c)(1 + e x)] + b (`relaxed_force` is R_g, x the
-depth's part of the maximum) is linear in E*, and about a contact c nearly so in c, e and b. The
-amplitudes' prior is therefore laid out as a grid of equally likely points; at each of them weighted
-least squares gives the rest and how well the record bears the point.
+With amplitudes g_i given, the force E* R_g[law(d - c)(1 + e sqrt(d/R))] + b, where R_g is
+`relaxed_force`, is linear in E*, and about a contact c nearly so in c, e and b. The amplitudes'
+prior is therefore a grid of equally likely points; at each, and for each law, weighted least
+squares gives the rest and how well the samples bear the point.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import logsumexp, ndtr, ndtri
 
-from palpate.estimate.hertz.indentation import FEWEST_IN_CONTACT, Record
+from palpate.estimate.hertz.indentation import Indentation
 from palpate.estimate.hertz.laws import Law
 from palpate.estimate.hertz.options import Beliefs
 from palpate.estimate.relaxation import relaxed_force, relaxed_share
@@ -36,7 +36,7 @@ ROUNDS, LARGEST_MOVE, LATEST, CONVERGED = 12, 0.1, 0.9, 1e-6
 STEP = 1e-6
 # Median and ends of the interval.
 LEVELS = (0.5, (1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2)
-# Ratio of likelihoods from which evidence is called positive (Kass and Raftery, JASA 90, 1995).
+# Evidence that is called positive (Kass and Raftery, JASA 90, 1995).
 POSITIVE = float(np.log(3))
 
 
@@ -46,50 +46,34 @@ class RelaxationFit:
 
     Attributes
     ----------
-    reduced_modulus_pa, reduced_modulus_std_pa : float
-        Instantaneous E* and its standard deviation [Pa].
-    reduced_modulus_interval_pa : (float, float)
-        Of scatter, the common errors of depth, force and law, and relaxation [Pa].
+    reduced_modulus_pa, reduced_modulus_interval_pa
+        Instantaneous E*, and its interval by scatter, the common errors of depth, force and law,
+        and relaxation [Pa].
     later_reduced_modulus_pa, later_reduced_modulus_interval_pa
         The same, a stated time after a step [Pa].
     later_s : float
         That time [s].
-    relaxed_share, relaxed_share_interval
-        Part of the elastic force that is gone when the loading ends.
     times_s, fractions : tuple of float
         Relaxation times [s] and mean amplitudes.
     contact_depth_m, contact_depth_std_m : float
         Depth at which contact begins [m].
-    poisson_ratio, poisson_ratio_std : float
-        Mean and standard deviation among the laws' ratios: what the force alone says of nu.
-    law_growth : float
-        Mean of the law's error that grows over the indentation.
     log_evidence : float
         Natural logarithm of the evidence for relaxation over none.
     chi_square_per_sample : float
         Of the best point; above 1 it widens the intervals.
-    rms_n : float
-        Root mean square of the force residual [N].
     """
 
     reduced_modulus_pa: float
-    reduced_modulus_std_pa: float
     reduced_modulus_interval_pa: tuple[float, float]
     later_reduced_modulus_pa: float
     later_reduced_modulus_interval_pa: tuple[float, float]
     later_s: float
-    relaxed_share: float
-    relaxed_share_interval: tuple[float, float]
     times_s: tuple[float, ...]
     fractions: tuple[float, ...]
     contact_depth_m: float
     contact_depth_std_m: float
-    poisson_ratio: float
-    poisson_ratio_std: float
-    law_growth: float
     log_evidence: float
     chi_square_per_sample: float
-    rms_n: float
 
 
 def relaxation_times(time_s: NDArray) -> NDArray:
@@ -98,20 +82,13 @@ def relaxation_times(time_s: NDArray) -> NDArray:
     Parameters
     ----------
     time_s : (n,) array
-        Times of the samples from the onset of force to the end of the hold, increasing [s].
+        Of two samples or more from the onset of force to the end of the hold, increasing [s].
 
     Returns
     -------
     (p,) array
         Two to four times from two median intervals to the whole length, in geometric steps [s].
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than four samples.
     """
-    if len(time_s) < FEWEST_IN_CONTACT:
-        raise ValueError(f"time_s: expected at least 4 samples in contact, found {len(time_s)}")
     first = FIRST_INTERVALS * float(np.median(np.diff(time_s)))
     last = max(float(time_s[-1] - time_s[0]), FACTOR * first)
     count = 1 + round(np.log(last / first) / np.log(FACTOR))
@@ -119,36 +96,46 @@ def relaxation_times(time_s: NDArray) -> NDArray:
 
 
 def fit_relaxation(
-    record: Record, laws: Mapping[float, Law], *, times_s: NDArray, beliefs: Beliefs
+    indentation: Indentation,
+    laws: Mapping[float, Law],
+    *,
+    times_s: NDArray,
+    beliefs: Beliefs,
+    contact_m: float = 0.0,
 ) -> RelaxationFit:
     """Fit E*, contact and relaxation to an indentation and its hold.
 
     Parameters
     ----------
-    record : Record
+    indentation : Indentation
+        That `allows_relaxation`.
     laws : mapping of float to callable
         Force per reduced modulus over depth by Poisson's ratio, each as likely as the others.
     times_s : (p,) array
         Relaxation times to choose among (`relaxation_times`) [s].
     beliefs : Beliefs
-
-    Raises
-    ------
-    ValueError
-        If fewer than four samples are in contact, or a stated error is not positive.
+    contact_m : float, optional
+        Depth at which contact begins, to start from [m].
     """
-    _check(record)
-    times = np.asarray(times_s, float)
-    parts = [_settled(record, law, times, beliefs) for law in laws.values()]
-    return _summary(record, _joined(record, parts, beliefs), np.array(list(laws)), times, beliefs)
+    tau, deepest = np.asarray(times_s, float), float(indentation.depth_m.max())
+    contact, modulus = min(contact_m, LATEST * deepest), 0.0
+    for _ in range(ROUNDS):
+        about = (indentation, tau, beliefs, contact, modulus)
+        points = _Points.joined([_linear(law, *about) for law in laws.values()])
+        excess = points.excess(len(indentation.force_n))
+        weights, evidence = points.judged(excess, beliefs)
+        mean = weights @ points.found
+        move = float(mean[1]) - contact
+        if abs(move) < CONVERGED * deepest:
+            break
+        modulus = max(float(mean[0]), 0.1 * modulus)
+        contact += float(np.clip(move, -LARGEST_MOVE * deepest, LARGEST_MOVE * deepest))
+        contact = min(contact, LATEST * deepest)
+    return _summary(points, excess, weights, evidence, tau, beliefs)
 
 
 def verdict(fit: RelaxationFit, *, held: bool) -> str:
-    """Say in a word whether the record holds relaxation.
-
-    ``no hold`` if the probe was not held; else ``relaxes`` or ``none seen`` if the evidence is
-    three to one or more, or ``undecided``.
-    """
+    """Whether relaxation is seen: by an evidence of three to one or more, if the probe was held."""
     if not held:
         return "no hold"
     if abs(fit.log_evidence) < POSITIVE:
@@ -157,148 +144,82 @@ def verdict(fit: RelaxationFit, *, held: bool) -> str:
 
 
 @dataclass(frozen=True)
-class _Mixture:
-    """Points of the grid, of one law or of several, and least squares at each.
+class _Points:
+    """Points of the grid with each law, g of them, and least squares at each.
 
     Attributes
     ----------
-    law : (g,) int array
-        Which law.
     amplitudes : (g, p) array
-        The first of each law are none.
-    log_likelihood, weights : (g,) arrays
-        Natural logarithm, up to a constant, and probability.
-    found : (g, 4) array
-        E* [Pa], contact [m], the law's growth and the baseline [N].
-    covariance : (g, 4, 4) array
-    chi_square, taken : (g,) arrays
-        Weighted sum of squares, and the part of the elastic force gone when the loading ends.
-    residual_n : (g, n) array
-        Measured less fitted force [N].
+    found, covariance : (g, 4), (g, 4, 4) arrays
+        E* [Pa], contact [m], place of the law and baseline [N]; with errors as stated.
+    chi_square, log_std : (g,) arrays
+        Weighted sum of squares, and sum of the logarithms of the forces' deviations.
     """
 
-    law: NDArray
     amplitudes: NDArray
-    log_likelihood: NDArray
-    weights: NDArray
     found: NDArray
     covariance: NDArray
     chi_square: NDArray
-    taken: NDArray
-    residual_n: NDArray
+    log_std: NDArray
 
-    @property
-    def log_evidence(self) -> float:
-        """Logarithm of the evidence for relaxation over none."""
+    @classmethod
+    def joined(cls, parts: Sequence["_Points"]) -> "_Points":
+        """All points of several laws."""
+        names = cls.__dataclass_fields__
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+    def excess(self, samples: int) -> float:
+        """Least sum of squares over its degrees of freedom: E* and the whole share have no prior.
+
+        Above 1 it is what the stated errors fall short of, in variance.
+        """
+        return float(self.chi_square.min()) / max(samples - 2, 1)
+
+    def judged(self, excess: float, beliefs: Beliefs) -> tuple[NDArray, float]:
+        """Probability of each point, (g,), and the log evidence for relaxation over none."""
         none = ~self.amplitudes.any(axis=1)
-        with_it, without = self.log_likelihood[~none], self.log_likelihood[none]
-        size = np.log(len(with_it) / len(without))
-        return float(logsumexp(with_it) - size - logsumexp(without))
-
-
-def _settled(record: Record, law: Law, times_s: NDArray, beliefs: Beliefs) -> _Mixture:
-    """Mixture of one law, linear about the contact that it comes to itself."""
-    unit = law(record.depth_m)
-    contact, modulus = 0.0, float(unit @ record.force_n / (unit @ unit))
-    deepest = float(record.depth_m.max())
-    for _ in range(ROUNDS):
-        mixture = _linear(record, law, times_s, beliefs, contact, modulus)
-        mean = mixture.weights @ mixture.found
-        move = float(mean[1]) - contact
-        contact += float(np.clip(move, -LARGEST_MOVE * deepest, LARGEST_MOVE * deepest))
-        contact = min(contact, LATEST * deepest)
-        modulus = max(float(mean[0]), 0.1 * modulus)
-        if abs(move) < CONVERGED * deepest:
-            break
-    return mixture
-
-
-def _joined(record: Record, parts: Sequence[_Mixture], beliefs: Beliefs) -> _Mixture:
-    """Mixture of several laws, each as likely as the others before the record is seen."""
-    whole = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in _Mixture.__dataclass_fields__
-    }
-    whole["law"] = np.repeat(np.arange(len(parts)), [len(part.law) for part in parts])
-    # Each law has scaled its scatter to its own best point.
-    best = min(_excess(record, part.chi_square) for part in parts)
-    scale = [_excess(record, part.chi_square) / best for part in parts]
-    whole["covariance"] = whole["covariance"] / np.array(scale)[whole["law"], None, None]
-    whole["log_likelihood"] = _log_likelihood(whole["chi_square"], whole["covariance"], best)
-    whole["weights"] = _weights(whole["log_likelihood"], whole["amplitudes"], beliefs)
-    return _Mixture(**whole)
-
-
-def _freedom(record: Record) -> int:
-    """Degrees of freedom: all unknowns but E* and the whole share have a row of their prior."""
-    return max(len(record.force_n) - 2, 1)
+        volume = np.linalg.slogdet(self.covariance)[1] / 2
+        likelihood = volume - self.log_std - self.chi_square / (2 * max(excess, 1))
+        likelihood[self.found[:, 0] <= 0] = -np.inf
+        without, with_it = (logsumexp(likelihood[of]) - np.log(of.sum()) for of in (none, ~none))
+        prior = np.where(none, beliefs.none / none.sum(), (1 - beliefs.none) / (~none).sum())
+        weights = prior * np.exp(likelihood - likelihood.max())
+        return weights / weights.sum(), float(with_it - without)
 
 
 def _linear(
-    record: Record, law: Law, tau: NDArray, beliefs: Beliefs, contact: float, modulus: float
-) -> _Mixture:
-    """Least squares in E*, the contact, the law's growth and the baseline."""
+    law: Law,
+    indentation: Indentation,
+    tau: NDArray,
+    beliefs: Beliefs,
+    contact: float,
+    modulus: float,
+) -> _Points:
+    """Least squares in E*, the contact, the law's place and the baseline, about a contact."""
+    depth = indentation.depth_m - contact
+    unit, step, own = law(depth), STEP * float(depth.max()), indentation.frame_std_m
+    modulus = modulus or float(unit @ indentation.force_n / (unit @ unit))
+    slope = (law(depth + step) - law(depth - step)) / (2 * step)
+    stiffer = unit * np.sqrt(np.maximum(depth, 0) / indentation.radius_m)
+    columns = np.stack([unit, -modulus * slope, modulus * stiffer], axis=1)
+    # A depth's own error moves its force.
+    std = np.hypot(indentation.force_std_n, modulus * (law(depth + own) - law(depth - own)) / 2)
     grid = _amplitude_grid(len(tau), scale=beliefs.share)
-    grid = np.concatenate([np.zeros((1, len(tau))), grid])
-    columns = _columns(record, law, contact, modulus)
-    std = _force_std(record, law, contact, modulus)
-    relaxed = _relaxed(record.time_s, columns, tau, grid)
+    relaxed = _relaxed(indentation.time_s, columns, tau, grid)
     design = np.concatenate([relaxed, np.ones((*relaxed.shape[:2], 1))], axis=2) / std[:, None]
-    wanted = record.force_n / std
-    variances = np.array([record.contact_std_m, beliefs.law_std, record.force_std_n]) ** 2
-    precision, centre = np.diag(np.r_[0, 1 / variances]), np.array([0, -contact, 0, 0])
-    normal = np.swapaxes(design, 1, 2) @ design + precision
-    found = np.linalg.solve(normal, (wanted @ design + precision @ centre)[..., None])[..., 0]
+    wanted = indentation.force_n / std
+    known = np.array([indentation.contact_std_m, beliefs.law_growth_std, indentation.force_std_n])
+    precision, centre = np.diag(np.r_[0, known**-2]), np.array([0, -contact, 0, 0])
+    covariance = np.linalg.inv(np.swapaxes(design, 1, 2) @ design + precision)
+    found = np.einsum("gij,gj->gi", covariance, wanted @ design + precision @ centre)
     residual, off = wanted - np.einsum("gnk,gk->gn", design, found), found - centre
-    chi_square = (residual**2).sum(1) + ((off @ precision) * off).sum(1)
-    excess = _excess(record, chi_square)
-    covariance = np.linalg.inv(normal) * excess
-    likelihood = _log_likelihood(chi_square, covariance, excess)
-    return _Mixture(
-        law=np.zeros(len(grid), dtype=int),
+    return _Points(
         amplitudes=grid,
-        log_likelihood=likelihood,
-        weights=_weights(likelihood, grid, beliefs),
         found=found + np.array([0, contact, 0, 0]),
         covariance=covariance,
-        chi_square=chi_square,
-        taken=1 - relaxed[:, record.deepest, 0] / columns[record.deepest, 0],
-        residual_n=residual * std,
+        chi_square=(residual**2).sum(1) + ((off @ precision) * off).sum(1),
+        log_std=np.full(len(grid), np.log(std).sum()),
     )
-
-
-def _excess(record: Record, chi_square: NDArray) -> float:
-    """What the stated errors fall short of, in variance; 1 if they do not."""
-    return max(float(chi_square.min()) / _freedom(record), 1.0)
-
-
-def _log_likelihood(chi_square: NDArray, covariance: NDArray, excess: float) -> NDArray:
-    """Of each point, the linear unknowns integrated over."""
-    return 0.5 * (np.linalg.slogdet(covariance)[1] - chi_square / excess)
-
-
-def _weights(log_likelihood: NDArray, amplitudes: NDArray, beliefs: Beliefs) -> NDArray:
-    none = ~amplitudes.any(axis=1)
-    prior = np.where(none, beliefs.none / none.sum(), (1 - beliefs.none) / (~none).sum())
-    weights = prior * np.exp(log_likelihood - log_likelihood.max())
-    return weights / weights.sum()
-
-
-def _columns(record: Record, law: Law, contact: float, modulus: float) -> NDArray:
-    """Elastic force's derivatives by E*, contact and the law's growth, (n, 3)."""
-    depth = record.depth_m - contact
-    step = STEP * float(depth.max())
-    slope = (law(depth + step) - law(depth - step)) / (2 * step)
-    unit = law(depth)
-    part = np.clip(depth / depth.max(), 0, 1) - 0.5
-    return np.stack([unit, -modulus * slope, modulus * unit * part], axis=1)
-
-
-def _force_std(record: Record, law: Law, contact: float, modulus: float) -> NDArray:
-    """Standard deviation of each force, with what its depth's own error adds, (n,) [N]."""
-    depth, own = record.depth_m - contact, record.frame_std_m
-    rise = modulus * (law(depth + own) - law(depth - own)) / 2
-    return np.hypot(record.force_std_n, rise)
 
 
 def _relaxed(time: NDArray, columns: NDArray, tau: NDArray, grid: NDArray) -> NDArray:
@@ -311,80 +232,61 @@ def _relaxed(time: NDArray, columns: NDArray, tau: NDArray, grid: NDArray) -> ND
 
 @cache
 def _amplitude_grid(terms: int, *, scale: float) -> NDArray:
-    """Equally likely amplitudes of a Prony series, (g, terms).
+    """No relaxation, then equally likely amplitudes of a Prony series, (g, terms).
 
     The whole share has a half-normal prior of a scale and every split of it is as likely as any
     other: a Dirichlet distribution of ones, by the quantiles of breaking a stick.
     """
     share = scale * ndtri(0.5 + (np.arange(SHARES) + 0.5) / (2 * SHARES))
     share = share[share < LARGEST_SHARE]
-    middles = (np.arange(BREAKS) + 0.5) / BREAKS
-    splits = np.array([_split(u) for u in product(middles, repeat=terms - 1)])
+    quantiles = np.array(list(product((np.arange(BREAKS) + 0.5) / BREAKS, repeat=terms - 1)))
+    # Of what is left each break leaves a part, Beta(k, 1) with k parts still to come.
+    left = np.cumprod((1 - quantiles) ** (1 / np.arange(terms - 1, 0, -1)), axis=1)
+    splits = -np.diff(left, axis=1, prepend=1, append=0)
     grid = (share[:, None, None] * splits).reshape(-1, terms)
+    grid = np.concatenate([np.zeros((1, terms)), grid])
     grid.flags.writeable = False
     return grid
 
 
-def _split(quantiles: tuple[float, ...]) -> list[float]:
-    """Parts of a stick broken at Beta(1, k) quantiles, k the number of parts still to come."""
-    left, parts = 1.0, []
-    for k, u in zip(range(len(quantiles), 0, -1), quantiles, strict=True):
-        part = 1 - (1 - u) ** (1 / k)
-        parts.append(left * part)
-        left *= 1 - part
-    return [*parts, left]
-
-
 def _summary(
-    record: Record, mixture: _Mixture, nu: NDArray, tau: NDArray, beliefs: Beliefs
+    points: _Points,
+    excess: float,
+    weights: NDArray,
+    evidence: float,
+    tau: NDArray,
+    beliefs: Beliefs,
 ) -> RelaxationFit:
-    weights, moduli = mixture.weights, mixture.found[:, 0]
+    at, kept = points, weights > 0
+    variance = max(excess, 1) * at.covariance
+    left = 1 - relaxed_share(beliefs.at_s, fractions=at.amplitudes.T, times_s=tau)
     # The law's own scale multiplies E* whatever the record says.
-    std = np.hypot(np.sqrt(mixture.covariance[:, 0, 0]), beliefs.law_std * moduli)
-    left = 1 - relaxed_share(beliefs.at_s, fractions=mixture.amplitudes.T, times_s=tau)
-    now, *interval = (_quantile(weights, moduli, std, p) for p in LEVELS)
-    later, *later_interval = (_quantile(weights, moduli * left, std * left, p) for p in LEVELS)
-    taken = np.quantile(mixture.taken, LEVELS, weights=weights, method="inverted_cdf").tolist()
-    contact = _moments(weights, mixture.found[:, 1], mixture.covariance[:, 1, 1])
-    ratio = _moments(weights, nu[mixture.law], 0.0)
+    E, parts = at.found[kept, 0], weights[kept]
+    std = np.hypot(np.sqrt(variance[kept, 0, 0]) / E, beliefs.law_std)
+    now, *interval = _quantiles(parts, np.log(E), std)
+    later, *later_interval = _quantiles(parts, np.log(E * left[kept]), std)
+    contact = float(weights @ at.found[:, 1])
+    spread = weights @ (variance[:, 1, 1] + (at.found[:, 1] - contact) ** 2)
     return RelaxationFit(
         reduced_modulus_pa=now,
-        reduced_modulus_std_pa=_moments(weights, moduli, std**2)[1],
         reduced_modulus_interval_pa=tuple(interval),
         later_reduced_modulus_pa=later,
         later_reduced_modulus_interval_pa=tuple(later_interval),
         later_s=beliefs.at_s,
-        relaxed_share=taken[0],
-        relaxed_share_interval=tuple(taken[1:]),
         times_s=tuple(tau.tolist()),
-        fractions=tuple((weights @ mixture.amplitudes).tolist()),
-        contact_depth_m=contact[0],
-        contact_depth_std_m=contact[1],
-        poisson_ratio=ratio[0],
-        poisson_ratio_std=ratio[1],
-        law_growth=float(weights @ mixture.found[:, 2]),
-        log_evidence=mixture.log_evidence,
-        chi_square_per_sample=float(mixture.chi_square.min() / _freedom(record)),
-        rms_n=float(np.sqrt(np.mean(np.square(weights @ mixture.residual_n)))),
+        fractions=tuple((weights @ at.amplitudes).tolist()),
+        contact_depth_m=contact,
+        contact_depth_std_m=float(np.sqrt(spread)),
+        log_evidence=evidence,
+        chi_square_per_sample=excess,
     )
 
 
-def _moments(weights: NDArray, means: NDArray, variances: NDArray | float) -> tuple[float, float]:
-    """Mean and standard deviation of a mixture."""
-    mean = float(weights @ means)
-    return mean, float(np.sqrt(weights @ (variances + (means - mean) ** 2)))
-
-
-def _quantile(weights: NDArray, means: NDArray, stds: NDArray, level: float) -> float:
-    """Quantile of a mixture of normal distributions."""
+def _quantiles(weights: NDArray, means: NDArray, stds: NDArray) -> list[float]:
+    """Median and ends of the interval of a mixture of log-normal distributions."""
     ends = float((means - 9 * stds).min()), float((means + 9 * stds).max())
-    return float(brentq(lambda z: weights @ ndtr((z - means) / stds) - level, *ends))
 
+    def beyond(z: float, level: float) -> float:
+        return float(weights @ ndtr((z - means) / stds)) - level
 
-def _check(record: Record) -> None:
-    found = int((record.depth_m > 0).sum())
-    if found < FEWEST_IN_CONTACT:
-        raise ValueError(f"depth_m: expected at least 4 samples in contact, found {found}")
-    for name in ("frame_std_m", "contact_std_m", "force_std_n"):
-        if not getattr(record, name) > 0:
-            raise ValueError(f"{name}: expected above 0, found {getattr(record, name):g}")
+    return [float(np.exp(brentq(beyond, *ends, args=(level,)))) for level in LEVELS]
