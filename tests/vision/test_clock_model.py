@@ -63,13 +63,13 @@ def test_residuals_are_in_deviations():
     of = press()
     parameters = np.r_[1.5, np.log(4e4), 0.5, 0.6, -0.2, 0.4, np.arange(len(FRAMES_S)) / 10]
     found = of.residual(parameters, 0.01)
-    assert found[: len(of.time_s)] == pytest.approx(force_of(of, parameters) / 0.01 * of.near)
+    assert found[: len(of.time_s)] == pytest.approx(force_of(of, parameters) * of.weights)
     assert found[len(of.time_s)] == pytest.approx(1.5)
     assert found[len(of.time_s) + 1 :] == pytest.approx(parameters[3:])
     # Samples farther than 30 ms from all frames, which come every 100 ms, count nothing.
     away = np.abs(of.time_s[:, None] - FRAMES_S).min(axis=1)
     clear = np.abs(away - 0.03) > 1e-6
-    assert np.array_equal(of.near[clear], (away < 0.03)[clear])
+    assert np.array_equal(of.weights[clear] > 0, (away < 0.03)[clear])
 
 
 def test_a_start_goes_through_the_deepest():

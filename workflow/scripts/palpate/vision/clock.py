@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import Akima1DInterpolator
+from scipy.interpolate import Akima1DInterpolator, make_interp_spline
 from scipy.linalg import solve_banded
 from scipy.optimize import OptimizeResult, least_squares
 
@@ -25,6 +25,8 @@ MOST_FRAMES, MOST_SAMPLES = 120, 20_000
 SMALLEST_NOISE_N = 1e-3
 # Exposure and the way through USB take 20 to 100 ms, where a stamp is of the picture's coming.
 USB_CLOCK_STD_S = 0.05
+# Fits after each of which is known what a path that turns between frames makes of the force.
+ROUNDS = 2
 # Of the peak, from which force on a frame tells of the clocks.
 TELLING = 0.1
 SMALLEST_FORCE_N = 0.05
@@ -102,8 +104,11 @@ def clock_offset(
     starts = [press.start(depth_m.min() + part * span) for part in CONTACT_GUESSES]
     fits = [press.fit(start, prior_std_s) for start in starts]
     best = min(fits, key=lambda fit: fit.cost)
+    for _ in range(ROUNDS):
+        press = replace(press, unsure_n=press.unsure_of(best.x))
+        best = press.fit(best.x, prior_std_s)
     # What the model of the contact leaves is counted as noise.
-    left = np.sqrt((best.fun[: force.size] ** 2).sum() / max(press.near.sum(), 1))
+    left = np.sqrt((best.fun[: force.size] ** 2).sum() / max(np.count_nonzero(press.weights), 1))
     if left > 1:
         press = replace(press, noise_n=noise * left)
         best = press.fit(best.x, prior_std_s)
@@ -158,12 +163,21 @@ class _Press:
     frame_time_s: NDArray
     depth_m: NDArray
     depth_std_m: NDArray
+    unsure_n: NDArray | float = 0.0
 
     @cached_property
-    def near(self) -> NDArray:
-        """Weights: between frames nobody knows the path."""
+    def weights(self) -> NDArray:
+        """Of the forces, (m,) [1/N]; between frames nobody knows the path."""
         gap = np.abs(self.time_s[:, None] - self.frame_time_s).min(axis=1)
-        return (gap < NEAR_FRAME_S).astype(float)
+        return (gap < NEAR_FRAME_S) / np.hypot(self.noise_n, self.unsure_n)
+
+    def unsure_of(self, parameters: NDArray) -> NDArray:
+        """By how much a path of straight lines between the frames makes other forces, (m,) [N].
+
+        Where a loading begins or ends between two frames the smooth path is wrong by as much.
+        """
+        shared, errors = parameters[:SHARED], parameters[SHARED:]
+        return np.abs(self._force(shared, errors, smooth=False) - self._force(shared, errors))
 
     def start(self, contact_m: float) -> NDArray:
         """Parameters for a guess of the contact's place."""
@@ -178,7 +192,7 @@ class _Press:
     def residual(self, parameters: NDArray, prior_std_s: float) -> NDArray:
         """Misfit of the force, and departures from what is known beforehand, in deviations."""
         force = self._force(parameters[:SHARED], parameters[SHARED:])
-        misfit = (force - self.force_n) / self.noise_n * self.near
+        misfit = (force - self.force_n) * self.weights
         prior = parameters[0] * SCALE_S / prior_std_s
         return np.concatenate([misfit, [prior], parameters[FREE:]])
 
@@ -192,16 +206,19 @@ class _Press:
         apart = shared + np.vstack([np.zeros(SHARED), np.diag(steps[:SHARED])])
         of_shared = np.array([self._force(one, errors) for one in apart])
         rises = np.concatenate([each[1:] - each[0] for each in (of_shared, of_errors)])
-        by_force = rises / steps[:, None] / self.noise_n * self.near
+        by_force = rises / steps[:, None] * self.weights
         prior = np.eye(len(steps))[[0, *range(FREE, len(steps))]]
         prior[0] *= SCALE_S / prior_std_s
         return np.concatenate([by_force.T, prior])
 
-    def _force(self, shared: NDArray, errors: NDArray) -> NDArray:
+    def _force(self, shared: NDArray, errors: NDArray, *, smooth: bool = True) -> NDArray:
         """Force at its times, (m,) or (k, m), for errors of the depths, (n,) or (k, n)."""
         offset, stiffness, contact, curvature, relaxed, baseline = shared
         depth = self.depth_m + errors * self.depth_std_m
-        path = Akima1DInterpolator(self.frame_time_s, depth, method="makima", axis=-1)
+        if smooth:
+            path = Akima1DInterpolator(self.frame_time_s, depth, method="makima", axis=-1)
+        else:
+            path = make_interp_spline(self.frame_time_s, depth, k=1, axis=-1)
         time_s = np.clip(self.time_s - offset * SCALE_S, *self.frame_time_s[[0, -1]])
         x = np.maximum(path(time_s) - contact * SCALE_M, 0)
         elastic = np.exp(stiffness) * x**1.5 * (1 + curvature * CURVATURE_STD_PER_M * x)
