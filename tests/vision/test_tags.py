@@ -114,6 +114,16 @@ def test_tags_that_are_elsewhere_are_told():
         board_of(CHARUCO | {"white_first": True}).find(image)
 
 
+@pytest.mark.parametrize("white_first", [True, False])
+def test_tags_in_the_squares_of_the_other_order_are_named(white_first):
+    """Of an even number of squares both orders have as many tags, and no homography joins them."""
+    rng, sides = np.random.default_rng(6), ((8, 6), 0.025, 0.019, "4X4_50")
+    board = charuco(*sides, white_first=white_first)
+    image = noisy(picture(board, posed(board, rng)), rng)
+    with pytest.raises(ValueError, match=r"in the other squares \(white_first: true or false\?\)"):
+        charuco(*sides, white_first=not white_first).find(image)
+
+
 def test_a_few_tags_that_are_elsewhere_are_misread():
     """Less than a third of a board's tags: of a picture too coarse for the others."""
     board, far_px = board_of(CHARUCO), np.full((6, 4), 90.0)

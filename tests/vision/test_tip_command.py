@@ -105,14 +105,34 @@ def test_wrong_poses(tmp_path, refused, table):
     poses = pd.read_csv(table)
     write_table(table, poses.drop(columns="marker_qw"))
     assert "poses.csv: marker_qw: expected a column, found none" in refused(table)
-    write_table(table, poses.assign(marker_qw=0))
+    write_table(table, poses.assign(marker_qw=0.1))
     assert "expected quaternions of length 1" in refused(table)
     folder = tmp_path / "matrices"
     folder.mkdir()
     (folder / "1.txt").write_text("1 0 0\n")
-    assert "1.txt: pose: expected 4 x 4 finite numbers, found 1 x 3" in refused(folder)
+    assert "1.txt: pose: expected 4 x 4 numbers, found 1 x 3" in refused(folder)
     np.savetxt(folder / "1.txt", np.diag([2, 1, 1, 1]))
     assert "1: expected a rotation and a shift" in refused(folder)
+
+
+@pytest.mark.parametrize("lost", [np.nan, 0.0])
+def test_frames_in_which_a_tracker_lost_its_target_are_left_out(table, given, refused, lost):
+    poses = pd.read_csv(table).drop(columns=["frame", "detected"], errors="ignore")
+    before = given(table)
+    poses.loc[[4, 7], :] = lost
+    write_table(table, poses)
+    lines = given(table)
+    assert "left out, since the tracker lost its target: 4, 7" in lines
+    assert f"{len(poses) - 2} poses" in lines and f"{len(poses)} poses" in before
+    write_table(table, poses.assign(**dict.fromkeys(poses.columns, lost)))
+    assert f"poses: expected some, found {len(poses)} that were lost" in refused(table)
+
+
+def test_a_tracker_s_z_may_point_away_from_the_target(table, given):
+    away = np.diag([1.0, -1.0, -1.0, 1.0])
+    (tip,) = [line for line in given(table).splitlines() if line.startswith("  tip ")]
+    write_table(table, marker_columns(away @ turned_handle()))
+    assert tip in given(table)
 
 
 def test_a_refusal_names_the_source(table, refused):
@@ -151,8 +171,7 @@ def inverted(poses):
 def test_poses_that_are_the_other_way(table, refused):
     write_table(table, inverted(turned_handle()))
     line = refused(table)
-    assert "marker_z_m: expected a board before the camera, above 0, found -" in line
-    assert "in row 0 (camera from board, or the other way?)" in line
+    assert "poses: expected the tip nearer to the board than to the camera, found it" in line
     # Of a board whose z points to the camera that lies before the board.
     facing = turned_handle() @ np.diag([1.0, -1.0, -1.0, 1.0])
     write_table(table, inverted(facing))

@@ -40,12 +40,12 @@ def _tip(options: argparse.Namespace) -> None:
 
     check_output(options.output, options.source)
     _check_unit(options)
-    names, poses, probe = poses_of(options)
+    names, poses, lost, probe = poses_of(options)
     try:
         found = _found(options, names, poses, probe)
     except ValueError as error:
         raise ValueError(f"{options.source}: {error}") from None
-    print("\n".join([*_lines(options.source, found, names), *_doubts(found, probe)]))
+    print("\n".join([*_lines(options.source, found, names, lost), *_doubts(found, probe)]))
     if "marker_from_force" in probe:
         print("\n".join(_blocks(found, force_from_tip(probe["marker_from_force"], found.tip_m))))
     if options.output is not None:
@@ -75,7 +75,9 @@ def _found(
     )
 
 
-def _lines(source: Path, found: "Pivot", names: Sequence[str]) -> Iterator[str]:
+def _lines(
+    source: Path, found: "Pivot", names: Sequence[str], lost: Sequence[str]
+) -> Iterator[str]:
     from palpate.vision.pivot_json import left_out, optics_std_m, verdict
 
     turn = ", ".join(f"{value:.1f}" for value in found.turn_deg)
@@ -89,6 +91,8 @@ def _lines(source: Path, found: "Pivot", names: Sequence[str]) -> Iterator[str]:
     else:
         optics_mm = optics_std_m(found) * MILLIMETRES
         yield f"  of the deviations, what the camera's optics are wrong by: {optics_mm:.2g} mm"
+    if lost:
+        yield f"  left out, since the tracker lost its target: {', '.join(lost)}"
     for name, off_m in left_out(found, names).items():
         yield f"  left out: {name}: {off_m * MILLIMETRES:.1f} mm off"
     yield f"  {verdict(found)}"

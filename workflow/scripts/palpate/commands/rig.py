@@ -2,7 +2,7 @@
 
 import argparse
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import floor, inf, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,8 +34,10 @@ def add_devices(verb: argparse.ArgumentParser) -> None:
     )
 
 
-def poses_of(options: argparse.Namespace) -> tuple[Sequence[str], "NDArray", Mapping]:
-    """Names of the poses, poses camera_from_marker (n, 4, 4), and the file that has the board.
+def poses_of(options: argparse.Namespace) -> tuple[list[str], "NDArray", list[str], Mapping]:
+    """Names of the poses, poses camera_from_marker (n, 4, 4), names of those that were lost.
+
+    And the file that has the board.
 
     Raises
     ------
@@ -53,7 +55,7 @@ def poses_of(options: argparse.Namespace) -> tuple[Sequence[str], "NDArray", Map
         return *read_poses(source, options.unit), probe
     needed(options, "sensor", "board")
     table = film_table(source, sensor_file(options.sensor), probe["marker"])
-    return [f"frame {k}" for k in table["frame"]], marker_transforms(table), probe
+    return [f"frame {k}" for k in table["frame"]], marker_transforms(table), [], probe
 
 
 def needed(options: argparse.Namespace, *names: str) -> None:

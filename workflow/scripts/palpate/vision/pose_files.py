@@ -16,8 +16,11 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 TOLERANCE = 1e-3
 
 
-def read_poses(source: Path, unit: str = "m") -> tuple[Sequence[str], NDArray]:
+def read_poses(source: Path, unit: str = "m") -> tuple[list[str], NDArray, list[str]]:
     """Names and poses camera_from_marker (n, 4, 4) of a folder of matrices, or of a table.
+
+    Trackers write no numbers, or zeros, where they lost their target: the third are the names of
+    those that are left out for it. Their z may point away from the target.
 
     Parameters
     ----------
@@ -31,16 +34,20 @@ def read_poses(source: Path, unit: str = "m") -> tuple[Sequence[str], NDArray]:
     Raises
     ------
     ValueError
-        That names file and field, if there is no pose or a wrong one, or a table's board lies
-        behind the camera; of what else tracks a board, z may point anywhere.
+        That names file and field, if there is no pose or a wrong one.
     """
     names, poses = _matrices(source, unit) if source.is_dir() else _rows(source)
+    lost = ~(np.isfinite(poses).all(axis=(1, 2)) & poses[:, :3, :3].any(axis=(1, 2)))
+    left_out = [name for name, out in zip(names, lost, strict=True) if out]
+    names, poses = [name for name in names if name not in left_out], poses[~lost]
+    if not names:
+        raise ValueError(f"{source}: poses: expected some, found {len(left_out)} that were lost")
     for name, pose in zip(names, poses, strict=True):
         turn = pose[:3, :3]
         rigid = np.allclose(turn @ turn.T, np.eye(3), atol=TOLERANCE) and np.linalg.det(turn) > 0
         if not rigid or not np.allclose(pose[3], [0, 0, 0, 1]):
             raise ValueError(f"{source}: {name}: expected a rotation and a shift, found another")
-    return names, poses
+    return names, poses, left_out
 
 
 def _matrices(folder: Path, unit: str) -> tuple[Sequence[str], NDArray]:
@@ -58,9 +65,9 @@ def _matrix(path: Path) -> NDArray:
         pose = np.loadtxt(path, ndmin=2)
     except ValueError:
         raise ValueError(f"{path}: pose: expected 4 x 4 numbers, found others") from None
-    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+    if pose.shape != (4, 4):
         found = " x ".join(map(str, pose.shape))
-        raise ValueError(f"{path}: pose: expected 4 x 4 finite numbers, found {found}")
+        raise ValueError(f"{path}: pose: expected 4 x 4 numbers, found {found}")
     return pose
 
 
@@ -68,18 +75,16 @@ def _rows(path: Path) -> tuple[Sequence[str], NDArray]:
     table = read_table(path)
     if "detected" in table:
         table = table[table["detected"] == 1]
+    names = table["frame"] if "frame" in table else range(len(table))
+    poses, turns = np.full((len(table), 4, 4), np.nan), table.reindex(columns=QUATERNION)
+    seen = ~(turns.isna().all(axis=1) | (turns == 0).all(axis=1)).to_numpy()
     try:
-        poses = np.tile(np.eye(4), (len(table), 1, 1))
-        poses[:, :3, :3] = turns_of(table)
-        poses[:, :3, 3] = columns_of(table, MARKER)
+        poses[seen, :3, 3] = columns_of(table[seen], MARKER)
+        if seen.any() or not len(seen):
+            poses[seen, :3, :3] = turns_of(table[seen])
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    if (behind := np.flatnonzero(poses[:, 2, 3] <= 0)).size:
-        raise ValueError(
-            f"{path}: {MARKER[2]}: expected a board before the camera, above 0, found"
-            f" {poses[behind[0], 2, 3]:g} in row {behind[0]} (camera from board, or the other way?)"
-        )
-    names = table["frame"] if "frame" in table else range(len(table))
+    poses[seen, 3] = [0, 0, 0, 1]
     return [str(name) for name in names], poses
 
 

@@ -60,6 +60,8 @@ class TaggedBoard:
         Least and largest x, y of what is printed.
     black_m : (m, 2, 2) array
         Least and largest x, y of each black square.
+    others_m : (k, 4, 2) array, optional
+        Corners of the tags where the other squares are white.
     """
 
     points_m: NDArray
@@ -70,6 +72,7 @@ class TaggedBoard:
     border: int
     outline_m: NDArray
     black_m: NDArray
+    others_m: NDArray | None = None
 
     ambiguous = False
 
@@ -167,6 +170,7 @@ class TaggedBoard:
         off = off_others(pixels.reshape(-1, 2), flat, grey.shape)
         if len(places) >= FEWEST_TURNED and np.median(off) > OFF_PX:
             self._check_turn(flat, pixels, float(np.median(off)), grey.shape)
+            self._check_order(names[known], pixels, float(np.median(off)), grey.shape)
         self._check_places(off.reshape(-1, 4), self._step_px(places, pixels))
         kept = without_outliers(pixels.reshape(-1, 2), flat, grey.shape)
         right = np.isfinite(kept.reshape(-1, 8)).all(axis=1)
@@ -183,6 +187,19 @@ class TaggedBoard:
                     f"marker: expected tags as {self.dictionary} has them, found each turned by"
                     f" {90 * turns} degrees (tag_turns?)"
                 )
+
+    def _check_order(
+        self, names: NDArray, pixels: NDArray, off_px: float, shape: tuple[int, int]
+    ) -> None:
+        """Reject tags that fit the board only in the other squares."""
+        if self.others_m is None:
+            return
+        others = self.others_m[np.searchsorted(self.ids, names)].reshape(-1, 2)
+        if np.median(off_others(pixels.reshape(-1, 2), others, shape)) < TURNED * off_px:
+            raise ValueError(
+                "marker: expected its tags where the file's white_first puts them, found them in"
+                " the other squares (white_first: true or false?)"
+            )
 
     def _check_places(self, off_px: NDArray, step_px: float) -> None:
         """Refuse tags elsewhere than the file says, by their corners' distances (k, 4)."""
@@ -261,6 +278,7 @@ def charuco(
         border=1,
         outline_m=np.array([[-1, -1], [columns - 1, rows - 1]]) * square_m,
         black_m=np.stack([lower[~white], lower[~white] + square_m], axis=1),
+        others_m=_squares(lower[~white] + gap_m, tag_m) if white.size % 2 == 0 else None,
     )
 
 
