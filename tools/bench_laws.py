@@ -1,4 +1,4 @@
-"""The direct estimate on solids of laws that it does not know, from tables alone, no pictures.
+"""The direct estimate on solids of laws that it does not know, from tables alone.
 
 A block of each law of `laws_of_solids` is pressed by finite elements; force and surface of that
 press, with noise, are three captures. Their estimate is held to what was pressed.
@@ -136,7 +136,7 @@ def row_of(
         )
         for k in range(CAPTURES)
     ]
-    options = Fit(shift_std_m=2e-5, picture_std_m=1e-3)
+    options = Fit(shift_std_m=2e-5)
     found = estimate_direct(captures, options, radius_m=RADIUS_M)
     told = np.array([found.quantities.depth_m])
     harder = float((truth.force(told, nu, 0.0) / table.force(told, nu, 0.0))[0])

@@ -6,7 +6,7 @@ import numpy as np
 from floor import floor
 from numpy.typing import NDArray
 from palpate.estimate.direct.indentation import DirectIndentation, Parameters, SupportAxes
-from palpate.estimate.direct.motion import SurfaceMotion, no_pictures
+from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
 from palpate.estimate.direct.table import SampleTable, axes_across
 from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
@@ -26,13 +26,12 @@ OPTIONS = Fit(
     fraction_std=0.1,
     fraction_step_std=0.1,
     shift_std_m=2e-5,
-    picture_std_m=1e-3,
     rig=NO_RIG,
     model_std=EXACT_TABLE,
 )
 START = Parameters(
     *(1e4, 0.2, 0.0, 0.0, 0.0, np.zeros(2), np.array(RELAXATION_TIMES_S)),
-    *(0.0, 0.0, *map(np.zeros, (3, 2, 2, 3))),
+    *(0.0, 0.0, 0.0, np.zeros(2), np.zeros(3)),
 )
 UNBONDED = floor(1e-3, height_m=-0.05, contact="resting")
 BONDED = replace(UNBONDED, contact="bonded")
@@ -55,11 +54,11 @@ def made_up_table(cell_m):
     r, step = np.linalg.norm(cell_m, axis=1), 1e-4
     across = axes_across(np.array([0.0, 0.0, -1.0]))
     by_place = [(motion(step * axis) - motion(-step * axis)) / (2 * step) for axis in across]
-    # No sample follows the material.
-    by_place = np.array([*by_place, *np.zeros_like(by_place)])
     stiffening = np.outer(0.4 - 0.4 * nus, np.sqrt(depth / 0.009))
     change = -0.2 * stiffening[..., None] * depth[:, None] * (RADIUS_M / r) ** 2
-    return SampleTable(nus, depth, force, stiffening, motion(np.zeros(3)), change, by_place)
+    return SampleTable(
+        nus, depth, force, stiffening, motion(np.zeros(3)), change, np.array(by_place)
+    )
 
 
 def support_axes(cell_m, support, options=MOVING_SUPPORT):
@@ -134,7 +133,7 @@ def indentation_of(
     used = np.flatnonzero(depth > least_m)[:kept]
     # What the force moves depends on the force, whatever the law at the contact.
     first = model.depth(elastic[used] / E, nu, 0.0).depth_m
-    motion = model.motion(first, nu, laws[1], np.append(beside_m, [0.0, 0.0])).motion_m
+    motion = model.motion(first, nu, laws[1], np.array(beside_m)).motion_m
     motion = motion + noise * rng.normal(0, motion_std_m, motion.shape)
     offset = noise * rng.normal(0, offset_std_m)
     measured = depth[used] + offset + noise * rng.normal(0, 8e-5, len(used))
@@ -157,8 +156,6 @@ def indentation_of(
         force_std_n=0.003 * force.max(),
         contact_m=np.zeros(3),
         cell_m=cell,
-        way=np.tile([0.0, 0, 1], (len(cell), 1)),
-        axis=np.zeros(len(cell), dtype=int),
         moved_m=motion,
         noise_std_m=np.full(motion.shape, motion_std_m),
         moved_std_m=np.full(motion.shape, motion_std_m),
@@ -171,7 +168,7 @@ def indentation_of(
 
 
 def displacement_of(cell_m, normal, moved_m, rest, *, std_m=1e-4, rest_std_m=4e-5):
-    """Displacement along the normals of samples that are seen in all frames, without pictures."""
+    """Displacement along the normals of samples that are seen in all frames."""
     return SurfaceMotion(
         cell_m=cell_m,
         normal=normal,
@@ -181,7 +178,6 @@ def displacement_of(cell_m, normal, moved_m, rest, *, std_m=1e-4, rest_std_m=4e-
         rest_std_m=np.full(len(cell_m), rest_std_m),
         points=np.full(moved_m.shape, 9),
         rest_frames=np.arange(rest),
-        **no_pictures(*moved_m.shape),
     )
 
 

@@ -58,11 +58,6 @@ def as_options_say(capture, options):
     )
 
 
-def followed_in_pictures(table):
-    """A table whose samples are all seen in the picture."""
-    return replace(table, motion_by_place=np.tile(table.motion_by_place[:2], (2, 1, 1, 1)))
-
-
 CAPTURE = indentation_of(
     *(E, NU, 1),
     noise=0.0,
@@ -76,7 +71,7 @@ CAPTURE = replace(
     tip_std_m=NOISE_M,
     force_std_n=TINY,
     clock_std_s=TINY,
-    table=replace(followed_in_pictures(made_up_table(SIDE_M)), softer=NO_SLIDING),
+    table=replace(made_up_table(SIDE_M), softer=NO_SLIDING),
 )
 TRUTH = replace(START, youngs_modulus_pa=E, poisson_ratio=NU)
 FORCE_N, TIME_S = CAPTURE.force_n[CAPTURE.frames], CAPTURE.time_s[CAPTURE.frames]
@@ -255,7 +250,6 @@ TERMS = {
     "clock_std_s": ("clocks", 0.1, learnt(stacked(SPEED_M_S, surface(SPEED_M_S)))),
     "shift_std_m": ("zero of the motion", 1e-4, learnt(stacked(0.0, 1.0))),
     "place_std_m": ("place of the contact", 3e-3, PLACES),
-    "picture_std_m": ("place in the picture", 2e-3, PLACES),
     # Tip and surface go down together.
     "sinking_std_m": ("sinking", 2e-4, learnt(stacked(LOAD, -LOAD[:, None]))),
     "rocking_std_rad": ("rocking", 3e-3, ROCKING),

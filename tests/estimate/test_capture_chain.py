@@ -7,7 +7,7 @@ import pytest
 from made_up_indentation import displacement_of
 from palpate.estimate.direct.contact import FORCE_DEVIATIONS
 from palpate.estimate.direct.estimate import estimate_direct
-from palpate.estimate.direct.observe import observed_motion, rest_frames
+from palpate.estimate.direct.motion import observed_motion, rest_frames
 from palpate.estimate.direct.options import Fit, Observation
 from palpate.estimate.direct.problem import ProbeRecord, direct_indentation
 from palpate.estimate.direct.rig import ProbeUncertainty
@@ -170,6 +170,11 @@ def test_samples_outside_of_the_contact_near_enough_and_off_the_edges(direct, sy
     assert np.array_equal(found.moved_m[0] == 0, (NORMAL[chosen, 2] == 0))
 
 
+def on_top(found):
+    """Which samples are on the upper side, whose normals are upright."""
+    return np.isclose(found.cell_m[:, 2], TOP_M)
+
+
 def test_depths_forces_and_displacements_are_those_of_the_capture(plain, synthetic, record):
     options = Fit()
     assert plain.depth_m == pytest.approx(DEPTH_M[plain.frames], abs=4 * TIP_STD_M)
@@ -178,7 +183,7 @@ def test_depths_forces_and_displacements_are_those_of_the_capture(plain, synthet
     assert plain.force_n == pytest.approx(force_n(DEPTH_M, synthetic.radius_m), abs=4 * NOISE_N)
     assert plain.force_std_n == pytest.approx(NOISE_N, rel=0.5)
     assert np.rad2deg(plain.oblique_rad) < 1
-    seen = sunk_m(plain.cell_m, DEPTH_M[plain.frames], synthetic.radius_m) * plain.way[:, 2]
+    seen = sunk_m(plain.cell_m, DEPTH_M[plain.frames], synthetic.radius_m) * on_top(plain)
     assert np.array_equal(plain.moved_m, seen)
     # A frame's own noise of 30 um, and of the rest 40 um.
     assert plain.noise_std_m == pytest.approx(np.full(seen.shape, 5e-5))
@@ -207,11 +212,10 @@ def off_m(found, radius_m, place_m):
     depth = np.array([0.004])
 
     def truth(x):
-        return sunk_m(found.cell_m + [x, 0, 0], depth, radius_m)[0] * found.way[:, 2]
+        return sunk_m(found.cell_m + [x, 0, 0], depth, radius_m)[0] * on_top(found)
 
     by_x = (truth(-1e-4) - truth(1e-4)) / 2e-4
-    places = np.append(place_m, [0.0, 0.0])
-    error = found.table.motion(depth, NU, 0.0, places).motion_m[0] - truth(0.0)
+    error = found.table.motion(depth, NU, 0.0, place_m).motion_m[0] - truth(0.0)
     return float(error @ by_x / (by_x @ by_x))
 
 

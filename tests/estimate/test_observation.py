@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.estimate.direct.motion import load_motion, save_motion, surface_motion
-from palpate.estimate.direct.observe import rest_frames
+from palpate.estimate.direct.motion import load_motion, rest_frames, save_motion, surface_motion
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.samples import ProbeInView
 from palpate.surface.alignment import Alignment, AlignmentResidual

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.direct.observe import CLEAR_WINDOWS, tip_clearance, views_of
+from palpate.estimate.direct.motion import CLEAR_WINDOWS, tip_clearance, views_of
 from palpate.estimate.direct.options import Observation
 from palpate.estimate.direct.samples import (
     ProbeInView,

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from palpate.capture.tables import write_table
-from palpate.estimate.direct.motion import SurfaceMotion, no_pictures
+from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.result import CaptureFit, load_fitted, save_fitted
 from palpate.report.data_package import data_package
 from palpate.report.data_tables import (
@@ -37,7 +37,6 @@ def motion():
         rest_std_m=np.full(SAMPLES, 5e-5),
         points=np.ones((FRAMES, SAMPLES), int),
         rest_frames=np.array([0, 1]),
-        **no_pictures(FRAMES, SAMPLES),
     )
 
 
@@ -60,7 +59,6 @@ def fit(motion):
         cell_m=cells,
         contact_m=contact,
         distance_m=np.linalg.norm(cells - contact, axis=1),
-        axis=np.zeros(3, int),
     )
 
 
@@ -94,7 +92,6 @@ def test_force_has_fit_and_residual_of_captures_and_of_curves(fit):
 def test_motion_is_all_that_was_seen_with_the_model_where_it_was_compared(fit, motion):
     table = motion_table({KEY: fit}, [motion]).set_index(["frame", "sample"])
     assert len(table) == FRAMES * SAMPLES - 2
-    assert (table["axis"] == 0).all()
     compared = table[table["fitted_moved_m"].notna()]
     # Sample 1 was not seen in frame 3.
     assert set(compared.index) == {(2, 7), (2, 1), (2, 4), (3, 7), (3, 4)}

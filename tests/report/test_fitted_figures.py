@@ -24,8 +24,8 @@ FOUND = {
 
 
 def capture_fit():
-    depth, away = np.array([0.001, 0.003, 0.002]), np.array([0.02, 0.04, 0.06, 0.02])
-    moved = -0.01 * np.outer(depth, [3.0, 2.0, 1.0, 9.0])
+    depth, away = np.array([0.001, 0.003, 0.002]), np.array([0.02, 0.04, 0.06])
+    moved = -0.01 * np.outer(depth, [3.0, 2.0, 1.0])
     return CaptureFit(
         time_s=np.arange(3.0),
         tip_depth_m=depth,
@@ -36,11 +36,10 @@ def capture_fit():
         depth_expected_std_m=np.full(3, 5e-5),
         moved_m=moved,
         fitted_moved_m=moved - 2e-5,
-        moved_expected_std_m=np.full((3, 4), 1e-5),
-        cell_m=np.zeros((4, 3)),
+        moved_expected_std_m=np.full((3, 3), 1e-5),
+        cell_m=np.zeros((3, 3)),
         contact_m=np.zeros(3),
         distance_m=away,
-        axis=np.array([0, 0, 0, 1]),
     )
 
 
@@ -88,7 +87,6 @@ def test_values_far_from_all_others_are_left_outside_and_counted():
         fitted_moved_m=np.zeros((3, 401)),
         moved_expected_std_m=np.full((3, 401), 1e-5),
         distance_m=np.linspace(0.02, 0.06, 401),
-        axis=np.zeros(401, int),
     )
     with journal():
         _, motion, _, left = fits(["kinect"], [{"1": one}]).axes

@@ -51,7 +51,6 @@ def pressed(frames=5):
         cell_m=at,
         contact_m=np.array([0, 0, 0.04]),
         distance_m=np.ones(len(at)),
-        axis=np.zeros(len(at), int),
     )
     return tracked, fit, np.linspace(0, 2, frames)
 

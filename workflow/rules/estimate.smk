@@ -73,8 +73,6 @@ rule indentation:
 rule surface_motion:
     input:
         object=RUN.raw("{object}/object.yaml"),
-        capture=RUN.raw("{object}/{sensor}/{capture}"),
-        mask=RUN.of_capture("mask.npz"),
         optics=RUN.optics_of,
         template=RUN.template_of,
         alignment=RUN.of_capture("alignment.json"),

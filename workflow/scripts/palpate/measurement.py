@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from palpate.capture.capture import Capture
 from palpate.capture.streams import Stream
 from palpate.capture.tables import columns_of
-from palpate.estimate.direct.motion import SurfaceMotion
-from palpate.estimate.direct.observe import Pictures, observed_motion, rest_frames
+from palpate.estimate.direct.motion import SurfaceMotion, observed_motion, rest_frames
 from palpate.estimate.hertz.indentation import force_onset, indentation_of
 from palpate.frames import Film
 from palpate.press import press_of
@@ -30,10 +29,8 @@ from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, read_template
 from palpate.surface.tracked import Tracked
 from palpate.vision.background import build_model
-from palpate.vision.camera import camera_from_spec
 from palpate.vision.clock import ClockOffset
 from palpate.vision.clouds import Reach, clouds_of, read_clouds, save_clouds
-from palpate.vision.flow import uncovered_share
 from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks, masks_of, save_masks
 from palpate.vision.probe import ALONG_STD, AXIS, TIP
@@ -193,10 +190,6 @@ def measure(
         indenter_radius_m=radius,
     )
     rest = rest_frames(template, alignment, tips, forces, radius_m=radius, onset_force_n=least)
-    pictures = None
-    if config.direct.observation.pictures:
-        images, camera = Stream(capture.folder, sensor), camera_from_spec(sensor["color"])
-        pictures = Pictures(images, camera, uncovered_share(masks))
     motion = observed_motion(
         template,
         alignment,
@@ -206,7 +199,6 @@ def measure(
         sensor,
         config.direct.observation,
         radius_m=radius,
-        pictures=pictures,
     )
     return Measurement(
         capture=capture,

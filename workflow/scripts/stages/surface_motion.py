@@ -4,15 +4,11 @@ import logging
 
 import numpy as np
 from palpate.capture.files import whole_file
-from palpate.capture.streams import Stream
-from palpate.estimate.direct.motion import save_motion
-from palpate.estimate.direct.observe import Pictures, observed_motion, rest_frames
+from palpate.estimate.direct.motion import observed_motion, rest_frames, save_motion
 from palpate.estimate.direct.options import Observation
 from palpate.surface.alignment import load_alignment
-from palpate.vision.camera import camera_from_spec, sensor_with_optics
+from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import read_clouds
-from palpate.vision.flow import uncovered_share
-from palpate.vision.foreground import load_masks
 from palpate.vision.probe import AXIS
 from palpate.workflow.capture_inputs import read_probe
 from palpate.workflow.job import naming, run
@@ -32,11 +28,6 @@ def main(snakemake):
         )
     options = Observation.read(params.options)
     sensor = sensor_with_optics(params.sensor, inputs.get("optics"))
-    pictures = None
-    if options.pictures:
-        uncovered = uncovered_share(load_masks(inputs.mask))
-        images, camera = Stream(inputs.capture, sensor), camera_from_spec(sensor["color"])
-        pictures = Pictures(images, camera, uncovered)
     with naming(inputs.clouds, "clouds", "frames"):
         motion = observed_motion(
             *known,
@@ -46,7 +37,6 @@ def main(snakemake):
             sensor,
             options,
             radius_m=radius,
-            pictures=pictures,
         )
     logging.info("%d samples, %d frames at rest", motion.moved_m.shape[1], len(rest))
     with whole_file(snakemake.output.motion) as part:

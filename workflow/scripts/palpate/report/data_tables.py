@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.estimate.direct.motion import MotionAlong, SurfaceMotion
+from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.result import CaptureFit
 
 # Width of the rings of a profile [m].
@@ -95,19 +95,17 @@ def motion_table(
     """
     found = {}
     for (key, one), motion in zip(fits.items(), motions, strict=True):
-        along = MotionAlong.of(motion)
-        fitted, expected = np.full((2, *along.moved_m.shape), np.nan)
-        compared = np.ix_(one.frames, _places(one, along))
+        fitted, expected = np.full((2, *motion.moved_m.shape), np.nan)
+        compared = np.ix_(one.frames, _places(one, motion))
         fitted[compared], expected[compared] = one.fitted_moved_m, one.moved_expected_std_m
-        frame, place = np.nonzero(np.isfinite(along.moved_m))
-        moved, model = along.moved_m[frame, place], fitted[frame, place]
+        frame, place = np.nonzero(np.isfinite(motion.moved_m))
+        moved, model = motion.moved_m[frame, place], fitted[frame, place]
         found[key] = {
             "frame": frame,
             "time_s": one.time_s[frame],
-            "sample": place % len(motion.cell_m),
-            "axis": along.axis[place],
+            "sample": place,
             "moved_m": moved,
-            "moved_std_m": along.std_m[frame, place],
+            "moved_std_m": motion.std_m[frame, place],
             "fitted_moved_m": model,
             "moved_residual_m": moved - model,
             "moved_expected_std_m": expected[frame, place],
@@ -123,7 +121,7 @@ def profile_table(fits: Mapping[tuple[str, str], CaptureFit]) -> pd.DataFrame:
     found = {}
     for key, one in fits.items():
         row = int(np.argmax(one.depth_m))
-        seen = np.isfinite(one.moved_m[row]) & (one.axis == 0)
+        seen = np.isfinite(one.moved_m[row])
         samples = pd.DataFrame(
             {
                 "distance_m": one.distance_m[seen],
@@ -144,13 +142,11 @@ def profile_table(fits: Mapping[tuple[str, str], CaptureFit]) -> pd.DataFrame:
     return _joined(found)
 
 
-def _places(one: CaptureFit, along: MotionAlong) -> NDArray:
+def _places(one: CaptureFit, motion: SurfaceMotion) -> NDArray:
     """Where the samples that were compared stand among all, (c,)."""
-    every = zip(along.axis.tolist(), along.cell_m.tolist(), strict=True)
-    known = {(axis, *cell): place for place, (axis, cell) in enumerate(every)}
-    wanted = zip(one.axis.tolist(), one.cell_m.tolist(), strict=True)
+    known = {tuple(cell): place for place, cell in enumerate(motion.cell_m.tolist())}
     try:
-        return np.array([known[axis, *cell] for axis, cell in wanted], dtype=int)
+        return np.array([known[tuple(cell)] for cell in one.cell_m.tolist()], dtype=int)
     except KeyError:
         raise ValueError("samples: expected those of the motion, found others") from None
 

@@ -39,14 +39,11 @@ def figure_of_estimates(estimates: Sequence[tuple[str, DirectEstimate]]) -> Figu
 
 def _motion(one: CaptureFit, axes: Axes) -> None:
     """Motion of the surface along its normals in the deepest frame, seen and fitted."""
-    frame, along = int(np.argmax(one.depth_m)), one.axis == 0
-    distance = MILLIMETRES * one.distance_m[along]
+    frame, distance = int(np.argmax(one.depth_m)), MILLIMETRES * one.distance_m
     for values, colour, label in (
         (one.moved_m, GREY, "seen, deepest frame"),
         (one.fitted_moved_m, ORANGE, "fitted"),
     ):
-        axes.plot(
-            distance, MILLIMETRES * values[frame, along], ".", ms=3, color=colour, label=label
-        )
+        axes.plot(distance, MILLIMETRES * values[frame], ".", ms=3, color=colour, label=label)
     axes.set(xlabel="distance from the contact (mm)", ylabel="motion along the normal (mm)")
     axes.legend()

@@ -124,13 +124,12 @@ def _force(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
 def _motion(axes: Axes, left: Axes, captures: Mapping[str, CaptureFit]) -> None:
     drawn = []
     for number, one in enumerate(captures.values()):
-        frame, along = int(np.argmax(one.depth_m)), one.axis == 0
-        away = MILLIMETRES * one.distance_m[along]
-        seen, told = (MILLIMETRES * m[frame, along] for m in (one.moved_m, one.fitted_moved_m))
+        frame, away = int(np.argmax(one.depth_m)), MILLIMETRES * one.distance_m
+        seen, told = (MILLIMETRES * m[frame] for m in (one.moved_m, one.fitted_moved_m))
         names = ("_nolegend_", "_nolegend_") if number else ("seen", "computed")
         axes.plot(away, seen, ".", ms=3, color=GREY, label=names[0])
         axes.plot(away, told, ".", ms=2, color=ORANGE, label=names[1])
-        _band(left, *_by_ring(away, MILLIMETRES * one.moved_expected_std_m[frame, along]))
+        _band(left, *_by_ring(away, MILLIMETRES * one.moved_expected_std_m[frame]))
         left.plot(away, seen - told, ".", ms=2.5, color=GREY)
         drawn.append((seen, told))
     seen, told = (np.concatenate(each) for each in zip(*drawn, strict=True))

@@ -64,12 +64,6 @@ SOURCES = {
         "the surface at rest",
         "Film more frames before the press, with nothing moving.",
     ),
-    "place in the picture": Words(
-        "colour camera beside depth camera",
-        "Calibrate the colour camera against the depth camera: photograph one board with both at"
-        " once, `palpate calibrate camera color infrared --kind depth`. Then state how well they"
-        " agree (`direct.fit.picture_std_m`).",
-    ),
     "tip of the probe": Words(
         "place of the ball's centre in the target's frame",
         "Calibrate it: `palpate calibrate tip` (docs/rig.md).",

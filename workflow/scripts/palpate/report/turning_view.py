@@ -54,17 +54,16 @@ def view_of(tracked: Tracked, fit: CaptureFit, force_n: Sequence[float]) -> dict
         the frames.
     """
     shown = _spread(len(fit.frames), int(np.argmax(fit.depth_m)))
-    along = fit.axis == 0
     steps, step_mm, middle_mm = in_steps(tracked)
     numbers = fit.frames[shown]
-    seen, computed = (MILLIMETRES * m[shown][:, along] for m in (fit.moved_m, fit.fitted_moved_m))
+    seen, computed = (MILLIMETRES * m[shown] for m in (fit.moved_m, fit.fitted_moved_m))
     return {
         "steps": encoded(steps[numbers], "<i2"),
         "step_mm": step_mm,
         "faces": encoded(tracked.faces, "<u4"),
         "vertices": len(tracked.template_m),
         "size_mm": float(np.linalg.norm(np.ptp(steps[0], axis=0)) * step_mm),
-        "samples": _rounded((MILLIMETRES * fit.cell_m[along] - middle_mm).ravel()),
+        "samples": _rounded((MILLIMETRES * fit.cell_m - middle_mm).ravel()),
         "seen": [_rounded(row) for row in seen],
         "computed": [_rounded(row) for row in computed],
         "most_mm": round(float(np.nanpercentile(np.abs(seen), MOST)), DECIMALS),

@@ -150,7 +150,7 @@ def _of_rig(onto: NDArray, best: Solution, errors: tuple[RigError, ...]) -> list
     each = zip(best.indentations, best.parameters, best.scales, best.places, strict=True)
     for one, p, scale, at in each:
         line = linearised(one, p)
-        motion_rows = (line.motion_slope * scale.weights(line.motion, one.kind)[:, None]).T
+        motion_rows = (line.motion_slope * scale.weights(line.motion)[:, None]).T
         moved.append([])
         for error in errors:
             other = residuals(error.changed(one, error.std), p)
@@ -168,7 +168,7 @@ def _of_rig(onto: NDArray, best: Solution, errors: tuple[RigError, ...]) -> list
 def _of_noise(onto: NDArray, best: Solution) -> list[Source]:
     """Noise of displacements and depths, as large as the fit's deviations and sharing have it."""
     each = list(zip(best.indentations, best.scales, strict=True))
-    motion = [np.median(one.moved_std_m[one.seen] * s.of(one.kind)[0]) for one, s in each]
+    motion = [np.median(one.moved_std_m[one.seen] * s.motion) for one, s in each]
     depth = [np.median(one.depth_std_m) for one in best.indentations]
     found = []
     for kind, stds in (("motion", motion), ("depth", depth)):

@@ -1,6 +1,5 @@
 """How far what is compared scatters: noise, what moves with the surface, and what errs together."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,8 +8,6 @@ from scipy.optimize import nnls
 from scipy.spatial import cKDTree
 
 from palpate.estimate.direct.indentation import (
-    AXES,
-    KINDS,
     DirectIndentation,
     Linearised,
     Parameters,
@@ -35,8 +32,6 @@ NOISES, PATTERNS = np.geomspace(1, 100, 30), np.geomspace(1, 300, 30)
 WIDE_STD = np.array([10.0, 0.5])
 # Larger parts than these, where none are asked for, would be too few to show their scatter [m].
 LARGEST_PATCH_M = 0.04
-# Of pictures: windows that overlap see the same grey values, and are 14 to 22 mm wide [m].
-WINDOWED_M = 0.04
 # Steps and end of the correlogram [m].
 LAG_M, LAGS = 0.002, 20
 
@@ -47,39 +42,31 @@ class Scales:
 
     Attributes
     ----------
-    motion : (2,) tuple of float
-        Scatter of displacements over what was stated: along the normals, and across.
-    sharing : (2,) tuple of float
+    motion : float
+        Scatter of displacements over what was stated.
+    sharing : float
         Displacements of a patch or a frame that err together: by so much what they move E and nu by
         scatters more than it would if they were independent (variance).
     """
 
-    motion: tuple[float, ...] = (1.0,) * KINDS
-    sharing: tuple[float, ...] = (1.0,) * KINDS
+    motion: float = 1.0
+    sharing: float = 1.0
 
-    def of(self, kind: NDArray) -> tuple[NDArray, NDArray]:
-        """Scatter and sharing of displacements by their kind, both as many."""
-        return np.array(self.motion)[kind], np.array(self.sharing)[kind]
-
-    def weights(self, gaps: NDArray, kind: NDArray) -> NDArray:
+    def weights(self, gaps: NDArray) -> NDArray:
         """What squares of residuals are multiplied by, (n,)."""
-        motion, sharing = self.of(kind)
-        return robust_weights(gaps, motion) / (motion**2 * sharing)
+        return robust_weights(gaps, self.motion) / (self.motion**2 * self.sharing)
 
 
 def scales_of(indentation: DirectIndentation, line: Linearised) -> Scales:
     """Scatter and sharing as residuals show them."""
-    each = [line.motion[indentation.kind == kind] for kind in range(KINDS)]
-    motion = tuple(_robust_scale(gaps) for gaps in each)
+    motion = max(FROM_MEDIAN * float(np.median(np.abs(line.motion))), 1e-9)
     return Scales(motion, sharing_of(indentation, line, motion))
 
 
-def sharing_of(
-    indentation: DirectIndentation, line: Linearised, motion: tuple[float, ...]
-) -> tuple[float, ...]:
+def sharing_of(indentation: DirectIndentation, line: Linearised, motion: float) -> float:
     """Variance of slopes by E and nu over that of independent displacements; at least 1.
 
-    Of each kind: what those of a patch share, whose pattern or outline is in all frames, and those
+    What those of a patch share, whose pattern or outline is in all frames, and those
     of a frame, as a camera's shake, less those of both (clusters in two ways: A. C. Cameron, J. B.
     Gelbach and D. L. Miller, J. Business & Economic Statistics 29, 2011, 238). Each counts alike:
     the few near the contact do not show it.
@@ -88,23 +75,18 @@ def sharing_of(
     ----------
     indentation : DirectIndentation
     line : Linearised
-    motion : (2,) tuple of float
+    motion : float
         Scatter of displacements over what was stated.
     """
     gaps, slope = line.motion, line.motion_slope[:, :FREE]
     frame, sample = np.nonzero(indentation.seen)
-    patch, at = indentation.cluster[sample], frame * AXES + indentation.axis[sample]
-    # Patches are of one axis each.
-    groups = patch, at, patch * len(indentation.seen) + frame
-    found = []
-    for kind, scatter in enumerate(motion):
-        of = indentation.kind == kind
-        weighted = (robust_weights(gaps[of], scatter) / scatter**2)[:, None] * slope[of]
-        terms = weighted * gaps[of, None], weighted * slope[of]
-        by_patch, by_frame, by_both = (_shared(group[of], *terms) for group in groups)
-        # The fit takes a part of what a frame has in common.
-        found.append(max(1.0, by_patch, by_patch + by_frame - by_both))
-    return tuple(found)
+    patch = indentation.cluster[sample]
+    weighted = Scales(motion).weights(gaps)[:, None] * slope
+    terms = weighted * gaps[:, None], weighted * slope
+    groups = patch, frame, patch * len(indentation.seen) + frame
+    by_patch, by_frame, by_both = (_shared(group, *terms) for group in groups)
+    # The fit takes a part of what a frame has in common.
+    return max(1.0, by_patch, by_patch + by_frame - by_both)
 
 
 def _shared(group: NDArray, term: NDArray, square: NDArray) -> float:
@@ -122,25 +104,17 @@ def with_pattern(indentation: DirectIndentation, of: Parameters, options: Fit) -
     A sensor's fixed pattern cancels where nothing moves; where the surface moves it adds to the
     noise a variance about in proportion to the displacement.
     """
-    seen, kind = indentation.seen, indentation.kind
+    seen, cell_m = indentation.seen, indentation.cell_m
     gaps = residuals(indentation, of).motion * indentation.moved_std_m[seen]
-    noise = indentation.noise_std_m[seen] ** 2
     size = np.abs(indentation.moved_m[seen] - gaps)
-    variance = np.zeros_like(gaps)
-    for one in np.unique(kind):
-        at = kind == one
-        parts = np.column_stack([noise[at], size[at]])
-        variance[at] = parts @ variance_parts(gaps[at], parts)
+    parts = np.column_stack([indentation.noise_std_m[seen] ** 2, size])
     std, left = np.full((2, *seen.shape), np.nan)
-    std[seen], left[seen] = np.sqrt(variance), gaps
-    cell_m, axis, length = indentation.cell_m, indentation.axis, 0.0
-    along = seen.any(axis=0) & (axis == 0)
-    if along.any():
-        mean = np.nanmean((left / std)[:, along], axis=0)
-        length = correlation_length(cell_m[along], mean[None])
+    std[seen], left[seen] = np.sqrt(parts @ variance_parts(gaps, parts)), gaps
+    there = seen.any(axis=0)
+    mean = np.nanmean((left / std)[:, there], axis=0)
     # Patches at least as large as residuals err together: twice their correlation's length.
-    sizes = min(2 * length, LARGEST_PATCH_M), WINDOWED_M
-    cluster = _patches(cell_m, axis, [max(options.patch_m, size) for size in sizes])
+    size_m = min(2 * correlation_length(cell_m[there], mean[None]), LARGEST_PATCH_M)
+    cluster = error_clusters(cell_m, size_m=max(options.patch_m, size_m))
     return replace(indentation, moved_std_m=std, cluster=cluster)
 
 
@@ -242,17 +216,6 @@ def variance_parts(gaps: NDArray, parts: NDArray) -> NDArray:
     return np.concatenate([np.maximum(shares[:1], LEAST_NOISE), shares[1:]])
 
 
-def _patches(cell_m: NDArray, axis: NDArray, sizes_m: Sequence[float]) -> NDArray:
-    """Parts of the surface whose errors are independent, by kind of displacement, (c,) int."""
-    found, count = np.zeros(len(axis), dtype=int), 0
-    for kind, size in enumerate(sizes_m):
-        of = np.minimum(axis, 1) == kind
-        if of.any():
-            found[of] = count + error_clusters(cell_m[of], size_m=size)
-            count = found[of].max() + 1
-    return found
-
-
 def error_clusters(places_m: NDArray, *, size_m: float) -> NDArray:
     """Cell of a cubic grid that each place lies in, (n,) int.
 
@@ -300,8 +263,3 @@ def correlation_length(places_m: NDArray, noise: NDArray) -> float:
 def robust_weights(gaps: NDArray, scale: NDArray | float) -> NDArray:
     """Weights of squares that make them soft absolute values beyond `ROBUST` deviations."""
     return 1 / np.sqrt(1 + (gaps / (ROBUST * scale)) ** 2)
-
-
-def _robust_scale(gaps: NDArray) -> float:
-    """Deviation of the middle of the gaps; 1 without any."""
-    return max(FROM_MEDIAN * float(np.median(np.abs(gaps))), 1e-9) if len(gaps) else 1.0

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from palpate.estimate.direct.budget import Budget, budget_of
 from palpate.estimate.direct.fit import Solution, fit_direct
 from palpate.estimate.direct.indentation import (
-    AXES,
     PLACES,
     SUPPORT_MOTIONS,
     DirectIndentation,
@@ -170,5 +169,5 @@ def _start(indentation: DirectIndentation, nu: float, options: Fit) -> Parameter
     force = indentation.force_n[indentation.frames]
     E = max(float((force @ unit) / max(float(unit @ unit), 1e-300)), 1.0)
     times_s = np.array(options.relaxation_times_s, dtype=float)
-    own = (0.0, 0.0, *map(np.zeros, (AXES, PLACES, PLACES, SUPPORT_MOTIONS)))
+    own = (0.0, 0.0, 0.0, np.zeros(PLACES), np.zeros(SUPPORT_MOTIONS))
     return Parameters(E, nu, 0.0, 0.0, 0.0, np.full(len(times_s), 0.02), times_s, *own)

@@ -53,7 +53,7 @@ class Blocks(NamedTuple):
 def blocks_of(indentation: DirectIndentation, line: Linearised, scale: Scales) -> Blocks:
     """Sum a capture's weighted residuals and slopes by patch, and by frame of the depth."""
     gaps, slope = line.motion, line.motion_slope
-    weight = scale.weights(gaps, indentation.kind)
+    weight = scale.weights(gaps)
     cluster = np.broadcast_to(indentation.cluster, indentation.seen.shape)[indentation.seen]
     count, q = int(indentation.cluster.max()) + 1, slope.shape[1]
     # One after the other: sums of matrix products depend on where in memory their rows lie.
@@ -235,19 +235,19 @@ class _Joint:
     def cost(self, vector: NDArray, scales: Sequence[Scales]) -> float:
         total = float((self.prior.gaps(vector) ** 2).sum())
         for one, p, scale in zip(self.indentations, self.split(vector), scales, strict=True):
-            gaps, (motion, sharing) = residuals(one, p), scale.of(one.kind)
-            soft = np.sqrt(1 + (gaps.motion / (ROBUST * motion)) ** 2) - 1
+            gaps = residuals(one, p)
+            soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion)) ** 2) - 1
             total += float((gaps.depth**2).sum())
-            total += 2 * ROBUST**2 * float((soft / sharing).sum())
+            total += 2 * ROBUST**2 * float(soft.sum()) / scale.sharing
         return total
 
     def log_determinant(self, scales: Sequence[Scales]) -> float:
         """What the cost lacks where deviations differ."""
         total = 0.0
         for one, scale in zip(self.indentations, scales, strict=True):
-            motion, sharing = scale.of(one.kind)
             total += 2 * float(np.log(np.diag(one.depth_root_m)).sum())
-            total += 2 * float((np.log(one.moved_std_m[one.seen] * motion) / sharing).sum())
+            stds = one.moved_std_m[one.seen] * scale.motion
+            total += 2 * float(np.log(stds).sum()) / scale.sharing
         return total
 
 

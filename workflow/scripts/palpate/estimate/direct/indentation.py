@@ -16,14 +16,11 @@ from palpate.solid.support import Support
 # Unknowns that all captures share, before what relaxes, and their places.
 SHARED = 5
 LOG_E, NU, FORCE_LAW, MOTION_LAW, GAIN = range(SHARED)
-# Axes across the indentation. Sinking, and rocking about two axes. Displacements along the normals,
-# along the picture's columns and along its rows; the last two have errors of one kind.
-PLACES, SUPPORT_MOTIONS, AXES, KINDS = 2, 3, 3, 2
+# Axes across the indentation. Sinking, and rocking about two axes.
+PLACES, SUPPORT_MOTIONS = 2, 3
 # Unknowns that each capture has for itself, and their places among these.
-OWN = 2 + AXES + 2 * PLACES + SUPPORT_MOTIONS
-OFFSET, CLOCK, SHIFT = 0, 1, slice(2, 2 + AXES)
-PLACE, PICTURE = (slice(2 + AXES + k, 2 + AXES + k + PLACES) for k in (0, PLACES))
-SUPPORT = slice(2 + AXES + 2 * PLACES, OWN)
+OWN = 3 + PLACES + SUPPORT_MOTIONS
+OFFSET, CLOCK, SHIFT, PLACE, SUPPORT = 0, 1, 2, slice(3, 3 + PLACES), slice(3 + PLACES, OWN)
 
 
 @dataclass(frozen=True)
@@ -115,17 +112,15 @@ class DirectIndentation:
         Of that, beside the tip's [m].
     contact_m : (3,) array
         Middle of the contact, object frame [m].
-    cell_m, way : (c, 3) arrays
-        Samples of the undeformed surface outside of the contact, object frame [m], and the
-        directions that their displacement is seen along.
-    axis : (c,) int array
-        Of `MotionAlong`: 0 along the normal; 1, 2 of the material, across the line of sight.
+    cell_m : (c, 3) array
+        Samples of the undeformed surface outside of the contact, object frame [m].
     moved_m, noise_std_m : (k, c) arrays
-        Displacement in the compared frames and deviation of a frame's own noise [m]; NaN: not seen.
+        Displacement along the normals in the compared frames, and deviation of a frame's own noise
+        [m]; NaN: not seen.
     moved_std_m : (k, c) array
         Deviation that the fit divides by [m].
     cluster : (c,) int array
-        Part of the surface and kind of displacement; errors of different ones are independent.
+        Part of the surface; errors of different ones are independent.
     support_axes : SupportAxes
     table : SampleTable
         Of the indented point, brought to the contact, at the samples.
@@ -135,8 +130,6 @@ class DirectIndentation:
         Root of the covariance of the tip's place in the target's frame, which captures share [m].
     tip_axes : (3, 3) array, optional
         The indentation, and the axes across it, in that frame.
-    across : (2, 3) array, optional
-        The axes across, object frame.
     """
 
     time_s: NDArray
@@ -157,8 +150,6 @@ class DirectIndentation:
     place_std_m: float
     contact_m: NDArray
     cell_m: NDArray
-    way: NDArray
-    axis: NDArray
     moved_m: NDArray
     noise_std_m: NDArray
     moved_std_m: NDArray
@@ -168,7 +159,6 @@ class DirectIndentation:
     turned_m_s2: NDArray | float = 0.0
     tip_root_m: NDArray = field(default_factory=lambda: np.zeros((3, 3)))
     tip_axes: NDArray = field(default_factory=lambda: np.eye(3))
-    across: NDArray = field(default_factory=lambda: np.eye(2, 3))
 
     @property
     def zero_std_m(self) -> float:
@@ -202,11 +192,6 @@ class DirectIndentation:
         """Which displacements count, (k, c) bool."""
         return np.isfinite(self.moved_m) & np.isfinite(self.moved_std_m)
 
-    @cached_property
-    def kind(self) -> NDArray:
-        """Of those that count, whether they are across, (number seen,): 0 or 1."""
-        return np.broadcast_to(np.minimum(self.axis, 1), self.seen.shape)[self.seen]
-
 
 @dataclass(frozen=True)
 class Parameters:
@@ -226,11 +211,10 @@ class Parameters:
         Their times, which are no unknowns [s].
     offset_m, clock_s : float
         Errors of the depth [m] and of the clock [s].
-    shift_m : (3,) array
-        What all displacements along an axis have in common [m].
-    place_m, picture_m : (2,) arrays
-        How far the contact is beside where it was seen, along the axes across the indentation, and
-        how much farther beside it is in the picture [m].
+    shift_m : float
+        What all displacements have in common [m].
+    place_m : (2,) array
+        How far the contact is beside where it was seen, along the axes across the indentation [m].
     support_motion : (3,) array
         Of the object on its base under the greatest force (`SupportAxes`) [m, rad, rad].
     """
@@ -244,27 +228,25 @@ class Parameters:
     times_s: NDArray
     offset_m: float
     clock_s: float
-    shift_m: NDArray
+    shift_m: float
     place_m: NDArray
-    picture_m: NDArray
     support_motion: NDArray
 
     @property
     def vector(self) -> NDArray:
-        """(log E, nu, q, m, gain, fractions, offset, clock, shift, places, support motion)."""
+        """(log E, nu, q, m, gain, fractions, offset, clock, shift, place, support motion)."""
         laws = [self.force_law, self.motion_law]
         shared = [np.log(self.youngs_modulus_pa), self.poisson_ratio, *laws, self.gain]
-        own = [self.offset_m, self.clock_s, *self.shift_m]
-        places = [*self.place_m, *self.picture_m]
-        return np.array([*shared, *self.fractions, *own, *places, *self.support_motion])
+        own = [self.offset_m, self.clock_s, self.shift_m, *self.place_m, *self.support_motion]
+        return np.array([*shared, *self.fractions, *own])
 
     @staticmethod
     def of(vector: NDArray, times_s: NDArray) -> "Parameters":
         """Read a vector as `vector` writes it, of relaxation times (p,) [s]."""
         E, others = float(np.exp(vector[0])), map(float, vector[1:SHARED])
-        fractions, own = vector[SHARED:-OWN], map(float, vector[-OWN : 2 - OWN])
-        ends = AXES + PLACES * np.arange(3)
-        return Parameters(E, *others, fractions, times_s, *own, *np.split(vector[2 - OWN :], ends))
+        fractions, own = vector[SHARED:-OWN], vector[-OWN:]
+        errors = map(float, own[[OFFSET, CLOCK, SHIFT]])
+        return Parameters(E, *others, fractions, times_s, *errors, own[PLACE], own[SUPPORT])
 
 
 @dataclass(frozen=True)
@@ -300,7 +282,7 @@ def _predicted(indentation: DirectIndentation, of: Parameters) -> _Predicted:
     first = table.depth(unit, nu, 0.0)
     # The camera saw the surface a little earlier or later than the force was read.
     seen_at = first.depth_m - of.clock_s * indentation.speed_m_s
-    motion = table.motion(seen_at, nu, of.motion_law, np.append(of.place_m, of.picture_m))
+    motion = table.motion(seen_at, nu, of.motion_law, of.place_m)
     return _Predicted(unit, table.depth(unit, nu, of.force_law), first, motion)
 
 
@@ -326,7 +308,7 @@ def linearised(indentation: DirectIndentation, of: Parameters) -> Linearised:
     by_E, by_nu, by_q, *by_fractions = by_force(here.depth)
     zero, one = np.zeros(len(indentation.frames)), np.ones(len(indentation.frames))
     # Those of the measured depth's offset, clock and shift; the support's motion is added.
-    own = [-one, -speed_m_s, *[zero] * (AXES + 2 * PLACES)]
+    own = [-one, -speed_m_s, *[zero] * (1 + PLACES)]
     settled = indentation.load[:, None] * axes.tip_m
     depth = np.column_stack([by_E, by_nu, by_q, zero, zero, *by_fractions, *own, settled])
     motion, gain, load = here.motion, 1 + of.gain, indentation.load[:, None]
@@ -341,7 +323,7 @@ def linearised(indentation: DirectIndentation, of: Parameters) -> Linearised:
         *follows[3:],
         none,
         -gain * motion.by_depth * speed_m_s[:, None],
-        *(none + (indentation.axis == axis) for axis in range(AXES)),
+        none + 1,
         *gain * motion.by_place,
         *(gain * load * column for column in axes.samples_m.T),
     ]
@@ -365,7 +347,7 @@ def _residuals(
 ) -> tuple[NDArray, NDArray]:
     measured = indentation.depth_m + of.offset_m + of.clock_s * indentation.speed_m_s
     motion = here.motion.motion_m + _support_motion(indentation, of)
-    motion = (1 + of.gain) * motion + np.asarray(of.shift_m)[indentation.axis]
+    motion = (1 + of.gain) * motion + of.shift_m
     gap = ((indentation.moved_m - motion) / indentation.moved_std_m)[indentation.seen]
     settled = indentation.load * (indentation.support_axes.tip_m @ of.support_motion)
     depth = here.depth.depth_m + settled - measured

@@ -5,7 +5,7 @@ sensor's fixed pattern are wrong by is therefore the same in every frame, and go
 the frames at rest; noise is left, and what the sensor does to a surface that moves.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,8 +22,10 @@ from palpate.estimate.direct.samples import (
     hidden_samples,
     samples_of,
 )
+from palpate.estimate.hertz.indentation import indentation_depth
 from palpate.npz import read_shaped
 from palpate.surface.alignment import Alignment
+from palpate.surface.pose import to_camera
 from palpate.surface.template import Template
 
 # A sample's own few frames at rest, against the deviation of all samples: worth so many frames.
@@ -32,10 +34,12 @@ POOLED_FRAMES = 6.0
 FEWEST_AT_REST = 3
 # The camera must see some of the surface this near to the contact [m].
 NEAR_M = 0.04
+# At rest the tip is at least so far above the surface; depths are known to about half of it [m].
+CLEAR_M = 0.0005
+# Of a stereo head, so many windows beside the tip hold both tip and surface.
+CLEAR_WINDOWS = 1.3
 # More frames at rest than these do not determine better where samples are.
 MOST_AT_REST = 120
-# Of `MotionAlong`, what frames share.
-OF_SAMPLES = ("cell_m", "way", "axis", "rest_std_m", "window_m")
 SHAPES = {
     "cell_m": ("samples", 3),
     "normal": ("samples", 3),
@@ -45,11 +49,6 @@ SHAPES = {
     "rest_std_m": ("samples",),
     "points": ("frames", "samples"),
     "rest_frames": ("frames at rest",),
-    "across": ("ways", "samples", 3),
-    "across_m": ("frames", "ways", "samples"),
-    "across_std_m": ("ways", "samples"),
-    "across_rest_std_m": ("ways", "samples"),
-    "window_m": ("ways", "samples", 3),
 }
 
 
@@ -71,15 +70,6 @@ class SurfaceMotion:
     points : (f, c) int array
         How many a sample was seen with.
     rest_frames : (r,) int array
-    across : (a, c, 3) array
-        Unit vectors across the lines of sight, along the picture's columns and rows, object frame;
-        of no ways where no pictures were followed (`with_pictures`).
-    across_m : (f, a, c) array
-        How far the material has moved along them [m]; NaN where its texture was not found.
-    across_std_m, across_rest_std_m : (a, c) arrays
-        Standard deviation of a frame's own noise, and of the mean of the frames at rest [m].
-    window_m : (a, c, 3) array
-        Sides along the surface of a picture's window, object frame [m].
     """
 
     cell_m: NDArray
@@ -90,67 +80,139 @@ class SurfaceMotion:
     rest_std_m: NDArray
     points: NDArray
     rest_frames: NDArray
-    across: NDArray
-    across_m: NDArray
-    across_std_m: NDArray
-    across_rest_std_m: NDArray
-    window_m: NDArray
-
-
-@dataclass(frozen=True)
-class MotionAlong:
-    """Motions of samples, each along a direction of its own: what is compared, whatever it is.
-
-    Attributes
-    ----------
-    cell_m, way : (n, 3) arrays
-        Places on the undeformed template and unit vectors, object frame [m].
-    axis : (n,) int array
-        0: where the surface is along its normal; 1, 2: where what was there has moved, along the
-        picture's columns and rows.
-    moved_m, std_m : (f, n) arrays
-        [m]; NaN where a sample was not seen.
-    rest_std_m : (n,) array
-        Deviation that all frames share [m].
-    window_m : (n, 2, 3) array
-        Sides on the surface of the window over which a motion is a mean [m]; 0 along normals.
-    """
-
-    cell_m: NDArray
-    way: NDArray
-    axis: NDArray
-    moved_m: NDArray
-    std_m: NDArray
-    rest_std_m: NDArray
-    window_m: NDArray
-
-    @staticmethod
-    def of(motion: SurfaceMotion) -> "MotionAlong":
-        """Take a surface's motion apart."""
-        ways, count = len(motion.across), len(motion.cell_m)
-        across = motion.across_m.reshape(len(motion.moved_m), ways * count)
-        std = np.where(np.isfinite(across), motion.across_std_m.reshape(-1), np.nan)
-        windows = np.tile(motion.window_m.swapaxes(0, 1), (ways, 1, 1))
-        return MotionAlong(
-            cell_m=np.tile(motion.cell_m, (1 + ways, 1)),
-            way=np.concatenate([motion.normal, motion.across.reshape(-1, 3)]),
-            axis=np.repeat(np.arange(1 + ways), count),
-            moved_m=np.concatenate([motion.moved_m, across], axis=1),
-            std_m=np.concatenate([motion.std_m, std], axis=1),
-            rest_std_m=np.append(motion.rest_std_m, motion.across_rest_std_m.reshape(-1)),
-            window_m=np.concatenate([np.zeros((count, 2, 3)), windows.reshape(-1, 2, 3)]),
-        )
-
-    def at(self, frames: NDArray, chosen: NDArray) -> "MotionAlong":
-        """The same of some frames (numbers) and samples (a mask)."""
-        own = {name: getattr(self, name)[chosen] for name in OF_SAMPLES}
-        both = {name: getattr(self, name)[frames][:, chosen] for name in ("moved_m", "std_m")}
-        return MotionAlong(**own, **both)
 
     @property
     def noise_std_m(self) -> NDArray:
-        """Deviation of a frame's noise and of what it is compared with, (f, n) [m]."""
+        """Deviation of a frame's noise and of what it is compared with, (f, c) [m]."""
         return np.hypot(self.std_m, self.rest_std_m)
+
+
+def views_of(sensor: Mapping) -> NDArray:
+    """From where a sensor must see a surface past the probe, camera frame, (e, 3) [m].
+
+    Parameters
+    ----------
+    sensor : mapping
+        The sensor's file: both cameras of a stereo head, else the depth camera, and with its
+        baseline the projector of structured light, which is taken to stand on its right.
+
+    Raises
+    ------
+    ValueError
+        If the sensor is of a kind that this does not know.
+    """
+    kind = sensor["kind"]
+    if kind == "stereo":
+        return np.array([[0, 0, 0], [sensor["stereo"]["baseline_m"], 0, 0]], dtype=float)
+    if kind not in ("structured_light", "depth"):
+        raise ValueError(f"kind: expected stereo, structured_light or depth, found {kind}")
+    depth = sensor["depth"]
+    projects = kind == "structured_light" and "baseline_m" in depth
+    places = [0.0, depth["baseline_m"]] if projects else [0.0]
+    transform = np.array(depth["color_from_depth"], dtype=float)
+    return transform[:3, 3] + np.outer(places, transform[:3, 0])
+
+
+def tip_clearance(
+    sensor: Mapping, distance_m: float, options: Observation, *, radius_m: float
+) -> float:
+    """How far from the probe's axis a line of sight must pass at the tip [m].
+
+    A stereo window that holds a part of the tip sees the tip: `CLEAR_WINDOWS` of its widths beside
+    it. For sensors whose windows are their makers' secret the options say it.
+
+    Parameters
+    ----------
+    sensor : mapping
+        The sensor's file.
+    distance_m : float
+        Of the contact from the camera [m].
+    options : Observation
+    radius_m : float
+        Of the tip [m].
+    """
+    if sensor["kind"] != "stereo":
+        return options.clear_m
+    window_px, fx_px = sensor["stereo"]["window_px"], sensor["color"]["fx_px"]
+    return radius_m + CLEAR_WINDOWS * window_px * distance_m / fx_px
+
+
+def rest_frames(
+    template: Template,
+    alignment: Alignment,
+    tips_m: NDArray,
+    forces_n: NDArray,
+    *,
+    radius_m: float,
+    onset_force_n: float,
+) -> NDArray:
+    """Frames before the touch, (r,).
+
+    Parameters
+    ----------
+    template : Template
+    alignment : Alignment
+    tips_m, forces_n : (f, 3) arrays
+        Centre of the sphere and force on the object, camera frame [m, N].
+    radius_m : float
+        Of the sphere.
+    onset_force_n : float
+        Smallest force that counts as contact [N].
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    depth = indentation_depth(template, alignment, tips_m, radius_m=radius_m)
+    touched = np.flatnonzero(np.linalg.norm(forces_n, axis=1) > onset_force_n)
+    before = np.arange(len(forces_n)) < (touched[0] if len(touched) else len(forces_n))
+    frames = np.flatnonzero(before & (depth < -CLEAR_M))
+    if not len(frames):
+        expected = f"frames before the force's onset with the tip {CLEAR_M * 1e3:g} mm clear"
+        raise ValueError(f"frames: expected {expected} of the surface, found none")
+    return frames
+
+
+def observed_motion(
+    template: Template,
+    alignment: Alignment,
+    clouds: Sequence[tuple[NDArray, NDArray]],
+    probe: tuple[NDArray, NDArray],
+    rest: NDArray,
+    sensor: Mapping,
+    options: Observation,
+    *,
+    radius_m: float,
+) -> SurfaceMotion:
+    """Displacement of the surface's samples in each frame, against the frames at rest.
+
+    Parameters
+    ----------
+    template : Template
+        Undeformed, object frame.
+    alignment : Alignment
+    clouds : sequence of (points (n, 3) [m], normals (n, 3))
+        One for each frame, camera frame.
+    probe : (tips (f, 3) [m], axes (f, 3))
+        Centre of the sphere and indentation direction, camera frame.
+    rest : (r,) int array
+    sensor : mapping
+        The sensor's file.
+    options : Observation
+    radius_m : float
+        Of the sphere.
+
+    Raises
+    ------
+    ValueError
+        As `surface_motion` does.
+    """
+    distance_m = np.linalg.norm(to_camera(alignment.camera_from_object, alignment.contact_point_m))
+    clear = tip_clearance(sensor, float(distance_m), options, radius_m=radius_m)
+    options = options.changed(clear_m=clear)
+    view = ProbeInView.of(alignment, *probe, views_m=views_of(sensor))
+    return surface_motion(template, alignment, clouds, view, rest, options)
 
 
 def surface_motion(
@@ -218,20 +280,7 @@ def surface_motion(
         rest_std_m=np.sqrt(variance / own),
         points=points[:, seen],
         rest_frames=frames,
-        **no_pictures(*moved.shape),
     )
-
-
-def no_pictures(frames: int, samples: int) -> dict[str, NDArray]:
-    """Of a `SurfaceMotion` without pictures, what they would show."""
-    std = np.empty((0, samples))
-    return {
-        "across": np.empty((0, samples, 3)),
-        "across_m": np.empty((frames, 0, samples)),
-        "across_std_m": std,
-        "across_rest_std_m": std,
-        "window_m": np.empty((0, samples, 3)),
-    }
 
 
 def noise_variance(noise: NDArray) -> tuple[NDArray, NDArray]:

@@ -36,11 +36,6 @@ class Observation(Model):
         0.018, "of lines of sight from the probe's axis: windows hold both nearer by"
     )
     shaft_clear_m: NotNegative = constant(0.045, "the same beside the handle")
-    pictures: bool = option(
-        False,
-        "surface displacements across the lines of sight, seen in the pictures, are compared too:"
-        " intervals may be too narrow; not where the reference camera sees a projector's pattern",
-    )
 
 
 class ModelStd(Model):
@@ -107,9 +102,6 @@ class Fit(Model):
     shift_std_m: Length = constant(0.00003, "of all motions in common")
     place_std_m: Length = constant(
         0.001, "of the contact's place along the surface, of camera against probe"
-    )
-    picture_std_m: Length = constant(
-        0.0015, "of places in the picture beside those of the depth, as of two cameras"
     )
     sinking_std_m: NotNegative = option(
         0.00001, "of what only stands: how far it goes down under the greatest force"

@@ -16,7 +16,6 @@ from palpate.estimate.direct.indentation import (
     NU,
     OFFSET,
     OWN,
-    PICTURE,
     PLACE,
     SHARED,
     SHIFT,
@@ -97,9 +96,8 @@ def scaled_inverse(information: NDArray) -> NDArray:
 def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     """Priors of the unknowns of captures, in the order of `Solution.vector`.
 
-    Errors of the rig (the tip in the target's frame, the picture beside the depth) and of the
-    object's base are the same in all captures; others each capture has anew. There is none of log
-    E, and of nu where it is known beforehand.
+    Errors of the tip in the target's frame and of the object's base are the same in all captures;
+    others each capture has anew. There is none of log E, and of nu where it is known beforehand.
 
     Soft tissue and foam relax with a flat spectrum over many decades of time (Fung's quasi-linear
     viscoelasticity, 1981), so neighbouring times have about the same amplitude: without this the
@@ -131,7 +129,6 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
     offsets, clocks, away = ([getattr(one, name) for one in indentations] for name in names)
     moving = [np.diag(one.support_axes.std) for one in indentations]
     tips = [one.tip_axes @ one.tip_root_m for one in indentations]
-    pictures = [options.picture_std_m * one.across for one in indentations]
     fractions = SHARED + np.arange(terms)
     known = [
         ("law of the force", "1", each([FORCE_LAW], [options.force_law_std])),
@@ -141,9 +138,8 @@ def prior_of(indentations: Sequence[DirectIndentation], options: Fit) -> Prior:
         ("tip of the probe", "m", of_all([OFFSET, *range(*PLACE.indices(OWN))], tips)),
         ("zero of the depth", "m", of_captures([OFFSET], offsets)),
         ("clocks", "s", of_captures([CLOCK], clocks)),
-        ("zero of the motion", "m", of_captures(SHIFT, [options.shift_std_m] * count)),
+        ("zero of the motion", "m", of_captures([SHIFT], [options.shift_std_m] * count)),
         ("place of the contact", "m", of_captures(PLACE, away)),
-        ("place in the picture", "m", of_all(PICTURE, pictures)),
         ("sinking", "m", of_all(SUPPORT, [one[:, :1] for one in moving])),
         ("rocking", "rad", of_all(SUPPORT, [one[:, 1:] for one in moving])),
     ]

@@ -16,7 +16,7 @@ from palpate.estimate.direct.contact import (
     oblique,
 )
 from palpate.estimate.direct.indentation import DirectIndentation, SupportAxes
-from palpate.estimate.direct.motion import MotionAlong, SurfaceMotion
+from palpate.estimate.direct.motion import SurfaceMotion
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.direct.rig import (
     TIP_PART,
@@ -176,23 +176,25 @@ def direct_indentation(
             f" {table.depth_m[-1] * 1e3:.1f} mm, found none (indenter.radius_m, template"
             " or transforms of the probe wrong, or a deeper table wanted?)"
         )
-    middle, along = record.tips_m[frames].mean(axis=0), MotionAlong.of(motion)
-    sharp_edges = sharp_edge_distance(template.vertices_m, template.faces, along.cell_m)
+    middle = record.tips_m[frames].mean(axis=0)
+    sharp_edges = sharp_edge_distance(template.vertices_m, template.faces, motion.cell_m)
     nearest_m = options.nearest_m + options.nearest_radii * hertz_contact_radius(
         indenter_radius_m=radius_m, depth_m=max(contact.pressed_m[frames].max(), 1e-6)
     )
-    outside = _outside(along.cell_m - middle, direction, nearest_m, options.farthest_m)
-    seen = along.at(frames, outside & (sharp_edges > options.crease_m))
-    if not len(seen.cell_m):
+    outside = _outside(motion.cell_m - middle, direction, nearest_m, options.farthest_m)
+    chosen = outside & (sharp_edges > options.crease_m)
+    if not chosen.any():
         raise ValueError(
             f"samples: expected some from {nearest_m * 1e3:.0f} to {options.farthest_m * 1e3:.0f}"
             " mm from the contact, found none"
         )
-    if not np.isfinite(seen.moved_m).any():
+    cell, normal = motion.cell_m[chosen], motion.normal[chosen]
+    moved, noise = (each[frames][:, chosen] for each in (motion.moved_m, motion.noise_std_m))
+    if not np.isfinite(moved).any():
         raise ValueError(
             "samples: expected some that are seen while the tip presses, found all hidden"
         )
-    way, noise = record.tips_m[[contact.onset - 1, np.argmax(contact.depth_m)]], seen.noise_std_m
+    way = record.tips_m[[contact.onset - 1, np.argmax(contact.depth_m)]]
     given = {"support": support, "contact_m": middle, "direction": direction, "options": options}
     return DirectIndentation(
         time_s=record.time_s,
@@ -212,26 +214,17 @@ def direct_indentation(
         place_expected_m=across @ beside_m,
         place_std_m=np.sqrt(1 - TIP_PART) * options.place_std_m,
         contact_m=middle,
-        cell_m=seen.cell_m,
-        way=seen.way,
-        axis=seen.axis,
-        moved_m=seen.moved_m,
+        cell_m=cell,
+        moved_m=moved,
         noise_std_m=noise,
         moved_std_m=noise,
         # One part until residuals show how far errors are alike (`with_pattern`).
-        cluster=np.zeros(len(seen.cell_m), dtype=int),
-        support_axes=SupportAxes.of(seen.cell_m, seen.way, **given),
-        table=sample_table(
-            table,
-            to_object(place, seen.cell_m),
-            seen.way @ place[:3, :3],
-            material=seen.axis > 0,
-            window_m=seen.window_m @ place[:3, :3],
-        ),
+        cluster=np.zeros(len(cell), dtype=int),
+        support_axes=SupportAxes.of(cell, normal, **given),
+        table=sample_table(table, to_object(place, cell), normal @ place[:3, :3]),
         turned_m_s2=turned_gravity(record.turns, support.up, direction),
         tip_root_m=tip_root,
         tip_axes=tip_axes,
-        across=across,
     )
 
 

@@ -60,9 +60,6 @@ class CaptureFit:
         Where the tip first touches it [m].
     distance_m : (c,) array
         Of the samples from there [m].
-    axis : (c,) int array
-        0: along the surface's normal; 1, 2: across the line of sight, along the picture's columns
-        and rows.
     """
 
     time_s: NDArray
@@ -78,7 +75,6 @@ class CaptureFit:
     cell_m: NDArray
     contact_m: NDArray
     distance_m: NDArray
-    axis: NDArray
 
 
 FITTED = tuple(field.name for field in fields(CaptureFit))
@@ -93,7 +89,7 @@ def captures_of(best: Solution) -> list[CaptureFit]:
         gap, moved, std = np.full((3, *one.moved_m.shape), np.nan)
         gap[one.seen] = gaps.motion * one.moved_std_m[one.seen]
         moved[one.seen] = one.moved_m[one.seen]
-        std[one.seen] = one.moved_std_m[one.seen] * scale.of(one.kind)[0]
+        std[one.seen] = one.moved_std_m[one.seen] * scale.motion
         found.append(
             CaptureFit(
                 time_s=one.time_s,
@@ -109,7 +105,6 @@ def captures_of(best: Solution) -> list[CaptureFit]:
                 cell_m=one.cell_m,
                 contact_m=one.contact_m,
                 distance_m=np.linalg.norm(one.cell_m - one.contact_m, axis=1),
-                axis=one.axis,
             )
         )
     return found
@@ -194,9 +189,8 @@ def _nuisances(indentation: DirectIndentation, p: Parameters) -> dict:
         "offset_m": p.offset_m,
         "offset_std_m": indentation.zero_std_m,
         "clock_s": p.clock_s,
-        "shift_m": p.shift_m.tolist(),
+        "shift_m": p.shift_m,
         "place_m": p.place_m.tolist(),
-        "picture_m": p.picture_m.tolist(),
         "sunk_m": sunk,
         "rocked_rad": rocked,
     }
@@ -205,25 +199,17 @@ def _nuisances(indentation: DirectIndentation, p: Parameters) -> dict:
 def _summed(indentation: DirectIndentation, scales: Scales) -> dict:
     """How a capture's residuals compare with what was stated."""
     depth_std_m = float(np.median(indentation.depth_std_m))
-    return {
-        **_moved(indentation, scales, 0),
-        "across": _moved(indentation, scales, 1) if (indentation.kind == 1).any() else None,
-        "depth_std_m": depth_std_m,
-        "depth_scale": depth_std_m / indentation.tip_std_m,
-        "largest_depth_m": float(indentation.depth_m.max()),
-    }
-
-
-def _moved(indentation: DirectIndentation, scales: Scales, kind: int) -> dict:
-    """The same of its motions along the normals, or across."""
-    of, at = indentation.kind == kind, np.minimum(indentation.axis, 1) == kind
-    seen, std = indentation.seen.any(axis=0) & at, indentation.moved_std_m[indentation.seen][of]
+    seen = indentation.seen.any(axis=0)
+    motion_std_m = float(np.median(indentation.moved_std_m[indentation.seen])) * scales.motion
     return {
         "cells": int(seen.sum()),
         "patches": len(np.unique(indentation.cluster[seen])),
-        "motion_std_m": float(np.median(std)) * scales.motion[kind] if len(std) else None,
-        "motion_scale": scales.motion[kind],
-        "motion_sharing": scales.sharing[kind],
+        "motion_std_m": motion_std_m,
+        "motion_scale": scales.motion,
+        "motion_sharing": scales.sharing,
+        "depth_std_m": depth_std_m,
+        "depth_scale": depth_std_m / indentation.tip_std_m,
+        "largest_depth_m": float(indentation.depth_m.max()),
     }
 
 

@@ -22,10 +22,6 @@ ROUNDS = 3
 NEWTON_STEPS = 8
 # Neighbours that show how the surface bends, and normals too different to be of one face.
 NEIGHBOURS, SAME_FACE = 8, np.cos(np.deg2rad(40))
-# Places and weights of a mean over a square of side 1: three by three, by Gauss.
-GAUSS = np.polynomial.legendre.leggauss(3)
-WINDOW_AT = np.stack(np.meshgrid(GAUSS[0], GAUSS[0]), axis=-1).reshape(-1, 2) / 2
-WINDOW_WEIGHTS = np.outer(GAUSS[1], GAUSS[1]).ravel() / 4
 # Of a broad base that is not bonded, between one that sticks, 0, and one that slides freely, 1:
 # captures do not determine it better (its error of nu is a source of the uncertainty budget).
 SLIDING_PART = 0.5
@@ -80,12 +76,11 @@ class SampleTable:
     stiffening : (p, k) array
         Logarithm of the second law's force over the first's; 0 at no depth.
     motion_m, motion_change_m : (p, k, c) arrays
-        Signed distance of the deformed from the undeformed surface along each sample's normal, or
-        how far what was there has moved along its direction, under the first law, and what the
-        second adds under the same force [m].
-    motion_by_place : (4, p, k, c) array
+        Signed distance of the deformed from the undeformed surface along each sample's normal under
+        the first law, and what the second adds under the same force [m].
+    motion_by_place : (2, p, k, c) array
         What a contact farther along the two axes across adds to the displacement under the first
-        law, for each metre; and what it adds to that of the material alone.
+        law, for each metre.
     softer : (p, k) array, optional
         Logarithm of the force on a base that slides freely over that on one that sticks, where the
         base is not bonded and so broad that its friction matters.
@@ -150,8 +145,8 @@ class SampleTable:
             That the first law has under the forces [m].
         nu, law : float
             Poisson's ratio, and m.
-        place_m : (4,) array
-            Of the contact along the axes across, and in the picture beside that [m].
+        place_m : (2,) array
+            Of the contact along the axes across [m].
         """
         depth = np.clip(depth_m, 0, self.depth_m[-1])
         beyond = np.maximum(depth_m - depth, 0)[:, None]
@@ -192,56 +187,32 @@ class SampleTable:
         return at + (depth_m - inside) * by_depth, by_depth, by_nu, by_law
 
 
-def sample_table(
-    indentation_table: IndentationModel,
-    cell_m: NDArray,
-    way: NDArray,
-    *,
-    material: NDArray | bool = False,
-    window_m: NDArray | float = 0.0,
-) -> SampleTable:
+def sample_table(table: IndentationModel, cell_m: NDArray, normal: NDArray) -> SampleTable:
     """Take force, and displacement of samples, from an indentation table.
 
-    A sample's displacement is where its normal meets the deformed surface (the material point that
-    comes to lie there is sought on the undeformed one), or that of the material at the sample.
+    A sample's displacement is where its normal meets the deformed surface: the material point that
+    comes to lie there is sought on the undeformed one.
 
     Parameters
     ----------
-    indentation_table : IndentationModel
-    cell_m, way : (c, 3) arrays
-        Places on the undeformed surface, table's frame [m], and outward normals, or of the material
-        any unit vectors.
-    material : (c,) bool array, optional
-        Of which samples the material is followed.
-    window_m : (c, 2, 3) array, optional
-        Sides of the windows in which it is followed: its motion is the mean over them [m].
+    table : IndentationModel
+    cell_m, normal : (c, 3) arrays
+        Places on the undeformed surface, table's frame [m], and outward unit normals.
 
     Raises
     ------
     ValueError
         If the indentation table does not hold both laws.
     """
-    table = indentation_table
     forces = force_table(table)
     surface = ClosestPoints(table.surface_rest_m, table.surface_faces)
-    material = np.broadcast_to(material, len(cell_m))
-    fixed = ~material
-    bend = shape_operators(cell_m[fixed], way[fixed])
-    sides = np.broadcast_to(window_m, (len(cell_m), 2, 3))[material]
-    within_m = np.einsum("gs,csi->gci", WINDOW_AT, sides)
+    bend = shape_operators(cell_m, normal)
 
     def motion(law: int, aside_m: NDArray | float = 0.0) -> NDArray:
-        fields = table.surface_displacement_m[law]
-        places, found = cell_m + aside_m, np.zeros((*fields.shape[:2], len(cell_m)))
-        spread = places[material] + within_m
-        _, *corners = surface(spread.reshape(-1, 3))
-        for at in np.ndindex(fields.shape[:2]):
-            field = fields[at].astype(float)
-            found[at][fixed] = _motion(surface, field, places[fixed], way[fixed], bend)
-            drawn = surface.interpolate(field, *corners).reshape(spread.shape)
-            drawn = np.tensordot(WINDOW_WEIGHTS, drawn, axes=1)
-            found[at][material] = (drawn * way[material]).sum(axis=1)
-        return found
+        fields, places = table.surface_displacement_m[law].astype(float), cell_m + aside_m
+        return np.array(
+            [[_motion(surface, field, places, normal, bend) for field in each] for each in fields]
+        )
 
     first = motion(0)
     # A contact farther on is a sample farther back.
@@ -252,7 +223,7 @@ def sample_table(
         forces,
         motion_m=first + slid,
         motion_change_m=_under(forces, motion(1)) - first,
-        motion_by_place=np.concatenate([by_place, by_place * material]),
+        motion_by_place=by_place,
     )
 
 
@@ -285,7 +256,7 @@ def force_table(table: IndentationModel) -> SampleTable:
     for log, other in zip((stiffening, softer), others, strict=False):
         log[:, 1:] = np.log(other[:, 1:] / force[:, 1:])
     force = force * np.exp(SLIDING_PART * softer)
-    none, nowhere = np.empty((*force.shape, 0)), np.empty((4, *force.shape, 0))
+    none, nowhere = np.empty((*force.shape, 0)), np.empty((2, *force.shape, 0))
     ratios, depth = (np.asarray(one, dtype=float) for one in (table.poisson_ratios, table.depth_m))
     loose = softer if others[1:] else None
     return SampleTable(ratios, depth, force, stiffening, none, none, nowhere, loose)
