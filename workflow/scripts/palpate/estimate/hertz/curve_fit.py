@@ -1,14 +1,14 @@
 """E* of a bare curve: its fit, what was chosen for it, and warnings against trusting it."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields, replace
-from functools import partial
+from dataclasses import asdict, dataclass, replace
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.hertz.curve_setup import CONE, Setup
+from palpate.estimate.hertz.curve_setup import CONE, Setup, check_rise, chosen_baseline
 from palpate.estimate.hertz.fit import RESIDUALS, ContactFit, fit_free_contact
 from palpate.estimate.hertz.indentation import SHALLOW
 from palpate.estimate.hertz.laws import INDENTERS, check_ratio
@@ -17,21 +17,13 @@ from palpate.units import PERCENT, readable
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# An approach determines the baseline if it is so long beside the indentation, has so many samples,
-# and its force rises by no more than this part of the whole.
-LEAST_APPROACH, FEWEST_APPROACH, FLAT = 0.1, 5, 0.02
-# Part of the way at either end that stands for the free and the indented force.
-END = 0.05
-# A force that rises by fewer deviations of its noise, or whose scatter a law explains less of than
-# this, is none.
-RISE_DEVIATIONS, LEAST_EXPLAINED = 3.0, 0.5
 # Beyond one radius no law of a sphere holds; beyond so many it is a unit in error.
 DEEP, ABSURD = 1.0, 5.0
 # Contact so far before the record, as part of the indentation depth, is a guess.
 BEFORE = 0.02
-# An interval this narrow is of made-up data.
-EXACT = 1e-6
-FEWEST_IN_CONTACT, FEWEST_FITTED = 10, 3
+# An interval this narrow is of made-up data; a law that explains less of the scatter is none.
+EXACT, LEAST_EXPLAINED = 1e-6, 0.5
+FEWEST_IN_CONTACT = 10
 # Residuals are a pattern, not noise, where fewer of them than this part are independent.
 INDEPENDENT = 0.1
 # An approach that rises or falls by more than this part of the peak is none of a level.
@@ -40,29 +32,18 @@ SLOPING = 0.05
 LEAST_CHANGE = 0.01
 # Rms of the residuals over the peak, and what is said of it.
 QUALITIES = ((0.01, "good"), (0.03, "fair"), (np.inf, "poor"))
-# How much of the approach is drawn, as part of the indentation depth.
-SHOWN = 1.0
-ARRAYS = ("depth_m", "force_n", "fitted_n", "weights")
+# Attributes that a row of a table has, beside those that `HertzFit.told` computes.
+TOLD = ("reduced_modulus_pa", "reduced_modulus_interval_pa", "contact_m", "contact_std_m")
+TOLD += ("baseline_n", "rms_n", "effective_samples", "indenter", "support", "baseline", "chosen")
+TOLD += ("others", "doubts", "quality", "hangs_on", "press_m", "samples_in_contact")
 
 
-@dataclass(frozen=True, repr=False)
-class HertzFit:
+@dataclass(frozen=True, repr=False, kw_only=True)
+class HertzFit(ContactFit):
     """Reduced modulus of a curve, and all that it follows from.
 
     Attributes
     ----------
-    reduced_modulus_pa : float
-        E* = E / (1 - nu^2) [Pa].
-    reduced_modulus_interval_pa : (float, float)
-        Of 95 %, of the residuals' scatter and what is expected of the contact alone [Pa].
-    contact_m, contact_std_m : float
-        Depth at which contact begins, and its standard deviation [m].
-    baseline_n : float
-        Constant force before contact; 0 where it was not fitted [N].
-    rms_n : float
-        Of the residuals [N].
-    effective_samples : float
-        Number of independent residuals that their serial correlation leaves.
     indenter, support : str
         Law that was fitted.
     baseline : bool
@@ -79,13 +60,6 @@ class HertzFit:
         Of their squared residuals.
     """
 
-    reduced_modulus_pa: float
-    reduced_modulus_interval_pa: tuple[float, float]
-    contact_m: float
-    contact_std_m: float
-    baseline_n: float
-    rms_n: float
-    effective_samples: float
     indenter: str
     support: str
     baseline: bool
@@ -107,6 +81,9 @@ class HertzFit:
         """E* with its interval, in the unit that it is read best in."""
         return modulus_text(self.reduced_modulus_pa, self.reduced_modulus_interval_pa)
 
+    contact_m = property(attrgetter("contact_depth_m"), doc="Depth at which contact begins [m].")
+    contact_std_m = property(attrgetter("contact_depth_std_m"), doc="Its standard deviation [m].")
+
     @property
     def residual_n(self) -> NDArray:
         """Force less the law, (n,) [N]."""
@@ -125,12 +102,19 @@ class HertzFit:
     @property
     def doubts(self) -> tuple[str, ...]:
         """Warnings against trusting the modulus, a line each."""
-        return (*_warnings_of_depth(self), *_warnings_of_samples(self))
+        return tuple(_warnings(self))
 
     @property
     def hangs_on(self) -> tuple[str, ...]:
         """Other choices that would move E* out of its interval, a line each."""
-        return tuple(_outside(self))
+        (low, high), lines = self.reduced_modulus_interval_pa, []
+        for name, modulus in self.others.items():
+            part = modulus / self.reduced_modulus_pa - 1
+            if not low <= modulus <= high and abs(part) >= LEAST_CHANGE:
+                scale, unit = readable(modulus, "Pa")
+                value = f"{scale * modulus:.4g} {unit} ({PERCENT * part:+.2g} %)"
+                lines.append(f"{name} E* would be {value}")
+        return tuple(lines)
 
     @property
     def quality(self) -> str:
@@ -147,36 +131,26 @@ class HertzFit:
         ValueError
             If the ratio is not from 0 to 0.5, or another than a layer's E* goes with.
         """
-        return self.reduced_modulus_pa * self._of_reduced(poisson_ratio)
-
-    def youngs_modulus_interval_pa(self, poisson_ratio: float) -> tuple[float, float]:
-        """Interval of 95 % of Young's modulus for a known Poisson's ratio [Pa]."""
-        part = self._of_reduced(poisson_ratio)
-        low, high = (end * part for end in self.reduced_modulus_interval_pa)
-        return low, high
-
-    def _of_reduced(self, poisson_ratio: float) -> float:
-        """Young's modulus over the reduced one."""
         check_ratio(poisson_ratio, "poisson_ratio")
         assumed = self.setup.poisson_ratio
         if self.support != "half_space" and poisson_ratio != assumed:
             expected = f"expected {assumed:g}, which the layer was fitted with"
             raise ValueError(f"poisson_ratio: {expected}, found {poisson_ratio:g}")
-        return 1 - poisson_ratio**2
+        return self.reduced_modulus_pa * (1 - poisson_ratio**2)
+
+    def youngs_modulus_interval_pa(self, poisson_ratio: float) -> tuple[float, float]:
+        """Interval of 95 % of Young's modulus for a known Poisson's ratio [Pa]."""
+        part = self.youngs_modulus_pa(poisson_ratio) / self.reduced_modulus_pa
+        low, high = self.reduced_modulus_interval_pa
+        return low * part, high * part
 
     def told(self) -> dict:
         """All of it but the samples, as JSON has it."""
-        kept = {one.name: getattr(self, one.name) for one in fields(self)}
         nu = self.setup.poisson_ratio
-        return {name: value for name, value in kept.items() if name not in ARRAYS} | {
-            "doubts": self.doubts,
+        return {name: getattr(self, name) for name in TOLD} | {
             "youngs_modulus_pa": self.youngs_modulus_pa(nu),
             "youngs_modulus_interval_pa": self.youngs_modulus_interval_pa(nu),
-            "quality": self.quality,
-            "hangs_on": self.hangs_on,
-            "press_m": self.press_m,
             "samples": len(self.depth_m),
-            "samples_in_contact": self.samples_in_contact,
             "effective_radius_m": self.setup.effective_radius_m,
             "setup": asdict(self.setup),
         }
@@ -188,12 +162,11 @@ class HertzFit:
         order = np.argsort(self.depth_m)
         depth = way * (self.depth_m - self.contact_m)
         axes.plot(depth, load * self.force_n, ".", ms=3, color="#9A9A9A", label="measured")
-        law = f"{self.indenter}, {self.support}".replace("_", "-")
-        law = f"{law}\nE* {self.modulus_text}"
+        law = f"{self.indenter}, {self.support}\nE* {self.modulus_text}".replace("_", "-")
         axes.plot(depth[order], load * self.fitted_n[order], color="#D55E00", label=law)
         axes.axvline(0, lw=0.6, color="#1A1A1A")
         # A long approach would leave no room for the indentation.
-        axes.set_xlim(max(depth.min(), -SHOWN * depth.max()), 1.05 * depth.max())
+        axes.set_xlim(max(depth.min(), -depth.max()), 1.05 * depth.max())
         axes.set(xlabel=f"indentation ({length})", ylabel=f"force ({force})")
         axes.legend()
 
@@ -226,27 +199,32 @@ def fit_curve(
     if weights is not None:
         depth_m, force_n, weights = (one[weights > 0] for one in (depth_m, force_n, weights))
     depth = setup.tip_depth(depth_m, force_n)
-    _require_rise(depth, force_n)
-    fitted = partial(_fitted, depth, force_n, weights, setup)
+    check_rise(depth, force_n)
+    expected_m, std_m = setup.contact_m or (0.0, None)
+
+    def fitted(
+        indenter: str, baseline: bool, residual: str = setup.residual, level_n: float = 0.0
+    ) -> ContactFit:
+        at, force, law = depth - expected_m, force_n - level_n, setup.law(indenter)
+        known = {"residual": residual, "weights": weights, "depth_std_m": std_m}
+        found = fit_free_contact(at, force, law, baseline=baseline, **known)
+        return replace(found, contact_depth_m=found.contact_depth_m + expected_m)
+
     indenter, baseline, chosen = setup.indenter or INDENTERS[0], setup.baseline, {}
     if baseline is None:
         with_it = fitted(indenter, baseline=True)
-        baseline, chosen["baseline"] = _chosen_baseline(depth, force_n, with_it)
-    found = fitted(indenter, baseline=baseline)
+        baseline, chosen["baseline"] = chosen_baseline(depth, force_n, with_it.contact_depth_m)
+    found = fitted(indenter, baseline)
     if setup.indenter is None:
-        indenter, chosen["indenter"] = _chosen_indenter(depth, found, setup)
-        found = fitted(indenter, baseline=baseline)
-    _require_contact(depth, found.contact_depth_m)
-    setup.check_layer(float(depth.max()) - found.contact_depth_m)
+        radii = (float(depth.max()) - found.contact_depth_m) / setup.effective_radius_m
+        indenter, than = ("sneddon", "above") if radii > SHALLOW else (INDENTERS[0], "up to")
+        why = f"since the indentation is {radii:.3g} radii deep ({than} {SHALLOW:g})"
+        chosen["indenter"] = f"{indenter}, {why}"
+        found = fitted(indenter, baseline)
+    setup.check_indentation(depth, found.contact_depth_m)
     unit = setup.law(indenter)(depth - found.contact_depth_m)
     result = HertzFit(
-        reduced_modulus_pa=found.reduced_modulus_pa,
-        reduced_modulus_interval_pa=found.reduced_modulus_interval_pa,
-        contact_m=found.contact_depth_m,
-        contact_std_m=found.contact_depth_std_m,
-        baseline_n=found.baseline_n,
-        rms_n=found.rms_n,
-        effective_samples=found.effective_samples,
+        **vars(found),
         indenter=indenter,
         support=setup.support,
         baseline=baseline,
@@ -258,40 +236,14 @@ def fit_curve(
         fitted_n=found.reduced_modulus_pa * unit + found.baseline_n,
         weights=weights,
     )
-    others = {
-        name: fitted(**{"indenter": indenter, "baseline": baseline} | change).reduced_modulus_pa
-        for name, change in _other_choices(result)
-    }
+    same = {"indenter": indenter, "baseline": baseline}
+    choices = _other_choices(result)
+    others = {name: fitted(**same | other).reduced_modulus_pa for name, other in choices}
     return replace(result, others=others)
 
 
-def _fitted(
-    depth_m: NDArray,
-    force_n: NDArray,
-    weights: NDArray | None,
-    setup: Setup,
-    indenter: str,
-    *,
-    baseline: bool,
-    residual: str | None = None,
-    level_n: float = 0.0,
-) -> ContactFit:
-    """Fit of a law, to the force above a level."""
-    expected, std = setup.contact_m or (0.0, None)
-    found = fit_free_contact(
-        depth_m - expected,
-        force_n - level_n,
-        setup.law(indenter),
-        baseline=baseline,
-        residual=residual or setup.residual,
-        weights=weights,
-        depth_std_m=std,
-    )
-    return replace(found, contact_depth_m=found.contact_depth_m + expected)
-
-
 def _other_choices(found: HertzFit) -> Iterator[tuple[str, dict]]:
-    """Other baseline, indenter and residual, each alone: what it is called, and what it changes."""
+    """Other baseline, indenter and residual, each alone, and what it is called."""
     if not found.baseline:
         yield "with a free baseline", {"baseline": True}
     elif "baseline" not in found.chosen:
@@ -306,59 +258,31 @@ def _other_choices(found: HertzFit) -> Iterator[tuple[str, dict]]:
     yield f"with {other} compared", level | {"residual": other}
 
 
-def _chosen_baseline(depth_m: NDArray, force_n: NDArray, with_it: ContactFit) -> tuple[bool, str]:
-    """Whether a constant force is fitted, and why: where the approach determines it.
-
-    Without an approach a free constant takes up the toe of the curve, and E* with it.
-    """
-    before = depth_m < with_it.contact_depth_m
-    depth = float(depth_m.max()) - with_it.contact_depth_m
-    length = with_it.contact_depth_m - float(depth_m.min())
-    if before.sum() < FEWEST_APPROACH or length < LEAST_APPROACH * depth:
-        return False, "none, since no approach determines it"
-    slope = np.polyfit(depth_m[before] - depth_m.min(), force_n[before], 1)[0]
-    # A short one that rises is the toe of an indentation.
-    if length < depth and abs(slope) * length > FLAT * np.ptp(force_n):
-        return False, "none, since the approach is short and rises"
-    return True, f"fitted, since {int(before.sum())} samples lie before the contact"
-
-
-def _chosen_indenter(depth_m: NDArray, found: ContactFit, setup: Setup) -> tuple[str, str]:
-    """Law of the sphere, and why: by depth over radius."""
-    part = (float(depth_m.max()) - found.contact_depth_m) / setup.effective_radius_m
-    name, than = ("sneddon", "above") if part > SHALLOW else ("parabola", "up to")
-    return name, f"{name}, since the indentation is {part:.3g} radii deep ({than} {SHALLOW:g})"
-
-
-def _require_rise(depth_m: NDArray, force_n: NDArray) -> None:
-    """Reject a record whose force does not rise above its noise."""
-    place = (depth_m - depth_m.min()) / np.ptp(depth_m)
-    free, loaded = force_n[place <= END], force_n[place >= 1 - END]
-    # The free end's own scatter where it has enough samples; a slope is no noise of steps.
-    noise = float(free.std(ddof=1)) if len(free) > 2 else 0.0
-    rise = float(loaded.mean() - free.mean())
-    if rise < RISE_DEVIATIONS * noise:
-        scale, unit = readable(max(rise, noise), "N")
-        found = f"{scale * rise:.2g} {unit} in noise of {scale * noise:.2g} {unit}"
-        raise ValueError(f"force: expected a rise of three times its noise, found {found}")
-
-
-def _require_contact(depth_m: NDArray, contact_m: float) -> None:
-    """Reject a fit whose contact lies at the record's end."""
-    found = int((depth_m > contact_m).sum())
-    if found < FEWEST_FITTED or not depth_m.max() > contact_m:
-        expected = f"expected {FEWEST_FITTED} samples or more deeper than the contact"
-        hint = "(is it an indentation, the force's sign right, the approach flat?)"
-        raise ValueError(f"contact: {expected}, found {found} {hint}")
-
-
-def _outside(found: HertzFit) -> Iterator[str]:
-    low, high = found.reduced_modulus_interval_pa
-    for name, modulus in found.others.items():
-        part = modulus / found.reduced_modulus_pa - 1
-        if not low <= modulus <= high and abs(part) >= LEAST_CHANGE:
-            scale, unit = readable(modulus, "Pa")
-            yield f"{name} E* would be {scale * modulus:.4g} {unit} ({PERCENT * part:+.2g} %)"
+def _warnings(found: HertzFit) -> Iterator[str]:
+    yield from _warnings_of_depth(found)
+    count = found.samples_in_contact
+    if count < FEWEST_IN_CONTACT:
+        yield f"{count} samples lie in contact: expected {FEWEST_IN_CONTACT} or more"
+    if np.ptp(found.reduced_modulus_interval_pa) < EXACT * found.reduced_modulus_pa:
+        yield "the samples lie on the law exactly, as made-up ones do: the interval says nothing"
+        return
+    explained = 1 - float(np.mean(found.residual_n**2) / np.var(found.force_n))
+    if explained < LEAST_EXPLAINED:
+        yield f"the law explains {PERCENT * explained:.2g} % of the force's scatter"
+    count, left = len(found.force_n), found.effective_samples
+    if left < INDEPENDENT * count:
+        other = "law, baseline or range is another"
+        yield f"the residuals follow a pattern, as of {left:.0f} samples and not {count}: {other}"
+    before = found.depth_m < found.contact_m
+    if before.sum() < FEWEST_IN_CONTACT:
+        return
+    depth = found.depth_m[before]
+    slope = float(np.polyfit(depth - depth.mean(), found.force_n[before], 1)[0])
+    rise = slope * float(np.ptp(depth) / np.ptp(found.fitted_n))
+    if abs(rise) > SLOPING:
+        part = f"{PERCENT * rise:+.2g} % of the peak"
+        other = "a tilted or drifting baseline (--range-mm leaves it out)"
+        yield f"the approach slopes, by {part}: {other}"
 
 
 def _warnings_of_depth(found: HertzFit) -> Iterator[str]:
@@ -371,43 +295,5 @@ def _warnings_of_depth(found: HertzFit) -> Iterator[str]:
     before = float(found.depth_m.min()) - found.contact_m
     if before > BEFORE * found.press_m:
         scale, unit = readable(before, "m")
-        yield (
-            f"contact lies {scale * before:.3g} {unit} before the record's first sample, where"
-            " nothing was measured"
-        )
-
-
-def _warnings_of_samples(found: HertzFit) -> Iterator[str]:
-    count = found.samples_in_contact
-    if count < FEWEST_IN_CONTACT:
-        yield f"{count} samples lie in contact: expected {FEWEST_IN_CONTACT} or more"
-    low, high = found.reduced_modulus_interval_pa
-    if high - low < EXACT * found.reduced_modulus_pa:
-        yield "the samples lie on the law exactly, as made-up ones do: the interval says nothing"
-        return
-    power = float(np.sum((found.force_n - found.force_n.mean()) ** 2))
-    explained = 1 - float(np.sum(found.residual_n**2)) / power
-    if explained < LEAST_EXPLAINED:
-        yield f"the law explains {PERCENT * explained:.2g} % of the force's scatter"
-    count, left = len(found.force_n), found.effective_samples
-    if left < INDEPENDENT * count:
-        yield (
-            f"the residuals follow a pattern, as of {left:.0f} samples and not {count}: law,"
-            " baseline or range is another"
-        )
-    yield from _warnings_of_approach(found)
-
-
-def _warnings_of_approach(found: HertzFit) -> Iterator[str]:
-    """An approach that slopes, as of a drifting or a tilted baseline."""
-    before = found.depth_m < found.contact_m
-    if before.sum() < FEWEST_IN_CONTACT:
-        return
-    depth, force = found.depth_m[before], found.force_n[before]
-    slope = float(np.polyfit(depth - depth.mean(), force, 1)[0])
-    rise = slope * float(np.ptp(depth)) / float(np.ptp(found.fitted_n))
-    if abs(rise) > SLOPING:
-        yield (
-            f"the approach slopes, by {PERCENT * rise:+.2g} % of the peak: a tilted or drifting"
-            " baseline (--range-mm leaves it out)"
-        )
+        where = f"{scale * before:.3g} {unit} before the record's first sample"
+        yield f"contact lies {where}, where nothing was measured"

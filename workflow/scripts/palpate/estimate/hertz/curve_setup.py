@@ -16,37 +16,22 @@ from palpate.estimate.hertz.laws import (
     cone_force,
     contact_law,
 )
+from palpate.units import readable
 
 CONE = "cone"
+# An approach determines the baseline if it is so long beside the indentation, has so many samples,
+# and its force rises by no more than this part of the whole.
+LEAST_APPROACH, FEWEST_APPROACH, LEVEL = 0.1, 5, 0.02
+# Part of the way at either end that stands for the free and the indented force.
+END = 0.05
+# A force that rises by fewer deviations of its noise is none.
+RISE_DEVIATIONS = 3.0
+FEWEST_FITTED = 3
 
 
 @dataclass(frozen=True)
 class Setup:
-    """What a curve is fitted with; None is chosen by the curve.
-
-    Attributes
-    ----------
-    radius_m : float or None
-        Of the sphere; a cone has none.
-    indenter : {"parabola", "sneddon", "cone"} or None
-    half_angle_rad : float or None
-        Between a cone's axis and its side.
-    object_radius_m : float or None
-        Of a curved object at the contact, negative where it is hollow; flat by default.
-    thickness_m : float or None
-        Of a layer on a rigid base.
-    poisson_ratio : float
-        That a layer's correction and E assume.
-    baseline : bool or None
-        Whether a constant force is fitted too.
-    residual : {"force", "force_two_thirds"}
-        What of the force is compared.
-    stiffness_n_m : float or None
-        Between the drive, whose way the depth is, and the tip; stiff by default.
-    base : {"bonded", "not_bonded"}
-        Whether a layer sticks to its base.
-    contact_m : (float, float) or None
-        Depth at which contact is expected, and that depth's standard deviation.
+    """What a curve is fitted with: arguments of `palpate.hertz.fit`, which says what they are.
 
     Raises
     ------
@@ -69,16 +54,19 @@ class Setup:
     def __post_init__(self) -> None:
         """Reject what does not go together."""
         check_ratio(self.poisson_ratio, "poisson_ratio")
-        _one_of("indenter", self.indenter, (None, *INDENTERS, CONE))
-        _one_of("residual", self.residual, RESIDUALS)
-        _one_of("base", self.base, LAYERS)
-        known = np.array((0.0, 1.0) if self.contact_m is None else self.contact_m, dtype=float)
-        if known.shape != (2,) or not np.isfinite(known).all() or not known[1] > 0:
+        known = {"indenter": (*INDENTERS, CONE), "residual": tuple(RESIDUALS), "base": LAYERS}
+        for name, names in known.items():
+            found = getattr(self, name)
+            if found not in names and (found is not None or name != "indenter"):
+                raise ValueError(f"{name}: expected one of {', '.join(names)}, found {found}")
+        contact = np.array((0.0, 1.0) if self.contact_m is None else self.contact_m, dtype=float)
+        if contact.shape != (2,) or not np.isfinite(contact).all() or not contact[1] > 0:
             expected = "expected a depth and a deviation above 0"
             raise ValueError(f"contact_m: {expected}, found {self.contact_m}")
         if self.thickness_m is None and self.base != LAYERS[0]:
-            expected = "expected with thickness_m, of a layer"
-            raise ValueError(f"base: {expected}, found {self.base} alone")
+            raise ValueError(
+                f"base: expected with thickness_m, of a layer, found {self.base} alone"
+            )
         for name in ("radius_m", "thickness_m", "stiffness_n_m"):
             found = getattr(self, name)
             if found is not None and not 0 < found < np.inf:
@@ -124,17 +112,15 @@ class Setup:
             curvature_per_m=1 / (self.object_radius_m or np.inf),
         )
 
-    def check_layer(self, depth_m: float) -> None:
-        """Reject a layer that is thinner than its series holds for at an indentation depth.
-
-        Raises
-        ------
-        ValueError
-        """
-        if self.thickness_m is None:
-            return
-        least = np.sqrt(self.effective_radius_m * max(depth_m, 0.0)) / LARGEST_CHI
-        if self.thickness_m < least:
+    def check_indentation(self, depth_m: NDArray, contact_m: float) -> None:
+        """Reject a contact at the record's end, and too thin a layer, by a `ValueError`."""
+        count, depth = int((depth_m > contact_m).sum()), float(depth_m.max()) - contact_m
+        if count < FEWEST_FITTED:
+            expected = f"expected {FEWEST_FITTED} samples or more deeper than the contact"
+            hint = "(is it an indentation, the force's sign right, the approach flat?)"
+            raise ValueError(f"contact: {expected}, found {count} {hint}")
+        least = np.sqrt((self.effective_radius_m or 0) * depth) / LARGEST_CHI
+        if self.thickness_m is not None and self.thickness_m < least:
             expected = f"expected at least {1e3 * least:.3g} mm for this indentation"
             found = f"found {1e3 * self.thickness_m:.3g} mm"
             raise ValueError(f"thickness_m: {expected} (no series holds for thinner), {found}")
@@ -149,13 +135,7 @@ class Setup:
 
 
 def curve_setup(spec: Mapping, probe: Mapping) -> Setup:
-    """What an object's curves are fitted with.
-
-    Parameters
-    ----------
-    spec, probe : mapping
-        object.yaml, and the probe's file or what stands for it.
-    """
+    """What an object's curves are fitted with, of object.yaml and the probe's file."""
     block, ratios = spec["curves"], np.atleast_1d(spec["curves"]["poisson_ratio"])
     stiffness_n_m = block.get("stiffness_n_m", probe.get("stiffness_n_m"))
     if isinstance(stiffness_n_m, str):
@@ -168,7 +148,30 @@ def curve_setup(spec: Mapping, probe: Mapping) -> Setup:
     )
 
 
-def _one_of(name: str, found: str | None, known) -> None:
-    if found not in known:
-        names = ", ".join(one for one in known if one)
-        raise ValueError(f"{name}: expected one of {names}, found {found}")
+def chosen_baseline(depth_m: NDArray, force_n: NDArray, contact_m: float) -> tuple[bool, str]:
+    """Whether a constant force is fitted, and why: where the approach determines it.
+
+    Without an approach a free constant takes up the toe of the curve, and E* with it.
+    """
+    before = depth_m < contact_m
+    depth, length = float(depth_m.max()) - contact_m, contact_m - float(depth_m.min())
+    if before.sum() < FEWEST_APPROACH or length < LEAST_APPROACH * depth:
+        return False, "none, since no approach determines it"
+    slope = np.polyfit(depth_m[before] - depth_m.min(), force_n[before], 1)[0]
+    # A short one that rises is the toe of an indentation.
+    if length < depth and abs(slope) * length > LEVEL * np.ptp(force_n):
+        return False, "none, since the approach is short and rises"
+    return True, f"fitted, since {int(before.sum())} samples lie before the contact"
+
+
+def check_rise(depth_m: NDArray, force_n: NDArray) -> None:
+    """Reject a record whose force does not rise above its noise, by a `ValueError`."""
+    place = (depth_m - depth_m.min()) / np.ptp(depth_m)
+    free, loaded = force_n[place <= END], force_n[place >= 1 - END]
+    # The free end's own scatter where it has enough samples; a slope is no noise of steps.
+    noise = float(free.std(ddof=1)) if len(free) > 2 else 0.0
+    rise = float(loaded.mean() - free.mean())
+    if rise < RISE_DEVIATIONS * noise:
+        scale, unit = readable(max(rise, noise), "N")
+        found = f"{scale * rise:.2g} {unit} in noise of {scale * noise:.2g} {unit}"
+        raise ValueError(f"force: expected a rise of three times its noise, found {found}")

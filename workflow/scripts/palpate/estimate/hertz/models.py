@@ -5,6 +5,7 @@ Which model is recommended follows from the geometry and from what of the indent
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +15,8 @@ from palpate.estimate.direct.options import Rig
 from palpate.estimate.hertz.fit import (
     LEVEL,
     ContactFit,
-    KnownContactFit,
     fit_free_contact,
     fit_known_contact,
-    fit_study,
 )
 from palpate.estimate.hertz.indentation import SHALLOW, Indentation, Record
 from palpate.estimate.hertz.laws import (
@@ -27,6 +26,7 @@ from palpate.estimate.hertz.laws import (
     contact_law,
     finite_strain_factor,
     layer_factor,
+    parabola_force,
 )
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.relaxation import (
@@ -90,7 +90,9 @@ def estimate_hertz(
     if record is not None and clock_std_s > 0:
         stds.append(_clock_std(indentation, record, best, options, clock_std_s))
     used, radius = slice(indentation.onset, None), indentation.radius_m
-    study = fit_study(indentation.depth_m[used], indentation.magnitude_n[used], radius)
+    depth, force = indentation.depth_m[used], indentation.magnitude_n[used]
+    paraboloid = partial(parabola_force, radius_m=radius)
+    study = vars(fit_known_contact(depth, force, paraboloid, depth_std_m=0.0))
     return {
         "radius_m": radius,
         "thickness_m": indentation.thickness_m,
@@ -98,10 +100,9 @@ def estimate_hertz(
         "shape": asdict(indentation.shape),
         "depth_over_radius": indentation.depth_over_radius,
         "chi": indentation.chi,
-        "study": asdict(study),
+        "study": {name: study[name] for name in ("reduced_modulus_pa", "rms_n")},
         "free_contact": asdict(_free_paraboloid(indentation, options)),
         "assumed_poisson_ratio": options.assumed_poisson_ratio,
-        "layer_series": options.layer_series,
         "models": models,
         "relaxation": relaxation,
         "recommended": _with_error(best, float(np.linalg.norm(stds))),
@@ -136,7 +137,7 @@ def fit_models(indentation: Indentation, options: Hertz) -> list[dict]:
 
 def fit_model(
     indentation: Indentation, options: Hertz, *, indenter: str, support: str, contact: str
-) -> ContactFit | KnownContactFit:
+) -> ContactFit:
     """Fit one model, with the contact point ``known``, ``free`` or ``weighted``."""
     law = _law(indentation, options, indenter, support, options.assumed_poisson_ratio)
     std = indentation.depth_std_m
@@ -241,7 +242,6 @@ def _law(indentation: Indentation, options: Hertz, indenter: str, support: str, 
         radius_m=indentation.radius_m,
         thickness_m=indentation.thickness_m,
         nu=nu,
-        series=options.layer_series,
         curvature_per_m=indentation.shape.curvature_per_m,
         foot_curvature_per_m=indentation.shape.foot_curvature_per_m,
     )
