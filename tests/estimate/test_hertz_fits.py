@@ -8,7 +8,6 @@ from palpate.estimate.hertz.fit import (
     effective_samples,
     fit_free_contact,
     fit_known_contact,
-    fit_study,
     freedom,
     hertz_force,
 )
@@ -47,7 +46,8 @@ def correlated(rng, size, lag, std):
 def test_exact_data(residual):
     depth = np.linspace(-0.003, 0.008, 30)
     force = hertz_force(depth, TRUTH, R)
-    assert fit_study(depth[9:], force[9:], R).reduced_modulus_pa == pytest.approx(TRUTH, rel=1e-6)
+    known = fit_known_contact(depth[9:], force[9:], law_of(), depth_std_m=0.0)
+    assert known.reduced_modulus_pa == pytest.approx(TRUTH, rel=1e-6)
     shifted = fit_free_contact(depth + 0.0004, force, law_of(), residual=residual)
     assert shifted.reduced_modulus_pa == pytest.approx(TRUTH, rel=1e-6)
     assert shifted.contact_depth_m == pytest.approx(0.0004, abs=1e-9)
@@ -150,10 +150,6 @@ def test_known_contact_by_hand():
     ends = E * np.exp(-width), E * np.exp(width)
     assert found.reduced_modulus_interval_pa == pytest.approx(ends, rel=5e-3)
     assert found.rms_n == pytest.approx(np.sqrt(np.mean(left**2)))
-    study = fit_study(DEPTH, measured, R)
-    assert study.reduced_modulus_pa == pytest.approx(E) and study.rms_n == pytest.approx(
-        found.rms_n
-    )
     sure = fit_known_contact(DEPTH, measured, law, depth_std_m=0.0)
     assert sure.reduced_modulus_std_pa == pytest.approx(scatter)
 
@@ -236,9 +232,5 @@ def test_bad_input():
         fit_free_contact(np.array([0, 1e-3]), np.array([0, 0.1]), law_of())
     with pytest.raises(ValueError, match="residual: expected one of force, force_two_thirds"):
         fit_free_contact(np.arange(5.0), np.arange(5.0), law_of(), residual="energy")
-    for fit in (
-        lambda depth, force: fit_study(depth, force, R),
-        lambda depth, force: fit_known_contact(depth, force, law_of(), depth_std_m=0.0),
-    ):
-        with pytest.raises(ValueError, match="at least 2 samples in contact, found 0"):
-            fit(np.array([-1e-3, -2e-3]), np.array([0.0, 0.0]))
+    with pytest.raises(ValueError, match="at least 2 samples in contact, found 0"):
+        fit_known_contact(np.array([-1e-3, -2e-3]), np.zeros(2), law_of(), depth_std_m=0.0)

@@ -5,7 +5,7 @@ from dataclasses import asdict
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.estimate.hertz.fit import fit_free_contact, fit_study, hertz_force
+from palpate.estimate.hertz.fit import fit_free_contact, fit_known_contact, hertz_force
 from palpate.estimate.hertz.laws import contact_law
 from palpate.report import hertz_figures, hertz_tables, style
 from thesis.chapter5 import hertz_maps
@@ -23,7 +23,7 @@ def make_fit(E_star=25e3, noise_n=0.01, seed=3):
         "radius_m": RADIUS_M,
         "range": {"first_frame": 10, "last_frame": 24},
         "samples": {"depth_m": depth.tolist(), "force_n": force.tolist()},
-        "study": asdict(fit_study(depth[10:], force[10:], RADIUS_M)),
+        "study": asdict(fit_known_contact(depth[10:], force[10:], LAW, depth_std_m=0.0)),
         "free_contact": free,
         "recommended": free | {"doubts": []},
     }

@@ -27,10 +27,9 @@ LOG_E, CONTACT, BASELINE, NU, LAW = range(UNKNOWNS)
 # Deviation of what is taken for known, beside that of unknowns of size 1.
 HELD = 1e-9
 ROUNDS = 4
-# Of the material-law parameter from an end of its range, to count as at it: the search stays
-# within its bounds.
+# So near to an end of its range, which the search does not reach, the law's parameter is at it.
 AT_END = 1e-3
-# In contact: fewer determine no scatter.
+# Samples in contact: fewer determine no scatter.
 FEWEST = 10
 
 
@@ -92,17 +91,15 @@ def estimate_curve(
     if not least <= ratios[0] <= ratios[1] <= greatest:
         expected = f"expected from {least:g} to {greatest:g}, low before high"
         raise ValueError(f"poisson_ratio: {expected}, found {list(ratios)}")
-    if hertz.samples_in_contact < FEWEST:
-        found = hertz.samples_in_contact
-        raise ValueError(f"samples: expected {FEWEST} or more in contact, found {found}")
+    if (count := hertz.samples_in_contact) < FEWEST:
+        raise ValueError(f"samples: expected {FEWEST} or more in contact, found {count}")
     fit = _Fit(hertz, force_table(model), ratios, options)
     best = fit.best()
     covariance, law = np.linalg.inv(best.jac.T @ best.jac), float(best.x[LAW])
-    depth = float(hertz.depth_m.max()) - float(best.x[CONTACT]) * hertz.press_m
-    if depth > float(model.depth_m[-1]):
+    depth, deepest = float(hertz.depth_m.max() - best.x[CONTACT] * hertz.press_m), model.depth_m[-1]
+    if depth > deepest:
         expected = f"expected at least the curve's {1e3 * depth:.2f} mm"
-        found = f"found a table of {1e3 * float(model.depth_m[-1]):.2f} mm"
-        raise ValueError(f"deepest_m: {expected}, {found}")
+        raise ValueError(f"deepest_m: {expected}, found a table of {1e3 * deepest:.2f} mm")
     why = "the material has another law, or depths and forces contradict each other"
     line = f"material-law parameter of the force {law:+.2f}, an end of its range: {why}"
     return CurveEstimate(
@@ -151,8 +148,8 @@ class _Fit:
         low = [*[-np.inf] * 3, self.ratios[0] - HELD, -FARTHEST_LAW]
         high = [*[np.inf] * 3, self.ratios[1] + HELD, FARTHEST_LAW]
         for _ in range(ROUNDS):
-            known = {"std_n": max(std_n, HELD * self.peak_n)}
-            best = least_squares(self._gaps, x, bounds=(low, high), x_scale="jac", kwargs=known)
+            std_n = max(std_n, HELD * self.peak_n)
+            best = least_squares(self._gaps, x, bounds=(low, high), x_scale="jac", args=(std_n,))
             x, std_n = best.x, deviation(self.residual(best.x), UNKNOWNS)
         return best
 

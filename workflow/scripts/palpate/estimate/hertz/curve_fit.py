@@ -8,26 +8,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.hertz.curve_setup import CONE, Setup, check_rise, chosen_baseline
-from palpate.estimate.hertz.fit import RESIDUALS, ContactFit, fit_free_contact
+from palpate.estimate.hertz.curve_setup import ABSURD, FLAT, Setup, check_rise, chosen_baseline
+from palpate.estimate.hertz.fit import ContactFit, fit_free_contact
 from palpate.estimate.hertz.indentation import SHALLOW
-from palpate.estimate.hertz.laws import INDENTERS, check_ratio
+from palpate.estimate.hertz.laws import INDENTERS, check_ratio, layer_factor
+from palpate.modulus import modulus_text
 from palpate.units import PERCENT, readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Beyond one radius no law of a sphere holds; beyond so many it is a unit in error.
-DEEP, ABSURD = 1.0, 5.0
-# Contact so far before the record, as part of the indentation depth, is a guess.
-BEFORE = 0.02
+# So thick a layer, in contact radii, stands for what a half-space leaves out.
+RADII = 10.0
 # An interval this narrow is of made-up data; a law that explains less of the scatter is none.
 EXACT, LEAST_EXPLAINED = 1e-6, 0.5
 FEWEST_IN_CONTACT = 10
-# Residuals are a pattern, not noise, where fewer of them than this part are independent.
-INDEPENDENT = 0.1
-# An approach that rises or falls by more than this part of the peak is none of a level.
-SLOPING = 0.05
+# Deeper than so many radii no law holds; contact so far before the record, over the indentation
+# depth, is a guess; an approach that changes by more than this part of the peak slopes; and fewer
+# independent residuals than this part are a pattern.
+DEEP, BEFORE, SLOPING, INDEPENDENT = 1.0, 0.02, 0.05, 0.1
+# A flat end: so far below a sphere's residuals, which are this part of the peak or more.
+PROPORTIONAL, LEAST_PATTERN = 0.5, 0.005
 # Smaller changes of E* are not worth a line.
 LEAST_CHANGE = 0.01
 # Rms of the residuals over the peak, and what is said of it.
@@ -35,7 +36,7 @@ QUALITIES = ((0.01, "good"), (0.03, "fair"), (np.inf, "poor"))
 # Attributes that a row of a table has, beside those that `HertzFit.told` computes.
 TOLD = ("reduced_modulus_pa", "reduced_modulus_interval_pa", "contact_m", "contact_std_m")
 TOLD += ("baseline_n", "rms_n", "effective_samples", "indenter", "support", "baseline", "chosen")
-TOLD += ("others", "doubts", "quality", "hangs_on", "press_m", "samples_in_contact")
+TOLD += ("others", "doubts", "quality", "hangs_on", "assumes", "press_m", "samples_in_contact")
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -58,6 +59,8 @@ class HertzFit(ContactFit):
         Samples that were fitted, the tip's depth, and the law at them [m, N, N].
     weights : (n,) array or None
         Of their squared residuals.
+    notes : tuple of str
+        Warnings of how samples and law were chosen, a line each.
     """
 
     indenter: str
@@ -70,6 +73,7 @@ class HertzFit(ContactFit):
     force_n: NDArray
     fitted_n: NDArray
     weights: NDArray | None = None
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         warned = f"; warnings: {'; '.join(self.doubts)}" if self.doubts else ""
@@ -102,7 +106,7 @@ class HertzFit(ContactFit):
     @property
     def doubts(self) -> tuple[str, ...]:
         """Warnings against trusting the modulus, a line each."""
-        return tuple(_warnings(self))
+        return (*self.notes, *_warnings(self))
 
     @property
     def hangs_on(self) -> tuple[str, ...]:
@@ -115,6 +119,19 @@ class HertzFit(ContactFit):
                 value = f"{scale * modulus:.4g} {unit} ({PERCENT * part:+.2g} %)"
                 lines.append(f"{name} E* would be {value}")
         return tuple(lines)
+
+    @property
+    def assumes(self) -> str:
+        """What of a half-space E* would change most, a layer on a rigid base; empty of a layer."""
+        if self.support != "half_space":
+            return ""
+        law, step_m = self.setup.law(self.indenter), 1e-4 * self.press_m
+        # Of all indenters dF/dd = 2 E* a (I. N. Sneddon, 1965), a the contact radius.
+        radius = float(np.diff(law(self.press_m + step_m * np.array([-1, 1])))[0]) / (4 * step_m)
+        part = 1 / float(layer_factor(1 / RADII, self.setup.poisson_ratio, "bonded")) - 1
+        scale, unit = readable(RADII * radius, "m")
+        layer = f"a bonded layer of {RADII:g} contact radii ({scale * RADII * radius:.3g} {unit})"
+        return f"a half-space; {layer} would change E* by about {PERCENT * part:+.2g} %"
 
     @property
     def quality(self) -> str:
@@ -171,49 +188,34 @@ class HertzFit(ContactFit):
         axes.legend()
 
 
-def modulus_text(value_pa: float, interval_pa: tuple[float, float]) -> str:
-    """A modulus with its interval, in the unit that it is read best in."""
-    scale, unit = readable(value_pa, "Pa")
-    low, high = (scale * end for end in interval_pa)
-    return f"{scale * value_pa:.4g} {unit} (95 %: {low:.4g} to {high:.4g})"
-
-
 def fit_curve(
     depth_m: NDArray, force_n: NDArray, setup: Setup, weights: NDArray | None = None
 ) -> HertzFit:
-    """Fit E* and the depth of first contact to approach and loading.
-
-    Parameters
-    ----------
-    depth_m, force_n : (n,) arrays
-    setup : Setup
-    weights : (n,) array, optional
-        Of the squared residuals; samples of none are left out.
+    """Fit E* and the depth of first contact to approach and loading, as `palpate.hertz.fit` does.
 
     Raises
     ------
     ValueError
-        If the force does not rise above its noise, no contact is found, or a layer is thinner than
-        its series holds for.
+        If the force does not rise above its noise, no contact is found, or a layer is too thin.
     """
     if weights is not None:
         depth_m, force_n, weights = (one[weights > 0] for one in (depth_m, force_n, weights))
-    depth = setup.tip_depth(depth_m, force_n)
+    depth = depth_m - force_n / (setup.stiffness_n_m or np.inf)
     check_rise(depth, force_n)
     expected_m, std_m = setup.contact_m or (0.0, None)
 
     def fitted(
-        indenter: str, baseline: bool, residual: str = setup.residual, level_n: float = 0.0
+        indenter: str, baseline: bool, *, of: Setup = setup, level_n: float = 0.0
     ) -> ContactFit:
-        at, force, law = depth - expected_m, force_n - level_n, setup.law(indenter)
-        known = {"residual": residual, "weights": weights, "depth_std_m": std_m}
+        at, force, law = depth - expected_m, force_n - level_n, of.law(indenter)
+        known = {"residual": of.residual, "weights": weights, "depth_std_m": std_m}
         found = fit_free_contact(at, force, law, baseline=baseline, **known)
         return replace(found, contact_depth_m=found.contact_depth_m + expected_m)
 
     indenter, baseline, chosen = setup.indenter or INDENTERS[0], setup.baseline, {}
     if baseline is None:
-        with_it = fitted(indenter, baseline=True)
-        baseline, chosen["baseline"] = chosen_baseline(depth, force_n, with_it.contact_depth_m)
+        contact_m = fitted(indenter, baseline=True).contact_depth_m
+        baseline, chosen["baseline"] = chosen_baseline(depth, force_n, contact_m)
     found = fitted(indenter, baseline)
     if setup.indenter is None:
         radii = (float(depth.max()) - found.contact_depth_m) / setup.effective_radius_m
@@ -237,25 +239,20 @@ def fit_curve(
         weights=weights,
     )
     same = {"indenter": indenter, "baseline": baseline}
-    choices = _other_choices(result)
+    choices = setup.others(indenter, baseline, found.baseline_n)
     others = {name: fitted(**same | other).reduced_modulus_pa for name, other in choices}
-    return replace(result, others=others)
+    notes = _notes(result, fitted(FLAT, baseline)) if indenter in INDENTERS else ()
+    return replace(result, others=others, notes=notes)
 
 
-def _other_choices(found: HertzFit) -> Iterator[tuple[str, dict]]:
-    """Other baseline, indenter and residual, each alone, and what it is called."""
-    if not found.baseline:
-        yield "with a free baseline", {"baseline": True}
-    elif "baseline" not in found.chosen:
-        # Where the approach shows it, a fit without is of another curve.
-        yield "without a baseline", {"baseline": False}
-    if found.indenter != CONE:
-        other = next(name for name in INDENTERS if name != found.indenter)
-        yield f"by {other}", {"indenter": other}
-    other = next(name for name in RESIDUALS if name != found.setup.residual)
-    # A power of the force is one of the force above its level.
-    level = {"baseline": False, "level_n": found.baseline_n}
-    yield f"with {other} compared", level | {"residual": other}
+def _notes(found: HertzFit, flat: ContactFit) -> tuple[str, ...]:
+    """Warning of a force in proportion to depth."""
+    least = LEAST_PATTERN * np.ptp(found.fitted_n)
+    if found.rms_n < least or flat.rms_n > PROPORTIONAL * found.rms_n:
+        return ()
+    value = modulus_text(flat.reduced_modulus_pa, flat.reduced_modulus_interval_pa)
+    why = f"of a flat punch (--indenter flat) E* would be {value}"
+    return (f"the force grows in proportion to depth, as under a flat end: {why}",)
 
 
 def _warnings(found: HertzFit) -> Iterator[str]:
@@ -288,10 +285,10 @@ def _warnings(found: HertzFit) -> Iterator[str]:
 def _warnings_of_depth(found: HertzFit) -> Iterator[str]:
     radius = found.setup.effective_radius_m
     if radius is not None and found.press_m > DEEP * radius:
-        why = "no law of a sphere holds there"
-        if found.press_m > ABSURD * radius:
-            why = "is the unit of the depth, or the radius, another?"
-        yield f"the indentation is {found.press_m / radius:.3g} radii of the sphere deep: {why}"
+        body, radii = found.setup.body, found.press_m / radius
+        other = "is the unit of the depth, or the radius, another?"
+        why = other if radii > ABSURD else f"no law of a {body} holds there"
+        yield f"the indentation is {radii:.3g} radii of the {body} deep: {why}"
     before = float(found.depth_m.min()) - found.contact_m
     if before > BEFORE * found.press_m:
         scale, unit = readable(before, "m")

@@ -1,7 +1,8 @@
 """What a bare curve is fitted with, and which values go together."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +16,20 @@ from palpate.estimate.hertz.laws import (
     check_ratio,
     cone_force,
     contact_law,
+    flat_force,
+    pyramid_force,
 )
 from palpate.units import readable
 
-CONE = "cone"
+FLAT = "flat"
+SHARP = {"cone": cone_force, "pyramid": pyramid_force}
+# What an indenter that is no sphere is called; the spheres' layers and curved objects are not its.
+OTHERS = {"cone": "cone", "pyramid": "pyramid", FLAT: "flat punch"}
 # An approach determines the baseline if it is so long beside the indentation, has so many samples,
 # and its force rises by no more than this part of the whole.
 LEAST_APPROACH, FEWEST_APPROACH, LEVEL = 0.1, 5, 0.02
+# Depths of so many radii are of a unit in error.
+ABSURD = 5.0
 # Part of the way at either end that stands for the free and the indented force.
 END = 0.05
 # A force that rises by fewer deviations of its noise is none.
@@ -54,7 +62,7 @@ class Setup:
     def __post_init__(self) -> None:
         """Reject what does not go together."""
         check_ratio(self.poisson_ratio, "poisson_ratio")
-        known = {"indenter": (*INDENTERS, CONE), "residual": tuple(RESIDUALS), "base": LAYERS}
+        known = {"indenter": (*INDENTERS, *OTHERS), "residual": tuple(RESIDUALS), "base": LAYERS}
         for name, names in known.items():
             found = getattr(self, name)
             if found not in names and (found is not None or name != "indenter"):
@@ -64,24 +72,32 @@ class Setup:
             expected = "expected a depth and a deviation above 0"
             raise ValueError(f"contact_m: {expected}, found {self.contact_m}")
         if self.thickness_m is None and self.base != LAYERS[0]:
-            raise ValueError(
-                f"base: expected with thickness_m, of a layer, found {self.base} alone"
-            )
+            found = f"found {self.base} alone"
+            raise ValueError(f"base: expected with thickness_m, of a layer, {found}")
         for name in ("radius_m", "thickness_m", "stiffness_n_m"):
             found = getattr(self, name)
             if found is not None and not 0 < found < np.inf:
                 raise ValueError(f"{name}: expected above 0, found {found}")
-        if self.indenter == CONE:
-            self._check_cone()
-            return
-        if self.half_angle_rad is not None:
-            raise ValueError("half_angle_rad: expected none but of a cone, found one of a sphere")
-        if self.radius_m is None:
-            raise ValueError("radius_m: expected the sphere's radius, found none")
+        needed, other = ("radius_m", "half_angle_rad")[:: -1 if self.indenter in SHARP else 1]
+        of_spheres = ("object_radius_m", "thickness_m") if self.indenter in OTHERS else ()
+        for name in (other, *of_spheres):
+            if getattr(self, name) is not None:
+                why = " (a layer's factor is a sphere's)" if name == "thickness_m" else ""
+                raise ValueError(f"{name}: expected none with a {self.body}{why}, found one")
+        found, name = getattr(self, needed), needed.rpartition("_")[0].replace("_", " ")
+        if found is None:
+            raise ValueError(f"{needed}: expected the {self.body}'s {name}, found none")
+        if needed != "radius_m" and not 0 < found < np.pi / 2:
+            raise ValueError(f"{needed}: expected above 0 and below pi/2, found {found}")
         radius = self.object_radius_m
         if radius is not None and not (radius > 0 or radius < -self.radius_m):
             expected = "expected above 0, or below minus the sphere's where the object is hollow"
             raise ValueError(f"object_radius_m: {expected}, found {radius}")
+
+    @property
+    def body(self) -> str:
+        """What the indenter is called."""
+        return OTHERS.get(self.indenter, "sphere")
 
     @property
     def effective_radius_m(self) -> float | None:
@@ -95,22 +111,40 @@ class Setup:
         """What the object stands on, as a law has it."""
         return "half_space" if self.thickness_m is None else self.base
 
-    def tip_depth(self, depth_m: NDArray, force_n: NDArray) -> NDArray:
-        """Way of the tip, of that of its drive, (n,) [m]."""
-        return depth_m if self.stiffness_n_m is None else depth_m - force_n / self.stiffness_n_m
-
     def law(self, indenter: str) -> Law:
         """Force over depth at E* = 1."""
-        if indenter == CONE:
-            return lambda depth_m: cone_force(depth_m, self.half_angle_rad)
+        if indenter in SHARP:
+            return partial(SHARP[indenter], half_angle_rad=self.half_angle_rad)
+        if indenter == FLAT:
+            return partial(flat_force, radius_m=self.radius_m)
         return contact_law(
             indenter,
             self.support,
             radius_m=self.radius_m,
-            thickness_m=np.inf if self.thickness_m is None else self.thickness_m,
+            thickness_m=self.thickness_m or np.inf,
             nu=self.poisson_ratio,
             curvature_per_m=1 / (self.object_radius_m or np.inf),
         )
+
+    def others(self, indenter: str, baseline: bool, level_n: float) -> Iterator[tuple[str, dict]]:
+        """Other baseline, indenter, residual and layer, each alone, and what it is called."""
+        if not baseline:
+            yield "with a free baseline", {"baseline": True}
+        elif self.baseline is not None:
+            # Where the approach shows it, a fit without is of another curve.
+            yield "without a baseline", {"baseline": False}
+        if indenter in INDENTERS:
+            other = next(name for name in INDENTERS if name != indenter)
+            yield f"by {other}", {"indenter": other}
+        other = next(name for name in RESIDUALS if name != self.residual)
+        # A power of the force is one of the force above its level.
+        of_level = {"baseline": False, "level_n": level_n, "of": replace(self, residual=other)}
+        yield f"with {other} compared", of_level
+        if self.thickness_m is not None:
+            other = next(name for name in LAYERS if name != self.base)
+            yield f"with the layer {other.replace('_', ' ')}", {"of": replace(self, base=other)}
+            nu = 0.5 if self.poisson_ratio < 0.4 else 0.3
+            yield f"for nu {nu:g}", {"of": replace(self, poisson_ratio=nu)}
 
     def check_indentation(self, depth_m: NDArray, contact_m: float) -> None:
         """Reject a contact at the record's end, and too thin a layer, by a `ValueError`."""
@@ -119,33 +153,28 @@ class Setup:
             expected = f"expected {FEWEST_FITTED} samples or more deeper than the contact"
             hint = "(is it an indentation, the force's sign right, the approach flat?)"
             raise ValueError(f"contact: {expected}, found {count} {hint}")
-        least = np.sqrt((self.effective_radius_m or 0) * depth) / LARGEST_CHI
-        if self.thickness_m is not None and self.thickness_m < least:
+        if self.thickness_m is None:
+            return
+        radius, thickness = self.effective_radius_m, self.thickness_m
+        least = np.sqrt(radius * depth) / LARGEST_CHI
+        if thickness < least and depth > ABSURD * radius:
+            expected = f"expected an indentation of up to {ABSURD:g} radii"
+            hint = "(is the unit of the depth, or the radius, another?)"
+            raise ValueError(f"depth_m: {expected}, found {depth / radius:.3g} {hint}")
+        if thickness < least:
             expected = f"expected at least {1e3 * least:.3g} mm for this indentation"
-            found = f"found {1e3 * self.thickness_m:.3g} mm"
-            raise ValueError(f"thickness_m: {expected} (no series holds for thinner), {found}")
-
-    def _check_cone(self) -> None:
-        if self.half_angle_rad is None or not 0 < self.half_angle_rad < np.pi / 2:
-            found = self.half_angle_rad
-            raise ValueError(f"half_angle_rad: expected above 0 and below pi/2, found {found}")
-        for name in ("radius_m", "object_radius_m", "thickness_m"):
-            if getattr(self, name) is not None:
-                raise ValueError(f"{name}: expected none of a cone, found {getattr(self, name)}")
+            found = f"(no series holds for thinner), found {1e3 * thickness:.3g} mm"
+            raise ValueError(f"thickness_m: {expected} {found}")
 
 
 def curve_setup(spec: Mapping, probe: Mapping) -> Setup:
     """What an object's curves are fitted with, of object.yaml and the probe's file."""
-    block, ratios = spec["curves"], np.atleast_1d(spec["curves"]["poisson_ratio"])
-    stiffness_n_m = block.get("stiffness_n_m", probe.get("stiffness_n_m"))
-    if isinstance(stiffness_n_m, str):
+    nu, radius_m = float(np.mean(spec["curves"]["poisson_ratio"])), probe["indenter"]["radius_m"]
+    stiffness = spec["curves"].get("stiffness_n_m", probe.get("stiffness_n_m"))
+    if isinstance(stiffness, str):
         expected = "a number in curves, which no camera calibrates, or in the probe's file"
-        raise ValueError(f"curves.stiffness_n_m: expected {expected}, found {stiffness_n_m}")
-    return Setup(
-        probe["indenter"]["radius_m"],
-        poisson_ratio=float(np.mean(ratios)),
-        stiffness_n_m=stiffness_n_m,
-    )
+        raise ValueError(f"curves.stiffness_n_m: expected {expected}, found {stiffness}")
+    return Setup(radius_m, poisson_ratio=nu, stiffness_n_m=stiffness)
 
 
 def chosen_baseline(depth_m: NDArray, force_n: NDArray, contact_m: float) -> tuple[bool, str]:

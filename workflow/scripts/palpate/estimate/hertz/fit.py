@@ -98,9 +98,9 @@ def fit_known_contact(
     return ContactFit(
         reduced_modulus_pa=E_star,
         reduced_modulus_std_pa=float(np.hypot(scatter, of_depth)),
-        reduced_modulus_interval_pa=_interval(E_star, width),
+        reduced_modulus_interval_pa=tuple((E_star * np.exp([-width, width])).tolist()),
         effective_samples=effective_samples(residual),
-        rms_n=_rms(residual),
+        rms_n=float(np.sqrt(np.mean(residual**2))),
     )
 
 
@@ -120,16 +120,14 @@ def fit_free_contact(
 
     Parameters
     ----------
-    depth_m, force_n : (n,) arrays
-        Depth along the approach [m] and force [N]; samples before contact help.
-    law : callable
-        Force per reduced modulus over depth (`contact_law`).
+    depth_m, force_n, law
+        As of `fit_known_contact`, from any depth; samples before contact help.
     baseline : bool
         Whether a constant force is fitted too.
     residual : {"force", "force_two_thirds"}
         What of the force is compared: itself, or its power 2/3, in which Eq. 5.1 is straight.
     depth_std_m : float, optional
-        Standard deviation with which contact is expected at depth 0 [m]; none is by default.
+        Of an expected contact at depth 0 [m]; any depth is as likely by default.
     weights : (n,) array, optional
         Of the squared residuals, relative to each other.
 
@@ -175,9 +173,9 @@ def fit_free_contact(
     return ContactFit(
         reduced_modulus_pa=E_star,
         reduced_modulus_std_pa=E_star * float(std[0]),
-        reduced_modulus_interval_pa=_interval(E_star, width),
+        reduced_modulus_interval_pa=tuple((E_star * np.exp([-width, width])).tolist()),
         effective_samples=effective_samples(left),
-        rms_n=_rms(force(x) * force_scale - force_n),
+        rms_n=float(np.sqrt(np.mean((force(x) * force_scale - force_n) ** 2))),
         contact_depth_m=float(x[1]) * length,
         contact_depth_std_m=float(std[1]) * length,
         contact_correlation=float(covariance[0, 1]) / product if product > 0 else 0.0,
@@ -201,10 +199,9 @@ def effective_samples(residual: NDArray) -> float:
 
 
 def freedom(residual: NDArray, parameters: int) -> float:
-    """Degrees of freedom that serially correlated residuals of a fit leave to Student's quantile.
+    """Degrees of freedom that residuals of a fit of so many parameters leave.
 
-    Of few samples, which hardly determine their correlation, those of five are left, or all;
-    ``parameters`` is how many were fitted.
+    Of few samples, which hardly determine their correlation, those of five are left, or all.
     """
     n = len(residual)
     return max(effective_samples(residual), min(n, FEWEST_LEFT)) * (1 - parameters / n)
@@ -238,12 +235,3 @@ def _starts(unit: Law, depth_m: NDArray, force: NDArray, baseline: bool) -> list
 def _slope(unit: NDArray, force: NDArray) -> float:
     """Of the straight line through 0."""
     return float(unit @ force / (unit @ unit))
-
-
-def _interval(E_star: float, width: float) -> tuple[float, float]:
-    """About E*, by the half width of its logarithm."""
-    return E_star * float(np.exp(-width)), E_star * float(np.exp(width))
-
-
-def _rms(residual: NDArray) -> float:
-    return float(np.sqrt(np.mean(np.square(residual))))

@@ -2,7 +2,8 @@
 
 Sources
 -------
-Eq. 5.1 of the study (Hertz). I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47: deep sphere, cone.
+Eq. 5.1 of the study (Hertz). I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47: deep sphere, cone, flat
+punch. G. G. Bilodeau, J. Appl. Mech. 59 (1992) 519: pyramid.
 E. K. Dimitriadis et al., Biophys. J. 82 (2002) 2798: layer on a rigid base. P. D. Garcia and
 R. Garcia, Biophys. J. 114 (2018) 2923: consistent series of the same at nu 0.5. Finite strain by
 finite elements (palpate.solid).
@@ -31,47 +32,39 @@ TANGENTS = np.geomspace(1e-2, 1e12, 20000)
 # depths to 9 mm) over Sneddon's on the same layer, less 1: coefficients of s, s^2 and s^3,
 # s = sqrt(d/R), by Poisson's ratio. Residuals are 1 % at most, 0.4 % rms.
 STRAIN_RATIOS = np.array([0.0, 0.3, 0.49])
-STRAIN_COEFFICIENTS = np.array(
-    [[0.3012, -0.0933, -0.0060], [0.0627, 0.0062, -0.0608], [0.0172, -0.1101, -0.0240]]
-)
+STRAIN = [[0.3012, -0.0933, -0.006], [0.0627, 0.0062, -0.0608], [0.0172, -0.1101, -0.024]]
 # The same by powers of Poisson's ratio.
-STRAIN_BY_RATIO = np.linalg.solve(np.vander(STRAIN_RATIOS), STRAIN_COEFFICIENTS)
+STRAIN_BY_RATIO = np.linalg.solve(np.vander(STRAIN_RATIOS), STRAIN)
 # Largest d/R computed; beyond it the factor stays what it is there.
 DEEPEST = 1.45
 
 Law = Callable[[NDArray], NDArray]
 
 
-# The functions below take depths (n,) [m] and give forces at E* = 1 (n,) [N/Pa], 0 before contact.
+# Forces are at E* = 1 (n,) [N/Pa], of depths (n,) [m], and 0 before contact.
 def parabola_force(
-    depth_m: NDArray,
-    radius_m: float,
-    curvature_per_m: float = 0.0,
-    foot_curvature_per_m: float = 0.0,
+    depth_m: NDArray, radius_m: float, object_per_m: float = 0.0, base_per_m: float = 0.0
 ) -> NDArray:
     """Eq. 5.1, F = 4/3 R^(1/2) d^(3/2), 1/R the sphere's and the object's curvature.
 
-    Of two contacts in series the depths add up, and so do the powers -1/3 of the radii.
+    At a base of a curvature too, as of two contacts in series, the depths add up, and so do the
+    powers -1/3 of the radii.
     """
-    radius = (np.cbrt(1 / radius_m + curvature_per_m) + np.cbrt(foot_curvature_per_m)) ** -3
+    radius = (np.cbrt(1 / radius_m + object_per_m) + np.cbrt(base_per_m)) ** -3
     return 4 / 3 * np.sqrt(radius) * np.maximum(depth_m, 0) ** 1.5
 
 
 def sneddon_force(
-    depth_m: NDArray,
-    radius_m: float,
-    curvature_per_m: float = 0.0,
-    foot_curvature_per_m: float = 0.0,
+    depth_m: NDArray, radius_m: float, object_per_m: float = 0.0, base_per_m: float = 0.0
 ) -> NDArray:
-    """Sneddon's sphere.
+    """Sneddon's sphere, F = (a^2 + R^2)/2 ln((R + a)/(R - a)) - a R, d = a/2 ln((R + a)/(R - a)).
 
-    F = (a^2 + R^2)/2 ln((R + a)/(R - a)) - a R and d = a/2 ln((R + a)/(R - a)); with
-    a = R tanh t the depth is d = R t tanh t. The gap of an object of curvature k grows by k r^2/2
-    more, which by the same solution adds k a^2 to the depth and 4/3 k a^3 to the force; a round
-    base adds its own depth by Hertz. Small strain, frictionless; depth may exceed the radius.
+    With a = R tanh t the depth is d = R t tanh t. The gap of an object of curvature k grows by
+    k r^2/2 more, which by the same solution adds k a^2 to the depth and 4/3 k a^3 to the force; a
+    round base adds its own depth by Hertz. Small strain; depth may exceed the radius.
     """
     depth = np.maximum(np.asarray(depth_m, dtype=float), 0) / radius_m
-    over_hertz = _sneddon_over_hertz(radius_m * curvature_per_m, radius_m * foot_curvature_per_m)
+    over_hertz = _sneddon_over_hertz(radius_m * object_per_m, radius_m * base_per_m)
     return radius_m**2 * over_hertz(depth) * depth**1.5
 
 
@@ -86,11 +79,22 @@ def _sneddon_over_hertz(curvature: float, foot: float) -> CubicSpline:
 
 
 def cone_force(depth_m: NDArray, half_angle_rad: float) -> NDArray:
-    """Sneddon's cone at E* = 1, F = 2/pi tan(alpha) d^2, zero before contact, (n,) [N/Pa].
-
-    ``half_angle_rad`` is that between the axis and the side.
-    """
+    """Sneddon's cone, F = 2/pi tan(alpha) d^2, alpha between the axis and the side."""
     return 2 / np.pi * np.tan(half_angle_rad) * np.maximum(depth_m, 0) ** 2
+
+
+def pyramid_force(depth_m: NDArray, half_angle_rad: float) -> NDArray:
+    """Bilodeau's four-sided pyramid, F = 0.7453 tan(alpha) d^2, alpha between axis and face.
+
+    An edge's angle has sqrt(2) of that tangent. Boundary elements give 0.738 (tests/estimate);
+    others have 1/sqrt(2) for the same angle (F. Rico et al., Phys. Rev. E 72 (2005) 021914).
+    """
+    return 0.7453 * np.tan(half_angle_rad) * np.maximum(depth_m, 0) ** 2
+
+
+def flat_force(depth_m: NDArray, radius_m: float) -> NDArray:
+    """Cylindrical punch with a flat end, F = 2 a d, a its radius."""
+    return 2 * radius_m * np.maximum(depth_m, 0)
 
 
 def layer_factor(chi: NDArray, nu: float, support: str) -> NDArray:
@@ -102,18 +106,10 @@ def layer_factor(chi: NDArray, nu: float, support: str) -> NDArray:
     of axisymmetric finite elements (tests/estimate) to chi 0.4 and 3.5 % at 0.6; Dimitriadis'
     printed series is off by up to 3 % at chi 0.2, 6 % at 0.4 and 11 % at 0.6.
 
-    Parameters
-    ----------
-    chi : array
-        sqrt(R d)/h.
-    nu : float
-        Poisson's ratio.
-    support : {"half_space", "bonded", "not_bonded"}
-
     Raises
     ------
     ValueError
-        If the support is none of these, or nu is no Poisson's ratio from 0 to 0.5.
+        If the support is none of `SUPPORTS`, or nu is no Poisson's ratio from 0 to 0.5.
     """
     if support == "half_space":
         return np.ones_like(chi)
@@ -171,9 +167,8 @@ def contact_law(
     ----------
     indenter : {"parabola", "sneddon"}
     support : {"half_space", "bonded", "not_bonded", "round_foot"}
-    radius_m, thickness_m : float
-    nu : float
-        Poisson's ratio; the half-space does not need it.
+    radius_m, thickness_m, nu : float
+        Of the sphere, and of a layer with its Poisson's ratio.
     curvature_per_m, foot_curvature_per_m : float
         Of the object at the contact, negative where it is hollow, and at its round base [1/m].
 
@@ -202,14 +197,7 @@ def finite_strain_factor(depth_over_radius: NDArray, nu: float) -> NDArray:
     Small strain takes the surface under the sphere to move straight down. At a small Poisson's
     ratio it moves inward too, which stiffens the contact from the first; at a large one large
     strain softens it. Computed for a flat bonded block 7.6 radii thick far from its sides; other
-    laws of finite strain and curved surfaces differ.
-
-    Parameters
-    ----------
-    depth_over_radius : array
-        Depth over the sphere's radius; the factor is 1 at 0 and below.
-    nu : float
-        Poisson's ratio.
+    laws of finite strain and curved surfaces differ. It is 1 at depth 0 and below.
 
     Raises
     ------
