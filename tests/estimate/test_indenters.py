@@ -18,7 +18,7 @@ def noise(std_n, count=401):
 
 
 def punched():
-    """A flat punch of 5 mm, 1 mm deep into 30 kPa, at rest before that."""
+    """A flat punch of 5 mm, 1 mm deep into 30 kPa after an approach of 1 mm."""
     return DEPTH, E_STAR * flat_force(DEPTH, RADIUS_M) + noise(5e-4)
 
 
@@ -34,12 +34,14 @@ def boundary_elements(gap_m, side_m, count=26):
     def corner(u, v):
         return u * np.arcsinh(v / abs(u)) + v * np.arcsinh(u / abs(v))
 
-    def sunk(u, v):
+    def displaced(u, v):
         h = step / 2
         ends = corner(u + h, v + h) + corner(u - h, v - h)
         return (ends - corner(u + h, v - h) - corner(u - h, v + h)) / np.pi
 
-    compliance = sum(sunk(x[:, None] - i * x, y[:, None] - j * y) for i in (1, -1) for j in (1, -1))
+    compliance = sum(
+        displaced(x[:, None] - i * x, y[:, None] - j * y) for i in (1, -1) for j in (1, -1)
+    )
     lower = np.linalg.cholesky((compliance + compliance.T) / 2)
     pressure, _ = nnls(lower.T, np.linalg.solve(lower, -gap_m(x, y)), maxiter=10**4)
     return 4 * pressure.sum() * step**2
@@ -173,7 +175,7 @@ def written(tmp_path, depth, force, unit):
     return path
 
 
-def told(capsys, path, *given):
+def fitted(capsys, path, *given):
     assert main(["hertz", str(path), *given, "--json"]) == 0
     return json.loads(capsys.readouterr().out)
 
@@ -181,15 +183,17 @@ def told(capsys, path, *given):
 def test_indenters_and_bases_as_options(tmp_path, capsys):
     depth, force = punched()
     path = written(tmp_path, 1e3 * depth, force, "mm")
-    flat = told(capsys, path, "--indenter", "flat", "--radius-mm", "5")
+    flat = fitted(capsys, path, "--indenter", "flat", "--radius-mm", "5")
     assert flat["reduced_modulus_pa"] == pytest.approx(E_STAR, rel=2e-3)
     assert "contact radii" in flat["assumes"]
-    pyramid = told(capsys, path, "--indenter", "pyramid", "--half-angle-deg", "20")
+    pyramid = fitted(capsys, path, "--indenter", "pyramid", "--half-angle-deg", "20")
     assert pyramid["setup"]["half_angle_rad"] == pytest.approx(np.radians(20))
     layer = ("--radius-mm", "5", "--thickness-mm", "20")
-    bonded, loose = (told(capsys, path, *layer, *base) for base in ((), ("--base", "not_bonded")))
-    assert bonded["reduced_modulus_pa"] < loose["reduced_modulus_pa"]
-    assert loose["support"] == "not_bonded"
+    bonded, unbonded = (
+        fitted(capsys, path, *layer, *base) for base in ((), ("--base", "not_bonded"))
+    )
+    assert bonded["reduced_modulus_pa"] < unbonded["reduced_modulus_pa"]
+    assert unbonded["support"] == "not_bonded"
 
 
 @pytest.mark.parametrize(

@@ -34,9 +34,9 @@ LEAST_CHANGE = 0.01
 # Rms of the residuals over the peak, and what is said of it.
 QUALITIES = ((0.01, "good"), (0.03, "fair"), (np.inf, "poor"))
 # Attributes that a row of a table has, beside those that `HertzFit.told` computes.
-TOLD = ("reduced_modulus_pa", "reduced_modulus_interval_pa", "contact_m", "contact_std_m")
-TOLD += ("baseline_n", "rms_n", "effective_samples", "indenter", "support", "baseline", "chosen")
-TOLD += ("others", "doubts", "quality", "hangs_on", "assumes", "press_m", "samples_in_contact")
+ROW = ("reduced_modulus_pa", "reduced_modulus_interval_pa", "contact_m", "contact_std_m")
+ROW += ("baseline_n", "rms_n", "effective_samples", "indenter", "support", "baseline", "chosen")
+ROW += ("others", "doubts", "quality", "hangs_on", "assumes", "press_m", "samples_in_contact")
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -51,16 +51,14 @@ class HertzFit(ContactFit):
         Whether the constant force was fitted.
     setup : Setup
         What was asked for.
-    chosen : dict of str to str
-        What was chosen by the curve, and why.
-    others : dict of str to float
-        E* by what else could be chosen [Pa].
+    chosen, others : dict
+        What was chosen by the curve, and why; E* by what else could be chosen [Pa].
     depth_m, force_n, fitted_n : (n,) arrays
         Samples that were fitted, the tip's depth, and the law at them [m, N, N].
     weights : (n,) array or None
         Of their squared residuals.
     notes : tuple of str
-        Warnings of how samples and law were chosen, a line each.
+        Warnings of how samples and law were chosen.
     """
 
     indenter: str
@@ -164,7 +162,7 @@ class HertzFit(ContactFit):
     def told(self) -> dict:
         """All of it but the samples, as JSON has it."""
         nu = self.setup.poisson_ratio
-        return {name: getattr(self, name) for name in TOLD} | {
+        return {name: getattr(self, name) for name in ROW} | {
             "youngs_modulus_pa": self.youngs_modulus_pa(nu),
             "youngs_modulus_interval_pa": self.youngs_modulus_interval_pa(nu),
             "samples": len(self.depth_m),
@@ -225,20 +223,11 @@ def fit_curve(
         found = fitted(indenter, baseline)
     setup.check_indentation(depth, found.contact_depth_m)
     unit = setup.law(indenter)(depth - found.contact_depth_m)
-    result = HertzFit(
-        **vars(found),
-        indenter=indenter,
-        support=setup.support,
-        baseline=baseline,
-        setup=setup,
-        chosen=chosen,
-        others={},
-        depth_m=depth,
-        force_n=force_n,
-        fitted_n=found.reduced_modulus_pa * unit + found.baseline_n,
-        weights=weights,
-    )
+    fitted_n = found.reduced_modulus_pa * unit + found.baseline_n
+    samples = {"depth_m": depth, "force_n": force_n, "fitted_n": fitted_n, "weights": weights}
     same = {"indenter": indenter, "baseline": baseline}
+    asked = {"setup": setup, "support": setup.support, "chosen": chosen}
+    result = HertzFit(**vars(found), **same, **samples, **asked, others={})
     choices = setup.others(indenter, baseline, found.baseline_n)
     others = {name: fitted(**same | other).reduced_modulus_pa for name, other in choices}
     notes = _notes(result, fitted(FLAT, baseline)) if indenter in INDENTERS else ()

@@ -78,17 +78,19 @@ class Setup:
             found = getattr(self, name)
             if found is not None and not 0 < found < np.inf:
                 raise ValueError(f"{name}: expected above 0, found {found}")
-        needed, other = ("radius_m", "half_angle_rad")[:: -1 if self.indenter in SHARP else 1]
+        needed, other = ("radius_m", "radius"), "half_angle_rad"
+        if self.indenter in SHARP:
+            needed, other = ("half_angle_rad", "half angle"), "radius_m"
         of_spheres = ("object_radius_m", "thickness_m") if self.indenter in OTHERS else ()
         for name in (other, *of_spheres):
             if getattr(self, name) is not None:
                 why = " (a layer's factor is a sphere's)" if name == "thickness_m" else ""
                 raise ValueError(f"{name}: expected none with a {self.body}{why}, found one")
-        found, name = getattr(self, needed), needed.rpartition("_")[0].replace("_", " ")
-        if found is None:
-            raise ValueError(f"{needed}: expected the {self.body}'s {name}, found none")
-        if needed != "radius_m" and not 0 < found < np.pi / 2:
-            raise ValueError(f"{needed}: expected above 0 and below pi/2, found {found}")
+        if getattr(self, needed[0]) is None:
+            raise ValueError(f"{needed[0]}: expected the {self.body}'s {needed[1]}, found none")
+        angle = self.half_angle_rad
+        if angle is not None and not 0 < angle < np.pi / 2:
+            raise ValueError(f"half_angle_rad: expected above 0 and below pi/2, found {angle}")
         radius = self.object_radius_m
         if radius is not None and not (radius > 0 or radius < -self.radius_m):
             expected = "expected above 0, or below minus the sphere's where the object is hollow"
