@@ -13,8 +13,8 @@ from palpate.estimate.hertz.curve_fit import HertzFit, fit_curve
 from palpate.estimate.hertz.curve_setup import Setup
 from palpate.solid.indentation_table import IndentationModel
 
-# A loading reaches over this part of a record's depths.
-LOADED = 0.5
+# A loading reaches over this part of a record's depths; larger steps are of samples in no order.
+LOADED, LARGEST_STEP = 0.5, 0.2
 
 __all__ = ["Curve", "CurveEstimate", "HertzFit", "fit", "fit_shape", "read_curve"]
 
@@ -109,7 +109,8 @@ def fit(
     )
     phases = phases_of(depth, force)
     loading, back = phases.loading, phases.retract.stop - phases.retract.start
-    if not back or np.ptp(depth[loading]) < LOADED * np.ptp(depth):
+    reach, step = np.ptp(depth[loading]), np.median(np.abs(np.diff(depth)))
+    if not back or reach < LOADED * np.ptp(depth) or step > LARGEST_STEP * np.ptp(depth):
         return fit_curve(depth, force, setup, given)
     of_loading = None if given is None else given[loading]
     found = fit_curve(depth[loading], force[loading], setup, of_loading)
