@@ -245,7 +245,17 @@ def _notes(found: HertzFit, flat: ContactFit) -> tuple[str, ...]:
 
 
 def _warnings(found: HertzFit) -> Iterator[str]:
-    yield from _warnings_of_depth(found)
+    radius = found.setup.effective_radius_m
+    if radius is not None and found.press_m > DEEP * radius:
+        body, radii = found.setup.body, found.press_m / radius
+        other = "is the unit of the depth, or the radius, another?"
+        why = other if radii > ABSURD else f"no law of a {body} holds there"
+        yield f"the indentation is {radii:.3g} radii of the {body} deep: {why}"
+    unmeasured_m = float(found.depth_m.min()) - found.contact_m
+    if unmeasured_m > BEFORE * found.press_m:
+        scale, unit = readable(unmeasured_m, "m")
+        where = f"{scale * unmeasured_m:.3g} {unit} before the record's first sample"
+        yield f"contact lies {where}, where nothing was measured"
     count = found.samples_in_contact
     if count < FEWEST_IN_CONTACT:
         yield f"{count} samples lie in contact: expected {FEWEST_IN_CONTACT} or more"
@@ -269,17 +279,3 @@ def _warnings(found: HertzFit) -> Iterator[str]:
         part = f"{PERCENT * rise:+.2g} % of the peak"
         other = "a tilted or drifting baseline (--range-mm leaves it out)"
         yield f"the approach slopes, by {part}: {other}"
-
-
-def _warnings_of_depth(found: HertzFit) -> Iterator[str]:
-    radius = found.setup.effective_radius_m
-    if radius is not None and found.press_m > DEEP * radius:
-        body, radii = found.setup.body, found.press_m / radius
-        other = "is the unit of the depth, or the radius, another?"
-        why = other if radii > ABSURD else f"no law of a {body} holds there"
-        yield f"the indentation is {radii:.3g} radii of the {body} deep: {why}"
-    before = float(found.depth_m.min()) - found.contact_m
-    if before > BEFORE * found.press_m:
-        scale, unit = readable(before, "m")
-        where = f"{scale * before:.3g} {unit} before the record's first sample"
-        yield f"contact lies {where}, where nothing was measured"

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 from scipy.special import ndtri, stdtrit
 
-from palpate.estimate.hertz.laws import Law, parabola_force
+from palpate.estimate.hertz.laws import Law
 from palpate.modulus import CONFIDENCE
 
 # Forces are compared as they are, or to this power, which makes Eq. 5.1 a straight line.
@@ -38,8 +38,8 @@ class ContactFit:
         Number of independent residuals that the serial correlation leaves.
     rms_n : float
         Root mean square of the force residual [N].
-    contact_depth_m, contact_depth_std_m, contact_correlation : float
-        Depth at which contact begins [m], and its correlation with E*.
+    contact_depth_m, contact_depth_std_m : float
+        Depth at which contact begins [m].
     baseline_n : float
         Constant force before contact [N].
     """
@@ -51,13 +51,7 @@ class ContactFit:
     rms_n: float
     contact_depth_m: float = 0.0
     contact_depth_std_m: float = 0.0
-    contact_correlation: float = 0.0
     baseline_n: float = 0.0
-
-
-def hertz_force(depth_m: NDArray, E_star: float, radius_m: float) -> NDArray:
-    """Force of Eq. 5.1, F = 4/3 E* R^(1/2) u^(3/2), zero before contact [N]."""
-    return E_star * parabola_force(depth_m, radius_m)
 
 
 def fit_known_contact(
@@ -165,11 +159,8 @@ def fit_free_contact(
         found = least(deviation(found.fun[:-1], count) * length / max(depth_std_m, TINY * length))
     # The last residual is the contact's own.
     left, x = found.fun[:-1], found.x
-    covariance = np.linalg.pinv(found.jac.T @ found.jac) * deviation(left, count) ** 2
-    std = np.sqrt(np.diag(covariance))
+    std = deviation(left, count) * np.sqrt(np.diag(np.linalg.pinv(found.jac.T @ found.jac)))
     E_star, width = float(np.exp(x[0])) * modulus, stdtrit(freedom(left, count), LEVEL) * std[0]
-    # Exact data leave no residual, and then no correlation.
-    product = float(std[0] * std[1])
     return ContactFit(
         reduced_modulus_pa=E_star,
         reduced_modulus_std_pa=E_star * float(std[0]),
@@ -178,7 +169,6 @@ def fit_free_contact(
         rms_n=float(np.sqrt(np.mean((force(x) * force_scale - force_n) ** 2))),
         contact_depth_m=float(x[1]) * length,
         contact_depth_std_m=float(std[1]) * length,
-        contact_correlation=float(covariance[0, 1]) / product if product > 0 else 0.0,
         baseline_n=float(x[2]) * force_scale if baseline else 0.0,
     )
 

@@ -31,10 +31,9 @@ TANGENTS = np.geomspace(1e-2, 1e12, 20000)
 # Force of finite elements (neo-Hookean block of 47.5 mm, bonded, frictionless sphere of 6.22 mm, 13
 # depths to 9 mm) over Sneddon's on the same layer, less 1: coefficients of s, s^2 and s^3,
 # s = sqrt(d/R), by Poisson's ratio. Residuals are 1 % at most, 0.4 % rms.
-STRAIN_RATIOS = np.array([0.0, 0.3, 0.49])
 STRAIN = [[0.3012, -0.0933, -0.006], [0.0627, 0.0062, -0.0608], [0.0172, -0.1101, -0.024]]
-# The same by powers of Poisson's ratio.
-STRAIN_BY_RATIO = np.linalg.solve(np.vander(STRAIN_RATIOS), STRAIN)
+# The same by powers of Poisson's ratio, which was 0, 0.3 and 0.49.
+STRAIN_BY_RATIO = np.linalg.solve(np.vander([0.0, 0.3, 0.49]), STRAIN)
 # Largest d/R computed; beyond it the factor stays what it is there.
 DEEPEST = 1.45
 
