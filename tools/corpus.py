@@ -90,7 +90,7 @@ def write(ends: Mapping[str, End]) -> None:
 
 def main() -> int:
     """Run the entries, and compare or update."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     parser.add_argument("--update", action="store_true", help="write what is found")
     parser.add_argument("--fast", action="store_true", help="what the tests run alone")
     parser.add_argument("--match", default="", help="entries that match this expression alone")

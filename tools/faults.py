@@ -161,7 +161,7 @@ def verdict_on(folder: Path, wanted: dict[str, str]) -> str:
 
 def main() -> int:
     """Kill and compare; 1 if a run came to other bytes, left something behind or did not finish."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
     parser.add_argument("target", type=Path, help="where the table goes")
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--seed", type=int, default=0)

@@ -190,7 +190,7 @@ def survivors(
 
 def main() -> int:
     """Judge the wanted mutants."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--packages", nargs="+", choices=PACKAGES, default=PACKAGES)

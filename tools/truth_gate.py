@@ -276,7 +276,9 @@ def record_run() -> list[str]:
 def main(arguments: Sequence[str]) -> list[str]:
     """Carry out a verb; what is wrong, a line each."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
     )
     parser.add_argument("verb", choices=("begin", "record", "check", "change"))
     kinds = re.compile(r"(force|depth|table)=\d+(\.\d+)?")

@@ -375,7 +375,7 @@ OPTIONS = {
         "--half-angle-deg",
         "95",
     ): "--half-angle-deg: expected a number above 0 and below 90, found 95",
-    ("--indenter", "cone"): "--half-angle-deg: expected the cone's, found none",
+    ("--indenter", "cone"): "--half-angle-deg: expected the cone's half angle, found none",
     (
         "--radius-mm",
         "5",

@@ -5,7 +5,7 @@ from dataclasses import asdict
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.estimate.hertz.fit import fit_free_contact, fit_study, hertz_force
+from palpate.estimate.hertz.fit import fit_free_contact, fit_known_contact
 from palpate.estimate.hertz.laws import contact_law
 from palpate.report import hertz_figures, hertz_tables, style
 from thesis.chapter5 import hertz_maps
@@ -17,13 +17,13 @@ LAW = contact_law("parabola", "half_space", radius_m=RADIUS_M, thickness_m=0.05,
 def make_fit(E_star=25e3, noise_n=0.01, seed=3):
     depth = np.linspace(-0.004, 0.008, 25)
     noise = np.random.default_rng(seed).normal(0, noise_n, 25)
-    force = hertz_force(depth, E_star, RADIUS_M) + noise
+    force = E_star * LAW(depth) + noise
     free = asdict(fit_free_contact(depth, force, LAW))
     return {
         "radius_m": RADIUS_M,
         "range": {"first_frame": 10, "last_frame": 24},
         "samples": {"depth_m": depth.tolist(), "force_n": force.tolist()},
-        "study": asdict(fit_study(depth[10:], force[10:], RADIUS_M)),
+        "study": asdict(fit_known_contact(depth[10:], force[10:], LAW, depth_std_m=0.0)),
         "free_contact": free,
         "recommended": free | {"doubts": []},
     }
@@ -40,7 +40,7 @@ def texts(figure):
 
 def test_band_holds_the_true_curve_as_often_as_it_says():
     depth = np.array([0.004])
-    truth = hertz_force(depth, 25e3, RADIUS_M)
+    truth = 25e3 * LAW(depth)
     inside = 0
     for seed in range(200):
         _, low, high = hertz_figures.curve_band(make_fit(seed=seed), depth)

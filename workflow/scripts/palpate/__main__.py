@@ -5,6 +5,7 @@ import sys
 
 from palpate import __version__
 from palpate.commands import board, calibrate, check, direct, export, hertz, new, recording
+from palpate.commands.help import Parser
 
 # In the order in which a person meets them.
 VERBS = (hertz, new, board, calibrate, recording, check, direct, export)
@@ -29,7 +30,7 @@ def _told(error: ValueError | OSError) -> str:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="palpate",
         description="How stiff soft things are: curves, recordings, captures, estimates.",
         epilog="palpate <command> --help ends with an example of it.",

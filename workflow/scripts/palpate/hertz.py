@@ -1,14 +1,20 @@
 """Hertz fits of bare curves: force against depth."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.capture.curves.curve import Curve, read_curve
+from palpate.capture.curves.phases import phases_of
 from palpate.estimate.curve import CurveEstimate, estimate_curve
 from palpate.estimate.direct.options import Fit
 from palpate.estimate.hertz.curve_fit import HertzFit, fit_curve
 from palpate.estimate.hertz.curve_setup import Setup
 from palpate.solid.indentation_table import IndentationModel
+
+# A loading reaches over this part of a record's depths; larger steps are of samples in no order.
+LOADED, LARGEST_STEP = 0.5, 0.2
 
 __all__ = ["Curve", "CurveEstimate", "HertzFit", "fit", "fit_shape", "read_curve"]
 
@@ -32,22 +38,24 @@ def fit(
 ) -> HertzFit:
     """Fit E* and the depth of first contact to a curve (Eq. 5.1).
 
+    Of a loading with its unloading the loading is fitted, and a warning says so.
+
     Parameters
     ----------
     depth_m, force_n : (n,) arrays
         Way of an indenter along its press from any zero [m] and force [N], up to the deepest;
         samples before contact help.
     radius_m : float, optional
-        Of the sphere [m]; to be given but for a cone.
+        Of the sphere or the flat punch [m]; to be given but for a cone or a pyramid.
     thickness_m : float, optional
-        Of a layer on a rigid base; a half-space by default.
+        Of a layer on a rigid base, under a sphere; a half-space by default.
     poisson_ratio : float, optional
         That a layer's correction and Young's modulus assume.
-    indenter : {"parabola", "sneddon", "cone"}, optional
-        By default Sneddon's sphere where the press is deeper than a tenth of the radius, else the
-        paraboloid.
+    indenter : {"parabola", "sneddon", "cone", "pyramid", "flat"}, optional
+        By default Sneddon's sphere where the indentation is deeper than a tenth of the radius, else
+        the paraboloid. A pyramid has four sides, a flat punch is a cylinder.
     half_angle_rad : float, optional
-        Of a cone, between its axis and its side.
+        Of a cone or a pyramid, between its axis and its side or face.
     object_radius_m : float, optional
         Of a curved object at the contact, negative where it is hollow; flat by default.
     baseline : bool, optional
@@ -99,7 +107,16 @@ def fit(
         base=base,
         contact_m=contact_m,
     )
-    return fit_curve(depth, force, setup, given)
+    phases = phases_of(depth, force)
+    loading, back = phases.loading, phases.retract.stop - phases.retract.start
+    reach, step = np.ptp(depth[loading]), np.median(np.abs(np.diff(depth)))
+    if not back or reach < LOADED * np.ptp(depth) or step > LARGEST_STEP * np.ptp(depth):
+        return fit_curve(depth, force, setup, given)
+    of_loading = None if given is None else given[loading]
+    found = fit_curve(depth[loading], force[loading], setup, of_loading)
+    used = f"{loading.stop - loading.start} of {len(depth)} samples"
+    note = f"the record has an unloading: its loading alone is fitted, {used}"
+    return replace(found, notes=(*found.notes, note))
 
 
 def fit_shape(
@@ -147,10 +164,11 @@ def fit_shape(
     True
     """
     radius, setup = table.radius_m, found.setup
-    if setup.radius_m is None or not np.isclose(setup.radius_m, radius) or setup.object_radius_m:
+    other = setup.body != "sphere" or not np.isclose(setup.radius_m, radius)
+    if other or setup.object_radius_m:
         raise ValueError(
             f"found: expected a fit of the table's sphere of {radius:g} m on what is flat, found"
-            f" radius_m {setup.radius_m}, object_radius_m {setup.object_radius_m}"
+            f" a {setup.body}, radius_m {setup.radius_m}, object_radius_m {setup.object_radius_m}"
         )
     return estimate_curve(found, table, poisson_ratio, options or Fit())
 

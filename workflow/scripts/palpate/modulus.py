@@ -100,6 +100,13 @@ class Modulus:
         return None if value is None else Modulus(value, low, high, verdict or "", unit)
 
 
+def modulus_text(value_pa: float, interval_pa: tuple[float, float]) -> str:
+    """A modulus with its interval of 95 %, in the unit that it is read best in."""
+    scale, unit = readable(value_pa, "Pa")
+    low, high = (scale * end for end in interval_pa)
+    return f"{scale * value_pa:.4g} {unit} (95 %: {low:.4g} to {high:.4g})"
+
+
 def bounded_at_best(moduli: Mapping[str, Modulus]) -> dict[str, Modulus]:
     """Moduli of which none is identified."""
     return {

@@ -294,7 +294,7 @@ def direct_of(ranges: Mapping, probe: Mapping) -> dict:
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Draw a lab into a folder."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0], allow_abbrev=False)
     parser.add_argument("ranges", type=Path)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, required=True)

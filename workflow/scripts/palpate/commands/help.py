@@ -7,6 +7,13 @@ from typing import Any
 FIGURES = (".png", ".svg", ".pdf")
 
 
+class Parser(argparse.ArgumentParser):
+    """Parser that takes options by their whole name alone, and so do its commands' parsers."""
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**{"allow_abbrev": False} | given)
+
+
 def add_verb(
     commands: Any, name: str, short: str, work: Any, *, about: str, example: str
 ) -> argparse.ArgumentParser:

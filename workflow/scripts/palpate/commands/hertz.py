@@ -27,12 +27,14 @@ EXAMPLE = "palpate hertz curve.csv --radius-mm 6.22"
 # Options of numbers above 0, and what parts of a setup are called as options.
 ABOVE_ZERO = ("radius_mm", "effective_radius_mm", "thickness_mm", "stiffness_n_m")
 OPTIONS = {
+    "depth_m": "--depth-unit",
     "radius_m": "--radius-mm",
     "object_radius_m": "--object-radius-mm",
     "thickness_m": "--thickness-mm",
     "half_angle_rad": "--half-angle-deg",
     "poisson_ratio": "--nu",
     "indenter": "--indenter",
+    "base": "--base",
 }
 # Drawn beside each other, more could not be read.
 MOST_DRAWN = 12
@@ -80,10 +82,6 @@ def _setup(options: argparse.Namespace) -> Any:
             raise ValueError("--effective-radius-mm: expected no other radius, found one")
         given["radius_m"] = options.effective_radius_mm / 1e3
         indenter = indenter or "parabola"
-    if indenter == "cone" and angle is None:
-        raise ValueError("--half-angle-deg: expected the cone's, found none")
-    if given["radius_m"] is None and angle is None:
-        raise ValueError("--radius-mm: expected the sphere's radius, found none")
     try:
         return Setup(
             **given,
@@ -93,6 +91,7 @@ def _setup(options: argparse.Namespace) -> Any:
             baseline=options.baseline,
             residual=options.residual,
             stiffness_n_m=options.stiffness_n_m,
+            base=options.base,
         )
     except ValueError as error:
         raise ValueError(_as_option(str(error))) from None
@@ -141,7 +140,7 @@ def _naming(path: str, line: str) -> str:
 
 
 def _lines(curve: "Curve", fit: "HertzFit") -> Iterator[str]:
-    from palpate.estimate.hertz.curve_fit import modulus_text
+    from palpate.modulus import modulus_text
 
     way, length = readable(max(abs(fit.contact_m), fit.press_m), "m")
     nu = fit.setup.poisson_ratio
@@ -154,13 +153,16 @@ def _lines(curve: "Curve", fit: "HertzFit") -> Iterator[str]:
     contact = f"contact at {place:.4g} +- {way * fit.contact_std_m:.2g} {length}"
     yield f"  {contact}, {way * fit.press_m:.4g} {length} deep; {fit.quality}"
     yield f"  law: {_law(fit)}"
+    if fit.assumes:
+        yield f"  assumes {fit.assumes}"
     yield from (f"  hangs on this: {line}" for line in fit.hangs_on)
     yield from (f"  doubtful: {line}" for line in (*curve.doubts, *fit.doubts))
 
 
 def _law(fit: "HertzFit") -> str:
     """What was fitted, and why where that was not asked for."""
-    support = "half-space" if fit.support == "half_space" else "bonded layer"
+    support = fit.support.replace("_", " ")
+    support = "half-space" if fit.support == "half_space" else f"layer, {support}"
     chosen = dict(fit.chosen)
     scale, unit = readable(fit.baseline_n, "N")
     level = f" ({scale * fit.baseline_n:.3g} {unit})" if fit.baseline else ""
@@ -218,12 +220,16 @@ def add(commands: Any) -> None:
     )  # fmt: skip
     verb.add_argument("curves", nargs="+", metavar="CURVE", help="text file; - is standard input")
     number = partial(verb.add_argument, type=float)
-    number("--radius-mm", help="of the sphere")
+    number("--radius-mm", help="of the sphere, or of a flat punch")
     number("--object-radius-mm", help="of a curved object at the contact, negative if hollow")
     number("--effective-radius-mm", help="of both, in place of the two")
-    number("--half-angle-deg", help="of a cone, between axis and side")
-    verb.add_argument("--indenter", choices=("parabola", "sneddon", "cone"), help="by depth, else")
+    number("--half-angle-deg", help="of a cone or pyramid, between axis and side or face")
+    indenters = ("parabola", "sneddon", "cone", "pyramid", "flat")
+    verb.add_argument("--indenter", choices=indenters, help="a sphere by depth, else")
     number("--thickness-mm", help="of a layer on a rigid base")
+    verb.add_argument(
+        "--base", choices=("bonded", "not_bonded"), default="bonded", help="of a layer (bonded)"
+    )
     number("--stiffness-n-m", help="between drive and tip: of a cantilever, a load cell")
     number("--nu", default=0.33, help="Poisson's ratio that E and a layer's law assume (0.33)")
     verb.add_argument(

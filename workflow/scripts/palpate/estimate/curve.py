@@ -27,10 +27,9 @@ LOG_E, CONTACT, BASELINE, NU, LAW = range(UNKNOWNS)
 # Deviation of what is taken for known, beside that of unknowns of size 1.
 HELD = 1e-9
 ROUNDS = 4
-# Of the material-law parameter from an end of its range, to count as at it: the search stays
-# within its bounds.
+# So near to an end of its range, which the search does not reach, the law's parameter is at it.
 AT_END = 1e-3
-# In contact: fewer determine no scatter.
+# Samples in contact: fewer determine no scatter.
 FEWEST = 10
 
 
@@ -45,14 +44,10 @@ class CurveEstimate:
         *assumed*.
     force_law, force_law_std : float
         Material-law parameter of the force, from neo-Hooke's (0) to Blatz and Ko's (1).
-    contact_m, contact_std_m : float
-        Depth at which contact begins [m].
-    press_m : float
-        Maximum indentation depth, from there [m].
-    baseline_n : float
-        Constant force [N].
-    rms_n : float
-        Of the residuals [N].
+    contact_m, contact_std_m, press_m : float
+        Depth at which contact begins, and the maximum indentation depth from there [m].
+    baseline_n, rms_n : float
+        Constant force, and root mean square of the residuals [N].
     fitted_n : (n,) array
         Force of the fit at the samples [N].
     doubts : tuple of str
@@ -92,27 +87,32 @@ def estimate_curve(
     ValueError
         If the table holds neither the indentation depth nor those ratios.
     """
-    _check_ratios(model, ratios)
-    if hertz.samples_in_contact < FEWEST:
-        found = hertz.samples_in_contact
-        raise ValueError(f"samples: expected {FEWEST} or more in contact, found {found}")
+    least, greatest = float(model.poisson_ratios[0]), greatest_ratio(model.poisson_ratios)
+    if not least <= ratios[0] <= ratios[1] <= greatest:
+        expected = f"expected from {least:g} to {greatest:g}, low before high"
+        raise ValueError(f"poisson_ratio: {expected}, found {list(ratios)}")
+    if (count := hertz.samples_in_contact) < FEWEST:
+        raise ValueError(f"samples: expected {FEWEST} or more in contact, found {count}")
     fit = _Fit(hertz, force_table(model), ratios, options)
     best = fit.best()
-    std = np.sqrt(np.diag(np.linalg.inv(best.jac.T @ best.jac)))
-    depth = float(hertz.depth_m.max()) - float(best.x[CONTACT]) * hertz.press_m
-    _check_depth(model, depth)
-    fitted = fit.force(best.x)
+    covariance, law = np.linalg.inv(best.jac.T @ best.jac), float(best.x[LAW])
+    depth, deepest = float(hertz.depth_m.max() - best.x[CONTACT] * hertz.press_m), model.depth_m[-1]
+    if depth > deepest:
+        expected = f"expected at least the curve's {1e3 * depth:.2f} mm"
+        raise ValueError(f"deepest_m: {expected}, found a table of {1e3 * deepest:.2f} mm")
+    why = "the material has another law, or depths and forces contradict each other"
+    line = f"material-law parameter of the force {law:+.2f}, an end of its range: {why}"
     return CurveEstimate(
-        moduli=_moduli(best, fit, _rig_std(hertz, depth, options)),
-        force_law=float(best.x[LAW]),
-        force_law_std=float(std[LAW]),
+        moduli=fit.moduli(best.x, covariance, _rig_std(hertz, depth, options)),
+        force_law=law,
+        force_law_std=float(np.sqrt(covariance[LAW, LAW])),
         contact_m=float(hertz.depth_m.max()) - depth,
-        contact_std_m=float(std[CONTACT]) * hertz.press_m,
+        contact_std_m=float(np.sqrt(covariance[CONTACT, CONTACT])) * hertz.press_m,
         press_m=depth,
         baseline_n=float(best.x[BASELINE]) * fit.peak_n,
-        rms_n=float(np.sqrt(np.mean((fitted - hertz.force_n) ** 2))),
-        fitted_n=fitted,
-        doubts=_warnings(float(best.x[LAW])),
+        rms_n=float(np.sqrt(np.mean((fit.force(best.x) - hertz.force_n) ** 2))),
+        fitted_n=fit.force(best.x),
+        doubts=(line,) if abs(law) > FARTHEST_LAW - AT_END else (),
     )
 
 
@@ -137,23 +137,34 @@ class _Fit:
 
     def residual(self, x: NDArray) -> NDArray:
         """Force of the fit less that measured, by the roots of the samples' weights [N]."""
-        weights = self.hertz.weights
-        roots = 1.0 if weights is None else np.sqrt(weights / np.mean(weights))
-        return roots * (self.force(x) - self.hertz.force_n)
+        weights = np.ones(1) if self.hertz.weights is None else self.hertz.weights
+        return np.sqrt(weights / np.mean(weights)) * (self.force(x) - self.hertz.force_n)
 
     def best(self) -> OptimizeResult:
         """Least squares, in rounds by the scatter that they leave."""
-        nu, found = np.mean(self.ratios), self.hertz
+        nu, found, std_n = np.mean(self.ratios), self.hertz, self.hertz.rms_n
         log_E, level = np.log(found.reduced_modulus_pa * (1 - nu**2)), found.baseline_n
         x = np.array([log_E, found.contact_m / found.press_m, level / self.peak_n, nu, 0.0])
-        free, (low_nu, high_nu), std_n = [np.inf] * 3, self.ratios, found.rms_n
-        low = [*np.negative(free), low_nu - HELD, -FARTHEST_LAW]
-        high = [*free, high_nu + HELD, FARTHEST_LAW]
+        low = [*[-np.inf] * 3, self.ratios[0] - HELD, -FARTHEST_LAW]
+        high = [*[np.inf] * 3, self.ratios[1] + HELD, FARTHEST_LAW]
         for _ in range(ROUNDS):
-            known = {"std_n": max(std_n, HELD * self.peak_n)}
-            best = least_squares(self._gaps, x, bounds=(low, high), x_scale="jac", kwargs=known)
+            std_n = max(std_n, HELD * self.peak_n)
+            best = least_squares(self._gaps, x, bounds=(low, high), x_scale="jac", args=(std_n,))
             x, std_n = best.x, deviation(self.residual(best.x), UNKNOWNS)
         return best
+
+    def moduli(self, x: NDArray, covariance: NDArray, rig_std: float) -> dict[str, Modulus]:
+        """E and E* with their intervals, and nu as it is declared."""
+        nu, found = float(x[NU]), {}
+        level = float(stdtrit(self.hertz.samples_in_contact - UNKNOWNS, LEVEL))
+        slopes = {"youngs_modulus_pa": 0.0, "reduced_modulus_pa": 2 * nu / (1 - nu**2)}
+        for name, by_nu in slopes.items():
+            slope = np.zeros(UNKNOWNS)
+            slope[[LOG_E, NU]] = 1.0, by_nu
+            width = level * float(np.hypot(np.sqrt(slope @ covariance @ slope), rig_std))
+            log = x[LOG_E] - (np.log(1 - nu**2) if by_nu else 0.0)
+            found[name] = Modulus.of_pascals(*(float(np.exp(log + s * width)) for s in (0, -1, 1)))
+        return found | {"poisson_ratio": Modulus(nu, *self.ratios, ASSUMED, "1")}
 
     def _gaps(self, x: NDArray, std_n: float) -> NDArray:
         """Residuals and distances from what is held likely, in deviations."""
@@ -167,28 +178,6 @@ class _Fit:
         return np.r_[self.residual(x) / std_n, known]
 
 
-def _moduli(best: OptimizeResult, fit: _Fit, rig_std: float) -> dict[str, Modulus]:
-    log_E, nu = best.x[LOG_E], float(best.x[NU])
-    covariance = np.linalg.inv(best.jac.T @ best.jac)
-    level = float(stdtrit(fit.hertz.samples_in_contact - UNKNOWNS, LEVEL))
-    found = {}
-    slopes = {"youngs_modulus_pa": 0.0, "reduced_modulus_pa": 2 * nu / (1 - nu**2)}
-    for name, by_nu in slopes.items():
-        slope = np.zeros(UNKNOWNS)
-        slope[[LOG_E, NU]] = 1.0, by_nu
-        width = level * float(np.hypot(np.sqrt(slope @ covariance @ slope), rig_std))
-        log = log_E - (np.log(1 - nu**2) if by_nu else 0.0)
-        found[name] = Modulus.of_pascals(*(float(np.exp(log + s * width)) for s in (0, -1, 1)))
-    return found | {"poisson_ratio": Modulus(nu, *fit.ratios, ASSUMED, "1")}
-
-
-def _warnings(force_law: float) -> tuple[str, ...]:
-    if abs(force_law) < FARTHEST_LAW - AT_END:
-        return ()
-    why = "the material has another law, or depths and forces contradict each other"
-    return (f"material-law parameter of the force {force_law:+.2f}, an end of its range: {why}",)
-
-
 def _rig_std(hertz: HertzFit, depth_m: float, options: Fit) -> float:
     """Deviation of log E by the rig and the table, which a curve does not determine."""
     rig, radius = options.rig, hertz.setup.radius_m
@@ -196,17 +185,3 @@ def _rig_std(hertz: HertzFit, depth_m: float, options: Fit) -> float:
     parts = (rig.force_scale_std, rig.radius_std_m / radius / 2, 1.5 * bent / depth_m)
     stds = options.model_std
     return float(np.linalg.norm([*parts, stds.log_youngs_modulus, stds.sphere_friction]))
-
-
-def _check_ratios(model: IndentationModel, ratios: tuple[float, float]) -> None:
-    least, greatest = float(model.poisson_ratios[0]), greatest_ratio(model.poisson_ratios)
-    if not least <= ratios[0] <= ratios[1] <= greatest:
-        expected = f"expected from {least:g} to {greatest:g}, low before high"
-        raise ValueError(f"poisson_ratio: {expected}, found {list(ratios)}")
-
-
-def _check_depth(model: IndentationModel, depth_m: float) -> None:
-    deepest = float(model.depth_m[-1])
-    if depth_m > deepest:
-        expected = f"expected at least the curve's {1e3 * depth_m:.2f} mm"
-        raise ValueError(f"deepest_m: {expected}, found a table of {1e3 * deepest:.2f} mm")

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from palpate.estimate.hertz.fit import hertz_force
+from palpate.estimate.hertz.laws import parabola_force
 from palpate.json_fields import read_all
 from palpate.modulus import CONFIDENCE
 from palpate.report.hertz_tables import ROWS_OF_BLOCK
@@ -197,7 +197,7 @@ def _free_curve(fit: Mapping, depth_m: NDArray) -> tuple[NDArray, NDArray]:
     free, radius = fit["free_contact"], fit["radius_m"]
     E_star, baseline = free["reduced_modulus_pa"], free.get("baseline_n", 0.0)
     shifted = np.maximum(depth_m - free["contact_depth_m"], 0)
-    force = hertz_force(shifted, E_star, radius)
+    force = E_star * parabola_force(shifted, radius)
     slopes = [force, -2 * E_star * np.sqrt(radius * shifted)]
     if baseline:
         slopes.append(np.ones_like(force))
@@ -208,7 +208,7 @@ def _fit_panel(axes: Axes, fit: Mapping) -> None:
     depth, force, used = _samples(fit)
     free = fit["free_contact"]
     grid = np.linspace(-SHOWN_BEFORE_M, depth[used].max(), 300)
-    model = hertz_force(grid, fit["study"]["reduced_modulus_pa"], fit["radius_m"])
+    model = fit["study"]["reduced_modulus_pa"] * parabola_force(grid, fit["radius_m"])
     other, low, high = curve_band(fit, grid)
     x = grid * MILLIMETRES
     axes.fill_between(x, low, high, color=GREEN, alpha=0.25, lw=0, label="95 % band")
@@ -236,7 +236,7 @@ def _recorded(axes: Axes, fit: Mapping, size: float) -> None:
 
 def _residual_panel(axes: Axes, fit: Mapping) -> None:
     depth, force, used = _samples(fit)
-    model = hertz_force(depth, fit["study"]["reduced_modulus_pa"], fit["radius_m"])
+    model = fit["study"]["reduced_modulus_pa"] * parabola_force(depth, fit["radius_m"])
     free, _ = _free_curve(fit, depth)
     for values, marker, colour in ((model, "s", BLUE), (free, "o", GREEN)):
         residual = (force - values)[used] * MILLINEWTONS
@@ -261,7 +261,7 @@ def _attempts_panel(axes: Axes, fits: Sequence[Mapping]) -> None:
     grid = np.linspace(0, axes.dataLim.xmax / MILLIMETRES + start, 200)
     label = f"Hertz (Eq. 5.1), mean E* {mean * KILOPASCALS:.1f} kPa"
     x = (grid - start) * MILLIMETRES
-    axes.plot(x, hertz_force(grid, mean, radius), color=BLUE, ls=(0, (5, 2)), label=label)
+    axes.plot(x, mean * parabola_force(grid, radius), color=BLUE, ls=(0, (5, 2)), label=label)
     axes.plot(0, ALIGNED_AT_N, "+", color=BLACK, ms=9, mew=1.2, label=f"{ALIGNED_AT_N} N")
     axes.legend(loc="upper left")
     axes.set_xlim(-3.0, x[-1])
@@ -295,7 +295,7 @@ def _small_panel(axes: Axes, point: int, fit: Mapping | None) -> None:
         return
     depth, _, used = _samples(fit)
     grid = np.linspace(0, depth[used].max(), 150)
-    model = hertz_force(grid, fit["study"]["reduced_modulus_pa"], fit["radius_m"])
+    model = fit["study"]["reduced_modulus_pa"] * parabola_force(grid, fit["radius_m"])
     axes.plot(grid * MILLIMETRES, model, color=BLUE, lw=1.1, label="Hertz (Eq. 5.1)")
     _recorded(axes, fit, 2.8)
     text = f"{_kpa(fit['study'])} kPa"

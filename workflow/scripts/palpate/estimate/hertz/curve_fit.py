@@ -1,91 +1,66 @@
 """E* of a bare curve: its fit, what was chosen for it, and warnings against trusting it."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields, replace
-from functools import partial
+from dataclasses import asdict, dataclass, replace
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate.hertz.curve_setup import CONE, Setup
-from palpate.estimate.hertz.fit import RESIDUALS, ContactFit, fit_free_contact
+from palpate.estimate.hertz.curve_setup import ABSURD, FLAT, Setup, check_rise, chosen_baseline
+from palpate.estimate.hertz.fit import ContactFit, fit_free_contact
 from palpate.estimate.hertz.indentation import SHALLOW
-from palpate.estimate.hertz.laws import INDENTERS, check_ratio
+from palpate.estimate.hertz.laws import INDENTERS, check_ratio, layer_factor
+from palpate.modulus import modulus_text
 from palpate.units import PERCENT, readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# An approach determines the baseline if it is so long beside the indentation, has so many samples,
-# and its force rises by no more than this part of the whole.
-LEAST_APPROACH, FEWEST_APPROACH, FLAT = 0.1, 5, 0.02
-# Part of the way at either end that stands for the free and the indented force.
-END = 0.05
-# A force that rises by fewer deviations of its noise, or whose scatter a law explains less of than
-# this, is none.
-RISE_DEVIATIONS, LEAST_EXPLAINED = 3.0, 0.5
-# Beyond one radius no law of a sphere holds; beyond so many it is a unit in error.
-DEEP, ABSURD = 1.0, 5.0
-# Contact so far before the record, as part of the indentation depth, is a guess.
-BEFORE = 0.02
-# An interval this narrow is of made-up data.
-EXACT = 1e-6
-FEWEST_IN_CONTACT, FEWEST_FITTED = 10, 3
-# Residuals are a pattern, not noise, where fewer of them than this part are independent.
-INDEPENDENT = 0.1
-# An approach that rises or falls by more than this part of the peak is none of a level.
-SLOPING = 0.05
+# So thick a layer, in contact radii, stands for what a half-space leaves out.
+RADII = 10.0
+# An interval this narrow is of made-up data; a law that explains less of the scatter is none.
+EXACT, LEAST_EXPLAINED = 1e-6, 0.5
+FEWEST_IN_CONTACT = 10
+# Deeper than so many radii no law holds; contact so far before the record, over the indentation
+# depth, is a guess; an approach that changes by more than this part of the peak slopes; and fewer
+# independent residuals than this part are a pattern.
+DEEP, BEFORE, SLOPING, INDEPENDENT = 1.0, 0.02, 0.05, 0.1
+# A flat end: so far below a sphere's residuals, which are this part of the peak or more.
+PROPORTIONAL, LEAST_PATTERN = 0.5, 0.005
 # Smaller changes of E* are not worth a line.
 LEAST_CHANGE = 0.01
 # Rms of the residuals over the peak, and what is said of it.
 QUALITIES = ((0.01, "good"), (0.03, "fair"), (np.inf, "poor"))
-# How much of the approach is drawn, as part of the indentation depth.
-SHOWN = 1.0
-ARRAYS = ("depth_m", "force_n", "fitted_n", "weights")
+# Attributes that a row of a table has, beside those that `HertzFit.told` computes.
+ROW = ("reduced_modulus_pa", "reduced_modulus_interval_pa", "contact_m", "contact_std_m")
+ROW += ("baseline_n", "rms_n", "effective_samples", "indenter", "support", "baseline", "chosen")
+ROW += ("others", "doubts", "quality", "hangs_on", "assumes", "press_m", "samples_in_contact")
 
 
-@dataclass(frozen=True, repr=False)
-class HertzFit:
+@dataclass(frozen=True, repr=False, kw_only=True)
+class HertzFit(ContactFit):
     """Reduced modulus of a curve, and all that it follows from.
 
     Attributes
     ----------
-    reduced_modulus_pa : float
-        E* = E / (1 - nu^2) [Pa].
-    reduced_modulus_interval_pa : (float, float)
-        Of 95 %, of the residuals' scatter and what is expected of the contact alone [Pa].
-    contact_m, contact_std_m : float
-        Depth at which contact begins, and its standard deviation [m].
-    baseline_n : float
-        Constant force before contact; 0 where it was not fitted [N].
-    rms_n : float
-        Of the residuals [N].
-    effective_samples : float
-        Number of independent residuals that their serial correlation leaves.
     indenter, support : str
         Law that was fitted.
     baseline : bool
         Whether the constant force was fitted.
     setup : Setup
         What was asked for.
-    chosen : dict of str to str
-        What was chosen by the curve, and why.
-    others : dict of str to float
-        E* by what else could be chosen [Pa].
+    chosen, others : dict
+        What was chosen by the curve, and why; E* by what else could be chosen [Pa].
     depth_m, force_n, fitted_n : (n,) arrays
         Samples that were fitted, the tip's depth, and the law at them [m, N, N].
     weights : (n,) array or None
         Of their squared residuals.
+    notes : tuple of str
+        Warnings of how samples and law were chosen.
     """
 
-    reduced_modulus_pa: float
-    reduced_modulus_interval_pa: tuple[float, float]
-    contact_m: float
-    contact_std_m: float
-    baseline_n: float
-    rms_n: float
-    effective_samples: float
     indenter: str
     support: str
     baseline: bool
@@ -96,6 +71,7 @@ class HertzFit:
     force_n: NDArray
     fitted_n: NDArray
     weights: NDArray | None = None
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         warned = f"; warnings: {'; '.join(self.doubts)}" if self.doubts else ""
@@ -106,6 +82,9 @@ class HertzFit:
     def modulus_text(self) -> str:
         """E* with its interval, in the unit that it is read best in."""
         return modulus_text(self.reduced_modulus_pa, self.reduced_modulus_interval_pa)
+
+    contact_m = property(attrgetter("contact_depth_m"), doc="Depth at which contact begins [m].")
+    contact_std_m = property(attrgetter("contact_depth_std_m"), doc="Its standard deviation [m].")
 
     @property
     def residual_n(self) -> NDArray:
@@ -125,12 +104,32 @@ class HertzFit:
     @property
     def doubts(self) -> tuple[str, ...]:
         """Warnings against trusting the modulus, a line each."""
-        return (*_warnings_of_depth(self), *_warnings_of_samples(self))
+        return (*self.notes, *_warnings(self))
 
     @property
     def hangs_on(self) -> tuple[str, ...]:
         """Other choices that would move E* out of its interval, a line each."""
-        return tuple(_outside(self))
+        (low, high), lines = self.reduced_modulus_interval_pa, []
+        for name, modulus in self.others.items():
+            part = modulus / self.reduced_modulus_pa - 1
+            if not low <= modulus <= high and abs(part) >= LEAST_CHANGE:
+                scale, unit = readable(modulus, "Pa")
+                value = f"{scale * modulus:.4g} {unit} ({PERCENT * part:+.2g} %)"
+                lines.append(f"{name} E* would be {value}")
+        return tuple(lines)
+
+    @property
+    def assumes(self) -> str:
+        """What of a half-space E* would change most, a layer on a rigid base; empty of a layer."""
+        if self.support != "half_space":
+            return ""
+        law, step_m = self.setup.law(self.indenter), 1e-4 * self.press_m
+        # Of all indenters dF/dd = 2 E* a (I. N. Sneddon, 1965), a the contact radius.
+        radius = float(np.diff(law(self.press_m + step_m * np.array([-1, 1])))[0]) / (4 * step_m)
+        part = 1 / float(layer_factor(1 / RADII, self.setup.poisson_ratio, "bonded")) - 1
+        scale, unit = readable(RADII * radius, "m")
+        layer = f"a bonded layer of {RADII:g} contact radii ({scale * RADII * radius:.3g} {unit})"
+        return f"a half-space; {layer} would change E* by about {PERCENT * part:+.2g} %"
 
     @property
     def quality(self) -> str:
@@ -147,36 +146,26 @@ class HertzFit:
         ValueError
             If the ratio is not from 0 to 0.5, or another than a layer's E* goes with.
         """
-        return self.reduced_modulus_pa * self._of_reduced(poisson_ratio)
-
-    def youngs_modulus_interval_pa(self, poisson_ratio: float) -> tuple[float, float]:
-        """Interval of 95 % of Young's modulus for a known Poisson's ratio [Pa]."""
-        part = self._of_reduced(poisson_ratio)
-        low, high = (end * part for end in self.reduced_modulus_interval_pa)
-        return low, high
-
-    def _of_reduced(self, poisson_ratio: float) -> float:
-        """Young's modulus over the reduced one."""
         check_ratio(poisson_ratio, "poisson_ratio")
         assumed = self.setup.poisson_ratio
         if self.support != "half_space" and poisson_ratio != assumed:
             expected = f"expected {assumed:g}, which the layer was fitted with"
             raise ValueError(f"poisson_ratio: {expected}, found {poisson_ratio:g}")
-        return 1 - poisson_ratio**2
+        return self.reduced_modulus_pa * (1 - poisson_ratio**2)
+
+    def youngs_modulus_interval_pa(self, poisson_ratio: float) -> tuple[float, float]:
+        """Interval of 95 % of Young's modulus for a known Poisson's ratio [Pa]."""
+        part = self.youngs_modulus_pa(poisson_ratio) / self.reduced_modulus_pa
+        low, high = self.reduced_modulus_interval_pa
+        return low * part, high * part
 
     def told(self) -> dict:
         """All of it but the samples, as JSON has it."""
-        kept = {one.name: getattr(self, one.name) for one in fields(self)}
         nu = self.setup.poisson_ratio
-        return {name: value for name, value in kept.items() if name not in ARRAYS} | {
-            "doubts": self.doubts,
+        return {name: getattr(self, name) for name in ROW} | {
             "youngs_modulus_pa": self.youngs_modulus_pa(nu),
             "youngs_modulus_interval_pa": self.youngs_modulus_interval_pa(nu),
-            "quality": self.quality,
-            "hangs_on": self.hangs_on,
-            "press_m": self.press_m,
             "samples": len(self.depth_m),
-            "samples_in_contact": self.samples_in_contact,
             "effective_radius_m": self.setup.effective_radius_m,
             "setup": asdict(self.setup),
         }
@@ -188,226 +177,105 @@ class HertzFit:
         order = np.argsort(self.depth_m)
         depth = way * (self.depth_m - self.contact_m)
         axes.plot(depth, load * self.force_n, ".", ms=3, color="#9A9A9A", label="measured")
-        law = f"{self.indenter}, {self.support}".replace("_", "-")
-        law = f"{law}\nE* {self.modulus_text}"
+        law = f"{self.indenter}, {self.support}\nE* {self.modulus_text}".replace("_", "-")
         axes.plot(depth[order], load * self.fitted_n[order], color="#D55E00", label=law)
         axes.axvline(0, lw=0.6, color="#1A1A1A")
         # A long approach would leave no room for the indentation.
-        axes.set_xlim(max(depth.min(), -SHOWN * depth.max()), 1.05 * depth.max())
+        axes.set_xlim(max(depth.min(), -depth.max()), 1.05 * depth.max())
         axes.set(xlabel=f"indentation ({length})", ylabel=f"force ({force})")
         axes.legend()
-
-
-def modulus_text(value_pa: float, interval_pa: tuple[float, float]) -> str:
-    """A modulus with its interval, in the unit that it is read best in."""
-    scale, unit = readable(value_pa, "Pa")
-    low, high = (scale * end for end in interval_pa)
-    return f"{scale * value_pa:.4g} {unit} (95 %: {low:.4g} to {high:.4g})"
 
 
 def fit_curve(
     depth_m: NDArray, force_n: NDArray, setup: Setup, weights: NDArray | None = None
 ) -> HertzFit:
-    """Fit E* and the depth of first contact to approach and loading.
-
-    Parameters
-    ----------
-    depth_m, force_n : (n,) arrays
-    setup : Setup
-    weights : (n,) array, optional
-        Of the squared residuals; samples of none are left out.
+    """Fit E* and the depth of first contact to approach and loading, as `palpate.hertz.fit` does.
 
     Raises
     ------
     ValueError
-        If the force does not rise above its noise, no contact is found, or a layer is thinner than
-        its series holds for.
+        If the force does not rise above its noise, no contact is found, or a layer is too thin.
     """
     if weights is not None:
         depth_m, force_n, weights = (one[weights > 0] for one in (depth_m, force_n, weights))
-    depth = setup.tip_depth(depth_m, force_n)
-    _require_rise(depth, force_n)
-    fitted = partial(_fitted, depth, force_n, weights, setup)
+    depth = depth_m - force_n / (setup.stiffness_n_m or np.inf)
+    check_rise(depth, force_n)
+    expected_m, std_m = setup.contact_m or (0.0, None)
+
+    def fitted(
+        indenter: str, baseline: bool, *, of: Setup = setup, level_n: float = 0.0
+    ) -> ContactFit:
+        at, force, law = depth - expected_m, force_n - level_n, of.law(indenter)
+        known = {"residual": of.residual, "weights": weights, "depth_std_m": std_m}
+        found = fit_free_contact(at, force, law, baseline=baseline, **known)
+        return replace(found, contact_depth_m=found.contact_depth_m + expected_m)
+
     indenter, baseline, chosen = setup.indenter or INDENTERS[0], setup.baseline, {}
     if baseline is None:
-        with_it = fitted(indenter, baseline=True)
-        baseline, chosen["baseline"] = _chosen_baseline(depth, force_n, with_it)
-    found = fitted(indenter, baseline=baseline)
+        contact_m = fitted(indenter, baseline=True).contact_depth_m
+        baseline, chosen["baseline"] = chosen_baseline(depth, force_n, contact_m)
+    found = fitted(indenter, baseline)
     if setup.indenter is None:
-        indenter, chosen["indenter"] = _chosen_indenter(depth, found, setup)
-        found = fitted(indenter, baseline=baseline)
-    _require_contact(depth, found.contact_depth_m)
-    setup.check_layer(float(depth.max()) - found.contact_depth_m)
+        radii = (float(depth.max()) - found.contact_depth_m) / setup.effective_radius_m
+        indenter, than = ("sneddon", "above") if radii > SHALLOW else (INDENTERS[0], "up to")
+        why = f"since the indentation is {radii:.3g} radii deep ({than} {SHALLOW:g})"
+        chosen["indenter"] = f"{indenter}, {why}"
+        found = fitted(indenter, baseline)
+    setup.check_indentation(depth, found.contact_depth_m)
     unit = setup.law(indenter)(depth - found.contact_depth_m)
-    result = HertzFit(
-        reduced_modulus_pa=found.reduced_modulus_pa,
-        reduced_modulus_interval_pa=found.reduced_modulus_interval_pa,
-        contact_m=found.contact_depth_m,
-        contact_std_m=found.contact_depth_std_m,
-        baseline_n=found.baseline_n,
-        rms_n=found.rms_n,
-        effective_samples=found.effective_samples,
-        indenter=indenter,
-        support=setup.support,
-        baseline=baseline,
-        setup=setup,
-        chosen=chosen,
-        others={},
-        depth_m=depth,
-        force_n=force_n,
-        fitted_n=found.reduced_modulus_pa * unit + found.baseline_n,
-        weights=weights,
-    )
-    others = {
-        name: fitted(**{"indenter": indenter, "baseline": baseline} | change).reduced_modulus_pa
-        for name, change in _other_choices(result)
-    }
-    return replace(result, others=others)
+    fitted_n = found.reduced_modulus_pa * unit + found.baseline_n
+    samples = {"depth_m": depth, "force_n": force_n, "fitted_n": fitted_n, "weights": weights}
+    same = {"indenter": indenter, "baseline": baseline}
+    asked = {"setup": setup, "support": setup.support, "chosen": chosen}
+    result = HertzFit(**vars(found), **same, **samples, **asked, others={})
+    choices = setup.others(indenter, baseline, found.baseline_n)
+    others = {name: fitted(**same | other).reduced_modulus_pa for name, other in choices}
+    notes = _notes(result, fitted(FLAT, baseline)) if indenter in INDENTERS else ()
+    return replace(result, others=others, notes=notes)
 
 
-def _fitted(
-    depth_m: NDArray,
-    force_n: NDArray,
-    weights: NDArray | None,
-    setup: Setup,
-    indenter: str,
-    *,
-    baseline: bool,
-    residual: str | None = None,
-    level_n: float = 0.0,
-) -> ContactFit:
-    """Fit of a law, to the force above a level."""
-    expected, std = setup.contact_m or (0.0, None)
-    found = fit_free_contact(
-        depth_m - expected,
-        force_n - level_n,
-        setup.law(indenter),
-        baseline=baseline,
-        residual=residual or setup.residual,
-        weights=weights,
-        depth_std_m=std,
-    )
-    return replace(found, contact_depth_m=found.contact_depth_m + expected)
+def _notes(found: HertzFit, flat: ContactFit) -> tuple[str, ...]:
+    """Warning of a force in proportion to depth."""
+    least = LEAST_PATTERN * np.ptp(found.fitted_n)
+    if found.rms_n < least or flat.rms_n > PROPORTIONAL * found.rms_n:
+        return ()
+    value = modulus_text(flat.reduced_modulus_pa, flat.reduced_modulus_interval_pa)
+    why = f"of a flat punch (--indenter flat) E* would be {value}"
+    return (f"the force grows in proportion to depth, as under a flat end: {why}",)
 
 
-def _other_choices(found: HertzFit) -> Iterator[tuple[str, dict]]:
-    """Other baseline, indenter and residual, each alone: what it is called, and what it changes."""
-    if not found.baseline:
-        yield "with a free baseline", {"baseline": True}
-    elif "baseline" not in found.chosen:
-        # Where the approach shows it, a fit without is of another curve.
-        yield "without a baseline", {"baseline": False}
-    if found.indenter != CONE:
-        other = next(name for name in INDENTERS if name != found.indenter)
-        yield f"by {other}", {"indenter": other}
-    other = next(name for name in RESIDUALS if name != found.setup.residual)
-    # A power of the force is one of the force above its level.
-    level = {"baseline": False, "level_n": found.baseline_n}
-    yield f"with {other} compared", level | {"residual": other}
-
-
-def _chosen_baseline(depth_m: NDArray, force_n: NDArray, with_it: ContactFit) -> tuple[bool, str]:
-    """Whether a constant force is fitted, and why: where the approach determines it.
-
-    Without an approach a free constant takes up the toe of the curve, and E* with it.
-    """
-    before = depth_m < with_it.contact_depth_m
-    depth = float(depth_m.max()) - with_it.contact_depth_m
-    length = with_it.contact_depth_m - float(depth_m.min())
-    if before.sum() < FEWEST_APPROACH or length < LEAST_APPROACH * depth:
-        return False, "none, since no approach determines it"
-    slope = np.polyfit(depth_m[before] - depth_m.min(), force_n[before], 1)[0]
-    # A short one that rises is the toe of an indentation.
-    if length < depth and abs(slope) * length > FLAT * np.ptp(force_n):
-        return False, "none, since the approach is short and rises"
-    return True, f"fitted, since {int(before.sum())} samples lie before the contact"
-
-
-def _chosen_indenter(depth_m: NDArray, found: ContactFit, setup: Setup) -> tuple[str, str]:
-    """Law of the sphere, and why: by depth over radius."""
-    part = (float(depth_m.max()) - found.contact_depth_m) / setup.effective_radius_m
-    name, than = ("sneddon", "above") if part > SHALLOW else ("parabola", "up to")
-    return name, f"{name}, since the indentation is {part:.3g} radii deep ({than} {SHALLOW:g})"
-
-
-def _require_rise(depth_m: NDArray, force_n: NDArray) -> None:
-    """Reject a record whose force does not rise above its noise."""
-    place = (depth_m - depth_m.min()) / np.ptp(depth_m)
-    free, loaded = force_n[place <= END], force_n[place >= 1 - END]
-    # The free end's own scatter where it has enough samples; a slope is no noise of steps.
-    noise = float(free.std(ddof=1)) if len(free) > 2 else 0.0
-    rise = float(loaded.mean() - free.mean())
-    if rise < RISE_DEVIATIONS * noise:
-        scale, unit = readable(max(rise, noise), "N")
-        found = f"{scale * rise:.2g} {unit} in noise of {scale * noise:.2g} {unit}"
-        raise ValueError(f"force: expected a rise of three times its noise, found {found}")
-
-
-def _require_contact(depth_m: NDArray, contact_m: float) -> None:
-    """Reject a fit whose contact lies at the record's end."""
-    found = int((depth_m > contact_m).sum())
-    if found < FEWEST_FITTED or not depth_m.max() > contact_m:
-        expected = f"expected {FEWEST_FITTED} samples or more deeper than the contact"
-        hint = "(is it an indentation, the force's sign right, the approach flat?)"
-        raise ValueError(f"contact: {expected}, found {found} {hint}")
-
-
-def _outside(found: HertzFit) -> Iterator[str]:
-    low, high = found.reduced_modulus_interval_pa
-    for name, modulus in found.others.items():
-        part = modulus / found.reduced_modulus_pa - 1
-        if not low <= modulus <= high and abs(part) >= LEAST_CHANGE:
-            scale, unit = readable(modulus, "Pa")
-            yield f"{name} E* would be {scale * modulus:.4g} {unit} ({PERCENT * part:+.2g} %)"
-
-
-def _warnings_of_depth(found: HertzFit) -> Iterator[str]:
+def _warnings(found: HertzFit) -> Iterator[str]:
     radius = found.setup.effective_radius_m
     if radius is not None and found.press_m > DEEP * radius:
-        why = "no law of a sphere holds there"
-        if found.press_m > ABSURD * radius:
-            why = "is the unit of the depth, or the radius, another?"
-        yield f"the indentation is {found.press_m / radius:.3g} radii of the sphere deep: {why}"
-    before = float(found.depth_m.min()) - found.contact_m
-    if before > BEFORE * found.press_m:
-        scale, unit = readable(before, "m")
-        yield (
-            f"contact lies {scale * before:.3g} {unit} before the record's first sample, where"
-            " nothing was measured"
-        )
-
-
-def _warnings_of_samples(found: HertzFit) -> Iterator[str]:
+        body, radii = found.setup.body, found.press_m / radius
+        other = "is the unit of the depth, or the radius, another?"
+        why = other if radii > ABSURD else f"no law of a {body} holds there"
+        yield f"the indentation is {radii:.3g} radii of the {body} deep: {why}"
+    unmeasured_m = float(found.depth_m.min()) - found.contact_m
+    if unmeasured_m > BEFORE * found.press_m:
+        scale, unit = readable(unmeasured_m, "m")
+        where = f"{scale * unmeasured_m:.3g} {unit} before the record's first sample"
+        yield f"contact lies {where}, where nothing was measured"
     count = found.samples_in_contact
     if count < FEWEST_IN_CONTACT:
         yield f"{count} samples lie in contact: expected {FEWEST_IN_CONTACT} or more"
-    low, high = found.reduced_modulus_interval_pa
-    if high - low < EXACT * found.reduced_modulus_pa:
+    if np.ptp(found.reduced_modulus_interval_pa) < EXACT * found.reduced_modulus_pa:
         yield "the samples lie on the law exactly, as made-up ones do: the interval says nothing"
         return
-    power = float(np.sum((found.force_n - found.force_n.mean()) ** 2))
-    explained = 1 - float(np.sum(found.residual_n**2)) / power
+    explained = 1 - float(np.mean(found.residual_n**2) / np.var(found.force_n))
     if explained < LEAST_EXPLAINED:
         yield f"the law explains {PERCENT * explained:.2g} % of the force's scatter"
     count, left = len(found.force_n), found.effective_samples
     if left < INDEPENDENT * count:
-        yield (
-            f"the residuals follow a pattern, as of {left:.0f} samples and not {count}: law,"
-            " baseline or range is another"
-        )
-    yield from _warnings_of_approach(found)
-
-
-def _warnings_of_approach(found: HertzFit) -> Iterator[str]:
-    """An approach that slopes, as of a drifting or a tilted baseline."""
+        other = "law, baseline or range is another"
+        yield f"the residuals follow a pattern, as of {left:.0f} samples and not {count}: {other}"
     before = found.depth_m < found.contact_m
     if before.sum() < FEWEST_IN_CONTACT:
         return
-    depth, force = found.depth_m[before], found.force_n[before]
-    slope = float(np.polyfit(depth - depth.mean(), force, 1)[0])
-    rise = slope * float(np.ptp(depth)) / float(np.ptp(found.fitted_n))
+    depth = found.depth_m[before]
+    slope = float(np.polyfit(depth - depth.mean(), found.force_n[before], 1)[0])
+    rise = slope * float(np.ptp(depth) / np.ptp(found.fitted_n))
     if abs(rise) > SLOPING:
-        yield (
-            f"the approach slopes, by {PERCENT * rise:+.2g} % of the peak: a tilted or drifting"
-            " baseline (--range-mm leaves it out)"
-        )
+        part = f"{PERCENT * rise:+.2g} % of the peak"
+        other = "a tilted or drifting baseline (--range-mm leaves it out)"
+        yield f"the approach slopes, by {part}: {other}"

@@ -1,7 +1,8 @@
 """What a bare curve is fitted with, and which values go together."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,38 +16,30 @@ from palpate.estimate.hertz.laws import (
     check_ratio,
     cone_force,
     contact_law,
+    flat_force,
+    pyramid_force,
 )
+from palpate.units import readable
 
-CONE = "cone"
+FLAT = "flat"
+SHARP = {"cone": cone_force, "pyramid": pyramid_force}
+# What an indenter that is no sphere is called; the spheres' layers and curved objects are not its.
+OTHERS = {"cone": "cone", "pyramid": "pyramid", FLAT: "flat punch"}
+# An approach determines the baseline if it is so long beside the indentation, has so many samples,
+# and its force rises by no more than this part of the whole.
+LEAST_APPROACH, FEWEST_APPROACH, LEVEL = 0.1, 5, 0.02
+# Depths of so many radii are of a unit in error.
+ABSURD = 5.0
+# Part of the way at either end that stands for the free and the indented force.
+END = 0.05
+# A force that rises by fewer deviations of its noise is none.
+RISE_DEVIATIONS = 3.0
+FEWEST_FITTED = 3
 
 
 @dataclass(frozen=True)
 class Setup:
-    """What a curve is fitted with; None is chosen by the curve.
-
-    Attributes
-    ----------
-    radius_m : float or None
-        Of the sphere; a cone has none.
-    indenter : {"parabola", "sneddon", "cone"} or None
-    half_angle_rad : float or None
-        Between a cone's axis and its side.
-    object_radius_m : float or None
-        Of a curved object at the contact, negative where it is hollow; flat by default.
-    thickness_m : float or None
-        Of a layer on a rigid base.
-    poisson_ratio : float
-        That a layer's correction and E assume.
-    baseline : bool or None
-        Whether a constant force is fitted too.
-    residual : {"force", "force_two_thirds"}
-        What of the force is compared.
-    stiffness_n_m : float or None
-        Between the drive, whose way the depth is, and the tip; stiff by default.
-    base : {"bonded", "not_bonded"}
-        Whether a layer sticks to its base.
-    contact_m : (float, float) or None
-        Depth at which contact is expected, and that depth's standard deviation.
+    """What a curve is fitted with: arguments of `palpate.hertz.fit`, which says what they are.
 
     Raises
     ------
@@ -69,31 +62,44 @@ class Setup:
     def __post_init__(self) -> None:
         """Reject what does not go together."""
         check_ratio(self.poisson_ratio, "poisson_ratio")
-        _one_of("indenter", self.indenter, (None, *INDENTERS, CONE))
-        _one_of("residual", self.residual, RESIDUALS)
-        _one_of("base", self.base, LAYERS)
-        known = np.array((0.0, 1.0) if self.contact_m is None else self.contact_m, dtype=float)
-        if known.shape != (2,) or not np.isfinite(known).all() or not known[1] > 0:
+        known = {"indenter": (*INDENTERS, *OTHERS), "residual": tuple(RESIDUALS), "base": LAYERS}
+        for name, names in known.items():
+            found = getattr(self, name)
+            if found not in names and (found is not None or name != "indenter"):
+                raise ValueError(f"{name}: expected one of {', '.join(names)}, found {found}")
+        contact = np.array((0.0, 1.0) if self.contact_m is None else self.contact_m, dtype=float)
+        if contact.shape != (2,) or not np.isfinite(contact).all() or not contact[1] > 0:
             expected = "expected a depth and a deviation above 0"
             raise ValueError(f"contact_m: {expected}, found {self.contact_m}")
         if self.thickness_m is None and self.base != LAYERS[0]:
-            expected = "expected with thickness_m, of a layer"
-            raise ValueError(f"base: {expected}, found {self.base} alone")
+            found = f"found {self.base} alone"
+            raise ValueError(f"base: expected with thickness_m, of a layer, {found}")
         for name in ("radius_m", "thickness_m", "stiffness_n_m"):
             found = getattr(self, name)
             if found is not None and not 0 < found < np.inf:
                 raise ValueError(f"{name}: expected above 0, found {found}")
-        if self.indenter == CONE:
-            self._check_cone()
-            return
-        if self.half_angle_rad is not None:
-            raise ValueError("half_angle_rad: expected none but of a cone, found one of a sphere")
-        if self.radius_m is None:
-            raise ValueError("radius_m: expected the sphere's radius, found none")
+        needed, other = ("radius_m", "radius"), "half_angle_rad"
+        if self.indenter in SHARP:
+            needed, other = ("half_angle_rad", "half angle"), "radius_m"
+        of_spheres = ("object_radius_m", "thickness_m") if self.indenter in OTHERS else ()
+        for name in (other, *of_spheres):
+            if getattr(self, name) is not None:
+                why = " (a layer's factor is a sphere's)" if name == "thickness_m" else ""
+                raise ValueError(f"{name}: expected none with a {self.body}{why}, found one")
+        if getattr(self, needed[0]) is None:
+            raise ValueError(f"{needed[0]}: expected the {self.body}'s {needed[1]}, found none")
+        angle = self.half_angle_rad
+        if angle is not None and not 0 < angle < np.pi / 2:
+            raise ValueError(f"half_angle_rad: expected above 0 and below pi/2, found {angle}")
         radius = self.object_radius_m
         if radius is not None and not (radius > 0 or radius < -self.radius_m):
             expected = "expected above 0, or below minus the sphere's where the object is hollow"
             raise ValueError(f"object_radius_m: {expected}, found {radius}")
+
+    @property
+    def body(self) -> str:
+        """What the indenter is called."""
+        return OTHERS.get(self.indenter, "sphere")
 
     @property
     def effective_radius_m(self) -> float | None:
@@ -107,68 +113,96 @@ class Setup:
         """What the object stands on, as a law has it."""
         return "half_space" if self.thickness_m is None else self.base
 
-    def tip_depth(self, depth_m: NDArray, force_n: NDArray) -> NDArray:
-        """Way of the tip, of that of its drive, (n,) [m]."""
-        return depth_m if self.stiffness_n_m is None else depth_m - force_n / self.stiffness_n_m
-
     def law(self, indenter: str) -> Law:
         """Force over depth at E* = 1."""
-        if indenter == CONE:
-            return lambda depth_m: cone_force(depth_m, self.half_angle_rad)
+        if indenter in SHARP:
+            return partial(SHARP[indenter], half_angle_rad=self.half_angle_rad)
+        if indenter == FLAT:
+            return partial(flat_force, radius_m=self.radius_m)
         return contact_law(
             indenter,
             self.support,
             radius_m=self.radius_m,
-            thickness_m=np.inf if self.thickness_m is None else self.thickness_m,
+            thickness_m=self.thickness_m or np.inf,
             nu=self.poisson_ratio,
             curvature_per_m=1 / (self.object_radius_m or np.inf),
         )
 
-    def check_layer(self, depth_m: float) -> None:
-        """Reject a layer that is thinner than its series holds for at an indentation depth.
+    def others(self, indenter: str, baseline: bool, level_n: float) -> Iterator[tuple[str, dict]]:
+        """Other baseline, indenter, residual and layer, each alone, and what it is called."""
+        if not baseline:
+            yield "with a free baseline", {"baseline": True}
+        elif self.baseline is not None:
+            # Where the approach shows it, a fit without is of another curve.
+            yield "without a baseline", {"baseline": False}
+        if indenter in INDENTERS:
+            other = next(name for name in INDENTERS if name != indenter)
+            yield f"by {other}", {"indenter": other}
+        other = next(name for name in RESIDUALS if name != self.residual)
+        # A power of the force is one of the force above its level.
+        of_level = {"baseline": False, "level_n": level_n, "of": replace(self, residual=other)}
+        yield f"with {other} compared", of_level
+        if self.thickness_m is not None:
+            other = next(name for name in LAYERS if name != self.base)
+            yield f"with the layer {other.replace('_', ' ')}", {"of": replace(self, base=other)}
+            nu = 0.5 if self.poisson_ratio < 0.4 else 0.3
+            yield f"for nu {nu:g}", {"of": replace(self, poisson_ratio=nu)}
 
-        Raises
-        ------
-        ValueError
-        """
+    def check_indentation(self, depth_m: NDArray, contact_m: float) -> None:
+        """Reject a contact at the record's end, and too thin a layer, by a `ValueError`."""
+        count, depth = int((depth_m > contact_m).sum()), float(depth_m.max()) - contact_m
+        if count < FEWEST_FITTED:
+            expected = f"expected {FEWEST_FITTED} samples or more deeper than the contact"
+            hint = "(is it an indentation, the force's sign right, the approach flat?)"
+            raise ValueError(f"contact: {expected}, found {count} {hint}")
         if self.thickness_m is None:
             return
-        least = np.sqrt(self.effective_radius_m * max(depth_m, 0.0)) / LARGEST_CHI
-        if self.thickness_m < least:
+        radius, thickness = self.effective_radius_m, self.thickness_m
+        least = np.sqrt(radius * depth) / LARGEST_CHI
+        if thickness < least and depth > ABSURD * radius:
+            expected = f"expected an indentation of up to {ABSURD:g} radii"
+            hint = "(is the unit of the depth, or the radius, another?)"
+            raise ValueError(f"depth_m: {expected}, found {depth / radius:.3g} {hint}")
+        if thickness < least:
             expected = f"expected at least {1e3 * least:.3g} mm for this indentation"
-            found = f"found {1e3 * self.thickness_m:.3g} mm"
-            raise ValueError(f"thickness_m: {expected} (no series holds for thinner), {found}")
-
-    def _check_cone(self) -> None:
-        if self.half_angle_rad is None or not 0 < self.half_angle_rad < np.pi / 2:
-            found = self.half_angle_rad
-            raise ValueError(f"half_angle_rad: expected above 0 and below pi/2, found {found}")
-        for name in ("radius_m", "object_radius_m", "thickness_m"):
-            if getattr(self, name) is not None:
-                raise ValueError(f"{name}: expected none of a cone, found {getattr(self, name)}")
+            found = f"(no series holds for thinner), found {1e3 * thickness:.3g} mm"
+            raise ValueError(f"thickness_m: {expected} {found}")
 
 
 def curve_setup(spec: Mapping, probe: Mapping) -> Setup:
-    """What an object's curves are fitted with.
-
-    Parameters
-    ----------
-    spec, probe : mapping
-        object.yaml, and the probe's file or what stands for it.
-    """
-    block, ratios = spec["curves"], np.atleast_1d(spec["curves"]["poisson_ratio"])
-    stiffness_n_m = block.get("stiffness_n_m", probe.get("stiffness_n_m"))
-    if isinstance(stiffness_n_m, str):
+    """What an object's curves are fitted with, of object.yaml and the probe's file."""
+    nu, radius_m = float(np.mean(spec["curves"]["poisson_ratio"])), probe["indenter"]["radius_m"]
+    stiffness = spec["curves"].get("stiffness_n_m", probe.get("stiffness_n_m"))
+    if isinstance(stiffness, str):
         expected = "a number in curves, which no camera calibrates, or in the probe's file"
-        raise ValueError(f"curves.stiffness_n_m: expected {expected}, found {stiffness_n_m}")
-    return Setup(
-        probe["indenter"]["radius_m"],
-        poisson_ratio=float(np.mean(ratios)),
-        stiffness_n_m=stiffness_n_m,
-    )
+        raise ValueError(f"curves.stiffness_n_m: expected {expected}, found {stiffness}")
+    return Setup(radius_m, poisson_ratio=nu, stiffness_n_m=stiffness)
 
 
-def _one_of(name: str, found: str | None, known) -> None:
-    if found not in known:
-        names = ", ".join(one for one in known if one)
-        raise ValueError(f"{name}: expected one of {names}, found {found}")
+def chosen_baseline(depth_m: NDArray, force_n: NDArray, contact_m: float) -> tuple[bool, str]:
+    """Whether a constant force is fitted, and why: where the approach determines it.
+
+    Without an approach a free constant takes up the toe of the curve, and E* with it.
+    """
+    before = depth_m < contact_m
+    depth, length = float(depth_m.max()) - contact_m, contact_m - float(depth_m.min())
+    if before.sum() < FEWEST_APPROACH or length < LEAST_APPROACH * depth:
+        return False, "none, since no approach determines it"
+    slope = np.polyfit(depth_m[before] - depth_m.min(), force_n[before], 1)[0]
+    # A short one that rises is the toe of an indentation.
+    if length < depth and abs(slope) * length > LEVEL * np.ptp(force_n):
+        return False, "none, since the approach is short and rises"
+    return True, f"fitted, since {int(before.sum())} samples lie before the contact"
+
+
+def check_rise(depth_m: NDArray, force_n: NDArray) -> None:
+    """Reject a record whose force does not rise above its noise, by a `ValueError`."""
+    place = (depth_m - depth_m.min()) / np.ptp(depth_m)
+    free, loaded = force_n[place <= END], force_n[place >= 1 - END]
+    # The free end's own scatter where it has enough samples; a slope is no noise of steps.
+    noise = float(free.std(ddof=1)) if len(free) > 2 else 0.0
+    rise = float(loaded.mean() - free.mean())
+    if rise < RISE_DEVIATIONS * noise:
+        scale, unit = readable(max(rise, noise), "N")
+        found = f"{scale * rise:.2g} {unit} in noise of {scale * noise:.2g} {unit}"
+        raise ValueError(f"force: expected a rise of three times its noise, found {found}")

@@ -1,6 +1,5 @@
 """Fits of the reduced modulus to an indentation (Section 5.1)."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 from scipy.special import ndtri, stdtrit
 
-from palpate.estimate.hertz.laws import Law, parabola_force
+from palpate.estimate.hertz.laws import Law
 from palpate.modulus import CONFIDENCE
 
 # Forces are compared as they are, or to this power, which makes Eq. 5.1 a straight line.
@@ -26,27 +25,23 @@ LEVEL = (1 + CONFIDENCE) / 2
 
 
 @dataclass(frozen=True)
-class StudyFit:
-    """Fit of the coefficient alone, as the study does it: E* [Pa], rms of the residuals [N]."""
-
-    reduced_modulus_pa: float
-    rms_n: float
-
-
-@dataclass(frozen=True)
-class KnownContactFit:
-    """Fit of E* alone, with its interval.
+class ContactFit:
+    """Fit of E* and of the depth at which contact begins, which is 0 where it is known.
 
     Attributes
     ----------
     reduced_modulus_pa, reduced_modulus_std_pa : float
         E* and its standard error [Pa].
     reduced_modulus_interval_pa : (float, float)
-        Confidence interval of 95 % [Pa].
+        Confidence interval of 95 %; of scatter alone where the contact is free [Pa].
     effective_samples : float
         Number of independent residuals that the serial correlation leaves.
     rms_n : float
         Root mean square of the force residual [N].
+    contact_depth_m, contact_depth_std_m : float
+        Depth at which contact begins [m].
+    baseline_n : float
+        Constant force before contact [N].
     """
 
     reduced_modulus_pa: float
@@ -54,59 +49,18 @@ class KnownContactFit:
     reduced_modulus_interval_pa: tuple[float, float]
     effective_samples: float
     rms_n: float
-
-
-@dataclass(frozen=True)
-class ContactFit(KnownContactFit):
-    """Fit with the contact point free; its standard error and interval are of scatter alone.
-
-    Attributes
-    ----------
-    contact_depth_m, contact_depth_std_m : float
-        Depth at which contact begins [m].
-    contact_correlation : float
-        Correlation of E* and of the depth at which contact begins.
-    baseline_n : float
-        Constant force before contact [N].
-    """
-
-    contact_depth_m: float
-    contact_depth_std_m: float
-    contact_correlation: float
-    baseline_n: float
-
-
-def hertz_force(depth_m: NDArray, E_star: float, radius_m: float) -> NDArray:
-    """Force of Eq. 5.1, F = 4/3 E* R^(1/2) u^(3/2), zero before contact [N]."""
-    return E_star * parabola_force(depth_m, radius_m)
-
-
-def fit_study(depth_m: NDArray, force_n: NDArray, radius_m: float) -> StudyFit:
-    """Fit E* to the squared force residuals, contact point taken as known.
-
-    The study does it by Nelder and Mead's method; the problem is linear, and its minimum exact.
-
-    Parameters
-    ----------
-    depth_m, force_n : (n,) arrays
-        Depth below the undeformed surface [m] and force [N] of the samples in range.
-    radius_m : float
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two samples in contact.
-    """
-    _check_in_contact(depth_m)
-    unit = hertz_force(depth_m, 1.0, radius_m)
-    E_star = _slope(unit, force_n)
-    return StudyFit(E_star, _rms(E_star * unit - force_n))
+    contact_depth_m: float = 0.0
+    contact_depth_std_m: float = 0.0
+    baseline_n: float = 0.0
 
 
 def fit_known_contact(
     depth_m: NDArray, force_n: NDArray, law: Law, *, depth_std_m: float
-) -> KnownContactFit:
+) -> ContactFit:
     """Fit E* by least squares, contact point taken as known.
+
+    With the paraboloid on a half-space it is the study's fit, which Nelder and Mead's method does
+    there: the problem is linear, and its minimum exact.
 
     Parameters
     ----------
@@ -122,7 +76,9 @@ def fit_known_contact(
     ValueError
         If there are fewer than two samples in contact.
     """
-    _check_in_contact(depth_m)
+    count = int((depth_m > 0).sum())
+    if count < 2:
+        raise ValueError(f"depth: expected at least 2 samples in contact, found {count}")
     unit = law(depth_m)
     E_star = _slope(unit, force_n)
     residual = E_star * unit - force_n
@@ -133,12 +89,12 @@ def fit_known_contact(
     of_depth = (ends[0] - ends[1]) / (2 * shift) * depth_std_m if shift > 0 else 0.0
     of_scatter = stdtrit(freedom(residual, 1), LEVEL) * scatter
     width = float(np.hypot(of_scatter, ndtri(LEVEL) * of_depth)) / E_star
-    return KnownContactFit(
+    return ContactFit(
         reduced_modulus_pa=E_star,
         reduced_modulus_std_pa=float(np.hypot(scatter, of_depth)),
-        reduced_modulus_interval_pa=_interval(E_star, width),
+        reduced_modulus_interval_pa=tuple((E_star * np.exp([-width, width])).tolist()),
         effective_samples=effective_samples(residual),
-        rms_n=_rms(residual),
+        rms_n=float(np.sqrt(np.mean(residual**2))),
     )
 
 
@@ -158,19 +114,16 @@ def fit_free_contact(
 
     Parameters
     ----------
-    depth_m, force_n : (n,) arrays
-        Depth along the approach [m] and force [N]; samples before contact help.
-    law : callable
-        Force per reduced modulus over depth (`contact_law`).
+    depth_m, force_n, law
+        As of `fit_known_contact`, from any depth; samples before contact help.
     baseline : bool
-        Fit a constant force too.
+        Whether a constant force is fitted too.
     residual : {"force", "force_two_thirds"}
         What of the force is compared: itself, or its power 2/3, in which Eq. 5.1 is straight.
     depth_std_m : float, optional
-        Standard deviation of an error that all depths share [m]: contact is then expected at depth
-        0 with this deviation, and weighs as much as that says beside the residuals.
+        Of an expected contact at depth 0 [m]; any depth is as likely by default.
     weights : (n,) array, optional
-        Of the squared residuals, beside each other; all alike by default.
+        Of the squared residuals, relative to each other.
 
     Raises
     ------
@@ -191,16 +144,33 @@ def fit_free_contact(
         level = x[2] if baseline else 0.0
         return np.exp(x[0]) * modulus * law(depth_m - x[1] * length) / force_scale + level
 
-    def gaps(x: NDArray, weight: float = 0.0) -> NDArray:
-        return np.r_[roots * (_power(force(x), power) - _power(measured, power)), weight * x[1]]
+    def gaps(x: NDArray, weight: float) -> NDArray:
+        gap = [np.sign(one) * np.abs(one) ** power for one in (force(x), measured)]
+        return np.r_[roots * (gap[0] - gap[1]), weight * x[1]]
+
+    def least(weight: float) -> OptimizeResult:
+        precise = dict.fromkeys(("xtol", "ftol", "gtol"), TOLERANCE) | {"x_scale": "jac"}
+        fits = [least_squares(gaps, one, args=(weight,), **precise) for one in starts]
+        return min(fits, key=lambda fit: fit.cost)
 
     starts = _starts(lambda depth: modulus * law(depth) / force_scale, depth_m, measured, baseline)
-    found = _least(gaps, starts)
+    found = least(0.0)
     if depth_std_m is not None:
-        weight = deviation(found.fun[:-1], count) * length / max(depth_std_m, TINY * length)
-        found = _least(gaps, starts, weight=weight)
-    rms_n = _rms(force(found.x) * force_scale - force_n)
-    return _contact_fit(found, modulus, length, force_scale, rms_n)
+        found = least(deviation(found.fun[:-1], count) * length / max(depth_std_m, TINY * length))
+    # The last residual is the contact's own.
+    left, x = found.fun[:-1], found.x
+    std = deviation(left, count) * np.sqrt(np.diag(np.linalg.pinv(found.jac.T @ found.jac)))
+    E_star, width = float(np.exp(x[0])) * modulus, stdtrit(freedom(left, count), LEVEL) * std[0]
+    return ContactFit(
+        reduced_modulus_pa=E_star,
+        reduced_modulus_std_pa=E_star * float(std[0]),
+        reduced_modulus_interval_pa=tuple((E_star * np.exp([-width, width])).tolist()),
+        effective_samples=effective_samples(left),
+        rms_n=float(np.sqrt(np.mean((force(x) * force_scale - force_n) ** 2))),
+        contact_depth_m=float(x[1]) * length,
+        contact_depth_std_m=float(std[1]) * length,
+        baseline_n=float(x[2]) * force_scale if baseline else 0.0,
+    )
 
 
 def effective_samples(residual: NDArray) -> float:
@@ -219,15 +189,9 @@ def effective_samples(residual: NDArray) -> float:
 
 
 def freedom(residual: NDArray, parameters: int) -> float:
-    """Degrees of freedom that serially correlated residuals of a fit leave to Student's quantile.
+    """Degrees of freedom that residuals of a fit of so many parameters leave.
 
     Of few samples, which hardly determine their correlation, those of five are left, or all.
-
-    Parameters
-    ----------
-    residual : (n,) array
-    parameters : int
-        Number of parameters fitted.
     """
     n = len(residual)
     return max(effective_samples(residual), min(n, FEWEST_LEFT)) * (1 - parameters / n)
@@ -237,41 +201,9 @@ def deviation(residual: NDArray, parameters: int) -> float:
     """Standard deviation of a fit's residuals, as large as their serial correlation asks.
 
     Divided by the root of a sum of squared slopes it gives the standard error of a parameter.
-    Parameters are those of `freedom`.
     """
     left = effective_samples(residual) * (1 - parameters / len(residual))
     return float(np.sqrt(residual @ residual / left))
-
-
-def _least(gaps: Callable, starts: list[NDArray], **known: float) -> OptimizeResult:
-    """Least squares from several starts."""
-    precise = dict.fromkeys(("xtol", "ftol", "gtol"), TOLERANCE)
-    fits = [least_squares(gaps, one, x_scale="jac", kwargs=known, **precise) for one in starts]
-    return min(fits, key=lambda fit: fit.cost)
-
-
-def _contact_fit(
-    found: OptimizeResult, modulus: float, length: float, force_scale: float, rms_n: float
-) -> ContactFit:
-    """What a fit in (log E*, contact, baseline), each in its own unit, comes to."""
-    # The last row is the contact's own weight.
-    left, x = found.fun[:-1], found.x
-    covariance = np.linalg.pinv(found.jac.T @ found.jac) * deviation(left, len(x)) ** 2
-    std = np.sqrt(np.diag(covariance))
-    E_star, width = float(np.exp(x[0])) * modulus, stdtrit(freedom(left, len(x)), LEVEL) * std[0]
-    # Exact data leave no residual, and then no correlation.
-    product = float(std[0] * std[1])
-    return ContactFit(
-        reduced_modulus_pa=E_star,
-        reduced_modulus_std_pa=E_star * float(std[0]),
-        reduced_modulus_interval_pa=_interval(E_star, width),
-        contact_depth_m=float(x[1]) * length,
-        contact_depth_std_m=float(std[1]) * length,
-        contact_correlation=float(covariance[0, 1]) / product if product > 0 else 0.0,
-        effective_samples=effective_samples(left),
-        baseline_n=float(x[2]) * force_scale if len(x) > 2 else 0.0,
-        rms_n=rms_n,
-    )
 
 
 def _starts(unit: Law, depth_m: NDArray, force: NDArray, baseline: bool) -> list[NDArray]:
@@ -290,25 +222,6 @@ def _starts(unit: Law, depth_m: NDArray, force: NDArray, baseline: bool) -> list
     return [start for _, start in chosen[:STARTS]] or [np.zeros(2 + baseline)]
 
 
-def _check_in_contact(depth_m: NDArray) -> None:
-    found = int((depth_m > 0).sum())
-    if found < 2:
-        raise ValueError(f"depth: expected at least 2 samples in contact, found {found}")
-
-
 def _slope(unit: NDArray, force: NDArray) -> float:
     """Of the straight line through 0."""
     return float(unit @ force / (unit @ unit))
-
-
-def _interval(E_star: float, width: float) -> tuple[float, float]:
-    return E_star * float(np.exp(-width)), E_star * float(np.exp(width))
-
-
-def _power(values: NDArray, exponent: float) -> NDArray:
-    """Signed power."""
-    return np.sign(values) * np.abs(values) ** exponent
-
-
-def _rms(residual: NDArray) -> float:
-    return float(np.sqrt(np.mean(np.square(residual))))

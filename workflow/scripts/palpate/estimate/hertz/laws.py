@@ -1,8 +1,9 @@
-"""Force over depth of a rigid sphere, per reduced modulus: shallow, deep, on a layer.
+"""Force over depth of a rigid indenter, per reduced modulus: shallow, deep, on a layer.
 
 Sources
 -------
-Eq. 5.1 of the study (Hertz). I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47: deep sphere, cone.
+Eq. 5.1 of the study (Hertz). I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47: deep sphere, cone, flat
+punch. G. G. Bilodeau, J. Appl. Mech. 59 (1992) 519: pyramid.
 E. K. Dimitriadis et al., Biophys. J. 82 (2002) 2798: layer on a rigid base. P. D. Garcia and
 R. Garcia, Biophys. J. 114 (2018) 2923: consistent series of the same at nu 0.5. Finite strain by
 finite elements (palpate.solid).
@@ -30,48 +31,39 @@ TANGENTS = np.geomspace(1e-2, 1e12, 20000)
 # Force of finite elements (neo-Hookean block of 47.5 mm, bonded, frictionless sphere of 6.22 mm, 13
 # depths to 9 mm) over Sneddon's on the same layer, less 1: coefficients of s, s^2 and s^3,
 # s = sqrt(d/R), by Poisson's ratio. Residuals are 1 % at most, 0.4 % rms.
-STRAIN_RATIOS = np.array([0.0, 0.3, 0.49])
-STRAIN_COEFFICIENTS = np.array(
-    [[0.3012, -0.0933, -0.0060], [0.0627, 0.0062, -0.0608], [0.0172, -0.1101, -0.0240]]
-)
-# The same by powers of Poisson's ratio.
-STRAIN_BY_RATIO = np.linalg.solve(np.vander(STRAIN_RATIOS), STRAIN_COEFFICIENTS)
+STRAIN = [[0.3012, -0.0933, -0.006], [0.0627, 0.0062, -0.0608], [0.0172, -0.1101, -0.024]]
+# The same by powers of Poisson's ratio, which was 0, 0.3 and 0.49.
+STRAIN_BY_RATIO = np.linalg.solve(np.vander([0.0, 0.3, 0.49]), STRAIN)
 # Largest d/R computed; beyond it the factor stays what it is there.
 DEEPEST = 1.45
 
 Law = Callable[[NDArray], NDArray]
 
 
+# Forces are at E* = 1 (n,) [N/Pa], of depths (n,) [m], and 0 before contact.
 def parabola_force(
-    depth_m: NDArray,
-    radius_m: float,
-    curvature_per_m: float = 0.0,
-    foot_curvature_per_m: float = 0.0,
+    depth_m: NDArray, radius_m: float, object_per_m: float = 0.0, base_per_m: float = 0.0
 ) -> NDArray:
-    """Eq. 5.1 at E* = 1, F = 4/3 R^(1/2) d^(3/2), zero before contact, (n,) [N/Pa].
+    """Eq. 5.1, F = 4/3 R^(1/2) d^(3/2), 1/R the sphere's and the object's curvature.
 
-    1/R is the sphere's and the object's curvature. Of two contacts in series the depths add up,
-    and so do the powers -1/3 of the radii.
+    At a base of a curvature too, as of two contacts in series, the depths add up, and so do the
+    powers -1/3 of the radii.
     """
-    radius = (np.cbrt(1 / radius_m + curvature_per_m) + np.cbrt(foot_curvature_per_m)) ** -3
+    radius = (np.cbrt(1 / radius_m + object_per_m) + np.cbrt(base_per_m)) ** -3
     return 4 / 3 * np.sqrt(radius) * np.maximum(depth_m, 0) ** 1.5
 
 
 def sneddon_force(
-    depth_m: NDArray,
-    radius_m: float,
-    curvature_per_m: float = 0.0,
-    foot_curvature_per_m: float = 0.0,
+    depth_m: NDArray, radius_m: float, object_per_m: float = 0.0, base_per_m: float = 0.0
 ) -> NDArray:
-    """Sneddon's sphere at E* = 1, zero before contact, (n,) [N/Pa].
+    """Sneddon's sphere, F = (a^2 + R^2)/2 ln((R + a)/(R - a)) - a R, d = a/2 ln((R + a)/(R - a)).
 
-    F = (a^2 + R^2)/2 ln((R + a)/(R - a)) - a R and d = a/2 ln((R + a)/(R - a)); with
-    a = R tanh t the depth is d = R t tanh t. The gap of an object of curvature k grows by k r^2/2
-    more, which by the same solution adds k a^2 to the depth and 4/3 k a^3 to the force; a round
-    base adds its own depth by Hertz. Small strain, frictionless; depth may exceed the radius.
+    With a = R tanh t the depth is d = R t tanh t. The gap of an object of curvature k grows by
+    k r^2/2 more, which by the same solution adds k a^2 to the depth and 4/3 k a^3 to the force; a
+    round base adds its own depth by Hertz. Small strain; depth may exceed the radius.
     """
     depth = np.maximum(np.asarray(depth_m, dtype=float), 0) / radius_m
-    over_hertz = _sneddon_over_hertz(radius_m * curvature_per_m, radius_m * foot_curvature_per_m)
+    over_hertz = _sneddon_over_hertz(radius_m * object_per_m, radius_m * base_per_m)
     return radius_m**2 * over_hertz(depth) * depth**1.5
 
 
@@ -86,11 +78,23 @@ def _sneddon_over_hertz(curvature: float, foot: float) -> CubicSpline:
 
 
 def cone_force(depth_m: NDArray, half_angle_rad: float) -> NDArray:
-    """Sneddon's cone at E* = 1, F = 2/pi tan(alpha) d^2, zero before contact, (n,) [N/Pa].
-
-    ``half_angle_rad`` is that between the axis and the side.
-    """
+    """Sneddon's cone, F = 2/pi tan(alpha) d^2, alpha between the axis and the side."""
     return 2 / np.pi * np.tan(half_angle_rad) * np.maximum(depth_m, 0) ** 2
+
+
+def pyramid_force(depth_m: NDArray, half_angle_rad: float) -> NDArray:
+    """Four-sided pyramid at E* = 1, F = tan(alpha)/sqrt(2) d^2, alpha between axis and face.
+
+    As most programs of AFMs have it (F. Rico et al., Phys. Rev. E 72 (2005) 021914). An edge's
+    angle has sqrt(2) of that tangent. Boundary elements give 0.738 (tests/estimate): E* comes out
+    4 % too large; G. G. Bilodeau (J. Appl. Mech. 59 (1992) 519) has 0.7453.
+    """
+    return np.sqrt(0.5) * np.tan(half_angle_rad) * np.maximum(depth_m, 0) ** 2
+
+
+def flat_force(depth_m: NDArray, radius_m: float) -> NDArray:
+    """Cylindrical punch with a flat end, F = 2 a d, a its radius."""
+    return 2 * radius_m * np.maximum(depth_m, 0)
 
 
 def layer_factor(chi: NDArray, nu: float, support: str) -> NDArray:
@@ -99,26 +103,13 @@ def layer_factor(chi: NDArray, nu: float, support: str) -> NDArray:
     The rigid base adds to a point force's P/(pi E* r) the displacement
     P/(pi E* h) (alpha + beta (r/h)^2): a shift of the surface and a change of its curvature, so
     that the contact stays Hertz's. Expanded in chi = sqrt(R d)/h to the fourth power. Within 0.5 %
-    of axisymmetric finite elements (tests/estimate) to chi 0.4 and 3.5 % at 0.6; the printed series
-    (`printed_layer_factor`) is off by up to 3 % at chi 0.2, 6 % at 0.4 and 11 % at 0.6.
-
-    Parameters
-    ----------
-    chi : array
-        sqrt(R d)/h.
-    nu : float
-        Poisson's ratio.
-    support : {"half_space", "bonded", "not_bonded"}
-
-    Returns
-    -------
-    array
-        Of chi's shape, without unit.
+    of axisymmetric finite elements (tests/estimate) to chi 0.4 and 3.5 % at 0.6; Dimitriadis'
+    printed series is off by up to 3 % at chi 0.2, 6 % at 0.4 and 11 % at 0.6.
 
     Raises
     ------
     ValueError
-        If the support is none of these, or nu is no Poisson's ratio from 0 to 0.5.
+        If the support is none of `SUPPORTS`, or nu is no Poisson's ratio from 0 to 0.5.
     """
     if support == "half_space":
         return np.ones_like(chi)
@@ -142,30 +133,20 @@ def layer_moments(nu: float, support: str) -> tuple[float, float]:
     ValueError
         If the support is no layer's, or nu is no Poisson's ratio from 0 to 0.5.
     """
-    _check_layer(nu, support)
-    deficit = _bonded_deficit if support == "bonded" else _smooth_deficit
-    alpha = -quad(lambda s: deficit(s, nu), 0, TRANSFORM_END, epsabs=1e-12)[0]
-    beta = quad(lambda s: deficit(s, nu) * s**2 / 4, 0, TRANSFORM_END, epsabs=1e-12)[0]
+    if support not in LAYERS:
+        raise ValueError(f"support: expected one of {', '.join(SUPPORTS)}, found {support}")
+    check_ratio(nu)
+    kappa = 3 - 4 * nu
+
+    def deficit(s: float) -> float:
+        if support == "bonded":
+            bottom = 2 * kappa * np.cosh(2 * s) + 1 + kappa**2 + 4 * s**2
+            return 1 - (2 * kappa * np.sinh(2 * s) - 4 * s) / bottom
+        return 1 - (np.cosh(2 * s) - 1) / (np.sinh(2 * s) + 2 * s) if s > 0 else 1.0
+
+    alpha = -quad(deficit, 0, TRANSFORM_END, epsabs=1e-12)[0]
+    beta = quad(lambda s: deficit(s) * s**2 / 4, 0, TRANSFORM_END, epsabs=1e-12)[0]
     return alpha, beta
-
-
-def printed_layer_factor(chi: NDArray, nu: float, support: str) -> NDArray:
-    """Dimitriadis' series as printed, for comparison (their Eq. 7 to 12); as `layer_factor`.
-
-    Its last term has the opposite sign of the printed numbers at nu 0.5, bonded (0.0975).
-    """
-    if support == "half_space":
-        return np.ones_like(chi)
-    _check_layer(nu, support)
-    if support == "bonded":
-        a = -(1.2876 - 1.4678 * nu + 1.3442 * nu**2) / (1 - nu)
-        b = (0.6387 - 1.0277 * nu + 1.5164 * nu**2) / (1 - nu)
-    else:
-        a, b = -0.347 * (3 - 2 * nu) / (1 - nu), 0.056 * (5 - 2 * nu) / (1 - nu)
-    third = -8 / np.pi**3 * (a**3 + 4 * np.pi**2 * b / 15)
-    fourth = 16 * a / np.pi**4 * (a**3 + 3 * np.pi**2 * b / 5)
-    series = (1, -2 * a / np.pi, 4 * a**2 / np.pi**2, third, fourth)
-    return np.polynomial.polynomial.polyval(chi, series)
 
 
 def contact_law(
@@ -175,11 +156,10 @@ def contact_law(
     radius_m: float,
     thickness_m: float,
     nu: float,
-    series: str = "consistent",
     curvature_per_m: float = 0.0,
     foot_curvature_per_m: float = 0.0,
 ) -> Law:
-    """Force over depth at E* = 1 of one model.
+    """Force over depth at E* = 1 of a sphere: takes depths (n,) [m], gives forces (n,) [N/Pa].
 
     The layer's factor is a paraboloid's; that of Sneddon's sphere is taken to be the same.
 
@@ -187,31 +167,18 @@ def contact_law(
     ----------
     indenter : {"parabola", "sneddon"}
     support : {"half_space", "bonded", "not_bonded", "round_foot"}
-    radius_m, thickness_m : float
-    nu : float
-        Poisson's ratio; the half-space does not need it.
-    series : {"consistent", "printed"}
-        `layer_factor` or `printed_layer_factor`.
-    curvature_per_m : float
-        Of the object at the contact, negative where it is hollow [1/m].
-    foot_curvature_per_m : float
-        Of the base of *round_foot*, on a plane [1/m].
-
-    Returns
-    -------
-    callable
-        Takes depths (n,) [m], gives forces per reduced modulus (n,) [N/Pa].
+    radius_m, thickness_m, nu : float
+        Of the sphere, and of a layer with its Poisson's ratio.
+    curvature_per_m, foot_curvature_per_m : float
+        Of the object at the contact, negative where it is hollow, and at its round base [1/m].
 
     Raises
     ------
     ValueError
-        If the indenter or the series is none of these.
+        If the indenter is none of these.
     """
     if indenter not in INDENTERS:
         raise ValueError(f"indenter: expected one of {', '.join(INDENTERS)}, found {indenter}")
-    if series not in ("consistent", "printed"):
-        raise ValueError(f"series: expected consistent or printed, found {series}")
-    factor = layer_factor if series == "consistent" else printed_layer_factor
     force = parabola_force if indenter == "parabola" else sneddon_force
     if support == FOOT:
         return lambda depth_m: force(depth_m, radius_m, curvature_per_m, foot_curvature_per_m)
@@ -219,7 +186,7 @@ def contact_law(
     def law(depth_m: NDArray) -> NDArray:
         bend = 1 / radius_m + curvature_per_m
         chi = np.sqrt(np.maximum(depth_m, 0) / bend) / thickness_m
-        return force(depth_m, radius_m, curvature_per_m) * factor(chi, nu, support)
+        return force(depth_m, radius_m, curvature_per_m) * layer_factor(chi, nu, support)
 
     return law
 
@@ -230,19 +197,7 @@ def finite_strain_factor(depth_over_radius: NDArray, nu: float) -> NDArray:
     Small strain takes the surface under the sphere to move straight down. At a small Poisson's
     ratio it moves inward too, which stiffens the contact from the first; at a large one large
     strain softens it. Computed for a flat bonded block 7.6 radii thick far from its sides; other
-    laws of finite strain and curved surfaces differ.
-
-    Parameters
-    ----------
-    depth_over_radius : array
-        Depth over the sphere's radius; no contact below 0.
-    nu : float
-        Poisson's ratio.
-
-    Returns
-    -------
-    array
-        Of the same shape, 1 at depth 0.
+    laws of finite strain and curved surfaces differ. It is 1 at depth 0 and below.
 
     Raises
     ------
@@ -258,21 +213,3 @@ def check_ratio(nu: float, name: str = "nu") -> None:
     """Reject what is no Poisson's ratio from 0 to 0.5, by a `ValueError` with a name."""
     if not 0 <= nu <= 0.5:
         raise ValueError(f"{name}: expected a Poisson's ratio from 0 to 0.5, found {nu:g}")
-
-
-def _check_layer(nu: float, support: str) -> None:
-    if support not in LAYERS:
-        raise ValueError(f"support: expected one of {', '.join(SUPPORTS)}, found {support}")
-    check_ratio(nu)
-
-
-def _bonded_deficit(s: float, nu: float) -> float:
-    kappa = 3 - 4 * nu
-    bottom = 2 * kappa * np.cosh(2 * s) + 1 + kappa**2 + 4 * s**2
-    return 1 - (2 * kappa * np.sinh(2 * s) - 4 * s) / bottom
-
-
-def _smooth_deficit(s: float, _nu: float) -> float:
-    if s == 0:
-        return 1.0
-    return 1 - (np.cosh(2 * s) - 1) / (np.sinh(2 * s) + 2 * s)

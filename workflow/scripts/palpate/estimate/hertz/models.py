@@ -5,6 +5,7 @@ Which model is recommended follows from the geometry and from what of the indent
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 
 import numpy as np
 from scipy.special import ndtri
@@ -13,10 +14,8 @@ from palpate.estimate.direct.options import Rig
 from palpate.estimate.hertz.fit import (
     LEVEL,
     ContactFit,
-    KnownContactFit,
     fit_free_contact,
     fit_known_contact,
-    fit_study,
 )
 from palpate.estimate.hertz.indentation import SHALLOW, Indentation
 from palpate.estimate.hertz.laws import (
@@ -26,6 +25,7 @@ from palpate.estimate.hertz.laws import (
     contact_law,
     finite_strain_factor,
     layer_factor,
+    parabola_force,
 )
 from palpate.estimate.hertz.options import Hertz
 from palpate.estimate.hertz.relaxation import (
@@ -89,7 +89,9 @@ def estimate_hertz(
     if not indentation.allows_relaxation:
         best["doubts"].append("too few samples to allow for relaxation and finite strain")
     used, radius = indentation.loading, indentation.radius_m
-    study = fit_study(indentation.depth_m[used], indentation.magnitude_n[used], radius)
+    depth, force = indentation.depth_m[used], indentation.magnitude_n[used]
+    paraboloid = partial(parabola_force, radius_m=radius)
+    study = vars(fit_known_contact(depth, force, paraboloid, depth_std_m=0.0))
     flat = replace(indentation, shape=replace(indentation.shape, curvature_per_m=0.0))
     return {
         "radius_m": radius,
@@ -98,7 +100,7 @@ def estimate_hertz(
         "shape": asdict(indentation.shape),
         "depth_over_radius": indentation.depth_over_radius,
         "chi": indentation.chi,
-        "study": asdict(study),
+        "study": {name: study[name] for name in ("reduced_modulus_pa", "rms_n")},
         "free_contact": asdict(fit_model(flat, options, **OF_STUDY | {"contact": "free"})),
         "assumed_poisson_ratio": options.assumed_poisson_ratio,
         "models": models,
@@ -133,7 +135,7 @@ def fit_models(indentation: Indentation, options: Hertz) -> Iterator[dict]:
 
 def fit_model(
     indentation: Indentation, options: Hertz, *, indenter: str, support: str, contact: str
-) -> ContactFit | KnownContactFit:
+) -> ContactFit:
     """Fit one model, with the contact point ``known``, ``free`` or ``weighted``."""
     law = _law(indentation, options, indenter, support, options.assumed_poisson_ratio)
     std = indentation.contact_std_m
@@ -226,7 +228,6 @@ def _law(indentation: Indentation, options: Hertz, indenter: str, support: str, 
         radius_m=indentation.radius_m,
         thickness_m=indentation.thickness_m,
         nu=nu,
-        series=options.layer_series,
         curvature_per_m=indentation.shape.curvature_per_m,
         foot_curvature_per_m=indentation.shape.foot_curvature_per_m,
     )

@@ -36,7 +36,4 @@ class Hertz(Model):
     assumed_poisson_ratio: float = option(
         0.33, "of layers; Gibson and Ashby's for foams, and 0 to 0.499 beside it", ge=0, le=0.5
     )
-    layer_series: Literal["consistent", "printed"] = option(
-        "consistent", "printed: Dimitriadis 2002, up to 3 % off at chi 0.2 and 11 % at 0.6"
-    )
     relaxation: Beliefs = option(Beliefs(), "what is held likely of it")
