@@ -16,7 +16,7 @@ from palpate import direct
 from palpate.estimate.direct.estimate import estimate_direct
 from palpate.estimate.direct.indentation import SHARED, Parameters
 from palpate.estimate.direct.quantities import NAMES, quantities_of
-from palpate.estimate.direct.result import regions_of, youngs_after
+from palpate.estimate.direct.result import regions_of
 from palpate.estimate.relaxation import relaxed_share
 
 TRUTH = {
@@ -159,14 +159,6 @@ def test_regions_add_up_and_are_those_of_the_covariance(found):
     # Indentation depths determine E at each nu, not both.
     least, most = np.linalg.eigvalsh(regions["force"])
     assert 0 <= least < 1e-3 * most
-
-
-def test_e_after_a_second_is_that_of_the_moduli(found):
-    again, stated = youngs_after(found, 1.0), found.moduli["youngs_modulus_1s_pa"]
-    assert again.value == pytest.approx(stated.value)
-    for end, other in ((again.low, stated.low), (again.high, stated.high)):
-        assert np.log(end / again.value) == pytest.approx(np.log(other / stated.value), rel=0.05)
-    assert youngs_after(found, 10.0).value < again.value < found.moduli["youngs_modulus_pa"].value
 
 
 def test_poisson_s_ratio_ends_with_the_table():

@@ -52,7 +52,7 @@ MODULI = {
     "youngs_modulus_1s_pa": 35e3,
     "poisson_ratio": 0.38,
 }
-FURTHER = {"youngs_modulus_10s_pa": 34e3, "shear_modulus_pa": 14e3, "bulk_modulus_pa": 53e3}
+FURTHER = {"shear_modulus_pa": 14e3, "bulk_modulus_pa": 53e3}
 FIT = {
     "samples": {"force_n": [0.0, 2.1, 2.0], "depth_m": [-0.001, 0.0046, 0.0045]},
     "radius_m": 0.006,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, norm
 
 from palpate.estimate.direct.quantities import ONE_SECOND_S
-from palpate.estimate.direct.result import LATER_S, CaptureFit, load_fitted
+from palpate.estimate.direct.result import CaptureFit, load_fitted
 from palpate.estimate.relaxation import relaxed_share
 from palpate.json_fields import read_all
 from palpate.modulus import CONFIDENCE
@@ -213,7 +213,7 @@ def _law(axes: Axes, law: Mapping) -> None:
 
 
 def _relaxing(axes: Axes, found: Mapping, end_s: float) -> None:
-    """What is left of E a time after a step, with the intervals at once, after 1 s and 10 s.
+    """What is left of E a time after a step, with the intervals at once and after 1 s.
 
     Dashed, and hollow, is what is later than the captures.
     """
@@ -224,7 +224,7 @@ def _relaxing(axes: Axes, found: Mapping, end_s: float) -> None:
     left = KILOPASCALS * found["youngs_modulus_pa"]["value"] * (1 - lost)
     for part, line in ((time <= end_s, "-"), (time >= end_s, "--")):
         axes.plot(time[part], left[part], line, color=BLUE)
-    told = {FROM_S: "", ONE_SECOND_S: "_1s", LATER_S: "_10s"}
+    told = {FROM_S: "", ONE_SECOND_S: "_1s"}
     for at, end in told.items():
         one = found[f"youngs_modulus{end}_pa"]
         low, value, high = (KILOPASCALS * one[name] for name in ("low", "value", "high"))

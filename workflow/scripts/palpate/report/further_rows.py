@@ -5,22 +5,17 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from palpate.estimate.direct.quantities import ONE_SECOND_S
-from palpate.estimate.direct.result import LATER_S
 from palpate.modulus import Modulus
 from palpate.report.held import Held
 from palpate.report.own_words import WORDS
 from palpate.units import MILLIMETRES
 
 FURTHER = {
-    "youngs_modulus_10s_pa": (
-        "E after 10 s",
-        "what is left of it after ten seconds",
-    ),
     "shear_modulus_pa": ("G", "E/(2 (1 + nu)): against shear"),
     "bulk_modulus_pa": ("K", "E/(3 (1 - 2 nu)): against squeezing from all sides"),
 }
-# Times after a step that these are of [s].
-AFTER_S = {"youngs_modulus_1s_pa": ONE_SECOND_S, "youngs_modulus_10s_pa": LATER_S}
+# Time after a step that this is of [s].
+AFTER_S = {"youngs_modulus_1s_pa": ONE_SECOND_S}
 
 
 def further(direct: Mapping, ends_s: float) -> Iterator[dict[str, str]]:

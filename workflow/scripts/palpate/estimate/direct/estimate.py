@@ -127,7 +127,9 @@ def estimate_direct(
     ValueError
         If the tables have no Poisson's ratio in common.
     """
-    best = _best_of_starts(indentations, _within_tables(indentations, options))
+    options = _within_tables(indentations, options)
+    starts = [_start(indentations[0], nu, options) for nu in START_POISSON_RATIOS]
+    best = fit_direct(indentations, options, *starts)
     quantities = quantities_of(best, radius_m=radius_m)
     budget = budget_of(best, quantities, known, radius_m=radius_m)
     moduli = intervals(best, quantities, budget)
@@ -149,19 +151,6 @@ def _within_tables(indentations: Sequence[DirectIndentation], options: Fit) -> F
     if known is not None and not low <= known <= high:
         raise ValueError(f"poisson_ratio: expected {low:g} to {high:g}, found {known:g}")
     return options.changed(poisson_ratio_bounds=(float(low), float(high)))
-
-
-def _best_of_starts(indentations: Sequence[DirectIndentation], options: Fit) -> Solution:
-    """Least cost from starts over the range of Poisson's ratios."""
-    starts = [_start(indentations[0], nu, options) for nu in START_POISSON_RATIOS]
-    found = [fit_direct(indentations, options, start) for start in starts]
-    first = min(found, key=lambda solution: solution.cost)
-    # Costs of fits with scales of their own can't be compared.
-    again = [
-        fit_direct(first.indentations, options, solution.parameters[0], scales=first.scales)
-        for solution in found
-    ]
-    return min(again, key=lambda solution: solution.cost)
 
 
 def _start(indentation: DirectIndentation, nu: float, options: Fit) -> Parameters:

@@ -81,7 +81,7 @@ class Solution:
     parameters : tuple of Parameters
         Of each capture; moduli, laws, gain and fractions are the same in all.
     cost : float
-        Twice the negative logarithm of the posterior density, up to a constant.
+        Twice the negative logarithm of the posterior density, but for what deviations add.
     scales : tuple of Scales
         Of each capture.
     blocks : tuple of Blocks
@@ -138,9 +138,7 @@ class Solution:
 def fit_direct(
     indentations: Sequence[DirectIndentation],
     options: Fit,
-    start: Parameters,
-    *,
-    scales: Sequence[Scales] | None = None,
+    *starts: Parameters,
 ) -> Solution:
     """Minimise over the moduli, the law and the nuisances of all captures.
 
@@ -148,25 +146,23 @@ def fit_direct(
     ----------
     indentations : sequence of DirectIndentation
     options : Fit
-    start : Parameters
-        Where all captures start.
-    scales : sequence of Scales, optional
-        Kept as they are, with all deviations; found from the residuals by default.
+    *starts : Parameters
+        Where all captures start; with deviations as stated the one of least cost goes on.
     """
-    joint = _Joint(indentations, options)
-    vector = np.clip(_joined([start] * len(indentations)), joint.low, joint.high)
-    if scales is None:
-        scales = (Scales(),) * len(indentations)
-        joint = joint.with_deviations(vector, first=True)
-        for _ in range(ROUNDS):
-            vector, _ = joint.minimise(vector, scales)
-            joint = joint.with_deviations(vector)
-            lines = joint.linearised(vector)
-            scales = tuple(map(scales_of, joint.indentations, lines))
-    vector, converged = joint.minimise(vector, scales)
-    cost = joint.cost(vector, scales) + joint.log_determinant(scales)
-    found = joint.split(vector), cost, tuple(scales), joint.blocks_at(vector, scales)
-    return Solution(*found, joint.indentations, options, converged)
+    joint, scales = _Joint(indentations, options), (Scales(),) * len(indentations)
+    vectors = [
+        np.clip(_joined([start] * len(indentations)), joint.low, joint.high) for start in starts
+    ]
+    joint = joint.with_deviations(vectors[0], first=True)
+    found = [joint.minimise(vector, scales)[0] for vector in vectors]
+    vector = min(found, key=lambda vector: joint.cost(vector, scales))
+    for _ in range(ROUNDS):
+        joint = joint.with_deviations(vector)
+        scales = tuple(map(scales_of, joint.indentations, joint.linearised(vector)))
+        vector, converged = joint.minimise(vector, scales)
+    found = joint.split(vector), joint.cost(vector, scales), scales
+    blocks = joint.blocks_at(vector, scales)
+    return Solution(*found, blocks, joint.indentations, options, converged)
 
 
 class _Joint:
@@ -239,15 +235,6 @@ class _Joint:
             soft = np.sqrt(1 + (gaps.motion / (ROBUST * scale.motion)) ** 2) - 1
             total += float((gaps.depth**2).sum())
             total += 2 * ROBUST**2 * float(soft.sum()) / scale.sharing
-        return total
-
-    def log_determinant(self, scales: Sequence[Scales]) -> float:
-        """What the cost lacks where deviations differ."""
-        total = 0.0
-        for one, scale in zip(self.indentations, scales, strict=True):
-            total += 2 * float(np.log(np.diag(one.depth_root_m)).sum())
-            stds = one.moved_std_m[one.seen] * scale.motion
-            total += 2 * float(np.log(stds).sum()) / scale.sharing
         return total
 
 

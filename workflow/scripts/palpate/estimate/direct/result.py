@@ -1,7 +1,7 @@
 """What an estimate says in files: direct.json, and what it makes of its captures."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,21 +13,17 @@ from palpate.estimate.direct.fit import Solution
 from palpate.estimate.direct.indentation import (
     FORCE_LAW,
     MOTION_LAW,
-    SHARED,
     DirectIndentation,
     Parameters,
     residuals,
 )
 from palpate.estimate.direct.prior import FREE
 from palpate.estimate.direct.quantities import NAMES, ONE_SECOND_S
-from palpate.estimate.relaxation import relaxed_share
-from palpate.modulus import IDENTIFIED, Modulus
 from palpate.npz import read_arrays
 
 if TYPE_CHECKING:
     from palpate.estimate.direct.estimate import DirectEstimate
 
-YOUNG, LATER_S = "youngs_modulus_pa", 10.0
 # By what of the captures is taken.
 REGIONS = {"force": ("depth",), "surface": ("motion",), "both": ("depth", "motion")}
 CAPTURES = "captures"
@@ -143,7 +139,6 @@ def described(found: "DirectEstimate") -> dict:
         "frames": [len(indentation.frames) for indentation in indentations],
         "frames_beyond_lookup": [indentation.frames_beyond for indentation in indentations],
         **moduli,
-        "youngs_modulus_10s_pa": asdict(youngs_after(found, LATER_S)),
         **described_law(found),
         "regions": {name: one.tolist() for name, one in regions_of(best).items()},
         "relaxation": {"times_s": list(times), "fractions": first.fractions.tolist()},
@@ -211,24 +206,6 @@ def _summed(indentation: DirectIndentation, scales: Scales) -> dict:
         "depth_scale": depth_std_m / indentation.tip_std_m,
         "largest_depth_m": float(indentation.depth_m.max()),
     }
-
-
-def youngs_after(found: "DirectEstimate", after_s: float) -> Modulus:
-    """E that is left a time after a step, with its interval.
-
-    As that of E at once, wider by what the relaxing shares add to its deviation; it is no better
-    known than E at once is.
-    """
-    now, best, p = found.moduli[YOUNG], found.solution, found.solution.parameters[0]
-    left = 1 - float(relaxed_share(after_s, fractions=p.fractions, times_s=p.times_s))
-    slope = found.quantities.slopes[NAMES.index(YOUNG)]
-    later = slope.copy()
-    later[SHARED : SHARED + len(p.times_s)] += np.expm1(-after_s / p.times_s) / left
-    more = later @ best.covariance @ later - slope @ best.covariance @ slope
-    part = np.sqrt(max(1 + more / found.budget.std[NAMES.index(YOUNG)] ** 2, 0.0))
-    low, high = (left * now.value * float((end / now.value) ** part) for end in (now.low, now.high))
-    later = Modulus.of_pascals(left * now.value, low, high)
-    return later if now.verdict == IDENTIFIED else replace(later, verdict=now.verdict)
 
 
 def regions_of(best: Solution) -> dict[str, NDArray]:
