@@ -206,6 +206,16 @@ def test_what_is_no_capture_is_said_before_the_work(lab, given, monkeypatch, cap
     assert re.fullmatch(f"error: .*{WRONG[given]}.*\n", said.err), said.err
 
 
+def test_an_unknown_option_is_said_before_the_work(root, tmp_path, monkeypatch, capsys):
+    from palpate.__main__ import main
+
+    monkeypatch.chdir(root)
+    (tmp_path / "mine.yaml").write_text("herz: {onset_force_n: 0.2}\n")
+    given = ["tests/sample/raw/foam_block/kinect/08", "--config", str(tmp_path / "mine.yaml")]
+    assert main(["direct", *given]) == 1
+    assert f"{tmp_path}/mine.yaml: herz: expected one of" in capsys.readouterr().err
+
+
 def test_a_table_without_rows_is_said(lab, monkeypatch, capsys):
     from palpate.__main__ import main
 

@@ -28,11 +28,18 @@ def in_bursts(times, count, within_s=0.0):
 
 
 @pytest.mark.parametrize("within_s", [0.0, 2e-6, 5e-5])
-@pytest.mark.parametrize("count", [2, 10, 50])
+@pytest.mark.parametrize("count", [2, 10, 50, 100, 200])
 def test_bursts_are_spread(count, within_s):
     found, size = sampled_s(in_bursts(REGULAR, count, within_s))
     assert found == pytest.approx(REGULAR, abs=1e-9)
     assert size == count
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_bursts_of_a_tenth_of_a_second_that_come_a_little_early_or_late(seed):
+    late = np.random.default_rng(seed).normal(0, 5e-4, len(REGULAR) // 100).repeat(100)
+    found, size = sampled_s(in_bursts(REGULAR, 100) + late)
+    assert size == 100 and np.abs(found - REGULAR).max() < 0.003
 
 
 def test_a_hole_stays_a_hole():

@@ -179,6 +179,13 @@ def test_an_own_objects_devices_are_found_from_other_folders(cow, lab, monkeypat
 
 
 @pytest.mark.long
+def test_devices_stand_where_the_configuration_says(cow, lab, capsys):
+    (lab / "bench").mkdir()
+    (lab / "config/sensors").rename(lab / "bench/cameras")
+    (lab / "config/config.yaml").write_text("paths: {sensors: bench/cameras}\n")
+    assert main(["check", "raw/toy_cow"]) == 0, capsys.readouterr().out
+
+
 def test_a_film_that_a_run_will_miss(cow, lab, capsys):
     path = lab / "config/probes/bench_probe.yaml"
     path.write_text(path.read_text() + "\ntip: calibration\n")

@@ -13,6 +13,7 @@ from palpate.config.sensor import SensorSpec
 from palpate.yaml_files import load_yaml
 
 MODELS = {"sensors": SensorSpec, "probes": ProbeSpec}
+CONFIG = Path("config/config.yaml")
 PLACES = {"sensors": Path("config/sensors"), "probes": Path("config/probes")}
 
 
@@ -48,7 +49,7 @@ def found_folder(name: str, given: Path | None, near: Path) -> Path | None:
     ----------
     name : {"sensors", "probes"}
     given : path, optional
-        The folder that was asked for.
+        The folder that was asked for; else ``paths`` of config/config.yaml, or `PLACES`.
     near : path
         An object's folder or a capture's, from which the search goes up; then from here.
 
@@ -61,9 +62,17 @@ def found_folder(name: str, given: Path | None, near: Path) -> Path | None:
         return given
     for start in map(Path, (os.path.abspath(near), os.getcwd())):
         for folder in (start, *start.parents):
-            if os.path.isdir(folder / PLACES[name]):
-                return Path(os.path.relpath(folder / PLACES[name]))
+            place = folder / _configured(folder).get(name, PLACES[name])
+            if os.path.isdir(place):
+                return Path(os.path.relpath(place))
     return None
+
+
+def _configured(folder: Path) -> Mapping[str, str]:
+    """Folders that a project's configuration names."""
+    content = load_yaml(folder / CONFIG) if (folder / CONFIG).is_file() else None
+    paths = content.get("paths") if isinstance(content, Mapping) else None
+    return paths if isinstance(paths, Mapping) else {}
 
 
 def device_folder(name: str, given: Path | None, near: Path) -> Path:

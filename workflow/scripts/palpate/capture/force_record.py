@@ -10,8 +10,9 @@ WRENCH_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 # Of a record in bursts, steps within a burst over the mean step, how many of all they are at least
 # (half of all where two samples come together), and so many bursts are no accident.
 WITHIN_BURST, LEAST_WITHIN, FEWEST_BURSTS = 0.2, 0.4, 5
-# No buffer is handed out less often than this; stretches farther apart were recorded apart [s].
-LONGEST_BURST_S = 0.1
+# No buffer is handed out less often than this (100 samples of 1 kHz take 0.1 s, give or take);
+# stretches farther apart were recorded apart [s].
+LONGEST_BURST_S = 0.25
 
 
 def force_columns(columns: Iterable, probe: Mapping | None = None) -> tuple[str, ...] | None:

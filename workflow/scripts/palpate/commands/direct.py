@@ -213,18 +213,26 @@ def _kept_tables(
         return
     # A run makes it anew where one of these has changed.
     sources = [capture.folder.parents[1] / "object.yaml", capture.template, project.config_file]
+    sources += _code_of_tables()
     path = folder / of_run
     if path.is_file() and all(path.stat().st_mtime >= one.stat().st_mtime for one in sources):
         yield path
 
 
+def _code_of_tables() -> list[Path]:
+    """Modules that make a table."""
+    from palpate import solid
+
+    return sorted(Path(solid.__file__).parent.glob("*.py"))
+
+
 def _table_name(one: "Measurement", model: Any, solid: Path | None) -> str:
-    """Name of a table that says all that it is made of: any change makes another."""
+    """Name of a table that says all that it is made of, the code too: any change makes another."""
     declared, point = one.capture.declared, one.capture.point
     of_object = {name: declared.get(name) for name in ("template", "support", "deepest_m")}
     made_of = [of_object, declared["points"][point], one.capture.radius_m, model.written()]
     digest = hashlib.sha256(json.dumps(made_of, sort_keys=True).encode())
-    for path in filter(None, (one.capture.template, solid)):
+    for path in filter(None, (one.capture.template, solid, *_code_of_tables())):
         digest.update(path.read_bytes())
     return f"indentation-{point}-{digest.hexdigest()[:8]}.npz"
 

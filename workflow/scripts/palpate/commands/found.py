@@ -9,11 +9,12 @@ from typing import Any
 from palpate.capture.calibrations import PARTS
 from palpate.capture.capture import Capture, open_capture
 from palpate.capture.check import check_twice
+from palpate.capture.devices import CONFIG
 from palpate.capture.discover import sensor_folders
 from palpate.capture.tables import FRAMES
 from palpate.yaml_files import load_yaml
 
-CONFIG, OBJECT = Path("config/config.yaml"), "object.yaml"
+OBJECT = "object.yaml"
 
 
 def captures_of(folders: Sequence[Path]) -> list[Path]:
@@ -88,10 +89,8 @@ class Project:
         from palpate.workflow.options import Config
 
         path = own or (self.folder and self.folder / CONFIG)
-        content = load_yaml(own) if own else self.content
-        known = set(Config.model_fields)
         try:
-            return Config.read({key: value for key, value in content.items() if key in known})
+            return Config.read(load_yaml(own) if own else self.content)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 

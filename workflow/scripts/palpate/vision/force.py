@@ -361,7 +361,7 @@ def _change_n(before: NDArray, after: NDArray) -> float:
 
 def _check_gauges(volts: NDArray, probe: Mapping, time_s: NDArray) -> None:
     if "gauge" not in probe:
-        raise ValueError(f"probe {probe['probe']}: gauge: expected a calibration, found none")
+        raise ValueError("probe's file: gauge: expected a calibration of the volts, found none")
     limit = SATURATION * probe["gauge"]["range_v"]
     for name, channel in zip(GAUGE_COLUMNS, volts.T, strict=True):
         if np.abs(channel).max() >= limit:
