@@ -142,7 +142,6 @@ def indentation_of(
     return DirectIndentation(
         time_s=time,
         force_n=force,
-        sideways_n=0.1 * force,
         tip_depth_m=depth,
         frames=used,
         frames_beyond=0,

@@ -254,7 +254,6 @@ def test_beside_the_point_of_a_ball_the_indentation_is_along_its_normal_there():
     assert found.frames.tolist() == list(range(6, 12))
     assert found.depth_m == pytest.approx(depth[6:], abs=3e-5)
     assert found.force_n[6:] == pytest.approx(force[6:], rel=1e-3)
-    assert found.sideways_n.max() < 0.02 * force.max()
     assert np.rad2deg(found.oblique_rad) < 1
     assert found.place_expected_m == pytest.approx([0, 0], abs=1e-4)
     # The table's samples are turned back with their normals.

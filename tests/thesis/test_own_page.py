@@ -250,7 +250,6 @@ def test_bars_add_up():
         ("clocks", 0.01, "s", "±10 ms"),
         ("curvature of the template", 2.0, "1/m", "±2 /m"),
         ("compliance of the probe", 2e-6, "m/N", "±2 µm/N"),
-        ("mass of the load", 0.005, "kg", "±0.005 kg"),
     ],
 )
 def test_a_source_is_known_to_so_much_of_what(name, std, unit, told):

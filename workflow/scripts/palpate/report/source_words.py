@@ -110,10 +110,6 @@ SOURCES = {
         "drift of the force sensor",
         "Let the force sensor warm up, and keep the recording short.",
     ),
-    "axes of the force sensor": Words(
-        "axes of the force sensor",
-        "Press straight along the declared direction, or calibrate the force sensor's axes.",
-    ),
     "radius of the sphere": Words(
         "radius of the tip",
         "Measure the tip with a caliper at several places.",
@@ -122,18 +118,9 @@ SOURCES = {
         "curvature of the scanned form",
         "Scan the object again, finer around the point that is pressed.",
     ),
-    "side of the board": Words(
-        "size of the probe's board",
-        "Measure the squares of the probe's board over its whole length.",
-        "% of its size",
-    ),
     "compliance of the probe": Words(
         "bending of the probe",
         "Press the probe against something hard to measure how it bends.",
-    ),
-    "mass of the load": Words(
-        "weight on the force sensor",
-        "Weigh what hangs on the force sensor, and turn the probe less in a press.",
     ),
     "indentation table: force": Words("finite elements: force", FINER, "% of E"),
     "indentation table: motion": Words("finite elements: surface's motion", FINER, "of nu"),

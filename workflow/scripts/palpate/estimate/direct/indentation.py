@@ -83,8 +83,8 @@ class DirectIndentation:
 
     Attributes
     ----------
-    time_s, force_n, sideways_n : (f,) arrays
-        Times of all frames [s], force along the indentation in them, and across it [N].
+    time_s, force_n : (f,) arrays
+        Times of all frames [s], and force along the indentation in them [N].
     tip_depth_m : (f,) array
         Way of the sphere since its first touch in all frames, negative before [m].
     frames : (k,) int array
@@ -124,8 +124,6 @@ class DirectIndentation:
     support_axes : SupportAxes
     table : SampleTable
         Of the indented point, brought to the contact, at the samples.
-    turned_m_s2 : (f,) array or float, optional
-        What a kilogram more on the force sensor adds to its force, by the probe's turn [m/s^2].
     tip_root_m : (3, 3) array, optional
         Root of the covariance of the tip's place in the target's frame, which captures share [m].
     tip_axes : (3, 3) array, optional
@@ -134,7 +132,6 @@ class DirectIndentation:
 
     time_s: NDArray
     force_n: NDArray
-    sideways_n: NDArray
     tip_depth_m: NDArray
     frames: NDArray
     frames_beyond: int
@@ -156,7 +153,6 @@ class DirectIndentation:
     cluster: NDArray
     support_axes: SupportAxes
     table: SampleTable
-    turned_m_s2: NDArray | float = 0.0
     tip_root_m: NDArray = field(default_factory=lambda: np.zeros((3, 3)))
     tip_axes: NDArray = field(default_factory=lambda: np.eye(3))
 

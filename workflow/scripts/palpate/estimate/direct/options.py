@@ -55,12 +55,10 @@ class Rig(Model):
     force_scale_std: NotNegative = option(0.01, "of the force sensor's scale")
     force_zero_std_n: NotNegative = option(0.003, "of what it reports unloaded")
     force_drift_std_n: NotNegative = option(0.01, "of that from a record's beginning to its end")
-    force_axes_std_rad: NotNegative = option(0.01, "of its axes, which a force across tells")
     radius_std_m: float = option(0.00002, "of the sphere's radius", ge=0, le=0.2)
     curvature_std_per_m: NotNegative = option(
         2.0, "of the template at the contact: 0.1 mm over 10 mm"
     )
-    board_scale_std: NotNegative = option(0.001, "of the side of the board's squares")
     compliance_std_m_n: NotNegative = option(
         2e-6, "of what the probe gives way by between board and tip, beside its file's"
     )

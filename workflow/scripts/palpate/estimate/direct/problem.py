@@ -22,7 +22,6 @@ from palpate.estimate.direct.rig import (
     TIP_PART,
     UNSTATED,
     ProbeUncertainty,
-    turned_gravity,
 )
 from palpate.estimate.direct.table import axes_across, sample_table
 from palpate.solid.indentation_table import IndentationModel
@@ -199,7 +198,6 @@ def direct_indentation(
     return DirectIndentation(
         time_s=record.time_s,
         force_n=contact.force_n,
-        sideways_n=np.linalg.norm(record.forces_n - np.outer(contact.force_n, direction), axis=1),
         tip_depth_m=contact.depth_m,
         frames=frames,
         frames_beyond=len(loaded) - len(frames),
@@ -222,7 +220,6 @@ def direct_indentation(
         cluster=np.zeros(len(cell), dtype=int),
         support_axes=SupportAxes.of(cell, normal, **given),
         table=sample_table(table, to_object(place, cell), normal @ place[:3, :3]),
-        turned_m_s2=turned_gravity(record.turns, support.up, direction),
         tip_root_m=tip_root,
         tip_axes=tip_axes,
     )
