@@ -220,6 +220,13 @@ def test_an_error_of_the_depth_that_all_samples_share_is_found():
         assert 0 < low < TRUTH < high < 2 * low
 
 
+def test_a_force_that_falls_with_the_depth_is_rejected():
+    ours = record()
+    given = {"times_s": relaxation_times(ours.time_s[ONSET:]), "beliefs": BELIEFS}
+    with pytest.raises(ValueError, match="force: expected one that grows with the depth"):
+        fit_relaxation(replace(ours, force_n=-ours.force_n), LAWS, **given)
+
+
 def test_both_moduli_hold_errors_of_rig_and_clock():
     ours = record(seed=13)
     *_, alone = estimated(ours)

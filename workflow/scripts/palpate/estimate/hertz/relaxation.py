@@ -181,6 +181,8 @@ class _Points:
         volume = np.linalg.slogdet(self.covariance)[1] / 2
         likelihood = volume - self.log_std - self.chi_square / (2 * max(excess, 1))
         likelihood[self.found[:, 0] <= 0] = -np.inf
+        if not np.isfinite(likelihood).any():
+            raise ValueError("force: expected one that grows with the depth, found another")
         without, with_it = (logsumexp(likelihood[of]) - np.log(of.sum()) for of in (none, ~none))
         prior = np.where(none, beliefs.none / none.sum(), (1 - beliefs.none) / (~none).sum())
         weights = prior * np.exp(likelihood - likelihood.max())
