@@ -8,13 +8,10 @@ import pandas as pd
 import pytest
 import trimesh
 import yaml
-from palpate.capture.images import write_image
 from palpate.capture.tables import write_table
-from palpate.estimate.direct.motion import load_motion
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.vision.clouds import Cloud, save_clouds
-from palpate.vision.foreground import save_masks
 from palpate.vision.probe import AXIS
 from settings import full
 from skfem import MeshTet
@@ -221,20 +218,8 @@ def test_eyes_are_where_the_calibration_has_them(files, execute, root, sensors):
     names = ("object.yaml", "template.ply", "alignment.json", "clouds.npz", "force.csv")
     inputs = {name.split(".")[0]: files.folder / name for name in names}
     inputs |= {"pose": files.folder / "probe_pose.csv"}
-    inputs |= {"capture": files.folder / "film", "mask": files.folder / "mask.npz"}
-    inputs["capture"].mkdir()
-    color, rng = sensor["color"], np.random.default_rng(2)
-    size = color["height_px"], color["width_px"]
-    films = [f"{k}.png" for k in range(len(heights))]
-    for film in films:
-        image = rng.integers(0, 255, size, dtype=np.uint8)
-        write_image(inputs["capture"] / film, image, color["encoding"])
-    columns = {"frame": range(len(films)), "time_s": poses["time_s"]}
-    columns |= {"color": films, "depth": films}
-    pd.DataFrame(columns).to_csv(inputs["capture"] / "frames.csv", index=False)
-    save_masks(inputs["mask"], np.zeros((len(films), *size), dtype=bool))
     params = {"probe": {"indenter": {"radius_m": RADIUS}}, "onset_force_n": 0.1}
-    params |= {"options": full(root)["direct"]["observation"] | {"pictures": True}}
+    params |= {"options": full(root)["direct"]["observation"]}
     made, output = [], {"motion": "motion.npz"}
     for spec, more in ((sensor, {}), (stated, {}), (stated, {"optics": optics})):
         with_sensor = params | {"sensor": spec}
@@ -243,8 +228,3 @@ def test_eyes_are_where_the_calibration_has_them(files, execute, root, sensors):
         made.append((files.folder / "motion.npz").read_bytes())
     assert made[1] != made[0]
     assert made[2] == made[0]
-    ways = [load_motion(files.folder / "motion.npz").across_m.shape[1]]
-    with_sensor["options"] |= {"pictures": False}
-    assert execute("surface_motion", inputs=inputs, outputs=output, params=with_sensor) is None
-    ways.append(load_motion(files.folder / "motion.npz").across_m.shape[1])
-    assert ways == [2, 0]
