@@ -196,6 +196,12 @@ def test_indenters_and_bases_as_options(tmp_path, capsys):
     assert unbonded["support"] == "not_bonded"
 
 
+def test_an_unbonded_base_alone_asks_for_the_layers_option(tmp_path, capsys):
+    np.savetxt(path := tmp_path / "a.csv", np.column_stack(punched()), delimiter=",")
+    assert main(["hertz", str(path), "--radius-mm", "5", "--base", "not_bonded"]) == 1
+    assert "error: --base: expected with --thickness-mm, of a layer" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     "given", [["hertz", "a.csv", "--radius", "6"], ["hertz", "a.csv", "--basel"], ["--vers"]]
 )

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
@@ -109,9 +110,10 @@ def _check_numbers(options: argparse.Namespace) -> None:
 
 
 def _as_option(line: str) -> str:
-    """A line about a part of the setup as one about the option that says it."""
-    name, _, rest = line.partition(": ")
-    return f"{OPTIONS[name]}: {rest}" if name in OPTIONS else line
+    """A line about parts of the setup as one about the options that say them."""
+    name, colon, rest = line.partition(": ")
+    rest = re.sub(r"\w+_\w+", lambda word: OPTIONS.get(word[0], word[0]), rest)
+    return f"{OPTIONS.get(name, name)}{colon}{rest}"
 
 
 def _fitted(path: str, setup: Any, options: argparse.Namespace) -> tuple["Curve", "HertzFit"]:
