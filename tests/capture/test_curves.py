@@ -14,6 +14,7 @@ from palpate import hertz
 from palpate.__main__ import main
 from palpate.capture.check import check_object
 from palpate.capture.curves.curve import read_curve
+from palpate.capture.curves.export import read_export
 from palpate.examine import examine_object
 from scipy.signal import lfilter
 
@@ -132,7 +133,7 @@ def test_what_was_chosen_and_what_it_hangs_on_is_said(tmp_path, capsys):
     assert "sneddon, since the indentation is 0.201 radii deep (above 0.1)" in text
     assert "baseline fitted, since 80 samples lie before the contact" in text
     assert re.search(r"contact at 0\.3\d+ \+- [\d.]+ mm, 1 mm deep; fair fit, res", text)
-    assert re.search(r"hangs on this: by parabola E\* would be [\d.]+ kPa \(-\d", text)
+    assert re.search(r"depends on: by parabola E\* would be [\d.]+ kPa \(-\d", text)
 
 
 def test_radii_of_bodies_go_together(tmp_path, capsys):
@@ -235,6 +236,42 @@ def test_what_gives_way_before_the_tip_is_taken_off(tmp_path, capsys):
     assert any(line.startswith("Piezo is the way of the drive") for line in found["doubts"])
     found = told(path, capsys, *law, "--stiffness-n-m", f"{stiffness:g}")
     assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.01)
+    assert not any("drive" in line for line in found["doubts"])
+    assert "force over 60 N/m taken off the depth" in found["read"]
+
+
+@pytest.mark.parametrize("name", ["Indentation", "tipPosition", "Tip z", "separation"])
+def test_nothing_is_taken_off_the_tips_own_depth(name, tmp_path, capsys):
+    depth, force = press()
+    path = written_columns(tmp_path, f"{name} (mm),Force (N)", 1e3 * depth, force)
+    found = told(path, capsys, "--indenter", "parabola", "--stiffness-n-m", "60")
+    assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.01)
+    assert f"{name} is the tip's own depth" in found["doubts"][0]
+
+
+def test_what_the_file_states_otherwise_is_said(tmp_path, capsys):
+    depth, force = press()
+    head = "Tip radius (um)\t4000\nSpring Constant: 60 N/m\nPiezo (mm)\tForce (N)"
+    rows = [f"{1e3 * (d + f / 60):.9g}\t{f:.9g}" for d, f in zip(depth, force, strict=True)]
+    (path := tmp_path / "curve.txt").write_text("\n".join([head, *rows]))
+    found = told(path, capsys, "--stiffness-n-m", "60")
+    assert found["doubts"][0] == "the file states radius_m 0.004, where 0.005 was given"
+    assert not any("stiffness" in line for line in found["doubts"])
+
+
+@pytest.mark.parametrize("other", ["Contact Depth", "Plastic depth", "Max Displacement"])
+def test_a_nanoindenters_contact_depth_is_not_the_indentations(other, tmp_path):
+    depth, force = press()
+    header = f"Displacement Into Surface (mm),Load (N),{other} (mm)"
+    curve = read_curve(written_columns(tmp_path, header, 1e3 * depth, force, 700 * depth))
+    assert "depth in mm (Displacement Into Surface)" in curve.read
+
+
+def test_meganewtons_are_no_millinewtons(tmp_path):
+    depth, force = press()
+    for unit, newtons in (("MN", 1e6), ("mN", 1e-3), ("KN", 1e3), ("UN", 1e-6)):
+        path = written_columns(tmp_path, f"depth [mm],F [{unit}]", 1e3 * depth, force)
+        assert read_curve(path).force_n.max() == pytest.approx(newtons * force.max())
 
 
 @pytest.mark.parametrize("power", [0.5, 0.9, 1.0])
@@ -318,7 +355,11 @@ MISREAD = {
     "Stiffness N/mm,Force (N)": "expected one column of depth",
     "Torque N m,Force (N)": "expected one column of depth",
     "Time (m),Force (N)": "expected one column of depth",
-    "Displacement (mm),Force (V)": r"Force \(V\): expected a unit of force, found V \(another col",
+    "Displacement (mm),Force (V)": r"Force \(V\): expected a unit of force, found V \(force = defl",
+    "Displacement (mm),Force (kPa)": r"found kPa \(another column",
+    "z_mm,F_n,F_t": "F_n: expected a unit of force, found none .say --force-unit",
+    "z_mm,force_n,force_t": "columns: expected one column of force, found force_n, force_t",
+    "depth_in,force_N": "depth_in: expected a unit of depth, found none .say --depth-unit",
     "Displacement rate (mm),Force (N)": "expected one column of depth",
 }
 
@@ -331,13 +372,34 @@ def test_a_unit_alone_makes_no_column(header, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    "rows", ['250,"1,234"\n260,"1,300"\n270,"1,400"\n', "0.1;999.5\n0.2;1,234.5\n0.3;1,400.25\n"]
+    ("rows", "last"),
+    [
+        ('"0.1","999.50"\n"0.2","1,234.50"\n"0.3","12,400.25"\n', 12400.25),
+        ("0.1;999.5\n0.2;1,234.5\n0.3;1,400.25\n", 1400.25),
+        ("0,1;999,5\n0,2;1.234,5\n0,3;1.234.400,25\n", 1234400.25),
+        ('250,"1,234"\n260,"1,300"\n270,"1,400"\n', None),
+    ],
 )
-def test_thousands_are_never_guessed(rows, tmp_path, capsys):
+def test_thousands_are_never_guessed(rows, last, tmp_path, capsys):
+    """A sign before three digits and another sign after them can be nothing else."""
     path = tmp_path / "curve.csv"
     mark = ";" if ";" in rows else ","
     path.write_text(f"Depth (um){mark}Force (mN)\n" + rows * 4)
-    assert "expected numbers without separators of thousands" in refused(path, capsys)
+    if last is None:
+        assert "expected numbers without separators of thousands" in refused(path, capsys)
+    else:
+        assert read_export(path).values[-1, 1] == last
+
+
+def test_a_preamble_with_commas_hides_no_table(tmp_path):
+    depth, force = press()
+    rows = [
+        f"{1e3 * d:.3f};{f:.3f};0,0".replace(".", ",") for d, f in zip(depth, force, strict=True)
+    ]
+    path = tmp_path / "curve.csv"
+    lines = [*["12,3,1,2024"] * 3, "Weg (mm);Kraft (N);Zeit (s)", *rows]
+    path.write_text("\n".join(lines) + "\n")
+    assert "; as delimiter, decimal commas, 3 lines of preamble" in read_curve(path).read
 
 
 def test_points_that_may_be_of_thousands_are_doubted(tmp_path):

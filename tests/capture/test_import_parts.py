@@ -4,8 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from bag_writing import Messages
-from palpate.capture.importing.lens import five_coefficients
-from palpate.capture.importing.optics import chained, matrix
+from palpate.capture.importing.optics import chained, coefficients, matrix
 from palpate.capture.importing.pairing import paired
 from palpate.capture.importing.pixels import Form, counted, file_form, form_of
 
@@ -54,7 +53,7 @@ def test_transforms_go_through_the_tree():
 def test_inverse_lens_of_a_realsense():
     """The SDK takes rays to the image with its five, all but as OpenCV does with the same."""
     stated = np.array([-0.0567, 0.0665, 0.0006, 0.0002, -0.0214])
-    found = five_coefficients("Inverse Brown Conrady", stated, K, FORM)
+    found = coefficients("Inverse Brown Conrady", stated)
     assert found == stated.tolist()
     x, y = np.random.default_rng(1).uniform(-0.5, 0.5, (2, 50))
     k1, k2, p1, p2, k3 = stated
@@ -70,15 +69,15 @@ def test_inverse_lens_of_a_realsense():
     np.testing.assert_allclose(pixels.reshape(-1, 2), expected, rtol=0, atol=0.05)
 
 
-def test_lenses_that_five_coefficients_can_not_follow():
-    wild = np.array([0.0757, -2.48, 0.0007, -0.0002, 1.454, -0.045, -2.296, 1.379])
+def test_lenses_are_kept_as_opencv_has_them():
+    rational = [0.0757, -2.48, 0.0007, -0.0002, 1.454, -0.045, -2.296, 1.379]
+    assert coefficients("rational_polynomial", rational) == rational
+    assert coefficients("plumb_bob", rational[:4]) == [*rational[:4], 0.0]
+    assert coefficients("equidistant", [0.0] * 4) == [0.0] * 5
     with pytest.raises(ValueError, match="D: expected finite numbers"):
-        five_coefficients("plumb_bob", np.array([np.nan] * 5), K, FORM)
-    with pytest.raises(ValueError, match="follow within 0.05 px, found rational_polynomial at"):
-        five_coefficients("rational_polynomial", wild, K, FORM)
-    plain = np.array([0.1, -0.05, 0.001, 0.002, 0.01, 0, 0, 0])
-    found = five_coefficients("rational_polynomial", plain, K, FORM)
-    np.testing.assert_allclose(found, plain[:5], atol=1e-7)
+        coefficients("plumb_bob", [np.nan] * 5)
+    with pytest.raises(ValueError, match="distortion_model: expected .*, found equidistant with 4"):
+        coefficients("equidistant", rational[:4])
 
 
 def test_pictures_that_are_none():

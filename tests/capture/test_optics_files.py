@@ -75,6 +75,55 @@ def test_kalibr(written):
     assert found.second_from_first[:3, 3].tolist() == [-0.11, 0.0004, -0.0008]
 
 
+IMU_OF = "  T_imu_cam:\n  - [0, -1, 0, {}]\n  - [1, 0, 0, 0]\n  - [0, 0, 1, 0]\n  - [0, 0, 0, 1]\n"
+
+
+def test_kalibr_by_the_imu_with_opencvs_first_line(written):
+    """Two cameras 0.11 m apart along the IMU's y axis, which is their own x axis."""
+    alone = KALIBR.partition("  T_cn_cnm1")[0].replace("cam1:", IMU_OF.format(0.5) + "cam1:")
+    turned = IMU_OF.format(0.5).replace("[1, 0, 0, 0]", "[1, 0, 0, 0.11]")
+    found = read_optics(written("%YAML:1.0\n" + alone + turned))
+    np.testing.assert_allclose(found.second_from_first[:3, 3], [-0.11, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(found.second_from_first[:3, :3], np.eye(3), atol=1e-12)
+
+
+ECHO = """\
+header: {frame_id: camera}
+height: 720
+width: 1280
+distortion_model: MODEL
+d: COEFFICIENTS
+k: [909.1, 0.0, 642.8, 0.0, 908.5, 365.9, 0.0, 0.0, 1.0]
+p: [909.1, 0.0, 642.8, 0.0, 0.0, 908.5, 365.9, 0.0, 0.0, 0.0, 1.0, 0.0]
+---
+"""
+VINS = """\
+%YAML:1.0
+---
+model_type: PINHOLE
+image_width: 640
+image_height: 480
+distortion_parameters: {k1: 0.1, k2: 0.0, p1: 0.0, p2: 0.0}
+projection_parameters: {fx: 389.0, fy: 388.0, cx: 324.9, cy: 237.4}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "fx_px", "distortion"),
+    [
+        (("plumb_bob", [0.1, 0.2, 0, 0, 0.3]), 909.1, [0.1, 0.2, 0, 0, 0.3]),
+        (("rational_polynomial", [*[0.1] * 8]), 909.1, [0.1] * 8),
+        (VINS, 389.0, [0.1, 0, 0, 0, 0]),
+    ],
+    ids=["echoed", "echoed with eight", "VINS"],
+)
+def test_cameras_as_topics_and_vins_have_them(written, text, fx_px, distortion):
+    if text is not VINS:
+        text = ECHO.replace("MODEL", text[0]).replace("COEFFICIENTS", str(text[1]))
+    (camera,) = read_optics(written(text)).cameras
+    assert (camera["fx_px"], camera["distortion"]) == (fx_px, distortion)
+
+
 def test_one_camera_of_kalibr(written):
     found = read_optics(written(KALIBR.split("cam1")[0]))
     assert (len(found.cameras), found.second_from_first) == (1, None)
@@ -113,7 +162,7 @@ def test_a_pair_of_opencv_over_two_files(written):
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        (KALIBR.replace("radtan", "equidistant"), "cam0.distortion_model: expected radtan or"),
+        (KALIBR.replace("radtan", "equidistant"), "cam0.distortion_model: expected radtan, found"),
         (KALIBR.replace("pinhole", "omni"), "cam0.camera_model: expected pinhole, found omni"),
         (KALIBR.replace("-0.11]", "-110.0]"), r"cam1.T_cn_cnm1: .*found 110 \(metres\?\)"),
         (KALIBR.replace("[1.0, 0.0, 0.0, -", "[2.0, 0.0, 0.0, -"), "expected a rotation, found"),
@@ -121,7 +170,8 @@ def test_a_pair_of_opencv_over_two_files(written):
         (KALIBR.replace("[461.6, ", "["), "cam0.intrinsics: expected a list of 4 numbers, found"),
         (KALIBR.replace("461.6", ".nan"), "cam0.intrinsics: expected finite numbers"),
         (KALIBR.replace("461.6", "-461.6"), "expected focal lengths above 0"),
-        (ROS.format("0").replace("plumb_bob", "rational_polynomial"), "expected radtan or plumb_"),
+        (ROS.format("0").replace("plumb_bob", "equidistant"), "found equidistant with 5"),
+        (KALIBR.replace("T_cn_cnm1", "T_imu"), "cam1.T_cn_cnm1: expected it, or T_cam_imu"),
         ("a: 1\n", "expected cam0 .Kalibr., camera_matrix"),
         ("[1, 2]\n", "expected cam0 .Kalibr., camera_matrix"),
         (opencv(**PAIR), "image_width, image_height: expected the pictures' size"),
@@ -135,7 +185,7 @@ def test_what_no_sensors_file_can_say(written, text, line):
 @pytest.mark.parametrize(
     ("matrices", "line"),
     [
-        (PAIR | {"D1": (1, 8, [0.1] * 8)}, "D1: expected at most k1, k2, .* found 3 coefficients"),
+        (PAIR | {"D1": (1, 6, [0.1] * 6)}, "D1: expected 4, 5, 8, 12, 14 coeff.*, found 6"),
         ({n: m for n, m in PAIR.items() if n != "T"}, "T: expected a matrix, found none"),
         ({n: m for n, m in PAIR.items() if n != "D2"}, "D2: expected a matrix, found none"),
         ({"Q": PAIR["M1"]}, "expected camera_matrix or M1, found Q"),

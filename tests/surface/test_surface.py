@@ -228,8 +228,40 @@ def test_templates_that_are_refused(tmp_path):
         read_template(tmp_path / "two.ply", unit="m")
     box.update_faces(np.arange(len(box.faces)) > 0)
     box.export(tmp_path / "open.ply")
-    with pytest.raises(ValueError, match="expected a closed surface, found open edges"):
+    with pytest.raises(ValueError, match="expected a closed surface, found 3 open edges"):
         read_template(tmp_path / "open.ply", unit="m")
+
+
+def seams(box):
+    """A closed box as OBJ with a texture's vertex for each corner of each triangle."""
+    lines = [f"v {x:g} {y:g} {z:g}" for x, y, z in box.vertices]
+    lines += [f"vt {k / 99:g} {k / 98:g}" for k in range(3 * len(box.faces))]
+    for k, (a, b, c) in enumerate(box.faces + 1):
+        lines.append(f"f {a}/{3 * k + 1} {b}/{3 * k + 2} {c}/{3 * k + 3}")
+    return "mtllib nowhere.mtl\n" + "\n".join(lines) + "\n"
+
+
+def test_a_textured_surface_is_closed_where_its_vertices_are(tmp_path):
+    box = trimesh.creation.box((0.1, 0.1, 0.05))
+    (tmp_path / "seams.obj").write_text(seams(box))
+    assert len(read_template(tmp_path / "seams.obj", unit="m").vertices_m) == 8
+    head = box.export(file_type="ply", encoding="ascii").decode()
+    head = head.replace("format ascii 1.0", "format ascii 1.0\ncomment TextureFile nowhere.png")
+    (tmp_path / "picture.ply").write_text(head)
+    assert len(read_template(tmp_path / "picture.ply", unit="m").vertices_m) == 8
+
+
+def test_triangles_wound_both_ways_are_turned_and_doubled_ones_named(tmp_path):
+    box = trimesh.creation.box((0.1, 0.1, 0.05))
+    faces = box.faces.copy()
+    faces[::3] = faces[::3, ::-1]
+    trimesh.Trimesh(box.vertices, faces, process=False).export(tmp_path / "mixed.ply")
+    found = read_template(tmp_path / "mixed.ply", unit="m")
+    assert trimesh.Trimesh(found.vertices_m, found.faces).volume == pytest.approx(5e-4)
+    doubled = trimesh.Trimesh(box.vertices, np.vstack([faces, faces[:1]]), process=False)
+    doubled.export(tmp_path / "doubled.ply")
+    with pytest.raises(ValueError, match="found 3 edges with more than two faces"):
+        read_template(tmp_path / "doubled.ply", unit="m")
 
 
 def spoilt(content, change):
@@ -260,7 +292,9 @@ def test_a_damaged_template_is_one_line(tmp_path, change):
 
 def test_a_template_of_another_kind(tmp_path):
     (tmp_path / "a.gltf").write_text('{"buffers": [{"uri": "../secret"}]}')
-    with pytest.raises(ValueError, match="a.gltf: template: expected a file of ply, stl, obj, off"):
+    with pytest.raises(
+        ValueError, match="a.gltf: template: expected a file of .ply, .stl, .obj, .off"
+    ):
         read_template(tmp_path / "a.gltf", unit="m")
 
 

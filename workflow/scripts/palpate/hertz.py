@@ -103,11 +103,14 @@ def fit(
         poisson_ratio=poisson_ratio,
         baseline=baseline,
         residual=residual,
-        stiffness_n_m=stiffness_n_m,
         base=base,
         contact_m=contact_m,
     )
     phases = phases_of(depth, force)
+    if stiffness_n_m is not None:
+        if not 0 < stiffness_n_m < np.inf:
+            raise ValueError(f"stiffness_n_m: expected above 0, found {stiffness_n_m}")
+        depth = depth - force / stiffness_n_m
     loading, back = phases.loading, phases.retract.stop - phases.retract.start
     reach, step = np.ptp(depth[loading]), np.median(np.abs(np.diff(depth)))
     if not back or reach < LOADED * np.ptp(depth) or step > LARGEST_STEP * np.ptp(depth):

@@ -1,5 +1,6 @@
 """Read YAML that people write, and give messages about it on one line."""
 
+import re
 from collections.abc import Hashable
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ LONGEST_LINE = 720
 HEAD, TAIL = 400, 300
 # What people write by hand stays far below; aliases can make a short file hold billions of values.
 LARGEST_BYTES, MOST_VALUES = 1_000_000, 100_000
+# OpenCV's first line, which is none of YAML's directives, and the last of an echoed ROS message.
+NO_YAML = re.compile(r"\A%YAML:1\.0[ \t]*$|^---\s*\Z", re.MULTILINE)
 MERGE = "tag:yaml.org,2002:merge"
 # What PyYAML's constructors raise over tagged values that are none: !!float abc, 2020-13-45.
 NO_VALUES = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
@@ -65,7 +68,7 @@ def load_yaml(path: str | Path) -> Any:
         found = f"expected YAML of at most {LARGEST_BYTES} bytes, found {path.stat().st_size}"
         raise ValueError(one_line(f"{path}: file: {found}"))
     try:
-        return _plain(path.read_text(encoding="utf-8-sig"))
+        return _plain(NO_YAML.sub("", path.read_text(encoding="utf-8-sig")))
     except (yaml.YAMLError, *NO_VALUES) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         line = f"{path}: file: expected plain YAML, found none ({reason})"

@@ -17,7 +17,8 @@ def main(snakemake):
     """Write curve.json."""
     inputs, params = snakemake.input, snakemake.params
     spec, _ = read_declared(inputs.object)
-    curve, ratios = declared_curve(inputs.curve, spec), poisson_ratios(spec)
+    curve = declared_curve(inputs.curve, spec, params.probe)
+    ratios = poisson_ratios(spec)
     setup = curve_setup(spec, params.probe)
     with naming(inputs.curve, "force", "contact", "samples"):
         hertz = fit_curve(*curve.loading(), setup, curve.weights)

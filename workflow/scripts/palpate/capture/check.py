@@ -12,6 +12,7 @@ from palpate.capture.check_curves import check_curves, check_name
 from palpate.capture.columns import all_finite, check_increasing, check_numbers, read_columns
 from palpate.capture.discover import (
     BACKGROUND,
+    MESHES,
     SensorFolder,
     object_fault,
     sensor_folder,
@@ -35,7 +36,6 @@ FEWEST_BACKGROUND_FRAMES = 4
 FEWEST_FORCE_SAMPLES = 10
 MISSING_TABLE = "{}: file: expected a CSV table, found nothing"
 # Surfaces alone: scenes and archives may name other files.
-MESHES = (".ply", ".stl", ".obj", ".off")
 
 
 @dataclass(frozen=True)

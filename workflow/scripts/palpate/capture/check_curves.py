@@ -7,7 +7,7 @@ from pathlib import Path
 from palpate.capture.curves.curve import Curve, read_curve
 from palpate.capture.discover import CAPTURE_NAME, CAPTURE_WORDS, curve_files
 
-OPTION = re.compile("--(depth|force)-(column|unit)")
+OPTION = re.compile("--(depth|force|stiffness)-(column|unit|n-m)")
 COLUMNS = ("depth_column", "force_column", "depth_unit", "force_unit")
 
 
@@ -51,17 +51,24 @@ def check_name(path: Path, name: str, points: Mapping | None) -> list[str]:
     return [f"{path}: point: expected one of {known}, found {point}"]
 
 
-def declared_curve(path: str | Path, spec: Mapping) -> Curve:
-    """Read a curve by what object.yaml says of its columns.
+def declared_curve(path: str | Path, spec: Mapping, probe: Mapping | None = None) -> Curve:
+    """Read a curve by what object.yaml says of its columns, and by the probe's file.
 
     Raises
     ------
     ValueError
         Naming file, column and remedy, if it is no curve.
     """
-    block = spec["curves"]
+    block, known = spec["curves"], ("stiffness_n_m", "radius_m")
+    given = {name: block[name] for name in COLUMNS if name in block}
+    radius = {"radius_m": (probe or {}).get("indenter", {}).get("radius_m")}
+    stated = {**(probe or {}), **radius, **block}
+    stiffness = stated.get("stiffness_n_m")
+    if isinstance(stiffness, str):
+        expected = "a number in curves, which no camera calibrates, or in the probe's file"
+        raise ValueError(f"curves.stiffness_n_m: expected {expected}, found {stiffness}")
     try:
-        return read_curve(path, **{name: block[name] for name in COLUMNS if name in block})
+        return read_curve(path, **given, **{name: stated.get(name) for name in known})
     except ValueError as error:
         # What is an option of the command is a field here.
         raise ValueError(OPTION.sub(r"curves.\1_\2", str(error))) from None

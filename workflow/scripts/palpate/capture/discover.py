@@ -17,6 +17,8 @@ TAKEN += ("sample", "sensors", "simulation", "tables")
 SENSOR_NAME = re.compile("[a-z][a-z0-9_]*")
 OBJECT_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_]*")
 # A point, or a point and an attempt: 08, 11-a03.
+# Kinds of files with a template.
+MESHES = (".ply", ".stl", ".obj", ".off")
 CAPTURE_NAME = re.compile("[A-Za-z0-9]+(-a[0-9]+)?")
 CAPTURE_WORDS = (
     "a name like 08 or 08-a03 (the point's letters and digits; again there: -a, a number)"

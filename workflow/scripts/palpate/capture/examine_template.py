@@ -7,12 +7,10 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from palpate.capture.closed_surface import read_surface
 from palpate.capture.findings import Findings
 from palpate.units import CUBIC_CENTIMETRES, MILLIMETRES
 
-METRES = {"m": 1.0, "mm": 0.001}
-# Objects that one depth camera and a hand-held probe can measure, by their greatest extent [m].
-PLAUSIBLE_SIZE_M = (0.01, 3.0)
 # Points are declared to a few millimetres.
 POINT_WITHIN_M = 0.005
 # Presses run roughly along the surface's normal.
@@ -38,40 +36,16 @@ def examine_template(folder: Path, spec: Mapping) -> Findings:
         return Findings(found=(f"template: of {count} scans",))
     path, unit = folder / spec["template"]["file"], spec["template"]["unit"]
     try:
-        mesh = trimesh.load(path, force="mesh", process=True)
-    except Exception as error:  # readers of mesh files raise what they like
-        reason = " ".join(str(error).split())
-        return Findings((f"{path}: template: expected a mesh, found none ({reason})",))
-    wrong = _wrong_surface(path, mesh, unit)
-    if wrong:
-        return Findings((wrong,))
-    mesh.apply_scale(METRES[unit])
+        mesh = read_surface(path, unit=unit)
+    except ValueError as error:
+        return Findings((str(error),))
     found = Findings(found=(_described(mesh),)) + _support(folder, spec["support"], mesh)
     return found + _points(folder, spec, mesh)
 
 
-def _wrong_surface(path: Path, mesh: trimesh.Trimesh, unit: str) -> str | None:
-    """The first thing that makes a mesh no template."""
-    if not len(mesh.faces):
-        return f"{path}: template: expected a triangle mesh, found no faces"
-    if not mesh.is_watertight:
-        open_edges = trimesh.grouping.group_rows(mesh.edges_sorted, require_count=1)
-        found = f"{len(open_edges)} open edges" if len(open_edges) else "triangles on each other"
-        return f"{path}: template: expected a closed surface, found {found}"
-    if mesh.body_count > 1:
-        return f"{path}: template: expected one piece, found {mesh.body_count}"
-    size, (low, high) = float(mesh.extents.max()), PLAUSIBLE_SIZE_M
-    if low <= size * METRES[unit] <= high:
-        return None
-    others = [name for name, scale in METRES.items() if low <= size * scale <= high]
-    hint = f" (is its unit {others[0]}?)" if others else ""
-    found = f"{size * METRES[unit]:g} m{hint}"
-    return f"{path}: template.unit: expected an object of {low:g} to {high:g} m, found {found}"
-
-
 def _described(mesh: trimesh.Trimesh) -> str:
     size = " x ".join(f"{side * MILLIMETRES:.0f}" for side in mesh.extents)
-    volume = f"{abs(mesh.volume) * CUBIC_CENTIMETRES:.3g} cm3"
+    volume = f"{mesh.volume * CUBIC_CENTIMETRES:.3g} cm3"
     return f"template: closed, {len(mesh.vertices)} vertices, {size} mm, {volume}"
 
 
@@ -99,7 +73,7 @@ def _points(folder: Path, spec: Mapping, mesh: trimesh.Trimesh) -> Findings:
     names = list(spec["points"])
     places = np.array([spec["points"][name]["position_m"] for name in names], dtype=float)
     _, away, triangles = trimesh.proximity.closest_point(mesh, places)
-    normals = mesh.face_normals[triangles] * np.sign(mesh.volume)
+    normals = mesh.face_normals[triangles]
     wrong, doubts = [], []
     for name, off, outward in zip(names, away, normals, strict=True):
         field = f"{folder / 'object.yaml'}: points.{name}"

@@ -91,7 +91,6 @@ def _setup(options: argparse.Namespace) -> Any:
             poisson_ratio=options.nu,
             baseline=options.baseline,
             residual=options.residual,
-            stiffness_n_m=options.stiffness_n_m,
             base=options.base,
         )
     except ValueError as error:
@@ -128,6 +127,8 @@ def _fitted(path: str, setup: Any, options: argparse.Namespace) -> tuple["Curve"
         force_unit=options.force_unit,
         weights_column=options.weights,
         range_m=options.range_mm and tuple(end / 1e3 for end in options.range_mm),
+        stiffness_n_m=options.stiffness_n_m,
+        radius_m=options.radius_mm and options.radius_mm / 1e3,
     )
     try:
         return curve, fit_curve(*curve.loading(), setup, curve.weights)
@@ -148,6 +149,7 @@ def _lines(curve: "Curve", fit: "HertzFit") -> Iterator[str]:
     nu = fit.setup.poisson_ratio
     youngs = modulus_text(fit.youngs_modulus_pa(nu), fit.youngs_modulus_interval_pa(nu))
     yield curve.path
+    yield from (f"  doubtful: {line}" for line in (*curve.doubts, *fit.doubts))
     yield f"  read: {curve.read}"
     yield f"  E* {fit.modulus_text}"
     yield f"  E  {youngs} for nu {nu:g}"
@@ -157,8 +159,7 @@ def _lines(curve: "Curve", fit: "HertzFit") -> Iterator[str]:
     yield f"  law: {_law(fit)}"
     if fit.assumes:
         yield f"  assumes {fit.assumes}"
-    yield from (f"  hangs on this: {line}" for line in fit.hangs_on)
-    yield from (f"  doubtful: {line}" for line in (*curve.doubts, *fit.doubts))
+    yield from (f"  depends on: {line}" for line in fit.hangs_on)
 
 
 def _law(fit: "HertzFit") -> str:

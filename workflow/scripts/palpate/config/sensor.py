@@ -37,6 +37,12 @@ Source = Literal["stated", "calibration"]
 Side = Annotated[int, Field(ge=16, le=16384)]
 Focal = Annotated[float, Field(ge=10, le=1e5)]
 Coefficient = Annotated[float, Field(ge=-100, le=100)]
+# Numbers of coefficients of OpenCV's lenses.
+COEFFICIENTS = (4, 5, 8, 12, 14)
+Distortion = Annotated[
+    tuple[Coefficient, ...],
+    where(lambda found: len(found) in COEFFICIENTS, "4, 5, 8, 12 or 14 numbers", len),
+]
 Distance = Annotated[float, Field(gt=0, le=50)]
 BASELINE = {"gt": 0, "le": 2}
 INCREASING = where(lambda ends: ends[0] < ends[1], "increasing distances", PAIR)
@@ -61,8 +67,9 @@ class CameraSpec(Model, use_attribute_docstrings=True):
     fy_px: Focal = option(..., FOCAL)
     cx_px: float = option(..., CENTRE)
     cy_px: float = option(..., CENTRE)
-    distortion: tuple[(Coefficient,) * 5]
-    """k1, k2, p1, p2, k3 in OpenCV's order, of a calibration; zeros for rectified images"""
+    distortion: Distortion = option(examples=[[FILL_IN] * 5])
+    """k1, k2, p1, p2, k3 in OpenCV's order, or up to 14 of its, of a calibration; zeros for
+    rectified images"""
 
     def conflicts(self) -> Iterator[tuple]:
         """Principal points that are not within the image."""

@@ -6,6 +6,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from palpate.capture.closed_surface import turned_outward
 from palpate.open3d_core import ClosestPoints, o3d, scene_of
 from palpate.solid.mesh import EDGES, SolidMesh, element_volumes
 
@@ -34,12 +35,10 @@ def check_surface(vertices_m: NDArray, faces: NDArray) -> trimesh.Trimesh:
         If it is open, has one side only, or cuts itself.
     """
     surface = trimesh.Trimesh(np.asarray(vertices_m, dtype=float), faces, process=False)
-    if not surface.is_watertight:
-        raise ValueError("surface: expected a closed one, found open edges")
-    if not surface.is_winding_consistent:
-        surface = _wound_alike(surface)
-    if surface.volume < 0:
-        surface.invert()
+    try:
+        surface = turned_outward(surface)
+    except ValueError as error:
+        raise ValueError(f"surface: {error}") from None
     pairs = cutting_triangles(surface.vertices, surface.faces)
     if len(pairs):
         raise ValueError(
@@ -80,15 +79,6 @@ def cutting_triangles(vertices_m: NDArray, faces: NDArray) -> NDArray:
     edge, triangle = edge[apart], triangle[apart]
     cut = _pierced(points[edges[edge]], points[faces[triangle]])
     return np.column_stack([owner[edge[cut]] // 3, triangle[cut]])
-
-
-def _wound_alike(surface: trimesh.Trimesh) -> trimesh.Trimesh:
-    mesh = o3d.geometry.TriangleMesh(
-        o3d.utility.Vector3dVector(surface.vertices), o3d.utility.Vector3iVector(surface.faces)
-    )
-    if not mesh.orient_triangles():
-        raise ValueError("surface: expected an inside and an outside, found one side only")
-    return trimesh.Trimesh(surface.vertices, np.asarray(mesh.triangles), process=False)
 
 
 def _pierced(edges: NDArray, triangles: NDArray) -> NDArray:

@@ -9,17 +9,12 @@ import trimesh
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import dijkstra
-from trimesh.graph import connected_component_labels
 from trimesh.triangles import closest_point
 
+from palpate.capture.closed_surface import read_surface
 from palpate.open3d_core import ClosestPoints, o3d
 from palpate.surface.unfold import unfolded
 
-METRES = {"m": 1.0, "mm": 0.001}
-# Objects that one depth camera and a hand-held probe can measure [m].
-PLAUSIBLE_SIZE_M = (0.01, 3.0)
-# Kinds of files with a surface, and how they are read without what else they may name.
-MESHES = {"ply": {}, "stl": {}, "obj": {"skip_materials": True}, "off": {}}
 # Two passes halve an edge: so many take the longest plausible one to a few micrometres.
 PASSES = 40
 # Vertices whose distances to all others are held at a time.
@@ -64,21 +59,7 @@ def read_template(path: str | Path, *, unit: str) -> Template:
     ValueError
         If it is no closed surface of one piece, or its size says that the unit is wrong.
     """
-    mesh = _load_mesh(Path(path))
-    if not len(mesh.faces):
-        raise ValueError(f"{path}: template: expected a triangle mesh, found no faces")
-    if not mesh.is_watertight:
-        raise ValueError(f"{path}: template: expected a closed surface, found open edges")
-    pieces = connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
-    if pieces.max() > 0:
-        raise ValueError(f"{path}: template: expected one piece, found {pieces.max() + 1}")
-    if mesh.volume < 0:
-        mesh.invert()
-    size = float(mesh.extents.max()) * METRES[unit]
-    low, high = PLAUSIBLE_SIZE_M
-    if not low <= size <= high:
-        expected = f"an object of {low} to {high} m"
-        raise ValueError(f"{path}: template.unit: expected {expected}, found {size:g} m ({unit})")
+    mesh = read_surface(path, unit=unit)
     if len(mesh.vertices) > MOST_VERTICES:
         found = f"{len(mesh.vertices)} vertices"
         mesh = decimated(mesh, MOST_VERTICES)
@@ -86,7 +67,7 @@ def read_template(path: str | Path, *, unit: str) -> Template:
             expected = f"at most {MOST_VERTICES} vertices, or a surface that can be thinned"
             raise ValueError(f"{path}: template: expected {expected}, found {found}")
         logging.info("%s: template: thinned from %s to %d", path, found, len(mesh.vertices))
-    return Template(np.asarray(mesh.vertices) * METRES[unit], np.asarray(mesh.faces))
+    return Template(np.asarray(mesh.vertices), np.asarray(mesh.faces))
 
 
 def decimated(mesh: trimesh.Trimesh, vertices: int) -> trimesh.Trimesh:
@@ -100,30 +81,6 @@ def decimated(mesh: trimesh.Trimesh, vertices: int) -> trimesh.Trimesh:
     # Collapsed edges leave vertices beside the surface, by several times its own noise.
     on_surface, _, _ = ClosestPoints(mesh.vertices, mesh.faces)(np.asarray(legacy.vertices))
     return unfolded(trimesh.Trimesh(on_surface, np.asarray(legacy.triangles), process=False))
-
-
-def _load_mesh(path: Path) -> trimesh.Trimesh:
-    """Load a surface, and nothing else that a file may name; other ends of trimesh are one line."""
-    kind = path.suffix.lower().removeprefix(".")
-    if kind not in MESHES:
-        known = ", ".join(MESHES)
-        raise ValueError(f"{path}: template: expected a file of {known}, found {kind or 'another'}")
-    try:
-        with path.open("rb") as stream:
-            mesh = trimesh.load_mesh(stream, file_type=kind, process=True, **MESHES[kind])
-        whole = isinstance(mesh, trimesh.Trimesh) and np.isfinite(mesh.vertices).all()
-        size = len(mesh.vertices) if whole else 0
-        whole = whole and (not mesh.faces.size or 0 <= mesh.faces.min() <= mesh.faces.max() < size)
-    except (OSError, MemoryError):
-        raise
-    except Exception as error:  # its readers raise whatever a damaged file leads to
-        reason = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
-        raise ValueError(f"{path}: template: expected a mesh, found none ({reason})") from None
-    if not whole:
-        raise ValueError(
-            f"{path}: template: expected finite vertices and faces of them, found others"
-        )
-    return mesh
 
 
 def unique_edges(faces: NDArray) -> NDArray:

@@ -27,7 +27,7 @@ class PinholeCamera:
     fx_px, fy_px, cx_px, cy_px : float
         Focal lengths and principal point (Eq. 4.7).
     distortion : tuple of float
-        k1, k2, p1, p2, k3 of the radial and tangential lens distortion.
+        k1, k2, p1, p2, k3 of the radial and tangential lens distortion, or more of OpenCV's.
     """
 
     width_px: int

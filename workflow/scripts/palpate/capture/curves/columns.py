@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.capture.curves.export import Export
-from palpate.capture.curves.units import FORCES, LENGTHS, UNITS, bracketed, name_and_unit, plain
+from palpate.capture.curves.units import FORCES, LENGTHS, UNITS, Header, header, plain
 from palpate.yaml_files import one_line
 
 
@@ -37,7 +37,7 @@ FORCE = Quantity(
     "force",
     FORCES,
     (
-        r"force|load|vdeflection|kraft|standardkraft|last|f|p",
+        r"force|load|vdeflection|kraft|standardkraft|last|f|p|fn",
         r"f[xyz]|deflection|vertical.?deflection",
     ),
     "N",
@@ -50,9 +50,15 @@ OTHERS = re.compile(
     rf"\b({NEITHER}|time|zeit|cycles?|samples?|index|segments?|temp\w*|count|area|diameter|radius|width"
     r"|thickness|mass|weight)\b"
 )
-NEVER = re.compile(rf"\b({NEITHER})\b")
-# Words of what drives the indenter.
+# A nanoindenter's contact depth is less than that of its indentation; tangential forces.
+NEVER = re.compile(
+    rf"\b({NEITHER}|(contact|plastic|elastic|residual|final|max|maximum) (depth|displacement|load)"
+    r"|hc|f ?t|tangential|lateral|friction|shear)\b"
+)
+# Words of the tip's own depth, and of what drives the indenter.
+TIP = re.compile(r"\b(tip|indentation|indent|penetration|separation|eindring\w*)\b")
 DRIVE = re.compile(r"\b(piezo|height|z sensor|z|crosshead|traverse|stage|motor)\b")
+DEFLECTIONS = re.compile(r"[mu]?v|volts?")
 
 
 @dataclass(frozen=True)
@@ -67,8 +73,19 @@ class Asked:
 class Found:
     """How a column was found, in words, and what of that may be otherwise, a line each."""
 
+    name: str
     text: str
     doubts: tuple[str, ...]
+
+    @property
+    def of_tip(self) -> bool:
+        """Whether a depth's name says that it is the tip's own."""
+        return TIP.search(_words(self.name)) is not None
+
+    @property
+    def of_drive(self) -> bool:
+        """Whether a depth's name says that it is the drive's."""
+        return DRIVE.search(_words(self.name)) is not None and not self.of_tip
 
 
 def column_of(export: Export, quantity: Quantity, asked: Asked) -> tuple[NDArray, Found]:
@@ -89,20 +106,21 @@ def column_of(export: Export, quantity: Quantity, asked: Asked) -> tuple[NDArray
         place = _found_place(export, quantity)
     else:
         place = _place(export, asked.column, f"--{quantity.name}-column")
-    header = export.names[place] if export.names else f"column {place + 1}"
-    name, unit = name_and_unit(header)
+    found = _headers(export)[place]
     if asked.unit is not None and plain(asked.unit) not in quantity.units:
         known = ", ".join(quantity.units)
         expected = f"--{quantity.name}-unit: expected one of {known}, found {asked.unit}"
         raise ValueError(one_line(f"{export.path}: {expected}"))
-    written = UNITS.get(unit, unit) or bracketed(header)
-    used = plain(asked.unit) if asked.unit is not None else unit
+    written = UNITS.get(found.unit, found.unit) or found.marked
+    used = plain(asked.unit) if asked.unit is not None else found.unit
     if used not in quantity.units:
-        raise ValueError(one_line(f"{export.path}: {_no_unit(quantity, header, written)}"))
+        shown = export.names[place] if export.names else found.name
+        line = _no_unit(quantity, shown, written, named=asked.column is not None)
+        raise ValueError(one_line(f"{export.path}: {line}"))
     told = f"{quantity.name} in {UNITS.get(used, used)}"
-    told += "" if plain(name) == quantity.name else f" ({name})"
-    doubts = tuple(_doubts(quantity, asked, name, written, used))
-    return export.values[:, place] * quantity.units[used], Found(told, doubts)
+    told += "" if plain(found.name) == quantity.name else f" ({found.name})"
+    doubts = tuple(_doubts(quantity, asked, found.name, written, used))
+    return export.values[:, place] * quantity.units[used], Found(found.name, told, doubts)
 
 
 def _doubts(quantity: Quantity, asked: Asked, name: str, written: str, used: str) -> Iterator[str]:
@@ -110,18 +128,16 @@ def _doubts(quantity: Quantity, asked: Asked, name: str, written: str, used: str
         yield f"{name} says {written}, where {asked.unit} was asked for"
     if asked.column is None and _word_rank(name, quantity) is None:
         yield f"{name} is taken for {quantity.name} by its unit alone"
-    if quantity is DEPTH and DRIVE.search(_words(name)):
-        yield (
-            f"{name} is the way of the drive, not of the tip: what gives way between them counts as"
-            " the object (--stiffness-n-m takes it off)"
-        )
 
 
-def _no_unit(quantity: Quantity, header: str, written: str) -> str:
-    expected = f"{header}: expected a unit of {quantity.name}"
+def _no_unit(quantity: Quantity, shown: str, written: str, *, named: bool) -> str:
+    expected = f"{shown}: expected a unit of {quantity.name}"
     if written:
-        remedy = f"another column? --{quantity.name}-column names it"
-        return f"{expected}, found {written} ({remedy})"
+        remedy = "" if named else f" (another column? --{quantity.name}-column names it)"
+        if quantity is FORCE and (written in LENGTHS or DEFLECTIONS.fullmatch(plain(written))):
+            sensitivity = "" if plain(written) in LENGTHS else " times sensitivity in m/V"
+            remedy = f" (force = deflection{sensitivity} times stiffness in N/m: make that column)"
+        return f"{expected}, found {written}{remedy}"
     option = f"--{quantity.name}-unit"
     return f"{expected}, found none (say {option}, like {option} {quantity.example})"
 
@@ -131,12 +147,19 @@ def asked_column(export: Export, column: str, option: str) -> NDArray:
     return export.values[:, _place(export, column, option)]
 
 
+def _headers(export: Export) -> list[Header]:
+    """Name and unit of each column."""
+    if not export.names:
+        return [Header(f"column {k + 1}", "", "") for k in range(export.values.shape[1])]
+    return [header(name, export.names) for name in export.names]
+
+
 def _place(export: Export, column: str, option: str) -> int:
     """Place of a column by its name, its name without unit, or its number from 1."""
     wanted = column.strip().lower()
     for known in (
         [name.lower() for name in export.names],
-        [name_and_unit(name)[0].lower() for name in export.names],
+        [one.name.lower() for one in _headers(export)],
         [str(k + 1) for k in range(export.values.shape[1])],
     ):
         if known.count(wanted) == 1:
@@ -148,7 +171,7 @@ def _place(export: Export, column: str, option: str) -> int:
 
 def _found_place(export: Export, quantity: Quantity) -> int:
     """Place of the column that its name and unit make the likeliest."""
-    ranks = [_rank(name, quantity) for name in export.names]
+    ranks = [_rank(one, quantity) for one in _headers(export)] if export.names else []
     known = [rank for rank in ranks if rank is not None]
     places = [k for k, rank in enumerate(ranks) if known and rank == min(known)]
     if len(places) == 1:
@@ -161,16 +184,15 @@ def _found_place(export: Export, quantity: Quantity) -> int:
     raise ValueError(one_line(line))
 
 
-def _rank(header: str, quantity: Quantity) -> tuple[int, int] | None:
+def _rank(one: Header, quantity: Quantity) -> tuple[int, int] | None:
     """How unlikely a column is of a quantity: by its words, and whether its unit is one of it."""
-    name, unit = name_and_unit(header)
-    words, rank = _words(name), _word_rank(name, quantity)
-    if (unit and unit not in quantity.units) or NEVER.search(words):
+    words, rank = _words(one.name), _word_rank(one.name, quantity)
+    if (one.unit and one.unit not in quantity.units) or NEVER.search(words):
         return None
     if rank is not None:
-        return rank, not unit
+        return rank, not one.unit
     # A unit alone tells enough where it stands in brackets.
-    alone = unit and bracketed(header) and not OTHERS.search(words)
+    alone = one.unit and one.marked and not OTHERS.search(words)
     return (len(quantity.words), 0) if alone else None
 
 

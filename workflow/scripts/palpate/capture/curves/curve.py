@@ -1,6 +1,6 @@
 """One curve of force against depth, of a file as an instrument wrote it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from palpate.capture.curves.columns import (
     DEPTH,
     FORCE,
     Asked,
+    Found,
     asked_column,
     column_of,
     numbers_of,
@@ -22,6 +23,8 @@ from palpate.yaml_files import one_line
 FEWEST_SAMPLES = 5
 # More rows without a number are another table than was thought.
 MOST_LEFT_OUT, FEW_LEFT_OUT = 0.5, 0.02
+# What a file's preamble states and what is given differ by no more than rounding.
+SAME = 0.01
 # A record whose deepest sample is among this part of its first ones runs backwards.
 BEGINS = 0.05
 NAMES = ("depth", "force")
@@ -36,8 +39,8 @@ class Curve:
     path : str
         Of the file.
     depth_m, force_n : (n,) arrays
-        Depth from any zero [m], growing into the object, and force [N], growing in the press; in
-        the order of the record.
+        Depth of the tip, as far as it is known, from any zero [m], growing into the object, and
+        force [N], growing in the press; in the order of the record.
     chosen : (k,) int array
         Samples of approach and loading that are in range and have weight.
     weights : (k,) array or None
@@ -78,6 +81,8 @@ def read_curve(
     force_unit: str | None = None,
     weights_column: str | None = None,
     range_m: tuple[float, float] | None = None,
+    stiffness_n_m: float | None = None,
+    radius_m: float | None = None,
 ) -> Curve:
     r"""Read a curve.
 
@@ -93,6 +98,11 @@ def read_curve(
         Column of the samples' weights.
     range_m : (float, float), optional
         Least and greatest value of the depth's column that are used [m], as the file counts.
+    stiffness_n_m : float, optional
+        Of what gives way between the drive and the tip, such as a cantilever [N/m]: what it bends
+        is taken off a depth whose column is not named as the tip's.
+    radius_m : float, optional
+        Of the indenter: a warning says where the file states another, as with the stiffness.
 
     Raises
     ------
@@ -118,19 +128,22 @@ def read_curve(
     asked = Asked(depth_column, depth_unit), Asked(force_column, force_unit)
     record = _record(export, *asked, weights_column, range_m)
     phases = phases_of(record.depth_m, record.force_n)
+    bent_m, read, doubts = _bent(record, stiffness_n_m)
+    given = {"radius_m": radius_m, "stiffness_n_m": stiffness_n_m}
+    doubts += tuple(_contradictions(export.stated, given))
     chosen = np.arange(len(record.used))[phases.loading]
     chosen = chosen[record.used[chosen]]
     _check_loading(export.path, chosen, len(record.used))
     return Curve(
         path=export.path,
-        depth_m=record.depth_m,
+        depth_m=record.depth_m - bent_m,
         force_n=record.force_n,
         chosen=chosen,
         weights=None if record.weights is None else record.weights[chosen],
         phases=phases,
         depth_sign=record.signs[0],
-        read=", ".join([*record.read, _phases_told(phases, len(record.used))]),
-        doubts=(*record.doubts, *_doubts_of_phases(phases)),
+        read=", ".join([*record.read, *read, _phases_told(phases, len(record.used))]),
+        doubts=(*record.doubts, *doubts, *_doubts_of_phases(phases)),
     )
 
 
@@ -143,6 +156,7 @@ class _Record:
     weights: NDArray | None
     used: NDArray
     signs: tuple[int, int]
+    depth: Found
     read: tuple[str, ...]
     doubts: tuple[str, ...]
 
@@ -177,8 +191,37 @@ def _record(
     doubts += _doubts(plain, backwards, left_out / (left_out + len(used)))
     used &= columns[2] > 0 if extra else True
     weights = columns[2] if extra else None
-    record = _Record(depth_m, force_n, weights, used, signs, tuple(read), tuple(doubts))
+    told = of_depth, tuple(read), tuple(doubts)
+    record = _Record(depth_m, force_n, weights, used, signs, *told)
     return record.turned() if backwards else record
+
+
+def _bent(
+    record: _Record, stiffness_n_m: float | None
+) -> tuple[NDArray | float, tuple[str, ...], tuple[str, ...]]:
+    """Way of the drive that is not the tip's [m]; how it was found, and what may be otherwise."""
+    name = record.depth.name
+    if stiffness_n_m is None:
+        line = (
+            f"{name} is the way of the drive, not of the tip: what gives way between them counts as"
+            " the object (--stiffness-n-m takes it off)"
+        )
+        return 0.0, (), (line,) * record.depth.of_drive
+    if record.depth.of_tip:
+        line = f"{name} is the tip's own depth: nothing is taken off it by --stiffness-n-m"
+        return 0.0, (), (line,)
+    bent = f"force over {stiffness_n_m:g} N/m taken off the depth"
+    return record.force_n / stiffness_n_m, (bent,), ()
+
+
+def _contradictions(
+    stated: Mapping[str, float], given: Mapping[str, float | None]
+) -> Iterator[str]:
+    """What a file states otherwise than it is given, a line each."""
+    for name, value in given.items():
+        there = stated.get(name, value)
+        if value is not None and abs(there / value - 1) > SAME:
+            yield f"the file states {name} {there:.4g}, where {value:.4g} was given"
 
 
 def _doubts(plain: bool, backwards: bool, left_out: float) -> Iterator[str]:

@@ -4,7 +4,7 @@ import codecs
 import csv
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.capture.curves.units import are_units, with_unit
+from palpate.capture.curves.units import LENGTHS, MICRO, PER_M, are_units, with_unit
 from palpate.yaml_files import one_line
 
 STANDARD_INPUT = "-"
@@ -23,9 +23,14 @@ COMMENTS = "#%!*/'\""
 # Lines that tell the delimiter and where the numbers begin.
 LOOKED_AT = 2000
 FEWEST_ROWS = 3
+# Before a decimal sign another sign and three digits are thousands and nothing else.
 NUMBER = {
-    ".": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|[+-]?nan", re.IGNORECASE),
-    ",": re.compile(r"[+-]?(\d+,?\d*|,\d+)([eEdD][+-]?\d+)?|[+-]?nan", re.IGNORECASE),
+    sign: re.compile(
+        rf"[+-]?(\d{{1,3}}(\{other}\d{{3}})+\{sign}\d*|\d+\{sign}?\d*|\{sign}\d+)([ed][+-]?\d+)?"
+        "|[+-]?nan",
+        re.IGNORECASE,
+    )
+    for sign, other in ((".", ","), (",", "."))
 }
 # Of rows with blanks between.
 CELLS = re.compile(r'"[^"]*"|\S+')
@@ -34,6 +39,21 @@ LABEL = re.compile(r"(columns|fancyNames|units):\s*", re.IGNORECASE)
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}([,. ]\d{3})+([.,]\d*)?")
 GROUP = re.compile(r"\d[,. ]\d{3}(?!\d)")
 LONGEST_SHOWN = 60
+# In a preamble: Tip radius (um) 27.5; Spring Constant: 0.04 N/m; k (N/m) 0.019.
+STATED = {
+    name: (
+        re.compile(
+            rf"\b(?:{words})\W*?(?P<before>{unit})?\W*?"
+            rf"(?P<value>\d+\.?\d*(?:e[+-]?\d+)?)\s*(?P<behind>{unit})?(?!\S)",
+            re.IGNORECASE,
+        ),
+        units,
+    )
+    for name, words, unit, units in (
+        ("radius_m", "(?:tip|probe|indenter|sphere|bead)[ _]?radius", "[munc]?m", LENGTHS),
+        ("stiffness_n_m", "k|spring[ _]?constant|(?:cantilever )?stiffness", "[mnp]?N/n?m", PER_M),
+    )
+}
 
 
 @dataclass(frozen=True)
@@ -52,6 +72,8 @@ class Export:
         How the file was read, where that is no plain CSV.
     doubts : tuple of str
         What of that may be otherwise.
+    stated : dict of str to float
+        What the preamble states of the indenter: ``radius_m``, ``stiffness_n_m``.
     """
 
     path: str
@@ -59,6 +81,7 @@ class Export:
     values: NDArray
     read: tuple[str, ...]
     doubts: tuple[str, ...]
+    stated: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -88,7 +111,9 @@ class Layout:
     def _number(self, cell: str) -> float:
         if not self.is_number(cell):
             return np.nan
-        return float(cell.replace(",", ".").lower().replace("d", "e"))
+        thousands = "." if self.decimal == "," else ","
+        plain = cell.replace(thousands, "").replace(",", ".")
+        return float(plain.lower().replace("d", "e"))
 
 
 def read_export(path: str | Path) -> Export:
@@ -131,7 +156,19 @@ def read_export(path: str | Path) -> Export:
     before = lines[:begins]
     names, named = _names(layout, before)
     told = _told(layout, encoding, before, named, others)
-    return Export(shown, names, np.array(rows), told, doubts)
+    return Export(shown, names, np.array(rows), told, doubts, _stated(before))
+
+
+def _stated(preamble: Sequence[str]) -> dict[str, float]:
+    """What the lines before a table state of the indenter, in SI units."""
+    found = {}
+    for line in preamble:
+        for name, (pattern, units) in STATED.items():
+            match = pattern.search(line.translate(MICRO))
+            if match and float(match["value"]) > 0:
+                unit = match["before"] or match["behind"] or "1"
+                found.setdefault(name, float(match["value"]) * units.get(unit.lower(), np.nan))
+    return {name: value for name, value in found.items() if np.isfinite(value)}
 
 
 def _plain_numbers(shown: str, layout: Layout, lines: Sequence[str]) -> tuple[str, ...]:
@@ -195,13 +232,15 @@ def _decoded(content: bytes, shown: str) -> tuple[str, str]:
 
 def _layout(lines: Sequence[str]) -> tuple[Layout, int] | None:
     """Delimiter and decimal sign that make the most rows of numbers, and the first such row."""
-    best, found = (0, 0.0), None
+    best, found = (0.0, 0.0), None
     for delimiter in DELIMITERS:
         for decimal in NUMBER:
             counts = [_cells(Layout(delimiter, decimal, 0), line) for line in lines]
             for wanted in {count for count in counts if count is not None}:
                 rows = [k for k, count in enumerate(counts) if count == wanted]
-                score = len(rows), wanted[1] / wanted[0]
+                # Of a line of text that a delimiter makes as many cells of, few are numbers.
+                share = wanted[1] / wanted[0]
+                score = len(rows) * share, share
                 if len(rows) >= FEWEST_ROWS and score > best:
                     best, found = score, (Layout(delimiter, decimal, wanted[0]), rows[0])
     return found

@@ -2,14 +2,17 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 # In metres; letters of either case, since no instrument counts in megametres.
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "micron": 1e-6, "microns": 1e-6,
            "nm": 1e-9, "pm": 1e-12, "in": 0.0254, "inch": 0.0254}  # fmt: skip
 # In newtons.
-FORCES = {"kn": 1e3, "n": 1.0, "cn": 1e-2, "mn": 1e-3, "un": 1e-6, "nn": 1e-9, "pn": 1e-12,
-          "kgf": 9.80665, "gf": 9.80665e-3, "kg": 9.80665, "g": 9.80665e-3,
+FORCES = {"MN": 1e6, "kn": 1e3, "n": 1.0, "cn": 1e-2, "mn": 1e-3, "un": 1e-6, "nn": 1e-9,
+          "pn": 1e-12, "kgf": 9.80665, "gf": 9.80665e-3, "kg": 9.80665, "g": 9.80665e-3,
           "lbf": 4.4482216152605}  # fmt: skip
+# Stiffnesses in newtons per metre; a bare number is in those, as in files of AFMs.
+PER_M = {"1": 1.0, "n/m": 1.0, "mn/m": 1e-3, "nn/nm": 1.0, "pn/nm": 1e-3}
 # Of other columns, in a row of units.
 OTHERS = {"", "-", "s", "ms", "sec", "min", "v", "mv", "%", "1", "n/m", "hz", "mm/s", "mm/min",
           "pa", "kpa", "mpa", "deg", "\N{DEGREE SIGN}c"}  # fmt: skip
@@ -18,16 +21,38 @@ MICRO = str.maketrans({"\N{MICRO SIGN}": "u", "\N{GREEK SMALL LETTER MU}": "u"})
 # As people write them, where that is not in small letters.
 UNITS = {"um": "\N{MICRO SIGN}m", "kn": "kN", "n": "N", "cn": "cN", "mn": "mN",
          "un": "\N{MICRO SIGN}N", "nn": "nN", "pn": "pN"}  # fmt: skip
-# Torque: the only unit that another case makes a length of.
-TORQUE = "Nm"
+# Units that small letters would make others of: a torque a length, meganewtons millinewtons.
+CASED = ("Nm", "MN")
 # Behind a name: in brackets, after a slash, a comma, "in" or a blank, or as the last part of it.
 BEHIND = re.compile(r"^(?P<name>.*?)\s*(?:[\[({<]\s*(?P<a>[^\[\](){}<>]*?)\s*[\])}>]"
                     r"|(?:/|,|\bin\b|\s|_)\s*(?P<b>[^\s\[\]()_/,]+))\s*$")  # fmt: skip
+# Of a force beside another: what ends the name of the one, as F_n beside F_t, is no unit.
+DIRECTION = re.compile(r"_[a-z]", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Header:
+    """Name of a column and its unit.
+
+    Attributes
+    ----------
+    name : str
+        Without the unit, if that is known.
+    unit : str
+        As `plain` has it; empty where none is known.
+    marked : str
+        What stands in brackets or behind a slash at the end, known or not.
+    """
+
+    name: str
+    unit: str
+    marked: str
 
 
 def plain(unit: str) -> str:
     """A unit in small letters, without brackets."""
-    return unit.strip("[](){}<> \t").translate(MICRO).lower()
+    bare = unit.strip("[](){}<> \t").translate(MICRO)
+    return bare if bare in CASED else bare.lower()
 
 
 def are_units(cells: Sequence[str]) -> bool:
@@ -45,17 +70,17 @@ def with_unit(name: str, unit: str) -> str:
     return f"{name} [{unit.strip('[](){} ')}]" if unit else name
 
 
-def bracketed(header: str) -> str:
-    """What stands in brackets, or behind a slash, at the end of a header."""
-    found = re.search(r"[\[({<]\s*([^\[\](){}<>]*?)\s*[\])}>]\s*$|\s/\s*(\S+)\s*$", header)
-    return (found[1] or found[2] or "") if found else ""
-
-
-def name_and_unit(header: str) -> tuple[str, str]:
-    """Name of a column and its unit; the unit is empty where none is known."""
-    found = BEHIND.match(header)
-    if found:
-        unit = found["a"] if found["a"] is not None else found["b"]
-        if unit != TORQUE and (plain(unit) in LENGTHS or plain(unit) in FORCES):
-            return found["name"], plain(unit)
-    return header, ""
+def header(text: str, others: Sequence[str] = ()) -> Header:
+    """Name and unit of a column, whose header stands among others."""
+    found = BEHIND.match(text)
+    if not found:
+        return Header(text, "", "")
+    unit = found["a"] if found["a"] is not None else found["b"]
+    name, end = found["name"], text[len(found["name"]) :]
+    marked = unit if found["a"] is not None or re.match(r"\s+/", end) else ""
+    beside = [one[len(name) :] for one in others if one != text and one.startswith(name)]
+    index = end in ("_n", "_g") and (len(name) == 1 or any(map(DIRECTION.fullmatch, beside)))
+    known = plain(unit) in LENGTHS or plain(unit) in FORCES
+    if not known or index or end.lower() == "_in":
+        return Header(text, "", marked)
+    return Header(name, plain(unit), marked)

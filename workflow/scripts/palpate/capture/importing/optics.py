@@ -1,15 +1,20 @@
 """Optics that a recording states, as the blocks of a sensor's file."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from palpate.capture.importing.lens import NO_DISTORTION, five_coefficients
 from palpate.capture.importing.pixels import Form
+from palpate.config.sensor import COEFFICIENTS
 
+NO_DISTORTION = [0.0] * 5
+# Names of OpenCV's model, with its numbers of coefficients. RealSense calls that of its colour
+# cameras inverse, yet takes rays to the image with it (rs2_project).
+BROWN_CONRADY = ("plumb_bob", "radtan", "brown_conrady", "inverse_brown_conrady")
+LENSES = dict.fromkeys(BROWN_CONRADY, COEFFICIENTS[:2]) | {"rational_polynomial": COEFFICIENTS[2:]}
 # Camera drivers of ROS call images so whose distortion has been taken out.
 RECTIFIED = "image_rect"
 DECIMALS = 9
@@ -48,22 +53,56 @@ def camera_block(info: Any, form: Form, *, rectified: bool) -> dict:
         If the message states another size, no focal length, or a lens that the file can't.
     """
     K, D, P = (_numbers(info, name) for name in ("K", "D", "P"))
-    if (info.width, info.height) != (form.width_px, form.height_px):
-        found = f"{info.width} x {info.height}"
+    # Optics are those of the whole chip; images are of a region of it, in bins.
+    roi, bins = info.roi, np.maximum([info.binning_x, info.binning_y], 1)
+    whole = np.array([roi.width or info.width, roi.height or info.height])
+    for optics in (K.reshape(3, 3), P.reshape(3, 4)):
+        optics[:2, 2] -= roi.x_offset, roi.y_offset
+        optics[:2] /= bins[:, None]
+    if tuple(whole // bins) != (form.width_px, form.height_px):
+        found = "{} x {}".format(*(whole // bins))
         expected = f"{form.width_px} x {form.height_px}"
         raise ValueError(f"camera_info: expected {expected} pixels as the images, found {found}")
     if rectified and np.any(D):
         K, D = np.delete(P, [3, 7, 11]), np.array([])
     if not (np.isfinite(K).all() and K[0] > 0 and K[4] > 0):
         raise ValueError(f"camera_info: K: expected focal lengths above 0, found {K[0]}, {K[4]}")
-    distortion = five_coefficients(info.distortion_model, D, K, form)
+    try:
+        distortion = coefficients(info.distortion_model, D.tolist())
+    except ValueError as error:
+        raise ValueError(f"camera_info: {error}") from None
     return plain_block(form, [K[0], K[4], K[2], K[5]], distortion)
+
+
+def coefficients(model: str, found: Sequence[float]) -> list[float]:
+    """Distortion of a lens in OpenCV's order, of one of its models by their names in ROS.
+
+    Raises
+    ------
+    ValueError
+        If the model is another, or has not so many coefficients.
+    """
+    if not np.isfinite(found).all():
+        raise ValueError("D: expected finite numbers, found others")
+    if not np.any(found):
+        return NO_DISTORTION
+    if len(found) not in LENSES.get(model.lower().replace(" ", "_"), ()):
+        expected = f"one of {', '.join(LENSES)} with its coefficients (or rectified images)"
+        found = f"{model} with {len(found)}"
+        raise ValueError(f"distortion_model: expected {expected}, found {found}")
+    return shortest(found)
+
+
+def shortest(distortion: Sequence[float]) -> list[float]:
+    """Coefficients without zeros that OpenCV doesn't need, but five."""
+    count = next(count for count in COEFFICIENTS[1:] if not any(distortion[count:]))
+    return [*map(float, distortion), 0.0][:count]
 
 
 def plain_block(
     form: Form, intrinsics: Iterable[float], distortion: Iterable[float] = NO_DISTORTION
 ) -> dict:
-    """Camera block of a sensor's file from fx, fy, cx, cy [px] and k1, k2, p1, p2, k3."""
+    """Camera block of a sensor's file from fx, fy, cx, cy [px] and its distortion."""
     names = ("fx_px", "fy_px", "cx_px", "cy_px")
     optics = {name: float(value) for name, value in zip(names, intrinsics, strict=True)}
     size = {"width_px": form.width_px, "height_px": form.height_px, "encoding": form.stored}
@@ -145,7 +184,7 @@ def rows(transform: NDArray) -> list[list[float]]:
 def _numbers(info: Any, name: str) -> NDArray:
     """K, D or P of a CameraInfo; ROS 2 writes them small."""
     value = getattr(info, name) if hasattr(info, name) else getattr(info, name.lower())
-    return np.asarray(value, dtype=float)
+    return np.array(value, dtype=float)
 
 
 def _frame(name: str) -> str:
@@ -158,7 +197,10 @@ def agree(stated: Mapping, found: Mapping) -> str | None:
     for name, (tolerance, unit) in TOLERANCES.items():
         if name not in stated or name not in found:
             continue
-        difference = np.abs(np.subtract(stated[name], found[name], dtype=float)).max()
+        pair = [np.asarray(one[name], dtype=float) for one in (stated, found)]
+        if name == "distortion":
+            pair = [np.pad(one, (0, max(COEFFICIENTS) - len(one))) for one in pair]
+        difference = np.abs(pair[0] - pair[1]).max()
         if not difference <= tolerance:
             return (
                 f"{name}: expected {_short(found[name])}{unit}, found {_short(stated[name])}{unit}"

@@ -10,16 +10,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.config.sensor import LONGEST_SHIFT_M, ROTATION_TOLERANCE
+from palpate.capture.importing.optics import NO_DISTORTION, coefficients, shortest
+from palpate.config.sensor import COEFFICIENTS, LONGEST_SHIFT_M, ROTATION_TOLERANCE
 from palpate.yaml_files import load_yaml, one_line
 
-PLAIN_MODELS = ("radtan", "plumb_bob")
 OPENCV_MARK = "opencv-matrix"
+# Names of fields as `ros2 topic echo` prints a camera_info.
+ECHOED = {"k": "camera_matrix", "d": "distortion_coefficients", "p": "projection_matrix"}
 # Names under which OpenCV's own programs write a single camera's and a pair's matrices.
 SINGLE_NAMES = (("camera_matrix", "distortion_coefficients"), ("cameraMatrix", "distCoeffs"))
 PAIR_NAMES = (("M1", "D1"), ("M2", "D2"))
 MATRICES = {name for pair in (*SINGLE_NAMES, *PAIR_NAMES) for name in pair}
-FIVE = 5
 
 
 @dataclass(frozen=True)
@@ -47,19 +48,19 @@ def read_optics(paths: Sequence[Path], size_px: tuple[int, int] | None = None) -
     Parameters
     ----------
     paths : sequence of path
-        A Kalibr ``camchain.yaml``, files of OpenCV's FileStorage, or one or two ``camera_info``
-        files of ROS.
+        A Kalibr ``camchain.yaml``, files of OpenCV's FileStorage or of VINS, or one or two
+        ``camera_info`` files of ROS, or as its topic prints them.
     size_px : (width, height), optional
         Of the pictures, where OpenCV's file does not say it.
 
     Raises
     ------
     ValueError
-        If a file is none of these, or holds a lens that five coefficients don't describe.
+        If a file is none of these, or holds another lens than OpenCV's.
     """
     if all(_is_opencv(path) for path in paths):
         return _opencv(paths, size_px)
-    found = [(path, load_yaml(path)) for path in paths]
+    found = [(path, _as_written(load_yaml(path))) for path in paths]
     for path, content in found:
         if not isinstance(content, Mapping) or not {"cam0", "camera_matrix"} & set(content):
             raise ValueError(
@@ -84,16 +85,49 @@ def _kalibr(path: Path, content: Mapping) -> StatedOptics:
         _one_of(_at(block, "camera_model", place), ("pinhole",), f"{place}.camera_model")
         fx, fy, cx, cy = _numbers(_at(block, "intrinsics", place), 4, f"{place}.intrinsics")
         size = _numbers(_at(block, "resolution", place), 2, f"{place}.resolution")
-        _one_of(_at(block, "distortion_model", place), PLAIN_MODELS, f"{place}.distortion_model")
+        _one_of(_at(block, "distortion_model", place), ("radtan",), f"{place}.distortion_model")
         bent = _numbers(_at(block, "distortion_coeffs", place), 4, f"{place}.distortion_coeffs")
         cameras.append(_camera(size, (fx, fy, cx, cy), bent, f"{place}.distortion_coeffs"))
     if len(cameras) == 1:
         return StatedOptics(tuple(cameras))
     place = f"{path}: cam1.T_cn_cnm1"
-    rows = _at(content["cam1"], "T_cn_cnm1", f"{path}: cam1")
+    if "T_cn_cnm1" in content["cam1"]:
+        return StatedOptics(tuple(cameras), _rigid(_transform(content["cam1"], place), place))
+    # Both by the IMU: T_cam_imu takes its coordinates to a camera's, T_imu_cam back.
+    by_imu = []
+    for name in names:
+        known = [key for key in ("T_cam_imu", "T_imu_cam") if key in content[name]]
+        if not known:
+            expected = "expected it, or T_cam_imu or T_imu_cam of both cameras"
+            raise ValueError(f"{place}: {expected}, found none of {name}")
+        at = f"{path}: {name}.{known[0]}"
+        matrix = _rigid(_transform(content[name], at), at)
+        by_imu.append(matrix if known[0] == "T_cam_imu" else np.linalg.inv(matrix))
+    second_from_first = by_imu[1] @ np.linalg.inv(by_imu[0])
+    return StatedOptics(tuple(cameras), _rigid(second_from_first, place))
+
+
+def _transform(block: Mapping, place: str) -> NDArray:
+    """A (4, 4) matrix of a camchain.yaml, whose field the place ends with."""
+    rows = _at(block, place.rpartition(".")[2], place)
     flat = [value for row in rows for value in row] if _is_rows(rows) else rows
-    matrix = np.reshape(_numbers(flat, 16, place), (4, 4))
-    return StatedOptics(tuple(cameras), _rigid(matrix, place))
+    return np.reshape(_numbers(flat, 16, place), (4, 4))
+
+
+def _as_written(content: Any) -> Any:
+    """Content of a file of ROS, of a camera_info as echoed or a file of VINS (camodocal)."""
+    if not isinstance(content, Mapping) or not {"k", "K", "projection_parameters"} & set(content):
+        return content
+    if content.get("model_type") == "PINHOLE":
+        optics, bent = (content.get(f"{n}_parameters") or {} for n in ("projection", "distortion"))
+        fx, fy, cx, cy = (optics.get(name) for name in ("fx", "fy", "cx", "cy"))
+        bent = [bent.get(name) for name in ("k1", "k2", "p1", "p2")]
+        content = {**content, "k": [fx, 0, cx, 0, fy, cy, 0, 0, 1], "d": bent}
+        content["distortion_model"] = "plumb_bob"
+    plain = {str(name).lower(): value for name, value in content.items()}
+    fields = {ECHOED[name]: {"data": plain[name]} for name in ECHOED if name in plain}
+    sizes = {f"image_{side}": plain[side] for side in ("width", "height") if side in plain}
+    return {**plain, **fields, **sizes}
 
 
 def _ros(files: Sequence[tuple[Path, Mapping]]) -> StatedOptics:
@@ -120,12 +154,14 @@ def _ros(files: Sequence[tuple[Path, Mapping]]) -> StatedOptics:
 def _ros_camera(path: Path, content: Mapping) -> dict:
     size = [_at(content, f"image_{side}", str(path)) for side in ("width", "height")]
     size = _numbers(size, 2, f"{path}: image_width, image_height")
-    model = _at(content, "distortion_model", str(path))
-    _one_of(model, PLAIN_MODELS, f"{path}: distortion_model")
     K = _numbers(_data(content, "camera_matrix", path), 9, f"{path}: camera_matrix.data")
     _without_skew(K, f"{path}: camera_matrix.data")
-    bent = _data(content, "distortion_coefficients", path)
     place = f"{path}: distortion_coefficients.data"
+    bent = _numbers(_data(content, "distortion_coefficients", path), None, place)
+    try:
+        bent = coefficients(str(_at(content, "distortion_model", str(path))), bent)
+    except ValueError as error:
+        raise ValueError(one_line(f"{path}: {error}")) from None
     return _camera(size, (K[0], K[4], K[2], K[5]), bent, place)
 
 
@@ -198,14 +234,11 @@ def _stored(path: Path) -> dict[str, Any]:
 
 
 def _camera(size: Sequence[float], optics: Sequence[float], distortion: Any, place: str) -> dict:
-    """A camera's block; only five coefficients may differ from 0."""
-    bent = _numbers(distortion, None, place)
-    more = [value for value in bent[FIVE:] if value]
-    if more:
-        raise ValueError(
-            f"{place}: expected at most k1, k2, p1, p2, k3 other than 0, found"
-            f" {len(more)} coefficients more"
-        )
+    """A camera's block."""
+    bent = _numbers(distortion, None, place) or NO_DISTORTION
+    if len(bent) not in COEFFICIENTS:
+        expected = f"expected {', '.join(map(str, COEFFICIENTS))} coefficients of OpenCV's lenses"
+        raise ValueError(f"{place}: {expected}, found {len(bent)}")
     sides = [int(side) for side in size]
     if sides != list(size) or min(sides) < 1:
         raise ValueError(f"{place}: expected whole pixels in width and height, found {list(size)}")
@@ -221,7 +254,7 @@ def _camera(size: Sequence[float], optics: Sequence[float], distortion: Any, pla
         "width_px": int(size[0]),
         "height_px": int(size[1]),
         **dict(zip(names, map(float, optics), strict=True)),
-        "distortion": [*bent, *[0.0] * FIVE][:FIVE],
+        "distortion": shortest(bent),
     }
 
 

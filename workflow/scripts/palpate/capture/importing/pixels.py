@@ -216,12 +216,16 @@ def _either(names: Sequence[str]) -> str:
 
 
 def _file_bytes(message: Any) -> bytes:
-    data = np.asarray(message.data, dtype=np.uint8).tobytes()
-    if DEPTH_CODEC not in message.format:
-        return data
-    if not message.format.startswith("16UC1"):
-        raise ValueError(f"format: expected 16UC1; {DEPTH_CODEC} png, found {message.format}")
-    return data[DEPTH_CODEC_BYTES:]
+    data, said = np.asarray(message.data, dtype=np.uint8).tobytes(), message.format
+    packed = DEPTH_CODEC in said
+    expected = f"format: expected 16UC1; {DEPTH_CODEC} png, found {said}"
+    if packed and (not said.startswith("16UC1") or "rvl" in said):
+        why = "RVL" if "rvl" in said else "rounded inverse depth"
+        raise ValueError(f"{expected} ({why}: republish it as an Image)")
+    if said.startswith(("16UC1", METRES)) and "jpeg" in said:
+        why = "JPEG keeps 8 of depth's 16 bits: record the Image"
+        raise ValueError(f"{expected} ({why})")
+    return data[DEPTH_CODEC_BYTES:] if packed else data
 
 
 def _checked(form: Form) -> Form:

@@ -43,6 +43,8 @@ class Content:
     color, depth : Stream
     depth_unit_m : float
         What one count of a depth image is [m].
+    depth_unit_from : str
+        Who says so, in words.
     force : DataFrame or None
         ``time_s`` [s] and the wrench [N, Nm], by time; None for a background.
     cameras : dict or None
@@ -54,6 +56,7 @@ class Content:
     color: Stream
     depth: Stream
     depth_unit_m: float
+    depth_unit_from: str
     force: pd.DataFrame | None
     cameras: dict | None
     notes: tuple[str, ...] = field(default=())

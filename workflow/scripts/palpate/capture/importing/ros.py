@@ -97,16 +97,16 @@ class BagRecording:
                 raise ValueError(f"{self.path}: messages: expected {expected}, found {count}")
             clock_notes = _clock_notes(bag, self._color)
             cameras = self._cameras(bag) if self._stated_optics else None
-            unit_m = self._names.depth_unit_m
+            unit_m, said = self._names.depth_unit_m, "--depth-unit"
             if unit_m is None:
-                unit_m = _depth_unit_m(bag, self._depth, self._forms[self._depth])
+                unit_m, said = _depth_unit_m(bag, self._depth, self._forms[self._depth])
         color, depth = (
             Stream(shown(name), self._forms[name], np.array(times, dtype=np.int64))
             for name, times in stamps.items()
         )
         force, notes = samples.table() if self._wrench else (None, ())
         notes += clock_notes
-        return Content(color, depth, unit_m, force, cameras, notes)
+        return Content(color, depth, unit_m, said, force, cameras, notes)
 
     def pictures(self) -> Iterator[Picture]:
         """All images one by one."""
@@ -204,20 +204,24 @@ def _realsense(bag: Bag, color: str, depth: str) -> np.ndarray:
     return found[color][shared[0]] @ np.linalg.inv(found[depth][shared[0]])
 
 
-def _depth_unit_m(bag: Bag, depth: str, form: Form) -> float:
-    """What one count of the depth images is [m]."""
+def _depth_unit_m(bag: Bag, depth: str, form: Form) -> tuple[float, str]:
+    """What one count of the depth images is [m], and who says so."""
+    stated = "as the recording states"
     if form.encoding == METRES:
-        return 1.0
+        return 1.0, f"{METRES} by REP 118: --depth-unit"
     message = bag.first(depth)
     if unit_m := getattr(message, "depth_units", 0.0):
-        return _checked_unit(bag, depth, unit_m)
+        return _checked_unit(bag, depth, unit_m), stated
     if not depth.endswith(REALSENSE_DATA):
-        return 1 / MILLIMETRES
+        return (
+            1 / MILLIMETRES,
+            f"{form.encoding} by REP 118, the recording states none: --depth-unit",
+        )
     sensor = depth.removesuffix(REALSENSE_DATA).rpartition("/")[0]
     options = bag.topics(FLOAT, TEXT)
     for name in (sensor + option for option in REALSENSE_UNITS):
         if name in options:
-            return _checked_unit(bag, depth, bag.first(name).data)
+            return _checked_unit(bag, depth, bag.first(name).data), stated
     expected = "the recording or --depth-unit <metres> to state them"
     raise ValueError(f"{bag.path}: {shown(depth)}: depth units: expected {expected}, found none")
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.capture.importing import optics
 from palpate.capture.importing.bags import LARGEST_BYTES, shown
-from palpate.capture.importing.lens import NO_DISTORTION
+from palpate.capture.importing.optics import NO_DISTORTION
 from palpate.capture.importing.pixels import Form, file_form, file_pixels
 from palpate.capture.importing.recording import (
     NANOSECONDS,
@@ -82,7 +82,9 @@ class TumRecording:
                 for kind, form in self._forms.items()
             }
             cameras["depth"]["color_from_depth"] = optics.rows(np.eye(4))
-        return Content(color, depth, 1 / self._factor, None, cameras)
+        said = f"{self._factor:g} counts in a metre"
+        said += ", the usual: --depth-factor" if self._factor == DEPTH_FACTOR else ""
+        return Content(color, depth, 1 / self._factor, said, None, cameras)
 
     def pictures(self) -> Iterator[Picture]:
         """All images one by one."""

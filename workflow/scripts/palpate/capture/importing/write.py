@@ -30,6 +30,8 @@ from palpate.capture.tables import image_streams, write_force, write_frames
 
 LOWEST_FORCE_RATE_HZ = 100
 NS_PER_MS = 1_000_000
+# Of so many rows and columns one tells the median depth.
+EVERY = 4
 # Table of force.csv, and notes on it.
 ForceTable = tuple[pd.DataFrame, tuple[str, ...]]
 
@@ -102,7 +104,7 @@ def import_recording(
         sensor, new = sensor_of(
             target.sensor_file, content, rate_hz, range_m=target.range_m, trusted=target.trusted
         )
-        frames, left = _write(part, recording, content, frames, count_m(sensor["depth"]))
+        frames, left = _write(part, recording, content, frames, sensor)
         if table is not None:
             write_force(part, table)
         _require_right(part, target, sensor)
@@ -181,13 +183,16 @@ def _missed(pairs: Pairs) -> str:
 
 
 def _write(
-    part: Path, recording: Recording, content: Content, frames: Pairs, step_m: float
+    part: Path, recording: Recording, content: Content, frames: Pairs, sensor: dict
 ) -> tuple[Pairs, list[str]]:
     """Write frames.csv and the images; gives the frames that were kept, and notes on others."""
-    count = len(frames.color)
+    count, step_m = len(frames.color), count_m(sensor["depth"])
     names = {kind: [f"{kind}/{k:06d}.png" for k in range(count)] for kind in ("color", "depth")}
     times_s = content.color.times_ns[frames.color] / NANOSECONDS
-    digests, beyond = _write_pictures(part, recording, content, frames, names, step_m)
+    digests, beyond, depth_m = _write_pictures(part, recording, content, frames, names, step_m)
+    if depth_m > (far_m := LARGEST_COUNT * step_m):
+        expected = f"expected a median of up to {far_m:.3g} m, found {depth_m:.4g}"
+        raise ValueError(f"depth: {expected} (is it in mm? --depth-unit 0.001)")
     repeats = repeating(digests)
     left_out(part, names, repeats)
     kept = int(count - repeats.sum())
@@ -199,6 +204,11 @@ def _write(
     write_frames(part, pd.DataFrame(table))
     notes = list(notes_on(repeats, digests, times_s))
     notes += _depth_notes(content, int(beyond[~repeats].sum()), step_m)
+    said = f"{1e3 * content.depth_unit_m:.4g} mm ({content.depth_unit_from})"
+    notes.append(f"depth: one count is {said}, which makes a median of {depth_m:.3g} m")
+    near_m, far_m = sensor["range_m"]
+    if not near_m <= depth_m <= far_m:
+        notes.append(f"depth: that is not in the sensor's range_m, {near_m:g} to {far_m:g} m")
     return replace(frames, color=frames.color[~repeats], depth=frames.depth[~repeats]), notes
 
 
@@ -209,8 +219,17 @@ def _write_pictures(
     frames: Pairs,
     names: dict[str, list[str]],
     step_m: float,
-) -> tuple[dict[str, list[bytes]], NDArray]:
-    """Write the images; gives their digests, and how many depths of each are beyond 16 bits."""
+) -> tuple[dict[str, list[bytes]], NDArray, float]:
+    """Write the images.
+
+    Returns
+    -------
+    digests : dict
+    beyond : (n,) array
+        How many depths of each are beyond 16 bits.
+    depth_m : float
+        Median depth [m].
+    """
     count = len(frames.color)
     place = {
         kind: dict(zip(used.tolist(), range(count), strict=True))
@@ -219,17 +238,20 @@ def _write_pictures(
     for kind in names:
         (part / kind).mkdir()
     digests = {kind: [b""] * count for kind in names}
-    beyond = np.zeros(count, dtype=int)
+    beyond, medians = np.zeros(count, dtype=int), np.zeros(count)
     with _bar("writing", 2 * count) as bar:
         for picture in _chosen(recording.pictures(), place):
             kind, k = picture.stream, place[picture.stream][picture.index]
             pixels = picture.pixels
             if kind == "depth":
+                few = pixels[::EVERY, ::EVERY]
+                seen = few[np.isfinite(few) & (few > 0)]
+                medians[k] = np.median(seen) if seen.size else 0
                 pixels, beyond[k] = counted(pixels, content.depth_unit_m, step_m)
             digests[kind][k] = digest(pixels)
             write_image(part / names[kind][k], pixels, getattr(content, kind).form.stored)
             bar.update()
-    return digests, beyond
+    return digests, beyond, float(np.median(medians)) * content.depth_unit_m
 
 
 def _chosen(pictures: Iterable[Picture], place: dict[str, dict[int, int]]) -> Iterator[Picture]:

@@ -196,9 +196,9 @@ def fit_curve(
     ValueError
         If the force does not rise above its noise, no contact is found, or a layer is too thin.
     """
+    depth = depth_m
     if weights is not None:
-        depth_m, force_n, weights = (one[weights > 0] for one in (depth_m, force_n, weights))
-    depth = depth_m - force_n / (setup.stiffness_n_m or np.inf)
+        depth, force_n, weights = (one[weights > 0] for one in (depth_m, force_n, weights))
     check_rise(depth, force_n)
     expected_m, std_m = setup.contact_m or (0.0, None)
 

@@ -55,7 +55,6 @@ class Setup:
     poisson_ratio: float = 0.33
     baseline: bool | None = None
     residual: str = "force"
-    stiffness_n_m: float | None = None
     base: str = "bonded"
     contact_m: tuple[float, float] | None = None
 
@@ -74,7 +73,7 @@ class Setup:
         if self.thickness_m is None and self.base != LAYERS[0]:
             found = f"found {self.base} alone"
             raise ValueError(f"base: expected with thickness_m, of a layer, {found}")
-        for name in ("radius_m", "thickness_m", "stiffness_n_m"):
+        for name in ("radius_m", "thickness_m"):
             found = getattr(self, name)
             if found is not None and not 0 < found < np.inf:
                 raise ValueError(f"{name}: expected above 0, found {found}")
@@ -172,11 +171,7 @@ class Setup:
 def curve_setup(spec: Mapping, probe: Mapping) -> Setup:
     """What an object's curves are fitted with, of object.yaml and the probe's file."""
     nu, radius_m = float(np.mean(spec["curves"]["poisson_ratio"])), probe["indenter"]["radius_m"]
-    stiffness = spec["curves"].get("stiffness_n_m", probe.get("stiffness_n_m"))
-    if isinstance(stiffness, str):
-        expected = "a number in curves, which no camera calibrates, or in the probe's file"
-        raise ValueError(f"curves.stiffness_n_m: expected {expected}, found {stiffness}")
-    return Setup(radius_m, poisson_ratio=nu, stiffness_n_m=stiffness)
+    return Setup(radius_m, poisson_ratio=nu)
 
 
 def chosen_baseline(depth_m: NDArray, force_n: NDArray, contact_m: float) -> tuple[bool, str]:
