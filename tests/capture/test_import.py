@@ -312,8 +312,8 @@ def test_films_of_the_probe(film, tmp_path):
     assert bring(recording, folder / "pivot", sensors=sensors) == 0
     assert not (folder / "pivot/force.csv").exists()
     assert len(read_frames(folder / "pivot")) == FRAMES
-    assert bring(recording, folder / "load", sensors=sensors) == 0
     assert bring(recording, folder / "load", "--background", sensors=sensors) == 0
+    assert bring(recording, folder / "load", sensors=sensors) == 0
     spec = yaml.safe_load((sensors / "camera.yaml").read_text())
     assert spec["sensor"] == "camera"
     assert len(read_force(folder / "load")) > 0

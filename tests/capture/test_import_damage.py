@@ -1,17 +1,14 @@
 """Recordings that are damaged or made to harm are refused in one line."""
 
-import bz2
 import struct
 from dataclasses import replace
 
-import lz4.frame
 import numpy as np
 import pytest
-from backports import zstd
 from bag_writing import COLOR, Messages
 from import_help import assert_like, bag_of, refused
 from palpate.__main__ import main
-from palpate.capture.importing import bag_bounds, bags
+from palpate.capture.importing import bags
 from palpate.capture.tables import read_frames
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 
@@ -59,25 +56,6 @@ def test_damaged_bytes_never_make_a_traceback(kind, film, tmp_path, capsys):
     assert refusals > 3
 
 
-@pytest.mark.parametrize(
-    ("table", "name", "packed"),
-    [
-        ("_ROS1_WAYS", "bz2", bz2.compress),
-        ("_ROS1_WAYS", "lz4", lz4.frame.compress),
-        ("_MCAP_WAYS", "lz4", lz4.frame.compress),
-        ("_MCAP_WAYS", "zstd", zstd.compress),
-    ],
-)
-def test_chunks_that_unpack_without_end(table, name, packed, monkeypatch):
-    monkeypatch.setattr(bag_bounds, "LARGEST_BYTES", 1000)
-    unpacked = getattr(bag_bounds, table)[name]
-    assert unpacked(packed(bytes(1000))) == bytes(1000)
-    with pytest.raises(ValueError, match="a chunk that is cut or unpacks to more than 1000"):
-        unpacked(packed(bytes(10**6)))
-    with pytest.raises(ValueError, match="a chunk that is cut"):
-        unpacked(packed(bytes(1000))[:-3])
-
-
 def test_chunk_larger_than_the_file(film, tmp_path, capsys):
     bag = bag_of(tmp_path, film)
     data = bag.read_bytes()
@@ -95,13 +73,6 @@ def _after_chunk_header(data, near):
         if 30 < length < 100 and start + 4 <= near < start + 4 + length:
             return start + 4 + length
     raise LookupError("no chunk header")
-
-
-def test_chunks_open_at_once_are_bounded(film, tmp_path, capsys, monkeypatch):
-    recording = bag_of(tmp_path, film, ros1=False, plugin=StoragePlugin.MCAP)
-    monkeypatch.setattr(bag_bounds, "LARGEST_BYTES", 10_000)
-    line = refused(capsys, tmp_path, recording)
-    assert_like("chunks: expected at most 10000 bytes of messages at one time", line)
 
 
 def test_large_messages_are_refused(film, tmp_path, capsys, monkeypatch):

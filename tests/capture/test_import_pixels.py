@@ -19,7 +19,7 @@ from bag_writing import (
     write_ros1,
     write_ros2,
 )
-from import_help import assert_same, bring, wrench_file
+from import_help import assert_same, bag_of, bring, ros1, with_message, wrench_file
 from palpate.capture.images import read_image
 from palpate.vision.clouds import scene_points
 
@@ -103,6 +103,36 @@ def test_mosaics_and_bgr_and_big_endian_depth(tmp_path):
     target = tmp_path / "raw/block/camera/08"
     assert bring(write_ros1(tmp_path / "film.bag", found, messages), target) == 0
     assert_same(target, replace(film, color=[image[..., ::-1] for image in film.color]))
+
+
+def test_what_a_count_was_taken_as_is_told(tmp_path, capsys):
+    film = stand_in()
+    assert bring(ros1(tmp_path, film), tmp_path / "raw/block/camera/08", "--range", "2", "3") == 0
+    found = capsys.readouterr().out
+    median_m = 1e-3 * np.median(film.depth)
+    told = "one count is 1 mm (16UC1 by REP 118, the recording states none: --depth-unit)"
+    assert f"depth: {told}, which makes a median of {median_m:.3g} m" in found
+    assert "depth: that is not in the sensor's range_m, 2 to 3 m" in found
+
+
+def test_optics_of_a_region_in_bins(tmp_path):
+    """A chip of twice the pixels and a margin, read in bins of two: optics in its own pixels."""
+    film = stand_in()
+
+    def whole(message, _):
+        message.width, message.height = 200, 160
+        message.binning_x = message.binning_y = 2
+        roi = message.roi
+        roi.x_offset, roi.y_offset, roi.width, roi.height = 10, 20, 128, 96
+        fx, fy, cx, cy = film.color_optics
+        message.K = np.array([2 * fx, 0, 2 * cx + 10, 0, 2 * fy, 2 * cy + 20, 0, 0, 1.0])
+        return message
+
+    bag = bag_of(tmp_path, film, with_message(COLOR_INFO, whole))
+    assert bring(bag, tmp_path / "raw/block/camera/08") == 0
+    spec = yaml.safe_load((tmp_path / "sensors/camera.yaml").read_text())["color"]
+    found = [spec[name] for name in ("fx_px", "fy_px", "cx_px", "cy_px")]
+    assert found == pytest.approx(film.color_optics)
 
 
 def test_depth_units_of_a_realsense(tmp_path, capsys):

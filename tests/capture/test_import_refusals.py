@@ -18,7 +18,15 @@ from bag_writing import (
     write_ros1,
     write_tum,
 )
-from import_help import assert_like, attributes, bag_of, refused, with_message, without
+from import_help import (
+    assert_like,
+    attributes,
+    bag_of,
+    refused,
+    with_message,
+    without,
+    wrench_file,
+)
 from palpate.__main__ import main
 from palpate.capture.importing.pixels import RAW_FORMS
 
@@ -120,6 +128,7 @@ def test_two_topics_that_could_be_meant(film, tmp_path, capsys):
         ("raw/sensors/My Cam/load", r"load: sensor: expected .*, like d435, found My Cam$"),
         ("raw/My Cow/camera/08", r"08: object: expected .*, like red_sponge, found My Cow$"),
         ("raw/block/camera/background", "capture: expected --background for this name"),
+        ("raw/block/08", r"expected raw/<object>/<sensor>/<capture>, .*, found .*raw/block/08$"),
     ],
 )
 def test_places_that_are_no_captures(target, line, film, tmp_path, capsys):
@@ -134,6 +143,30 @@ def test_a_target_of_too_few_folders(target, film, tmp_path, capsys, monkeypatch
     (line,) = capsys.readouterr().err.splitlines()
     expected = "expected raw/<object>/<sensor>/<capture>, like raw/red_sponge/d435/08"
     assert line == f"error: {target}: target: {expected}, found {target}"
+
+
+def test_depth_that_a_message_can_not_keep(film, tmp_path, capsys):
+    """Depth in float millimetres, and codecs that lose it or that nothing here unpacks."""
+    floats = replace(film, depth=[depth.astype(np.float32) for depth in film.depth])
+    line = refused(capsys, tmp_path, bag_of(tmp_path, floats))
+    assert_like(r"depth: expected a median of up to 6.55 m, found .* --depth-unit 0.001", line)
+    (tmp_path / "film.bag").unlink()
+    for said, why in {
+        "16UC1; compressedDepth rvl": "RVL: republish it as an Image",
+        "32FC1; compressedDepth png": "rounded inverse depth: republish",
+        "16UC1; jpeg compressed": "JPEG keeps 8 of depth's 16 bits",
+    }.items():
+        packed = with_message(DEPTH, lambda _, m, s=said: m.compressed(bytes(40), 0, "", s))
+        assert_like(why, refused(capsys, tmp_path, bag := bag_of(tmp_path, film, packed)))
+        bag.unlink()
+
+
+def test_a_row_of_units_in_a_table_of_forces(film, tmp_path, capsys):
+    path = wrench_file(tmp_path, film)
+    head, rows = path.read_text().split("\n", 1)
+    path.write_text(f"{head}\ns,N,N,N,Nm,Nm,Nm\n{rows}")
+    line = refused(capsys, tmp_path, bag_of(tmp_path, film), "--force", str(path))
+    assert_like("wrench.csv: rows: expected numbers, found s, N, N", line)
 
 
 def test_an_object_that_the_lab_makes(film, tmp_path, capsys):

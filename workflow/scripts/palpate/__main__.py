@@ -1,6 +1,7 @@
 """The command ``palpate``: what the workflow does, for single captures and curves."""
 
 import argparse
+import os
 import sys
 
 from palpate import __version__
@@ -15,11 +16,17 @@ def main(arguments: list[str] | None = None) -> int:
     """Run a command; the exit status is 1 where it fails, with one line on what is wrong."""
     options = _parser().parse_args(arguments)
     try:
-        return options.work(options) or 0
+        status = options.work(options) or 0
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Nobody reads on, like head; the interpreter flushes once more as it ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except (ValueError, OSError) as error:
         for line in _told(error).splitlines():
             print(f"error: {line}", file=sys.stderr)
         return 1
+    return status
 
 
 def _told(error: ValueError | OSError) -> str:

@@ -43,7 +43,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
 
 
 @contextmanager
-def whole_folder(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
+def whole_folder(path: str | Path, *, replace: bool = True, kept: str = "") -> Iterator[Path]:
     """Give an empty folder to fill; it becomes ``path`` when the block ends without an error.
 
     Parameters
@@ -52,6 +52,8 @@ def whole_folder(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
         Where the folder is to stand.
     replace : bool, optional
         Whether what stands there is replaced, or refused.
+    kept : str, optional
+        Name of a folder that may stand there alone already, and stays.
 
     Yields
     ------
@@ -67,7 +69,7 @@ def whole_folder(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
     """
     path = Path(path)
     if not replace:
-        _check_free(path)
+        _check_free(path, kept)
     with _part_of(path) as part:
         part.mkdir()
         yield part
@@ -76,7 +78,10 @@ def whole_folder(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
         if replace:
             _set_aside(path)
         else:
-            _check_free(path)
+            _check_free(path, kept)
+            if path.is_dir():
+                os.replace(path / kept, part / kept)
+                path.rmdir()
         os.replace(part, path)
 
 
@@ -91,8 +96,9 @@ def write_json(path: str | Path, fields: Mapping) -> None:
     write_text(path, json.dumps(fields, indent=2) + "\n")
 
 
-def _check_free(path: Path) -> None:
-    if os.path.lexists(path):
+def _check_free(path: Path, kept: str) -> None:
+    alone = path.is_dir() and bool(kept) and os.listdir(path) == [kept]
+    if os.path.lexists(path) and not alone:
         raise ValueError(f"{path}: folder: expected nothing there yet, found something")
 
 

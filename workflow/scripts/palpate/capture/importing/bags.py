@@ -12,15 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from rosbags import rosbag2
+from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-
-from palpate.capture.importing.bag_bounds import (
-    LARGEST_BYTES,
-    BoundedRos1Reader,
-    bounded_chunks,
-    check_chunks,
-)
 
 IMAGE = "sensor_msgs/msg/Image"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
@@ -32,6 +25,8 @@ TRANSFORMS = "tf2_msgs/msg/TFMessage"
 FLOAT = "std_msgs/msg/Float32"
 TEXT = "std_msgs/msg/String"
 KEY_VALUE = "diagnostic_msgs/msg/KeyValue"
+# A message must fit into memory.
+LARGEST_BYTES = 2**28
 LARGEST_METADATA_BYTES = 2**24
 # Recordings of the RealSense SDK mark the header and put the depth's unit behind the pixels, under
 # the name and digest of the plain type.
@@ -186,16 +181,13 @@ def open_bag(path: str | Path) -> Iterator[Bag]:
     ros1 = path.suffix == ".bag" and path.is_file()
     if not ros1:
         _check_ros2(path)
-    with bounded_chunks():
-        with _readable(path):
-            reader = BoundedRos1Reader(path) if ros1 else rosbag2.Reader(path)
-            reader.open()
-        try:
-            if not ros1:
-                check_chunks(path, reader)
-            yield Bag(path, reader, ros1=ros1)
-        finally:
-            reader.close()
+    with _readable(path):
+        reader = rosbag1.Reader(path) if ros1 else rosbag2.Reader(path)
+        reader.open()
+    try:
+        yield Bag(path, reader, ros1=ros1)
+    finally:
+        reader.close()
 
 
 def shown(text: object) -> str:

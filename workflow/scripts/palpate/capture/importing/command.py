@@ -7,6 +7,7 @@ from math import inf, isfinite
 from pathlib import Path
 
 from palpate.capture.calibrations import PARTS
+from palpate.capture.columns import check_numbers
 from palpate.capture.devices import PLACES, add_devices, found_folder
 from palpate.capture.discover import (
     BACKGROUND,
@@ -39,6 +40,7 @@ from palpate.yaml_files import load_yaml
 
 # Films of a probe by itself, raw/sensors/<sensor>/<film>.
 OF_SENSORS, FILMS = NOT_OBJECTS[0], {part.film: part for part in PARTS}
+RAW = "raw"
 # Options for folders with rgb.txt, and what they are if not given.
 OF_FOLDERS = {"intrinsics": None, "distortion": None, "depth_factor": DEPTH_FACTOR}
 
@@ -117,13 +119,13 @@ def _target(options: argparse.Namespace) -> Target:
     folder = options.target
     if options.background and folder.name != BACKGROUND:
         folder = folder / BACKGROUND
-    name, sensor, subject = (part.name for part in (folder, folder.parent, folder.parent.parent))
+    name, sensor = folder.name, folder.parent.name
     if name == BACKGROUND and not options.background:
         raise ValueError(f"{folder}: capture: expected --background for this name, found no option")
     film = folder.parent if name == BACKGROUND else folder
     part = FILMS.get(film.name) if film.parent.parent.name == OF_SENSORS else None
     if part is None:
-        _require_target(options.target, subject, sensor)
+        _require_target(options.target, folder)
         if name != BACKGROUND and not CAPTURE_NAME.fullmatch(name):
             raise ValueError(f"{folder}: capture: expected {CAPTURE_WORDS}, found {name}")
     elif fault := sensor_fault(sensor := film.parent.name):
@@ -134,9 +136,11 @@ def _target(options: argparse.Namespace) -> Target:
     return Target(folder, sensor_file, no_force, tuple(options.range), options.trust_sensor_file)
 
 
-def _require_target(target: Path, subject: str, sensor: str) -> None:
+def _require_target(target: Path, folder: Path) -> None:
     """Hold the folders above a capture to names that an object and a sensor can have."""
-    if not subject or not sensor:
+    sensor, subject = folder.parent.name, folder.parent.parent.name
+    no_sensor = subject == RAW or (folder.parent / "object.yaml").exists()
+    if not subject or not sensor or no_sensor:
         expected = "raw/<object>/<sensor>/<capture>, like raw/red_sponge/d435/08"
         raise ValueError(f"{target}: target: expected {expected}, found {target}")
     if fault := sensor_fault(sensor):
@@ -198,5 +202,7 @@ def _force(path: Path, names: Names) -> tuple:
         table = read_table(path)
         if "time_s" not in table.columns or not len(table):
             raise ValueError(f"{path}: columns: expected time_s and samples, found none")
+        if lines := check_numbers(path, table, list(table.columns)):
+            raise ValueError(lines[0])
         return table, ()
     return read_wrenches(path) if path.suffix == ".txt" else read_force_bag(path, names)

@@ -12,6 +12,7 @@ from tqdm import tqdm
 
 from palpate.capture.check import FEWEST_BACKGROUND_FRAMES, FEWEST_FRAMES, check_capture
 from palpate.capture.depth import count_m
+from palpate.capture.discover import BACKGROUND
 from palpate.capture.files import whole_folder
 from palpate.capture.images import write_image
 from palpate.capture.importing.pairing import Pairs, paired
@@ -93,7 +94,9 @@ def import_recording(
     ValueError
         If the recording makes no capture; nothing is left behind then.
     """
-    with _leaving_nothing(target.folder), whole_folder(target.folder, replace=False) as part:
+    kept = "" if target.folder.name == BACKGROUND else BACKGROUND
+    whole = whole_folder(target.folder, replace=False, kept=kept)
+    with _leaving_nothing(target.folder), whole as part:
         content = _surveyed(recording)
         table, notes = force or (content.force, ())
         table = None if target.background else table
