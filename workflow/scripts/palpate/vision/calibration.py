@@ -1,27 +1,41 @@
-"""Optics of a camera, or of two and the transform between them, from a board (Section 4.1.4)."""
+"""Optics of a camera from a board: OpenCV's calibration, without outliers (Section 4.1.4)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.vision import outlying
 from palpate.vision.board import FlatBoard
-from palpate.vision.bundle import LENS, OPTICS, TERMS, Bundle, Sight
+from palpate.vision.calibration_problem import (
+    FEWEST_CORNERS,
+    LENS,
+    OPTICS,
+    PARAMETERS,
+    TERMS,
+    Problem,
+    View,
+    matrix_of,
+    root_mean_square,
+)
 from palpate.vision.camera import PinholeCamera
-from palpate.vision.first_guess import board_pose, first_lens, matrix_of
-from palpate.vision.refine import covariance, fit
 
 FEWEST_VIEWS = 6
-PARAMETERS = (*OPTICS, *TERMS)
 # Groups are dropped from the first on.
 GROUPS = (("k3",), ("p1", "p2"), ("k2",), ("k1",))
 START_TERMS = ("k1", "k2")
-# Rounds of a fit and its outliers, and the change of the standard deviation that ends them.
-MOST_ROUNDS, SETTLED, ABOUT_SETTLED = 20, 0.02, 0.2
+# Rounds of a fit and its outliers.
+MOST_ROUNDS = 20
+# A view is an outlier beyond this many times the root mean square of all; of such, those within a
+# part of the worst's go first.
+VIEW_FACTOR, WORST_SHARE = 3.0, 0.5
+# Part of the picture's diagonal by which a corner of another view is elsewhere: a board that tilts
+# in place moves its outer corners by a few pixels, a still one none by half a pixel.
+SAME_VIEW_SHARE = 0.001
 # Of the focal length: what a calibration must know at least.
 LARGEST_FOCAL_ERROR = 0.1
+TILTED = "expected views that tell the focal length (boards tilted in different ways)"
 
 
 @dataclass(frozen=True)
@@ -47,8 +61,8 @@ class Calibration:
         Standard deviation of a corner's coordinate, whatever the outliers are.
     covariance : (9, 9) array
         Of fx_px, fy_px, cx_px, cy_px, k1, k2, p1, p2, k3; 0 for what was dropped.
-    sights : tuple of Sight
-        The corners that count.
+    corners_px : dict
+        View to its corners (n, 2), NaN for those that don't count.
     """
 
     camera: PinholeCamera
@@ -60,7 +74,7 @@ class Calibration:
     rejected_corners: Mapping[str, list[int]]
     sigma_px: float
     covariance: NDArray = field(repr=False)
-    sights: tuple[Sight, ...] = field(repr=False)
+    corners_px: Mapping[str, NDArray] = field(repr=False)
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -100,53 +114,99 @@ def calibrate_camera(
     ValueError
         If too few different views show the board, or they don't tell the focal length.
     """
-    views, rejected = outlying.usable_views(corners, board.points_m, size_px)
+    views, rejected = usable_views(corners, board.points_m, size_px)
     _check_count(len(views), rejected, name)
-    lens = first_lens(views, board, size_px)
-    whole = Bundle(
-        board.points_m,
-        tuple(Sight(view, 0, False, found) for view, found in views.items()),
-        (np.hypot(*size_px),),  # before a fit all corners count
-        (START_TERMS,),
-    )
-    poses = {s.board: board_pose(s.corners_px, board, lens) for s in whole.sights}
-    start = whole.pack((lens,), poses)
-    whole, kept, x = _settled(whole, start, rejected, name)
-    whole, kept, x = _settled(replace(whole, terms=(TERMS,)), x, rejected, name)
-    terms = TERMS
-    while (fewer := fewer_terms(kept, x)) != terms:
-        terms = fewer
-        fuller, kept = kept, replace(kept, terms=(terms,))
-        x = fit(kept, kept.taken(fuller, x))
-    whole, kept, x = _settled(replace(whole, terms=(terms,)), x, rejected, name)
-    found = described(whole, kept, x, covariance(kept, x), 0, size_px, rejected)
+    whole = _started(views, board, size_px, name)
+    whole, kept = _settled(whole, whole, rejected, name)
+    whole, kept = _settled(whole, kept.with_terms(TERMS), rejected, name)
+    while (fewer := fewer_terms(kept)) != kept.terms[0]:
+        kept = kept.with_terms(fewer).fitted()
+    whole, kept = _settled(whole, kept, rejected, name)
+    found = described(whole, kept, kept.covariance(), 0, size_px, rejected)
     _check_focal(found, name)
     return found
 
 
-def fewer_terms(bundle: Bundle, x: NDArray, camera: int = 0) -> tuple[str, ...]:
+def _started(
+    views: Mapping[str, NDArray], board: FlatBoard, size_px: tuple[int, int], name: str
+) -> Problem:
+    """OpenCV's calibration with all corners."""
+    seen = [np.isfinite(found).all(axis=1) for found in views.values()]
+    points = [board.points_m[own].astype(np.float32) for own in seen]
+    pixels = [
+        found[own].astype(np.float32) for found, own in zip(views.values(), seen, strict=True)
+    ]
+    try:
+        _, matrix, distortion, turns, shifts = cv2.calibrateCamera(
+            points,
+            pixels,
+            size_px,
+            None,
+            None,
+            flags=cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3,
+        )
+    except cv2.error:
+        raise ValueError(f"{name}: {TILTED}, found others") from None
+    optics = [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]]
+    lens = np.r_[optics, distortion.ravel()[: len(TERMS)]]
+    poses = np.hstack([np.reshape(turns, (-1, 3)), np.reshape(shifts, (-1, 3))])
+    if not (np.isfinite(lens).all() and np.isfinite(poses).all()):
+        raise ValueError(f"{name}: {TILTED}, found others")
+    boards = {
+        (view, 0): View(pose, {0: found})
+        for (view, found), pose in zip(views.items(), poses, strict=True)
+    }
+    return Problem(board.points_m, boards, lens, (START_TERMS,), (1.0,))
+
+
+def _settled(
+    whole: Problem, kept: Problem, rejected: dict[str, str], name: str
+) -> tuple[Problem, Problem]:
+    """Fit one camera until its outliers stay the same; views that are go to `rejected`."""
+    for _ in range(MOST_ROUNDS):
+        kept = kept.fitted()
+        part = kept.without_outliers(whole)
+        if part.counts_as(kept):
+            limit = VIEW_FACTOR * np.sqrt(2) * part.sigma_px[0]
+            errors = {key[0]: root_mean_square(far) for (key, _), far in part.distances().items()}
+            worst = WORST_SHARE * max(errors.values())
+            bad = {
+                view: f"residual {error:.2f} px, expected at most {limit:.2f}"
+                for view, error in errors.items()
+                if not error <= max(limit, worst)
+            }
+            if not bad:
+                return whole, replace(kept, sigma_px=part.sigma_px)
+            rejected.update(bad)
+            whole, part = whole.without(bad), part.without(bad)
+            _check_count(len(whole.views), rejected, name)
+        kept = part
+    return whole, kept
+
+
+def fewer_terms(found: Problem, camera: int = 0) -> tuple[str, ...]:
     """The terms of a camera without the last groups that the corners don't tell.
 
     By Schwarz's criterion (BIC) over all nested lenses, with the likelihood ratio of what is
     dropped from its covariance.
     """
-    terms, best, dropped = bundle.terms[camera], 0.0, ()
-    spread, worth = covariance(bundle, x), np.log(len(bundle.residuals(x)))
+    terms, best, dropped = found.terms[camera], 0.0, ()
+    spread = found.covariance()
+    worth = np.log(sum(len(found.linearised(key)[0]) for key in found.views))
     out: tuple[str, ...] = ()
     for group in (g for g in GROUPS if set(g) <= set(terms)):
         out = (*out, *group)
         at = [LENS * camera + PARAMETERS.index(term) for term in out]
-        part = spread[np.ix_(at, at)]
-        ratio = x[at] @ np.linalg.solve(part, x[at]) if np.isfinite(part).all() else 0.0
+        part, x = spread[np.ix_(at, at)], found.shared[at]
+        ratio = x @ np.linalg.solve(part, x) if np.isfinite(part).all() else 0.0
         if ratio - len(out) * worth < best:
             best, dropped = ratio - len(out) * worth, out
     return tuple(term for term in terms if term not in dropped)
 
 
 def described(
-    whole: Bundle,
-    kept: Bundle,
-    x: NDArray,
+    whole: Problem,
+    kept: Problem,
     spread: NDArray,
     camera: int,
     size_px: tuple[int, int],
@@ -156,64 +216,37 @@ def described(
 
     Parameters
     ----------
-    whole, kept : Bundle
+    whole, kept : Problem
         With all corners, and with those that count.
-    x : array
-        The unknowns.
     spread : array
-        Covariance of those before the poses.
+        Covariance of the shared unknowns.
     camera : int
     size_px : (width, height)
     rejected : mapping
         View to the reason.
     """
-    lens, own = kept.lens(x, camera), slice(LENS * camera, LENS * (camera + 1))
+    lens, own = kept.lens(camera), slice(LENS * camera, LENS * (camera + 1))
     errors = np.sqrt(np.diag(spread)[own])
     told = (*OPTICS, *kept.terms[camera])
-    far = {
-        s.view: far[s.seen]
-        for s, far in zip(kept.sights, outlying.distances(kept.off_px(x)), strict=True)
-        if s.camera == camera
-    }
+    far = {key: values for (key, of), values in kept.distances().items() if of == camera}
+    corners = {key[0]: kept.views[key].corners_px[camera] for key in far}
+    lost = {}
+    for key in far:
+        seen = np.isfinite(whole.views[key].corners_px[camera]).all(axis=1)
+        if places := np.flatnonzero(seen & np.isnan(corners[key[0]][:, 0])).tolist():
+            lost[key[0]] = places
     return Calibration(
         PinholeCamera(*size_px, *lens[:4].tolist(), tuple(lens[4:].tolist())),
         {n: float(e) for n, e in zip(PARAMETERS, errors, strict=True) if n in told},
-        {s.view: matrix_of(kept.pose(x, s)) for s in kept.sights if s.camera == camera},
-        {view: outlying.root_mean_square(values) for view, values in far.items()},
+        {key[0]: matrix_of(kept.pose(key, camera)) for key in far},
+        {key[0]: root_mean_square(values) for key, values in far.items()},
         dict(rejected),
-        outlying.root_mean_square(np.concatenate(list(far.values()))),
-        outlying.lost_corners(whole.sights, kept, camera),
+        root_mean_square(np.concatenate(list(far.values()))),
+        lost,
         kept.sigma_px[camera],
         spread[own, own],
-        tuple(s for s in kept.sights if s.camera == camera),
+        corners,
     )
-
-
-def _settled(
-    whole: Bundle, x: NDArray, rejected: dict[str, str], name: str
-) -> tuple[Bundle, Bundle, NDArray]:
-    """Fit one camera until its outliers stay the same; views that are go to `rejected`.
-
-    Corners are judged once the scatter is known, views once their corners are.
-    """
-    kept, sigma, known = whole, whole.sigma_px[0], False
-    for _ in range(MOST_ROUNDS):
-        x = fit(kept, x)
-        far = outlying.distances(whole.off_px(x))
-        sigma, before = outlying.scatter(kept, far)[0], sigma
-        settled = abs(sigma / before - 1) < (SETTLED if known else ABOUT_SETTLED)
-        known = known or settled
-        part = outlying.without_outliers(whole.sights, far, (sigma,)) if known else kept.sights
-        if settled and outlying.same_corners(part, kept.sights):
-            bad = outlying.bad_views(part, far, sigma)
-            if not bad:
-                break
-            rejected.update(bad)
-            fuller, whole = whole, whole.without(bad)
-            _check_count(len(whole.sights), rejected, name)
-            x, part = whole.taken(fuller, x), tuple(s for s in part if s.view not in bad)
-        kept = replace(whole, sights=part, sigma_px=(sigma,))
-    return replace(whole, sigma_px=kept.sigma_px), kept, x
 
 
 def _check_count(count: int, rejected: Mapping[str, str], name: str) -> None:
@@ -231,12 +264,54 @@ def _check_count(count: int, rejected: Mapping[str, str], name: str) -> None:
 
 
 def _check_focal(found: Calibration, name: str) -> None:
-    """Refuse views that leave the focal length open."""
+    """Reject views that leave the focal length open."""
     camera, errors = found.camera, found.standard_errors
     worst = max(("fx_px", "fy_px"), key=lambda name: errors[name] / getattr(camera, name))
     focal, error = getattr(camera, worst), errors[worst]
     if not (focal > 0 and error < LARGEST_FOCAL_ERROR * focal):
-        raise ValueError(
-            f"{name}: expected views that tell the focal length (boards tilted in different ways),"
-            f" found {focal:.0f} +- {error:.0f} px"
-        )
+        raise ValueError(f"{name}: {TILTED}, found {focal:.0f} +- {error:.0f} px")
+
+
+def usable_views(
+    corners: Mapping[str, NDArray], points_m: NDArray, size_px: tuple[int, int]
+) -> tuple[dict[str, NDArray], dict[str, str]]:
+    """Views with enough corners that are not the same as another; the rest's reason.
+
+    Parameters
+    ----------
+    corners : mapping
+        View to its corners (n, 2) [px].
+    points_m : (n, 3) array
+        The board's.
+    size_px : (width, height)
+
+    Raises
+    ------
+    ValueError
+        If a view has another number of corners than the board.
+    """
+    usable, rejected, count = {}, {}, len(points_m)
+    same_px = SAME_VIEW_SHARE * np.hypot(*size_px)
+    for view, found in corners.items():
+        if np.shape(found) != (count, 2):
+            raise ValueError(f"{view}: corners: expected ({count}, 2), found {np.shape(found)}")
+        seen = np.isfinite(found).all(axis=1)
+        if seen.sum() < FEWEST_CORNERS:
+            rejected[view] = f"{seen.sum()} corners seen, expected at least {FEWEST_CORNERS}"
+        elif np.linalg.matrix_rank(points_m[seen] - points_m[seen][0]) < 2:
+            rejected[view] = "corners of one line of the board seen, expected more"
+        elif other := _same(found, usable, same_px):
+            rejected[view] = f"the same view as {other}"
+        else:
+            usable[view] = found
+    return usable, rejected
+
+
+def _same(found: NDArray, others: Mapping[str, NDArray], same_px: float) -> str | None:
+    """A view whose corners are at the same places."""
+    for name, other in others.items():
+        moved = np.hypot(*(found - other).T)
+        moved = moved[np.isfinite(moved)]
+        if len(moved) >= FEWEST_CORNERS and moved.max() < same_px:
+            return name
+    return None

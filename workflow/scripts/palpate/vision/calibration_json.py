@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.vision.board import FlatBoard
-from palpate.vision.bundle import OPTICS
 from palpate.vision.calibration import Calibration
+from palpate.vision.calibration_problem import OPTICS
 from palpate.vision.calibration_verdict import Verdict, camera_verdict, pair_verdict
 from palpate.vision.next_view import next_view
 from palpate.vision.pair_calibration import PairCalibration

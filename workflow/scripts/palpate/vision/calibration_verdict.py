@@ -91,7 +91,8 @@ def reach(found: Calibration) -> float:
     camera = found.camera
     centre = np.array([camera.cx_px, camera.cy_px])
     ends = np.array([[x, y] for x in (0, camera.width_px) for y in (0, camera.height_px)])
-    seen = np.concatenate([sight.corners_px[sight.seen] for sight in found.sights])
+    seen = np.concatenate(list(found.corners_px.values()))
+    seen = seen[np.isfinite(seen).all(axis=1)]
     towards = ends - centre
     lengths = np.hypot(*towards.T)
     # A corner counts for the picture's corner that it lies nearest to the direction of.
@@ -116,8 +117,8 @@ def _edges(found: Calibration, board: FlatBoard) -> list[str]:
     inside = ((places > places.min(axis=0)) & (places < places.max(axis=0))).all(axis=1)
     off = np.array(
         [
-            np.hypot(*(_projected(found, board, sight.view) - sight.corners_px).T)
-            for sight in found.sights
+            np.hypot(*(_projected(found, board, view) - corners).T)
+            for view, corners in found.corners_px.items()
         ]
     )
     edge, middle = (float(np.nanmedian(off[:, part])) for part in (~inside, inside))

@@ -9,14 +9,19 @@ from scipy.spatial.transform import Rotation
 
 from palpate.units import MILLIMETRES
 from palpate.vision.board import FlatBoard
-from palpate.vision.bundle import POSE, Bundle, Sight, composed
 from palpate.vision.calibration import Calibration
+from palpate.vision.calibration_problem import (
+    FEWEST_CORNERS,
+    POSE,
+    Problem,
+    View,
+    composed,
+    inverse,
+    vector_of,
+)
 from palpate.vision.calibration_verdict import REACH, reach
 from palpate.vision.camera import PinholeCamera
-from palpate.vision.first_guess import vector_of
-from palpate.vision.outlying import FEWEST_CORNERS
 from palpate.vision.pair_calibration import PairCalibration
-from palpate.vision.refine import inverse, view_information
 
 # How much of the picture a board fills, and how it leans.
 SHARES = (0.35, 0.65)
@@ -55,8 +60,10 @@ def next_view(found: Calibration | PairCalibration, board: FlatBoard) -> str:
     paired = isinstance(found, PairCalibration)
     cameras = found.cameras if paired else (found,)
     spread = found.shared_covariance if paired else found.covariance
-    known = inverse(spread)
-    wanted = slice(len(spread) - POSE // 2, None) if paired else slice(0, 2)
+    free = np.diag(spread) > 0
+    known = inverse(spread[np.ix_(free, free)])
+    # Translation or focal lengths, which are never dropped.
+    wanted = slice(int(free.sum()) - POSE // 2, None) if paired else slice(0, 2)
     outer = not paired and reach(found) < REACH
     errors = {
         words: _error(inverse(known + _told(cameras, board, found, pose)), wanted)
@@ -65,7 +72,7 @@ def next_view(found: Calibration | PairCalibration, board: FlatBoard) -> str:
     if not errors:
         return "hold the board farther away: it does not fit into the picture"
     words = min(errors, key=errors.__getitem__)
-    now, then = _error(spread, wanted), errors[words]
+    now, then = _error(spread[np.ix_(free, free)], wanted), errors[words]
     if paired:
         what, unit, scale = "translation", "mm", MILLIMETRES
     else:
@@ -133,19 +140,19 @@ def _told(
     """What a board at a pose of the first camera would tell of the shared unknowns."""
     transform = vector_of(found.second_from_first) if len(cameras) > 1 else None
     poses = [pose] if transform is None else [pose, composed(pose, transform)[0]]
-    sights = []
+    corners = {}
     for k, (camera, own) in enumerate(zip(cameras, poses, strict=True)):
         optics, pixels = camera.camera, _pixels(camera.camera, board, own)
         inside = ((pixels >= 0) & (pixels < [optics.width_px, optics.height_px])).all(axis=1)
         if inside.sum() >= FEWEST_CORNERS:
-            corners = np.where(inside[:, None], pixels, np.nan)
-            sights.append(Sight("next", k, len(cameras) > 1, corners))
-    bundle = Bundle(
+            corners[k] = np.where(inside[:, None], pixels, np.nan)
+    first = min(corners, default=0)
+    lenses = np.concatenate([camera.lens for camera in cameras])
+    problem = Problem(
         board.points_m,
-        tuple(sights),
-        tuple(camera.sigma_px for camera in cameras),
+        {("next", first): View(poses[first], corners)} if corners else {},
+        lenses if transform is None else np.r_[lenses, transform],
         tuple(camera.terms for camera in cameras),
+        tuple(camera.sigma_px for camera in cameras),
     )
-    lenses = tuple(camera.lens for camera in cameras)
-    x = bundle.pack(lenses, {("next", 0): pose}, transform)
-    return view_information(bundle, x, sights)
+    return problem.information()

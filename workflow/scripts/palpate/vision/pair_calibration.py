@@ -1,31 +1,37 @@
 """Two cameras and the transform between them in one refinement (Section 4.1.4, Eq. 4.11)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.vision import outlying
 from palpate.vision.board import FlatBoard
-from palpate.vision.board_order import apart, ordered_alike
-from palpate.vision.bundle import POSE, Bundle, Sight
 from palpate.vision.calibration import (
     FEWEST_VIEWS,
-    SETTLED,
+    MOST_ROUNDS,
+    WORST_SHARE,
     Calibration,
     calibrate_camera,
     described,
     fewer_terms,
 )
-from palpate.vision.first_guess import matrix_of, vector_of
-from palpate.vision.refine import covariance, fit
+from palpate.vision.calibration_problem import (
+    POSE,
+    Problem,
+    View,
+    camera_matrix,
+    matrix_of,
+    root_mean_square,
+    vector_of,
+)
 
 # A pair of pictures disagrees beyond this many times what the corners of each camera scatter by.
 PAIR_FACTOR = 3.0
-# Of the pairs that disagree in a fit, those within this part of the worst's residual are parted.
-WORST_SHARE = 0.5
-MOST_ROUNDS = 40
+# Of the angle by which views ordered alike may be apart, over that of the other order.
+CLEARLY = 0.2
+SETTLED = 0.02
 NAMES = ("first camera", "second camera")
 
 
@@ -120,77 +126,78 @@ def calibrate_pair(
             f" see, found {len(shared)}"
         )
     if board.ambiguous:
-        corners[1] |= _turned_alike(corners, shared, board, alone)
+        corners[1] |= _ordered_alike(corners, shared, board, alone)
         alone[1] = calibrate_camera(corners[1], board, sizes_px[1], name=names[1])
-    whole = _as_bundle(corners, board, alone, shared)
-    whole, kept, x, rejected = _settled(whole, alone, shared)
-    return _described(whole, kept, x, sizes_px, alone, rejected)
-
-
-def _turned_alike(
-    corners: list[dict], shared: list[str], board: FlatBoard, alone: list[Calibration]
-) -> dict[str, NDArray]:
-    seen = [{view: own[view] for view in shared} for own in corners]
-    return ordered_alike(*seen, board, (alone[0].lens, alone[1].lens))
-
-
-def _as_bundle(
-    corners: list[dict], board: FlatBoard, alone: list[Calibration], shared: list[str]
-) -> Bundle:
-    """All corners of the views that each camera kept."""
-    sights = [
-        Sight(view, camera, view in shared, corners[camera][view])
-        for camera, found in enumerate(alone)
-        for view in found.camera_from_board
-    ]
-    sigma, terms = zip(*((found.sigma_px, found.terms) for found in alone), strict=True)
-    return Bundle(board.points_m, tuple(sights), sigma, terms)
-
-
-def _settled(
-    whole: Bundle, alone: list[Calibration], shared: list[str]
-) -> tuple[Bundle, Bundle, NDArray, dict[str, str]]:
-    """Fit both cameras until the pairs that disagree are parted and outliers stay the same."""
+    transform = _most_common(alone, shared)
+    lenses = np.concatenate([found.lens for found in alone])
+    problem = Problem(
+        board.points_m,
+        {},
+        np.r_[lenses, vector_of(transform)],
+        tuple(found.terms for found in alone),
+        tuple(found.sigma_px for found in alone),
+    )
     rejected: dict[str, str] = {}
-    kept, x = _started(whole, alone)
-    for _ in range(MOST_ROUNDS):
-        x = fit(kept, x)
-        if bad := _disagreeing(kept, x):
-            rejected |= bad
-            _check_pairs(shared, rejected)
-            whole = replace(whole, sights=_parted(whole.sights, rejected))
-            kept, x = _started(whole, alone)
-            continue
-        far = outlying.distances(whole.off_px(x))
-        sigma = outlying.scatter(kept, far)
-        part = outlying.without_outliers(whole.sights, far, sigma)
-        terms = tuple(fewer_terms(kept, x, camera) for camera in (0, 1))
-        same = outlying.same_corners(part, kept.sights) and terms == kept.terms
-        if same and np.allclose(sigma, kept.sigma_px, rtol=SETTLED):
+    pairs = shared
+    while True:
+        whole = replace(problem, views=_views(alone, corners, pairs))
+        start = replace(problem, views=_views(alone, [found.corners_px for found in alone], pairs))
+        kept = _settled(whole, start)
+        bad = _disagreeing(kept)
+        if not bad:
             break
-        fuller, kept = kept, replace(kept, sights=part, sigma_px=sigma, terms=terms)
-        x = kept.taken(fuller, x)
-    return whole, kept, x, rejected
+        rejected |= bad
+        _check_pairs(shared, rejected)
+        pairs = [view for view in pairs if view not in rejected]
+    spread = kept.covariance()
+    cameras = tuple(
+        described(whole, kept, spread, camera, sizes_px[camera], alone[camera].rejected)
+        for camera in (0, 1)
+    )
+    paired = [far for (key, _), far in kept.distances().items() if _is_pair(kept, key)]
+    return PairCalibration(
+        cameras,
+        matrix_of(kept.transform),
+        spread,
+        _pair_errors(kept),
+        rejected,
+        root_mean_square(np.concatenate(paired)),
+    )
 
 
-def _started(whole: Bundle, alone: list[Calibration]) -> tuple[Bundle, NDArray]:
-    """Each camera's own optics, poses and corners that count, and most pairs' transform."""
-    own = {(s.view, camera): s for camera, found in enumerate(alone) for s in found.sights}
-    sights = [
-        replace(sight, corners_px=own[sight.view, sight.camera].corners_px)
-        for sight in whole.sights
-    ]
-    poses = [
+def _views(
+    alone: Sequence[Calibration], corners: Sequence[Mapping[str, NDArray]], pairs: Sequence[str]
+) -> dict[tuple[str, int], View]:
+    """Corners of the views that each camera kept, at its own poses; pairs have one pose."""
+    first, second = (
         {view: vector_of(pose) for view, pose in found.camera_from_board.items()} for found in alone
-    ]
-    pairs = [s.view for s in whole.sights if s.through]
-    kept = replace(whole, sights=tuple(sights))
-    of_board = {(view, camera): poses[camera][view] for view, camera in whole.boards}
-    lenses = tuple(found.lens for found in alone)
-    return kept, kept.pack(lenses, of_board, vector_of(_most_common(alone, pairs)))
+    )
+    views = {
+        (name, 0): View(
+            pose, {0: corners[0][name]} | ({1: corners[1][name]} if name in pairs else {})
+        )
+        for name, pose in first.items()
+    }
+    own = {name: pose for name, pose in second.items() if name not in pairs}
+    return views | {(name, 1): View(pose, {1: corners[1][name]}) for name, pose in own.items()}
 
 
-def _most_common(alone: list[Calibration], pairs: list[str]) -> NDArray:
+def _settled(whole: Problem, kept: Problem) -> Problem:
+    """Fit both cameras until outliers and terms stay the same, or pairs disagree."""
+    for _ in range(MOST_ROUNDS):
+        kept = kept.fitted()
+        if _disagreeing(kept):
+            break
+        terms = tuple(fewer_terms(kept, camera) for camera in (0, 1))
+        part = kept.without_outliers(whole)
+        same = part.counts_as(kept) and terms == kept.terms
+        if same and np.allclose(part.sigma_px, kept.sigma_px, rtol=SETTLED):
+            break
+        kept = part.with_terms(*terms)
+    return kept
+
+
+def _most_common(alone: Sequence[Calibration], pairs: Sequence[str]) -> NDArray:
     """The transform that a single pair gives and to which most others are near, (4, 4)."""
     first, second = (found.camera_from_board for found in alone)
     found = [second[view] @ np.linalg.inv(first[view]) for view in pairs]
@@ -198,16 +205,19 @@ def _most_common(alone: list[Calibration], pairs: list[str]) -> NDArray:
 
     def spread(guess: NDArray) -> float:
         shifts = [np.linalg.norm(other[:3, 3] - guess[:3, 3]) / far for other in found]
-        turns = [apart(other, guess) for other in found]
-        return float(np.median(np.add(shifts, turns)))
+        return float(np.median(np.add(shifts, [_apart(other, guess) for other in found])))
 
     return min(found, key=spread)
 
 
-def _disagreeing(bundle: Bundle, x: NDArray) -> dict[str, str]:
+def _is_pair(problem: Problem, key: tuple[str, int]) -> bool:
+    return len(problem.views[key].corners_px) > 1
+
+
+def _disagreeing(problem: Problem) -> dict[str, str]:
     """The pairs that disagree most, with the reason; none where all agree."""
-    limits = PAIR_FACTOR * np.sqrt(2) * np.array(bundle.sigma_px)
-    errors = pair_errors(bundle, x)
+    limits = PAIR_FACTOR * np.sqrt(2) * np.array(problem.sigma_px)
+    errors = _pair_errors(problem)
     times = {view: np.divide(pair, limits) for view, pair in errors.items()}
     limit = max(1.0, WORST_SHARE * max(map(np.max, times.values())))
     worse = {view: int(np.argmax(of)) for view, of in times.items() if of.max() > limit}
@@ -218,14 +228,14 @@ def _disagreeing(bundle: Bundle, x: NDArray) -> dict[str, str]:
     }
 
 
-def pair_errors(bundle: Bundle, x: NDArray) -> dict[str, tuple[float, float]]:
+def _pair_errors(problem: Problem) -> dict[str, tuple[float, float]]:
     """Root mean square residuals of each pair in both cameras [px]."""
-    far = zip(bundle.sights, outlying.distances(bundle.off_px(x)), strict=True)
-    of = {(s.view, s.camera): outlying.root_mean_square(d[s.seen]) for s, d in far if s.paired}
-    return {view: (error, of[view, 1]) for (view, camera), error in of.items() if camera == 0}
+    of = {at: root_mean_square(far) for at, far in problem.distances().items()}
+    pairs = [key for key in problem.views if _is_pair(problem, key)]
+    return {key[0]: (of[key, 0], of[key, 1]) for key in pairs}
 
 
-def _check_pairs(shared: list[str], rejected: Mapping[str, str]) -> None:
+def _check_pairs(shared: Sequence[str], rejected: Mapping[str, str]) -> None:
     left = len(shared) - len(rejected)
     if left < max(FEWEST_VIEWS, len(shared) / 2):
         worst = next(iter(rejected.values()))
@@ -235,31 +245,52 @@ def _check_pairs(shared: list[str], rejected: Mapping[str, str]) -> None:
         )
 
 
-def _parted(sights: tuple[Sight, ...], views: Mapping[str, str]) -> tuple[Sight, ...]:
-    return tuple(replace(s, paired=s.paired and s.view not in views) for s in sights)
+def _ordered_alike(
+    corners: Sequence[Mapping[str, NDArray]],
+    shared: Sequence[str],
+    board: FlatBoard,
+    alone: Sequence[Calibration],
+) -> dict[str, NDArray]:
+    """The second camera's corners of a board that looks the same after half a turn.
+
+    Of both orders each view has the one with which all views give about one transform.
+    """
+    options = {}
+    for view in shared:
+        known = np.linalg.inv(_board_pose(corners[0][view], board, alone[0]))
+        orders = corners[1][view], corners[1][view][::-1].copy()
+        options[view] = [(seen, _board_pose(seen, board, alone[1]) @ known) for seen in orders]
+
+    def picked(guess: NDArray) -> dict[str, int]:
+        return {
+            view: int(np.argmin([_apart(option[1], guess) for option in pair]))
+            for view, pair in options.items()
+        }
+
+    def spread(guess: NDArray) -> float:
+        of = [_apart(options[view][k][1], guess) for view, k in picked(guess).items()]
+        return float(np.median(of))
+
+    guess = min((option[1] for pair in options.values() for option in pair), key=spread)
+    best = picked(guess)
+    others = [_apart(options[view][1 - k][1], options[view][k][1]) for view, k in best.items()]
+    if spread(guess) > CLEARLY * min(others):
+        raise ValueError(
+            "board: expected one odd and one even number of corners, or views that settle its"
+            f" order, found {board.columns} x {board.rows}"
+        )
+    return {view: options[view][k][0] for view, k in best.items()}
 
 
-def _described(
-    whole: Bundle,
-    kept: Bundle,
-    x: NDArray,
-    sizes_px: tuple[tuple[int, int], tuple[int, int]],
-    alone: list[Calibration],
-    rejected: Mapping[str, str],
-) -> PairCalibration:
-    spread = covariance(kept, x)
-    cameras = tuple(
-        described(whole, kept, x, spread, camera, sizes_px[camera], alone[camera].rejected)
-        for camera in (0, 1)
-    )
-    errors = pair_errors(kept, x)
-    far = zip(kept.sights, outlying.distances(kept.off_px(x)), strict=True)
-    paired = np.concatenate([d[s.seen] for s, d in far if s.paired])
-    return PairCalibration(
-        cameras,
-        matrix_of(kept.transform(x)),
-        spread,
-        errors,
-        rejected,
-        outlying.root_mean_square(paired),
-    )
+def _board_pose(corners: NDArray, board: FlatBoard, camera: Calibration) -> NDArray:
+    """Pose (4, 4) of a board of which some corners are seen."""
+    seen = np.isfinite(corners).all(axis=1)
+    lens = camera_matrix(camera.lens), np.array(camera.camera.distortion)
+    _, turn, shift = cv2.solvePnP(board.points_m[seen], corners[seen], *lens)
+    return matrix_of(np.concatenate([turn.ravel(), shift.ravel()]))
+
+
+def _apart(a: NDArray, b: NDArray) -> float:
+    """Angle between two transforms [rad]."""
+    cosine = (np.trace(a[:3, :3].T @ b[:3, :3]) - 1) / 2
+    return float(np.arccos(np.clip(cosine, -1, 1)))

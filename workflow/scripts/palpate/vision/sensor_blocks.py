@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.vision.bundle import OPTICS
+from palpate.vision.calibration_problem import OPTICS
 from palpate.vision.camera import PinholeCamera
 
 # Digits behind the point: of pixels, of distortion and transforms, of lengths [m].
