@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from palpate.vision.force import weight_wrenches
 from palpate.vision.load import find_load
+from palpate.vision.load_json import verdict
 from scipy.spatial.transform import Rotation
 from turned_handle import held_free
 
@@ -142,6 +143,22 @@ def test_gauges_of_the_lab_tell_what_is_asked(probe):
     assert turn_deg(found) < 0.3
     off = (errors(found) / found.std)[[0, 1, 2, 3, 7, 8, 9]]
     assert (np.abs(off) < 3.5).all()
+
+
+@pytest.mark.parametrize(("channel", "gain"), [(0, 1.1), (2, 0.9)])
+def test_a_channel_of_another_scale_is_named(channel, gain):
+    poses, scale = held_free(), np.ones(6)
+    scale[channel] = gain
+    rng = np.random.default_rng(4)
+    noise = NOISE * rng.standard_normal((len(poses), 6))
+    plain = readings(poses)
+    assert not any("scale" in line for line in verdict(find_load(poses, plain + noise, UP, NOISE)))
+    (line,) = (
+        line
+        for line in verdict(find_load(poses, scale * plain + noise, UP, NOISE))
+        if "scale" in line
+    )
+    assert f"f{'xyz'[channel]} reads {'+' if gain > 1 else '-'}" in line
 
 
 def refusal(poses, wrench, up=UP):

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from palpate.vision.corners import off_others
-from palpate.vision.marker import board_of
+from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.probe import board_poses
 from palpate.vision.tags import april_grid, charuco
@@ -122,6 +122,18 @@ def test_tags_in_the_squares_of_the_other_order_are_named(white_first):
     image = noisy(picture(board, posed(board, rng)), rng)
     with pytest.raises(ValueError, match=r"in the other squares \(white_first: true or false\?\)"):
         charuco(*sides, white_first=not white_first).find(image)
+
+
+def test_one_picture_with_misread_tags_stops_no_film():
+    board, wrong = board_of(CHARUCO), board_of(CHARUCO | {"white_first": True})
+    follow, rng = CornerFollower(wrong), np.random.default_rng(6)
+    pose = posed(board, rng)
+    image, other = picture(wrong, pose), picture(board, pose)
+    assert [follow(one) is None for one in (image, other, image)] == [False, True, False]
+    follow.require_right()
+    follow(other), follow(other)
+    with pytest.raises(ValueError, match=r"white_first.* \(so in 3 of 5 pictures with tags\)"):
+        follow.require_right()
 
 
 def test_a_few_tags_that_are_elsewhere_are_misread():

@@ -39,6 +39,22 @@ def test_no_other_way_is_cheaper(seed):
     assert [*map(id, settle(frames))] == [*map(id, best)]
 
 
+def test_a_turn_over_lost_frames_is_no_jump():
+    """Twenty-five degrees in five frames are a hand's; in one frame the other solution is."""
+    first, turned = pose_of([0, 0, 0], 0.2), pose_of([25, 0, 0], 0.2)
+    other = pose_of([2, 0, 0], 0.25)
+    assert settle([[first], [], [], [], [], [turned, other]])[-1] is turned
+    assert settle([[first], [turned, other]])[-1] is other
+
+
+def test_one_jump_costs_no_more_than_its_limit():
+    """A film that goes on at the other side stays there, however far that is."""
+    here = [pose_of([k, 0, 0], 0.2) for k in range(5)]
+    there = [pose_of([120 + k, 0, 0], 0.2) for k in range(30)]
+    frames = [[pose] for pose in here] + [[pose, pose_of([4, 0, 0], 0.5)] for pose in there]
+    assert [*map(id, settle(frames))] == [*map(id, here + there)]
+
+
 def test_frames_without_the_board_are_bridged():
     flat, tilted = pose_of([0, 0, 0], 0.2), pose_of([40, 0, 0], 0.19)
     frames = [[flat], [], [tilted, flat], []]

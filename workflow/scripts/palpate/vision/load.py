@@ -56,6 +56,8 @@ class Load:
         Of each pose [N, Nm].
     kept : (n,) bool array
         Poses that count.
+    weight_n : (n, 3) array
+        Of the load at each pose, force frame [N].
     """
 
     mass_kg: float
@@ -65,6 +67,17 @@ class Load:
     covariance: NDArray
     residuals: NDArray
     kept: NDArray
+    weight_n: NDArray
+
+    @property
+    def gains(self) -> tuple[NDArray, NDArray]:
+        """What each force channel reads of the weight's changes, and its deviation, (3,) each."""
+        off = self.residuals[self.kept, :3]
+        weight = self.weight_n[self.kept] - self.weight_n[self.kept].mean(axis=0)
+        square = (weight**2).sum(axis=0)
+        gains = 1 + (weight * off).sum(axis=0) / square
+        left = off - off.mean(axis=0) - (gains - 1) * weight
+        return gains, np.sqrt((left**2).sum(axis=0) / (len(off) - 2) / square)
 
     @property
     def std(self) -> NDArray:
@@ -152,6 +165,7 @@ def find_load(
         covariance=covariance * np.outer(per_newton, per_newton),
         residuals=_residuals(fit.x, down, fit.force_from_marker, wrench),
         kept=kept,
+        weight_n=fit.x[WEIGHT] * down @ turn.T,
     )
 
 

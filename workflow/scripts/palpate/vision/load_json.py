@@ -5,12 +5,14 @@ from math import hypot, radians, sqrt
 
 import numpy as np
 
-from palpate.units import MILLIMETRES
+from palpate.units import MILLIMETRES, PERCENT
 from palpate.vision.load import Load
 
 # Standard deviations up to which a load is told: a hundredth of a newton, and what it takes for
 # the direction of a press to be right to half a percent of its force.
 MASS_KG, CENTRE_M, TURN_DEG = 0.001, 0.001, 0.3
+# Of a channel's scale: what calibrations of a maker hold to, and standard deviations beyond it.
+GAIN, SURE = 0.03, 5.0
 # A table that a spirit level calls level is so to half a degree: a uniform distribution, 0.005 rad.
 LEVEL_STD_RAD = radians(0.5) / sqrt(3)
 
@@ -65,3 +67,11 @@ def verdict(found: Load) -> Iterator[str]:
     ):
         more = "" if told else ": hold it longer, in more poses that differ more"
         yield f"{part}: {'' if told else 'not '}told, to {how}{more}"
+    gains, std = found.gains
+    apart, worst = gains - np.median(gains), int(np.argmax(np.abs(gains - np.median(gains))))
+    if abs(apart[worst]) > max(GAIN, SURE * std[worst]):
+        channel = ("fx", "fy", "fz")[worst]
+        yield (
+            f"doubtful: {channel} reads {PERCENT * apart[worst]:+.2g} % of the weight against the"
+            " other forces: its scale, or that of its amplifier?"
+        )

@@ -83,19 +83,35 @@ class CornerFollower:
     Parameters
     ----------
     board : FlatBoard
+
+    Attributes
+    ----------
+    faults : list of ValueError
+        Of pictures that seem to show another board, which count as not showing it.
     """
 
     def __init__(self, board: FlatBoard) -> None:
         self.board, self.last, self.before = board, None, None
+        self.faults, self.seen = [], 0
 
     def __call__(self, grey: NDArray) -> NDArray | None:
         """Corners (n, 2) in the next frame, a (h, w) uint8 array [px]; None when it is not seen."""
         region = None
         if self.last is not None:
             region = expected_region(self.last, self.before, grey.shape)
-        corners = find_corners(grey, self.board, region)
+        try:
+            corners = find_corners(grey, self.board, region)
+        except ValueError as error:
+            self.faults.append(error)
+            corners = None
         if corners is None:
             self.before = None
         else:
-            self.before, self.last = self.last, corners
+            self.before, self.last, self.seen = self.last, corners, self.seen + 1
         return corners
+
+    def require_right(self) -> None:
+        """Reject a film most of whose pictures seem to show another board, by a `ValueError`."""
+        if len(self.faults) > self.seen:
+            count = f"{len(self.faults)} of {len(self.faults) + self.seen} pictures with tags"
+            raise ValueError(f"{self.faults[0]} (so in {count})")

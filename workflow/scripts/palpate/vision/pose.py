@@ -18,6 +18,8 @@ CORNER_NOISE_PX = 0.05
 # How far a hand turns the probe from one frame to the next; the two solutions of a planar board
 # lie several times farther apart.
 HAND_TURN_RAD = np.deg2rad(5.0)
+# A step costs no more than this, however far it turns: past it no solution is likelier.
+DEAREST_STEP = 100.0
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,8 @@ def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None
     """Choose among the candidates of all frames those that fit best and turn least.
 
     The cheapest way through the frames (Viterbi): a candidate costs its misfit in units of the
-    best fits' error, a step from frame to frame the square of its turn in units of a hand's.
+    best fits' error, a step from frame to frame the square of its turn in units of a hand's in the
+    frames between, up to a limit.
 
     Parameters
     ----------
@@ -128,8 +131,9 @@ def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None
     for place, k in enumerate(seen):
         misfit = np.array([_misfit(pose, scale) for pose in candidates[k]])
         if place:
-            steps = _turn_costs(candidates[seen[place - 1]], candidates[k])
-            ways = costs[-1][:, None] + steps
+            before = seen[place - 1]
+            steps = _turn_costs(candidates[before], candidates[k]) / (k - before) ** 2
+            ways = costs[-1][:, None] + np.minimum(steps, DEAREST_STEP)
             origins.append(ways.argmin(axis=0))
             misfit = misfit + ways.min(axis=0)
         costs.append(misfit)

@@ -137,7 +137,9 @@ def film_poses(
         (follow(_grey(demosaic(image, encoding))), image if mosaic else _grey(image))
         for image in images
     )
-    return board_poses(frames, camera, board, threshold_px=threshold_px, refine=refine)
+    found = board_poses(frames, camera, board, threshold_px=threshold_px, refine=refine)
+    follow.require_right()
+    return found
 
 
 def board_poses(
