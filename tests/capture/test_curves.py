@@ -249,6 +249,17 @@ def test_nothing_is_taken_off_the_tips_own_depth(name, tmp_path, capsys):
     assert f"{name} is the tip's own depth" in found["doubts"][0]
 
 
+@pytest.mark.parametrize("name", ["Depth", "Displacement"])
+def test_a_depth_beside_its_drive_is_the_tips(name, tmp_path, capsys):
+    """The drive's column is the depth and what the cantilever gives way by."""
+    depth, force = press()
+    header, piezo_mm = f"Piezo (um),{name} (mm),Load (N)", 1e6 * (2e-3 - depth - force / 60)
+    path = written_columns(tmp_path, header, piezo_mm, 1e3 * depth, force)
+    found = told(path, capsys, "--indenter", "parabola", "--stiffness-n-m", "60")
+    assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.01)
+    assert f"{name} is the tip's own depth" in found["doubts"][0]
+
+
 def test_what_the_file_states_otherwise_is_said(tmp_path, capsys):
     depth, force = press()
     head = "Tip radius (um)\t4000\nSpring Constant: 60 N/m\nPiezo (mm)\tForce (N)"

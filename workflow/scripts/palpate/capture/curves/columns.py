@@ -53,11 +53,13 @@ OTHERS = re.compile(
 # A nanoindenter's contact depth is less than that of its indentation; tangential forces.
 NEVER = re.compile(
     rf"\b({NEITHER}|(contact|plastic|elastic|residual|final|max|maximum) (depth|displacement|load)"
-    r"|hc|f ?t|tangential|lateral|friction|shear)\b"
+    r"|h ?c|f ?t|tangential|lateral|friction|shear)\b"
 )
 # Words of the tip's own depth, and of what drives the indenter.
 TIP = re.compile(r"\b(tip|indentation|indent|penetration|separation|eindring\w*)\b")
 DRIVE = re.compile(r"\b(piezo|height|z sensor|z|crosshead|traverse|stage|motor)\b")
+# A drive's way is the tip's and the spring's as whole parts of it, to this much.
+WHOLE = 0.1
 DEFLECTIONS = re.compile(r"[mu]?v|volts?")
 
 
@@ -213,6 +215,30 @@ def _listed(export: Export) -> str:
     count = export.values.shape[1]
     names = export.names or [f"{count} columns without names"]
     return ", ".join(names)
+
+
+def is_tips(export: Export, tip_m: NDArray, force_n: NDArray, stiffness_n_m: float) -> bool:
+    """Whether a depth's column is the tip's, since another is it and what a spring gives way by.
+
+    Parameters
+    ----------
+    export : Export
+    tip_m, force_n : (n,) arrays
+        Columns of the export [m, N].
+    stiffness_n_m : float
+        Of what is between the drive and the tip.
+    """
+    rows = np.column_stack([tip_m, force_n / stiffness_n_m, np.ones(len(tip_m))])
+    for one, column in zip(_headers(export), export.values.T, strict=True):
+        drive_m = column * LENGTHS.get(one.unit, np.nan)
+        right = np.isfinite(rows).all(axis=1) & np.isfinite(drive_m)
+        if right.sum() > rows.shape[1]:
+            parts = np.linalg.lstsq(rows[right], drive_m[right], rcond=None)[0]
+            off = np.std(drive_m[right] - rows[right] @ parts)
+            whole = np.abs(np.abs(parts[:2]) - 1) < WHOLE
+            if whole.all() and off < WHOLE * np.std(rows[right, 1]):
+                return True
+    return False
 
 
 def numbers_of(columns: list[NDArray]) -> tuple[list[NDArray], int]:

@@ -14,6 +14,7 @@ from palpate.capture.curves.columns import (
     Found,
     asked_column,
     column_of,
+    is_tips,
     numbers_of,
 )
 from palpate.capture.curves.export import Export, read_export
@@ -126,7 +127,7 @@ def read_curve(
     """
     export = read_export(path)
     asked = Asked(depth_column, depth_unit), Asked(force_column, force_unit)
-    record = _record(export, *asked, weights_column, range_m)
+    record = _record(export, *asked, weights_column, range_m, stiffness_n_m)
     phases = phases_of(record.depth_m, record.force_n)
     bent_m, read, doubts = _bent(record, stiffness_n_m)
     given = {"radius_m": radius_m, "stiffness_n_m": stiffness_n_m}
@@ -157,6 +158,7 @@ class _Record:
     used: NDArray
     signs: tuple[int, int]
     depth: Found
+    of_tip: bool
     read: tuple[str, ...]
     doubts: tuple[str, ...]
 
@@ -173,9 +175,13 @@ def _record(
     force: Asked,
     weights_column: str | None,
     range_m: tuple[float, float] | None,
+    stiffness_n_m: float | None,
 ) -> _Record:
     position, of_depth = column_of(export, DEPTH, depth)
     load, of_force = column_of(export, FORCE, force)
+    of_tip = of_depth.of_tip
+    if stiffness_n_m and not of_tip:
+        of_tip = is_tips(export, position, load, stiffness_n_m)
     extra = [asked_column(export, weights_column, "--weights")] if weights_column else []
     columns, left_out = numbers_of([position, load, *extra])
     _check_samples(export.path, columns, left_out)
@@ -191,7 +197,7 @@ def _record(
     doubts += _doubts(plain, backwards, left_out / (left_out + len(used)))
     used &= columns[2] > 0 if extra else True
     weights = columns[2] if extra else None
-    told = of_depth, tuple(read), tuple(doubts)
+    told = of_depth, of_tip, tuple(read), tuple(doubts)
     record = _Record(depth_m, force_n, weights, used, signs, *told)
     return record.turned() if backwards else record
 
@@ -207,7 +213,7 @@ def _bent(
             " the object (--stiffness-n-m takes it off)"
         )
         return 0.0, (), (line,) * record.depth.of_drive
-    if record.depth.of_tip:
+    if record.of_tip:
         line = f"{name} is the tip's own depth: nothing is taken off it by --stiffness-n-m"
         return 0.0, (), (line,)
     bent = f"force over {stiffness_n_m:g} N/m taken off the depth"
