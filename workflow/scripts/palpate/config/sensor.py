@@ -68,8 +68,7 @@ class CameraSpec(Model, use_attribute_docstrings=True):
     cx_px: float = option(..., CENTRE)
     cy_px: float = option(..., CENTRE)
     distortion: Distortion = option(examples=[[FILL_IN] * 5])
-    """k1, k2, p1, p2, k3 in OpenCV's order, or up to 14 of its, of a calibration; zeros for
-    rectified images"""
+    """k1, k2, p1, p2, k3 or up to 14 in OpenCV's order, of a calibration; zeros if rectified"""
 
     def conflicts(self) -> Iterator[tuple]:
         """Principal points that are not within the image."""
