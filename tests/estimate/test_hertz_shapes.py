@@ -178,12 +178,6 @@ def test_what_a_side_takes_against_finite_elements():
             assert found == pytest.approx(1 - part, abs=0.04), (side, depth)
 
 
-def test_what_a_side_takes():
-    assert side_part(0.0, 0.004, 0.03) == 1.0
-    x = 0.35 * 0.004 / 0.01
-    assert side_part(0.01, 0.004, np.inf) == pytest.approx(x / (1 + x))
-
-
 @pytest.mark.parametrize(("side_m", "refused"), [(0.025, False), (0.010, True), (0.006, True)])
 def test_near_an_edge_the_direct_estimate_is_pointed_to(side_m, refused):
     """The force of a block 150 mm wide that the finite elements have there."""

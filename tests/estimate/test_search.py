@@ -10,7 +10,7 @@ from palpate.estimate.minimise.fit import fit_moduli
 from palpate.estimate.minimise.least_squares import fit_least_squares
 from palpate.estimate.minimise.profile import poisson_profile
 from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.estimate.minimise.scatter import correlation_length, lame_derivatives
+from palpate.estimate.minimise.scatter import correlation_length
 from palpate.estimate.minimise.search import minimise_error
 from palpate.solid.laws import engineering_from_lame, lame_from_engineering, reduced_modulus
 from palpate.solid.mesh import solid_mesh
@@ -57,15 +57,6 @@ def test_a_solid_without_interior_nodes():
     for place in PLACES:
         moduli = lame_from_engineering(*place)
         assert fast(*moduli) == pytest.approx(full(*moduli), rel=1e-6)
-
-
-def test_derivatives_of_the_moduli():
-    E, nu, step = 2e4, 0.33, 1e-6
-    for axis, (by_log, by_nu) in enumerate(((step, 0), (0, step))):
-        ahead = lame_from_engineering(E * np.exp(by_log), nu + by_nu)
-        behind = lame_from_engineering(E * np.exp(-by_log), nu - by_nu)
-        slope = (np.array(ahead) - behind) / (2 * step)
-        assert lame_derivatives(E, nu)[:, axis] == pytest.approx(slope, rel=1e-7)
 
 
 @pytest.mark.parametrize("option", BOTH)
