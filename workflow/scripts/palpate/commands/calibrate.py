@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from palpate.commands import calibrate_camera, calibrate_load, calibrate_stiffness, calibrate_tip
+from palpate.commands import calibrate_camera, calibrate_probe
 
 # In the order in which a person needs them.
-PARTS = (calibrate_camera, calibrate_tip, calibrate_load, calibrate_stiffness)
+PARTS = (calibrate_camera, calibrate_probe)
 
 
 def add(commands: Any) -> None:

@@ -6,8 +6,7 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from palpate.commands.help import add_verb
-from palpate.commands.rig import sure
+from palpate.commands.help import add_verb, sure
 from palpate.units import MILLIMETRES
 
 if TYPE_CHECKING:

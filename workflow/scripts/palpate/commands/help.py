@@ -1,6 +1,7 @@
 """What verbs of the command share: their help, columns of curves, where figures may go."""
 
 import argparse
+from math import floor, inf, log10
 from pathlib import Path
 from typing import Any
 
@@ -58,3 +59,9 @@ def check_figure(path: Path | None) -> None:
     if path is not None and path.suffix.lower() not in FIGURES:
         kinds = ", ".join(FIGURES)
         raise ValueError(f"--figure: expected a file that ends with one of {kinds}, found {path}")
+
+
+def sure(value: float, error: float) -> str:
+    """A value to the second digit of its standard error."""
+    digits = max(0, 1 - floor(log10(error))) if 0 < error < inf else 6
+    return f"{value:.{digits}f} +- {error:.{digits}f}"
