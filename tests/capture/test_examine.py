@@ -1,5 +1,6 @@
 """The long look into captures: what people get wrong in files that are right by their format."""
 
+import re
 import shutil
 
 import numpy as np
@@ -159,6 +160,31 @@ def test_an_object_is_examined_as_a_whole(root, own, capsys):
     told = capsys.readouterr().out
     assert "template.unit: expected" in told
     assert "force.csv: file: expected a CSV table, found nothing" in told
+
+
+def moved_tip(sensors, probes, way_m):
+    probes["bench_probe"]["force_from_tip"][2][3] += way_m
+
+
+def longer_depths(sensors, probes, part):
+    sensors["bench_cam"]["depth"] |= {"encoding": "counts", "count_m": 0.001 * (1 + part)}
+
+
+@pytest.mark.parametrize(
+    ("spoil", "by", "line"),
+    [
+        (moved_tip, 0.01, "tip within 5 mm of the surface when the force begins, found it 10"),
+        (longer_depths, 0.02, "the force begins, found 9.1 mm .*square_m, the optics or depths by"),
+        pytest.param(moved_tip, -0.01, "found 8.2 mm .force_from_tip", marks=pytest.mark.long),
+    ],
+    ids=["tip 10 mm long", "depths 2 % long", "tip 10 mm short"],
+)
+def test_what_only_alignment_and_first_contact_tell(root, own, spoil, by, line):
+    devices = specifications(root)
+    spoil(*devices, by)
+    shutil.rmtree(own / "bench_cam/back-a02", ignore_errors=True)
+    (found,) = examine_object(own, *devices).wrong
+    assert re.search(line, found), found
 
 
 def test_contents_wait_for_a_right_description(root, own):

@@ -81,7 +81,8 @@ PROBES = [
     ("exclusion.stem_m", 0.001,
         "expected tip_radius_m 0.0085 to the sensor's place 0.06, found 0.001"),
     ("indenter.radius_m", 0.000622,
-        "exclusion.tip_radius_m: expected indenter.radius_m 0.000622 to 0.003244, found 0.0085"),
+        "indenter.radius_m: expected 0.00325 to 0.0085, by exclusion.tip_radius_m (one is wrong),"
+        " found 0.000622"),
     ("marker", CHARUCO, None),
     ("marker", GRID, None),
     ("marker.inner_corners", [4, 4], "expected one odd and one even, found 4, 4"),

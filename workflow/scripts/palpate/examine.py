@@ -22,7 +22,9 @@ from palpate.capture.findings import Findings
 from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS, sampled_s
 from palpate.capture.tables import FORCE, read_table
 from palpate.estimate.hertz.indentation import force_onset
+from palpate.measurement import align
 from palpate.press import Press, press_of
+from palpate.units import MILLIMETRES
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.examine_frames import examine_frames, examine_scene
 from palpate.vision.force import AVERAGED_S, zeroed
@@ -70,8 +72,8 @@ def examine_object(
     if any(not line.startswith(of_sensors) for line in checked.problems):
         return result
     spec = load_yaml(folder / "object.yaml")
-    result += examine_template(folder, spec)
-    result += _curves(folder, spec)
+    template = examine_template(folder, spec)
+    result += template + _curves(folder, spec)
     for place in checked.listed:
         sensor, probe = sensors.get(place.folder.name), probes[spec["probe"]]
         if sensor is not None and probe is not None:
@@ -79,7 +81,10 @@ def examine_object(
             probe = calibrated_probe(as_stated(probe, {path.stem for path in made}), made)
             opened = [Capture(path, spec, sensor, probe) for path in place.captures]
             optics = optics_of(place.folder.name)
-            result += _sensor(place, checked.right, opened, config or Config(), optics)
+            # Of scans a run makes the template.
+            to_align = "file" in spec["template"] and not template.wrong
+            options = config or Config()
+            result += _sensor(place, checked.right, opened, options, optics, to_align=to_align)
     return result
 
 
@@ -106,6 +111,8 @@ def _sensor(
     captures: Sequence[Capture],
     config: Config,
     optics: Path | None,
+    *,
+    to_align: bool,
 ) -> Findings:
     """Look into one sensor's background and captures, as far as they are right by their format."""
     if not captures:
@@ -113,13 +120,14 @@ def _sensor(
     result, has_background = Findings(), place.background in right
     for capture in captures:
         if capture.folder in right:
-            result += _capture(capture, config, optics, has_background=has_background)
+            has = {"has_background": has_background, "to_align": to_align}
+            result += _capture(capture, config, optics, **has)
     # What is wrong with a background comes up with each of its captures.
     return replace(result, wrong=tuple(dict.fromkeys(result.wrong)))
 
 
 def _capture(
-    capture: Capture, config: Config, optics: Path | None, *, has_background: bool
+    capture: Capture, config: Config, optics: Path | None, *, has_background: bool, to_align: bool
 ) -> Findings:
     folder, found = capture.folder, Findings()
     try:
@@ -130,6 +138,9 @@ def _capture(
             found += examine_scene(folder, capture.background, capture.sensor)
             force_onset(np.linalg.norm(press.wrenches[COMPONENTS], axis=1), onset_force_n=least)
             found += _press(capture, press, config)
+            if to_align:
+                off_mm = MILLIMETRES * align(capture, press, config).residual.rms_m
+                found += Findings(found=(f"template {off_mm:.1f} mm off the first cloud (rms)",))
     except ValueError as error:
         line = str(error)
         place = line.startswith(str(folder.parent))

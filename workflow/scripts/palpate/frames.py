@@ -1,5 +1,6 @@
 """Arrays of a film's frames in one NPZ file, written and read a frame at a time."""
 
+import io
 import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -68,19 +69,26 @@ class Film(Sequence):
         if not -self.count <= k < self.count:
             raise IndexError(f"frame {k} of {self.count}")
         k %= self.count
-        arrays = self._read(lambda: [self._data[_place(k, name)] for name in self.names])
+        arrays = self._read(lambda: [self._array(_place(k, name)) for name in self.names])
         try:
             return self.make(*arrays)
         except ValueError as error:
             raise ValueError(f"{self.path}: frame {k}: {error}") from None
+
+    def _array(self, place: str) -> NDArray:
+        """An array, whose whole content is read, so that its checksum is compared."""
+        content = io.BytesIO(self._data.zip.read(f"{place}.npy"))
+        return np.lib.format.read_array(content, allow_pickle=False)
 
     def _read(self, read: Callable[[], Any]) -> Any:
         try:
             return read()
         except NO_ARCHIVE as error:
             reason = " ".join(str(error).split())
-            expected = f"file: expected an NPZ file of frames, found none ({reason})"
-            raise ValueError(f"{self.path}: {expected}") from None
+            line = f"file: expected an NPZ file of frames, found none ({reason})"
+            if "CRC" in reason:
+                line = f"{reason.split(chr(39))[1]}: expected what was written, found it damaged"
+            raise ValueError(f"{self.path}: {line}") from None
 
 
 class Mapped(Sequence):

@@ -1,7 +1,8 @@
 """From one capture to what its estimates compare, in memory: the way of the workflow's stages."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -13,9 +14,9 @@ from palpate.capture.capture import Capture
 from palpate.capture.streams import Stream
 from palpate.capture.tables import columns_of
 from palpate.estimate.direct.motion import SurfaceMotion, observed_motion, rest_frames
-from palpate.estimate.hertz.indentation import force_onset, indentation_of
+from palpate.estimate.hertz.indentation import Indentation, force_onset, indentation_of
 from palpate.frames import Film
-from palpate.press import press_of
+from palpate.press import Press, press_of
 from palpate.solid.fill import object_solid
 from palpate.solid.indentation_table import IndentationModel
 from palpate.solid.load_steps import point_table
@@ -30,7 +31,7 @@ from palpate.surface.template import Template, read_template
 from palpate.surface.tracked import Tracked
 from palpate.vision.background import build_model
 from palpate.vision.clock import ClockOffset
-from palpate.vision.clouds import Reach, clouds_of, read_clouds, save_clouds
+from palpate.vision.clouds import Cloud, Reach, clouds_of, read_clouds, save_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.foreground import load_masks, masks_of, save_masks
 from palpate.vision.probe import ALONG_STD, AXIS, TIP
@@ -113,17 +114,7 @@ class Measurement:
 
     def curve(self) -> tuple[NDArray, NDArray]:
         """Depth [m] and force along the press [N] up to the deepest, (n,) each."""
-        press, _ = indentation_of(
-            self.template,
-            self.support,
-            self.alignment,
-            self.tips_m,
-            self.forces_n,
-            self.poses["time_s"].to_numpy(float),
-            radius_m=self.capture.radius_m,
-            tip_std_m=self.tip_std_m,
-            options=self.config.hertz,
-        )
+        press = _indentation(self.capture, self, self.alignment, self.config)
         return press.depth_m[press.approach], press.force_n[press.approach]
 
 
@@ -161,34 +152,17 @@ def measure(
     7.9 mm deep, 1.9 N
     """
     config = config or Config()
-    template = read_template(capture.template, unit=capture.declared["template"]["unit"])
-    support = read_support(capture.declared["support"])
     press = press_of(capture, config, optics)
-    sensor, plane, poses, wrenches = press.sensor, press.plane, press.poses, press.wrenches
+    template, support = _object(capture)
     files = TemporaryDirectory(prefix="palpate-")
-    masks = _masks(capture, sensor, config, Path(files.name, "mask.npz"))
-    tips, axes = columns_of(poses, TIP), columns_of(poses, AXIS)
-    forces, radius = columns_of(wrenches, FORCE), capture.radius_m
-    sizes, point = np.linalg.norm(forces, axis=1), capture.declared["points"][capture.point]
-    least, peak = config.hertz.onset_force_n, int(np.argmax(sizes))
-    reach = Reach(tips[peak], *support.extent_m(template.vertices_m, point["position_m"]))
-    each = clouds_of(
-        capture.folder, sensor, capture.probe, masks, poses, plane, reach, config.clouds
-    )
-    save_clouds(path := Path(files.name, "clouds.npz"), each)
+    save_masks(path := Path(files.name, "mask.npz"), _masks(capture, press, config))
+    masks = load_masks(path)
+    save_clouds(path := Path(files.name, "clouds.npz"), _clouds(capture, press, masks, config))
     clouds = read_clouds(path)
-    alignment = align_first(
-        template,
-        support,
-        point,
-        plane,
-        clouds[0],
-        tips,
-        force_onset(sizes, onset_force_n=least),
-        peak,
-        config.tracking.alignment,
-        indenter_radius_m=radius,
-    )
+    alignment = _aligned(capture, press, clouds[0], config)
+    tips, axes = columns_of(press.poses, TIP), columns_of(press.poses, AXIS)
+    least, radius = config.hertz.onset_force_n, capture.radius_m
+    forces = columns_of(press.wrenches, FORCE)
     rest = rest_frames(template, alignment, tips, forces, radius_m=radius, onset_force_n=least)
     motion = observed_motion(
         template,
@@ -196,7 +170,7 @@ def measure(
         clouds,
         (tips, axes),
         rest,
-        sensor,
+        press.sensor,
         config.direct.observation,
         radius_m=radius,
     )
@@ -204,10 +178,10 @@ def measure(
         capture=capture,
         template=template,
         support=support,
-        plane=plane,
+        plane=press.plane,
         masks=masks,
-        poses=poses,
-        wrenches=wrenches,
+        poses=press.poses,
+        wrenches=press.wrenches,
         clock=press.clock,
         clouds=clouds,
         alignment=alignment,
@@ -325,8 +299,75 @@ def track(
     return track_capture(recorded, options or ElasticTracking())
 
 
-def _masks(capture: Capture, sensor: Mapping, config: Config, path: Path) -> Film:
+def align(capture: Capture, press: Press, config: Config) -> Alignment:
+    """Alignment of the first frame alone, held to the first contact: seconds.
+
+    Raises
+    ------
+    ValueError
+        As `measure` does.
+    """
+    masks = list(islice(_masks(capture, press, config), 1))
+    (cloud,) = _clouds(capture, press, masks, config)
+    alignment = _aligned(capture, press, cloud, config)
+    _indentation(capture, press, alignment, config)
+    return alignment
+
+
+def _indentation(
+    capture: Capture, of: "Press | Measurement", alignment: Alignment, config: Config
+) -> Indentation:
+    """What Hertz takes of a capture, which rejects a tip that is not at the surface."""
+    return indentation_of(
+        *_object(capture),
+        alignment,
+        columns_of(of.poses, TIP),
+        columns_of(of.wrenches, FORCE),
+        of.poses["time_s"].to_numpy(float),
+        radius_m=capture.radius_m,
+        tip_std_m=float(np.nanmedian(of.poses[ALONG_STD])),
+        options=config.hertz,
+    )[0]
+
+
+def _object(capture: Capture) -> tuple[Template, Support]:
+    template = read_template(capture.template, unit=capture.declared["template"]["unit"])
+    return template, read_support(capture.declared["support"])
+
+
+def _masks(capture: Capture, press: Press, config: Config) -> Iterator[NDArray]:
     rate = config.background.false_positive_rate
-    model = build_model(Stream(capture.background, sensor), false_positive_rate=rate)
-    save_masks(path, masks_of(Stream(capture.folder, sensor), model, config.background))
-    return load_masks(path)
+    model = build_model(Stream(capture.background, press.sensor), false_positive_rate=rate)
+    return masks_of(Stream(capture.folder, press.sensor), model, config.background)
+
+
+def _clouds(
+    capture: Capture, press: Press, masks: Sequence[NDArray], config: Config
+) -> Iterator[Cloud]:
+    """Clouds of the frames that have a mask."""
+    template, support = _object(capture)
+    position_m = capture.declared["points"][capture.point]["position_m"]
+    peak = int(np.argmax(_sizes_n(press)))
+    tip_m = columns_of(press.poses, TIP)[peak]
+    reach = Reach(tip_m, *support.extent_m(template.vertices_m, position_m))
+    seen = press.sensor, capture.probe, masks, press.poses, press.plane
+    return clouds_of(capture.folder, *seen, reach, config.clouds)
+
+
+def _aligned(capture: Capture, press: Press, cloud: Cloud, config: Config) -> Alignment:
+    sizes_n = _sizes_n(press)
+    return align_first(
+        *_object(capture),
+        capture.declared["points"][capture.point],
+        press.plane,
+        cloud,
+        columns_of(press.poses, TIP),
+        force_onset(sizes_n, onset_force_n=config.hertz.onset_force_n),
+        int(np.argmax(sizes_n)),
+        config.tracking.alignment,
+        indenter_radius_m=capture.radius_m,
+    )
+
+
+def _sizes_n(press: Press) -> NDArray:
+    return np.linalg.norm(columns_of(press.wrenches, FORCE), axis=1)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from trimesh.graph import connected_component_labels
 
 from palpate.capture.discover import MESHES
 from palpate.open3d_core import o3d
@@ -50,13 +51,14 @@ def read_surface(path: str | Path, *, unit: str) -> trimesh.Trimesh:
         mesh = turned_outward(mesh)
     except ValueError as error:
         raise ValueError(f"{path}: template: {error}") from None
-    if mesh.body_count > 1:
-        raise ValueError(f"{path}: template: expected one piece, found {mesh.body_count}")
+    pieces = connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
+    if pieces.max() > 0:
+        raise ValueError(f"{path}: template: expected one piece, found {pieces.max() + 1}")
     size, (low, high) = float(mesh.extents.max()), PLAUSIBLE_SIZE_M
     if not low <= size * METRES[unit] <= high:
         others = [name for name, scale in METRES.items() if low <= size * scale <= high]
         hint = f" (is its unit {others[0]}?)" if others else ""
-        expected = f"expected an object of {low} to {high} m, found {size * METRES[unit]:g} m"
+        expected = f"expected an object of {low:g} to {high:g} m, found {size * METRES[unit]:g} m"
         raise ValueError(f"{path}: template.unit: {expected}{hint}")
     mesh.vertices = np.asarray(mesh.vertices) * METRES[unit]
     return mesh

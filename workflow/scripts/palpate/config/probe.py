@@ -198,11 +198,13 @@ class ProbeSpec(Model, use_attribute_docstrings=True):
         radius_m, cloud = self.indenter.radius_m, self.exclusion
         tip_m, stem_m = cloud.tip_radius_m, cloud.stem_m or cloud.tip_radius_m
         arm_m = float(np.linalg.norm(np.array(self.force_from_tip, dtype=float)[:3, 3]))
-        widest_m, expected = 2 * radius_m + TIP_MARGIN_M, f"indenter.radius_m {radius_m:g}"
-        if not radius_m <= tip_m <= widest_m:
-            yield "exclusion.tip_radius_m", f"{expected} to {widest_m:g}", f"{tip_m:g}"
+        least_m = (tip_m - TIP_MARGIN_M) / 2
+        if not least_m <= radius_m <= tip_m:
+            expected = f"{least_m:g} to {tip_m:g}, by exclusion.tip_radius_m (one is wrong)"
+            yield "indenter.radius_m", expected, f"{radius_m:g}"
         if cloud.radius_m < radius_m:
-            yield "exclusion.radius_m", f"{expected} or more", f"{cloud.radius_m:g}"
+            expected = f"indenter.radius_m {radius_m:g} or more"
+            yield "exclusion.radius_m", expected, f"{cloud.radius_m:g}"
         if not tip_m <= stem_m <= max(arm_m, tip_m):
             expected = f"tip_radius_m {tip_m:g} to the sensor's place {arm_m:g}"
             yield "exclusion.stem_m", expected, f"{stem_m:g}"

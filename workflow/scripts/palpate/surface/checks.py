@@ -8,7 +8,7 @@ from palpate.surface.alignment import Alignment
 from palpate.surface.options import AlignmentLimits
 from palpate.surface.pose import RestingPrior, to_camera, to_object
 from palpate.surface.template import Template
-from palpate.units import MILLIMETRES
+from palpate.units import MILLIMETRES, PERCENT
 
 # A plane through so many neighbours gives a normal, and so many points a pose.
 FEWEST_POINTS = 30
@@ -61,7 +61,10 @@ def require_fit(
     touch = np.linalg.norm(alignment.contact_point_m - resting.point_m)
     _at_most("points", touch, limits.largest_touch_m, "from the declared point to the contact")
     gap = closest.signed_distance(to_object(pose, tip_m[None]))[0] - indenter_radius_m
-    _at_most("tip", gap, limits.largest_gap_m, "from the template when the force begins")
+    part = PERCENT * abs(gap) / float(np.linalg.norm(tip_m))
+    why = " (force_from_tip or marker_from_force by as much, square_m, the optics or depths by"
+    why += f" {part:.2g} %, the template or its point?)"
+    _at_most("tip", gap, limits.largest_gap_m, "from the template when the force begins", why)
 
 
 def _require_resting(
@@ -82,10 +85,10 @@ def _require_resting(
         raise ValueError(f"support: expected {expected}, found {tilt:.1f} degrees")
 
 
-def _at_most(name: str, found_m: float, largest_m: float, what: str) -> None:
+def _at_most(name: str, found_m: float, largest_m: float, what: str, why: str = "") -> None:
     if not found_m <= largest_m:
         expected = f"at most {largest_m * MILLIMETRES:g} mm {what}"
-        raise ValueError(f"{name}: expected {expected}, found {found_m * MILLIMETRES:.1f} mm")
+        raise ValueError(f"{name}: expected {expected}, found {found_m * MILLIMETRES:.1f} mm{why}")
 
 
 def require_template(template: Template) -> None:
