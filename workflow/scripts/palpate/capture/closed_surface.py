@@ -76,7 +76,7 @@ def turned_outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
         _, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
         found = f"{(counts == 1).sum()} open edges"
         if not (counts == 1).any():
-            found = f"{(counts > 2).sum()} edges with more than two faces (doubled triangles?)"
+            found = f"edges with more than two faces, {(counts > 2).sum()} (doubled triangles?)"
         raise ValueError(f"expected a closed surface, found {found}")
     if not mesh.is_winding_consistent:
         legacy = o3d.geometry.TriangleMesh(

@@ -136,8 +136,9 @@ def _no_unit(quantity: Quantity, shown: str, written: str, *, named: bool) -> st
     expected = f"{shown}: expected a unit of {quantity.name}"
     if written:
         remedy = "" if named else f" (another column? --{quantity.name}-column names it)"
-        if quantity is FORCE and (written in LENGTHS or DEFLECTIONS.fullmatch(plain(written))):
-            sensitivity = "" if plain(written) in LENGTHS else " times sensitivity in m/V"
+        length = plain(written) in LENGTHS
+        if quantity is FORCE and (length or DEFLECTIONS.fullmatch(plain(written))):
+            sensitivity = "" if length else " times sensitivity in m/V"
             remedy = f" (force = deflection{sensitivity} times stiffness in N/m: make that column)"
         return f"{expected}, found {written}{remedy}"
     option = f"--{quantity.name}-unit"
