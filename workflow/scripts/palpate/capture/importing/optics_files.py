@@ -1,6 +1,5 @@
 """Optics as other programs' calibration files hold them: Kalibr, OpenCV, ROS."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,8 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.capture.importing.optics import NO_DISTORTION, coefficients, shortest
-from palpate.config.sensor import COEFFICIENTS, LONGEST_SHIFT_M, ROTATION_TOLERANCE
+from palpate.capture.importing.optics import coefficients, shortest
+from palpate.config.model import problems
+from palpate.config.sensor import LONGEST_SHIFT_M, CameraSpec, rigid_fault
 from palpate.yaml_files import load_yaml, one_line
 
 OPENCV_MARK = "opencv-matrix"
@@ -82,36 +82,29 @@ def _kalibr(path: Path, content: Mapping) -> StatedOptics:
     cameras = []
     for name in names:
         block, place = content[name], f"{path}: {name}"
-        _one_of(_at(block, "camera_model", place), ("pinhole",), f"{place}.camera_model")
-        fx, fy, cx, cy = _numbers(_at(block, "intrinsics", place), 4, f"{place}.intrinsics")
-        size = _numbers(_at(block, "resolution", place), 2, f"{place}.resolution")
-        _one_of(_at(block, "distortion_model", place), ("radtan",), f"{place}.distortion_model")
-        bent = _numbers(_at(block, "distortion_coeffs", place), 4, f"{place}.distortion_coeffs")
-        cameras.append(_camera(size, (fx, fy, cx, cy), bent, f"{place}.distortion_coeffs"))
+        for field, known in (("camera_model", "pinhole"), ("distortion_model", "radtan")):
+            if (found := _at(block, field, place)) != known:
+                raise ValueError(one_line(f"{place}.{field}: expected {known}, found {found}"))
+        fx, fy, cx, cy = _numbers(block, "intrinsics", 4, place)
+        K = [fx, 0, cx, 0, fy, cy, 0, 0, 1]
+        bent = _numbers(block, "distortion_coeffs", 4, place)
+        cameras.append(_camera(_numbers(block, "resolution", 2, place), K, bent, place))
     if len(cameras) == 1:
         return StatedOptics(tuple(cameras))
-    place = f"{path}: cam1.T_cn_cnm1"
+    place = f"{path}: cam1"
     if "T_cn_cnm1" in content["cam1"]:
-        return StatedOptics(tuple(cameras), _rigid(_transform(content["cam1"], place), place))
+        return StatedOptics(tuple(cameras), _rigid(content["cam1"], "T_cn_cnm1", place))
     # Both by the IMU: T_cam_imu takes its coordinates to a camera's, T_imu_cam back.
     by_imu = []
     for name in names:
         known = [key for key in ("T_cam_imu", "T_imu_cam") if key in content[name]]
         if not known:
             expected = "expected it, or T_cam_imu or T_imu_cam of both cameras"
-            raise ValueError(f"{place}: {expected}, found none of {name}")
-        at = f"{path}: {name}.{known[0]}"
-        matrix = _rigid(_transform(content[name], at), at)
+            raise ValueError(f"{place}.T_cn_cnm1: {expected}, found none of {name}")
+        matrix = _rigid(content[name], known[0], f"{path}: {name}")
         by_imu.append(matrix if known[0] == "T_cam_imu" else np.linalg.inv(matrix))
-    second_from_first = by_imu[1] @ np.linalg.inv(by_imu[0])
-    return StatedOptics(tuple(cameras), _rigid(second_from_first, place))
-
-
-def _transform(block: Mapping, place: str) -> NDArray:
-    """A (4, 4) matrix of a camchain.yaml, whose field the place ends with."""
-    rows = _at(block, place.rpartition(".")[2], place)
-    flat = [value for row in rows for value in row] if _is_rows(rows) else rows
-    return np.reshape(_numbers(flat, 16, place), (4, 4))
+    second_from_first = {"T_cn_cnm1": by_imu[1] @ np.linalg.inv(by_imu[0])}
+    return StatedOptics(tuple(cameras), _rigid(second_from_first, "T_cn_cnm1", place))
 
 
 def _as_written(content: Any) -> Any:
@@ -135,75 +128,67 @@ def _ros(files: Sequence[tuple[Path, Mapping]]) -> StatedOptics:
     cameras = tuple(_ros_camera(*item) for item in files)
     if len(files) == 1:
         return StatedOptics(cameras)
+    name = "projection_matrix"
     first, second = (
-        _numbers(_data(content, "projection_matrix", path), 12, f"{path}: projection_matrix.data")
+        _numbers(_at(content, name, str(path)), "data", 12, f"{path}: {name}")
         for path, content in files
     )
     baseline_m = -second[3] / second[0] if second[0] else 0.0
     if not 0 < baseline_m <= LONGEST_SHIFT_M:
         raise ValueError(
-            f"{files[1][0]}: projection_matrix.data: expected the right camera of a pair (its"
-            f" fourth value -fx times the baseline in metres), found a baseline of {baseline_m:g} m"
+            f"{files[1][0]}: {name}.data: expected the right camera of a pair (its fourth value"
+            f" -fx times the baseline in metres), found a baseline of {baseline_m:g} m"
         )
-    size = (cameras[0]["width_px"], cameras[0]["height_px"])
-    optics = (first[0], first[5], first[2], first[6])
-    rectified = _camera(size, optics, (), f"{files[0][0]}: projection_matrix.data")
-    return StatedOptics(cameras, rectified=(rectified, baseline_m))
+    size = [cameras[0]["width_px"], cameras[0]["height_px"]]
+    K = np.delete(first, [3, 7, 11])
+    return StatedOptics(cameras, rectified=(_camera(size, K, [], str(files[0][0])), baseline_m))
 
 
 def _ros_camera(path: Path, content: Mapping) -> dict:
-    size = [_at(content, f"image_{side}", str(path)) for side in ("width", "height")]
-    size = _numbers(size, 2, f"{path}: image_width, image_height")
-    K = _numbers(_data(content, "camera_matrix", path), 9, f"{path}: camera_matrix.data")
-    _without_skew(K, f"{path}: camera_matrix.data")
-    place = f"{path}: distortion_coefficients.data"
-    bent = _numbers(_data(content, "distortion_coefficients", path), None, place)
+    place = str(path)
+    size = [_numbers(content, f"image_{side}", 1, place)[0] for side in ("width", "height")]
+    K, bent = (
+        _numbers(_at(content, name, place), "data", count, f"{place}: {name}")
+        for name, count in (("camera_matrix", 9), ("distortion_coefficients", None))
+    )
     try:
-        bent = coefficients(str(_at(content, "distortion_model", str(path))), bent)
+        bent = coefficients(str(_at(content, "distortion_model", place)), bent)
     except ValueError as error:
-        raise ValueError(one_line(f"{path}: {error}")) from None
-    return _camera(size, (K[0], K[4], K[2], K[5]), bent, place)
+        raise ValueError(one_line(f"{place}: {error}")) from None
+    return _camera(size, K, bent, place)
 
 
 def _opencv(paths: Sequence[Path], size_px: tuple[int, int] | None) -> StatedOptics:
     """One camera, or a pair's M1 D1 M2 D2 with R and T, over one or more files."""
-    found: dict[str, tuple[NDArray, str]] = {}
+    found: dict[str, Any] = {}
     for path in paths:
-        stored = {name: (value, f"{path}: {name}") for name, value in _stored(path).items()}
+        stored = _stored(path)
         if twice := sorted(set(stored) & set(found) & MATRICES):
             raise ValueError(f"{path}: {twice[0]}: expected in one file, found in both")
         found |= stored
-    first = paths[0]
+    place = str(paths[0])
     if {"image_width", "image_height"} <= set(found):
-        size_px = tuple(found[f"image_{side}"][0] for side in ("width", "height"))
+        size_px = tuple(found[f"image_{side}"] for side in ("width", "height"))
     if size_px is None:
         raise ValueError(
-            f"{first}: image_width, image_height: expected the pictures' size in the file or by"
+            f"{place}: image_width, image_height: expected the pictures' size in the file or by"
             " --size, found neither"
         )
-    size = _numbers(list(size_px), 2, f"{first}: image_width, image_height")
     names = PAIR_NAMES if "M1" in found else [n for n in SINGLE_NAMES if n[0] in found][:1]
     if not names:
-        raise ValueError(f"{first}: file: expected camera_matrix or M1, found {', '.join(found)}")
-    cameras = []
-    for matrix, distortion in names:
-        for name in (matrix, distortion):
-            if name not in found:
-                raise ValueError(f"{first}: {name}: expected a matrix, found none")
-        K = _numbers(np.ravel(found[matrix][0]).tolist(), 9, found[matrix][1])
-        _without_skew(K, found[matrix][1])
-        bent, place = found[distortion]
-        cameras.append(_camera(size, (K[0], K[4], K[2], K[5]), np.ravel(bent).tolist(), place))
+        raise ValueError(f"{place}: file: expected camera_matrix or M1, found {', '.join(found)}")
+    cameras = tuple(
+        _camera(
+            size_px, _numbers(found, K, 9, place), _numbers(found, D, None, place), f"{place}: {D}"
+        )
+        for K, D in names
+    )
     if len(cameras) == 1:
-        return StatedOptics(tuple(cameras))
-    for name in ("R", "T"):
-        if name not in found:
-            raise ValueError(f"{first}: {name}: expected a matrix, found none")
-    (turn, place), (shift, _) = found["R"], found["T"]
+        return StatedOptics(cameras)
     matrix = np.eye(4)
-    matrix[:3, :3] = np.reshape(_numbers(np.ravel(turn).tolist(), 9, place), (3, 3))
-    matrix[:3, 3] = _numbers(np.ravel(shift).tolist(), 3, found["T"][1])
-    return StatedOptics(tuple(cameras), _rigid(matrix, place))
+    matrix[:3, :3] = np.reshape(_numbers(found, "R", 9, place), (3, 3))
+    matrix[:3, 3] = _numbers(found, "T", 3, place)
+    return StatedOptics(cameras, _rigid({"R, T": matrix}, "R, T", place))
 
 
 def _is_opencv(path: Path) -> bool:
@@ -233,47 +218,29 @@ def _stored(path: Path) -> dict[str, Any]:
     return {name: value for name, value in found.items() if value is not None}
 
 
-def _camera(size: Sequence[float], optics: Sequence[float], distortion: Any, place: str) -> dict:
-    """A camera's block."""
-    bent = _numbers(distortion, None, place) or NO_DISTORTION
-    if len(bent) not in COEFFICIENTS:
-        expected = f"expected {', '.join(map(str, COEFFICIENTS))} coefficients of OpenCV's lenses"
-        raise ValueError(f"{place}: {expected}, found {len(bent)}")
-    sides = [int(side) for side in size]
-    if sides != list(size) or min(sides) < 1:
-        raise ValueError(f"{place}: expected whole pixels in width and height, found {list(size)}")
-    if not min(optics[:2]) > 0:
-        raise ValueError(f"{place}: expected focal lengths above 0, found {list(optics[:2])}")
-    if not all(0 <= centre <= side for centre, side in zip(optics[2:], sides, strict=True)):
-        raise ValueError(
-            f"{place}: expected a principal point within {sides[0]} x {sides[1]} pixels, found"
-            f" {list(optics[2:])}"
-        )
-    names = ("fx_px", "fy_px", "cx_px", "cy_px")
+def _camera(size: Sequence[float], K: Sequence[float], bent: Sequence[float], place: str) -> dict:
+    """A camera's block, of its size, camera matrix row by row and distortion."""
+    if K[1]:
+        raise ValueError(f"{place}: expected a skew of 0, found {K[1]:g}")
+    optics = {"fx_px": K[0], "fy_px": K[4], "cx_px": K[2], "cy_px": K[5]}
+    sides = {"width_px": size[0], "height_px": size[1]}
+    block = {**sides, **optics, "distortion": [*map(float, bent)] or [0.0] * 5}
+    lines = problems(CameraSpec, block | {"encoding": "any"}, place)
+    if lines:
+        raise ValueError(lines[0])
     return {
-        "width_px": int(size[0]),
-        "height_px": int(size[1]),
-        **dict(zip(names, map(float, optics), strict=True)),
-        "distortion": shortest(bent),
+        **{name: int(side) for name, side in sides.items()},
+        **{name: float(value) for name, value in optics.items()},
+        "distortion": shortest(block["distortion"]),
     }
 
 
-def _without_skew(K: Sequence[float], place: str) -> None:
-    """Refuse a camera whose axes are not at right angles (nine numbers)."""
-    if K[1]:
-        raise ValueError(f"{place}: expected a skew of 0, found {K[1]:g}")
-
-
-def _rigid(matrix: NDArray, place: str) -> NDArray:
-    turn, shift = matrix[:3, :3], np.abs(matrix[:3, 3]).max()
-    right = np.allclose(turn @ turn.T, np.eye(3), atol=ROTATION_TOLERANCE)
-    if not (right and np.linalg.det(turn) > 0):
-        raise ValueError(f"{place}: expected a rotation, found another matrix")
-    if not 0 < shift <= LONGEST_SHIFT_M:
-        raise ValueError(
-            f"{place}: expected a shift above 0 and at most {LONGEST_SHIFT_M:g} m, found {shift:g}"
-            " (metres?)"
-        )
+def _rigid(block: Mapping, name: str, place: str) -> NDArray:
+    """A rigid transform (4, 4) of a block."""
+    matrix = np.reshape(_numbers(block, name, 16, place), (4, 4))
+    fault = rigid_fault(matrix) or ("" if matrix[:3, 3].any() else "no shift")
+    if fault:
+        raise ValueError(f"{place}: {name}: expected a rotation and a shift, found {fault}")
     return matrix
 
 
@@ -283,26 +250,14 @@ def _at(block: Any, name: str, place: str) -> Any:
     return block[name]
 
 
-def _data(content: Mapping, name: str, path: Path) -> Any:
-    return _at(_at(content, name, str(path)), "data", f"{path}: {name}")
-
-
-def _one_of(found: Any, names: Sequence[str], place: str) -> None:
-    if found not in names:
-        raise ValueError(one_line(f"{place}: expected {' or '.join(names)}, found {found}"))
-
-
-def _is_rows(values: Any) -> bool:
-    return isinstance(values, list) and all(isinstance(row, list) for row in values)
-
-
-def _numbers(values: Any, count: int | None, place: str) -> list[float]:
-    """A list of finite numbers."""
-    fits = isinstance(values, list | tuple) and (count is None or len(values) == count)
-    kinds = (int, float)
-    if not (fits and all(isinstance(v, kinds) and not isinstance(v, bool) for v in values)):
-        much = "numbers" if count is None else f"{count} numbers"
-        raise ValueError(one_line(f"{place}: expected a list of {much}, found {values}"))
-    if not all(map(math.isfinite, values)):
-        raise ValueError(one_line(f"{place}: expected finite numbers, found {values}"))
-    return list(map(float, values))
+def _numbers(block: Any, name: str, count: int | None, place: str) -> list[float]:
+    """Finite numbers of a field, in rows or not."""
+    values = _at(block, name, place)
+    try:
+        flat = np.array(values, dtype=float).ravel()
+    except (TypeError, ValueError):
+        flat = np.array([np.nan])
+    if (count is not None and flat.size != count) or not np.isfinite(flat).all():
+        much = "finite numbers" if count is None else f"{count} finite numbers"
+        raise ValueError(one_line(f"{place}: {name}: expected {much}, found {values}"))
+    return flat.tolist()
