@@ -190,6 +190,18 @@ def test_a_curve_without_a_camera_is_a_capture(bench):
     assert any(line.startswith("curve 08: ; as delimiter, decimal commas") for line in found.found)
 
 
+def test_what_a_probes_file_says_counts_for_the_check(bench, tmp_path):
+    depth, force = press()
+    piezo = written_columns(tmp_path, "Piezo (mm),Force (N)", 1e3 * (depth + force / 60), force)
+    shutil.copy(piezo, bench.folder / "08.csv")
+    assert bench({"poisson_ratio": 0.4}, probe="ball") == []
+    probe = {"stiffness_n_m": 60.0, "indenter": {"radius_m": 0.005}}
+    found = examine_object(bench.folder, {}, {"ball": probe})
+    assert any("force over 60 N/m taken off the depth" in line for line in found.found)
+    found = examine_object(bench.folder, {}, {"ball": {"indenter": {"radius_m": 0.005}}})
+    assert any("(curves.stiffness_n_m takes it off)" in line for line in found.doubts)
+
+
 @pytest.mark.parametrize(
     ("curves", "changes", "expected"),
     [
@@ -249,6 +261,22 @@ def test_nothing_is_taken_off_the_tips_own_depth(name, tmp_path, capsys):
     assert f"{name} is the tip's own depth" in found["doubts"][0]
 
 
+@pytest.mark.parametrize(
+    ("header", "options"),
+    [
+        ("z (mm),delta (mm),force (N)", ()),
+        ("Piezo (mm),Indentation (mm),Load (N)", ("--depth-column", "Piezo")),
+    ],
+)
+def test_a_drive_beside_the_tips_depth_is_the_drives(header, options, tmp_path, capsys):
+    depth, force = press()
+    path = written_columns(tmp_path, header, 1e3 * (depth + force / 60), 1e3 * depth, force)
+    law = ("--indenter", "parabola", "--stiffness-n-m", "60")
+    found = told(path, capsys, *law, *options)
+    assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.01)
+    assert "force over 60 N/m taken off the depth" in found["read"]
+
+
 @pytest.mark.parametrize("name", ["Depth", "Displacement"])
 def test_a_depth_beside_its_drive_is_the_tips(name, tmp_path, capsys):
     """The drive's column is the depth and what the cantilever gives way by."""
@@ -268,6 +296,19 @@ def test_what_the_file_states_otherwise_is_said(tmp_path, capsys):
     found = told(path, capsys, "--stiffness-n-m", "60")
     assert found["doubts"][0] == "the file states radius_m 0.004, where 0.005 was given"
     assert not any("stiffness" in line for line in found["doubts"])
+    assert read_curve(path, radius_m=0.004).doubts == read_curve(path).doubts
+    for head, stated in {
+        "Sample K 12": {},
+        "Machine stiffness: 5000 N/m": {},
+        "Tip radius: 5": {},
+        "Tip radius: 5.0 um, glass": {"radius_m": 5e-6},
+        "k (N/m),0.05": {"stiffness_n_m": 0.05},
+        "# springConstant: 0.043": {"stiffness_n_m": 0.043},
+    }.items():
+        path.write_text("\n".join([head, "Piezo (mm)\tForce (N)", *rows]))
+        assert read_export(path).stated == pytest.approx(stated)
+    with pytest.raises(ValueError, match="stiffness_n_m: expected above 0, found 0"):
+        read_curve(path, stiffness_n_m=0.0)
 
 
 @pytest.mark.parametrize("other", ["Contact Depth", "Plastic depth", "Max Displacement"])
@@ -369,6 +410,8 @@ MISREAD = {
     "Displacement (mm),Force (V)": r"Force \(V\): expected a unit of force, found V \(force = defl",
     "Displacement (mm),Force (kPa)": r"found kPa \(another column",
     "z_mm,F_n,F_t": "F_n: expected a unit of force, found none .say --force-unit",
+    "z_um,F_N,F_T": "F_N: expected a unit of force, found none .say --force-unit",
+    "DEPTH (UM),LOAD (MN)": r"LOAD .MN.: expected a unit of force, found MN in capitals alone",
     "z_mm,force_n,force_t": "columns: expected one column of force, found force_n, force_t",
     "depth_in,force_N": "depth_in: expected a unit of depth, found none .say --depth-unit",
     "Displacement rate (mm),Force (N)": "expected one column of depth",
@@ -400,6 +443,18 @@ def test_thousands_are_never_guessed(rows, last, tmp_path, capsys):
         assert "expected numbers without separators of thousands" in refused(path, capsys)
     else:
         assert read_export(path).values[-1, 1] == last
+
+
+def test_cells_that_are_filled_later_hide_no_rows(tmp_path):
+    """Two columns are empty in the first part of a table."""
+    depth, force = press()
+    rows = [
+        f"{k},{1e3 * d:.5f},{f:.5f}{',20.1,45' if k > 90 else ',,'}"
+        for k, (d, f) in enumerate(zip(depth, force, strict=True))
+    ]
+    path = tmp_path / "curve.csv"
+    path.write_text("\n".join(["Time (s),Depth (mm),Force (N),Temp,Hum", *rows]) + "\n")
+    assert len(read_curve(path).depth_m) == len(depth)
 
 
 def test_a_preamble_with_commas_hides_no_table(tmp_path):

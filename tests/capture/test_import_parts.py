@@ -73,7 +73,9 @@ def test_lenses_are_kept_as_opencv_has_them():
     rational = [0.0757, -2.48, 0.0007, -0.0002, 1.454, -0.045, -2.296, 1.379]
     assert coefficients("rational_polynomial", rational) == rational
     assert coefficients("plumb_bob", rational[:4]) == [*rational[:4], 0.0]
-    assert coefficients("equidistant", [0.0] * 4) == [0.0] * 5
+    assert coefficients("", []) == coefficients("None", [0.0] * 5) == [0.0] * 5
+    with pytest.raises(ValueError, match="found equidistant with 4"):
+        coefficients("equidistant", [0.0] * 4)
     with pytest.raises(ValueError, match="D: expected finite numbers"):
         coefficients("plumb_bob", [np.nan] * 5)
     with pytest.raises(ValueError, match="distortion_model: expected .*, found equidistant with 4"):

@@ -135,6 +135,19 @@ def test_optics_of_a_region_in_bins(tmp_path):
     assert found == pytest.approx(film.color_optics)
 
 
+def test_optics_that_are_of_the_bins_already_stay(tmp_path):
+    film = stand_in()
+
+    def binned(message, _):
+        message.binning_x = message.binning_y = 2
+        return message
+
+    bag = bag_of(tmp_path, film, with_message(COLOR_INFO, binned))
+    assert bring(bag, tmp_path / "raw/block/camera/08") == 0
+    spec = yaml.safe_load((tmp_path / "sensors/camera.yaml").read_text())["color"]
+    assert spec["fx_px"] == pytest.approx(film.color_optics[0])
+
+
 def test_depth_units_of_a_realsense(tmp_path, capsys):
     film = stand_in()
     bag = write_realsense(tmp_path / "film.bag", film, unit_m=0.0001)

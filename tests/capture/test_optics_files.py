@@ -164,14 +164,31 @@ def test_a_pair_of_opencv_over_two_files(written):
     [
         (KALIBR.replace("radtan", "equidistant"), "cam0.distortion_model: expected radtan, found"),
         (KALIBR.replace("pinhole", "omni"), "cam0.camera_model: expected pinhole, found omni"),
-        (KALIBR.replace("-0.11]", "-110.0]"), r"cam1: T_cn_cnm1: .*found a shift of 110 m \(metres\?\)"),
-        (KALIBR.replace("[1.0, 0.0, 0.0, -", "[2.0, 0.0, 0.0, -"), "T_cn_cnm1: expected a rotation and a shift, found rows that"),
+        (
+            KALIBR.replace("-0.11]", "-110.0]"),
+            r"cam1: T_cn_cnm1: .*found a shift of 110 m \(metres\?\)",
+        ),
+        (
+            KALIBR.replace("[1.0, 0.0, 0.0, -", "[2.0, 0.0, 0.0, -"),
+            "T_cn_cnm1: expected a rotation and a shift, found rows that",
+        ),
         (KALIBR.replace("intrinsics", "focal"), "cam0: intrinsics: expected a value, found none"),
         (KALIBR.replace("[461.6, ", "["), "cam0: intrinsics: expected 4 finite numbers, found"),
-        (KALIBR.replace("461.6", ".nan"), "cam0: intrinsics: expected 4 finite numbers, found .nan"),
+        (
+            KALIBR.replace("461.6", ".nan"),
+            "cam0: intrinsics: expected 4 finite numbers, found .nan",
+        ),
         (KALIBR.replace("461.6", "-461.6"), "cam0: fx_px: expected a number >= 10, found -461.6"),
         (ROS.format("0").replace("plumb_bob", "equidistant"), "found equidistant with 5"),
         (KALIBR.replace("T_cn_cnm1", "T_imu"), "cam1.T_cn_cnm1: expected it, or T_cam_imu"),
+        (
+            VINS.replace("{fx: 389.0, fy: 388.0, cx: 324.9, cy: 237.4}", "[1, 2, 3, 4]"),
+            "finite num",
+        ),
+        (
+            ECHO.replace("header:", "binning_x: 2\nheader:"),
+            "0.yaml: roi, binning_x, binning_y: exp",
+        ),
         ("a: 1\n", "expected cam0 .Kalibr., camera_matrix"),
         ("[1, 2]\n", "expected cam0 .Kalibr., camera_matrix"),
         (opencv(**PAIR), "image_width, image_height: expected the pictures' size"),
@@ -185,7 +202,10 @@ def test_what_no_sensors_file_can_say(written, text, line):
 @pytest.mark.parametrize(
     ("matrices", "line"),
     [
-        (PAIR | {"D1": (1, 6, [0.1] * 6)}, "D1: distortion: expected 4, 5, 8, 12 or 14 numbers, found 6"),
+        (
+            PAIR | {"D1": (1, 6, [0.1] * 6)},
+            "D1: distortion: expected 4, 5, 8, 12 or 14 numbers, found 6",
+        ),
         ({n: m for n, m in PAIR.items() if n != "T"}, "T: expected a value, found none"),
         ({n: m for n, m in PAIR.items() if n != "D2"}, "D2: expected a value, found none"),
         ({"Q": PAIR["M1"]}, "expected camera_matrix or M1, found Q"),

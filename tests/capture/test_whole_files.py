@@ -102,6 +102,25 @@ def test_parts_of_another_run_stay(tmp_path):
     assert sorted(os.listdir(tmp_path / "other")) == [".part-0-a.csv", "lock"]
 
 
+def test_what_is_kept_never_moves(tmp_path):
+    """Not even where the folder is a link, and where the block fails."""
+    there = tmp_path / "there"
+    (there / "background").mkdir(parents=True)
+    (there / "background/0.png").write_text("mine")
+    (link := tmp_path / "01").symlink_to(there)
+    with pytest.raises(ZeroDivisionError):
+        with whole_folder(link, replace=False, kept="background"):
+            raise ZeroDivisionError
+    with whole_folder(link, replace=False, kept="background") as part:
+        (part / "color").mkdir()
+        (part / "frames.csv").write_text("frame")
+    assert sorted(one.name for one in there.iterdir()) == ["background", "color", "frames.csv"]
+    assert (there / "background/0.png").read_text() == "mine"
+    with pytest.raises(ValueError, match="expected nothing there yet"):
+        with whole_folder(link, replace=False, kept="background"):
+            pass
+
+
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
 def test_a_full_disk_names_the_file(tmp_path, number):
     words = os.strerror(number)

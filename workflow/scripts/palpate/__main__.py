@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import signal
 import sys
 
 from palpate import __version__
@@ -17,15 +18,17 @@ def main(arguments: list[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         status = options.work(options) or 0
+    except BrokenPipeError:
+        status = 128 + signal.SIGPIPE
+    except (ValueError, OSError) as error:
+        for line in _told(error).splitlines():
+            print(f"error: {line}", file=sys.stderr)
+        status = 1
+    try:
         sys.stdout.flush()
     except BrokenPipeError:
         # Nobody reads on, like head; the interpreter flushes once more as it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except (ValueError, OSError) as error:
-        for line in _told(error).splitlines():
-            print(f"error: {line}", file=sys.stderr)
-        return 1
     return status
 
 

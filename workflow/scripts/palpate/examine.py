@@ -73,7 +73,7 @@ def examine_object(
         return result
     spec = load_yaml(folder / "object.yaml")
     template = examine_template(folder, spec)
-    result += template + _curves(folder, spec)
+    result += template + _curves(folder, spec, probes.get(spec.get("probe")))
     for place in checked.listed:
         sensor, probe = sensors.get(place.folder.name), probes[spec["probe"]]
         if sensor is not None and probe is not None:
@@ -88,14 +88,14 @@ def examine_object(
     return result
 
 
-def _curves(folder: Path, spec: Mapping) -> Findings:
+def _curves(folder: Path, spec: Mapping, probe: Mapping | None) -> Findings:
     """What an object's curves hold; those that nothing is declared of are doubtful."""
     found = curve_files(folder)
     if "curves" not in spec:
         lone = [path for path in found if path.stem.partition("-")[0] in spec["points"]]
         line = "not used: object.yaml declares no curves"
         return Findings(doubts=tuple(f"{path}: {line}" for path in lone))
-    curves = {path: declared_curve(path, spec) for path in found}
+    curves = {path: declared_curve(path, spec, probe) for path in found}
     doubts = [f"{path}: {line}" for path, one in curves.items() for line in one.doubts]
     others = [path for path in folder.iterdir() if path.suffix in TEXTS and path.is_file()]
     for path in sorted(others):

@@ -114,7 +114,8 @@ class Measurement:
 
     def curve(self) -> tuple[NDArray, NDArray]:
         """Depth [m] and force along the press [N] up to the deepest, (n,) each."""
-        press = _indentation(self.capture, self, self.alignment, self.config)
+        of = self.template, self.support
+        press = _indentation(self.capture, self, of, self.alignment, self.config)
         return press.depth_m[press.approach], press.force_n[press.approach]
 
 
@@ -157,9 +158,11 @@ def measure(
     files = TemporaryDirectory(prefix="palpate-")
     save_masks(path := Path(files.name, "mask.npz"), _masks(capture, press, config))
     masks = load_masks(path)
-    save_clouds(path := Path(files.name, "clouds.npz"), _clouds(capture, press, masks, config))
+    of = (template, support)
+    each = _clouds(capture, press, of, masks, config)
+    save_clouds(path := Path(files.name, "clouds.npz"), each)
     clouds = read_clouds(path)
-    alignment = _aligned(capture, press, clouds[0], config)
+    alignment = _aligned(capture, press, of, clouds[0], config)
     tips, axes = columns_of(press.poses, TIP), columns_of(press.poses, AXIS)
     least, radius = config.hertz.onset_force_n, capture.radius_m
     forces = columns_of(press.wrenches, FORCE)
@@ -307,25 +310,29 @@ def align(capture: Capture, press: Press, config: Config) -> Alignment:
     ValueError
         As `measure` does.
     """
-    masks = list(islice(_masks(capture, press, config), 1))
-    (cloud,) = _clouds(capture, press, masks, config)
-    alignment = _aligned(capture, press, cloud, config)
-    _indentation(capture, press, alignment, config)
+    of, masks = _object(capture), list(islice(_masks(capture, press, config), 1))
+    (cloud,) = _clouds(capture, press, of, masks, config)
+    alignment = _aligned(capture, press, of, cloud, config)
+    _indentation(capture, press, of, alignment, config)
     return alignment
 
 
 def _indentation(
-    capture: Capture, of: "Press | Measurement", alignment: Alignment, config: Config
+    capture: Capture,
+    press: "Press | Measurement",
+    of: tuple[Template, Support],
+    alignment: Alignment,
+    config: Config,
 ) -> Indentation:
     """What Hertz takes of a capture, which rejects a tip that is not at the surface."""
     return indentation_of(
-        *_object(capture),
+        *of,
         alignment,
-        columns_of(of.poses, TIP),
-        columns_of(of.wrenches, FORCE),
-        of.poses["time_s"].to_numpy(float),
+        columns_of(press.poses, TIP),
+        columns_of(press.wrenches, FORCE),
+        press.poses["time_s"].to_numpy(float),
         radius_m=capture.radius_m,
-        tip_std_m=float(np.nanmedian(of.poses[ALONG_STD])),
+        tip_std_m=float(np.nanmedian(press.poses[ALONG_STD])),
         options=config.hertz,
     )[0]
 
@@ -342,10 +349,14 @@ def _masks(capture: Capture, press: Press, config: Config) -> Iterator[NDArray]:
 
 
 def _clouds(
-    capture: Capture, press: Press, masks: Sequence[NDArray], config: Config
+    capture: Capture,
+    press: Press,
+    of: tuple[Template, Support],
+    masks: Sequence[NDArray],
+    config: Config,
 ) -> Iterator[Cloud]:
     """Clouds of the frames that have a mask."""
-    template, support = _object(capture)
+    template, support = of
     position_m = capture.declared["points"][capture.point]["position_m"]
     peak = int(np.argmax(_sizes_n(press)))
     tip_m = columns_of(press.poses, TIP)[peak]
@@ -354,10 +365,12 @@ def _clouds(
     return clouds_of(capture.folder, *seen, reach, config.clouds)
 
 
-def _aligned(capture: Capture, press: Press, cloud: Cloud, config: Config) -> Alignment:
+def _aligned(
+    capture: Capture, press: Press, of: tuple[Template, Support], cloud: Cloud, config: Config
+) -> Alignment:
     sizes_n = _sizes_n(press)
     return align_first(
-        *_object(capture),
+        *of,
         capture.declared["points"][capture.point],
         press.plane,
         cloud,

@@ -35,7 +35,6 @@ FEWEST_FRAMES = 3
 FEWEST_BACKGROUND_FRAMES = 4
 FEWEST_FORCE_SAMPLES = 10
 MISSING_TABLE = "{}: file: expected a CSV table, found nothing"
-# Surfaces alone: scenes and archives may name other files.
 
 
 @dataclass(frozen=True)
@@ -108,7 +107,8 @@ def checked_object(
     if only is not None:
         listed = (replace(sensor_folder(only.parent), captures=(only,)),)
     elif spec is not None:
-        problems += check_curves(folder, spec, files=files)
+        probe = probes.get(spec.get("probe"))
+        problems += check_curves(folder, spec, files=files, probe=probe)
     for place in listed:
         names = _check_sensor(place, sensors, (spec or {}).get("points"))
         problems += names

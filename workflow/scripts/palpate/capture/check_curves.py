@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from palpate.capture.curves.curve import Curve, read_curve
@@ -11,7 +12,9 @@ OPTION = re.compile("--(depth|force|stiffness)-(column|unit|n-m)")
 COLUMNS = ("depth_column", "force_column", "depth_unit", "force_unit")
 
 
-def check_curves(folder: Path, spec: Mapping, *, files: bool) -> list[str]:
+def check_curves(
+    folder: Path, spec: Mapping, *, files: bool, probe: Mapping | None = None
+) -> list[str]:
     """Check the curves of an object that declares some: one line for each problem.
 
     Parameters
@@ -22,6 +25,8 @@ def check_curves(folder: Path, spec: Mapping, *, files: bool) -> list[str]:
         object.yaml.
     files : bool
         False: without opening them.
+    probe : mapping, optional
+        The object's probe.
     """
     if "curves" not in spec:
         return []
@@ -33,7 +38,7 @@ def check_curves(folder: Path, spec: Mapping, *, files: bool) -> list[str]:
         lines = check_name(curve, curve.stem, spec["points"])
         if files and not lines:
             try:
-                declared_curve(curve, spec)
+                declared_curve(curve, spec, probe)
             except ValueError as error:
                 lines = [str(error)]
         problems += lines
@@ -68,10 +73,15 @@ def declared_curve(path: str | Path, spec: Mapping, probe: Mapping | None = None
         expected = "a number in curves, which no camera calibrates, or in the probe's file"
         raise ValueError(f"curves.stiffness_n_m: expected {expected}, found {stiffness}")
     try:
-        return read_curve(path, **given, **{name: stated.get(name) for name in known})
+        curve = read_curve(path, **given, **{name: stated.get(name) for name in known})
     except ValueError as error:
-        # What is an option of the command is a field here.
-        raise ValueError(OPTION.sub(r"curves.\1_\2", str(error))) from None
+        raise ValueError(_as_field(str(error))) from None
+    return replace(curve, doubts=tuple(map(_as_field, curve.doubts)))
+
+
+def _as_field(line: str) -> str:
+    """A line about options of the command as one about the fields of object.yaml."""
+    return OPTION.sub(lambda found: f"curves.{found[0][2:].replace('-', '_')}", line)
 
 
 def poisson_ratios(spec: Mapping) -> tuple[float, float]:

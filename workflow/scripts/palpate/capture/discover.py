@@ -17,7 +17,7 @@ TAKEN += ("sample", "sensors", "simulation", "tables")
 SENSOR_NAME = re.compile("[a-z][a-z0-9_]*")
 OBJECT_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_]*")
 # A point, or a point and an attempt: 08, 11-a03.
-# Kinds of files with a template.
+# Kinds of files with a template: surfaces alone, since scenes and archives may name other files.
 MESHES = (".ply", ".stl", ".obj", ".off")
 CAPTURE_NAME = re.compile("[A-Za-z0-9]+(-a[0-9]+)?")
 CAPTURE_WORDS = (

@@ -79,10 +79,12 @@ def whole_folder(path: str | Path, *, replace: bool = True, kept: str = "") -> I
             _set_aside(path)
         else:
             _check_free(path, kept)
-            if path.is_dir():
-                os.replace(path / kept, part / kept)
-                path.rmdir()
-        os.replace(part, path)
+        if not replace and path.is_dir():
+            # What is kept never moves; tables, by which a folder is whole, come last.
+            for one in sorted(part.iterdir(), key=Path.is_file):
+                os.replace(one, path / one.name)
+        else:
+            os.replace(part, path)
 
 
 def write_text(path: str | Path, text: str) -> None:

@@ -28,6 +28,8 @@ UNLIKELY, MOST_LEFT_OUT = 1e-6, 0.1
 ROUNDED = 1e-6
 # Student's variance is told from so many degrees of freedom on.
 LEAST_FREEDOM = 3.0
+# Of the weight's changes, from which a channel's scale is judged.
+LEAST_SHARE = 1e-3
 # No handle is so long; torques in another unit have it farther.
 FARTHEST_CENTRE_M = 0.5
 # Where the unknowns stand: weight, turn, zero of the forces; centre of mass, zero of the torques.
@@ -75,6 +77,8 @@ class Load:
         off = self.residuals[self.kept, :3]
         weight = self.weight_n[self.kept] - self.weight_n[self.kept].mean(axis=0)
         square = (weight**2).sum(axis=0)
+        # A channel that the weight hardly changes says nothing of its own scale.
+        square = np.where(square > LEAST_SHARE * square.sum(), square, np.inf)
         gains = 1 + (weight * off).sum(axis=0) / square
         left = off - off.mean(axis=0) - (gains - 1) * weight
         return gains, np.sqrt((left**2).sum(axis=0) / (len(off) - 2) / square)

@@ -119,15 +119,11 @@ def calibrate_pair(
         calibrate_camera(seen, board, size, name=name)
         for seen, size, name in zip(corners, sizes_px, names, strict=True)
     ]
-    shared = [view for view in alone[0].camera_from_board if view in alone[1].camera_from_board]
-    if len(shared) < FEWEST_VIEWS:
-        raise ValueError(
-            f"calibration: expected at least {FEWEST_VIEWS} views of the board that both cameras"
-            f" see, found {len(shared)}"
-        )
+    shared = _shared(alone)
     if board.ambiguous:
         corners[1] |= _ordered_alike(corners, shared, board, alone)
         alone[1] = calibrate_camera(corners[1], board, sizes_px[1], name=names[1])
+        shared = _shared(alone)
     transform = _most_common(alone, shared)
     lenses = np.concatenate([found.lens for found in alone])
     problem = Problem(
@@ -163,6 +159,17 @@ def calibrate_pair(
         rejected,
         root_mean_square(np.concatenate(paired)),
     )
+
+
+def _shared(alone: Sequence[Calibration]) -> list[str]:
+    """Views that count in both cameras; enough of them, or a `ValueError`."""
+    shared = [view for view in alone[0].camera_from_board if view in alone[1].camera_from_board]
+    if len(shared) < FEWEST_VIEWS:
+        raise ValueError(
+            f"calibration: expected at least {FEWEST_VIEWS} views of the board that both cameras"
+            f" see, found {len(shared)}"
+        )
+    return shared
 
 
 def _views(

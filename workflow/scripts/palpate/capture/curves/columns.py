@@ -136,6 +136,8 @@ def _no_unit(quantity: Quantity, shown: str, written: str, *, named: bool) -> st
     expected = f"{shown}: expected a unit of {quantity.name}"
     if written:
         remedy = "" if named else f" (another column? --{quantity.name}-column names it)"
+        if plain(written) in quantity.units:
+            remedy = f" in capitals alone (say --{quantity.name}-unit, like mN or MN)"
         length = plain(written) in LENGTHS
         if quantity is FORCE and (length or DEFLECTIONS.fullmatch(plain(written))):
             sensitivity = "" if length else " times sensitivity in m/V"
@@ -190,7 +192,9 @@ def _found_place(export: Export, quantity: Quantity) -> int:
 def _rank(one: Header, quantity: Quantity) -> tuple[int, int] | None:
     """How unlikely a column is of a quantity: by its words, and whether its unit is one of it."""
     words, rank = _words(one.name), _word_rank(one.name, quantity)
-    if (one.unit and one.unit not in quantity.units) or NEVER.search(words):
+    # What stands in brackets within a name is said of it, as in Load (friction corrected).
+    bare = _words(re.sub(r"[\[({][^\])}]*[\])}]", " ", one.name))
+    if (one.unit and one.unit not in quantity.units) or NEVER.search(bare):
         return None
     if rank is not None:
         return rank, not one.unit
@@ -225,7 +229,7 @@ def is_tips(export: Export, tip_m: NDArray, force_n: NDArray, stiffness_n_m: flo
     ----------
     export : Export
     tip_m, force_n : (n,) arrays
-        Columns of the export [m, N].
+        Columns of the export, with the signs that make both grow in the press [m, N].
     stiffness_n_m : float
         Of what is between the drive and the tip.
     """
@@ -236,7 +240,8 @@ def is_tips(export: Export, tip_m: NDArray, force_n: NDArray, stiffness_n_m: flo
         if right.sum() > rows.shape[1]:
             parts = np.linalg.lstsq(rows[right], drive_m[right], rcond=None)[0]
             off = np.std(drive_m[right] - rows[right] @ parts)
-            whole = np.abs(np.abs(parts[:2]) - 1) < WHOLE
+            # The other way round this column would be the drive's, and the other the tip's.
+            whole = np.abs(parts[:2] * np.sign(parts[0]) - 1) < WHOLE
             if whole.all() and off < WHOLE * np.std(rows[right, 1]):
                 return True
     return False

@@ -125,12 +125,15 @@ def read_curve(
     >>> print(f"{1e3 * depth_m[-1]:.1f} mm, {force_n[-1]:.2f} N")
     2.9 mm, 1.79 N
     """
+    given = {"radius_m": radius_m, "stiffness_n_m": stiffness_n_m}
+    for name, value in given.items():
+        if value is not None and not 0 < value < np.inf:
+            raise ValueError(f"{name}: expected above 0, found {value}")
     export = read_export(path)
     asked = Asked(depth_column, depth_unit), Asked(force_column, force_unit)
     record = _record(export, *asked, weights_column, range_m, stiffness_n_m)
     phases = phases_of(record.depth_m, record.force_n)
     bent_m, read, doubts = _bent(record, stiffness_n_m)
-    given = {"radius_m": radius_m, "stiffness_n_m": stiffness_n_m}
     doubts += tuple(_contradictions(export.stated, given))
     chosen = np.arange(len(record.used))[phases.loading]
     chosen = chosen[record.used[chosen]]
@@ -179,13 +182,13 @@ def _record(
 ) -> _Record:
     position, of_depth = column_of(export, DEPTH, depth)
     load, of_force = column_of(export, FORCE, force)
-    of_tip = of_depth.of_tip
-    if stiffness_n_m and not of_tip:
-        of_tip = is_tips(export, position, load, stiffness_n_m)
     extra = [asked_column(export, weights_column, "--weights")] if weights_column else []
     columns, left_out = numbers_of([position, load, *extra])
     _check_samples(export.path, columns, left_out)
     signs, plain = signs_of(*columns[:2])
+    of_tip = of_depth.of_tip
+    if stiffness_n_m and not of_tip:
+        of_tip = is_tips(export, signs[0] * position, signs[1] * load, stiffness_n_m)
     used = _within(export.path, columns[0], range_m)
     read = [*export.read, of_depth.text, of_force.text]
     read += [f"{name} sign turned" for name, sign in zip(NAMES, signs, strict=True) if sign < 0]
@@ -214,7 +217,10 @@ def _bent(
         )
         return 0.0, (), (line,) * record.depth.of_drive
     if record.of_tip:
-        line = f"{name} is the tip's own depth: nothing is taken off it by --stiffness-n-m"
+        line = (
+            f"{name} is the tip's own depth: nothing is taken off it by --stiffness-n-m (a header"
+            " that calls it otherwise, if it is the drive's)"
+        )
         return 0.0, (), (line,)
     bent = f"force over {stiffness_n_m:g} N/m taken off the depth"
     return record.force_n / stiffness_n_m, (bent,), ()

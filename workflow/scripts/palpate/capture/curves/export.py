@@ -39,19 +39,20 @@ LABEL = re.compile(r"(columns|fancyNames|units):\s*", re.IGNORECASE)
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}([,. ]\d{3})+([.,]\d*)?")
 GROUP = re.compile(r"\d[,. ]\d{3}(?!\d)")
 LONGEST_SHOWN = 60
+SPRINGS = "spring[ _]?constant|(?:cantilever|spring)[ _](?:stiffness|k)"
 # In a preamble: Tip radius (um) 27.5; Spring Constant: 0.04 N/m; k (N/m) 0.019.
 STATED = {
     name: (
         re.compile(
-            rf"\b(?:{words})\W*?(?P<before>{unit})?\W*?"
-            rf"(?P<value>\d+\.?\d*(?:e[+-]?\d+)?)\s*(?P<behind>{unit})?(?!\S)",
+            rf"\b(?P<word>{words})\W*?(?P<before>{unit})?\W*?"
+            rf"(?P<value>\d+\.?\d*(?:e[+-]?\d+)?)\s*(?P<behind>{unit})?(?![\w.]|,\d)",
             re.IGNORECASE,
         ),
         units,
     )
     for name, words, unit, units in (
         ("radius_m", "(?:tip|probe|indenter|sphere|bead)[ _]?radius", "[munc]?m", LENGTHS),
-        ("stiffness_n_m", "k|spring[ _]?constant|(?:cantilever )?stiffness", "[mnp]?N/n?m", PER_M),
+        ("stiffness_n_m", f"k|{SPRINGS}", "[mnp]?N/n?m", PER_M),
     )
 }
 
@@ -166,9 +167,12 @@ def _stated(preamble: Sequence[str]) -> dict[str, float]:
         for name, (pattern, units) in STATED.items():
             match = pattern.search(line.translate(MICRO))
             if match and float(match["value"]) > 0:
-                unit = match["before"] or match["behind"] or "1"
-                found.setdefault(name, float(match["value"]) * units.get(unit.lower(), np.nan))
-    return {name: value for name, value in found.items() if np.isfinite(value)}
+                # A letter k alone may be anything's.
+                bare = "" if match["word"].lower() == "k" else "1"
+                unit = (match["before"] or match["behind"] or bare).lower()
+                if unit in units:
+                    found.setdefault(name, float(match["value"]) * units[unit])
+    return found
 
 
 def _plain_numbers(shown: str, layout: Layout, lines: Sequence[str]) -> tuple[str, ...]:
@@ -242,7 +246,11 @@ def _layout(lines: Sequence[str]) -> tuple[Layout, int] | None:
                 share = wanted[1] / wanted[0]
                 score = len(rows) * share, share
                 if len(rows) >= FEWEST_ROWS and score > best:
-                    best, found = score, (Layout(delimiter, decimal, wanted[0]), rows[0])
+                    begin = rows[0]
+                    # Rows right before it with fewer numbers are of the table too.
+                    while begin and counts[begin - 1] and counts[begin - 1][0] <= wanted[0]:
+                        begin -= 1
+                    best, found = score, (Layout(delimiter, decimal, wanted[0]), begin)
     return found
 
 

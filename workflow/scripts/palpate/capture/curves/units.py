@@ -79,8 +79,12 @@ def header(text: str, others: Sequence[str] = ()) -> Header:
     name, end = found["name"], text[len(found["name"]) :]
     marked = unit if found["a"] is not None or re.match(r"\s+/", end) else ""
     beside = [one[len(name) :] for one in others if one != text and one.startswith(name)]
-    index = end in ("_n", "_g") and (len(name) == 1 or any(map(DIRECTION.fullmatch, beside)))
+    index = end in ("_n", "_g") and len(name) == 1
+    index |= end.lower() in ("_n", "_g") and any(map(DIRECTION.fullmatch, beside))
     known = plain(unit) in LENGTHS or plain(unit) in FORCES
+    # Where all is in capitals, MN is mN as likely.
+    if plain(unit) == "MN" and "".join([text, *others]).isupper():
+        return Header(name, "", unit)
     if not known or index or end.lower() == "_in":
         return Header(text, "", marked)
     return Header(name, plain(unit), marked)

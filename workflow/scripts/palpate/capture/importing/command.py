@@ -17,6 +17,7 @@ from palpate.capture.discover import (
     object_fault,
     sensor_fault,
 )
+from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS
 from palpate.capture.importing.recording import Recording
 from palpate.capture.importing.ros import (
     SMALLEST_UNIT_M,
@@ -41,6 +42,7 @@ from palpate.yaml_files import load_yaml
 # Films of a probe by itself, raw/sensors/<sensor>/<film>.
 OF_SENSORS, FILMS = NOT_OBJECTS[0], {part.film: part for part in PARTS}
 RAW = "raw"
+USED = ("time_s", *WRENCH_COLUMNS)
 # Options for folders with rgb.txt, and what they are if not given.
 OF_FOLDERS = {"intrinsics": None, "distortion": None, "depth_factor": DEPTH_FACTOR}
 
@@ -202,7 +204,8 @@ def _force(path: Path, names: Names) -> tuple:
         table = read_table(path)
         if "time_s" not in table.columns or not len(table):
             raise ValueError(f"{path}: columns: expected time_s and samples, found none")
-        if lines := check_numbers(path, table, list(table.columns)):
+        used = [name for name in (*USED, *GAUGE_COLUMNS) if name in table.columns]
+        if lines := check_numbers(path, table, used):
             raise ValueError(lines[0])
         return table, ()
     return read_wrenches(path) if path.suffix == ".txt" else read_force_bag(path, names)

@@ -15,6 +15,8 @@ NO_DISTORTION = [0.0] * 5
 # cameras inverse, yet takes rays to the image with it (rs2_project).
 BROWN_CONRADY = ("plumb_bob", "radtan", "brown_conrady", "inverse_brown_conrady")
 LENSES = dict.fromkeys(BROWN_CONRADY, COEFFICIENTS[:2]) | {"rational_polynomial": COEFFICIENTS[2:]}
+# Models that are no pinhole's without coefficients either.
+FISHEYES = ("equidistant", "fisheye", "ftheta", "kannala_brandt4")
 # Camera drivers of ROS call images so whose distortion has been taken out.
 RECTIFIED = "image_rect"
 DECIMALS = 9
@@ -53,15 +55,17 @@ def camera_block(info: Any, form: Form, *, rectified: bool) -> dict:
         If the message states another size, no focal length, or a lens that the file can't.
     """
     K, D, P = (_numbers(info, name) for name in ("K", "D", "P"))
-    # Optics are those of the whole chip; images are of a region of it, in bins.
-    roi, bins = info.roi, np.maximum([info.binning_x, info.binning_y], 1)
-    whole = np.array([roi.width or info.width, roi.height or info.height])
-    for optics in (K.reshape(3, 3), P.reshape(3, 4)):
-        optics[:2, 2] -= roi.x_offset, roi.y_offset
-        optics[:2] /= bins[:, None]
-    if tuple(whole // bins) != (form.width_px, form.height_px):
-        found = "{} x {}".format(*(whole // bins))
-        expected = f"{form.width_px} x {form.height_px}"
+    size, stated = (form.width_px, form.height_px), (info.width, info.height)
+    if stated != size:
+        # Optics are those of the whole chip; images are of a region of it, in bins.
+        roi, bins = info.roi, np.maximum([info.binning_x, info.binning_y], 1)
+        for optics in (K.reshape(3, 3), P.reshape(3, 4)):
+            optics[:2, 2] -= roi.x_offset, roi.y_offset
+            optics[:2] /= bins[:, None]
+        part = np.array([roi.width or info.width, roi.height or info.height]) // bins
+        stated = (int(part[0]), int(part[1]))
+    if stated != size:
+        expected, found = (f"{width} x {height}" for width, height in (size, stated))
         raise ValueError(f"camera_info: expected {expected} pixels as the images, found {found}")
     if rectified and np.any(D):
         K, D = np.delete(P, [3, 7, 11]), np.array([])
@@ -84,9 +88,10 @@ def coefficients(model: str, found: Sequence[float]) -> list[float]:
     """
     if not np.isfinite(found).all():
         raise ValueError("D: expected finite numbers, found others")
-    if not np.any(found):
+    plain = model.lower().replace(" ", "_")
+    if not np.any(found) and plain not in FISHEYES:
         return NO_DISTORTION
-    if len(found) not in LENSES.get(model.lower().replace(" ", "_"), ()):
+    if len(found) not in LENSES.get(plain, ()):
         expected = f"one of {', '.join(LENSES)} with its coefficients (or rectified images)"
         found = f"{model} with {len(found)}"
         raise ValueError(f"distortion_model: expected {expected}, found {found}")

@@ -60,7 +60,13 @@ def read_optics(paths: Sequence[Path], size_px: tuple[int, int] | None = None) -
     """
     if all(_is_opencv(path) for path in paths):
         return _opencv(paths, size_px)
-    found = [(path, _as_written(load_yaml(path))) for path in paths]
+    found = []
+    for path in paths:
+        try:
+            found.append((path, _as_written(load_yaml(path))))
+        except ValueError as error:
+            said = str(error).startswith(str(path))
+            raise ValueError(f"{'' if said else f'{path}: '}{error}") from None
     for path, content in found:
         if not isinstance(content, Mapping) or not {"cam0", "camera_matrix"} & set(content):
             raise ValueError(
@@ -112,12 +118,17 @@ def _as_written(content: Any) -> Any:
     if not isinstance(content, Mapping) or not {"k", "K", "projection_parameters"} & set(content):
         return content
     if content.get("model_type") == "PINHOLE":
-        optics, bent = (content.get(f"{n}_parameters") or {} for n in ("projection", "distortion"))
+        blocks = (content.get(f"{name}_parameters") for name in ("projection", "distortion"))
+        optics, bent = (one if isinstance(one, Mapping) else {} for one in blocks)
         fx, fy, cx, cy = (optics.get(name) for name in ("fx", "fy", "cx", "cy"))
         bent = [bent.get(name) for name in ("k1", "k2", "p1", "p2")]
         content = {**content, "k": [fx, 0, cx, 0, fy, cy, 0, 0, 1], "d": bent}
         content["distortion_model"] = "plumb_bob"
     plain = {str(name).lower(): value for name, value in content.items()}
+    roi = plain.get("roi") if isinstance(plain.get("roi"), Mapping) else {}
+    bins = [plain.get(f"binning_{axis}") or 1 for axis in "xy"]
+    if any(roi.get(f"{axis}_offset") for axis in "xy") or bins != [1, 1]:
+        raise ValueError("roi, binning_x, binning_y: expected the whole picture's, found a part's")
     fields = {ECHOED[name]: {"data": plain[name]} for name in ECHOED if name in plain}
     sizes = {f"image_{side}": plain[side] for side in ("width", "height") if side in plain}
     return {**plain, **fields, **sizes}
