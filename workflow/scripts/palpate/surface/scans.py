@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from palpate.capture.closed_surface import METRES
 from palpate.open3d_core import o3d
-from palpate.surface.template import METRES, decimated
+from palpate.surface.template import decimated
 
 # Joint point-to-plane registration of all views: reach of a correspondence in each step [m].
 REACHES_M = (*6 * (0.006,), *4 * (0.003,), *4 * (0.0015,), *4 * (0.001,))
