@@ -342,6 +342,35 @@ def test_a_retract_alone_is_turned_and_said(tmp_path):
     assert any("its rows were turned" in line for line in curve.doubts)
 
 
+@pytest.mark.parametrize(("way", "sign"), [(-1, 1), (1, -1), (-1, -1)])
+def test_a_retract_alone_is_read_whichever_way_its_columns_count(way, sign, tmp_path, capsys):
+    depth, force = press()
+    columns = 20 + way * 1e3 * depth[::-1], sign * force[::-1]
+    path = written_columns(tmp_path, "Height (mm),Force (N)", *columns)
+    found = told(path, capsys, "--indenter", "parabola")
+    assert found["reduced_modulus_pa"] == pytest.approx(E_STAR_PA, rel=0.01)
+    assert any("its rows were turned" in line for line in found["doubts"])
+
+
+def test_a_spring_that_the_file_states_is_asked_for(tmp_path, capsys):
+    depth, force = press()
+    rows = [f"{1e3 * (d + f / 60):.9g}\t{f:.9g}" for d, f in zip(depth, force, strict=True)]
+    (path := tmp_path / "curve.txt").write_text("\n".join(["k (N/m)\t60", HEAD, *rows]))
+    line = (
+        "the file states a spring of 60 N/m: --stiffness-n-m takes it off, if Ramp is the drive's"
+    )
+    assert any(one.startswith(line) for one in told(path, capsys)["doubts"])
+    assert "is Ramp the tip's own, or it another" in refused(path, capsys, "--stiffness-n-m", "1")
+
+
+HEAD = "Ramp (mm)\tForce (N)"
+
+
+def test_a_radius_in_another_unit_is_doubted(tmp_path, capsys):
+    assert main(["hertz", str(written(tmp_path)), "--radius-mm", "5000"]) == 0
+    assert "radii deep: is the unit of the radius another?" in capsys.readouterr().out
+
+
 def test_of_cycles_the_deepest_loading_is_taken(tmp_path):
     depth, force = press()
     way = [part * depth[::step] for part in (0.8, 0.9, 1.0) for step in (1, -1)]
@@ -409,7 +438,7 @@ MISREAD = {
     "Time (m),Force (N)": "expected one column of depth",
     "Displacement (mm),Force (V)": r"Force \(V\): expected a unit of force, found V \(force = defl",
     "Displacement (mm),Force (kPa)": r"found kPa \(another column",
-    "z_mm,F_n,F_t": "F_n: expected a unit of force, found none .say --force-unit",
+    "z_mm,F_n,F_t": "F_n: expected a unit of force, found none .say --force-unit: N, mN",
     "z_um,F_N,F_T": "F_N: expected a unit of force, found none .say --force-unit",
     "DEPTH (UM),LOAD (MN)": r"LOAD .MN.: expected a unit of force, found MN in capitals alone",
     "z_mm,force_n,force_t": "columns: expected one column of force, found force_n, force_t",

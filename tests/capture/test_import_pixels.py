@@ -113,6 +113,10 @@ def test_what_a_count_was_taken_as_is_told(tmp_path, capsys):
     told = "one count is 1 mm (16UC1 by REP 118, the recording states none: --depth-unit)"
     assert f"depth: {told}, which makes a median of {median_m:.3g} m" in found
     assert "depth: that is not in the sensor's range_m, 2 to 3 m" in found
+    assert "worth a look" not in found
+    options = ("--depth-unit", "0.01", "--trust-sensor-file")
+    assert bring(tmp_path / "film.bag", tmp_path / "raw/block/camera/09", *options) == 0
+    assert "depth: worth a look: few benches are so far; a D405" in capsys.readouterr().out
 
 
 def test_optics_of_a_region_in_bins(tmp_path):

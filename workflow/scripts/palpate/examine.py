@@ -24,6 +24,7 @@ from palpate.capture.tables import FORCE, read_table
 from palpate.estimate.hertz.indentation import force_onset
 from palpate.measurement import align
 from palpate.press import Press, press_of
+from palpate.surface.alignment import Alignment
 from palpate.units import MILLIMETRES
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.examine_frames import examine_frames, examine_scene
@@ -32,6 +33,8 @@ from palpate.vision.force import FORCE as COMPONENTS
 from palpate.workflow.options import Config
 from palpate.yaml_files import load_yaml
 
+# From a declared point: what a hand misses it by.
+FAR_MM = 6.0
 # Texts that a person may take for curves.
 TEXTS = (".txt", ".dat", ".tsv", ".asc")
 
@@ -139,14 +142,27 @@ def _capture(
             force_onset(np.linalg.norm(press.wrenches[COMPONENTS], axis=1), onset_force_n=least)
             found += _press(capture, press, config)
             if to_align:
-                off_mm = MILLIMETRES * align(capture, press, config).residual.rms_m
-                found += Findings(found=(f"template {off_mm:.1f} mm off the first cloud (rms)",))
+                found += _place(capture, align(capture, press, config))
     except ValueError as error:
         line = str(error)
         place = line.startswith(str(folder.parent))
         found += Findings((line if place else f"{folder}: {line}",))
     text = f"{folder.parent.name}/{folder.name}: {', '.join(found.found)}"
     return Findings(found.wrong, found.doubts, (text,))
+
+
+def _place(capture: Capture, found: Alignment) -> Findings:
+    """Where the template and the first contact lie."""
+    declared_m = capture.declared["points"][capture.point]["position_m"]
+    away_mm = MILLIMETRES * float(np.linalg.norm(found.contact_point_m - declared_m))
+    off = f"template {MILLIMETRES * found.residual.rms_m:.1f} mm off the first cloud (rms)"
+    told = (f"{off}, contact {away_mm:.1f} mm from the declared point",)
+    if away_mm <= FAR_MM:
+        return Findings(found=told)
+    expected = f"expected within {FAR_MM:g} mm of points.{capture.point}"
+    why = "force_from_tip, marker_from_force, the point?"
+    line = f"{capture.folder}: contact: {expected}, found {away_mm:.1f} mm away ({why})"
+    return Findings(doubts=(line,), found=told)
 
 
 def _press(capture: Capture, press: Press, config: Config) -> Findings:

@@ -55,7 +55,8 @@ def require_fit(
     if near < limits.least_near:
         expected = f"at least {limits.least_near:.0%} of its points within"
         where = f"{largest_distance_m * MILLIMETRES:g} mm of the template"
-        raise ValueError(f"cloud: expected {expected} {where}, found {near:.0%}")
+        why = "template, its unit, the point, transforms or optics?"
+        raise ValueError(f"cloud: expected {expected} {where}, found {near:.0%} ({why})")
     _at_most("residual", alignment.residual.rms_m, limits.largest_rms_m, "rms from the template")
     _require_resting(pose, template, resting, limits)
     touch = np.linalg.norm(alignment.contact_point_m - resting.point_m)

@@ -31,7 +31,7 @@ DEPTH = Quantity(
         r"displacement|disp|extension|stroke|travel|compression|deformation|crosshead|weg|verformung",
         r"position|pos|height|piezo|distance|hub|d|h|u|x|z",
     ),
-    "mm",
+    "mm, um, nm",
 )
 FORCE = Quantity(
     "force",
@@ -40,7 +40,7 @@ FORCE = Quantity(
         r"force|load|vdeflection|kraft|standardkraft|last|f|p|fn",
         r"f[xyz]|deflection|vertical.?deflection",
     ),
-    "N",
+    "N, mN, uN",
 )
 
 
@@ -56,8 +56,8 @@ NEVER = re.compile(
     r"|h ?c|f ?t|tangential|lateral|friction|shear)\b"
 )
 # Words of the tip's own depth, and of what drives the indenter.
-TIP = re.compile(r"\b(tip|indentation|indent|penetration|separation|eindring\w*)\b")
-DRIVE = re.compile(r"\b(piezo|height|z sensor|z|crosshead|traverse|stage|motor)\b")
+TIP = re.compile(r"\b(tip|indentation|indent|penetration|separation|into surface|eindring\w*)\b")
+DRIVE = re.compile(r"\b(piezo|height|z sensor|z|crosshead|traverse|stage|motor|ramp|actuator)\b")
 # A drive's way is the tip's and the spring's as whole parts of it, to this much.
 WHOLE = 0.1
 DEFLECTIONS = re.compile(r"[mu]?v|volts?")
@@ -144,7 +144,7 @@ def _no_unit(quantity: Quantity, shown: str, written: str, *, named: bool) -> st
             remedy = f" (force = deflection{sensitivity} times stiffness in N/m: make that column)"
         return f"{expected}, found {written}{remedy}"
     option = f"--{quantity.name}-unit"
-    return f"{expected}, found none (say {option}, like {option} {quantity.example})"
+    return f"{expected}, found none (say {option}: {quantity.example} ...)"
 
 
 def asked_column(export: Export, column: str, option: str) -> NDArray:

@@ -135,6 +135,10 @@ def read_curve(
     phases = phases_of(record.depth_m, record.force_n)
     bent_m, read, doubts = _bent(record, stiffness_n_m)
     doubts += tuple(_contradictions(export.stated, given))
+    spring = export.stated.get("stiffness_n_m")
+    if spring and stiffness_n_m is None and not record.of_tip:
+        line = f"the file states a spring of {spring:g} N/m: --stiffness-n-m takes it off"
+        doubts += (f"{line}, if {record.depth.name} is the drive's way",)
     chosen = np.arange(len(record.used))[phases.loading]
     chosen = chosen[record.used[chosen]]
     _check_loading(export.path, chosen, len(record.used))
@@ -218,10 +222,15 @@ def _bent(
         return 0.0, (), (line,) * record.depth.of_drive
     if record.of_tip:
         line = (
-            f"{name} is the tip's own depth: nothing is taken off it by --stiffness-n-m (a header"
-            " that calls it otherwise, if it is the drive's)"
+            f"{name} is the tip's own depth: --stiffness-n-m takes nothing off it (if it is the"
+            " drive's, rename the column)"
         )
         return 0.0, (), (line,)
+    bent_m, way_m = float(np.ptp(record.force_n)) / stiffness_n_m, float(np.ptp(record.depth_m))
+    if bent_m > way_m:
+        found = f"one that gives way by {bent_m:.3g} m (is {name} the tip's own, or it another?)"
+        expected = f"expected a spring that gives way by less than the depth's {way_m:.3g} m"
+        raise ValueError(f"--stiffness-n-m: {expected}, found {found}")
     bent = f"force over {stiffness_n_m:g} N/m taken off the depth"
     return record.force_n / stiffness_n_m, (bent,), ()
 

@@ -54,7 +54,8 @@ def signs_of(position: NDArray, force: NDArray) -> tuple[tuple[int, int], bool]:
 
     A record begins free; and force over depth is flat before contact and mostly convex, so that the
     free end of the way is the one whose force is nearer to the mean over the way. Where the two
-    disagree the file's own signs are kept if either has them.
+    disagree the file's own signs are kept if either has them; else the shape counts, as of a
+    retract alone.
 
     Parameters
     ----------
@@ -71,7 +72,9 @@ def signs_of(position: NDArray, force: NDArray) -> tuple[tuple[int, int], bool]:
     by_order = _signs(float(np.median(place[:FEWEST_HELD])) < 0.5, ends)
     if by_shape == by_order:
         return by_shape, True
-    return (by_shape if by_shape == (1, 1) else by_order), False
+    # A free sensor reads less than a pressed one.
+    own = by_order == (1, 1) and abs(ends[0]) <= abs(ends[1])
+    return (by_order if own else by_shape), False
 
 
 def _signs(free_is_low: bool, ends: tuple[float, float]) -> tuple[int, int]:

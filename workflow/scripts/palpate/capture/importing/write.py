@@ -31,6 +31,8 @@ from palpate.capture.tables import image_streams, write_force, write_frames
 
 LOWEST_FORCE_RATE_HZ = 100
 NS_PER_MS = 1_000_000
+# Between camera and bench lies so much.
+BENCH_M = (0.2, 1.5)
 # Of so many rows and columns one tells the median depth.
 EVERY = 4
 # Table of force.csv, and notes on it.
@@ -209,6 +211,10 @@ def _write(
     notes += _depth_notes(content, int(beyond[~repeats].sum()), step_m)
     said = f"{1e3 * content.depth_unit_m:.4g} mm ({content.depth_unit_from})"
     notes.append(f"depth: one count is {said}, which makes a median of {depth_m:.3g} m")
+    if not BENCH_M[0] <= depth_m <= BENCH_M[1]:
+        others = "a D405 may count 0.1 mm, an L515 0.25 mm, a folder 1000 in a metre"
+        said = "depth: worth a look: few benches are so far"
+        notes.append(f"{said}; {others} (--depth-unit, --depth-factor)")
     near_m, far_m = sensor["range_m"]
     if not near_m <= depth_m <= far_m:
         notes.append(f"depth: that is not in the sensor's range_m, {near_m:g} to {far_m:g} m")

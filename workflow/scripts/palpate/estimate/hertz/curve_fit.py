@@ -27,6 +27,8 @@ FEWEST_IN_CONTACT = 10
 # depth, is a guess; an approach that changes by more than this part of the peak slopes; and fewer
 # independent residuals than this part are a pattern.
 DEEP, BEFORE, SLOPING, INDEPENDENT = 1.0, 0.02, 0.05, 0.1
+# Shallower than so many radii is a radius in another unit.
+LEAST_DEEP = 1e-3
 # A flat end: so far below a sphere's residuals, which are this part of the peak or more.
 PROPORTIONAL, LEAST_PATTERN = 0.5, 0.005
 # Smaller changes of E* are not worth a line.
@@ -251,6 +253,9 @@ def _warnings(found: HertzFit) -> Iterator[str]:
         other = "is the unit of the depth, or the radius, another?"
         why = other if radii > ABSURD else f"no law of a {body} holds there"
         yield f"the indentation is {radii:.3g} radii of the {body} deep: {why}"
+    elif radius is not None and found.press_m < LEAST_DEEP * radius:
+        radii = found.press_m / radius
+        yield f"the indentation is {radii:.2g} radii deep: is the unit of the radius another?"
     unmeasured_m = float(found.depth_m.min()) - found.contact_m
     if unmeasured_m > BEFORE * found.press_m:
         scale, unit = readable(unmeasured_m, "m")
