@@ -123,8 +123,9 @@ def _sensor(
     result, has_background = Findings(), place.background in right
     for capture in captures:
         if capture.folder in right:
-            has = {"has_background": has_background, "to_align": to_align}
-            result += _capture(capture, config, optics, **has)
+            result += _capture(
+                capture, config, optics, has_background=has_background, to_align=to_align
+            )
     # What is wrong with a background comes up with each of its captures.
     return replace(result, wrong=tuple(dict.fromkeys(result.wrong)))
 

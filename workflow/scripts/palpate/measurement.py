@@ -110,7 +110,7 @@ class Measurement:
     @property
     def tip_std_m(self) -> float:
         """Deviation of a tip along the probe's axis [m]."""
-        return float(np.nanmedian(self.poses[ALONG_STD]))
+        return _tip_std_m(self.poses)
 
     def curve(self) -> tuple[NDArray, NDArray]:
         """Depth [m] and force along the press [N] up to the deepest, (n,) each."""
@@ -303,7 +303,20 @@ def track(
 
 
 def align(capture: Capture, press: Press, config: Config) -> Alignment:
-    """Alignment of the first frame alone, held to the first contact: seconds.
+    """Alignment of the first frame alone, held to the first contact (Eq. 4.24): seconds.
+
+    Parameters
+    ----------
+    capture : Capture
+    press : Press
+        Of the same capture.
+    config : Config
+        That the press was worked out with.
+
+    Returns
+    -------
+    Alignment
+        ``camera_from_object`` (4, 4) and ``contact_point_m`` (3,), object frame [m].
 
     Raises
     ------
@@ -332,9 +345,13 @@ def _indentation(
         columns_of(press.wrenches, FORCE),
         press.poses["time_s"].to_numpy(float),
         radius_m=capture.radius_m,
-        tip_std_m=float(np.nanmedian(press.poses[ALONG_STD])),
+        tip_std_m=_tip_std_m(press.poses),
         options=config.hertz,
     )[0]
+
+
+def _tip_std_m(poses: pd.DataFrame) -> float:
+    return float(np.nanmedian(poses[ALONG_STD]))
 
 
 def _object(capture: Capture) -> tuple[Template, Support]:

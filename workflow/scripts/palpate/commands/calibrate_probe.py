@@ -275,7 +275,6 @@ def _press(
     from palpate.vision.options import Force
     from palpate.vision.rigid_press import way_and_force
 
-    _sensor(options)
     for key in TRANSFORMS if probe else ():
         if key not in probe:
             raise ValueError(f"{options.board}: {key}: expected the probe's, found none")
