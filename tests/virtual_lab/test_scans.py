@@ -42,6 +42,21 @@ def test_a_view_has_the_scanners_noise(bean, views):
     assert 0.8 * NOISE_M[2] < offsets.std() < 1.2 * NOISE_M[0]
 
 
+def test_rounding_of_a_processor_changes_no_file(bean, views, tmp_path):
+    """A ray that grazes the surface may be counted or not, and no other sample changes."""
+    other = scan_views(bean.vertices * (1 + 1e-14), bean.faces, LASER, np.random.default_rng(0))
+    for name, one in (("one", views), ("other", other)):
+        (tmp_path / name).mkdir()
+        write_scans(tmp_path / name, one)
+    for file in sorted((tmp_path / "one").iterdir()):
+        assert file.read_bytes() == (tmp_path / "other" / file.name).read_bytes()
+    fewer = bean.faces[bean.vertices[bean.faces[:, 0], 2] < 0.9 * bean.vertices[:, 2].max()]
+    part, *_ = scan_views(bean.vertices, fewer, LASER, np.random.default_rng(0))
+    whole, seen = ({tuple(point) for point in one.points_m} for one in (views[0], part))
+    # Some see the inside of the other wall instead.
+    assert len(seen - whole) < 0.2 * len(seen) and len(whole - seen) > 100
+
+
 @pytest.mark.long
 def test_registration_takes_out_the_turntables_errors(bean, views, tmp_path):
     write_scans(tmp_path, views)
@@ -63,6 +78,9 @@ def test_a_template_is_closed_and_near_the_truth(bean, views, tmp_path):
     away = ClosestPoints(bean.vertices, bean.faces).distance(mesh.sample(5000, seed=0))
     assert away.mean() < 2.5e-4
     assert mesh.volume == pytest.approx(bean.volume, rel=0.01)
+    rounded = [(points * (1 + 1e-15), normals) for points, normals in read_scans(tmp_path)]
+    same = template_from_scans(rounded, vertices=1200, spacing_m=0.002)
+    assert np.array_equal(same.faces, mesh.faces) and same.vertices == pytest.approx(mesh.vertices)
 
 
 def test_normals_that_a_grazing_view_turned_over_leave_no_bumps():

@@ -16,6 +16,9 @@ POINTS = (640, 480)
 NOISE_M = np.array([0.00022, 0.00016, 0.00010])
 LEAST_COSINE = 0.25
 MARGIN = 1.1
+# Coordinates are written in whole micrometres and normals to a part of 10^5: far below the noise
+# and far above rounding, so that processors that round otherwise write the same files.
+DECIMALS = 6, 5
 # Neighbourhood of a normal: range image steps, at least so far, at most so many points.
 NORMAL_REACH, NORMAL_LEAST_M, NORMAL_NEIGHBOURS = 3.0, 0.0012, 30
 
@@ -67,7 +70,7 @@ def scan_views(
     found = []
     for number, (elevation, turn) in enumerate(views):
         pose = _looking(middle, np.deg2rad(turn), np.deg2rad(elevation), distance_m)
-        view = _scan(caster, pose, size * MARGIN / distance_m, rng)
+        view = _scan(caster, vertices_m[faces], pose, size * MARGIN / distance_m, rng)
         error = (0.0, 0.0) if number == 0 else pose_error
         found.append(_misplaced(view, middle, error, rng))
     return found
@@ -77,8 +80,9 @@ def write_scans(folder: Path, views: Sequence[ScanView]) -> None:
     """Write each view as binary PLY: ``01.ply`` and so on [m]."""
     for number, view in enumerate(views, start=1):
         cloud = o3d.t.geometry.PointCloud()
-        cloud.point.positions = o3d.core.Tensor(view.points_m.astype(np.float32))
-        cloud.point.normals = o3d.core.Tensor(view.normals.astype(np.float32))
+        written = map(np.round, (view.points_m, view.normals), DECIMALS)
+        positions, normals = (o3d.core.Tensor(one.astype(np.float32)) for one in written)
+        cloud.point.positions, cloud.point.normals = positions, normals
         o3d.t.io.write_point_cloud(str(folder / f"{number:02d}.ply"), cloud)
 
 
@@ -96,6 +100,7 @@ def _looking(middle: NDArray, turn: float, elevation: float, distance: float) ->
 
 def _scan(
     caster: o3d.t.geometry.RaycastingScene,
+    triangles_m: NDArray,
     pose: NDArray,
     width: float,
     rng: np.random.Generator,
@@ -104,18 +109,25 @@ def _scan(
     step = width / columns
     x, y = np.meshgrid((np.arange(columns) - columns / 2), (np.arange(rows) - rows / 2))
     local = np.stack([x * step, y * step, np.ones_like(x)], axis=-1).reshape(-1, 3)
+    # Of every ray: which of them graze the surface may not change the others' noise.
+    noise = NOISE_M * rng.standard_normal(local.shape)
     directions = local @ pose[:3, :3].T
     rays = np.concatenate([np.broadcast_to(pose[:3, 3], directions.shape), directions], axis=1)
     answer = caster.cast_rays(o3d.core.Tensor(rays.astype(np.float32)), nthreads=1)
-    depth = answer["t_hit"].numpy().astype(float)
-    normals = answer["primitive_normals"].numpy().astype(float)
-    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    hit = np.flatnonzero(np.isfinite(answer["t_hit"].numpy()))
+    # The caster finds the triangle, in single precision; where it is met is worked out in double.
+    a, b, c = np.moveaxis(triangles_m[answer["primitive_ids"].numpy()[hit]], 1, 0)
+    normals, unit = (
+        one / np.linalg.norm(one, axis=1, keepdims=True)
+        for one in (np.cross(b - a, c - a), directions[hit])
+    )
     cosine = -(normals * unit).sum(axis=1)
-    kept = np.isfinite(depth) & (np.abs(cosine) > LEAST_COSINE)
-    measured = local[kept] * depth[kept, None]
-    measured = measured + NOISE_M * rng.standard_normal(measured.shape)
-    points = measured @ pose[:3, :3].T + pose[:3, 3]
-    return ScanView(points, _range_normals(points, step * np.median(depth[kept]), pose[:3, 3]))
+    kept = np.abs(cosine) > LEAST_COSINE
+    hit, a, normals = hit[kept], a[kept], normals[kept]
+    along = (normals * directions[hit]).sum(axis=1)
+    depth = ((a - pose[:3, 3]) * normals).sum(axis=1) / along
+    points = (local[hit] * depth[:, None] + noise[hit]) @ pose[:3, :3].T + pose[:3, 3]
+    return ScanView(points, _range_normals(points, step * np.median(depth), pose[:3, 3]))
 
 
 def _range_normals(points: NDArray, step: float, scanner: NDArray) -> NDArray:

@@ -31,6 +31,9 @@ VOTE_REACH, SHEET = 1.5, 0.5
 # Mean cosine between a sample's normal and those of its sheet.
 LEAST_AGREEMENT = 0.5
 LEAST_OVERLAP = 0.2
+# Turns and shifts are rounded far below what the scans determine and far above a processor's own
+# rounding: thinning the surface makes another mesh of it for the last bit of a point.
+DECIMALS = 9
 
 
 def read_scans(folder: str | Path, *, unit: str = "m") -> list[tuple[NDArray, NDArray]]:
@@ -154,6 +157,8 @@ def register(
         for k in range(1, count):
             turn = Rotation.from_rotvec(move[k, :3])
             turns[k], shifts[k] = turn * turns[k], turn.apply(shifts[k]) + move[k, 3:]
+    turns = [Rotation.from_rotvec(np.round(turn.as_rotvec(), DECIMALS)) for turn in turns]
+    shifts = np.round(shifts, DECIMALS)
     return [
         (turns[k].apply(points - middle) + shifts[k] + middle, turns[k].apply(normals))
         for k, (points, normals) in enumerate(views)
