@@ -51,7 +51,7 @@ def missing(name):
         made = re.search(rf"^{name.split()[1]}:", read("Makefile"), re.MULTILINE)
         return None if made else "no target"
     if name.startswith("results/") or name.endswith(".json"):
-        places = [*ROOT.glob("workflow/rules/*.smk"), *ROOT.glob("workflow/**/artefacts.py")]
+        places = [*ROOT.glob("workflow/rules/*.smk"), *ROOT.glob("workflow/**/artefacts.yaml")]
         rules = "".join(map(read, places))
         return None if Path(name).stem in rules else "no rule makes it"
     if "/" in name:

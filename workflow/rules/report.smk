@@ -1,12 +1,12 @@
 # Summary, configuration and pages: what a person reads of a run.
 import palpate
-from thesis.selections import objects_shown
+from thesis.selections import Selection
 
 
 report: "../report/workflow.rst"
 
 
-SHOWN = [*objects_shown(RUN), *STANDING.tracked()]
+SHOWN = [*Selection(RUN).objects_shown(), *STANDING.tracked()]
 
 
 rule summary:
@@ -70,7 +70,7 @@ rule objects_page:
         tracked=RUN.files(SHOWN, f"tracked-{RUN.tracker}.npz"),
         fits=RUN.files(SHOWN, "hertz.json"),
         summary=RUN.results("summary.csv"),
-        minima=RUN.minima_of(objects_shown(RUN))
+        minima=RUN.minima_of(Selection(RUN).objects_shown())
         + RUN.files(STANDING.minimised(), *RUN.minima),
     output:
         page=RUN.results("objects.html"),

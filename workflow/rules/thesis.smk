@@ -1,6 +1,5 @@
 # Every table and figure of the thesis: a rule for each entry of thesis.artefacts.
 from thesis.artefacts import in_run, wanted_of
-from thesis.selections import objects_shown
 
 for entry in in_run(RUN):
 

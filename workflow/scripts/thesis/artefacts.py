@@ -1,30 +1,170 @@
-"""The table of all tables and figures of the thesis: one entry each, in the report's order."""
+"""The table of artefacts: `artefacts.yaml`, one entry each, and the rule that follows from it."""
 
-from palpate.workflow.run import Run
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
-from thesis.accuracy import artefacts as accuracy
-from thesis.artefact import Artefact
-from thesis.chapter1 import artefacts as chapter1
-from thesis.chapter3 import artefacts as chapter3
-from thesis.chapter4 import artefacts as chapter4
-from thesis.chapter4.experiment_artefacts import EXPERIMENTS
-from thesis.chapter5 import artefacts as chapter5
-from thesis.findings import artefacts as findings
+import yaml
+from palpate.workflow.run import Described, Run
 
-ARTEFACTS: tuple[Artefact, ...] = (
-    *chapter1.ARTEFACTS,
-    *chapter3.ARTEFACTS,
-    *chapter4.ARTEFACTS,
-    *chapter5.ARTEFACTS,
-    *findings.ARTEFACTS,
-    *accuracy.ARTEFACTS,
-)
+from thesis.selections import Selection
 
-# Of recordings about the sensors.
-OF_SENSORS = (
-    *EXPERIMENTS,
-    *(entry for entry in accuracy.ARTEFACTS if entry.name == "sensor_accuracy"),
-)
+TABLE = Path(__file__).with_name("artefacts.yaml")
+# Browsers sort results by name, letter for letter.
+HAIR_SPACE = "\u200a"
+CHAPTERS = {
+    "1": "1 The system",
+    "3": "3 Models and simulation",
+    "4": "4 Seeing",
+    "5": "5 Experiments",
+    "a": "A Appendix",
+    "comparison": "Beside the study",
+    "accuracy": "Accuracy of the simulated captures",
+}
+BEYOND = "Beyond the study"
+FORMS = {
+    "figure": {"png": "figures/{}.png", "svg": "figures/{}.svg"},
+    "table": {"csv": "tables/{}.csv", "md": "tables/{}.md", "page": "pages/{}.html"},
+}
+# Of files of artefacts that several rules share.
+WILDCARDS = {"data": "exact|tracked"}
+# What asks whether there are recordings about the sensors.
+OF_SENSORS = ("calibrated", "experiments", "experiment_results")
+
+
+@dataclass(frozen=True)
+class Artefact:
+    """One rule of the thesis; `artefacts.yaml` says what the fields are.
+
+    Attributes
+    ----------
+    name : str
+        Of the rule.
+    """
+
+    name: str
+    title: str
+    make: str
+    caption: str = ""
+    message: str = ""
+    shows: str = ""
+    files: Mapping[str, str] = field(default_factory=dict)
+    captures: str = ""
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    params: Mapping[str, str] = field(default_factory=dict)
+    values: Mapping[str, Any] = field(default_factory=dict)
+    made: str = ""
+    chapter: str = ""
+    priority: int = 0
+    local: bool = False
+
+    @property
+    def wanted(self) -> bool:
+        """Whether a run makes it for its own sake; else where others need it."""
+        return bool(self.shows)
+
+    @property
+    def of_sensors(self) -> bool:
+        """Whether it is made from recordings about the sensors, which are of nobody's object."""
+        return self.made.startswith(OF_SENSORS)
+
+    @property
+    def outputs(self) -> dict[str, str]:
+        """Results by name."""
+        shown = [one.split() for one in self.shows.split(", ") if one]
+        forms = {
+            name: path.format(other[0] if other else self.name)
+            for kind, *other in shown
+            for name, path in FORMS[kind].items()
+        }
+        return forms | dict(self.files)
+
+    @property
+    def wildcards(self) -> dict[str, str]:
+        """Patterns of the wildcards of its files."""
+        return {name: WILDCARDS[name] for name in self._wildcards if name in WILDCARDS}
+
+    @property
+    def log(self) -> str:
+        """Name of its log and benchmark, with its wildcards."""
+        each = "-".join(f"{{{name}}}" for name in self._wildcards)
+        return f"{self.name}/{each}" if each else self.name
+
+    @property
+    def _wildcards(self) -> list[str]:
+        return re.findall(r"{(\w+)}", next(iter(self.outputs.values())))
+
+    @property
+    def category(self) -> str:
+        """Chapter of the report."""
+        kind, _, rest = self.name.partition("_")
+        numbered = rest.split("_")[0] if kind in ("figure", "table") else ""
+        return CHAPTERS.get(self.chapter or numbered, BEYOND)
+
+    def shown(self, run: Run) -> list[Described]:
+        """Captures of a run that it is made from."""
+        return list(Selection(run).value(self.captures)) if self.captures else []
+
+    def in_run(self, run: Run) -> bool:
+        """Whether a run makes it."""
+        there = not self.captures or bool(self.shown(run))
+        return there and (not self.made or bool(Selection(run).value(self.made)))
+
+    def rule_inputs(self, run: Run) -> dict:
+        """Inputs of its rule."""
+        selection = Selection(run, self.shown(run))
+        return {name: selection.value(token) for name, token in self.inputs.items()}
+
+    def rule_params(self, run: Run) -> dict:
+        """Params of its rule."""
+        selection = Selection(run, captures := self.shown(run))
+        described = {"captures": captures} if self.captures else {}
+        found = {name: selection.value(token) for name, token in self.params.items()}
+        known = {"make": self.make, "title": self.title, "caption": self.caption}
+        return known | described | dict(self.values) | found
+
+    def rule_outputs(self, run: Run) -> dict[str, str]:
+        """Paths of its files by name."""
+        return {name: run.results(path) for name, path in self.outputs.items()}
+
+    def reported(self, run: Run, report: Callable, caption: str) -> dict:
+        """Outputs of its rule; pictures and pages are put into the report.
+
+        Parameters
+        ----------
+        run : Run
+        report : callable
+            Snakemake's mark of what is in the report.
+        caption : str
+            File of the caption's template.
+        """
+        return {
+            name: report(
+                path, caption=caption, category=self.category, labels={"Result": self.label(name)}
+            )
+            if name == "png" or name.endswith("page")
+            else path
+            for name, path in self.rule_outputs(run).items()
+        }
+
+    def label(self, form: str) -> str:
+        """Its line in the report; browsers sort these letter by letter."""
+        if self.title.startswith(("Figure", "Table", "Equation")):
+            # A hair's breadth sorts before digits, so that Figure 5.2 comes before Figure 5.10.
+            return re.sub(r"^(\w+ \w\.)(\d:)", rf"\1{HAIR_SPACE}\2", self.title)
+        return f"{self.title} ({'figure' if form == 'png' else 'table'})"
+
+
+def _read(name: str, title: str, *, caption: str = "", **entry: Any) -> Artefact:
+    # Folded text has one line's end for a paragraph's.
+    text = caption.replace("\n", "\n\n")
+    return Artefact(name, title, **{"message": title} | entry, caption=text)
+
+
+_ENTRIES = yaml.load(TABLE.read_text(encoding="utf-8"), yaml.CSafeLoader)
+ARTEFACTS: tuple[Artefact, ...] = tuple(_read(name, **entry) for name, entry in _ENTRIES.items())
 
 
 def in_run(run: Run) -> list[Artefact]:
@@ -44,6 +184,6 @@ def wanted_of(run: Run, *, of_sensors: bool = False) -> list[str]:
     return [
         path
         for entry in in_run(run)
-        if entry.wanted and not (of_sensors and entry not in OF_SENSORS)
+        if entry.wanted and (entry.of_sensors or not of_sensors)
         for path in entry.rule_outputs(run).values()
     ]

@@ -1,11 +1,17 @@
-"""Which captures and experiments of a run the thesis's tables and figures are made from."""
+"""Which captures, files and values of a run the thesis's tables and figures are made from."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
+from string import Template
+from types import SimpleNamespace
+from typing import Any
 
 from palpate.surface.trackers import options_of
-from palpate.workflow.lab_captures import is_simulated
-from palpate.workflow.run import BALL, EAR, Described, Run
+from palpate.workflow.run import BALL, EAR, Described
+
+from thesis.chapter1.moduli_rules import way_to_moduli
+from thesis.sensor_selections import SensorSelection
 
 # Figures that need no tracked surface, and so may show any capture.
 UNTRACKED_FIGURES = {"figure_5_2"}
@@ -16,291 +22,408 @@ END_POINT = "17"
 # Trackers whose surfaces the figures show.
 DRAWN_TRACKERS = {"study", "unrefined", "single_view"}
 SIMULATED_DATA = ("exact", "tracked")
-# What is made of each experiment about a sensor.
-READINGS = {
-    "calibration": "calibration.json",
-    "workspace": "workspace.csv",
-    "cd_case": "cd_case_path.csv",
-    "loading": "loading.csv",
-}
-
-
-def study(run: Run) -> Mapping:
-    """The thesis's block of the configuration."""
-    return run.config["study"]
-
-
-def whole(run: Run) -> bool:
-    """Whether the run is of all objects, and so of the recordings that are of none."""
-    return run.config["only"] is None
-
-
-def block(run: Run) -> str:
-    """Name of the study's block."""
-    return study(run)["block"]
-
-
-# Captures.
-
-
-def shown(run: Run, figure: str) -> list[Described]:
-    """Captures that a figure shows: for each sensor the study's point, or else the first."""
-    wanted = study(run)["figure_points"].get(figure)
-    every = run.described("captures" if figure in UNTRACKED_FIGURES else "tracked")
-    ours = [capture for capture in every if capture["object"] == block(run)] or every
-    chosen = []
-    for sensor in sorted({capture["sensor"] for capture in ours}):
-        mine = [capture for capture in ours if capture["sensor"] == sensor]
-        chosen.append(next((c for c in mine if c["capture"] == wanted), mine[0]))
-    return chosen
-
-
-def block_shown(run: Run, figure: str) -> list[Described]:
-    """Captures of the block that a figure shows."""
-    if not run.tracked:
-        return []
-    return [c for c in shown(run, figure) if c["object"] == block(run)]
-
-
-def of_the_block(run: Run) -> list[Described]:
-    """Captures of the study's block."""
-    return [capture for capture in run.described() if capture["object"] == block(run)]
-
-
-def over_the_block(run: Run, sensor: str | None = None) -> list[Described]:
-    """Captures that are their point's only one: of a sensor, or of all with enough points."""
-    single = [c for c in of_the_block(run) if c["capture"] == c["point"]]
-    single = [c for c in single if c["point"].isdigit()]
-    counts = [c["sensor"] for c in single]
-    return [
-        c
-        for c in single
-        if sensor in (None, c["sensor"]) and counts.count(c["sensor"]) >= FEWEST_POINTS
-    ]
-
-
-def attempts(run: Run) -> list[Described]:
-    """Repeated presses of the block: captures whose names carry an attempt, per sensor."""
-    return [c for c in of_the_block(run) if c["capture"] != c["point"]]
-
-
-def repeated(run: Run) -> list[Described]:
-    """Attempts at the one point, by one sensor, that has most of them."""
-    places: dict[tuple, list] = {}
-    for capture in attempts(run):
-        places.setdefault((capture["sensor"], capture["point"]), []).append(capture)
-    most = max(places.values(), key=len, default=[])
-    return most if len(most) >= FEWEST_ATTEMPTS else []
-
-
-def at_the_end(run: Run) -> list[Described]:
-    """First tracked capture of the block's end point."""
-    wanted = study(run)["figure_points"].get("figure_5_6", END_POINT)
-    mine = [c for c in all_tracked(run, block(run)) if c["capture"] == wanted]
-    return mine[:1]
-
-
-def all_tracked(run: Run, name: str) -> list[Described]:
-    """Every tracked capture of an object."""
-    return [c for c in run.described("tracked") if c["object"] == name]
-
-
-def table_5_3_captures(run: Run) -> list[Described]:
-    """The study's points of its block; of dropped captures all of the block."""
-    wanted = study(run)["table_5_3_points"]
-    return [
-        capture
-        for capture in all_tracked(run, block(run))
-        if capture["point"] in wanted or capture["provenance"] != "simulated"
-    ]
-
-
-def traced(run: Run) -> list[Described]:
-    """Captures whose minimisations the study's figures show."""
-    of_block = block_shown(run, "figure_5_8")
-    return of_block + run.first_tracked(BALL) + run.first_tracked(EAR)
-
-
-def simulated_tracked(run: Run) -> list[Described]:
-    """Tracked captures whose truth the lab knows."""
-    return run.described("tracked", simulated=True)
-
-
-def stepped(run: Run) -> list[Described]:
-    """Simulated captures whose steps are shown: the block's of Table 5.3, all of other objects."""
-    wanted = study(run)["table_5_3_points"]
-    return [
-        capture
-        for capture in simulated_tracked(run)
-        if capture["object"] != block(run) or capture["point"] in wanted
-    ]
-
-
-def shrunk_balls(run: Run) -> list[Described]:
-    """Captures of the ball that are tracked from one view and from turned clouds."""
-    both = {"study", "single_view"} <= set(run.config["tracking"]["trackers"])
-    return run.first_tracked(BALL) if both else []
-
-
-def solids_counted(run: Run) -> list[Described]:
-    """First tracked capture of each object whose solid the study counts the nodes of."""
-    names = (block(run), BALL, EAR)
-    return [mine[0] for mine in (all_tracked(run, name) for name in names) if mine]
-
-
-def draws_trackers(run: Run) -> bool:
-    """Whether the run has the trackers that the figures of tracked surfaces show."""
-    return set(run.config["tracking"]["trackers"]) >= DRAWN_TRACKERS
-
-
-# Files and values of captures.
-
-
-def minima(run: Run, captures: Iterable[Described], errors: Sequence[str] | None = None) -> list:
-    """Minima of captures, by capture and then by error option."""
-    names = [f"minimise-{error}.json" for error in errors or run.errors]
-    return run.files(captures, *names)
-
-
-def material_of(run: Run, name: str) -> str | list:
-    """True material of an object, where the lab makes it."""
-    return run.truth(f"{name}/material.json") if name in run.made_materials else []
-
-
-def truths(run: Run, captures: Iterable[Described]) -> list[str]:
-    """Truth of captures that the lab makes."""
-    return [run.truth(f"{c['object']}/{c['sensor']}/{c['capture']}/truth.npz") for c in captures]
-
-
-def probes_of(run: Run, captures: Iterable[Described]) -> list[Mapping]:
-    """Probe of each capture."""
-    return [run.probe_of(capture["object"]) for capture in captures]
-
-
-def sensors_of(run: Run, captures: Iterable[Described]) -> list[Mapping]:
-    """Sensor of each capture."""
-    return [run.sensors[capture["sensor"]] for capture in captures]
-
-
-def tracker_of(run: Run, captures: Iterable[Described], tracker: str) -> list[Mapping]:
-    """Options of a tracker for each capture's object."""
-    return [options_of(run.config["tracking"], tracker, c["object"]) for c in captures]
-
-
-def calibrations_of(run: Run, captures: Iterable[Described]) -> list[str]:
-    """Calibration of each sensor whose file asks for it."""
-    return [
-        run.results(f"sensors/{capture['sensor']}/calibration.json")
-        for capture in captures
-        if run.sensors[capture["sensor"]].get("optics") == "calibration"
-    ]
-
-
-def tracker_inputs(run: Run, captures: Sequence[Described]) -> dict[str, list[str]]:
-    """What a tracker gets of captures, by name."""
-    names = [capture["object"] for capture in captures]
-    return {
-        "object": [run.raw(f"{name}/object.yaml") for name in names],
-        "template": [run.template(name) for name in names],
-        "solid": [run.results(f"{name}/solid.vtu") for name in names],
-        "alignment": run.files(captures, "alignment.json"),
-        "clouds": run.files(captures, "clouds.npz"),
-        "pose": run.files(captures, "probe_pose.csv"),
-        "force": run.files(captures, "force.csv"),
-        "fits": run.files(captures, "hertz.json"),
-    }
-
-
-def steps_trackers(run: Run) -> list[str]:
-    """Trackers that the steps of the error minimisation may use."""
-    return list(dict.fromkeys([run.tracker, *run.config["tracking"]["compared"]]))
-
-
-def steps(run: Run) -> dict:
-    """Steps of the error minimisation whose tracker this run has made."""
-    return {
-        name: step
-        for name, step in run.config["minimise"]["steps"].items()
-        if step.get("tracker", run.tracker) in steps_trackers(run)
-    }
-
-
-# Experiments about the sensors, and the simulated block.
-
-
-def experiments(run: Run, experiment: str) -> list[str]:
-    """Sensors of which the run has an experiment."""
-    return run.sensors_of(experiment) if whole(run) else []
-
-
-def sensor_files(run: Run, experiment: str, name: str) -> list[str]:
-    """A file of each sensor of which there is an experiment."""
-    return [run.results(f"sensors/{sensor}/{name}") for sensor in run.sensors_of(experiment)]
-
-
-def provenance(run: Run, experiment: str) -> dict[str, str]:
-    """Whether sensors' recordings of an experiment are simulated, by sensor."""
-    made = run.lab_experiments
-    return {
-        sensor: (
-            "simulated"
-            if f"{sensor}/{experiment}" in made
-            or is_simulated(run.raw(f"sensors/{sensor}/{experiment}"))
-            else "recorded"
-        )
-        for sensor in run.sensors_of(experiment)
-    }
-
-
-def read_experiments(run: Run) -> list[tuple[str, str]]:
-    """Sensors and names of the lab's experiments that are held against its truth."""
-    pairs = [(Path(name).parent.name, Path(name).name) for name in run.lab_experiments]
-    return sorted(pair for pair in pairs if pair[1] in READINGS)
-
-
-def probe_of_experiments(run: Run) -> Mapping:
-    """Probe of the recordings about the sensors."""
-    return run.probes[run.config["experiments"]["probe"]]
-
-
-def simulated_steps(run: Run) -> str:
-    """File of the simulated block's steps."""
-    return run.raw("simulations/foam_block.npz")
-
-
-def lab_simulates(run: Run) -> bool:
-    """Whether the lab makes the simulated block in this run."""
-    return whole(run) and run.lab is not None and "simulated_block" in run.lab
-
-
-def has_simulation(run: Run) -> bool:
-    """Whether the run has the simulated block."""
-    return whole(run) and (lab_simulates(run) or Path(simulated_steps(run)).exists())
-
-
-def simulation_truth(run: Run) -> str | list:
-    """True moduli of the simulated block, where the lab makes it."""
-    return run.truth("simulations/foam_block.json") if lab_simulates(run) else []
-
-
-def simulation_options(run: Run, *names: str) -> dict:
-    """Some of the simulation's options, so that the others re-run nothing."""
-    return {name: run.config["simulation"][name] for name in names}
-
-
-def lab_records(run: Run) -> bool:
-    """Whether the lab makes recordings about the sensors, or the simulated block."""
-    has = run.lab is not None and (bool(run.lab_experiments) or "simulated_block" in run.lab)
-    return whole(run) and has
-
-
-def objects_shown(run: Run) -> list[Described]:
-    """Tracked captures that the page of objects shows: one per object and sensor."""
-    others = sorted({c.object for c in run.tracked} - {block(run)})
-    mine = block_shown(run, "tracked_surface")
-    return [*mine, *(capture for name in others for capture in run.first_tracked(name))]
-
-
-def block_captured(run: Run) -> bool:
-    """Whether the study's block was captured."""
-    return block(run) in {capture.object for capture in run.captures}
+# What the accuracy of every stage is measured on, of a capture.
+STAGES = ("mask.npz", "probe_pose.csv", "force.csv", "clock.json", "clouds.npz")
+
+
+class Selection(SensorSelection):
+    """A run and the captures that an artefact is made from; methods are the tokens of its table.
+
+    Parameters
+    ----------
+    run : Run
+    captures : list of Described, optional
+    """
+
+    def value(self, token: str | list) -> Any:
+        """Value of a token of `artefacts.yaml`, or of a list of them one after the other.
+
+        Parameters
+        ----------
+        token : str or list of str
+            A file, ``<root>/<path>`` or of each capture; or a method or attribute of this or of
+            the run, with arguments.
+
+        Raises
+        ------
+        AttributeError
+            If it is none of these.
+        """
+        if isinstance(token, list):
+            return [self.value(one) for one in token]
+        name, *arguments = token.split()
+        if "." in name or "/" in name:
+            return self._file(name)
+        found = getattr(self if hasattr(self, name) else self.run, name)
+        return found(*arguments) if callable(found) else found
+
+    def _file(self, text: str) -> str | list[str]:
+        if "/" not in text:
+            return self.each(f"results/$folder/{text}")
+        return self._path(text, self.captures[0] if self.captures else {})
+
+    def _path(self, text: str, capture: Mapping) -> str:
+        known = {"tracker": self.run.tracker, "error": self.first_error} | dict(capture)
+        if capture:
+            known["folder"] = "{object}/{sensor}/{capture}".format(**capture)
+        root, _, path = Template(text).substitute(known).partition("/")
+        return getattr(self.run, root)(path)
+
+    # Captures.
+
+    def shown(self, figure: str) -> list[Described]:
+        """Captures that a figure shows: for each sensor the study's point, or else the first."""
+        wanted = self.study["figure_points"].get(figure)
+        every = self.run.described("captures" if figure in UNTRACKED_FIGURES else "tracked")
+        ours = [capture for capture in every if capture["object"] == self.block] or every
+        chosen = []
+        for sensor in sorted({capture["sensor"] for capture in ours}):
+            mine = [capture for capture in ours if capture["sensor"] == sensor]
+            chosen.append(next((c for c in mine if c["capture"] == wanted), mine[0]))
+        return chosen
+
+    def first_shown(self, figure: str) -> list[Described]:
+        """The capture that stands for those that a figure shows."""
+        return self.shown(figure)[:1]
+
+    def of_block(self, figure: str) -> list[Described]:
+        """Captures of the block that a figure shows."""
+        return [c for c in self.shown(figure) if c["object"] == self.block]
+
+    def first_of_block(self, figure: str) -> list[Described]:
+        """First capture of the block that a figure shows."""
+        return self.of_block(figure)[:1]
+
+    def of_the_block(self) -> list[Described]:
+        """Captures of the study's block."""
+        return [capture for capture in self.run.described() if capture["object"] == self.block]
+
+    def over_the_block(self, sensor: str | None = None) -> list[Described]:
+        """Captures that are their point's only one: of a sensor, or of all with enough points."""
+        single = [c for c in self.of_the_block() if c["capture"] == c["point"]]
+        single = [c for c in single if c["point"].isdigit()]
+        counts = [c["sensor"] for c in single]
+        return [
+            c
+            for c in single
+            if sensor in (None, c["sensor"]) and counts.count(c["sensor"]) >= FEWEST_POINTS
+        ]
+
+    def attempts(self) -> list[Described]:
+        """Repeated presses of the block: captures whose names carry an attempt, per sensor."""
+        return [c for c in self.of_the_block() if c["capture"] != c["point"]]
+
+    def repeated(self) -> list[Described]:
+        """Attempts at the one point, by one sensor, that has most of them."""
+        places: dict[tuple, list] = {}
+        for capture in self.attempts():
+            places.setdefault((capture["sensor"], capture["point"]), []).append(capture)
+        most = max(places.values(), key=len, default=[])
+        return most if len(most) >= FEWEST_ATTEMPTS else []
+
+    def at_the_end(self) -> list[Described]:
+        """First tracked capture of the block's end point."""
+        wanted = self.study["figure_points"].get("figure_5_6", END_POINT)
+        return [c for c in self.all_tracked() if c["capture"] == wanted][:1]
+
+    def all_tracked(self, name: str = "") -> list[Described]:
+        """Every tracked capture of an object, the block by default."""
+        wanted = name or self.block
+        return [c for c in self.run.described("tracked") if c["object"] == wanted]
+
+    def table_5_3_captures(self) -> list[Described]:
+        """The study's points of its block; of dropped captures all of the block."""
+        wanted = self.study["table_5_3_points"]
+        return [
+            capture
+            for capture in self.all_tracked()
+            if capture["point"] in wanted or capture["provenance"] != "simulated"
+        ]
+
+    def traced(self) -> list[Described]:
+        """Captures whose minimisations the study's figures show."""
+        others = self.run.first_tracked(BALL) + self.run.first_tracked(EAR)
+        return self.of_block("figure_5_8") + others
+
+    def simulated(self, which: str = "captures") -> list[Described]:
+        """Captures whose truth the lab knows: all, or those that a method runs on."""
+        return self.run.described(which, simulated=True)
+
+    def stepped(self) -> list[Described]:
+        """Simulated captures whose steps are shown: the block's of Table 5.3, all of others."""
+        wanted = self.study["table_5_3_points"]
+        return [
+            capture
+            for capture in self.simulated("tracked")
+            if capture["object"] != self.block or capture["point"] in wanted
+        ]
+
+    def shrunk_balls(self) -> list[Described]:
+        """Captures of the ball that are tracked from one view and from turned clouds."""
+        both = {"study", "single_view"} <= set(self.run.config["tracking"]["trackers"])
+        return self.run.first_tracked(BALL) if both else []
+
+    def solids_counted(self) -> list[Described]:
+        """First tracked capture of each object whose solid the study counts the nodes of."""
+        names = (self.block, BALL, EAR)
+        return [mine[0] for mine in map(self.all_tracked, names) if mine]
+
+    def pressed_points(self) -> list[Described]:
+        """A simulated capture of each point of an object that the lab solves by itself."""
+        found: dict[tuple[str, str], Described] = {}
+        for capture in self.simulated("direct"):
+            name, point = capture["object"], capture["point"]
+            found.setdefault((name, self.run.lab_point(name, point)), capture)
+        return list(found.values())
+
+    def objects_shown(self) -> list[Described]:
+        """Tracked captures that the page of objects shows: one per object and sensor."""
+        others = sorted({c.object for c in self.run.tracked} - {self.block})
+        mine = self.of_block("tracked_surface")
+        return [*mine, *(capture for name in others for capture in self.run.first_tracked(name))]
+
+    # Files and values of captures.
+
+    def each(self, path: str) -> list[str]:
+        """A file of each capture."""
+        return [self._path(path, capture) for capture in self.captures]
+
+    def templates(self) -> list[str]:
+        """Template of each capture's object."""
+        return [self.run.template(capture["object"]) for capture in self.captures]
+
+    def template(self) -> str:
+        """Template of the capture's object."""
+        return self.templates()[0]
+
+    def minima(self) -> list[str]:
+        """Minima of captures, by capture and then by error option."""
+        return self.run.files(self.captures, *self.run.minima)
+
+    def material(self, name: str = "") -> str | list:
+        """True material of an object, the block by default, where the lab makes it."""
+        known = name or self.block
+        return self.run.truth(f"{known}/material.json") if known in self.run.made_materials else []
+
+    def truths(self) -> list[str]:
+        """Truth of captures that the lab makes."""
+        return self.each("truth/$folder/truth.npz")
+
+    def probes_used(self) -> list[Mapping]:
+        """Probe of each capture."""
+        return [self.run.probe_of(capture["object"]) for capture in self.captures]
+
+    def probe(self) -> Mapping:
+        """Probe of the capture."""
+        return self.probes_used()[0]
+
+    def sensors_used(self) -> list[Mapping]:
+        """Sensor of each capture."""
+        return [self.run.sensors[capture["sensor"]] for capture in self.captures]
+
+    def sensor(self) -> Mapping:
+        """Sensor of the capture."""
+        return self.sensors_used()[0]
+
+    def optics(self) -> str | list:
+        """Calibration of the capture's sensor, where its file asks for it."""
+        return self.run.optics_of(SimpleNamespace(**self.captures[0]))
+
+    def calibrations(self) -> list[str]:
+        """Calibration of each sensor whose file asks for it."""
+        found = (self.run.optics_of(SimpleNamespace(**capture)) for capture in self.captures)
+        return [path for path in found if path]
+
+    def in_colour(self, figure: str) -> bool:
+        """Whether the capture that a figure shows has colours."""
+        (capture,) = self.first_of_block(figure)
+        return self.run.sensors[capture["sensor"]]["color"]["encoding"] != "mono8"
+
+    def tracker_options(self, tracker: str) -> list[Mapping]:
+        """Options of a tracker for each capture's object."""
+        return [
+            options_of(self.run.config["tracking"], tracker, c["object"]) for c in self.captures
+        ]
+
+    def draws_trackers(self) -> bool:
+        """Whether the run has the trackers that the figures of tracked surfaces show."""
+        return set(self.run.config["tracking"]["trackers"]) >= DRAWN_TRACKERS
+
+    def steps_trackers(self) -> list[str]:
+        """Trackers that the steps of the error minimisation may use."""
+        return list(dict.fromkeys([self.run.tracker, *self.run.config["tracking"]["compared"]]))
+
+    def steps_surfaces(self) -> list[str]:
+        """Their surfaces of a job's capture."""
+        return [self.run.of_capture(f"tracked-{name}.npz") for name in self.steps_trackers()]
+
+    def steps(self) -> dict:
+        """Steps of the error minimisation whose tracker this run has made."""
+        return {
+            name: step
+            for name, step in self.run.config["minimise"]["steps"].items()
+            if step.get("tracker", self.run.tracker) in self.steps_trackers()
+        }
+
+    # What the run is asked for.
+
+    def config(self, *names: str) -> Any:
+        """A value of the configuration."""
+        found = self.run.config
+        for name in names:
+            found = found[name]
+        return found
+
+    @property
+    def first_error(self) -> str:
+        """The study's error option."""
+        return self.run.errors[0]
+
+    @property
+    def last_error(self) -> str:
+        """Error option whose steps are drawn."""
+        return self.run.errors[-1]
+
+    def of_job(self, name: str) -> Callable:
+        """A method of the run that takes each job's wildcards."""
+        return getattr(self.run, name)
+
+    def wildcard(self, name: str) -> Callable:
+        """A job's wildcard."""
+        return lambda wildcards: getattr(wildcards, name)
+
+    def rules_to_moduli(self) -> Callable:
+        """Rules from a capture to its moduli, once all are there."""
+        return lambda wildcards: way_to_moduli(self.run, self.run.rules)
+
+    def results_folder(self) -> Callable:
+        """Folder of all results, from a table's."""
+        return lambda wildcards, output: str(Path(output.csv).parents[1])
+
+    # The simulated block.
+
+    def simulated_steps(self) -> str:
+        """File of its steps."""
+        return self.run.raw("simulations/foam_block.npz")
+
+    def tracked_steps(self) -> Callable:
+        """Its tracked surface, for a job on tracked data."""
+        tracked = self.run.results("simulation/tracked.npz")
+        return lambda wildcards: tracked if wildcards.data == "tracked" else []
+
+    def lab_simulates(self) -> bool:
+        """Whether the lab makes it in this run."""
+        return self.whole and self.run.lab is not None and "simulated_block" in self.run.lab
+
+    def has_simulation(self) -> bool:
+        """Whether the run has it."""
+        return self.whole and (self.lab_simulates() or Path(self.simulated_steps()).exists())
+
+    def simulation_truth(self) -> str | list:
+        """Its true moduli, where the lab makes it."""
+        return self.run.truth("simulations/foam_block.json") if self.lab_simulates() else []
+
+    def simulation_options(self, *names: str) -> dict:
+        """Some of its options, so that the others re-run nothing."""
+        return {name: self.run.config["simulation"][name] for name in names}
+
+    def simulated_minima(self) -> list[str]:
+        """Its minima, by data and then by error option."""
+        found = self.run.results
+        return [
+            found(f"simulation/minimise-{data}-{error}.json")
+            for data in SIMULATED_DATA
+            for error in self.run.errors
+        ]
+
+    def linear_fit(self) -> str | list:
+        """Linear method on its exact data, where the run has it."""
+        return self.run.results("simulation/linear-exact.json") if self.has_simulation() else []
+
+    # Of comparison and accuracy.
+
+    def our_tables(self) -> list[str]:
+        """Tables of the run that have counterparts of printed numbers or bear on findings."""
+        made = {
+            "cd_case": self.experiments("cd_case"),
+            "equation_4_12": self.experiments("calibration"),
+            "pipeline_accuracy": self.simulated("tracked"),
+            "simulation": self.has_simulation(),
+            "simulation_noise": self.has_simulation(),
+            "table_4_1": self.experiments("calibration"),
+            "table_4_2": self.experiments("workspace"),
+            "table_5_1": self.attempts(),
+            "table_5_2": True,
+        }
+        names = [f"tables/{name}.csv" for name, there in made.items() if there]
+        return [self.run.results(path) for path in ("summary.csv", *names)]
+
+    def traced_minima(self) -> list[str]:
+        """Minima of the study's error option of the captures that its figures show."""
+        return self.run.files(self.traced(), f"minimise-{self.first_error}.json")
+
+    def solids(self) -> list[str]:
+        """Solids whose nodes the study counts."""
+        return [self.run.results(f"{c['object']}/solid.vtu") for c in self.solids_counted()]
+
+    def of_balls(self, name: str) -> list[str]:
+        """A file of each capture of the shrunk ball."""
+        return self.run.files(self.shrunk_balls(), name)
+
+    def groups_of_shown(self) -> list[dict[str, str]]:
+        """What is estimated of the object of the capture that is shown."""
+        return self.run.groups(self.captures[0]["object"])
+
+    def joint_of_shown(self) -> list[str]:
+        """Its joint estimates."""
+        groups = self.groups_of_shown()
+        return [self.run.results(f"{g['object']}/{g['sensor']}/direct.json") for g in groups]
+
+    def knows_shown(self, figure: str) -> bool:
+        """Whether the lab knows the material of what a figure shows."""
+        return any(c["object"] in self.run.made_materials for c in self.first_shown(figure))
+
+    def indentation_tables(self) -> list[str]:
+        """Indentation table of each capture's point."""
+        return [self.run.table(c["object"], c["point"]) for c in self.captures]
+
+    def contact_solutions(self) -> list[str]:
+        """The lab's own contact solution of each capture's point."""
+        points = [self.run.lab_point(c["object"], c["point"]) for c in self.captures]
+        pairs = zip(self.captures, points, strict=True)
+        return [self.run.truth(f"{c['object']}/contact-{point}.npz") for c, point in pairs]
+
+    def stage_results(self) -> list[str]:
+        """Results of every stage, stage by stage."""
+        surfaces = f"tracked-{self.run.tracker}.npz"
+        names = [*STAGES, surfaces, "hertz.json", *self.run.minima]
+        return [path for name in names for path in self.run.files(self.captures, name)]
+
+    def compared(self, pattern: str) -> list[str]:
+        """A file of each capture and each tracker that is compared."""
+        trackers = self.run.config["tracking"]["compared"]
+        each = [partial(pattern.format, **capture) for capture in self.captures]
+        return [self.run.results(path(tracker=name)) for path in each for name in trackers]
+
+    def accuracy_drawn(self) -> bool:
+        """Whether the accuracy of trackers is drawn."""
+        return bool(self.simulated("tracked")) and self.draws_trackers()
+
+    def scanned_by_lab(self) -> list[str]:
+        """Objects whose scans the lab makes."""
+        return sorted(set(self.run.lab_objects) & set(self.run.scanned))
+
+    def scanned_templates(self) -> list[str]:
+        """Their templates."""
+        return [self.run.results(f"{name}/template.ply") for name in self.scanned_by_lab()]
+
+    def scanned_truths(self) -> list[str]:
+        """Truth of one recording of each, for its undeformed surface."""
+        first = {c.object: vars(c) for c in sorted(self.run.simulated, reverse=True)}
+        return Selection(self.run, [first[name] for name in self.scanned_by_lab()]).truths()
+
+    def lab_records(self) -> bool:
+        """Whether the lab makes recordings of planes, workspace and loading."""
+        made = self.run.lab_experiments or "simulated_block" in (self.run.lab or {})
+        names = ("planes", "workspace", "loading")
+        return self.whole and bool(made) and all(map(self.run.sensors_of, names))

@@ -1,0 +1,200 @@
+"""What diagrams of the sensors, views of the rig and recordings about sensors are made from."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from palpate.workflow.lab_captures import is_simulated
+from palpate.workflow.run import Described, Run
+
+# Depth of a drawn point where no placement is configured, in nearest depths of the sensor.
+DRAWN_AWAY = 1.5
+# Point of the block that the setups of Figure 4.7 show pressed.
+SHOWN_POINT = "11"
+# What is made of each experiment about a sensor.
+READINGS = {
+    "calibration": "calibration.json",
+    "workspace": "workspace.csv",
+    "cd_case": "cd_case_path.csv",
+    "loading": "loading.csv",
+}
+
+
+@dataclass(frozen=True)
+class SensorSelection:
+    """Sensors, probe and placements of a run.
+
+    Attributes
+    ----------
+    run : Run
+    captures : sequence of Described, optional
+        That an artefact is made from.
+    """
+
+    run: Run
+    captures: Sequence[Described] = ()
+
+    @property
+    def study(self) -> Mapping:
+        """The thesis's part of the configuration."""
+        return self.run.config["study"]
+
+    @property
+    def block(self) -> str:
+        """Name of the study's block."""
+        return self.study["block"]
+
+    @property
+    def whole(self) -> bool:
+        """Whether the run is of all objects, and so of the recordings that are of none."""
+        return self.run.config["only"] is None
+
+    def drawn(self, which: str) -> str | None:
+        """Name of the sensor that a diagram of a kind shows, the first whose file is right.
+
+        Of ``stereo``; of ``dots``, structured light that writes disparities (Eq. 4.2); or of
+        ``pinhole``, whose colour camera needs a calibration, or any.
+        """
+        stereo, dots = map(self._of_kind, ("stereo", "structured_light"))
+        if which == "stereo":
+            return stereo
+        if which == "pinhole":
+            return dots or stereo
+        writes = dots and self.run.sensors[dots]["depth"]["encoding"] == "kinect_disparity"
+        return dots if writes else None
+
+    def _of_kind(self, kind: str) -> str | None:
+        right = {name: spec for name, spec in self.run.sensors.items() if spec}
+        return next((name for name in sorted(right) if right[name]["kind"] == kind), None)
+
+    def drawn_sensor(self, which: str) -> Mapping:
+        """Its file."""
+        return self.run.sensors[self.drawn(which)]
+
+    def drawn_depth(self, which: str) -> float:
+        """Its distance from the study's block, or what its range suggests [m]."""
+        placement = self._placements.get(self.drawn(which))
+        if placement:
+            return placement["distance_m"]
+        return DRAWN_AWAY * self.drawn_sensor(which)["range_m"][0]
+
+    def drawn_probe(self) -> Mapping:
+        """Probe that Figure 4.5 shows: the first, by name, whose file is right."""
+        return next(spec for _, spec in sorted(self.run.probes.items()) if spec)
+
+    @property
+    def _placements(self) -> Mapping:
+        """Where the sensors stand before the block of the lab."""
+        spec = self.run.lab["objects"].get(self.block, {}) if self.run.lab else {}
+        return spec.get("cameras", {})
+
+    def setups(self) -> list[dict]:
+        """Each sensor that the lab puts before the study's block, with the probe on it."""
+        if not self._placements:
+            return []
+        spec = self.run.lab["objects"][self.block]
+        points = spec["object"]["points"]
+        point = self.study["figure_points"].get("figure_4_7", SHOWN_POINT)
+        return [
+            {
+                "sensor": self.run.sensors[name],
+                "probe": self.run.probes[spec["object"]["probe"]],
+                "size_m": spec["shape"]["size_m"],
+                "point_m": points.get(point, points[min(points)])["position_m"],
+                "placement": placement,
+            }
+            for name, placement in sorted(self._placements.items())
+            if "size_m" in spec["shape"]
+        ]
+
+    def devices(self) -> dict[str, dict]:
+        """Stereo head, structured-light sensor and laser scanner, where all are configured."""
+        found = {setup["sensor"]["kind"]: setup for setup in self.setups()}
+        if not found or {"stereo", "structured_light"} - set(found):
+            return {}
+        spec = self.run.lab["objects"][self.block]
+        if "scan" not in spec:
+            return {}
+        placed = {
+            kind: {"sensor": s["sensor"], "distance_m": s["placement"]["distance_m"]}
+            for kind, s in found.items()
+        }
+        scan = spec["scan"] | {"size_m": spec["shape"]["size_m"]}
+        return {"stereo": placed["stereo"], "dots": placed["structured_light"], "scan": scan}
+
+    # Recordings about the sensors.
+
+    def experiments(self, name: str) -> list[str]:
+        """Sensors of which the run has an experiment."""
+        return self.run.sensors_of(name) if self.whole else []
+
+    def sensor_files(self, experiment: str, name: str) -> list[str]:
+        """A file of each sensor of which there is an experiment."""
+        sensors = self.run.sensors_of(experiment)
+        return [self.run.results(f"sensors/{sensor}/{name}") for sensor in sensors]
+
+    def experiment_folders(self, experiment: str) -> list[str]:
+        """Recording of an experiment by each sensor."""
+        sensors = self.run.sensors_of(experiment)
+        return [self.run.raw(f"sensors/{sensor}/{experiment}") for sensor in sensors]
+
+    def provenance(self, experiment: str) -> dict[str, str]:
+        """Whether sensors' recordings of an experiment are simulated, by sensor."""
+        made = self.run.lab_experiments
+        return {
+            sensor: (
+                "simulated"
+                if f"{sensor}/{experiment}" in made
+                or is_simulated(self.run.raw(f"sensors/{sensor}/{experiment}"))
+                else "recorded"
+            )
+            for sensor in self.run.sensors_of(experiment)
+        }
+
+    def calibrated(self) -> list[str]:
+        """Sensor with a colour and an infrared camera that a run calibrates, the first."""
+        found = self.experiments("calibration")
+        return [sensor for sensor in found if "depth" in self.run.sensors[sensor]][:1]
+
+    def calibration(self) -> list[str]:
+        """Its calibration."""
+        return [self.run.results(f"sensors/{name}/calibration.json") for name in self.calibrated()]
+
+    def calibration_pairs(self) -> list[str]:
+        """Its pictures of the target."""
+        return [self.run.raw(f"sensors/{name}/calibration") for name in self.calibrated()]
+
+    def workspaces(self) -> list[str]:
+        """Scatter of the resting tip, by sensor."""
+        sensors = self.experiments("workspace")
+        return [self.run.results(f"sensors/{sensor}/workspace.csv") for sensor in sensors]
+
+    def calibrated_by_lab(self) -> dict[str, Mapping]:
+        """Sensors whose calibration pictures the lab makes: their files hold the truth."""
+        made = set(self.run.lab_experiments)
+        known = self.run.sensors.items()
+        return {name: spec for name, spec in known if f"{name}/calibration" in made}
+
+    @property
+    def _compared_experiments(self) -> list[tuple[str, str]]:
+        """Sensors and names of the lab's experiments that are compared with its truth."""
+        pairs = [(Path(name).parent.name, Path(name).name) for name in self.run.lab_experiments]
+        return sorted(pair for pair in pairs if pair[1] in READINGS) if self.whole else []
+
+    def experiment_sensors(self) -> list[str]:
+        """Sensor of each of those experiments."""
+        return [sensor for sensor, _ in self._compared_experiments]
+
+    def experiment_names(self) -> list[str]:
+        """Name of each."""
+        return [name for _, name in self._compared_experiments]
+
+    def experiment_results(self) -> list[str]:
+        """What is read of each."""
+        pairs = self._compared_experiments
+        return [self.run.results(f"sensors/{sensor}/{READINGS[name]}") for sensor, name in pairs]
+
+    def experiment_truths(self) -> list[str]:
+        """Truth of each."""
+        pairs = self._compared_experiments
+        return [self.run.truth(f"sensors/{sensor}/{name}.npz") for sensor, name in pairs]
