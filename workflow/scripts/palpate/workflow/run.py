@@ -119,7 +119,11 @@ class Run:
 
     def published(self, table: str) -> str:
         """A table that the study prints, of the project wherever the run is."""
-        path = PROJECT / "config" / "published" / f"{table}.csv"
+        return self.of_project(f"config/published/{table}.csv")
+
+    def of_project(self, name: str) -> str:
+        """A file of the project, wherever the run is."""
+        path = PROJECT / name
         return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
 
     def files(self, captures: Iterable[Described], *names: str) -> list[str]:

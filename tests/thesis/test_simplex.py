@@ -1,47 +1,14 @@
-"""Diagrams of Chapter 3: labels, geometry of the cube, moves of the simplex."""
+"""Figure 3.8: moves of the simplex."""
 
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from palpate.report import style
-from thesis.chapter3 import mechanics as diagrams_3
 from thesis.chapter3 import simplex
-
-
-def texts(figure):
-    return {text.get_text() for text in figure.findobj(style.matplotlib.text.Text)}
 
 
 def cost(x):
     return float((x[0] - 3) ** 2 + 2 * (x[1] - 2) ** 2 + (x[0] - 3) * (x[1] - 2))
-
-
-def test_figure_3_1_names_quantities_laws_and_equations():
-    found = " ".join(texts(diagrams_3.figure_3_1()))
-    for word in ("displacement", "strain", "stress", "force", "kinematic", "constitutive"):
-        assert word in found
-    for number in ("3.1", "3.4", "3.6", "3.11", "3.16"):
-        assert f"({number})" in found
-    style.plt.close("all")
-
-
-def test_figure_3_2_has_nine_components_inside_its_frame():
-    figure = diagrams_3.figure_3_2()
-    components = {t for t in texts(figure) if t.startswith(r"$\sigma")}
-    assert components == {rf"$\sigma_{{{i}{j}}}$" for i in "xyz" for j in "xyz"}
-    figure.draw_without_rendering()
-    for text in figure.axes[0].texts:
-        box = text.get_window_extent()
-        assert figure.bbox.contains(box.x0, box.y0)
-        assert figure.bbox.contains(box.x1, box.y1)
-    style.plt.close(figure)
-
-
-def test_all_three_faces_of_the_cube_look_at_the_reader():
-    view = diagrams_3._view()
-    assert np.all(np.cross(*view.T) > 0)
-    assert view.T @ view == pytest.approx(np.eye(2), abs=1e-12)
 
 
 def test_moves_of_a_known_triangle():
