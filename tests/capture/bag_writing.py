@@ -15,8 +15,7 @@ COLOR_INFO, DEPTH_INFO = "/camera/color/camera_info", "/camera/depth/camera_info
 COLOR_FRAME, DEPTH_FRAME, BODY_FRAME = "color_optical", "depth_optical", "camera_link"
 DISTORTION = (0.02, -0.05, 0.001, -0.002, 0.01)
 NANOSECONDS = 10**9
-ENCODINGS = {("uint8", 3): "rgb8", ("uint8", 1): "mono8", ("uint16", 1): "16UC1"}
-ENCODINGS[("float32", 1)] = "32FC1"
+ENCODINGS = {"uint8": "rgb8", "uint16": "16UC1", "float32": "32FC1"}
 # Quaternion and translation [m] of each camera in the camera's body.
 COLOR_POSE = (0.5, -0.5, 0.5, -0.5), (0.01, 0.02, 0.03)
 DEPTH_POSE = (0.49, -0.51, 0.49, -0.5097058), (0.01, 0.045, 0.028)
@@ -81,13 +80,12 @@ class Messages:
 
     def image(self, pixels, stamp_ns, frame, encoding=None):
         pixels = np.ascontiguousarray(pixels)
-        channels = 1 if pixels.ndim == 2 else pixels.shape[2]
         return self.make(
             "sensor_msgs/msg/Image",
             header=self.header(stamp_ns, frame),
             height=pixels.shape[0],
             width=pixels.shape[1],
-            encoding=encoding or ENCODINGS[(pixels.dtype.name, channels)],
+            encoding=encoding or ENCODINGS[pixels.dtype.name],
             is_bigendian=0,
             step=pixels.strides[0],
             data=np.frombuffer(pixels.tobytes(), np.uint8),
@@ -105,14 +103,8 @@ class Messages:
         arrays = {"D": np.array(distortion, float), "K": K, "R": np.eye(3).ravel(), "P": P}
         if not self.ros1:
             arrays = {name.lower(): value for name, value in arrays.items()}
-        roi = self.make(
-            "sensor_msgs/msg/RegionOfInterest",
-            x_offset=0,
-            y_offset=0,
-            height=0,
-            width=0,
-            do_rectify=False,
-        )
+        sides = dict.fromkeys(("x_offset", "y_offset", "height", "width"), 0)
+        roi = self.make("sensor_msgs/msg/RegionOfInterest", **sides, do_rectify=False)
         header = self.header(stamp_ns, frame)
         size = {"height": size[0], "width": size[1]}
         rest = {"distortion_model": model, "binning_x": 0, "binning_y": 0, "roi": roi}
@@ -165,7 +157,17 @@ def camera_messages(film, messages, *, registered=False):
         found.append((DEPTH, stamp + 9_000_000, messages.image(image, stamp, frame)))
     for values, stamp in zip(film.wrench, film.wrench_ns, strict=True):
         found.append((WRENCH, stamp + 100_000, messages.wrench(values, stamp)))
-    return sorted(found, key=lambda item: item[1])
+    return found
+
+
+def write_bag(writer, found, store, serialise):
+    with writer as bag:
+        topics = {}
+        for topic, received_ns, message in sorted(found, key=lambda item: item[1]):
+            name = message.__msgtype__
+            if topic not in topics:
+                topics[topic] = bag.add_connection(topic, name, typestore=store)
+            bag.write(topics[topic], int(received_ns), serialise(message, name))
 
 
 def write_ros1(path, found, messages, compression=None):
@@ -173,14 +175,7 @@ def write_ros1(path, found, messages, compression=None):
     writer = rosbag1.Writer(path)
     if compression:
         writer.set_compression(compression)
-    with writer as bag:
-        topics = {}
-        for topic, received_ns, message in found:
-            name = message.__msgtype__
-            if topic not in topics:
-                topics[topic] = bag.add_connection(topic, name, typestore=messages.store)
-            data = messages.store.serialize_ros1(message, name)
-            bag.write(topics[topic], int(received_ns), data)
+    write_bag(writer, found, messages.store, messages.store.serialize_ros1)
     return path
 
 
@@ -189,88 +184,58 @@ def write_ros2(path, found, messages, plugin=StoragePlugin.SQLITE3, compression=
     writer = rosbag2.Writer(path, version=9, storage_plugin=plugin)
     if compression:
         writer.set_compression(*compression)
-    with writer as bag:
-        topics = {}
-        for topic, received_ns, message in found:
-            name = message.__msgtype__
-            if topic not in topics:
-                topics[topic] = bag.add_connection(topic, name, typestore=messages.store)
-            bag.write(topics[topic], int(received_ns), messages.store.serialize_cdr(message, name))
+    write_bag(writer, found, messages.store, messages.store.serialize_cdr)
     return path
 
 
 def write_realsense(path, film, *, unit_m=0.001, marked=True, option="Depth Units", clock=None):
     """A recording of the RealSense SDK: newer ones mark headers and append the depth's unit."""
     messages = Messages(ros1=True)
-    store = messages.store
     streams = {
         "/device_0/sensor_1/Color_0": (film.color, film.color_ns, "rgb8", film.color_optics, 0.0),
         "/device_0/sensor_0/Depth_0": (film.depth, film.depth_ns, "mono16", film.depth_optics, 1.0),
         "/device_0/sensor_0/Infrared_1": (film.depth, film.depth_ns, "8UC1", film.depth_optics, 0),
     }
-    poses = {"Color_0": ((0.0, 0.0, 0.0, 1.0), (0.015, 0.0, 0.0))}
-    poses["Depth_0"] = ((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
-    found = []
+    shifts = {"Color_0": (0.015, 0.0, 0.0), "Depth_0": (0.0, 0.0, 0.0)}
+    found, tails = [], {}
     if option:
         unit = messages.make("std_msgs/msg/Float32", data=unit_m)
-        name = f"/device_0/sensor_0/option/{option}/value"
-        found.append((name, 1, "std_msgs/msg/Float32", unit))
+        found.append((f"/device_0/sensor_0/option/{option}/value", 1, unit))
     for stem, (images, stamps, encoding, optics, counted) in streams.items():
-        size = images[0].shape[:2]
-        info = messages.info(size, optics, 0, "", [0.0] * 5, "Brown Conrady")
-        found.append((f"{stem}/info/camera_info", 1, info.__msgtype__, info))
-        if stem.rpartition("/")[2] in poses:
-            pose = messages.transform(poses[stem.rpartition("/")[2]])
-            found.append((f"{stem}/tf/0", 1, pose.__msgtype__, pose))
+        info = messages.info(images[0].shape[:2], optics, 0, "", [0.0] * 5, "Brown Conrady")
+        found.append((f"{stem}/info/camera_info", 1, info))
+        if shift := shifts.get(stem.rpartition("/")[2]):
+            found.append((f"{stem}/tf/0", 1, messages.transform(((0.0, 0.0, 0.0, 1.0), shift))))
         if clock:
-            pair = messages.make(
-                "diagnostic_msgs/msg/KeyValue", key="timestamp_domain", value=clock
-            )
-            found.append((f"{stem}/image/metadata", 2, pair.__msgtype__, pair))
+            pair = {"key": "timestamp_domain", "value": clock}
+            pair = messages.make("diagnostic_msgs/msg/KeyValue", **pair)
+            found.append((f"{stem}/image/metadata", 2, pair))
         for image, stamp in zip(images, stamps, strict=True):
             pixels = image.astype(np.uint8) if encoding == "8UC1" else image
             one = messages.image(pixels, stamp, "1" if marked else "0", encoding)
-            tail = np.float32(counted * unit_m).tobytes() if marked else b""
+            tails[id(one)] = np.float32(counted * unit_m).tobytes() if marked else b""
             # The recorder's own clock starts at zero.
-            found.append(
-                (f"{stem}/image/data", int(stamp - stamps[0]) + 2, one.__msgtype__, (one, tail))
-            )
-    found.sort(key=lambda item: item[1])
-    with rosbag1.Writer(path) as bag:
-        topics = {}
-        for topic, received_ns, name, message in found:
-            if topic not in topics:
-                topics[topic] = bag.add_connection(topic, name, typestore=store)
-            plain, tail = message if isinstance(message, tuple) else (message, b"")
-            data = bytes(store.serialize_ros1(plain, name)) + tail
-            bag.write(topics[topic], received_ns, data)
+            found.append((f"{stem}/image/data", int(stamp - stamps[0]) + 2, one))
+
+    def serialise(message, name):
+        return bytes(messages.store.serialize_ros1(message, name)) + tails.get(id(message), b"")
+
+    write_bag(rosbag1.Writer(path), found, messages.store, serialise)
     return path
 
 
 def write_tum(folder, film, *, factor=5000, wrench=True):
     """A folder as the benchmark of the TU Munich lays it out."""
     folder = Path(folder)
-    for kind, images, stamps, name in (
-        (
-            "rgb",
-            [cv2.cvtColor(image, cv2.COLOR_RGB2BGR) for image in film.color],
-            film.color_ns,
-            "rgb.txt",
-        ),
-        (
-            "depth",
-            [image * np.uint16(factor // 1000) for image in film.depth],
-            film.depth_ns,
-            "depth.txt",
-        ),
-    ):
+    color = [image[..., ::-1] for image in film.color]
+    depth = [image * np.uint16(factor // 1000) for image in film.depth]
+    for kind, images, stamps in (("rgb", color, film.color_ns), ("depth", depth, film.depth_ns)):
         (folder / kind).mkdir(parents=True)
-        lines = ["# timestamp filename"]
-        for image, stamp in zip(images, stamps, strict=True):
-            file = f"{kind}/{seconds(stamp)}.png"
+        files = [f"{kind}/{seconds(stamp)}.png" for stamp in stamps]
+        for image, file in zip(images, files, strict=True):
             cv2.imwrite(str(folder / file), image)
-            lines.append(f"{seconds(stamp)} {file}")
-        (folder / name).write_text("\n".join(lines) + "\n")
+        lines = [f"{seconds(stamp)} {file}" for stamp, file in zip(stamps, files, strict=True)]
+        (folder / f"{kind}.txt").write_text("\n".join(["# timestamp filename", *lines]) + "\n")
     if wrench:
         rows = zip(film.wrench_ns, film.wrench, strict=True)
         lines = [f"{seconds(stamp)} {' '.join(map(repr, map(float, row)))}" for stamp, row in rows]

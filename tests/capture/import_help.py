@@ -24,25 +24,32 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 
 
+def bag_of(path, film, change=None, *, ros1=True, **options):
+    """A bag with each (topic, time, message) changed, or left out where nothing comes back."""
+    messages = Messages(ros1=ros1)
+    found = camera_messages(film, messages)
+    if change:
+        changed = (change(*item, messages) for item in found)
+        found = [item for item in changed if item is not None]
+    write = write_ros1 if ros1 else write_ros2
+    return write(path / ("film.bag" if ros1 else "film"), found, messages, **options)
+
+
 def ros1(path, film):
-    messages = Messages(ros1=True)
-    return write_ros1(path / "film.bag", camera_messages(film, messages), messages)
+    return bag_of(path, film)
 
 
 def ros1_lz4(path, film):
-    messages, lz4 = Messages(ros1=True), Writer1.CompressionFormat.LZ4
-    return write_ros1(path / "film.bag", camera_messages(film, messages), messages, lz4)
+    return bag_of(path, film, compression=Writer1.CompressionFormat.LZ4)
 
 
 def sqlite3(path, film):
-    messages = Messages(ros1=False)
-    return write_ros2(path / "film", camera_messages(film, messages), messages)
+    return bag_of(path, film, ros1=False)
 
 
 def mcap_folder(path, film):
-    messages, zstd = Messages(ros1=False), (CompressionMode.STORAGE, CompressionFormat.ZSTD)
-    found = camera_messages(film, messages)
-    return write_ros2(path / "film", found, messages, StoragePlugin.MCAP, zstd)
+    zstd = (CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    return bag_of(path, film, ros1=False, plugin=StoragePlugin.MCAP, compression=zstd)
 
 
 def mcap_file(path, film):
@@ -68,6 +75,11 @@ def tum(path, film):
 def bring(recording, target, *options, sensors=None):
     sensors = sensors or target.parents[3] / "sensors"
     return main(["import", str(recording), str(target), "--sensors", str(sensors), *options])
+
+
+def read_spec(tmp_path):
+    """The sensor's file that an import wrote."""
+    return load_yaml(tmp_path / "sensors/camera.yaml")
 
 
 def wrench_file(path, film):
@@ -110,17 +122,6 @@ def without_partners(film):
     )
 
 
-def bag_of(path, film, change=None, *, ros1=True, **options):
-    """A bag with each (topic, time, message) changed, or left out where nothing comes back."""
-    messages = Messages(ros1=ros1)
-    found = camera_messages(film, messages)
-    if change:
-        changed = (change(*item, messages) for item in found)
-        found = [item for item in changed if item is not None]
-    write = write_ros1 if ros1 else write_ros2
-    return write(path / ("film.bag" if ros1 else "film"), found, messages, **options)
-
-
 def without(*topics):
     return lambda topic, time, message, _: None if topic in topics else (topic, time, message)
 
@@ -141,19 +142,17 @@ def attributes(**values):
     return work
 
 
-def refused(capsys, tmp_path, recording, *options, target="raw/block/camera/08"):
-    """The one line of a refused import, after which nothing stands where nothing stood."""
+def rejected(capsys, tmp_path, recording, *options, target="raw/block/camera/08"):
+    """The one line of a rejected import, after which nothing stands where nothing stood."""
     before = sorted(tmp_path.rglob("*"))
-    arguments = ["import", str(recording), str(tmp_path / target), *options]
     capsys.readouterr()
-    assert main([*arguments, "--sensors", str(tmp_path / "sensors")]) == 1
+    assert bring(recording, tmp_path / target, *options, sensors=tmp_path / "sensors") == 1
     said = capsys.readouterr()
     assert not said.out
-    lines = said.err.strip().splitlines()
-    assert len(lines) == 1
-    assert lines[0].startswith("error: ")
+    (line,) = said.err.strip().splitlines()
     assert sorted(tmp_path.rglob("*")) == before
-    return lines[0].removeprefix("error: ")
+    assert line.startswith("error: ")
+    return line.removeprefix("error: ")
 
 
 def assert_like(pattern, line):

@@ -11,29 +11,30 @@ import pytest
 import yaml
 from bag_writing import (
     COLOR_POSE,
+    DEPTH_INFO,
     DEPTH_POSE,
     NANOSECONDS,
     WRENCH,
     Film,
-    Messages,
-    camera_messages,
     stand_in,
     write_realsense,
-    write_ros1,
 )
 from import_help import (
     assert_same,
+    bag_of,
     bring,
     db3_file,
     mcap_file,
     mcap_folder,
     options_for,
+    read_spec,
     realsense,
     realsense_of_old,
     ros1,
     ros1_lz4,
     sqlite3,
     tum,
+    with_message,
     without_partners,
     wrench_file,
 )
@@ -47,6 +48,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 START_S = 1_700_000_000
 RATE_HZ = 30
+OPTICS = ("fx_px", "fy_px", "cx_px", "cy_px")
 # The press begins with the sixth.
 FRAMES = 8
 
@@ -59,24 +61,18 @@ def film(root, probe):
     frames, force = read_frames(folder).iloc[:FRAMES], read_force(folder).iloc[::4]
     volts = force[list(GAUGE_COLUMNS)].to_numpy()
     color = [read_image(folder / name, "bayer_rggb8") for name in frames["color"]]
-    depth = [millimetres(folder / name, sensor["depth"]) for name in frames["depth"]]
-    names = ("fx_px", "fy_px", "cx_px", "cy_px")
+    depth = [read_image(folder / name, "kinect_disparity") for name in frames["depth"]]
+    depth = [np.nan_to_num(np.rint(1000 * depth_of(one, sensor["depth"]))) for one in depth]
     stamps = nanoseconds(frames["time_s"])
     return Film(
         color,
-        depth,
+        [one.astype(np.uint16) for one in depth],
         stamps,
         stamps + 4_000_000,
         volts @ np.array(probe["gauge"]["calibration"]).T,
         nanoseconds(force["time_s"]),
-        tuple(sensor["color"][name] for name in names),
-        tuple(sensor["depth"][name] for name in names),
+        *(tuple(sensor[kind][name] for name in OPTICS) for kind in ("color", "depth")),
     )
-
-
-def millimetres(path, spec):
-    depth_m = depth_of(read_image(path, "kinect_disparity"), spec)
-    return np.nan_to_num(np.rint(1000 * depth_m)).astype(np.uint16)
 
 
 def nanoseconds(times_s):
@@ -99,17 +95,12 @@ def test_a_film_comes_back(kind, tmp_path):
 
 @pytest.mark.parametrize("kind", [ros1, mcap_file, realsense, tum], ids=lambda kind: kind.__name__)
 def test_the_samples_capture_passes_the_check(kind, film, root, tmp_path, capsys):
-    block = tmp_path / "raw/foam_block"
-    shutil.copytree(
-        root / "tests/sample/raw/foam_block", block, ignore=shutil.ignore_patterns("kinect", "bum*")
-    )
-    described = block / "object.yaml"
-    described.write_text(
-        described.read_text().replace("provenance: simulated", "provenance: recorded")
-    )
+    block, sample = tmp_path / "raw/foam_block", root / "tests/sample/raw/foam_block"
+    shutil.copytree(sample, block, ignore=shutil.ignore_patterns("kinect", "bum*"))
+    described = (block / "object.yaml").read_text()
+    (block / "object.yaml").write_text(described.replace("simulated", "recorded"))
+    options, recording = options_for(kind, tmp_path, film), kind(tmp_path, film)
     sensors = tmp_path / "sensors"
-    options = options_for(kind, tmp_path, film)
-    recording = kind(tmp_path, film)
     assert bring(recording, block / "camera/08", *options, sensors=sensors) == 0
     assert bring(recording, block / "camera", "--background", sensors=sensors) == 0
     capsys.readouterr()
@@ -122,15 +113,25 @@ def test_the_samples_capture_passes_the_check(kind, film, root, tmp_path, capsys
     assert not (block / "camera/background/force.csv").exists()
 
 
-def test_the_sensors_file_is_what_the_drivers_said(tmp_path):
+def of_old_ros(path, film):
+    """Names of frames begin with a slash."""
+
+    def slashed(message, _):
+        message.header.frame_id = f"/{message.header.frame_id}"
+        return message
+
+    return bag_of(path, film, with_message(DEPTH_INFO, slashed))
+
+
+@pytest.mark.parametrize("kind", [mcap_file, of_old_ros], ids=lambda kind: kind.__name__)
+def test_the_sensors_file_is_what_the_drivers_said(kind, tmp_path):
     film = stand_in()
-    bring(mcap_file(tmp_path, film), tmp_path / "raw/block/camera/08")
-    spec = yaml.safe_load((tmp_path / "sensors/camera.yaml").read_text())
+    bring(kind(tmp_path, film), tmp_path / "raw/block/camera/08")
+    spec = read_spec(tmp_path)
     assert (spec["sensor"], spec["kind"], spec["frame_rate_hz"]) == ("camera", "depth", RATE_HZ)
-    for kind in ("color", "depth"):
-        found = [spec[kind][name] for name in ("fx_px", "fy_px", "cx_px", "cy_px")]
-        assert tuple(found) == getattr(film, f"{kind}_optics")
-        assert (spec[kind]["width_px"], spec[kind]["height_px"]) == (64, 48)
+    for stream in ("color", "depth"):
+        assert tuple(spec[stream][name] for name in OPTICS) == getattr(film, f"{stream}_optics")
+        assert (spec[stream]["width_px"], spec[stream]["height_px"]) == (64, 48)
     assert spec["color"]["distortion"] == [0.02, -0.05, 0.001, -0.002, 0.01]
     body_from_color, body_from_depth = (
         RigidTransform.from_components(translation, Rotation.from_quat(quaternion))
@@ -183,12 +184,10 @@ def test_a_narrower_window(tmp_path, capsys):
 
 
 def test_the_lens_of_a_folder(tmp_path):
-    film, options = stand_in(), ["--intrinsics", "60.5", "61.25", "31", "23.5"]
-    lens = ["0.2624", "-0.9531", "-5e-05", "0.0026", "1.1633"]
-    options += ["--distortion", *lens]
-    target = tmp_path / "raw/block/camera/08"
-    assert bring(tum(tmp_path, film), target, *options) == 0
-    spec = yaml.safe_load((tmp_path / "sensors/camera.yaml").read_text())
+    film, lens = stand_in(), ["0.2624", "-0.9531", "-5e-05", "0.0026", "1.1633"]
+    options = [*options_for(tum, tmp_path, film), "--distortion", *lens]
+    assert bring(tum(tmp_path, film), tmp_path / "raw/block/camera/08", *options) == 0
+    spec = read_spec(tmp_path)
     for kind in ("color", "depth"):
         assert spec[kind]["distortion"] == [0.2624, -0.9531, -5e-05, 0.0026, 1.1633]
         assert spec[kind]["fx_px"] == 60.5
@@ -207,15 +206,13 @@ def test_frames_before_the_first_force_are_told(tmp_path, capsys):
 
 def test_the_clock_is_the_headers(tmp_path):
     """Messages that were written down late, and not in the order of their stamps."""
-    film, messages = stand_in(), Messages(ros1=True)
-    random = np.random.default_rng(5)
-    found = [
-        (topic, received_ns + int(random.integers(0, 200_000_000)), message)
-        for topic, received_ns, message in camera_messages(film, messages)
-    ]
-    found.sort(key=lambda item: item[1])
+    film, random = stand_in(), np.random.default_rng(5)
+
+    def late(topic, received_ns, message, _):
+        return topic, received_ns + int(random.integers(0, 200_000_000)), message
+
     target = tmp_path / "raw/block/camera/08"
-    assert bring(write_ros1(tmp_path / "film.bag", found, messages), target) == 0
+    assert bring(bag_of(tmp_path, film, late), target) == 0
     assert_same(target, film)
 
 
@@ -250,13 +247,13 @@ def test_images_that_repeat_the_one_before_are_left_out(kind, tmp_path, capsys):
 
 def test_the_same_bytes_twice(tmp_path):
     bag = mcap_file(tmp_path, stand_in())
+    contents = []
     for name in ("08", "09"):
-        bring(bag, tmp_path / f"raw/block/camera/{name}")
-    folders = [tmp_path / "raw/block/camera" / name for name in ("08", "09")]
-    files = [sorted(path for path in folder.rglob("*") if path.is_file()) for folder in folders]
-    assert len(files[0]) == 14
-    for one, other in zip(*files, strict=True):
-        assert one.read_bytes() == other.read_bytes()
+        folder = tmp_path / "raw/block/camera" / name
+        bring(bag, folder)
+        files = sorted(path for path in folder.rglob("*") if path.is_file())
+        contents.append([path.read_bytes() for path in files])
+    assert len(contents[0]) == 14 and contents[0] == contents[1]
 
 
 # Not getrusage: its peak begins with that of the process that started this one.
@@ -294,13 +291,16 @@ def test_memory_does_not_grow_with_the_film(root, tmp_path):
 
 
 def test_wrenches_without_stamps_can_take_the_receipts(tmp_path, capsys):
-    film, messages = stand_in(), Messages(ros1=True)
-    found = [item for item in camera_messages(film, messages) if item[0] != WRENCH]
-    for values, stamp in zip(film.wrench, film.wrench_ns, strict=True):
-        found.append((WRENCH, stamp, messages.wrench(values)))
-    found.sort(key=lambda item: item[1])
-    bag = write_ros1(tmp_path / "film.bag", found, messages)
-    target = tmp_path / "raw/block/camera/08"
+    def unstamped(topic, received_ns, message, _):
+        # A recorder notes each of them 0.1 ms late.
+        return (
+            (topic, received_ns - 10**5, message.wrench)
+            if topic == WRENCH
+            else (topic, received_ns, message)
+        )
+
+    film, target = stand_in(), tmp_path / "raw/block/camera/08"
+    bag = bag_of(tmp_path, film, unstamped)
     assert bring(bag, target) == 1
     assert "--receive-clock" in capsys.readouterr().err
     assert bring(bag, target, "--receive-clock") == 0

@@ -1,4 +1,4 @@
-"""Recordings that are damaged or made to harm are refused in one line."""
+"""Recordings that are damaged or made to harm are rejected in one line."""
 
 import struct
 from dataclasses import replace
@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bag_writing import COLOR, Messages
-from import_help import assert_like, bag_of, refused
-from palpate.__main__ import main
+from import_help import assert_like, bag_of, bring, rejected
 from palpate.capture.importing import bags
 from palpate.capture.tables import read_frames
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
@@ -23,13 +22,13 @@ def test_a_recording_that_was_cut(kind, share, film, tmp_path, capsys):
         recording = bag_of(tmp_path, film, ros1=False, plugin=plugin)
         path = recording / "metadata.yaml" if kind == "metadata" else next(recording.glob("film*"))
     path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
-    assert_like("film.*: (content|bag|compression|metadata)", refused(capsys, tmp_path, recording))
+    assert_like("film.*: (content|bag|compression|metadata)", rejected(capsys, tmp_path, recording))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", ["ros1", "mcap"])
 def test_damaged_bytes_never_make_a_traceback(kind, film, tmp_path, capsys):
-    """Each of many bags with wrong bytes is refused in a line or comes back as a whole capture."""
+    """Each of many bags with wrong bytes is rejected in a line or comes back as a whole capture."""
     few = replace(film, wrench=film.wrench[::20], wrench_ns=film.wrench_ns[::20])
     if kind == "ros1":
         recording = path = bag_of(tmp_path, few)
@@ -37,7 +36,7 @@ def test_damaged_bytes_never_make_a_traceback(kind, film, tmp_path, capsys):
         folder = bag_of(tmp_path, few, ros1=False, plugin=StoragePlugin.MCAP)
         recording = path = next(folder.glob("*.mcap"))
     whole, random = path.read_bytes(), np.random.default_rng(8)
-    refusals = 0
+    rejections = 0
     for k in range(25):
         damaged = bytearray(whole)
         # Heads and the index at the end hold the sizes; the rest is mostly pixels.
@@ -46,45 +45,41 @@ def test_damaged_bytes_never_make_a_traceback(kind, film, tmp_path, capsys):
             damaged[place] = random.integers(0, 256)
         path.write_bytes(damaged)
         target = tmp_path / f"raw/block/camera/{k:02d}"
-        arguments = ["import", str(recording), str(target), "--sensors", str(tmp_path / "sensors")]
-        if main(arguments):
-            refusals += 1
+        if bring(recording, target):
+            rejections += 1
             assert len(capsys.readouterr().err.strip().splitlines()) == 1
             assert not target.exists()
         else:
             assert len(read_frames(target)) == len(film.color)
-    assert refusals > 3
+    assert rejections > 3
 
 
 def test_chunk_larger_than_the_file(film, tmp_path, capsys):
     bag = bag_of(tmp_path, film)
     data = bag.read_bytes()
-    # The first chunk's size stands behind its header.
-    start = data.index(b"compression=none") - 4
-    place = _after_chunk_header(data, start)
+    # Of the first chunk: its header's length, the header, and the chunk's size.
+    field = data.index(b"compression=none") - 4
+    starts = range(field, 0, -1)
+    lengths = (struct.unpack("<I", data[start : start + 4])[0] for start in starts)
+    start, length = next(
+        (start, length)
+        for start, length in zip(starts, lengths, strict=True)
+        if 30 < length < 100 and start + 4 <= field < start + 4 + length
+    )
+    place = start + 4 + length
     bag.write_bytes(data[:place] + struct.pack("<I", 2**32 - 1) + data[place + 4 :])
-    assert_like("film.bag: content: expected a whole bag", refused(capsys, tmp_path, bag))
+    assert_like("film.bag: content: expected a whole bag", rejected(capsys, tmp_path, bag))
 
 
-def _after_chunk_header(data, near):
-    """Place of a chunk's data length: behind the header in which a field stands."""
-    for start in range(near, 0, -1):
-        length = struct.unpack("<I", data[start : start + 4])[0]
-        if 30 < length < 100 and start + 4 <= near < start + 4 + length:
-            return start + 4 + length
-    raise LookupError("no chunk header")
-
-
-def test_large_messages_are_refused(film, tmp_path, capsys, monkeypatch):
+def test_large_messages(film, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(bags, "LARGEST_BYTES", 5000)
-    line = refused(capsys, tmp_path, bag_of(tmp_path, film))
+    line = rejected(capsys, tmp_path, bag_of(tmp_path, film))
     assert_like("film.bag: message: expected at most 5000 bytes, found 9", line)
 
 
-def test_folders_packed_as_a_whole_are_refused(film, tmp_path, capsys):
+def test_folders_packed_as_a_whole(film, tmp_path, capsys):
     packed = (CompressionMode.FILE, CompressionFormat.ZSTD)
-    recording = bag_of(tmp_path, film, ros1=False, compression=packed)
-    line = refused(capsys, tmp_path, recording)
+    line = rejected(capsys, tmp_path, bag_of(tmp_path, film, ros1=False, compression=packed))
     assert_like("metadata.yaml: compression_mode: expected none .* found file", line)
 
 
@@ -92,7 +87,7 @@ def test_messages_that_the_bag_promised(film, tmp_path, capsys):
     recording = bag_of(tmp_path, film, ros1=False)
     metadata = recording / "metadata.yaml"
     metadata.write_text(metadata.read_text().replace("message_count: 6\n", "message_count: 7\n"))
-    line = refused(capsys, tmp_path, recording)
+    line = rejected(capsys, tmp_path, recording)
     assert_like("film: messages: expected 381, as the bag states, found 379", line)
 
 
@@ -102,15 +97,13 @@ def test_a_known_name_for_another_type(film, tmp_path, capsys):
     data = bag.read_bytes()
     digest = Messages(ros1=True).store.generate_msgdef("geometry_msgs/msg/WrenchStamped")[1]
     bag.write_bytes(data.replace(digest.encode(), b"0" * 32))
-    line = refused(capsys, tmp_path, bag)
+    line = rejected(capsys, tmp_path, bag)
     assert_like(f"wrench: type: expected geometry_msgs/msg/WrenchStamped {digest}, found 000", line)
 
 
 def test_names_that_steer_a_terminal(film, tmp_path, capsys):
     def change(topic, time, message, _):
-        return (
-            (topic + "\x1b[31m\nred", time, message) if topic == COLOR else (topic, time, message)
-        )
+        return (topic + "\x1b[31m\nred" * (topic == COLOR), time, message)
 
-    line = refused(capsys, tmp_path, bag_of(tmp_path, film, change), "--color", "/x")
+    line = rejected(capsys, tmp_path, bag_of(tmp_path, film, change), "--color", "/x")
     assert "\x1b" not in line and "?[31m?red" in line

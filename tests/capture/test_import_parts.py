@@ -1,14 +1,13 @@
-"""Pairs, transforms, lenses and pictures by themselves."""
+"""Pairs, lenses and pictures by themselves."""
 
 import cv2
 import numpy as np
 import pytest
 from bag_writing import Messages
-from palpate.capture.importing.optics import chained, coefficients, matrix
-from palpate.capture.importing.pairing import paired
-from palpate.capture.importing.pixels import Form, counted, file_form, form_of
+from palpate.capture.importing.frames import paired
+from palpate.capture.importing.optics import coefficients
+from palpate.capture.importing.pixels import file_form, form_of
 
-FORM = Form(1280, 720, "rgb8")
 K = np.array([640.0, 0, 645, 0, 640, 361, 0, 0, 1])
 
 
@@ -36,18 +35,6 @@ def test_stamps_that_do_not_move():
         paired(np.zeros(5, int), np.arange(5))
     with pytest.raises(ValueError, match="depth: expected at least 2 images, found 1"):
         paired(np.arange(5), np.arange(1))
-
-
-def test_transforms_go_through_the_tree():
-    messages = Messages(ros1=False)
-    found = messages.transforms(0).transforms
-    with pytest.raises(ValueError, match="tf_static: expected a way from frame depth_optical to x"):
-        chained(found, "x", "depth_optical")
-    there = chained(found, "color_optical", "/depth_optical")
-    back = chained(found, "depth_optical", "color_optical")
-    np.testing.assert_allclose(there @ back, np.eye(4), atol=1e-12)
-    with pytest.raises(ValueError, match="transform: expected a unit quaternion and metres"):
-        matrix(messages.transform(((0, 0, 0, 0), (0, 0, 0))))
 
 
 def test_inverse_lens_of_a_realsense():
@@ -96,12 +83,3 @@ def test_pictures_that_are_none():
     codec = messages.compressed(bytes(20), 0, "", "32FC1; compressedDepth png")
     with pytest.raises(ValueError, match="format: expected 16UC1; compressedDepth png"):
         form_of(codec)
-
-
-def test_counts_round_to_the_nearest():
-    metres = np.array([[0.5004, 0.5006, np.nan, 65.535, 65.536, -0.1]], np.float32)
-    values, beyond = counted(metres, 1.0, 0.001)
-    assert values.tolist() == [[500, 501, 0, 65535, 0, 0]]
-    assert beyond == 1
-    counts = np.array([[5000, 5004, 0]], np.uint16)
-    assert counted(counts, 1 / 5000, 0.001)[0].tolist() == [[1000, 1001, 0]]

@@ -8,6 +8,7 @@ import pytest
 import yaml
 from bag_writing import (
     COLOR,
+    COLOR_FRAME,
     COLOR_INFO,
     DEPTH,
     DEPTH_FRAME,
@@ -16,44 +17,41 @@ from bag_writing import (
     camera_messages,
     stand_in,
     write_realsense,
-    write_ros1,
     write_ros2,
 )
-from import_help import assert_same, bag_of, bring, ros1, with_message, wrench_file
+from import_help import assert_same, bag_of, bring, read_spec, ros1, with_message, wrench_file
 from palpate.capture.images import read_image
 from palpate.vision.clouds import scene_points
 
 
 def test_depth_in_the_colour_cameras_frame(tmp_path):
-    film, messages = stand_in(), Messages(ros1=False)
-    found = camera_messages(film, messages, registered=True)
-    found = [item for item in found if item[0] != "/tf_static"]
-    bring(write_ros2(tmp_path / "film", found, messages), tmp_path / "raw/block/camera/08")
-    spec = yaml.safe_load((tmp_path / "sensors/camera.yaml").read_text())
-    np.testing.assert_array_equal(spec["depth"]["color_from_depth"], np.eye(4))
+    def registered(topic, time, message, _):
+        if topic == DEPTH_INFO:
+            message.header.frame_id = COLOR_FRAME
+        return None if topic == "/tf_static" else (topic, time, message)
+
+    bag = bag_of(tmp_path, stand_in(), registered, ros1=False)
+    assert bring(bag, tmp_path / "raw/block/camera/08") == 0
+    np.testing.assert_array_equal(read_spec(tmp_path)["depth"]["color_from_depth"], np.eye(4))
 
 
 @pytest.mark.parametrize("metres", [False, True])
 def test_a_plane_is_where_it_stood(metres, tmp_path):
     """Depth of a tilted plane by the camera's model, back through file and images."""
-    film, messages = stand_in(size=(96, 128)), Messages(ros1=True)
+    film = stand_in(size=(96, 128))
     fx, fy, cx, cy = film.depth_optics
     rows, columns = np.mgrid[:96, :128]
     rays = np.stack([(columns - cx) / fx, (rows - cy) / fy, np.ones((96, 128))], axis=-1)
     normal, distance_m = np.array([0.1, -0.2, 0.97]) / np.linalg.norm([0.1, -0.2, 0.97]), 0.8
     depth_m = distance_m / (rays @ normal)
     depth_m[10:20, 10:20] = np.nan
-    depth = depth_m.astype(np.float32) if metres else np.nan_to_num(np.rint(1000 * depth_m))
-    if not metres:
-        depth = depth.astype(np.uint16)
-    depths = [depth.copy() for _ in film.depth]
+    counts = np.nan_to_num(np.rint(1000 * depth_m)).astype(np.uint16)
+    depths = [(depth_m.astype(np.float32) if metres else counts).copy() for _ in film.depth]
     for k, image in enumerate(depths):
         image[0, :k] = 0
-    film = replace(film, depth=depths)
     target = tmp_path / "raw/block/camera/08"
-    bag = write_ros1(tmp_path / "film.bag", camera_messages(film, messages), messages)
-    assert bring(bag, target) == 0
-    spec = yaml.safe_load((tmp_path / "sensors/camera.yaml").read_text())
+    assert bring(ros1(tmp_path, replace(film, depth=depths)), target) == 0
+    spec = read_spec(tmp_path)
     image = read_image(target / "depth/000000.png", "millimetre")
     assert not image[10:20, 10:20].any()
     points = scene_points({"depth": image}, spec)
@@ -90,18 +88,17 @@ def test_other_encodings(tmp_path):
         assert np.array_equal(depth, film.depth[k])
 
 
-def test_mosaics_and_bgr_and_big_endian_depth(tmp_path):
-    film, messages = stand_in(), Messages(ros1=True)
-    found = []
-    for topic, received_ns, message in camera_messages(film, messages):
+def test_bgr_and_big_endian_depth(tmp_path):
+    def change(topic, time, message, _):
         if topic == COLOR:
             message.encoding = "bgr8"
         if topic == DEPTH:
             message.data = message.data.view(np.uint16).byteswap().view(np.uint8)
             message.is_bigendian = 1
-        found.append((topic, received_ns, message))
-    target = tmp_path / "raw/block/camera/08"
-    assert bring(write_ros1(tmp_path / "film.bag", found, messages), target) == 0
+        return topic, time, message
+
+    film, target = stand_in(), tmp_path / "raw/block/camera/08"
+    assert bring(bag_of(tmp_path, film, change), target) == 0
     assert_same(target, replace(film, color=[image[..., ::-1] for image in film.color]))
 
 
@@ -119,37 +116,27 @@ def test_what_a_count_was_taken_as_is_told(tmp_path, capsys):
     assert "depth: worth a look: few benches are so far; a D405" in capsys.readouterr().out
 
 
-def test_optics_of_a_region_in_bins(tmp_path):
+OPTICS = ("fx_px", "fy_px", "cx_px", "cy_px")
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_optics_of_a_region_in_bins(whole, tmp_path):
     """A chip of twice the pixels and a margin, read in bins of two: optics in its own pixels."""
     film = stand_in()
-
-    def whole(message, _):
-        message.width, message.height = 200, 160
-        message.binning_x = message.binning_y = 2
-        roi = message.roi
-        roi.x_offset, roi.y_offset, roi.width, roi.height = 10, 20, 128, 96
-        fx, fy, cx, cy = film.color_optics
-        message.K = np.array([2 * fx, 0, 2 * cx + 10, 0, 2 * fy, 2 * cy + 20, 0, 0, 1.0])
-        return message
-
-    bag = bag_of(tmp_path, film, with_message(COLOR_INFO, whole))
-    assert bring(bag, tmp_path / "raw/block/camera/08") == 0
-    spec = yaml.safe_load((tmp_path / "sensors/camera.yaml").read_text())["color"]
-    found = [spec[name] for name in ("fx_px", "fy_px", "cx_px", "cy_px")]
-    assert found == pytest.approx(film.color_optics)
-
-
-def test_optics_that_are_of_the_bins_already_stay(tmp_path):
-    film = stand_in()
+    fx, fy, cx, cy = film.color_optics
 
     def binned(message, _):
         message.binning_x = message.binning_y = 2
+        if whole:  # else its optics are of the bins already
+            message.width, message.height, roi = 200, 160, message.roi
+            roi.x_offset, roi.y_offset, roi.width, roi.height = 10, 20, 128, 96
+            message.K = np.array([2 * fx, 0, 2 * cx + 10, 0, 2 * fy, 2 * cy + 20, 0, 0, 1.0])
         return message
 
     bag = bag_of(tmp_path, film, with_message(COLOR_INFO, binned))
     assert bring(bag, tmp_path / "raw/block/camera/08") == 0
-    spec = yaml.safe_load((tmp_path / "sensors/camera.yaml").read_text())["color"]
-    assert spec["fx_px"] == pytest.approx(film.color_optics[0])
+    color = read_spec(tmp_path)["color"]
+    assert [color[name] for name in OPTICS] == pytest.approx(film.color_optics)
 
 
 def test_depth_units_of_a_realsense(tmp_path, capsys):
@@ -175,20 +162,18 @@ def test_depth_units_of_a_realsense(tmp_path, capsys):
 
 def realsense_of_ros2(path, film, unit):
     """What the SDK writes where names have no blanks and options are texts."""
-    messages = Messages(ros1=False)
-    stems = {COLOR: "/device_0/sensor_1/Color_0", DEPTH: "/device_0/sensor_0/Depth_0"}
-    infos = {COLOR_INFO: stems[COLOR], DEPTH_INFO: stems[DEPTH]}
-    names = {topic: f"{stem}/image/data" for topic, stem in stems.items()}
-    names |= {topic: f"{stem}/info/camera_info" for topic, stem in infos.items()}
-    found = [
-        (names.get(topic, topic), time, message)
-        for topic, time, message in camera_messages(film, messages)
-        if topic != "/tf_static"
-    ]
-    if unit:
-        text = messages.make("std_msgs/msg/String", data=unit)
-        found.append(("/device_0/sensor_0/option/Depth_Units/value", found[-1][1], text))
-    return write_ros2(path / "film", found, messages)
+    color, depth = "/device_0/sensor_1/Color_0", "/device_0/sensor_0/Depth_0"
+    names = {COLOR: f"{color}/image/data", COLOR_INFO: f"{color}/info/camera_info"}
+    names |= {DEPTH: f"{depth}/image/data", DEPTH_INFO: f"{depth}/info/camera_info"}
+
+    def change(topic, time, message, messages):
+        if topic == "/tf_static":
+            text = messages.make("std_msgs/msg/String", data=unit or "")
+            option = "/device_0/sensor_0/option/Depth_Units/value"
+            return (option, time, text) if unit else None
+        return names.get(topic, topic), time, message
+
+    return bag_of(path, film, change, ros1=False)
 
 
 @pytest.mark.parametrize("unit", ["0.0001", None, "mm"])
@@ -221,13 +206,12 @@ def test_depth_units_of_a_realsense_without_the_option(marked, tmp_path, capsys)
     assert np.array_equal(depth, film.depth[0])
 
 
-def test_depth_too_far_for_the_file_is_told(tmp_path, capsys):
-    film, messages = stand_in(), Messages(ros1=True)
+def test_depth_too_far_for_the_file_is_left_out(tmp_path, capsys):
+    film = stand_in()
     depth = [image.astype(np.float32) / 1000 for image in film.depth]
     depth[0][:2, :3] = 70.0
     depth[1][0, :3] = np.inf, -np.inf, -1.0
-    film = replace(film, depth=depth)
-    bag = write_ros1(tmp_path / "film.bag", camera_messages(film, messages), messages)
+    bag = ros1(tmp_path, replace(film, depth=depth))
     assert bring(bag, tmp_path / "raw/block/camera/08") == 0
     assert "depth: 6 pixels beyond 6.554 m, left out (0)" in capsys.readouterr().out
     image = read_image(tmp_path / "raw/block/camera/08/depth/000001.png", "millimetre")
@@ -235,15 +219,14 @@ def test_depth_too_far_for_the_file_is_told(tmp_path, capsys):
 
 
 def test_rectified_images_have_the_optics_of_the_projection(tmp_path):
-    film, messages = stand_in(), Messages(ros1=True)
-    found = []
-    for topic, received_ns, message in camera_messages(film, messages):
+    def rectified(topic, time, message, _):
         if topic == COLOR_INFO:
             message.P = message.P * 1.1
-        renamed = "/camera/color/image_rect_color" if topic == COLOR else topic
-        found.append((renamed, received_ns, message))
-    bag = write_ros1(tmp_path / "film.bag", found, messages)
+        return "/camera/color/image_rect_color" if topic == COLOR else topic, time, message
+
+    film = stand_in()
+    bag = bag_of(tmp_path, film, rectified)
     assert bring(bag, tmp_path / "raw/block/camera/08") == 0
-    color = yaml.safe_load((tmp_path / "sensors/camera.yaml").read_text())["color"]
+    color = read_spec(tmp_path)["color"]
     assert color["distortion"] == [0, 0, 0, 0, 0]
     assert color["fx_px"] == pytest.approx(1.1 * film.color_optics[0])

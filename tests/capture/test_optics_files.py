@@ -1,5 +1,6 @@
 """Optics as Kalibr, OpenCV and ROS write them."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -67,11 +68,10 @@ def written(tmp_path):
     return write
 
 
-def test_kalibr(written):
+def test_a_pair_of_kalibr(written):
     found = read_optics(written(KALIBR))
-    assert found.cameras[0]["fx_px"] == 461.6
+    assert [camera["fx_px"] for camera in found.cameras] == [461.6, 460.2]
     assert found.cameras[1]["distortion"] == [-0.26, 0.05, 0.0008, 0.0002, 0.0]
-    assert (found.cameras[0]["width_px"], found.cameras[0]["height_px"]) == (752, 480)
     assert found.second_from_first[:3, 3].tolist() == [-0.11, 0.0004, -0.0008]
 
 
@@ -108,47 +108,39 @@ projection_parameters: {fx: 389.0, fy: 388.0, cx: 324.9, cy: 237.4}
 """
 
 
-@pytest.mark.parametrize(
-    ("text", "fx_px", "distortion"),
-    [
-        (("plumb_bob", [0.1, 0.2, 0, 0, 0.3]), 909.1, [0.1, 0.2, 0, 0, 0.3]),
-        (("rational_polynomial", [*[0.1] * 8]), 909.1, [0.1] * 8),
-        (VINS, 389.0, [0.1, 0, 0, 0, 0]),
-    ],
-    ids=["echoed", "echoed with eight", "VINS"],
-)
-def test_cameras_as_topics_and_vins_have_them(written, text, fx_px, distortion):
-    if text is not VINS:
-        text = ECHO.replace("MODEL", text[0]).replace("COEFFICIENTS", str(text[1]))
-    (camera,) = read_optics(written(text)).cameras
-    assert (camera["fx_px"], camera["distortion"]) == (fx_px, distortion)
+def echo(model, lens):
+    return ECHO.replace("MODEL", model).replace("COEFFICIENTS", str(lens))
 
 
-def test_one_camera_of_kalibr(written):
-    found = read_optics(written(KALIBR.split("cam1")[0]))
-    assert (len(found.cameras), found.second_from_first) == (1, None)
+def opencv_single(K, D):
+    return opencv(**{K: PAIR["M1"], D: PAIR["D1"]}) + "image_width: 640\nimage_height: 480\n"
 
 
-def test_ros(written):
-    (camera,) = read_optics(written(ROS.format("0"))).cameras
-    assert (camera["fy_px"], camera["cy_px"], camera["distortion"][0]) == (522.0, 236.0, -0.25)
+SHORT = [-0.25, 0.08, 0.0, 0.0, 0.0]
+SINGLE = {
+    "Kalibr": (KALIBR.split("cam1")[0], 752, 460.3, [-0.27, 0.06, 0.0008, 0.0003, 0.0]),
+    "ROS": (ROS.format("0"), 640, 522.0, SHORT),
+    "echoed": (echo("plumb_bob", [0.1, 0.2, 0, 0, 0.3]), 1280, 908.5, [0.1, 0.2, 0, 0, 0.3]),
+    "echoed with eight": (echo("rational_polynomial", [0.1] * 8), 1280, 908.5, [0.1] * 8),
+    "VINS": (VINS, 640, 388.0, [0.1, 0, 0, 0, 0]),
+    "OpenCV": (opencv_single("camera_matrix", "distortion_coefficients"), 640, 522.0, SHORT),
+    "OpenCV's camels": (opencv_single("cameraMatrix", "distCoeffs"), 640, 522.0, SHORT),
+}
+
+
+@pytest.mark.parametrize("kind", SINGLE)
+def test_one_camera(written, kind):
+    text, *expected = SINGLE[kind]
+    found = read_optics(written(text))
+    (camera,) = found.cameras
+    assert [camera[name] for name in ("width_px", "fy_px", "distortion")] == expected
+    assert found.second_from_first is None
 
 
 def test_a_pair_of_ros_says_how_it_is_rectified(written):
     camera, baseline_m = read_optics(written(ROS.format("0"), ROS.format("-51.0"))).rectified
     assert baseline_m == pytest.approx(0.1)
     assert (camera["fx_px"], camera["cx_px"], any(camera["distortion"])) == (510.0, 320.0, False)
-
-
-@pytest.mark.parametrize(
-    "names",
-    [("camera_matrix", "distortion_coefficients"), ("cameraMatrix", "distCoeffs")],
-    ids=["snake", "camel"],
-)
-def test_opencv(written, names):
-    text = opencv(**{names[0]: PAIR["M1"], names[1]: PAIR["D1"]})
-    (camera,) = read_optics(written(text + "image_width: 640\nimage_height: 480\n")).cameras
-    assert (camera["width_px"], camera["fx_px"], camera["distortion"][1]) == (640, 520.0, 0.08)
 
 
 def test_a_pair_of_opencv_over_two_files(written):
@@ -181,14 +173,8 @@ def test_a_pair_of_opencv_over_two_files(written):
         (KALIBR.replace("461.6", "-461.6"), "cam0: fx_px: expected a number >= 10, found -461.6"),
         (ROS.format("0").replace("plumb_bob", "equidistant"), "found equidistant with 5"),
         (KALIBR.replace("T_cn_cnm1", "T_imu"), "cam1.T_cn_cnm1: expected it, or T_cam_imu"),
-        (
-            VINS.replace("{fx: 389.0, fy: 388.0, cx: 324.9, cy: 237.4}", "[1, 2, 3, 4]"),
-            "finite num",
-        ),
-        (
-            ECHO.replace("header:", "binning_x: 2\nheader:"),
-            "0.yaml: roi, binning_x, binning_y: exp",
-        ),
+        (re.sub("{fx: .*}", "[1, 2, 3, 4]", VINS), "finite num"),
+        (f"binning_x: 2\n{ECHO}", "0.yaml: roi, binning_x, binning_y: exp"),
         ("a: 1\n", "expected cam0 .Kalibr., camera_matrix"),
         ("[1, 2]\n", "expected cam0 .Kalibr., camera_matrix"),
         (opencv(**PAIR), "image_width, image_height: expected the pictures' size"),
@@ -199,36 +185,30 @@ def test_what_no_sensors_file_can_say(written, text, line):
         read_optics(written(text))
 
 
+BROKEN = "%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: [\n"
+SIX = {"D1": (1, 6, [0.1] * 6)}
+
+
+def without(name):
+    return opencv(**{one: matrix for one, matrix in PAIR.items() if one != name})
+
+
 @pytest.mark.parametrize(
-    ("matrices", "line"),
+    ("texts", "line"),
     [
-        (
-            PAIR | {"D1": (1, 6, [0.1] * 6)},
-            "D1: distortion: expected 4, 5, 8, 12 or 14 numbers, found 6",
-        ),
-        ({n: m for n, m in PAIR.items() if n != "T"}, "T: expected a value, found none"),
-        ({n: m for n, m in PAIR.items() if n != "D2"}, "D2: expected a value, found none"),
-        ({"Q": PAIR["M1"]}, "expected camera_matrix or M1, found Q"),
+        ([opencv(**PAIR | SIX)], "D1: distortion: expected 4, 5, 8, 12 or 14 numbers, found 6"),
+        ([without("T")], "T: expected a value, found none"),
+        ([without("D2")], "D2: expected a value, found none"),
+        ([opencv(Q=PAIR["M1"])], "expected camera_matrix or M1, found Q"),
+        ([opencv(**PAIR)] * 2, "D1: expected in one file, found in both"),
+        ([BROKEN], "expected OpenCV's YAML, found none"),
+        ([ROS.format("-51.0"), ROS.format("0")], "expected the right camera of a pair"),
+        ([KALIBR, KALIBR], "expected one camchain.yaml, found another file"),
     ],
 )
-def test_what_opencvs_files_lack(written, matrices, line):
+def test_files_that_are_not_whole_or_no_pair(written, texts, line):
     with pytest.raises(ValueError, match=line):
-        read_optics(written(opencv(**matrices)), (640, 480))
-
-
-def test_a_broken_file_of_opencv(written):
-    with pytest.raises(ValueError, match="expected OpenCV's YAML, found none"):
-        read_optics(written("%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: [\n"), (640, 480))
-
-
-def test_a_pair_of_ros_in_the_wrong_order(written):
-    with pytest.raises(ValueError, match="expected the right camera of a pair"):
-        read_optics(written(ROS.format("-51.0"), ROS.format("0")))
-
-
-def test_two_files_of_kalibr(written):
-    with pytest.raises(ValueError, match=r"expected one camchain.yaml, found another file"):
-        read_optics(written(KALIBR, KALIBR))
+        read_optics(written(*texts), (640, 480))
 
 
 def test_a_file_that_is_not_there():

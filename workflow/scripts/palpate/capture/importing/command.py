@@ -3,6 +3,7 @@
 import argparse
 import re
 from collections.abc import Mapping
+from dataclasses import fields
 from math import inf, isfinite
 from pathlib import Path
 
@@ -18,14 +19,9 @@ from palpate.capture.discover import (
     sensor_fault,
 )
 from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS
-from palpate.capture.importing.recording import Recording
-from palpate.capture.importing.ros import (
-    SMALLEST_UNIT_M,
-    BagRecording,
-    Names,
-    read_force_bag,
-)
-from palpate.capture.importing.sensor_file import RANGE_M
+from palpate.capture.importing.optics import RANGE_M
+from palpate.capture.importing.recording import ForceTable, Recording, Request, mismatch
+from palpate.capture.importing.ros import SMALLEST_UNIT_M, BagRecording, read_force_bag
 from palpate.capture.importing.tum import (
     COLOR_LIST,
     DEPTH_FACTOR,
@@ -35,14 +31,13 @@ from palpate.capture.importing.tum import (
     is_tum,
     read_wrenches,
 )
-from palpate.capture.importing.write import Target, import_recording
+from palpate.capture.importing.write import import_recording
 from palpate.capture.tables import FORCE, read_table
 from palpate.yaml_files import load_yaml
 
-# Films of a probe by itself, raw/sensors/<sensor>/<film>.
-OF_SENSORS, FILMS = NOT_OBJECTS[0], {part.film: part for part in PARTS}
+# Recordings of a probe by itself, raw/sensors/<sensor>/<part>, and whether they have a force.
+OF_SENSORS, WITH_FORCE = NOT_OBJECTS[0], {part.film: part.force for part in PARTS}
 RAW = "raw"
-USED = ("time_s", *WRENCH_COLUMNS)
 # Options for folders with rgb.txt, and what they are if not given.
 OF_FOLDERS = {"intrinsics": None, "distortion": None, "depth_factor": DEPTH_FACTOR}
 
@@ -57,13 +52,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         " raw/sensors/<sensor>/load, pivot or stiffness; must not exist yet")  # fmt: skip
     add("--background", action="store_true", help="frames without object and probe, and no force")
     add_devices(parser, "sensors")
-    add(
-        "--force",
-        type=Path,
-        metavar="FILE",
-        help="force, by the images' clock: .csv, .txt or a bag",
-    )
-    add("--force-offset", type=float, metavar="SECONDS", default=0.0,
+    add("--force", type=Path, metavar="FILE",
+        help="force, by the images' clock: .csv, .txt or a bag")  # fmt: skip
+    add("--force-offset", dest="force_offset_s", type=float, metavar="SECONDS", default=0.0,
         help="added to the force's times, where its clock is another")  # fmt: skip
     add("--pairing-ms", type=float, metavar="MS",
         help="how far apart a frame's images may be (half a frame if not given)")  # fmt: skip
@@ -72,9 +63,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--registered", action="store_true", help="depth lies in the colour camera's frame")
     add("--receive-clock", action="store_true", help="a Wrench without stamp: time of receipt")
     add("--trust-sensor-file", action="store_true", help="an existing file's optics are right")
-    add("--range", type=float, nargs=2, metavar=("NEAR_M", "FAR_M"), default=RANGE_M,
-        help="of a new sensor file [m]")  # fmt: skip
-    add("--depth-unit", type=float, metavar="METRES", help="bags: what one count of depth is [m]")
+    add("--range", dest="range_m", type=float, nargs=2, metavar=("NEAR_M", "FAR_M"),
+        default=RANGE_M, help="of a new sensor file [m]")  # fmt: skip
+    add("--depth-unit", dest="depth_unit_m", type=float, metavar="METRES",
+        help="bags: what one count of depth is [m]")  # fmt: skip
     add("--depth-factor", type=float, default=DEPTH_FACTOR, help="rgb.txt: counts in a metre")
     add("--intrinsics", type=float, nargs=4, metavar=("FX", "FY", "CX", "CY"),
         help="rgb.txt: of the colour camera [px], depth registered to it")  # fmt: skip
@@ -90,122 +82,87 @@ def run(options: argparse.Namespace) -> list[str]:
     ValueError
         If the recording, the target or an option is wrong.
     """
-    target = _target(options)
-    _require_recorded(target.folder)
-    own_force = options.force is None and not target.background
-    if target.background and options.force is not None:
-        of = "with --background" if options.background else f"for {target.folder}"
-        raise ValueError(f"--force: expected none {of}, found {options.force}")
-    if not isfinite(options.force_offset):
-        raise ValueError(f"--force-offset: expected seconds, found {options.force_offset}")
+    folder, sensor, with_force = _place(options)
+    _require_recorded(folder)
+    source, own_force = options.force, with_force and options.force is None
+    if source is not None and not with_force:
+        of = "with --background" if options.background else f"for {folder}"
+        raise mismatch("--force", f"none {of}", source)
+    if not isfinite(options.force_offset_s):
+        raise mismatch("--force-offset", "seconds", options.force_offset_s)
     if options.pairing_ms is not None and not 0 < options.pairing_ms < inf:
-        found = f"{options.pairing_ms:g}"
-        raise ValueError(f"--pairing-ms: expected milliseconds above 0, found {found}")
-    recording = _recording(options, force=own_force)
-    force = None
-    if options.force is not None:
-        force = _force(options.force, _names(options))
-    elif own_force and isinstance(recording, TumRecording):
-        beside = options.recording / FORCE
-        force = _force(beside if beside.is_file() else options.recording / WRENCH_LIST, Names())
-    return import_recording(
-        recording,
-        target,
-        force=force,
-        force_offset_s=options.force_offset,
-        pairing_ms=options.pairing_ms,
-    )
+        raise mismatch("--pairing-ms", "milliseconds above 0", f"{options.pairing_ms:g}")
+    sensors = found_folder("sensors", options.sensors, folder) or PLACES["sensors"]
+    own = {"folder": folder, "sensor_file": sensors / f"{sensor}.yaml"}
+    given = {one.name: getattr(options, one.name) for one in fields(Request) if one.name not in own}
+    request = Request(**own, **given)
+    recording = _recording(request, force=own_force)
+    if own_force and isinstance(recording, TumRecording):
+        beside = request.recording / FORCE
+        source = beside if beside.is_file() else request.recording / WRENCH_LIST
+    force = None if source is None else _force(source, request)
+    return import_recording(recording, request, force)
 
 
-def _target(options: argparse.Namespace) -> Target:
+def _place(options: argparse.Namespace) -> tuple[Path, str, bool]:
+    """Folder of the capture, name of its sensor, and whether it has a force."""
     folder = options.target
     if options.background and folder.name != BACKGROUND:
         folder = folder / BACKGROUND
-    name, sensor = folder.name, folder.parent.name
-    if name == BACKGROUND and not options.background:
-        raise ValueError(f"{folder}: capture: expected --background for this name, found no option")
-    film = folder.parent if name == BACKGROUND else folder
-    part = FILMS.get(film.name) if film.parent.parent.name == OF_SENSORS else None
-    if part is None:
-        _require_target(options.target, folder)
-        if name != BACKGROUND and not CAPTURE_NAME.fullmatch(name):
-            raise ValueError(f"{folder}: capture: expected {CAPTURE_WORDS}, found {name}")
-    elif fault := sensor_fault(sensor := film.parent.name):
-        raise ValueError(f"{options.target}: sensor: {fault}")
-    sensors = found_folder("sensors", options.sensors, folder) or PLACES["sensors"]
-    no_force = options.background or (part is not None and not part.force)
-    sensor_file = sensors / f"{sensor}.yaml"
-    return Target(folder, sensor_file, no_force, tuple(options.range), options.trust_sensor_file)
-
-
-def _require_target(target: Path, folder: Path) -> None:
-    """Hold the folders above a capture to names that an object and a sensor can have."""
+    if folder.name == BACKGROUND and not options.background:
+        raise mismatch(f"{folder}: capture", "--background for this name", "no option")
+    own = folder.parent if folder.name == BACKGROUND else folder
+    if own.parent.parent.name == OF_SENSORS and own.name in WITH_FORCE:
+        sensor, with_force = own.parent.name, WITH_FORCE[own.name]
+        if fault := sensor_fault(sensor):
+            raise ValueError(f"{options.target}: sensor: {fault}")
+        return folder, sensor, with_force and not options.background
     sensor, subject = folder.parent.name, folder.parent.parent.name
     no_sensor = subject == RAW or (folder.parent / "object.yaml").exists()
     if not subject or not sensor or no_sensor:
         expected = "raw/<object>/<sensor>/<capture>, like raw/red_sponge/d435/08"
-        raise ValueError(f"{target}: target: expected {expected}, found {target}")
+        raise mismatch(f"{options.target}: target", expected, options.target)
     if fault := sensor_fault(sensor):
-        raise ValueError(f"{target}: sensor: {fault}")
+        raise ValueError(f"{options.target}: sensor: {fault}")
     if fault := object_fault(subject):
-        raise ValueError(f"{target}: object: {fault}")
+        raise ValueError(f"{options.target}: object: {fault}")
+    if folder.name != BACKGROUND and not CAPTURE_NAME.fullmatch(folder.name):
+        raise mismatch(f"{folder}: capture", CAPTURE_WORDS, folder.name)
+    return folder, sensor, not options.background
 
 
 def _require_recorded(folder: Path) -> None:
     """Keep recordings out of an object that the virtual lab makes, and may make again."""
     path = folder.parent.parent / "object.yaml"
-    if not path.exists():
-        return
-    spec = load_yaml(path)
+    spec = load_yaml(path) if path.exists() else None
     if isinstance(spec, Mapping) and spec.get("provenance") == "simulated":
-        raise ValueError(f"{path}: provenance: expected recorded, found simulated (the virtual"
-                         " lab's object: name yours differently)")  # fmt: skip
+        found = "simulated (the virtual lab's object: name yours differently)"
+        raise mismatch(f"{path}: provenance", "recorded", found)
 
 
-def _recording(options: argparse.Namespace, *, force: bool) -> Recording:
-    if is_tum(options.recording):
-        if options.depth_unit is not None:
-            expected = "--depth-factor for rgb.txt"
-            raise ValueError(f"--depth-unit: expected {expected}, found {options.depth_unit:g}")
-        return TumRecording(
-            options.recording,
-            depth_factor=options.depth_factor,
-            intrinsics_px=options.intrinsics,
-            distortion=options.distortion,
-        )
+def _recording(request: Request, *, force: bool) -> Recording:
+    unit_m = request.depth_unit_m
+    if is_tum(request.recording):
+        if unit_m is not None:
+            raise mismatch("--depth-unit", "--depth-factor for rgb.txt", f"{unit_m:g}")
+        return TumRecording(request)
     for name, default in OF_FOLDERS.items():
-        if getattr(options, name) != default:
-            option = f"--{name.replace('_', '-')}"
+        if getattr(request, name) != default:
             expected = f"a folder with {COLOR_LIST} and {DEPTH_LIST}"
-            raise ValueError(f"{option}: expected {expected}, found {options.recording}")
-    if options.depth_unit is not None and not SMALLEST_UNIT_M <= options.depth_unit <= 1:
-        expected = "between a micrometre and a metre"
-        raise ValueError(f"--depth-unit: expected {expected}, found {options.depth_unit:g} m")
-    stated = not options.trust_sensor_file
-    return BagRecording(options.recording, _names(options), force=force, stated_optics=stated)
+            raise mismatch(f"--{name.replace('_', '-')}", expected, request.recording)
+    if unit_m is not None and not SMALLEST_UNIT_M <= unit_m <= 1:
+        raise mismatch("--depth-unit", "between a micrometre and a metre", f"{unit_m:g} m")
+    return BagRecording(request, force=force)
 
 
-def _names(options: argparse.Namespace) -> Names:
-    return Names(
-        color=options.color,
-        depth=options.depth,
-        wrench=options.wrench,
-        color_info=options.color_info,
-        depth_info=options.depth_info,
-        registered=options.registered,
-        receive_clock=options.receive_clock,
-        depth_unit_m=options.depth_unit,
-    )
-
-
-def _force(path: Path, names: Names) -> tuple:
+def _force(path: Path, request: Request) -> ForceTable:
     """Table of force.csv and notes on it from a file beside the recording."""
-    if path.suffix == ".csv":
-        table = read_table(path)
-        if "time_s" not in table.columns or not len(table):
-            raise ValueError(f"{path}: columns: expected time_s and samples, found none")
-        used = [name for name in (*USED, *GAUGE_COLUMNS) if name in table.columns]
-        if lines := check_numbers(path, table, used):
-            raise ValueError(lines[0])
-        return table, ()
-    return read_wrenches(path) if path.suffix == ".txt" else read_force_bag(path, names)
+    if path.suffix != ".csv":
+        return read_wrenches(path) if path.suffix == ".txt" else read_force_bag(path, request)
+    table = read_table(path)
+    if "time_s" not in table.columns or not len(table):
+        raise mismatch(f"{path}: columns", "time_s and samples", "none")
+    used = [one for one in ("time_s", *WRENCH_COLUMNS, *GAUGE_COLUMNS) if one in table.columns]
+    if lines := check_numbers(path, table, used):
+        raise ValueError(lines[0])
+    return table, ()

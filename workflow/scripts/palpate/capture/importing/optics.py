@@ -1,14 +1,19 @@
-"""Optics that a recording states, as the blocks of a sensor's file."""
+"""The sensor's file of an imported recording: made from the optics that it states, or compared."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from palpate.capture.importing.pixels import Form
-from palpate.config.sensor import COEFFICIENTS
+from palpate.capture.depth import COUNTS
+from palpate.capture.importing.pixels import METRES, Form
+from palpate.capture.importing.recording import Content, Request, mismatch, named
+from palpate.config.model import blank_fields, problems
+from palpate.config.sensor import COEFFICIENTS, SensorSpec
+from palpate.units import MILLIMETRES
+from palpate.yaml_files import load_yaml
 
 NO_DISTORTION = [0.0] * 5
 # Names of OpenCV's model, with its numbers of coefficients. RealSense calls that of its colour
@@ -20,18 +25,25 @@ FISHEYES = ("equidistant", "fisheye", "ftheta", "kannala_brandt4")
 # Camera drivers of ROS call images so whose distortion has been taken out.
 RECTIFIED = "image_rect"
 DECIMALS = 9
+# Depth cameras differ; what is seen is bounded by mask and table, not by this.
+RANGE_M = (0.1, 10.0)
+# The study's for its Kinect (Section 4.2.3).
+REPROJECTION_THRESHOLD_PX = 0.45
+# What a count of floating-point depths becomes [m]: they reach 6.5 m.
+FLOATS_M = 1e-4
 # A driver rounds; another device or resolution differs by far more.
 TOLERANCES = {
-    "fx_px": (0.05, " px"),
-    "fy_px": (0.05, " px"),
-    "cx_px": (0.05, " px"),
-    "cy_px": (0.05, " px"),
+    **dict.fromkeys(("fx_px", "fy_px", "cx_px", "cy_px"), (0.05, " px")),
     "distortion": (1e-3, ""),
     "color_from_depth": (2e-4, ""),
 }
+HEAD = """\
+# Made by an import: the optics are those that the recording states. range_m and
+# reprojection_threshold_px are no part of recordings: look them over.
+"""
 
 
-def camera_block(info: Any, form: Form, *, rectified: bool) -> dict:
+def camera_block(info: Any, form: Form, topic: str) -> dict:
     """Size, encoding and optics of one camera from a CameraInfo message.
 
     Parameters
@@ -40,9 +52,9 @@ def camera_block(info: Any, form: Form, *, rectified: bool) -> dict:
         CameraInfo of ROS 1 or ROS 2.
     form : Form
         Of the camera's images.
-    rectified : bool
-        Whether the images are free of the distortion that the message states; their optics are then
-        those of its projection matrix.
+    topic : str
+        Of the camera's images. Those called ``image_rect...`` are free of the distortion that the
+        message states; their optics are those of its projection matrix.
 
     Returns
     -------
@@ -54,7 +66,11 @@ def camera_block(info: Any, form: Form, *, rectified: bool) -> dict:
     ValueError
         If the message states another size, no focal length, or a lens that the file can't.
     """
-    K, D, P = (_numbers(info, name) for name in ("K", "D", "P"))
+    # ROS 2 writes them small.
+    K, D, P = (
+        np.array(getattr(info, name if hasattr(info, name) else name.lower()), dtype=float)
+        for name in ("K", "D", "P")
+    )
     size, stated = (form.width_px, form.height_px), (info.width, info.height)
     if stated != size:
         # Optics are those of the whole chip; images are of a region of it, in bins.
@@ -66,15 +82,14 @@ def camera_block(info: Any, form: Form, *, rectified: bool) -> dict:
         stated = (int(part[0]), int(part[1]))
     if stated != size:
         expected, found = (f"{width} x {height}" for width, height in (size, stated))
-        raise ValueError(f"camera_info: expected {expected} pixels as the images, found {found}")
+        raise mismatch("camera_info", f"{expected} pixels as the images", found)
+    rectified = any(part.startswith(RECTIFIED) for part in topic.split("/"))
     if rectified and np.any(D):
         K, D = np.delete(P, [3, 7, 11]), np.array([])
     if not (np.isfinite(K).all() and K[0] > 0 and K[4] > 0):
-        raise ValueError(f"camera_info: K: expected focal lengths above 0, found {K[0]}, {K[4]}")
-    try:
+        raise mismatch("camera_info: K", "focal lengths above 0", f"{K[0]}, {K[4]}")
+    with named("camera_info"):
         distortion = coefficients(info.distortion_model, D.tolist())
-    except ValueError as error:
-        raise ValueError(f"camera_info: {error}") from None
     return plain_block(form, [K[0], K[4], K[2], K[5]], distortion)
 
 
@@ -87,14 +102,13 @@ def coefficients(model: str, found: Sequence[float]) -> list[float]:
         If the model is another, or has not so many coefficients.
     """
     if not np.isfinite(found).all():
-        raise ValueError("D: expected finite numbers, found others")
+        raise mismatch("D", "finite numbers", "others")
     plain = model.lower().replace(" ", "_")
     if not np.any(found) and plain not in FISHEYES:
         return NO_DISTORTION
     if len(found) not in LENSES.get(plain, ()):
         expected = f"one of {', '.join(LENSES)} with its coefficients (or rectified images)"
-        found = f"{model} with {len(found)}"
-        raise ValueError(f"distortion_model: expected {expected}, found {found}")
+        raise mismatch("distortion_model", expected, f"{model} with {len(found)}")
     return shortest(found)
 
 
@@ -104,9 +118,7 @@ def shortest(distortion: Sequence[float]) -> list[float]:
     return [*map(float, distortion), 0.0][:count]
 
 
-def plain_block(
-    form: Form, intrinsics: Iterable[float], distortion: Iterable[float] = NO_DISTORTION
-) -> dict:
+def plain_block(form: Form, intrinsics: Iterable[float], distortion: Iterable[float]) -> dict:
     """Camera block of a sensor's file from fx, fy, cx, cy [px] and its distortion."""
     names = ("fx_px", "fy_px", "cx_px", "cy_px")
     optics = {name: float(value) for name, value in zip(names, intrinsics, strict=True)}
@@ -114,105 +126,102 @@ def plain_block(
     return size | optics | {"distortion": [float(value) for value in distortion]}
 
 
-def is_rectified(topic: str) -> bool:
-    """Whether an image topic's name says that its distortion has been taken out."""
-    return any(part.startswith(RECTIFIED) for part in topic.split("/"))
-
-
-def matrix(transform: Any) -> NDArray:
-    """Homogeneous (4, 4) matrix of a Transform message, translation in metres.
-
-    Raises
-    ------
-    ValueError
-        If its numbers are not finite, or its quaternion has no length.
-    """
-    q, t = transform.rotation, transform.translation
-    quaternion = np.array([q.x, q.y, q.z, q.w], dtype=float)
-    translation = np.array([t.x, t.y, t.z], dtype=float)
-    length = np.linalg.norm(quaternion)
-    if not (np.isfinite(translation).all() and abs(length - 1) < 0.01):
-        found = f"length {length:g}, {translation}"
-        raise ValueError(f"transform: expected a unit quaternion and metres, found {found}")
-    result = np.eye(4)
-    result[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
-    result[:3, 3] = translation
-    return result
-
-
-def chained(transforms: Iterable[Any], target: str, source: str) -> NDArray:
-    """Transform between two frames by way of those that a recording states.
-
-    Parameters
-    ----------
-    transforms : iterable of TransformStamped
-        Each takes coordinates in its child frame to its parent.
-    target, source : str
-        Names of frames.
-
-    Returns
-    -------
-    (4, 4) array
-        ``target_from_source``, translation in metres.
-
-    Raises
-    ------
-    ValueError
-        If nothing leads from one to the other.
-    """
-    steps: dict[str, list[tuple[str, NDArray]]] = {}
-    for one in transforms:
-        parent_from_child = matrix(one.transform)
-        parent, child = _frame(one.header.frame_id), _frame(one.child_frame_id)
-        steps.setdefault(child, []).append((parent, parent_from_child))
-        steps.setdefault(parent, []).append((child, np.linalg.inv(parent_from_child)))
-    reached, waiting = {_frame(source): np.eye(4)}, [_frame(source)]
-    while waiting:
-        here = waiting.pop()
-        for there, there_from_here in steps.get(here, []):
-            if there not in reached:
-                reached[there] = there_from_here @ reached[here]
-                waiting.append(there)
-    if _frame(target) not in reached:
-        raise ValueError(
-            f"tf_static: expected a way from frame {source} to {target}, found none"
-            " (--registered says that depth is registered to colour)"
-        )
-    return reached[_frame(target)]
-
-
 def rows(transform: NDArray) -> list[list[float]]:
     """A transform as a sensor's file has it."""
     return [[round(float(value), DECIMALS) + 0.0 for value in row] for row in transform]
 
 
-def _numbers(info: Any, name: str) -> NDArray:
-    """K, D or P of a CameraInfo; ROS 2 writes them small."""
-    value = getattr(info, name) if hasattr(info, name) else getattr(info, name.lower())
-    return np.array(value, dtype=float)
+def sensor_of(request: Request, content: Content, rate_hz: float) -> tuple[dict, str | None]:
+    """Specification of a recording's sensor: its file's, or a new one.
+
+    Parameters
+    ----------
+    request : Request
+        Fields of its sensor file that are left to fill in are taken from the recording.
+    content : Content
+        What the recording holds.
+    rate_hz : float
+        Frames per second.
+
+    Returns
+    -------
+    spec : dict
+    text : str or None
+        Text of the file, where none is there, or one with fields left to fill in.
+
+    Raises
+    ------
+    ValueError
+        If the file is wrong or contradicts the recording, or there is neither file nor optics.
+    """
+    path, spec, written = request.sensor_file, _stated(request, content, rate_hz), None
+    if path.exists():
+        written = load_yaml(path)
+        spec = SensorSpec.plain(_filled_in(written, spec))
+    elif content.cameras is None:
+        expected = "a sensor file, or optics in the recording (camera_info, --intrinsics)"
+        raise mismatch(f"{path}: file", expected, "neither")
+    if lines := problems(SensorSpec, spec, str(path)):
+        raise ValueError(lines[0])
+    if path.exists():
+        with named(path):
+            _check_streams(spec, content)
+            if not request.trust_sensor_file and spec.get("optics", "stated") == "stated":
+                _check_optics(spec, content.cameras or {})
+    if spec == written:
+        return spec, None
+    return spec, HEAD + yaml.safe_dump(spec, sort_keys=False, default_flow_style=None, width=100)
 
 
-def _frame(name: str) -> str:
-    """Name of a frame; old ROS put a slash before it."""
-    return name.lstrip("/")
+def _stated(request: Request, content: Content, rate_hz: float) -> dict:
+    """What a recording says of its sensor, and what a new file has besides."""
+    cameras = dict(content.cameras or {})
+    if "depth" in cameras:
+        floats = content.depth.form.encoding == METRES
+        unit_m = FLOATS_M if floats else content.depth_unit_m
+        finer = unit_m < 1 / MILLIMETRES
+        cameras["depth"] |= {"encoding": COUNTS, "count_m": unit_m} if finer else {}
+    return {
+        "sensor": request.sensor_file.stem,
+        "kind": "depth",
+        "frame_rate_hz": float(f"{rate_hz:.4g}"),
+        "range_m": [float(value) for value in request.range_m],
+        **cameras,
+        "marker": {"reprojection_threshold_px": REPROJECTION_THRESHOLD_PX},
+    }
 
 
-def agree(stated: Mapping, found: Mapping) -> str | None:
-    """Compare a camera's stated optics with those of a recording: what differs first, or None."""
-    for name, (tolerance, unit) in TOLERANCES.items():
-        if name not in stated or name not in found:
-            continue
-        pair = [np.asarray(one[name], dtype=float) for one in (stated, found)]
-        if name == "distortion":
-            pair = [np.pad(one, (0, max(COEFFICIENTS) - len(one))) for one in pair]
-        difference = np.abs(pair[0] - pair[1]).max()
-        if not difference <= tolerance:
-            return (
-                f"{name}: expected {_short(found[name])}{unit}, found {_short(stated[name])}{unit}"
-            )
-    return None
+def _filled_in(written: object, stated: object) -> object:
+    """A file's content with what is left to fill in taken from the recording."""
+    if isinstance(written, Mapping) and isinstance(stated, Mapping):
+        return {k: _filled_in(v, stated[k]) if k in stated else v for k, v in written.items()}
+    return stated if blank_fields(written) else written
 
 
-def _short(value: Any) -> str:
-    numbers = np.round(np.asarray(value, dtype=float), DECIMALS).tolist()
-    return " ".join(str(numbers).split())
+def _check_streams(spec: Mapping, content: Content) -> None:
+    """Compare kind, size and encoding with the recording's."""
+    if spec["kind"] != "depth":
+        found = f"{spec['kind']} (another name in raw/ gives it a file of its own)"
+        raise mismatch("kind", "depth, as the recording is", found)
+    for kind, form in (("color", content.color.form), ("depth", content.depth.form)):
+        stated = {"width_px": form.width_px, "height_px": form.height_px}
+        # Depths are rounded to the file's counts.
+        stated |= {} if kind == "depth" else {"encoding": form.stored}
+        for name, value in stated.items():
+            if spec[kind][name] != value:
+                expected = f"{value}, as the recording has it"
+                raise mismatch(f"{kind}.{name}", expected, spec[kind][name])
+
+
+def _check_optics(spec: Mapping, cameras: Mapping) -> None:
+    """Compare optics with those that the recording states."""
+    for kind, camera in cameras.items():
+        for name in [name for name in TOLERANCES if name in camera and name in spec[kind]]:
+            tolerance, unit = TOLERANCES[name]
+            pair = [np.array(one[name], dtype=float) for one in (camera, spec[kind])]
+            padding = max(COEFFICIENTS) if name == "distortion" else 0
+            stated, own = (np.pad(one, (0, padding - len(one))) if padding else one for one in pair)
+            if not np.abs(stated - own).max() <= tolerance:
+                expected, found = (str(np.round(one, DECIMALS).tolist()) + unit for one in pair)
+                hint = "(--trust-sensor-file takes the file's)"
+                raise mismatch(f"{kind}.{name}", expected, f"{found} {hint}")

@@ -1,6 +1,6 @@
 """Optics as other programs' calibration files hold them: Kalibr, OpenCV, ROS."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,12 +9,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.capture.importing.optics import coefficients, shortest
+from palpate.capture.importing.optics import NO_DISTORTION, coefficients, shortest
+from palpate.capture.importing.recording import mismatch, named
 from palpate.config.model import problems
 from palpate.config.sensor import LONGEST_SHIFT_M, CameraSpec, rigid_fault
-from palpate.yaml_files import load_yaml, one_line
+from palpate.yaml_files import load_yaml
 
-OPENCV_MARK = "opencv-matrix"
+OPENCV_MARK = b"opencv-matrix"
 # Names of fields as `ros2 topic echo` prints a camera_info.
 ECHOED = {"k": "camera_matrix", "d": "distortion_coefficients", "p": "projection_matrix"}
 # Names under which OpenCV's own programs write a single camera's and a pair's matrices.
@@ -60,57 +61,57 @@ def read_optics(paths: Sequence[Path], size_px: tuple[int, int] | None = None) -
     """
     if all(_is_opencv(path) for path in paths):
         return _opencv(paths, size_px)
-    found = []
+    contents = []
     for path in paths:
-        try:
-            found.append((path, _as_written(load_yaml(path))))
-        except ValueError as error:
-            said = str(error).startswith(str(path))
-            raise ValueError(f"{'' if said else f'{path}: '}{error}") from None
-    for path, content in found:
-        if not isinstance(content, Mapping) or not {"cam0", "camera_matrix"} & set(content):
-            raise ValueError(
-                one_line(
-                    f"{path}: file: expected cam0 (Kalibr), camera_matrix (ROS, OpenCV) or M1"
-                    " (OpenCV), found none"
-                )
-            )
-    if "cam0" in found[0][1]:
-        if len(found) > 1:
-            raise ValueError(f"{paths[1]}: file: expected one camchain.yaml, found another file")
-        return _kalibr(*found[0])
-    return _ros(found)
+        with named(path):
+            contents.append(content := _as_written(load_yaml(path)))
+            if not isinstance(content, Mapping) or not {"cam0", "camera_matrix"} & set(content):
+                expected = "cam0 (Kalibr), camera_matrix (ROS, OpenCV) or M1 (OpenCV)"
+                raise mismatch("file", expected, "none")
+    if "cam0" not in contents[0]:
+        return _ros(paths, contents)
+    if len(paths) > 1:
+        raise mismatch(f"{paths[1]}: file", "one camchain.yaml", "another file")
+    with named(paths[0]):
+        return _kalibr(contents[0])
 
 
-def _kalibr(path: Path, content: Mapping) -> StatedOptics:
+def _kalibr(content: Mapping) -> StatedOptics:
     """Camera 0 and, where there is one, camera 1 of a camchain.yaml."""
     names = [name for name in ("cam0", "cam1") if name in content]
-    cameras = []
-    for name in names:
-        block, place = content[name], f"{path}: {name}"
-        for field, known in (("camera_model", "pinhole"), ("distortion_model", "radtan")):
-            if (found := _at(block, field, place)) != known:
-                raise ValueError(one_line(f"{place}.{field}: expected {known}, found {found}"))
-        fx, fy, cx, cy = _numbers(block, "intrinsics", 4, place)
-        K = [fx, 0, cx, 0, fy, cy, 0, 0, 1]
-        bent = _numbers(block, "distortion_coeffs", 4, place)
-        cameras.append(_camera(_numbers(block, "resolution", 2, place), K, bent, place))
+    cameras = tuple(_kalibr_camera(content[name], name) for name in names)
     if len(cameras) == 1:
-        return StatedOptics(tuple(cameras))
-    place = f"{path}: cam1"
-    if "T_cn_cnm1" in content["cam1"]:
-        return StatedOptics(tuple(cameras), _rigid(content["cam1"], "T_cn_cnm1", place))
-    # Both by the IMU: T_cam_imu takes its coordinates to a camera's, T_imu_cam back.
-    by_imu = []
-    for name in names:
-        known = [key for key in ("T_cam_imu", "T_imu_cam") if key in content[name]]
-        if not known:
-            expected = "expected it, or T_cam_imu or T_imu_cam of both cameras"
-            raise ValueError(f"{place}.T_cn_cnm1: {expected}, found none of {name}")
-        matrix = _rigid(content[name], known[0], f"{path}: {name}")
-        by_imu.append(matrix if known[0] == "T_cam_imu" else np.linalg.inv(matrix))
-    second_from_first = {"T_cn_cnm1": by_imu[1] @ np.linalg.inv(by_imu[0])}
-    return StatedOptics(tuple(cameras), _rigid(second_from_first, "T_cn_cnm1", place))
+        return StatedOptics(cameras)
+    shift = content["cam1"]
+    if "T_cn_cnm1" not in shift:
+        # Both by the IMU: T_cam_imu takes its coordinates to a camera's, T_imu_cam back.
+        first, second = (_camera_from_imu(content[name], name) for name in names)
+        shift = {"T_cn_cnm1": second @ np.linalg.inv(first)}
+    with named("cam1"):
+        return StatedOptics(cameras, _rigid(shift, "T_cn_cnm1"))
+
+
+def _kalibr_camera(block: Mapping, name: str) -> dict:
+    with named(name):
+        models = {field: _at(block, field) for field in ("camera_model", "distortion_model")}
+    for (field, found), known in zip(models.items(), ("pinhole", "radtan"), strict=True):
+        if found != known:
+            raise mismatch(f"{name}.{field}", known, found)
+    with named(name):
+        fx, fy, cx, cy = _numbers(block, "intrinsics", 4)
+        distortion = _numbers(block, "distortion_coeffs", 4)
+        size = _numbers(block, "resolution", 2)
+        return _camera(size, [fx, 0, cx, 0, fy, cy, 0, 0, 1], distortion)
+
+
+def _camera_from_imu(block: Mapping, name: str) -> NDArray:
+    known = [key for key in ("T_cam_imu", "T_imu_cam") if key in block]
+    if not known:
+        expected = "it, or T_cam_imu or T_imu_cam of both cameras"
+        raise mismatch("cam1.T_cn_cnm1", expected, f"none of {name}")
+    with named(name):
+        matrix = _rigid(block, known[0])
+    return matrix if known[0] == "T_cam_imu" else np.linalg.inv(matrix)
 
 
 def _as_written(content: Any) -> Any:
@@ -119,54 +120,52 @@ def _as_written(content: Any) -> Any:
         return content
     if content.get("model_type") == "PINHOLE":
         blocks = (content.get(f"{name}_parameters") for name in ("projection", "distortion"))
-        optics, bent = (one if isinstance(one, Mapping) else {} for one in blocks)
+        optics, lens = (one if isinstance(one, Mapping) else {} for one in blocks)
         fx, fy, cx, cy = (optics.get(name) for name in ("fx", "fy", "cx", "cy"))
-        bent = [bent.get(name) for name in ("k1", "k2", "p1", "p2")]
-        content = {**content, "k": [fx, 0, cx, 0, fy, cy, 0, 0, 1], "d": bent}
-        content["distortion_model"] = "plumb_bob"
+        lens = [lens.get(name) for name in ("k1", "k2", "p1", "p2")]
+        K = [fx, 0, cx, 0, fy, cy, 0, 0, 1]
+        content = {**content, "k": K, "d": lens, "distortion_model": "plumb_bob"}
     plain = {str(name).lower(): value for name, value in content.items()}
     roi = plain.get("roi") if isinstance(plain.get("roi"), Mapping) else {}
     bins = [plain.get(f"binning_{axis}") or 1 for axis in "xy"]
     if any(roi.get(f"{axis}_offset") for axis in "xy") or bins != [1, 1]:
-        raise ValueError("roi, binning_x, binning_y: expected the whole picture's, found a part's")
+        raise mismatch("roi, binning_x, binning_y", "the whole picture's", "a part's")
     fields = {ECHOED[name]: {"data": plain[name]} for name in ECHOED if name in plain}
     sizes = {f"image_{side}": plain[side] for side in ("width", "height") if side in plain}
     return {**plain, **fields, **sizes}
 
 
-def _ros(files: Sequence[tuple[Path, Mapping]]) -> StatedOptics:
+def _ros(paths: Sequence[Path], contents: Sequence[Mapping]) -> StatedOptics:
     """One or two camera_info files; a pair's projection matrices say how it is rectified."""
-    cameras = tuple(_ros_camera(*item) for item in files)
-    if len(files) == 1:
-        return StatedOptics(cameras)
-    name = "projection_matrix"
-    first, second = (
-        _numbers(_at(content, name, str(path)), "data", 12, f"{path}: {name}")
-        for path, content in files
-    )
+    cameras, projections = [], []
+    for path, content in zip(paths, contents, strict=True):
+        with named(path):
+            size = [*_numbers(content, "image_width", 1), *_numbers(content, "image_height", 1)]
+            K = _data(content, "camera_matrix", 9)
+            lens = _data(content, "distortion_coefficients")
+            lens = coefficients(str(_at(content, "distortion_model")), lens)
+            cameras.append(_camera(size, K, lens))
+            if len(paths) == 2:
+                projections.append(_data(content, "projection_matrix", 12))
+    if len(paths) == 1:
+        return StatedOptics(tuple(cameras))
+    first, second = projections
     baseline_m = -second[3] / second[0] if second[0] else 0.0
     if not 0 < baseline_m <= LONGEST_SHIFT_M:
-        raise ValueError(
-            f"{files[1][0]}: {name}.data: expected the right camera of a pair (its fourth value"
-            f" -fx times the baseline in metres), found a baseline of {baseline_m:g} m"
-        )
+        expected = "the right camera of a pair (its fourth value -fx times the baseline in metres)"
+        found = f"a baseline of {baseline_m:g} m"
+        raise mismatch(f"{paths[1]}: projection_matrix.data", expected, found)
     size = [cameras[0]["width_px"], cameras[0]["height_px"]]
-    K = np.delete(first, [3, 7, 11])
-    return StatedOptics(cameras, rectified=(_camera(size, K, [], str(files[0][0])), baseline_m))
+    with named(paths[0]):
+        rectified = _camera(size, np.delete(first, [3, 7, 11]).tolist(), [])
+    return StatedOptics(tuple(cameras), rectified=(rectified, baseline_m))
 
 
-def _ros_camera(path: Path, content: Mapping) -> dict:
-    place = str(path)
-    size = [_numbers(content, f"image_{side}", 1, place)[0] for side in ("width", "height")]
-    K, bent = (
-        _numbers(_at(content, name, place), "data", count, f"{place}: {name}")
-        for name, count in (("camera_matrix", 9), ("distortion_coefficients", None))
-    )
-    try:
-        bent = coefficients(str(_at(content, "distortion_model", place)), bent)
-    except ValueError as error:
-        raise ValueError(one_line(f"{place}: {error}")) from None
-    return _camera(size, K, bent, place)
+def _data(content: Mapping, name: str, count: int | None = None) -> list[float]:
+    """Numbers of a matrix as ROS writes it."""
+    block = _at(content, name)
+    with named(name):
+        return _numbers(block, "data", count)
 
 
 def _opencv(paths: Sequence[Path], size_px: tuple[int, int] | None) -> StatedOptics:
@@ -175,100 +174,91 @@ def _opencv(paths: Sequence[Path], size_px: tuple[int, int] | None) -> StatedOpt
     for path in paths:
         stored = _stored(path)
         if twice := sorted(set(stored) & set(found) & MATRICES):
-            raise ValueError(f"{path}: {twice[0]}: expected in one file, found in both")
+            raise mismatch(f"{path}: {twice[0]}", "in one file", "in both")
         found |= stored
-    place = str(paths[0])
-    if {"image_width", "image_height"} <= set(found):
-        size_px = tuple(found[f"image_{side}"] for side in ("width", "height"))
-    if size_px is None:
-        raise ValueError(
-            f"{place}: image_width, image_height: expected the pictures' size in the file or by"
-            " --size, found neither"
-        )
-    names = PAIR_NAMES if "M1" in found else [n for n in SINGLE_NAMES if n[0] in found][:1]
-    if not names:
-        raise ValueError(f"{place}: file: expected camera_matrix or M1, found {', '.join(found)}")
-    cameras = tuple(
-        _camera(
-            size_px, _numbers(found, K, 9, place), _numbers(found, D, None, place), f"{place}: {D}"
-        )
-        for K, D in names
-    )
-    if len(cameras) == 1:
-        return StatedOptics(cameras)
-    matrix = np.eye(4)
-    matrix[:3, :3] = np.reshape(_numbers(found, "R", 9, place), (3, 3))
-    matrix[:3, 3] = _numbers(found, "T", 3, place)
-    return StatedOptics(cameras, _rigid({"R, T": matrix}, "R, T", place))
+    with named(paths[0]):
+        if {"image_width", "image_height"} <= set(found):
+            size_px = (found["image_width"], found["image_height"])
+        if size_px is None:
+            expected = "the pictures' size in the file or by --size"
+            raise mismatch("image_width, image_height", expected, "neither")
+        names = PAIR_NAMES if "M1" in found else [n for n in SINGLE_NAMES if n[0] in found][:1]
+        if not names:
+            raise mismatch("file", "camera_matrix or M1", ", ".join(found))
+        cameras = []
+        for K, D in names:
+            lens = _numbers(found, K, 9), _numbers(found, D)
+            with named(D):
+                cameras.append(_camera(size_px, *lens))
+        if len(cameras) == 1:
+            return StatedOptics(tuple(cameras))
+        matrix = np.eye(4)
+        matrix[:3, :3] = np.reshape(_numbers(found, "R", 9), (3, 3))
+        matrix[:3, 3] = _numbers(found, "T", 3)
+        return StatedOptics(tuple(cameras), _rigid({"R, T": matrix}, "R, T"))
 
 
 def _is_opencv(path: Path) -> bool:
-    """Whether a file is one of OpenCV's FileStorage; a missing one is refused later."""
+    """Whether a file is one of OpenCV's FileStorage; a missing one is reported later."""
     try:
         with path.open("rb") as stream:
-            return OPENCV_MARK.encode() in stream.read(1_000_000)
+            return OPENCV_MARK in stream.read(1_000_000)
     except OSError:
         return False
 
 
 def _stored(path: Path) -> dict[str, Any]:
     """Matrices and numbers at the top of a FileStorage."""
+    found = {}
     try:
         storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
-        root = storage.root()
-        nodes = {name: root.getNode(name) for name in root.keys()}
-        readers: tuple[tuple[Callable, Callable], ...] = (
-            (lambda node: node.isMap(), lambda node: node.mat()),
-            (lambda node: node.isInt() or node.isReal(), lambda node: node.real()),
-        )
-        found = {
-            name: read(node) for name, node in nodes.items() for fits, read in readers if fits(node)
-        }
+        for name in storage.root().keys():
+            node = storage.root().getNode(name)
+            if node.isMap():
+                found[name] = node.mat()
+            elif node.isInt() or node.isReal():
+                found[name] = node.real()
     except (cv2.error, SystemError, UnicodeDecodeError):
-        raise ValueError(one_line(f"{path}: file: expected OpenCV's YAML, found none")) from None
+        with named(path):
+            raise mismatch("file", "OpenCV's YAML", "none") from None
     return {name: value for name, value in found.items() if value is not None}
 
 
-def _camera(size: Sequence[float], K: Sequence[float], bent: Sequence[float], place: str) -> dict:
+def _camera(size: Sequence[float], K: Sequence[float], distortion: Sequence[float]) -> dict:
     """A camera's block, of its size, camera matrix row by row and distortion."""
     if K[1]:
-        raise ValueError(f"{place}: expected a skew of 0, found {K[1]:g}")
+        raise ValueError(f"expected a skew of 0, found {K[1]:g}")
     optics = {"fx_px": K[0], "fy_px": K[4], "cx_px": K[2], "cy_px": K[5]}
-    sides = {"width_px": size[0], "height_px": size[1]}
-    block = {**sides, **optics, "distortion": [*map(float, bent)] or [0.0] * 5}
-    lines = problems(CameraSpec, block | {"encoding": "any"}, place)
-    if lines:
+    optics |= {"distortion": [*map(float, distortion)] or NO_DISTORTION}
+    block = {"width_px": size[0], "height_px": size[1], **optics}
+    if lines := problems(CameraSpec, block | {"encoding": "any"}):
         raise ValueError(lines[0])
-    return {
-        **{name: int(side) for name, side in sides.items()},
-        **{name: float(value) for name, value in optics.items()},
-        "distortion": shortest(block["distortion"]),
-    }
+    return CameraSpec.plain(block | {"distortion": shortest(optics["distortion"])})
 
 
-def _rigid(block: Mapping, name: str, place: str) -> NDArray:
+def _rigid(block: Mapping, name: str) -> NDArray:
     """A rigid transform (4, 4) of a block."""
-    matrix = np.reshape(_numbers(block, name, 16, place), (4, 4))
+    matrix = np.reshape(_numbers(block, name, 16), (4, 4))
     fault = rigid_fault(matrix) or ("" if matrix[:3, 3].any() else "no shift")
     if fault:
-        raise ValueError(f"{place}: {name}: expected a rotation and a shift, found {fault}")
+        raise mismatch(name, "a rotation and a shift", fault)
     return matrix
 
 
-def _at(block: Any, name: str, place: str) -> Any:
+def _at(block: Any, name: str) -> Any:
     if not isinstance(block, Mapping) or name not in block:
-        raise ValueError(one_line(f"{place}: {name}: expected a value, found none"))
+        raise mismatch(name, "a value", "none")
     return block[name]
 
 
-def _numbers(block: Any, name: str, count: int | None, place: str) -> list[float]:
+def _numbers(block: Any, name: str, count: int | None = None) -> list[float]:
     """Finite numbers of a field, in rows or not."""
-    values = _at(block, name, place)
+    values = _at(block, name)
     try:
         flat = np.array(values, dtype=float).ravel()
     except (TypeError, ValueError):
         flat = np.array([np.nan])
     if (count is not None and flat.size != count) or not np.isfinite(flat).all():
         much = "finite numbers" if count is None else f"{count} finite numbers"
-        raise ValueError(one_line(f"{place}: {name}: expected {much}, found {values}"))
+        raise mismatch(name, much, values)
     return flat.tolist()

@@ -10,41 +10,33 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
-from palpate.capture.depth import COUNTS, MILLIMETRE
-from palpate.units import MILLIMETRES
+from palpate.capture.depth import MILLIMETRE
+from palpate.capture.importing.recording import mismatch
 
 # Encoding of depth in the capture format, where its counts are not finer.
 DEPTH = MILLIMETRE
-# Floating-point depths, and what a count of theirs becomes: they reach 6.5 m.
-METRES, FLOATS_M = "32FC1", 1e-4
-# What each encoding's numbers are, and as what a capture keeps them.
+# Floating-point depths [m].
+METRES = "32FC1"
+# What each encoding's numbers are, as what a capture keeps them, and OpenCV's way there.
 RAW_FORMS = {
-    "rgb8": (np.uint8, 3, "rgb8"),
-    "bgr8": (np.uint8, 3, "rgb8"),
-    "rgba8": (np.uint8, 4, "rgb8"),
-    "bgra8": (np.uint8, 4, "rgb8"),
-    "mono8": (np.uint8, 1, "mono8"),
-    "8UC1": (np.uint8, 1, "mono8"),
-    "bayer_rggb8": (np.uint8, 1, "bayer_rggb8"),
-    "16UC1": (np.uint16, 1, DEPTH),
-    "mono16": (np.uint16, 1, DEPTH),
-    METRES: (np.float32, 1, DEPTH),
-}
-TO_RGB = {
-    "bgr8": cv2.COLOR_BGR2RGB,
-    "rgba8": cv2.COLOR_RGBA2RGB,
-    "bgra8": cv2.COLOR_BGRA2RGB,
+    "rgb8": (np.uint8, 3, "rgb8", None),
+    "bgr8": (np.uint8, 3, "rgb8", cv2.COLOR_BGR2RGB),
+    "rgba8": (np.uint8, 4, "rgb8", cv2.COLOR_RGBA2RGB),
+    "bgra8": (np.uint8, 4, "rgb8", cv2.COLOR_BGRA2RGB),
+    "mono8": (np.uint8, 1, "mono8", None),
+    "8UC1": (np.uint8, 1, "mono8", None),
+    "bayer_rggb8": (np.uint8, 1, "bayer_rggb8", None),
+    "16UC1": (np.uint16, 1, DEPTH, None),
+    "mono16": (np.uint16, 1, DEPTH, None),
+    METRES: (np.float32, 1, DEPTH, None),
 }
 # Modes of Pillow for PNG and JPEG.
 FILE_FORMS = {"L": "mono8", "RGB": "rgb8", "RGBA": "rgba8", "I;16": "16UC1", "I": "16UC1"}
 FILE_KINDS = ("PNG", "JPEG")
-# JPEG holds no 16 bits.
-DEPTH_FILE_KINDS = ("PNG",)
 # The depth codec of image_transport puts its parameters before the PNG.
 DEPTH_CODEC = "compressedDepth"
 DEPTH_CODEC_BYTES = 12
 SMALLEST_PX, LARGEST_PX = 16, 16384
-LARGEST_COUNT = 65535
 
 
 @dataclass(frozen=True)
@@ -55,25 +47,37 @@ class Form:
     height_px: int
     encoding: str
 
+    def __post_init__(self) -> None:
+        sides = self.width_px, self.height_px
+        if not all(SMALLEST_PX <= side <= LARGEST_PX for side in sides):
+            found = f"{self.width_px} x {self.height_px}"
+            raise mismatch("image", f"{SMALLEST_PX} to {LARGEST_PX} pixels", found)
+
     @property
     def stored(self) -> str:
         """Encoding of the capture format: rgb8, mono8, bayer_rggb8, or millimetre of any depth."""
         return RAW_FORMS[self.encoding][2]
 
     @property
-    def is_depth(self) -> bool:
-        """Whether the numbers are depths."""
-        return self.stored == DEPTH
+    def kind(self) -> str:
+        """``depth`` where the numbers are depths, else ``color``."""
+        return "depth" if self.stored == DEPTH else "color"
 
     def __str__(self) -> str:
         return f"{self.width_px} x {self.height_px} {self.encoding}"
 
+    def require(self, found: "Form") -> None:
+        """Reject an image of another form than the first of its stream."""
+        if found != self:
+            raise mismatch("image", f"{self} as the first", found)
 
-def taken(*, depth: bool) -> str:
-    """Images that are taken as colour, or as depth, in words."""
-    stored = {name: form[2] for name, form in RAW_FORMS.items()}
-    encodings = [name for name, kept in stored.items() if (kept == DEPTH) == depth]
-    files = _either(DEPTH_FILE_KINDS if depth else FILE_KINDS)
+
+def taken(kind: str) -> str:
+    """Images that are taken as ``color``, or as ``depth``, in words."""
+    depth = kind == "depth"
+    encodings = [name for name, form in RAW_FORMS.items() if (form[2] == DEPTH) == depth]
+    # JPEG holds no 16 bits.
+    files = _either(FILE_KINDS[:1] if depth else FILE_KINDS)
     return f"Image of {_either(encodings)}, or CompressedImage of {files}"
 
 
@@ -88,9 +92,8 @@ def form_of(message: Any) -> Form:
     if hasattr(message, "format"):
         return file_form(_file_bytes(message))
     if message.encoding not in RAW_FORMS:
-        known = ", ".join(RAW_FORMS)
-        raise ValueError(f"encoding: expected one of {known}, found {message.encoding}")
-    return _checked(Form(message.width, message.height, message.encoding))
+        raise mismatch("encoding", f"one of {', '.join(RAW_FORMS)}", message.encoding)
+    return Form(message.width, message.height, message.encoding)
 
 
 def file_form(data: bytes) -> Form:
@@ -105,14 +108,11 @@ def file_form(data: bytes) -> Form:
         with Image.open(io.BytesIO(data), formats=FILE_KINDS) as picture:
             mode, size = picture.mode, picture.size
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, SyntaxError) as error:
-        reason = type(error).__name__
-        raise ValueError(
-            f"image: expected {_either(FILE_KINDS)}, found neither ({reason})"
-        ) from None
+        found = f"neither ({type(error).__name__})"
+        raise mismatch("image", _either(FILE_KINDS), found) from None
     if mode not in FILE_FORMS:
-        known = "8-bit grey or colour, or 16-bit grey"
-        raise ValueError(f"image: expected {known}, found mode {mode}")
-    return _checked(Form(*size, FILE_FORMS[mode]))
+        raise mismatch("image", "8-bit grey or colour, or 16-bit grey", f"mode {mode}")
+    return Form(*size, FILE_FORMS[mode])
 
 
 def pixels_of(message: Any, form: Form) -> NDArray:
@@ -135,80 +135,35 @@ def pixels_of(message: Any, form: Form) -> NDArray:
     ValueError
         If the message has another form, or fewer or more bytes than it states.
     """
-    found = form_of(message)
-    if found != form:
-        raise ValueError(f"image: expected {form} as the first, found {found}")
     if hasattr(message, "format"):
         return file_pixels(_file_bytes(message), form)
-    dtype, channels, _ = RAW_FORMS[form.encoding]
-    dtype = np.dtype(dtype)
+    form.require(form_of(message))
+    kind, channels, *_ = RAW_FORMS[form.encoding]
+    dtype = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
     row_bytes = form.width_px * channels * dtype.itemsize
     if message.step < row_bytes or message.step * form.height_px != len(message.data):
         expected = f"{form.height_px} rows of at least {row_bytes} bytes"
         found = f"{len(message.data)} bytes in rows of {message.step}"
-        raise ValueError(f"data: expected {expected}, found {found}")
+        raise mismatch("data", expected, found)
     rows = np.asarray(message.data, dtype=np.uint8).reshape(form.height_px, message.step)
-    order = ">" if message.is_bigendian else "<"
-    values = np.ascontiguousarray(rows[:, :row_bytes]).view(dtype.newbyteorder(order))
-    values = values.astype(dtype, copy=False)
+    values = np.ascontiguousarray(rows[:, :row_bytes]).view(dtype).astype(kind, copy=False)
     shape = (form.height_px, form.width_px, channels)[: 2 if channels == 1 else 3]
     return _rgb(values.reshape(shape), form.encoding)
 
 
 def file_pixels(data: bytes, form: Form) -> NDArray:
     """Pixels of a PNG or JPEG file's content; see `pixels_of`."""
-    found = file_form(data)
-    if found != form:
-        raise ValueError(f"image: expected {form} as the first, found {found}")
-    # Nothing the file says of its orientation or colours may change the pixels.
-    flags = cv2.IMREAD_UNCHANGED
+    form.require(file_form(data))
     try:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+        # Nothing the file says of its orientation or colours may change the pixels.
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:
         image = None
     if image is None or image.shape[:2] != (form.height_px, form.width_px):
-        raise ValueError("image: expected one that can be decoded, found damaged data")
+        raise mismatch("image", "one that can be decoded", "damaged data")
     if image.ndim == 2:
         return image
     return _rgb(image, "bgra8" if image.shape[2] == 4 else "bgr8")
-
-
-def stored_depth(form: Form, unit_m: float) -> dict[str, str | float]:
-    """How a new sensor's file has depth: in millimetres, or in the recording's finer counts."""
-    unit_m = FLOATS_M if form.encoding == METRES else unit_m
-    return (
-        {"encoding": MILLIMETRE}
-        if unit_m >= 1 / MILLIMETRES
-        else {"encoding": COUNTS, "count_m": unit_m}
-    )
-
-
-def counted(depth: NDArray, unit_m: float, count_m: float) -> tuple[NDArray, int]:
-    """Depth in whole counts.
-
-    Parameters
-    ----------
-    depth : (h, w) array
-        As the source counts it; NaN, infinite, negative or 0 where there is none.
-    unit_m : float
-        What one of its counts is [m].
-    count_m : float
-        What one is to be [m].
-
-    Returns
-    -------
-    values : (h, w) uint16 array
-        0 where there is none.
-    beyond : int
-        Number of pixels with a depth that 16 bits can't hold; they are 0 as well.
-    """
-    if depth.dtype == np.uint16 and unit_m == count_m:
-        return depth, 0
-    values = depth.astype(float) * (unit_m / count_m)
-    seen = np.isfinite(values) & (values > 0)
-    rounded = np.rint(np.where(seen, values, 0))
-    beyond = rounded > LARGEST_COUNT
-    return np.where(beyond, 0, rounded).astype(np.uint16), int(beyond.sum())
 
 
 def _either(names: Sequence[str]) -> str:
@@ -216,24 +171,21 @@ def _either(names: Sequence[str]) -> str:
 
 
 def _file_bytes(message: Any) -> bytes:
-    data, said = np.asarray(message.data, dtype=np.uint8).tobytes(), message.format
+    """The PNG or JPEG of a CompressedImage."""
+    said, why = message.format, ""
     packed = DEPTH_CODEC in said
-    expected = f"format: expected 16UC1; {DEPTH_CODEC} png, found {said}"
-    if packed and (not said.startswith("16UC1") or "rvl" in said):
-        why = "RVL" if "rvl" in said else "rounded inverse depth"
-        raise ValueError(f"{expected} ({why}: republish it as an Image)")
-    if said.startswith(("16UC1", METRES)) and "jpeg" in said:
+    if packed and "rvl" in said:
+        why = "RVL: republish it as an Image"
+    elif packed and not said.startswith("16UC1"):
+        why = "rounded inverse depth: republish it as an Image"
+    elif said.startswith(("16UC1", METRES)) and "jpeg" in said:
         why = "JPEG keeps 8 of depth's 16 bits: record the Image"
-        raise ValueError(f"{expected} ({why})")
+    if why:
+        raise mismatch("format", f"16UC1; {DEPTH_CODEC} png", f"{said} ({why})")
+    data = np.asarray(message.data, dtype=np.uint8).tobytes()
     return data[DEPTH_CODEC_BYTES:] if packed else data
 
 
-def _checked(form: Form) -> Form:
-    if not all(SMALLEST_PX <= side <= LARGEST_PX for side in (form.width_px, form.height_px)):
-        found = f"{form.width_px} x {form.height_px}"
-        raise ValueError(f"image: expected {SMALLEST_PX} to {LARGEST_PX} pixels, found {found}")
-    return form
-
-
 def _rgb(image: NDArray, encoding: str) -> NDArray:
-    return cv2.cvtColor(image, TO_RGB[encoding]) if encoding in TO_RGB else image
+    code = RAW_FORMS[encoding][3]
+    return image if code is None else cv2.cvtColor(image, code)

@@ -1,18 +1,81 @@
 """What every kind of recording gives: times, forms and optics first, then image after image."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from typing import Protocol
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from tqdm import tqdm
 
 from palpate.capture.force_record import WRENCH_COLUMNS, sampled_s
-from palpate.capture.importing.pixels import Form
+from palpate.yaml_files import one_line
+
+if TYPE_CHECKING:
+    from palpate.capture.importing.pixels import Form
 
 NANOSECONDS = 1_000_000_000
-Progress = Callable[[], object]
+LONGEST_NAME = 100
+# Table of force.csv, and notes on it.
+ForceTable = tuple[pd.DataFrame, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a person asks of an import.
+
+    Parameters
+    ----------
+    recording : Path
+        File or folder.
+    folder : Path
+        ``raw/<object>/<sensor>/<capture>`` or ``.../background``, or a recording of the probe,
+        ``raw/sensors/<sensor>/<part>``; must not exist.
+    sensor_file : Path
+        ``config/sensors/<sensor>.yaml``; made if it does not exist.
+    range_m : pair of floats
+        Nearest and farthest depth of a new sensor file [m].
+    trust_sensor_file : bool
+        Whether the optics of an existing file are right whatever the recording states.
+    force_offset_s : float
+        What brings the force's clock to that of the images [s]; it is added.
+    pairing_ms : float or None
+        How far apart a frame's colour and depth may be [ms]; half a frame if None.
+    color, depth, wrench, color_info, depth_info : str or None
+        Topics of a bag; found by their types if None.
+    registered, receive_clock : bool
+        Whether a bag's depth is known to be registered to colour, and whether a wrench without a
+        stamp may take the time of its receipt.
+    depth_unit_m : float or None
+        What one count of a bag's depth images is [m]; None if the bag states it.
+    depth_factor : float
+        Counts in a metre, of a folder with lists.
+    intrinsics, distortion : sequence of floats or None
+        fx, fy, cx, cy [px] and k1, k2, p1, p2, k3 of the colour camera, in whose frame depth is,
+        of a folder with lists.
+    """
+
+    recording: Path
+    folder: Path
+    sensor_file: Path
+    range_m: Sequence[float]
+    trust_sensor_file: bool
+    force_offset_s: float
+    pairing_ms: float | None
+    color: str | None
+    depth: str | None
+    wrench: str | None
+    color_info: str | None
+    depth_info: str | None
+    registered: bool
+    receive_clock: bool
+    depth_unit_m: float | None
+    depth_factor: float
+    intrinsics: Sequence[float] | None
+    distortion: Sequence[float] | None
 
 
 @dataclass(frozen=True)
@@ -30,7 +93,7 @@ class Stream:
     """
 
     name: str
-    form: Form
+    form: "Form"
     times_ns: NDArray
 
 
@@ -46,7 +109,7 @@ class Content:
     depth_unit_from : str
         Who says so, in words.
     force : DataFrame or None
-        ``time_s`` [s] and the wrench [N, Nm], by time; None for a background.
+        ``time_s`` [s] and the wrench [N, Nm], by time; None if the recording holds none.
     cameras : dict or None
         ``color`` and ``depth`` blocks of the sensor's file; None if the recording states none.
     notes : tuple of str
@@ -59,40 +122,28 @@ class Content:
     depth_unit_from: str
     force: pd.DataFrame | None
     cameras: dict | None
-    notes: tuple[str, ...] = field(default=())
-
-
-@dataclass(frozen=True)
-class Picture:
-    """One image: ``color`` or ``depth``, its place in the stream, and its pixels."""
-
-    stream: str
-    index: int
-    pixels: NDArray
+    notes: tuple[str, ...] = ()
 
 
 class Recording(Protocol):
     """A recording that can be read twice."""
 
-    def survey(self, tick: Progress) -> Content:
-        """Look through it once, without decoding images; ``tick`` is called for each message."""
+    def survey(self) -> Content:
+        """Look through it once, without decoding images."""
 
-    def pictures(self) -> Iterator[Picture]:
-        """All images one by one; none is kept."""
-
-    def messages(self) -> int:
-        """How often `survey` will call ``tick``, about."""
+    def pictures(self) -> Iterator[tuple[str, int, NDArray]]:
+        """``color`` or ``depth``, place in the stream and pixels of each image; none is kept."""
 
 
-def force_table(times_ns: NDArray, wrench: NDArray) -> tuple[pd.DataFrame, tuple[str, ...]]:
+def force_table(times_ns: Sequence[int], wrench: Sequence[float]) -> ForceTable:
     """Table of force.csv.
 
     Parameters
     ----------
-    times_ns : (n,) int64 array
+    times_ns : (n,) ints
         Stamps [ns].
-    wrench : (n, 6) array
-        Force [N] and torque [Nm], as the sensor reports them.
+    wrench : (n, 6) or (6 n,) floats
+        Force [N] and torque [Nm] of each sample, as the sensor reports them.
 
     Returns
     -------
@@ -101,6 +152,7 @@ def force_table(times_ns: NDArray, wrench: NDArray) -> tuple[pd.DataFrame, tuple
     notes : tuple of str
         What was put in order.
     """
+    times_ns, wrench = np.array(times_ns, dtype=np.int64), np.array(wrench, dtype=float)
     order = np.argsort(times_ns, kind="stable")
     # In float64 seconds since 1970 are no finer than a quarter of a microsecond.
     since_s, burst = sampled_s((times_ns[order] - times_ns[order[0]]) / NANOSECONDS)
@@ -112,6 +164,34 @@ def force_table(times_ns: NDArray, wrench: NDArray) -> tuple[pd.DataFrame, tuple
         notes.append(f"force: {(~first).sum()} samples repeat a stamp, left out")
     elif np.any(np.diff(times_ns) < 0):
         notes.append("force: samples were not in order of their stamps, sorted")
-    table = pd.DataFrame(wrench[order][first], columns=list(WRENCH_COLUMNS))
+    table = pd.DataFrame(wrench.reshape(-1, 6)[order][first], columns=list(WRENCH_COLUMNS))
     table.insert(0, "time_s", times_ns[order[0]] / NANOSECONDS + since_s[first])
     return table, tuple(notes)
+
+
+def shown(text: object) -> str:
+    """A name out of a recording as it can be printed: no control characters, and not too long."""
+    plain = "".join(letter if letter.isprintable() else "?" for letter in str(text))
+    return plain if len(plain) <= LONGEST_NAME else plain[:LONGEST_NAME] + "..."
+
+
+def mismatch(field: object, expected: object, found: object) -> ValueError:
+    """Error to raise where a field of a recording is not as expected."""
+    return ValueError(f"{field}: expected {expected}, found {found}")
+
+
+@contextmanager
+def named(path: Path | str, *within: str) -> Iterator[None]:
+    """Name a file, and a place within it, in errors that don't begin with the file's name."""
+    try:
+        yield
+    except ValueError as error:
+        text = str(error)
+        if not text.startswith(f"{path}: "):
+            text = ": ".join([str(path), *within, text])
+        raise ValueError(one_line(text)) from None
+
+
+def progress(doing: str, total: int, items: Iterable | None = None) -> tqdm:
+    """Progress on a terminal, and on nothing else."""
+    return tqdm(items, total=total, desc=doing, unit="", disable=None, leave=False)

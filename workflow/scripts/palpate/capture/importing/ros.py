@@ -1,246 +1,302 @@
-"""Recordings in bags: what their messages say."""
+"""Recordings in bags: which topics are meant, and what their messages say."""
 
 from array import array
-from collections.abc import Callable, Iterator, Mapping
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform, Rotation
 
-from palpate.capture.importing import optics
-from palpate.capture.importing.bags import (
-    FLOAT,
-    KEY_VALUE,
-    TEXT,
-    TRANSFORM,
-    TRANSFORMS,
-    Bag,
-    open_bag,
-    shown,
-)
-from palpate.capture.importing.pixels import METRES, MILLIMETRES, Form, pixels_of
+from palpate.capture.importing.bags import IMAGE, TRANSFORMS, Bag, open_bag
+from palpate.capture.importing.optics import camera_block, rows
+from palpate.capture.importing.pixels import METRES, Form, form_of, pixels_of, taken
 from palpate.capture.importing.recording import (
     NANOSECONDS,
     Content,
-    Picture,
-    Progress,
+    ForceTable,
+    Request,
     Stream,
     force_table,
+    mismatch,
+    named,
+    progress,
+    shown,
 )
-from palpate.capture.importing.topics import (
-    REALSENSE_DATA,
-    Names,
-    color_topic,
-    depth_topic,
-    image_forms,
-    info_topic,
-    wrench_topic,
-)
+from palpate.units import MILLIMETRES
 
-# In recordings of the RealSense SDK: <stream>/tf/<reference>, <sensor>/option/<name>/value.
-# Names of ROS 2 have no blanks.
-REALSENSE_UNITS = ("/option/Depth Units/value", "/option/Depth_Units/value")
+COMPRESSED = "sensor_msgs/msg/CompressedImage"
+CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
+WRENCH, WRENCH_STAMPED = "geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped"
+TRANSFORM, KEY_VALUE = "geometry_msgs/msg/Transform", "diagnostic_msgs/msg/KeyValue"
+NUMBERS = "std_msgs/msg/Float32", "std_msgs/msg/String"
 STATIC = "tf_static"
-# Beside its images it keeps what it knows of each: pairs of names and values.
-REALSENSE_METADATA = "/image/metadata"
+# image_transport puts these behind the name of the plain image.
+CODECS = ("compressed", "compressedDepth")
+# Layout of the RealSense SDK's recorder: <stream>/image/data, <stream>/image/metadata (pairs of
+# names and values), <stream>/info/camera_info, <stream>/tf/<reference> and
+# <sensor>/option/<name>/value. Names of ROS 2 have no blanks.
+REALSENSE_DATA, REALSENSE_METADATA = "/image/data", "/image/metadata"
+REALSENSE_INFO = "/info/camera_info"
+REALSENSE_UNITS = ("/option/Depth Units/value", "/option/Depth_Units/value")
 PAIRS_OF_A_FRAME = 100
 COMPUTER_CLOCKS = "System Time", "Global Time"
 SMALLEST_UNIT_M = 1e-6
+MOST_SHOWN = 8
 
 
 class BagRecording:
-    """A bag with one camera's colour and depth and, but for a background, a wrench.
+    """A bag with one camera's colour and depth and, where it is asked for, a wrench."""
 
-    Parameters
-    ----------
-    path : Path
-        The bag.
-    names : Names
-    force : bool
-        Whether it is to have a wrench.
-    stated_optics : bool, optional
-        Whether what it says of its cameras is to be read.
-    """
+    def __init__(self, request: Request, *, force: bool) -> None:
+        self._path, self._request = request.recording, request
+        with open_bag(self._path) as bag:
+            self._images = _image_topics(bag, request)
+            self._wrench = _wrench_topic(bag, request) if force else None
 
-    def __init__(
-        self, path: Path, names: Names, *, force: bool, stated_optics: bool = True
-    ) -> None:
-        self.path, self._names, self._stated_optics = path, names, stated_optics
-        with open_bag(path) as bag:
-            forms, others = image_forms(bag)
-            self._color = color_topic(bag, forms, names.color, others)
-            self._depth = depth_topic(bag, forms, names.depth, others)
-            self._wrench = wrench_topic(bag, names) if force else None
-            counts = bag.topics()
-        self._forms = {name: forms[name] for name in (self._color, self._depth)}
-        self._count = sum(counts[name].count for name in self._wanted())
-
-    def messages(self) -> int:
-        """Number of messages that `survey` reads."""
-        return self._count
-
-    def survey(self, tick: Progress) -> Content:
+    def survey(self) -> Content:
         """Look through the bag once; see `Recording`."""
-        stamps = {name: array("q") for name in self._forms}
-        samples, count = Samples(self._names), 0
-        with open_bag(self.path) as bag:
-            for topic, received_ns, message in bag.messages(self._wanted()):
-                if topic in stamps:
-                    stamps[topic].append(stamp_ns(message.header))
-                else:
-                    samples.add(message, received_ns)
-                count += 1
-                tick()
-            if count != self._count:
-                expected = f"{self._count}, as the bag states"
-                raise ValueError(f"{self.path}: messages: expected {expected}, found {count}")
-            clock_notes = _clock_notes(bag, self._color)
-            cameras = self._cameras(bag) if self._stated_optics else None
-            unit_m, said = self._names.depth_unit_m, "--depth-unit"
+        images = {kind: topic for kind, (topic, _) in self._images.items()}
+        times_ns = {topic: array("q") for topic in (*images.values(), self._wrench) if topic}
+        wrench = array("d")
+        with open_bag(self._path) as bag:
+            stated = sum(bag.topics()[topic].msgcount for topic in times_ns)
+            messages = progress("looking", stated, bag.messages(times_ns))
+            for topic, received_ns, message in messages:
+                times_ns[topic].append(_stamp_ns(message, received_ns))
+                if topic == self._wrench:
+                    wrench.extend(_wrench(message))
+            if (count := sum(map(len, times_ns.values()))) != stated:
+                raise mismatch(f"{self._path}: messages", f"{stated}, as the bag states", count)
+            notes = _clock_notes(bag, images["color"])
+            cameras = None if self._request.trust_sensor_file else self._cameras(bag)
+            unit_m, said = self._request.depth_unit_m, "--depth-unit"
             if unit_m is None:
-                unit_m, said = _depth_unit_m(bag, self._depth, self._forms[self._depth])
-        color, depth = (
-            Stream(shown(name), self._forms[name], np.array(times, dtype=np.int64))
-            for name, times in stamps.items()
+                with named(self._path, shown(images["depth"])):
+                    unit_m, said = _depth_unit_m(bag, *self._images["depth"])
+        streams = (
+            Stream(shown(topic), form, np.array(times_ns[topic], dtype=np.int64))
+            for topic, form in self._images.values()
         )
-        force, notes = samples.table() if self._wrench else (None, ())
-        notes += clock_notes
-        return Content(color, depth, unit_m, said, force, cameras, notes)
+        force, found = force_table(times_ns[self._wrench], wrench) if self._wrench else (None, ())
+        return Content(*streams, unit_m, said, force, cameras, found + notes)
 
-    def pictures(self) -> Iterator[Picture]:
-        """All images one by one."""
-        counts = dict.fromkeys(self._forms, 0)
-        streams = {self._color: "color", self._depth: "depth"}
-        with open_bag(self.path) as bag:
-            for topic, _, message in bag.messages(self._forms):
-                pixels = _told(bag, topic, lambda m=message, t=topic: pixels_of(m, self._forms[t]))
-                yield Picture(streams[topic], counts[topic], pixels)
-                counts[topic] += 1
-
-    def _wanted(self) -> list[str]:
-        return [name for name in (self._color, self._depth, self._wrench) if name]
+    def pictures(self) -> Iterator[tuple[str, int, NDArray]]:
+        """All images one by one; see `Recording`."""
+        kinds = {topic: (kind, form) for kind, (topic, form) in self._images.items()}
+        counts = Counter()
+        with open_bag(self._path) as bag:
+            for topic, _, message in bag.messages(kinds):
+                kind, form = kinds[topic]
+                with named(self._path, shown(topic)):
+                    pixels = pixels_of(message, form)
+                yield kind, counts[kind], pixels
+                counts[kind] += 1
 
     def _cameras(self, bag: Bag) -> dict | None:
         """Camera blocks of the sensor's file, or None if the bag has no optics."""
         infos = {
-            "color": info_topic(bag, self._color, self._names.color_info),
-            "depth": info_topic(bag, self._depth, self._names.depth_info),
+            kind: _info_topic(bag, topic, getattr(self._request, f"{kind}_info"))
+            for kind, (topic, _) in self._images.items()
         }
         if None in infos.values():
             return None
-        messages = {kind: bag.first(name) for kind, name in infos.items()}
+        messages = {kind: bag.first(info) for kind, info in infos.items()}
         blocks = {}
-        for kind, image in (("color", self._color), ("depth", self._depth)):
-            rectified = optics.is_rectified(image)
-            arguments = messages[kind], self._forms[image]
-            blocks[kind] = _told(
-                bag,
-                infos[kind],
-                lambda a=arguments, r=rectified: optics.camera_block(*a, rectified=r),
-            )
-        transform = self._color_from_depth(bag, messages)
-        blocks["depth"]["color_from_depth"] = optics.rows(transform)
+        for kind, (topic, form) in self._images.items():
+            with named(self._path, shown(infos[kind])):
+                blocks[kind] = camera_block(messages[kind], form, topic)
+        blocks["depth"]["color_from_depth"] = rows(self._color_from_depth(bag, messages))
         return blocks
 
-    def _color_from_depth(self, bag: Bag, infos: Mapping[str, Any]) -> np.ndarray:
-        if self._names.registered:
-            return np.eye(4)
-        if self._depth.endswith(REALSENSE_DATA):
-            return _told(bag, self._depth, lambda: _realsense(bag, self._color, self._depth))
+    def _color_from_depth(self, bag: Bag, infos: Mapping[str, Any]) -> NDArray:
         color, depth = (infos[kind].header.frame_id for kind in ("color", "depth"))
-        if color and color == depth:
+        topic, _ = self._images["depth"]
+        realsense = topic.endswith(REALSENSE_DATA)
+        if self._request.registered or (not realsense and color and color == depth):
             return np.eye(4)
+        if realsense:
+            with named(self._path, shown(topic)):
+                return _realsense(bag, self._images["color"][0], topic)
         topics = [name for name in bag.topics(TRANSFORMS) if name.endswith(STATIC)]
         found = [one for _, _, message in bag.messages(topics) for one in message.transforms]
-        return _told(bag, STATIC, lambda: optics.chained(found, color, depth))
+        with named(self._path, STATIC):
+            return _chained(found, color, depth)
 
 
-class Samples:
-    """Wrenches as they come in; `table` puts them in order."""
-
-    def __init__(self, names: Names) -> None:
-        self._names = names
-        self._times_ns, self._values = array("q"), array("d")
-
-    def add(self, message: Any, received_ns: int) -> None:
-        """Take one message of type WrenchStamped, or Wrench with its time of receipt."""
-        stamped = hasattr(message, "wrench")
-        self._times_ns.append(stamp_ns(message.header) if stamped else received_ns)
-        wrench = message.wrench if stamped else message
-        force, torque = wrench.force, wrench.torque
-        self._values.extend((force.x, force.y, force.z, torque.x, torque.y, torque.z))
-
-    def table(self) -> tuple:
-        """Table of force.csv and notes on it; see `force_table`."""
-        times_ns = np.array(self._times_ns, dtype=np.int64)
-        return force_table(times_ns, np.array(self._values, dtype=float).reshape(-1, 6))
-
-
-def read_force_bag(path: Path, names: Names) -> tuple:
+def read_force_bag(path: Path, request: Request) -> ForceTable:
     """Table of force.csv and notes on it from a bag that holds a wrench."""
-    samples = Samples(names)
+    times_ns, wrench = array("q"), array("d")
     with open_bag(path) as bag:
-        for _, received_ns, message in bag.messages([wrench_topic(bag, names)]):
-            samples.add(message, received_ns)
-    return samples.table()
+        for _, received_ns, message in bag.messages([_wrench_topic(bag, request)]):
+            times_ns.append(_stamp_ns(message, received_ns))
+            wrench.extend(_wrench(message))
+    return force_table(times_ns, wrench)
 
 
-def stamp_ns(header: Any) -> int:
-    """Stamp of a header [ns]."""
-    return int(header.stamp.sec) * NANOSECONDS + int(header.stamp.nanosec)
+def _image_topics(bag: Bag, request: Request) -> dict[str, tuple[str, Form]]:
+    """Topic of the ``color`` and of the ``depth`` images, and the form of its first image."""
+    forms, others, found = {}, [], {"color": [], "depth": []}
+    for topic in bag.topics(IMAGE, COMPRESSED):
+        message = bag.first(topic)
+        try:
+            forms[topic] = form_of(message)
+            found[forms[topic].kind].append(topic)
+        except ValueError as error:
+            others.append(f"{shown(topic)} of {shown(str(error).rpartition('found ')[2])}")
+    # Depth cameras often record their infrared image, which is grey, as well.
+    coloured = [topic for topic in found["color"] if forms[topic].stored != "mono8"]
+    if coloured and not request.color:
+        found["color"] = coloured
+    none = _held_instead(bag, others)
+    for kind, topics in found.items():
+        topic = _chosen(bag, kind, topics, getattr(request, kind), taken(kind), none)
+        found[kind] = topic, forms[topic]
+    return found
 
 
-def _realsense(bag: Bag, color: str, depth: str) -> np.ndarray:
+def _held_instead(bag: Bag, others: Sequence[str]) -> str:
+    """What is found where there is no such image: others, or topics of other types."""
+    if others:
+        return f"none but {others[0]}"
+    held = [f"{shown(name)} of {shown(topic.msgtype)}" for name, topic in bag.topics().items()]
+    more = len(held) - MOST_SHOWN
+    rest = f" and {more} other{'s' if more > 1 else ''}" if more > 0 else ""
+    return f"none (it holds {', '.join(held[:MOST_SHOWN]) or 'no messages'}{rest})"
+
+
+def _wrench_topic(bag: Bag, request: Request) -> str:
+    """Topic of the wrench, one with stamps where nothing else is said."""
+    found = bag.topics(WRENCH_STAMPED, WRENCH)
+    name = _chosen(bag, "wrench", list(found), request.wrench, "WrenchStamped")
+    if found[name].msgtype == WRENCH and not request.receive_clock:
+        expected = f"{WRENCH_STAMPED} (--receive-clock takes the times of receipt)"
+        raise mismatch(f"{bag.path}: {shown(name)}: type", expected, WRENCH)
+    return name
+
+
+def _info_topic(bag: Bag, image: str, asked: str | None) -> str | None:
+    """CameraInfo that belongs to an image topic by its name."""
+    infos = bag.topics(CAMERA_INFO)
+    if asked:
+        return _chosen(bag, "camera_info", list(infos), asked, CAMERA_INFO)
+    parts = image.split("/")
+    base = parts[:-1] if parts[-1] in CODECS else parts
+    beside = "/".join([*base[:-1], "camera_info"])
+    realsense = image.removesuffix(REALSENSE_DATA) + REALSENSE_INFO
+    return next((name for name in (beside, realsense) if name in infos), None)
+
+
+def _chosen(
+    bag: Bag, what: str, found: list[str], asked: str | None, kind: str, none: str = "none"
+) -> str:
+    """The topic that was asked for, or the only one."""
+    if asked in found or (not asked and len(found) == 1):
+        return asked or found[0]
+    listed = ", ".join(map(shown, found)) or none
+    if asked:
+        held = bag.topics().get(asked)
+        here = f"{held.msgtype} that can't serve" if held else "no such topic"
+        raise mismatch(f"{bag.path}: --{what} {shown(asked)}", f"a topic of {kind}: {listed}", here)
+    which = f", named by --{what}" if found else ""
+    raise mismatch(f"{bag.path}: {what}", f"one topic of {kind}{which}", listed)
+
+
+def _stamp_ns(message: Any, received_ns: int) -> int:
+    """Stamp of a message [ns]; of one without a header, its time of receipt."""
+    if not hasattr(message, "header"):
+        return received_ns
+    stamp = message.header.stamp
+    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
+
+
+def _wrench(message: Any) -> list[float]:
+    """Force and torque of a Wrench or a WrenchStamped."""
+    plain = getattr(message, "wrench", message)
+    return [getattr(part, axis) for part in (plain.force, plain.torque) for axis in "xyz"]
+
+
+def _realsense(bag: Bag, color: str, depth: str) -> NDArray:
     """color_from_depth of a RealSense recording: each stream states itself from a reference."""
-    found: dict[str, dict[str, np.ndarray]] = {}
+    found = []
     for image in (color, depth):
         stem = f"{image.removesuffix(REALSENSE_DATA)}/tf/"
         topics = [name for name in bag.topics(TRANSFORM) if name.startswith(stem)]
-        found[image] = {name[len(stem) :]: optics.matrix(bag.first(name)) for name in topics}
-    shared = sorted(found[color].keys() & found[depth].keys())
+        found.append({name.removeprefix(stem): _matrix(bag.first(name)) for name in topics})
+    shared = sorted(found[0].keys() & found[1].keys())
     if not shared:
-        raise ValueError("tf: expected extrinsics of both streams, found none (see --registered)")
-    return found[color][shared[0]] @ np.linalg.inv(found[depth][shared[0]])
+        raise mismatch("tf", "extrinsics of both streams", "none (see --registered)")
+    color_from_shared, depth_from_shared = (one[shared[0]] for one in found)
+    return color_from_shared @ np.linalg.inv(depth_from_shared)
+
+
+def _chained(transforms: Iterable[Any], target: str, source: str) -> NDArray:
+    """target_from_source by way of the TransformStamped that a recording states."""
+    steps: dict[str, list[tuple[str, NDArray]]] = defaultdict(list)
+    for one in transforms:
+        parent_from_child = _matrix(one.transform)
+        # Old ROS puts a slash before names.
+        parent, child = one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/")
+        steps[child].append((parent, parent_from_child))
+        steps[parent].append((child, np.linalg.inv(parent_from_child)))
+    waiting = [source.lstrip("/")]
+    reached = {waiting[0]: np.eye(4)}
+    while waiting:
+        here = waiting.pop()
+        for there, there_from_here in steps[here]:
+            if there not in reached:
+                reached[there] = there_from_here @ reached[here]
+                waiting.append(there)
+    if target.lstrip("/") not in reached:
+        found = "none (--registered says that depth is registered to colour)"
+        raise mismatch("tf_static", f"a way from frame {source} to {target}", found)
+    return reached[target.lstrip("/")]
+
+
+def _matrix(transform: Any) -> NDArray:
+    """Homogeneous (4, 4) matrix of a Transform message, translation in metres."""
+    q, t = transform.rotation, transform.translation
+    quaternion, translation = np.array([q.x, q.y, q.z, q.w]), np.array([t.x, t.y, t.z])
+    length = np.linalg.norm(quaternion)
+    if not (np.isfinite(translation).all() and abs(length - 1) < 0.01):
+        found = f"length {length:g}, {translation}"
+        raise mismatch("transform", "a unit quaternion and metres", found)
+    rotation = Rotation.from_quat(quaternion)
+    return RigidTransform.from_components(translation, rotation).as_matrix()
 
 
 def _depth_unit_m(bag: Bag, depth: str, form: Form) -> tuple[float, str]:
     """What one count of the depth images is [m], and who says so."""
-    stated = "as the recording states"
     if form.encoding == METRES:
         return 1.0, f"{METRES} by REP 118: --depth-unit"
-    message = bag.first(depth)
-    if unit_m := getattr(message, "depth_units", 0.0):
-        return _checked_unit(bag, depth, unit_m), stated
-    if not depth.endswith(REALSENSE_DATA):
-        return (
-            1 / MILLIMETRES,
-            f"{form.encoding} by REP 118, the recording states none: --depth-unit",
-        )
-    sensor = depth.removesuffix(REALSENSE_DATA).rpartition("/")[0]
-    options = bag.topics(FLOAT, TEXT)
-    for name in (sensor + option for option in REALSENSE_UNITS):
-        if name in options:
-            return _checked_unit(bag, depth, bag.first(name).data), stated
-    expected = "the recording or --depth-unit <metres> to state them"
-    raise ValueError(f"{bag.path}: {shown(depth)}: depth units: expected {expected}, found none")
-
-
-def _checked_unit(bag: Bag, depth: str, stated: float | str) -> float:
+    stated = getattr(bag.first(depth), "depth_units", 0.0)
+    if not stated and not depth.endswith(REALSENSE_DATA):
+        said = f"{form.encoding} by REP 118, the recording states none: --depth-unit"
+        return 1 / MILLIMETRES, said
+    if not stated:
+        sensor = depth.removesuffix(REALSENSE_DATA).rpartition("/")[0]
+        options = [sensor + name for name in REALSENSE_UNITS]
+        units = [name for name in options if name in bag.topics(*NUMBERS)]
+        if not units:
+            expected = "the recording or --depth-unit <metres> to state them"
+            raise mismatch("depth units", expected, "none")
+        stated = bag.first(units[0]).data
     try:
         unit_m = float(stated)
     except ValueError:
         unit_m = np.nan
     if not SMALLEST_UNIT_M <= unit_m <= 1:
-        expected = "between a micrometre and a metre"
-        raise ValueError(f"{bag.path}: {shown(depth)}: depth units: expected {expected},"
-                         f" found {shown(stated)} m")  # fmt: skip
+        found = f"{shown(stated)} m"
+        raise mismatch("depth units", "between a micrometre and a metre", found)
     # The bag has it as a float of 32 bits.
-    return float(f"{unit_m:.6g}")
+    return float(f"{unit_m:.6g}"), "as the recording states"
 
 
 def _clock_notes(bag: Bag, image: str) -> tuple[str, ...]:
-    """Tell of stamps that a RealSense recording states to be of the camera's own clock."""
+    """Say that stamps are of the camera's own clock, where a RealSense recording states it."""
     topic = f"{image.removesuffix(REALSENSE_DATA)}{REALSENSE_METADATA}"
     if not image.endswith(REALSENSE_DATA) or topic not in bag.topics(KEY_VALUE):
         return ()
@@ -250,13 +306,3 @@ def _clock_notes(bag: Bag, image: str) -> tuple[str, ...]:
         return ()
     return (f"{shown(image)}: stamps are of another clock than the computer's ({shown(domain)}):"
             " force of the computer's clock needs --force-offset",)  # fmt: skip
-
-
-def _told(bag: Bag, topic: str, work: Callable[[], Any]) -> Any:
-    """Name bag and topic in what goes wrong."""
-    try:
-        return work()
-    except ValueError as error:
-        if str(error).startswith(f"{bag.path}: "):
-            raise
-        raise ValueError(f"{bag.path}: {shown(topic)}: {error}") from None
