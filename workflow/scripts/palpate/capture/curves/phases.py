@@ -48,6 +48,16 @@ class Phases:
     retract: slice
     loadings: int = 1
 
+    def told(self, count: int) -> str:
+        """How many samples a record has, and of what."""
+        parts = {"of loading": self.loading, "of hold": self.hold, "of retract": self.retract}
+        counts = {"before": self.loading.start}
+        counts |= {name: part.stop - part.start for name, part in parts.items()}
+        if counts["of loading"] == count:
+            return f"{count} samples"
+        told = ", ".join(f"{number} {name}" for name, number in counts.items() if number)
+        return f"{count} samples: {told}; the loading is fitted"
+
 
 def signs_of(position: NDArray, force: NDArray) -> tuple[tuple[int, int], bool]:
     """Signs that make depth grow into the object and force grow with it, and whether that is plain.
@@ -96,7 +106,9 @@ def phases_of(depth: NDArray, force: NDArray) -> Phases:
         Both growing in the press, in the order of the record.
     """
     count, way = len(depth), _without_glitches(depth)
-    deepest, back = int(np.argmax(way)), _back(depth)
+    # A way back shorter than this is noise.
+    back = max(BACK * float(np.ptp(depth)), 2 * BAND_DEVIATIONS * noise_of(depth))
+    deepest = int(np.argmax(way))
     after = way[deepest:] < way[deepest] - back
     end = deepest + int(np.argmax(after)) if after.any() else count
     start = _begin(way[: deepest + 1], back)
@@ -114,25 +126,19 @@ def phases_of(depth: NDArray, force: NDArray) -> Phases:
 
 def outlier(values: NDArray) -> int | None:
     """First single sample that leaves its neighbours by several times the range of all others."""
-    if len(values) < GLITCH_SAMPLES:
-        return None
-    smooth = median_filter(values, 5, mode="nearest")
+    smooth = _smooth(values)
     out = np.abs(values - smooth) > OUT * np.ptp(smooth)
     return int(np.argmax(out)) if out.any() and np.ptp(smooth) > 0 else None
 
 
-def _without_glitches(values: NDArray) -> NDArray:
+def _smooth(values: NDArray) -> NDArray:
     """A record without single samples that leave it, where it is long enough to tell."""
-    if len(values) < GLITCH_SAMPLES:
-        return values
-    smooth = median_filter(values, 5, mode="nearest")
-    apart = np.abs(values - smooth)
-    return np.where(apart > GLITCH * np.ptp(smooth), smooth, values)
+    return values if len(values) < GLITCH_SAMPLES else median_filter(values, 5, mode="nearest")
 
 
-def _back(depth: NDArray) -> float:
-    """A way back shorter than this is noise [as the depth]."""
-    return max(BACK * float(np.ptp(depth)), 2 * BAND_DEVIATIONS * noise_of(depth))
+def _without_glitches(values: NDArray) -> NDArray:
+    smooth = _smooth(values)
+    return np.where(np.abs(values - smooth) > GLITCH * np.ptp(smooth), smooth, values)
 
 
 def _begin(way: NDArray, back: float) -> int:
