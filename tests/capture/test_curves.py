@@ -156,6 +156,8 @@ def test_a_curve_without_a_camera_is_a_capture(bench):
     assert bench({"poisson_ratio": [0.3, 0.45], "radius_m": 0.005}) == []
     found = examine_object(bench.folder, {}, {"ball": {}})
     assert any(line.startswith("curve 08: ; as delimiter, decimal commas") for line in found.found)
+    (line,) = bench({"poisson_ratio": 0.4})
+    assert line.endswith("probe: expected one of ball, or curves.radius_m, found none")
 
 
 def test_what_a_probes_file_says_counts_for_the_check(bench):
@@ -167,21 +169,6 @@ def test_what_a_probes_file_says_counts_for_the_check(bench):
     assert any("force over 60 N/m taken off the depth" in line for line in found.found)
     found = examine_object(bench.folder, {}, {"ball": {"indenter": {"radius_m": 0.005}}})
     assert any("(curves.stiffness_n_m takes it off)" in line for line in found.doubts)
-
-
-@pytest.mark.parametrize(
-    ("curves", "changes", "expected"),
-    [
-        ({"poisson_ratio": [0.45, 0.3], "radius_m": 0.005}, {},
-         "curves.poisson_ratio: expected the lower before the higher, found [0.45, 0.3]"),
-        ({"poisson_ratio": 0.4}, {}, "probe: expected one of ball, or curves.radius_m, found none"),
-        ({"poisson_ratio": 0.4, "radius_m": 0.005}, {"probe": "ball"},
-         "curves.radius_m: expected none beside a probe, which has its own"),
-    ],
-)  # fmt: skip
-def test_what_is_declared_wrong_is_said(bench, curves, changes, expected):
-    (line,) = bench(curves, **changes)
-    assert line.startswith(f"{bench.folder / 'object.yaml'}: {expected}")
 
 
 def test_a_curve_that_is_none_is_said(bench):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from palpate.capture.curves.curve import Curve, read_curve
 from palpate.capture.files import whole_file
 from palpate.capture.tables import write_table
 from palpate.commands.help import add_columns, add_verb, check_figure
@@ -19,8 +20,8 @@ from palpate.modulus import modulus_text
 from palpate.units import readable
 
 if TYPE_CHECKING:
-    from palpate.capture.curves.curve import Curve
     from palpate.estimate.hertz.curve_fit import HertzFit
+    from palpate.estimate.hertz.curve_setup import Setup
 
 ABOUT = """\
 Fit E* and the contact to curves of force against depth, in text files as instruments write them.
@@ -71,7 +72,7 @@ def _hertz(options: argparse.Namespace) -> int:
     return failed
 
 
-def _setup(options: argparse.Namespace) -> Any:
+def _setup(options: argparse.Namespace) -> "Setup":
     """What all curves are fitted with."""
     from palpate.estimate.hertz.curve_setup import Setup
 
@@ -94,9 +95,7 @@ def _setup(options: argparse.Namespace) -> Any:
             object_radius_m=_metres(options.object_radius_mm),
             thickness_m=_metres(options.thickness_mm),
             poisson_ratio=options.nu,
-            baseline=options.baseline,
-            residual=options.residual,
-            base=options.base,
+            **{name: getattr(options, name) for name in ("baseline", "residual", "base")},
         )
     except ValueError as error:
         raise ValueError(_as_option(str(error))) from None
@@ -113,19 +112,15 @@ def _as_option(line: str) -> str:
     return f"{OPTIONS.get(name, name)}{colon}{rest}"
 
 
-def _fitted(path: str, setup: Any, options: argparse.Namespace) -> tuple["Curve", "HertzFit"]:
-    from palpate.capture.curves.curve import read_curve
+def _fitted(path: str, setup: "Setup", options: argparse.Namespace) -> tuple[Curve, "HertzFit"]:
     from palpate.estimate.hertz.curve_fit import fit_curve
 
+    names = ("depth_column", "force_column", "depth_unit", "force_unit", "stiffness_n_m")
     curve = read_curve(
         path,
-        depth_column=options.depth_column,
-        force_column=options.force_column,
-        depth_unit=options.depth_unit,
-        force_unit=options.force_unit,
+        **{name: getattr(options, name) for name in names},
         weights_column=options.weights,
         range_m=options.range_mm and tuple(map(_metres, options.range_mm)),
-        stiffness_n_m=options.stiffness_n_m,
         radius_m=_metres(options.radius_mm),
     )
     try:
@@ -134,7 +129,7 @@ def _fitted(path: str, setup: Any, options: argparse.Namespace) -> tuple["Curve"
         raise ValueError(f"{curve.path}: {_as_option(str(error))}") from None
 
 
-def _lines(curve: "Curve", fit: "HertzFit") -> Iterator[str]:
+def _lines(curve: Curve, fit: "HertzFit") -> Iterator[str]:
     scale, length = readable(max(abs(fit.contact_m), fit.press_m), "m")
     nu = fit.setup.poisson_ratio
     youngs = modulus_text(fit.youngs_modulus_pa(nu), fit.youngs_modulus_interval_pa(nu))
@@ -162,7 +157,7 @@ def _law(fit: "HertzFit") -> str:
     return f"{fit.chosen.get('indenter', fit.indenter)}; {support}; baseline {baseline}{level}"
 
 
-def _row(curve: "Curve", fit: "HertzFit") -> dict:
+def _row(curve: Curve, fit: "HertzFit") -> dict:
     """All that went in and came out, but the samples."""
     of_file = {"curve": curve.path, "read": curve.read, "depth_sign": curve.depth_sign}
     told = fit.told()

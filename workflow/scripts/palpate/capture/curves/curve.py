@@ -11,10 +11,10 @@ from palpate.capture.curves.columns import (
     DEPTH,
     FORCE,
     Column,
-    asked_column,
     column_of,
     is_tips,
     numbers_of,
+    place_of,
 )
 from palpate.capture.curves.export import fault, read_export
 from palpate.capture.curves.phases import Phases, outlier, phases_of, signs_of
@@ -39,7 +39,7 @@ class Curve:
         Of the file.
     depth_m, force_n : (n,) arrays
         Depth of the tip, as far as it is known, from any zero [m], growing into the object, and
-        force [N], growing in the press; in the order of the record.
+        force [N], growing with it; in the order of the record.
     chosen : (k,) int array
         Samples of approach and loading that are in range and have weight.
     weights : (k,) array or None
@@ -130,8 +130,10 @@ def read_curve(
     export = read_export(path)
     depth = column_of(export, DEPTH, depth_column, depth_unit)
     force = column_of(export, FORCE, force_column, force_unit)
-    extra = [asked_column(export, weights_column, "--weights")] if weights_column else []
-    columns, left_out = numbers_of([depth.values, force.values, *extra])
+    columns = [depth.values, force.values]
+    if weights_column:
+        columns.append(export.values[:, place_of(export, weights_column, "--weights")])
+    columns, left_out = numbers_of(columns)
     _check_samples(export.path, columns, left_out)
     signs, plain = signs_of(*columns[:2])
     of_tip = depth.of_tip
@@ -166,7 +168,7 @@ def read_curve(
         weights=weights[0][chosen] if weights else None,
         phases=phases,
         depth_sign=signs[0],
-        read=", ".join([*read, phases.told(len(used))]),
+        read=", ".join([*read, phases.summary(len(used))]),
         doubts=tuple(doubts),
     )
 

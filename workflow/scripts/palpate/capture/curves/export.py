@@ -19,7 +19,7 @@ LARGEST_BYTES = 2**28
 MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 DELIMITERS = {"\t": "tabs", ";": ";", ",": ",", "|": "|", " ": "blanks"}
 COMMENTS = "#%!*/'\""
-# Lines that tell the delimiter and where the numbers begin; and how many make a table.
+# Lines by which delimiter and first row are found; and how many make a table.
 LOOKED_AT, FEWEST_ROWS = 2000, 3
 # Before a decimal sign another sign and three digits are thousands and nothing else.
 NUMBER = {
@@ -34,7 +34,7 @@ NUMBER = {
 CELLS, NAMES = re.compile(r'"[^"]*"|\S+'), re.compile(r"\s+(?![\[(])")
 # JPK's files say what their comments are.
 LABEL = re.compile(r"(columns|fancyNames|units):\s*", re.IGNORECASE)
-# Numbers with separators of thousands, of which a decimal comma can't always be told.
+# Numbers with separators of thousands, from which a decimal comma does not always differ.
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}([,. ]\d{3})+([.,]\d*)?")
 GROUP = re.compile(r"\d[,. ]\d{3}(?!\d)")
 LONGEST_SHOWN = 60
@@ -92,7 +92,7 @@ class Export:
 
 @dataclass(frozen=True)
 class Layout:
-    """How cells are told apart, and how many a row has."""
+    """How cells are separated, and how many a row has."""
 
     delimiter: str
     decimal: str = "."
@@ -171,16 +171,16 @@ def read_export(path: str | Path) -> Export:
     doubts = _check_thousands(shown, layout, [line for line, row in after if row])
     names, named = _names(layout, before)
     preamble, others = len(before) - named, len(after) - len(rows)
-    read = {
+    unusual = {
         encoding: encoding not in ("utf-8", "utf-8-sig"),
         f"{DELIMITERS[layout.delimiter]} as delimiter": layout.delimiter != ",",
         "decimal commas": layout.decimal == ",",
         f"{preamble} lines of preamble": preamble,
         f"{others} lines between or after the rows left out": others,
     }
-    told = tuple(line for line, said in read.items() if said)
+    read = tuple(line for line, there in unusual.items() if there)
     values = np.reshape(rows, (-1, layout.cells))
-    return Export(shown, names, values, told, doubts, _stated(before))
+    return Export(shown, names, values, read, doubts, _stated(before))
 
 
 def _text(path: str | Path, shown: str) -> tuple[str, str]:
