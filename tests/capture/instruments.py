@@ -9,7 +9,7 @@ LENGTHS = {"m": 1.0, "mm": 1e3, "µm": 1e6, "nm": 1e9}
 FORCES = {"N": 1.0, "mN": 1e3, "nN": 1e9, "gf": 1 / 9.80665e-3}
 
 
-def press(*, retract=False, hold=False, contact_m=4e-4, seed=5):
+def indentation(*, retract=False, hold=False, contact_m=4e-4, seed=5):
     """Depth [m] and force [N] of an indentation by Hertz's law, with noise of 1 mN."""
     rng = np.random.default_rng(seed)
     depth = np.linspace(0, 1.4e-3, 281)
@@ -60,7 +60,7 @@ class Manner:
         length, force = self.units.split("|")
         factors = self.signs[0] * LENGTHS[length], self.signs[1] * FORCES[force]
         way = slice(None, None, -1 if self.swapped else 1)
-        depth_and_force = press(retract=self.retract, hold=self.hold)
+        depth_and_force = indentation(retract=self.retract, hold=self.hold)
         columns = [one * part for one, part in zip(factors, depth_and_force, strict=True)][way]
         head = [line.split("|")[way] for line in (self.names, self.unit_row) if line]
         if self.time:

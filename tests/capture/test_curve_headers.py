@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from instruments import E_STAR_PA, MANNERS, RADIUS_M, press, written
+from instruments import E_STAR_PA, MANNERS, RADIUS_M, indentation, written
 from palpate import hertz
 from palpate.capture.curves.curve import read_curve
 from palpate.capture.curves.export import read_export
@@ -48,7 +48,7 @@ READ = {
 
 @pytest.mark.parametrize("header", READ)
 def test_columns_are_found(header, tmp_path):
-    depth, force = press()
+    depth, force = indentation()
     mark = " " if header.startswith("#") else ","
     path = written(tmp_path, header, 1e3 * depth, force, 700 * depth, mark=mark)
     assert READ[header] in read_curve(path).read
@@ -58,7 +58,7 @@ def test_columns_are_found(header, tmp_path):
     ("unit", "newtons"), [("MN", 1e6), ("mN", 1e-3), ("KN", 1e3), ("UN", 1e-6)]
 )
 def test_meganewtons_are_no_millinewtons(unit, newtons, tmp_path):
-    depth, force = press()
+    depth, force = indentation()
     path = written(tmp_path, f"depth [mm],F [{unit}]", 1e3 * depth, force)
     assert read_curve(path).force_n.max() == pytest.approx(newtons * force.max())
 
@@ -110,7 +110,7 @@ def test_thousands_are_never_guessed(rows, last, tmp_path):
 
 
 def test_points_that_may_be_of_thousands_are_warned_of(tmp_path):
-    depth, force = press()
+    depth, force = indentation()
     columns, how = (57 + 1e3 * depth, force), {"mark": ";", "number": "{:.3f}"}
     path = written(tmp_path, "Weg (mm);Kraft (N)", *columns, **how)
     assert "numbers like 57.000 have points as of thousands" in read_curve(path).doubts[0]
@@ -120,7 +120,7 @@ def test_points_that_may_be_of_thousands_are_warned_of(tmp_path):
 
 def test_cells_that_are_filled_later_hide_no_rows(tmp_path):
     """Two columns are empty in the first part of a table."""
-    depth, force = press()
+    depth, force = indentation()
     path = written(tmp_path, "Depth (mm),Force (N),Temp,Hum", 1e3 * depth, force, force, force)
     first, *rows = path.read_text().splitlines()
     rows = [
@@ -131,7 +131,7 @@ def test_cells_that_are_filled_later_hide_no_rows(tmp_path):
 
 
 def test_a_preamble_with_commas_hides_no_table(tmp_path):
-    depth, force = press()
+    depth, force = indentation()
     head = "\n".join([*["12,3,1,2024"] * 3, "Weg (mm);Kraft (N);Zeit (s)"])
     how = {"mark": ";", "decimal": ",", "number": "{:.3f}"}
     path = written(tmp_path, head, 1e3 * depth, force, 0 * force, **how)
@@ -156,6 +156,6 @@ def test_a_table_of_no_numbers_is_rejected(tmp_path):
     ],
 )
 def test_what_a_preamble_states_of_the_indenter(head, stated, tmp_path):
-    depth, force = press()
+    depth, force = indentation()
     path = written(tmp_path, f"{head}\nPiezo (mm)\tForce (N)", 1e3 * depth, force, mark="\t")
     assert read_export(path).stated == pytest.approx(stated)

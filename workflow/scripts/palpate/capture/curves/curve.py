@@ -83,7 +83,7 @@ def read_curve(
     stiffness_n_m: float | None = None,
     radius_m: float | None = None,
 ) -> Curve:
-    r"""Read a curve.
+    """Read a curve.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def read_curve(
     range_m : (float, float), optional
         Least and greatest value of the depth's column that are used [m], as the file counts.
     stiffness_n_m : float, optional
-        Of what gives way between the drive and the tip, such as a cantilever [N/m]: what it bends
+        Of what is compliant between drive and tip, such as a cantilever [N/m]: its deflection
         is taken off a depth whose column is not named as the tip's.
     radius_m : float, optional
         Of the indenter: a warning says where the file states another, as with the stiffness.
@@ -110,18 +110,12 @@ def read_curve(
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> rows = [f"{-0.1 * k:.1f};{0.02 * max(k - 9, 0) ** 1.5:.3f}" for k in range(30)]
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "curve.txt")
-    ...     _ = path.write_text("\n".join(["Travel (mm);Load (N)", *rows]).replace(".", ","))
-    ...     curve = read_curve(path)
-    >>> print(curve.read.partition(", depth")[0])
-    ; as delimiter, decimal commas
+    >>> curve = read_curve("tests/real/curves/fmt-jpk-fd_spot3-0192_0.csv")
+    >>> print(curve.read)
+    depth in m (tip_position), force in N, depth sign turned, 2000 samples
     >>> depth_m, force_n = curve.loading()
-    >>> print(f"{1e3 * depth_m[-1]:.1f} mm, {force_n[-1]:.2f} N")
-    2.9 mm, 1.79 N
+    >>> depth_m.shape
+    (2000,)
     """
     given = {"radius_m": radius_m, "stiffness_n_m": stiffness_n_m}
     for name, value in given.items():
