@@ -1,4 +1,4 @@
-"""The command ``palpate export``: what it takes of a run, and what it refuses in one line."""
+"""The command ``palpate export``: what it takes of a run, and what it rejects in one line."""
 
 import json
 import re
@@ -59,11 +59,17 @@ def export(*more, name="sponge", to="abaqus"):
     return main(["export", name, "--to", to, *more])
 
 
-def refused(capsys, here, *more, **how):
-    assert export(*more, **how) == 1
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) == 1 and not list(here.glob("*material*"))
-    return told[0]
+@pytest.fixture
+def rejected(here, capsys):
+    """What a call says that writes nothing: one line."""
+
+    def line_of(*more, **how):
+        assert export(*more, **how) == 1
+        (line,) = capsys.readouterr().err.splitlines()
+        assert not list(here.glob("*material*")) and not list(here.glob(".part*"))
+        return line
+
+    return line_of
 
 
 @pytest.mark.parametrize("to, ending", [("felupe", "py"), ("febio", "feb"), ("abaqus", "inp")])
@@ -96,97 +102,83 @@ def test_terms_that_take_nothing_are_left_out(here):
     assert rows == "0.02, 0.02, 0.2\n"
 
 
-def test_of_two_sensors_one_is_chosen(here, capsys):
+def test_of_two_sensors_one_is_chosen(here, capsys, rejected):
     other = estimate(youngs_modulus_pa=interval(31e3, 30e3, 32e3))
     write(here, estimate(), other, sensors=("kinect", "zed"))
-    line = refused(capsys, here)
-    assert "summary.csv: sensor: expected one of kinect, zed (--sensor), found none" in line
-    assert "expected one of kinect, zed, found x" in refused(capsys, here, "--sensor", "x")
+    assert "summary.csv: sensor: expected one of kinect, zed (--sensor), found none" in rejected()
+    assert "expected one of kinect, zed, found x" in rejected("--sensor", "x")
     assert export("--sensor", "zed") == 0
     assert "E = 31.0 kPa" in capsys.readouterr().out
 
 
-def test_of_several_curves_one_is_chosen(here, capsys):
+def test_of_several_curves_one_is_chosen(here, capsys, rejected):
     write(here, estimate())
     path = here / "results/sponge/summary.csv"
     row = pd.read_csv(path).assign(sensor="curve", method="curve_table", youngs_modulus_pa=31e3)
-    curves = pd.concat([row.assign(capture="back"), row.assign(capture="08")])
-    curves.to_csv(path, index=False)
-    assert "expected one of curve/back, curve/08 (--sensor)" in refused(capsys, here)
+    pd.concat([row.assign(capture=name) for name in ("back", "08")]).to_csv(path, index=False)
+    assert "expected one of curve/back, curve/08 (--sensor)" in rejected()
     assert export("--sensor", "curve/08") == 0
     assert "E = 31.0 kPa" in capsys.readouterr().out
     # No direct.json says how it relaxes.
     assert "VISCOELASTIC" not in (here / "sponge-material.inp").read_text()
 
 
-def test_an_object_without_results_is_named(here, capsys):
-    line = refused(capsys, here)
-    assert line == "error: results: results: expected those of a run (snakemake), found none"
+def test_an_object_without_results_is_named(here, rejected):
+    expected = "error: results: results: expected those of a run (snakemake), found none"
+    assert rejected() == expected
     write(here, estimate())
     for name in ("nix", "results/sponge", "."):
         expected = f"error: results: object: expected one of sponge, found {name}"
-        assert refused(capsys, here, name=name) == expected
+        assert rejected(name=name) == expected
 
 
-def test_a_place_that_takes_no_file_is_named(here, capsys):
+def test_a_place_that_takes_no_file_is_named(here, rejected):
     write(here, estimate())
     (here / "taken").mkdir()
-    assert refused(capsys, here, "--output", "taken") == "error: taken: Is a directory"
     (here / "file").touch()
-    assert refused(capsys, here, "--output", "file/card.inp") == "error: file: File exists"
-    assert not list(here.glob(".part*"))
+    assert rejected("--output", "taken") == "error: taken: Is a directory"
+    assert rejected("--output", "file/card.inp") == "error: file: File exists"
 
 
-def test_what_is_no_estimate_is_refused(here, capsys):
+def test_a_summary_without_an_estimate_is_rejected(here, rejected):
     write(here, estimate())
     path = here / "results/sponge/summary.csv"
-    pd.read_csv(path).assign(recommended=False).to_csv(path, index=False)
+    rows = pd.read_csv(path)
+    rows.assign(recommended=False).to_csv(path, index=False)
     expected = "summary.csv: recommended: expected an estimate of E and nu, found none"
-    assert expected in refused(capsys, here)
-    pd.read_csv(path).drop(columns="recommended").to_csv(path, index=False)
-    assert "summary.csv: columns: expected 'recommended', found none" in refused(capsys, here)
+    assert expected in rejected()
+    for name in ("recommended", "object"):
+        rows.drop(columns=name).to_csv(path, index=False)
+        assert f"summary.csv: columns: expected '{name}', found none" in rejected()
 
 
-@pytest.mark.parametrize(
-    "changed, expected",
-    [
-        (
-            {"youngs_modulus_pa": interval(25e3, 2e3, 90e3, "not identified")},
-            "youngs_modulus_pa: expected one that the captures tell, found 25.0 kPa (2.0 to 90.0),"
-            " not identified",
-        ),
-        (
-            {"poisson_ratio": interval(0.3, 0.0, 0.49, "not identified") | {"unit": "1"}},
-            "found 0.30 (0.00 to 0.49), not identified",
-        ),
-        (
-            {"poisson_ratio": interval(0.49, 0.41, 0.49, "bounded") | {"unit": "1"}},
-            "found 0.49 (0.41 to 0.49), bounded, at the bound of its range",
-        ),
-    ],
-)
-def test_moduli_that_the_captures_do_not_tell_are_refused(here, capsys, changed, expected):
+RATIO = {"unit": "1"}
+SUMMARY, ESTIMATE = "summary.csv: ", "kinect/direct.json: "
+UNKNOWN = [
+    ({"youngs_modulus_pa": interval(25e3, 2e3, 90e3, "not identified")}, SUMMARY,
+     "youngs_modulus_pa: expected one that the captures tell, found 25.0 kPa (2.0 to 90.0),"
+     " not identified"),
+    ({"poisson_ratio": interval(0.3, 0.0, 0.49, "not identified") | RATIO}, SUMMARY,
+     "found 0.30 (0.00 to 0.49), not identified"),
+    ({"poisson_ratio": interval(0.49, 0.41, 0.49, "bounded") | RATIO}, SUMMARY,
+     "found 0.49 (0.41 to 0.49), bounded, at the bound of its range"),
+    ({"relaxation": None}, ESTIMATE, "times_s and fractions, found none"),
+    ({"relaxation": {"times_s": [1.0], "fractions": [1.2]}}, ESTIMATE,
+     "sum to less than 1, found others"),
+    ({"relaxation": {"times_s": [1.0], "fractions": ["a"]}}, ESTIMATE,
+     "fractions: expected numbers, found others"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("changed, file, expected", UNKNOWN)
+def test_what_is_not_well_known_is_named_with_its_file(here, rejected, changed, file, expected):
     write(here, estimate(**changed))
-    line = refused(capsys, here)
-    assert "summary.csv: " in line and line.endswith(expected)
-
-
-@pytest.mark.parametrize(
-    "relaxation, expected",
-    [
-        (None, "times_s and fractions, found none"),
-        ({"times_s": [1.0], "fractions": [1.2]}, "sum to less than 1, found others"),
-        ({"times_s": [1.0], "fractions": ["a"]}, "fractions: expected numbers, found others"),
-    ],
-)
-def test_a_damaged_relaxation_is_named_with_its_file(here, capsys, relaxation, expected):
-    write(here, estimate(relaxation=relaxation))
-    line = refused(capsys, here)
-    assert "kinect/direct.json: " in line and line.endswith(expected)
-    assert line.count("error") == 1 and "summary.csv" not in line
+    line = rejected()
+    assert file in line and line.endswith(expected)
+    assert line.count("error") == 1 and ("summary.csv" in line) == (file == SUMMARY)
 
 
 def test_a_ratio_that_was_declared_goes_out(here, capsys):
-    declared = interval(0.45, 0.4461, 0.4539, "assumed") | {"unit": "1"}
+    declared = interval(0.45, 0.4461, 0.4539, "assumed") | RATIO
     write(here, estimate(poisson_ratio=declared))
     assert export() == 0 and "nu = 0.45" in capsys.readouterr().out

@@ -9,7 +9,6 @@ from palpate.capture.curves.curve import Curve, read_curve
 from palpate.capture.discover import CAPTURE_NAME, CAPTURE_WORDS, curve_files
 
 OPTION = re.compile("--(depth|force|stiffness)-(column|unit|n-m)")
-COLUMNS = ("depth_column", "force_column", "depth_unit", "force_unit")
 
 
 def check_curves(
@@ -36,17 +35,17 @@ def check_curves(
     problems = []
     for curve in found:
         lines = check_name(curve, curve.stem, spec["points"])
+        problems += lines
         if files and not lines:
             try:
                 declared_curve(curve, spec, probe)
             except ValueError as error:
-                lines = [str(error)]
-        problems += lines
+                problems.append(str(error))
     return problems
 
 
 def check_name(path: Path, name: str, points: Mapping | None) -> list[str]:
-    """Hold a capture's or a curve's name to the points that are declared."""
+    """What is wrong with a capture's or a curve's name: its form, or a point not declared."""
     if not CAPTURE_NAME.fullmatch(name):
         return [f"{path}: capture: expected {CAPTURE_WORDS}, found {name}"]
     point = name.partition("-")[0]
@@ -64,16 +63,18 @@ def declared_curve(path: str | Path, spec: Mapping, probe: Mapping | None = None
     ValueError
         Naming file, column and remedy, if it is no curve.
     """
-    block, known = spec["curves"], ("stiffness_n_m", "radius_m")
-    given = {name: block[name] for name in COLUMNS if name in block}
-    radius = {"radius_m": (probe or {}).get("indenter", {}).get("radius_m")}
-    stated = {**(probe or {}), **radius, **block}
-    stiffness = stated.get("stiffness_n_m")
-    if isinstance(stiffness, str):
+    probe = probe or {}
+    given = {
+        "stiffness_n_m": probe.get("stiffness_n_m"),
+        "radius_m": probe.get("indenter", {}).get("radius_m"),
+    }
+    given |= {name: value for name, value in spec["curves"].items() if name != "poisson_ratio"}
+    if isinstance(given["stiffness_n_m"], str):
         expected = "a number in curves, which no camera calibrates, or in the probe's file"
-        raise ValueError(f"curves.stiffness_n_m: expected {expected}, found {stiffness}")
+        found = f"expected {expected}, found {given['stiffness_n_m']}"
+        raise ValueError(f"curves.stiffness_n_m: {found}")
     try:
-        curve = read_curve(path, **given, **{name: stated.get(name) for name in known})
+        curve = read_curve(path, **given)
     except ValueError as error:
         raise ValueError(_as_field(str(error))) from None
     return replace(curve, doubts=tuple(map(_as_field, curve.doubts)))

@@ -291,16 +291,16 @@ def _columns(options: argparse.Namespace) -> tuple[str, tuple[str, ...], Sequenc
 
     A curve's signs are found by its shape; a way that is all noise has none.
     """
-    from palpate.capture.curves.columns import DEPTH, FORCE, Asked, column_of, numbers_of
+    from palpate.capture.curves.columns import DEPTH, FORCE, column_of, numbers_of
     from palpate.capture.curves.export import read_export
 
     export = read_export(options.source)
-    way_m, of_way = column_of(export, DEPTH, Asked(options.depth_column, options.depth_unit))
-    force_n, of_force = column_of(export, FORCE, Asked(options.force_column, options.force_unit))
-    columns, left_out = numbers_of([way_m, force_n])
-    read = [*export.read, of_way.text, of_force.text]
+    way = column_of(export, DEPTH, options.depth_column, options.depth_unit)
+    force = column_of(export, FORCE, options.force_column, options.force_unit)
+    columns, left_out = numbers_of([way.values, force.values])
+    read = [*export.read, way.text, force.text]
     read += [f"{left_out} rows without a number left out"] if left_out else []
-    return ", ".join(read), (*export.doubts, *of_way.doubts, *of_force.doubts), columns
+    return ", ".join(read), (*export.doubts, *way.doubts, *force.doubts), columns
 
 
 def _tip_lines(

@@ -1,15 +1,14 @@
 """Which columns of an export are depth and force, and in what unit."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.capture.curves.export import Export
-from palpate.capture.curves.units import FORCES, LENGTHS, UNITS, Header, header, plain
-from palpate.yaml_files import one_line
+from palpate.capture.curves.export import Export, fault
+from palpate.capture.curves.units import FORCES, LENGTHS, UNITS, Header, plain
 
 
 @dataclass(frozen=True)
@@ -18,32 +17,30 @@ class Quantity:
 
     name: str
     units: dict[str, float]
-    words: tuple[str, ...]
     example: str
+    words: tuple[str, ...]
 
 
 DEPTH = Quantity(
     "depth",
     LENGTHS,
+    "mm, um, nm",
     (
         r"indentation|indent|depth|penetration|eindring\w*",
         r"tip.?(position|sample|height)?|separation",
         r"displacement|disp|extension|stroke|travel|compression|deformation|crosshead|weg|verformung",
         r"position|pos|height|piezo|distance|hub|d|h|u|x|z",
     ),
-    "mm, um, nm",
 )
 FORCE = Quantity(
     "force",
     FORCES,
+    "N, mN, uN",
     (
         r"force|load|vdeflection|kraft|standardkraft|last|f|p|fn",
         r"f[xyz]|deflection|vertical.?deflection",
     ),
-    "N, mN, uN",
 )
-
-
 # Words of what is neither; and of what a unit alone does not make one.
 NEITHER = r"torque|moment|stiffness|energy|work|stress|strain|rate|speed|velocity"
 OTHERS = re.compile(
@@ -58,24 +55,18 @@ NEVER = re.compile(
 # Words of the tip's own depth, and of what drives the indenter.
 TIP = re.compile(r"\b(tip|indentation|indent|penetration|separation|into surface|eindring\w*)\b")
 DRIVE = re.compile(r"\b(piezo|height|z sensor|z|crosshead|traverse|stage|motor|ramp|actuator)\b")
+BRACKETS = re.compile(r"[\[({][^\])}]*[\])}]")
 # A drive's way is the tip's and the spring's as whole parts of it, to this much.
 WHOLE = 0.1
 DEFLECTIONS = re.compile(r"[mu]?v|volts?")
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What a person says of a column: its name or number (from 1), and its unit."""
-
-    column: str | None = None
-    unit: str | None = None
-
-
-@dataclass(frozen=True)
-class Found:
-    """How a column was found, in words, and what of that may be otherwise, a line each."""
+class Column:
+    """A column in SI units (n,), how it was found, and what of that may be otherwise."""
 
     name: str
+    values: NDArray
     text: str
     doubts: tuple[str, ...]
 
@@ -90,116 +81,99 @@ class Found:
         return DRIVE.search(_words(self.name)) is not None and not self.of_tip
 
 
-def column_of(export: Export, quantity: Quantity, asked: Asked) -> tuple[NDArray, Found]:
-    """Column of a quantity in SI units (n,), and how it was found.
+def column_of(
+    export: Export, quantity: Quantity, column: str | None = None, unit: str | None = None
+) -> Column:
+    """The column of a quantity.
 
     Parameters
     ----------
     export : Export
     quantity : Quantity
-    asked : Asked
+    column, unit : str, optional
+        What a person says of it: its name or number (from 1), and its unit.
 
     Raises
     ------
     ValueError
         Naming the option that says which column, or which unit.
     """
-    if asked.column is None:
+    if column is None:
         place = _found_place(export, quantity)
     else:
-        place = _place(export, asked.column, f"--{quantity.name}-column")
-    found = _headers(export)[place]
-    if asked.unit is not None and plain(asked.unit) not in quantity.units:
+        place = place_of(export, column, f"--{quantity.name}-column")
+    found = export.headers[place]
+    used = found.unit if unit is None else plain(unit)
+    if unit is not None and used not in quantity.units:
         known = ", ".join(quantity.units)
-        expected = f"--{quantity.name}-unit: expected one of {known}, found {asked.unit}"
-        raise ValueError(one_line(f"{export.path}: {expected}"))
+        raise fault(export.path, f"--{quantity.name}-unit: expected one of {known}, found {unit}")
     written = UNITS.get(found.unit, found.unit) or found.marked
-    used = plain(asked.unit) if asked.unit is not None else found.unit
     if used not in quantity.units:
         shown = export.names[place] if export.names else found.name
-        line = _no_unit(quantity, shown, written, named=asked.column is not None)
-        raise ValueError(one_line(f"{export.path}: {line}"))
-    told = f"{quantity.name} in {UNITS.get(used, used)}"
-    told += "" if plain(found.name) == quantity.name else f" ({found.name})"
-    doubts = tuple(_doubts(quantity, asked, found.name, written, used))
-    return export.values[:, place] * quantity.units[used], Found(found.name, told, doubts)
+        line = _no_unit(quantity, written, named=column is not None)
+        raise fault(export.path, f"{shown}: expected a unit of {quantity.name}, found {line}")
+    text = f"{quantity.name} in {UNITS.get(used, used)}"
+    text += "" if plain(found.name) == quantity.name else f" ({found.name})"
+    doubts = []
+    if unit is not None and written and plain(written) != used:
+        doubts.append(f"{found.name} says {written}, where {unit} was asked for")
+    if column is None and _word_rank(found.name, quantity) is None:
+        doubts.append(f"{found.name} is taken for {quantity.name} by its unit alone")
+    return Column(found.name, export.values[:, place] * quantity.units[used], text, tuple(doubts))
 
 
-def _doubts(quantity: Quantity, asked: Asked, name: str, written: str, used: str) -> Iterator[str]:
-    if asked.unit is not None and written and plain(written) != used:
-        yield f"{name} says {written}, where {asked.unit} was asked for"
-    if asked.column is None and _word_rank(name, quantity) is None:
-        yield f"{name} is taken for {quantity.name} by its unit alone"
+def _no_unit(quantity: Quantity, written: str, *, named: bool) -> str:
+    """What was found in place of a unit, and the remedy."""
+    option, unit = f"--{quantity.name}-unit", plain(written)
+    if not written:
+        return f"none (say {option}: {quantity.example} ...)"
+    if quantity is FORCE and (unit in LENGTHS or DEFLECTIONS.fullmatch(unit)):
+        sensitivity = "" if unit in LENGTHS else " times sensitivity in m/V"
+        force = f"deflection{sensitivity} times stiffness in N/m"
+        return f"{written} (force = {force}: make that column)"
+    if unit in quantity.units:
+        return f"{written} in capitals alone (say {option}, like mN or MN)"
+    return written + ("" if named else f" (another column? --{quantity.name}-column names it)")
 
 
-def _no_unit(quantity: Quantity, shown: str, written: str, *, named: bool) -> str:
-    expected = f"{shown}: expected a unit of {quantity.name}"
-    if written:
-        remedy = "" if named else f" (another column? --{quantity.name}-column names it)"
-        if plain(written) in quantity.units:
-            remedy = f" in capitals alone (say --{quantity.name}-unit, like mN or MN)"
-        length = plain(written) in LENGTHS
-        if quantity is FORCE and (length or DEFLECTIONS.fullmatch(plain(written))):
-            sensitivity = "" if length else " times sensitivity in m/V"
-            remedy = f" (force = deflection{sensitivity} times stiffness in N/m: make that column)"
-        return f"{expected}, found {written}{remedy}"
-    option = f"--{quantity.name}-unit"
-    return f"{expected}, found none (say {option}: {quantity.example} ...)"
-
-
-def asked_column(export: Export, column: str, option: str) -> NDArray:
-    """A column that a person named, as it is, (n,)."""
-    return export.values[:, _place(export, column, option)]
-
-
-def _headers(export: Export) -> list[Header]:
-    """Name and unit of each column."""
-    if not export.names:
-        return [Header(f"column {k + 1}", "", "") for k in range(export.values.shape[1])]
-    return [header(name, export.names) for name in export.names]
-
-
-def _place(export: Export, column: str, option: str) -> int:
+def place_of(export: Export, column: str, option: str) -> int:
     """Place of a column by its name, its name without unit, or its number from 1."""
     wanted = column.strip().lower()
     for known in (
         [name.lower() for name in export.names],
-        [one.name.lower() for one in _headers(export)],
+        [one.name.lower() for one in export.headers],
         [str(k + 1) for k in range(export.values.shape[1])],
     ):
         if known.count(wanted) == 1:
             return known.index(wanted)
-    raise ValueError(
-        one_line(f"{export.path}: {option}: expected one of {_listed(export)}, found {column}")
-    )
+    raise fault(export.path, f"{option}: expected one of {_listed(export)}, found {column}")
 
 
 def _found_place(export: Export, quantity: Quantity) -> int:
     """Place of the column that its name and unit make the likeliest."""
-    ranks = [_rank(one, quantity) for one in _headers(export)] if export.names else []
-    known = [rank for rank in ranks if rank is not None]
-    places = [k for k, rank in enumerate(ranks) if known and rank == min(known)]
+    ranks = [_rank(one, quantity) for one in export.headers] if export.names else []
+    least = min((rank for rank in ranks if rank is not None), default=())
+    places = [k for k, rank in enumerate(ranks) if rank == least]
     if len(places) == 1:
         return places[0]
     what = f"one column of {quantity.name}" if export.names else "names of the columns"
-    found = ", ".join(export.names[k] for k in places) if places else _listed(export)
+    found = ", ".join(export.names[k] for k in places) or _listed(export)
     how = "NAME, or its number" if export.names else "and its number, from 1"
     remedy = f"say --{quantity.name}-column {how}"
-    line = f"{export.path}: columns: expected {what}, found {found} ({remedy})"
-    raise ValueError(one_line(line))
+    raise fault(export.path, f"columns: expected {what}, found {found} ({remedy})")
 
 
 def _rank(one: Header, quantity: Quantity) -> tuple[int, int] | None:
     """How unlikely a column is of a quantity: by its words, and whether its unit is one of it."""
-    words, rank = _words(one.name), _word_rank(one.name, quantity)
     # What stands in brackets within a name is said of it, as in Load (friction corrected).
-    bare = _words(re.sub(r"[\[({][^\])}]*[\])}]", " ", one.name))
+    bare = _words(BRACKETS.sub(" ", one.name))
     if (one.unit and one.unit not in quantity.units) or NEVER.search(bare):
         return None
+    rank = _word_rank(one.name, quantity)
     if rank is not None:
         return rank, not one.unit
     # A unit alone tells enough where it stands in brackets.
-    alone = one.unit and one.marked and not OTHERS.search(words)
+    alone = one.unit and one.marked and not OTHERS.search(_words(one.name))
     return (len(quantity.words), 0) if alone else None
 
 
@@ -217,9 +191,7 @@ def _words(name: str) -> str:
 
 
 def _listed(export: Export) -> str:
-    count = export.values.shape[1]
-    names = export.names or [f"{count} columns without names"]
-    return ", ".join(names)
+    return ", ".join(export.names) or f"{export.values.shape[1]} columns without names"
 
 
 def is_tips(export: Export, tip_m: NDArray, force_n: NDArray, stiffness_n_m: float) -> bool:
@@ -229,12 +201,12 @@ def is_tips(export: Export, tip_m: NDArray, force_n: NDArray, stiffness_n_m: flo
     ----------
     export : Export
     tip_m, force_n : (n,) arrays
-        Columns of the export, with the signs that make both grow in the press [m, N].
+        Columns of the export, with the signs that make both grow in the indentation [m, N].
     stiffness_n_m : float
         Of what is between the drive and the tip.
     """
     rows = np.column_stack([tip_m, force_n / stiffness_n_m, np.ones(len(tip_m))])
-    for one, column in zip(_headers(export), export.values.T, strict=True):
+    for one, column in zip(export.headers, export.values.T, strict=True):
         drive_m = column * LENGTHS.get(one.unit, np.nan)
         right = np.isfinite(rows).all(axis=1) & np.isfinite(drive_m)
         if right.sum() > rows.shape[1]:
@@ -247,7 +219,7 @@ def is_tips(export: Export, tip_m: NDArray, force_n: NDArray, stiffness_n_m: flo
     return False
 
 
-def numbers_of(columns: list[NDArray]) -> tuple[list[NDArray], int]:
+def numbers_of(columns: Sequence[NDArray]) -> tuple[list[NDArray], int]:
     """Columns without the rows where one has no number, and how many those are."""
     right = np.isfinite(columns).all(axis=0)
     return [column[right] for column in columns], int((~right).sum())

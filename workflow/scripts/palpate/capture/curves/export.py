@@ -4,25 +4,23 @@ import codecs
 import csv
 import re
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
+from itertools import product, zip_longest
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.capture.curves.units import LENGTHS, MICRO, PER_M, are_units, with_unit
+from palpate.capture.curves.units import LENGTHS, MICRO, PER_M, Header, are_units, header
 from palpate.yaml_files import one_line
 
-STANDARD_INPUT = "-"
 LARGEST_BYTES = 2**28
 MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 DELIMITERS = {"\t": "tabs", ";": ";", ",": ",", "|": "|", " ": "blanks"}
 COMMENTS = "#%!*/'\""
-# Lines that tell the delimiter and where the numbers begin.
-LOOKED_AT = 2000
-FEWEST_ROWS = 3
+# Lines by which delimiter and first row are found; and how many make a table.
+LOOKED_AT, FEWEST_ROWS = 2000, 3
 # Before a decimal sign another sign and three digits are thousands and nothing else.
 NUMBER = {
     sign: re.compile(
@@ -32,17 +30,19 @@ NUMBER = {
     )
     for sign, other in ((".", ","), (",", "."))
 }
-# Of rows with blanks between.
-CELLS = re.compile(r'"[^"]*"|\S+')
+# Of rows with blanks between; there a unit in brackets follows its name after one.
+CELLS, NAMES = re.compile(r'"[^"]*"|\S+'), re.compile(r"\s+(?![\[(])")
+# JPK's files say what their comments are.
 LABEL = re.compile(r"(columns|fancyNames|units):\s*", re.IGNORECASE)
-# Numbers with separators of thousands, of which a decimal comma can't always be told.
+# Numbers with separators of thousands, from which a decimal comma does not always differ.
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}([,. ]\d{3})+([.,]\d*)?")
 GROUP = re.compile(r"\d[,. ]\d{3}(?!\d)")
 LONGEST_SHOWN = 60
 SPRINGS = "spring[ _]?constant|(?:cantilever|spring)[ _](?:stiffness|k)"
 # In a preamble: Tip radius (um) 27.5; Spring Constant: 0.04 N/m; k (N/m) 0.019.
-STATED = {
-    name: (
+STATED = [
+    (
+        name,
         re.compile(
             rf"\b(?P<word>{words})\W*?(?P<before>{unit})?\W*?"
             rf"(?P<value>\d+\.?\d*(?:e[+-]?\d+)?)\s*(?P<behind>{unit})?(?![\w.]|,\d)",
@@ -54,7 +54,7 @@ STATED = {
         ("radius_m", "(?:tip|probe|indenter|sphere|bead)[ _]?radius", "[munc]?m", LENGTHS),
         ("stiffness_n_m", f"k|{SPRINGS}", "[mnp]?N/n?m", PER_M),
     )
-}
+]
 
 
 @dataclass(frozen=True)
@@ -69,10 +69,8 @@ class Export:
         Of the columns, as the header has them, units with them; empty where there is no header.
     values : (n, k) array
         NaN where a cell has no number.
-    read : tuple of str
-        How the file was read, where that is no plain CSV.
-    doubts : tuple of str
-        What of that may be otherwise.
+    read, doubts : tuple of str
+        How the file was read, where that is no plain CSV; and what of that may be otherwise.
     stated : dict of str to float
         What the preamble states of the indenter: ``radius_m``, ``stiffness_n_m``.
     """
@@ -84,14 +82,21 @@ class Export:
     doubts: tuple[str, ...]
     stated: Mapping[str, float]
 
+    @property
+    def headers(self) -> list[Header]:
+        """Name and unit of each column."""
+        if not self.names:
+            return [Header(f"column {k + 1}") for k in range(self.values.shape[1])]
+        return [header(name, self.names) for name in self.names]
+
 
 @dataclass(frozen=True)
 class Layout:
-    """How cells are told apart, and how many a row has."""
+    """How cells are separated, and how many a row has."""
 
     delimiter: str
-    decimal: str
-    cells: int
+    decimal: str = "."
+    cells: int = 0
 
     def split(self, line: str) -> list[str]:
         """Cells of a line."""
@@ -101,20 +106,34 @@ class Layout:
         cells = [cell.strip() for cell in cells]
         return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
 
-    def numbers(self, cells: Iterable[str]) -> list[float]:
-        """Numbers of cells, NaN for others."""
-        return [self._number(cell) for cell in cells]
-
     def is_number(self, cell: str) -> bool:
         """Whether a cell is a number."""
         return NUMBER[self.decimal].fullmatch(cell) is not None
 
-    def _number(self, cell: str) -> float:
+    def number(self, cell: str) -> float:
+        """Number of a cell, NaN of others."""
         if not self.is_number(cell):
             return np.nan
-        thousands = "." if self.decimal == "," else ","
-        plain = cell.replace(thousands, "").replace(",", ".")
+        plain = cell.replace("." if self.decimal == "," else ",", "").replace(",", ".")
         return float(plain.lower().replace("d", "e"))
+
+    def row(self, line: str) -> list[float] | None:
+        """Numbers of a line of the table; None of other lines."""
+        values = [self.number(cell) for cell in self.split(line)]
+        if len(values) > self.cells or np.isfinite(values).sum() < min(2, self.cells - 1):
+            return None
+        return values + [np.nan] * (self.cells - len(values))
+
+    def counts(self, line: str) -> tuple[int, int] | None:
+        """How many cells a line has, and how many are numbers; None where fewer than two are."""
+        cells = self.split(line)
+        numbers = sum(map(self.is_number, cells))
+        return (len(cells), numbers) if numbers >= 2 else None
+
+
+def fault(path: str, line: str) -> ValueError:
+    """Error of a file, on one line."""
+    return ValueError(one_line(f"{path}: {line}"))
 
 
 def read_export(path: str | Path) -> Export:
@@ -134,8 +153,8 @@ def read_export(path: str | Path) -> Export:
     ValueError
         If there is no such file, or no table of at least two columns of numbers in it.
     """
-    shown = "standard input" if str(path) == STANDARD_INPUT else str(path)
-    text, encoding = _decoded(_content(path, shown), shown)
+    shown = "standard input" if str(path) == "-" else str(path)
+    text, encoding = _text(path, shown)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     found = _layout(lines[:LOOKED_AT])
     if found is None:
@@ -144,86 +163,42 @@ def read_export(path: str | Path) -> Export:
             f"expected a text table of {FEWEST_ROWS} or more rows with two or more numbers"
             " (export it as text or CSV)"
         )
-        raise ValueError(one_line(f"{shown}: file: {expected}, found {first[:LONGEST_SHOWN]}"))
+        raise fault(shown, f"file: {expected}, found {first[:LONGEST_SHOWN]}")
     layout, begins = found
-    rows, others = [], 0
-    for line in lines[begins:]:
-        values = _row(layout, line)
-        if values is not None:
-            rows.append(values)
-        elif line.strip():
-            others += 1
-    doubts = _plain_numbers(shown, layout, lines[begins:])
-    before = lines[:begins]
+    before = [line for line in lines[:begins] if line.strip()]
+    after = [(line, layout.row(line)) for line in lines[begins:] if line.strip()]
+    rows = [row for _, row in after if row]
+    doubts = _check_thousands(shown, layout, [line for line, row in after if row])
     names, named = _names(layout, before)
-    told = _told(layout, encoding, before, named, others)
-    return Export(shown, names, np.array(rows), told, doubts, _stated(before))
+    preamble, others = len(before) - named, len(after) - len(rows)
+    unusual = {
+        encoding: encoding not in ("utf-8", "utf-8-sig"),
+        f"{DELIMITERS[layout.delimiter]} as delimiter": layout.delimiter != ",",
+        "decimal commas": layout.decimal == ",",
+        f"{preamble} lines of preamble": preamble,
+        f"{others} lines between or after the rows left out": others,
+    }
+    read = tuple(line for line, there in unusual.items() if there)
+    values = np.reshape(rows, (-1, layout.cells))
+    return Export(shown, names, values, read, doubts, _stated(before))
 
 
-def _stated(preamble: Sequence[str]) -> dict[str, float]:
-    """What the lines before a table state of the indenter, in SI units."""
-    found = {}
-    for line in preamble:
-        for name, (pattern, units) in STATED.items():
-            match = pattern.search(line.translate(MICRO))
-            if match and float(match["value"]) > 0:
-                # A letter k alone may be anything's.
-                bare = "" if match["word"].lower() == "k" else "1"
-                unit = (match["before"] or match["behind"] or bare).lower()
-                if unit in units:
-                    found.setdefault(name, float(match["value"]) * units[unit])
-    return found
-
-
-def _plain_numbers(shown: str, layout: Layout, lines: Sequence[str]) -> tuple[str, ...]:
-    """Refuse separators of thousands, and doubt what may be some: a factor of a thousand.
-
-    A column counts as one with such where all its signs stand before exactly three digits, some
-    after a digit other than a leading zero, and some of its numbers have none; or where a number
-    has two kinds of sign.
-    """
-    if not any(GROUP.search(line) for line in lines):
-        return ()
-    rows = [layout.split(line) for line in lines if _row(layout, line)]
-    for column in zip_longest(*rows, fillvalue=""):
-        signed = [cell for cell in column if set(cell) & {",", "."}]
-        grouped = [cell for cell in signed if THOUSANDS.fullmatch(cell)]
-        mixed = [cell for cell in grouped if not layout.is_number(cell)]
-        bare = len(signed) < len(column) - column.count("")
-        whole = bool(grouped) and len(grouped) == len(signed)
-        if mixed or (whole and (bare or layout.delimiter == layout.decimal)):
-            found = (mixed or grouped)[0]
-            expected = "expected numbers without separators of thousands (export them without)"
-            raise ValueError(one_line(f"{shown}: rows: {expected}, found {found}"))
-        if whole and layout.delimiter == ";" and layout.decimal == ".":
-            return (
-                f"numbers like {grouped[0]} have points as of thousands: taken for decimal ones",
-            )
-    return ()
-
-
-def _content(path: str | Path, shown: str) -> bytes:
-    if str(path) == STANDARD_INPUT:
+def _text(path: str | Path, shown: str) -> tuple[str, str]:
+    """Text of a file and its encoding: by its mark, UTF-8, or Western Europe's of Windows."""
+    if str(path) == "-":
         content = sys.stdin.buffer.read(LARGEST_BYTES + 1)
     elif not Path(path).is_file():
         found = "a folder" if Path(path).is_dir() else "nothing"
-        raise ValueError(one_line(f"{shown}: file: expected a table of a curve, found {found}"))
+        raise fault(shown, f"file: expected a table of a curve, found {found}")
     else:
         with Path(path).open("rb") as stream:
             content = stream.read(LARGEST_BYTES + 1)
     if len(content) > LARGEST_BYTES:
-        expected = f"expected at most {LARGEST_BYTES >> 20} MB, found more"
-        raise ValueError(one_line(f"{shown}: file: {expected}"))
-    return content
-
-
-def _decoded(content: bytes, shown: str) -> tuple[str, str]:
-    """Text of a file and its encoding: by its mark, UTF-8, or Western Europe's of Windows."""
-    marked = [name for mark, name in MARKS.items() if content.startswith(mark)]
-    zeros = content[:200].count(0)
-    if not marked and zeros > len(content[:200]) / 4:
-        marked = ["utf-16-le" if content[1:2] == b"\0" else "utf-16-be"]
-    for encoding in marked or ["utf-8", "cp1252"]:
+        raise fault(shown, f"file: expected at most {LARGEST_BYTES >> 20} MB, found more")
+    encodings = [name for mark, name in MARKS.items() if content.startswith(mark)]
+    if not encodings and content[:200].count(0) > len(content[:200]) / 4:
+        encodings = ["utf-16-le" if content[1:2] == b"\0" else "utf-16-be"]
+    for encoding in encodings or ["utf-8", "cp1252"]:
         try:
             text = content.decode(encoding).replace("\N{MINUS SIGN}", "-")
         except UnicodeDecodeError:
@@ -231,95 +206,96 @@ def _decoded(content: bytes, shown: str) -> tuple[str, str]:
         if "\0" not in text:
             return text, encoding
     expected = "expected text, found other bytes (export the curve as text or CSV)"
-    raise ValueError(one_line(f"{shown}: file: {expected}"))
+    raise fault(shown, f"file: {expected}")
 
 
 def _layout(lines: Sequence[str]) -> tuple[Layout, int] | None:
     """Delimiter and decimal sign that make the most rows of numbers, and the first such row."""
     best, found = (0.0, 0.0), None
-    for delimiter in DELIMITERS:
-        for decimal in NUMBER:
-            counts = [_cells(Layout(delimiter, decimal, 0), line) for line in lines]
-            for wanted in {count for count in counts if count is not None}:
-                rows = [k for k, count in enumerate(counts) if count == wanted]
-                # Of a line of text that a delimiter makes as many cells of, few are numbers.
-                share = wanted[1] / wanted[0]
-                score = len(rows) * share, share
-                if len(rows) >= FEWEST_ROWS and score > best:
-                    begin = rows[0]
-                    # Rows right before it with fewer numbers are of the table too.
-                    while begin and counts[begin - 1] and counts[begin - 1][0] <= wanted[0]:
-                        begin -= 1
-                    best, found = score, (Layout(delimiter, decimal, wanted[0]), begin)
+    for delimiter, decimal in product(DELIMITERS, NUMBER):
+        counts = [Layout(delimiter, decimal).counts(line) for line in lines]
+        for wanted in {count for count in counts if count is not None}:
+            rows = [k for k, count in enumerate(counts) if count == wanted]
+            # Of a line of text that a delimiter makes as many cells of, few are numbers.
+            share = wanted[1] / wanted[0]
+            score = len(rows) * share, share
+            if len(rows) >= FEWEST_ROWS and score > best:
+                begin = rows[0]
+                # Rows right before it with fewer numbers are of the table too.
+                while begin and counts[begin - 1] and counts[begin - 1][0] <= wanted[0]:
+                    begin -= 1
+                best, found = score, (Layout(delimiter, decimal, wanted[0]), begin)
     return found
 
 
-def _cells(layout: Layout, line: str) -> tuple[int, int] | None:
-    """How many cells a line has, and how many are numbers; None where fewer than two are."""
-    cells = layout.split(line)
-    numbers = sum(layout.is_number(cell) for cell in cells)
-    return (len(cells), numbers) if numbers >= 2 else None
+def _check_thousands(shown: str, layout: Layout, lines: Sequence[str]) -> tuple[str, ...]:
+    """Reject separators of thousands, and warn of what may be some: a factor of a thousand.
 
-
-def _row(layout: Layout, line: str) -> list[float] | None:
-    """Numbers of a line of the table; None for other lines."""
-    cells = layout.split(line)
-    if not cells or len(cells) > layout.cells:
-        return None
-    values = layout.numbers(cells)
-    if np.isfinite(values).sum() < min(2, layout.cells - 1):
-        return None
-    return values + [np.nan] * (layout.cells - len(values))
+    A column counts as one with such where all its signs stand before exactly three digits, some
+    after a digit other than a leading zero, and some of its numbers have none; or where a number
+    has two kinds of sign.
+    """
+    if not any(map(GROUP.search, lines)):
+        return ()
+    for column in zip_longest(*map(layout.split, lines), fillvalue=""):
+        signed = [cell for cell in column if set(cell) & {",", "."}]
+        grouped = [cell for cell in signed if THOUSANDS.fullmatch(cell)]
+        mixed = [cell for cell in grouped if not layout.is_number(cell)]
+        bare = len(signed) < len(column) - column.count("")
+        whole = bool(grouped) and len(grouped) == len(signed)
+        if mixed or (whole and (bare or layout.delimiter == layout.decimal)):
+            expected = "expected numbers without separators of thousands (export them without)"
+            raise fault(shown, f"rows: {expected}, found {(mixed or grouped)[0]}")
+        if whole and layout.delimiter == ";" and layout.decimal == ".":
+            numbers = f"numbers like {grouped[0]} have points as of thousands"
+            return (f"{numbers}: taken for decimal ones",)
+    return ()
 
 
 def _names(layout: Layout, before: Sequence[str]) -> tuple[tuple[str, ...], int]:
     """Names of the columns, units with them, and of how many lines before the table they are."""
-    rows: list[list[str]] = []
-    for line in reversed([line for line in before if line.strip()]):
+    rows = []
+    for line in reversed(before):
         cells = _header_cells(layout, line)
         if cells is None:
             break
-        rows.insert(0, cells)
+        rows.append(cells)
         if not are_units(cells):
             break
     if not rows:
         return (), 0
-    units = rows[1] if len(rows) > 1 else [""] * layout.cells
-    return tuple(map(with_unit, rows[0], units)), len(rows)
+    units = rows[-2] if len(rows) > 1 else [""] * layout.cells
+    names = (
+        f"{name} [{unit.strip('[](){} ')}]" if unit else name
+        for name, unit in zip(rows[-1], units, strict=True)
+    )
+    return tuple(names), len(rows)
 
 
 def _header_cells(layout: Layout, line: str) -> list[str] | None:
     """Cells of a header, by the table's delimiter or another; None where none makes as many."""
-    # JPK's files say what their comments are.
     plain = LABEL.sub("", line.strip().lstrip(COMMENTS).strip())
-    # Where blanks are the delimiter, a unit in brackets follows its name after one.
-    ways = [layout.split, *(Layout(sign, ".", 0).split for sign in DELIMITERS)]
-    ways.append(lambda text: re.split(r"\s+(?![\[(])", text))
-    for split in ways:
-        for text in (line, plain):
-            cells = [cell.strip().lstrip(COMMENTS).strip() for cell in split(text)]
-            # LabVIEW's header ends with a name that rows have no cell of.
-            if split == ways[0] and layout.delimiter != " " and len(cells) == layout.cells + 1:
-                cells = cells[:-1]
-            if len(cells) == layout.cells and not np.isfinite(layout.numbers(cells)).any():
-                return cells
+    ways = [layout.split, *(Layout(delimiter).split for delimiter in DELIMITERS), NAMES.split]
+    for split, text in product(ways, (line, plain)):
+        cells = [cell.strip().lstrip(COMMENTS).strip() for cell in split(text)]
+        # LabVIEW's header ends with a name that rows have no cell of.
+        extra = split == layout.split and layout.delimiter != " "
+        if extra and len(cells) == layout.cells + 1:
+            cells = cells[:-1]
+        if len(cells) == layout.cells and not np.isfinite([*map(layout.number, cells)]).any():
+            return cells
     return None
 
 
-def _told(
-    layout: Layout, encoding: str, before: Sequence[str], named: int, others: int
-) -> tuple[str, ...]:
-    """How the file was read, where that is no plain CSV."""
-    told = []
-    if encoding not in ("utf-8", "utf-8-sig"):
-        told.append(encoding)
-    if layout.delimiter != ",":
-        told.append(f"{DELIMITERS[layout.delimiter]} as delimiter")
-    if layout.decimal == ",":
-        told.append("decimal commas")
-    preamble = sum(bool(line.strip()) for line in before) - named
-    if preamble:
-        told.append(f"{preamble} lines of preamble")
-    if others:
-        told.append(f"{others} lines between or after the rows left out")
-    return tuple(told)
+def _stated(preamble: Sequence[str]) -> dict[str, float]:
+    """What the lines before a table state of the indenter, in SI units."""
+    found = {}
+    for line, (name, pattern, units) in product(preamble, STATED):
+        match = pattern.search(line.translate(MICRO))
+        if match and float(match["value"]) > 0:
+            # A letter k alone may be anything's.
+            bare = "" if match["word"].lower() == "k" else "1"
+            unit = (match["before"] or match["behind"] or bare).lower()
+            if unit in units:
+                found.setdefault(name, float(match["value"]) * units[unit])
+    return found

@@ -13,20 +13,16 @@ SECOND_DIFFERENCES = np.sqrt(6.0)
 BAND_DEVIATIONS = 3.0
 # Least width of the band below a peak in which samples count as held, as part of the range.
 BAND = 1e-3
-# So many times longer than it took to climb through a band of its width: held.
-HELD = 3.0
-FEWEST_HELD = 5
-# What rises by fewer bands than this does not rise, and is not held then.
-LEAST_RISE = 4.0
-# Ends of the way that stand for the free and the pressed one.
-END = 0.05
-BINS = 50
+# So many times longer than it took to climb through a band of its width: held. What rises by fewer
+# bands than the last does not rise, and is not held then.
+HELD, FEWEST_HELD, LEAST_RISE = 3.0, 5, 4.0
+# Ends of the way that stand for the free and the loaded one.
+END, BINS = 0.05, 50
 # A way back shorter than this part of the whole is noise of the last samples.
 BACK = 0.02
-# Samples that leave their neighbours by this part of the range are glitches.
-GLITCH, GLITCH_SAMPLES = 0.1, 25
-# By so many times the range of the others: not a measurement.
-OUT = 3.0
+# Samples that leave their neighbours by this part of the range are glitches; by so many times the
+# range of the others: no measurement.
+GLITCH, OUT, GLITCH_SAMPLES = 0.1, 3.0, 25
 # A loading goes from within this part of the range of its least to as near its greatest.
 AGAIN = 0.4
 
@@ -48,6 +44,16 @@ class Phases:
     retract: slice
     loadings: int = 1
 
+    def summary(self, count: int) -> str:
+        """How many samples a record has, and of which part."""
+        parts = {"of loading": self.loading, "of hold": self.hold, "of retract": self.retract}
+        counts = {"before": self.loading.start}
+        counts |= {name: part.stop - part.start for name, part in parts.items()}
+        if counts["of loading"] == count:
+            return f"{count} samples"
+        found = ", ".join(f"{number} {name}" for name, number in counts.items() if number)
+        return f"{count} samples: {found}; the loading is fitted"
+
 
 def signs_of(position: NDArray, force: NDArray) -> tuple[tuple[int, int], bool]:
     """Signs that make depth grow into the object and force grow with it, and whether that is plain.
@@ -65,22 +71,22 @@ def signs_of(position: NDArray, force: NDArray) -> tuple[tuple[int, int], bool]:
     low, high = np.quantile(position, [0, 1])
     place = (position - low) / (high - low)
     bins = np.minimum((place * BINS).astype(int), BINS - 1)
-    counts = np.bincount(bins, minlength=BINS)
-    levels = np.bincount(bins, weights=force, minlength=BINS)[counts > 0] / counts[counts > 0]
+    counts, sums = np.bincount(bins), np.bincount(bins, weights=force)
+    levels = sums[counts > 0] / counts[counts > 0]
     ends = force[place <= END].mean(), force[place >= 1 - END].mean()
     by_shape = _signs(abs(ends[0] - levels.mean()) <= abs(ends[1] - levels.mean()), ends)
     by_order = _signs(float(np.median(place[:FEWEST_HELD])) < 0.5, ends)
     if by_shape == by_order:
         return by_shape, True
-    # A free sensor reads less than a pressed one.
+    # A free sensor reads less than a loaded one.
     own = by_order == (1, 1) and abs(ends[0]) <= abs(ends[1])
     return (by_order if own else by_shape), False
 
 
 def _signs(free_is_low: bool, ends: tuple[float, float]) -> tuple[int, int]:
     """Signs of depth and force, where one end of the way is free."""
-    free, pressed = ends if free_is_low else ends[::-1]
-    return (1 if free_is_low else -1), (1 if pressed >= free else -1)
+    free, loaded = ends if free_is_low else ends[::-1]
+    return (1 if free_is_low else -1), (1 if loaded >= free else -1)
 
 
 def phases_of(depth: NDArray, force: NDArray) -> Phases:
@@ -93,10 +99,12 @@ def phases_of(depth: NDArray, force: NDArray) -> Phases:
     Parameters
     ----------
     depth, force : (n,) arrays
-        Both growing in the press, in the order of the record.
+        Both growing with the indentation, in the order of the record.
     """
     count, way = len(depth), _without_glitches(depth)
-    deepest, back = int(np.argmax(way)), _back(depth)
+    # A way back shorter than this is noise.
+    back = max(BACK * float(np.ptp(depth)), 2 * BAND_DEVIATIONS * noise_of(depth))
+    deepest = int(np.argmax(way))
     after = way[deepest:] < way[deepest] - back
     end = deepest + int(np.argmax(after)) if after.any() else count
     start = _begin(way[: deepest + 1], back)
@@ -114,25 +122,19 @@ def phases_of(depth: NDArray, force: NDArray) -> Phases:
 
 def outlier(values: NDArray) -> int | None:
     """First single sample that leaves its neighbours by several times the range of all others."""
-    if len(values) < GLITCH_SAMPLES:
-        return None
-    smooth = median_filter(values, 5, mode="nearest")
+    smooth = _smooth(values)
     out = np.abs(values - smooth) > OUT * np.ptp(smooth)
     return int(np.argmax(out)) if out.any() and np.ptp(smooth) > 0 else None
 
 
-def _without_glitches(values: NDArray) -> NDArray:
+def _smooth(values: NDArray) -> NDArray:
     """A record without single samples that leave it, where it is long enough to tell."""
-    if len(values) < GLITCH_SAMPLES:
-        return values
-    smooth = median_filter(values, 5, mode="nearest")
-    apart = np.abs(values - smooth)
-    return np.where(apart > GLITCH * np.ptp(smooth), smooth, values)
+    return values if len(values) < GLITCH_SAMPLES else median_filter(values, 5, mode="nearest")
 
 
-def _back(depth: NDArray) -> float:
-    """A way back shorter than this is noise [as the depth]."""
-    return max(BACK * float(np.ptp(depth)), 2 * BAND_DEVIATIONS * noise_of(depth))
+def _without_glitches(values: NDArray) -> NDArray:
+    smooth = _smooth(values)
+    return np.where(np.abs(values - smooth) > GLITCH * np.ptp(smooth), smooth, values)
 
 
 def _begin(way: NDArray, back: float) -> int:
@@ -146,13 +148,9 @@ def _begin(way: NDArray, back: float) -> int:
 
 def _loadings(way: NDArray) -> int:
     """How often a way goes down into the object by most of its reach."""
-    level, deep = way.min() + AGAIN * np.ptp(way), False
-    count = 0
-    for value in way:
-        if not deep and value > way.max() - AGAIN * np.ptp(way):
-            count, deep = count + 1, True
-        deep = deep and value > level
-    return max(count, 1)
+    reach = AGAIN * np.ptp(way)
+    sides = np.select([way > way.max() - reach, way <= way.min() + reach], [1, -1])
+    return max(int((np.diff(sides[sides != 0], prepend=-1) > 0).sum()), 1)
 
 
 def noise_of(values: NDArray) -> float:

@@ -32,21 +32,14 @@ DIRECTION = re.compile(r"_[a-z]", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Header:
-    """Name of a column and its unit.
+    """Name of a column without its unit; the unit, as `plain` has it, if it is known.
 
-    Attributes
-    ----------
-    name : str
-        Without the unit, if that is known.
-    unit : str
-        As `plain` has it; empty where none is known.
-    marked : str
-        What stands in brackets or behind a slash at the end, known or not.
+    ``marked`` is what stands in brackets or behind a slash at the end, known or not.
     """
 
     name: str
-    unit: str
-    marked: str
+    unit: str = ""
+    marked: str = ""
 
 
 def plain(unit: str) -> str:
@@ -58,33 +51,29 @@ def plain(unit: str) -> str:
 def are_units(cells: Sequence[str]) -> bool:
     """Whether cells are a row of units, one of a length or a force among them."""
     found = [plain(cell) for cell in cells]
-    kinds = [unit in LENGTHS for unit in found], [unit in FORCES for unit in found]
-    if all(one in LENGTHS or one in FORCES or one in OTHERS for one in found):
-        return any(kinds[0]) or any(kinds[1])
+    length, force = (any(unit in known for unit in found) for known in (LENGTHS, FORCES))
+    if all(unit in LENGTHS or unit in FORCES or unit in OTHERS for unit in found):
+        return length or force
     # Of others, like mm/mm, no list is whole.
-    return any(kinds[0]) and any(kinds[1]) and all(map(UNIT_LIKE.fullmatch, found))
-
-
-def with_unit(name: str, unit: str) -> str:
-    """Name of a column with its unit from a row of units."""
-    return f"{name} [{unit.strip('[](){} ')}]" if unit else name
+    return length and force and all(map(UNIT_LIKE.fullmatch, found))
 
 
 def header(text: str, others: Sequence[str] = ()) -> Header:
     """Name and unit of a column, whose header stands among others."""
     found = BEHIND.match(text)
     if not found:
-        return Header(text, "", "")
-    unit = found["a"] if found["a"] is not None else found["b"]
-    name, end = found["name"], text[len(found["name"]) :]
-    marked = unit if found["a"] is not None or re.match(r"\s+/", end) else ""
+        return Header(text)
+    in_brackets = found["a"] is not None
+    unit, name, end = found["a"] if in_brackets else found["b"], found["name"], text[found.end(1) :]
+    marked = unit if in_brackets or re.match(r"\s+/", end) else ""
     beside = [one[len(name) :] for one in others if one != text and one.startswith(name)]
-    index = end in ("_n", "_g") and len(name) == 1
-    index |= end.lower() in ("_n", "_g") and any(map(DIRECTION.fullmatch, beside))
-    known = plain(unit) in LENGTHS or plain(unit) in FORCES
+    index = end.lower() in ("_n", "_g") and (
+        (end.islower() and len(name) == 1) or any(map(DIRECTION.fullmatch, beside))
+    )
     # Where all is in capitals, MN is mN as likely.
     if plain(unit) == "MN" and "".join([text, *others]).isupper():
         return Header(name, "", unit)
+    known = plain(unit) in LENGTHS or plain(unit) in FORCES
     if not known or index or end.lower() == "_in":
         return Header(text, "", marked)
     return Header(name, plain(unit), marked)
