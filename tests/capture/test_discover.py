@@ -41,12 +41,9 @@ def test_nothing_where_there_is_no_folder(tmp_path):
     assert sensor_folders(tmp_path / "raw") == ()
 
 
-@pytest.mark.parametrize(
-    ("name", "point", "attempt"), [("08", "08", ""), ("11-a03", "11", "a03"), ("p1", "p1", "")]
-)
-def test_point_and_attempt(name, point, attempt):
-    capture = CaptureId("foam_block", "kinect", name)
-    assert (capture.point, capture.attempt) == (point, attempt)
+@pytest.mark.parametrize(("name", "point"), [("08", "08"), ("11-a03", "11"), ("p1", "p1")])
+def test_a_captures_name_begins_with_its_point(name, point):
+    assert CaptureId("foam_block", "kinect", name).point == point
     assert CAPTURE_NAME.fullmatch(name)
 
 

@@ -9,9 +9,8 @@ import pytest
 import trimesh
 import yaml
 from palpate.__main__ import main
-from palpate.capture.check import check_capture
-from palpate.capture.examine_force import examine_force
-from palpate.capture.examine_template import examine_template
+from palpate.capture.check_capture import check_capture
+from palpate.capture.findings import examine_force, examine_template
 from palpate.examine import examine_object
 from palpate.vision.force import zeroed
 

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from math import inf, isfinite
 from pathlib import Path
 
-from palpate.capture.calibrations import PARTS
-from palpate.capture.columns import check_numbers
-from palpate.capture.devices import PLACES, add_devices, found_folder
+from palpate.capture.check_capture import check_numbers
+from palpate.capture.devices import PARTS, PLACES, add_devices, found_folder
 from palpate.capture.discover import (
     BACKGROUND,
     CAPTURE_NAME,
@@ -17,7 +16,6 @@ from palpate.capture.discover import (
     object_fault,
     sensor_fault,
 )
-from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS
 from palpate.capture.importing.recording import Recording
 from palpate.capture.importing.ros import (
     SMALLEST_UNIT_M,
@@ -36,7 +34,7 @@ from palpate.capture.importing.tum import (
     read_wrenches,
 )
 from palpate.capture.importing.write import Target, import_recording
-from palpate.capture.tables import FORCE, read_table
+from palpate.capture.tables import FORCE, GAUGE_COLUMNS, WRENCH_COLUMNS, read_table
 from palpate.yaml_files import load_yaml
 
 # Films of a probe by itself, raw/sensors/<sensor>/<film>.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
-from palpate.capture.depth import COUNTS, MILLIMETRE
+from palpate.capture.images import COUNTS, MILLIMETRE
 from palpate.units import MILLIMETRES
 
 # Encoding of depth in the capture format, where its counts are not finer.

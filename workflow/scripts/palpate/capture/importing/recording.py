@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.capture.force_record import WRENCH_COLUMNS, sampled_s
 from palpate.capture.importing.pixels import Form
+from palpate.capture.tables import WRENCH_COLUMNS, sampled_s
 
 NANOSECONDS = 1_000_000_000
 Progress = Callable[[], object]

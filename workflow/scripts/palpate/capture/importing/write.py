@@ -10,11 +10,15 @@ import pandas as pd
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from palpate.capture.check import FEWEST_BACKGROUND_FRAMES, FEWEST_FRAMES, check_capture
-from palpate.capture.depth import count_m
+from palpate.capture.check_capture import (
+    FEWEST_BACKGROUND_FRAMES,
+    FEWEST_FRAMES,
+    check_capture,
+    check_frames,
+)
 from palpate.capture.discover import BACKGROUND
 from palpate.capture.files import whole_folder
-from palpate.capture.images import write_image
+from palpate.capture.images import count_m, write_image
 from palpate.capture.importing.pairing import Pairs, paired
 from palpate.capture.importing.pixels import LARGEST_COUNT, METRES, counted
 from palpate.capture.importing.recording import (
@@ -26,7 +30,6 @@ from palpate.capture.importing.recording import (
 )
 from palpate.capture.importing.repeats import digest, left_out, notes_on, repeating
 from palpate.capture.importing.sensor_file import RANGE_M, sensor_of, write_sensor
-from palpate.capture.pictures import check_frames
 from palpate.capture.tables import image_streams, write_force, write_frames
 
 LOWEST_FORCE_RATE_HZ = 100
