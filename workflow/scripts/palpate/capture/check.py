@@ -24,20 +24,11 @@ from palpate.yaml_files import is_file, load_yaml, one_line
 
 @dataclass(frozen=True)
 class Checked:
-    """What a check of an object's folder comes to.
+    """What a check of an object's folder comes to."""
 
-    Attributes
-    ----------
-    problems : tuple of str
-        One line for each.
-    listed : tuple of SensorFolder
-        What stood in the folder.
-    right : frozenset of Path
-        Captures and backgrounds whose files are right by their format, of those that were opened.
-    """
-
-    problems: tuple[str, ...]
-    listed: tuple[SensorFolder, ...]
+    problems: tuple[str, ...]  # one line for each
+    listed: tuple[SensorFolder, ...]  # what stood in the folder
+    # Captures and backgrounds whose files are right by their format, of those that were opened.
     right: frozenset[Path]
 
 

@@ -19,53 +19,31 @@ PLACES = {"sensors": Path("config/sensors"), "probes": Path("config/probes")}
 
 @dataclass(frozen=True)
 class Devices:
-    """Files of a folder of sensors, or of probes.
+    """Files of a folder of sensors, or of probes, by name."""
 
-    Attributes
-    ----------
-    specs : mapping
-        What each file says, by name; None of a wrong one.
-    problems : mapping
-        What is wrong with each wrong file, by name, as lines.
-    folder : Path
-    """
-
-    specs: Mapping[str, Mapping | None]
-    problems: Mapping[str, tuple[str, ...]]
+    specs: Mapping[str, Mapping | None]  # None of a wrong one
+    problems: Mapping[str, tuple[str, ...]]  # lines of each wrong one
     folder: Path
 
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a probe that a film tells.
+    """A part of a probe that a recording determines."""
 
-    Attributes
-    ----------
-    name : str
-        Of ``results/sensors/<sensor>/<name>.json``.
-    film : str
-        Of ``raw/sensors/<sensor>/<film>``.
-    shows : str
-        What the film is of.
-    deviations : mapping
-        Fields of the probe's file that may say ``calibration``, and the field of what each is known
-        to, which the film tells too.
-    force : bool, optional
-        Whether the film has a record of forces.
-    """
-
-    name: str
-    film: str
-    shows: str
+    name: str  # of results/sensors/<sensor>/<name>.json
+    film: str  # the recording's, of raw/sensors/<sensor>/<film>
+    shows: str  # what the recording is of
+    # Fields of the probe's file that may say `calibration`, each with the field of its deviation,
+    # which the recording determines too.
     deviations: Mapping[str, str]
-    force: bool = True
+    force: bool = True  # whether the recording has forces
 
     def asking(self, probe: Mapping) -> str | None:
         """The first field of a probe's file that asks for the part."""
         return next((key for key in self.deviations if probe.get(key) == CALIBRATION), None)
 
 
-# In the order in which they are taken: where the tip is in the sensor's frame hangs on its axes.
+# In the order in which they are taken: where the tip is in the sensor's frame depends on its axes.
 PARTS = (
     Part("load", "load", "the probe held free", DEVIATIONS["load"]),
     Part("tip", "pivot", "the turning handle", DEVIATIONS["tip"], force=False),
@@ -173,15 +151,9 @@ def asked(probe: Mapping) -> dict[str, str]:
 
 
 def require_met(unmet: Mapping[str, str], probe: Mapping) -> None:
-    """Refuse a probe's file that asks for parts, each with the field that does, of no calibration.
-
-    Raises
-    ------
-    ValueError
-    """
+    """Raise ValueError for parts that a probe's file asks for, by field, and no calibration has."""
     for part, field in unmet.items():
-        name = probe["probe"]
-        expected = f"the {part}.json that the file of {name} asks for"
+        expected = f"the {part}.json that the file of {probe['probe']} asks for"
         raise ValueError(f"{field}: expected {expected}, found none")
 
 

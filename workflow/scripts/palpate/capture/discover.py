@@ -44,18 +44,10 @@ class CaptureId:
 
 @dataclass(frozen=True)
 class SensorFolder:
-    """What stands in ``raw/<object>/<sensor>/``.
-
-    Attributes
-    ----------
-    folder : Path
-    captures : tuple of Path
-        Its captures' folders, sorted.
-    has_background : bool
-    """
+    """What stands in ``raw/<object>/<sensor>/``."""
 
     folder: Path
-    captures: tuple[Path, ...]
+    captures: tuple[Path, ...]  # folders, sorted
     has_background: bool
 
     @property
@@ -115,12 +107,9 @@ def sensor_folder(folder: Path) -> SensorFolder:
 
 
 def discover(raw: str | Path) -> list[CaptureId]:
-    """List the captures below a folder, sorted.
+    """List the captures below the folder of all objects, sorted.
 
-    Parameters
-    ----------
-    raw : path
-        Folder of all objects; hidden folders, backgrounds, scans and non-objects are passed over.
+    Hidden folders, backgrounds, scans and non-objects are passed over.
     """
     return sorted(
         CaptureId(folder.name, place.folder.name, capture.name)
@@ -192,13 +181,9 @@ def _files(
 
 
 def stamp(path: str | Path) -> str:
-    """Tell one state of a file or folder from another.
+    """Fingerprint of a folder; size [bytes], time of modification [ns] and inode of a file.
 
-    Returns
-    -------
-    str
-        Fingerprint of a folder; size [bytes], time of modification [ns] and inode of a file; empty
-        where nothing stands.
+    Empty where nothing stands.
     """
     path = Path(path)
     if path.is_dir():

@@ -26,21 +26,11 @@ PRESSED_SHARE = 0.05
 
 @dataclass(frozen=True)
 class Findings:
-    """Lines on a folder, or on several.
+    """Lines on a folder, or on several."""
 
-    Attributes
-    ----------
-    wrong : tuple of str
-        What must be mended.
-    doubts : tuple of str
-        What may be as it should, but seldom is.
-    found : tuple of str
-        What is there.
-    """
-
-    wrong: tuple[str, ...] = ()
-    doubts: tuple[str, ...] = ()
-    found: tuple[str, ...] = ()
+    wrong: tuple[str, ...] = ()  # what must be mended
+    doubts: tuple[str, ...] = ()  # what may be as it should, but seldom is
+    found: tuple[str, ...] = ()  # what is there
 
     def __add__(self, other: "Findings") -> "Findings":
         """Both together, in their order."""
@@ -50,19 +40,7 @@ class Findings:
 
 
 def examine_template(folder: Path, spec: Mapping) -> Findings:
-    """Look into an object's template, or count its scans.
-
-    Parameters
-    ----------
-    folder : Path
-        ``raw/<object>``.
-    spec : mapping
-        object.yaml, right by its model.
-
-    Returns
-    -------
-    Findings
-    """
+    """Look into an object's template, or count its scans; object.yaml is right by its model."""
     if "scans" in spec["template"]:
         count = len(list((folder / spec["template"]["scans"]).glob("*.ply")))
         return Findings(found=(f"template: of {count} scans",))

@@ -15,6 +15,7 @@ from palpate.capture.capture import Capture, open_capture
 from palpate.capture.check import check_twice
 from palpate.capture.devices import CONFIG, add_devices
 from palpate.capture.discover import sensor_folders
+from palpate.capture.files import whole_file
 from palpate.capture.tables import FRAMES
 from palpate.commands.help import add_verb, check_figure
 from palpate.commands.project import Project
@@ -58,13 +59,21 @@ def _direct(options: argparse.Namespace) -> int:
         return failed
     found = list(_compared(found))
     if options.figure:
-        _write_figure(options.figure, [(_title(group), one) for group, one in found])
-    if options.json:
-        told = [_told(group, one, options) for group, one in found]
-        print(json.dumps(told if len(groups) > 1 else told[0], indent=2))
+        from palpate.report.direct_figure import figure_of_estimates
+
+        with whole_file(options.figure) as part:
+            figure_of_estimates([(_title(group), one) for group, one in found]).savefig(part)
+    if not options.json:
+        for group, one in found:
+            print("\n".join(_lines(_title(group), one, options)))
         return failed
-    for group, one in found:
-        print("\n".join(_lines(_title(group), one, options)))
+    fields = [
+        {"captures": [os.path.relpath(capture.folder) for capture in group], "fast": options.fast}
+        | one.to_dict()
+        | {"options": one.options.written()}
+        for group, one in found
+    ]
+    print(json.dumps(fields if len(groups) > 1 else fields[0], indent=2))
     return failed
 
 
@@ -192,7 +201,8 @@ class _Steps:
         from palpate.solid.indentation_table import load_indentation, save_indentation
 
         options, name, point = self.options, one.capture.declared["object"], one.capture.point
-        model = one.config.direct.model.changed(**FAST if options.fast else {})
+        model = one.config.direct.model
+        model = model.changed(**FAST) if options.fast else model
         solid = options.solid or project.solid(name)
         folder = options.tables or project.results(name)
         own = folder and folder / _table_name(one, model, solid)
@@ -250,12 +260,6 @@ def _fit(fit: Any, options: argparse.Namespace) -> Any:
     return fit.changed(**changes)
 
 
-def _told(group: Sequence[Capture], found: "DirectEstimate", options: argparse.Namespace) -> dict:
-    """All that went in and came out."""
-    told = {"captures": [os.path.relpath(one.folder) for one in group], "fast": options.fast}
-    return told | found.to_dict() | {"options": found.options.written()}
-
-
 def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> Iterator[str]:
     from palpate.estimate.direct.result import described_law
 
@@ -274,26 +278,13 @@ def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> 
     yield from (f"  doubtful: {line}" for line in found.warnings)
 
 
-def _write_figure(path: Path, found: Sequence[tuple[str, "DirectEstimate"]]) -> None:
-    from palpate.capture.files import whole_file
-    from palpate.report.direct_figure import figure_of_estimates
-
-    with whole_file(path) as part:
-        figure_of_estimates(found).savefig(part)
-
-
 def add(commands: Any) -> None:
     """Add the command to a parser's."""
     verb = add_verb(
         commands, "direct", "E and nu of captures", _direct, about=ABOUT, example=EXAMPLE
     )
-    verb.add_argument(
-        "folders",
-        type=Path,
-        nargs="+",
-        metavar="FOLDER",
-        help="raw/<object>, raw/<object>/<sensor> or raw/<object>/<sensor>/<capture>",
-    )
+    text = "raw/<object>, raw/<object>/<sensor> or raw/<object>/<sensor>/<capture>"
+    verb.add_argument("folders", type=Path, nargs="+", metavar="FOLDER", help=text)
     verb.add_argument("--nu", type=float, help="Poisson's ratio, where it is known beforehand")
     verb.add_argument("--nu-std", type=float, metavar="STD", help="and how well (0.002)")
     verb.add_argument("--fast", action="store_true", help="a coarse table, in a tenth of the time")

@@ -12,18 +12,10 @@ from palpate.yaml_files import load_yaml
 
 @dataclass(frozen=True)
 class Project:
-    """Folder with a configuration, and what a run of the workflow keeps in it.
+    """Folder with a configuration, and what a run of the workflow keeps in it."""
 
-    Attributes
-    ----------
-    folder : Path or None
-        None where there is none above the captures or here.
-    content : mapping
-        config.yaml.
-    """
-
-    folder: Path | None
-    content: Mapping[str, Any]
+    folder: Path | None  # None where there is none above the captures or here
+    content: Mapping[str, Any]  # of config.yaml
 
     @classmethod
     def near(cls, folder: Path) -> "Project":
