@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 from bench_study import run_snakemake
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream
 from palpate.units import MILLIMETRES
 from PIL import Image
 

@@ -15,10 +15,8 @@ from bag_writing import (
     write_tum,
 )
 from palpate.__main__ import main
-from palpate.capture.depth import depth_of
-from palpate.capture.force_record import WRENCH_COLUMNS
-from palpate.capture.images import read_image
-from palpate.capture.tables import read_table
+from palpate.capture.images import depth_of, read_image
+from palpate.capture.tables import WRENCH_COLUMNS, read_table
 from palpate.yaml_files import load_yaml
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin

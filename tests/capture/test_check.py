@@ -26,19 +26,12 @@ def test_all_problems_at_once(block, specifications):
     assert len(check_object(block, *specifications)) == 2
 
 
-def test_object_is_named_by_its_folder_from_within(block, specifications, monkeypatch):
+def test_command_line(block, root, monkeypatch, capsys):
+    """From within the object's folder, too."""
+    places = {"--sensors": root / "tests/sample/sensors", "--probes": root / "config/probes"}
+    options = [str(part) for pair in places.items() for part in pair]
     monkeypatch.chdir(block)
-    assert check_object(".", *specifications) == []
-
-
-def test_command_line(block, root, capsys):
-    options = [
-        "--sensors",
-        str(root / "tests/sample/sensors"),
-        "--probes",
-        str(root / "config/probes"),
-    ]
-    assert main(["check", str(block), *options]) == 0
+    assert main(["check", ".", *options]) == 0
     assert "kinect/08: 10 frames over 3.00 s" in capsys.readouterr().out
     (block / "kinect/08/force.csv").unlink()
     assert main(["check", str(block), *options]) == 1

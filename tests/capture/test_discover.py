@@ -1,7 +1,13 @@
-"""Captures are found by looking into raw/, and by nothing else."""
+"""Captures are found by looking into raw/, and what changes there is noticed."""
 
 import pytest
-from palpate.capture.discover import CAPTURE_NAME, CaptureId, discover, sensor_folders
+from palpate.capture.discover import (
+    CAPTURE_NAME,
+    CaptureId,
+    discover,
+    folder_fingerprint,
+    sensor_folders,
+)
 
 
 def test_finds_captures_in_order_and_passes_over_the_rest(tmp_path):
@@ -13,12 +19,12 @@ def test_finds_captures_in_order_and_passes_over_the_rest(tmp_path):
         "foam_block/.hidden/08",
         "foam_block/scans/08",
         "apple/bumblebee/01",
+        "sensors/kinect/pivot",
         ".part-pear/kinect/01",
     ):
         (tmp_path / folder).mkdir(parents=True)
-    (tmp_path / "notes.txt").write_text("")
-    (tmp_path / "foam_block/object.yaml").write_text("")
-    (tmp_path / "foam_block/kinect/notes.txt").write_text("")
+    for name in ("notes.txt", "foam_block/object.yaml", "foam_block/kinect/notes.txt"):
+        (tmp_path / name).write_text("")
     assert discover(tmp_path) == [
         CaptureId("apple", "bumblebee", "01"),
         CaptureId("foam_block", "kinect", "08"),
@@ -41,15 +47,43 @@ def test_nothing_where_there_is_no_folder(tmp_path):
     assert sensor_folders(tmp_path / "raw") == ()
 
 
-@pytest.mark.parametrize(
-    ("name", "point", "attempt"), [("08", "08", ""), ("11-a03", "11", "a03"), ("p1", "p1", "")]
-)
-def test_point_and_attempt(name, point, attempt):
-    capture = CaptureId("foam_block", "kinect", name)
-    assert (capture.point, capture.attempt) == (point, attempt)
+@pytest.mark.parametrize(("name", "point"), [("08", "08"), ("11-a03", "11"), ("p1", "p1")])
+def test_a_captures_name_begins_with_its_point(name, point):
+    assert CaptureId("foam_block", "kinect", name).point == point
     assert CAPTURE_NAME.fullmatch(name)
 
 
 @pytest.mark.parametrize("name", ["08-b", "08-a", "08-second try", "08_a1", "-a1", "08-a1-a2"])
 def test_names_that_the_workflow_does_not_take(name):
     assert not CAPTURE_NAME.fullmatch(name)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "left").mkdir()
+    (tmp_path / "left/000000.png").write_bytes(b"image")
+    (tmp_path / "force.csv").write_text("time_s\n")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("file", "changes"),
+    [("left/000000.png", True), ("left/000001.png", True), (".snakemake_timestamp", False)],
+)
+def test_a_fingerprint_changes_with_visible_files(folder, file, changes):
+    (folder / "left/itself.png").symlink_to("itself.png")
+    before = folder_fingerprint(folder)
+    (folder / file).write_bytes(b"another image")
+    assert (folder_fingerprint(folder) != before) == changes
+
+
+@pytest.mark.parametrize("place", ["kinect", "kinect/08"])
+def test_an_objects_sensor_or_capture_may_be_a_link(folder, place):
+    """On another disk: what lies there counts, and a link to a link ends."""
+    link = folder / "raw/sponge" / place
+    link.parent.mkdir(parents=True)
+    link.symlink_to(folder / "left")
+    (folder / "left/round").symlink_to(folder / "left")
+    before = folder_fingerprint(folder / "raw/sponge", linked=2)
+    (folder / "left/000000.png").write_bytes(b"another image")
+    assert folder_fingerprint(folder / "raw/sponge", linked=2) != before

@@ -6,10 +6,18 @@ import numpy as np
 import pandas as pd
 import pytest
 from palpate.capture.capture import open_capture
-from palpate.capture.check import check_capture, check_object
-from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS, force_columns, sampled_s
+from palpate.capture.check import check_object
+from palpate.capture.check_capture import check_capture
 from palpate.capture.importing.recording import force_table
-from palpate.capture.tables import read_table, write_force, write_frames
+from palpate.capture.tables import (
+    GAUGE_COLUMNS,
+    WRENCH_COLUMNS,
+    force_columns,
+    read_table,
+    sampled_s,
+    write_force,
+    write_frames,
+)
 from palpate.examine import told_of
 from palpate.press import press_of
 from palpate.vision.force import FORCE, match_nearest, zeroed

@@ -1,9 +1,23 @@
-"""Images: round trips, the mosaic's colours, and what is refused."""
+"""Images: round trips, the mosaic's colours, depths, and what is rejected."""
 
 import cv2
 import numpy as np
 import pytest
-from palpate.capture.images import mosaic_rggb, png_problem, read_image, write_image
+from palpate.capture.images import depth_of, mosaic_rggb, png_problem, read_image, write_image
+from palpate.yaml_files import load_yaml
+
+
+@pytest.fixture
+def noise(tmp_path):
+    """A picture of noise, and its file."""
+    image = np.random.default_rng(0).integers(0, 255, (48, 64)).astype(np.uint8)
+    write_image(tmp_path / "a.png", image, "mono8")
+    return tmp_path / "a.png"
+
+
+def rejected(path, encoding="mono8", words="a.png: image: expected a whole PNG"):
+    with pytest.raises(ValueError, match=words):
+        read_image(path, encoding)
 
 
 @pytest.mark.parametrize(
@@ -20,13 +34,6 @@ def test_round_trip(tmp_path, encoding, shape, dtype):
     write_image(tmp_path / "a.png", image, encoding)
     assert np.array_equal(read_image(tmp_path / "a.png", encoding), image)
     assert png_problem(tmp_path / "a.png", 8, 6, encoding) is None
-
-
-def test_mosaic_keeps_colours(tmp_path):
-    rgb = np.zeros((16, 16, 3), np.uint8)
-    rgb[:] = (200, 120, 40)
-    write_image(tmp_path / "a.png", mosaic_rggb(rgb), "bayer_rggb8")
-    assert np.array_equal(read_image(tmp_path / "a.png", "bayer_rggb8"), rgb)
 
 
 def test_mosaic_keeps_colours_in_their_places(tmp_path):
@@ -60,16 +67,13 @@ def test_wrong_channels_are_not_written(tmp_path, encoding, shape):
 def test_no_png_is_found(tmp_path, content):
     (tmp_path / "a.png").write_bytes(content)
     assert png_problem(tmp_path / "a.png", 8, 6, "mono8").startswith("expected a PNG image")
-    with pytest.raises(ValueError, match="a.png: image: expected a whole PNG"):
-        read_image(tmp_path / "a.png", "mono8")
+    rejected(tmp_path / "a.png")
 
 
-def test_wrong_size_and_depth_are_found(tmp_path):
-    write_image(tmp_path / "a.png", np.zeros((6, 8), np.uint8), "mono8")
-    assert "8 x 6" in png_problem(tmp_path / "a.png", 640, 480, "mono8")
-    assert "16-bit" in png_problem(tmp_path / "a.png", 8, 6, "millimetre")
-    with pytest.raises(ValueError, match="expected 16 bits, 1 channels, found 8 bits"):
-        read_image(tmp_path / "a.png", "millimetre")
+def test_wrong_size_and_depth_are_found(noise):
+    assert "64 x 48" in png_problem(noise, 640, 480, "mono8")
+    assert "16-bit" in png_problem(noise, 64, 48, "millimetre")
+    rejected(noise, "millimetre", "expected 16 bits, 1 channels, found 8 bits, 1 channels")
 
 
 def test_unknown_encoding_is_refused(tmp_path):
@@ -78,21 +82,31 @@ def test_unknown_encoding_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("part", [0.1, 0.5, 0.9])
-def test_an_image_whose_checksum_does_not_fit(tmp_path, part):
-    image = np.random.default_rng(0).integers(0, 255, (48, 64)).astype(np.uint8)
-    write_image(tmp_path / "a.png", image, "mono8")
-    content = bytearray((tmp_path / "a.png").read_bytes())
+def test_an_image_whose_checksum_does_not_fit(noise, part):
+    content = bytearray(noise.read_bytes())
     content[int(len(content) * part)] ^= 0x10
-    (tmp_path / "a.png").write_bytes(content)
-    with pytest.raises(ValueError, match="a.png: image: expected a whole PNG"):
-        read_image(tmp_path / "a.png", "mono8")
+    noise.write_bytes(content)
+    rejected(noise)
 
 
-def test_an_image_that_was_cut_and_given_an_end(tmp_path):
-    image = np.random.default_rng(0).integers(0, 255, (48, 64)).astype(np.uint8)
-    write_image(tmp_path / "a.png", image, "mono8")
-    content = (tmp_path / "a.png").read_bytes()
-    (tmp_path / "a.png").write_bytes(content[: len(content) // 2] + content[-12:])
-    assert png_problem(tmp_path / "a.png", 64, 48, "mono8") is None
-    with pytest.raises(ValueError, match="a.png: image: expected a whole PNG"):
-        read_image(tmp_path / "a.png", "mono8")
+def test_an_image_that_was_cut_and_given_an_end(noise):
+    content = noise.read_bytes()
+    noise.write_bytes(content[: len(content) // 2] + content[-12:])
+    assert png_problem(noise, 64, 48, "mono8") is None
+    rejected(noise)
+
+
+def test_kinect_equation(root):
+    spec = load_yaml(root / "config/sensors/kinect.yaml")["depth"]
+    depth = depth_of(np.array([[690, 2047, 1090]], np.uint16), spec)
+    assert depth[0, 0] == pytest.approx(584.6213 * 0.075 / 50)
+    assert np.isnan(depth[0, 1:]).all()
+
+
+@pytest.mark.parametrize(
+    ("spec", "metres"),
+    [({"encoding": "millimetre"}, 8.5), ({"encoding": "counts", "count_m": 1e-4}, 0.85)],
+)
+def test_counts_of_depth(spec, metres):
+    depth = depth_of(np.array([[8500, 0]], np.uint16), spec)
+    assert depth[0, 0] == metres and np.isnan(depth[0, 1])

@@ -39,11 +39,9 @@ from import_help import (
     wrench_file,
 )
 from palpate.__main__ import main
-from palpate.capture.depth import depth_of
 from palpate.capture.experiments import check_experiment
-from palpate.capture.force_record import GAUGE_COLUMNS
-from palpate.capture.images import read_image
-from palpate.capture.tables import read_force, read_frames
+from palpate.capture.images import depth_of, read_image
+from palpate.capture.tables import GAUGE_COLUMNS, read_force, read_frames
 from scipy.spatial.transform import RigidTransform, Rotation
 
 START_S = 1_700_000_000

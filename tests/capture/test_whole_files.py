@@ -33,14 +33,16 @@ for k in range(10**9):
 """
 
 
+def started(root, code, place, **options):
+    """A process that runs code on a place."""
+    env = os.environ | {"PYTHONPATH": str(root / "workflow/scripts")}
+    return subprocess.Popen([sys.executable, "-c", code, str(place)], env=env, **options)
+
+
 def test_a_writer_killed_at_any_moment_leaves_a_whole_file(root, tmp_path):
     rng = random.Random(0)
     for _ in range(6):
-        writer = subprocess.Popen(
-            [sys.executable, "-c", WRITES, str(tmp_path / "a.txt")],
-            env=os.environ | {"PYTHONPATH": str(root / "workflow/scripts")},
-            stdout=subprocess.PIPE,
-        )
+        writer = started(root, WRITES, tmp_path / "a.txt", stdout=subprocess.PIPE)
         with writer.stdout as stream:
             assert stream.readline() == b"on\n"
             time.sleep(rng.uniform(0, 0.05))
@@ -53,6 +55,7 @@ def test_a_writer_killed_at_any_moment_leaves_a_whole_file(root, tmp_path):
 def test_two_writers_never_mix(tmp_path):
     path = tmp_path / "a.csv"
     with whole_file(path) as slow:
+        assert slow.suffix == ".csv" and slow.name.startswith(".")
         slow.write_text("slow" * 1000)
         with whole_file(path) as quick:
             quick.write_text("quick")
@@ -62,16 +65,10 @@ def test_two_writers_never_mix(tmp_path):
     assert os.listdir(tmp_path) == ["a.csv"]
 
 
-def test_a_part_keeps_the_ending_and_is_hidden(tmp_path):
-    with whole_file(tmp_path / "a.vtu") as part:
-        assert part.suffix == ".vtu"
-        assert part.name.startswith(".")
-        part.touch()
-
-
 def test_two_writers_of_a_folder_leave_a_whole_one(tmp_path):
     path = tmp_path / "capture"
     with whole_folder(path) as slow:
+        assert slow.name.startswith(".") and not path.exists()
         (slow / "slow.png").touch()
         with whole_folder(path) as quick:
             (quick / "quick.png").touch()
@@ -81,11 +78,7 @@ def test_two_writers_of_a_folder_leave_a_whole_one(tmp_path):
 
 def test_what_a_killed_writer_left_is_removed(root, tmp_path):
     deep = tmp_path / "deep"
-    subprocess.run(
-        [sys.executable, "-c", KILLED, str(deep)],
-        env=os.environ | {"PYTHONPATH": str(root / "workflow/scripts")},
-        check=False,
-    )
+    started(root, KILLED, deep).wait()
     assert sorted(name[-5:] for name in os.listdir(deep)) == ["a.csv", "b-dir"]
     (deep / "kept.csv").touch()
     remove_parts(tmp_path, unless="lock")
@@ -149,12 +142,3 @@ def test_files_are_whole_or_absent(tmp_path):
         (part / "c").write_text("half")
         raise RuntimeError
     assert list(tmp_path.iterdir()) == []
-
-
-def test_folder_stands_when_it_is_complete(tmp_path):
-    with whole_folder(tmp_path / "b") as part:
-        (part / "c").write_text("whole")
-        assert part.name.startswith(".")
-        assert not (tmp_path / "b").exists()
-    assert [path.name for path in tmp_path.iterdir()] == ["b"]
-    assert (tmp_path / "b/c").read_text() == "whole"

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.capture.depth import depth_of
+from palpate.capture.images import depth_of
 from palpate.report import style
 from palpate.vision.camera import camera_from_spec
 from thesis.chapter4 import pinhole_figure, triangulation

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from palpate.capture.depth import depth_of
+from palpate.capture.images import depth_of
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.marker import board_of, find_corners
 from virtual_lab.block import fine_surface

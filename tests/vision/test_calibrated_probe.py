@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from palpate.capture.calibrations import as_stated, asked
+from palpate.capture.devices import as_stated, asked
 from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.probe import marker_from_tip

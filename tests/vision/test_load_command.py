@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from palpate.capture.force_record import WRENCH_COLUMNS
-from palpate.capture.tables import write_table
+from palpate.capture.tables import WRENCH_COLUMNS, write_table
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.force import weight_wrenches
 from palpate.vision.marker import board_of

@@ -11,10 +11,15 @@ import pytest
 import yaml
 from lab_films import lab_film
 from palpate.__main__ import main
-from palpate.capture.calibrations import asked
+from palpate.capture.devices import asked
 from palpate.capture.experiments import check_experiment
-from palpate.capture.force_record import WRENCH_COLUMNS
-from palpate.capture.tables import read_force, read_frames, write_force, write_frames
+from palpate.capture.tables import (
+    WRENCH_COLUMNS,
+    read_force,
+    read_frames,
+    write_force,
+    write_frames,
+)
 from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.force import wrenches

@@ -11,16 +11,13 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from palpate.capture.calibrations import as_stated
 from palpate.capture.capture import Capture
 from palpate.capture.check import checked_object
 from palpate.capture.check_curves import declared_curve
+from palpate.capture.devices import as_stated
 from palpate.capture.discover import CURVE_END, SensorFolder, curve_files
-from palpate.capture.examine_force import examine_force
-from palpate.capture.examine_template import examine_template
-from palpate.capture.findings import Findings
-from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS, sampled_s
-from palpate.capture.tables import FORCE, read_table
+from palpate.capture.findings import Findings, examine_force, examine_template
+from palpate.capture.tables import FORCE, GAUGE_COLUMNS, WRENCH_COLUMNS, read_table, sampled_s
 from palpate.estimate.hertz.indentation import force_onset
 from palpate.measurement import align
 from palpate.press import Press, press_of

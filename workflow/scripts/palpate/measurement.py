@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.capture import Capture
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream
 from palpate.capture.tables import columns_of
 from palpate.estimate.direct.motion import SurfaceMotion, observed_motion, rest_frames
 from palpate.estimate.hertz.indentation import Indentation, force_onset, indentation_of

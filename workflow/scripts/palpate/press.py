@@ -7,8 +7,8 @@ from pathlib import Path
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.capture.calibrations import asked, require_met
 from palpate.capture.capture import Capture
+from palpate.capture.devices import asked, require_met
 from palpate.capture.tables import as_written
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clock import ClockOffset

@@ -1,6 +1,6 @@
 """Model the background of one object and sensor."""
 
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream
 from palpate.vision.background import build_model, save_model
 from palpate.vision.options import Background
 from palpate.workflow.job import naming, run

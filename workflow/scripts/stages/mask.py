@@ -1,6 +1,6 @@
 """Foreground of every frame of a capture."""
 
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream
 from palpate.vision.background import load_model
 from palpate.vision.foreground import masks_of, save_masks
 from palpate.vision.options import Background

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from palpate.capture.files import write_text
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream
 from palpate.capture.tables import columns_of, read_table
 from palpate.estimate.direct.result import load_fitted
 from palpate.json_fields import read_all, read_by_folder

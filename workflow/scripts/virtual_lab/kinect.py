@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from palpate.capture.depth import DISPARITY, count_m
+from palpate.capture.images import DISPARITY, count_m
 
 from virtual_lab.render import LIFT_M, View
 from virtual_lab.scene import Scene, dot

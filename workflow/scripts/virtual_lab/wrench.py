@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from palpate.capture.force_record import WRENCH_COLUMNS
+from palpate.capture.tables import WRENCH_COLUMNS
 
 from virtual_lab.motion import ProbeMotion
 

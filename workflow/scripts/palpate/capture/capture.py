@@ -10,7 +10,7 @@ import pandas as pd
 from palpate.capture.check import checked_object
 from palpate.capture.devices import device_folder, read_device
 from palpate.capture.discover import BACKGROUND
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream
 from palpate.capture.tables import read_force, read_frames
 from palpate.yaml_files import load_yaml
 

@@ -1,14 +1,14 @@
-"""Files of sensors and probes: where they stand, what they say, what is wrong with them."""
+"""Files of sensors and probes: where they stand, what they say, what recordings determine."""
 
 import argparse
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.capture.discover import sensor_fault
 from palpate.config.model import problems
-from palpate.config.probe import ProbeSpec
+from palpate.config.probe import CALIBRATION, DEVIATIONS, ProbeSpec
 from palpate.config.sensor import SensorSpec
 from palpate.yaml_files import load_yaml
 
@@ -19,20 +19,36 @@ PLACES = {"sensors": Path("config/sensors"), "probes": Path("config/probes")}
 
 @dataclass(frozen=True)
 class Devices:
-    """Files of a folder of sensors, or of probes.
+    """Files of a folder of sensors, or of probes, by name."""
 
-    Attributes
-    ----------
-    specs : mapping
-        What each file says, by name; None of a wrong one.
-    problems : mapping
-        What is wrong with each wrong file, by name, as lines.
-    folder : Path
-    """
-
-    specs: Mapping[str, Mapping | None]
-    problems: Mapping[str, tuple[str, ...]]
+    specs: Mapping[str, Mapping | None]  # None of a wrong one
+    problems: Mapping[str, tuple[str, ...]]  # lines of each wrong one
     folder: Path
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a probe that a recording determines."""
+
+    name: str  # of results/sensors/<sensor>/<name>.json
+    film: str  # the recording's, of raw/sensors/<sensor>/<film>
+    shows: str  # what the recording is of
+    # Fields of the probe's file that may say `calibration`, each with the field of its deviation,
+    # which the recording determines too.
+    deviations: Mapping[str, str]
+    force: bool = True  # whether the recording has forces
+
+    def asking(self, probe: Mapping) -> str | None:
+        """The first field of a probe's file that asks for the part."""
+        return next((key for key in self.deviations if probe.get(key) == CALIBRATION), None)
+
+
+# In the order in which they are taken: where the tip is in the sensor's frame depends on its axes.
+PARTS = (
+    Part("load", "load", "the probe held free", DEVIATIONS["load"]),
+    Part("tip", "pivot", "the turning handle", DEVIATIONS["tip"], force=False),
+    Part("stiffness", "stiffness", "a press on something rigid", DEVIATIONS["stiffness"]),
+)
 
 
 def add_devices(parser: argparse.ArgumentParser, *names: str) -> None:
@@ -62,17 +78,13 @@ def found_folder(name: str, given: Path | None, near: Path) -> Path | None:
         return given
     for start in map(Path, (os.path.abspath(near), os.getcwd())):
         for folder in (start, *start.parents):
-            place = folder / _configured(folder).get(name, PLACES[name])
+            content = load_yaml(folder / CONFIG) if (folder / CONFIG).is_file() else None
+            paths = content.get("paths") if isinstance(content, Mapping) else None
+            stated = paths.get(name) if isinstance(paths, Mapping) else None
+            place = folder / (stated or PLACES[name])
             if os.path.isdir(place):
                 return Path(os.path.relpath(place))
     return None
-
-
-def _configured(folder: Path) -> Mapping[str, str]:
-    """Folders that a project's configuration names."""
-    content = load_yaml(folder / CONFIG) if (folder / CONFIG).is_file() else None
-    paths = content.get("paths") if isinstance(content, Mapping) else None
-    return paths if isinstance(paths, Mapping) else {}
 
 
 def device_folder(name: str, given: Path | None, near: Path) -> Path:
@@ -131,3 +143,21 @@ def read_device(path: Path, name: str) -> tuple[Mapping | None, tuple[str, ...]]
         lines.append(f"{path}: {kind}: expected {path.stem}, found {spec[kind]}")
     lines += [f"{path}: {kind}: {fault}"] if (fault := sensor_fault(path.stem)) else []
     return spec, tuple(lines)
+
+
+def asked(probe: Mapping) -> dict[str, str]:
+    """Parts that a probe's file asks for, as `PARTS` are ordered, each with its field."""
+    return {part.name: field for part in PARTS if (field := part.asking(probe))}
+
+
+def require_met(unmet: Mapping[str, str], probe: Mapping) -> None:
+    """Raise ValueError for parts that a probe's file asks for, by field, and no calibration has."""
+    for part, field in unmet.items():
+        expected = f"the {part}.json that the file of {probe['probe']} asks for"
+        raise ValueError(f"{field}: expected {expected}, found none")
+
+
+def as_stated(probe: Mapping, known: Collection[str] = ()) -> Mapping:
+    """A probe's file that asks for no part but known ones: what it states of others counts."""
+    unknown = {field for part in PARTS if part.name not in known for field in part.deviations}
+    return {k: v for k, v in probe.items() if not (k in unknown and v == CALIBRATION)}

@@ -1,8 +1,11 @@
-"""Find captures by looking into ``raw/``."""
+"""Find what stands in ``raw/``, by its names, and stamp it, so that what changes is noticed."""
 
+import hashlib
+import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 
 BACKGROUND = "background"
@@ -16,9 +19,9 @@ TAKEN = ("benchmarks", "figures", "lab", "logs", "objects", "pages")
 TAKEN += ("sample", "sensors", "simulation", "tables")
 SENSOR_NAME = re.compile("[a-z][a-z0-9_]*")
 OBJECT_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_]*")
-# A point, or a point and an attempt: 08, 11-a03.
 # Kinds of files with a template: surfaces alone, since scenes and archives may name other files.
 MESHES = (".ply", ".stl", ".obj", ".off")
+# A point, or a point and an attempt: 08, 11-a03.
 CAPTURE_NAME = re.compile("[A-Za-z0-9]+(-a[0-9]+)?")
 CAPTURE_WORDS = (
     "a name like 08 or 08-a03 (the point's letters and digits; again there: -a, a number)"
@@ -38,30 +41,19 @@ class CaptureId:
         """Number of the point, the part of the name before a hyphen."""
         return self.capture.partition("-")[0]
 
-    @property
-    def attempt(self) -> str:
-        """Attempt at the point, the part of the name after a hyphen; empty for the only one."""
-        return self.capture.partition("-")[2]
-
 
 @dataclass(frozen=True)
 class SensorFolder:
-    """What stands in ``raw/<object>/<sensor>/``.
-
-    Attributes
-    ----------
-    folder : Path
-    captures : tuple of Path
-        Its captures' folders, sorted.
-    background : Path
-        Where frames without the object are to stand.
-    has_background : bool
-    """
+    """What stands in ``raw/<object>/<sensor>/``."""
 
     folder: Path
-    captures: tuple[Path, ...]
-    background: Path
+    captures: tuple[Path, ...]  # folders, sorted
     has_background: bool
+
+    @property
+    def background(self) -> Path:
+        """Where frames without the object are to stand."""
+        return self.folder / BACKGROUND
 
     @property
     def contents(self) -> tuple[Path, ...]:
@@ -88,6 +80,20 @@ def sensor_fault(name: str) -> str:
     return f"expected {words}, found {name}"
 
 
+def folders(parent: str | Path) -> list[Path]:
+    """Visible folders in a folder, sorted; none where it does not exist."""
+    parent = Path(parent)
+    if not parent.is_dir():
+        return []
+    found = (path for path in parent.iterdir() if path.is_dir())
+    return sorted(path for path in found if not path.name.startswith("."))
+
+
+def object_folders(raw: str | Path) -> list[Path]:
+    """Folders of objects in the folder of all, sorted."""
+    return [folder for folder in folders(raw) if folder.name not in NOT_OBJECTS]
+
+
 def sensor_folders(folder: str | Path) -> tuple[SensorFolder, ...]:
     """List what stands in an object's folder, by sensor."""
     return tuple(sensor_folder(place) for place in folders(folder) if place.name not in NOT_SENSORS)
@@ -97,42 +103,26 @@ def sensor_folder(folder: Path) -> SensorFolder:
     """List what stands in ``raw/<object>/<sensor>``, which may not be there."""
     found = folders(folder)
     captures = tuple(place for place in found if place.name != BACKGROUND)
-    return SensorFolder(folder, captures, folder / BACKGROUND, len(captures) < len(found))
+    return SensorFolder(folder, captures, len(captures) < len(found))
+
+
+def discover(raw: str | Path) -> list[CaptureId]:
+    """List the captures below the folder of all objects, sorted.
+
+    Hidden folders, backgrounds, scans and non-objects are passed over.
+    """
+    return sorted(
+        CaptureId(folder.name, place.folder.name, capture.name)
+        for folder in object_folders(raw)
+        for place in sensor_folders(folder)
+        for capture in place.captures
+    )
 
 
 def curve_files(folder: str | Path) -> list[Path]:
     """Curves of force and depth in an object's folder, sorted; see `CURVE`."""
-    folder = Path(folder)
-    found = folder.glob(f"*{CURVE_END}") if folder.is_dir() else ()
+    found = Path(folder).glob(f"*{CURVE_END}")
     return sorted(path for path in found if path.is_file() and not path.name.startswith("."))
-
-
-def discover(raw: str | Path) -> list[CaptureId]:
-    """List the captures below a folder, sorted.
-
-    Parameters
-    ----------
-    raw : path
-        Folder of all objects; hidden folders, backgrounds, scans and non-objects are passed over.
-    """
-    return sorted(
-        CaptureId(name.name, sensor.name, capture.name)
-        for name in folders(raw)
-        if name.name not in NOT_OBJECTS
-        for sensor in folders(name)
-        if sensor.name not in NOT_SENSORS
-        for capture in folders(sensor)
-        if capture.name != BACKGROUND
-    )
-
-
-def folders(parent: str | Path) -> list[Path]:
-    """Visible folders in a folder, sorted; none where it does not exist."""
-    parent = Path(parent)
-    if not parent.is_dir():
-        return []
-    found = (path for path in parent.iterdir() if path.is_dir())
-    return sorted(path for path in found if not path.name.startswith("."))
 
 
 def declared_point(spec: Mapping, name: str) -> Mapping:
@@ -147,3 +137,76 @@ def declared_point(spec: Mapping, name: str) -> Mapping:
         names = ", ".join(sorted(spec["points"]))
         raise ValueError(f"points: expected one of {names}, found {name}")
     return spec["points"][name]
+
+
+def folder_fingerprint(folder: str | Path, *, linked: int = 0) -> str:
+    """Digest the names, sizes and modification times of a folder's files.
+
+    Reading the images themselves at every start would take minutes for a large study; size and
+    time change with every ordinary way of replacing a file.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of a capture, itself a link or not; hidden files are passed over.
+    linked : int, optional
+        Levels below it whose folders may be links: 2 in an object's, for sensors and captures.
+
+    Returns
+    -------
+    str
+        Sixteen hexadecimal digits.
+    """
+    digest = hashlib.sha256()
+    for parts, status in sorted(_files(str(folder), (), linked), key=itemgetter(0)):
+        digest.update(f"{'/'.join(parts)} {status.st_size} {status.st_mtime_ns}\n".encode())
+    return digest.hexdigest()[:16]
+
+
+def _files(
+    folder: str, parts: tuple[str, ...], linked: int
+) -> Iterator[tuple[tuple, os.stat_result]]:
+    """Visible files below a folder; a linked folder is entered on the first levels alone."""
+    try:
+        entries = list(os.scandir(folder))
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    for entry in entries:
+        if entry.name.startswith("."):
+            continue
+        if entry.is_dir(follow_symlinks=linked > 0):
+            yield from _files(entry.path, (*parts, entry.name), linked - 1)
+        elif os.path.isfile(entry.path):  # not of a link to itself, which the check tells of
+            yield (*parts, entry.name), entry.stat()
+
+
+def stamp(path: str | Path) -> str:
+    """Fingerprint of a folder; size [bytes], time of modification [ns] and inode of a file.
+
+    Empty where nothing stands.
+    """
+    path = Path(path)
+    if path.is_dir():
+        return folder_fingerprint(path)
+    try:
+        status = path.stat()
+    except FileNotFoundError:
+        return ""
+    return f"{status.st_size} {status.st_mtime_ns} {status.st_ino}"
+
+
+def stamps_below(raw: str | Path, *, only: str | None = None) -> dict[str, str]:
+    """Stamp whatever may stand in ``raw/`` for a rule to read, by path.
+
+    Parameters
+    ----------
+    raw : path
+        Its objects' files, scans, backgrounds and captures, and experiments on sensors.
+    only : str, optional
+        Of the objects, the one that is read.
+    """
+    tops = [path for path in Path(raw).glob("*") if path.name in {only or path.name, *NOT_OBJECTS}]
+    below = [path for top in tops for path in top.glob("*")]
+    files = [path for path in below if path.is_file() or path.name in NOT_SENSORS]
+    folders = [path for place in below for path in place.glob("*") if path.is_dir()]
+    return {str(path): stamp(path) for path in sorted([*files, *folders])}

@@ -6,10 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from palpate.capture.check import check_capture
-from palpate.capture.columns import check_numbers, read_columns
+from palpate.capture.check_capture import check_capture, check_frames, check_numbers, read_columns
 from palpate.capture.discover import BACKGROUND
-from palpate.capture.pictures import check_frames
 from palpate.capture.tables import image_streams, read_table
 from palpate.config.model import problems
 from palpate.config.probe import TargetFile
@@ -43,18 +41,11 @@ def check_experiment(folder: str | Path, sensor: Mapping) -> list[str]:
     if folder.name not in CHECKS:
         known = ", ".join(sorted(CHECKS))
         return [f"{folder}: experiment: expected one of {known}, found {folder.name}"]
-    problems = _recording(folder) + CHECKS[folder.name](folder, sensor)
-    return [one_line(problem) for problem in problems]
+    return list(map(one_line, _recording(folder) + CHECKS[folder.name](folder, sensor)))
 
 
 def calibrated_streams(columns: Iterable[str]) -> tuple[str, str]:
-    """Which two cameras a calibration's frames.csv has pictures of.
-
-    Parameters
-    ----------
-    columns : iterable of str
-        Of the table.
-    """
+    """Which two cameras a calibration's frames.csv, by its columns, has pictures of."""
     return STEREO if set(STEREO) <= set(columns) else DEPTH
 
 
@@ -67,31 +58,46 @@ def _recording(folder: Path) -> list[str]:
         found = load_yaml(path)
     except ValueError as error:
         return [str(error)]
-    known = {"simulated", "recorded"}
-    if isinstance(found, Mapping) and found.get("provenance") in known:
+    if isinstance(found, Mapping) and found.get("provenance") in ("simulated", "recorded"):
         return []
     return [f"{path}: provenance: expected recorded or simulated, found {found}"]
 
 
+def check_film(folder: Path, sensor: Mapping, *, fewest: int = FEWEST_REPEATS) -> list[str]:
+    """Check a recording without forces: all streams of the sensor."""
+    problems, _ = check_frames(folder, image_streams(sensor), fewest=fewest)
+    return [one_line(problem) for problem in problems]
+
+
 def _calibration(folder: Path, sensor: Mapping) -> list[str]:
-    """Grey pairs of the sensor's two cameras, and the board's sizes."""
-    problems = _board(folder)
+    """Grey pairs of the sensor's two cameras, and the target's sizes."""
+    described = folder / "board.yaml"
+    if described.is_file():
+        lines = problems(TargetFile, load_yaml(described), str(described))
+    else:
+        lines = _board(folder / "board.csv")
     if "depth" in sensor:
         blocks = {"color": sensor["color"], "infrared": sensor["depth"]}
     else:
         blocks = dict.fromkeys(STEREO, sensor["color"])
-    streams = {name: dict(block) | {"encoding": "mono8"} for name, block in blocks.items()}
-    return problems + check_frames(folder, streams, fewest=FEWEST_PAIRS)[0]
+    streams = {name: {**block, "encoding": "mono8"} for name, block in blocks.items()}
+    return lines + check_frames(folder, streams, fewest=FEWEST_PAIRS)[0]
 
 
-def _board(folder: Path) -> list[str]:
-    """What is wrong with the board's description."""
-    described = folder / "board.yaml"
-    if described.is_file():
-        return problems(TargetFile, load_yaml(described), str(described))
-    path = folder / "board.csv"
+def _board(path: Path) -> list[str]:
+    """What is wrong with a table of one checkerboard."""
     table, lines = _filled(path, BOARD)
-    return lines if table is None or lines else _check_board(path, table)
+    if lines:
+        return lines
+    if len(table) > 1:
+        return [f"{path}: rows: expected one board, found {len(table)}"]
+    columns, rows, square_m = table[BOARD].iloc[0]
+    if min(columns, rows) < 3 or columns % 1 or rows % 1:
+        expected = "whole numbers of inner corners >= 3"
+        return [f"{path}: columns, rows: expected {expected}, found {columns:g} x {rows:g}"]
+    if not 0 < square_m <= 1:
+        return [f"{path}: square_m: expected metres, above 0 and at most 1, found {square_m:g}"]
+    return []
 
 
 def read_marker(folder: Path) -> dict:
@@ -106,78 +112,50 @@ def read_marker(folder: Path) -> dict:
 def _workspace(folder: Path, sensor: Mapping) -> list[str]:
     """Grey frames of the resting tip on each point of a grid."""
     path = folder / "grid.csv"
-    table, problems = _filled(path, GRID)
-    if table is None or problems:
-        return problems
+    table, lines = _filled(path, GRID)
+    if lines:
+        return lines
     points = table["point"].to_numpy(dtype=float)
     if not (np.isin(points, np.arange(1, MOST_POINTS)).all() and len(set(points)) == len(points)):
         return [f"{path}: point: expected whole numbers from 1, each once, found {points.tolist()}"]
     stream, block = next(iter(image_streams(sensor).items()))
-    streams = {stream: dict(block) | {"encoding": "mono8"}}
-    for point in table["point"]:
-        place = folder / f"{int(point):02d}"
-        problems += check_frames(place, streams, fewest=FEWEST_REPEATS)[0]
-    return problems
-
-
-def _cd_case(folder: Path, sensor: Mapping) -> list[str]:
-    """Film of the tip around the case, and of the empty scene."""
-    streams = image_streams(sensor)
-    return [
-        problem
-        for name in ("trace", BACKGROUND)
-        for problem in check_frames(folder / name, streams, fewest=FEWEST_REPEATS)[0]
-    ]
-
-
-def check_film(folder: Path, sensor: Mapping) -> list[str]:
-    """Check a film of the probe's board: all streams of the sensor."""
-    problems = check_frames(folder, image_streams(sensor), fewest=FEWEST_REPEATS)[0]
-    return [one_line(problem) for problem in problems]
-
-
-def _load(folder: Path, sensor: Mapping) -> list[str]:
-    """Film and forces of the probe held free, and the empty table, which tells the vertical."""
-    background = check_frames(folder / BACKGROUND, image_streams(sensor), fewest=FEWEST_REPEATS)[0]
-    return check_capture(folder, sensor) + background
+    streams = {stream: {**block, "encoding": "mono8"}}
+    for point in points:
+        lines += check_frames(folder / f"{point:02.0f}", streams, fewest=FEWEST_REPEATS)[0]
+    return lines
 
 
 def _planes(folder: Path, sensor: Mapping) -> list[str]:
     """Flat boards at several distances."""
     path = folder / "planes.csv"
-    table, problems = _filled(path, PLANES)
-    if table is None or problems:
-        return problems
+    table, lines = _filled(path, PLANES)
+    if lines:
+        return lines
     if not (table["distance_m"] > 0).all():
         return [f"{path}: distance_m: expected above 0, found {table['distance_m'].min():g}"]
     for plane in table["plane"]:
-        place = folder / f"{int(plane):02d}"
-        problems += check_frames(place, image_streams(sensor), fewest=1)[0]
-    return problems
+        lines += check_film(folder / f"{int(plane):02d}", sensor, fewest=1)
+    return lines
+
+
+def _cd_case(folder: Path, sensor: Mapping) -> list[str]:
+    """Frames of the tip around the case, and of the empty scene."""
+    return check_film(folder / "trace", sensor) + check_film(folder / BACKGROUND, sensor)
+
+
+def _load(folder: Path, sensor: Mapping) -> list[str]:
+    """Frames and forces of the probe held free, and the empty table, which gives the vertical."""
+    return check_capture(folder, sensor) + check_film(folder / BACKGROUND, sensor)
 
 
 def _filled(path: Path, columns: list[str]) -> tuple[pd.DataFrame | None, list[str]]:
     """A table with some columns of numbers and at least one row, and what is wrong."""
-    table, problems = read_columns(path, columns)
+    table, lines = read_columns(path, columns)
     if table is None:
-        return None, problems
+        return None, lines
     if not len(table):
         return table, [f"{path}: rows: expected at least one, found none"]
-    return table, problems + check_numbers(path, table, columns)
-
-
-def _check_board(path: Path, table: pd.DataFrame) -> list[str]:
-    if len(table) > 1:
-        return [f"{path}: rows: expected one board, found {len(table)}"]
-    columns, rows, square_m = table[BOARD].iloc[0]
-    if min(columns, rows) < 3 or columns % 1 or rows % 1:
-        found = f"{columns:g} x {rows:g}"
-        return [
-            f"{path}: columns, rows: expected whole numbers of inner corners >= 3, found {found}"
-        ]
-    if not 0 < square_m <= 1:
-        return [f"{path}: square_m: expected metres, above 0 and at most 1, found {square_m:g}"]
-    return []
+    return table, check_numbers(path, table, columns)
 
 
 CHECKS = {

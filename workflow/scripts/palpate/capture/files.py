@@ -35,8 +35,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     OSError
         That names the file if there is no space for it, or no writing there.
     """
-    path = Path(path)
-    with _part_of(path) as part:
+    with _part_of(path := Path(path)) as part:
         yield part
         _to_disk(part)
         os.replace(part, path)
@@ -67,24 +66,30 @@ def whole_folder(path: str | Path, *, replace: bool = True, kept: str = "") -> I
     OSError
         That names the folder if there is no space for it.
     """
+
+    def check_free() -> None:
+        alone = path.is_dir() and os.listdir(path) == [kept]
+        if os.path.lexists(path) and not (replace or alone):
+            raise ValueError(f"{path}: folder: expected nothing there yet, found something")
+
     path = Path(path)
-    if not replace:
-        _check_free(path, kept)
+    check_free()
     with _part_of(path) as part:
         part.mkdir()
         yield part
         for file in part.rglob("*"):
             _to_disk(file)
-        if replace:
-            _set_aside(path)
-        else:
-            _check_free(path, kept)
-        if not replace and path.is_dir():
+        check_free()
+        if path.is_dir() and not replace:
             # What is kept never moves; tables, by which a folder is whole, come last.
             for one in sorted(part.iterdir(), key=Path.is_file):
                 os.replace(one, path / one.name)
-        else:
-            os.replace(part, path)
+            return
+        if path.is_dir():
+            # Taken away at once: one that is half removed must never stand under its name.
+            os.replace(path, aside := _sibling(path))
+            shutil.rmtree(aside, ignore_errors=True)
+        os.replace(part, path)
 
 
 def write_text(path: str | Path, text: str) -> None:
@@ -96,28 +101,6 @@ def write_text(path: str | Path, text: str) -> None:
 def write_json(path: str | Path, fields: Mapping) -> None:
     """Write a mapping as JSON, whole or not at all."""
     write_text(path, json.dumps(fields, indent=2) + "\n")
-
-
-def _check_free(path: Path, kept: str) -> None:
-    alone = path.is_dir() and bool(kept) and os.listdir(path) == [kept]
-    if os.path.lexists(path) and not alone:
-        raise ValueError(f"{path}: folder: expected nothing there yet, found something")
-
-
-@contextmanager
-def _part_of(path: Path) -> Iterator[Path]:
-    """A hidden sibling of a file or folder; it is gone after the block, whatever happens."""
-    part = _sibling(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        yield part
-    except OSError as error:
-        full = error.errno in NO_SPACE and error.filename is None
-        if full or error.filename == str(part):
-            raise OSError(error.errno, error.strerror, str(path)) from error
-        raise
-    finally:
-        _remove(part)
 
 
 def remove_parts(folder: str | Path, *, unless: str) -> None:
@@ -142,16 +125,24 @@ def remove_parts(folder: str | Path, *, unless: str) -> None:
         folders[:] = [name for name in folders if not name.startswith(PART)]
 
 
+@contextmanager
+def _part_of(path: Path) -> Iterator[Path]:
+    """A hidden sibling of a file or folder; it is gone after the block, whatever happens."""
+    part = _sibling(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        yield part
+    except OSError as error:
+        full = error.errno in NO_SPACE and error.filename is None
+        if full or error.filename == str(part):
+            raise OSError(error.errno, error.strerror, str(path)) from error
+        raise
+    finally:
+        _remove(part)
+
+
 def _sibling(path: Path) -> Path:
     return path.with_name(f"{PART}{secrets.token_hex(4)}-{path.name}")
-
-
-def _set_aside(path: Path) -> None:
-    """Take a folder away at once: one that is half removed must never stand under its name."""
-    aside = _sibling(path)
-    if path.is_dir():
-        os.replace(path, aside)
-        shutil.rmtree(aside, ignore_errors=True)
 
 
 def _to_disk(path: Path) -> None:

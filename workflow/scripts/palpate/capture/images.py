@@ -1,27 +1,107 @@
-"""Images of a capture: what the numbers mean is the sensor's encoding."""
+"""Images of a capture and what their numbers mean, by the sensor's encoding."""
 
 import struct
 import zlib
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-PNG_END = b"\x00\x00\x00\x00IEND\xaeB`\x82"
+from palpate.capture.tables import STREAMS, image_streams, read_frames
+from palpate.units import MILLIMETRES
+
+PNG_SIGNATURE, PNG_END = b"\x89PNG\r\n\x1a\n", b"\x00\x00\x00\x00IEND\xaeB`\x82"
 HEADER_BYTES = 26
-# Bit depth and PNG colour types (0 grey, 2 RGB) of each encoding.
+# Depth as counts of a stated size, 0 where there is none; and a Kinect's.
+MILLIMETRE, COUNTS, DISPARITY = "millimetre", "counts", "kinect_disparity"
+# Bits and channels of each encoding, and PNG's colour type by the channels.
 PNG_FORMS = {
-    "rgb8": (8, (2,)),
-    "mono8": (8, (0,)),
-    "bayer_rggb8": (8, (0,)),
-    "kinect_disparity": (16, (0,)),
-    "millimetre": (16, (0,)),
-    "counts": (16, (0,)),
+    "rgb8": (8, 3),
+    "mono8": (8, 1),
+    "bayer_rggb8": (8, 1),
+    DISPARITY: (16, 1),
+    MILLIMETRE: (16, 1),
+    COUNTS: (16, 1),
 }
+COLOUR_TYPES = {1: 0, 3: 2}
 # OpenCV names a Bayer pattern by its second row and column: RGGB is its "BG".
-RGGB_TO_RGB = cv2.COLOR_BayerBG2BGR_EA, cv2.COLOR_BGR2RGB
+RGGB_TO_BGR = cv2.COLOR_BayerBG2BGR_EA
+
+
+class Stream(Sequence):
+    """Lazy sequence of one stream's images; each is read when it is asked for.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of a capture or a background.
+    sensor : mapping
+        The sensor's file.
+    stream : str, optional
+        Name of the stream; the reference camera's by default.
+    samples : bool, optional
+        Whether mosaics stay as the camera sampled them.
+    """
+
+    def __init__(
+        self,
+        folder: str | Path,
+        sensor: Mapping,
+        stream: str | None = None,
+        *,
+        samples: bool = False,
+    ) -> None:
+        self.folder, self.read = Path(folder), read_samples if samples else read_image
+        stream = stream or STREAMS[sensor["kind"]][0]
+        self.files = [str(name) for name in read_frames(folder)[stream]]
+        self.encoding = image_streams(sensor)[stream]["encoding"]
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    def __getitem__(self, index: int) -> NDArray:
+        return self.read(self.folder / self.files[index], self.encoding)
+
+
+def all_streams(
+    folder: str | Path, sensor: Mapping, chosen: Sequence[int] | None = None
+) -> Iterator[dict[str, NDArray]]:
+    """Images of all streams, frame by frame: of the chosen frames, or of all."""
+    streams = {name: Stream(folder, sensor, name) for name in image_streams(sensor)}
+    count = len(next(iter(streams.values())))
+    for k in range(count) if chosen is None else chosen:
+        yield {name: stream[k] for name, stream in streams.items()}
+
+
+def count_m(spec: Mapping) -> float:
+    """What one count of a depth image is [m], by the ``depth`` block of the sensor's file."""
+    return spec["count_m"] if spec["encoding"] == COUNTS else 1 / MILLIMETRES
+
+
+def depth_of(counts: NDArray, spec: Mapping) -> NDArray:
+    """Depths of an image; of a Kinect from normalised disparity (Eq. 4.1-4.3).
+
+    Parameters
+    ----------
+    counts : (...) uint16 array
+        As the image has them.
+    spec : mapping
+        ``depth`` block of the sensor's file.
+
+    Returns
+    -------
+    (...) array
+        Depth along the camera's axis [m]; NaN where there is no reading.
+    """
+    if spec["encoding"] != DISPARITY:
+        return np.where(counts > 0, counts / (1 / count_m(spec)), np.nan)
+    disparity = spec["disparity_scale"] * counts.astype(float) + spec["disparity_offset_px"]
+    known = (counts != spec["no_reading"]) & (disparity > 0)
+    return np.where(
+        known, spec["fx_px"] * spec["baseline_m"] / np.where(known, disparity, 1), np.nan
+    )
 
 
 def read_image(path: str | Path, encoding: str) -> NDArray:
@@ -50,44 +130,34 @@ def read_image(path: str | Path, encoding: str) -> NDArray:
 def read_samples(path: str | Path, encoding: str) -> NDArray:
     """Read an image as the camera sampled it: like `read_image`, but a mosaic stays (h, w)."""
     content = Path(path).read_bytes()
-    whole = chunks_are_whole(content)
     pixels = np.frombuffer(content, dtype=np.uint8)
-    image = cv2.imdecode(pixels, cv2.IMREAD_UNCHANGED) if whole else None
+    image = cv2.imdecode(pixels, cv2.IMREAD_UNCHANGED) if _is_whole(content) else None
     if image is None:
         raise ValueError(f"{path}: image: expected a whole PNG, found one that can't be decoded")
-    bits, colour_types = _form(encoding)
-    channels = 3 if colour_types == (2,) else 1
-    found_channels = 1 if image.ndim == 2 else image.shape[2]
-    if image.dtype.itemsize * 8 != bits or found_channels != channels:
-        found = f"{image.dtype.itemsize * 8} bits, {found_channels} channels"
-        expected = f"{bits} bits, {channels} channels"
+    forms = _form(encoding), (image.itemsize * 8, 1 if image.ndim == 2 else image.shape[2])
+    expected, found = (f"{bits} bits, {channels} channels" for bits, channels in forms)
+    if found != expected:
         raise ValueError(f"{path}: {encoding}: expected {expected}, found {found}")
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB) if encoding == "rgb8" else image
 
 
-def chunks_are_whole(content: bytes) -> bool:
+def _is_whole(content: bytes) -> bool:
     """Whether each chunk of a PNG fits its checksum: OpenCV fills up what it can't decode."""
-    place = len(PNG_SIGNATURE)
-    while place + 12 <= len(content):
+    place, name = len(PNG_SIGNATURE), b""
+    while name != b"IEND" and place + 12 <= len(content):
         (length,) = struct.unpack_from(">I", content, place)
         end = place + 8 + length
-        if end + 4 > len(content):
+        if content[end : end + 4] != struct.pack(">I", zlib.crc32(content[place + 4 : end])):
             return False
-        (checksum,) = struct.unpack_from(">I", content, end)
-        if zlib.crc32(content[place + 4 : end]) != checksum:
-            return False
-        if content[place + 4 : place + 8] == b"IEND":
-            return content.startswith(PNG_SIGNATURE)
-        place = end + 4
-    return False
+        place, name = end + 4, content[place + 4 : place + 8]
+    return name == b"IEND" and content.startswith(PNG_SIGNATURE)
 
 
 def demosaic(samples: NDArray, encoding: str) -> NDArray:
     """Fill in a mosaic, (h, w) to (h, w, 3) RGB; images of other encodings stay as they are."""
     if encoding != "bayer_rggb8":
         return samples
-    to_bgr, to_rgb = RGGB_TO_RGB
-    return cv2.cvtColor(cv2.cvtColor(samples, to_bgr), to_rgb)
+    return cv2.cvtColor(cv2.cvtColor(samples, RGGB_TO_BGR), cv2.COLOR_BGR2RGB)
 
 
 def write_image(path: str | Path, image: NDArray, encoding: str) -> None:
@@ -100,9 +170,9 @@ def write_image(path: str | Path, image: NDArray, encoding: str) -> None:
     OSError
         If the file can't be written.
     """
-    bits, colour_types = _form(encoding)
-    shape_fits = image.shape[2:] == ((3,) if colour_types == (2,) else ()) and image.ndim > 1
-    if image.dtype != np.dtype(f"uint{bits}") or not shape_fits:
+    bits, channels = _form(encoding)
+    shape_fits = image.shape[2:] == ((3,) if channels == 3 else ()) and image.ndim > 1
+    if image.dtype != f"uint{bits}" or not shape_fits:
         found = f"{image.dtype} {image.shape}"
         raise ValueError(f"{path}: {encoding}: expected uint{bits} of its shape, found {found}")
     pixels = cv2.cvtColor(image, cv2.COLOR_RGB2BGR) if encoding == "rgb8" else image
@@ -147,15 +217,14 @@ def png_problem(path: str | Path, width_px: int, height_px: int, encoding: str) 
     width, height, depth, colour_type = struct.unpack(">IIBB", head[16:26])
     if (width, height) != (width_px, height_px):
         return f"expected {width_px} x {height_px} pixels, found {width} x {height}"
-    bits, colour_types = _form(encoding)
-    if depth != bits or colour_type not in colour_types:
-        return (
-            f"expected {bits}-bit {encoding}, found {depth} bits of PNG colour type {colour_type}"
-        )
+    bits, channels = _form(encoding)
+    if (depth, colour_type) != (bits, COLOUR_TYPES[channels]):
+        found = f"{depth} bits of PNG colour type {colour_type}"
+        return f"expected {bits}-bit {encoding}, found {found}"
     return None
 
 
-def _form(encoding: str) -> tuple[int, tuple[int, ...]]:
+def _form(encoding: str) -> tuple[int, int]:
     if encoding not in PNG_FORMS:
         known = ", ".join(PNG_FORMS)
         raise ValueError(f"encoding: expected one of {known}, found {encoding}")

@@ -1,9 +1,9 @@
-"""The tables of a capture: frames.csv and force.csv."""
+"""The tables of a capture: frames.csv, and force.csv as instruments write it."""
 
 import logging
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,17 +11,23 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.capture.files import whole_file
-from palpate.capture.force_record import sampled_s
 from palpate.yaml_files import is_file, one_line
 
-FRAMES = "frames.csv"
-FORCE = "force.csv"
+FRAMES, FORCE = "frames.csv", "force.csv"
+GAUGE_COLUMNS = ("v0", "v1", "v2", "v3", "v4", "v5")
+WRENCH_COLUMNS = ("fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm")
 # From here on nine significant digits are coarser than a microsecond: clocks that count from 1970.
 LARGE = 1000.0
 # More take pandas minutes.
 MOST_COLUMNS = 1000
 # What pandas makes of the second column of a name.
-TWICE = re.compile(r".*\.[0-9]+", re.DOTALL)
+TWICE = re.compile(r"(.*)\.[0-9]+", re.DOTALL)
+# Of a record in bursts, steps within a burst over the mean step, how many of all they are at least
+# (half of all where two samples come together), and so many bursts are no accident.
+WITHIN_BURST, LEAST_WITHIN, FEWEST_BURSTS = 0.2, 0.4, 5
+# No buffer is handed out less often than this (100 samples of 1 kHz take 0.1 s, give or take);
+# stretches farther apart were recorded apart [s].
+LONGEST_BURST_S = 0.25
 # Of each kind of sensor, the reference camera's first.
 STREAMS = {
     "stereo": ("left", "right"),
@@ -51,8 +57,7 @@ def read_frames(folder: str | Path) -> pd.DataFrame:
 def read_force(folder: str | Path) -> pd.DataFrame:
     """Read a capture's force.csv: ``time_s`` and gauge volts [V] or a wrench [N, Nm].
 
-    Times count from the capture's first frame. Stamps in bursts are spread
-    (`palpate.capture.force_record.sampled_s`).
+    Times count from the capture's first frame. Stamps in bursts are spread (`sampled_s`).
     """
     path = Path(folder) / FORCE
     table, frames = read_table(path), read_table(Path(folder) / FRAMES)
@@ -61,6 +66,62 @@ def read_force(folder: str | Path) -> pd.DataFrame:
     if burst > 1:
         logging.info("%s: its stamps in bursts of %.0f samples, which were spread", path, burst)
     return table.assign(time_s=time_s)
+
+
+def force_columns(columns: Iterable, probe: Mapping | None = None) -> tuple[str, ...] | None:
+    """Columns that count: volts where the probe's file says what they stand for, else newtons.
+
+    Parameters
+    ----------
+    columns : iterable
+        Of force.csv.
+    probe : mapping, optional
+        The probe's file.
+
+    Returns
+    -------
+    tuple of str or None
+        Volts alone where nothing else is there; None where neither is whole.
+    """
+    sets = [names for names in (GAUGE_COLUMNS, WRENCH_COLUMNS) if set(names) <= set(columns)]
+    if len(sets) > 1 and probe is not None and "gauge" not in probe:
+        return WRENCH_COLUMNS
+    return sets[0] if sets else None
+
+
+def sampled_s(stamps_s: NDArray) -> tuple[NDArray, float]:
+    """When samples were taken that came in bursts, each burst with the stamps of one moment.
+
+    A burst is handed out as its last sample is taken, and its samples are as far apart as is usual,
+    or as they can be since the burst before: what is missing stays missing.
+
+    Parameters
+    ----------
+    stamps_s : (n,) array
+        Times as they were written [s].
+
+    Returns
+    -------
+    times_s : (n,) array
+        The stamps themselves where they don't come in bursts.
+    burst : float
+        Mean number of samples in a burst; 1 without.
+    """
+    steps = np.diff(stamps_s)
+    if not len(steps) or not (steps >= 0).all():
+        return stamps_s, 1.0
+    mean = (stamps_s[-1] - stamps_s[0]) / len(steps)
+    ends = np.append(np.flatnonzero(steps > mean), len(steps))
+    if (steps < WITHIN_BURST * mean).mean() < LEAST_WITHIN or len(ends) <= FEWEST_BURSTS:
+        return stamps_s, 1.0
+    since, size = np.diff(stamps_s[ends]), np.diff(ends)
+    if np.median(since) > LONGEST_BURST_S:
+        return stamps_s, 1.0
+    usual = np.median(since / size)
+    apart = np.append(usual, np.minimum(usual, since / size))
+    number = np.arange(len(stamps_s))
+    burst = np.searchsorted(ends, number)
+    return stamps_s[ends[burst]] - apart[burst] * (ends[burst] - number), len(stamps_s) / len(ends)
 
 
 def write_frames(folder: str | Path, frames: pd.DataFrame) -> None:
@@ -83,27 +144,32 @@ def read_table(path: str | Path) -> pd.DataFrame:
         longer than the header, whose first cells pandas by itself takes for an index: all columns
         shift by one.
     """
-    if not is_file(Path(path)):
-        raise ValueError(one_line(f"{path}: file: expected a CSV table, found nothing"))
-    columns = _commas(path) + 1
+    table = _parsed(Path(path))
+    if isinstance(table, str):
+        raise ValueError(one_line(f"{path}: {table}"))
+    return table
+
+
+def _parsed(path: Path) -> pd.DataFrame | str:
+    """A file's table, or what is wrong with it."""
+    if not is_file(path):
+        return "file: expected a CSV table, found nothing"
+    with path.open("rb") as stream:
+        columns = stream.readline().count(b",") + 1
     if columns > MOST_COLUMNS:
-        expected = f"expected at most {MOST_COLUMNS}, found {columns}"
-        raise ValueError(one_line(f"{path}: columns: {expected}"))
+        return f"columns: expected at most {MOST_COLUMNS}, found {columns}"
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)  # of cells that are left out
             table = pd.read_csv(path, low_memory=False, index_col=False)
     except pd.errors.ParserWarning:
-        expected = "expected as many cells as column names, found more"
-        raise ValueError(one_line(f"{path}: rows: {expected}")) from None
+        return "rows: expected as many cells as column names, found more"
     except (ValueError, OverflowError) as error:
         reason = " ".join(str(error).split())
-        line = f"{path}: file: expected a CSV table, found none ({reason})"
-        raise ValueError(one_line(line)) from None
-    for name in table.columns:
-        if TWICE.fullmatch(str(name)) and str(name).rpartition(".")[0] in table.columns:
-            found = f"found {str(name).rpartition('.')[0]} twice"
-            raise ValueError(one_line(f"{path}: columns: expected each name once, {found}"))
+        return f"file: expected a CSV table, found none ({reason})"
+    for name in map(TWICE.fullmatch, map(str, table.columns)):
+        if name and name[1] in table.columns:
+            return f"columns: expected each name once, found {name[1]} twice"
     return table
 
 
@@ -130,19 +196,11 @@ def columns_of(table: Mapping, names: Sequence[str], *, frames: int | None = Non
         values = np.stack([np.asarray(table[name], dtype=float) for name in names], axis=1)
     except (TypeError, ValueError):
         raise ValueError(f"{names[0]}: expected numbers, found others") from None
-    wrong = ~np.isfinite(values)
-    if wrong.any():
-        row, column = np.argwhere(wrong)[0]
+    for row, column in np.argwhere(~np.isfinite(values))[:1]:
         raise ValueError(f"{names[column]}: expected a number in frame {row}, found none")
     if frames is not None and len(values) != frames:
         raise ValueError(f"{names[0]}: expected {frames} frames, found {len(values)}")
     return values
-
-
-def _commas(path: str | Path) -> int:
-    """Commas in a table's first line."""
-    with Path(path).open("rb") as stream:
-        return stream.readline().count(b",")
 
 
 def write_table(path: str | Path, table: pd.DataFrame) -> None:
@@ -154,11 +212,7 @@ def write_table(path: str | Path, table: pd.DataFrame) -> None:
 def as_written(table: pd.DataFrame) -> pd.DataFrame:
     """A table whose numbers are those that `write_table` keeps."""
     numbers = table.select_dtypes("float")
-    return table.assign(**{name: numbers[name].map(_kept) for name in numbers})
-
-
-def _kept(value: float) -> float:
-    return float(number_text(value))
+    return table.assign(**numbers.map(lambda value: float(number_text(value))))
 
 
 def number_text(value: float) -> str:

@@ -210,7 +210,7 @@ def _film(
     options: argparse.Namespace, probe: Mapping, *, force: bool
 ) -> tuple["DataFrame", Mapping]:
     """Poses of the board in the frames of a film that show it, and the sensor's file."""
-    from palpate.capture.check import check_capture
+    from palpate.capture.check_capture import check_capture
     from palpate.capture.experiments import check_film
     from palpate.vision.follow import board_followed
     from palpate.vision.options import ProbePose
@@ -251,8 +251,7 @@ def _up(options: argparse.Namespace) -> "NDArray":
 
 def _rests(options: argparse.Namespace, probe: Mapping) -> "Rests":
     """Poses at rest of a film, or the rows of a table."""
-    from palpate.capture.force_record import WRENCH_COLUMNS
-    from palpate.capture.tables import columns_of, read_force, read_table
+    from palpate.capture.tables import WRENCH_COLUMNS, columns_of, read_force, read_table
     from palpate.vision.pose_files import turns_of
     from palpate.vision.rests import Rests, film_rests
 

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from palpate.capture.devices import PLACES, Devices, add_devices, raw_folder, read_devices
-from palpate.capture.discover import NOT_OBJECTS, folders, sensor_folders
-from palpate.capture.findings import Findings
-from palpate.commands.found import Project
+from palpate.capture.discover import object_folders, sensor_folders
 from palpate.commands.help import add_verb
+from palpate.commands.project import Project
 from palpate.yaml_files import load_yaml
 
 ABOUT = """\
@@ -20,54 +19,77 @@ what is left to fill in, too.
 
 def _check(options: argparse.Namespace) -> int:
     raw = raw_folder(options.raw)
-    objects = options.folders or _objects(raw)
+    objects = options.folders or object_folders(raw)
     if not objects:
         print(f"{raw}: folder: expected objects (<object>/object.yaml), found none")
         return 1
-    status, used, others = 0, set(), {}
+    status, used, wrong = 0, set(), {}
     for folder in objects:
-        if not folder.is_dir():
-            found = "a file" if folder.is_file() else "nothing"
-            print(f"{folder}: folder: expected an object's, with object.yaml, found {found}")
+        spec, sensors = _object_file(folder), [one.folder.name for one in sensor_folders(folder)]
+        try:
+            devices = _devices(folder, spec, sensors, options)
+        except ValueError as error:
+            print(error)
             status = 1
             continue
-        devices, missing = _devices(folder, options)
-        if missing:
-            print("\n".join(missing))
-            status = 1
-            continue
-        wrong = _wrong_files(devices)
-        needed = {path: wrong[path] for path in _files_of(folder, devices) if path in wrong}
-        status |= _checked(folder, devices, [line for lines in needed.values() for line in lines])
-        used, others = used | needed.keys(), others | wrong
-    for path in sorted(others.keys() - used):
-        print(f"worth a look: {_first(others[path])} (not used here)")
+        for of in devices.values():
+            wrong |= {of.folder / f"{name}.yaml": lines for name, lines in of.problems.items()}
+        files = [devices["sensors"].folder / f"{name}.yaml" for name in sensors]
+        files += [devices["probes"].folder / f"{spec.get('probe')}.yaml"]
+        used |= set(files)
+        lines = [line for path in files for line in wrong.get(path, ())]
+        status |= _checked(folder, spec, sensors, devices, lines)
+    for path in sorted(wrong.keys() - used):
+        first, more = wrong[path][0], len(wrong[path]) - 1
+        print(f"worth a look: {first}{f', and {more} more' * bool(more)} (not used here)")
     return status
 
 
-def _devices(folder: Path, options: argparse.Namespace) -> tuple[dict[str, Devices], list[str]]:
-    """Files of sensors and of probes that stand nearest to an object, and what is not there."""
+def _object_file(folder: Path) -> Mapping:
+    """What object.yaml says; nothing where it is none."""
+    try:
+        spec = load_yaml(folder / "object.yaml")
+    except ValueError:
+        return {}
+    return spec if isinstance(spec, Mapping) else {}
+
+
+def _devices(
+    folder: Path, spec: Mapping, sensors: list[str], options: argparse.Namespace
+) -> dict[str, Devices]:
+    """Files of sensors and of probes that stand nearest to an object; curves alone need none."""
+    if not folder.is_dir():
+        found = "a file" if folder.is_file() else "nothing"
+        raise ValueError(f"{folder}: folder: expected an object's, with object.yaml, found {found}")
     found, missing = {}, []
-    spec = _object_file(folder)
-    curves_alone = "curves" in spec and "probe" not in spec and not sensor_folders(folder)
     for name, place in PLACES.items():
         try:
             found[name] = read_devices(name, getattr(options, name), folder)
         except ValueError as error:
-            missing += [] if curves_alone else [str(error)]
+            missing.append(str(error))
             found[name] = Devices({}, {}, place)
-    return found, missing
+    if missing and (sensors or "curves" not in spec or "probe" in spec):
+        raise ValueError("\n".join(missing))
+    return found
 
 
-def _checked(folder: Path, devices: Mapping[str, Devices], lines: list[str]) -> int:
+def _checked(
+    folder: Path,
+    spec: Mapping,
+    sensors: list[str],
+    devices: Mapping[str, Devices],
+    lines: list[str],
+) -> int:
     """Say what an object's folder holds; 1 when anything is wrong with it or its devices' files."""
+    from palpate.capture.findings import Findings
     from palpate.examine import examine_object
 
     project = Project.near(folder)
     config = project.config(None)
+    probe = devices["probes"].specs.get(spec.get("probe"))
+    if probe is not None:
+        lines += _missing_recordings(project, folder, sensors, probe, devices["probes"].folder)
     specs = (devices[name].specs for name in PLACES)
-    probe = devices["probes"].specs.get(_object_file(folder).get("probe"))
-    lines += project.missing_films(folder, probe, devices["probes"].folder)
     findings = Findings(tuple(lines))
     findings += examine_object(folder, *specs, config, project.optics, project.calibrations)
     lines = list(findings.wrong) or [f"{folder}: nothing wrong"]
@@ -80,38 +102,20 @@ def _checked(folder: Path, devices: Mapping[str, Devices], lines: list[str]) -> 
     return 1 if findings.wrong else 0
 
 
-def _wrong_files(devices: Mapping[str, Devices]) -> dict[Path, tuple[str, ...]]:
-    """What is wrong with the files of sensors and probes, by file."""
-    return {
-        one.folder / f"{key}.yaml": lines
-        for one in devices.values()
-        for key, lines in one.problems.items()
-    }
+def _missing_recordings(
+    project: Project, folder: Path, sensors: list[str], probe: Mapping, probes: Path
+) -> list[str]:
+    """What a run would miss of the recordings that an object's probe asks for, as lines."""
+    from palpate.workflow.configuration_checks import missing_films
+    from palpate.workflow.places import CONFIGURATION, LAB
 
-
-def _files_of(folder: Path, devices: Mapping[str, Devices]) -> list[Path]:
-    """Files of the sensors and of the probe that an object names, there or not."""
-    names = {"sensors": [place.folder.name for place in sensor_folders(folder)]}
-    names["probes"] = [_object_file(folder).get("probe")]
-    return [devices[kind].folder / f"{name}.yaml" for kind in PLACES for name in names[kind]]
-
-
-def _object_file(folder: Path) -> Mapping:
-    """What object.yaml says; nothing where it is none."""
-    try:
-        spec = load_yaml(folder / "object.yaml")
-    except ValueError:
-        return {}
-    return spec if isinstance(spec, Mapping) else {}
-
-
-def _first(lines: tuple[str, ...]) -> str:
-    more = len(lines) - 1
-    return lines[0] + (f", and {more} more" if more else "")
-
-
-def _objects(raw: Path) -> list[Path]:
-    return [folder for folder in folders(raw) if folder.name not in NOT_OBJECTS]
+    # Without a configuration nobody says which probe was recorded.
+    recorded = probe["probe"] if project.folder is None else ""
+    for path in CONFIGURATION:
+        recorded = (project.read(path).get("experiments") or {}).get("probe", recorded)
+    used = {(folder.name, sensor): probe for sensor in sensors}
+    paths = {"raw": folder.parent, "probes": probes}
+    return missing_films(used, project.read(LAB), paths, recorded)
 
 
 def add(commands: Any) -> None:

@@ -6,15 +6,19 @@ import json
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.capture.capture import Capture
-from palpate.capture.devices import PLACES, add_devices
-from palpate.commands.found import Project, captures_of, opened
+from palpate.capture.capture import Capture, open_capture
+from palpate.capture.check import check_twice
+from palpate.capture.devices import CONFIG, add_devices
+from palpate.capture.discover import sensor_folders
+from palpate.capture.files import whole_file
+from palpate.capture.tables import FRAMES
 from palpate.commands.help import add_verb, check_figure
+from palpate.commands.project import Project
 from palpate.solid.options import LARGEST_RATIO
 
 if TYPE_CHECKING:
@@ -22,6 +26,7 @@ if TYPE_CHECKING:
     from palpate.measurement import Measurement
     from palpate.solid.indentation_table import IndentationModel
 
+OBJECT = "object.yaml"
 ABOUT = """\
 Estimate E and nu of captures: of one, of all of a sensor's folder, or of all of an object's, those
 of one sensor together. Configuration, optics, solid and indentation tables are those of the
@@ -37,20 +42,16 @@ FAST_NOTE = "coarse indentation table (--fast): 5 % of E and 0.03 of nu are allo
 def _direct(options: argparse.Namespace) -> int:
     """E and nu, by object and sensor."""
     check_figure(options.figure)
-    _check_files(options)
-    captures = opened(
-        captures_of(options.folders), {name: getattr(options, name) for name in PLACES}
-    )
-    points = {(one.folder.parents[1], one.point) for one in captures}
+    _check_options(options)
     groups: dict[Path, list[Capture]] = {}
-    for capture in captures:
+    for capture in (captures := _opened(_captures_of(options.folders), options)):
         groups.setdefault(capture.folder.parent, []).append(capture)
-    steps = _Steps(len(captures) + len(points) + len(groups))
-    made: dict[tuple[Path, str], Any] = {}
+    points = {(one.folder.parents[1], one.point) for one in captures}
+    steps = _Steps(options, len(captures) + len(points) + len(groups))
     found, failed = [], 0
     for group in groups.values():
         try:
-            found.append((group, _estimated(group, options, steps, made)))
+            found.append((group, steps.estimate(group)))
         except ValueError as error:
             failed = 1
             print("\n".join(f"error: {line}" for line in str(error).splitlines()), file=sys.stderr)
@@ -58,48 +59,25 @@ def _direct(options: argparse.Namespace) -> int:
         return failed
     found = list(_compared(found))
     if options.figure:
-        _write_figure(options.figure, [(_title(group), one) for group, one in found])
-    if options.json:
-        told = [_told(group, one, options) for group, one in found]
-        print(json.dumps(told if len(groups) > 1 else told[0], indent=2))
+        from palpate.report.direct_figure import figure_of_estimates
+
+        with whole_file(options.figure) as part:
+            figure_of_estimates([(_title(group), one) for group, one in found]).savefig(part)
+    if not options.json:
+        for group, one in found:
+            print("\n".join(_lines(_title(group), one, options)))
         return failed
-    for group, one in found:
-        print("\n".join(_lines(_title(group), one, options)))
+    fields = [
+        {"captures": [os.path.relpath(capture.folder) for capture in group], "fast": options.fast}
+        | one.to_dict()
+        | {"options": one.options.written()}
+        for group, one in found
+    ]
+    print(json.dumps(fields if len(groups) > 1 else fields[0], indent=2))
     return failed
 
 
-def _compared(
-    found: Sequence[tuple[list[Capture], "DirectEstimate"]],
-) -> Iterator[tuple[list[Capture], "DirectEstimate"]]:
-    """Estimates with what those of the same object by other sensors say against them."""
-    from palpate.estimate.direct.warnings import Estimated, exclusions
-    from palpate.report.style import sensor_name
-
-    objects: dict[Path, list] = {}
-    for group, one in found:
-        objects.setdefault(group[0].folder.parents[1], []).append((group, one))
-    for mine in objects.values():
-        told = []
-        for group, one in mine:
-            which = "all captures" if len(group) > 1 else f"capture {group[0].folder.name}"
-            sensor = sensor_name(group[0].folder.parent.name)
-            told.append(Estimated(f"{which} by {sensor}", one.moduli, joint=True))
-        for (group, one), lines in zip(mine, exclusions(told), strict=True):
-            yield group, one.beside(lines)
-
-
-class _Steps:
-    """One line for each step as it begins, with how many are left."""
-
-    def __init__(self, count: int) -> None:
-        self.count, self.done = count, 0
-
-    def begin(self, text: str) -> None:
-        self.done += 1
-        print(f"[{self.done} of {self.count}] {text}", file=sys.stderr, flush=True)
-
-
-def _check_files(options: argparse.Namespace) -> None:
+def _check_options(options: argparse.Namespace) -> None:
     for name in ("solid", "optics", "config"):
         path = getattr(options, name)
         if path is not None and not path.is_file():
@@ -112,111 +90,147 @@ def _check_files(options: argparse.Namespace) -> None:
         raise ValueError("--nu-std: expected --nu beside it, found none")
 
 
+def _captures_of(given: Sequence[Path]) -> list[Path]:
+    """Folders of captures in given ones: themselves, or those of a sensor or an object."""
+    found: list[Path] = []
+    for folder in given:
+        path = Path(os.path.abspath(folder))
+        inside = []
+        if (path / FRAMES).is_file():
+            inside = [path]
+        elif (path / OBJECT).is_file():
+            inside = [one for place in sensor_folders(path) for one in place.captures]
+        elif (path.parent / OBJECT).is_file():
+            places = sensor_folders(path.parent)
+            inside = [one for place in places if place.folder == path for one in place.captures]
+        if not inside:
+            expected = "expected a capture, or an object's or a sensor's folder with captures"
+            there = "none in it" if path.is_dir() else "no such folder"
+            raise ValueError(f"{folder}: folder: {expected}, found {there}")
+        found += [Path(os.path.relpath(one)) for one in inside]
+    return list(dict.fromkeys(found))
+
+
+def _opened(folders: Sequence[Path], options: argparse.Namespace) -> list[Capture]:
+    """Open captures, none of them twice; what is wrong with any is one error."""
+    captures, wrong = [], check_twice(folders)
+    for folder in folders:
+        try:
+            captures.append(open_capture(folder, sensors=options.sensors, probes=options.probes))
+        except ValueError as error:
+            wrong += str(error).splitlines()
+    if wrong:
+        raise ValueError("\n".join(dict.fromkeys(wrong)))
+    return captures
+
+
+def _compared(
+    found: Sequence[tuple[list[Capture], "DirectEstimate"]],
+) -> Iterator[tuple[list[Capture], "DirectEstimate"]]:
+    """Estimates with what those of the same object by other sensors say against them."""
+    from palpate.estimate.direct.warnings import Estimated, exclusions
+    from palpate.report.style import sensor_name
+
+    objects: dict[Path, list] = {}
+    for group, one in found:
+        which = "all captures" if len(group) > 1 else f"capture {group[0].folder.name}"
+        whose = f"{which} by {sensor_name(group[0].folder.parent.name)}"
+        estimated = Estimated(whose, one.moduli, joint=True)
+        objects.setdefault(group[0].folder.parents[1], []).append((group, one, estimated))
+    for mine in objects.values():
+        warnings = exclusions([estimated for *_, estimated in mine])
+        for (group, one, _), lines in zip(mine, warnings, strict=True):
+            yield group, one.beside(lines)
+
+
 def _title(group: Sequence[Capture]) -> str:
-    folder = group[0].folder
-    count = len(group)
+    folder, count = group[0].folder, len(group)
     return f"{folder.parents[1].name}, {folder.parent.name}: {count} capture{'s' * (count > 1)}"
 
 
-def _calibrated(capture: Capture, paths: Sequence[Path]) -> Capture:
-    """A capture whose probe is as a run found it, where its file asks for that."""
-    from palpate.vision.calibrated_probe import calibrated_probe
+@dataclass
+class _Steps:
+    """Steps of all estimates: each is one line as it begins, with how many are left."""
 
-    return replace(capture, probe=calibrated_probe(capture.probe, paths))
+    options: argparse.Namespace
+    count: int
+    done: int = 0
+    tables: dict[tuple[Path, str], "IndentationModel"] = field(default_factory=dict)
 
+    def begin(self, text: str) -> None:
+        self.done += 1
+        print(f"[{self.done} of {self.count}] {text}", file=sys.stderr, flush=True)
 
-def _estimated(
-    group: Sequence[Capture], options: argparse.Namespace, steps: _Steps, made: dict
-) -> "DirectEstimate":
-    """Estimate of captures of one object with one sensor."""
-    from palpate import direct
-    from palpate.measurement import measure
+    def estimate(self, group: Sequence[Capture]) -> "DirectEstimate":
+        """Estimate of captures of one object with one sensor."""
+        from palpate import direct
 
-    folder = group[0].folder
-    project = Project.near(folder)
-    config = project.config(options.config)
-    optics = options.optics
-    if optics is None and group[0].sensor.get("optics") == "calibration":
-        optics = project.optics(folder.parent.name)
-    calibrations = project.calibrations(folder.parent.name)
-    measured = []
-    for capture in group:
+        subject, sensor = group[0].folder.parents[1], group[0].folder.parent.name
+        project = Project.near(group[0].folder)
+        config, optics = project.config(self.options.config), self.options.optics
+        if optics is None and group[0].sensor.get("optics") == "calibration":
+            optics = project.optics(sensor)
+        calibrations = project.calibrations(sensor)
+        measured = [self._measure(capture, calibrations, config, optics) for capture in group]
+        for one in measured:
+            if (subject, one.capture.point) not in self.tables:
+                self.tables[subject, one.capture.point] = self._table(one, project)
+        tables = [self.tables[subject, one.capture.point] for one in measured]
+        self.begin(f"{_title(group)}: E and nu")
+        return direct.estimate(measured, tables, _fit(config.direct.fit, self.options))
+
+    def _measure(
+        self, capture: Capture, calibrations: Sequence[Path], config: Any, optics: Path | None
+    ) -> "Measurement":
+        """What a capture holds, its probe as a run found it where its file asks for that."""
+        from palpate.measurement import measure
+        from palpate.vision.calibrated_probe import calibrated_probe
+
         shown = os.path.relpath(capture.folder)
-        steps.begin(f"{shown}: masks, probe, forces, clouds, motion")
+        self.begin(f"{shown}: masks, probe, forces, clouds, motion")
         try:
-            measured.append(measure(_calibrated(capture, calibrations), config, optics=optics))
+            capture = replace(capture, probe=calibrated_probe(capture.probe, calibrations))
+            return measure(capture, config, optics=optics)
         except ValueError as error:
             line = str(error)
             raise ValueError(line if shown in line else f"{shown}: {line}") from None
-    for one in measured:
-        key = folder.parents[1], one.capture.point
-        if key not in made:
-            made[key] = _table(one, project, options, steps)
-    tables = [made[folder.parents[1], one.capture.point] for one in measured]
-    steps.begin(f"{_title(group)}: E and nu")
-    return direct.estimate(measured, tables, _fit(config.direct.fit, options))
+
+    def _table(self, one: "Measurement", project: Project) -> "IndentationModel":
+        """Indentation table of a pressed point: kept, or made and kept."""
+        from palpate.measurement import indentation_table, solid_of
+        from palpate.solid.indentation_table import load_indentation, save_indentation
+
+        options, name, point = self.options, one.capture.declared["object"], one.capture.point
+        model = one.config.direct.model
+        model = model.changed(**FAST) if options.fast else model
+        solid = options.solid or project.solid(name)
+        folder = options.tables or project.results(name)
+        own = folder and folder / _table_name(one, model, solid)
+        of_run = folder and folder / f"indentation-{point}.npz"
+        changed = options.fast or options.solid or options.config
+        if options.tables:
+            kept = [of_run, own]
+        else:
+            kept = [own] if changed or not _is_new(of_run, one, project) else [own, of_run]
+        for path in kept:
+            if path and path.is_file():
+                self.begin(f"indentation table of point {point}: {os.path.relpath(path)}")
+                return load_indentation(path)
+        where = f", kept in {os.path.relpath(own)}" if own else ""
+        self.begin(f"indentation table of point {point}: made now, a minute or more{where}")
+        table = indentation_table(one, solid_of(one, solid), model)
+        if own:
+            save_indentation(own, table)
+        return table
 
 
-def _fit(fit: Any, options: argparse.Namespace) -> Any:
-    """Options of the fit, with what a person says of nu and of the table."""
-    changes: dict[str, Any] = {}
-    if options.nu is not None:
-        changes["poisson_ratio"] = options.nu
-    if options.nu_std is not None:
-        changes["poisson_ratio_std"] = options.nu_std
-    if options.fast:
-        changes["model_std"] = fit.model_std.changed(**FAST_STD)
-    return fit.changed(**changes)
-
-
-def _table(
-    one: "Measurement", project: Project, options: argparse.Namespace, steps: _Steps
-) -> "IndentationModel":
-    """Indentation table of a pressed point: kept, or made and kept."""
-    from palpate.measurement import indentation_table, solid_of
-    from palpate.solid.indentation_table import load_indentation, save_indentation
-
-    name, point, model = one.capture.declared["object"], one.capture.point, one.config.direct.model
-    model = model.changed(**FAST) if options.fast else model
-    kept = options.solid or project.solid(name)
-    for path in _kept_tables(one, model, kept, project, options):
-        if path.is_file():
-            steps.begin(f"indentation table of point {point}: {os.path.relpath(path)}")
-            return load_indentation(path)
-    folder = options.tables or project.results(name)
-    path = folder and folder / _table_name(one, model, kept)
-    where = f", kept in {os.path.relpath(path)}" if path else ""
-    steps.begin(f"indentation table of point {point}: made now, a minute or more{where}")
-    table = indentation_table(one, solid_of(one, kept), model)
-    if path:
-        save_indentation(path, table)
-    return table
-
-
-def _kept_tables(
-    one: "Measurement",
-    model: Any,
-    solid: Path | None,
-    project: Project,
-    options: argparse.Namespace,
-) -> Iterator[Path]:
-    """Places of a table that serves: of a folder that was named, of a run, made here before."""
-    capture = one.capture
-    of_run = f"indentation-{capture.point}.npz"
-    if options.tables:
-        yield options.tables / of_run
-    folder = options.tables or project.results(capture.declared["object"])
-    if folder is None:
-        return
-    yield folder / _table_name(one, model, solid)
-    if options.fast or options.solid or options.config or options.tables:
-        return
-    # A run makes it anew where one of these has changed.
-    sources = [capture.folder.parents[1] / "object.yaml", capture.template, project.config_file]
-    sources += _code_of_tables()
-    path = folder / of_run
-    if path.is_file() and all(path.stat().st_mtime >= one.stat().st_mtime for one in sources):
-        yield path
+def _is_new(table: Path | None, one: "Measurement", project: Project) -> bool:
+    """Whether a run would keep its table: what it is made of is older."""
+    if table is None or not table.is_file():
+        return False
+    sources = [one.capture.folder.parents[1] / OBJECT, one.capture.template]
+    sources += [project.folder / CONFIG, *_code_of_tables()]
+    return all(table.stat().st_mtime >= source.stat().st_mtime for source in sources)
 
 
 def _code_of_tables() -> list[Path]:
@@ -237,10 +251,13 @@ def _table_name(one: "Measurement", model: Any, solid: Path | None) -> str:
     return f"indentation-{point}-{digest.hexdigest()[:8]}.npz"
 
 
-def _told(group: Sequence[Capture], found: "DirectEstimate", options: argparse.Namespace) -> dict:
-    """All that went in and came out."""
-    told = {"captures": [os.path.relpath(one.folder) for one in group], "fast": options.fast}
-    return told | found.to_dict() | {"options": found.options.written()}
+def _fit(fit: Any, options: argparse.Namespace) -> Any:
+    """Options of the fit, with what a person says of nu and of the table."""
+    given = {"poisson_ratio": options.nu, "poisson_ratio_std": options.nu_std}
+    changes = {name: value for name, value in given.items() if value is not None}
+    if options.fast:
+        changes["model_std"] = fit.model_std.changed(**FAST_STD)
+    return fit.changed(**changes)
 
 
 def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> Iterator[str]:
@@ -261,26 +278,13 @@ def _lines(title: str, found: "DirectEstimate", options: argparse.Namespace) -> 
     yield from (f"  doubtful: {line}" for line in found.warnings)
 
 
-def _write_figure(path: Path, found: Sequence[tuple[str, "DirectEstimate"]]) -> None:
-    from palpate.capture.files import whole_file
-    from palpate.report.direct_figure import figure_of_estimates
-
-    with whole_file(path) as part:
-        figure_of_estimates(found).savefig(part)
-
-
 def add(commands: Any) -> None:
     """Add the command to a parser's."""
     verb = add_verb(
         commands, "direct", "E and nu of captures", _direct, about=ABOUT, example=EXAMPLE
     )
-    verb.add_argument(
-        "folders",
-        type=Path,
-        nargs="+",
-        metavar="FOLDER",
-        help="raw/<object>, raw/<object>/<sensor> or raw/<object>/<sensor>/<capture>",
-    )
+    text = "raw/<object>, raw/<object>/<sensor> or raw/<object>/<sensor>/<capture>"
+    verb.add_argument("folders", type=Path, nargs="+", metavar="FOLDER", help=text)
     verb.add_argument("--nu", type=float, help="Poisson's ratio, where it is known beforehand")
     verb.add_argument("--nu-std", type=float, metavar="STD", help="and how well (0.002)")
     verb.add_argument("--fast", action="store_true", help="a coarse table, in a tenth of the time")

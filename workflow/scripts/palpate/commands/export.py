@@ -8,8 +8,8 @@ import pandas as pd
 
 from palpate.capture.discover import CURVE
 from palpate.capture.files import write_text
-from palpate.commands.found import Project
 from palpate.commands.help import add_verb
+from palpate.commands.project import Project
 from palpate.report.material import Material, material_of, recommended_row
 from palpate.report.material_cards import PROGRAMMES, UNITS
 

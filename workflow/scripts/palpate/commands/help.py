@@ -50,12 +50,7 @@ def add_columns(verb: argparse.ArgumentParser) -> None:
 
 
 def check_figure(path: Path | None) -> None:
-    """Refuse a figure of another kind than is drawn, before the work begins.
-
-    Raises
-    ------
-    ValueError
-    """
+    """Raise ValueError for a figure of another kind than is drawn, before the work begins."""
     if path is not None and path.suffix.lower() not in FIGURES:
         kinds = ", ".join(FIGURES)
         raise ValueError(f"--figure: expected a file that ends with one of {kinds}, found {path}")

@@ -2,20 +2,44 @@
 
 import argparse
 import os
-from collections.abc import Mapping
+import textwrap
+from collections.abc import Iterator, Mapping
+from copy import deepcopy
+from functools import reduce
+from inspect import getdoc
+from operator import getitem
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_origin
 
-from palpate.capture.blanks import blank, blank_text
+import yaml
+
 from palpate.capture.devices import PLACES, add_devices, found_folder, raw_folder
 from palpate.capture.discover import BACKGROUND, object_fault, sensor_fault, sensor_folders
 from palpate.capture.files import write_text
 from palpate.commands.help import add_verb
-from palpate.config.model import FILL_IN, blank_fields
+from palpate.config.model import (
+    ABSENT,
+    FILL_IN,
+    Model,
+    blank_fields,
+    field_at,
+    members,
+    missing_fields,
+)
+from palpate.config.object import ObjectSpec
+from palpate.config.probe import ProbeSpec
+from palpate.config.sensor import SensorSpec
 
+WIDTH, INDENT = 100, "  "
+MODELS = {"object": ObjectSpec, "sensor": SensorSpec, "probe": ProbeSpec}
+# What may be left out and is worth a thought, shown behind a #.
+OFFERED = {
+    "object": (("support", "contact"), ("deepest_m",)),
+    "sensor": (("clock_offset_std_s",),),
+    "probe": (("stiffness_n_m",), ("load",), ("gauge",)),
+}
 # What a depth image of each kind of sensor holds.
 ENCODINGS = {"depth": "millimetre", "structured_light": "kinect_disparity", "stereo": None}
-
 BOARDS = ("checkerboard", "charuco", "aprilgrid")
 
 ABOUT = """\
@@ -27,66 +51,117 @@ Files that are there already are used as they are.
 def _new(options: argparse.Namespace) -> None:
     """Write the files, and say what to do next."""
     folder = raw_folder(options.raw) / options.object
-    sensor = options.sensor or _there_already(folder) or "camera"
+    there = [place.folder.name for place in sensor_folders(folder)]
+    sensor = options.sensor or next(iter(there), "camera")
     path = folder / "object.yaml"
-    _require_names(path, options.object, sensor, options.probe)
+    faults = {"object": object_fault(options.object), "sensor": sensor_fault(sensor)}
+    faults["probe"] = sensor_fault(options.probe)
+    if lines := [f"{path}: {name}: {fault}" for name, fault in faults.items() if fault]:
+        raise ValueError("\n".join(lines))
     if os.path.lexists(path):
         raise ValueError(f"{path}: file: expected none yet, found one (it is left as it is)")
     sensors, probes = (
         found_folder(name, getattr(options, name), folder) or PLACES[name] for name in PLACES
     )
-    known = {"object": options.object, "probe": options.probe}
+    encoding = ENCODINGS[options.kind]
+    depth = {"depth": {"encoding": encoding}} if encoding else {}
     marker = {"marker": {"kind": options.board}} if options.board != BOARDS[0] else {}
+    template = {"template": {"file": "template.ply"}}
     files = {
-        sensors / f"{sensor}.yaml": ("sensor", _known_of_sensor(sensor, options.kind)),
-        probes / f"{options.probe}.yaml": ("probe", {"probe": options.probe} | marker),
-        path: ("object", known | {"template": {"file": "template.ply"}}),
+        sensors / f"{sensor}.yaml": {"sensor": sensor, "kind": options.kind, **depth},
+        probes / f"{options.probe}.yaml": {"probe": options.probe, **marker},
+        path: {"object": options.object, "probe": options.probe, **template},
     }
     # The object's comes last: what came before a failure is there already when one tries again.
-    told = [_written(*item) for item in files.items()]
+    for (file, known), kind in zip(files.items(), ("sensor", "probe", "object"), strict=True):
+        lines.append(_written(file, kind, known))
     (folder / sensor).mkdir(exist_ok=True)
-    blanks = [path for path, line in zip(files, told, strict=True) if FILL_IN in path.read_text()]
-    print("\n".join(told + _next(folder, sensor, blanks)))
+    blanks = [str(file) for file in files if FILL_IN in file.read_text()]
+    print("\n".join([*lines, *_next_steps(folder, folder / sensor, blanks)]))
 
 
-def _there_already(folder: Path) -> str | None:
-    """A sensor that has captures of the object."""
-    return next((place.folder.name for place in sensor_folders(folder)), None)
+def _next_steps(folder: Path, captures: Path, blanks: list[str]) -> Iterator[str]:
+    yield "next:"
+    yield f"  1. replace each {FILL_IN} in {', '.join(blanks)}"
+    yield f"  2. put the object's closed surface into {folder / 'template.ply'}"
+    yield (
+        f"  3. record the empty scene into {captures / BACKGROUND} and each press into"
+        f" {captures}/<point>, or make them of recordings (this fills in the camera's file too):"
+        f" palpate import <recording> {captures}/<point>"
+    )
+    yield f"  4. palpate check {folder}"
+    yield f"  5. .venv/bin/snakemake -j2 --config only={folder.name}"
 
 
-def _require_names(path: Path, subject: str, sensor: str, probe: str) -> None:
-    faults = {"object": object_fault(subject), "sensor": sensor_fault(sensor)}
-    faults["probe"] = sensor_fault(probe)
-    lines = [f"{path}: {name}: {fault}" for name, fault in faults.items() if fault]
-    if lines:
-        raise ValueError("\n".join(lines))
-
-
-def _known_of_sensor(name: str, kind: str) -> dict:
-    depth = {"depth": {"encoding": ENCODINGS[kind]}} if ENCODINGS[kind] else {}
-    return {"sensor": name, "kind": kind, **depth}
-
-
-def _written(path: Path, content: tuple[str, Mapping]) -> str:
+def _written(path: Path, kind: str, known: Mapping) -> str:
+    """Write a file that is not there yet, as YAML in the model's order, a comment at each field."""
     if os.path.lexists(path):
         return f"{path}: there already, and used as it is"
-    write_text(path, blank_text(*content))
-    return f"{path}: written, {len(blank_fields(blank(*content)))} fields to fill in"
+    blank = _blank(kind, known)
+    head = f"Put your values in place of each {FILL_IN}; `palpate check` says what is left."
+    head += " Fields behind a # may be left out."
+    write_text(path, "\n".join([*_comment(head), "", *_lines(kind, (), blank, set()), ""]))
+    return f"{path}: written, {len(blank_fields(blank))} fields to fill in"
 
 
-def _next(folder: Path, sensor: str, files: list[Path]) -> list[str]:
-    """What is to be done now, numbered."""
-    captures = folder / sensor
-    steps = [
-        f"replace each {FILL_IN} in {', '.join(map(str, files))}",
-        f"put the object's closed surface into {folder / 'template.ply'}",
-        f"record the empty scene into {captures / BACKGROUND} and each press into"
-        f" {captures}/<point>, or make them of recordings (this fills in the camera's file too):"
-        f" palpate import <recording> {captures}/<point>",
-        f"palpate check {folder}",
-        f".venv/bin/snakemake -j2 --config only={folder.name}",
-    ]
-    return ["next:", *(f"  {number}. {step}" for number, step in enumerate(steps, 1))]
+def _blank(kind: str, known: Mapping) -> dict:
+    """What is known, and in all other fields that are asked for an example, a default or a mark."""
+    spec = deepcopy(dict(known))
+    while missing := missing_fields(MODELS[kind], spec):
+        for field in missing:
+            reduce(getitem, field[:-1], spec)[field[-1]] = _value(kind, field)
+    return spec
+
+
+def _value(kind: str, place: tuple[str, ...]) -> Any:
+    """What stands for a field that nobody has filled in."""
+    kinds, field = field_at([MODELS[kind]], place)
+    if field.examples:
+        return deepcopy(field.examples[0])
+    if isinstance(field.default, str | float) and field.default is not ABSENT:
+        return field.default
+    for one in kinds:
+        if isinstance(one, type) and issubclass(one, Model):
+            needed = [name for name, field in one.model_fields.items() if field.is_required()]
+            return {name: _value(kind, (*place, name)) for name in needed}
+    return _marks(kinds[0])
+
+
+def _marks(kind: Any) -> Any:
+    """As many marks as a value of a type has parts."""
+    (kind,) = members([kind])
+    return list(map(_marks, get_args(kind))) if get_origin(kind) is tuple else FILL_IN
+
+
+def _lines(kind: str, place: tuple[str, ...], spec: Mapping, said: set[str]) -> Iterator[str]:
+    """Lines of a mapping: its fields in the model's order, then those that people name."""
+    kinds = field_at([MODELS[kind]], place)[0]
+    known = [name for one in kinds for name in getattr(one, "model_fields", ())]
+    for key in dict.fromkeys([*known, *spec]):
+        field = (*place, key)
+        if key in spec:
+            yield from _field(kind, field, spec[key], said)
+        elif field in OFFERED[kind]:
+            yield from (f"# {line}" for line in _field(kind, field, _value(kind, field), said))
+
+
+def _field(kind: str, place: tuple[str, ...], value: Any, said: set[str]) -> Iterator[str]:
+    """Lines of a field; what was said of another one is not said again."""
+    (kinds, field), key = field_at([MODELS[kind]], place), place[-1]
+    block = next((getdoc(one) for one in kinds if hasattr(one, "model_fields")), "")
+    text = (field and (field.description or block)) or ""
+    yield from [] if text in said else _comment(text)
+    said.add(text)
+    if isinstance(value, Mapping):
+        yield f"{key}:" if key.isidentifier() else f'"{key}":'
+        yield from (INDENT + line for line in _lines(kind, place, value, said))
+    else:
+        flow = None if isinstance(value, list) else False
+        yield from yaml.safe_dump({key: value}, default_flow_style=flow, width=WIDTH).splitlines()
+
+
+def _comment(text: str) -> list[str]:
+    return textwrap.wrap(text, WIDTH - 10, initial_indent="# ", subsequent_indent="# ")
 
 
 def add(commands: Any) -> None:

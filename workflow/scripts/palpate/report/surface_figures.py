@@ -13,7 +13,7 @@ from matplotlib.tri import Triangulation
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream
 from palpate.json_fields import read_all
 from palpate.report.style import (
     BLACK,

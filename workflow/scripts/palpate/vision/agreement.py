@@ -16,8 +16,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.capture.depth import depth_of
-from palpate.capture.images import read_image
+from palpate.capture.images import depth_of, read_image
 from palpate.capture.tables import FRAMES, image_streams, read_frames
 from palpate.units import MILLIMETRES
 from palpate.vision.camera import PinholeCamera, camera_from_spec

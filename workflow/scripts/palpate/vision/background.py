@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.capture.check import FEWEST_BACKGROUND_FRAMES
+from palpate.capture.check_capture import FEWEST_BACKGROUND_FRAMES
 from palpate.npz import read_arrays, write_npz
 
 # A pixel that never changes still has the error of its quantisation.

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from palpate.capture.calibrations import CALIBRATION, asked, require_met
+from palpate.capture.devices import CALIBRATION, asked, require_met
 from palpate.config.sensor import rigid_fault
 from palpate.json_fields import numbers_of, read_fields
 from palpate.units import MILLIMETRES
@@ -136,5 +136,5 @@ def _with_stiffness(spec: Mapping, path: str | Path) -> Mapping:
     return taken | {"stiffness_n_m": stiffness_n_m, "compliance_std_m_n": std_m_n}
 
 
-# What takes each part of `palpate.capture.calibrations.PARTS`.
+# What takes each part of `palpate.capture.devices.PARTS`.
 TAKEN = {"load": _with_load, "tip": probe_with_tip, "stiffness": _with_stiffness}

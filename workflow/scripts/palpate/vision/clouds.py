@@ -11,8 +11,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
-from palpate.capture.depth import depth_of
-from palpate.capture.streams import all_streams
+from palpate.capture.images import all_streams, depth_of
 from palpate.frames import Film, write_film
 from palpate.open3d_core import o3d
 from palpate.vision.camera import PinholeCamera, camera_from_spec, pixel_rays

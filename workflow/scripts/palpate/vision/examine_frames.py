@@ -8,9 +8,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.capture.depth import depth_of
 from palpate.capture.findings import Findings
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream, depth_of
 from palpate.capture.tables import FRAMES, read_frames
 from palpate.vision.windows import grey
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream
 from palpate.capture.tables import read_frames
 from palpate.vision.agreement import require_agreement
 from palpate.vision.camera import camera_from_spec

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS, force_columns
+from palpate.capture.tables import GAUGE_COLUMNS, WRENCH_COLUMNS, force_columns
 from palpate.units import GRAVITY_M_S2
 
 # The sensor's driver averages ten samples of 1000 Hz (Section 4.1.3); records of another rate are

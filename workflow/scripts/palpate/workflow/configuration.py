@@ -6,8 +6,15 @@ from types import MappingProxyType
 
 from palpate.capture.check import check_object
 from palpate.capture.devices import PLACES, Devices, read_devices
-from palpate.capture.discover import CURVE, NOT_OBJECTS, CaptureId, curve_files, discover, folders
-from palpate.capture.fingerprint import stamps_below
+from palpate.capture.discover import (
+    CURVE,
+    NOT_OBJECTS,
+    CaptureId,
+    curve_files,
+    discover,
+    folders,
+    stamps_below,
+)
 from palpate.config.model import Model, problems
 from palpate.workflow.configuration_checks import (
     dropped_experiments,

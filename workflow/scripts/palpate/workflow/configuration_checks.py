@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 from itertools import product
 from pathlib import Path
 
-from palpate.capture.calibrations import PARTS
+from palpate.capture.devices import PARTS
 from palpate.capture.discover import CaptureId, folders
 from palpate.capture.experiments import check_experiment
 from palpate.workflow.lab_captures import says_simulated

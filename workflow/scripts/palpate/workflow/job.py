@@ -13,7 +13,7 @@ from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TextIO
 
-from palpate.capture.fingerprint import stamp
+from palpate.capture.discover import stamp
 
 # Process of the Snakemake that a job ends with.
 OWNER = "PALPATE_RUN_PID"

@@ -7,9 +7,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from palpate.capture.calibrations import PARTS, asked
-from palpate.capture.discover import CaptureId
-from palpate.capture.fingerprint import folder_fingerprint
+from palpate.capture.devices import PARTS, asked
+from palpate.capture.discover import CaptureId, folder_fingerprint
 from palpate.solid.options import first_images
 from palpate.surface.trackers import options_of
 from palpate.workflow.lab_captures import says_simulated

@@ -8,9 +8,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from palpate.capture.calibrations import PARTS
-from palpate.capture.discover import NOT_OBJECTS, discover, folders, sensor_folders
-from palpate.capture.fingerprint import folder_fingerprint
+from palpate.capture.devices import PARTS
+from palpate.capture.discover import (
+    NOT_OBJECTS,
+    discover,
+    folder_fingerprint,
+    folders,
+    sensor_folders,
+)
 from palpate.workflow.digest import ROOT, code
 from palpate.workflow.run import Described, Run
 from palpate.yaml_files import load_yaml

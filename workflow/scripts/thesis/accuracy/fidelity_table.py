@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from palpate.capture.depth import depth_of
-from palpate.capture.streams import all_streams
+from palpate.capture.images import all_streams, depth_of
 from palpate.capture.tables import read_table
 from palpate.report import outputs
 from palpate.surface.template import read_template

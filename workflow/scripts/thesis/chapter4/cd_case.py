@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from palpate.capture.streams import all_streams
+from palpate.capture.images import all_streams
 from palpate.npz import write_npz
 from palpate.report import outputs
 from palpate.vision.box import outline_distance, place_box

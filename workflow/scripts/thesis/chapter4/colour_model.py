@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream
 from palpate.report.style import (
     ARROW,
     BLACK,

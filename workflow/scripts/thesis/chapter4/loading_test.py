@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from palpate.capture.streams import all_streams
+from palpate.capture.images import all_streams
 from palpate.capture.tables import read_force
 from palpate.report import outputs
 from palpate.vision.camera import sensor_with_optics

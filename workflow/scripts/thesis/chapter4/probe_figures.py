@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream
 from palpate.json_fields import read_one
 from palpate.report.style import (
     BLACK,

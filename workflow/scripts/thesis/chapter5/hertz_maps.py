@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream
 from palpate.json_fields import read_all, read_one
 from palpate.report import hertz_tables
 from palpate.report.hertz_tables import ROWS_OF_BLOCK

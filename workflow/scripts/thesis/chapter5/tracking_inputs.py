@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from palpate.capture.streams import Stream
+from palpate.capture.images import Stream
 from palpate.capture.tables import read_table
 from palpate.json_fields import read_all
 from palpate.report.views import Surface

@@ -7,9 +7,8 @@ from dataclasses import fields
 from math import inf, isfinite
 from pathlib import Path
 
-from palpate.capture.calibrations import PARTS
-from palpate.capture.columns import check_numbers
-from palpate.capture.devices import PLACES, add_devices, found_folder
+from palpate.capture.check_capture import check_numbers
+from palpate.capture.devices import PARTS, PLACES, add_devices, found_folder
 from palpate.capture.discover import (
     BACKGROUND,
     CAPTURE_NAME,
@@ -18,7 +17,6 @@ from palpate.capture.discover import (
     object_fault,
     sensor_fault,
 )
-from palpate.capture.force_record import GAUGE_COLUMNS, WRENCH_COLUMNS
 from palpate.capture.importing.optics import RANGE_M
 from palpate.capture.importing.recording import ForceTable, Recording, Request, mismatch
 from palpate.capture.importing.ros import SMALLEST_UNIT_M, BagRecording, read_force_bag
@@ -32,7 +30,7 @@ from palpate.capture.importing.tum import (
     read_wrenches,
 )
 from palpate.capture.importing.write import import_recording
-from palpate.capture.tables import FORCE, read_table
+from palpate.capture.tables import FORCE, GAUGE_COLUMNS, WRENCH_COLUMNS, read_table
 from palpate.yaml_files import load_yaml
 
 # Recordings of a probe by itself, raw/sensors/<sensor>/<part>, and whether they have a force.

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.capture.check import FEWEST_FRAMES
+from palpate.capture.check_capture import FEWEST_FRAMES
 from palpate.capture.importing.recording import NANOSECONDS, Content, Stream, mismatch
 
 NS_PER_MS = 1_000_000

@@ -7,7 +7,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from palpate.capture.depth import COUNTS
+from palpate.capture.images import COUNTS
 from palpate.capture.importing.pixels import METRES, Form
 from palpate.capture.importing.recording import Content, Request, mismatch, named
 from palpate.config.model import blank_fields, problems

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
-from palpate.capture.depth import MILLIMETRE
+from palpate.capture.images import MILLIMETRE
 from palpate.capture.importing.recording import mismatch
 
 # Encoding of depth in the capture format, where its counts are not finer.

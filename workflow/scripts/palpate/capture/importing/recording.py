@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from palpate.capture.force_record import WRENCH_COLUMNS, sampled_s
+from palpate.capture.tables import WRENCH_COLUMNS, sampled_s
 from palpate.yaml_files import one_line
 
 if TYPE_CHECKING:

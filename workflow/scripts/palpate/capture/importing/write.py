@@ -11,11 +11,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from palpate.capture.check import FEWEST_BACKGROUND_FRAMES, FEWEST_FRAMES, check_capture
-from palpate.capture.depth import count_m
+from palpate.capture.check_capture import (
+    FEWEST_BACKGROUND_FRAMES,
+    FEWEST_FRAMES,
+    check_capture,
+    check_frames,
+)
 from palpate.capture.discover import BACKGROUND
 from palpate.capture.files import whole_folder, write_text
-from palpate.capture.images import write_image
+from palpate.capture.images import count_m, write_image
 from palpate.capture.importing.frames import NS_PER_MS, Pairs, frames_of
 from palpate.capture.importing.optics import sensor_of
 from palpate.capture.importing.pixels import METRES
@@ -28,7 +32,6 @@ from palpate.capture.importing.recording import (
     mismatch,
     progress,
 )
-from palpate.capture.pictures import check_frames
 from palpate.capture.tables import image_streams, write_force, write_frames
 
 LARGEST_COUNT = 65535

@@ -1,0 +1,67 @@
+"""The project of a folder: its configuration, kept solids, calibrations, results."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from palpate.capture.devices import CONFIG, PARTS
+from palpate.yaml_files import load_yaml
+
+
+@dataclass(frozen=True)
+class Project:
+    """Folder with a configuration, and what a run of the workflow keeps in it."""
+
+    folder: Path | None  # None where there is none above the captures or here
+    content: Mapping[str, Any]  # of config.yaml
+
+    @classmethod
+    def near(cls, folder: Path) -> "Project":
+        """The nearest one above a folder, or above the current one."""
+        for start in map(Path, (os.path.abspath(folder), os.getcwd())):
+            for place in (start, *start.parents):
+                if (place / CONFIG).is_file():
+                    return cls(place, load_yaml(place / CONFIG) or {})
+        return cls(None, {})
+
+    def config(self, own: Path | None) -> Any:
+        """Options of all steps: of a file, else the project's, else the defaults."""
+        from palpate.workflow.options import Config
+
+        path = own or (self.folder and self.folder / CONFIG)
+        try:
+            return Config.read(load_yaml(own) if own else self.content)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+
+    def results(self, *parts: str) -> Path | None:
+        """Where the workflow keeps a result."""
+        return self._place("results", "results", *parts)
+
+    def solid(self, name: str) -> Path | None:
+        """Kept solid mesh of an object."""
+        kept = self._place("meshes", "config/meshes", f"{name}.vtu")
+        places = (kept, self.results(name, "solid.vtu"))
+        return next((path for path in places if path and path.is_file()), None)
+
+    def calibrations(self, sensor: str) -> list[Path]:
+        """What a run has found of the probe by a sensor."""
+        paths = [self.results("sensors", sensor, f"{part.name}.json") for part in PARTS]
+        return [path for path in paths if path and path.is_file()]
+
+    def optics(self, sensor: str) -> Path | None:
+        """Calibration of a sensor that a run has made."""
+        path = self.results("sensors", sensor, "calibration.json")
+        return path if path and path.is_file() else None
+
+    def _place(self, key: str, default: str, *parts: str) -> Path | None:
+        """A place by ``paths`` of the configuration."""
+        folder = self.content.get("paths", {}).get(key, default)
+        return self.folder and self.folder.joinpath(folder, *parts)
+
+    def read(self, path: str) -> Mapping:
+        """What a file of the project says; nothing where there is none."""
+        there = self.folder is not None and (self.folder / path).is_file()
+        return (load_yaml(self.folder / path) or {}) if there else {}
