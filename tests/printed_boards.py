@@ -1,4 +1,4 @@
-"""Pictures of printed boards in known poses, and what spoils them on a bench."""
+"""Pictures of printed boards in known poses, and what corrupts them on a bench."""
 
 import cv2
 import numpy as np

@@ -1,6 +1,6 @@
-"""Where a board's pixels lie on the board, and how bright what is printed there is, blurred.
+"""Where a target's pixels lie on it, and how bright what is printed there is, blurred.
 
-The derivatives leave out that a pixel's size on the board changes as the board moves: it is small.
+The derivatives leave out that a pixel's size on the target changes as that moves: it is small.
 """
 
 from dataclasses import dataclass
@@ -25,12 +25,12 @@ class Blurred(NamedTuple):
 
 @dataclass(frozen=True)
 class Print:
-    """What is printed on a board: fields of black and white between straight lines.
+    """What is printed on a target: fields of black and white between straight lines.
 
     Attributes
     ----------
     u, v : (k,) and (l,) arrays
-        Where the lines are, increasing [units of the board].
+        Where the lines are, increasing [units of the target].
     white : (l + 1, k + 1) array
         1 where a field is white, 0 where it is black; the outer ones have no end.
     """
@@ -69,18 +69,14 @@ def _parts(place: NDArray, lines: NDArray, blur: NDArray) -> tuple[NDArray, NDAr
     z = (place[:, None] - lines) / blur[:, None]
     beyond = (1 + erf(z / np.sqrt(2))) / 2
     bell = np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) / blur[:, None]
-    return _between(beyond, 1.0), _between(bell, 0.0), _between(-bell * z, 0.0)
-
-
-def _between(steps: NDArray, first: float) -> NDArray:
-    """Differences of steps at lines: what of them falls to each field."""
-    return -np.diff(steps, axis=1, prepend=first, append=0.0)
+    steps = ((beyond, 1.0), (bell, 0.0), (-bell * z, 0.0))
+    return tuple(-np.diff(step, axis=1, prepend=first, append=0.0) for step, first in steps)
 
 
 def place_derivatives(
     u: NDArray, v: NDArray, w: NDArray, inverse: NDArray, pose: NDArray, unit_m: float
 ) -> tuple[NDArray, NDArray]:
-    """Derivatives of u and v by rotation vector and shift of the board, (n, 6) each."""
+    """Derivatives of u and v by rotation vector and shift of the target, (n, 6) each."""
     x, y, z = pose[:3, :2] @ (np.stack([u, v]) * w * unit_m)
     dw = [
         np.stack([z * b - y * c, x * c - z * a, y * a - x * b, -w * a, -w * b, -w * c])
@@ -92,7 +88,7 @@ def place_derivatives(
 def pixel_sizes(
     u: NDArray, v: NDArray, w: NDArray, inverse: NDArray, camera: PinholeCamera
 ) -> tuple[NDArray, NDArray]:
-    """Units of the board per pixel across lines of constant u and of constant v, (n,) each."""
+    """Units of the target per pixel across lines of constant u and of constant v, (n,) each."""
     sizes = []
     for k, place in ((0, u), (1, v)):
         across, down = (
