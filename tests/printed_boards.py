@@ -100,4 +100,4 @@ def hand(image, corners, rng, share=1 / 3):
     return np.where(covered, grain, image)
 
 
-SPOILT = {"glare": glare, "blur": blur, "shade": shade, "moire": moire, "hand": hand}
+CORRUPTIONS = {"glare": glare, "blur": blur, "shade": shade, "moire": moire, "hand": hand}

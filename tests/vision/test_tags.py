@@ -7,7 +7,7 @@ from palpate.vision.corners import off_others
 from palpate.vision.marker import CornerFollower, board_of
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.probe import board_poses
-from printed_boards import CAMERA, SPOILT, exact, hand, noisy, picture
+from printed_boards import CAMERA, CORRUPTIONS, exact, hand, noisy, picture
 from scipy.spatial.transform import Rotation
 
 CHARUCO = {"kind": "charuco", "squares": [7, 5], "dictionary": "4X4_50"}
@@ -79,15 +79,15 @@ def test_a_third_may_be_hidden(marker):
     assert max(errors) < 1e-4
 
 
-@pytest.mark.parametrize("spoil", SPOILT)
+@pytest.mark.parametrize("corrupt", CORRUPTIONS)
 @ANY
 @pytest.mark.long
-def test_no_corner_of_a_spoilt_board_is_wrong(marker, spoil):
+def test_no_corner_of_a_corrupted_picture_is_wrong(marker, corrupt):
     board, rng = board_of(marker), np.random.default_rng(3)
     for _ in range(3):
         pose = posed(board, rng, rng.uniform(-np.pi, np.pi))
         corners = exact(board, pose)
-        found = board.find(noisy(SPOILT[spoil](picture(board, pose), corners, rng), rng))
+        found = board.find(noisy(CORRUPTIONS[corrupt](picture(board, pose), corners, rng), rng))
         if found is not None:
             assert np.nanmax(np.linalg.norm(found - corners, axis=1)) < 2
 
