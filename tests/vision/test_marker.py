@@ -41,9 +41,7 @@ def board(probe):
 @pytest.fixture(scope="module")
 def image(board):
     """The board in the first pose."""
-    image = picture(board, POSES[0])
-    image.flags.writeable = False
-    return image
+    return picture(board, POSES[0])
 
 
 @pytest.fixture(scope="module")
