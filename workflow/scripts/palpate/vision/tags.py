@@ -12,8 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.vision.board import FlatBoard
-from palpate.vision.board_picture import Print
+from palpate.vision.board import FlatBoard, Print
 from palpate.vision.corners import FEWEST, Region, off_others, subpixel, without_outliers
 
 # Fewest tags whose corners determine where the target is.
