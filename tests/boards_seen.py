@@ -43,8 +43,8 @@ def seen(board, views, camera, second_from_first=None, noise_px=0.02, seed=1):
 def with_outliers(corners, share, seed, size_px=3.0):
     """The same corners, some of them far off."""
     rng = np.random.default_rng(seed)
-    spoilt = {}
+    corrupted = {}
     for name, found in corners.items():
         off = rng.normal(0, size_px, found.shape) * (rng.random(len(found)) < share)[:, None]
-        spoilt[name] = found + off
-    return spoilt
+        corrupted[name] = found + off
+    return corrupted

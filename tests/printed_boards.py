@@ -1,4 +1,4 @@
-"""Pictures of printed boards in known poses, and what spoils them on a bench."""
+"""Pictures of printed boards in known poses, and what corrupts them on a bench."""
 
 import cv2
 import numpy as np
@@ -100,4 +100,4 @@ def hand(image, corners, rng, share=1 / 3):
     return np.where(covered, grain, image)
 
 
-SPOILT = {"glare": glare, "blur": blur, "shade": shade, "moire": moire, "hand": hand}
+CORRUPTIONS = {"glare": glare, "blur": blur, "shade": shade, "moire": moire, "hand": hand}

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from palpate.capture.images import depth_of
 from palpate.vision.camera import PinholeCamera
-from palpate.vision.marker import board_of, find_corners
+from palpate.vision.marker import board_of
 from virtual_lab.block import fine_surface
 from virtual_lab.cameras import color_image
 from virtual_lab.kinect import KinectDepth
@@ -58,7 +58,7 @@ def test_the_checkerboard_is_where_the_probe_says(scene, probe):
     eye = view(480, 360, 700.0)
     layer = render(eye, scene, LIGHT, samples=3)
     image = color_image(layer.colour, "mono8", NOISE, np.random.default_rng(0))
-    corners = find_corners(image, board_of(probe["marker"]))
+    corners = board_of(probe["marker"]).find(image)
     columns, rows = probe["marker"]["inner_corners"]
     y, x = np.mgrid[:rows, :columns] * probe["marker"]["square_m"]
     points = np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()])

@@ -21,17 +21,21 @@ SHEETS = {
 CHARUCO = ["charuco", "--squares", "7x5"]
 
 
+def sheet(folder, kind="charuco", name="board.svg"):
+    """Write a sheet, and give its path."""
+    assert main(["board", kind, *SHEETS[kind], "--output", str(folder / name)]) == 0
+    return folder / name
+
+
 @pytest.mark.parametrize("kind", SHEETS)
 def test_the_block_describes_the_sheet(kind, tmp_path, capsys):
     """Rasterised at ten pixels a millimetre, the board that the block describes is found there."""
-    path = tmp_path / "board.svg"
-    assert main(["board", kind, *SHEETS[kind], "--output", str(path)]) == 0
-    block = capsys.readouterr().out.partition("\n")[2]
-    content = yaml.safe_load(block)
+    sheet(tmp_path, kind)
+    content = yaml.safe_load(capsys.readouterr().out.partition("\n")[2])
     assert TargetFile.read(content)
     board = board_of(content["marker"])
     with mpl.rc_context({"savefig.dpi": 254}):
-        draw_sheet(board, "a board", tmp_path / "board.png", "png")
+        draw_sheet(board, "a board", tmp_path / "board.png")
     found = board.find(cv2.imread(str(tmp_path / "board.png"), cv2.IMREAD_GRAYSCALE))
     places_mm = (board.points_m[:, :2] - board.outline_m[0]) * 1e3 + MARGIN_MM
     assert np.abs(found - (10 * places_mm - 0.5)).max() < 0.02
@@ -39,16 +43,12 @@ def test_the_block_describes_the_sheet(kind, tmp_path, capsys):
 
 @pytest.mark.parametrize("form", ["pdf", "svg"])
 def test_the_same_sheet_has_the_same_bytes(form, tmp_path):
-    paths = [tmp_path / f"{name}.{form}" for name in "ab"]
-    for path in paths:
-        main(["board", "charuco", *SHEETS["charuco"], "--output", str(path)])
-    assert paths[0].read_bytes() == paths[1].read_bytes()
+    first, second = (sheet(tmp_path, name=f"{name}.{form}").read_bytes() for name in "ab")
+    assert first == second
 
 
 def test_a_sheet_is_as_large_as_what_is_on_it(tmp_path):
-    path = tmp_path / "board.svg"
-    main(["board", "charuco", *SHEETS["charuco"], "--output", str(path)])
-    width, height = re.findall(r'(?:width|height)="([0-9.]+)pt"', path.read_text())[:2]
+    width, height = re.findall(r'(?:width|height)="([0-9.]+)pt"', sheet(tmp_path).read_text())[:2]
     assert float(width) / 72 * 25.4 == pytest.approx(7 * 15 + 20, abs=0.01)
     assert float(height) / 72 * 25.4 == pytest.approx(5 * 15 + 36, abs=0.01)
 

@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 import pytest
 from boards_seen import BOARD, LEFT, RIGHT, SIZE_PX, poses, seen
-from palpate.vision.board import Board, board_views
+from palpate.vision.board import Board
+from palpate.vision.board_pictures import board_in
 from palpate.vision.calibration import calibrate_camera
 from palpate.vision.camera import PinholeCamera, camera_from_spec, with_calibration
 from palpate.vision.pose import candidate_poses
@@ -18,9 +19,10 @@ def caltech(root):
     found = {}
     for side in ("left", "right"):
         files = sorted((root / "tests/real/boards").glob(f"{side}*.jpg"))
-        images = [(path.stem[-2:], cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)) for path in files]
-        found[side], missing = board_views(images, CALTECH)
-        assert len(found[side]) + len(missing) == 13
+        images = {path.stem[-2:]: cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in files}
+        pictures = board_in(side, images, CALTECH)
+        found[side] = pictures.corners
+        assert len(pictures.corners) + len(pictures.missing) == 13
     return found
 
 

@@ -5,8 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from palpate.vision.board import Board
-from palpate.vision.board_picture import Print, pixel_sizes, place_derivatives
+from palpate.vision.board import Board, Print, pixel_sizes, place_derivatives
 from palpate.vision.camera import PinholeCamera
 from palpate.vision.photometric import (
     FILLED_IN_PX,

@@ -4,51 +4,19 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-import printed_boards
 import pytest
 from palpate.vision.board import Board
-from palpate.vision.camera import PinholeCamera, camera_from_spec
+from palpate.vision.camera import camera_from_spec
 from palpate.vision.corners import Region
-from palpate.vision.marker import board_of, expected_region, find_corners
+from palpate.vision.marker import board_of, expected_region
 from palpate.vision.options import PoseFilter
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import candidate_poses, point_covariance, settle
 from palpate.vision.probe import board_poses, marker_from_tip, track_probe
+from printed_boards import CAMERA, exact, noisy, picture
 from scipy.spatial.transform import Rotation
 
-CAMERA = PinholeCamera(1024, 768, 790.0, 790.0, 512.0, 384.0)
-SUPERSAMPLING = 6
-LENS_BLUR_PX = 0.5
-NO_FILTER = PoseFilter(method="none")
-
-
-def board_image(pose, marker, camera=CAMERA):
-    """Draw the board by its homography, supersampled and through a lens, on grey."""
-    step, margin = 100, 80
-    columns, rows = marker["inner_corners"]
-    texture = np.full(((rows + 1) * step + 2 * margin, (columns + 1) * step + 2 * margin), 230.0)
-    for i in range(rows + 1):
-        for j in range(columns + 1):
-            if (i + j) % 2 == 0:
-                y, x = margin + i * step, margin + j * step
-                texture[y : y + step, x : x + step] = 25.0
-    square = marker["square_m"] / step
-    offset = (margin + step - 0.5) * square
-    to_board = np.array([[square, 0, -offset], [0, square, -offset], [0, 0, 1]])
-    projection = camera.matrix @ pose[:3, [0, 1, 3]]
-    scale = SUPERSAMPLING
-    finer = np.array([[scale, 0, (scale - 1) / 2], [0, scale, (scale - 1) / 2], [0, 0, 1]])
-    size = (camera.width_px * scale, camera.height_px * scale)
-    big = cv2.warpPerspective(
-        texture,
-        finer @ projection @ to_board,
-        size,
-        borderMode=cv2.BORDER_CONSTANT,
-        borderValue=110,
-    )
-    big = cv2.GaussianBlur(big, (0, 0), LENS_BLUR_PX * scale)
-    small = cv2.resize(big, (camera.width_px, camera.height_px), interpolation=cv2.INTER_AREA)
-    return np.clip(np.round(small), 0, 255).astype(np.uint8)
+BLANK = np.full((CAMERA.height_px, CAMERA.width_px), 120, np.uint8)
 
 
 def pose_of(rotation_vector, shift):
@@ -65,102 +33,105 @@ POSES = [
 ]
 
 
-def pose_in(grey, marker, refine=None):
+@pytest.fixture(scope="module")
+def board(probe):
+    return board_of(probe["marker"])
+
+
+@pytest.fixture(scope="module")
+def image(board):
+    """The board in the first pose."""
+    return picture(board, POSES[0])
+
+
+@pytest.fixture(scope="module")
+def refine(board):
+    return BoardRefiner(CAMERA, board, encoding="mono8")
+
+
+@pytest.fixture(scope="module")
+def tip_off_m(probe):
+    """How far a pose puts the tip from where another has it."""
+
+    def off(found, pose):
+        return np.linalg.norm(((found - pose) @ marker_from_tip(probe))[:3, 3])
+
+    return off
+
+
+def pose_in(grey, board, refine=None):
     """Pose of the board in one image."""
     [(pose, refined)] = board_poses(
-        [(find_corners(grey, board_of(marker)), grey)],
-        CAMERA,
-        board_of(marker),
-        threshold_px=0.25,
-        refine=refine,
+        [(board.find(grey), grey)], CAMERA, board, threshold_px=0.25, refine=refine
     )
     assert refined == (refine is not None)
     return pose
 
 
 @pytest.mark.parametrize("pose", POSES)
-def test_pose_of_a_rendered_board(pose, probe):
-    image, tip = board_image(pose, probe["marker"]), marker_from_tip(probe)
-    found = pose_in(image, probe["marker"])
+def test_pose_of_a_rendered_board(pose, board, refine, tip_off_m):
+    image = picture(board, pose)
+    found = pose_in(image, board)
     assert found.inliers >= 10
-    by_corners = np.linalg.norm((found.camera_from_marker @ tip - pose @ tip)[:3, 3])
-    assert by_corners < 0.6e-3
-    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
-    better = pose_in(image, probe["marker"], refine)
-    by_picture = np.linalg.norm((better.camera_from_marker @ tip - pose @ tip)[:3, 3])
-    assert by_picture < 0.1e-3
+    assert tip_off_m(found.camera_from_marker, pose) < 0.6e-3
+    assert tip_off_m(pose_in(image, board, refine).camera_from_marker, pose) < 0.1e-3
 
 
-def test_a_mosaics_pixels_are_told_apart(probe):
+def test_a_mosaics_pixels_are_told_apart(board, image, tip_off_m):
     """Four kinds of pixels with their own brightness hide nothing."""
-    image = board_image(POSES[0], probe["marker"]).astype(float)
     gains = np.array([[1.0, 0.85], [0.9, 0.7]])
     mosaic = np.round(image * np.tile(gains, (384, 512))).astype(np.uint8)
-    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="bayer_rggb8")
     start = POSES[0].copy()
     start[:3, 3] += [2e-4, -2e-4, 1e-3]
-    found = refine(mosaic, start).camera_from_marker
-    tip = marker_from_tip(probe)
-    assert np.linalg.norm((found @ tip - POSES[0] @ tip)[:3, 3]) < 0.15e-3
+    found = BoardRefiner(CAMERA, board, encoding="bayer_rggb8")(mosaic, start)
+    assert tip_off_m(found.camera_from_marker, POSES[0]) < 0.15e-3
 
 
-def test_what_hides_a_part_of_the_board_does_not_pull_the_refinement(probe):
-    image = board_image(POSES[0], probe["marker"])
-    corner = CAMERA.project(POSES[0][:3, 3][None])[0].round().astype(int)
-    image[corner[1] - 12 : corner[1] + 8, corner[0] - 12 : corner[0] + 8] = 150
-    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
-    tip, found = marker_from_tip(probe), refine(image, POSES[0]).camera_from_marker
-    assert np.linalg.norm((found @ tip - POSES[0] @ tip)[:3, 3]) < 0.3e-3
+def test_what_hides_a_part_of_the_board_does_not_pull_the_refinement(image, refine, tip_off_m):
+    hidden = image.copy()
+    x, y = CAMERA.project(POSES[0][:3, 3][None])[0].round().astype(int)
+    hidden[y - 12 : y + 8, x - 12 : x + 8] = 150
+    assert tip_off_m(refine(hidden, POSES[0]).camera_from_marker, POSES[0]) < 0.3e-3
 
 
-def test_what_does_not_look_like_the_board_is_not_refined(probe):
-    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
-    image = board_image(POSES[0], probe["marker"])
-    assert refine(np.full((768, 1024), 120, np.uint8), POSES[0]) is None
+def test_what_does_not_look_like_the_board_is_not_refined(image, refine):
+    assert refine(BLANK, POSES[0]) is None
     hidden = image.copy()
     x, y = CAMERA.project(POSES[0][:3, 3][None])[0].round().astype(int)
     hidden[y - 40 : y + 150, x - 30 : x + 25] = 150
     assert refine(hidden, POSES[0]) is None
-    smeared = cv2.blur(image, (9, 1))
-    assert refine(smeared, POSES[0]) is None
+    assert refine(cv2.blur(image, (9, 1)), POSES[0]) is None
     elsewhere = POSES[0].copy()
     elsewhere[:3, 3] += [0.008, 0, 0]
     assert refine(image, elsewhere) is None
 
 
-def test_the_refinements_covariance_covers_its_scatter(probe):
+def test_the_refinements_covariance_covers_its_scatter(probe, board, refine):
     rng, tip = np.random.default_rng(4), marker_from_tip(probe)[:3, 3]
-    image = board_image(POSES[1], probe["marker"]).astype(float)
-    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
+    image = picture(board, POSES[1])
     errors, stated = [], []
     for _ in range(25):
-        noisy = np.clip(np.round(image + rng.normal(0, 2, image.shape)), 0, 255).astype(np.uint8)
-        found = refine(noisy, POSES[1])
+        found = refine(noisy(image, rng), POSES[1])
         transform = found.camera_from_marker
-        errors.append((transform - POSES[1])[:3, :3] @ tip + (transform - POSES[1])[:3, 3])
+        errors.append(((transform - POSES[1]) @ np.append(tip, 1))[:3])
         stated.append(np.diag(point_covariance(transform, found.covariance, tip)))
     ratio = np.sqrt(np.mean(np.square(errors), axis=0) / np.mean(stated, axis=0))
     assert ratio.max() < 1.5
     assert ratio.min() > 0.1
 
 
-def test_refinement_beyond_the_image_is_none(probe):
-    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
-    away = pose_of([0.35, 0, 0], [1.5, 0, 0.6])
-    behind = pose_of([0.35, 0, 0], [0, 0, -0.6])
-    blank = np.full((768, 1024), 120, np.uint8)
-    assert refine(blank, away) is None
-    assert refine(blank, behind) is None
+@pytest.mark.parametrize("shift", [[1.5, 0, 0.6], [0, 0, -0.6]], ids=["away", "behind"])
+def test_refinement_beyond_the_image_is_none(shift, refine):
+    assert refine(BLANK, pose_of([0.35, 0, 0], shift)) is None
 
 
-def test_the_covariance_is_that_of_the_scatter(probe):
-    points, pose = board_of(probe["marker"]).points_m, POSES[1]
-    exact = CAMERA.project(points @ pose[:3, :3].T + pose[:3, 3])
+def test_the_covariance_is_that_of_the_scatter(probe, board):
+    corners = exact(board, POSES[1])
     rng, tip = np.random.default_rng(3), marker_from_tip(probe)[:3, 3]
     tips, stated = [], []
     for _ in range(400):
-        corners = exact + rng.normal(0, 0.05, exact.shape)
-        found = candidate_poses(corners, CAMERA, board_of(probe["marker"]), threshold_px=0.45)[0]
+        seen = corners + rng.normal(0, 0.05, corners.shape)
+        found = candidate_poses(seen, CAMERA, board, threshold_px=0.45)[0]
         transform = found.camera_from_marker
         tips.append(transform[:3, :3] @ tip + transform[:3, 3])
         stated.append(np.diag(point_covariance(transform, found.covariance, tip)))
@@ -169,23 +140,19 @@ def test_the_covariance_is_that_of_the_scatter(probe):
 
 
 @pytest.mark.long
-def test_no_flipped_pose_in_ten_thousand_frames(probe, sensors):
+def test_no_flipped_pose_in_ten_thousand_frames(board, sensors):
     """Boards at the far end of the Kinect's workspace, corners as noisy as its pictures'."""
     camera = camera_from_spec(sensors["kinect"]["color"])
-    board, rng = board_of(probe["marker"]), np.random.default_rng(8)
-    points = board.points_m
-    worst, alone, lost = 0.0, 0, 0
+    rng, worst, alone, lost = np.random.default_rng(8), 0.0, 0, 0
     for _ in range(100):
         swing = rng.uniform(-0.5, 0.5, 3) + 0.15 * np.cumsum(rng.normal(0, 0.15, (100, 3)), axis=0)
         place = [*rng.uniform(-0.15, 0.15, 2), rng.uniform(0.6, 1.05)]
         poses = [pose_of(turn * [1, 1, 0.3], place) for turn in swing]
         candidates = []
         for pose in poses:
-            exact = camera.project(points @ pose[:3, :3].T + pose[:3, 3])
-            corners = exact + rng.normal(0, 0.08, exact.shape)
-            candidates.append(
-                candidate_poses(corners, camera, board_of(probe["marker"]), threshold_px=0.45)
-            )
+            corners = exact(board, pose, camera)
+            corners = corners + rng.normal(0, 0.08, corners.shape)
+            candidates.append(candidate_poses(corners, camera, board, threshold_px=0.45))
         for true, found, options in zip(poses, settle(candidates), candidates, strict=True):
             if found is None:
                 lost += 1
@@ -202,77 +169,46 @@ def tilt_between(a, b):
     return np.arccos(np.clip(a[:3, 2] @ b[:3, 2], -1, 1))
 
 
-def test_the_expected_region_gives_the_same_corners(probe):
+def test_the_expected_region_gives_the_same_corners(board):
     first, second, third = (
-        pose_of([0.35, 0.1, 0.0], [-0.05 + 0.01 * k, -0.1, 0.6]) for k in range(3)
+        picture(board, pose_of([0.35, 0.1, 0.0], [-0.05 + 0.01 * k, -0.1, 0.6])) for k in range(3)
     )
-    before, last = (
-        find_corners(board_image(p, probe["marker"]), board_of(probe["marker"]))
-        for p in (first, second)
-    )
-    image = board_image(third, probe["marker"])
-    region = expected_region(last, before, image.shape)
-    assert (region.x1 - region.x0) * (region.y1 - region.y0) < 0.15 * image.size
-    whole = find_corners(image, board_of(probe["marker"]))
-    assert np.abs(find_corners(image, board_of(probe["marker"]), region) - whole).max() < 2e-3
-    elsewhere = Region(0, 0, 60, 60)
-    assert np.array_equal(find_corners(image, board_of(probe["marker"]), elsewhere), whole)
-    assert expected_region(last + 5000, None, image.shape) is None
+    last, whole = board.find(second), board.find(third)
+    region = expected_region(last, board.find(first), third.shape)
+    assert (region.x1 - region.x0) * (region.y1 - region.y0) < 0.15 * third.size
+    assert np.abs(board.find(third, region) - whole).max() < 2e-3
+    assert board.find(third, Region(0, 0, 60, 60)) is None
+    assert expected_region(last + 5000, None, third.shape) is None
 
 
 def test_a_lens_that_bends_costs_no_corner_in_a_region():
     """Near the picture's corner, where the region's middle is not the lens's."""
     camera = replace(CAMERA, distortion=(-0.3, 0.08, 0, 0, 0))
     board, pose = Board(9, 6, 0.015), pose_of([0.2, 0.3, 0.1], [0.08, 0.06, 0.45])
-    straight = printed_boards.picture(board, pose, CAMERA)
-    grid = camera.pixel_grid()
-    back = CAMERA.project(camera.rays(grid)).astype(np.float32).reshape(768, 1024, 2)
-    image = cv2.remap(straight, back[..., 0], back[..., 1], cv2.INTER_CUBIC)
-    exact = printed_boards.exact(board, pose, camera)
-    region = expected_region(exact, None, image.shape)
-    for corners in (find_corners(image, board), board.find(image, region)):
-        assert np.abs(corners - exact).max() < 0.2
-
-
-@pytest.mark.parametrize("inner_corners", [[4, 3], [5, 4]])
-def test_corners_come_in_the_boards_order_whichever_way_up(inner_corners):
-    """Black corner squares at the upper edge, or at the left of a board that begins with odd."""
-    marker = {"inner_corners": inner_corners, "square_m": 0.02}
-    for turn in (0.0, 0.5 * np.pi, np.pi):
-        pose = pose_of([0, 0, turn], [0.0, 0.0, 0.6])
-        corners = find_corners(board_image(pose, marker), board_of(marker))
-        points = board_of(marker).points_m @ pose[:3, :3].T + pose[:3, 3]
-        assert np.abs(corners - CAMERA.project(points)).max() < 0.15
-
-
-def test_no_board_no_pose(probe):
-    blank = np.full((768, 1024), 120, np.uint8)
-    assert pose_in(blank, probe["marker"]) is None
-
-
-def test_lost_marker_is_bridged_or_refused(probe):
-    seen, blank = board_image(POSES[0], probe["marker"]), np.full((768, 1024), 120, np.uint8)
-    options = {"threshold_px": 0.25, "filter_by": NO_FILTER}
-    options |= {"encoding": "mono8", "refinement": "corners"}
-    table = track_probe(
-        [seen, blank, seen], np.arange(3.0), CAMERA, probe, largest_gap_frames=1, **options
+    back = CAMERA.project(camera.rays(camera.pixel_grid())).astype(np.float32)
+    x, y = np.moveaxis(back.reshape(768, 1024, 2), 2, 0)
+    image, corners = (
+        cv2.remap(picture(board, pose), x, y, cv2.INTER_CUBIC),
+        exact(board, pose, camera),
     )
+    for region in (None, expected_region(corners, None, image.shape)):
+        assert np.abs(board.find(image, region) - corners).max() < 0.2
+
+
+def test_lost_marker_is_bridged_or_rejected(probe, image):
+    def tracked(images, gap_frames, refinement="corners"):
+        return track_probe(
+            images, np.arange(float(len(images))), CAMERA, probe, encoding="mono8",
+            threshold_px=0.25, refinement=refinement, largest_gap_frames=gap_frames,
+            filter_by=PoseFilter(method="none"),
+        )  # fmt: skip
+
+    table = tracked([image, BLANK, image], 1)
     assert table["detected"].tolist() == [1, 0, 1]
     assert np.allclose(table["tip_x_m"], table["tip_x_m"][0], atol=1e-6)
     assert not table["refined"].any()
-    photometric = options | {"refinement": "photometric"}
-    table = track_probe([seen], np.zeros(1), CAMERA, probe, largest_gap_frames=0, **photometric)
-    assert table["refined"].tolist() == [1]
+    assert tracked([image], 0, "photometric")["refined"].tolist() == [1]
     with pytest.raises(ValueError, match="found it lost in frames 1 to 1"):
-        track_probe(
-            [seen, blank, seen], np.arange(3.0), CAMERA, probe, largest_gap_frames=0, **options
-        )
+        tracked([image, BLANK, image], 0)
     with pytest.raises(ValueError, match="found in none of 2"):
-        track_probe([blank, blank], np.arange(2.0), CAMERA, probe, largest_gap_frames=5, **options)
-
-
-def test_camera_round_trip_with_distortion():
-    camera = PinholeCamera(640, 480, 520.0, 518.0, 310.0, 233.0, (0.1, -0.2, 0.001, -0.002, 0.05))
-    points = np.array([[0.1, 0.05, 0.8], [-0.2, 0.1, 1.0], [0.0, -0.2, 0.9]])
-    rays = camera.rays(camera.project(points))
-    assert np.allclose(rays * points[:, 2:], points, atol=1e-6)
+        tracked([BLANK, BLANK], 5)

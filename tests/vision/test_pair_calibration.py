@@ -13,7 +13,8 @@ from boards_seen import (
     seen,
     with_outliers,
 )
-from palpate.vision.board import Board, board_views
+from palpate.vision.board import Board
+from palpate.vision.board_pictures import board_in
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.pair_calibration import calibrate_pair
 from scipy.spatial.transform import Rotation
@@ -54,8 +55,8 @@ def test_the_toolboxes_stereo_optimisation(root):
     views = []
     for side in ("left", "right"):
         files = sorted((root / "tests/real/boards").glob(f"{side}*.jpg"))
-        images = [(path.stem[-2:], cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)) for path in files]
-        views.append(board_views(images, Board(9, 6, 0.030))[0])
+        images = {path.stem[-2:]: cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in files}
+        views.append(board_in(side, images, Board(9, 6, 0.030)).corners)
     pair = calibrate_pair(*views, Board(9, 6, 0.030), SIZES_PX)
     for found, (fx, fy, cx, cy) in zip(pair.cameras, known, strict=True):
         camera = found.camera

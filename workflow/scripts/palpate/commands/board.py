@@ -1,58 +1,53 @@
-"""The command ``palpate board``: a board to print to scale, and what a probe's file says of it."""
+"""The command ``palpate board``: a target to print to scale, and a probe's block ``marker``."""
 
 import argparse
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
 from palpate.capture.files import whole_file
 from palpate.commands.help import add_verb
 from palpate.config.probe import TargetFile
 from palpate.units import MILLIMETRES
 from palpate.vision.board import FlatBoard
-from palpate.vision.board_picture import Print
 from palpate.vision.marker import board_of
 
 MARGIN_MM, TEXT_MM = 10.0, 16.0
-# The ruler is as long as this, or as the board allows in whole steps.
+# The ruler is as long as this, or as the target allows in whole steps.
 RULER_MM, STEP_MM = 100, 10
 MM_PER_INCH = 25.4
-KINDS = (".pdf", ".svg")
-# The same sheet has the same bytes.
-TIMELESS = {
-    "pdf": {"CreationDate": None, "Creator": None},
-    "svg": {"Date": None, "Creator": None},
-    "png": {"Software": None},
+# Kinds of files, and metadata without which the same sheet has the same bytes.
+KINDS = {
+    ".pdf": {"CreationDate": None, "Creator": None},
+    ".svg": {"Date": None, "Creator": None},
 }
 # Of a square: margins wide enough for the corners, cells large enough to be read.
 TAG_SHARE = 0.75
 FAMILIES = {"charuco": "4X4_50", "aprilgrid": "APRILTAG_36H11"}
 
 ABOUT = """\
-Write a board to print, to scale and with a ruler on it, and print the block `marker` of the probe's
-file. Print at 100 %, measure the ruler, and glue the sheet onto something flat. A board with tags
-(charuco, aprilgrid) may be hidden in part; a checkerboard may not.
+Write a target to print, to scale and with a ruler on it, and print the block `marker` of the
+probe's file. Print at 100 %, measure the ruler, and glue the sheet onto something flat. A target
+with tags (charuco, aprilgrid) may be hidden in part; a checkerboard may not.
 """
 
 
 def _board(options: argparse.Namespace) -> None:
     """Write the sheet, and print the block."""
-    marker = _marker(options)
-    if not options.output.parent.is_dir():
-        raise ValueError(f"--output: expected a folder for it, found none: {options.output.parent}")
-    if options.output.suffix.lower() not in KINDS:
-        raise ValueError(
-            f"--output: expected a file that ends with {' or '.join(KINDS)}, found {options.output}"
-        )
+    marker, output = _marker(options), options.output
+    if not output.parent.is_dir():
+        raise ValueError(f"--output: expected a folder for it, found none: {output.parent}")
+    if output.suffix.lower() not in KINDS:
+        kinds = " or ".join(KINDS)
+        raise ValueError(f"--output: expected a file that ends with {kinds}, found {output}")
     TargetFile.read({"marker": marker}, "board")
-    with whole_file(options.output) as part:
-        draw_sheet(board_of(marker), _title(marker), part, options.output.suffix.lower()[1:])
+    with whole_file(output) as part:
+        draw_sheet(board_of(marker), _title(marker), part)
     block = yaml.safe_dump({"marker": marker}, sort_keys=False, default_flow_style=None)
-    print(f"# {options.output}: written; for the probe's file:\n{block}", end="")
+    print(f"# {output}: written; for the probe's file:\n{block}", end="")
 
 
 def _marker(options: argparse.Namespace) -> dict:
@@ -73,19 +68,17 @@ def _marker(options: argparse.Namespace) -> dict:
 
 def _title(marker: Mapping) -> str:
     """What the sheet says of itself."""
-    sides = [
-        f"{key[:-2]} {value * MILLIMETRES:g} mm"
-        for key, value in marker.items()
-        if key.endswith("_m")
-    ]
-    counts = next(marker[key] for key in ("inner_corners", "squares", "tags") if key in marker)
-    kind = marker.get("kind", "checkerboard, inner corners")
+    columns, rows = next(value for value in marker.values() if isinstance(value, list))
+    title = [f"{marker.get('kind', 'checkerboard, inner corners')} {columns} x {rows}"]
+    for key, value in marker.items():
+        if key.endswith("_m"):
+            title.append(f"{key[:-2]} {value * MILLIMETRES:g} mm")
     family = [marker["dictionary"]] if "dictionary" in marker else []
-    return ", ".join([f"{kind} {counts[0]} x {counts[1]}", *sides, *family])
+    return ", ".join([*title, *family])
 
 
-def draw_sheet(board: FlatBoard, title: str, path: Path, form: str) -> None:
-    """Draw a board on a sheet of its size.
+def draw_sheet(board: FlatBoard, title: str, path: Path) -> None:
+    """Draw a target on a sheet of its size.
 
     Parameters
     ----------
@@ -93,12 +86,13 @@ def draw_sheet(board: FlatBoard, title: str, path: Path, form: str) -> None:
     title : str
         What stands below it.
     path : Path
-    form : {"pdf", "svg", "png"}
+        Its ending determines the kind of file.
     """
     import matplotlib.pyplot as plt
-    from matplotlib.collections import PolyCollection
+    from matplotlib.patches import PathPatch
 
     low_mm, high_mm = board.outline_m * MILLIMETRES
+    board_mm = high_mm[0] - low_mm[0]
     width_mm, height_mm = high_mm - low_mm + 2 * MARGIN_MM + [0, TEXT_MM]
     settings = {"svg.hashsalt": "palpate", "pdf.fonttype": 42, "font.family": "DejaVu Sans"}
     with plt.rc_context(settings):
@@ -107,15 +101,26 @@ def draw_sheet(board: FlatBoard, title: str, path: Path, form: str) -> None:
         axes.set_axis_off()
         axes.set_xlim(low_mm[0] - MARGIN_MM, high_mm[0] + MARGIN_MM)
         axes.set_ylim(high_mm[1] + MARGIN_MM + TEXT_MM, low_mm[1] - MARGIN_MM)
-        fields = np.array(list(black_fields(board.print, board.outline_m / board.unit_m)))
-        fields = fields * board.unit_m * MILLIMETRES
-        axes.add_collection(PolyCollection(fields, facecolors="black", linewidths=0))
-        _ruler(axes, low_mm[0], high_mm[1] + MARGIN_MM, high_mm[0] - low_mm[0])
-        y = high_mm[1] + MARGIN_MM + TEXT_MM - 3
-        size = min(7.0, 1.6 * (high_mm[0] - low_mm[0]) / len(title) * 72 / MM_PER_INCH)
-        axes.text(low_mm[0], y, title, fontsize=size, va="bottom")
-        figure.savefig(path, format=form, metadata=TIMELESS[form])
+        axes.add_patch(PathPatch(_black(board), facecolor="black", linewidth=0, snap=False))
+        _ruler(axes, low_mm[0], high_mm[1] + MARGIN_MM, board_mm)
+        size = min(7.0, 1.6 * board_mm / len(title) * 72 / MM_PER_INCH)
+        y_mm = high_mm[1] + MARGIN_MM + TEXT_MM - 3
+        axes.text(low_mm[0], y_mm, title, fontsize=size, va="bottom")
+        figure.savefig(path, metadata=KINDS.get(path.suffix.lower()))
         plt.close(figure)
+
+
+def _black(board: FlatBoard) -> Any:
+    """All black rectangles of a target [mm] as one path: between two of them is no hairline."""
+    from matplotlib.path import Path as Outline
+
+    printed, ends = board.print, board.outline_m / board.unit_m
+    u, v = np.union1d(printed.u, ends[:, 0]), np.union1d(printed.v, ends[:, 1])
+    middles = np.meshgrid((u[1:] + u[:-1]) / 2, (v[1:] + v[:-1]) / 2)
+    k, i = np.nonzero(printed.at(*middles) < 0.5)
+    corners = (u[i], v[k]), (u[i + 1], v[k]), (u[i + 1], v[k + 1]), (u[i], v[k + 1])
+    rectangles = np.moveaxis(np.array(corners), 2, 0) * board.unit_m * MILLIMETRES
+    return Outline.make_compound_path_from_polys(rectangles)
 
 
 def _ruler(axes: Any, x_mm: float, y_mm: float, board_mm: float) -> None:
@@ -125,27 +130,7 @@ def _ruler(axes: Any, x_mm: float, y_mm: float, board_mm: float) -> None:
     axes.plot([x_mm, x_mm + length_mm], [y_mm, y_mm], **look)
     for step in range(0, length_mm + 1, STEP_MM):
         axes.plot([x_mm + step, x_mm + step], [y_mm, y_mm - 2.5], **look)
-    text = f"{length_mm} mm"
-    axes.text(x_mm, y_mm + 0.8, text, fontsize=6, va="top")
-
-
-def black_fields(printed: Print, outline: NDArray) -> Iterable[NDArray]:
-    """Corners (4, 2) of the black rectangles of a print, along rows and along columns [units].
-
-    Each field is covered twice, so that no hairline is left between two.
-    """
-    u = np.unique(np.concatenate([outline[:, 0], printed.u]))
-    v = np.unique(np.concatenate([outline[:, 1], printed.v]))
-    middle_u, middle_v = (u[1:] + u[:-1]) / 2, (v[1:] + v[:-1]) / 2
-    x, y = np.meshgrid(middle_u, middle_v)
-    black = printed.at(x.ravel(), y.ravel()).reshape(x.shape) < 0.5
-    for fields, first, second, turned in ((black, u, v, False), (black.T, v, u, True)):
-        for k, row in enumerate(fields):
-            ends = np.flatnonzero(np.diff(np.concatenate([[0], row.astype(int), [0]])))
-            for start, stop in ends.reshape(-1, 2):
-                a, b, c, d = first[start], first[stop], second[k], second[k + 1]
-                corners = np.array([[a, c], [b, c], [b, d], [a, d]])
-                yield corners[:, ::-1] if turned else corners
+    axes.text(x_mm, y_mm + 0.8, f"{length_mm} mm", fontsize=6, va="top")
 
 
 def _counts(text: str) -> tuple[int, int]:
@@ -161,7 +146,7 @@ def add(commands: Any) -> None:
     verb = add_verb(
         commands,
         "board",
-        "a board to print, to scale",
+        "a target to print, to scale",
         _board,
         about=ABOUT,
         example="palpate board charuco --squares 7x5 --square-mm 15 --output board.pdf",

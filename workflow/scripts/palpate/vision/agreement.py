@@ -20,7 +20,7 @@ from palpate.capture.images import depth_of, read_image
 from palpate.capture.tables import FRAMES, image_streams, read_frames
 from palpate.units import MILLIMETRES
 from palpate.vision.camera import PinholeCamera, camera_from_spec
-from palpate.vision.marker import board_of, find_corners
+from palpate.vision.marker import board_of
 from palpate.vision.probe import marker_transforms
 from palpate.vision.windows import grey
 
@@ -151,7 +151,7 @@ def _in_pairs(paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: M
     camera, printed = camera_from_spec(sensor["color"]), board_of(marker)
     found = []
     for path, board in zip(paths, boards, strict=True):
-        right = find_corners(grey(read_image(path, sensor["color"]["encoding"])), printed)
+        right = printed.find(grey(read_image(path, sensor["color"]["encoding"])))
         if right is None:
             continue
         seen = np.isfinite(right[:, 0])

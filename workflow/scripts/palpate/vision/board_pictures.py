@@ -1,4 +1,4 @@
-"""Pictures of a board in folders, as people keep them: one folder for each camera."""
+"""Pictures of a target in folders, as people keep them: one folder for each camera."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.vision.board import FlatBoard, board_views
+from palpate.vision.board import FlatBoard
 from palpate.yaml_files import one_line
 
 ENDINGS = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
@@ -40,7 +40,7 @@ class BoardPictures:
 
 
 def read_pictures(folders: Sequence[Path], board: FlatBoard) -> list[BoardPictures]:
-    """Find a board in the pictures of one or two folders.
+    """Find a target in the pictures of one or two folders.
 
     Pictures of two folders are pairs by equal names, or else in the order of their names.
 
@@ -48,45 +48,42 @@ def read_pictures(folders: Sequence[Path], board: FlatBoard) -> list[BoardPictur
     ------
     ValueError
         If a folder has no pictures, one can't be read or is of another size, none shows the
-        board, or two folders without equal names have different numbers of pictures.
+        target, or two folders without equal names have different numbers of pictures.
     """
     files = [_pictures(folder) for folder in folders]
-    names = [[path.stem for path in own] for own in files]
-    for own, folder in zip(names, folders, strict=True):
-        if len(set(own)) < len(own):
-            twice = next(name for name in own if own.count(name) > 1)
+    if len(files) > 1 and not set(files[0]) & set(files[1]):
+        if len(files[0]) != len(files[1]):
             raise ValueError(
-                f"{folder}: names: expected one picture of a name, found {twice} twice"
+                f"{folders[1]}: pictures: expected {len(files[0])} as in {folders[0]}, or equal"
+                f" names, found {len(files[1])}"
             )
-    if len(folders) > 1 and not set(names[0]) & set(names[1]):
-        counts = [len(own) for own in names]
-        if counts[0] != counts[1]:
-            raise ValueError(
-                f"{folders[1]}: pictures: expected {counts[0]} as in {folders[0]}, or equal names,"
-                f" found {counts[1]}"
-            )
-        names[1] = names[0]
-    return [
-        _found(folder, dict(zip(own, paths, strict=True)), board)
-        for folder, own, paths in zip(folders, names, files, strict=True)
-    ]
+        files[1] = dict(zip(files[0], files[1].values(), strict=True))
+    return [_found(*of_folder, board) for of_folder in zip(folders, files, strict=True)]
 
 
-def _pictures(folder: Path) -> list[Path]:
-    found = sorted(p for p in folder.iterdir() if p.suffix.lower() in ENDINGS and p.is_file())
-    if not found:
+def _pictures(folder: Path) -> dict[str, Path]:
+    """Pictures of a folder by name, in the order of their names."""
+    paths = sorted(p for p in folder.iterdir() if p.suffix.lower() in ENDINGS and p.is_file())
+    if not paths:
         raise ValueError(f"{folder}: pictures: expected PNG, TIFF or JPEG files, found none")
+    found: dict[str, Path] = {}
+    for path in paths:
+        if path.stem in found:
+            raise ValueError(
+                f"{folder}: names: expected one picture of a name, found {path.stem} twice"
+            )
+        found[path.stem] = path
     return found
 
 
-def _found(folder: Path, files: dict[str, Path], board: FlatBoard) -> BoardPictures:
+def _found(folder: Path, files: Mapping[str, Path], board: FlatBoard) -> BoardPictures:
     images, coloured = {}, False
     for name, path in files.items():
         image = _read(path)
         coloured |= image.ndim == 3
         images[name] = _grey(image)
-        if images[name].shape != next(iter(images.values())).shape:
-            (h, w), (height, width) = images[name].shape, next(iter(images.values())).shape
+        (height, width), (h, w) = next(iter(images.values())).shape, images[name].shape
+        if (height, width) != (h, w):
             raise ValueError(
                 f"{path}: picture: expected {width} x {height} pixels as the first, found {w} x {h}"
             )
@@ -96,14 +93,20 @@ def _found(folder: Path, files: dict[str, Path], board: FlatBoard) -> BoardPictu
 def board_in(
     source: str | Path, images: Mapping[str, NDArray], board: FlatBoard, *, coloured: bool = False
 ) -> BoardPictures:
-    """Find a board in grey pictures (h, w) of one size, by view.
+    """Find a target in grey pictures (h, w) of one size, by view.
 
     Raises
     ------
     ValueError
-        If none shows the board.
+        If none shows the target.
     """
-    corners, missing = board_views(list(images.items()), board)
+    corners, missing = {}, {}
+    for view, grey in images.items():
+        found = board.find(grey)
+        if found is None:
+            missing[view] = "the target was not found"
+        else:
+            corners[view] = found
     if not corners:
         found = f"none in {len(images)} pictures"
         raise ValueError(f"{source}: pictures: expected {board.described}, found {found}")

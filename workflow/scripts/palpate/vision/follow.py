@@ -1,4 +1,4 @@
-"""The probe through a film."""
+"""Poses of the probe, or of a target, in a folder's frames."""
 
 import logging
 from collections.abc import Mapping
@@ -24,7 +24,7 @@ def followed(
     Parameters
     ----------
     folder : path
-        Folder of a capture, or of a film without force.
+        Folder of a capture, or of a recording without force.
     sensor, probe : mapping
         Specifications.
     options : ProbePose
@@ -55,12 +55,12 @@ def followed(
 def board_followed(
     folder: str | Path, sensor: Mapping, marker: Mapping, options: ProbePose
 ) -> pd.DataFrame:
-    """Poses of a board in the frames of a folder that show it.
+    """Poses of a target in the frames of a folder that show it.
 
     Parameters
     ----------
     folder : path
-        Folder of a film.
+        Folder of a recording.
     sensor, marker : mapping
         The sensor's file, and the block of a probe's.
     options : ProbePose
@@ -68,13 +68,13 @@ def board_followed(
     Returns
     -------
     DataFrame
-        ``frame, time_s, detected`` and the board's pose, as `palpate.vision.probe.track_probe`
+        ``frame, time_s, detected`` and the target's pose, as `palpate.vision.probe.track_probe`
         has them.
 
     Raises
     ------
     ValueError
-        If no frame shows the board, or as `require_agreement` does.
+        If no frame shows the target, or as `require_agreement` does.
     """
     frames = Stream(folder, sensor, samples=True)
     threshold_px = sensor["marker"]["reprojection_threshold_px"]
@@ -92,10 +92,9 @@ def board_followed(
             f"{folder}: marker: expected its corners within {threshold_px:g} px, found in none of"
             f" {len(found)} frames"
         )
-    poses = marker_columns(np.array([found[k][0].camera_from_marker for k in seen]))
-    poses.insert(0, "frame", seen)
-    poses.insert(1, "time_s", read_frames(folder)["time_s"].to_numpy()[seen])
-    poses.insert(2, "detected", 1)
-    by_frame = poses.set_index("frame").reindex(range(len(found)))
-    require_agreement(folder, sensor, marker, by_frame)
+    transforms = np.array([found[k][0].camera_from_marker for k in seen])
+    times_s = read_frames(folder)["time_s"].to_numpy()[seen]
+    poses = pd.DataFrame({"frame": seen, "time_s": times_s, "detected": 1})
+    poses = poses.join(marker_columns(transforms))
+    require_agreement(folder, sensor, marker, poses.set_index("frame").reindex(range(len(found))))
     return poses

@@ -1,4 +1,4 @@
-"""The probe's board in an image: its corners (Section 4.2.2)."""
+"""The target that a file describes, followed through images by its corners (Section 4.2.2)."""
 
 from collections.abc import Mapping
 
@@ -9,51 +9,21 @@ from palpate.vision.board import Board, FlatBoard
 from palpate.vision.corners import Region
 from palpate.vision.tags import april_grid, charuco
 
-# Margin of the region in which the board is looked for, as a part of the corners' extent: the
+# Margin of the region in which the target is looked for, as a part of the corners' extent: the
 # outer squares take up to half of it, the rest is for motion.
 MARGIN = 0.9
 
 
 def board_of(marker: Mapping) -> FlatBoard:
-    """Make the board that a ``marker`` block of a probe's file, or a board's file, describes.
-
-    Raises
-    ------
-    ValueError
-        If no such board can be printed.
-    """
-    kind = marker.get("kind", "checkerboard")
-    if kind == "checkerboard":
-        return Board(*marker["inner_corners"], float(marker["square_m"]))
-    if kind == "charuco":
-        sides_m = float(marker["square_m"]), float(marker["tag_m"])
-        first = marker.get("white_first", False)
-        return charuco(tuple(marker["squares"]), *sides_m, marker["dictionary"], white_first=first)
-    sides_m, turns = (float(marker["tag_m"]), float(marker["gap_m"])), marker.get("tag_turns", 0)
-    return april_grid(tuple(marker["tags"]), *sides_m, marker["dictionary"], turns=turns)
-
-
-def find_corners(grey: NDArray, board: FlatBoard, region: Region | None = None) -> NDArray | None:
-    """Find the board's corners.
-
-    Parameters
-    ----------
-    grey : (h, w) uint8 array
-    board : FlatBoard
-    region : Region, optional
-        Part of the image to look in; the whole is searched when nothing is found there.
-
-    Returns
-    -------
-    (n, 2) array or None
-        Pixel coordinates, NaN where a corner is not seen [px]; None when the board is not seen.
-    """
-    corners = None if region is None else board.find(grey, region)
-    return board.find(grey) if corners is None else corners
+    """Make the target that a ``marker`` block, as `palpate.config.probe.TargetSpec`, describes."""
+    tagged = {"charuco": charuco, "aprilgrid": april_grid}
+    if make := tagged.get(marker.get("kind")):
+        return make(marker)
+    return Board(*marker["inner_corners"], float(marker["square_m"]))
 
 
 def expected_region(last: NDArray, before: NDArray | None, shape: tuple[int, int]) -> Region | None:
-    """Where the board should be next, moving on as it did.
+    """Where the target should be next, moving on as it did.
 
     Parameters
     ----------
@@ -78,7 +48,7 @@ def expected_region(last: NDArray, before: NDArray | None, shape: tuple[int, int
 
 
 class CornerFollower:
-    """Find the board frame by frame: where its motion leads, then in the whole picture.
+    """Find the target frame by frame: where its motion leads, then in the whole picture.
 
     Parameters
     ----------
@@ -87,7 +57,7 @@ class CornerFollower:
     Attributes
     ----------
     faults : list of ValueError
-        Of pictures that seem to show another board, which count as not showing it.
+        Of pictures that seem to show another target, which count as not showing it.
     """
 
     def __init__(self, board: FlatBoard) -> None:
@@ -96,14 +66,16 @@ class CornerFollower:
 
     def __call__(self, grey: NDArray) -> NDArray | None:
         """Corners (n, 2) in the next frame, a (h, w) uint8 array [px]; None when it is not seen."""
-        region = None
+        region, corners = None, None
         if self.last is not None:
             region = expected_region(self.last, self.before, grey.shape)
         try:
-            corners = find_corners(grey, self.board, region)
+            if region is not None:
+                corners = self.board.find(grey, region)
+            if corners is None:
+                corners = self.board.find(grey)
         except ValueError as error:
             self.faults.append(error)
-            corners = None
         if corners is None:
             self.before = None
         else:
@@ -111,7 +83,7 @@ class CornerFollower:
         return corners
 
     def require_right(self) -> None:
-        """Reject a film most of whose pictures seem to show another board, by a `ValueError`."""
+        """Reject a recording most of whose pictures seem to show another, by a `ValueError`."""
         if len(self.faults) > self.seen:
             count = f"{len(self.faults)} of {len(self.faults) + self.seen} pictures with tags"
             raise ValueError(f"{self.faults[0]} (so in {count})")

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from palpate.vision.board import FlatBoard
-from palpate.vision.board_picture import pixel_sizes, place_derivatives
+from palpate.vision.board import FlatBoard, pixel_sizes, place_derivatives
 from palpate.vision.camera import PinholeCamera, pixel_rays
 from palpate.vision.pose import corner_cofactor
 
