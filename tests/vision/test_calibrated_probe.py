@@ -9,6 +9,7 @@ from palpate.estimate.direct.rig import ProbeUncertainty
 from palpate.vision.calibrated_probe import calibrated_probe
 from palpate.vision.probe import marker_from_tip
 from scipy.spatial.transform import Rotation
+from turned_handle import TIP_M
 
 COMPLIANCE_M_N, STD_M_N = 5e-5, 4e-6
 
@@ -33,6 +34,15 @@ def load(tmp_path, probe):
         return path
 
     return written
+
+
+def tip(folder, tip_m=TIP_M, std_m=1e-5, **changed):
+    """Write what of tip.json a probe takes."""
+    covariance = (np.eye(3) * std_m**2).tolist()
+    fields = {"tip_m": np.array(tip_m).tolist(), "tip_covariance_m2": covariance} | changed
+    path = folder / "tip.json"
+    path.write_text(json.dumps(fields))
+    return path
 
 
 def test_load_and_axes_are_asked_for_apart(load, probe):
@@ -68,16 +78,41 @@ def test_a_tip_is_held_to_where_the_file_has_it_however_axes_turn(
 ):
     """Axes that turn by 15 degrees move a tip that they carry along by 16 mm, along the off one."""
     asks = probe | {"axes": "calibration", "tip": "calibration"}
-    load_path, path, stated = load(turn_deg=15.0), tmp_path / "tip.json", marker_from_tip(probe)
-    tip_m = stated[:3, 3] - off_m * np.array(probe["marker_from_force"])[:3, 0]
-    fields = {"tip_m": tip_m.tolist(), "tip_covariance_m2": (np.eye(3) * 1e-10).tolist()}
-    path.write_text(json.dumps(fields))
+    stated = marker_from_tip(probe)[:3, 3]
+    tip_m = stated - off_m * np.array(probe["marker_from_force"])[:3, 0]
+    paths = [load(turn_deg=15.0), tip(tmp_path, tip_m)]
     if serves:
-        found = marker_from_tip(calibrated_probe(asks, [load_path, path]))
+        found = marker_from_tip(calibrated_probe(asks, paths))
         np.testing.assert_allclose(found[:3, 3], tip_m, atol=1e-12)
     else:
         with pytest.raises(ValueError, match="expected within 20 mm .* found it 21 mm away"):
-            calibrated_probe(asks, [load_path, path])
+            calibrated_probe(asks, paths)
+
+
+def test_a_tip_and_its_covariance(tmp_path, probe):
+    tip_m = TIP_M + [0.001, 0, 0]
+    path = tip(tmp_path, tip_m, std_m=3e-5)
+    taken = calibrated_probe(probe | {"tip": "calibration"}, [path])
+    found, known = marker_from_tip(taken), ProbeUncertainty.of(taken)
+    np.testing.assert_allclose(found[:3, 3], tip_m, atol=1e-12)
+    np.testing.assert_allclose(found[:3, :3], marker_from_tip(probe)[:3, :3])
+    np.testing.assert_allclose(known.tip_covariance_m2, np.eye(3) * 9e-10)
+    assert known.tip == "calibrated"
+    assert calibrated_probe(probe, [path]) is probe
+
+
+@pytest.mark.parametrize(
+    ("changed", "line"),
+    [
+        ({"tip_m": [0.03, 0.2, 0.08]}, "tip_m: expected within 20 mm .* 30 mm away"),
+        ({"std_m": 0.002}, "told to 0.2 mm, found one to 2 mm"),
+        ({"tip_m": None}, "tip_m: expected finite numbers"),
+        ({"tip_covariance_m2": np.triu(np.ones((3, 3))).tolist()}, "expected a symmetric"),
+    ],
+)
+def test_a_tip_that_does_not_serve(tmp_path, probe, changed, line):
+    with pytest.raises(ValueError, match=f"tip.json: .*{line}"):
+        calibrated_probe(probe | {"tip": "calibration"}, [tip(tmp_path, **changed)])
 
 
 @pytest.mark.parametrize(

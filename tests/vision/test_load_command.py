@@ -2,18 +2,14 @@
 
 import json
 
-import cv2
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
 from palpate.capture.tables import WRENCH_COLUMNS, write_table
-from palpate.vision.camera import camera_from_spec
 from palpate.vision.force import weight_wrenches
-from palpate.vision.marker import board_of
 from palpate.vision.probe import marker_columns
-from palpate.vision.rests import find_rests
-from printed_boards import noisy, picture
+from palpate.vision.static_poses import static_poses
 from scipy.spatial.transform import Rotation
 from turned_handle import held_free
 
@@ -32,6 +28,12 @@ def wrenches(poses, probe):
 
 
 @pytest.fixture
+def devices(root):
+    sensor = root / "tests/sample/sensors/bumblebee.yaml"
+    return "--sensor", sensor, "--board", root / "config/probes/nano25_sphere.yaml"
+
+
+@pytest.fixture
 def table(tmp_path, probe):
     path, poses = tmp_path / "poses.csv", held_free()
     noisy = wrenches(poses, probe) + NOISE * np.random.default_rng(0).standard_normal((12, 6))
@@ -40,10 +42,9 @@ def table(tmp_path, probe):
     return path
 
 
-def test_a_table(table, given, tmp_path, root, probe):
+def test_a_table(table, given, tmp_path, devices, probe):
     out = tmp_path / "load.json"
-    file = root / "config/probes/nano25_sphere.yaml"
-    text = given(table, *VERTICAL, "--board", file, "--output", out)
+    text = given(table, *VERTICAL, *devices[2:], "--output", out)
     assert "mass: told, to" in text and "rotation: told, to" in text
     blocks = yaml.safe_load(text[text.index("\nload:") : text.index("written")])
     assert blocks["load"]["mass_kg"] == pytest.approx(LOAD["mass_kg"], abs=3e-4)
@@ -91,7 +92,15 @@ def test_the_tables_plane_is_a_vertical(table, given, tmp_path):
     assert given(table, "--plane", plane) == given(table, *VERTICAL)
 
 
-def test_rests_of_a_film(probe):
+def recorded(time_s, turns, samples_s, wrench):
+    """Tables of poses and forces of a recording."""
+    poses = np.tile(np.eye(4), (len(time_s), 1, 1))
+    poses[:, :3, :3] = turns.as_matrix()
+    table = marker_columns(poses).assign(frame=range(len(time_s)), time_s=time_s)
+    return table, pd.DataFrame(wrench, columns=list(WRENCH_COLUMNS)).assign(time_s=samples_s)
+
+
+def test_static_poses_of_a_recording(probe):
     """Held for two seconds each, and turned within one; what is turned tells nothing."""
     poses, rng = held_free(8), np.random.default_rng(2)
     turns = Rotation.from_matrix(poses[:, :3, :3])
@@ -107,8 +116,7 @@ def test_rests_of_a_film(probe):
     nearest = np.clip((samples_s * 10).round().astype(int), 0, len(time_s) - 1)
     clean = wrenches(way.as_matrix(), probe)[nearest]
     record = clean + np.repeat([0.03, 3e-4], 3) * rng.standard_normal(clean.shape)
-    frames = np.arange(len(time_s))
-    found = find_rests(frames, time_s, seen.as_matrix(), samples_s, record)
+    found = static_poses(*recorded(time_s, seen, samples_s, record), probe)
     # The last pose is held to the end.
     assert len(found.names) == 8
     np.testing.assert_allclose(found.wrench[:7], wrenches(poses, probe)[:7], atol=0.01)
@@ -116,84 +124,18 @@ def test_rests_of_a_film(probe):
     assert off.std() == pytest.approx(1, abs=0.4)
 
 
-def test_a_hand_that_never_rests():
-    turns = Rotation.from_rotvec(np.linspace(0, 6, 60)[:, None] * [1.0, 0, 0]).as_matrix()
-    time_s = np.arange(60) / 10
+def test_an_operator_who_never_rests(probe):
+    turns = Rotation.from_rotvec(np.linspace(0, 6, 60)[:, None] * [1.0, 0, 0])
+    tables = recorded(np.arange(60) / 10, turns, np.arange(6000) / 1e3, np.zeros((6000, 6)))
     with pytest.raises(ValueError, match="expected the probe to be held still for 1 s"):
-        find_rests(np.arange(60), time_s, turns, np.arange(6000) / 1e3, np.zeros((6000, 6)))
+        static_poses(*tables, probe)
 
 
-def test_a_film(tmp_path, given, root, probe):
-    """Six poses of a second and a half, by a stereo head with its noise."""
-    sensor = root / "tests/sample/sensors/bumblebee.yaml"
-    spec = yaml.safe_load(sensor.read_text())
-    camera, baseline_m = camera_from_spec(spec["color"]), spec["stereo"]["baseline_m"]
-    board, rng = board_of(probe["marker"]), np.random.default_rng(4)
-    way = np.arange(6) * np.pi / 3
-    spin = 0.5 * (-1.0) ** np.arange(6)
-    lean = np.deg2rad(35) * np.column_stack([np.cos(way), np.sin(way), spin])
-    poses = np.tile(np.eye(4), (6, 1, 1))
-    poses[:, :3, :3] = Rotation.from_rotvec(lean).as_matrix()
-    poses[:, :3, 3] = [-0.03, -0.02, 0.5]
-    shifts = {"left": 0.0, "right": baseline_m}
-    rows = []
-    for k, pose in enumerate(poses):
-        for side, shift_m in shifts.items():
-            (tmp_path / side).mkdir(exist_ok=True)
-            seen = pose.copy()
-            seen[0, 3] -= shift_m
-            clean = picture(board, seen, camera)
-            for j in range(12 * k, 12 * k + 12):
-                cv2.imwrite(str(tmp_path / side / f"{j:06d}.png"), noisy(clean, rng))
-        rows += [
-            {"frame": j, "time_s": j / 8} | {side: f"{side}/{j:06d}.png" for side in shifts}
-            for j in range(12 * k, 12 * k + 12)
-        ]
-    write_table(tmp_path / "frames.csv", pd.DataFrame(rows))
-    time_s = np.arange(-0.2, 9.2, 1e-3)
-    clean = wrenches(poses, probe)[np.clip(time_s / 1.5, 0, 5).astype(int)]
-    noise = np.repeat([0.02, 2e-4], 3) * rng.standard_normal(clean.shape)
-    record = pd.DataFrame(clean + noise, columns=list(WRENCH_COLUMNS))
-    write_table(tmp_path / "force.csv", pd.DataFrame({"time_s": time_s}).join(record))
-    text = given(
-        tmp_path,
-        *VERTICAL,
-        "--sensor",
-        sensor,
-        "--board",
-        root / "config/probes/nano25_sphere.yaml",
-        "--output",
-        tmp_path / "load.json",
-    )
-    assert ": 6 poses" in text
-    found = json.loads((tmp_path / "load.json").read_text())
-    assert found["mass_kg"] == pytest.approx(LOAD["mass_kg"], abs=1e-3)
-    np.testing.assert_allclose(found["centre_of_mass_m"], LOAD["centre_of_mass_m"], atol=1e-3)
-    typed = np.array(probe["marker_from_force"])[:3, :3]
-    turn = np.array(found["marker_from_force_rotation"]).T @ typed
-    assert np.degrees(Rotation.from_matrix(turn).magnitude()) < 1
-
-
-def test_a_film_without_the_board(refused, root):
-    folder = root / "tests/sample/raw/foam_block/bumblebee/background"
-    files = (
-        "--sensor",
-        root / "tests/sample/sensors/bumblebee.yaml",
-        "--board",
-        root / "config/probes/nano25_sphere.yaml",
-    )
-    assert "background: marker: expected its corners" in refused(folder, *VERTICAL, *files)
-
-
-def test_a_press_is_no_load(refused, root):
-    folder = root / "tests/sample/raw/foam_block/bumblebee/08"
-    files = (
-        "--sensor",
-        root / "tests/sample/sensors/bumblebee.yaml",
-        "--board",
-        root / "config/probes/nano25_sphere.yaml",
-    )
-    assert "at least 6, found" in refused(folder, *VERTICAL, *files)
+def test_recordings_of_something_else(refused, root, devices):
+    folder = root / "tests/sample/raw/foam_block/bumblebee"
+    line = refused(folder / "background", *VERTICAL, *devices)
+    assert "background: marker: expected its corners" in line
+    assert "at least 6, found" in refused(folder / "08", *VERTICAL, *devices)
 
 
 def test_what_is_not_given(table, refused, tmp_path):

@@ -1,10 +1,8 @@
-"""Load and stiffness of a probe that the lab knows, by films: the commands and the stages."""
+"""Payload and compliance of a probe that the lab knows: the commands and the stages."""
 
 import json
 import shutil
-from itertools import product
 
-import cv2
 import numpy as np
 import pandas as pd
 import pytest
@@ -26,7 +24,7 @@ from palpate.vision.force import wrenches
 from scipy.spatial.transform import Rotation
 
 HELD = {"poses": 7, "hold_s": 1.45, "turn_s": 0.55, "frame_rate_hz": 3}
-EACH, APART_S = 6, 2.0
+EACH = 6
 PRESSED = {"presses": 1, "press_s": 6.0, "rest_s": 1.0, "frame_rate_hz": 4}
 STIFFNESS_N_M, SOFT_N_M = 5000, 1000
 
@@ -70,6 +68,20 @@ def ran(root, capsys):
     return run
 
 
+@pytest.fixture
+def staged(stage, sensor, probe, tmp_path):
+    """Run the stage of a recording; gives the path of its result, or the line that it ends with."""
+
+    def run(folder):
+        made = tmp_path / f"{folder.name}.json"
+        params = {"part": folder.name, "sensor": sensor, "probe": probe, "options": {}}
+        params |= {"more": {"support_plane": {}, "force": {}, "seed": 1}}
+        files = {"inputs": {"film": folder}, "outputs": {"fields": made.name}}
+        return stage("probe_calibration", **files, params=params) or made
+
+    return run
+
+
 def part_of(folder, frames, place):
     """The film's rows of some frames alone."""
     new = shutil.copytree(folder, place / folder.name)
@@ -95,33 +107,11 @@ def test_a_load(held, ran, sensor, tmp_path):
         assert (np.abs(error) < 3.5 * deviation).all(), part
 
 
-def test_five_poses_are_too_few(held, ran, tmp_path):
-    folder, _ = held
-    status, line = ran(part_of(folder, 5 * EACH, tmp_path))
-    assert status == 1
-    assert line == f"error: {tmp_path}/load: poses: expected at least 6, found 5\n"
-
-
-def test_one_pose_again_and_again(held, ran, tmp_path):
-    """The first rest eight times, as of a hand that lets go of the record in between."""
-    new = part_of(held[0], EACH - 1, tmp_path)
-    frames, force = read_frames(new), read_force(new)
-    force = force[force["time_s"] < HELD["hold_s"]]
-    films, records = [], []
-    for k in range(8):
-        later = frames.assign(frame=10 * k + frames["frame"])
-        for row, side in product(range(len(frames)), ("left", "right")):
-            picture = cv2.imread(str(new / frames[side][row]), cv2.IMREAD_UNCHANGED)
-            picture[0, k] ^= 1  # no two pictures of a camera are the same
-            later.loc[row, side] = f"{side}/{10 * k + row:06d}.png"
-            cv2.imwrite(str(new / later[side][row]), picture)
-        films.append(later.assign(time_s=frames["time_s"] + APART_S * k))
-        records.append(force.assign(time_s=force["time_s"] + APART_S * k))
-    write_frames(new, pd.concat(films))
-    write_force(new, pd.concat(records))
-    status, line = ran(new)
-    assert status == 1
-    assert "load: poses: expected the vertical to turn by 10 degrees or more" in line
+def test_five_poses_are_too_few(held, ran, staged, tmp_path):
+    few = part_of(held[0], 5 * EACH, tmp_path)
+    line = f"{few}: poses: expected at least 6, found 5"
+    assert ran(few) == (1, f"error: {line}\n")
+    assert line in staged(few)
 
 
 def test_a_film_without_a_vertical(held, ran, tmp_path):
@@ -159,23 +149,6 @@ def test_a_capture_of_foam(root, ran, tmp_path):
     assert line == f"error: {folder}: force: {expected}\n"
 
 
-@pytest.fixture
-def staged(stage, sensor, probe, tmp_path):
-    """Run the stage of a film; gives the path of its result, or the line that it ends with."""
-
-    def run(folder, of=probe):
-        made = tmp_path / f"{folder.name}.json"
-        params = {"part": folder.name, "sensor": sensor, "probe": of, "options": {}}
-        params |= {"more": {"support_plane": {}, "force": {}, "seed": 1}}
-        outputs = {"fields": made.name}
-        return (
-            stage("probe_calibration", inputs={"film": folder}, outputs=outputs, params=params)
-            or made
-        )
-
-    return run
-
-
 def test_stages_give_a_probe_its_numbers(held, pressed, staged, probe):
     paths = staged(held[0]), staged(pressed[0])
     assert {json.loads(path.read_text())["probe"] for path in paths} == {probe["probe"]}
@@ -193,14 +166,6 @@ def test_stages_give_a_probe_its_numbers(held, pressed, staged, probe):
     assert abs(off_m_n) < 2.5 * found["compliance_std_m_n"]
     known = ProbeUncertainty.of(found)
     assert known.compliance_std_m_n and found["axes_std_rad"] and found["load"]["mass_std_kg"]
-
-
-def test_stages_want_a_probe_and_a_table(held, pressed, staged, tmp_path):
-    for film in (held, pressed):
-        line = staged(film[0], None)
-        assert "experiments.probe: expected the recorded probe, found none" in line
-    few = part_of(held[0], 5 * EACH, tmp_path)
-    assert f"{few}: poses: expected at least 6, found 5" in staged(few)
 
 
 def test_numbers_of_few_steps(held, ran, probe, sensor, tmp_path):

@@ -1,4 +1,4 @@
-"""The stage that finds the tip, on a film that the lab made."""
+"""The stage that finds the tip, and the command, on a recording that the lab made."""
 
 import json
 
@@ -19,38 +19,26 @@ PIVOT = {
     "tremor_deg": 0.3,
     "camera": {"target_m": [0.0, 0.0, 0.11], "distance_m": 0.65, "elevation_deg": 30},
 }
-
-
-# As the validation draws its rigs.
-DRAWN = {"focal": 0.001, "principal_px": 0.5, "distortion_px": 0.3}
+PART = "tip"
+SENSOR, PROBE = "tests/sample/sensors/bumblebee.yaml", "config/probes/nano25_sphere.yaml"
 
 
 @pytest.fixture(scope="module")
 def sensor(root):
-    return yaml.safe_load((root / "tests/sample/sensors/bumblebee.yaml").read_text())
+    return yaml.safe_load((root / SENSOR).read_text())
 
 
 @pytest.fixture(scope="module")
-def film(root, sensor, probe, tmp_path_factory):
-    """Film the handle with the smaller stereo head, or one that is drawn."""
+def recorded(root, sensor, probe, tmp_path_factory):
+    """A recording of the handle by the smaller stereo head, and where its probe's tip really is."""
     lab = yaml.safe_load((root / "config/lab.yaml").read_text())
     apart = ("objects", "experiments", "simulated_block", "laser")
     common = {key: value for key, value in lab.items() if key not in apart}
-
-    def made(spec, options=PIVOT):
-        folder = tmp_path_factory.mktemp("sensors") / "pivot"
-        folder.mkdir()
-        bench, device = bare_bench(common, name="pivot"), device_of(common, spec, sensor)
-        rig = make_rig(common, device, options["camera"], bench)
-        return folder, record_pivot(folder, rig, common, options, probe, seed=[1])["tip_m"]
-
-    return made
-
-
-@pytest.fixture(scope="module")
-def filmed(film):
-    """A film, and where its probe's tip really is."""
-    return film({})
+    folder = tmp_path_factory.mktemp("sensors") / "pivot"
+    folder.mkdir()
+    bench, device = bare_bench(common, name="pivot"), device_of(common, {}, sensor)
+    rig = make_rig(common, device, PIVOT["camera"], bench)
+    return folder, record_pivot(folder, rig, common, PIVOT, probe, seed=[1])["tip_m"]
 
 
 @pytest.fixture
@@ -66,41 +54,27 @@ def found(stage, sensor, probe, tmp_path):
     return run
 
 
-def test_the_labs_film_is_a_recording(filmed, sensor):
-    assert not check_experiment(filmed[0], sensor)
-
-
-def test_the_tip_is_found(filmed, found):
-    folder, tip_m = filmed
+def test_the_tip_is_found(recorded, found, given, sensor, root, tmp_path):
+    """By the stage, and as well by the command."""
+    folder, tip_m = recorded
+    assert not check_experiment(folder, sensor)
     told = found(folder)
     assert told["poses"] == 12
     assert np.linalg.norm(told["tip_m"] - tip_m) < 2e-4
     off = told["tip_m"] - tip_m
     assert off @ np.linalg.solve(told["tip_covariance_m2"], off) < 20
+    out = tmp_path / "by_command.json"
+    devices = "--sensor", root / SENSOR, "--board", root / PROBE
+    assert "12 poses" in given(folder, *devices, "--output", out)
+    assert json.loads(out.read_text()) == told
 
 
-def test_a_probe_must_be_named(filmed, found):
-    assert "experiments.probe: expected the recorded probe, found none" in found(filmed[0], None)
-
-
-def test_a_few_frames_are_refused(filmed, found, tmp_path):
-    folder, _ = filmed
+def test_a_probe_must_be_named_and_a_few_frames_are_rejected(recorded, found, tmp_path):
+    folder, _ = recorded
+    assert "experiments.probe: expected the recorded probe, found none" in found(folder, None)
     short = tmp_path / "pivot"
     short.mkdir()
     for side in ("left", "right"):
         (short / side).symlink_to(folder / side)
     write_frames(short, read_frames(folder)[:9])
     assert f"{short}: poses: expected at least 10, found 9" in found(short)
-
-
-@pytest.mark.long
-def test_deviations_hold_for_cameras_that_the_lab_draws(film, found):
-    """What each camera is wrong by is alike in all frames of its film."""
-    square = []
-    for rig in range(6):
-        folder, tip_m = film({"device": DRAWN, "rig": f"drawn_{rig}"}, PIVOT | {"frames": 20})
-        told = found(folder)
-        off = told["tip_m"] - tip_m
-        square.append(off @ np.linalg.solve(told["tip_covariance_m2"], off) / 3)
-    # The mean's own deviation is 0.33.
-    assert np.mean(square) == pytest.approx(1, abs=0.7)

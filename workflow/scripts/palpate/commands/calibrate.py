@@ -1,19 +1,384 @@
-"""The command ``palpate calibrate``: what of a rig must be measured before the objects are."""
+"""The command ``palpate calibrate``: the rig's cameras, and the probe by itself."""
 
+import argparse
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
+from math import degrees, isfinite
+from pathlib import Path
 from typing import Any
 
-from palpate.commands import calibrate_camera, calibrate_probe
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
-# In the order in which a person needs them.
-PARTS = (calibrate_camera, calibrate_probe)
+from palpate.capture.check_capture import check_capture
+from palpate.capture.curves.columns import DEPTH, FORCE, column_of, numbers_of
+from palpate.capture.curves.export import read_export
+from palpate.capture.devices import read_device
+from palpate.capture.discover import BACKGROUND
+from palpate.capture.experiments import check_film
+from palpate.capture.files import write_text
+from palpate.capture.tables import FRAMES, WRENCH_COLUMNS, columns_of, read_force, read_table
+from palpate.commands import calibrate_camera
+from palpate.commands.help import add_columns, add_verb, sure
+from palpate.config.model import FILL_IN, blank_fields, problems
+from palpate.config.probe import ProbeSpec, TargetFile
+from palpate.units import MILLIMETRES, MILLINEWTONS
+from palpate.vision.calibrated_probe import FARTHEST_M, with_tip_at
+from palpate.vision.compliance import Compliance, digits, find_compliance, recorded_press
+from palpate.vision.follow import board_followed
+from palpate.vision.marker import board_of
+from palpate.vision.options import Force, ProbePose
+from palpate.vision.payload import BIAS_N, BIAS_NM, CENTRE, Payload, find_payload
+from palpate.vision.pivot import Pivot, find_pivot, recorded_pivot
+from palpate.vision.pose_files import read_poses, turns_of
+from palpate.vision.probe import marker_from_tip, marker_transforms
+from palpate.vision.static_poses import StaticPoses, static_poses
+from palpate.vision.support_plane import read_plane
+from palpate.yaml_files import load_yaml
+
+TIP = """\
+Find where the centre of the ball is in the frame of the probe's board: rest the ball in a dimple,
+film the board, and lean the handle by 30 degrees to all sides, for 200 frames.
+It takes a film (a folder with frames.csv) with the files of the sensor and of the board or probe;
+a table of poses as probe_pose.csv has them (marker_qx, marker_qy, marker_qz, marker_qw,
+marker_x_m, marker_y_m, marker_z_m, camera from board); or a folder of text files with a matrix of
+4 x 4 numbers in each. Frames that are off are named and left out.
+"""
+LOAD = """\
+Find mass and centre of mass of what hangs on the force sensor, its zeros, and how it is turned
+against the probe's board: hold the probe free in the air for two seconds each in twelve poses, tip
+down, up, level to four sides and between, and film the board. A pose in which something else
+touches the probe is named and left out.
+It takes a film (a folder with frames.csv and force.csv) with the files of sensor and probe, or a
+table with a row for each pose: the board's rotation as probe_pose.csv has it (marker_qx,
+marker_qy, marker_qz, marker_qw) and the mean wrench (fx_n, fy_n, fz_n, tx_nm, ty_nm, tz_nm).
+The vertical is the table's that a film's background/ shows or a support_plane.json states
+(--plane), or given in the camera's frame (--up), whose x points right, y down and z away.
+"""
+STIFFNESS = """\
+Find what the probe gives way by between its board and its ball, along its axis: press the ball on
+something rigid, a steel block on a table, slowly to 5 N and back within ten seconds.
+It takes a film (a folder with frames.csv and force.csv) with the files of sensor and probe, or a
+table in the order of time, as palpate hertz reads curves: how far the tip went along the probe's
+axis by the board's poses (depth_m, growing in the press, from any zero), and the force along it
+(force_n), at the same moments. Units stand in the names of the columns, or are said.
+"""
+# Of a probe's file, beside its target.
+TRANSFORMS = ("marker_from_force", "force_from_tip")
+# What is printed, and what is written.
+Found = tuple[list[str], dict]
+
+
+def _calibrate(part: Callable[..., Found], options: argparse.Namespace) -> None:
+    """Print what was found of a part; write a JSON file whole or not at all, and say so."""
+    output, source = options.output, options.source
+    if output is not None:
+        if output.is_dir() or not output.parent.is_dir():
+            found = "a folder" if output.is_dir() else "a folder that is not there"
+            raise ValueError(f"--output: expected a file, found {found}: {output}")
+        if output.resolve() == source.resolve():
+            raise ValueError(f"--output: expected a file of its own, found {output} in use already")
+    if not source.exists():
+        expected = "a film, a table or a folder" if part is _tip else "a film or a table"
+        raise ValueError(f"{source}: source: expected {expected}, found none")
+    if part is not _tip and source.is_dir() and not (source / FRAMES).is_file():
+        raise ValueError(f"{source}: frames.csv: expected a film's, found none")
+    lines, fields = part(options, _probe(options))
+    print("\n".join(lines))
+    if output is not None:
+        write_text(output, json.dumps(fields, indent=1) + "\n")
+        print(f"written: {output}")
+
+
+def _tip(options: argparse.Namespace, probe: Mapping) -> Found:
+    source, lost = options.source, []
+    recorded = (source / FRAMES).is_file()
+    if options.unit != "m" and (recorded or source.is_file()):
+        expected = "one for text files alone (a table's columns say theirs, a film has metres)"
+        raise ValueError(f"--unit: expected {expected}, found {options.unit}")
+    if recorded:
+        table, sensor = _recording(options, probe, check_film)
+        names, poses = [f"frame {k}" for k in table["frame"]], marker_transforms(table)
+        with _naming(source):
+            found = recorded_pivot(poses, names, board_of(probe["marker"]), sensor["color"])
+    else:
+        names, poses, lost = read_poses(source, options.unit)
+        with _naming(source):
+            found = find_pivot(poses, names)
+    lines = [f"{source}: {len(names)} poses, {found.kept.sum()} count", *_tip_lines(found)]
+    if lost:
+        lines.append(f"  left out, since the tracker lost its target: {', '.join(lost)}")
+    for name, off_m in found.left_out(names).items():
+        lines.append(f"  left out: {name}: {off_m * MILLIMETRES:.1f} mm off")
+    lines += [f"  {found.verdict}", *_tip_blocks(found, probe)]
+    return lines, found.fields(names, probe.get("probe"))
+
+
+def _tip_lines(found: Pivot) -> Iterator[str]:
+    turn = ", ".join(f"{value:.1f}" for value in found.turn_deg)
+    yield f"  tip {_sure(found.tip_m, found.std_m, MILLIMETRES)} mm in the board's frame"
+    yield f"  turned by {turn} degrees (root mean square, of three directions)"
+    yield f"  residual: {found.rms_m * MILLIMETRES:.3f} mm (root mean square)"
+    if found.optics_covariance is None:
+        yield "  not in the deviations: what the camera's optics are wrong by, which no pose tells"
+    else:
+        optics_mm = found.optics_std_m * MILLIMETRES
+        yield f"  of the deviations, what the camera's optics are wrong by: {optics_mm:.2g} mm"
+
+
+def _tip_blocks(found: Pivot, probe: Mapping) -> Iterator[str]:
+    """A warning where the probe's file has the tip elsewhere, and blocks for that file."""
+    if all(key in probe for key in TRANSFORMS):
+        away_m = float(np.linalg.norm(found.tip_m - marker_from_tip(probe)[:3, 3]))
+        if away_m > FARTHEST_M:
+            yield (
+                f"  doubtful: {away_m * MILLIMETRES:.0f} mm from where the file has it"
+                " (force_from_tip): another probe's file or board, or poses of another frame?"
+            )
+    if "marker_from_force" in probe:
+        transform = with_tip_at(probe | {"force_from_tip": np.eye(4)}, found.tip_m)
+        for name, rows, form in (
+            ("force_from_tip", transform["force_from_tip"], ".6f"),
+            ("tip_covariance_m2", found.covariance, ".4e"),
+        ):
+            yield f"{name}:"
+            yield from (f"  - [{', '.join(f'{x:{form}}' for x in row)}]" for row in rows)
+
+
+def _load(options: argparse.Namespace, probe: Mapping) -> Found:
+    source = options.source
+    up, poses = _up(options), _static_poses(options, probe)
+    with _naming(source):
+        found = find_payload(poses, up)
+    lines = [f"{source}: {len(poses.names)} poses, {found.kept.sum()} count", *_load_lines(found)]
+    for name, (force_n, torque_nm) in found.left_out(poses.names).items():
+        off = f"{force_n * MILLINEWTONS:.1f} mN and {torque_nm * MILLINEWTONS:.2g} mNm off"
+        lines.append(f"  left out: {name}: {off}")
+    stated = probe.get("marker_from_force")
+    if stated is not None:
+        turn = found.marker_from_force.T @ np.array(stated, dtype=float)[:3, :3]
+        apart = f"{degrees(Rotation.from_matrix(turn).magnitude()):.2f} degrees"
+        lines.append(f"  the sensor is turned by {apart} against the file's marker_from_force")
+    lines += [*(f"  {line}" for line in found.verdict), *_load_blocks(found, stated)]
+    return lines, found.fields(poses.names, probe.get("probe"))
+
+
+def _load_lines(found: Payload) -> Iterator[str]:
+    std, bias = found.std, found.bias
+    yield f"  mass {sure(found.mass_kg * 1e3, std[0] * 1e3)} g"
+    centre = _sure(found.centre_of_mass_m, std[CENTRE], MILLIMETRES)
+    yield f"  centre of mass {centre} mm in the sensor's frame"
+    yield f"  zero {_sure(bias[:3], std[BIAS_N], 1)} N"
+    yield f"  zero {_sure(bias[3:], std[BIAS_NM], MILLINEWTONS)} mNm"
+    square = (found.residuals[found.kept] ** 2).reshape(-1, 2, 3)
+    off = np.sqrt(square.mean(axis=(0, 2))) * MILLINEWTONS
+    yield f"  residual: {off[0]:.2g} mN, {off[1]:.2g} mNm (root mean square)"
+
+
+def _load_blocks(found: Payload, stated: Sequence | None) -> Iterator[str]:
+    """Blocks for the probe's file; the sensor's place is that of the stated transform."""
+    centre = ", ".join(f"{value:.5f}" for value in found.centre_of_mass_m)
+    yield from ("load:", f"  mass_kg: {found.mass_kg:.5f}", f"  mass_std_kg: {found.std[0]:.1e}")
+    yield f"  centre_of_mass_m: [{centre}]"
+    yield "marker_from_force: # the rotation is found, the last column is the sensor's place"
+    places = [FILL_IN] * 3 if stated is None else [f"{row[3]:.9f}" for row in stated[:3]]
+    for row, place in zip(found.marker_from_force, places, strict=True):
+        yield f"  - [{', '.join(f'{value:.9f}' for value in row)}, {place}]"
+    yield "  - [0.0, 0.0, 0.0, 1.0]"
+    yield f"axes_std_rad: {found.axes_std_rad:.1e} # the table is level to 0.5 degrees"
+
+
+def _stiffness(options: argparse.Namespace, probe: Mapping) -> Found:
+    source, warned, contact = options.source, (), {"contact_n": options.contact_n}
+    if not (isfinite(options.contact_n) and options.contact_n >= 0):
+        raise ValueError(f"--contact-n: expected 0 or more, found {options.contact_n:g}")
+    if source.is_dir():
+        for key in TRANSFORMS if probe else ():
+            if key not in probe:
+                raise ValueError(f"{options.board}: {key}: expected the probe's, found none")
+        table, _ = _recording(options, probe, check_capture)
+        read = f"{len(table)} frames that show the board"
+        with _naming(source):
+            columns = recorded_press(table, read_force(source), probe, Force(), **contact)
+    else:
+        read, warned, columns = _columns(options)
+    with _naming(source):
+        found = find_compliance(*columns, **contact)
+    low, high = found.force_n
+    lines = [
+        f"{source}: {found.samples} samples in contact, {low:.2g} to {high:.2g} N",
+        f"  read: {read}",
+        *_stiffness_lines(found),
+        *(f"  doubtful: {line}" for line in warned),
+    ]
+    # Of a probe that is stiffer than is determined the deviation alone.
+    lines += [f"stiffness_n_m: {digits(found.stiffness_n_m, 3)}"] if found.determined else []
+    lines.append(f"compliance_std_m_n: {found.file_std_m_n:.1e}")
+    return lines, found.fields(probe.get("probe"))
+
+
+def _stiffness_lines(found: Compliance) -> Iterator[str]:
+    values = found.compliance_m_n, found.bow_m[0], found.gap_m[0]
+    errors = found.compliance_std_m_n, found.bow_m[1], found.gap_m[1]
+    way, bow, gap = (_sure([v], [e], MILLIMETRES) for v, e in zip(values, errors, strict=True))
+    yield f"  gives way by {way} mm per newton"
+    yield f"  bows by {bow} mm"
+    if isfinite(found.gap_m[0]):
+        yield f"  unloading lies {gap} mm from loading"
+    else:
+        yield "  loading or unloading alone: whether they are alike is not told"
+    yield f"  residual: {round(found.rms_m * MILLIMETRES, 5):.2g} mm (root mean square)"
+    yield f"  {found.verdict}"
+
+
+def _columns(options: argparse.Namespace) -> tuple[str, Sequence[str], Sequence[NDArray]]:
+    """How the table was read, warnings of that, way [m] and force [N] with the table's signs.
+
+    A curve's signs are found by its shape; a way that is all noise has none.
+    """
+    export = read_export(options.source)
+    way = column_of(export, DEPTH, options.depth_column, options.depth_unit)
+    force = column_of(export, FORCE, options.force_column, options.force_unit)
+    columns, left_out = numbers_of([way.values, force.values])
+    read = [*export.read, way.text, force.text]
+    read += [f"{left_out} rows without a number left out"] if left_out else []
+    return ", ".join(read), (*export.doubts, *way.doubts, *force.doubts), columns
+
+
+def _static_poses(options: argparse.Namespace, probe: Mapping) -> StaticPoses:
+    """Those of a recording, or the rows of a table."""
+    source = options.source
+    if source.is_dir():
+        table, _ = _recording(options, probe, check_capture)
+        with _naming(source):
+            return static_poses(table, read_force(source), probe)
+    table = read_table(source)
+    rows = [f"row {k}" for k in range(1, len(table) + 1)]
+    with _naming(source):
+        return StaticPoses(rows, turns_of(table), columns_of(table, WRENCH_COLUMNS))
+
+
+@contextmanager
+def _naming(source: Path) -> Iterator[None]:
+    """Name the source in what is wrong with it."""
+    try:
+        yield
+    except ValueError as error:
+        named = str(error).startswith(str(source))
+        raise ValueError(f"{'' if named else f'{source}: '}{error}") from None
+
+
+def _probe(options: argparse.Namespace) -> Mapping:
+    """A file with a block ``marker``; name, transforms and ``gauge`` where filled in."""
+    from palpate.workflow.options import partly
+
+    path = options.board
+    if path is None:
+        return {}
+    content = load_yaml(path)
+    if not isinstance(content, Mapping):
+        raise ValueError(f"{path}: content: expected a block marker, found none")
+    board = {"marker": content["marker"]} if "marker" in content else dict(content)
+    TargetFile.read(board, str(path))
+    known = ("probe", *TRANSFORMS, "gauge")
+    filled = {k: content[k] for k in known if k in content and not blank_fields(content[k])}
+    if lines := problems(partly(ProbeSpec), filled, str(path)):
+        raise ValueError("\n".join(lines))
+    return TargetFile.plain(board) | filled
+
+
+def _sensor(options: argparse.Namespace) -> Mapping:
+    """The sensor of a recording, whose optics are stated."""
+    path = options.sensor
+    if path is None:
+        expected = f"the file of what {options.source} shows"
+        raise ValueError(f"--sensor: expected {expected}, found none")
+    spec, wrong = read_device(path, "sensors")
+    if wrong:
+        raise ValueError("\n".join(wrong))
+    if spec.get("optics") == "calibration":
+        expected = "stated optics (a run calibrates them and the tip together)"
+        raise ValueError(f"{path}: optics: expected {expected}, found calibration")
+    return spec
+
+
+def _recording(
+    options: argparse.Namespace, probe: Mapping, check: Callable
+) -> tuple[pd.DataFrame, Mapping]:
+    """Poses of the target in the frames of a recording that show it, and the sensor's file."""
+    source, sensor = options.source, _sensor(options)
+    if not probe:
+        raise ValueError(f"--board: expected the file of what {source} shows, found none")
+    if lines := check(source, sensor):
+        raise ValueError("\n".join(lines))
+    with _naming(source):
+        return board_followed(source, sensor, probe["marker"], ProbePose()), sensor
+
+
+def _up(options: argparse.Namespace) -> NDArray:
+    """Upwards, camera frame, (3,)."""
+    empty = options.source / BACKGROUND
+    if options.up is None and options.plane is None and empty.is_dir():
+        from palpate.vision.clouds import table_of
+        from palpate.workflow.options import Config
+
+        config = Config()
+        return table_of(empty, _sensor(options), config.support_plane, seed=config.seed)[:3]
+    if (options.up is None) == (options.plane is None):
+        found = "none" if options.up is None else "both"
+        raise ValueError(f"--up: expected it or --plane, found {found}")
+    if options.plane is not None:
+        if not options.plane.is_file():
+            raise ValueError(f"--plane: expected a file, found nothing at {options.plane}")
+        return read_plane(options.plane)[:3]
+    up = np.array(options.up)
+    if not (np.isfinite(up).all() and np.linalg.norm(up) > 0):
+        raise ValueError(f"--up: expected a direction, found {options.up}")
+    return up
+
+
+def _sure(values: Sequence[float], errors: Sequence[float], scale: float) -> str:
+    pairs = zip(values, errors, strict=True)
+    return ", ".join(sure(value * scale, error * scale) for value, error in pairs)
 
 
 def add(commands: Any) -> None:
-    """Add the command to a parser's."""
+    """Add the command to a parser's, its parts in the order in which a person needs them."""
     about = "Measure the rig itself: its cameras, the probe's tip, its load and stiffness."
     verb = commands.add_parser(
         "calibrate", help="measure the rig: cameras, probe", description=about
     )
     parts = verb.add_subparsers(required=True, metavar="part", title="parts")
-    for part in PARTS:
-        part.add(parts)
+    calibrate_camera.add(parts)
+    tip = _part(parts, "tip", "where the ball is on the probe", _tip, TIP,
+        "pivot --sensor sensors/d435.yaml --board probes/ball.yaml")  # fmt: skip
+    tip.add_argument("--unit", choices=("m", "cm", "mm"), default="m", help="of text files")
+    load = _part(parts, "load", "what hangs on the force sensor", _load, LOAD,
+        "poses.csv --up 0 -0.7 -0.7 --board probes/ball.yaml")  # fmt: skip
+    up = "upwards, in the camera's frame"
+    load.add_argument("--up", nargs=3, type=float, metavar=("X", "Y", "Z"), help=up)
+    load.add_argument("--plane", type=Path, metavar="FILE", help="support_plane.json of the table")
+    stiffness = _part(
+        parts, "stiffness", "what the probe gives way by", _stiffness, STIFFNESS, "press.csv"
+    )
+    least = "forces above it count (0.5)"
+    stiffness.add_argument("--contact-n", type=float, default=0.5, metavar="N", help=least)
+    add_columns(stiffness)
+
+
+def _part(
+    parts: Any, name: str, short: str, part: Callable, about: str, example: str
+) -> argparse.ArgumentParser:
+    example, work = f"palpate calibrate {name} {example}", partial(_calibrate, part)
+    verb = add_verb(parts, name, short, work, about=about, example=example)
+    verb.add_argument("source", type=Path, metavar="SOURCE", help="film, table or folder")
+    verb.add_argument("--sensor", type=Path, metavar="FILE", help="of a film: the sensor's YAML")
+    board = "YAML with a block marker, as palpate board prints or a probe's file has"
+    verb.add_argument("--board", type=Path, metavar="FILE", help=board)
+    written = f"write {name}.json there too"
+    verb.add_argument("--output", type=Path, metavar="FILE", help=written)
+    return verb

@@ -1,4 +1,4 @@
-"""A probe's file with what a run's calibrations of a sensor tell of it."""
+"""A probe's file with what a run's calibrations of a sensor say of it."""
 
 from collections.abc import Mapping, Sequence
 from math import degrees, hypot
@@ -9,16 +9,20 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from palpate.capture.devices import CALIBRATION, asked, require_met
+from palpate.config.probe import covariance_fault
 from palpate.config.sensor import rigid_fault
 from palpate.json_fields import numbers_of, read_fields
 from palpate.units import MILLIMETRES
-from palpate.vision.load import CENTRE, TURN
-from palpate.vision.load_json import CENTRE_M, MASS_KG, TURN_DEG
-from palpate.vision.pivot_json import CALIBRATED, COVARIANCE, probe_with_tip, with_tip_at
+from palpate.vision.payload import CENTRE, CENTRE_M, MASS_KG, TURN, TURN_DEG
+from palpate.vision.pivot import LARGEST_STD_M, largest_std
 from palpate.vision.probe import marker_from_tip
 
-# Axes that are farther from what the probe's file says are of another probe, or of wrong signs.
-FARTHEST_TURN_DEG = 20.0
+# Axes that are farther from what the probe's file says are of another probe, or of wrong signs;
+# a tip that is farther is another probe's.
+FARTHEST_TURN_DEG, FARTHEST_M = 20.0, 0.02
+# What is left where a probe's file asked for a calibration that was taken.
+CALIBRATED = "calibrated"
+COVARIANCE = "tip_covariance_m2"
 
 
 def calibrated_probe(spec: Mapping, paths: Sequence[str | Path]) -> Mapping:
@@ -34,32 +38,63 @@ def calibrated_probe(spec: Mapping, paths: Sequence[str | Path]) -> Mapping:
     Raises
     ------
     ValueError
-        If a calibration is missing, is that of another probe, or does not tell what it is for.
+        If a calibration is missing, is that of another probe, or does not determine what it is for.
     """
     wanted, found = asked(spec), {Path(path).stem: path for path in paths}
     require_met({name: field for name, field in wanted.items() if name not in found}, spec)
     for name in wanted:
-        _require_same_probe(spec, found[name])
-        spec = TAKEN[name](spec, found[name])
+        path, fields = found[name], read_fields(found[name])
+        # Of a target's file alone a calibration names no probe.
+        if fields.get("probe") not in (None, spec["probe"]):
+            raise ValueError(
+                f"{path}: probe: expected {spec['probe']}, whose file asks for it, found"
+                f" {fields['probe']}"
+            )
+        spec = TAKEN[name](spec, path, fields)
     return spec
 
 
-def _require_same_probe(spec: Mapping, path: str | Path) -> None:
-    """Refuse a calibration that names another probe; of a board's file alone it names none."""
-    filmed, name = read_fields(path).get("probe"), spec["probe"]
-    if filmed is not None and filmed != name:
-        raise ValueError(f"{path}: probe: expected {name}, whose file asks for it, found {filmed}")
+def with_tip_at(spec: Mapping, tip_m: NDArray) -> dict:
+    """The probe's file with its tip at (3,) in the target's frame [m].
+
+    The tip's axes stay: a ball has no axis of its own, and the probe presses along the sensor's z,
+    as its drawing has it. The line from the sensor's origin to the tip would put a tip's error
+    across into the direction.
+    """
+    fixed, transform = (np.array(spec[k], float) for k in ("marker_from_force", "force_from_tip"))
+    transform[:3, 3] = fixed[:3, :3].T @ (tip_m - fixed[:3, 3])
+    return dict(spec) | {"force_from_tip": transform.tolist()}
 
 
-def _with_load(spec: Mapping, path: str | Path) -> Mapping:
-    """What hangs on the sensor, and its rotation against the board; its place stays the file's.
+def _with_tip(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
+    """Tip and covariance."""
+    tip_m = numbers_of(path, fields, "tip_m", (3,))
+    covariance = numbers_of(path, fields, COVARIANCE, (3, 3))
+    if fault := covariance_fault(covariance):
+        raise ValueError(f"{path}: {COVARIANCE}: {fault}")
+    if (std_m := largest_std(covariance)) > LARGEST_STD_M:
+        raise ValueError(
+            f"{path}: tip_m: expected a tip that is told to {LARGEST_STD_M * MILLIMETRES:g} mm,"
+            f" found one to {std_m * MILLIMETRES:.2g} mm (its verdict says what would tell it)"
+        )
+    away_m = float(np.linalg.norm(tip_m - marker_from_tip(spec)[:3, 3]))
+    if away_m > FARTHEST_M:
+        raise ValueError(
+            f"{path}: tip_m: expected within {FARTHEST_M * MILLIMETRES:g} mm of where the"
+            f" probe's file has it (force_from_tip), found it {away_m * MILLIMETRES:.0f} mm away"
+        )
+    return with_tip_at(spec, tip_m) | {COVARIANCE: covariance.tolist(), "tip": CALIBRATED}
 
-    So does that of a tip that was found in the board's frame, or is to be held to such a one; a
+
+def _with_payload(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
+    """The payload, and the sensor's rotation against the target; its place stays the file's.
+
+    So does that of a tip that was found in the target's frame, or is compared with such a one; a
     drawing's turns with the sensor.
     """
-    fields, taken = read_fields(path), dict(spec)
+    taken = dict(spec)
     if spec.get("load") == CALIBRATION:
-        taken["load"] = _load(path, fields) | {"origin": CALIBRATED}
+        taken["load"] = _payload(path, fields) | {"origin": CALIBRATED}
     if spec.get("axes") == CALIBRATION:
         transform = np.array(spec["marker_from_force"], dtype=float)
         transform[:3, :3], std_rad = _axes(path, fields, transform[:3, :3])
@@ -70,27 +105,25 @@ def _with_load(spec: Mapping, path: str | Path) -> Mapping:
     return taken
 
 
-def _load(path: str | Path, fields: Mapping) -> dict:
+def _payload(path: str | Path, fields: Mapping) -> dict:
     mass_kg, std_kg = (float(numbers_of(path, fields, k, ())) for k in ("mass_kg", "mass_std_kg"))
     centre_m = numbers_of(path, fields, "centre_of_mass_m", (3,))
-    covariance = _covariance(path, fields)
-    centre_std_m = float(np.sqrt(np.diag(covariance)[CENTRE].max()))
+    variance = np.diag(numbers_of(path, fields, "covariance", (13, 13)))[CENTRE].max()
     _require_told(path, "mass_kg", std_kg * 1e3, MASS_KG * 1e3, "g")
-    _require_told(
-        path, "centre_of_mass_m", centre_std_m * MILLIMETRES, CENTRE_M * MILLIMETRES, "mm"
-    )
+    centre_mm = float(np.sqrt(variance)) * MILLIMETRES
+    _require_told(path, "centre_of_mass_m", centre_mm, CENTRE_M * MILLIMETRES, "mm")
     return {"mass_kg": mass_kg, "mass_std_kg": std_kg, "centre_of_mass_m": centre_m.tolist()}
 
 
 def _axes(path: str | Path, fields: Mapping, stated: NDArray) -> tuple[NDArray, float]:
-    """Rotation of the sensor in the board's frame, and its deviation [rad]."""
+    """Rotation of the sensor in the target's frame, and its deviation [rad]."""
     name = "marker_from_force_rotation"
     turn, transform = numbers_of(path, fields, name, (3, 3)), np.eye(4)
     transform[:3, :3] = turn
     if fault := rigid_fault(transform.tolist()):
         raise ValueError(f"{path}: {name}: expected a rotation, found {fault}")
     # What the vertical is off by is in the whole deviation, and no poses make it less.
-    poses_rad = float(np.sqrt(np.linalg.eigvalsh(_covariance(path, fields)[TURN, TURN])[-1]))
+    poses_rad = largest_std(numbers_of(path, fields, "covariance", (13, 13))[TURN, TURN])
     _require_told(path, name, degrees(poses_rad), TURN_DEG, "degrees")
     std_rad = float(numbers_of(path, fields, "axes_std_rad", ()))
     if not std_rad >= poses_rad:
@@ -107,10 +140,6 @@ def _axes(path: str | Path, fields: Mapping, stated: NDArray) -> tuple[NDArray, 
     return turn, std_rad
 
 
-def _covariance(path: str | Path, fields: Mapping) -> NDArray:
-    return numbers_of(path, fields, "covariance", (13, 13))
-
-
 def _require_told(path: str | Path, name: str, std: float, most: float, unit: str) -> None:
     if not 0 < std <= most:
         raise ValueError(
@@ -119,9 +148,8 @@ def _require_told(path: str | Path, name: str, std: float, most: float, unit: st
         )
 
 
-def _with_stiffness(spec: Mapping, path: str | Path) -> Mapping:
-    """What it gives way by; of one that is stiffer than is told nothing but the deviation."""
-    fields = read_fields(path)
+def _with_stiffness(spec: Mapping, path: str | Path, fields: Mapping) -> Mapping:
+    """The stiffness; of one that is not determined the deviation of its compliance alone."""
     names = "compliance_m_n", "compliance_std_m_n"
     given_m_n, std_m_n = (float(numbers_of(path, fields, name, ())) for name in names)
     taken = {key: value for key, value in spec.items() if key != "stiffness_n_m"}
@@ -137,4 +165,4 @@ def _with_stiffness(spec: Mapping, path: str | Path) -> Mapping:
 
 
 # What takes each part of `palpate.capture.devices.PARTS`.
-TAKEN = {"load": _with_load, "tip": probe_with_tip, "stiffness": _with_stiffness}
+TAKEN = {"load": _with_payload, "tip": _with_tip, "stiffness": _with_stiffness}

@@ -1,48 +1,62 @@
-"""Where the ball is in the board's frame, from a handle that turned about its resting tip."""
+"""Pivot calibration: the tip in the target's frame, from a handle that turned about it."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.units import MILLIMETRES
+from palpate.vision.board import FlatBoard
+from palpate.vision.camera import PinholeCamera, camera_from_spec
+from palpate.vision.pose import by_turn, pose_by_optics
 
-# Two poses tell the tip of a handle that turns freely; noise and slides want to be told too.
+# Two poses determine the tip of a handle that turns freely; noise and slides need more.
 FEWEST_POSES = 10
-# Root mean square by which a direction of the board must turn: a handle that leans by 30 degrees to
-# all sides has 20, and noise of half a degree passes for one of 5.
+# Root mean square by which a direction of the target must turn: a handle that leans by 30 degrees
+# to all sides has 20, and noise of half a degree passes for one of 5.
 LEAST_TURN_DEG = 5.0
 WANTED_LEAN_DEG = 30
 # Huber's loss leaves the parabola at so many medians of the residuals' lengths; a frame beyond
-# so many is left out. A board that is seen square on tells its turn several times worse than one
+# so many is left out. A target that is seen square on has its turn several times worse than one
 # that leans: poses that are right lie up to five medians off.
 BENT_FROM, OUT_FROM = 1.5, 6.0
 MOST_ROUNDS = 100
 SETTLED_M = 1e-9
 # A tip that is off in more of the frames did not rest; two of a few may be off.
 MOST_LEFT_OUT, FEW_OUT = 0.1, 2
-# A while is of one or more of so many stretches of the film, of so many frames at least.
+# A while is of one or more of so many stretches of the recording, of so many frames at least.
 MOST_STRETCHES, SHORTEST = 6, 5
 # Correlation of two frames' errors from which they are taken for independent.
 LEAST_SHARED = 0.1
 # Poses in another unit, or turns read wrongly, have a tip that no handle has, or none: real ones
 # leave 3 mm at most.
 FARTHEST_TIP_M, LARGEST_OFF_M = 1.0, 0.005
-# A slide has the halves of its film apart by half its length. Where ten frames err as one a tip
-# that rests has a while more deviations off in one film of 50; where each errs alone in none.
+# A slide has the halves of its recording apart by half its length. Where ten frames err as one a
+# tip that rests has a while more deviations off in one of 50; where each errs alone in none.
 LEAST_APART, SURE = 0.5, 3.3
+# What stated optics are taken to be wrong by: of the focal length, of the principal point, and of
+# each of k1, p1 and p2 at the picture's corners. Of calibrated ones the covariance is known.
+FOCAL_STD, CENTRE_STD_PX, BENT_STD_PX = 0.001, 0.5, 0.3
+FOCAL, CENTRE, BENT = [0, 1], [2, 3], [4, 6, 7]
+OPTICS = 9
+# Standard deviation up to which a tip is determined: what a Kinect's 200 frames give.
+LARGEST_STD_M = 0.0002
+# As far as an operator leans a probe whose target is still seen, root mean square; and the longest
+# recording that anyone makes.
+FARTHEST_DEG, MOST_FRAMES = 25.0, 1000
 
 
 @dataclass(frozen=True)
 class Pivot:
-    """A tip, and how well the poses tell it.
+    """A tip, and how well the poses determine it.
 
     Attributes
     ----------
     tip_m : (3,) array
-        In the board's frame.
+        In the target's frame.
     covariance : (3, 3) array
         Of the tip, for frames whose errors are independent, and for the optics' [m^2].
     pivot_m : (3,) array
@@ -52,7 +66,7 @@ class Pivot:
     kept : (n,) bool array
         Frames that count.
     turn_deg : (3,) array
-        Root mean square by which the board's directions turned, the least first.
+        Root mean square by which the target's directions turned, the least first.
     optics_covariance : (3, 3) array or None, optional
         What of the covariance is the optics', where the poses' camera is known.
     """
@@ -72,25 +86,81 @@ class Pivot:
 
     @property
     def std_m(self) -> NDArray:
-        """Standard deviations of the tip along the board's axes, (3,)."""
+        """Standard deviations of the tip along the target's axes, (3,)."""
         return np.sqrt(np.diag(self.covariance))
 
+    @property
+    def optics_std_m(self) -> float:
+        """What the optics are in the largest deviation; 0 if nothing is known of them."""
+        part = self.optics_covariance
+        return 0.0 if part is None else largest_std(part)
 
-def plain_pivot(camera_from_marker: NDArray) -> Pivot:
-    """The tip by linear least squares, all frames alike.
+    @property
+    def verdict(self) -> str:
+        """Whether the tip is determined, and else what would determine it."""
+        std_m, optics_m = largest_std(self.covariance), self.optics_std_m
+        told = f"told, to {std_m * MILLIMETRES:.2g} mm in the direction that is told least"
+        if std_m <= LARGEST_STD_M:
+            return f"tip: {told}"
+        if optics_m >= LARGEST_STD_M:
+            only = f"{optics_m * MILLIMETRES:.2g} mm are the optics' alone"
+            return f"tip: not {told}: {only}: calibrate the camera"
+        # A deviation goes down with the turn, and with the square root of the number of frames.
+        factor = np.sqrt((std_m**2 - optics_m**2) / (LARGEST_STD_M**2 - optics_m**2))
+        lean = min(factor, max(1, FARTHEST_DEG / self.turn_deg[0]))
+        frames = ceil(self.kept.sum() * (factor / lean) ** 2)
+        if frames > MOST_FRAMES:
+            return (
+                f"tip: not {told}: {MOST_FRAMES} frames would not tell it: bring the board nearer"
+            )
+        todo = f"lean it {lean:.1f} times as far" if lean > 1.05 else "lean it as far"
+        return f"tip: not {told}: {todo}, in {frames} frames"
 
-    Parameters
-    ----------
-    camera_from_marker : (n, 4, 4) array
-        Poses of the board.
+    def left_out(self, names: Sequence[str]) -> dict[str, float]:
+        """Frames that were left out, and how far off they are [m]."""
+        away_m = np.linalg.norm(self.residuals_m, axis=1)
+        return {names[k]: float(away_m[k]) for k in np.flatnonzero(~self.kept)}
+
+    def fields(self, names: Sequence[str], probe: str | None) -> dict:
+        """What tip.json says, of a probe by its name where that is known."""
+        optics = self.optics_covariance
+        return {
+            "probe": probe,
+            "tip_m": self.tip_m.tolist(),
+            "tip_covariance_m2": self.covariance.tolist(),
+            "tip_std_m": self.std_m.tolist(),
+            "optics_covariance_m2": None if optics is None else optics.tolist(),
+            "pivot_m": self.pivot_m.tolist(),
+            "rms_m": self.rms_m,
+            "turn_deg": self.turn_deg.tolist(),
+            "poses": len(names),
+            "left_out_m": self.left_out(names),
+            "verdict": self.verdict,
+        }
+
+
+def largest_std(covariance: NDArray) -> float:
+    """Standard deviation in the direction that is determined worst."""
+    return float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+
+
+def fit_pivot(camera_from_marker: NDArray, kept: NDArray | None = None) -> Pivot:
+    """The tip by linear least squares of all poses (n, 4, 4), or those that are kept (n,).
 
     Notes
     -----
     R_i tip - pivot = -d_i for the rotations R_i and shifts d_i of all poses (Z. Yaniv, Which pivot
-    calibration?, Proc. SPIE 9415, 2015: the algebraic one-step method).
+    calibration?, Proc. SPIE 9415, 2015: the algebraic one-step method). The covariance holds
+    whatever shape each frame's error has (White 1980): errors of a target's turn are across the
+    lever to the tip. Six unknowns take what two frames have, and neighbours that err alike count
+    as one.
     """
-    everyone = np.ones(len(camera_from_marker))
-    return _described(camera_from_marker, everyone, everyone > 0)
+    kept = np.ones(len(camera_from_marker), dtype=bool) if kept is None else kept
+    (tip, pivot), off, by_frame = _fit(camera_from_marker, kept)
+    parts, count = np.einsum("inj,nj->ni", by_frame[0], off), kept.sum()
+    covariance = parts.T @ parts * _alike(off[kept]) * count / (count - 2)
+    turn = _turns(camera_from_marker[kept, :3, :3])[0]
+    return Pivot(tip, covariance, pivot, off, kept, np.degrees(turn))
 
 
 def find_pivot(camera_from_marker: NDArray, names: Sequence[str]) -> Pivot:
@@ -101,7 +171,7 @@ def find_pivot(camera_from_marker: NDArray, names: Sequence[str]) -> Pivot:
     Parameters
     ----------
     camera_from_marker : (n, 4, 4) array
-        Poses of the board in the order of time.
+        Poses of the target in the order of time.
     names : sequence of str
         What errors call the frames.
 
@@ -109,15 +179,14 @@ def find_pivot(camera_from_marker: NDArray, names: Sequence[str]) -> Pivot:
     ------
     ValueError
         If there are few poses, the handle hardly turned or about one axis alone, the tip did not
-        rest at one place, or it is farther from the board than a handle is long or than the camera.
+        rest at one place, or it is farther from the target than a handle is long or than the
+        camera.
     """
-    if len(camera_from_marker) < FEWEST_POSES:
-        found = len(camera_from_marker)
-        raise ValueError(f"poses: expected at least {FEWEST_POSES}, found {found}")
+    if (count := len(camera_from_marker)) < FEWEST_POSES:
+        raise ValueError(f"poses: expected at least {FEWEST_POSES}, found {count}")
     _check_turn(camera_from_marker[:, :3, :3])
-    kept = _inliers(camera_from_marker)
-    _check_left_out(kept, names)
-    found = _described(camera_from_marker, kept.astype(float), kept)
+    kept = _inliers(camera_from_marker, names)
+    found = fit_pivot(camera_from_marker, kept)
     _check_turn(camera_from_marker[kept, :3, :3])
     _check_place(found)
     _check_rest(camera_from_marker[kept], [names[k] for k in np.flatnonzero(kept)])
@@ -125,66 +194,116 @@ def find_pivot(camera_from_marker: NDArray, names: Sequence[str]) -> Pivot:
     return found
 
 
-def _solved(poses: NDArray, weights: NDArray, group: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Tip, pivot of each group, and what each frame tells of the tip (n, 3, 3).
+def recorded_pivot(
+    camera_from_marker: NDArray, names: Sequence[str], board: FlatBoard, spec: Mapping
+) -> Pivot:
+    """`find_pivot`, with what the optics are wrong by, alike in all frames, in the covariance.
 
-    The pivots are eliminated: what counts is each pose less its group's mean.
+    Parameters
+    ----------
+    camera_from_marker, names
+        As `find_pivot` takes them.
+    board : FlatBoard
+    spec : mapping
+        The ``color`` block of the sensor's file, with the ``covariance`` of a calibration where
+        there is one.
     """
-    members = weights * (np.arange(group.max() + 1)[:, None] == group)
-    means = np.tensordot(members / members.sum(axis=1, keepdims=True), poses[:, :3], axes=1)
-    turns, shifts = np.split(poses[:, :3] - means[group], [3], axis=2)
-    normal = np.einsum("n,nji,njk->ik", weights, turns, turns)
-    by_frame = np.linalg.solve(normal, weights[:, None, None] * turns.transpose(0, 2, 1))
-    tip = -np.einsum("nij,njk->i", by_frame, shifts)
-    return tip, means[:, :, :3] @ tip + means[:, :, 3], by_frame
+    found, camera = find_pivot(camera_from_marker, names), camera_from_spec(spec)
+    moved = tip_by_optics(camera_from_marker[found.kept], found.tip_m, board, camera)
+    spread = spec.get("covariance")
+    spread = stated_covariance(camera) if spread is None else np.array(spread, dtype=float)
+    part = moved @ spread @ moved.T
+    return replace(found, covariance=found.covariance + part, optics_covariance=part)
 
 
-def _described(poses: NDArray, weights: NDArray, kept: NDArray) -> Pivot:
-    tip, (pivot,), by_frame = _solved(poses, weights, np.zeros(len(poses), dtype=int))
-    off = _placed(poses, tip) - pivot
-    turn = _turns(poses[kept, :3, :3])[0]
-    return Pivot(tip, _covariance(by_frame, off, kept), pivot, off, kept, np.degrees(turn))
+def tip_by_optics(
+    camera_from_marker: NDArray, tip_m: NDArray, board: FlatBoard, camera: PinholeCamera
+) -> NDArray:
+    """Derivatives of a tip by the optics of the camera that saw it, (3, 9).
 
-
-def _placed(poses: NDArray, tip: NDArray) -> NDArray:
-    """The tip by each pose, camera frame, (n, 3)."""
-    return poses[:, :3, :3] @ tip + poses[:, :3, 3]
-
-
-def _covariance(by_frame: NDArray, off: NDArray, kept: NDArray) -> NDArray:
-    """Of the tip, whatever shape each frame's error has (White 1980).
-
-    Errors of a board's turn are across the lever to the tip and are not those of its place. Six
-    unknowns take what two frames have, and neighbours that err alike tell no more than one.
+    Each pose is off as the optics are, and the tip is the least squares' of all poses.
     """
-    parts = np.einsum("nij,nj->ni", by_frame[kept], off[kept])
-    return parts.T @ parts * _alike(off[kept]) * kept.sum() / (kept.sum() - 2)
+    each = np.stack([pose_by_optics(board.points_m, pose, camera) for pose in camera_from_marker])
+    placed = by_turn(camera_from_marker[:, :3, :3] @ tip_m) @ each[:, :3] + each[:, 3:]
+    by_frame = _fit(camera_from_marker, np.ones(len(each)))[2]
+    return -np.einsum("inj,njk->ik", by_frame[0], placed)
 
 
-def _inliers(poses: NDArray) -> NDArray:
-    """Frames that Huber's loss finds within six medians."""
-    group = np.zeros(len(poses), dtype=int)
+def stated_covariance(camera: PinholeCamera) -> NDArray:
+    """Covariance of fx_px, fy_px, cx_px, cy_px, k1, k2, p1, p2, k3 that nobody calibrated, (9, 9).
+
+    The focal lengths are wrong by one share.
+    """
+    corner = float(np.hypot(camera.width_px, camera.height_px)) / (2 * camera.fx_px)
+    std = np.zeros(OPTICS)
+    std[FOCAL] = FOCAL_STD * np.array([camera.fx_px, camera.fy_px])
+    std[CENTRE] = CENTRE_STD_PX
+    std[BENT] = BENT_STD_PX / camera.fx_px / np.array([corner**3, 3 * corner**2, 3 * corner**2])
+    alike = np.eye(OPTICS)
+    alike[np.ix_(FOCAL, FOCAL)] = 1
+    return alike * np.outer(std, std)
+
+
+def _fit(
+    poses: NDArray, weights: NDArray, inside: NDArray | None = None
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Tip and pivots (k, 3), residuals (n, 3), and their effect on each point (k, 3, n, 3).
+
+    One pivot; or two, the second of the frames that are inside.
+    """
+    groups = np.ones((len(poses), 1)) if inside is None else np.column_stack([~inside, inside])
+    shifts = poses[:, :3, 3].ravel()
+    rows = np.hstack([poses[:, :3, :3].reshape(-1, 3), -np.kron(groups, np.eye(3))])
+    root = np.repeat(np.sqrt(weights.astype(float)), 3)
+    inverse = np.linalg.pinv(root[:, None] * rows) * root
+    found = -inverse @ shifts
+    off = (rows @ found + shifts).reshape(-1, 3)
+    return found.reshape(-1, 3), off, inverse.reshape(-1, 3, *off.shape)
+
+
+def _inliers(poses: NDArray, names: Sequence[str]) -> NDArray:
+    """Frames that Huber's loss finds within six medians, (n,) bool."""
     weights, before = np.ones(len(poses)), np.inf
     for _ in range(MOST_ROUNDS):
-        tip, (pivot,), _ = _solved(poses, weights, group)
-        length = np.linalg.norm(_placed(poses, tip) - pivot, axis=1)
+        (tip, _), off, _ = _fit(poses, weights)
+        length = np.linalg.norm(off, axis=1)
         # Poses without noise leave rounding alone.
         median = max(float(np.median(length)), SETTLED_M)
         if np.linalg.norm(tip - before) < SETTLED_M:
             break
         weights, before = np.minimum(1, BENT_FROM * median / np.maximum(length, SETTLED_M)), tip
-    return length <= OUT_FROM * median
+    kept = length <= OUT_FROM * median
+    out = np.flatnonzero(~kept)
+    if len(out) > max(FEW_OUT, MOST_LEFT_OUT * len(names)):
+        longest = max(np.split(out, np.flatnonzero(np.diff(out) > 1) + 1), key=len)
+        raise ValueError(
+            f"poses: expected the tip to rest at one place, found it elsewhere in {len(out)} of"
+            f" {len(names)} frames ({names[longest[0]]} to {names[longest[-1]]} most at a time)"
+        )
+    return kept
 
 
 def _turns(rotations: NDArray) -> tuple[NDArray, NDArray]:
-    """Root mean square turn of the board's directions [rad], the least first, and those as columns.
+    """Root mean square turn of the target's directions [rad], the least first, and those as rows.
 
     A direction about which the handle alone turned stays where it is, and the tip's place along it
-    is not told.
+    is not determined.
     """
-    centred = rotations - rotations.mean(axis=0)
-    square, directions = np.linalg.eigh(np.einsum("nji,njk->ik", centred, centred))
-    return np.sqrt(np.maximum(square, 0) / len(rotations)), directions
+    centred = (rotations - rotations.mean(axis=0)).reshape(-1, 3)
+    _, sizes, directions = np.linalg.svd(centred, full_matrices=False)
+    return sizes[::-1] / np.sqrt(len(rotations)), directions[::-1]
+
+
+def _alike(off: NDArray) -> float:
+    """How many neighbouring frames err as one: of a camera that errs as the target leans, many."""
+    count, square = len(off), max((off**2).mean(), SETTLED_M**2)
+    total = 1.0
+    for lag in range(1, count // 3):
+        shared = (off[lag:] * off[:-lag]).mean() / square
+        if shared < LEAST_SHARED:
+            break
+        total += 2 * shared
+    return min(total, count / MOST_STRETCHES)
 
 
 def _check_turn(rotations: NDArray) -> None:
@@ -192,10 +311,9 @@ def _check_turn(rotations: NDArray) -> None:
     least, middle, _ = np.degrees(turn)
     if least >= LEAST_TURN_DEG:
         return
-    if middle < LEAST_TURN_DEG:
-        found = f"{middle:.1f} (root mean square)"
-    else:
-        axis = directions[:, 0] * np.sign(directions[np.abs(directions[:, 0]).argmax(), 0])
+    found = f"{middle:.1f} (root mean square)"
+    if middle >= LEAST_TURN_DEG:
+        axis = directions[0] * np.sign(directions[0, np.abs(directions[0]).argmax()])
         along = ", ".join(f"{value:.2f}" for value in axis)
         found = (
             f"{middle:.1f} about one axis and {least:.1f} about others (root mean square): the"
@@ -207,19 +325,8 @@ def _check_turn(rotations: NDArray) -> None:
     )
 
 
-def _check_left_out(kept: NDArray, names: Sequence[str]) -> None:
-    out = np.flatnonzero(~kept)
-    if len(out) > max(FEW_OUT, MOST_LEFT_OUT * len(kept)):
-        runs = np.split(out, np.flatnonzero(np.diff(out) > 1) + 1)
-        longest = max(runs, key=len)
-        raise ValueError(
-            f"poses: expected the tip to rest at one place, found it elsewhere in {len(out)} of"
-            f" {len(kept)} frames ({names[longest[0]]} to {names[longest[-1]]} most at a time)"
-        )
-
-
 def _check_place(found: Pivot) -> None:
-    """Refuse a tip that no handle has; of inverted poses tip and pivot change places."""
+    """Reject a tip that no handle has; of inverted poses tip and pivot change places."""
     away_m, camera_m = float(np.linalg.norm(found.tip_m)), float(np.linalg.norm(found.pivot_m))
     if away_m > FARTHEST_TIP_M:
         raise ValueError(
@@ -237,66 +344,36 @@ def _check_place(found: Pivot) -> None:
 def _check_residual(off_m: float) -> None:
     if off_m > LARGEST_OFF_M:
         raise ValueError(
-            f"poses: expected the tip to rest at one place, found it {_mm(off_m)} mm apart (root"
-            " mean square of all frames; unit of the poses? order of the quaternion?)"
+            "poses: expected the tip to rest at one place, found it"
+            f" {off_m * MILLIMETRES:.2g} mm apart (root mean square of all frames; unit of the"
+            " poses? order of the quaternion?)"
         )
 
 
 def _check_rest(poses: NDArray, names: Sequence[str]) -> None:
-    """Refuse a pivot that is elsewhere for a while, by more than a frame's noise, and surely."""
-    found = [(_moved(poses, inside), inside) for inside in _whiles(poses[:, :3, :3])]
-    if not found:
-        return
-    (apart, noise, limit), inside = max(found, key=lambda one: one[0][0] / one[0][2])
+    """Reject a pivot that is elsewhere for a while, by more than a frame's noise, and surely."""
+    count = len(poses)
+    stretches = min(MOST_STRETCHES, count // SHORTEST)
+    edges, whiles = np.arange(stretches + 1) * count // stretches, []
+    # What comes before a while at the recording's end is a while too.
+    for first, last in combinations(edges[:-1], 2):
+        inside = (np.arange(count) >= first) & (np.arange(count) < last)
+        turns = poses[:, :3, :3].copy()
+        for part in (inside, ~inside):
+            turns[part] -= turns[part].mean(axis=0)
+        if np.degrees(_turns(turns)[0][0]) < LEAST_TURN_DEG:
+            continue
+        (_, rest, here), off, by_frame = _fit(poses, np.ones(count), inside)
+        apart = float(np.linalg.norm(here - rest))
+        noise = max(float(np.sqrt((off**2).sum() / (count - 3))), SETTLED_M)
+        std = noise * np.sqrt(_alike(off) * ((by_frame[2] - by_frame[1]) ** 2).sum() / 3)
+        most = max(noise * LEAST_APART, SURE * float(std))
+        whiles.append((apart / most, apart, noise, names[first], names[last - 1]))
+    ratio, apart, noise, first, last = max(whiles, default=(0.0,) * 5)
     _check_residual(noise)
-    if apart <= limit:
-        return
-    first, *_, last = np.flatnonzero(inside)
-    raise ValueError(
-        f"poses: expected the tip to rest at one place, found it {_mm(apart)} mm apart in"
-        f" {names[first]} to {names[last]} and in the rest, where a frame is off by {_mm(noise)} mm"
-    )
-
-
-def _whiles(rotations: NDArray) -> Iterator[NDArray]:
-    """Frames of a while, (n,) bool, where in it and in the rest the handle turned enough."""
-    count, stretches = len(rotations), min(MOST_STRETCHES, len(rotations) // SHORTEST)
-    edges = np.arange(stretches + 1) * count // stretches
-    for first, last in combinations(edges, 2):
-        # What comes before a while at the film's end is a while too.
-        if last < count:
-            inside = (np.arange(count) >= first) & (np.arange(count) < last)
-            means = np.array([rotations[~inside].mean(axis=0), rotations[inside].mean(axis=0)])
-            turn = _turns(rotations - means[inside.astype(int)])[0]
-            if np.degrees(turn[0]) >= LEAST_TURN_DEG:
-                yield inside
-
-
-def _moved(poses: NDArray, inside: NDArray) -> tuple[float, float, float]:
-    """How far apart a while and the rest have the pivot, a frame's noise, and how far they may."""
-    group, count = inside.astype(int), len(poses)
-    tip, pivots, by_frame = _solved(poses, np.ones(count), group)
-    off = _placed(poses, tip) - pivots[group]
-    noise = max(float(np.sqrt((off**2).sum() / (count - 3))), SETTLED_M)
-    turn = poses[inside, :3, :3].mean(axis=0) - poses[~inside, :3, :3].mean(axis=0)
-    own = np.where(inside, 1 / inside.sum(), -1 / (~inside).sum())
-    by_frame = own[:, None, None] * np.eye(3) - turn @ by_frame
-    std = noise * np.sqrt(_alike(off) * (by_frame**2).sum() / 3)
-    apart = float(np.linalg.norm(pivots[1] - pivots[0]))
-    return apart, noise, max(noise * LEAST_APART, SURE * float(std))
-
-
-def _alike(off: NDArray) -> float:
-    """How many neighbouring frames err as one: of a camera that errs as the board leans, many."""
-    count, square = len(off), max((off**2).mean(), SETTLED_M**2)
-    total = 1.0
-    for lag in range(1, count // 3):
-        shared = (off[lag:] * off[:-lag]).mean() / square
-        if shared < LEAST_SHARED:
-            break
-        total += 2 * shared
-    return min(total, count / MOST_STRETCHES)
-
-
-def _mm(length_m: float) -> str:
-    return f"{length_m * MILLIMETRES:.2g}"
+    if ratio > 1:
+        raise ValueError(
+            f"poses: expected the tip to rest at one place, found it {apart * MILLIMETRES:.2g} mm"
+            f" apart in {first} to {last} and in the rest, where a frame is off by"
+            f" {noise * MILLIMETRES:.2g} mm"
+        )

@@ -1,4 +1,4 @@
-"""Moments at which a film's board is at rest, and what the force sensor says at them."""
+"""Static poses of a recording: moments at which the target rests, and the wrench at them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,85 +11,71 @@ from scipy.spatial.transform import Rotation
 from palpate.vision.force import block_mean, wrenches
 from palpate.vision.probe import marker_transforms
 
-# A hand that holds a probe still trembles by less; frames farther off are of another pose.
+# An operator who holds a probe still trembles by less; frames farther off are of another pose.
 STILL_DEG = 2.0
 SHORTEST_S, LARGEST_GAP_S = 1.0, 0.5
-# The hand comes to rest and leaves; clocks are apart by less.
+# The operator comes to rest and leaves; clocks are apart by less.
 MARGIN_S = 0.1
-# A hand's tremor is felt for so long: means over it are independent.
+# A tremor is felt for so long: means over it are independent.
 BLOCK_S = 0.1
 
 
 @dataclass(frozen=True)
-class Rests:
+class StaticPoses:
     """Poses at rest and the mean readings at them.
 
     Attributes
     ----------
     names : sequence of str
+        What errors call them.
     turns : (n, 3, 3) array
         Rotations camera_from_marker.
     wrench : (n, 6) array
         Of the force sensor [N, Nm].
-    noise : (6,) array
-        Standard deviation of each channel's mean; of one that does not leave a step of its numbers,
-        at least that of a number that is rounded to it.
+    noise : (6,) array or None, optional
+        Standard deviation of each channel's mean, where it is known; of one that does not leave a
+        step of its numbers, at least that of a number that is rounded to it.
     """
 
     names: Sequence[str]
     turns: NDArray
     wrench: NDArray
-    noise: NDArray
+    noise: NDArray | None = None
 
 
-def film_rests(table: pd.DataFrame, record: pd.DataFrame, probe: Mapping) -> Rests:
-    """Rests of a film, of the poses that `palpate.vision.follow.board_followed` gives.
-
-    Raises
-    ------
-    ValueError
-        As `find_rests` and `palpate.vision.force.wrenches` do.
-    """
-    _, wrench = wrenches(record, probe)
-    times = table["frame"].to_numpy(), table["time_s"].to_numpy(float)
-    turns = marker_transforms(table)[:, :3, :3]
-    return find_rests(*times, turns, record["time_s"].to_numpy(float), wrench)
-
-
-def find_rests(
-    frame: NDArray, frame_time_s: NDArray, turns: NDArray, time_s: NDArray, wrench: NDArray
-) -> Rests:
-    """Rests of a second and more, in which the board stays within two degrees.
+def static_poses(table: pd.DataFrame, record: pd.DataFrame, probe: Mapping) -> StaticPoses:
+    """Poses of a second and more, in which the target stays within two degrees.
 
     Parameters
     ----------
-    frame : (n,) array
-        Numbers of the frames that show the board.
-    frame_time_s : (n,) array
-    turns : (n, 3, 3) array
-        Rotations camera_from_marker.
-    time_s : (m,) array
-        Of the samples, on the same clock.
-    wrench : (m, 6) array
+    table : DataFrame
+        Of `palpate.vision.follow.board_followed`.
+    record : DataFrame
+        force.csv of the recording.
+    probe : mapping
+        With ``gauge`` where the record is volts.
 
     Raises
     ------
     ValueError
-        If there is no rest that has a force, or forces or torques never change.
+        If there is no such pose that has a force, or forces or torques never change, or as
+        `palpate.vision.force.wrenches` does.
     """
+    _, wrench = wrenches(record, probe)
+    time_s, frame_s = (of["time_s"].to_numpy(float) for of in (record, table))
+    turns, frame = marker_transforms(table)[:, :3, :3], table["frame"].to_numpy()
     steps, size = _steps(wrench), max(1, round(BLOCK_S / float(np.median(np.diff(time_s)))))
     found, shakes = [], []
-    for part in _still(frame_time_s, turns):
-        start, end = frame_time_s[part[0]] + MARGIN_S, frame_time_s[part[-1]] - MARGIN_S
+    for first, last in _still(frame_s, turns):
+        start, end = frame_s[first] + MARGIN_S, frame_s[last] - MARGIN_S
         inside = wrench[(time_s >= start) & (time_s <= end)]
         means = block_mean(inside, size)
         if len(means) > 1:
-            mean = Rotation.from_matrix(turns[part]).mean().as_matrix()
+            turn = Rotation.from_matrix(turns[first : last + 1]).mean().as_matrix()
             square = means.var(axis=0, ddof=1) / len(means)
             shakes.append(inside.std(axis=0))
-            found.append(
-                (f"frames {frame[part[0]]} to {frame[part[-1]]}", mean, means.mean(axis=0), square)
-            )
+            name = f"frames {frame[first]} to {frame[last]}"
+            found.append((name, turn, means.mean(axis=0), square))
     if not found:
         raise ValueError(
             f"poses: expected the probe to be held still for {SHORTEST_S:g} s, within"
@@ -101,9 +87,9 @@ def find_rests(
     names, rotations, readings, squares = zip(*found, strict=True)
     # Noise that takes a channel over its steps makes the mean finer than one of them.
     coarse = np.median(shakes, axis=0) < steps / 2
-    floor = np.where(coarse, steps / np.sqrt(12), 0)
-    noise = np.maximum(np.sqrt(np.mean(squares, axis=0)), floor)
-    return Rests(names, np.array(rotations), np.array(readings), noise)
+    least = np.where(coarse, steps / np.sqrt(12), 0)
+    noise = np.maximum(np.sqrt(np.mean(squares, axis=0)), least)
+    return StaticPoses(names, np.array(rotations), np.array(readings), noise)
 
 
 def _steps(wrench: NDArray) -> NDArray:
@@ -113,8 +99,8 @@ def _steps(wrench: NDArray) -> NDArray:
     return np.where(each > 0, each, each.max(axis=1, keepdims=True)).ravel()
 
 
-def _still(time_s: NDArray, turns: NDArray) -> list[NDArray]:
-    """Frames of each rest: those near the first one's neighbours, until one is not."""
+def _still(time_s: NDArray, turns: NDArray) -> list[tuple[int, int]]:
+    """First and last frame of each rest: those near the mean of those before, until one is not."""
     parts, begin = [], 0
     for k in range(1, len(time_s) + 1):
         if k < len(time_s) and time_s[k] - time_s[k - 1] <= LARGEST_GAP_S:
@@ -122,6 +108,6 @@ def _still(time_s: NDArray, turns: NDArray) -> list[NDArray]:
             away = (mean.inv() * Rotation.from_matrix(turns[k])).magnitude()
             if np.degrees(away) <= STILL_DEG:
                 continue
-        parts.append(np.arange(begin, k))
+        parts.append((begin, k - 1))
         begin = k
-    return [part for part in parts if time_s[part[-1]] - time_s[part[0]] >= SHORTEST_S]
+    return [(first, last) for first, last in parts if time_s[last] - time_s[first] >= SHORTEST_S]

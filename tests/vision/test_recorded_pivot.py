@@ -6,10 +6,15 @@ import cv2
 import numpy as np
 import pytest
 from palpate.vision.camera import camera_from_spec, with_calibration
-from palpate.vision.filmed_pivot import filmed_pivot, stated_covariance, tip_by_optics
 from palpate.vision.marker import board_of
-from palpate.vision.pivot import find_pivot, plain_pivot
-from palpate.vision.pivot_json import TOLD_M, optics_std_m, verdict
+from palpate.vision.pivot import (
+    LARGEST_STD_M,
+    find_pivot,
+    fit_pivot,
+    recorded_pivot,
+    stated_covariance,
+    tip_by_optics,
+)
 from palpate.vision.pose import candidate_poses, settle
 from turned_handle import TIP_M, turned_handle
 from virtual_lab.device import device_of
@@ -35,7 +40,7 @@ def color(sensors):
 
 
 def seen(camera, board, noise_px=0.0, rng=None, poses=TRUE):
-    """Corners of the turned handle's board in the pictures of a camera."""
+    """Corners of the turned handle's target in the pictures of a camera."""
     for pose in poses:
         corners = camera.project(board.points_m @ pose[:3, :3].T + pose[:3, 3])
         yield corners + (rng.normal(0, noise_px, corners.shape) if rng else 0.0)
@@ -47,6 +52,11 @@ def read(corners, camera, board):
     return np.stack([pose.camera_from_marker for pose in settle(each)])
 
 
+def drawn_camera(sizes, seed, sensors):
+    device = device_of(STILL | {"seed": seed}, {"device": sizes, "rig": "drawn"}, sensors["kinect"])
+    return camera_from_spec(device.sensor["color"])
+
+
 def normalised(found):
     off = found.tip_m - TIP_M
     return off @ np.linalg.solve(found.covariance, off) / 3
@@ -54,13 +64,12 @@ def normalised(found):
 
 def test_deviations_hold_over_cameras(sensors, board, color):
     """Cameras that the lab draws, each read as its sensor's file says it is."""
-    stated, kinect, rng = camera_from_spec(color), sensors["kinect"], np.random.default_rng(5)
+    stated, rng = camera_from_spec(color), np.random.default_rng(5)
     with_optics, alone = [], []
     for draw in range(40):
-        device = device_of(STILL | {"seed": draw}, {"device": SIZES, "rig": "drawn"}, kinect)
-        real = camera_from_spec(device.sensor["color"])
+        real = drawn_camera(SIZES, draw, sensors)
         poses = read(seen(real, board, NOISE_PX, rng), stated, board)
-        with_optics.append(normalised(filmed_pivot(poses, NAMES, board, color)))
+        with_optics.append(normalised(recorded_pivot(poses, NAMES, board, color)))
         alone.append(normalised(find_pivot(poses, NAMES)))
     # Of 40 draws with three degrees of freedom the mean's own deviation is 0.13.
     assert np.mean(with_optics) == pytest.approx(1, abs=0.35)
@@ -68,35 +77,33 @@ def test_deviations_hold_over_cameras(sensors, board, color):
 
 
 @pytest.fixture(scope="module", params=range(4))
-def badly_told(request, sensors, board, color):
+def by_wrong_optics(request, sensors, board, color):
     """Poses by optics that are wrong by more: neighbours are off alike, by 0.2 mm at the tip."""
     rng, wrong = np.random.default_rng(request.param), {k: 1.5 * v for k, v in SIZES.items()}
-    drawn = {"device": wrong, "rig": "drawn"}
-    device = device_of(STILL | {"seed": request.param}, drawn, sensors["kinect"])
-    corners = seen(camera_from_spec(device.sensor["color"]), board, NOISE_PX / 2, rng, LONG)
-    return read(corners, camera_from_spec(color), board)
+    real = drawn_camera(wrong, request.param, sensors)
+    return read(seen(real, board, NOISE_PX / 2, rng, LONG), camera_from_spec(color), board)
 
 
-def test_a_still_tip_that_neighbouring_frames_have_off_alike(badly_told):
-    find_pivot(badly_told, range(200))
+def test_a_still_tip_that_neighbouring_frames_have_off_alike(by_wrong_optics):
+    find_pivot(by_wrong_optics, range(200))
 
 
 @pytest.mark.parametrize(("begins", "ends"), [(0, 200), (40, 41), (100, 101), (170, 171)])
 @pytest.mark.parametrize("step_m", [(0.001, 0, 0), (0, 0, -0.001)])
-def test_a_tip_that_slides_under_optics_that_are_wrong(badly_told, begins, ends, step_m):
+def test_a_tip_that_slides_under_optics_that_are_wrong(by_wrong_optics, begins, ends, step_m):
     share = np.clip((np.arange(200) - begins) / (ends - begins), 0, 1)
-    poses = badly_told.copy()
+    poses = by_wrong_optics.copy()
     poses[:, :3, 3] += share[:, None] * step_m
     with pytest.raises(ValueError, match="expected the tip to rest at one place"):
         find_pivot(poses, range(200))
 
 
-def test_a_longer_film_tells_no_more_of_the_optics(board, color):
+def test_a_longer_recording_determines_the_optics_no_better(board, color):
     short, long = (
-        filmed_pivot(turned_handle(frames=count), range(count), board, color)
+        recorded_pivot(turned_handle(frames=count), range(count), board, color)
         for count in (100, 400)
     )
-    assert optics_std_m(long) == pytest.approx(optics_std_m(short), rel=0.05)
+    assert long.optics_std_m == pytest.approx(short.optics_std_m, rel=0.05)
     noise = [found.covariance - found.optics_covariance for found in (short, long)]
     assert np.trace(noise[0]) / np.trace(noise[1]) == pytest.approx(4, rel=0.3)
 
@@ -107,16 +114,14 @@ def test_a_tip_moves_with_the_optics(board, color, steps):
     camera = camera_from_spec(color)
     wrong = replace(camera, **{name: getattr(camera, name) + step for name, step in steps.items()})
     lens = wrong.matrix, np.array(wrong.distortion)
-    poses = []
-    for corners, pose in zip(seen(camera, board), TRUE, strict=True):
+    poses = TRUE.copy()
+    for corners, pose in zip(seen(camera, board), poses, strict=True):
         turn = cv2.Rodrigues(np.ascontiguousarray(pose[:3, :3]))[0]
         turn, shift = cv2.solvePnPRefineLM(
             board.points_m, corners, *lens, turn, pose[:3, 3:].copy()
         )
-        again = np.eye(4)
-        again[:3, :3], again[:3, 3] = cv2.Rodrigues(turn)[0], shift.ravel()
-        poses.append(again)
-    moved = plain_pivot(np.stack(poses)).tip_m - TIP_M
+        pose[:3, :3], pose[:3, 3] = cv2.Rodrigues(turn)[0], shift.ravel()
+    moved = fit_pivot(poses).tip_m - TIP_M
     change = [steps.get(name, 0.0) for name in ("fx_px", "fy_px", "cx_px", "cy_px")]
     expected = tip_by_optics(TRUE, TIP_M, board, camera)[:, :4] @ change
     assert np.linalg.norm(expected) > 1e-5
@@ -134,13 +139,13 @@ def test_calibrated_optics_have_the_covariance_of_the_calibration(sensors, board
     assert "covariance" not in known["depth"]
     poses = turned_handle(frames=FRAMES)
     of_file, of_calibration = (
-        optics_std_m(filmed_pivot(poses, NAMES, board, spec)) for spec in (color, known["color"])
+        recorded_pivot(poses, NAMES, board, spec).optics_std_m for spec in (color, known["color"])
     )
     assert of_calibration == pytest.approx(of_file / 2)
 
 
-def test_optics_that_alone_hide_a_tip_want_a_calibration(board, color):
+def test_optics_that_alone_hide_a_tip_need_a_calibration(board, color):
     bad = color | {"covariance": (16 * stated_covariance(camera_from_spec(color))).tolist()}
-    found = filmed_pivot(turned_handle(frames=FRAMES), NAMES, board, bad)
-    assert optics_std_m(found) > TOLD_M
-    assert verdict(found).endswith("are the optics' alone: calibrate the camera")
+    found = recorded_pivot(turned_handle(frames=FRAMES), NAMES, board, bad)
+    assert found.optics_std_m > LARGEST_STD_M
+    assert found.verdict.endswith("are the optics' alone: calibrate the camera")
