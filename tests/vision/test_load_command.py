@@ -10,7 +10,7 @@ import yaml
 from palpate.capture.force_record import WRENCH_COLUMNS
 from palpate.capture.tables import write_table
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.force import weight_wrenches
+from palpate.vision.indentation import weight_wrenches
 from palpate.vision.marker import board_of
 from palpate.vision.probe import marker_columns
 from palpate.vision.rests import find_rests

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.vision.force import weight_wrenches
+from palpate.vision.indentation import weight_wrenches
 from palpate.vision.load import find_load
 from palpate.vision.load_json import verdict
 from scipy.spatial.transform import Rotation

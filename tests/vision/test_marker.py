@@ -10,16 +10,20 @@ from palpate.vision.board import Board
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.corners import Region
 from palpate.vision.marker import board_of, expected_region, find_corners
-from palpate.vision.options import PoseFilter
+from palpate.vision.options import PoseFilter, ProbePose
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import candidate_poses, point_covariance, settle
-from palpate.vision.probe import board_poses, marker_from_tip, track_probe
+from palpate.vision.probe import TIP, TIP_STD, board_poses, marker_from_tip, track_probe
 from scipy.spatial.transform import Rotation
 
 CAMERA = PinholeCamera(1024, 768, 790.0, 790.0, 512.0, 384.0)
+BLANK = np.full((768, 1024), 120, np.uint8)
 SUPERSAMPLING = 6
 LENS_BLUR_PX = 0.5
-NO_FILTER = PoseFilter(method="none")
+SENSOR = {
+    "color": vars(CAMERA) | {"encoding": "mono8"},
+    "marker": {"reprojection_threshold_px": 0.25},
+}
 
 
 def board_image(pose, marker, camera=CAMERA):
@@ -116,7 +120,7 @@ def test_what_hides_a_part_of_the_board_does_not_pull_the_refinement(probe):
 def test_what_does_not_look_like_the_board_is_not_refined(probe):
     refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
     image = board_image(POSES[0], probe["marker"])
-    assert refine(np.full((768, 1024), 120, np.uint8), POSES[0]) is None
+    assert refine(BLANK, POSES[0]) is None
     hidden = image.copy()
     x, y = CAMERA.project(POSES[0][:3, 3][None])[0].round().astype(int)
     hidden[y - 40 : y + 150, x - 30 : x + 25] = 150
@@ -148,9 +152,8 @@ def test_refinement_beyond_the_image_is_none(probe):
     refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
     away = pose_of([0.35, 0, 0], [1.5, 0, 0.6])
     behind = pose_of([0.35, 0, 0], [0, 0, -0.6])
-    blank = np.full((768, 1024), 120, np.uint8)
-    assert refine(blank, away) is None
-    assert refine(blank, behind) is None
+    assert refine(BLANK, away) is None
+    assert refine(BLANK, behind) is None
 
 
 def test_the_covariance_is_that_of_the_scatter(probe):
@@ -246,29 +249,47 @@ def test_corners_come_in_the_boards_order_whichever_way_up(inner_corners):
 
 
 def test_no_board_no_pose(probe):
-    blank = np.full((768, 1024), 120, np.uint8)
-    assert pose_in(blank, probe["marker"]) is None
+    assert pose_in(BLANK, probe["marker"]) is None
 
 
-def test_lost_marker_is_bridged_or_refused(probe):
-    seen, blank = board_image(POSES[0], probe["marker"]), np.full((768, 1024), 120, np.uint8)
-    options = {"threshold_px": 0.25, "filter_by": NO_FILTER}
-    options |= {"encoding": "mono8", "refinement": "corners"}
-    table = track_probe(
-        [seen, blank, seen], np.arange(3.0), CAMERA, probe, largest_gap_frames=1, **options
+def tracked(images, probe, largest_gap_frames, refinement="corners"):
+    options = ProbePose(
+        refinement=refinement,
+        largest_gap_frames=largest_gap_frames,
+        filter=PoseFilter(method="none"),
     )
+    return track_probe(images, np.arange(float(len(images))), SENSOR, probe, options)
+
+
+def test_a_probe_is_tracked(probe):
+    """Between two frames that show it the board moves evenly."""
+    moved = POSES[0].copy()
+    moved[0, 3] += 0.01
+    images = [board_image(pose, probe["marker"]) for pose in (POSES[0], moved)]
+    table = tracked([images[0], BLANK, images[1]], probe, 1)
     assert table["detected"].tolist() == [1, 0, 1]
-    assert np.allclose(table["tip_x_m"], table["tip_x_m"][0], atol=1e-6)
+    tips = np.stack([(pose @ marker_from_tip(probe))[:3, 3] for pose in (POSES[0], moved)])
+    expected = [tips[0], tips.mean(axis=0), tips[1]]
+    assert table[TIP].to_numpy() == pytest.approx(np.array(expected), abs=0.6e-3)
     assert not table["refined"].any()
-    photometric = options | {"refinement": "photometric"}
-    table = track_probe([seen], np.zeros(1), CAMERA, probe, largest_gap_frames=0, **photometric)
-    assert table["refined"].tolist() == [1]
-    with pytest.raises(ValueError, match="found it lost in frames 1 to 1"):
-        track_probe(
-            [seen, blank, seen], np.arange(3.0), CAMERA, probe, largest_gap_frames=0, **options
-        )
-    with pytest.raises(ValueError, match="found in none of 2"):
-        track_probe([blank, blank], np.arange(2.0), CAMERA, probe, largest_gap_frames=5, **options)
+    assert np.isnan(table[TIP_STD].to_numpy()).any(axis=1).tolist() == [False, True, False]
+    assert tracked(images[:1], probe, 0, "photometric")["refined"].tolist() == [1]
+
+
+@pytest.mark.parametrize(
+    ("shown", "largest", "line"),
+    [
+        ("101", 0, "at most 0 frames at a time, found it lost in frames 1 to 1"),
+        ("1010001", 2, "at most 2 frames at a time, found it lost in frames 3 to 5"),
+        ("00", 5, "within 0.25 px, found in none of 2 frames"),
+        ("0101", 2, "first and last frame, found it lost in frame 0"),
+        ("1010", 2, "first and last frame, found it lost in frame 3"),
+    ],
+)
+def test_a_marker_that_is_lost(probe, shown, largest, line):
+    seen = board_image(POSES[0], probe["marker"])
+    with pytest.raises(ValueError, match=line):
+        tracked([seen if each == "1" else BLANK for each in shown], probe, largest)
 
 
 def test_camera_round_trip_with_distortion():

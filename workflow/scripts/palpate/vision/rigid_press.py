@@ -7,7 +7,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from palpate.vision.bending import CONTACT_N
-from palpate.vision.force import FORCE, frame_wrenches, zeroed
+from palpate.vision.force import FORCE, zeroed
+from palpate.vision.indentation import frame_wrenches
 from palpate.vision.options import Force
 from palpate.vision.probe import marker_from_tip, marker_transforms
 
@@ -49,16 +50,7 @@ def way_and_force(
     frames_s = table["time_s"].to_numpy(float)
     known = zeroed(record, probe, options.bias_window_s, frames_s[0])
     poses = marker_transforms(table)
-    wrenches = frame_wrenches(
-        known,
-        frames_s,
-        poses,
-        probe,
-        up=None,
-        matching=options.matching,
-        linear_window_s=options.linear_window_s,
-        largest_gap_s=options.largest_gap_s,
-    )
+    wrenches = frame_wrenches(known, table, probe, options)
     force, tips = wrenches[FORCE].to_numpy(), poses @ marker_from_tip(probe)
     along_n = np.einsum("ni,ni->n", force, tips[:, :3, 2])
     pressed = along_n > contact_n
