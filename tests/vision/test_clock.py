@@ -6,7 +6,7 @@ from palpate.vision.clock import (
     USB_CLOCK_STD_S,
     ClockOffset,
     _determined,
-    _Press,
+    _Record,
     clock_offset,
 )
 
@@ -273,7 +273,7 @@ def recorded(seed, *, late_s=0.0, shake_mm=0.0, way=pressed, frames_s=FRAMES_S, 
     *record, std = seen(
         shaken, FORCE_S, frames_s, depth_std_m=rough * DEPTH_STD_M, late_s=late_s, **material
     )
-    return _Press(*record, std / rough, NOISE_N)
+    return _Record(*record, std / rough, NOISE_N)
 
 
 def check(seed, **how):

@@ -26,9 +26,9 @@ SMALLEST_NOISE_N, SMALLEST_FORCE_N = 1e-3, 0.05
 USB_CLOCK_STD_S = 0.05
 # Fits after each of which is known what a path that turns between frames makes of the force.
 ROUNDS = 2
-# Of the peak, from which force on a frame tells of the clocks.
-TELLING = 0.1
-# Where the contact may be, as parts of the way that the tip takes, to start from.
+# Of the peak, from which force on a frame depends on the clocks.
+INFORMATIVE = 0.1
+# Where the contact may be, as parts of the path of the tip, to start from.
 CONTACT_GUESSES = (0.4, 0.6, 0.8)
 # Parameters are of order one: offset, log stiffness, contact, curvature, relaxation, baseline,
 # and the errors of the frames' depths. The first three have no deviation from 0.
@@ -48,7 +48,7 @@ LIKELY = 2.5
 CHANCE, ALIKE_CHANCE, LONGEST_ALIKE_S = 1e-3, 0.05, 0.3
 # Least correlation of the depths with what a force makes of them.
 LEAST_ALIKE = 0.8
-# Deviations of its noise at which a force is one, and frames with it that tell of an offset.
+# Deviations of its noise at which a force is one, and frames with it that an offset needs.
 PRESSED_DEVIATIONS, FEWEST_PRESSED = 3, 4
 # Frames that the stated deviations of depths count as much as.
 STATED = 10
@@ -58,9 +58,9 @@ SEARCH_ROUNDS = 5
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """Force clock minus camera clock, its standard deviation, and that of before the press [s].
+    """Force clock minus camera clock, its standard deviation, and its prior one [s].
 
-    An offset that the press does not determine is 0, with the deviation of before.
+    An offset that the indentation does not determine is 0, with the prior deviation.
     """
 
     offset_s: float
@@ -82,8 +82,8 @@ def clock_offset(
 
     The force's samples are explained by a relaxing Hertz contact along the path through the
     frames' depths; the depths' errors and the contact's parameters are fitted with the offset. A
-    soft press says little of it, so the offset starts from zero with the stated deviation, and the
-    result's deviation says what was learnt.
+    soft contact says little of it, so the offset starts from zero with the stated deviation, and
+    the result's deviation says what was learnt.
 
     Parameters
     ----------
@@ -108,31 +108,31 @@ def clock_offset(
     force_time_s, frame_time_s = force_time_s - frame_time_s[0], frame_time_s - frame_time_s[0]
     unknown = ClockOffset(0.0, prior_std_s, prior_std_s, determined=False)
     path = (frame_time_s, depth_m, np.hypot(depth_std_m, DEPTH_STD_M))
-    record = _Press(force_time_s, force_n, *path)
+    record = _Record(force_time_s, force_n, *path)
     between, at_frames = record.between_frames(), np.interp(frame_time_s, force_time_s, force_n)
-    few = (at_frames > TELLING * at_frames.max()).sum() < FEWEST_PRESSED
+    few = (at_frames > INFORMATIVE * at_frames.max()).sum() < FEWEST_PRESSED
     if few or between.force_n.size < FEWEST_SAMPLES or at_frames.max() < SMALLEST_FORCE_N:
         return unknown
     if not _determined(replace(record, noise_n=between.noise_n), prior_std_s):
         return unknown
-    told = _telling(at_frames)
-    press = _Press(force_time_s, force_n, *(each[told] for each in path)).between_frames()
-    best = min((press.fit(start, prior_std_s) for start in press.starts()), key=lambda f: f.cost)
+    used = _informative(at_frames)
+    record = _Record(force_time_s, force_n, *(each[used] for each in path)).between_frames()
+    best = min((record.fit(start, prior_std_s) for start in record.starts()), key=lambda f: f.cost)
     for _ in range(ROUNDS):
-        press = replace(press, unsure_n=press.unsure_of(best.x))
-        best = press.fit(best.x, prior_std_s)
+        record = replace(record, unsure_n=record.unsure_of(best.x))
+        best = record.fit(best.x, prior_std_s)
     # What the model of the contact leaves is counted as noise.
-    misfit = best.fun[: press.force_n.size]
-    left = np.sqrt((misfit**2).sum() / max(np.count_nonzero(press.weights), 1))
+    misfit = best.fun[: record.force_n.size]
+    left = np.sqrt((misfit**2).sum() / max(np.count_nonzero(record.weights), 1))
     if left > 1:
-        press = replace(press, noise_n=press.noise_n * left)
-        best = press.fit(best.x, prior_std_s)
+        record = replace(record, noise_n=record.noise_n * left)
+        best = record.fit(best.x, prior_std_s)
     covariance = np.linalg.pinv(best.jac.T @ best.jac)
     offset_s, std_s = best.x[0] * SCALE_S, np.sqrt(covariance[0, 0]) * SCALE_S
     return ClockOffset(float(offset_s), float(std_s), prior_std_s)
 
 
-def _determined(record: "_Press", prior_std_s: float) -> bool:
+def _determined(record: "_Record", prior_std_s: float) -> bool:
     """Whether offsets that fit alike are 0.3 s at most, a likely one among them.
 
     The depths of frames in contact are explained by the force that the record has at their times,
@@ -142,10 +142,10 @@ def _determined(record: "_Press", prior_std_s: float) -> bool:
     moved_m = SEARCH_STEP_S / np.sqrt(12) * np.gradient(record.depth_m, record.frame_time_s)
     record = replace(record, depth_std_m=np.hypot(record.depth_std_m, moved_m))
     shifts = np.arange(-SEARCHED_S, SEARCHED_S + SEARCH_STEP_S / 2, SEARCH_STEP_S)
-    ways = _force_ways(record)
-    found = [_followed(record, record.frame_time_s + shift, ways) for shift in shifts]
+    shapes = _depth_shapes(record)
+    found = [_followed(record, record.frame_time_s + shift, shapes) for shift in shifts]
     squares, free, alike = np.array(found).T
-    # Variance of the depths' errors, as multiple of the stated; infinite if no frame tells it.
+    # Variance of the depths' errors, as multiple of the stated; infinite if no frame determines it.
     misfits = np.where(free > 0, (squares + STATED) / (free + STATED), np.inf)
     limit_s = max(LIKELY * prior_std_s, SEARCH_STEP_S)
     likely = (np.abs(shifts) < limit_s + SEARCH_STEP_S / 2) & np.isfinite(misfits)
@@ -175,43 +175,43 @@ def _determined(record: "_Press", prior_std_s: float) -> bool:
     return bool(alike_s <= LONGEST_ALIKE_S and not unlike[near])
 
 
-def _followed(record: "_Press", time_s: NDArray, ways: NDArray) -> tuple[float, int, float]:
+def _followed(record: "_Record", time_s: NDArray, shapes: NDArray) -> tuple[float, int, float]:
     """How well the depths follow the force that the record has at some times (n,).
 
-    Squares of what it leaves, in deviations; frames that tell; correlation.
+    Squares of what it leaves, in deviations; degrees of freedom; correlation.
     """
     force_n = np.interp(time_s, record.time_s, record.force_n, left=np.nan, right=np.nan)
     least_n = PRESSED_DEVIATIONS * record.noise_n
     pressed = force_n > least_n
     if pressed.sum() < FEWEST_PRESSED:
         return 0.0, 0, 0.0
-    # The contact is a way too, from above all depths.
-    ways = [np.ones(len(time_s)), *(np.interp(time_s, record.time_s, way) for way in ways)]
-    ways = np.column_stack(ways)
+    # The contact is a shape too, from above all depths.
+    shapes = [np.ones(len(time_s)), *(np.interp(time_s, record.time_s, shape) for shape in shapes)]
+    shapes = np.column_stack(shapes)
     depth = record.depth_m - record.depth_m.min() + np.ptp(record.depth_m)
-    std, told = record.depth_std_m, pressed
+    std, used = record.depth_std_m, pressed
     for _ in range(SEARCH_ROUNDS):
-        parts, _ = nnls(ways[told] / std[told, None], depth[told] / std[told])
-        left = depth - ways @ parts
+        parts, _ = nnls(shapes[used] / std[used, None], depth[used] / std[used])
+        left = depth - shapes @ parts
         # In the air a tip is above the contact, anywhere.
-        told = pressed | ((left > 0) & (force_n <= least_n))
+        used = pressed | ((left > 0) & (force_n <= least_n))
         # What the force's noise is as a depth, by Hertz's law.
-        noise_m = 2 / 3 * (ways[:, 1:] @ parts[1:]) * record.noise_n / np.fmax(force_n, least_n)
+        noise_m = 2 / 3 * (shapes[:, 1:] @ parts[1:]) * record.noise_n / np.fmax(force_n, least_n)
         std = np.hypot(record.depth_std_m, noise_m)
-    squares = ((left / std)[told] ** 2).sum()
+    squares = ((left / std)[used] ** 2).sum()
     free = max(int(pressed.sum() - np.count_nonzero(parts)), 0)
-    seen, made = (part - part.mean() for part in (depth[told], (ways @ parts)[told]))
+    seen, made = (part - part.mean() for part in (depth[used], (shapes @ parts)[used]))
     size = max(np.linalg.norm(seen) * np.linalg.norm(made), np.finfo(float).tiny)
     return squares, free, seen @ made / size
 
 
-def _force_ways(record: "_Press") -> NDArray:
+def _depth_shapes(record: "_Record") -> NDArray:
     """Depths that the force may make of a soft object, each up to one, (k, m)."""
     # What undoes a relaxation is its inverse filter.
     unrelaxed = lfilter(*_relaxation(record.time_s, MOST_RELAXED)[::-1], record.force_n)
     forces = np.maximum([record.force_n, unrelaxed], PRESSED_DEVIATIONS * record.noise_n)
-    ways = np.concatenate([forces**power for power in POWERS])
-    return ways / ways.max(axis=1, keepdims=True)
+    shapes = np.concatenate([forces**power for power in POWERS])
+    return shapes / shapes.max(axis=1, keepdims=True)
 
 
 def _relaxation(time_s: NDArray, share: float) -> tuple[NDArray, NDArray]:
@@ -228,11 +228,11 @@ def _relaxation(time_s: NDArray, share: float) -> tuple[NDArray, NDArray]:
     return kept, np.poly(decays)
 
 
-def _telling(force_n: NDArray) -> NDArray:
-    """Frames of a long recording that tell of the clocks: the press, or its rise, evenly."""
+def _informative(force_n: NDArray) -> NDArray:
+    """Frames of a long recording that determine the offset: an indentation, or its rise."""
     if len(force_n) <= MOST_FRAMES:
         return np.arange(len(force_n))
-    margin, pressed = MOST_FRAMES // 10, np.flatnonzero(force_n > TELLING * force_n.max())
+    margin, pressed = MOST_FRAMES // 10, np.flatnonzero(force_n > INFORMATIVE * force_n.max())
     first, last = pressed[0] - margin, pressed[-1] + margin
     if last - first >= MOST_FRAMES:
         last = int(np.argmax(force_n)) + margin
@@ -241,7 +241,7 @@ def _telling(force_n: NDArray) -> NDArray:
 
 
 @dataclass(frozen=True)
-class _Press:
+class _Record:
     """The force's record and the tip's path, and how far a model is from them."""
 
     time_s: NDArray
@@ -258,7 +258,7 @@ class _Press:
         gap = np.abs(self.time_s[:, None] - self.frame_time_s).min(axis=1)
         return (gap < NEAR_FRAME_S) / np.hypot(self.noise_n, self.unsure_n)
 
-    def between_frames(self) -> "_Press":
+    def between_frames(self) -> "_Record":
         """Samples between the first and the last frame: of many, means of a few each."""
         between = (self.time_s > self.frame_time_s[0]) & (self.time_s < self.frame_time_s[-1])
         few = -(-np.count_nonzero(between) // MOST_SAMPLES)
