@@ -82,101 +82,97 @@ def pose_in(grey, marker, refine=None):
     return pose
 
 
+@pytest.fixture
+def board(probe):
+    return board_of(probe["marker"])
+
+
+@pytest.fixture
+def refine(board):
+    return BoardRefiner(CAMERA, board, encoding="mono8")
+
+
+@pytest.fixture
+def off_m(probe):
+    """Vector by which the tip of a found pose is off."""
+    tip = marker_from_tip(probe)
+    return lambda found, pose: (found.camera_from_marker @ tip - pose @ tip)[:3, 3]
+
+
 @pytest.mark.parametrize("pose", POSES)
-def test_pose_of_a_rendered_board(pose, probe):
-    image, tip = board_image(pose, probe["marker"]), marker_from_tip(probe)
+def test_pose_of_a_rendered_board(pose, probe, refine, off_m):
+    image = board_image(pose, probe["marker"])
     found = pose_in(image, probe["marker"])
     assert found.inliers >= 10
-    by_corners = np.linalg.norm((found.camera_from_marker @ tip - pose @ tip)[:3, 3])
-    assert by_corners < 0.6e-3
-    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
-    better = pose_in(image, probe["marker"], refine)
-    by_picture = np.linalg.norm((better.camera_from_marker @ tip - pose @ tip)[:3, 3])
-    assert by_picture < 0.1e-3
+    assert np.linalg.norm(off_m(found, pose)) < 0.6e-3
+    assert np.linalg.norm(off_m(pose_in(image, probe["marker"], refine), pose)) < 0.1e-3
 
 
-def test_a_mosaics_pixels_are_told_apart(probe):
+def test_a_mosaics_pixels_are_told_apart(probe, board, off_m):
     """Four kinds of pixels with their own brightness hide nothing."""
     image = board_image(POSES[0], probe["marker"]).astype(float)
     gains = np.array([[1.0, 0.85], [0.9, 0.7]])
     mosaic = np.round(image * np.tile(gains, (384, 512))).astype(np.uint8)
-    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="bayer_rggb8")
     start = POSES[0].copy()
     start[:3, 3] += [2e-4, -2e-4, 1e-3]
-    found = refine(mosaic, start).camera_from_marker
-    tip = marker_from_tip(probe)
-    assert np.linalg.norm((found @ tip - POSES[0] @ tip)[:3, 3]) < 0.15e-3
+    found = BoardRefiner(CAMERA, board, encoding="bayer_rggb8")(mosaic, start)
+    assert np.linalg.norm(off_m(found, POSES[0])) < 0.15e-3
 
 
-def test_what_hides_a_part_of_the_board_does_not_pull_the_refinement(probe):
+def test_what_hides_a_part_of_the_board_does_not_pull_the_refinement(probe, refine, off_m):
     image = board_image(POSES[0], probe["marker"])
     corner = CAMERA.project(POSES[0][:3, 3][None])[0].round().astype(int)
     image[corner[1] - 12 : corner[1] + 8, corner[0] - 12 : corner[0] + 8] = 150
-    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
-    tip, found = marker_from_tip(probe), refine(image, POSES[0]).camera_from_marker
-    assert np.linalg.norm((found @ tip - POSES[0] @ tip)[:3, 3]) < 0.3e-3
+    assert np.linalg.norm(off_m(refine(image, POSES[0]), POSES[0])) < 0.3e-3
 
 
-def test_what_does_not_look_like_the_board_is_not_refined(probe):
-    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
+def test_what_does_not_look_like_the_board_is_not_refined(probe, refine):
     image = board_image(POSES[0], probe["marker"])
-    assert refine(BLANK, POSES[0]) is None
-    hidden = image.copy()
+    hidden, elsewhere = image.copy(), POSES[0].copy()
     x, y = CAMERA.project(POSES[0][:3, 3][None])[0].round().astype(int)
     hidden[y - 40 : y + 150, x - 30 : x + 25] = 150
-    assert refine(hidden, POSES[0]) is None
-    smeared = cv2.blur(image, (9, 1))
-    assert refine(smeared, POSES[0]) is None
-    elsewhere = POSES[0].copy()
+    for other in (BLANK, hidden, cv2.blur(image, (9, 1))):
+        assert refine(other, POSES[0]) is None
     elsewhere[:3, 3] += [0.008, 0, 0]
     assert refine(image, elsewhere) is None
+    for beyond in ([1.5, 0, 0.6], [0, 0, -0.6]):
+        assert refine(BLANK, pose_of([0.35, 0, 0], beyond)) is None
 
 
-def test_the_refinements_covariance_covers_its_scatter(probe):
+def test_the_refinements_covariance_covers_its_scatter(probe, refine, off_m):
     rng, tip = np.random.default_rng(4), marker_from_tip(probe)[:3, 3]
     image = board_image(POSES[1], probe["marker"]).astype(float)
-    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
     errors, stated = [], []
     for _ in range(25):
         noisy = np.clip(np.round(image + rng.normal(0, 2, image.shape)), 0, 255).astype(np.uint8)
         found = refine(noisy, POSES[1])
-        transform = found.camera_from_marker
-        errors.append((transform - POSES[1])[:3, :3] @ tip + (transform - POSES[1])[:3, 3])
-        stated.append(np.diag(point_covariance(transform, found.covariance, tip)))
+        errors.append(off_m(found, POSES[1]))
+        covariance = point_covariance(found.camera_from_marker, found.covariance, tip)
+        stated.append(np.diag(covariance))
     ratio = np.sqrt(np.mean(np.square(errors), axis=0) / np.mean(stated, axis=0))
     assert ratio.max() < 1.5
     assert ratio.min() > 0.1
 
 
-def test_refinement_beyond_the_image_is_none(probe):
-    refine = BoardRefiner(CAMERA, board_of(probe["marker"]), encoding="mono8")
-    away = pose_of([0.35, 0, 0], [1.5, 0, 0.6])
-    behind = pose_of([0.35, 0, 0], [0, 0, -0.6])
-    assert refine(BLANK, away) is None
-    assert refine(BLANK, behind) is None
-
-
-def test_the_covariance_is_that_of_the_scatter(probe):
-    points, pose = board_of(probe["marker"]).points_m, POSES[1]
-    exact = CAMERA.project(points @ pose[:3, :3].T + pose[:3, 3])
+def test_the_covariance_is_that_of_the_scatter(probe, board, off_m):
+    exact = CAMERA.project(board.points_m @ POSES[1][:3, :3].T + POSES[1][:3, 3])
     rng, tip = np.random.default_rng(3), marker_from_tip(probe)[:3, 3]
-    tips, stated = [], []
+    errors, stated = [], []
     for _ in range(400):
         corners = exact + rng.normal(0, 0.05, exact.shape)
-        found = candidate_poses(corners, CAMERA, board_of(probe["marker"]), threshold_px=0.45)[0]
-        transform = found.camera_from_marker
-        tips.append(transform[:3, :3] @ tip + transform[:3, 3])
-        stated.append(np.diag(point_covariance(transform, found.covariance, tip)))
-    ratio = np.std(tips, axis=0) / np.sqrt(np.mean(stated, axis=0))
+        found = candidate_poses(corners, CAMERA, board, threshold_px=0.45)[0]
+        errors.append(off_m(found, POSES[1]))
+        covariance = point_covariance(found.camera_from_marker, found.covariance, tip)
+        stated.append(np.diag(covariance))
+    ratio = np.std(errors, axis=0) / np.sqrt(np.mean(stated, axis=0))
     assert ratio == pytest.approx(1, abs=0.15)
 
 
 @pytest.mark.long
-def test_no_flipped_pose_in_ten_thousand_frames(probe, sensors):
+def test_no_flipped_pose_in_ten_thousand_frames(board, sensors):
     """Boards at the far end of the Kinect's workspace, corners as noisy as its pictures'."""
     camera = camera_from_spec(sensors["kinect"]["color"])
-    board, rng = board_of(probe["marker"]), np.random.default_rng(8)
-    points = board.points_m
+    points, rng = board.points_m, np.random.default_rng(8)
     worst, alone, lost = 0.0, 0, 0
     for _ in range(100):
         swing = rng.uniform(-0.5, 0.5, 3) + 0.15 * np.cumsum(rng.normal(0, 0.15, (100, 3)), axis=0)
@@ -186,9 +182,7 @@ def test_no_flipped_pose_in_ten_thousand_frames(probe, sensors):
         for pose in poses:
             exact = camera.project(points @ pose[:3, :3].T + pose[:3, 3])
             corners = exact + rng.normal(0, 0.08, exact.shape)
-            candidates.append(
-                candidate_poses(corners, camera, board_of(probe["marker"]), threshold_px=0.45)
-            )
+            candidates.append(candidate_poses(corners, camera, board, threshold_px=0.45))
         for true, found, options in zip(poses, settle(candidates), candidates, strict=True):
             if found is None:
                 lost += 1
@@ -205,22 +199,17 @@ def tilt_between(a, b):
     return np.arccos(np.clip(a[:3, 2] @ b[:3, 2], -1, 1))
 
 
-def test_the_expected_region_gives_the_same_corners(probe):
-    first, second, third = (
-        pose_of([0.35, 0.1, 0.0], [-0.05 + 0.01 * k, -0.1, 0.6]) for k in range(3)
-    )
-    before, last = (
-        find_corners(board_image(p, probe["marker"]), board_of(probe["marker"]))
-        for p in (first, second)
-    )
-    image = board_image(third, probe["marker"])
-    region = expected_region(last, before, image.shape)
-    assert (region.x1 - region.x0) * (region.y1 - region.y0) < 0.15 * image.size
-    whole = find_corners(image, board_of(probe["marker"]))
-    assert np.abs(find_corners(image, board_of(probe["marker"]), region) - whole).max() < 2e-3
-    elsewhere = Region(0, 0, 60, 60)
-    assert np.array_equal(find_corners(image, board_of(probe["marker"]), elsewhere), whole)
-    assert expected_region(last + 5000, None, image.shape) is None
+def test_the_expected_region_gives_the_same_corners(probe, board):
+    images = [
+        board_image(pose_of([0.35, 0.1, 0.0], [-0.05 + 0.01 * k, -0.1, 0.6]), probe["marker"])
+        for k in range(3)
+    ]
+    before, last, whole = (find_corners(image, board) for image in images)
+    region = expected_region(last, before, BLANK.shape)
+    assert (region.x1 - region.x0) * (region.y1 - region.y0) < 0.15 * BLANK.size
+    assert np.abs(find_corners(images[2], board, region) - whole).max() < 2e-3
+    assert np.array_equal(find_corners(images[2], board, Region(0, 0, 60, 60)), whole)
+    assert expected_region(last + 5000, None, BLANK.shape) is None
 
 
 def test_a_lens_that_bends_costs_no_corner_in_a_region():
