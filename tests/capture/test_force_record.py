@@ -20,8 +20,8 @@ from palpate.capture.tables import (
 )
 from palpate.examine import told_of
 from palpate.press import press_of
-from palpate.vision.force import FORCE, match_nearest, zeroed
-from palpate.vision.indentation import capture_wrenches
+from palpate.vision.force import FORCE, zeroed
+from palpate.vision.indentation import capture_wrenches, match_nearest
 from palpate.vision.options import Force, ProbePose
 from palpate.workflow.options import Config
 

@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
-from palpate.vision.force import WRENCH, frame_wrenches, zeroed
+from palpate.vision.force import WRENCH, zeroed
+from palpate.vision.indentation import frame_wrenches
+from palpate.vision.options import Force
+from palpate.vision.probe import marker_columns
 from virtual_lab.ladder import ContactLadder, load_ladder, mirrored, save_ladder
 from virtual_lab.motion import HOVER_M, Hand
 from virtual_lab.press import contact_problem, first_touch, patch_points, press_object
@@ -133,9 +136,9 @@ def test_the_sensor_records_the_force_as_it_is(inclined, probe):
     record = gauge_record(time_s, force, turns, probe, lab, np.random.default_rng(0))
     poses = np.tile(np.eye(4), (2, 1, 1))
     poses[:, :3, :3] = turns[0] @ np.array(probe["marker_from_force"])[:3, :3].T
-    options = {"up": None, "matching": "linear", "linear_window_s": 0.1, "largest_gap_s": 0.02}
     known = zeroed(record, probe, 0.4, 0.3)
-    found = frame_wrenches(known, np.array([0.3, 3.5]), poses, probe, **options)
+    table = marker_columns(poses).assign(time_s=[0.3, 3.5])
+    found = frame_wrenches(known, table, probe, Force(matching="linear"))
     found = found[WRENCH].to_numpy()[:, :3]
     assert np.abs(found - [np.zeros(3), -force[3500]]).max() < 0.12
     # A normal force alone would be seen along the probe's axis.

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from itertools import product
 
 import cv2
 import numpy as np
@@ -31,8 +32,8 @@ def noisy(values, level, seed=0):
 
 @pytest.mark.parametrize("name", ORDERS)
 def test_a_motion_in_another_order(name):
-    found = disagreement(noisy(PRESS_MM, 0.1), noisy(PRESS_MM, 0.4, 1)[ORDERS[name]] + 30)
-    assert found.given > 3 and found.resorted < 0.5
+    given, resorted = disagreement(noisy(PRESS_MM, 0.1), noisy(PRESS_MM, 0.4, 1)[ORDERS[name]] + 30)
+    assert given > 3 and resorted < 0.5
 
 
 @pytest.mark.parametrize("level", [0.1, 0.5, 1, 2, 4, 8, 16])
@@ -75,13 +76,21 @@ PLACES = {
 CORNERS = ProbePose(refinement="corners")
 
 
-def opened(root, folder, place):
-    return open_capture(folder, sensors=root / PLACES[place][1], probes=root / PLACES[place][2])
+@pytest.fixture
+def opened(root, tmp_path):
+    def of(capture, place="sample", *, copied=False):
+        objects, sensors, probes = (root / part for part in PLACES[place])
+        if copied:
+            objects = shutil.copytree(objects, tmp_path / objects.name)
+        return open_capture(objects / capture, sensors=sensors, probes=probes)
+
+    return of
 
 
-def permute(table, stream):
-    names = table[stream].to_numpy()
-    table[stream] = names[np.random.default_rng(5).permutation(len(names))]
+def follow(one, **marker):
+    """The probe through a capture, with other numbers of its board."""
+    probe = one.probe | {"marker": one.probe["marker"] | marker}
+    return followed(one.folder, one.sensor, probe, CORNERS)
 
 
 @pytest.mark.parametrize(
@@ -92,56 +101,44 @@ def permute(table, stream):
         ("sample", "bumblebee/08", "right", "right: expected the board where left shows it"),
     ],
 )
-def test_a_capture_whose_second_images_are_permuted(root, tmp_path, place, capture, stream, line):
-    source = root / PLACES[place][0]
-    folder = shutil.copytree(source, tmp_path / source.name)
-    one = opened(root, folder / capture, place)
-    poses = followed(one.folder, one.sensor, one.probe, CORNERS)
-    path = one.folder / "frames.csv"
-    table = one.frames
-    permute(table, stream)
+def test_a_capture_whose_second_images_are_permuted(opened, place, capture, stream, line):
+    one = opened(capture, place, copied=True)
+    poses, table, path = follow(one), one.frames, one.folder / "frames.csv"
+    table[stream] = np.random.default_rng(5).permutation(table[stream].to_numpy())
     table.to_csv(path, index=False)
     with pytest.raises(ValueError, match=f"^{path}: {line}, frame by frame, found it "):
         require_agreement(one.folder, one.sensor, one.probe["marker"], poses)
 
 
-@pytest.mark.parametrize("square_m", [0.9, 1.1])
-@pytest.mark.parametrize("capture", ["kinect/08", "bumblebee/08"])
-def test_squares_of_another_size(root, capture, square_m):
-    one = opened(root, root / PLACES["sample"][0] / capture, "sample")
-    scaled = one.probe["marker"] | {"square_m": square_m * one.probe["marker"]["square_m"]}
-    with pytest.raises(ValueError, match="marker.square_m: expected the board ") as refused:
-        followed(one.folder, one.sensor, one.probe | {"marker": scaled}, CORNERS)
-    by_stream, by_corners = map(float, re.findall(r"([0-9.]+) m(?: away| by)", str(refused.value)))
+# A sheet printed at 97 % too: a stereo head knows distances to parts of a per cent.
+@pytest.mark.parametrize(
+    ("capture", "square_m"),
+    [*product(("kinect/08", "bumblebee/08"), (0.9, 1.1)), ("bumblebee/08", 1 / 0.97)],
+)
+def test_squares_of_another_size(opened, capture, square_m):
+    one = opened(capture)
+    with pytest.raises(ValueError, match=r"marker.square_m: .*\(squares of 0.0\d+ m for") as found:
+        follow(one, square_m=square_m * one.probe["marker"]["square_m"])
+    by_stream, by_corners = map(float, re.findall(r"([0-9.]+) m(?: away| by)", str(found.value)))
     assert by_corners / by_stream == pytest.approx(square_m, abs=0.02)
 
 
-def test_a_sheet_printed_at_97_per_cent(root):
-    """A stereo head, which knows distances to parts of a per cent, tells it."""
-    one = opened(root, root / PLACES["sample"][0] / "bumblebee/08", "sample")
-    scaled = one.probe["marker"] | {"square_m": one.probe["marker"]["square_m"] / 0.97}
-    with pytest.raises(ValueError, match=r"\(squares of 0\.02\d* m for 0\.0206"):
-        followed(one.folder, one.sensor, one.probe | {"marker": scaled}, CORNERS)
-
-
-def test_a_pair_that_is_not_rectified(root, tmp_path):
+def test_a_pair_that_is_not_rectified(opened):
     """The right picture four rows lower."""
-    source = root / PLACES["sample"][0]
-    folder = shutil.copytree(source, tmp_path / source.name)
-    one = opened(root, folder / "bumblebee/08", "sample")
+    one = opened("bumblebee/08", copied=True)
     for path in sorted((one.folder / "right").glob("*.png")):
         image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
         cv2.imwrite(str(path), np.roll(image, 4, axis=0))
     with pytest.raises(ValueError, match=r"right: expected a rectified pair, .* \+4\.0 px"):
-        followed(one.folder, one.sensor, one.probe, CORNERS)
+        follow(one)
 
 
 @pytest.mark.parametrize("left_out", ["frames", "range"])
-def test_too_little_to_compare_is_said(root, caplog, left_out):
+def test_too_little_to_compare_is_said(opened, caplog, left_out):
     """A board at another distance is not told by a few frames, nor by readings out of range."""
     caplog.set_level("INFO")
-    one = opened(root, root / PLACES["sample"][0] / "kinect/08", "sample")
-    poses = followed(one.folder, one.sensor, one.probe, CORNERS)
+    one = opened("kinect/08")
+    poses = follow(one)
     assert "not compared" not in caplog.text
     poses[MARKER] *= 0.9
     marker, sensor = one.probe["marker"], one.sensor
@@ -155,21 +152,18 @@ def test_too_little_to_compare_is_said(root, caplog, left_out):
     assert "depth: the board is not compared with that of color" in caplog.text
 
 
-def test_an_image_that_can_not_be_decoded_is_one_line(root, tmp_path):
-    source = root / PLACES["own"][0]
-    folder = shutil.copytree(source, tmp_path / source.name)
-    names = ("back/color/000004.png", "background/color/000000.png")
-    spoilt = [folder / "bench_cam" / name for name in names]
+def test_an_image_that_can_not_be_decoded_is_one_line(root, opened):
+    sensor = opened("bench_cam/back", "own", copied=True).folder.parent
+    spoilt = [sensor / name for name in ("back/color/000004.png", "background/color/000000.png")]
     for path in spoilt:
         content = bytearray(path.read_bytes())
         content[len(content) // 2] ^= 255
         path.write_bytes(content)
-    devices = (by_name(root / part) for part in PLACES["own"][1:])
-    found = examine_object(folder, *devices)
+    devices = (
+        {path.stem: yaml.safe_load(path.read_text()) for path in (root / part).glob("*.yaml")}
+        for part in PLACES["own"][1:]
+    )
+    found = examine_object(sensor.parent, *devices)
     expected = [f"{path}: image: expected a whole PNG" for path in spoilt]
     assert sorted(line.partition(", found")[0] for line in found.wrong) == sorted(expected)
     assert any("bench_cam/back-a02: 12 frames" in line for line in found.found)
-
-
-def by_name(folder):
-    return {path.stem: yaml.safe_load(path.read_text()) for path in folder.glob("*.yaml")}

@@ -2,9 +2,15 @@
 
 import numpy as np
 import pytest
-from palpate.vision.kalman import filter_tip, smooth, study_filter
+from palpate.vision.kalman import filter_tip, study_filter
+from palpate.vision.options import PoseFilter
 
-OPTIONS = {"measurement_std_m": 3e-4, "acceleration_std_m_s2": 0.05}
+
+def smoothed(time_s, values, std, acceleration_m_s2):
+    """One coordinate, with deviations that hold all of the measurements' errors."""
+    options = PoseFilter(measurement_std_m=1e-9, acceleration_std_m_s2=acceleration_m_s2)
+    tips, stds = (np.column_stack([column] * 3) for column in (values, std))
+    return filter_tip(time_s, tips, stds, options)[:, 1]
 
 
 def test_study_filter_by_hand():
@@ -16,26 +22,23 @@ def test_study_filter_by_hand():
 
 def test_study_filter_lags_and_smoother_does_not():
     time_s = np.arange(60) / 6
-    ramp = np.clip(time_s - 2, 0, 4)[:, None] * 0.002
-    lag = np.abs(study_filter(ramp) - ramp)[20:34].max()
+    ramp = np.clip(time_s - 2, 0, 4) * 0.002
+    lag = np.abs(study_filter(ramp[:, None])[:, 0] - ramp)[20:34].max()
     frame = 0.002 / 6
     assert 2.4 * frame < lag < 3.0 * frame
-    found = filter_tip(time_s, ramp, np.zeros_like(ramp), method="smoother", **OPTIONS)
+    found = smoothed(time_s, ramp, np.full(60, 3e-4), 0.05)
     assert np.abs(found - ramp).max() < 0.25 * frame
 
 
 def test_smoother_reduces_noise_and_bridges_gaps():
-    rng = np.random.default_rng(5)
-    time_s = np.arange(80) / 6
-    path = np.column_stack([0.002 * time_s, 0.01 + 0 * time_s, 0 * time_s])
-    noisy = path + rng.normal(0, 3e-4, path.shape)
-    noisy[30:33] = np.nan
-    std = np.full(80, 3e-4)
-    found = np.column_stack(
-        [smooth(time_s, column, std, acceleration_std_m_s2=0.005) for column in noisy.T]
-    )
-    assert (found - path).std() < 0.6 * 3e-4
-    assert np.abs(found[30:33] - path[30:33]).max() < 6e-4
+    rng, time_s, std = np.random.default_rng(5), np.arange(80) / 6, np.full(80, 3e-4)
+    for speed in (0.002, 0.0):
+        path = speed * time_s
+        noisy = path + rng.normal(0, std)
+        noisy[30:33] = np.nan
+        found = smoothed(time_s, noisy, std, 0.005)
+        assert (found - path).std() < 0.6 * 3e-4
+        assert np.abs(found[30:33] - path[30:33]).max() < 6e-4
 
 
 def test_smoother_is_the_likeliest_path():
@@ -56,27 +59,20 @@ def test_smoother_is_the_likeliest_path():
     rows = np.concatenate([place[seen] / std[seen, None], np.diag(1 / scale)])
     wanted = np.r_[values[seen] / std[seen], values[1], np.zeros(9)]
     likeliest = place @ np.linalg.lstsq(rows, wanted, rcond=None)[0]
-    found = smooth(time_s, values, std, acceleration_std_m_s2=acceleration)
-    assert found == pytest.approx(likeliest, abs=1e-9)
+    assert smoothed(time_s, values, std, acceleration) == pytest.approx(likeliest, abs=1e-9)
 
 
 def test_frames_that_are_known_better_count_more():
     time_s, std = np.arange(40) / 6, np.full(40, 5e-4)
     std[::4] = 1e-5
     noisy = np.random.default_rng(1).normal(0, std)
-    found = smooth(time_s, noisy, std, acceleration_std_m_s2=0.005)
-    assert np.abs(found).max() < 1e-4
+    assert np.abs(smoothed(time_s, noisy, std, 0.005)).max() < 1e-4
 
 
-def test_filters_bridge_gaps():
+@pytest.mark.parametrize("method", ["study", "none"])
+def test_filters_bridge_gaps(method):
     path = np.column_stack([np.arange(6.0)] * 3)
+    expected = study_filter(path) if method == "study" else path.copy()
     path[2] = np.nan
-    for method in ("study", "none"):
-        found = filter_tip(np.arange(6.0), path, np.zeros_like(path), method=method, **OPTIONS)
-        assert np.isfinite(found).all()
-    assert found[2] == pytest.approx([2, 2, 2])
-
-
-def test_unknown_method_is_refused():
-    with pytest.raises(ValueError, match="method: expected study, smoother or none"):
-        filter_tip(np.arange(3.0), np.zeros((3, 3)), np.zeros((3, 3)), method="best", **OPTIONS)
+    options = PoseFilter(method=method)
+    assert filter_tip(np.arange(6.0), path, np.zeros_like(path), options) == pytest.approx(expected)

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import yaml
 from palpate.capture.tables import WRENCH_COLUMNS, write_table
-from palpate.vision.force import weight_wrenches
+from palpate.vision.indentation import weight_wrenches
 from palpate.vision.probe import marker_columns
 from palpate.vision.static_poses import static_poses
 from scipy.spatial.transform import Rotation

@@ -9,13 +9,17 @@ from palpate.vision.board import Board
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.corners import Region
 from palpate.vision.marker import board_of, expected_region
-from palpate.vision.options import PoseFilter
+from palpate.vision.options import PoseFilter, ProbePose
 from palpate.vision.photometric import BoardRefiner
 from palpate.vision.pose import candidate_poses, point_covariance, settle
-from palpate.vision.probe import board_poses, marker_from_tip, track_probe
+from palpate.vision.probe import TIP, TIP_STD, board_poses, marker_from_tip, track_probe
 from printed_boards import CAMERA, exact, noisy, picture
 from scipy.spatial.transform import Rotation
 
+SENSOR = {
+    "color": vars(CAMERA) | {"encoding": "mono8"},
+    "marker": {"reprojection_threshold_px": 0.25},
+}
 BLANK = np.full((CAMERA.height_px, CAMERA.width_px), 120, np.uint8)
 
 
@@ -195,20 +199,40 @@ def test_a_lens_that_bends_costs_no_corner_in_a_region():
         assert np.abs(board.find(image, region) - corners).max() < 0.2
 
 
-def test_lost_marker_is_bridged_or_rejected(probe, image):
-    def tracked(images, gap_frames, refinement="corners"):
-        return track_probe(
-            images, np.arange(float(len(images))), CAMERA, probe, encoding="mono8",
-            threshold_px=0.25, refinement=refinement, largest_gap_frames=gap_frames,
-            filter_by=PoseFilter(method="none"),
-        )  # fmt: skip
+def tracked(images, probe, largest_gap_frames, refinement="corners"):
+    options = ProbePose(
+        refinement=refinement,
+        largest_gap_frames=largest_gap_frames,
+        filter=PoseFilter(method="none"),
+    )
+    return track_probe(images, np.arange(float(len(images))), SENSOR, probe, options)
 
-    table = tracked([image, BLANK, image], 1)
+
+def test_a_probe_is_tracked(probe, board):
+    """Between two frames that show it the board moves evenly."""
+    moved = POSES[0].copy()
+    moved[0, 3] += 0.01
+    images = [picture(board, pose) for pose in (POSES[0], moved)]
+    table = tracked([images[0], BLANK, images[1]], probe, 1)
     assert table["detected"].tolist() == [1, 0, 1]
-    assert np.allclose(table["tip_x_m"], table["tip_x_m"][0], atol=1e-6)
+    tips = np.stack([(pose @ marker_from_tip(probe))[:3, 3] for pose in (POSES[0], moved)])
+    expected = [tips[0], tips.mean(axis=0), tips[1]]
+    assert table[TIP].to_numpy() == pytest.approx(np.array(expected), abs=0.6e-3)
     assert not table["refined"].any()
-    assert tracked([image], 0, "photometric")["refined"].tolist() == [1]
-    with pytest.raises(ValueError, match="found it lost in frames 1 to 1"):
-        tracked([image, BLANK, image], 0)
-    with pytest.raises(ValueError, match="found in none of 2"):
-        tracked([BLANK, BLANK], 5)
+    assert np.isnan(table[TIP_STD].to_numpy()).any(axis=1).tolist() == [False, True, False]
+    assert tracked(images[:1], probe, 0, "photometric")["refined"].tolist() == [1]
+
+
+@pytest.mark.parametrize(
+    ("shown", "largest", "line"),
+    [
+        ("101", 0, "at most 0 frames at a time, found it lost in frames 1 to 1"),
+        ("1010001", 2, "at most 2 frames at a time, found it lost in frames 3 to 5"),
+        ("00", 5, "within 0.25 px, found in none of 2 frames"),
+        ("0101", 2, "first and last frame, found it lost in frame 0"),
+        ("1010", 2, "first and last frame, found it lost in frame 3"),
+    ],
+)
+def test_a_marker_that_is_lost(probe, image, shown, largest, line):
+    with pytest.raises(ValueError, match=line):
+        tracked([image if each == "1" else BLANK for each in shown], probe, largest)

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from palpate.vision.force import weight_wrenches
+from palpate.vision.indentation import weight_wrenches
 from palpate.vision.payload import find_payload
 from palpate.vision.static_poses import StaticPoses
 from scipy.spatial.transform import Rotation

@@ -4,7 +4,10 @@ import json
 
 import numpy as np
 import pytest
-from palpate.vision.force import WRENCH, ForceRecord, averaged, frame_wrenches, weight_wrenches
+from palpate.vision.force import WRENCH, ForceRecord
+from palpate.vision.indentation import frame_wrenches, weight_wrenches
+from palpate.vision.options import Force
+from palpate.vision.probe import marker_columns
 from palpate.vision.support_plane import (
     _least_squares,
     _near,
@@ -95,11 +98,11 @@ def test_weight_of_what_hangs_on_the_sensor():
 
 def test_readings_of_a_hundredth_of_a_second():
     time = np.arange(100) / 1000
-    times, values = averaged(time, np.column_stack([time, 2 * time]))
-    assert times == pytest.approx(0.0045 + 0.01 * np.arange(10))
-    assert values[:, 1] == pytest.approx(2 * times)
+    found = ForceRecord(time, np.column_stack([time, 2 * time]), (0.0, 0.1), ()).averaged()
+    assert found.time_s == pytest.approx(0.0045 + 0.01 * np.arange(10))
+    assert found.wrench[:, 1] == pytest.approx(2 * found.time_s)
     slow = np.arange(5) / 50
-    assert averaged(slow, slow[:, None])[0] == pytest.approx(slow)
+    assert ForceRecord(slow, slow[:, None], (0.0, 0.1), ()).averaged().time_s == pytest.approx(slow)
 
 
 def test_the_wrench_is_taken_to_the_tip_and_turned_to_the_camera(probe):
@@ -111,9 +114,7 @@ def test_the_wrench_is_taken_to_the_tip_and_turned_to_the_camera(probe):
     pose[:3, :3] = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]) @ (
         np.array(probe["marker_from_force"])[:3, :3].T
     )
-    given = {"matching": "linear", "linear_window_s": 0.1, "largest_gap_s": 0.02}
-    table = frame_wrenches(
-        record, np.array([0.5, 1.0]), np.stack([pose] * 2), probe, up=None, **given
-    )
+    poses = marker_columns(np.stack([pose] * 2)).assign(time_s=[0.5, 1.0])
+    table = frame_wrenches(record, poses, probe, Force(matching="linear"))
     expected = [0, -2.0, 0, 0, 0, -0.01]
     assert table[WRENCH].to_numpy() == pytest.approx(np.array([expected] * 2), abs=1e-9)

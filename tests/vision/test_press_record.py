@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.clouds import Reach, belongs_to_probe, object_cloud, probe_places
-from palpate.vision.force import FORCE, zeroed
-from palpate.vision.indentation import capture_wrenches, depth_along, force_along
+from palpate.vision.force import FORCE
+from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Clouds, Force
 from palpate.vision.probe import AXIS, marker_from_tip, marker_transforms
-from synthetic_capture import CLOCK_S, TIME_S, TIP_STD_M, TOP_M, depth_m
+from synthetic_capture import CLOCK_S, TIME_S, TOP_M, depth_m
 
 STEM = {"stem_m": 0.03}
 DEEP = int(np.argmax(depth_m(TIME_S)))
@@ -19,18 +19,6 @@ def wrenches(synthetic):
     sensor = {"clock_offset_std_s": 0.01}
     given = synthetic.record, synthetic.poses, sensor, synthetic.probe, Force()
     return capture_wrenches(*given, up=synthetic.plane[:3])
-
-
-def test_depth_and_force_are_along_the_press(synthetic):
-    depth, std = depth_along(synthetic.poses)
-    assert np.std(depth - depth_m(TIME_S)) < 2 * TIP_STD_M and (std == TIP_STD_M).all()
-    known = zeroed(synthetic.record, synthetic.probe, 0.5, TIME_S[0])
-    time, force = force_along(known, synthetic.probe)
-    there, truth = (
-        np.interp(TIME_S + CLOCK_S, time, force),
-        np.linalg.norm(synthetic.forces_n, axis=1),
-    )
-    assert truth.max() > 4 and there == pytest.approx(truth, abs=0.05)
 
 
 def test_the_force_is_that_of_its_frame(synthetic, wrenches):

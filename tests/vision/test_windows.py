@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.vision.highlights import _glossy, _whole_surfaces, colours_differ
+from palpate.vision.highlights import colours_differ
 from palpate.vision.windows import derivative, grey, local_plane, mean, warped
 
 SIDE = 7
@@ -115,29 +115,3 @@ def test_what_a_shift_within_a_matchs_precision_explains_is_no_difference():
         found = colours_differ(*pair, still, np.ones((40, 121), bool), 3)
         assert (found[5:-5, 66:-5].mean() > 0.2) == differs
         assert found[5:-5, 5:55].mean() < 0.02
-
-
-def test_what_is_bright_and_pale_is_glossy():
-    image = np.full((150, 150, 3), [120, 80, 40], np.uint8)
-    image[70:80, 70:80] = [200, 190, 180]
-    image[30:40, 30:40] = [240, 160, 80]
-    found = _glossy(image, SIDE)
-    assert found[73:77, 73:77].all()
-    # Twice as bright in its own colour, or no other than what is around.
-    assert not found[32:38, 32:38].any() and not found[100:, 100:].any()
-
-
-def test_a_surface_goes_whole_where_a_large_part_of_it_is_a_highlight():
-    matched = np.full((80, 120), 50.0, np.float32)
-    matched[20:50, 20:50], matched[20:50, 70:100] = 60.0, 70.0
-    valid, found = np.ones((80, 120), bool), np.zeros((80, 120), bool)
-    # Of what is left of 30 pixels without its rim: two thirds, and a sixteenth.
-    found[25:45, 25:40] = True
-    found[30:36, 75:81] = True
-    whole = _whole_surfaces(found, matched, valid, SIDE)
-    assert whole[21:49, 21:49].all()
-    assert np.array_equal(whole[15:55, 62:110], found[15:55, 62:110])
-    assert not whole[60:].any()
-    hole = valid.copy()
-    hole[30, 30] = False
-    assert not _whole_surfaces(found, matched, hole, SIDE)[30, 29] or found[30, 29]

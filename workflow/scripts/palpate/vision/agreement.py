@@ -7,8 +7,7 @@ the other, the board's squares or the sensor's optics are not what their files s
 """
 
 import logging
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import cv2
@@ -43,15 +42,7 @@ RIM, FEWEST_READINGS = 0.4, 20
 INWARD = np.array([[1], [-1]])
 
 
-@dataclass(frozen=True)
-class Disagreement:
-    """Root mean square of how far two streams are apart, as given and when both are sorted."""
-
-    given: float
-    resorted: float
-
-
-def disagreement(first: ArrayLike, second: ArrayLike) -> Disagreement | None:
+def disagreement(first: ArrayLike, second: ArrayLike) -> tuple[float, float] | None:
     """Compare one motion as two streams show it.
 
     Parameters
@@ -61,33 +52,31 @@ def disagreement(first: ArrayLike, second: ArrayLike) -> Disagreement | None:
 
     Returns
     -------
-    Disagreement or None
-        None unless it is the frames' order that is wrong, and nothing else.
+    (float, float) or None
+        Root mean square of how far they are apart, as given and when both are sorted; None unless
+        it is the frames' order that is wrong, and nothing else.
     """
     one, other = (np.asarray(values, dtype=float) for values in (first, second))
     if len(one) < FEWEST_FRAMES:
         return None
     one, other = one - one.mean(), other - other.mean()
-    moved = one.std()
-    off = other - one
-    found = Disagreement(float(off.std()), float((np.sort(other) - np.sort(one)).std()))
+    moved, off = one.std(), other - one
+    given, resorted = float(off.std()), float((np.sort(other) - np.sort(one)).std())
     each = np.sort(np.abs(off - np.median(off)))[-FEWEST_OFF]
-    disagree = found.given >= max(LEAST, DISAGREE * moved) and each >= DISAGREE_EACH * moved
-    return found if disagree and found.resorted <= AGREE_SORTED * moved else None
+    disagree = given >= max(LEAST, DISAGREE * moved) and each >= DISAGREE_EACH * moved
+    return (given, resorted) if disagree and resorted <= AGREE_SORTED * moved else None
 
 
 def require_agreement(
     folder: str | Path, sensor: Mapping, marker: Mapping, poses: pd.DataFrame
 ) -> None:
-    """Refuse a capture whose second stream shows the board elsewhere than its first.
+    """Reject a capture whose second stream shows the board elsewhere than its first.
 
     Parameters
     ----------
     folder : path
-    sensor : mapping
-        The sensor's specification.
-    marker : mapping
-        Of the probe's specification.
+    sensor, marker : mapping
+        The sensor's file, and the block of the probe's.
     poses : DataFrame
         Of `palpate.vision.probe.track_probe`, of the first stream.
 
@@ -98,38 +87,34 @@ def require_agreement(
         the frames is another.
     """
     folder, (first, stream) = Path(folder), image_streams(sensor)
-    names = read_frames(folder)[stream]
+    names, place = read_frames(folder)[stream], f"{folder / FRAMES}: {stream}"
     seen = np.flatnonzero(poses["detected"] == 1)
     paths, boards = [folder / names[k] for k in seen], marker_transforms(poses.iloc[seen])
-    compared, unit = (_in_pairs, "px") if sensor["kind"] == "stereo" else (_in_depths, "mm")
-    found = compared(paths, boards, sensor, marker)
+    is_pair = sensor["kind"] == "stereo"
+    found = np.array([*(_in_pairs if is_pair else _in_depths)(paths, boards, sensor, marker)])
     if len(found) < FEWEST_FRAMES:
         text = "%s: the board is not compared with that of %s: in %d frames, of %d at least"
         logging.info(text, stream, first, len(found), FEWEST_FRAMES)
         return
-    if sensor["kind"] == "stereo":
-        _require_rows(found[:, :2], folder, stream)
+    off_px = float(np.median(found[:, 1] - found[:, 0]))
+    if is_pair and abs(off_px) > LARGEST_ROWS_PX:
+        raise ValueError(
+            f"{place}: expected a rectified pair, with the board within {LARGEST_ROWS_PX:g} px of"
+            f" its row in the other picture, found it {off_px:+.1f} px off (palpate calibrate"
+            " camera says how to rectify)"
+        )
     _require_scale(found[:, 2:], sensor, marker, stream)
     order = disagreement(*found[:, :2].T)
     if order is not None:
-        expected = f"the board where {first} shows it, frame by frame"
-        line = f"found it {order.given:.1f} {unit} off, {order.resorted:.1f} {unit} in another"
-        raise ValueError(f"{folder / FRAMES}: {stream}: expected {expected}, {line} order")
-
-
-def _require_rows(rows_px: NDArray, folder: Path, stream: str) -> None:
-    """Hold the board's rows in both pictures (n, 2) to each other [px]."""
-    off_px = float(np.median(rows_px[:, 1] - rows_px[:, 0]))
-    if abs(off_px) > LARGEST_ROWS_PX:
+        unit = "px" if is_pair else "mm"
         raise ValueError(
-            f"{folder / FRAMES}: {stream}: expected a rectified pair, with the board within"
-            f" {LARGEST_ROWS_PX:g} px of its row in the other picture, found it {off_px:+.1f} px"
-            " off (palpate calibrate camera says how to rectify)"
+            f"{place}: expected the board where {first} shows it, frame by frame, found it"
+            f" {order[0]:.1f} {unit} off, {order[1]:.1f} {unit} in another order"
         )
 
 
 def _require_scale(distances_m: NDArray, sensor: Mapping, marker: Mapping, stream: str) -> None:
-    """Hold the board's distance by its corners to that by the second stream, (n, 2) [m]."""
+    """Compare the board's distance by its corners with that by the second stream, (n, 2) [m]."""
     by_corners, by_stream = np.median(distances_m, axis=0)
     scale = by_corners / by_stream
     largest = LARGEST_SCALE[sensor["kind"]]
@@ -146,10 +131,11 @@ def _require_scale(distances_m: NDArray, sensor: Mapping, marker: Mapping, strea
     )
 
 
-def _in_pairs(paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: Mapping) -> NDArray:
-    """Mean row of the board in both rectified images [px], and its distance by both [m], (n, 4)."""
+def _in_pairs(
+    paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: Mapping
+) -> Iterator[tuple]:
+    """Mean row of the board in both rectified images [px], and its distance by both [m]."""
     camera, printed = camera_from_spec(sensor["color"]), board_of(marker)
-    found = []
     for path, board in zip(paths, boards, strict=True):
         right = printed.find(grey(read_image(path, sensor["color"]["encoding"])))
         if right is None:
@@ -159,32 +145,31 @@ def _in_pairs(paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: M
         left = camera.project(places_m)
         disparity = float((left - right)[:, 0].mean())
         away_m = camera.fx_px * sensor["stereo"]["baseline_m"] / max(disparity, 1e-3)
-        found.append((left[:, 1].mean(), right[:, 1].mean(), places_m[:, 2].mean(), away_m))
-    return np.array(found)
+        yield left[:, 1].mean(), right[:, 1].mean(), places_m[:, 2].mean(), away_m
 
 
-def _in_depths(paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: Mapping) -> NDArray:
-    """Distance of the board by its corners and by the depth images, (n, 4) [mm, mm, m, m].
+def _in_depths(
+    paths: Sequence[Path], boards: NDArray, sensor: Mapping, marker: Mapping
+) -> Iterator[tuple]:
+    """Distance of the board by its corners and by the depth images [mm, mm, m, m].
 
     Both are taken where the board is in all depth images, as the corners say, so that an image
-    says the same whichever corners it is held to.
+    says the same whichever corners it is compared with.
     """
     camera, spec = camera_from_spec(sensor["depth"]), sensor["depth"]
     boards = np.linalg.inv(np.array(spec["color_from_depth"])) @ boards
     places_px = _always_board(boards, camera, marker)
     if len(places_px) < FEWEST_READINGS:
-        return np.zeros((0, 4))
+        return
     rays, normals = camera.rays(places_px), boards[:, :3, 2]
     planes_m = np.einsum("fi,fi->f", normals, boards[:, :3, 3])[:, None] / (normals @ rays.T)
-    usual_m, found = planes_m.mean(axis=0), []
-    nearest_m, farthest_m = sensor["range_m"]
+    usual_m, (nearest_m, farthest_m) = planes_m.mean(axis=0), sensor["range_m"]
     for path, plane_m in zip(paths, planes_m, strict=True):
         seen_m = depth_of(read_image(path, spec["encoding"]), spec)[tuple(places_px.T[::-1])]
         seen_m = np.where((seen_m >= nearest_m) & (seen_m <= farthest_m), seen_m, np.nan)
         if np.isfinite(seen_m).sum() >= FEWEST_READINGS:
             off = (plane_m - usual_m).mean(), np.nanmedian(seen_m - usual_m)
-            found.append((*np.multiply(off, MILLIMETRES), plane_m.mean(), np.nanmedian(seen_m)))
-    return np.array(found)
+            yield *np.multiply(off, MILLIMETRES), plane_m.mean(), np.nanmedian(seen_m)
 
 
 def _always_board(boards: NDArray, camera: PinholeCamera, marker: Mapping) -> NDArray:

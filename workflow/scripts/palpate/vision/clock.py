@@ -1,20 +1,19 @@
-"""Offset between the clocks of force sensor and camera, from the press itself."""
+"""Offset between the clocks of force sensor and camera, from the indentation itself."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 from scipy.interpolate import Akima1DInterpolator, make_interp_spline
-from scipy.linalg import solve_banded
-from scipy.optimize import OptimizeResult, least_squares
-
-from palpate.vision.press_time import FEWEST_PRESSED, RELAXATION_S, check_time
+from scipy.optimize import OptimizeResult, least_squares, nnls
+from scipy.signal import lfilter
 
 # A soft object's force is F = k x^1.5 (1 + c x), Hertz's law and its first departure, relaxing with
-# two times; what the departures may be [1/m], [-], [N].
+# two times [s]; what the departures may be [1/m], [-], [N].
 CURVATURE_STD_PER_M = 50.0
-RELAXED, RELAXED_STD = 0.15, 0.15
+RELAXATION_S, RELAXED, RELAXED_STD = (0.3, 3.0), 0.15, 0.15
 BASELINE_STD_N = 0.05
 # The refinement of a pose has errors beyond its noise [m].
 DEPTH_STD_M = 1e-4
@@ -22,23 +21,46 @@ NEAR_FRAME_S = 0.03
 FEWEST_SAMPLES = 10
 # Each frame's depth is an unknown: the work goes with the square of their number.
 MOST_FRAMES, MOST_SAMPLES = 120, 20_000
-SMALLEST_NOISE_N = 1e-3
+SMALLEST_NOISE_N, SMALLEST_FORCE_N = 1e-3, 0.05
 # Exposure and the way through USB take 20 to 100 ms, where a stamp is of the picture's coming.
 USB_CLOCK_STD_S = 0.05
 # Fits after each of which is known what a path that turns between frames makes of the force.
 ROUNDS = 2
-# Of the peak, from which force on a frame tells of the clocks.
-TELLING = 0.1
-SMALLEST_FORCE_N = 0.05
-# Where the contact may be, as parts of the way that the tip takes, to start from.
+# Of the peak, from which force on a frame depends on the clocks.
+INFORMATIVE = 0.1
+# Where the contact may be, as parts of the path of the tip, to start from.
 CONTACT_GUESSES = (0.4, 0.6, 0.8)
+# Parameters are of order one: offset, log stiffness, contact, curvature, relaxation, baseline,
+# and the errors of the frames' depths. The first three have no deviation from 0.
+SCALE_S, SCALE_M = 0.01, 1e-3
+SHARED, FREE = 6, 3
+# Of a parameter, for a slope: the root of what a double tells apart.
+STEP = float(np.sqrt(np.finfo(float).eps))
+
+# Before the fit offsets are searched for an indentation at quite another time. A depth by the
+# force: Hertz's law, and F ~ x^2 of a thin object; elastic, or with the most that relaxes.
+SEARCHED_S, SEARCH_STEP_S = 1.0, 0.02
+POWERS, MOST_RELAXED = (2 / 3, 1 / 2), 0.6
+# Deviations of what is known of the clocks that an offset may be.
+LIKELY = 2.5
+# Chance of a misfit that rejects an indentation at its right time. Where more offsets than these
+# fit alike by the second chance, a fit from zero stays near zero.
+CHANCE, ALIKE_CHANCE, LONGEST_ALIKE_S = 1e-3, 0.05, 0.3
+# Least correlation of the depths with what a force makes of them.
+LEAST_ALIKE = 0.8
+# Deviations of its noise at which a force is one, and frames with it that an offset needs.
+PRESSED_DEVIATIONS, FEWEST_PRESSED = 3, 4
+# Frames that the stated deviations of depths count as much as.
+STATED = 10
+# Fits after each of which is known which frames are in contact, and the force's noise as a depth.
+SEARCH_ROUNDS = 5
 
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """Force clock minus camera clock, its standard deviation, and that of before the press [s].
+    """Force clock minus camera clock, its standard deviation, and its prior one [s].
 
-    An offset that the press does not determine is 0, with the deviation of before.
+    An offset that the indentation does not determine is 0, with the prior deviation.
     """
 
     offset_s: float
@@ -60,8 +82,8 @@ def clock_offset(
 
     The force's samples are explained by a relaxing Hertz contact along the path through the
     frames' depths; the depths' errors and the contact's parameters are fitted with the offset. A
-    soft press says little of it, so the offset starts from zero with the stated deviation, and the
-    result's deviation says what was learnt.
+    soft contact says little of it, so the offset starts from zero with the stated deviation, and
+    the result's deviation says what was learnt.
 
     Parameters
     ----------
@@ -80,64 +102,137 @@ def clock_offset(
     Raises
     ------
     ValueError
-        If the force follows the depth at quite another time.
+        If the force follows the depth at quite another time, or at none.
     """
     # A step of the offset vanishes beside times that count from 1970.
     force_time_s, frame_time_s = force_time_s - frame_time_s[0], frame_time_s - frame_time_s[0]
     unknown = ClockOffset(0.0, prior_std_s, prior_std_s, determined=False)
-    time_s, force = _between(force_time_s, force_n, frame_time_s)
-    at_frames = np.interp(frame_time_s, force_time_s, force_n)
-    few = (at_frames > TELLING * at_frames.max()).sum() < FEWEST_PRESSED
-    if few or force.size < FEWEST_SAMPLES or at_frames.max() < SMALLEST_FORCE_N:
+    path = (frame_time_s, depth_m, np.hypot(depth_std_m, DEPTH_STD_M))
+    record = _Record(force_time_s, force_n, *path)
+    between, at_frames = record.between_frames(), np.interp(frame_time_s, force_time_s, force_n)
+    few = (at_frames > INFORMATIVE * at_frames.max()).sum() < FEWEST_PRESSED
+    if few or between.force_n.size < FEWEST_SAMPLES or at_frames.max() < SMALLEST_FORCE_N:
         return unknown
-    depth_std_m = np.hypot(depth_std_m, DEPTH_STD_M)
-    path = (frame_time_s, depth_m, depth_std_m)
-    noise, record = _noise(force), (force_time_s, force_n)
-    if not check_time(*record, *path, noise_n=noise, prior_std_s=prior_std_s):
+    if not _determined(replace(record, noise_n=between.noise_n), prior_std_s):
         return unknown
-    told = _telling(at_frames)
-    frame_time_s, depth_m, depth_std_m = (each[told] for each in path)
-    time_s, force = _between(force_time_s, force_n, frame_time_s)
-    noise = _noise(force)
-    press = _Press(time_s, force, noise, frame_time_s, depth_m, depth_std_m)
-    span = depth_m.max() - depth_m.min()
-    starts = [press.start(depth_m.min() + part * span) for part in CONTACT_GUESSES]
-    fits = [press.fit(start, prior_std_s) for start in starts]
-    best = min(fits, key=lambda fit: fit.cost)
+    used = _informative(at_frames)
+    record = _Record(force_time_s, force_n, *(each[used] for each in path)).between_frames()
+    best = min((record.fit(start, prior_std_s) for start in record.starts()), key=lambda f: f.cost)
     for _ in range(ROUNDS):
-        press = replace(press, unsure_n=press.unsure_of(best.x))
-        best = press.fit(best.x, prior_std_s)
+        record = replace(record, unsure_n=record.unsure_of(best.x))
+        best = record.fit(best.x, prior_std_s)
     # What the model of the contact leaves is counted as noise.
-    left = np.sqrt((best.fun[: force.size] ** 2).sum() / max(np.count_nonzero(press.weights), 1))
+    misfit = best.fun[: record.force_n.size]
+    left = np.sqrt((misfit**2).sum() / max(np.count_nonzero(record.weights), 1))
     if left > 1:
-        press = replace(press, noise_n=noise * left)
-        best = press.fit(best.x, prior_std_s)
+        record = replace(record, noise_n=record.noise_n * left)
+        best = record.fit(best.x, prior_std_s)
     covariance = np.linalg.pinv(best.jac.T @ best.jac)
     offset_s, std_s = best.x[0] * SCALE_S, np.sqrt(covariance[0, 0]) * SCALE_S
     return ClockOffset(float(offset_s), float(std_s), prior_std_s)
 
 
-def _between(
-    force_time_s: NDArray, force_n: NDArray, frame_time_s: NDArray
-) -> tuple[NDArray, NDArray]:
-    """Samples between the first and the last frame: of many, means of a few each."""
-    between = (force_time_s > frame_time_s[0]) & (force_time_s < frame_time_s[-1])
-    few = -(-np.count_nonzero(between) // MOST_SAMPLES)
-    samples = np.stack([force_time_s[between], force_n[between]])
-    if few > 1:
-        samples = samples[:, : samples.shape[1] // few * few].reshape(2, -1, few).mean(axis=2)
-    return samples[0], samples[1]
+def _determined(record: "_Record", prior_std_s: float) -> bool:
+    """Whether offsets that fit alike are 0.3 s at most, a likely one among them.
+
+    The depths of frames in contact are explained by the force that the record has at their times,
+    elastic or relaxing; those in the air are anywhere above the contact.
+    """
+    # The right offset is between two steps.
+    moved_m = SEARCH_STEP_S / np.sqrt(12) * np.gradient(record.depth_m, record.frame_time_s)
+    record = replace(record, depth_std_m=np.hypot(record.depth_std_m, moved_m))
+    shifts = np.arange(-SEARCHED_S, SEARCHED_S + SEARCH_STEP_S / 2, SEARCH_STEP_S)
+    shapes = _depth_shapes(record)
+    found = [_followed(record, record.frame_time_s + shift, shapes) for shift in shifts]
+    squares, free, alike = np.array(found).T
+    # Variance of the depths' errors, as multiple of the stated; infinite if no frame determines it.
+    misfits = np.where(free > 0, (squares + STATED) / (free + STATED), np.inf)
+    limit_s = max(LIKELY * prior_std_s, SEARCH_STEP_S)
+    likely = (np.abs(shifts) < limit_s + SEARCH_STEP_S / 2) & np.isfinite(misfits)
+    if not likely.any():
+        return False
+    best, near = np.argmin(misfits), np.argmin(np.where(likely, misfits, np.inf))
+    most_alike = max(alike[best], alike[near])
+    if squares[best] > stats.chi2.isf(CHANCE, free[best]) and most_alike < LEAST_ALIKE:
+        raise ValueError(
+            "force.csv: expected a force that follows the tip's depth, with a correlation of at"
+            f" least {LEAST_ALIKE:g}, found {most_alike:.2f} (another capture's record, or frames"
+            " in another order?)"
+        )
+    # Compared with what the best offset makes of the stated deviations.
+    frames = np.maximum(free, 1)
+    ratios = squares / frames / max(misfits[best], 1.0)
+    wrong, unlike = (
+        ratios > stats.f.isf(chance, frames, free[best] + STATED)
+        for chance in (CHANCE, ALIKE_CHANCE)
+    )
+    if not likely[best] and wrong[near]:
+        raise ValueError(
+            f"force.csv: time_s: expected the clock of frames.csv within {limit_s:g} s, as the"
+            f" sensor's clock_offset_std_s says, found the press about {shifts[best]:+.2f} s away"
+        )
+    alike_s = SEARCH_STEP_S * np.count_nonzero((free > 0) & ~unlike)
+    return bool(alike_s <= LONGEST_ALIKE_S and not unlike[near])
 
 
-def _noise(force_n: NDArray) -> float:
-    return max(np.diff(force_n).std() / np.sqrt(2), SMALLEST_NOISE_N)
+def _followed(record: "_Record", time_s: NDArray, shapes: NDArray) -> tuple[float, int, float]:
+    """How well the depths follow the force that the record has at some times (n,).
+
+    Squares of what it leaves, in deviations; degrees of freedom; correlation.
+    """
+    force_n = np.interp(time_s, record.time_s, record.force_n, left=np.nan, right=np.nan)
+    least_n = PRESSED_DEVIATIONS * record.noise_n
+    pressed = force_n > least_n
+    if pressed.sum() < FEWEST_PRESSED:
+        return 0.0, 0, 0.0
+    # The contact is a shape too, from above all depths.
+    shapes = [np.ones(len(time_s)), *(np.interp(time_s, record.time_s, shape) for shape in shapes)]
+    shapes = np.column_stack(shapes)
+    depth = record.depth_m - record.depth_m.min() + np.ptp(record.depth_m)
+    std, used = record.depth_std_m, pressed
+    for _ in range(SEARCH_ROUNDS):
+        parts, _ = nnls(shapes[used] / std[used, None], depth[used] / std[used])
+        left = depth - shapes @ parts
+        # In the air a tip is above the contact, anywhere.
+        used = pressed | ((left > 0) & (force_n <= least_n))
+        # What the force's noise is as a depth, by Hertz's law.
+        noise_m = 2 / 3 * (shapes[:, 1:] @ parts[1:]) * record.noise_n / np.fmax(force_n, least_n)
+        std = np.hypot(record.depth_std_m, noise_m)
+    squares = ((left / std)[used] ** 2).sum()
+    free = max(int(pressed.sum() - np.count_nonzero(parts)), 0)
+    seen, made = (part - part.mean() for part in (depth[used], (shapes @ parts)[used]))
+    size = max(np.linalg.norm(seen) * np.linalg.norm(made), np.finfo(float).tiny)
+    return squares, free, seen @ made / size
 
 
-def _telling(force_n: NDArray) -> NDArray:
-    """Frames of a long film that tell of the clocks: the press, or its rise, evenly."""
+def _depth_shapes(record: "_Record") -> NDArray:
+    """Depths that the force may make of a soft object, each up to one, (k, m)."""
+    # What undoes a relaxation is its inverse filter.
+    unrelaxed = lfilter(*_relaxation(record.time_s, MOST_RELAXED)[::-1], record.force_n)
+    forces = np.maximum([record.force_n, unrelaxed], PRESSED_DEVIATIONS * record.noise_n)
+    shapes = np.concatenate([forces**power for power in POWERS])
+    return shapes / shapes.max(axis=1, keepdims=True)
+
+
+def _relaxation(time_s: NDArray, share: float) -> tuple[NDArray, NDArray]:
+    """Filter of an elastic force of which a share relaxes, in equal parts with each time.
+
+    Each Maxwell element holds ``decay`` of its force from sample to sample, and takes up ``rate``
+    of a rise.
+    """
+    steps = (time_s[-1] - time_s[0]) / (len(time_s) - 1) / np.array(RELAXATION_S)
+    decays, rates = np.exp(-steps), -np.expm1(-steps) / steps
+    kept = (1 - share) * np.poly(decays)
+    for rate, other in zip(rates, decays[::-1], strict=True):
+        kept = kept + share / len(decays) * rate * np.poly([1.0, other])
+    return kept, np.poly(decays)
+
+
+def _informative(force_n: NDArray) -> NDArray:
+    """Frames of a long recording that determine the offset: an indentation, or its rise."""
     if len(force_n) <= MOST_FRAMES:
         return np.arange(len(force_n))
-    margin, pressed = MOST_FRAMES // 10, np.flatnonzero(force_n > TELLING * force_n.max())
+    margin, pressed = MOST_FRAMES // 10, np.flatnonzero(force_n > INFORMATIVE * force_n.max())
     first, last = pressed[0] - margin, pressed[-1] + margin
     if last - first >= MOST_FRAMES:
         last = int(np.argmax(force_n)) + margin
@@ -145,24 +240,16 @@ def _telling(force_n: NDArray) -> NDArray:
     return chosen[:: -(-len(chosen) // MOST_FRAMES)]
 
 
-# Parameters are of order one: offset, log stiffness, contact, curvature, relaxation, baseline.
-SCALE_S, SCALE_M = 0.01, 1e-3
-# Parameters before those of the frames' depths; of them, those that have no deviation from 0.
-SHARED, FREE = 6, 3
-# Of a parameter, for a slope: the root of what a double tells apart.
-STEP = float(np.sqrt(np.finfo(float).eps))
-
-
 @dataclass(frozen=True)
-class _Press:
+class _Record:
     """The force's record and the tip's path, and how far a model is from them."""
 
     time_s: NDArray
     force_n: NDArray
-    noise_n: float
     frame_time_s: NDArray
     depth_m: NDArray
     depth_std_m: NDArray
+    noise_n: float = SMALLEST_NOISE_N
     unsure_n: NDArray | float = 0.0
 
     @cached_property
@@ -170,6 +257,17 @@ class _Press:
         """Of the forces, (m,) [1/N]; between frames nobody knows the path."""
         gap = np.abs(self.time_s[:, None] - self.frame_time_s).min(axis=1)
         return (gap < NEAR_FRAME_S) / np.hypot(self.noise_n, self.unsure_n)
+
+    def between_frames(self) -> "_Record":
+        """Samples between the first and the last frame: of many, means of a few each."""
+        between = (self.time_s > self.frame_time_s[0]) & (self.time_s < self.frame_time_s[-1])
+        few = -(-np.count_nonzero(between) // MOST_SAMPLES)
+        samples = np.stack([self.time_s[between], self.force_n[between]])
+        if few > 1:
+            samples = samples[:, : samples.shape[1] // few * few].reshape(2, -1, few).mean(axis=2)
+        noise_n = np.diff(samples[1]).std() / np.sqrt(2) if samples.shape[1] > 1 else 0.0
+        noise_n = max(noise_n, SMALLEST_NOISE_N)
+        return replace(self, time_s=samples[0], force_n=samples[1], noise_n=noise_n)
 
     def unsure_of(self, parameters: NDArray) -> NDArray:
         """By how much a path of straight lines between the frames makes other forces, (m,) [N].
@@ -179,12 +277,17 @@ class _Press:
         shared, errors = parameters[:SHARED], parameters[SHARED:]
         return np.abs(self._force(shared, errors, smooth=False) - self._force(shared, errors))
 
-    def start(self, contact_m: float) -> NDArray:
-        """Parameters for a guess of the contact's place."""
-        deepest = max(self.depth_m.max() - contact_m, SCALE_M)
-        stiffness = np.log(max(self.force_n.max(), SMALLEST_FORCE_N) / deepest**1.5)
-        shared = [0.0, stiffness, contact_m / SCALE_M, 0.0, 0.0, 0.0]
-        return np.concatenate([shared, np.zeros(len(self.depth_m))])
+    def starts(self) -> list[NDArray]:
+        """Parameters for guesses of the contact's place."""
+        starts = []
+        for part in CONTACT_GUESSES:
+            contact_m = self.depth_m.min() + part * np.ptp(self.depth_m)
+            deepest = max(self.depth_m.max() - contact_m, SCALE_M)
+            stiffness = np.log(max(self.force_n.max(), SMALLEST_FORCE_N) / deepest**1.5)
+            start = np.zeros(SHARED + len(self.depth_m))
+            start[[1, 2]] = stiffness, contact_m / SCALE_M
+            starts.append(start)
+        return starts
 
     def fit(self, start: NDArray, prior_std_s: float) -> OptimizeResult:
         return least_squares(self.residual, start, jac=self.slope, args=(prior_std_s,))
@@ -200,7 +303,7 @@ class _Press:
         """Slope of the residual by the parameters, the depths' all at once."""
         shared, errors = parameters[:SHARED], parameters[SHARED:]
         steps = STEP * np.maximum(1, np.abs(parameters))
-        # Each slope is between forces of one interpolation, whose limits hang on all its paths.
+        # Each slope is between forces of one interpolation, whose limits depend on all its paths.
         moved = errors + np.vstack([np.zeros(len(errors)), np.diag(steps[SHARED:])])
         of_errors = self._force(shared, moved)
         apart = shared + np.vstack([np.zeros(SHARED), np.diag(steps[:SHARED])])
@@ -222,19 +325,7 @@ class _Press:
         time_s = np.clip(self.time_s - offset * SCALE_S, *self.frame_time_s[[0, -1]])
         x = np.maximum(path(time_s) - contact * SCALE_M, 0)
         elastic = np.exp(stiffness) * x**1.5 * (1 + curvature * CURVATURE_STD_PER_M * x)
-        share = RELAXED + relaxed * RELAXED_STD
-        force = elastic + baseline * BASELINE_STD_N
-        for time in RELAXATION_S:
-            force = force - share / len(RELAXATION_S) * (elastic - self._held(elastic, time))
-        return force
-
-    def _held(self, elastic: NDArray, relaxation_s: float) -> NDArray:
-        """Part of an elastic force that has not yet relaxed (one Maxwell element)."""
-        step = (self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
-        decay = np.exp(-step / relaxation_s)
-        rate = relaxation_s / step * (1 - decay)
-        # held[n] - decay held[n - 1] = rate (elastic[n] - elastic[n - 1])
-        bands = np.ones((2, elastic.shape[-1]))
-        bands[1] = -decay
-        entered = rate * np.diff(elastic, prepend=elastic[..., :1])
-        return solve_banded((1, 0), bands, entered.T).T
+        share, first = RELAXED + relaxed * RELAXED_STD, elastic[..., :1]
+        # Nothing is held of what was there at first.
+        force = lfilter(*_relaxation(self.time_s, share), elastic - first)
+        return (1 - share) * first + force + baseline * BASELINE_STD_N

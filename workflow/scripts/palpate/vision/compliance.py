@@ -11,7 +11,8 @@ from scipy.ndimage import uniform_filter1d
 
 from palpate.capture.curves.phases import noise_of
 from palpate.units import MILLIMETRES
-from palpate.vision.force import FORCE, STRONGEST_HAND_N, frame_wrenches, zeroed
+from palpate.vision.force import FORCE, STRONGEST_HAND_N, zeroed
+from palpate.vision.indentation import frame_wrenches
 from palpate.vision.options import Force
 from palpate.vision.probe import marker_from_tip, marker_transforms
 
@@ -163,16 +164,7 @@ def recorded_press(
     """
     frames_s, poses = table["time_s"].to_numpy(float), marker_transforms(table)
     known = zeroed(record, probe, options.bias_window_s, frames_s[0])
-    wrenches = frame_wrenches(
-        known,
-        frames_s,
-        poses,
-        probe,
-        up=None,
-        matching=options.matching,
-        linear_window_s=options.linear_window_s,
-        largest_gap_s=options.largest_gap_s,
-    )
+    wrenches = frame_wrenches(known, table, probe, options)
     force, tips = wrenches[FORCE].to_numpy(), poses @ marker_from_tip(probe)
     along_n = np.einsum("ni,ni->n", force, tips[:, :3, 2])
     pressed = along_n > contact_n

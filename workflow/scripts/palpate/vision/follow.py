@@ -10,10 +10,8 @@ import pandas as pd
 from palpate.capture.images import Stream
 from palpate.capture.tables import read_frames
 from palpate.vision.agreement import require_agreement
-from palpate.vision.camera import camera_from_spec
-from palpate.vision.marker import board_of
 from palpate.vision.options import ProbePose
-from palpate.vision.probe import film_poses, marker_columns, track_probe
+from palpate.vision.probe import marker_columns, recorded_poses, track_probe
 
 
 def followed(
@@ -35,17 +33,8 @@ def followed(
         As `track_probe` and `require_agreement` do.
     """
     frames = Stream(folder, sensor, samples=True)
-    table = track_probe(
-        frames,
-        read_frames(folder)["time_s"].to_numpy(),
-        camera_from_spec(sensor["color"]),
-        probe,
-        encoding=frames.encoding,
-        threshold_px=sensor["marker"]["reprojection_threshold_px"],
-        refinement=options.refinement,
-        largest_gap_frames=options.largest_gap_frames,
-        filter_by=options.filter,
-    )
+    time_s = read_frames(folder)["time_s"].to_numpy()
+    table = track_probe(frames, time_s, sensor, probe, options)
     require_agreement(folder, sensor, probe["marker"], table)
     found, refined = table["detected"].sum(), table["refined"].sum()
     logging.info("marker found in %d of %d frames, refined in %d", found, len(table), refined)
@@ -78,14 +67,7 @@ def board_followed(
     """
     frames = Stream(folder, sensor, samples=True)
     threshold_px = sensor["marker"]["reprojection_threshold_px"]
-    found = film_poses(
-        frames,
-        camera_from_spec(sensor["color"]),
-        board_of(marker),
-        encoding=frames.encoding,
-        threshold_px=threshold_px,
-        refinement=options.refinement,
-    )
+    found = recorded_poses(frames, sensor, marker, options)
     seen = [k for k, (pose, _) in enumerate(found) if pose]
     if not seen:
         raise ValueError(

@@ -1,4 +1,4 @@
-"""A press as the tip's path and the force's record show it together."""
+"""Wrench on the object at each frame, by the tip's path and the force's record (Section 4.1.3)."""
 
 from collections.abc import Mapping
 
@@ -6,39 +6,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from palpate.units import GRAVITY_M_S2
 from palpate.vision.clock import USB_CLOCK_STD_S, ClockOffset, clock_offset
-from palpate.vision.force import (
-    ForceRecord,
-    averaged,
-    check_direction,
-    check_lever,
-    frame_wrenches,
-    zeroed,
-)
+from palpate.vision.force import FORCE, STRONGEST_HAND_N, WRENCH, ForceRecord, zeroed
 from palpate.vision.options import Force
 from palpate.vision.probe import ALONG_STD, AXIS, TIP, marker_transforms
 
-
-def depth_along(poses: pd.DataFrame) -> tuple[NDArray, NDArray]:
-    """Tip's place along the mean pressing direction, and its standard deviation, (n,) [m].
-
-    Parameters
-    ----------
-    poses : DataFrame
-        probe_pose.csv; frames without a marker get the largest deviation.
-    """
-    axis = poses[AXIS].to_numpy(float).mean(axis=0)
-    axis /= np.linalg.norm(axis)
-    std_m = poses[ALONG_STD].to_numpy(float)
-    known = np.where(np.isfinite(std_m), std_m, np.nanmax(std_m))
-    return poses[TIP].to_numpy(float) @ axis, known
-
-
-def force_along(known: ForceRecord, probe: Mapping) -> tuple[NDArray, NDArray]:
-    """Times [s] and force along the pressing direction [N], averaged, (m,) each."""
-    time_s, wrench = averaged(known.time_s, known.wrench)
-    axis = np.array(probe["force_from_tip"])[:3, 2]
-    return time_s, -wrench[:, :3] @ axis
+SMALLEST_PRESS_N, LARGEST_ANGLE_DEG = 0.2, 60.0
+# Of the torque's noise, of the weight and of the tip's place; the study's captures have 0.4 mm.
+LEVER_ERROR_M = 0.005
 
 
 def capture_wrenches(
@@ -73,25 +49,191 @@ def capture_wrenches(
     Raises
     ------
     ValueError
-        As `zeroed`, `clock_offset`, `frame_wrenches`, `check_direction` and `check_lever` do.
+        As `zeroed`, `clock_offset`, `frame_wrenches` and `check_indentation` do.
     """
     frames_s = poses["time_s"].to_numpy(float)
     known = zeroed(record, probe, options.bias_window_s, frames_s[0])
-    depth_m, std_m = depth_along(poses)
-    along = force_along(known, probe)
     prior_std_s = sensor.get("clock_offset_std_s", USB_CLOCK_STD_S)
-    clock = clock_offset(*along, frames_s, depth_m, std_m, prior_std_s=prior_std_s)
-    table = frame_wrenches(
-        known,
-        frames_s,
-        marker_transforms(poses),
-        probe,
-        up=up,
-        clock_offset_s=clock.offset_s,
-        matching=options.matching,
-        linear_window_s=options.linear_window_s,
-        largest_gap_s=options.largest_gap_s,
-    )
-    check_direction(table, poses[AXIS].to_numpy(float))
-    check_lever(table, probe["indenter"]["radius_m"])
+    along = *force_along(known, probe), frames_s, *depth_along(poses)
+    clock = clock_offset(*along, prior_std_s=prior_std_s)
+    table = frame_wrenches(known, poses, probe, options, up=up, clock_offset_s=clock.offset_s)
+    check_indentation(table, poses[AXIS].to_numpy(float), probe["indenter"]["radius_m"])
     return table, clock
+
+
+def depth_along(poses: pd.DataFrame) -> tuple[NDArray, NDArray]:
+    """Tip's place along the mean pressing direction, and its standard deviation, (n,) [m].
+
+    Parameters
+    ----------
+    poses : DataFrame
+        probe_pose.csv; frames without a marker get the largest deviation.
+    """
+    axis = poses[AXIS].to_numpy(float).mean(axis=0)
+    axis /= np.linalg.norm(axis)
+    std_m = poses[ALONG_STD].to_numpy(float)
+    known = np.where(np.isfinite(std_m), std_m, np.nanmax(std_m))
+    return poses[TIP].to_numpy(float) @ axis, known
+
+
+def force_along(known: ForceRecord, probe: Mapping) -> tuple[NDArray, NDArray]:
+    """Times [s] and force along the pressing direction [N], averaged, (m,) each."""
+    averaged = known.averaged()
+    return averaged.time_s, -averaged.wrench[:, :3] @ np.array(probe["force_from_tip"])[:3, 2]
+
+
+def frame_wrenches(
+    known: ForceRecord,
+    poses: pd.DataFrame,
+    probe: Mapping,
+    options: Force,
+    *,
+    up: NDArray | None = None,
+    clock_offset_s: float = 0.0,
+) -> pd.DataFrame:
+    """Wrench that the probe exerts on the object at each frame.
+
+    Parameters
+    ----------
+    known : ForceRecord
+        Of `zeroed`.
+    poses : DataFrame
+        Time [s] and pose of the marker at each frame, as probe_pose.csv has them.
+    probe : mapping
+        The probe's file; its ``load`` block says what hangs on the sensor.
+    options : Force
+        By whose ``matching`` the averaged reading nearest in time is taken, as the study does, or
+        a line through all samples around the frame, which leaves less noise.
+    up : (3,) array, optional
+        Upward direction in the camera frame, along which the load's weight is taken out; it is
+        left in without.
+    clock_offset_s : float, optional
+        Force clock minus camera clock [s].
+
+    Returns
+    -------
+    DataFrame
+        ``frame, time_s, force_time_s, gap_s`` and the wrench about the tip, camera frame [N, Nm].
+
+    Raises
+    ------
+    ValueError
+        If a frame has no reading near.
+    """
+    frames_s, nearest_alone = poses["time_s"].to_numpy(float), options.matching == "nearest"
+    read = known.averaged() if nearest_alone else known
+    time_s, wrench = read.time_s - clock_offset_s, read.wrench
+    nearest, gap_s = match_nearest(frames_s, time_s, largest_gap_s=options.largest_gap_s)
+    if nearest_alone:
+        wrench = wrench[nearest]
+    else:
+        wrench = _local_lines(frames_s, time_s, wrench, options.linear_window_s)
+    turns = marker_transforms(poses)[:, :3, :3] @ np.array(probe["marker_from_force"])[:3, :3]
+    if up is not None and "load" in probe:
+        resting = known.within(frames_s + clock_offset_s)
+        resting[0] = True
+        weight = weight_wrenches(turns, up, probe["load"])
+        wrench = wrench - (weight - weight[resting].mean(axis=0))
+    force, torque = wrench[:, :3], wrench[:, 3:]
+    torque = torque - np.cross(np.array(probe["force_from_tip"])[:3, 3], force)
+    table = pd.DataFrame({"frame": range(len(nearest)), "time_s": frames_s})
+    table["force_time_s"], table["gap_s"] = time_s[nearest], gap_s
+    table[WRENCH] = np.hstack([-np.einsum("nij,nj->ni", turns, part) for part in (force, torque)])
+    return table
+
+
+def check_indentation(table: pd.DataFrame, axis: NDArray, radius_m: float) -> None:
+    """Reject a wrench that no hand exerts through a sphere, at its peak.
+
+    Pressure and friction act on the sphere's surface: about its centre their torque is at most the
+    radius times the force, whatever they are.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of `frame_wrenches`.
+    axis : (n, 3) array
+        Pressing direction at each frame, camera frame.
+    radius_m : float
+        Of the sphere.
+
+    Raises
+    ------
+    ValueError
+        If the largest force exceeds 500 N, lies more than 60 degrees off the pressing direction,
+        or passes the sphere's centre at more than the radius and 5 mm.
+    """
+    force = table[FORCE].to_numpy(float)
+    size = np.linalg.norm(force, axis=1)
+    peak = int(np.argmax(size))
+    if not size[peak] <= STRONGEST_HAND_N:
+        raise ValueError(
+            f"force.csv: expected at most {STRONGEST_HAND_N:g} N from a hand, found"
+            f" {size[peak]:.4g} N (newtons, and the unit of the gauges' calibration?)"
+        )
+    if size[peak] < SMALLEST_PRESS_N:
+        return
+    angle = np.degrees(np.arccos(np.clip(force[peak] @ axis[peak] / size[peak], -1, 1)))
+    if angle > LARGEST_ANGLE_DEG:
+        raise ValueError(
+            f"force.csv: expected the press of {size[peak]:.2f} N along the probe, found it"
+            f" {angle:.0f} degrees off (order, sign and calibration of the channels?)"
+        )
+    torque, farthest_m = table[WRENCH[3:]].to_numpy(float)[peak], radius_m + LEVER_ERROR_M
+    lever_m = float(np.linalg.norm(torque) / size[peak])
+    if lever_m > farthest_m:
+        raise ValueError(
+            f"force.csv: expected a force within {farthest_m * 1e3:.1f} mm of the"
+            f" sphere's centre, found its line {lever_m * 1e3:.1f} mm away (units of torque and"
+            " force, calibration of the gauges, force_from_tip?)"
+        )
+
+
+def weight_wrenches(camera_from_force: NDArray, up: NDArray, load: Mapping) -> NDArray:
+    """Weight of what hangs on the sensor, about its origin, force frame, (n, 6) [N, Nm].
+
+    Parameters
+    ----------
+    camera_from_force : (n, 3, 3) array
+    up : (3,) array
+        Upward unit vector, camera frame.
+    load : mapping
+        ``mass_kg`` and ``centre_of_mass_m`` of the probe's file.
+    """
+    force = load["mass_kg"] * GRAVITY_M_S2 * -np.einsum("nji,j->ni", camera_from_force, up)
+    return np.hstack([force, np.cross(np.array(load["centre_of_mass_m"]), force)])
+
+
+def _local_lines(wanted_s: NDArray, time_s: NDArray, values: NDArray, window_s: float) -> NDArray:
+    """Value at each wanted time of the line through the two samples or more around it, (n, k)."""
+    found = []
+    for moment in wanted_s:
+        first, last = np.searchsorted(time_s, [moment - window_s / 2, moment + window_s / 2])
+        first = int(np.clip(first, 0, len(time_s) - 2))
+        near = slice(first, max(int(last), first + 2))
+        away = time_s[near] - moment
+        basis = np.column_stack([np.ones_like(away), away])
+        found.append(np.linalg.lstsq(basis, values[near], rcond=None)[0][0])
+    return np.array(found)
+
+
+def match_nearest(
+    wanted_s: NDArray, given_s: NDArray, *, largest_gap_s: float
+) -> tuple[NDArray, NDArray]:
+    """Index of the given time nearest to each wanted one, and the distance [s].
+
+    Raises
+    ------
+    ValueError
+        If a distance exceeds the largest gap.
+    """
+    after = np.clip(np.searchsorted(given_s, wanted_s), 1, len(given_s) - 1)
+    nearest = after - (wanted_s - given_s[after - 1] <= given_s[after] - wanted_s)
+    gap_s = np.abs(given_s[nearest] - wanted_s)
+    worst = int(np.argmax(gap_s))
+    if gap_s[worst] > largest_gap_s:
+        raise ValueError(
+            f"force: expected a reading within {largest_gap_s:g} s of each frame,"
+            f" found {gap_s[worst]:.3g} s at frame {worst}"
+        )
+    return nearest, gap_s

@@ -3,53 +3,43 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.vision.options import PoseFilter
+
 # Section 4.2.2: observation model, measurement variance, first covariance, process noise.
 H, R, P0, Q = 1.0, 10.0, 0.0, 1.0
 
 
-def filter_tip(
-    time_s: NDArray,
-    tip_m: NDArray,
-    tip_std_m: NDArray,
-    *,
-    method: str,
-    measurement_std_m: float,
-    acceleration_std_m_s2: float,
-) -> NDArray:
+def filter_tip(time_s: NDArray, tip_m: NDArray, tip_std_m: NDArray, options: PoseFilter) -> NDArray:
     """Filter a tip's path, each axis for itself.
 
     Parameters
     ----------
     time_s : (n,) array
-        Times of the frames [s].
+        Increasing times of the frames [s], not necessarily even.
     tip_m : (n, 3) array
-        Measured positions [m]; rows of NaN are gaps.
+        Measured positions [m], one at least; rows of NaN are gaps.
     tip_std_m : (n, 3) array
         Standard deviations of the measurements [m].
-    method : {"study", "smoother", "none"}
-        Eq. 4.21 as printed; `smooth`; or the path as it is. The first and the last bridge gaps by
-        straight lines.
-    measurement_std_m, acceleration_std_m_s2 : float
-        Options of the smoother: error of a measurement beyond what its frame tells [m], and the
-        hand's acceleration [m/s^2].
+    options : PoseFilter
+        Its method is ``study``, Eq. 4.21 as printed, or ``none``, both of which bridge gaps by
+        straight lines, or ``smoother``: a constant-velocity Kalman filter and the smoother of
+        Rauch, Tung and Striebel.
 
     Returns
     -------
     (n, 3) array
         Filtered positions [m].
     """
-    if method == "none":
-        return _bridged(time_s, tip_m)
-    if method == "study":
-        return study_filter(_bridged(time_s, tip_m))
-    if method == "smoother":
-        std_m = np.hypot(np.nan_to_num(tip_std_m), measurement_std_m)
+    if options.method == "smoother":
+        std_m = np.hypot(np.nan_to_num(tip_std_m), options.measurement_std_m)
         columns = [
-            smooth(time_s, values, std, acceleration_std_m_s2=acceleration_std_m_s2)
-            for values, std in zip(tip_m.T, std_m.T, strict=True)
+            _smooth(time_s, *column, options.acceleration_std_m_s2)
+            for column in zip(tip_m.T, std_m.T, strict=True)
         ]
         return np.column_stack(columns)
-    raise ValueError(f"method: expected study, smoother or none, found {method}")
+    seen = np.isfinite(tip_m[:, 0])
+    path = np.column_stack([np.interp(time_s, time_s[seen], column[seen]) for column in tip_m.T])
+    return study_filter(path) if options.method == "study" else path
 
 
 def study_filter(values: NDArray) -> NDArray:
@@ -77,72 +67,29 @@ def study_filter(values: NDArray) -> NDArray:
     return np.array(path)
 
 
-def smooth(
-    time_s: NDArray, values: NDArray, std: NDArray, *, acceleration_std_m_s2: float
+def _smooth(
+    time_s: NDArray, values: NDArray, std: NDArray, acceleration_std_m_s2: float
 ) -> NDArray:
-    """Constant-velocity Kalman filter and Rauch-Tung-Striebel smoother of one coordinate.
-
-    Parameters
-    ----------
-    time_s : (n,) array
-        Increasing times [s], not necessarily even.
-    values, std : (n,) arrays
-        Measured positions and their standard deviations [m]; NaN among the values are gaps.
-    acceleration_std_m_s2 : float
-        Standard deviation of the white acceleration.
-
-    Returns
-    -------
-    (n,) array
-        Smoothed positions [m].
-
-    Raises
-    ------
-    ValueError
-        If there is no measurement.
-    """
-    seen = np.isfinite(values)
-    if not seen.any():
-        raise ValueError("values: expected at least one measurement, found none")
-    steps = np.diff(time_s, prepend=time_s[0])
-    first = int(np.argmax(seen))
+    """One coordinate under white acceleration; NaN among the values are gaps."""
     # Nothing is known before the first measurement: a metre, and a metre a second.
-    state, covariance = np.array([values[first], 0.0]), np.eye(2)
+    state, covariance = np.array([values[np.isfinite(values)][0], 0.0]), np.eye(2)
     forward = []
-    for k, step in enumerate(steps):
-        F, W = _motion(step, acceleration_std_m_s2)
-        predicted, predicted_covariance = F @ state, F @ covariance @ F.T + W
-        state, covariance = predicted, predicted_covariance
-        if seen[k]:
-            gain = covariance[:, 0] / (covariance[0, 0] + std[k] ** 2)
-            state = state + gain * (values[k] - state[0])
+    for step, value, deviation in zip(np.diff(time_s, prepend=time_s[0]), values, std, strict=True):
+        F = np.array([[1.0, step], [0.0, 1.0]])
+        W = np.array([[step**4 / 4, step**3 / 2], [step**3 / 2, step**2]])
+        predicted = F @ state, F @ covariance @ F.T + acceleration_std_m_s2**2 * W
+        state, covariance = predicted
+        if np.isfinite(value):
+            gain = covariance[:, 0] / (covariance[0, 0] + deviation**2)
+            state = state + gain * (value - state[0])
             covariance = covariance - np.outer(gain, covariance[0])
-        forward.append((F, predicted, predicted_covariance, state, covariance))
-    return _backward(forward)
-
-
-def _motion(step: float, acceleration_std: float) -> tuple[NDArray, NDArray]:
-    F = np.array([[1.0, step], [0.0, 1.0]])
-    W = acceleration_std**2 * np.array([[step**4 / 4, step**3 / 2], [step**3 / 2, step**2]])
-    return F, W
-
-
-def _backward(forward: list[tuple]) -> NDArray:
-    smoothed = forward[-1][3]
+        forward.append((F, *predicted, state, covariance))
+    smoothed = state
     path = [smoothed[0]]
-    for (_, _, _, state, covariance), (F, predicted, predicted_covariance, _, _) in zip(
+    for (*_, state, covariance), (F, ahead, ahead_covariance, *_) in zip(
         forward[-2::-1], forward[:0:-1], strict=True
     ):
-        gain = np.linalg.solve(predicted_covariance.T, (covariance @ F.T).T).T
-        smoothed = state + gain @ (smoothed - predicted)
+        gain = np.linalg.solve(ahead_covariance.T, (covariance @ F.T).T).T
+        smoothed = state + gain @ (smoothed - ahead)
         path.append(smoothed[0])
     return np.array(path[::-1])
-
-
-def _bridged(time_s: NDArray, values: NDArray) -> NDArray:
-    """Gaps filled along straight lines, down each column."""
-    columns = []
-    for column in values.T:
-        seen = np.isfinite(column)
-        columns.append(np.interp(time_s, np.asarray(time_s)[seen], column[seen]))
-    return np.column_stack(columns)

@@ -49,6 +49,9 @@ def candidate_poses(
 ) -> list[MarkerPose]:
     """Both poses that a planar board's corners allow, the better fit first.
 
+    RANSAC picks the corners whose reprojection stays below the threshold; both solutions of the
+    planar problem are refined on them.
+
     Parameters
     ----------
     corners_px : (n, 2) array
@@ -63,52 +66,36 @@ def candidate_poses(
     list of MarkerPose
         Empty when too few corners agree.
     """
-    return candidates_by_threshold(corners_px, camera, board, [threshold_px])[0]
-
-
-def candidates_by_threshold(
-    corners_px: NDArray, camera: PinholeCamera, board: FlatBoard, thresholds_px: Sequence[float]
-) -> list[list[MarkerPose]]:
-    """`candidate_poses` at each of several thresholds.
-
-    RANSAC picks the corners whose reprojection stays below the threshold; both solutions of the
-    planar problem are refined on them, once for all thresholds that leave the same corners.
-    """
     seen, lens = np.isfinite(corners_px[:, 0]), (camera.matrix, np.array(camera.distortion))
-    points, corners_px = board.points_m[seen], corners_px[seen]
-    if seen.sum() < FEWEST_INLIERS:
-        return [[] for _ in thresholds_px]
-    known: dict[bytes, list[MarkerPose]] = {}
-    found = []
-    for threshold_px in thresholds_px:
-        done, _, _, kept = cv2.solvePnPRansac(
-            points,
-            corners_px,
-            *lens,
-            iterationsCount=RANSAC_ITERATIONS,
-            reprojectionError=threshold_px,
-        )
-        if not done or kept is None or len(kept) < FEWEST_INLIERS:
-            found.append([])
-            continue
-        kept = np.sort(kept.ravel())
-        key = kept.tobytes()
-        if key not in known:
-            known[key] = _both_poses(points[kept], corners_px[kept], lens)
-        found.append(known[key])
-    return found
-
-
-def _both_poses(points: NDArray, corners: NDArray, lens: tuple) -> list[MarkerPose]:
-    _, turns, shifts, _ = cv2.solvePnPGeneric(points, corners, *lens, flags=cv2.SOLVEPNP_IPPE)
-    poses = [_refined(points, corners, lens, r, t) for r, t in zip(turns, shifts, strict=True)]
+    points, corners = board.points_m[seen], corners_px[seen]
+    if len(points) < FEWEST_INLIERS:
+        return []
+    ransac = {"iterationsCount": RANSAC_ITERATIONS, "reprojectionError": threshold_px}
+    done, _, _, kept = cv2.solvePnPRansac(points, corners, *lens, **ransac)
+    if not done or kept is None or len(kept) < FEWEST_INLIERS:
+        return []
+    kept = np.sort(kept.ravel())
+    points, corners = points[kept], corners[kept]
+    _, *solutions, _ = cv2.solvePnPGeneric(points, corners, *lens, flags=cv2.SOLVEPNP_IPPE)
+    poses = []
+    for turn, shift in zip(*solutions, strict=True):
+        turn, shift = cv2.solvePnPRefineLM(points, corners, *lens, turn, shift, REFINE_STOP)
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = cv2.Rodrigues(turn)[0], shift.ravel()
+        projected, by_pose, _ = _projected(points, pose, camera)
+        square = ((projected - corners) ** 2).sum()
+        # RANSAC leaves out the worst corners, and a few say little: never below what corners have.
+        variance = max(square / (2 * len(points) - 6), CORNER_NOISE_PX**2)
+        covariance = variance * np.linalg.inv(by_pose.T @ by_pose)
+        error_px = float(np.sqrt(square / len(points)))
+        poses.append(MarkerPose(pose, covariance, len(points), error_px))
     return sorted(poses, key=lambda pose: pose.reprojection_error_px)
 
 
 def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None]:
     """Choose among the candidates of all frames those that fit best and turn least.
 
-    The cheapest way through the frames (Viterbi): a candidate costs its misfit in units of the
+    The cheapest path through the frames (Viterbi): a candidate costs its misfit in units of the
     best fits' error, a step from frame to frame the square of its turn in units of a hand's in the
     frames between, up to a limit.
 
@@ -126,22 +113,33 @@ def settle(candidates: Sequence[Sequence[MarkerPose]]) -> list[MarkerPose | None
     chosen: list[MarkerPose | None] = [None] * len(candidates)
     if not seen:
         return chosen
-    scale = np.median([candidates[k][0].reprojection_error_px for k in seen])
+    scale = max(np.median([candidates[k][0].reprojection_error_px for k in seen]), 1e-6)
     costs, origins = [], []
     for place, k in enumerate(seen):
-        misfit = np.array([_misfit(pose, scale) for pose in candidates[k]])
+        misfit = np.array(
+            [pose.inliers * (pose.reprojection_error_px / scale) ** 2 for pose in candidates[k]]
+        )
         if place:
             before = seen[place - 1]
             steps = _turn_costs(candidates[before], candidates[k]) / (k - before) ** 2
-            ways = costs[-1][:, None] + np.minimum(steps, DEAREST_STEP)
-            origins.append(ways.argmin(axis=0))
-            misfit = misfit + ways.min(axis=0)
+            paths = costs[-1][:, None] + np.minimum(steps, DEAREST_STEP)
+            origins.append(paths.argmin(axis=0))
+            misfit = misfit + paths.min(axis=0)
         costs.append(misfit)
     best = int(np.argmin(costs[-1]))
     for place in range(len(seen) - 1, -1, -1):
         chosen[seen[place]] = candidates[seen[place]][best]
         best = int(origins[place - 1][best]) if place else best
     return chosen
+
+
+def _turn_costs(before: Sequence[MarkerPose], after: Sequence[MarkerPose]) -> NDArray:
+    """Cost of each step from one frame's candidates to the next's."""
+    first, second = (
+        np.stack([pose.camera_from_marker[:3, :3] for pose in poses]) for poses in (before, after)
+    )
+    cosine = (np.einsum("aij,bij->ab", first, second) - 1) / 2
+    return (np.arccos(np.clip(cosine, -1, 1)) / HAND_TURN_RAD) ** 2
 
 
 def point_covariance(camera_from_marker: NDArray, covariance: NDArray, point_m: NDArray) -> NDArray:
@@ -159,21 +157,6 @@ def point_covariance(camera_from_marker: NDArray, covariance: NDArray, point_m: 
     return jacobian @ covariance @ jacobian.T
 
 
-def _refined(
-    points: NDArray, corners: NDArray, lens: tuple, turn: NDArray, shift: NDArray
-) -> MarkerPose:
-    turn, shift = cv2.solvePnPRefineLM(points, corners, *lens, turn, shift, REFINE_STOP)
-    projected, jacobian = cv2.projectPoints(points, turn, shift, *lens)
-    square = ((projected.reshape(-1, 2) - corners) ** 2).sum()
-    pose = np.eye(4)
-    pose[:3, :3] = cv2.Rodrigues(turn)[0]
-    pose[:3, 3] = shift.ravel()
-    # RANSAC leaves out the worst corners, and a few say little: never below what corners have.
-    variance = max(square / (2 * len(points) - 6), CORNER_NOISE_PX**2)
-    covariance = variance * _cofactor(jacobian[:, 3:6], points @ pose[:3, :3].T)
-    return MarkerPose(pose, covariance, len(points), float(np.sqrt(square / len(points))))
-
-
 def corner_cofactor(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> NDArray:
     """Covariance of a pose from corners with independent errors of one pixel, (6, 6).
 
@@ -185,10 +168,8 @@ def corner_cofactor(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> 
         camera_from_marker.
     camera : PinholeCamera
     """
-    lens = camera.matrix, np.array(camera.distortion)
-    turn = cv2.Rodrigues(np.ascontiguousarray(pose[:3, :3]))[0]
-    _, jacobian = cv2.projectPoints(points_m, turn, pose[:3, 3], *lens)
-    return _cofactor(jacobian[:, 3:6], points_m @ pose[:3, :3].T)
+    _, by_pose, _ = _projected(points_m, pose, camera)
+    return np.linalg.inv(by_pose.T @ by_pose)
 
 
 def pose_by_optics(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> NDArray:
@@ -198,23 +179,21 @@ def pose_by_optics(points_m: NDArray, pose: NDArray, camera: PinholeCamera) -> N
     cy_px, k1, k2, p1, p2, k3, the corners staying where they are seen; see `corner_cofactor` for
     the parameters.
     """
+    _, by_pose, by_optics = _projected(points_m, pose, camera)
+    return -np.linalg.lstsq(by_pose, by_optics, rcond=None)[0]
+
+
+def _projected(
+    points_m: NDArray, pose: NDArray, camera: PinholeCamera
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Corners (n, 2) [px], and their derivatives by the pose (2n, 6) and by the optics (2n, 9)."""
     lens = camera.matrix, np.array(camera.distortion)
     turn = cv2.Rodrigues(np.ascontiguousarray(pose[:3, :3]))[0]
-    _, jacobian = cv2.projectPoints(points_m, turn, pose[:3, 3], *lens)
-    by_pose = _by_pose(jacobian[:, 3:6], points_m @ pose[:3, :3].T)
-    return -np.linalg.lstsq(by_pose, jacobian[:, 6:], rcond=None)[0]
-
-
-def _cofactor(by_shift: NDArray, turned: NDArray) -> NDArray:
-    """Inverse of the normal matrix of rotation vector and shift, (6, 6)."""
-    jacobian = _by_pose(by_shift, turned)
-    return np.linalg.inv(jacobian.T @ jacobian)
-
-
-def _by_pose(by_shift: NDArray, turned: NDArray) -> NDArray:
-    """Derivatives of corners by rotation vector and shift, (2n, 6)."""
-    rows = by_shift.reshape(-1, 2, 3)
-    return np.concatenate([rows @ by_turn(turned), rows], axis=-1).reshape(-1, 6)
+    corners, jacobian = cv2.projectPoints(points_m, turn, pose[:3, 3], *lens)
+    by_shift = jacobian[:, 3:6].reshape(-1, 2, 3)
+    by_rotation = by_shift @ by_turn(points_m @ pose[:3, :3].T)
+    by_pose = np.concatenate([by_rotation, by_shift], axis=-1).reshape(-1, 6)
+    return corners.reshape(-1, 2), by_pose, jacobian[:, 6:]
 
 
 def by_turn(places: NDArray) -> NDArray:
@@ -223,16 +202,3 @@ def by_turn(places: NDArray) -> NDArray:
     zero = np.zeros_like(x)
     rows = (np.stack(row, axis=-1) for row in ((zero, z, -y), (-z, zero, x), (y, -x, zero)))
     return np.stack(list(rows), axis=-2)
-
-
-def _misfit(pose: MarkerPose, scale: float) -> float:
-    return pose.inliers * (pose.reprojection_error_px / max(scale, 1e-6)) ** 2
-
-
-def _turn_costs(before: Sequence[MarkerPose], after: Sequence[MarkerPose]) -> NDArray:
-    """Cost of each step from one frame's candidates to the next's."""
-    first, second = (
-        np.stack([pose.camera_from_marker[:3, :3] for pose in poses]) for poses in (before, after)
-    )
-    cosine = (np.einsum("aij,bij->ab", first, second) - 1) / 2
-    return (np.arccos(np.clip(cosine, -1, 1)) / HAND_TURN_RAD) ** 2

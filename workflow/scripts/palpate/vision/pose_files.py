@@ -1,6 +1,5 @@
 """Poses of a board as other programs or a run's probe_pose.csv state them."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -50,28 +49,25 @@ def read_poses(source: Path, unit: str = "m") -> tuple[list[str], NDArray, list[
     return names, poses, left_out
 
 
-def _matrices(folder: Path, unit: str) -> tuple[Sequence[str], NDArray]:
-    paths = sorted(folder.glob("*.txt"))
+def _matrices(folder: Path, unit: str) -> tuple[list[str], NDArray]:
+    paths, poses = sorted(folder.glob("*.txt")), []
     if not paths:
         expected = "files *.txt of 4 x 4 numbers, or a film's frames.csv"
         raise ValueError(f"{folder}: poses: expected {expected}, found none")
-    poses = np.array([_matrix(path) for path in paths])
-    poses[:, :3, 3] *= UNITS[unit]
-    return [path.stem for path in paths], poses
+    for path in paths:
+        try:
+            pose = np.loadtxt(path, ndmin=2)
+        except ValueError:
+            raise ValueError(f"{path}: pose: expected 4 x 4 numbers, found others") from None
+        if pose.shape != (4, 4):
+            found = " x ".join(map(str, pose.shape))
+            raise ValueError(f"{path}: pose: expected 4 x 4 numbers, found {found}")
+        pose[:3, 3] *= UNITS[unit]
+        poses.append(pose)
+    return [path.stem for path in paths], np.array(poses)
 
 
-def _matrix(path: Path) -> NDArray:
-    try:
-        pose = np.loadtxt(path, ndmin=2)
-    except ValueError:
-        raise ValueError(f"{path}: pose: expected 4 x 4 numbers, found others") from None
-    if pose.shape != (4, 4):
-        found = " x ".join(map(str, pose.shape))
-        raise ValueError(f"{path}: pose: expected 4 x 4 numbers, found {found}")
-    return pose
-
-
-def _rows(path: Path) -> tuple[Sequence[str], NDArray]:
+def _rows(path: Path) -> tuple[list[str], NDArray]:
     table = read_table(path)
     if "detected" in table:
         table = table[table["detected"] == 1]

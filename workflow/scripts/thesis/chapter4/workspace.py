@@ -10,7 +10,7 @@ from palpate.report import outputs
 from palpate.units import CENTIMETRES
 from palpate.vision.board import FlatBoard
 from palpate.vision.camera import PinholeCamera
-from palpate.vision.pose import MarkerPose, candidates_by_threshold, settle
+from palpate.vision.pose import MarkerPose, candidate_poses, settle
 
 from thesis.chapter4.sensor_files import by_sensor
 
@@ -81,7 +81,7 @@ def threshold_rows(
     found = [
         [[]] * len(THRESHOLDS_PX)
         if corners is None
-        else candidates_by_threshold(corners, camera, board, THRESHOLDS_PX)
+        else [candidate_poses(corners, camera, board, threshold_px=t) for t in THRESHOLDS_PX]
         for corners in corners_px
     ]
     rows = []
