@@ -131,7 +131,7 @@ def test_a_cloud_is_the_block_without_the_probe(synthetic, sensors):
         probe_places(synthetic.poses, synthetic.probe)[DEEP],
         synthetic.probe["exclusion"],
         Reach(tip[:3, 3], 0.5, 0.5),
-        **Clouds().written(),
+        Clouds(),
     )
     height = in_frame(synthetic.camera_from_object, cloud.points_m)[:, 2]
     assert height.max() < TOP_M + 0.001

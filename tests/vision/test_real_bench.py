@@ -23,6 +23,7 @@ from virtual_lab.texture import table_texture
 
 SIZE = np.array([0.12, 0.10, 0.05])
 TIP = np.array([0.0, 0.0, SIZE[2] + 0.00622])
+NO_SHEET = np.zeros((4, 3))
 TURN = np.column_stack([[1, 0, 0], [0, -1, 0], [0, 0, -1.0]])
 CAMERA = PinholeCamera(320, 240, 280.0, 280.0, 159.5, 119.5)
 VIEW = View(CAMERA, look_at([0, 0, 0.05], distance_m=0.65, elevation_deg=45))
@@ -70,13 +71,13 @@ def test_the_operators_forearm_is_not_the_object(bench, probe, elbow_m, size_m):
     up = VIEW.camera_from_object[:3, 2]
     plane = np.append(up, -up @ VIEW.camera_from_object[:3, 3])
     board = TURN @ (make_probe(probe).tip_from_marker @ [0.03, 0.02, 0, 1])[:3] + tip
-    place = ProbePlace(moved(tip), -up, moved(board))
+    place = ProbePlace(moved(tip), -up, moved(board), NO_SHEET)
     arguments = plane, place, probe["exclusion"]
     mask = np.isin(kind, [OBJECT, *PROBE_PARTS]).reshape(240, 320)
     reach = Reach(moved(tip), np.linalg.norm(size_m[:2] / 2), size_m[2])
-    cloud = object_cloud(points, mask, CAMERA, *arguments, reach, **Clouds().written())
+    cloud = object_cloud(points, mask, CAMERA, *arguments, reach, Clouds())
     alone = object_cloud(
-        points, (kind == OBJECT).reshape(240, 320), CAMERA, *arguments, reach, **Clouds().written()
+        points, (kind == OBJECT).reshape(240, 320), CAMERA, *arguments, reach, Clouds()
     )
     inside = np.abs(cloud.points_m[:, None] - alone.points_m).max(axis=2).min(axis=1) < 0.003
     assert inside.mean() > 0.99
@@ -91,14 +92,14 @@ def test_an_object_longer_than_its_template_is_no_such_object(bench, probe):
     points, kind = seen(scene)
     up = VIEW.camera_from_object[:3, 2]
     plane = np.append(up, -up @ VIEW.camera_from_object[:3, 3])
-    place = ProbePlace(moved(TIP), -up, moved(TIP + [0, 0, 0.1]))
+    place = ProbePlace(moved(TIP), -up, moved(TIP + [0, 0, 0.1]), NO_SHEET)
     mask = (kind == OBJECT).reshape(240, 320)
     arguments = points, mask, CAMERA, plane, place, probe["exclusion"]
     whole = Reach(moved(TIP), 0.21, SIZE[2])
-    assert len(object_cloud(*arguments, whole, **Clouds().written()).points_m) > 1000
+    assert len(object_cloud(*arguments, whole, Clouds()).points_m) > 1000
     short = Reach(moved(TIP), np.linalg.norm(SIZE[:2] / 2), SIZE[2])
     with pytest.raises(ValueError, match=r"to end 0.10 m beside the tip, .* of its foot beyond"):
-        object_cloud(*arguments, short, **Clouds().written())
+        object_cloud(*arguments, short, Clouds())
 
 
 def flat(corners):

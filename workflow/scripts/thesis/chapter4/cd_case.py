@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from palpate.capture.streams import all_streams
 from palpate.npz import write_npz
 from palpate.report import outputs
-from palpate.vision.box import outline_distance, place_box
 from palpate.vision.camera import sensor_with_optics
 from palpate.vision.clouds import belongs_to_probe, probe_places, scene_points
 from palpate.vision.follow import followed
@@ -20,6 +19,8 @@ from palpate.vision.kalman import study_filter
 from palpate.vision.options import ProbePose
 from palpate.vision.probe import RAW_TIP, TIP
 from palpate.vision.support_plane import fit_support_plane, height_above
+
+from thesis.chapter4.box import outline_distance, place_box
 
 # The cloud of the case is put together from so many frames; the probe hides another part in each.
 CLOUD_FRAMES = 6
