@@ -17,7 +17,7 @@ from palpate.vision.clouds import (
 from palpate.vision.options import Clouds
 from palpate.vision.probe import AXIS, TIP, marker_columns
 
-REACH = Reach(np.array([-0.05, 0, 0.7]), 0.2, 0.2)
+REACH = Reach(np.array([-0.05, 0, 0.7]), 0.2, 0.2, np.array([0, -1.0, 0, 0.06]))
 
 
 def test_points_in_a_mask():
@@ -62,9 +62,8 @@ def cut(sensors, probe):
 
     def cloud(points, z_m, mask=left):
         places = np.array([[-0.05, 0, z_m], [0, 1.0, 0], [0, -0.5, z_m]])
-        place, plane = ProbePlace(*places, np.zeros((4, 3))), np.array([0, -1.0, 0, 0.06])
-        given = mask, camera, plane, place, probe["exclusion"], REACH
-        return object_cloud(points, *given, Clouds())
+        place = ProbePlace(*places, np.zeros((4, 3)), probe["exclusion"])
+        return object_cloud(points, mask, camera, place, REACH, Clouds())
 
     return cloud
 

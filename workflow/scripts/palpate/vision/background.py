@@ -16,14 +16,9 @@ SMALLEST = 1e-6
 # Bins of the distortions of background pixels: a step is 0.6 %, finer than a threshold needs.
 BIN_EDGES = np.concatenate([[0.0], np.geomspace(1e-3, 1e6, 3600), [np.inf]])
 # Of a model's arrays.
-SHAPES = {
-    "mean": ("h", "w", "c"),
-    "std": ("h", "w", "c"),
-    "brightness_rms": ("h", "w"),
-    "chromaticity_rms": ("h", "w"),
-    "brightness_threshold": (),
-    "threshold": (),
-}
+SHAPES = dict.fromkeys(("mean", "std"), ("h", "w", "c"))
+SHAPES |= dict.fromkeys(("brightness_rms", "chromaticity_rms"), ("h", "w"))
+SHAPES |= dict.fromkeys(("brightness_threshold", "threshold"), ())
 
 
 @dataclass(frozen=True)

@@ -54,39 +54,70 @@ class Reach(NamedTuple):
         Of the template from the declared point, along the table [m].
     height_m : float
         Of the template above the table [m].
+    plane : (4,) array
+        The table, camera frame (`palpate.vision.support_plane.fit_support_plane`).
     """
 
     tip_m: NDArray
     beside_m: float
     height_m: float
+    plane: NDArray
 
-    def holds(self, points_m: NDArray, plane: NDArray) -> NDArray:
+    def holds(self, points_m: NDArray) -> NDArray:
         """Whether points may be the object's by their distance from table and tip, shape (n,)."""
-        beside = np.linalg.norm(np.cross(points_m - self.tip_m, plane[:3]), axis=1)
-        low = height_above(plane, points_m) < self.height_m + ABOVE_M
+        beside = np.linalg.norm(np.cross(points_m - self.tip_m, self.plane[:3]), axis=1)
+        low = height_above(self.plane, points_m) < self.height_m + ABOVE_M
         return low & (beside < self.beside_m + BESIDE_M)
 
 
 class ProbePlace(NamedTuple):
-    """Tip's centre [m], pressing direction, the target's centre and its sheet's corners (4, 3) [m].
+    """Where the probe is in a frame, and what of the scene is taken for it.
 
-    All in the camera frame; the corners go around the sheet.
+    Attributes
+    ----------
+    tip_m, axis : (3,) arrays
+        Tip's centre [m] and pressing direction, camera frame.
+    board_m, sheet_m : (3,) and (4, 3) arrays
+        Centre of the target, and the corners around its sheet, camera frame [m].
+    exclusion : mapping
+        The block of the probe's file.
     """
 
     tip_m: NDArray
     axis: NDArray
     board_m: NDArray
     sheet_m: NDArray
+    exclusion: Mapping
+
+    def holds(self, points_m: NDArray) -> NDArray:
+        """Whether points lie near the axis above the tip, the tip or the target, shape (n,).
+
+        Up to ``stem_m`` above the tip the probe is as thin as the tip, and then as wide as its
+        handle. What is seen through the target's sheet is the target too, wherever its repeating
+        pattern was matched: it is only found when nothing stands before it.
+        """
+        offset = points_m - self.tip_m
+        along = offset @ self.axis
+        across = np.linalg.norm(offset - along[:, None] * self.axis, axis=1)
+        thin_m = self.exclusion["tip_radius_m"]
+        handle_from_m = max(thin_m, self.exclusion.get("stem_m", 0.0))
+        wide_m = np.where(along < -handle_from_m, self.exclusion["radius_m"], thin_m)
+        found = np.linalg.norm(offset, axis=1) < thin_m
+        found |= (along < -thin_m) & (across < wide_m)
+        away = np.linalg.norm(points_m - self.board_m, axis=1)
+        found |= away < self.exclusion["board_radius_m"]
+        sides = points_m @ np.cross(self.sheet_m, np.roll(self.sheet_m, -1, axis=0)).T
+        return found | (sides > 0).all(axis=1) | (sides < 0).all(axis=1)
 
 
 def probe_places(poses: pd.DataFrame, probe: Mapping) -> list[ProbePlace]:
     """Where the probe is in each frame of probe_pose.csv."""
-    outline_m = board_of(probe["marker"]).outline_m
+    outline_m, exclusion = board_of(probe["marker"]).outline_m, probe["exclusion"]
     centre = np.append(outline_m.mean(axis=0), 0)
     # What is printed and an even margin, so wide that the corners lie on the exclusion radius:
     # |half + margin| = radius, a quadratic equation in the margin.
-    half, radius = np.ptp(outline_m, axis=0) / 2, probe["exclusion"]["board_radius_m"]
-    total, excess = half.sum(), half @ half - radius**2
+    half = np.ptp(outline_m, axis=0) / 2
+    total, excess = half.sum(), half @ half - exclusion["board_radius_m"] ** 2
     margin = (np.sqrt(max(total**2 - 2 * excess, 0.0)) - total) / 2
     x, y = half + max(margin, 0.0)
     corners = centre + np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
@@ -94,7 +125,7 @@ def probe_places(poses: pd.DataFrame, probe: Mapping) -> list[ProbePlace]:
     boards = transforms[:, :3, :3] @ centre + transforms[:, :3, 3]
     sheets = corners @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3]
     columns = (poses[TIP].to_numpy(float), poses[AXIS].to_numpy(float), boards, sheets)
-    return [ProbePlace(*row) for row in zip(*columns, strict=True)]
+    return [ProbePlace(*row, exclusion) for row in zip(*columns, strict=True)]
 
 
 def scene_points(
@@ -116,19 +147,19 @@ def scene_points(
     (n, 3) array
         Points in the frame of the reference camera [m], within the sensor's range.
     """
-    stereo = sensor["kind"] == "stereo"
-    if stereo:
-        spec = sensor["color"]
-        flat_m = stereo_depth(images["left"], images["right"], sensor, wanted).ravel()
-    else:
-        spec = sensor["depth"]
-        flat_m = depth_of(images["depth"], spec).ravel()
-    valid = (flat_m >= sensor["range_m"][0]) & (flat_m <= sensor["range_m"][1])
-    points = pixel_rays(camera_from_spec(spec))[valid] * flat_m[valid, None]
-    if stereo:
-        return points
+    if sensor["kind"] == "stereo":
+        depth_m = stereo_depth(images["left"], images["right"], sensor, wanted)
+        return _deprojected(depth_m, sensor["color"], sensor["range_m"])
+    spec = sensor["depth"]
+    points = _deprojected(depth_of(images["depth"], spec), spec, sensor["range_m"])
     color_from_depth = np.array(spec["color_from_depth"])
     return points @ color_from_depth[:3, :3].T + color_from_depth[:3, 3]
+
+
+def _deprojected(depth_m: NDArray, spec: Mapping, range_m: tuple) -> NDArray:
+    flat = depth_m.ravel()
+    valid = (flat >= range_m[0]) & (flat <= range_m[1])
+    return pixel_rays(camera_from_spec(spec))[valid] * flat[valid, None]
 
 
 def table_of(folder: str | Path, sensor: Mapping, options: SupportPlane, *, seed: int) -> NDArray:
@@ -145,7 +176,6 @@ def clouds_of(
     probe: Mapping,
     masks: Sequence[NDArray],
     poses: pd.DataFrame,
-    plane: NDArray,
     reach: Reach,
     options: Clouds,
     frames: Sequence[int] | None = None,
@@ -162,8 +192,6 @@ def clouds_of(
         Of all frames.
     poses : DataFrame
         probe_pose.csv.
-    plane : (4,) array
-        The table.
     reach : Reach
     options : Clouds
     frames : sequence of int, optional
@@ -184,9 +212,7 @@ def clouds_of(
             expected = f"points {nearest_m:g} to {farthest_m:g} m away"
             raise ValueError(f"frame {k}: depth: expected {expected}, found none")
         try:
-            cloud = object_cloud(
-                points, mask, camera, plane, places[k], probe["exclusion"], reach, options
-            )
+            cloud = object_cloud(points, mask, camera, places[k], reach, options)
         except ValueError as error:
             raise ValueError(f"{folder}: frame {k}: {error}") from error
         logging.info("frame %d: %d points", k, len(cloud.points_m))
@@ -197,13 +223,11 @@ def object_cloud(
     points_m: NDArray,
     mask: NDArray,
     camera: PinholeCamera,
-    plane: NDArray,
     place: ProbePlace,
-    exclusion: Mapping,
     reach: Reach,
     options: Clouds,
 ) -> Cloud:
-    """Keep of a frame's points what belongs to the object, thinned and with normals (Eq. 4.4-4.6).
+    """Keep of a frame's points the object's, thinned and with normals (Eq. 4.4-4.6).
 
     Parameters
     ----------
@@ -213,12 +237,7 @@ def object_cloud(
         Foreground of the reference camera.
     camera : PinholeCamera
         The reference camera.
-    plane : (4,) array
-        The table (`fit_support_plane`).
     place : ProbePlace
-        Where the probe is.
-    exclusion : mapping
-        ``exclusion`` block of the probe's file.
     reach : Reach
     options : Clouds
 
@@ -227,18 +246,18 @@ def object_cloud(
     ValueError
         If nothing is left, or the object goes on where its template ends.
     """
-    seen = points_m[height_above(plane, points_m) > options.lowest_m]
+    seen = points_m[height_above(reach.plane, points_m) > options.lowest_m]
     seen = seen[in_mask(seen, mask, camera)]
-    seen = seen[~belongs_to_probe(seen, place, exclusion)]
-    kept = seen[reach.holds(seen, plane)]
+    seen = seen[~place.holds(seen)]
+    kept = seen[reach.holds(seen)]
     if len(kept) <= options.normal_neighbours:
         raise ValueError(f"cloud: expected points of the object, found {len(kept)}")
     cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(kept))
     cloud = cloud.voxel_down_sample(options.voxel_m)
     cloud, _ = cloud.remove_statistical_outlier(OUTLIER_NEIGHBOURS, OUTLIER_RATIO)
     cloud = cloud.select_by_index(_piece_at(reach.tip_m, cloud, options.cluster_gap_m))
-    low = seen[height_above(plane, seen) < reach.height_m / 2]
-    _check_end(np.asarray(cloud.points), low, plane, reach, options.cluster_gap_m)
+    low = seen[height_above(reach.plane, seen) < reach.height_m / 2]
+    _check_end(np.asarray(cloud.points), low, reach, options.cluster_gap_m)
     cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(options.normal_neighbours))
     cloud.orient_normals_towards_camera_location(np.zeros(3))
     return Cloud(np.asarray(cloud.points), np.asarray(cloud.normals))
@@ -247,29 +266,10 @@ def object_cloud(
 def in_mask(points_m: NDArray, mask: NDArray, camera: PinholeCamera) -> NDArray:
     """Whether points project into an image's foreground, shape (n,)."""
     pixels = np.round(camera.project(points_m)).astype(int)
-    found = ((pixels >= 0) & (pixels < mask.shape[::-1])).all(axis=1)
-    found[found] = mask[pixels[found, 1], pixels[found, 0]]
+    inside = ((pixels >= 0) & (pixels < mask.shape[::-1])).all(axis=1)
+    found = np.zeros_like(inside)
+    found[inside] = mask[pixels[inside, 1], pixels[inside, 0]]
     return found
-
-
-def belongs_to_probe(points_m: NDArray, place: ProbePlace, exclusion: Mapping) -> NDArray:
-    """Whether points lie near the probe's axis above the tip, the tip or the target, shape (n,).
-
-    Up to ``stem_m`` above the tip the probe is as thin as the tip, and then as wide as its handle.
-    What is seen through the target's sheet is the target too, wherever its repeating pattern was
-    matched: it is only found when nothing stands before it.
-    """
-    offset = points_m - place.tip_m
-    along = offset @ place.axis
-    across = np.linalg.norm(offset - along[:, None] * place.axis, axis=1)
-    tip_radius_m = exclusion["tip_radius_m"]
-    handle_from_m = max(tip_radius_m, exclusion.get("stem_m", 0.0))
-    tip = np.linalg.norm(offset, axis=1) < tip_radius_m
-    wide_m = np.where(along < -handle_from_m, exclusion["radius_m"], tip_radius_m)
-    shaft = (along < -tip_radius_m) & (across < wide_m)
-    board = np.linalg.norm(points_m - place.board_m, axis=1) < exclusion["board_radius_m"]
-    sides = points_m @ np.cross(place.sheet_m, np.roll(place.sheet_m, -1, axis=0)).T
-    return tip | shaft | board | (sides > 0).all(axis=1) | (sides < 0).all(axis=1)
 
 
 def save_clouds(path: str | Path, clouds: Iterable[Cloud]) -> None:
@@ -318,15 +318,13 @@ def _piece_at(place_m: NDArray, cloud: "o3d.geometry.PointCloud", gap_m: float) 
     return np.flatnonzero(piece == np.bincount(piece[nearest]).argmax())
 
 
-def _check_end(
-    piece_m: NDArray, low_m: NDArray, plane: NDArray, reach: Reach, gap_m: float
-) -> None:
+def _check_end(piece_m: NDArray, low_m: NDArray, reach: Reach, gap_m: float) -> None:
     """Reject an object that goes on, near the table, where its template ends: an arm is above."""
     if not len(low_m):
         return
     points, label = _pieces(o3d.geometry.PointCloud(o3d.utility.Vector3dVector(low_m)), gap_m)
     joined = label[cKDTree(piece_m).query(points)[0] < gap_m]
-    across = ~reach.holds(points, plane)[np.isin(label, joined)]
+    across = ~reach.holds(points)[np.isin(label, joined)]
     if len(across) and across.mean() > MOST_ACROSS:
         raise ValueError(
             f"cloud: expected the object to end {reach.beside_m + BESIDE_M:.2f} m beside the tip,"

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.capture.depth import depth_of
 from palpate.capture.findings import Findings
@@ -38,7 +37,10 @@ def examine_frames(folder: Path, sensor: Mapping) -> Findings:
     Findings
     """
     first = grey(Stream(folder, sensor)[0])
-    found = _timing(folder, first.shape) + _light(folder, first)
+    found, level = _timing(folder, first.shape), float(first.mean())
+    if not DARKEST <= level <= BRIGHTEST:
+        expected = f"grey levels of {DARKEST} to {BRIGHTEST} on average"
+        found += _seldom(f"{folder}: frames", expected, f"{level:.0f}", wrong=level < BLACK)
     return found + (_depths(folder, sensor) if "depth" in sensor else Findings())
 
 
@@ -68,19 +70,11 @@ def _timing(folder: Path, shape: tuple[int, int]) -> Findings:
     steps = np.diff(time)
     usual, longest = float(np.median(steps)), float(steps.max())
     rate = f"{len(time)} frames over {time[-1] - time[0]:.2f} s ({1 / usual:.1f} Hz)"
-    told = Findings(found=(f"{rate}, {shape[1]} x {shape[0]} px",))
-    if longest <= LONGEST_GAP * usual:
-        return told
-    expected, gap = f"frames about {usual:.3f} s apart", f"a gap of {longest:.2f} s"
-    return told + _seldom(f"{folder / FRAMES}: time_s", expected, gap)
-
-
-def _light(folder: Path, first: NDArray) -> Findings:
-    level = float(first.mean())
-    if DARKEST <= level <= BRIGHTEST:
-        return Findings()
-    expected = f"grey levels of {DARKEST} to {BRIGHTEST} on average"
-    return _seldom(f"{folder}: frames", expected, f"{level:.0f}", wrong=level < BLACK)
+    found = Findings(found=(f"{rate}, {shape[1]} x {shape[0]} px",))
+    if longest > LONGEST_GAP * usual:
+        expected, gap = f"frames about {usual:.3f} s apart", f"a gap of {longest:.2f} s"
+        found += _seldom(f"{folder / FRAMES}: time_s", expected, gap)
+    return found
 
 
 def _depths(folder: Path, sensor: Mapping) -> Findings:
@@ -96,8 +90,8 @@ def _depths(folder: Path, sensor: Mapping) -> Findings:
         expected = f"{low:g} to {high:g} m (the sensor's range_m)"
         found = f"{typical:.3g} m in the middle (what does a count stand for?)"
         return _seldom(place, expected, found, wrong=True)
-    told = Findings(found=(f"depth in {share:.0%}, {typical:.2f} m",))
-    if share >= LEAST_DEPTH_SHARE:
-        return told
-    expected = f"readings in {LEAST_DEPTH_SHARE:.0%} of the middle or more"
-    return told + _seldom(place, expected, f"{share:.0%}")
+    result = Findings(found=(f"depth in {share:.0%}, {typical:.2f} m",))
+    if share < LEAST_DEPTH_SHARE:
+        expected = f"readings in {LEAST_DEPTH_SHARE:.0%} of the middle or more"
+        result += _seldom(place, expected, f"{share:.0%}")
+    return result

@@ -13,7 +13,7 @@ from palpate.capture.streams import all_streams
 from palpate.npz import write_npz
 from palpate.report import outputs
 from palpate.vision.camera import sensor_with_optics
-from palpate.vision.clouds import belongs_to_probe, probe_places, scene_points
+from palpate.vision.clouds import probe_places, scene_points
 from palpate.vision.follow import followed
 from palpate.vision.kalman import study_filter
 from palpate.vision.options import ProbePose
@@ -67,7 +67,7 @@ def scene_cloud(folder: Path, sensor: Mapping, params: Any, poses: pd.DataFrame)
     clouds = []
     for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
         points = scene_points(images, sensor)
-        clouds.append(points[~belongs_to_probe(points, places[k], params.probe["exclusion"])])
+        clouds.append(points[~places[k].holds(points)])
     return np.concatenate(clouds)
 
 
