@@ -40,17 +40,12 @@ def test_spreads_and_thresholds_of_a_model():
     assert model.mean == pytest.approx(mean, rel=1e-6)
     assert model.std == pytest.approx(std, rel=1e-5)
     alpha, apart = projected(mean / std, frames / std)
-    spreads, thresholds = (
-        (model.brightness_rms, model.chromaticity_rms),
-        (
-            model.brightness_threshold,
-            model.threshold,
-        ),
-    )
-    for part, (found, values) in enumerate(zip(spreads, (alpha - 1, apart), strict=True)):
+    bright = alpha - 1, model.brightness_rms, model.brightness_threshold
+    chroma = apart, model.chromaticity_rms, model.threshold
+    for part, (values, spread, threshold) in enumerate((bright, chroma)):
         rms = np.sqrt(np.mean(values**2, axis=0))
         typical = np.maximum(rms, np.median(rms))
-        assert found == pytest.approx(typical, rel=1e-4)
+        assert spread == pytest.approx(typical, rel=1e-4)
         left_out = []
         for k in range(12):
             others, rest = np.delete(frames, k, axis=0), np.delete(values, k, axis=0)
@@ -58,4 +53,5 @@ def test_spreads_and_thresholds_of_a_model():
             value = projected(others.mean(axis=0) / own, frames[k] / own)[part] - (part == 0)
             rms = np.sqrt(np.mean(rest**2, axis=0))
             left_out.append(np.abs(value) / np.maximum(rms, np.median(typical)))
-        assert thresholds[part] == pytest.approx(np.quantile(left_out, 0.95), rel=0.01)
+        # To the width of a bin, and the gap between two of 648 values.
+        assert threshold == pytest.approx(np.quantile(left_out, 0.95), rel=0.02)

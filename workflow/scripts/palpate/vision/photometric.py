@@ -98,7 +98,8 @@ class BoardRefiner:
     """
 
     def __init__(self, camera: PinholeCamera, board: FlatBoard, *, encoding: str) -> None:
-        self.camera, self.board = camera, board
+        self.camera, self.unit_m = camera, board.unit_m
+        self.points, self.print = board.points_m, board.print
         self.systematic_px = FILLED_IN_PX if encoding == "rgb8" else SYSTEMATIC_PX
         # Least and largest u, v [units].
         self.outline = board.outline_m / board.unit_m
@@ -133,7 +134,7 @@ class BoardRefiner:
             return None
         rough, _ = self._iterated(seen, start.copy(), BLUR_PX, OCCLUDED[0])
         fit, done = self._iterated(seen, rough.pose, rough.blur, OCCLUDED[1])
-        points = self.board.points_m if hidden is None else self.board.points_m[~hidden]
+        points = self.points if hidden is None else self.points[~hidden]
         return self._result(fit, start, points) if done else None
 
     def _iterated(
@@ -182,7 +183,7 @@ class BoardRefiner:
         """Pixels near the edges inside the target, and some of the flat ones."""
         (left, top), (right, bottom) = self.outline
         outline = np.array([[left, top], [right, top], [left, bottom], [right, bottom]])
-        corners = np.column_stack([outline * self.board.unit_m, np.zeros(4)])
+        corners = np.column_stack([outline * self.unit_m, np.zeros(4)])
         places = corners @ pose[:3, :3].T + pose[:3, 3]
         if places[:, 2].min() <= 0:
             return None
@@ -193,11 +194,11 @@ class BoardRefiner:
         rays = self.rays[box].reshape(-1, 3)
         u, v, w, inverse = self._place(rays, pose)
         inside = (u > left + RIM) & (u < right - RIM) & (v > top + RIM) & (v < bottom - RIM)
-        sizes, lines = pixel_sizes(u, v, w, inverse, self.camera), self.board.print
-        away = np.minimum(_to_nearest(u, lines.u) / sizes[0], _to_nearest(v, lines.v) / sizes[1])
-        inside &= ~(away > EDGE_PX) | (np.arange(len(u)) % FLAT_STEP == 0)
+        sizes = pixel_sizes(u, v, w, inverse, self.camera)
+        away = _to_nearest(u, self.print.u) / sizes[0], _to_nearest(v, self.print.v) / sizes[1]
+        inside &= ~(np.minimum(*away) > EDGE_PX) | (np.arange(len(u)) % FLAT_STEP == 0)
         if hidden is not None and hidden.any():
-            corners = cKDTree(self.board.points_m[:, :2] / self.board.unit_m)
+            corners = cKDTree(self.points[:, :2] / self.unit_m)
             inside[inside] = ~hidden[corners.query(np.column_stack([u, v])[inside])[1]]
         if inside.sum() < FEWEST_PIXELS:
             return None
@@ -208,7 +209,7 @@ class BoardRefiner:
 
     def _place(self, rays: NDArray, pose: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """Target's coordinates u, v [units] of rays, their scale, and the inverse homography."""
-        M = pose[:3, [0, 1, 3]] * [self.board.unit_m, self.board.unit_m, 1]
+        M = pose[:3, [0, 1, 3]] * [self.unit_m, self.unit_m, 1]
         inverse = np.linalg.inv(M)
         w = rays @ inverse.T
         return w[:, 0] / w[:, 2], w[:, 1] / w[:, 2], w[:, 2], inverse
@@ -220,9 +221,9 @@ class BoardRefiner:
         two terms more than a straight line has.
         """
         u, v, w, inverse = self._place(seen.rays, pose)
-        turned = place_derivatives(u, v, w, inverse, pose, self.board.unit_m)
+        turned = place_derivatives(u, v, w, inverse, pose, self.unit_m)
         pixel = pixel_sizes(u, v, w, inverse, self.camera)
-        seen_so = self.board.print.blurred(u, v, blur * pixel[0], blur * pixel[1])
+        seen_so = self.print.blurred(u, v, blur * pixel[0], blur * pixel[1])
         white = seen_so.white
         bend = white * (1 - white)
         ramp = np.column_stack([np.ones_like(u), u, v, seen.sites])

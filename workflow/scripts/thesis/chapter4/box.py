@@ -100,7 +100,8 @@ def _plan(flat_m: NDArray) -> tuple[NDArray, NDArray]:
     places = places[((places >= 0) & (places < count)).all(axis=1)]
     plan = np.zeros(count[::-1], dtype=np.uint8)
     plan[places[:, 1], places[:, 0]] = 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, [int(CLOSED_M / CELL_M) | 1] * 2)
+    size = int(CLOSED_M / CELL_M) | 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     plan = cv2.morphologyEx(cv2.morphologyEx(plan, cv2.MORPH_CLOSE, disc), cv2.MORPH_OPEN, disc)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(plan)
     largest = 1 + np.argmax(stats[1:, cv2.CC_STAT_AREA]) if len(stats) > 1 else 0
