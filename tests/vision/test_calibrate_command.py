@@ -9,7 +9,7 @@ import yaml
 from boards_seen import LEFT, RIGHT, RIGHT_FROM_LEFT
 from palpate.__main__ import main
 from palpate.config.sensor import ColorSpec, DepthSpec
-from palpate.vision.sensor_blocks import opencv_text
+from palpate.vision.camera import opencv_text
 
 PART = "camera"
 

@@ -1,28 +1,11 @@
-"""Depth of each kind of sensor, clouds and the table's plane."""
+"""Depth of each kind of sensor."""
 
 import cv2
 import numpy as np
 import pytest
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.clouds import (
-    Cloud,
-    ProbePlace,
-    Reach,
-    object_cloud,
-    read_clouds,
-    save_clouds,
-    scene_points,
-)
+from palpate.vision.clouds import scene_points
 from palpate.vision.depth import stereo_depth, stereo_disparity
-from palpate.vision.support_plane import fit_support_plane, height_above
-
-OPTIONS = {
-    "lowest_m": 0.004,
-    "voxel_m": 0.002,
-    "normal_neighbours": 30,
-    "cluster_gap_m": 0.01,
-}
-REACH = Reach(np.array([-0.05, 0, 0.7]), 0.2, 0.2)
 
 
 @pytest.mark.parametrize("encoding", ["kinect_disparity", "millimetre"])
@@ -265,99 +248,3 @@ def test_only_what_is_wanted_is_matched(sensors):
     assert np.isnan(part[:, :100]).all()
     everything = stereo_depth(left, right, sensor, np.zeros_like(wanted))
     assert np.array_equal(everything, whole, equal_nan=True)
-
-
-def test_support_plane_among_clutter():
-    rng = np.random.default_rng(1)
-    normal = np.array([0.1, -0.7, -0.7])
-    normal /= np.linalg.norm(normal)
-    ground = rng.uniform(-0.4, 0.4, (5000, 2))
-    a, b = np.linalg.svd(normal[None])[2][1:]
-    points = [0, 0, 0.8] + ground @ np.stack([a, b]) + rng.normal(0, 1e-3, (5000, 1)) * normal
-    clutter = [0, 0, 0.7] + rng.uniform(-0.1, 0.1, (1500, 3))
-    plane = fit_support_plane(
-        np.concatenate([points, clutter]), inlier_distance_m=0.004, rng=np.random.default_rng(0)
-    )
-    assert np.degrees(np.arccos(plane[:3] @ normal)) < 0.1
-    assert abs(height_above(plane, np.array([[0, 0, 0.8]]))[0]) < 3e-4
-    with pytest.raises(ValueError, match="at least 100 points, found 3"):
-        fit_support_plane(points[:3], inlier_distance_m=0.01, rng=rng)
-
-
-def test_false_matches_are_no_table():
-    """What a stereo head makes of a table of one colour: depths of any size."""
-    rng = np.random.default_rng(2)
-    rays = np.column_stack([rng.uniform(-0.5, 0.5, (20000, 2)), np.ones(20000)])
-    points = rays / rng.uniform(1 / 1.5, 1 / 0.4, (20000, 1))
-    with pytest.raises(ValueError, match="25% or more .* 3% .a table without a pattern"):
-        fit_support_plane(points, inlier_distance_m=0.004, rng=rng)
-
-
-@pytest.fixture
-def wall(sensors):
-    """Points on a plane 0.7 m before the camera, seen in the middle of its image."""
-    camera = camera_from_spec(sensors["kinect"]["color"])
-    grid = np.stack(np.meshgrid(np.linspace(-0.1, 0.1, 120), np.linspace(-0.1, 0.1, 120)), -1)
-    points = np.column_stack([grid.reshape(-1, 2), np.full(120 * 120, 0.7)])
-    mask = np.zeros((480, 640), bool)
-    mask[:, :311] = True
-    return camera, points, mask
-
-
-def test_cloud_is_cut_thinned_and_oriented(wall, probe):
-    camera, points, mask = wall
-    place = ProbePlace(np.array([-0.05, 0, 0.7]), np.array([0, 1.0, 0]), np.array([0, -0.5, 0.7]))
-    plane = np.array([0, -1.0, 0, 0.06])
-    arguments = camera, plane, place, probe["exclusion"], REACH
-    cloud = object_cloud(points, mask, *arguments, **OPTIONS)
-    assert cloud.points_m[:, 0].max() < 0.002
-    assert cloud.points_m[:, 1].max() < 0.06 - OPTIONS["lowest_m"] + 1e-9
-    assert np.allclose(cloud.normals, [0, 0, -1], atol=1e-6)
-    with pytest.raises(ValueError, match="expected points of the object, found 0"):
-        object_cloud(points, ~(mask | True), *arguments, **OPTIONS)
-
-
-def test_a_piece_apart_is_not_the_object(wall, probe):
-    camera, points, mask = wall
-    stray = np.array([-0.05, 0.0, 0.5]) + np.random.default_rng(0).normal(0, 0.001, (60, 3))
-    place = ProbePlace(np.array([-0.05, 0, 0.9]), np.array([0, 1.0, 0]), np.array([0, -0.5, 0.9]))
-    plane = np.array([0, -1.0, 0, 0.06])
-    both = np.concatenate([points, stray])
-    cloud = object_cloud(both, mask, camera, plane, place, probe["exclusion"], REACH, **OPTIONS)
-    assert np.allclose(cloud.points_m[:, 2], 0.7)
-
-
-def test_clouds_round_trip(tmp_path):
-    rng = np.random.default_rng(0)
-    clouds = [Cloud(rng.normal(size=(n, 3)), rng.normal(size=(n, 3))) for n in (4, 7, 2)]
-    save_clouds(tmp_path / "clouds.npz", iter(clouds))
-    again = read_clouds(tmp_path / "clouds.npz")
-    assert len(again) == 3 and len(again[1:]) == 2
-    for one, other in zip(clouds, again, strict=True):
-        assert np.allclose(one.points_m, other.points_m, atol=1e-6)
-        assert np.allclose(one.normals, other.normals, atol=1e-6)
-
-
-def test_a_damaged_film_is_refused_at_its_frame(tmp_path):
-    rng, path = np.random.default_rng(0), tmp_path / "clouds.npz"
-    save_clouds(path, [Cloud(rng.normal(size=(50, 3)), rng.normal(size=(50, 3)))] * 3)
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 4
-    path.write_bytes(content)
-    with pytest.raises(ValueError, match=f"^{path}: .*(damaged|found none)"):
-        list(read_clouds(path))
-
-
-def test_a_cloud_of_fewer_points_than_were_written_is_refused(tmp_path):
-    cloud, path = Cloud(np.zeros((50, 3)), np.zeros((50, 3))), tmp_path / "clouds.npz"
-    save_clouds(path, [cloud])
-    arrays = {name: array[: len(array) // 2] for name, array in np.load(path).items()}
-    arrays["000000/count"] = np.array([50])
-    np.savez(path, **arrays)
-    with pytest.raises(ValueError, match="points_m: expected as many as count, .50., found 25"):
-        read_clouds(path)[0]
-
-
-def test_no_points_project_to_no_pixels(sensors):
-    camera = camera_from_spec(sensors["kinect"]["color"])
-    assert camera.project(np.zeros((0, 3))).shape == (0, 2)

@@ -2,15 +2,17 @@
 
 import numpy as np
 import pytest
-from palpate.vision.background import (
-    BIN_EDGES,
-    BackgroundModel,
-    _left_out,
-    _moments,
-    _quantile,
-    build_model,
-    distortion,
-)
+from palpate.vision.background import BackgroundModel, build_model, distortion
+
+
+def projected(line, colours):
+    """Alpha of colours along a line through black, and how far they are from it."""
+    alpha = (line * colours).sum(axis=-1) / (line**2).sum(axis=-1)
+    return alpha, np.linalg.norm(colours - alpha[..., None] * line, axis=-1)
+
+
+def deviation(frames):
+    return np.maximum(np.std(frames, axis=0), 1 / np.sqrt(12))
 
 
 def test_distortions_are_the_projection_and_its_rest():
@@ -18,69 +20,38 @@ def test_distortions_are_the_projection_and_its_rest():
     rng = np.random.default_rng(2)
     mean, std = rng.uniform(50, 150, (4, 5, 3)), rng.uniform(0.5, 2, (4, 5, 3))
     a, b = rng.uniform(0.01, 0.02, (4, 5)), rng.uniform(0.5, 2, (4, 5))
-    model = BackgroundModel(mean, std, a, b, 3.0, 4.0)
     image = rng.integers(0, 255, (4, 5, 3)).astype(np.uint8)
-    brightness, chroma = distortion(model, image)
-    for at in np.ndindex(4, 5):
-        line, colour = mean[at] / std[at], image[at] / std[at]
-        alpha = line @ colour / (line @ line)
-        assert brightness[at] == pytest.approx((alpha - 1) / a[at])
-        assert chroma[at] == pytest.approx(np.linalg.norm(colour - alpha * line) / b[at])
+    brightness, chroma = distortion(BackgroundModel(mean, std, a, b, 3.0, 4.0), image)
+    alpha, apart = projected(mean / std, image / std)
+    assert brightness == pytest.approx((alpha - 1) / a)
+    assert chroma == pytest.approx(apart / b)
 
 
-def test_mean_and_squares_in_one_pass():
-    frames = list(np.random.default_rng(1).integers(0, 255, (7, 3, 4, 3)).astype(np.uint8))
-    mean, square = _moments(frames)
-    assert mean == pytest.approx(np.mean(frames, axis=0))
-    assert square == pytest.approx(np.var(frames, axis=0) * 7)
+def test_spreads_and_thresholds_of_a_model():
+    """Root mean squares about the mean (Eq. 4.17), none below the typical; quantiles of frames.
 
-
-def test_a_frame_is_held_against_all_others():
-    """Far from the others, its distortion is that against their own mean and deviation."""
-    rng = np.random.default_rng(3)
-    frames = [rng.normal(100, 2, (1, 1, 3)) for _ in range(9)] + [np.full((1, 1, 3), 160.0)]
-    mean, square = _moments(frames)
-    sums, spreads = (np.full((1, 1), 30.0), np.full((1, 1), 30.0)), (np.array([[1e-3]]),) * 2
-    brightness, chroma = _left_out(frames[-1], mean, square, sums, spreads, 10)
-    others = np.array(frames[:-1])[:, 0, 0]
-    line, colour = (x / others.std(axis=0) for x in (others.mean(axis=0), frames[-1][0, 0]))
-    alpha = line @ colour / (line @ line)
-    # The sums of the others: all, less what this frame has in the model of all.
-    std = np.sqrt(square[0, 0] / 10)
-    whole, own = mean[0, 0] / std, frames[-1][0, 0] / std
-    part = whole @ own / (whole @ whole)
-    rest = (
-        np.sqrt((30 - (part - 1) ** 2) / 9),
-        np.sqrt(max(30 - np.linalg.norm(own - part * whole) ** 2, 0) / 9),
-    )
-    assert brightness[0, 0] == pytest.approx((alpha - 1) / max(rest[0], 1e-3))
-    assert chroma[0, 0] == pytest.approx(np.linalg.norm(colour - alpha * line) / max(rest[1], 1e-3))
-
-
-def test_quantile_of_counted_values():
-    counts = np.zeros(len(BIN_EDGES) - 1, dtype=int)
-    counts[[3, 10, 20]] = 90, 9, 1
-    assert _quantile(counts, 0.5) == BIN_EDGES[4]
-    assert _quantile(counts, 0.95) == BIN_EDGES[11]
-    assert _quantile(counts, 0.999) == BIN_EDGES[21]
-    counts[-1] = 100
-    assert _quantile(counts, 0.9) == BIN_EDGES[-2]
-
-
-def test_spreads_of_a_model_are_root_mean_squares():
-    """Of brightness and chromaticity about the mean (Eq. 4.17), none below the typical."""
+    Each frame is compared with mean, deviation and distortions of all others.
+    """
     rng = np.random.default_rng(4)
-    table = rng.uniform(80, 160, (6, 9, 3))
-    noise = rng.uniform(1, 3, (6, 9, 1))
-    frames = [np.round(table + noise * rng.normal(size=table.shape)) for _ in range(12)]
-    model = build_model([frame.astype(np.uint8) for frame in frames], false_positive_rate=0.01)
-    mean = np.mean(frames, axis=0)
-    std = np.maximum(np.std(frames, axis=0), 1 / np.sqrt(12))
+    table, noise = rng.uniform(80, 160, (6, 9, 3)), rng.uniform(1, 3, (6, 9, 1))
+    frames = np.round(table + noise * rng.normal(size=(12, *table.shape)))
+    model = build_model(list(frames.astype(np.uint8)), false_positive_rate=0.05)
+    mean, std = frames.mean(axis=0), deviation(frames)
     assert model.mean == pytest.approx(mean, rel=1e-6)
     assert model.std == pytest.approx(std, rel=1e-5)
-    line, colours = mean / std, np.array(frames) / std
-    alpha = (line * colours).sum(axis=-1) / (line**2).sum(axis=-1)
-    apart = np.linalg.norm(colours - alpha[..., None] * line, axis=-1)
-    for found, values in ((model.brightness_rms, alpha - 1), (model.chromaticity_rms, apart)):
+    alpha, apart = projected(mean / std, frames / std)
+    bright = alpha - 1, model.brightness_rms, model.brightness_threshold
+    chroma = apart, model.chromaticity_rms, model.threshold
+    for part, (values, spread, threshold) in enumerate((bright, chroma)):
         rms = np.sqrt(np.mean(values**2, axis=0))
-        assert found == pytest.approx(np.maximum(rms, np.median(rms)), rel=1e-4)
+        typical = np.maximum(rms, np.median(rms))
+        assert spread == pytest.approx(typical, rel=1e-4)
+        left_out = []
+        for k in range(12):
+            others, rest = np.delete(frames, k, axis=0), np.delete(values, k, axis=0)
+            own = deviation(others)
+            value = projected(others.mean(axis=0) / own, frames[k] / own)[part] - (part == 0)
+            rms = np.sqrt(np.mean(rest**2, axis=0))
+            left_out.append(np.abs(value) / np.maximum(rms, np.median(typical)))
+        # To the width of a bin, and the gap between two of 648 values.
+        assert threshold == pytest.approx(np.quantile(left_out, 0.95), rel=0.02)

@@ -6,12 +6,7 @@ import cv2
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.vision.examine_frames import (
-    _light,
-    _timing,
-    examine_frames,
-    examine_scene,
-)
+from palpate.vision.examine_frames import examine_frames, examine_scene
 
 SENSOR = {
     "kind": "depth",
@@ -21,17 +16,14 @@ SENSOR = {
 }
 
 
-def folder_of(path, color, depth=None):
-    """Two frames of one picture each."""
-    for name in ("color", "depth"):
+def folder_of(path, color, depth=None, times=(0.0, 0.1)):
+    """Frames of one picture each."""
+    rows = [(k, time, f"color/{k}.png", f"depth/{k}.png") for k, time in enumerate(times)]
+    depth = np.full((40, 60), 800, np.uint16) if depth is None else depth
+    for name, image in (("color", color), ("depth", depth)):
         (path / name).mkdir(parents=True, exist_ok=True)
-    rows = []
-    for k in range(2):
-        cv2.imwrite(str(path / f"color/{k}.png"), color)
-        cv2.imwrite(str(path / f"depth/{k}.png"), np.full((40, 60), 800, np.uint16))
-        if depth is not None:
-            cv2.imwrite(str(path / f"depth/{k}.png"), depth)
-        rows.append((k, k / 10, f"color/{k}.png", f"depth/{k}.png"))
+        for k in range(len(times)):
+            cv2.imwrite(str(path / f"{name}/{k}.png"), image)
     table = pd.DataFrame(rows, columns=["frame", "time_s", "color", "depth"])
     table.to_csv(path / "frames.csv", index=False)
     return path
@@ -42,18 +34,15 @@ def grey(level=100):
 
 
 def test_gaps_between_frames(tmp_path):
-    def told(times):
-        return _timing(tmp_path, pd.DataFrame({"time_s": times}), (480, 640))
-
-    even = told([0.0, 0.2, 0.4, 0.7])
-    assert even.found == ("4 frames over 0.70 s (5.0 Hz), 640 x 480 px",) and not even.doubts
-    (line,) = told([0.0, 0.2, 0.4, 1.2]).doubts
+    even = examine_frames(folder_of(tmp_path, grey(), times=[0.0, 0.2, 0.4, 0.7]), SENSOR)
+    assert even.found[0] == "4 frames over 0.70 s (5.0 Hz), 60 x 40 px" and not even.doubts
+    (line,) = examine_frames(folder_of(tmp_path, grey(), times=[0, 0.2, 0.4, 1.2]), SENSOR).doubts
     assert line.endswith("time_s: expected frames about 0.200 s apart, found a gap of 0.80 s")
 
 
 @pytest.mark.parametrize(("level", "fine"), [(14, False), (15, True), (240, True), (241, False)])
 def test_frames_that_are_dark_or_overexposed(tmp_path, level, fine):
-    assert (not _light(tmp_path, grey(level)).doubts) == fine
+    assert (not examine_frames(folder_of(tmp_path, grey(level)), SENSOR).doubts) == fine
 
 
 @pytest.mark.parametrize(
@@ -68,9 +57,8 @@ def test_a_scene_against_its_background(tmp_path, pixels, line):
     """Of sixty columns so many have changed by sixty grey levels."""
     picture = grey()
     picture[:, : pixels + 5 * (pixels > 30)] += 60
-    found = examine_scene(
-        folder_of(tmp_path / "a", picture), folder_of(tmp_path / "b", grey()), SENSOR
-    )
+    folders = folder_of(tmp_path / "a", picture), folder_of(tmp_path / "b", grey())
+    found = examine_scene(*folders, SENSOR)
     if line is None:
         assert not found.doubts and found.found[0].endswith("% of the picture new")
         # Blurred by seven pixels, a third of a step of sixty reaches one column farther.
@@ -79,12 +67,22 @@ def test_a_scene_against_its_background(tmp_path, pixels, line):
         assert re.search(line, found.doubts[0]) and not found.found
 
 
-def test_depths_that_are_mostly_missing(tmp_path):
-    """Of 20 rows in the middle seven have readings, then five."""
-    for rows, doubted in ((7, False), (5, True)):
-        image = np.full((40, 60), 0, np.uint16)
-        image[10 : 10 + rows] = 900
-        image[:10] = 900
-        found = examine_frames(folder_of(tmp_path / str(rows), grey(), image), SENSOR)
-        assert bool(found.doubts) == doubted
+@pytest.mark.parametrize(
+    ("rows", "depth_mm", "line"),
+    [
+        (20, 900, None),
+        (7, 900, None),
+        (5, 900, "depth: expected readings in 30% of the middle or more, found 25%"),
+        (0, 900, "depth: expected readings in the middle, found none"),
+        (20, 90, "found 0.09 m in the middle (what does a count stand for?)"),
+    ],
+)
+def test_depths_of_the_middle(tmp_path, rows, depth_mm, line):
+    """Of its 20 rows so many have readings."""
+    image = np.zeros((40, 60), np.uint16)
+    image[: 10 + rows] = depth_mm
+    found = examine_frames(folder_of(tmp_path, grey(), image), SENSOR)
+    wrong = found.wrong + found.doubts
+    assert [one.endswith(line) for one in wrong] == [True] if line else not wrong
+    if rows and depth_mm == 900:
         assert found.found[-1] == f"depth in {5 * rows}%, 0.90 m"

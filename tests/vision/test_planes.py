@@ -8,28 +8,7 @@ from palpate.vision.force import WRENCH, ForceRecord
 from palpate.vision.indentation import frame_wrenches, weight_wrenches
 from palpate.vision.options import Force
 from palpate.vision.probe import marker_columns
-from palpate.vision.support_plane import (
-    _least_squares,
-    _near,
-    fit_support_plane,
-    read_plane,
-)
-
-
-def test_points_near_a_plane():
-    plane = np.array([0, 0, 1.0, -2])
-    near = _near(np.array([[0, 0, 2.009], [5, 0, 1.991], [0, 0, 2.011]]), plane, 0.01)
-    assert near.tolist() == [True, True, False]
-
-
-def test_plane_of_least_squares():
-    rng = np.random.default_rng(3)
-    normal = np.array([0.48, -0.6, 0.64])
-    across = np.linalg.svd(normal[None])[2][1:]
-    points = rng.normal(size=(300, 2)) @ across + 0.7 * normal
-    plane = _least_squares(points + 1e-3 * rng.normal(size=(300, 1)) * normal)
-    assert np.abs(plane[:3] @ normal) == pytest.approx(1, abs=1e-5)
-    assert abs(plane[3]) == pytest.approx(0.7, abs=3e-4)
+from palpate.vision.support_plane import fit_support_plane, height_above, read_plane
 
 
 def scene(*patches, noise_m=5e-4):
@@ -44,23 +23,46 @@ def scene(*patches, noise_m=5e-4):
     return np.concatenate(found)
 
 
-def told(points):
+def table(points):
     return fit_support_plane(points, inlier_distance_m=0.004, rng=np.random.default_rng(0))
 
 
 def test_the_nearest_level_plane_in_the_middle_is_the_table():
     """A small table before a larger floor and a wall, which the camera sees from above."""
     slope = np.array([0.0, 0.6, -0.8])
-    table = ([0, 0.1, 0.7], [0.4, 0, 0], 0.3 * slope, 3000)
+    small = ([0, 0.1, 0.7], [0.4, 0, 0], 0.3 * slope, 3000)
     floor = ([0, 0.5, 1.2], [2.0, 0, 0], 1.5 * slope, 9000)
     wall = ([0, 0.0, 2.0], [2.0, 0, 0], [0, 2.0, 0], 3000)
-    found = told(scene(table, floor, wall))
+    found = table(scene(small, floor, wall))
     up = np.array([0, -0.8, -0.6])
     assert found[:3] @ up == pytest.approx(1, abs=1e-3)
-    assert found[3] == pytest.approx(-up @ table[0], abs=2e-3)
+    assert found[3] == pytest.approx(-up @ small[0], abs=2e-3)
     # Without any level plane the wall is all there is.
-    alone = told(scene(wall))
-    assert alone == pytest.approx([0, 0, -1, 2.0], abs=2e-3)
+    assert table(scene(wall)) == pytest.approx([0, 0, -1, 2.0], abs=2e-3)
+
+
+def test_support_plane_among_clutter():
+    rng = np.random.default_rng(1)
+    normal = np.array([0.1, -0.7, -0.7])
+    normal /= np.linalg.norm(normal)
+    ground = rng.uniform(-0.4, 0.4, (5000, 2))
+    a, b = np.linalg.svd(normal[None])[2][1:]
+    points = [0, 0, 0.8] + ground @ np.stack([a, b]) + rng.normal(0, 1e-3, (5000, 1)) * normal
+    clutter = [0, 0, 0.7] + rng.uniform(-0.1, 0.1, (1500, 3))
+    plane = table(np.concatenate([points, clutter]))
+    assert np.degrees(np.arccos(plane[:3] @ normal)) < 0.1
+    assert abs(height_above(plane, np.array([[0, 0, 0.8]]))[0]) < 3e-4
+    with pytest.raises(ValueError, match="at least 100 points, found 3"):
+        table(points[:3])
+
+
+def test_false_matches_are_no_table():
+    """What a stereo head makes of a table of one colour: depths of any size."""
+    rng = np.random.default_rng(2)
+    rays = np.column_stack([rng.uniform(-0.5, 0.5, (20000, 2)), np.ones(20000)])
+    points = rays / rng.uniform(1 / 1.5, 1 / 0.4, (20000, 1))
+    with pytest.raises(ValueError, match="25% or more .* 3% .a table without a pattern"):
+        fit_support_plane(points, inlier_distance_m=0.004, rng=rng)
 
 
 @pytest.mark.parametrize(

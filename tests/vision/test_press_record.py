@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from palpate.vision.camera import camera_from_spec
-from palpate.vision.clouds import Reach, belongs_to_probe, object_cloud, probe_places
+from palpate.vision.clouds import Reach, object_cloud, probe_places
 from palpate.vision.force import FORCE
 from palpate.vision.indentation import capture_wrenches
 from palpate.vision.options import Clouds, Force
@@ -68,7 +68,7 @@ def test_what_is_cut_away_is_the_probe(synthetic, stem_m):
     near = tip[:3, 3] + np.random.default_rng(4).uniform(-0.012, 0.012, (4000, 3))
     points = np.concatenate([around, near, synthetic.clouds[DEEP][0]])
     stem = {} if stem_m == TIP_M else {"stem_m": stem_m}
-    found = belongs_to_probe(points, place, synthetic.probe["exclusion"] | stem)
+    found = place._replace(exclusion=place.exclusion | stem).holds(points)
     truth = of_the_probe(points, marker, tip, stem_m=stem_m)
     assert 0.1 < truth.mean() < 0.5
     # The sheet's outline is known to a tenth of a millimetre by hand.
@@ -88,8 +88,8 @@ def test_a_thin_stem_leaves_a_slope_its_surface(synthetic):
     slope = np.cos(np.pi / 6) * up - np.sin(np.pi / 6) * place.axis
     foremost = place.tip_m + synthetic.radius_m * place.axis
     points = foremost + grid @ np.stack([across, slope])
-    exclusion = synthetic.probe["exclusion"]
-    cut = [belongs_to_probe(points, place, exclusion | stem).mean() for stem in ({}, STEM)]
+    thin = place._replace(exclusion=place.exclusion | STEM)
+    cut = [one.holds(points).mean() for one in (place, thin)]
     assert cut[0] > 0.04 > 0.02 > cut[1], cut
 
 
@@ -115,11 +115,9 @@ def test_a_cloud_is_the_block_without_the_probe(synthetic, sensors):
         np.concatenate([block, *probe]),
         np.ones((480, 640), bool),
         camera,
-        synthetic.plane,
         probe_places(synthetic.poses, synthetic.probe)[DEEP],
-        synthetic.probe["exclusion"],
-        Reach(tip[:3, 3], 0.5, 0.5),
-        **Clouds().written(),
+        Reach(tip[:3, 3], 0.5, 0.5, synthetic.plane),
+        Clouds(),
     )
     height = in_frame(synthetic.camera_from_object, cloud.points_m)[:, 2]
     assert height.max() < TOP_M + 0.001

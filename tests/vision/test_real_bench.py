@@ -23,6 +23,7 @@ from virtual_lab.texture import table_texture
 
 SIZE = np.array([0.12, 0.10, 0.05])
 TIP = np.array([0.0, 0.0, SIZE[2] + 0.00622])
+NO_SHEET = np.zeros((4, 3))
 TURN = np.column_stack([[1, 0, 0], [0, -1, 0], [0, 0, -1.0]])
 CAMERA = PinholeCamera(320, 240, 280.0, 280.0, 159.5, 119.5)
 VIEW = View(CAMERA, look_at([0, 0, 0.05], distance_m=0.65, elevation_deg=45))
@@ -48,6 +49,16 @@ def moved(points, view=VIEW):
     return points @ transform[:3, :3].T + transform[:3, 3]
 
 
+def box_on_table(bench, size_m, **more):
+    """Scene of a box, its points and kinds as `seen` gives them, and the table's plane."""
+    box = trimesh.creation.box(size_m)
+    box.apply_translation([0, 0, size_m[2] / 2])
+    vertices, faces = np.asarray(box.vertices), np.asarray(box.faces)
+    points, kind = seen(Scene(bench, surface_m=vertices, faces=faces, **more))
+    up = VIEW.camera_from_object[:3, 2]
+    return points, kind, np.append(up, -up @ VIEW.camera_from_object[:3, 3])
+
+
 @pytest.mark.parametrize(
     ("elbow_m", "size_m"),
     [((0.35, 0.20, -0.05), SIZE), ((0.12, 0.05, 0.02), SIZE), ((-0.30, 0.05, 0.0), SIZE / 2)],
@@ -55,28 +66,15 @@ def moved(points, view=VIEW):
 )
 def test_the_operators_forearm_is_not_the_object(bench, probe, elbow_m, size_m):
     """Beside the object, nearly on it, and before a small one."""
-    box = trimesh.creation.box(size_m)
-    box.apply_translation([0, 0, size_m[2] / 2])
     tip = TIP - [0, 0, SIZE[2] - size_m[2]]
-    scene = Scene(
-        bench,
-        surface_m=np.asarray(box.vertices),
-        faces=np.asarray(box.faces),
-        probe=make_probe(probe, elbow_m),
-        tip_m=tip,
-        object_from_force=TURN,
-    )
-    points, kind = seen(scene)
-    up = VIEW.camera_from_object[:3, 2]
-    plane = np.append(up, -up @ VIEW.camera_from_object[:3, 3])
+    arm = {"probe": make_probe(probe, elbow_m), "tip_m": tip, "object_from_force": TURN}
+    points, kind, plane = box_on_table(bench, size_m, **arm)
     board = TURN @ (make_probe(probe).tip_from_marker @ [0.03, 0.02, 0, 1])[:3] + tip
-    place = ProbePlace(moved(tip), -up, moved(board))
-    arguments = plane, place, probe["exclusion"]
-    mask = np.isin(kind, [OBJECT, *PROBE_PARTS]).reshape(240, 320)
-    reach = Reach(moved(tip), np.linalg.norm(size_m[:2] / 2), size_m[2])
-    cloud = object_cloud(points, mask, CAMERA, *arguments, reach, **Clouds().written())
-    alone = object_cloud(
-        points, (kind == OBJECT).reshape(240, 320), CAMERA, *arguments, reach, **Clouds().written()
+    place = ProbePlace(moved(tip), -plane[:3], moved(board), NO_SHEET, probe["exclusion"])
+    reach = Reach(moved(tip), np.linalg.norm(size_m[:2] / 2), size_m[2], plane)
+    cloud, alone = (
+        object_cloud(points, mask.reshape(240, 320), CAMERA, place, reach, Clouds())
+        for mask in (np.isin(kind, [OBJECT, *PROBE_PARTS]), kind == OBJECT)
     )
     inside = np.abs(cloud.points_m[:, None] - alone.points_m).max(axis=2).min(axis=1) < 0.003
     assert inside.mean() > 0.99
@@ -85,20 +83,16 @@ def test_the_operators_forearm_is_not_the_object(bench, probe, elbow_m, size_m):
 
 def test_an_object_longer_than_its_template_is_no_such_object(bench, probe):
     """Cut to the template's reach, a bar of 40 cm would pass for one of 12."""
-    bar = trimesh.creation.box([0.4, 0.10, 0.05])
-    bar.apply_translation([0, 0, 0.025])
-    scene = Scene(bench, surface_m=np.asarray(bar.vertices), faces=np.asarray(bar.faces))
-    points, kind = seen(scene)
-    up = VIEW.camera_from_object[:3, 2]
-    plane = np.append(up, -up @ VIEW.camera_from_object[:3, 3])
-    place = ProbePlace(moved(TIP), -up, moved(TIP + [0, 0, 0.1]))
-    mask = (kind == OBJECT).reshape(240, 320)
-    arguments = points, mask, CAMERA, plane, place, probe["exclusion"]
-    whole = Reach(moved(TIP), 0.21, SIZE[2])
-    assert len(object_cloud(*arguments, whole, **Clouds().written()).points_m) > 1000
-    short = Reach(moved(TIP), np.linalg.norm(SIZE[:2] / 2), SIZE[2])
+    points, kind, plane = box_on_table(bench, [0.4, 0.10, 0.05])
+    place = ProbePlace(
+        moved(TIP), -plane[:3], moved(TIP + [0, 0, 0.1]), NO_SHEET, probe["exclusion"]
+    )
+    arguments = points, (kind == OBJECT).reshape(240, 320), CAMERA, place
+    whole = Reach(moved(TIP), 0.21, SIZE[2], plane)
+    assert len(object_cloud(*arguments, whole, Clouds()).points_m) > 1000
+    short = whole._replace(beside_m=np.linalg.norm(SIZE[:2] / 2))
     with pytest.raises(ValueError, match=r"to end 0.10 m beside the tip, .* of its foot beyond"):
-        object_cloud(*arguments, short, **Clouds().written())
+        object_cloud(*arguments, short, Clouds())
 
 
 def flat(corners):
@@ -123,32 +117,30 @@ ROOMS = {
 }
 
 
+def check_table(parts, elevation_deg, turn=1):
+    """Find the table in a noisy cloud of parts, the right way up or upside down."""
+    view = View(CAMERA, look_at([0, 0, 0.05], distance_m=0.65, elevation_deg=elevation_deg))
+    points, kind = seen(Scene(Bench(None, None, parts)), view)
+    points = points[kind == PROP]
+    noisy = points * (1 + np.random.default_rng(1).normal(0, 0.002, (len(points), 1)))
+    turned, rng = noisy * [turn, turn, 1], np.random.default_rng(0)
+    plane = fit_support_plane(turned, inlier_distance_m=0.004, rng=rng)
+    up = view.camera_from_object[:3, 2] * [turn, turn, 1]
+    assert np.rad2deg(np.arccos(min(plane[:3] @ up, 1))) < 0.5
+    assert abs(plane[:3] @ (view.camera_from_object[:3, 3] * [turn, turn, 1]) + plane[3]) < 0.002
+
+
 @pytest.mark.parametrize("room", ROOMS)
 @pytest.mark.parametrize("elevation_deg", [25, 45, 70])
 def test_the_table_is_what_carries_the_object(room, elevation_deg):
     """A wall or a floor behind a small table has more points, a book on it is nearer."""
-    view = View(CAMERA, look_at([0, 0, 0.05], distance_m=0.65, elevation_deg=elevation_deg))
-    points, kind = seen(Scene(Bench(None, None, ROOMS[room])), view)
-    points = points[kind == PROP]
-    noisy = points * (1 + np.random.default_rng(1).normal(0, 0.002, (len(points), 1)))
-    plane = fit_support_plane(noisy, inlier_distance_m=0.004, rng=np.random.default_rng(0))
-    up, depth = view.camera_from_object[:3, 2], view.camera_from_object[:3, 3]
-    assert np.rad2deg(np.arccos(min(plane[:3] @ up, 1))) < 0.5
-    assert abs(plane[:3] @ depth + plane[3]) < 0.002
+    check_table(ROOMS[room], elevation_deg)
 
 
 @pytest.mark.parametrize("elevation_deg", [30, 45, 80])
 def test_a_camera_that_hangs_upside_down_sees_the_same_table(elevation_deg):
     """A wall at the picture's edge is level to it, and has a tenth of the points."""
-    view = View(CAMERA, look_at([0, 0, 0.05], distance_m=0.65, elevation_deg=elevation_deg))
-    parts = [level(0.6, 0.4, 0), upright(0.6, 0.1, 0.25)]
-    points, kind = seen(Scene(Bench(None, None, parts)), view)
-    points = points[kind == PROP]
-    noisy = points * (1 + np.random.default_rng(1).normal(0, 0.002, (len(points), 1)))
-    turned = noisy * [-1, -1, 1]
-    plane = fit_support_plane(turned, inlier_distance_m=0.004, rng=np.random.default_rng(0))
-    up = view.camera_from_object[:3, 2] * [-1, -1, 1]
-    assert np.rad2deg(np.arccos(min(plane[:3] @ up, 1))) < 0.5
+    check_table([level(0.6, 0.4, 0), upright(0.6, 0.1, 0.25)], elevation_deg, turn=-1)
 
 
 def test_the_table_is_that_of_all_frames(sensors, tmp_path):

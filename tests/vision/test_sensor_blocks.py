@@ -4,8 +4,14 @@ import cv2
 import numpy as np
 import pytest
 from boards_seen import BOARD, LEFT, RIGHT, RIGHT_FROM_LEFT, poses
-from palpate.vision.camera import PinholeCamera, camera_from_spec
-from palpate.vision.sensor_blocks import depth_blocks, opencv_text, rectified, stereo_blocks
+from palpate.vision.camera import (
+    PinholeCamera,
+    camera_from_spec,
+    depth_blocks,
+    opencv_text,
+    rectified,
+    stereo_blocks,
+)
 
 
 def test_points_are_where_the_rectified_camera_has_them():
@@ -23,17 +29,13 @@ def test_points_are_where_the_rectified_camera_has_them():
     other = RIGHT.project(points @ turn.T + shift.T)
     right = cv2.undistortPoints(other[:, None], *lenses[2:], R=R2, P=P2).reshape(-1, 2)
     disparity = camera.fx_px * baseline_m / (points @ R1.T)[:, 2]
-    assert flat - right == pytest.approx(
-        np.column_stack([disparity, np.zeros(len(points))]), abs=1e-3
-    )
+    apart = np.column_stack([disparity, np.zeros(len(points))])
+    assert flat - right == pytest.approx(apart, abs=1e-3)
 
 
-def test_cameras_in_the_wrong_order():
+def test_pairs_that_are_no_stereo_head():
     with pytest.raises(ValueError, match="expected the left camera first"):
         rectified((RIGHT, LEFT), np.linalg.inv(RIGHT_FROM_LEFT))
-
-
-def test_pictures_of_two_sizes():
     other = PinholeCamera(1280, 960, 900.0, 900.0, 640.0, 480.0)
     with pytest.raises(ValueError, match="one size, found 640 x 480 and 1280 x 960"):
         rectified((LEFT, other), RIGHT_FROM_LEFT)

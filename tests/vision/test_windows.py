@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from palpate.vision.highlights import colours_differ
+from palpate.vision.depth import _colours_differ
 from palpate.vision.windows import derivative, grey, local_plane, mean, warped
 
 SIDE = 7
@@ -89,7 +89,7 @@ def test_colours_that_differ_are_not_of_one_surface():
     pair = [np.round(image).astype(np.uint8) for image in (left, right)]
     valid = np.ones((60, 90), bool)
     valid[:, :5] = False
-    found = colours_differ(*pair, np.zeros((60, 90), np.float32), valid, SIDE)
+    found = _colours_differ(*pair, np.zeros((60, 90), np.float32), valid, SIDE)
     inside = np.zeros_like(valid)
     inside[38:52, 43:67] = True
     outside = np.ones_like(valid)
@@ -112,6 +112,6 @@ def test_what_a_shift_within_a_matchs_precision_explains_is_no_difference():
             np.round(one + rng.normal(0, 0.3, one.shape)).astype(np.uint8) for one in (image, half)
         ]
         still = np.zeros((40, 121), np.float32)
-        found = colours_differ(*pair, still, np.ones((40, 121), bool), 3)
+        found = _colours_differ(*pair, still, np.ones((40, 121), bool), 3)
         assert (found[5:-5, 66:-5].mean() > 0.2) == differs
         assert found[5:-5, 5:55].mean() < 0.02

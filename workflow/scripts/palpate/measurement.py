@@ -377,8 +377,8 @@ def _clouds(
     position_m = capture.declared["points"][capture.point]["position_m"]
     peak = int(np.argmax(_sizes_n(press)))
     tip_m = columns_of(press.poses, TIP)[peak]
-    reach = Reach(tip_m, *support.extent_m(template.vertices_m, position_m))
-    seen = press.sensor, capture.probe, masks, press.poses, press.plane
+    reach = Reach(tip_m, *support.extent_m(template.vertices_m, position_m), press.plane)
+    seen = press.sensor, capture.probe, masks, press.poses
     return clouds_of(capture.folder, *seen, reach, config.clouds)
 
 

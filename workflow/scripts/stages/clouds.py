@@ -16,7 +16,6 @@ def main(snakemake):
     """Write the clouds with normals, camera frame."""
     inputs, params = snakemake.input, snakemake.params
     sensor = sensor_with_optics(params.sensor, inputs.get("optics"))
-    plane = read_plane(inputs.plane)
     masks, poses = load_masks(inputs.mask), read_table(inputs.pose)
     require_frames(inputs, masks, poses, params.frames)
     clouds = clouds_of(
@@ -25,7 +24,6 @@ def main(snakemake):
         params.probe,
         masks,
         poses,
-        plane,
         reach_of(inputs, poses, snakemake.wildcards.capture),
         Clouds.read(params.options),
         params.frames,
@@ -39,7 +37,9 @@ def reach_of(inputs, poses, capture):
     point = spec["points"][capture.partition("-")[0]]["position_m"]
     _, tips, forces = read_probe(inputs.pose, inputs.force, frames=len(poses))
     peak = np.argmax(np.linalg.norm(forces, axis=1))
-    return Reach(tips[peak], *support.extent_m(template.vertices_m, point))
+    return Reach(
+        tips[peak], *support.extent_m(template.vertices_m, point), read_plane(inputs.plane)
+    )
 
 
 def require_frames(inputs, masks, poses, chosen):

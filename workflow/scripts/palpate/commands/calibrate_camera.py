@@ -99,8 +99,8 @@ def _of_pictures(options: argparse.Namespace) -> _Found:
 def _one(seen: Sequence["BoardPictures"], board: "FlatBoard", kind: str | None) -> _Found:
     from palpate.vision.calibration import calibrate_camera
     from palpate.vision.calibration_verdict import camera_verdict
+    from palpate.vision.camera import camera_block
     from palpate.vision.next_view import next_view
-    from palpate.vision.sensor_blocks import camera_block
 
     (own,) = seen
     found = calibrate_camera(own.corners, board, own.size_px, name=str(own.folder))
@@ -134,8 +134,7 @@ def _two(seen: Sequence["BoardPictures"], board: "FlatBoard", kind: str) -> _Fou
 def _of_files(options: argparse.Namespace) -> _Found:
     """Blocks of another program's files, which state no standard errors."""
     from palpate.capture.importing.optics_files import read_optics
-    from palpate.vision.camera import camera_from_spec
-    from palpate.vision.sensor_blocks import camera_block, stereo_blocks
+    from palpate.vision.camera import camera_block, camera_from_spec, stereo_blocks
 
     stated = read_optics(options.sources, options.size)
     names = ", ".join(map(str, options.sources))
@@ -160,7 +159,7 @@ def _of_files(options: argparse.Namespace) -> _Found:
 
 
 def _blocks(cameras: Sequence, second_from_first: Any, kind: str, encoding: str) -> tuple:
-    from palpate.vision.sensor_blocks import depth_blocks, rectified, stereo_blocks
+    from palpate.vision.camera import depth_blocks, rectified, stereo_blocks
 
     if kind == "depth":
         return [], depth_blocks(cameras, second_from_first, (encoding, "millimetre"))
@@ -177,7 +176,7 @@ def _rectified_line() -> str:
 
 def _write_opencv(path: Path, found: _Found) -> None:
     from palpate.capture.files import write_text
-    from palpate.vision.sensor_blocks import opencv_text
+    from palpate.vision.camera import opencv_text
 
     if found.second_from_first is None:
         raise ValueError("--opencv: expected two cameras and their transform, found none")

@@ -1,21 +1,24 @@
 """Background subtraction with brightness and chromaticity apart (Horprasert, Section 4.2.1)."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.capture.check_capture import FEWEST_BACKGROUND_FRAMES
-from palpate.npz import read_arrays, write_npz
+from palpate.npz import read_shaped, write_npz
 
 # A pixel that never changes still has the error of its quantisation.
 QUANTISATION_STD = 1 / np.sqrt(12)
 SMALLEST = 1e-6
-THRESHOLDS = ("brightness_threshold", "threshold")
 # Bins of the distortions of background pixels: a step is 0.6 %, finer than a threshold needs.
 BIN_EDGES = np.concatenate([[0.0], np.geomspace(1e-3, 1e6, 3600), [np.inf]])
+# Of a model's arrays.
+SHAPES = dict.fromkeys(("mean", "std"), ("h", "w", "c"))
+SHAPES |= dict.fromkeys(("brightness_rms", "chromaticity_rms"), ("h", "w"))
+SHAPES |= dict.fromkeys(("brightness_threshold", "threshold"), ())
 
 
 @dataclass(frozen=True)
@@ -39,12 +42,20 @@ class BackgroundModel:
     brightness_threshold: float
     threshold: float
 
+    def channels(self, image: NDArray) -> NDArray:
+        """Image with a last axis of channels; a ValueError if its shape is not the background's."""
+        pixels = _channels(image)
+        if pixels.shape != self.mean.shape:
+            expected, found = self.mean.shape, pixels.shape
+            raise ValueError(f"image: expected the background's shape {expected}, found {found}")
+        return pixels
+
 
 def build_model(frames: Sequence[NDArray], *, false_positive_rate: float) -> BackgroundModel:
     """Model the background from frames without object and probe, in memory for one frame.
 
     The thresholds are the quantiles of the normalised distortions that leave the stated rate of
-    false positives; each frame is held against what the others say.
+    false positives; each frame is compared with what the others say.
 
     Parameters
     ----------
@@ -71,16 +82,21 @@ def build_model(frames: Sequence[NDArray], *, false_positive_rate: float) -> Bac
     if not square.any():
         raise ValueError("background: expected frames with a camera's noise, found copies of one")
     std = _deviation(square, count)
-    sums = _squares(frames, mean, std)
-    a, b = (_spread(total, count) for total in sums)
+    sums = np.zeros((2, *mean.shape[:2]))
+    for frame in frames:
+        sums += _distortions(mean, std, _channels(frame)) ** 2
+    # Eq. 4.17; a few frames tell little of one pixel, so none is below the typical.
+    rms = np.sqrt(np.maximum(sums, 0) / count)
+    typical = np.median(rms, axis=(1, 2), keepdims=True)
+    rms = np.maximum(rms, np.maximum(typical, SMALLEST))
+    least = np.median(rms, axis=(1, 2), keepdims=True)
     counts = np.zeros((2, len(BIN_EDGES) - 1), dtype=np.int64)
-    for frame in _each(frames):
-        apart = _left_out(channels_of(frame), mean, square, sums, (a, b), count)
+    for frame in frames:
+        apart = _left_out(_channels(frame), mean, square, sums, least, count)
         for row, values in zip(counts, apart, strict=True):
             row += np.histogram(values, BIN_EDGES)[0]
     thresholds = [_quantile(row, 1 - false_positive_rate) for row in counts]
-    mean, std, a, b = (values.astype(np.float32) for values in (mean, std, a, b))
-    return BackgroundModel(mean, std, a, b, *thresholds)
+    return BackgroundModel(*(a.astype(np.float32) for a in (mean, std, *rms)), *thresholds)
 
 
 def distortion(model: BackgroundModel, image: NDArray) -> tuple[NDArray, NDArray]:
@@ -96,8 +112,8 @@ def distortion(model: BackgroundModel, image: NDArray) -> tuple[NDArray, NDArray
     brightness, chromaticity : (h, w) float32 arrays
         The chromaticity of grey images is zero.
     """
-    alpha, chroma = _raw_distortion(model.mean, model.std, pixels_like(model, image))
-    return (alpha - 1) / model.brightness_rms, chroma / model.chromaticity_rms
+    bright, chroma = _distortions(model.mean, model.std, model.channels(image))
+    return bright / model.brightness_rms, chroma / model.chromaticity_rms
 
 
 def save_model(path: str | Path, model: BackgroundModel) -> None:
@@ -113,85 +129,11 @@ def load_model(path: str | Path) -> BackgroundModel:
     ValueError
         If the file is damaged, or its arrays do not belong together or hold no numbers.
     """
-    arrays = read_arrays(path, [one.name for one in fields(BackgroundModel)])
-    shape = arrays["mean"].shape
-    if len(shape) != 3:
-        raise ValueError(f"{path}: mean: expected shape (h, w, c), found {shape}")
-    shapes = dict.fromkeys(THRESHOLDS, ()) | {"std": shape, "mean": shape}
+    arrays = read_shaped(path, SHAPES, what="an NPZ file of arrays")
     for name, array in arrays.items():
         if array.dtype.kind not in "fiu" or not np.isfinite(array).all():
             raise ValueError(f"{path}: {name}: expected finite numbers, found others")
-        if array.shape != (wanted := shapes.get(name, shape[:2])):
-            raise ValueError(f"{path}: {name}: expected shape {wanted}, found {array.shape}")
-    return BackgroundModel(**arrays | {name: float(arrays[name]) for name in THRESHOLDS})
-
-
-def _moments(frames: Sequence[NDArray]) -> tuple[NDArray, NDArray]:
-    """Mean and sum of squared deviations in one pass (Welford), constant in memory."""
-    mean = np.zeros(channels_of(frames[0]).shape)
-    square = np.zeros_like(mean)
-    for count, frame in enumerate(_each(frames), start=1):
-        pixels = channels_of(frame)
-        if pixels.shape != mean.shape:
-            raise ValueError(f"frame {count}: expected shape {mean.shape}, found {pixels.shape}")
-        step = pixels - mean
-        mean += step / count
-        square += step * (pixels - mean)
-    return mean, square
-
-
-def _each(frames: Sequence[NDArray]) -> Iterator[NDArray]:
-    """Frames one by one, of whatever has a length and can be indexed."""
-    return (frames[k] for k in range(len(frames)))
-
-
-def _deviation(square: NDArray, count: int) -> NDArray:
-    return np.maximum(np.sqrt(square / count), QUANTISATION_STD)
-
-
-def _squares(frames: Sequence[NDArray], mean: NDArray, std: NDArray) -> tuple[NDArray, NDArray]:
-    """Sums over the frames of the squared distortions of brightness and chromaticity, (h, w)."""
-    sums = np.zeros((2, *mean.shape[:2]))
-    for frame in _each(frames):
-        alpha, chroma = _raw_distortion(mean, std, channels_of(frame))
-        sums[0] += (alpha - 1) ** 2
-        sums[1] += chroma**2
-    return sums[0], sums[1]
-
-
-def _spread(total: NDArray, count: int) -> NDArray:
-    """A or b of Eq. 4.17; a few frames tell little of one pixel, so none is below the typical."""
-    rms = np.sqrt(np.maximum(total, 0) / count)
-    return np.maximum(rms, max(float(np.median(rms)), SMALLEST))
-
-
-def _left_out(
-    pixels: NDArray,
-    mean: NDArray,
-    square: NDArray,
-    sums: tuple[NDArray, NDArray],
-    spreads: tuple[NDArray, NDArray],
-    count: int,
-) -> tuple[NDArray, NDArray]:
-    """Normalised distortions of a frame against the model of all others, (h, w) each."""
-    inside = _raw_distortion(mean, _deviation(square, count), pixels)
-    away = pixels - mean
-    others = mean - away / (count - 1)
-    std = _deviation(np.maximum(square - away**2 * count / (count - 1), 0), count - 1)
-    alpha, chroma = _raw_distortion(others, std, pixels)
-    found = []
-    for value, own, total, spread in zip(
-        (np.abs(alpha - 1), chroma), (inside[0] - 1, inside[1]), sums, spreads, strict=True
-    ):
-        rest = np.sqrt(np.maximum(total - own**2, 0) / (count - 1))
-        found.append(value / np.maximum(rest, np.median(spread)))
-    return found[0], found[1]
-
-
-def _raw_distortion(mean: NDArray, std: NDArray, pixels: NDArray) -> tuple[NDArray, NDArray]:
-    alpha = (pixels * alpha_weight(mean, std)).sum(axis=2)
-    chroma = np.sqrt((((pixels - alpha[..., None] * mean) / std) ** 2).sum(axis=2))
-    return alpha, chroma if mean.shape[2] > 1 else np.zeros_like(alpha)
+    return BackgroundModel(**{name: a if a.ndim else float(a) for name, a in arrays.items()})
 
 
 def alpha_weight(mean: NDArray, std: NDArray) -> NDArray:
@@ -200,21 +142,48 @@ def alpha_weight(mean: NDArray, std: NDArray) -> NDArray:
     return weight / np.maximum((mean * weight).sum(axis=2, keepdims=True), SMALLEST)
 
 
+def _moments(frames: Sequence[NDArray]) -> tuple[NDArray, NDArray]:
+    """Mean and sum of squared deviations in one pass (Welford), constant in memory."""
+    mean = np.zeros(_channels(frames[0]).shape)
+    square = np.zeros_like(mean)
+    for count, frame in enumerate(frames, start=1):
+        pixels = _channels(frame)
+        if pixels.shape != mean.shape:
+            raise ValueError(f"frame {count}: expected shape {mean.shape}, found {pixels.shape}")
+        step = pixels - mean
+        mean += step / count
+        square += step * (pixels - mean)
+    return mean, square
+
+
+def _deviation(square: NDArray, count: int) -> NDArray:
+    return np.maximum(np.sqrt(square / count), QUANTISATION_STD)
+
+
+def _left_out(
+    pixels: NDArray, mean: NDArray, square: NDArray, sums: NDArray, least: NDArray, count: int
+) -> NDArray:
+    """Normalised distortions (2, h, w) of a frame compared with the model of all others."""
+    own = _distortions(mean, _deviation(square, count), pixels)
+    away = pixels - mean
+    others = mean - away / (count - 1)
+    std = _deviation(np.maximum(square - away**2 * count / (count - 1), 0), count - 1)
+    rest = np.sqrt(np.maximum(sums - own**2, 0) / (count - 1))
+    return np.abs(_distortions(others, std, pixels)) / np.maximum(rest, least)
+
+
+def _distortions(mean: NDArray, std: NDArray, pixels: NDArray) -> NDArray:
+    """Distortions of brightness, alpha - 1, and of chromaticity, (2, h, w)."""
+    alpha = (pixels * alpha_weight(mean, std)).sum(axis=2)
+    chroma = np.sqrt((((pixels - alpha[..., None] * mean) / std) ** 2).sum(axis=2))
+    return np.stack([alpha - 1, chroma if mean.shape[2] > 1 else np.zeros_like(alpha)])
+
+
 def _quantile(counts: NDArray, share: float) -> float:
     """Upper edge of the bin below which a share of the counted values lies."""
     place = int(np.searchsorted(np.cumsum(counts), share * counts.sum()))
     return float(BIN_EDGES[min(place + 1, len(BIN_EDGES) - 2)])
 
 
-def pixels_like(model: BackgroundModel, image: NDArray) -> NDArray:
-    """Image with a last axis of channels, of the background's shape or refused."""
-    pixels = channels_of(image)
-    if pixels.shape != model.mean.shape:
-        expected, found = model.mean.shape, pixels.shape
-        raise ValueError(f"image: expected the background's shape {expected}, found {found}")
-    return pixels
-
-
-def channels_of(image: NDArray) -> NDArray:
-    """Image with a last axis of channels."""
+def _channels(image: NDArray) -> NDArray:
     return image if image.ndim == 3 else image[..., None]

@@ -1,4 +1,4 @@
-"""Pinhole camera with lens distortion (Section 4.1.4)."""
+"""Pinhole camera with lens distortion (Section 4.1.4), from and to a sensor's file."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -12,8 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 # Iterations and step [px] at which the inverse of the distortion is found.
 UNDISTORTED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-6)
-OPTICS = ("fx_px", "fy_px", "cx_px", "cy_px", "distortion")
+OPTICS = ("fx_px", "fy_px", "cx_px", "cy_px")
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0, 0.0)
+# Digits behind the point: of pixels, of distortion and transforms, of lengths [m].
+PIXEL_DIGITS, FINE_DIGITS, LENGTH_DIGITS = 4, 8, 6
+# Least part of a baseline that goes to the right.
+SIDEWAYS = 0.5
 
 
 @dataclass(frozen=True)
@@ -101,13 +105,13 @@ def pixel_rays(camera: PinholeCamera) -> NDArray:
 
 def camera_from_spec(spec: Mapping) -> PinholeCamera:
     """Make a camera from the ``color`` or ``depth`` block of a sensor's YAML file."""
-    optics = {key: float(spec[key]) for key in ("fx_px", "fy_px", "cx_px", "cy_px")}
+    optics = {key: float(spec[key]) for key in OPTICS}
     distortion = tuple(float(value) for value in spec.get("distortion", NO_DISTORTION))
     return PinholeCamera(spec["width_px"], spec["height_px"], **optics, distortion=distortion)
 
 
 def with_calibration(sensor: Mapping, calibration: Mapping) -> dict:
-    """A sensor's specification with the optics that its own pictures of a board gave.
+    """A sensor's specification with the optics that its own pictures of a target gave.
 
     Parameters
     ----------
@@ -124,15 +128,13 @@ def with_calibration(sensor: Mapping, calibration: Mapping) -> dict:
     found = dict(sensor)
     for block, stream in (("color", "color"), ("depth", "infrared")):
         camera = calibration["cameras"][stream]
-        found[block] = dict(sensor[block]) | {key: camera[key] for key in OPTICS}
-        if "covariance" in camera:
-            found[block]["covariance"] = camera["covariance"]
+        known = [*OPTICS, "distortion", *(["covariance"] if "covariance" in camera else [])]
+        found[block] = dict(sensor[block]) | {key: camera[key] for key in known}
     found["depth"]["color_from_depth"] = calibration["color_from_infrared"]
     # Where the depth image is cut out of the infrared one.
-    for centre, shift_px in zip(
-        ("cx_px", "cy_px"), sensor["depth"].get("infrared_shift_px", (0, 0)), strict=True
-    ):
-        found["depth"][centre] -= shift_px
+    right_px, down_px = sensor["depth"].get("infrared_shift_px", (0, 0))
+    found["depth"]["cx_px"] -= right_px
+    found["depth"]["cy_px"] -= down_px
     return found
 
 
@@ -148,5 +150,89 @@ def sensor_with_optics(spec: Mapping, optics_path: str | Sequence | None) -> Map
     """
     if not optics_path:
         return spec
-    calibration = json.loads(Path(str(optics_path)).read_text(encoding="utf-8"))
-    return with_calibration(spec, calibration)
+    return with_calibration(spec, json.loads(Path(str(optics_path)).read_text(encoding="utf-8")))
+
+
+def camera_block(camera: PinholeCamera, encoding: str) -> dict:
+    """A camera's block of a sensor's file: ``color``, or ``depth`` without its transform."""
+    return {
+        "width_px": camera.width_px,
+        "height_px": camera.height_px,
+        "encoding": encoding,
+        **{name: round(float(getattr(camera, name)), PIXEL_DIGITS) for name in OPTICS},
+        "distortion": [_rounded(value) for value in camera.distortion],
+    }
+
+
+def depth_blocks(
+    cameras: Sequence[PinholeCamera], depth_from_color: NDArray, encodings: Sequence[str]
+) -> dict:
+    """Blocks of a colour and a depth camera."""
+    rows = [[_rounded(v) for v in row] for row in np.linalg.inv(depth_from_color)]
+    color, depth = (camera_block(c, e) for c, e in zip(cameras, encodings, strict=True))
+    return {"color": color, "depth": depth | {"color_from_depth": rows}}
+
+
+def stereo_blocks(camera: PinholeCamera, baseline_m: float, encoding: str) -> dict:
+    """Blocks of a rectified stereo head."""
+    stereo = {"baseline_m": round(float(baseline_m), LENGTH_DIGITS)}
+    return {"color": camera_block(camera, encoding), "stereo": stereo}
+
+
+def rectified(
+    cameras: Sequence[PinholeCamera], right_from_left: NDArray
+) -> tuple[PinholeCamera, float]:
+    """The left camera of a pair after rectification, and the baseline [m].
+
+    Parameters
+    ----------
+    cameras : two of PinholeCamera
+        Left and right.
+    right_from_left : (4, 4) array
+
+    Returns
+    -------
+    (PinholeCamera, float)
+        The camera has no distortion; both rectified pictures are its.
+
+    Raises
+    ------
+    ValueError
+        If the cameras' pictures differ in size, or the second is not to the first's right.
+    """
+    size, other = ((camera.width_px, camera.height_px) for camera in cameras)
+    if other != size:
+        raise ValueError(
+            f"stereo: expected pictures of one size, found {size[0]} x {size[1]} and"
+            f" {other[0]} x {other[1]}"
+        )
+    turn, shift = right_from_left[:3, :3], right_from_left[:3, 3]
+    place = -turn.T @ shift
+    if not place[0] > SIDEWAYS * np.linalg.norm(place):
+        where = ", ".join(f"{1e3 * value:.0f}" for value in place)
+        raise ValueError(
+            "stereo: expected the left camera first and the right one to its right, found the"
+            f" second at ({where}) mm of the first (right, down, ahead)"
+        )
+    lenses = [item for c in cameras for item in (c.matrix, np.array(c.distortion))]
+    _, _, P1, P2, *_ = cv2.stereoRectify(*lenses, size, turn, shift[:, None], alpha=0)
+    camera = PinholeCamera(*size, P1[0, 0], P1[1, 1], P1[0, 2], P1[1, 2])
+    return camera, float(-P2[0, 3] / P2[0, 0])
+
+
+def opencv_text(cameras: Sequence[PinholeCamera], second_from_first: NDArray) -> str:
+    """A pair as a FileStorage of OpenCV (YAML), for a program that rectifies its pictures."""
+    storage = cv2.FileStorage(".yml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
+    storage.write("image_width", cameras[0].width_px)
+    storage.write("image_height", cameras[0].height_px)
+    for k, camera in enumerate(cameras, start=1):
+        storage.write(f"M{k}", camera.matrix)
+        storage.write(f"D{k}", np.array([camera.distortion]))
+    storage.write("R", np.ascontiguousarray(second_from_first[:3, :3]))
+    storage.write("T", np.ascontiguousarray(second_from_first[:3, 3:]))
+    return storage.releaseAndGetString()
+
+
+def _rounded(value: float) -> float:
+    """With no sign at 0."""
+    return round(float(value), FINE_DIGITS) + 0.0

@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,18 +20,17 @@ from palpate.vision.options import Clouds, SupportPlane
 from palpate.vision.probe import AXIS, TIP, marker_transforms
 from palpate.vision.support_plane import SAMPLES, fit_support_plane, height_above
 
-# So far may the object lie beside where template and tip put it (a hand misses the declared point
-# by 10 mm, a press from the side goes as deep), and above it (noise, and the table's) [m].
+# So far may the object lie beside where template and tip put it (an operator misses the declared
+# point by 10 mm, an indentation from the side goes as deep), and above it (noise, and the
+# table's) [m].
 BESIDE_M, ABOVE_M = 0.020, 0.010
 # A point is dropped whose mean distance to so many neighbours exceeds the mean by so many standard
 # deviations.
 OUTLIER_NEIGHBOURS, OUTLIER_RATIO = 20, 2.0
-# The points nearest to the tip tell which piece is the object: some 4 cm2.
+# The points nearest to the tip say which piece is the object: some 4 cm2.
 AT_TIP = 100
-# Of the object's foot, what may lie beyond its reach: noise.
+# Of the object's base, what may lie beyond its reach: noise.
 MOST_ACROSS = 0.03
-
-
 # Of a frame's points, beside them.
 COUNT = "count"
 
@@ -55,41 +53,78 @@ class Reach(NamedTuple):
         Of the template from the declared point, along the table [m].
     height_m : float
         Of the template above the table [m].
+    plane : (4,) array
+        The table, camera frame (`palpate.vision.support_plane.fit_support_plane`).
     """
 
     tip_m: NDArray
     beside_m: float
     height_m: float
+    plane: NDArray
 
-    def holds(self, points_m: NDArray, plane: NDArray) -> NDArray:
+    def holds(self, points_m: NDArray) -> NDArray:
         """Whether points may be the object's by their distance from table and tip, shape (n,)."""
-        beside = np.linalg.norm(np.cross(points_m - self.tip_m, plane[:3]), axis=1)
-        low = height_above(plane, points_m) < self.height_m + ABOVE_M
+        beside = np.linalg.norm(np.cross(points_m - self.tip_m, self.plane[:3]), axis=1)
+        low = height_above(self.plane, points_m) < self.height_m + ABOVE_M
         return low & (beside < self.beside_m + BESIDE_M)
 
 
-@dataclass(frozen=True)
-class ProbePlace:
-    """Tip's centre [m], pressing direction, centre of the board and of its sheet the corners [m].
+class ProbePlace(NamedTuple):
+    """Where the probe is in a frame, and what of the scene is taken for it.
 
-    All in the camera frame; the corners, shape (4, 3), go around the sheet.
+    Attributes
+    ----------
+    tip_m, axis : (3,) arrays
+        Tip's centre [m] and pressing direction, camera frame.
+    board_m, sheet_m : (3,) and (4, 3) arrays
+        Centre of the target, and the corners around its sheet, camera frame [m].
+    exclusion : mapping
+        The block of the probe's file.
     """
 
     tip_m: NDArray
     axis: NDArray
     board_m: NDArray
-    sheet_m: NDArray | None = None
+    sheet_m: NDArray
+    exclusion: Mapping
+
+    def holds(self, points_m: NDArray) -> NDArray:
+        """Whether points lie near the axis above the tip, the tip or the target, shape (n,).
+
+        Up to ``stem_m`` above the tip the probe is as thin as the tip, and then as wide as its
+        handle. What is seen through the target's sheet is the target too, wherever its repeating
+        pattern was matched: it is only found when nothing stands before it.
+        """
+        offset = points_m - self.tip_m
+        along = offset @ self.axis
+        across = np.linalg.norm(offset - along[:, None] * self.axis, axis=1)
+        thin_m = self.exclusion["tip_radius_m"]
+        handle_from_m = max(thin_m, self.exclusion.get("stem_m", 0.0))
+        wide_m = np.where(along < -handle_from_m, self.exclusion["radius_m"], thin_m)
+        found = np.linalg.norm(offset, axis=1) < thin_m
+        found |= (along < -thin_m) & (across < wide_m)
+        away = np.linalg.norm(points_m - self.board_m, axis=1)
+        found |= away < self.exclusion["board_radius_m"]
+        sides = points_m @ np.cross(self.sheet_m, np.roll(self.sheet_m, -1, axis=0)).T
+        return found | (sides > 0).all(axis=1) | (sides < 0).all(axis=1)
 
 
 def probe_places(poses: pd.DataFrame, probe: Mapping) -> list[ProbePlace]:
     """Where the probe is in each frame of probe_pose.csv."""
-    centre = np.append(board_of(probe["marker"]).outline_m.mean(axis=0), 0)
+    outline_m, exclusion = board_of(probe["marker"]).outline_m, probe["exclusion"]
+    centre = np.append(outline_m.mean(axis=0), 0)
+    # What is printed and an even margin, so wide that the corners lie on the exclusion radius:
+    # |half + margin| = radius, a quadratic equation in the margin.
+    half = np.ptp(outline_m, axis=0) / 2
+    total, excess = half.sum(), half @ half - exclusion["board_radius_m"] ** 2
+    margin = (np.sqrt(max(total**2 - 2 * excess, 0.0)) - total) / 2
+    x, y = half + max(margin, 0.0)
+    corners = centre + np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
     transforms = marker_transforms(poses)
     boards = transforms[:, :3, :3] @ centre + transforms[:, :3, 3]
-    corners = centre + _sheet(probe)
     sheets = corners @ transforms[:, :3, :3].swapaxes(1, 2) + transforms[:, None, :3, 3]
     columns = (poses[TIP].to_numpy(float), poses[AXIS].to_numpy(float), boards, sheets)
-    return [ProbePlace(*row) for row in zip(*columns, strict=True)]
+    return [ProbePlace(*row, exclusion) for row in zip(*columns, strict=True)]
 
 
 def scene_points(
@@ -113,13 +148,17 @@ def scene_points(
     """
     if sensor["kind"] == "stereo":
         depth_m = stereo_depth(images["left"], images["right"], sensor, wanted)
-        return _deprojected(depth_m, camera_from_spec(sensor["color"]), sensor["range_m"])
+        return _deprojected(depth_m, sensor["color"], sensor["range_m"])
     spec = sensor["depth"]
-    points = _deprojected(
-        depth_of(images["depth"], spec), camera_from_spec(spec), sensor["range_m"]
-    )
+    points = _deprojected(depth_of(images["depth"], spec), spec, sensor["range_m"])
     color_from_depth = np.array(spec["color_from_depth"])
     return points @ color_from_depth[:3, :3].T + color_from_depth[:3, 3]
+
+
+def _deprojected(depth_m: NDArray, spec: Mapping, range_m: tuple) -> NDArray:
+    flat = depth_m.ravel()
+    valid = (flat >= range_m[0]) & (flat <= range_m[1])
+    return pixel_rays(camera_from_spec(spec))[valid] * flat[valid, None]
 
 
 def table_of(folder: str | Path, sensor: Mapping, options: SupportPlane, *, seed: int) -> NDArray:
@@ -130,21 +169,64 @@ def table_of(folder: str | Path, sensor: Mapping, options: SupportPlane, *, seed
     return fit_support_plane(points, inlier_distance_m=options.inlier_distance_m, rng=rng)
 
 
+def clouds_of(
+    folder: str | Path,
+    sensor: Mapping,
+    probe: Mapping,
+    masks: Sequence[NDArray],
+    poses: pd.DataFrame,
+    reach: Reach,
+    options: Clouds,
+    frames: Sequence[int] | None = None,
+) -> Iterator[Cloud]:
+    """Clouds of the object, with normals, camera frame, one after the other.
+
+    Parameters
+    ----------
+    folder : path
+        Of a capture.
+    sensor, probe : mapping
+        Specifications.
+    masks : sequence of (h, w) bool arrays
+        Of all frames.
+    poses : DataFrame
+        probe_pose.csv.
+    reach : Reach
+    options : Clouds
+    frames : sequence of int, optional
+        All by default.
+
+    Raises
+    ------
+    ValueError
+        If a frame shows no points.
+    """
+    camera, places = camera_from_spec(sensor["color"]), probe_places(poses, probe)
+    chosen = range(len(masks)) if frames is None else frames
+    for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
+        mask = masks[k]
+        points = scene_points(images, sensor, mask)
+        if not len(points):
+            nearest_m, farthest_m = sensor["range_m"]
+            expected = f"points {nearest_m:g} to {farthest_m:g} m away"
+            raise ValueError(f"frame {k}: depth: expected {expected}, found none")
+        try:
+            cloud = object_cloud(points, mask, camera, places[k], reach, options)
+        except ValueError as error:
+            raise ValueError(f"{folder}: frame {k}: {error}") from error
+        logging.info("frame %d: %d points", k, len(cloud.points_m))
+        yield cloud
+
+
 def object_cloud(
     points_m: NDArray,
     mask: NDArray,
     camera: PinholeCamera,
-    plane: NDArray,
     place: ProbePlace,
-    exclusion: Mapping,
     reach: Reach,
-    *,
-    lowest_m: float,
-    voxel_m: float,
-    normal_neighbours: int,
-    cluster_gap_m: float,
+    options: Clouds,
 ) -> Cloud:
-    """Keep of a frame's points what belongs to the object, thinned and with normals.
+    """Keep of a frame's points the object's, thinned and with normals (Eq. 4.4-4.6).
 
     Parameters
     ----------
@@ -154,138 +236,49 @@ def object_cloud(
         Foreground of the reference camera.
     camera : PinholeCamera
         The reference camera.
-    plane : (4,) array
-        The table (`fit_support_plane`).
     place : ProbePlace
-        Where the probe is.
-    exclusion : mapping
-        ``exclusion`` block of the probe's file.
     reach : Reach
-    lowest_m : float
-        Points less than this above the table are the table [m].
-    voxel_m : float
-        Spacing of the thinned cloud [m].
-    normal_neighbours : int
-        Points in a fitted plane (Eq. 4.4-4.6).
-    cluster_gap_m : float
-        Of pieces farther apart than this the one at the tip is kept [m].
-
-    Returns
-    -------
-    Cloud
+    options : Clouds
 
     Raises
     ------
     ValueError
-        If nothing is left.
+        If nothing is left, or the object goes on where its template ends.
     """
-    seen = points_m[height_above(plane, points_m) > lowest_m]
+    seen = points_m[height_above(reach.plane, points_m) > options.lowest_m]
     seen = seen[in_mask(seen, mask, camera)]
-    seen = seen[~belongs_to_probe(seen, place, exclusion)]
-    kept = seen[reach.holds(seen, plane)]
-    if len(kept) <= normal_neighbours:
+    seen = seen[~place.holds(seen)]
+    kept = seen[reach.holds(seen)]
+    if len(kept) <= options.normal_neighbours:
         raise ValueError(f"cloud: expected points of the object, found {len(kept)}")
     cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(kept))
-    cloud = cloud.voxel_down_sample(voxel_m)
+    cloud = cloud.voxel_down_sample(options.voxel_m)
     cloud, _ = cloud.remove_statistical_outlier(OUTLIER_NEIGHBOURS, OUTLIER_RATIO)
-    cloud = cloud.select_by_index(_piece_at(reach.tip_m, cloud, cluster_gap_m))
-    low = seen[height_above(plane, seen) < reach.height_m / 2]
-    _check_end(np.asarray(cloud.points), low, plane, reach, cluster_gap_m)
-    cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(normal_neighbours))
+    cloud = cloud.select_by_index(_piece_at(reach.tip_m, cloud, options.cluster_gap_m))
+    low = seen[height_above(reach.plane, seen) < reach.height_m / 2]
+    _check_end(np.asarray(cloud.points), low, reach, options.cluster_gap_m)
+    cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(options.normal_neighbours))
     cloud.orient_normals_towards_camera_location(np.zeros(3))
     return Cloud(np.asarray(cloud.points), np.asarray(cloud.normals))
-
-
-def _piece_at(place_m: NDArray, cloud: "o3d.geometry.PointCloud", gap_m: float) -> NDArray:
-    """Indices of the piece that has most of the points nearest to a place."""
-    # A voxel of half the gap stands for all its points: an eighth of the time.
-    coarse = cloud.voxel_down_sample(gap_m / 2)
-    piece = np.asarray(coarse.cluster_dbscan(gap_m, min_points=1))
-    points = np.asarray(cloud.points)
-    piece = piece[cKDTree(np.asarray(coarse.points)).query(points)[1]]
-    nearest = np.argsort(np.linalg.norm(points - place_m, axis=1), kind="stable")[:AT_TIP]
-    return np.flatnonzero(piece == np.bincount(piece[nearest]).argmax())
-
-
-def _check_end(
-    piece_m: NDArray, low_m: NDArray, plane: NDArray, reach: Reach, gap_m: float
-) -> None:
-    """Refuse an object that goes on, near the table, where its template ends: an arm is above."""
-    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(low_m)).voxel_down_sample(gap_m / 2)
-    points = np.asarray(cloud.points)
-    if not len(points):
-        return
-    label = np.asarray(cloud.cluster_dbscan(gap_m, min_points=1))
-    joined = label[cKDTree(piece_m).query(points)[0] < gap_m]
-    across = ~reach.holds(points, plane)[np.isin(label, joined)]
-    if len(across) and across.mean() > MOST_ACROSS:
-        raise ValueError(
-            f"cloud: expected the object to end {reach.beside_m + BESIDE_M:.2f} m beside the tip,"
-            f" as template and point say, found {across.mean():.0%} of its foot beyond (template,"
-            " point, transforms of the probe?)"
-        )
 
 
 def in_mask(points_m: NDArray, mask: NDArray, camera: PinholeCamera) -> NDArray:
     """Whether points project into an image's foreground, shape (n,)."""
     pixels = np.round(camera.project(points_m)).astype(int)
-    height, width = mask.shape
-    inside = (pixels >= 0).all(axis=1) & (pixels[:, 0] < width) & (pixels[:, 1] < height)
-    found = np.zeros(len(points_m), dtype=bool)
+    inside = ((pixels >= 0) & (pixels < mask.shape[::-1])).all(axis=1)
+    found = np.zeros_like(inside)
     found[inside] = mask[pixels[inside, 1], pixels[inside, 0]]
     return found
 
 
-def belongs_to_probe(points_m: NDArray, place: ProbePlace, exclusion: Mapping) -> NDArray:
-    """Whether points lie near the probe's axis above the tip, the tip or the board, shape (n,).
-
-    Up to ``stem_m`` above the tip the probe is as thin as the tip, and then as wide as its handle.
-    What is seen through the board's sheet is the board too, wherever its repeating pattern was
-    matched: it is only found when nothing stands before it.
-    """
-    offset = points_m - place.tip_m
-    along = offset @ place.axis
-    across = np.linalg.norm(offset - along[:, None] * place.axis, axis=1)
-    tip_radius_m = exclusion["tip_radius_m"]
-    handle_from_m = max(tip_radius_m, exclusion.get("stem_m", 0.0))
-    tip = np.linalg.norm(offset, axis=1) < tip_radius_m
-    wide_m = np.where(along < -handle_from_m, exclusion["radius_m"], tip_radius_m)
-    shaft = (along < -tip_radius_m) & (across < wide_m)
-    board = np.linalg.norm(points_m - place.board_m, axis=1) < exclusion["board_radius_m"]
-    return tip | shaft | board | _seen_through(points_m, place.sheet_m)
-
-
-def _sheet(probe: Mapping) -> NDArray:
-    """Corners of the board's sheet from its centre [m], shape (4, 3): what is printed and a margin.
-
-    The margin is even, and so wide that the corners lie on the board's exclusion radius.
-    """
-    radius = probe["exclusion"]["board_radius_m"]
-    half = np.ptp(board_of(probe["marker"]).outline_m, axis=0) / 2
-    # |half + margin| = radius, a quadratic equation in the margin.
-    total, excess = half.sum(), half @ half - radius**2
-    margin = (np.sqrt(max(total**2 - 2 * excess, 0.0)) - total) / 2
-    x, y = half + max(margin, 0.0)
-    return np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]])
-
-
-def _seen_through(points_m: NDArray, sheet_m: NDArray | None) -> NDArray:
-    """Whether the reference camera sees points within a sheet's outline, shape (n,)."""
-    if sheet_m is None:
-        return np.zeros(len(points_m), dtype=bool)
-    sides = points_m @ np.cross(sheet_m, np.roll(sheet_m, -1, axis=0)).T
-    return (sides > 0).all(axis=1) | (sides < 0).all(axis=1)
-
-
 def save_clouds(path: str | Path, clouds: Iterable[Cloud]) -> None:
     """Write clouds in single precision as NPZ, as they come."""
-    each = (cloud._asdict() | {COUNT: len(cloud.points_m)} for cloud in clouds)
-    write_film(path, ({n: _single(a) for n, a in one.items()} for one in each))
-
-
-def _single(values: ArrayLike) -> NDArray:
-    array = np.asarray(values)
-    return array.astype(np.float32) if array.dtype.kind == "f" else array
+    each = (
+        {name: np.asarray(array, np.float32) for name, array in cloud._asdict().items()}
+        | {COUNT: np.array(len(cloud.points_m))}
+        for cloud in clouds
+    )
+    write_film(path, each)
 
 
 def read_clouds(path: str | Path) -> Film:
@@ -309,62 +302,31 @@ def _checked(points: NDArray, normals: NDArray, count: ArrayLike) -> Cloud:
     return Cloud(points.astype(float), normals.astype(float))
 
 
-def _deprojected(depth_m: NDArray, camera: PinholeCamera, range_m: tuple) -> NDArray:
-    flat = depth_m.ravel()
-    valid = (flat >= range_m[0]) & (flat <= range_m[1])
-    return pixel_rays(camera)[valid] * flat[valid, None]
+def _pieces(cloud: "o3d.geometry.PointCloud", gap_m: float) -> tuple[NDArray, NDArray]:
+    """Voxels of half a gap, an eighth of the time for all points, and which piece each is of."""
+    coarse = cloud.voxel_down_sample(gap_m / 2)
+    return np.asarray(coarse.points), np.asarray(coarse.cluster_dbscan(gap_m, min_points=1))
 
 
-def clouds_of(
-    folder: str | Path,
-    sensor: Mapping,
-    probe: Mapping,
-    masks: Sequence[NDArray],
-    poses: pd.DataFrame,
-    plane: NDArray,
-    reach: Reach,
-    options: Clouds,
-    frames: Sequence[int] | None = None,
-) -> Iterator[Cloud]:
-    """Clouds of the object, with normals, camera frame, one after the other.
+def _piece_at(place_m: NDArray, cloud: "o3d.geometry.PointCloud", gap_m: float) -> NDArray:
+    """Indices of the piece that has most of the points nearest to a place."""
+    coarse, piece = _pieces(cloud, gap_m)
+    points = np.asarray(cloud.points)
+    piece = piece[cKDTree(coarse).query(points)[1]]
+    nearest = np.argsort(np.linalg.norm(points - place_m, axis=1), kind="stable")[:AT_TIP]
+    return np.flatnonzero(piece == np.bincount(piece[nearest]).argmax())
 
-    Parameters
-    ----------
-    folder : path
-        Of a capture.
-    sensor, probe : mapping
-        Specifications.
-    masks : sequence of (h, w) bool arrays
-        Of all frames.
-    poses : DataFrame
-        probe_pose.csv.
-    plane : (4,) array
-        The table.
-    reach : Reach
-    options : Clouds
-    frames : sequence of int, optional
-        All by default.
 
-    Raises
-    ------
-    ValueError
-        If a frame shows no points.
-    """
-    camera = camera_from_spec(sensor["color"])
-    places = probe_places(poses, probe)
-    chosen, written = range(len(masks)) if frames is None else frames, options.written()
-    for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
-        mask = masks[k]
-        points = scene_points(images, sensor, mask)
-        if not len(points):
-            nearest_m, farthest_m = sensor["range_m"]
-            expected = f"points {nearest_m:g} to {farthest_m:g} m away"
-            raise ValueError(f"frame {k}: depth: expected {expected}, found none")
-        try:
-            cloud = object_cloud(
-                points, mask, camera, plane, places[k], probe["exclusion"], reach, **written
-            )
-        except ValueError as error:
-            raise ValueError(f"{folder}: frame {k}: {error}") from error
-        logging.info("frame %d: %d points", k, len(cloud.points_m))
-        yield cloud
+def _check_end(piece_m: NDArray, low_m: NDArray, reach: Reach, gap_m: float) -> None:
+    """Reject an object that goes on, near the table, where its template ends: an arm is above."""
+    if not len(low_m):
+        return
+    points, label = _pieces(o3d.geometry.PointCloud(o3d.utility.Vector3dVector(low_m)), gap_m)
+    joined = label[cKDTree(piece_m).query(points)[0] < gap_m]
+    across = ~reach.holds(points)[np.isin(label, joined)]
+    if len(across) and across.mean() > MOST_ACROSS:
+        raise ValueError(
+            f"cloud: expected the object to end {reach.beside_m + BESIDE_M:.2f} m beside the tip,"
+            f" as template and point say, found {across.mean():.0%} of its foot beyond (template,"
+            " point, transforms of the probe?)"
+        )

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.vision.highlights import highlights
-from palpate.vision.options import Stereo
+from palpate.config.sensor import StereoSpec
+from palpate.units import FROM_MEDIAN
 from palpate.vision.windows import derivative, grey, local_plane, mean, warped
 
 # Both matchers count disparity in sixteenths of a pixel, and search multiples of 16 pixels.
@@ -20,13 +20,27 @@ UNIQUENESS_PERCENT = {"block": 5, "semi_global": 10}
 # A small block, and the penalties that OpenCV's documentation gives for one channel.
 SEMI_GLOBAL_BLOCK_PX = 5
 PENALTIES = 8 * SEMI_GLOBAL_BLOCK_PX**2, 32 * SEMI_GLOBAL_BLOCK_PX**2
-# Refinement: converged after two steps. What lies farther than this from one surface, or from where
-# the matcher put it, straddles an edge; the damping [grey levels^2] holds what has no texture.
-REFINEMENT_STEPS = 2
+# What lies farther than this from one surface, or from where the matcher put it, straddles an edge;
+# the damping [grey levels^2] holds what has no texture.
 SURFACE_TOLERANCE_PX = 0.75
 DAMPING = 4.0
 # Of an image only this much around what is wanted is matched.
 SURROUNDINGS_PX = 40
+# Highlights: matched windows may differ in colour by this [grey levels], by what a shift explains
+# [px], and by multiples of what is usual between the two cameras.
+COLOUR_TOLERANCE, COLOUR_SHIFT_PX, COLOUR_DEVIATIONS = 1.0, 0.25, 3.0
+# Brighter and less saturated than what surrounds it, in so many windows' width.
+SURROUNDINGS, BRIGHTNESS, SATURATION = 11, 1.1, 0.9
+# It counts from this width, and may reach so far beyond where it is certain.
+WIDTH_PX, REACH_PX = 5, 7
+# Off the plane of what is left in so many windows' width, by so much, it is no part of a surface;
+# a plane needs this part of its window.
+PLANE, OFF_PLANE_PX, LEAST_AROUND = 3, 0.5, 0.02
+# Neighbours on one surface differ by less, and it keeps together without a rim of this width; one
+# that is a highlight by this part goes as a whole.
+SURFACE_STEP_PX, SURFACE_RIM_PX, LARGEST_PART = 1.0, 3, 0.3
+# Beyond all disparities.
+UNMATCHED_PX = 1e6
 
 
 def stereo_depth(
@@ -52,15 +66,11 @@ def stereo_depth(
     ValueError
         If the sensor asks for a method that does not exist.
     """
-    if wanted is None:
-        disparity = stereo_disparity(left, right, sensor)
-    else:
-        rows, columns = _surroundings(wanted, sum(_search_range(sensor)))
-        disparity = np.full(wanted.shape, np.nan)
-        pair = (image[rows, columns] for image in (left, right))
-        disparity[rows, columns] = stereo_disparity(*pair, sensor)
-    product = sensor["color"]["fx_px"] * sensor["stereo"]["baseline_m"]
-    return product / disparity
+    part, disparity = np.s_[:, :], np.full(left.shape[:2], np.nan)
+    if wanted is not None and wanted.any():
+        part = _surroundings(wanted, sum(_search_range(sensor)))
+    disparity[part] = stereo_disparity(left[part], right[part], sensor)
+    return _focal_baseline(sensor) / disparity
 
 
 def stereo_disparity(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
@@ -68,88 +78,70 @@ def stereo_disparity(left: NDArray, right: NDArray, sensor: Mapping) -> NDArray:
 
     ``stereo.method`` matches blocks, as the study does, or semi-globally. Matches are validated
     back and forth between the images, and surfaces of few pixels dropped. ``stereo.subpixel``
-    leaves the fraction of a pixel to the matcher, or refines it (`refined_disparity`).
+    leaves the fraction of a pixel to the matcher, or refines it by least squares.
     """
-    options, colours = Stereo.read(sensor["stereo"]), (left, right)
+    options, colours = StereoSpec.read(sensor["stereo"]), (left, right)
     left, right = grey(left), grey(right)
     disparity = _matched_both_ways(left, right, options, *_search_range(sensor))
     disparity = _without_speckles(disparity, options.speckle_size_px)
     if options.subpixel == "least_squares":
-        disparity = refined_disparity(left, right, disparity, options.window_px)
+        disparity = _refined(left, right, disparity, options.window_px)
     if options.highlights == "drop" and colours[0].ndim == 3:
-        false = highlights(*colours, disparity, options.window_px)
+        false = _highlights(*colours, disparity, options.window_px)
         disparity = np.where(false, np.float32(np.nan), disparity)
     return disparity.astype(float)
 
 
-def refined_disparity(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
-    """Refine disparities by least squares of grey values over windows that follow the surface.
+def _focal_baseline(sensor: Mapping) -> float:
+    """Disparity times depth [px m]."""
+    return sensor["color"]["fx_px"] * sensor["stereo"]["baseline_m"]
 
-    Matchers favour whole pixels, and windows of constant disparity blur what is slanted. Here the
-    right image is warped by the plane through each window's disparities, and the rest is found as
-    by Lucas and Kanade (1981), with both images' mean gradient (Benhimane and Malis 2004).
 
-    Parameters
-    ----------
-    left, right : (h, w) uint8 arrays
-        Rectified pair; a window's mean brightness may differ between them.
-    disparity : (h, w) array
-        As matched [px]; NaN where nothing matches.
-    window_px : int
-        Side of the window, odd [px].
+def _search_range(sensor: Mapping) -> tuple[int, int]:
+    """First disparity and number of disparities (a multiple of 16) for the sensor's range."""
+    nearest_px, farthest_px = (_focal_baseline(sensor) / end_m for end_m in sensor["range_m"])
+    first = int(farthest_px)
+    return first, int(np.ceil((nearest_px - first) / SEARCH_STEP)) * SEARCH_STEP
 
-    Returns
-    -------
-    (h, w) float32 array
-        Disparity [px]; NaN also where a window holds more than one surface.
-    """
-    valid = np.isfinite(disparity)
-    matched = np.where(valid, disparity, 0).astype(np.float32)
-    surface = np.where(valid, local_plane(matched, valid, window_px), 0)
-    apart = mean(np.abs(matched - surface), valid, window_px)
-    found = surface + _offset(left, right, surface, valid, window_px)
-    for _ in range(REFINEMENT_STEPS - 1):
-        surface = np.where(valid, local_plane(found, valid, window_px), 0)
-        found = surface + _offset(left, right, surface, valid, window_px)
-    kept = (apart < SURFACE_TOLERANCE_PX) & (np.abs(found - matched) < SURFACE_TOLERANCE_PX)
-    return np.where(kept & valid, found, np.float32(np.nan))
+
+def _surroundings(wanted: NDArray, reach_px: int) -> tuple[slice, slice]:
+    """Rows and columns around pixels, with those to the left that the right image shows them in."""
+    rows, columns = (np.flatnonzero(wanted.any(axis=axis)) for axis in (1, 0))
+    return tuple(
+        slice(max(found[0] - SURROUNDINGS_PX - before, 0), found[-1] + 1 + SURROUNDINGS_PX)
+        for found, before in ((rows, 0), (columns, reach_px))
+    )
 
 
 def _matched_both_ways(
-    left: NDArray, right: NDArray, options: Stereo, first: int, count: int
+    left: NDArray, right: NDArray, options: StereoSpec, first: int, count: int
 ) -> NDArray:
     """Disparity of the left image that the right image's own matches confirm [px], else NaN."""
-    matcher = _matcher(options, first, count)
-    there = _matched(matcher, left, right, first, count)
-    # Seen in a mirror, the right image is the left one.
-    back = _matched(matcher, right[:, ::-1], left[:, ::-1], first, count)[:, ::-1]
-    column = np.arange(there.shape[1]) - np.round(np.nan_to_num(there)).astype(int)
-    confirmed = np.take_along_axis(back, np.maximum(column, 0), axis=1)
-    agree = np.abs(there - confirmed) <= options.max_left_right_px
-    return np.where(agree & (column >= 0), there, np.float32(np.nan))
-
-
-def _matcher(options: Stereo, first: int, count: int) -> cv2.StereoMatcher:
-    """Matcher without validation of its own."""
-    method = options.method
-    if method == "block":
+    if options.method == "block":
         matcher = cv2.StereoBM.create(count, options.window_px)
         matcher.setTextureThreshold(TEXTURE_THRESHOLD)
     else:
         matcher = cv2.StereoSGBM.create(0, count, SEMI_GLOBAL_BLOCK_PX, *PENALTIES)
         matcher.setMode(cv2.STEREO_SGBM_MODE_SGBM_3WAY)
     matcher.setMinDisparity(first)
-    matcher.setUniquenessRatio(UNIQUENESS_PERCENT[method])
+    matcher.setUniquenessRatio(UNIQUENESS_PERCENT[options.method])
     matcher.setDisp12MaxDiff(-1)
-    return matcher
+    there = _matched(matcher, left, right, first, first + count)
+    # Seen in a mirror, the right image is the left one.
+    back = _matched(matcher, right[:, ::-1], left[:, ::-1], first, first + count)[:, ::-1]
+    column = np.arange(there.shape[1]) - np.round(np.nan_to_num(there)).astype(int)
+    confirmed = np.take_along_axis(back, np.maximum(column, 0), axis=1)
+    agree = np.abs(there - confirmed) <= options.max_left_right_px
+    return np.where(agree & (column >= 0), there, np.float32(np.nan))
 
 
 def _matched(
-    matcher: cv2.StereoMatcher, left: NDArray, right: NDArray, first: int, count: int
+    matcher: cv2.StereoMatcher, left: NDArray, right: NDArray, first: int, margin: int
 ) -> NDArray:
-    """Disparity of the left image [px], NaN where nothing matches."""
-    # The matcher drops columns that its range can't reach; a margin keeps them.
-    margin = first + count
+    """Disparity of the left image [px], NaN where nothing matches.
+
+    The matcher drops columns that its range can't reach; a margin keeps them.
+    """
     wide = [
         cv2.copyMakeBorder(image, 0, 0, margin, 0, cv2.BORDER_REPLICATE) for image in (left, right)
     ]
@@ -162,6 +154,29 @@ def _without_speckles(disparity: NDArray, size_px: int) -> NDArray:
     counts = np.where(np.isfinite(disparity), disparity * SUBPIXELS, -SUBPIXELS).astype(np.int16)
     cv2.filterSpeckles(counts, -SUBPIXELS, size_px, SPECKLE_STEP_PX * SUBPIXELS)
     return np.where(counts >= 0, disparity, np.float32(np.nan))
+
+
+def _refined(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
+    """Disparity by least squares of grey values over windows that follow the surface [px].
+
+    Matchers favour whole pixels, and windows of constant disparity blur what is slanted. Here the
+    right image is warped by the plane through each window's disparities, and the rest is found as
+    by Lucas and Kanade (1981), with both images' mean gradient (Benhimane and Malis 2004). NaN
+    also where a window holds more than one surface.
+    """
+    valid = np.isfinite(disparity)
+    matched = np.where(valid, disparity, 0).astype(np.float32)
+
+    def step(start: NDArray) -> tuple[NDArray, NDArray]:
+        surface = np.where(valid, local_plane(start, valid, window_px), 0)
+        return surface, surface + _offset(left, right, surface, valid, window_px)
+
+    surface, found = step(matched)
+    apart = mean(np.abs(matched - surface), valid, window_px)
+    # Converged after two steps.
+    found = step(found)[1]
+    kept = (apart < SURFACE_TOLERANCE_PX) & (np.abs(found - matched) < SURFACE_TOLERANCE_PX)
+    return np.where(kept & valid, found, np.float32(np.nan))
 
 
 def _offset(
@@ -178,21 +193,78 @@ def _offset(
     return np.clip(covariance / (variance + DAMPING), -1, 1)
 
 
-def _surroundings(wanted: NDArray, reach_px: int) -> tuple[slice, slice]:
-    """Rows and columns around pixels, with those to the left that the right image shows them in."""
-    rows, columns = (np.flatnonzero(wanted.any(axis=axis)) for axis in (1, 0))
-    if not len(rows):
-        return slice(0, wanted.shape[0]), slice(0, wanted.shape[1])
-    top, left = rows[0] - SURROUNDINGS_PX, columns[0] - SURROUNDINGS_PX - reach_px
-    return (
-        slice(max(top, 0), rows[-1] + 1 + SURROUNDINGS_PX),
-        slice(max(left, 0), columns[-1] + 1 + SURROUNDINGS_PX),
+def _highlights(left: NDArray, right: NDArray, disparity: NDArray, window_px: int) -> NDArray:
+    """Where highlights are matched in place of the surface, (h, w) bool.
+
+    Grey values match highlights with each other, and these lie where the lamp's mirror image
+    does, far behind a glossy surface. So they are bright and pale, their disparity is not that of
+    the surface around them, and the colours that lie beneath them differ. Where nothing is left
+    around to compare the disparity with, the rest decides.
+    """
+    valid = np.isfinite(disparity)
+    if not valid.any():
+        return valid
+    matched = np.where(valid, disparity, 0).astype(np.float32)
+    seeds = _colours_differ(left, right, matched, valid, window_px) & _glossy(left, window_px)
+    core = cv2.erode(seeds.astype(np.uint8), np.ones((WIDTH_PX, WIDTH_PX)))
+    possible = valid & _grown(core, WIDTH_PX + 2 * REACH_PX)
+    around = valid & ~possible
+    surface = local_plane(matched, around, PLANE * window_px)
+    share = mean(around.astype(np.float32), np.ones_like(valid), PLANE * window_px)
+    off = (share <= LEAST_AROUND) | (np.abs(matched - surface) > OFF_PLANE_PX)
+    return _whole_surfaces(possible & off, matched, valid, window_px)
+
+
+def _colours_differ(
+    left: NDArray, right: NDArray, matched: NDArray, valid: NDArray, window_px: int
+) -> NDArray:
+    """Whether matched windows have unlike colours, (h, w) bool.
+
+    White light adds as much to each channel, so differences of channels show the surface alone.
+    What two cameras' colours usually differ by, or a shift within the precision of a match
+    explains, does not count.
+    """
+    differ = np.zeros_like(valid)
+    for one, other in ((0, 1), (1, 2), (0, 2)):
+        here, there = (
+            cv2.subtract(i[..., one], i[..., other], dtype=cv2.CV_32F) for i in (left, right)
+        )
+        rest = warped(there, matched) - here
+        gap = np.abs(mean(rest - np.median(rest[valid]), valid, window_px))
+        slope = np.sqrt(np.maximum(mean(derivative(here) ** 2, valid, window_px), 0))
+        usual = FROM_MEDIAN * np.median(gap[valid])
+        differ |= gap - COLOUR_SHIFT_PX * slope >= max(COLOUR_TOLERANCE, COLOUR_DEVIATIONS * usual)
+    return valid & differ
+
+
+def _glossy(image: NDArray, window_px: int) -> NDArray:
+    """Where windows are brighter and less saturated than their surroundings, (h, w) bool."""
+    brightest, span = image.max(axis=2).astype(np.float32), np.ptp(image, axis=2).astype(np.float32)
+    sizes = [(side, side) for side in (window_px, SURROUNDINGS * window_px)]
+    level, usual_level = (cv2.blur(grey(image).astype(np.float32), size) for size in sizes)
+    colour, usual_colour = (
+        cv2.blur(span, size) / (cv2.blur(brightest, size) + 1) for size in sizes
     )
+    return (level > BRIGHTNESS * usual_level) & (colour < SATURATION * usual_colour)
 
 
-def _search_range(sensor: Mapping) -> tuple[int, int]:
-    """First disparity and number of disparities (a multiple of 16) for the sensor's range."""
-    nearest_m, farthest_m = sensor["range_m"]
-    product = sensor["color"]["fx_px"] * sensor["stereo"]["baseline_m"]
-    first = int(product / farthest_m)
-    return first, int(np.ceil((product / nearest_m - first) / SEARCH_STEP)) * SEARCH_STEP
+def _whole_surfaces(found: NDArray, matched: NDArray, valid: NDArray, window_px: int) -> NDArray:
+    """Highlights, with all of the surfaces of which they are a large part, (h, w) bool.
+
+    Surfaces are what keeps together when their rims are taken off.
+    """
+    near, rim = np.ones((3, 3)), np.ones((2 * SURFACE_RIM_PX + 1, 2 * SURFACE_RIM_PX + 1))
+    nearest = cv2.dilate(np.where(valid, matched, 0).astype(np.float32), near)
+    farthest = cv2.erode(np.where(valid, matched, UNMATCHED_PX).astype(np.float32), near)
+    smooth = valid & (nearest - farthest < SURFACE_STEP_PX)
+    count, label = cv2.connectedComponents(cv2.erode(smooth.astype(np.uint8), rim))
+    size = np.bincount(label.ravel(), minlength=count)
+    large = np.bincount(label[found], minlength=count) > LARGEST_PART * size
+    large[0] = False
+    whole = _grown(large[label].astype(np.uint8), window_px + 2 * SURFACE_RIM_PX)
+    return found | (valid & whole)
+
+
+def _grown(mask: NDArray, side_px: int) -> NDArray:
+    """Whether a square about each pixel touches a mask, (h, w) bool."""
+    return cv2.dilate(mask, np.ones((side_px, side_px))) > 0

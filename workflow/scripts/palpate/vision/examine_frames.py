@@ -5,8 +5,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import pandas as pd
-from numpy.typing import NDArray
 
 from palpate.capture.findings import Findings
 from palpate.capture.images import Stream, depth_of
@@ -38,7 +36,10 @@ def examine_frames(folder: Path, sensor: Mapping) -> Findings:
     Findings
     """
     first = grey(Stream(folder, sensor)[0])
-    found = _timing(folder, read_frames(folder), first.shape) + _light(folder, first)
+    found, level = _timing(folder, first.shape), float(first.mean())
+    if not DARKEST <= level <= BRIGHTEST:
+        expected = f"grey levels of {DARKEST} to {BRIGHTEST} on average"
+        found += _seldom(f"{folder}: frames", expected, f"{level:.0f}", wrong=level < BLACK)
     return found + (_depths(folder, sensor) if "depth" in sensor else Findings())
 
 
@@ -49,37 +50,30 @@ def examine_scene(folder: Path, background: Path, sensor: Mapping) -> Findings:
     share = float((np.abs(smooth[0] - smooth[1]) > CHANGED).mean())
     if share < LEAST_CHANGED:
         expected = "object and probe, which the background must not hold"
-        line = f"{folder}: frames: expected {expected}, found {share:.2%} of the picture changed"
-        return Findings(doubts=(line,))
+        return _seldom(f"{folder}: frames", expected, f"{share:.2%} of the picture changed")
     if share > MOST_CHANGED:
         expected = "the background's scene (same place, same light)"
-        line = f"{folder}: frames: expected {expected}, found {share:.0%} of the picture changed"
-        return Findings((line,)) if share > ALL_CHANGED else Findings(doubts=(line,))
+        found = f"{share:.0%} of the picture changed"
+        return _seldom(f"{folder}: frames", expected, found, wrong=share > ALL_CHANGED)
     return Findings(found=(f"{share:.0%} of the picture new",))
 
 
-def _timing(folder: Path, frames: pd.DataFrame, shape: tuple[int, int]) -> Findings:
-    time = frames["time_s"].to_numpy(float)
+def _seldom(place: str, expected: str, found: str, *, wrong: bool = False) -> Findings:
+    """A line on what is wrong, or seldom right."""
+    line = f"{place}: expected {expected}, found {found}"
+    return Findings((line,)) if wrong else Findings(doubts=(line,))
+
+
+def _timing(folder: Path, shape: tuple[int, int]) -> Findings:
+    time = read_frames(folder)["time_s"].to_numpy(float)
     steps = np.diff(time)
     usual, longest = float(np.median(steps)), float(steps.max())
-    doubts = ()
+    rate = f"{len(time)} frames over {time[-1] - time[0]:.2f} s ({1 / usual:.1f} Hz)"
+    found = Findings(found=(f"{rate}, {shape[1]} x {shape[0]} px",))
     if longest > LONGEST_GAP * usual:
-        expected = f"frames about {usual:.3f} s apart"
-        doubts = (
-            f"{folder / FRAMES}: time_s: expected {expected}, found a gap of {longest:.2f} s",
-        )
-    seconds = f"{time[-1] - time[0]:.2f} s"
-    text = f"{len(frames)} frames over {seconds} ({1 / usual:.1f} Hz), {shape[1]} x {shape[0]} px"
-    return Findings(doubts=doubts, found=(text,))
-
-
-def _light(folder: Path, first: NDArray) -> Findings:
-    level = float(first.mean())
-    if DARKEST <= level <= BRIGHTEST:
-        return Findings()
-    expected = f"grey levels of {DARKEST} to {BRIGHTEST} on average"
-    line = f"{folder}: frames: expected {expected}, found {level:.0f}"
-    return Findings((line,)) if level < BLACK else Findings(doubts=(line,))
+        expected, gap = f"frames about {usual:.3f} s apart", f"a gap of {longest:.2f} s"
+        found += _seldom(f"{folder / FRAMES}: time_s", expected, gap)
+    return found
 
 
 def _depths(folder: Path, sensor: Mapping) -> Findings:
@@ -87,17 +81,16 @@ def _depths(folder: Path, sensor: Mapping) -> Findings:
     depth = depth_of(Stream(folder, sensor, "depth")[0], sensor["depth"])
     h, w = depth.shape
     middle = depth[h // 4 : -(h // 4), w // 4 : -(w // 4)]
-    known = np.isfinite(middle)
-    low, high = sensor["range_m"]
+    known, (low, high), place = np.isfinite(middle), sensor["range_m"], f"{folder}: depth"
     if not known.any():
-        return Findings((f"{folder}: depth: expected readings in the middle, found none",))
+        return _seldom(place, "readings in the middle", "none", wrong=True)
     typical, share = float(np.median(middle[known])), float(known.mean())
     if not low <= typical <= high:
         expected = f"{low:g} to {high:g} m (the sensor's range_m)"
-        line = f"{folder}: depth: expected {expected}, found {typical:.3g} m in the middle"
-        return Findings((f"{line} (what does a count stand for?)",))
-    doubts = ()
+        found = f"{typical:.3g} m in the middle (what does a count stand for?)"
+        return _seldom(place, expected, found, wrong=True)
+    result = Findings(found=(f"depth in {share:.0%}, {typical:.2f} m",))
     if share < LEAST_DEPTH_SHARE:
         expected = f"readings in {LEAST_DEPTH_SHARE:.0%} of the middle or more"
-        doubts = (f"{folder}: depth: expected {expected}, found {share:.0%}",)
-    return Findings(doubts=doubts, found=(f"depth in {share:.0%}, {typical:.2f} m",))
+        result += _seldom(place, expected, f"{share:.0%}")
+    return result

@@ -10,17 +10,10 @@ from numpy.typing import NDArray
 
 from palpate.frames import Film, write_film
 from palpate.units import FROM_MEDIAN
-from palpate.vision.background import (
-    SMALLEST,
-    BackgroundModel,
-    alpha_weight,
-    channels_of,
-    pixels_like,
-)
+from palpate.vision.background import SMALLEST, BackgroundModel, alpha_weight
 from palpate.vision.options import Background
 from palpate.vision.stillness import camera_shift
 
-# Pixels classified at a time: their float arrays fit into a core's second-level cache.
 MOST_FOREGROUND = 0.8
 # Diameters of the morphological opening and closing of a mask [px].
 OPENING_PX, CLOSING_PX = 3, 7
@@ -28,6 +21,7 @@ OPENING_PX, CLOSING_PX = 3, 7
 STAYS = 5
 # Deviations of a median of frames that shake, and what such a one is, as multiple of a mean's.
 SURE, MEDIAN_BY_MEAN = 3.0, float(np.sqrt(np.pi / 2))
+# Pixels classified at a time: their float arrays fit into a core's second-level cache.
 PIECE_PX = 8_192
 # Pixels within this of a mask's edge may show both sides; so much of the foreground counts as it.
 RIM_PX, MIXED = 3, 0.5
@@ -44,31 +38,25 @@ class Classifier:
     Parameters
     ----------
     model : BackgroundModel
-    alpha_low, alpha_high : float
-        Bounds of the brightness of shadows and highlights, as parts of the background's.
-    smallest_blob_px : int
-        Smaller blobs are dropped, and smaller holes filled [px].
+    options : Background
+        Bounds of the brightness of shadows and highlights, as parts of the background's; blobs
+        smaller than ``smallest_blob_px`` are dropped, and smaller holes filled.
     """
 
-    def __init__(
-        self,
-        model: BackgroundModel,
-        *,
-        alpha_low: float,
-        alpha_high: float,
-        smallest_blob_px: int,
-    ) -> None:
-        self.model, self.smallest_blob_px = model, smallest_blob_px
-        self.opening, self.closing = _disc(OPENING_PX), _disc(CLOSING_PX)
+    def __init__(self, model: BackgroundModel, options: Background) -> None:
+        self.model, self.smallest_blob_px = model, options.smallest_blob_px
         noise = model.brightness_threshold * model.brightness_rms
         grey = model.mean.shape[2] == 1
-        self._low = (1 - (noise if grey else np.maximum(1 - alpha_low, noise))).ravel()
-        self._high = (1 + (noise if grey else np.maximum(alpha_high - 1, noise))).ravel()
-        self._weight = _planes(alpha_weight(model.mean, model.std))
+        self._low = (1 - (noise if grey else np.maximum(1 - options.alpha_low, noise))).ravel()
+        self._high = (1 + (noise if grey else np.maximum(options.alpha_high - 1, noise))).ravel()
         limit = np.maximum(model.chromaticity_rms * model.threshold, SMALLEST)
         # Grey levels have no chromaticity; what rounding leaves of it must not count.
         scale = np.zeros_like(model.std) if grey else 1 / (model.std * limit[..., None])
-        self._mean, self._scale = _planes(model.mean), _planes(scale)
+        # From (h, w, c) to (c, h * w), so that each channel is contiguous.
+        self._weight, self._mean, self._scale = (
+            np.ascontiguousarray(values.reshape(-1, values.shape[2]).T, dtype=np.float32)
+            for values in (alpha_weight(model.mean, model.std), model.mean, scale)
+        )
 
     def __call__(self, image: NDArray) -> NDArray:
         """Classify an image's pixels and clean the mask.
@@ -87,12 +75,30 @@ class Classifier:
         ValueError
             If the image's shape is not the background's.
         """
-        raw = self.pixels(image).view(np.uint8)
-        mask = cv2.morphologyEx(raw, cv2.MORPH_OPEN, self.opening)
-        mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self.closing)
+        mask = self.pixels(image).view(np.uint8)
+        mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, _disc(OPENING_PX))
+        mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _disc(CLOSING_PX))
         mask = _without_small(mask, self.smallest_blob_px)
         mask = 1 - _without_small(1 - mask, self.smallest_blob_px)
         return self._without_mixed(mask, image)
+
+    def pixels(self, image: NDArray) -> NDArray:
+        """Foreground of each pixel by itself, (h, w) bool; in pieces that stay in the cache."""
+        channels = [channel.ravel() for channel in cv2.split(self.model.channels(image))]
+        found = np.empty(channels[0].size, dtype=bool)
+        for start in range(0, found.size, PIECE_PX):
+            piece = slice(start, start + PIECE_PX)
+            colours = [channel[piece].astype(np.float32) for channel in channels]
+            alpha = sum(w[piece] * c for w, c in zip(self._weight, colours, strict=True))
+            square = 0.0
+            for colour, mean, scale in zip(colours, self._mean, self._scale, strict=True):
+                colour -= alpha * mean[piece]
+                colour *= scale[piece]
+                colour *= colour
+                square = colour + square
+            outside = (alpha < self._low[piece]) | (alpha > self._high[piece])
+            found[piece] = outside | (square > 1)
+        return found.reshape(self.model.mean.shape[:2])
 
     def _without_mixed(self, mask: NDArray, image: NDArray) -> NDArray:
         """Drop the rim's pixels that hold more of the background than of what lies before it.
@@ -101,62 +107,58 @@ class Classifier:
         too far by about half the lens's blur. The foreground's colour is taken from the nearest
         pixel that lies deeper.
         """
-        core = cv2.erode(mask, _disc(2 * RIM_PX + 1))
-        rim = (mask == 1) & (core == 0)
+        found, core = mask == 1, cv2.erode(mask, _disc(2 * RIM_PX + 1))
         if not core.any():
-            return mask == 1
+            return found
+        rim = found & (core == 0)
         _, label = cv2.distanceTransformWithLabels(
             1 - core, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
         )
+        pixels = self.model.channels(image)
         # Labels count the core's pixels in the order of their rows.
-        deeper = np.flatnonzero(core)[label[rim] - 1]
-        pixels = channels_of(image)
-        front = pixels.reshape(-1, pixels.shape[2])[deeper].astype(np.float32)
+        front = pixels[core == 1][label[rim] - 1].astype(np.float32)
         behind = self.model.mean[rim]
-        way = front - behind
-        share = ((pixels[rim] - behind) * way).sum(axis=1)
-        found = mask == 1
-        found[rim] = share > MIXED * (way**2).sum(axis=1)
+        step = front - behind
+        share = ((pixels[rim] - behind) * step).sum(axis=1)
+        found[rim] = share > MIXED * (step**2).sum(axis=1)
         return found
 
-    def pixels(self, image: NDArray) -> NDArray:
-        """Foreground of each pixel by itself, (h, w) bool; in pieces that stay in the cache."""
-        channels = cv2.split(pixels_like(self.model, image))
-        flat = [channel.reshape(-1) for channel in channels]
-        found = np.empty(channels[0].shape, dtype=bool)
-        for start in range(0, found.size, PIECE_PX):
-            piece = slice(start, start + PIECE_PX)
-            found.reshape(-1)[piece] = self._piece([channel[piece] for channel in flat], piece)
-        return found
 
-    def _piece(self, channels: list[NDArray], piece: slice) -> NDArray:
-        colours = [channel.astype(np.float32) for channel in channels]
-        alpha = sum(w[piece] * colour for w, colour in zip(self._weight, colours, strict=True))
-        found = (alpha < self._low[piece]) | (alpha > self._high[piece])
-        square = 0.0
-        for colour, mean, scale in zip(colours, self._mean, self._scale, strict=True):
-            colour -= alpha * mean[piece]
-            colour *= scale[piece]
-            colour *= colour
-            square = colour + square
-        return found | (square > 1)
+def masks_of(
+    frames: Sequence[NDArray], model: BackgroundModel, options: Background
+) -> Iterator[NDArray]:
+    """Foreground of each frame, (h, w) bool, one after the other.
 
+    Parameters
+    ----------
+    frames : sequence of uint8 arrays
+        Of the reference camera.
+    model : BackgroundModel
+    options : Background
 
-def _planes(values: NDArray) -> NDArray:
-    """From (h, w, c) to (c, h * w), so that each channel is contiguous."""
-    flat = values.reshape(-1, values.shape[2]).T
-    return np.ascontiguousarray(flat, dtype=np.float32)
-
-
-def _disc(diameter_px: int) -> NDArray:
-    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter_px, diameter_px))
-
-
-def _without_small(mask: NDArray, smallest_px: int) -> NDArray:
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
-    keep = stats[:, cv2.CC_STAT_AREA] >= smallest_px
-    keep[0] = False
-    return keep.astype(np.uint8)[labels]
+    Raises
+    ------
+    ValueError
+        If the camera moved, or the foreground of a frame can't be an object's.
+    """
+    classify, shifts_px = Classifier(model, options), []
+    for k, image in enumerate(frames):
+        mask = classify(image)
+        shift_px = camera_shift(model.mean, model.std, image, mask)
+        shifts_px.append(np.full((4, 2), np.nan) if shift_px is None else shift_px)
+        _require_still(shifts_px, options.largest_shift_px, at_end=k == len(frames) - 1)
+        full = mask.mean()
+        if full > MOST_FOREGROUND:
+            raise ValueError(
+                f"mask: expected background around the object, found {full:.0%} foreground in"
+                f" frame {k} (does the background show the same scene and light?)"
+            )
+        if not full:
+            raise ValueError(f"mask: expected foreground in each frame, found none in {k}")
+        yield mask
+    if unknown := np.isnan(shifts_px).any(axis=(1, 2)).sum():
+        text = "camera: whether it stood still is not known in %d of %d frames: too little to see"
+        logging.warning(text, unknown, len(frames))
 
 
 def save_masks(path: str | Path, masks: Iterable[NDArray]) -> None:
@@ -183,50 +185,6 @@ def _unpacked(packed: NDArray, shape: NDArray) -> NDArray:
     return np.unpackbits(packed, axis=-1, count=shape[1]).astype(bool)
 
 
-def masks_of(
-    frames: Sequence[NDArray], model: BackgroundModel, options: Background
-) -> Iterator[NDArray]:
-    """Foreground of each frame, (h, w) bool, one after the other.
-
-    Parameters
-    ----------
-    frames : sequence of uint8 arrays
-        Of the reference camera.
-    model : BackgroundModel
-    options : Background
-
-    Raises
-    ------
-    ValueError
-        If the camera moved, or the foreground of a frame can't be an object's.
-    """
-    classify = Classifier(
-        model,
-        alpha_low=options.alpha_low,
-        alpha_high=options.alpha_high,
-        smallest_blob_px=options.smallest_blob_px,
-    )
-    shifts_px = []
-    for k, image in enumerate(frames):
-        mask = classify(image)
-        moved_px = camera_shift(model.mean, model.std, image, mask)
-        shifts_px.append(np.full((4, 2), np.nan) if moved_px is None else moved_px)
-        _require_still(shifts_px, options.largest_shift_px, at_end=k == len(frames) - 1)
-        full = mask.mean()
-        if full > MOST_FOREGROUND:
-            raise ValueError(
-                f"mask: expected background around the object, found {full:.0%} foreground in"
-                f" frame {k} (does the background show the same scene and light?)"
-            )
-        if not full:
-            raise ValueError(f"mask: expected foreground in each frame, found none in {k}")
-        yield mask
-    untold = np.isnan(shifts_px).any(axis=(1, 2)).sum()
-    if untold:
-        text = "camera: whether it stood still is not known in %d of %d frames: too little to see"
-        logging.warning(text, untold, len(frames))
-
-
 def _require_still(shifts_px: Sequence[NDArray], largest_px: float, *, at_end: bool) -> None:
     """Hold the last frames' median to the limit: a bump stays, noise and a stand's shake do not.
 
@@ -236,7 +194,10 @@ def _require_still(shifts_px: Sequence[NDArray], largest_px: float, *, at_end: b
     if np.isnan(last).all() or (len(last) < STAYS and not at_end):
         return
     moved_px = np.linalg.norm(np.nanmedian(last, axis=0), axis=1).max()
-    median_px = MEDIAN_BY_MEAN * shake_px(shifts_px) / np.sqrt(len(last))
+    # Deviation of a frame's place along an axis, by the median step.
+    steps = np.abs(np.diff(np.array(shifts_px), axis=0))
+    usual = np.nanmedian(steps) if np.isfinite(steps).any() else 0.0
+    median_px = MEDIAN_BY_MEAN * (usual * FROM_MEDIAN / np.sqrt(2)) / np.sqrt(len(last))
     limit_px = largest_px + SURE * median_px
     if moved_px > limit_px:
         off = np.linalg.norm(last, axis=2).max(axis=1) > limit_px
@@ -247,8 +208,12 @@ def _require_still(shifts_px: Sequence[NDArray], largest_px: float, *, at_end: b
         )
 
 
-def shake_px(shifts_px: Sequence[NDArray]) -> float:
-    """Standard deviation of a frame's place along an axis, by the median step (n, 4, 2) [px]."""
-    steps = np.abs(np.diff(np.array(shifts_px), axis=0))
-    known = steps[np.isfinite(steps)]
-    return float(np.median(known)) * FROM_MEDIAN / np.sqrt(2) if len(known) else 0.0
+def _disc(diameter_px: int) -> NDArray:
+    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter_px, diameter_px))
+
+
+def _without_small(mask: NDArray, smallest_px: int) -> NDArray:
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
+    keep = stats[:, cv2.CC_STAT_AREA] >= smallest_px
+    keep[0] = False
+    return keep.astype(np.uint8)[labels]

@@ -68,15 +68,3 @@ class Clouds(Model):
     cluster_gap_m: Length = option(
         0.010, "of pieces farther apart the one at the tip is the object"
     )
-
-
-class Stereo(Model):
-    """Matching of a rectified pair, of a sensor's file (Section 4.1.2)."""
-
-    baseline_m: float = option(..., "between the cameras", gt=0, le=2)
-    method: Literal["block", "semi_global"] = option(..., "block: as the study matches")
-    subpixel: Literal["matcher", "least_squares"] = option(..., "of the disparity")
-    window_px: int = option(..., "side of the window, odd", ge=5, le=31)
-    max_left_right_px: float = option(..., "between matches there and back", gt=0, le=1000)
-    speckle_size_px: Count = option(..., "smaller surfaces are dropped", ge=0)
-    highlights: Literal["drop", "keep"] = option(..., "where one camera alone sees a reflection")

@@ -55,21 +55,25 @@ def fit_support_plane(
         raise ValueError(
             f"background depth: expected at least {FEWEST_POINTS} points, found {len(points_m)}"
         )
+
+    def near(points: NDArray, plane: NDArray, distances: int = 1) -> NDArray:
+        return np.abs(height_above(plane, points)) < distances * inlier_distance_m
+
     sample = points_m[rng.choice(len(points_m), min(SAMPLES, len(points_m)), replace=False)]
+    found, left = [], sample
+    while len(found) < PLANES and len(left) >= FEWEST_POINTS:
+        trials = (
+            _least_squares(left[rng.choice(len(left), 3, replace=False)]) for _ in range(TRIALS)
+        )
+        plane = max(trials, key=lambda trial: near(left, trial).sum())
+        for _ in range(2):
+            plane = _least_squares(points_m[near(points_m, plane)])
+        found.append(plane if plane[3] > 0 else -plane)
+        left = left[~near(left, plane, APART)]
     seen = sample[:, :2] / sample[:, 2:]
     low, high = np.quantile(seen, [0.25, 0.75], axis=0)
     middle = sample[((seen > low) & (seen < high)).all(axis=1)]
-    found, left = [], sample
-    while len(found) < PLANES and len(left) >= FEWEST_POINTS:
-        best = max(
-            (_least_squares(left[rng.choice(len(left), 3, replace=False)]) for _ in range(TRIALS)),
-            key=lambda plane: _near(left, plane, inlier_distance_m).sum(),
-        )
-        plane = _least_squares(points_m[_near(points_m, best, inlier_distance_m)])
-        plane = _least_squares(points_m[_near(points_m, plane, inlier_distance_m)])
-        found.append(plane if plane[3] > 0 else -plane)
-        left = left[~_near(left, plane, APART * inlier_distance_m)]
-    parts = [_near(middle, plane, inlier_distance_m).mean() for plane in found]
+    parts = [near(middle, plane).mean() for plane in found]
     if max(parts) < LEAST_SHARE:
         raise ValueError(
             f"background depth: expected a plane with {LEAST_SHARE:.0%} or more of what is seen in"
@@ -107,10 +111,6 @@ def read_plane(path: str | Path) -> NDArray:
     if not abs(np.linalg.norm(normal) - 1) < UNIT_TOLERANCE:
         raise ValueError(f"{path}: normal: expected a unit vector, found {normal.tolist()}")
     return np.append(normal, offset)
-
-
-def _near(points: NDArray, plane: NDArray, distance: float) -> NDArray:
-    return np.abs(height_above(plane, points)) < distance
 
 
 def _least_squares(points: NDArray) -> NDArray:

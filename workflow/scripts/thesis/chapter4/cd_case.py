@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from palpate.capture.images import all_streams
 from palpate.npz import write_npz
 from palpate.report import outputs
-from palpate.vision.box import outline_distance, place_box
 from palpate.vision.camera import sensor_with_optics
-from palpate.vision.clouds import belongs_to_probe, probe_places, scene_points
+from palpate.vision.clouds import probe_places, scene_points
 from palpate.vision.follow import followed
 from palpate.vision.kalman import study_filter
 from palpate.vision.options import ProbePose
 from palpate.vision.probe import RAW_TIP, TIP
 from palpate.vision.support_plane import fit_support_plane, height_above
+
+from thesis.chapter4.box import outline_distance, place_box
 
 # The cloud of the case is put together from so many frames; the probe hides another part in each.
 CLOUD_FRAMES = 6
@@ -66,7 +67,7 @@ def scene_cloud(folder: Path, sensor: Mapping, params: Any, poses: pd.DataFrame)
     clouds = []
     for k, images in zip(chosen, all_streams(folder, sensor, chosen), strict=True):
         points = scene_points(images, sensor)
-        clouds.append(points[~belongs_to_probe(points, places[k], params.probe["exclusion"])])
+        clouds.append(points[~places[k].holds(points)])
     return np.concatenate(clouds)
 
 

@@ -1,0 +1,118 @@
+"""Clouds of the object, what of a frame's points they keep, and their files."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from palpate.vision.camera import PinholeCamera, camera_from_spec
+from palpate.vision.clouds import (
+    Cloud,
+    ProbePlace,
+    Reach,
+    in_mask,
+    object_cloud,
+    probe_places,
+    read_clouds,
+    save_clouds,
+)
+from palpate.vision.options import Clouds
+from palpate.vision.probe import AXIS, TIP, marker_columns
+
+REACH = Reach(np.array([-0.05, 0, 0.7]), 0.2, 0.2, np.array([0, -1.0, 0, 0.06]))
+
+
+def test_points_in_a_mask():
+    """To the nearest pixel, and outside the image in none."""
+    mask = np.zeros((6, 8), bool)
+    mask[1, 2] = mask[5, 7] = mask[0, 0] = True
+    inside = [(2, 1), (2.4, 0.6), (7.4, 5.4), (-0.4, -0.4)]
+    outside = [(2.6, 1), (2, 1.6), (7.6, 5), (7, 5.6), (-0.6, 0), (0, -0.6), (3, 3)]
+    camera = PinholeCamera(8, 6, 10.0, 20.0, 3.5, 2.5)
+    found = in_mask(2.0 * camera.rays(inside + outside), mask, camera)
+    assert found.tolist() == [True] * 4 + [False] * 7
+    assert in_mask(np.zeros((0, 3)), mask, camera).shape == (0,)
+
+
+def sheet(radius_m):
+    """Corners of a target's sheet that lies in the camera's frame as in its own."""
+    marker = {"inner_corners": [4, 3], "square_m": 0.02}
+    poses = marker_columns(np.eye(4)[None]).join(pd.DataFrame(np.zeros((1, 6)), columns=TIP + AXIS))
+    probe = {"marker": marker, "exclusion": {"board_radius_m": radius_m}}
+    (place,) = probe_places(poses, probe)
+    assert place.board_m == pytest.approx([0.03, 0.02, 0])
+    return place.sheet_m - place.board_m
+
+
+def test_the_sheet_has_an_even_margin_and_its_corners_on_the_radius():
+    corners = sheet(0.08)
+    assert np.linalg.norm(corners, axis=1) == pytest.approx(0.08)
+    width, height = np.ptp(corners, axis=0)[:2]
+    assert width - 5 * 0.02 == pytest.approx(height - 4 * 0.02) and width > 0.1
+    # Around it in one way.
+    assert np.sign(np.cross(corners, np.roll(corners, -1, axis=0))[:, 2]).tolist() == [1] * 4
+    # A radius within the squares leaves them as they are.
+    assert np.ptp(sheet(0.05), axis=0) == pytest.approx([0.1, 0.08, 0])
+
+
+@pytest.fixture
+def cut(sensors, probe):
+    """Gives the cloud of points in the left half of an image, of a probe so far from the camera."""
+    camera = camera_from_spec(sensors["kinect"]["color"])
+    left = np.zeros((480, 640), bool)
+    left[:, :311] = True
+
+    def cloud(points, z_m, mask=left):
+        places = np.array([[-0.05, 0, z_m], [0, 1.0, 0], [0, -0.5, z_m]])
+        place = ProbePlace(*places, np.zeros((4, 3)), probe["exclusion"])
+        return object_cloud(points, mask, camera, place, REACH, Clouds())
+
+    return cloud
+
+
+@pytest.fixture
+def wall():
+    """Points on a plane 0.7 m before the camera, seen in the middle of its image."""
+    grid = np.stack(np.meshgrid(*[np.linspace(-0.1, 0.1, 120)] * 2), -1).reshape(-1, 2)
+    return np.column_stack([grid, np.full(len(grid), 0.7)])
+
+
+def test_cloud_is_cut_thinned_and_oriented(wall, cut):
+    cloud = cut(wall, 0.7)
+    assert cloud.points_m[:, 0].max() < 0.002
+    assert cloud.points_m[:, 1].max() < 0.06 - Clouds().lowest_m + 1e-9
+    assert np.allclose(cloud.normals, [0, 0, -1], atol=1e-6)
+    with pytest.raises(ValueError, match="expected points of the object, found 0"):
+        cut(wall, 0.7, np.zeros((480, 640), bool))
+
+
+def test_a_piece_apart_is_not_the_object(wall, cut):
+    stray = np.array([-0.05, 0.0, 0.5]) + np.random.default_rng(0).normal(0, 0.001, (60, 3))
+    cloud = cut(np.concatenate([wall, stray]), 0.9)
+    assert np.allclose(cloud.points_m[:, 2], 0.7)
+
+
+def test_clouds_round_trip(tmp_path):
+    rng = np.random.default_rng(0)
+    clouds = [Cloud(rng.normal(size=(n, 3)), rng.normal(size=(n, 3))) for n in (4, 7, 2)]
+    save_clouds(tmp_path / "clouds.npz", iter(clouds))
+    again = read_clouds(tmp_path / "clouds.npz")
+    assert len(again) == 3 and len(again[1:]) == 2
+    for one, other in zip(clouds, again, strict=True):
+        assert np.allclose(one, other, atol=1e-6)
+
+
+def test_damaged_files_are_rejected_at_their_frame(tmp_path):
+    rng, path = np.random.default_rng(0), tmp_path / "clouds.npz"
+    save_clouds(path, [Cloud(*rng.normal(size=(2, 50, 3)))] * 3)
+    whole, arrays = path.read_bytes(), dict(np.load(path))
+    content = bytearray(whole)
+    content[len(content) // 2] ^= 4
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=f"^{path}: .*(damaged|found none)"):
+        list(read_clouds(path))
+    for name, array, line in (
+        ("points_m", arrays["000000/points_m"][:25], "expected as many as count, .50., found 25"),
+        ("normals", np.zeros((50, 2)), r"expected numbers of shape \(n, 3\), found float64"),
+    ):
+        np.savez(path, **arrays | {f"000000/{name}": array})
+        with pytest.raises(ValueError, match=f"^{path}: frame 0: {name}: {line}"):
+            read_clouds(path)[0]
