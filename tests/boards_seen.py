@@ -1,7 +1,11 @@
 """Boards before cameras of known optics, and the corners that these see."""
 
+from functools import cache
+
+import cv2
 import numpy as np
 from palpate.vision.board import Board
+from palpate.vision.board_pictures import board_in
 from palpate.vision.camera import PinholeCamera
 from scipy.spatial.transform import Rotation
 
@@ -12,6 +16,7 @@ RIGHT_FROM_LEFT[:3, :3] = Rotation.from_rotvec([0.01, -0.05, 0.004]).as_matrix()
 RIGHT_FROM_LEFT[:3, 3] = -0.1, 0.002, 0.004
 SIZE_PX = (640, 480)
 BOARD = Board(6, 5, 0.04)
+CALTECH = Board(9, 6, 0.030)
 
 
 def poses(count, seed=0, far_m=(0.5, 1.0)):
@@ -48,3 +53,13 @@ def with_outliers(corners, share, seed, size_px=3.0):
         off = rng.normal(0, size_px, found.shape) * (rng.random(len(found)) < share)[:, None]
         corrupted[name] = found + off
     return corrupted
+
+
+@cache
+def caltech(root, side):
+    """Corners of CALTECH in one camera's real pictures."""
+    files = sorted((root / "tests/real/boards").glob(f"{side}*.jpg"))
+    images = {path.stem[-2:]: cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in files}
+    pictures = board_in(side, images, CALTECH)
+    assert len(pictures.corners) + len(pictures.missing) == 13
+    return pictures.corners

@@ -45,7 +45,7 @@ def test_colour_and_infrared(calibrate, root):
     )
     assert max(found["transform_standard_errors"]["translation_m"]) < 1e-3
     assert found["told"]["baseline"]
-    assert any("focal length: told" in line for line in found["cameras"]["color"]["verdict"])
+    assert any("focal length: determined" in line for line in found["cameras"]["color"]["verdict"])
     published = root / "config/published"
     table = table_4_1(found, pd.read_csv(published / "table_4_1.csv"))
     assert table["views"].tolist() == [8, 8]

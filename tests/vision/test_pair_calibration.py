@@ -1,20 +1,20 @@
 """Two cameras and the transform between them from one refinement."""
 
-import cv2
 import numpy as np
 import pytest
 from boards_seen import (
     BOARD,
+    CALTECH,
     LEFT,
     RIGHT,
     RIGHT_FROM_LEFT,
     SIZE_PX,
+    caltech,
     poses,
     seen,
     with_outliers,
 )
 from palpate.vision.board import Board
-from palpate.vision.board_pictures import board_in
 from palpate.vision.camera import camera_from_spec
 from palpate.vision.pair_calibration import calibrate_pair
 from scipy.spatial.transform import Rotation
@@ -52,12 +52,8 @@ def normalised(pair):
 def test_the_toolboxes_stereo_optimisation(root):
     """Both cameras and the transform at once, as the toolbox that the pictures come with."""
     known = ((533.523, 533.527, 341.604, 235.193), (536.814, 536.476, 326.287, 250.101))
-    views = []
-    for side in ("left", "right"):
-        files = sorted((root / "tests/real/boards").glob(f"{side}*.jpg"))
-        images = {path.stem[-2:]: cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in files}
-        views.append(board_in(side, images, Board(9, 6, 0.030)).corners)
-    pair = calibrate_pair(*views, Board(9, 6, 0.030), SIZES_PX)
+    views = [caltech(root, side) for side in ("left", "right")]
+    pair = calibrate_pair(*views, CALTECH, SIZES_PX)
     for found, (fx, fy, cx, cy) in zip(pair.cameras, known, strict=True):
         camera = found.camera
         assert (camera.fx_px, camera.fy_px) == pytest.approx((fx, fy), rel=5e-4)
@@ -72,29 +68,17 @@ def test_the_toolboxes_stereo_optimisation(root):
 @pytest.mark.parametrize("columns", [9, 8], ids=["odd x even", "even x even"])
 def test_a_pair_is_found_whichever_way_up_its_boards_are(sensors, columns):
     spec = sensors["kinect"]
-    board = Board(columns, 6, 0.025)
+    board, views = Board(columns, 6, 0.025), poses(14)
     colour, infrared = (camera_from_spec(spec[block]) for block in ("color", "depth"))
     truth = np.linalg.inv(np.array(spec["depth"]["color_from_depth"]))
-    views = poses(14)
     first, second = seen(board, views, colour), seen(board, views, infrared, truth)
     if board.ambiguous:
         for name in list(second)[::3]:
             second[name] = second[name][::-1]
-    pair = calibrate_pair(first, second, board, (SIZE_PX, SIZE_PX))
+    pair = calibrate_pair(first, second, board, SIZES_PX)
     error = np.linalg.inv(truth) @ pair.second_from_first
     assert np.linalg.norm(error[:3, 3]) < 3e-4
     assert Rotation.from_matrix(error[:3, :3]).magnitude() < np.deg2rad(0.02)
-
-
-def test_pairs_of_different_moments(sensors):
-    spec = sensors["kinect"]
-    board, views = Board(9, 6, 0.025), poses(12)
-    colour, infrared = (camera_from_spec(spec[block]) for block in ("color", "depth"))
-    first, second = seen(board, views, colour), seen(board, views, infrared)
-    names = list(second)
-    mixed = dict(zip(names, [second[name] for name in names[1:] + names[:1]], strict=True))
-    with pytest.raises(ValueError, match="expected pairs taken at one moment"):
-        calibrate_pair(first, mixed, board, (SIZE_PX, SIZE_PX))
 
 
 def test_a_pair_of_different_moments_counts_for_each_camera_alone():
@@ -119,19 +103,29 @@ def test_views_of_one_camera_alone_count_for_its_optics():
     assert np.abs(normalised(pair)).max() < 4
 
 
-def test_too_few_pairs():
-    first, second = pair_of(14)
-    left = {name: first[name] for name in sorted(first)[:8]}
-    right = {name: second[name] for name in sorted(second)[6:]}
-    with pytest.raises(ValueError, match="that both cameras see, found 2"):
-        calibrate_pair(left, right, BOARD, SIZES_PX)
+def of_other_moments(first, second):
+    names = list(second)
+    return first, {a: second[b] for a, b in zip(names, names[1:] + names[:1], strict=True)}
 
 
-def test_a_camera_that_sees_too_few_is_named():
-    first, second = pair_of(8)
-    few = {name: second[name] for name in sorted(second)[:3]}
-    with pytest.raises(ValueError, match="right: expected at least 6 views of the board, found 3"):
-        calibrate_pair(first, few, BOARD, SIZES_PX, names=("left", "right"))
+@pytest.mark.parametrize(
+    ("changed", "line"),
+    [
+        (of_other_moments, "expected pairs taken at one moment"),
+        (
+            lambda a, b: (dict([*a.items()][:8]), dict([*b.items()][6:])),
+            "both cameras see, found 2",
+        ),
+        (
+            lambda a, b: (a, dict([*b.items()][:3])),
+            "second camera: expected at least 6 views of the board, found 3",
+        ),
+    ],
+    ids=["other moments", "too few pairs", "too few of one camera"],
+)
+def test_views_that_are_no_pairs(changed, line):
+    with pytest.raises(ValueError, match=line):
+        calibrate_pair(*changed(*pair_of(14)), BOARD, SIZES_PX)
 
 
 @pytest.mark.long

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import compress
 
 import cv2
 import numpy as np
@@ -15,7 +16,6 @@ from palpate.vision.calibration_problem import (
     PARAMETERS,
     TERMS,
     Problem,
-    View,
     matrix_of,
     root_mean_square,
 )
@@ -44,48 +44,55 @@ class Calibration:
 
     Attributes
     ----------
-    camera : PinholeCamera
-    standard_errors : mapping
-        Of the parameters that the corners tell; what was dropped is not among them.
-    camera_from_board : dict
-        View to its board's pose (4, 4).
-    errors_px : dict
-        View to the root mean square residual of its corners that count.
-    rejected : dict
-        View to the reason.
-    rms_px : float
-        Of all corners that count.
-    rejected_corners : dict
-        View to the places of its outliers in the board's order.
-    sigma_px : float
-        Standard deviation of a corner's coordinate, whatever the outliers are.
+    fit : Problem
+        Of this camera alone.
     covariance : (9, 9) array
         Of fx_px, fy_px, cx_px, cy_px, k1, k2, p1, p2, k3; 0 for what was dropped.
-    corners_px : dict
-        View to its corners (n, 2), NaN for those that don't count.
+    rejected : dict
+        View to the reason.
     """
 
-    camera: PinholeCamera
-    standard_errors: Mapping[str, float]
-    camera_from_board: Mapping[str, NDArray]
-    errors_px: Mapping[str, float]
-    rejected: Mapping[str, str]
-    rms_px: float
-    rejected_corners: Mapping[str, list[int]]
-    sigma_px: float
+    fit: Problem = field(repr=False)
     covariance: NDArray = field(repr=False)
-    corners_px: Mapping[str, NDArray] = field(repr=False)
+    rejected: Mapping[str, str]
+
+    @property
+    def camera(self) -> PinholeCamera:
+        """The optics."""
+        return self.fit.camera(0)
 
     @property
     def terms(self) -> tuple[str, ...]:
-        """Distortion terms that the corners tell."""
-        return tuple(term for term in TERMS if term in self.standard_errors)
+        """Distortion terms that the corners determine."""
+        return self.fit.terms[0]
 
     @property
-    def lens(self) -> NDArray:
-        """The nine numbers of `PARAMETERS`."""
-        optics = [getattr(self.camera, name) for name in OPTICS]
-        return np.array([*optics, *self.camera.distortion])
+    def standard_errors(self) -> dict[str, float]:
+        """Of the parameters that the corners determine; what was dropped is not among them."""
+        errors = dict(zip(PARAMETERS, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+        return {name: errors[name] for name in (*OPTICS, *self.terms)}
+
+    @property
+    def camera_from_board(self) -> dict[str, NDArray]:
+        """View to its board's pose (4, 4)."""
+        return dict(zip(self.fit.names, map(matrix_of, self.fit.poses), strict=True))
+
+    @property
+    def errors_px(self) -> dict[str, float]:
+        """View to the root mean square residual of its corners that count."""
+        return dict(zip(self.fit.names, self.fit.errors()[:, 0].tolist(), strict=True))
+
+    @property
+    def rms_px(self) -> float:
+        """Root mean square residual of all corners that count."""
+        return float(root_mean_square(self.fit.distances()))
+
+    @property
+    def rejected_corners(self) -> dict[str, list[int]]:
+        """View to the places of its outliers in the board's order."""
+        found, counting = self.fit.found_px[:, 0, :, 0], self.fit.corners_px[:, 0, :, 0]
+        pairs = zip(self.fit.names, np.isfinite(found) & np.isnan(counting), strict=True)
+        return {name: np.flatnonzero(own).tolist() for name, own in pairs if own.any()}
 
 
 def calibrate_camera(
@@ -95,7 +102,7 @@ def calibrate_camera(
     *,
     name: str = "calibration",
 ) -> Calibration:
-    """Zhang's calibration of one camera, with as much distortion as the corners tell.
+    """Zhang's calibration of one camera, with as much distortion as the corners determine.
 
     Corners far from where they are projected, and views with a residual far above the others',
     are left out and named; both are judged against what this camera's corners scatter by.
@@ -112,184 +119,29 @@ def calibrate_camera(
     Raises
     ------
     ValueError
-        If too few different views show the board, or they don't tell the focal length.
+        If a view has another number of corners than the board, too few different views show the
+        board, or they don't determine the focal length.
     """
-    views, rejected = usable_views(corners, board.points_m, size_px)
+    views, rejected = _usable(corners, board.points_m, size_px)
     _check_count(len(views), rejected, name)
-    whole = _started(views, board, size_px, name)
-    whole, kept = _settled(whole, whole, rejected, name)
-    whole, kept = _settled(whole, kept.with_terms(TERMS), rejected, name)
-    while (fewer := fewer_terms(kept)) != kept.terms[0]:
-        kept = kept.with_terms(fewer).fitted()
-    whole, kept = _settled(whole, kept, rejected, name)
-    found = described(whole, kept, kept.covariance(), 0, size_px, rejected)
-    _check_focal(found, name)
+    fit = _settled(_started(views, board, size_px, name), rejected, name)
+    fit = _settled(fit.with_terms(TERMS), rejected, name)
+    while (fewer := fewer_terms(fit)) != fit.terms[0]:
+        fit = fit.with_terms(fewer).fitted()
+    fit = _settled(fit, rejected, name)
+    found = Calibration(fit, fit.covariance(), rejected)
+    camera, errors = found.camera, found.standard_errors
+    focals = [(getattr(camera, axis), errors[axis]) for axis in ("fx_px", "fy_px")]
+    focal, error = max(focals, key=lambda one: one[1] / one[0])
+    if not (focal > 0 and error < LARGEST_FOCAL_ERROR * focal):
+        raise ValueError(f"{name}: {TILTED}, found {focal:.0f} +- {error:.0f} px")
     return found
 
 
-def _started(
-    views: Mapping[str, NDArray], board: FlatBoard, size_px: tuple[int, int], name: str
-) -> Problem:
-    """OpenCV's calibration with all corners."""
-    seen = [np.isfinite(found).all(axis=1) for found in views.values()]
-    points = [board.points_m[own].astype(np.float32) for own in seen]
-    pixels = [
-        found[own].astype(np.float32) for found, own in zip(views.values(), seen, strict=True)
-    ]
-    try:
-        _, matrix, distortion, turns, shifts = cv2.calibrateCamera(
-            points,
-            pixels,
-            size_px,
-            None,
-            None,
-            flags=cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3,
-        )
-    except cv2.error:
-        raise ValueError(f"{name}: {TILTED}, found others") from None
-    optics = [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]]
-    lens = np.r_[optics, distortion.ravel()[: len(TERMS)]]
-    poses = np.hstack([np.reshape(turns, (-1, 3)), np.reshape(shifts, (-1, 3))])
-    if not (np.isfinite(lens).all() and np.isfinite(poses).all()):
-        raise ValueError(f"{name}: {TILTED}, found others")
-    boards = {
-        (view, 0): View(pose, {0: found})
-        for (view, found), pose in zip(views.items(), poses, strict=True)
-    }
-    return Problem(board.points_m, boards, lens, (START_TERMS,), (1.0,))
-
-
-def _settled(
-    whole: Problem, kept: Problem, rejected: dict[str, str], name: str
-) -> tuple[Problem, Problem]:
-    """Fit one camera until its outliers stay the same; views that are go to `rejected`."""
-    for _ in range(MOST_ROUNDS):
-        kept = kept.fitted()
-        part = kept.without_outliers(whole)
-        if part.counts_as(kept):
-            limit = VIEW_FACTOR * np.sqrt(2) * part.sigma_px[0]
-            errors = {key[0]: root_mean_square(far) for (key, _), far in part.distances().items()}
-            worst = WORST_SHARE * max(errors.values())
-            bad = {
-                view: f"residual {error:.2f} px, expected at most {limit:.2f}"
-                for view, error in errors.items()
-                if not error <= max(limit, worst)
-            }
-            if not bad:
-                return whole, replace(kept, sigma_px=part.sigma_px)
-            rejected.update(bad)
-            whole, part = whole.without(bad), part.without(bad)
-            _check_count(len(whole.views), rejected, name)
-        kept = part
-    return whole, kept
-
-
-def fewer_terms(found: Problem, camera: int = 0) -> tuple[str, ...]:
-    """The terms of a camera without the last groups that the corners don't tell.
-
-    By Schwarz's criterion (BIC) over all nested lenses, with the likelihood ratio of what is
-    dropped from its covariance.
-    """
-    terms, best, dropped = found.terms[camera], 0.0, ()
-    spread = found.covariance()
-    worth = np.log(sum(len(found.linearised(key)[0]) for key in found.views))
-    out: tuple[str, ...] = ()
-    for group in (g for g in GROUPS if set(g) <= set(terms)):
-        out = (*out, *group)
-        at = [LENS * camera + PARAMETERS.index(term) for term in out]
-        part, x = spread[np.ix_(at, at)], found.shared[at]
-        ratio = x @ np.linalg.solve(part, x) if np.isfinite(part).all() else 0.0
-        if ratio - len(out) * worth < best:
-            best, dropped = ratio - len(out) * worth, out
-    return tuple(term for term in terms if term not in dropped)
-
-
-def described(
-    whole: Problem,
-    kept: Problem,
-    spread: NDArray,
-    camera: int,
-    size_px: tuple[int, int],
-    rejected: Mapping[str, str],
-) -> Calibration:
-    """One camera of a fit.
-
-    Parameters
-    ----------
-    whole, kept : Problem
-        With all corners, and with those that count.
-    spread : array
-        Covariance of the shared unknowns.
-    camera : int
-    size_px : (width, height)
-    rejected : mapping
-        View to the reason.
-    """
-    lens, own = kept.lens(camera), slice(LENS * camera, LENS * (camera + 1))
-    errors = np.sqrt(np.diag(spread)[own])
-    told = (*OPTICS, *kept.terms[camera])
-    far = {key: values for (key, of), values in kept.distances().items() if of == camera}
-    corners = {key[0]: kept.views[key].corners_px[camera] for key in far}
-    lost = {}
-    for key in far:
-        seen = np.isfinite(whole.views[key].corners_px[camera]).all(axis=1)
-        if places := np.flatnonzero(seen & np.isnan(corners[key[0]][:, 0])).tolist():
-            lost[key[0]] = places
-    return Calibration(
-        PinholeCamera(*size_px, *lens[:4].tolist(), tuple(lens[4:].tolist())),
-        {n: float(e) for n, e in zip(PARAMETERS, errors, strict=True) if n in told},
-        {key[0]: matrix_of(kept.pose(key, camera)) for key in far},
-        {key[0]: root_mean_square(values) for key, values in far.items()},
-        dict(rejected),
-        root_mean_square(np.concatenate(list(far.values()))),
-        lost,
-        kept.sigma_px[camera],
-        spread[own, own],
-        corners,
-    )
-
-
-def _check_count(count: int, rejected: Mapping[str, str], name: str) -> None:
-    if count < FEWEST_VIEWS:
-        same = sum(reason.startswith("the same view") for reason in rejected.values())
-        others = len(rejected) - same
-        parts = [f"{same} that another is the same as"] * (same > 0)
-        parts += [f"{others} rejected"] * (others > 0)
-        more = f" ({', '.join(parts)})" if parts else ""
-        different = "different " if same else ""
-        raise ValueError(
-            f"{name}: expected at least {FEWEST_VIEWS} {different}views of the board, found"
-            f" {count}{more}"
-        )
-
-
-def _check_focal(found: Calibration, name: str) -> None:
-    """Reject views that leave the focal length open."""
-    camera, errors = found.camera, found.standard_errors
-    worst = max(("fx_px", "fy_px"), key=lambda name: errors[name] / getattr(camera, name))
-    focal, error = getattr(camera, worst), errors[worst]
-    if not (focal > 0 and error < LARGEST_FOCAL_ERROR * focal):
-        raise ValueError(f"{name}: {TILTED}, found {focal:.0f} +- {error:.0f} px")
-
-
-def usable_views(
+def _usable(
     corners: Mapping[str, NDArray], points_m: NDArray, size_px: tuple[int, int]
 ) -> tuple[dict[str, NDArray], dict[str, str]]:
-    """Views with enough corners that are not the same as another; the rest's reason.
-
-    Parameters
-    ----------
-    corners : mapping
-        View to its corners (n, 2) [px].
-    points_m : (n, 3) array
-        The board's.
-    size_px : (width, height)
-
-    Raises
-    ------
-    ValueError
-        If a view has another number of corners than the board.
-    """
+    """Views with enough corners that are not the same as another; the rest's reason."""
     usable, rejected, count = {}, {}, len(points_m)
     same_px = SAME_VIEW_SHARE * np.hypot(*size_px)
     for view, found in corners.items():
@@ -300,18 +152,88 @@ def usable_views(
             rejected[view] = f"{seen.sum()} corners seen, expected at least {FEWEST_CORNERS}"
         elif np.linalg.matrix_rank(points_m[seen] - points_m[seen][0]) < 2:
             rejected[view] = "corners of one line of the board seen, expected more"
-        elif other := _same(found, usable, same_px):
-            rejected[view] = f"the same view as {other}"
+        elif same := [name for name, other in usable.items() if _same(found, other, same_px)]:
+            rejected[view] = f"the same view as {same[0]}"
         else:
             usable[view] = found
     return usable, rejected
 
 
-def _same(found: NDArray, others: Mapping[str, NDArray], same_px: float) -> str | None:
-    """A view whose corners are at the same places."""
-    for name, other in others.items():
-        moved = np.hypot(*(found - other).T)
-        moved = moved[np.isfinite(moved)]
-        if len(moved) >= FEWEST_CORNERS and moved.max() < same_px:
-            return name
-    return None
+def _same(found: NDArray, other: NDArray, same_px: float) -> bool:
+    """Whether the corners of two views are at the same places."""
+    moved = np.hypot(*(found - other).T)
+    moved = moved[np.isfinite(moved)]
+    return len(moved) >= FEWEST_CORNERS and moved.max() < same_px
+
+
+def _check_count(count: int, rejected: Mapping[str, str], name: str) -> None:
+    """Reject too few views, and say what became of the others."""
+    if count >= FEWEST_VIEWS:
+        return
+    same = sum(reason.startswith("the same view") for reason in rejected.values())
+    lost = {"that another is the same as": same, "rejected": len(rejected) - same}
+    more = ", ".join(f"{number} {what}" for what, number in lost.items() if number)
+    raise ValueError(
+        f"{name}: expected at least {FEWEST_VIEWS} {'different ' * bool(same)}views of the board,"
+        f" found {count}" + f" ({more})" * bool(more)
+    )
+
+
+def _started(
+    views: Mapping[str, NDArray], board: FlatBoard, size_px: tuple[int, int], name: str
+) -> Problem:
+    """OpenCV's calibration with all corners."""
+    seen = {view: np.isfinite(found).all(axis=1) for view, found in views.items()}
+    points = [board.points_m[own].astype(np.float32) for own in seen.values()]
+    pixels = [views[view][own].astype(np.float32) for view, own in seen.items()]
+    flags = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
+    try:
+        found = cv2.calibrateCamera(points, pixels, size_px, None, None, flags=flags)
+    except cv2.error:
+        raise ValueError(f"{name}: {TILTED}, found others") from None
+    _, matrix, distortion, turns, shifts = found
+    optics = [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]]
+    lens = np.r_[optics, distortion.ravel()[: len(TERMS)]]
+    poses = np.hstack([np.reshape(turns, (-1, 3)), np.reshape(shifts, (-1, 3))])
+    if not (np.isfinite(lens).all() and np.isfinite(poses).all()):
+        raise ValueError(f"{name}: {TILTED}, found others")
+    corners = np.array([*views.values()], dtype=float)[:, None]
+    seen = tuple(views), poses, corners, corners
+    return Problem(board.points_m, *seen, lens, (START_TERMS,), np.ones(1), (size_px,))
+
+
+def _settled(fit: Problem, rejected: dict[str, str], name: str) -> Problem:
+    """Fit one camera until its outliers stay the same; views that are go to `rejected`."""
+    for _ in range(MOST_ROUNDS):
+        fit = fit.fitted()
+        part = fit.without_outliers()
+        if part.counts_as(fit):
+            errors, limit = part.errors()[:, 0], VIEW_FACTOR * np.sqrt(2) * part.sigma_px[0]
+            good = errors <= max(limit, WORST_SHARE * errors.max())
+            if good.all():
+                return replace(fit, sigma_px=part.sigma_px)
+            for view, error in zip(compress(part.names, ~good), errors[~good], strict=True):
+                rejected[view] = f"residual {error:.2f} px, expected at most {limit:.2f}"
+            part = part.of_views(good)
+            _check_count(len(part.names), rejected, name)
+        fit = part
+    return fit
+
+
+def fewer_terms(fit: Problem, camera: int = 0) -> tuple[str, ...]:
+    """The terms of a camera without the last groups that the corners don't determine.
+
+    By Schwarz's criterion (BIC) over all nested lenses, with the likelihood ratio of what is
+    dropped from its covariance.
+    """
+    terms, best, dropped = fit.terms[camera], 0.0, ()
+    spread, worth = fit.covariance(), np.log(len(fit.residuals()))
+    out: tuple[str, ...] = ()
+    for group in (g for g in GROUPS if set(g) <= set(terms)):
+        out = (*out, *group)
+        at = [LENS * camera + PARAMETERS.index(term) for term in out]
+        part, x = spread[np.ix_(at, at)], fit.shared[at]
+        ratio = x @ np.linalg.solve(part, x) if np.isfinite(part).all() else 0.0
+        if ratio - len(out) * worth < best:
+            best, dropped = ratio - len(out) * worth, out
+    return tuple(term for term in terms if term not in dropped)

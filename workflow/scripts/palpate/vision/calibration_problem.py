@@ -1,11 +1,14 @@
 """Views of a board as one least-squares problem: lenses, transform and poses (Section 4.1.4)."""
 
-from collections.abc import Container, Mapping
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from palpate.vision.camera import PinholeCamera
 
 OPTICS = ("fx_px", "fy_px", "cx_px", "cy_px")
 TERMS = ("k1", "k2", "p1", "p2", "k3")
@@ -32,25 +35,6 @@ LEAST_SPARE = 0.1
 CORNER_FACTOR, LARGEST_SHARE_LOST = 4.5, 0.4
 FEWEST_CORNERS = 8
 
-# A view's name, and the first camera that sees it.
-Key = tuple[str, int]
-
-
-@dataclass(frozen=True)
-class View:
-    """A board at one pose.
-
-    Attributes
-    ----------
-    pose : (6,) array
-        Turn [rad] and shift [m], in the frame of the first camera that sees it.
-    corners_px : dict of int to (n, 2) array
-        By camera, in the board's order; NaN for those that don't count.
-    """
-
-    pose: NDArray
-    corners_px: Mapping[int, NDArray]
-
 
 @dataclass(frozen=True)
 class Problem:
@@ -60,20 +44,31 @@ class Problem:
     ----------
     points_m : (n, 3) array
         The board's corners.
-    views : dict of (str, int) to View
+    names : sequence of str
+        Of the views.
+    poses : (views, 6) array
+        Turn [rad] and shift [m] of the board, in the frame of the first camera that sees it.
+    found_px, corners_px : (views, cameras, n, 2) array
+        Corners that were found, and those of them that count; NaN for the others.
     shared : array
         Nine numbers of each camera and, of two, the second's transform from the first.
     terms : tuple
         Names of the distortion's free terms, by camera.
-    sigma_px : tuple of float
-        Standard deviation of a coordinate of a corner, by camera.
+    sigma_px : (cameras,) array
+        Standard deviation of a coordinate of a corner.
+    sizes_px : tuple of (width, height)
+        Of the pictures, by camera.
     """
 
     points_m: NDArray
-    views: Mapping[Key, View]
+    names: Sequence[str]
+    poses: NDArray
+    found_px: NDArray
+    corners_px: NDArray
     shared: NDArray
     terms: tuple[tuple[str, ...], ...]
-    sigma_px: tuple[float, ...]
+    sigma_px: NDArray
+    sizes_px: tuple[tuple[int, int], ...]
 
     @property
     def free(self) -> NDArray:
@@ -82,98 +77,128 @@ class Problem:
         return np.r_[np.ravel(lenses), np.ones(self.shared.size - LENS * len(lenses))].astype(bool)
 
     @property
+    def seen(self) -> NDArray:
+        """Which camera has found the board in which view, (views, cameras)."""
+        return np.isfinite(self.found_px).any(axis=(2, 3))
+
+    @property
     def transform(self) -> NDArray:
         """Second camera from the first: turn and shift, shape (6,)."""
         return self.shared[-POSE:]
 
-    def lens(self, camera: int) -> NDArray:
-        """The nine numbers of a camera."""
-        return self.shared[LENS * camera : LENS * (camera + 1)]
+    def camera(self, number: int) -> PinholeCamera:
+        """Optics of a camera."""
+        lens = self.shared[numbers_of(number)].tolist()
+        return PinholeCamera(*self.sizes_px[number], *lens[:4], tuple(lens[4:]))
 
-    def pose(self, key: Key, camera: int) -> NDArray:
-        """A board's pose in a camera that sees it: turn and shift, shape (6,)."""
-        pose = self.views[key].pose
-        return pose if camera == key[1] else composed(pose, self.transform)[0]
+    def of_views(self, kept: NDArray) -> "Problem":
+        """The problem with some of the views."""
+        parts = {name: getattr(self, name)[kept] for name in ("poses", "found_px", "corners_px")}
+        return replace(self, names=tuple(compress(self.names, kept)), **parts)
 
-    def without(self, names: Container[str]) -> "Problem":
-        """The problem without some views."""
-        return replace(self, views={k: v for k, v in self.views.items() if k[0] not in names})
+    def of_camera(self, number: int) -> "Problem":
+        """The problem of one camera alone, with the poses in its own frame."""
+        own, only = self.of_views(self.seen[:, number]), slice(number, number + 1)
+        return replace(
+            own,
+            poses=np.array([own._placed(view, number)[0] for view in range(len(own.names))]),
+            found_px=own.found_px[:, only],
+            corners_px=own.corners_px[:, only],
+            shared=self.shared[numbers_of(number)],
+            **{name: getattr(self, name)[only] for name in ("terms", "sigma_px", "sizes_px")},
+        )
 
     def with_terms(self, *terms: tuple[str, ...]) -> "Problem":
         """The problem with other terms of distortion; those that are dropped are 0."""
         changed = replace(self, terms=terms)
         return replace(changed, shared=np.where(changed.free, self.shared, 0.0))
 
-    def linearised(self, key: Key) -> tuple[NDArray, NDArray, NDArray]:
-        """A view's residuals (m,), and their derivatives by the free shared unknowns and the pose.
+    def _placed(self, view: int, camera: int) -> tuple[NDArray, tuple[NDArray, ...]]:
+        """A board's pose in a camera, and its derivatives if they are not those of the view's."""
+        first = np.isfinite(self.found_px[view]).any(axis=(1, 2)).argmax()
+        pose = self.poses[view]
+        return (pose, ()) if camera == first else composed(pose, self.transform)
+
+    def _projected(self, view: int, camera: int) -> tuple[NDArray, NDArray, NDArray]:
+        """Projected less found corners (2 n,) [px], NaN for those that don't count.
+
+        And the derivatives by the shared unknowns and the pose.
+        """
+        optics, (pose, chain) = self.camera(camera), self._placed(view, camera)
+        lens = optics.matrix, np.array(optics.distortion)
+        pixels, by = cv2.projectPoints(self.points_m, pose[:3], pose[3:], *lens)
+        by_pose, shared = by[:, :POSE], np.zeros((len(by), self.shared.size))
+        shared[:, numbers_of(camera)] = by[:, POSE:]
+        if chain:
+            shared[:, -POSE:], by_pose = by_pose @ chain[1], by_pose @ chain[0]
+        return (pixels[:, 0] - self.corners_px[view, camera]).ravel(), shared, by_pose
+
+    def linearised(self) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
+        """Each view's residuals (m,), and derivatives by the free shared unknowns and the pose.
 
         All are in standard deviations; a corner that counts has two rows.
         """
-        parts = []
-        for camera, corners in self.views[key].corners_px.items():
-            lens, pose, chain = self.lens(camera), self.views[key].pose, None
-            if camera != key[1]:
-                pose, chain = composed(pose, self.transform)
-            pixels, by = cv2.projectPoints(
-                self.points_m, pose[:3], pose[3:], camera_matrix(lens), lens[OPTICS_END:]
-            )
-            off = (pixels[:, 0] - corners).ravel()
-            counts = np.isfinite(off)
-            by_pose, shared = by[:, :POSE], np.zeros((len(by), self.shared.size))
-            shared[:, LENS * camera : LENS * (camera + 1)] = by[:, POSE:]
-            if chain is not None:
-                shared[:, -POSE:], by_pose = by_pose @ chain[1], by_pose @ chain[0]
-            one = off[:, None], shared[:, self.free], by_pose
-            parts.append([part[counts] / self.sigma_px[camera] for part in one])
-        off, shared, by_pose = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return off[:, 0], shared, by_pose
+        for view, seen in enumerate(self.seen):
+            parts = []
+            for camera in np.flatnonzero(seen):
+                off, shared, by_pose = self._projected(view, camera)
+                counts, rows = np.isfinite(off), (off, shared[:, self.free], by_pose)
+                parts.append([part[counts] / self.sigma_px[camera] for part in rows])
+            yield tuple(np.concatenate(part) for part in zip(*parts, strict=True))
+
+    def residuals(self) -> NDArray:
+        """Of all corners that count, in standard deviations."""
+        return np.concatenate([off for off, _, _ in self.linearised()])
+
+    def distances(self) -> NDArray:
+        """Of found and projected corners, (views, cameras, n) [px]; NaN if they don't count."""
+        off = [
+            [self._projected(view, camera)[0] for camera in range(len(self.terms))]
+            for view in range(len(self.names))
+        ]
+        return np.linalg.norm(np.reshape(off, self.corners_px.shape), axis=-1)
+
+    def errors(self) -> NDArray:
+        """Root mean square distances of views that all cameras see, (views, cameras) [px]."""
+        return root_mean_square(self.distances(), axis=2)
 
     def fitted(self) -> "Problem":
         """The unknowns that fit best by Huber's loss, in weighted steps of Gauss and Newton."""
         found = self
         for _ in range(MOST_STEPS):
-            rows, poses = [], {}
-            for key in found.views:
-                off, shared, by_pose = found.linearised(key)
-                weights = np.sqrt(ROBUST_FROM / np.maximum(np.abs(off), ROBUST_FROM))
-                off = weights * off
-                shared, by_pose = (weights[:, None] * one for one in (shared, by_pose))
-                inner = np.linalg.pinv(by_pose)
-                poses[key] = inner @ off, inner @ shared
-                rows.append(np.column_stack([shared - by_pose @ poses[key][1], off]))
+            rows, inner = [], []
+            for off, shared, by_pose in found.linearised():
+                weights = np.sqrt(ROBUST_FROM / np.maximum(np.abs(off), ROBUST_FROM))[:, None]
+                outer, by_pose = weights * np.column_stack([shared, off]), weights * by_pose
+                inner.append(np.linalg.pinv(by_pose) @ outer)
+                rows.append(outer - by_pose @ inner[-1])
             by, off = np.split(np.concatenate(rows), [-1], axis=1)
             scale = np.linalg.norm(by, axis=0)
             step = -np.linalg.lstsq(by / scale, off[:, 0], rcond=None)[0] / scale
-            steps = {key: -to - by_shared @ step for key, (to, by_shared) in poses.items()}
-            ways = (found._moved(part, step, steps) for part in PARTS_OF_STEP)
-            cost = found._cost()
-            better = next((one for one in ways if one._cost() < cost), None)
-            found = better or found
-            if better is None or np.linalg.norm(by @ step) < LAST_STEP:
+            moves = -np.array(inner) @ np.append(step, 1)
+            last, cost = found, found._cost()
+            ways = (last._moved(part * step, part * moves) for part in PARTS_OF_STEP)
+            found = next((one for one in ways if one._cost() < cost), last)
+            if found is last or np.linalg.norm(by @ step) < LAST_STEP:
                 break
         return found
 
-    def _moved(self, part: float, step: NDArray, steps: Mapping[Key, NDArray]) -> "Problem":
-        """The problem after a part of a step of shared unknowns and poses."""
+    def _moved(self, step: NDArray, moves: NDArray) -> "Problem":
+        """The problem after a step of the shared unknowns and the poses."""
         shared = self.shared.copy()
-        shared[self.free] += part * step
-        views = {
-            key: replace(view, pose=view.pose + part * steps[key])
-            for key, view in self.views.items()
-        }
-        return replace(self, shared=shared, views=views)
+        shared[self.free] += step
+        return replace(self, shared=shared, poses=self.poses + moves)
 
     def _cost(self) -> float:
         """Huber's loss of all residuals."""
-        off = np.concatenate([self.linearised(key)[0] for key in self.views])
+        off = self.residuals()
         bent = np.clip(off, -ROBUST_FROM, ROBUST_FROM)
         return float(bent @ (off - bent / 2))
 
     def information(self) -> NDArray:
         """Normal matrix of the free shared unknowns, whatever the poses are."""
         total = 0.0
-        for key in self.views:
-            _, shared, by_pose = self.linearised(key)
+        for _, shared, by_pose in self.linearised():
             left = shared - by_pose @ (np.linalg.pinv(by_pose) @ shared)
             total = total + left.T @ left
         return total
@@ -184,69 +209,39 @@ class Problem:
         That of an estimate with Huber's loss: P. J. Huber, Robust Statistics (1981), Section 7.6.
         Infinite for what the corners don't determine.
         """
-        off = np.concatenate([self.linearised(key)[0] for key in self.views])
-        spare = off.size - self.free.sum() - POSE * len(self.views)
+        off = self.residuals()
+        spare = off.size - self.free.sum() - self.poses.size
         bent, inside = np.clip(off, -ROBUST_FROM, ROBUST_FROM), np.mean(np.abs(off) < ROBUST_FROM)
         variance = (bent @ bent) / spare / inside**2
         found = np.zeros((self.shared.size, self.shared.size))
         found[np.ix_(self.free, self.free)] = variance * inverse(self.information())
         return found
 
-    def distances(self) -> dict[tuple[Key, int], NDArray]:
-        """Of found and projected corners, by view and camera, (n,) [px]; NaN if not counted."""
-        found = {}
-        for key, view in self.views.items():
-            for camera, corners in view.corners_px.items():
-                lens, pose = self.lens(camera), self.pose(key, camera)
-                optics = camera_matrix(lens), lens[OPTICS_END:]
-                pixels, _ = cv2.projectPoints(self.points_m, pose[:3], pose[3:], *optics)
-                found[key, camera] = np.hypot(*(pixels[:, 0] - corners).T)
-        return found
+    def without_outliers(self) -> "Problem":
+        """With those of the corners found that are near where these unknowns project them.
 
-    def scatter(self) -> tuple[float, ...]:
-        """Standard deviation of a corner's coordinate by camera, but for outliers [px]."""
-        far = {camera: [] for camera in range(len(self.sigma_px))}
-        for (_, camera), distances in self.distances().items():
-            far[camera].extend(distances[np.isfinite(distances)])
-        coordinates = 2 * sum(map(len, far.values()))
-        unknowns = self.free.sum() + POSE * len(self.views)
-        spare = max(1 - unknowns / coordinates, LEAST_SPARE)
-        medians = (np.median(own) / MEDIAN_DISTANCE / np.sqrt(spare) for own in far.values())
-        return tuple(max(float(one), LEAST_SIGMA_PX) for one in medians)
-
-    def without_outliers(self, whole: "Problem") -> "Problem":
-        """The corners of another problem that are near where these unknowns project them.
-
-        The standard deviation is what this one's corners scatter by.
+        The standard deviations become what its corners scatter by, but for outliers.
         """
-        sigma = self.scatter()
-        views = {key: replace(self.views[key], corners_px=whole.views[key].corners_px)
-                 for key in self.views}  # fmt: skip
-        asked = replace(self, views=views, sigma_px=sigma)
-        kept = {key: dict(view.corners_px) for key, view in views.items()}
-        for (key, camera), far in asked.distances().items():
-            seen = np.isfinite(far)
-            good = seen & (far <= CORNER_FACTOR * sigma[camera])
-            if good.sum() >= max(FEWEST_CORNERS, (1 - LARGEST_SHARE_LOST) * seen.sum()):
-                kept[key][camera] = np.where(good[:, None], kept[key][camera], np.nan)
-        views = {key: replace(view, corners_px=kept[key]) for key, view in views.items()}
-        return replace(asked, views=views)
+        far = self.distances()
+        unknowns = self.free.sum() + self.poses.size
+        spare = max(1 - unknowns / (2 * np.isfinite(far).sum()), LEAST_SPARE)
+        sigma = np.nanmedian(far, axis=(0, 2)) / MEDIAN_DISTANCE / np.sqrt(spare)
+        sigma = np.maximum(sigma, LEAST_SIGMA_PX)
+        far = replace(self, corners_px=self.found_px).distances()
+        seen, good = np.isfinite(far), far <= CORNER_FACTOR * sigma[:, None]
+        least = np.maximum(FEWEST_CORNERS, (1 - LARGEST_SHARE_LOST) * seen.sum(axis=2))
+        counts = np.where((good.sum(axis=2) >= least)[..., None], good, seen)
+        corners = np.where(counts[..., None], self.found_px, np.nan)
+        return replace(self, corners_px=corners, sigma_px=sigma)
 
     def counts_as(self, other: "Problem") -> bool:
-        """Whether the same corners count as in another problem."""
-        return all(
-            np.array_equal(np.isnan(corners), np.isnan(other.views[key].corners_px[camera]))
-            for key, view in self.views.items()
-            for camera, corners in view.corners_px.items()
-        )
+        """Whether the same corners count as in another problem of the same views."""
+        return np.array_equal(np.isnan(self.corners_px), np.isnan(other.corners_px))
 
 
-OPTICS_END = len(OPTICS)
-
-
-def camera_matrix(lens: NDArray) -> NDArray:
-    """Camera matrix (3, 3) of a camera's nine numbers."""
-    return np.array([[lens[0], 0, lens[2]], [0, lens[1], lens[3]], [0, 0, 1]])
+def numbers_of(camera: int) -> slice:
+    """Where a camera's nine numbers are among the shared unknowns."""
+    return slice(LENS * camera, LENS * (camera + 1))
 
 
 def composed(pose: NDArray, transform: NDArray) -> tuple[NDArray, tuple[NDArray, NDArray]]:
@@ -254,18 +249,17 @@ def composed(pose: NDArray, transform: NDArray) -> tuple[NDArray, tuple[NDArray,
     parts = [part.reshape(3, 1) for part in (pose[:3], pose[3:], transform[:3], transform[3:])]
     turn, shift, *by = cv2.composeRT(*parts)
     matrices = np.array(by).reshape(2, 4, 3, 3)  # turn and shift by each of the four parts
-    by_pose = np.block([[part[0], part[1]] for part in matrices])
-    by_transform = np.block([[part[2], part[3]] for part in matrices])
-    return np.concatenate([turn, shift]).ravel(), (by_pose, by_transform)
+    chain = tuple(np.block([[part[k], part[k + 1]] for part in matrices]) for k in (0, 2))
+    return np.concatenate([turn, shift]).ravel(), chain
 
 
 def inverse(normal: NDArray) -> NDArray:
     """Inverse of a normal matrix; infinite variances where it has none."""
     scale = np.sqrt(np.diag(normal))
     values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
-    told = values > SMALLEST
-    inner = (vectors[:, told] / values[told]) @ vectors[:, told].T
-    lost = (np.abs(vectors[:, ~told]) > SHARE_LOST).any(axis=1)
+    kept = values > SMALLEST
+    inner = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
+    lost = (np.abs(vectors[:, ~kept]) > SHARE_LOST).any(axis=1)
     inner[lost, lost] = np.inf
     return inner / np.outer(scale, scale)
 
@@ -283,7 +277,6 @@ def vector_of(matrix: NDArray) -> NDArray:
     return np.concatenate([cv2.Rodrigues(matrix[:3, :3])[0].ravel(), matrix[:3, 3]])
 
 
-def root_mean_square(values: NDArray) -> float:
-    """Root mean square of distances that are numbers; 0 of none."""
-    values = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else 0.0
+def root_mean_square(values: NDArray, axis: int | None = None) -> NDArray:
+    """Root mean square of distances, but for those that are NaN."""
+    return np.sqrt(np.nanmean(np.square(values), axis=axis))

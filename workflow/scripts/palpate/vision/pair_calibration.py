@@ -1,9 +1,8 @@
 """Two cameras and the transform between them in one refinement (Section 4.1.4, Eq. 4.11)."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,25 +13,22 @@ from palpate.vision.calibration import (
     WORST_SHARE,
     Calibration,
     calibrate_camera,
-    described,
     fewer_terms,
 )
 from palpate.vision.calibration_problem import (
     POSE,
     Problem,
-    View,
-    camera_matrix,
     matrix_of,
+    numbers_of,
     root_mean_square,
     vector_of,
 )
 
 # A pair of pictures disagrees beyond this many times what the corners of each camera scatter by.
 PAIR_FACTOR = 3.0
-# Of the angle by which views ordered alike may be apart, over that of the other order.
+# Of half a turn: the angle by which views ordered alike may be apart.
 CLEARLY = 0.2
 SETTLED = 0.02
-NAMES = ("first camera", "second camera")
 
 
 @dataclass(frozen=True)
@@ -41,35 +37,35 @@ class PairCalibration:
 
     Attributes
     ----------
-    cameras : (Calibration, Calibration)
-        As the pairs tell them too.
-    second_from_first : (4, 4) array
-    shared_covariance : (24, 24) array
+    fit : Problem
+        Of both.
+    covariance : (24, 24) array
         Of both cameras' nine numbers, and of the transform.
-    errors_px : dict
-        View to the root mean square residuals in both cameras.
+    cameras : (Calibration, Calibration)
+        As the pairs determine them too.
     rejected : dict
         View whose two pictures are of different moments, to the reason.
-    rms_px : float
-        Of the pairs' corners in both cameras.
     """
 
+    fit: Problem = field(repr=False)
+    covariance: NDArray = field(repr=False)
     cameras: tuple[Calibration, Calibration]
-    second_from_first: NDArray
-    shared_covariance: NDArray = field(repr=False)
-    errors_px: Mapping[str, tuple[float, float]]
     rejected: Mapping[str, str]
-    rms_px: float
 
     @property
-    def covariance(self) -> NDArray:
+    def second_from_first(self) -> NDArray:
+        """The transform, (4, 4)."""
+        return matrix_of(self.fit.transform)
+
+    @property
+    def transform_covariance(self) -> NDArray:
         """Of the transform's rotation vector [rad] and translation [m], shape (6, 6)."""
-        return self.shared_covariance[-POSE:, -POSE:]
+        return self.covariance[-POSE:, -POSE:]
 
     @property
     def standard_errors(self) -> dict[str, list[float]]:
         """Of the transform's rotation vector [rad] and translation [m]."""
-        errors = np.sqrt(np.diag(self.covariance)).tolist()
+        errors = np.sqrt(np.diag(self.transform_covariance)).tolist()
         return {"rotation_rad": errors[:3], "translation_m": errors[3:]}
 
     @property
@@ -81,7 +77,18 @@ class PairCalibration:
     def baseline_error_m(self) -> float:
         """Standard error of the cameras' distance."""
         way = self.second_from_first[:3, 3] / self.baseline_m
-        return float(np.sqrt(way @ self.covariance[3:, 3:] @ way))
+        return float(np.sqrt(way @ self.transform_covariance[3:, 3:] @ way))
+
+    @property
+    def errors_px(self) -> dict[str, list[float]]:
+        """View to the root mean square residuals in both cameras."""
+        pairs = _pairs(self.fit)
+        return dict(zip(pairs.names, pairs.errors().tolist(), strict=True))
+
+    @property
+    def rms_px(self) -> float:
+        """Root mean square residual of the pairs' corners in both cameras."""
+        return float(root_mean_square(_pairs(self.fit).distances()))
 
 
 def calibrate_pair(
@@ -90,7 +97,7 @@ def calibrate_pair(
     board: FlatBoard,
     sizes_px: tuple[tuple[int, int], tuple[int, int]],
     *,
-    names: tuple[str, str] = NAMES,
+    names: tuple[str, str] = ("first camera", "second camera"),
 ) -> PairCalibration:
     """Optics of two cameras and the transform between them, all from one refinement.
 
@@ -111,59 +118,43 @@ def calibrate_pair(
     Raises
     ------
     ValueError
-        If a camera's views don't tell its optics, too few views are seen by both, most pairs
+        If a camera's views don't determine its optics, too few views are seen by both, most pairs
         disagree, or the order of an ambiguous board can't be settled.
     """
-    corners = [dict(first), dict(second)]
     alone = [
         calibrate_camera(seen, board, size, name=name)
-        for seen, size, name in zip(corners, sizes_px, names, strict=True)
+        for seen, size, name in zip((first, second), sizes_px, names, strict=True)
     ]
     shared = _shared(alone)
     if board.ambiguous:
-        corners[1] |= _ordered_alike(corners, shared, board, alone)
-        alone[1] = calibrate_camera(corners[1], board, sizes_px[1], name=names[1])
+        turned = {view: second[view][::-1].copy() for view in _turned(alone, shared, board)}
+        alone[1] = calibrate_camera({**second, **turned}, board, sizes_px[1], name=names[1])
         shared = _shared(alone)
-    transform = _most_common(alone, shared)
-    lenses = np.concatenate([found.lens for found in alone])
-    problem = Problem(
-        board.points_m,
-        {},
-        np.r_[lenses, vector_of(transform)],
-        tuple(found.terms for found in alone),
-        tuple(found.sigma_px for found in alone),
-    )
+    transform = vector_of(_most_common(alone, shared))
     rejected: dict[str, str] = {}
-    pairs = shared
     while True:
-        whole = replace(problem, views=_views(alone, corners, pairs))
-        start = replace(problem, views=_views(alone, [found.corners_px for found in alone], pairs))
-        kept = _settled(whole, start)
-        bad = _disagreeing(kept)
+        pairs = [view for view in shared if view not in rejected]
+        fit = _settled(_joined(*(found.fit for found in alone), transform, pairs))
+        bad = _disagreeing(fit)
         if not bad:
             break
         rejected |= bad
-        _check_pairs(shared, rejected)
-        pairs = [view for view in pairs if view not in rejected]
-    spread = kept.covariance()
+        if len(shared) - len(rejected) < max(FEWEST_VIEWS, len(shared) / 2):
+            raise ValueError(
+                f"calibration: expected pairs taken at one moment, found {len(rejected)} or more"
+                f" of {len(shared)} that disagree ({next(iter(rejected.values()))})"
+            )
+    spread = fit.covariance()
     cameras = tuple(
-        described(whole, kept, spread, camera, sizes_px[camera], alone[camera].rejected)
-        for camera in (0, 1)
+        Calibration(fit.of_camera(k), spread[numbers_of(k), numbers_of(k)], alone[k].rejected)
+        for k in (0, 1)
     )
-    paired = [far for (key, _), far in kept.distances().items() if _is_pair(kept, key)]
-    return PairCalibration(
-        cameras,
-        matrix_of(kept.transform),
-        spread,
-        _pair_errors(kept),
-        rejected,
-        root_mean_square(np.concatenate(paired)),
-    )
+    return PairCalibration(fit, spread, cameras, rejected)
 
 
 def _shared(alone: Sequence[Calibration]) -> list[str]:
     """Views that count in both cameras; enough of them, or a `ValueError`."""
-    shared = [view for view in alone[0].camera_from_board if view in alone[1].camera_from_board]
+    shared = [view for view in alone[0].fit.names if view in alone[1].fit.names]
     if len(shared) < FEWEST_VIEWS:
         raise ValueError(
             f"calibration: expected at least {FEWEST_VIEWS} views of the board that both cameras"
@@ -172,132 +163,85 @@ def _shared(alone: Sequence[Calibration]) -> list[str]:
     return shared
 
 
-def _views(
-    alone: Sequence[Calibration], corners: Sequence[Mapping[str, NDArray]], pairs: Sequence[str]
-) -> dict[tuple[str, int], View]:
-    """Corners of the views that each camera kept, at its own poses; pairs have one pose."""
-    first, second = (
-        {view: vector_of(pose) for view, pose in found.camera_from_board.items()} for found in alone
-    )
-    views = {
-        (name, 0): View(
-            pose, {0: corners[0][name]} | ({1: corners[1][name]} if name in pairs else {})
-        )
-        for name, pose in first.items()
-    }
-    own = {name: pose for name, pose in second.items() if name not in pairs}
-    return views | {(name, 1): View(pose, {1: corners[1][name]}) for name, pose in own.items()}
+def _joined(a: Problem, b: Problem, transform: NDArray, pairs: Collection[str]) -> Problem:
+    """The views that each camera kept, at its own poses; pairs have one pose."""
+    count = len(a.names)
+    names = (*a.names, *(view for view in b.names if view not in pairs))
+    rows = [names.index(view, 0 if view in pairs else count) for view in b.names]
+    poses = np.zeros((len(names), POSE))
+    poses[rows], poses[:count] = b.poses, a.poses
+    # Found and those that count, of view and camera.
+    corners = np.full((2, len(names), 2, len(a.points_m), 2), np.nan)
+    corners[:, :count, 0] = a.found_px[:, 0], a.corners_px[:, 0]
+    corners[:, rows, 1] = b.found_px[:, 0], b.corners_px[:, 0]
+    sigma_px, shared = np.r_[a.sigma_px, b.sigma_px], np.r_[a.shared, b.shared, transform]
+    rest = shared, a.terms + b.terms, sigma_px, a.sizes_px + b.sizes_px
+    return Problem(a.points_m, names, poses, *corners, *rest)
 
 
-def _settled(whole: Problem, kept: Problem) -> Problem:
+def _pairs(fit: Problem) -> Problem:
+    """The views that both cameras see."""
+    return fit.of_views(fit.seen.all(axis=1))
+
+
+def _settled(fit: Problem) -> Problem:
     """Fit both cameras until outliers and terms stay the same, or pairs disagree."""
     for _ in range(MOST_ROUNDS):
-        kept = kept.fitted()
-        if _disagreeing(kept):
+        fit = fit.fitted()
+        if _disagreeing(fit):
             break
-        terms = tuple(fewer_terms(kept, camera) for camera in (0, 1))
-        part = kept.without_outliers(whole)
-        same = part.counts_as(kept) and terms == kept.terms
-        if same and np.allclose(part.sigma_px, kept.sigma_px, rtol=SETTLED):
+        terms = tuple(fewer_terms(fit, camera) for camera in (0, 1))
+        part = fit.without_outliers()
+        same = part.counts_as(fit) and terms == fit.terms
+        if same and np.allclose(part.sigma_px, fit.sigma_px, rtol=SETTLED):
             break
-        kept = part.with_terms(*terms)
-    return kept
+        fit = part.with_terms(*terms)
+    return fit
+
+
+def _disagreeing(fit: Problem) -> dict[str, str]:
+    """The pairs that disagree most, with the reason; none where all agree."""
+    pairs, limits = _pairs(fit), PAIR_FACTOR * np.sqrt(2) * fit.sigma_px
+    errors = pairs.errors()
+    times = errors / limits
+    worse = times.max(axis=1) > max(1.0, WORST_SHARE * times.max())
+    return {
+        view: f"residual {own[k]:.2f} px as a pair, expected at most {limits[k]:.2f}"
+        for view, own, k, bad in zip(pairs.names, errors, times.argmax(axis=1), worse, strict=True)
+        if bad
+    }
+
+
+def _angles(turns: NDArray, others: NDArray) -> NDArray:
+    """Between all of some and all of other transforms (..., 4, 4) [rad]."""
+    cosines = (np.tensordot(turns[..., :3, :3], others[..., :3, :3], ((-2, -1), (-2, -1))) - 1) / 2
+    return np.arccos(np.clip(cosines, -1, 1))
 
 
 def _most_common(alone: Sequence[Calibration], pairs: Sequence[str]) -> NDArray:
     """The transform that a single pair gives and to which most others are near, (4, 4)."""
-    first, second = (found.camera_from_board for found in alone)
-    found = [second[view] @ np.linalg.inv(first[view]) for view in pairs]
-    far = float(np.median([first[view][2, 3] for view in pairs]))
-
-    def spread(guess: NDArray) -> float:
-        shifts = [np.linalg.norm(other[:3, 3] - guess[:3, 3]) / far for other in found]
-        return float(np.median(np.add(shifts, [_apart(other, guess) for other in found])))
-
-    return min(found, key=spread)
+    first, second = (np.array([one.camera_from_board[v] for v in pairs]) for one in alone)
+    found = second @ np.linalg.inv(first)
+    shifts = found[:, :3, 3] / np.median(first[:, 2, 3])
+    apart = np.linalg.norm(shifts[:, None] - shifts, axis=2) + _angles(found, found)
+    return found[np.median(apart, axis=1).argmin()]
 
 
-def _is_pair(problem: Problem, key: tuple[str, int]) -> bool:
-    return len(problem.views[key].corners_px) > 1
-
-
-def _disagreeing(problem: Problem) -> dict[str, str]:
-    """The pairs that disagree most, with the reason; none where all agree."""
-    limits = PAIR_FACTOR * np.sqrt(2) * np.array(problem.sigma_px)
-    errors = _pair_errors(problem)
-    times = {view: np.divide(pair, limits) for view, pair in errors.items()}
-    limit = max(1.0, WORST_SHARE * max(map(np.max, times.values())))
-    worse = {view: int(np.argmax(of)) for view, of in times.items() if of.max() > limit}
-    return {
-        view: f"residual {errors[view][camera]:.2f} px as a pair, expected at most"
-        f" {limits[camera]:.2f}"
-        for view, camera in worse.items()
-    }
-
-
-def _pair_errors(problem: Problem) -> dict[str, tuple[float, float]]:
-    """Root mean square residuals of each pair in both cameras [px]."""
-    of = {at: root_mean_square(far) for at, far in problem.distances().items()}
-    pairs = [key for key in problem.views if _is_pair(problem, key)]
-    return {key[0]: (of[key, 0], of[key, 1]) for key in pairs}
-
-
-def _check_pairs(shared: Sequence[str], rejected: Mapping[str, str]) -> None:
-    left = len(shared) - len(rejected)
-    if left < max(FEWEST_VIEWS, len(shared) / 2):
-        worst = next(iter(rejected.values()))
-        raise ValueError(
-            f"calibration: expected pairs taken at one moment, found {len(rejected)} or more of"
-            f" {len(shared)} that disagree ({worst})"
-        )
-
-
-def _ordered_alike(
-    corners: Sequence[Mapping[str, NDArray]],
-    shared: Sequence[str],
-    board: FlatBoard,
-    alone: Sequence[Calibration],
-) -> dict[str, NDArray]:
-    """The second camera's corners of a board that looks the same after half a turn.
+def _turned(alone: Sequence[Calibration], pairs: Sequence[str], board: FlatBoard) -> list[str]:
+    """Views of a board that looks the same after half a turn whose order in both cameras differs.
 
     Of both orders each view has the one with which all views give about one transform.
     """
-    options = {}
-    for view in shared:
-        known = np.linalg.inv(_board_pose(corners[0][view], board, alone[0]))
-        orders = corners[1][view], corners[1][view][::-1].copy()
-        options[view] = [(seen, _board_pose(seen, board, alone[1]) @ known) for seen in orders]
-
-    def picked(guess: NDArray) -> dict[str, int]:
-        return {
-            view: int(np.argmin([_apart(option[1], guess) for option in pair]))
-            for view, pair in options.items()
-        }
-
-    def spread(guess: NDArray) -> float:
-        of = [_apart(options[view][k][1], guess) for view, k in picked(guess).items()]
-        return float(np.median(of))
-
-    guess = min((option[1] for pair in options.values() for option in pair), key=spread)
-    best = picked(guess)
-    others = [_apart(options[view][1 - k][1], options[view][k][1]) for view, k in best.items()]
-    if spread(guess) > CLEARLY * min(others):
+    half_turn = np.diag([-1.0, -1.0, 1.0, 1.0])
+    half_turn[:3, 3] = board.points_m[0] + board.points_m[-1]
+    first, second = (np.array([one.camera_from_board[v] for v in pairs]) for one in alone)
+    found = np.stack([second, second @ half_turn], axis=1) @ np.linalg.inv(first)[:, None]
+    apart = _angles(found.reshape(-1, 4, 4), found)  # guess, view, order
+    spread = np.median(apart.min(axis=2), axis=1)
+    if spread.min() > CLEARLY * np.pi:
         raise ValueError(
             "board: expected one odd and one even number of corners, or views that settle its"
             f" order, found {board.columns} x {board.rows}"
         )
-    return {view: options[view][k][0] for view, k in best.items()}
-
-
-def _board_pose(corners: NDArray, board: FlatBoard, camera: Calibration) -> NDArray:
-    """Pose (4, 4) of a board of which some corners are seen."""
-    seen = np.isfinite(corners).all(axis=1)
-    lens = camera_matrix(camera.lens), np.array(camera.camera.distortion)
-    _, turn, shift = cv2.solvePnP(board.points_m[seen], corners[seen], *lens)
-    return matrix_of(np.concatenate([turn.ravel(), shift.ravel()]))
-
-
-def _apart(a: NDArray, b: NDArray) -> float:
-    """Angle between two transforms [rad]."""
-    cosine = (np.trace(a[:3, :3].T @ b[:3, :3]) - 1) / 2
-    return float(np.arccos(np.clip(cosine, -1, 1)))
+    orders = apart[spread.argmin()].argmin(axis=1)
+    return [view for view, order in zip(pairs, orders, strict=True) if order]
