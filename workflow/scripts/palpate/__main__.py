@@ -4,18 +4,21 @@ import argparse
 import os
 import signal
 import sys
+from importlib import import_module
 
 from palpate import __version__
-from palpate.commands import board, calibrate, check, direct, export, hertz, new, recording
 from palpate.commands.help import Parser
 
-# In the order in which a person meets them.
-VERBS = (hertz, new, board, calibrate, recording, check, direct, export)
+# In the order in which a person meets them; only the one that is asked for is loaded.
+VERBS = ("hertz", "new", "board", "calibrate", "import", "check", "direct", "export")
+# A keyword is no module's name.
+MODULES = {"import": "recording"}
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; the exit status is 1 where it fails, with one line on what is wrong."""
-    options = _parser().parse_args(arguments)
+    arguments = sys.argv[1:] if arguments is None else arguments
+    options = _parser(arguments[:1]).parse_args(arguments)
     try:
         status = options.work(options) or 0
     except BrokenPipeError:
@@ -39,7 +42,7 @@ def _told(error: ValueError | OSError) -> str:
     return str(error)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(first: list[str]) -> argparse.ArgumentParser:
     parser = Parser(
         prog="palpate",
         description="How stiff soft things are: curves, recordings, captures, estimates.",
@@ -47,8 +50,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="command", title="commands")
-    for verb in VERBS:
-        verb.add(commands)
+    for name in [name for name in VERBS if name in first] or VERBS:
+        import_module(f"palpate.commands.{MODULES.get(name, name)}").add(commands)
     return parser
 
 
