@@ -144,7 +144,7 @@ def board_poses(
             hidden = ~np.isfinite(corners[:, 0])
             better = refine and refine(samples, pose.camera_from_marker, hidden)
             if better is not None:
-                pose = replace(pose, **vars(better))
+                pose = replace(pose, **better._asdict())
                 refined.add(id(pose))
             likely.append(pose)
         candidates.append(likely)
