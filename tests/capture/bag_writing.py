@@ -110,11 +110,9 @@ class Messages:
         rest = {"distortion_model": model, "binning_x": 0, "binning_y": 0, "roi": roi}
         return self.make("sensor_msgs/msg/CameraInfo", header=header, **size, **rest, **arrays)
 
-    def wrench(self, values, stamp_ns=None):
+    def wrench(self, values, stamp_ns):
         force, torque = (self.vector(part) for part in (values[:3], values[3:]))
         plain = self.make("geometry_msgs/msg/Wrench", force=force, torque=torque)
-        if stamp_ns is None:
-            return plain
         header = self.header(stamp_ns, "tool")
         return self.make("geometry_msgs/msg/WrenchStamped", header=header, wrench=plain)
 
@@ -142,19 +140,18 @@ class Messages:
         return self.make("tf2_msgs/msg/TFMessage", transforms=stamped)
 
 
-def camera_messages(film, messages, *, registered=False):
+def camera_messages(film, messages):
     """(topic, received [ns], message) of a camera driver and a force sensor's driver."""
     start = int(film.wrench_ns[0])
     size, depth_size = film.color[0].shape[:2], film.depth[0].shape
-    frame = COLOR_FRAME if registered else DEPTH_FRAME
     color = messages.info(size, film.color_optics, start, COLOR_FRAME, DISTORTION)
-    depth = messages.info(depth_size, film.depth_optics, start, frame, [0.0] * 5)
+    depth = messages.info(depth_size, film.depth_optics, start, DEPTH_FRAME, [0.0] * 5)
     found = [(COLOR_INFO, start, color), (DEPTH_INFO, start, depth)]
     found.append(("/tf_static", start, messages.transforms(start)))
     for image, stamp in zip(film.color, film.color_ns, strict=True):
         found.append((COLOR, stamp + 5_000_000, messages.image(image, stamp, COLOR_FRAME)))
     for image, stamp in zip(film.depth, film.depth_ns, strict=True):
-        found.append((DEPTH, stamp + 9_000_000, messages.image(image, stamp, frame)))
+        found.append((DEPTH, stamp + 9_000_000, messages.image(image, stamp, DEPTH_FRAME)))
     for values, stamp in zip(film.wrench, film.wrench_ns, strict=True):
         found.append((WRENCH, stamp + 100_000, messages.wrench(values, stamp)))
     return found

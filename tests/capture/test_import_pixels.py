@@ -160,7 +160,7 @@ def test_depth_units_of_a_realsense(tmp_path, capsys):
     assert np.array_equal(depth, np.rint(film.depth[0] / 10))
 
 
-def realsense_of_ros2(path, film, unit):
+def realsense_of_ros2(path, film, *, unit):
     """What the SDK writes where names have no blanks and options are texts."""
     color, depth = "/device_0/sensor_1/Color_0", "/device_0/sensor_0/Depth_0"
     names = {COLOR: f"{color}/image/data", COLOR_INFO: f"{color}/info/camera_info"}
@@ -173,37 +173,34 @@ def realsense_of_ros2(path, film, unit):
             return (option, time, text) if unit else None
         return names.get(topic, topic), time, message
 
-    return bag_of(path, film, change, ros1=False)
+    return bag_of(path.parent, film, change, ros1=False)
 
 
-@pytest.mark.parametrize("unit", ["0.0001", None, "mm"])
-def test_depth_units_of_a_realsense_in_ros2(unit, tmp_path, capsys):
-    film = stand_in()
-    bag, target = realsense_of_ros2(tmp_path, film, unit), tmp_path / "raw/block/camera/08"
-    status = bring(bag, target, "--registered")
-    if unit != "0.0001":
-        assert status == 1
-        expected = "between a micrometre" if unit else "the recording or --depth-unit <metres>"
-        line = capsys.readouterr().err
-        assert f"Depth_0/image/data: depth units: expected {expected}" in line
-        assert bring(bag, target, "--registered", "--depth-unit", "0.0001") == 0
-    depth = read_image(target / "depth/000000.png", "counts")
-    assert np.array_equal(depth, film.depth[0])
+NO_UNIT = "the recording or --depth-unit <metres>"
+NO_OPTION = {"unit_m": 0.0001, "option": None}
 
 
-@pytest.mark.parametrize("marked", [False, True])
-def test_depth_units_of_a_realsense_without_the_option(marked, tmp_path, capsys):
-    film = stand_in()
-    bag = write_realsense(tmp_path / "film.bag", film, unit_m=0.0005, marked=marked, option=None)
-    target = tmp_path / "raw/block/camera/08"
-    options = ["--force", str(wrench_file(tmp_path, film))]
-    status = bring(bag, target, *options)
-    if not marked:
-        assert status == 1
-        assert "depth units: expected the recording or --depth-unit" in capsys.readouterr().err
-        assert bring(bag, target, *options, "--depth-unit", "0.0005") == 0
-    depth = read_image(target / "depth/000000.png", "counts")
-    assert np.array_equal(depth, film.depth[0])
+@pytest.mark.parametrize(
+    ("write", "stated", "expected"),
+    [
+        (realsense_of_ros2, {"unit": "0.0001"}, None),
+        (realsense_of_ros2, {"unit": None}, NO_UNIT),
+        (realsense_of_ros2, {"unit": "mm"}, "between a micrometre"),
+        (write_realsense, NO_OPTION, None),
+        (write_realsense, NO_OPTION | {"marked": False}, NO_UNIT),
+    ],
+)
+def test_where_a_realsense_states_depth_units(write, stated, expected, tmp_path, capsys):
+    film, target = stand_in(), tmp_path / "raw/block/camera/08"
+    bag = write(tmp_path / "film.bag", film, **stated)
+    options = ["--registered", "--force", str(wrench_file(tmp_path, film))]
+    if expected:
+        assert bring(bag, target, *options) == 1
+        line = f"Depth_0/image/data: depth units: expected {expected}"
+        assert line in capsys.readouterr().err
+        options += ["--depth-unit", "0.0001"]
+    assert bring(bag, target, *options) == 0
+    assert np.array_equal(read_image(target / "depth/000000.png", "counts"), film.depth[0])
 
 
 def test_depth_too_far_for_the_file_is_left_out(tmp_path, capsys):

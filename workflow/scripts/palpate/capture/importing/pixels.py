@@ -13,8 +13,6 @@ from PIL import Image, UnidentifiedImageError
 from palpate.capture.images import MILLIMETRE
 from palpate.capture.importing.recording import mismatch
 
-# Encoding of depth in the capture format, where its counts are not finer.
-DEPTH = MILLIMETRE
 # Floating-point depths [m].
 METRES = "32FC1"
 # What each encoding's numbers are, as what a capture keeps them, and OpenCV's way there.
@@ -26,9 +24,9 @@ RAW_FORMS = {
     "mono8": (np.uint8, 1, "mono8", None),
     "8UC1": (np.uint8, 1, "mono8", None),
     "bayer_rggb8": (np.uint8, 1, "bayer_rggb8", None),
-    "16UC1": (np.uint16, 1, DEPTH, None),
-    "mono16": (np.uint16, 1, DEPTH, None),
-    METRES: (np.float32, 1, DEPTH, None),
+    "16UC1": (np.uint16, 1, MILLIMETRE, None),
+    "mono16": (np.uint16, 1, MILLIMETRE, None),
+    METRES: (np.float32, 1, MILLIMETRE, None),
 }
 # Modes of Pillow for PNG and JPEG.
 FILE_FORMS = {"L": "mono8", "RGB": "rgb8", "RGBA": "rgba8", "I;16": "16UC1", "I": "16UC1"}
@@ -61,7 +59,7 @@ class Form:
     @property
     def kind(self) -> str:
         """``depth`` where the numbers are depths, else ``color``."""
-        return "depth" if self.stored == DEPTH else "color"
+        return "depth" if self.stored == MILLIMETRE else "color"
 
     def __str__(self) -> str:
         return f"{self.width_px} x {self.height_px} {self.encoding}"
@@ -75,7 +73,7 @@ class Form:
 def taken(kind: str) -> str:
     """Images that are taken as ``color``, or as ``depth``, in words."""
     depth = kind == "depth"
-    encodings = [name for name, form in RAW_FORMS.items() if (form[2] == DEPTH) == depth]
+    encodings = [name for name, form in RAW_FORMS.items() if (form[2] == MILLIMETRE) == depth]
     # JPEG holds no 16 bits.
     files = _either(FILE_KINDS[:1] if depth else FILE_KINDS)
     return f"Image of {_either(encodings)}, or CompressedImage of {files}"

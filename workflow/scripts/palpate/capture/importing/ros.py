@@ -54,14 +54,14 @@ class BagRecording:
     def __init__(self, request: Request, *, force: bool) -> None:
         self._path, self._request = request.recording, request
         with open_bag(self._path) as bag:
-            self._images = _image_topics(bag, request)
+            self._topics, self._forms = _image_topics(bag, request)
             self._wrench = _wrench_topic(bag, request) if force else None
 
     def survey(self) -> Content:
         """Look through the bag once; see `Recording`."""
-        images = {kind: topic for kind, (topic, _) in self._images.items()}
-        times_ns = {topic: array("q") for topic in (*images.values(), self._wrench) if topic}
-        wrench = array("d")
+        depth, wrench = self._topics["depth"], array("d")
+        wanted = (*self._topics.values(), self._wrench)
+        times_ns = {topic: array("q") for topic in wanted if topic}
         with open_bag(self._path) as bag:
             stated = sum(bag.topics()[topic].msgcount for topic in times_ns)
             messages = progress("looking", stated, bag.messages(times_ns))
@@ -71,56 +71,53 @@ class BagRecording:
                     wrench.extend(_wrench(message))
             if (count := sum(map(len, times_ns.values()))) != stated:
                 raise mismatch(f"{self._path}: messages", f"{stated}, as the bag states", count)
-            notes = _clock_notes(bag, images["color"])
+            notes = _clock_notes(bag, self._topics["color"])
             cameras = None if self._request.trust_sensor_file else self._cameras(bag)
             unit_m, said = self._request.depth_unit_m, "--depth-unit"
             if unit_m is None:
-                with named(self._path, shown(images["depth"])):
-                    unit_m, said = _depth_unit_m(bag, *self._images["depth"])
+                with named(self._path, shown(depth)):
+                    unit_m, said = _depth_unit_m(bag, depth, self._forms[depth])
         streams = (
-            Stream(shown(topic), form, np.array(times_ns[topic], dtype=np.int64))
-            for topic, form in self._images.values()
+            Stream(shown(topic), self._forms[topic], np.array(times_ns[topic], dtype=np.int64))
+            for topic in self._topics.values()
         )
         force, found = force_table(times_ns[self._wrench], wrench) if self._wrench else (None, ())
         return Content(*streams, unit_m, said, force, cameras, found + notes)
 
     def pictures(self) -> Iterator[tuple[str, int, NDArray]]:
         """All images one by one; see `Recording`."""
-        kinds = {topic: (kind, form) for kind, (topic, form) in self._images.items()}
-        counts = Counter()
+        kinds, counts = {topic: kind for kind, topic in self._topics.items()}, Counter()
         with open_bag(self._path) as bag:
             for topic, _, message in bag.messages(kinds):
-                kind, form = kinds[topic]
                 with named(self._path, shown(topic)):
-                    pixels = pixels_of(message, form)
-                yield kind, counts[kind], pixels
-                counts[kind] += 1
+                    pixels = pixels_of(message, self._forms[topic])
+                yield kinds[topic], counts[topic], pixels
+                counts[topic] += 1
 
     def _cameras(self, bag: Bag) -> dict | None:
         """Camera blocks of the sensor's file, or None if the bag has no optics."""
         infos = {
             kind: _info_topic(bag, topic, getattr(self._request, f"{kind}_info"))
-            for kind, (topic, _) in self._images.items()
+            for kind, topic in self._topics.items()
         }
         if None in infos.values():
             return None
         messages = {kind: bag.first(info) for kind, info in infos.items()}
         blocks = {}
-        for kind, (topic, form) in self._images.items():
+        for kind, topic in self._topics.items():
             with named(self._path, shown(infos[kind])):
-                blocks[kind] = camera_block(messages[kind], form, topic)
+                blocks[kind] = camera_block(messages[kind], self._forms[topic], topic)
         blocks["depth"]["color_from_depth"] = rows(self._color_from_depth(bag, messages))
         return blocks
 
     def _color_from_depth(self, bag: Bag, infos: Mapping[str, Any]) -> NDArray:
         color, depth = (infos[kind].header.frame_id for kind in ("color", "depth"))
-        topic, _ = self._images["depth"]
-        realsense = topic.endswith(REALSENSE_DATA)
+        realsense = self._topics["depth"].endswith(REALSENSE_DATA)
         if self._request.registered or (not realsense and color and color == depth):
             return np.eye(4)
         if realsense:
-            with named(self._path, shown(topic)):
-                return _realsense(bag, self._images["color"][0], topic)
+            with named(self._path, shown(self._topics["depth"])):
+                return _realsense(bag, **self._topics)
         topics = [name for name in bag.topics(TRANSFORMS) if name.endswith(STATIC)]
         found = [one for _, _, message in bag.messages(topics) for one in message.transforms]
         with named(self._path, STATIC):
@@ -137,8 +134,8 @@ def read_force_bag(path: Path, request: Request) -> ForceTable:
     return force_table(times_ns, wrench)
 
 
-def _image_topics(bag: Bag, request: Request) -> dict[str, tuple[str, Form]]:
-    """Topic of the ``color`` and of the ``depth`` images, and the form of its first image."""
+def _image_topics(bag: Bag, request: Request) -> tuple[dict[str, str], dict[str, Form]]:
+    """Topic of the ``color`` and of the ``depth`` images, and the form of each topic's first."""
     forms, others, found = {}, [], {"color": [], "depth": []}
     for topic in bag.topics(IMAGE, COMPRESSED):
         message = bag.first(topic)
@@ -152,10 +149,11 @@ def _image_topics(bag: Bag, request: Request) -> dict[str, tuple[str, Form]]:
     if coloured and not request.color:
         found["color"] = coloured
     none = _held_instead(bag, others)
-    for kind, topics in found.items():
-        topic = _chosen(bag, kind, topics, getattr(request, kind), taken(kind), none)
-        found[kind] = topic, forms[topic]
-    return found
+    chosen = {
+        kind: _chosen(bag, kind, topics, getattr(request, kind), taken(kind), none)
+        for kind, topics in found.items()
+    }
+    return chosen, forms
 
 
 def _held_instead(bag: Bag, others: Sequence[str]) -> str:
