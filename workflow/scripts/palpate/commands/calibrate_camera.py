@@ -14,6 +14,7 @@ from palpate.capture.importing.optics_files import read_optics
 from palpate.commands.help import add_verb, sure
 from palpate.config.probe import TargetFile
 from palpate.units import MILLIMETRES
+from palpate.vision import sensor_blocks
 from palpate.vision.board import Board, FlatBoard
 from palpate.vision.board_pictures import BoardPictures, read_pictures
 from palpate.vision.calibration import Calibration, calibrate_camera
@@ -22,13 +23,6 @@ from palpate.vision.calibration_report import camera_verdict, next_view, pair_ve
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 from palpate.vision.marker import board_of
 from palpate.vision.pair_calibration import PairCalibration, calibrate_pair
-from palpate.vision.sensor_blocks import (
-    camera_block,
-    depth_blocks,
-    opencv_text,
-    rectified,
-    stereo_blocks,
-)
 from palpate.yaml_files import load_yaml
 
 ABOUT = """\
@@ -74,7 +68,9 @@ def _camera(options: argparse.Namespace) -> None:
     if options.opencv is not None:
         if found.second_from_first is None:
             raise ValueError("--opencv: expected two cameras and their transform, found none")
-        write_text(options.opencv, opencv_text(found.cameras, found.second_from_first))
+        write_text(
+            options.opencv, sensor_blocks.opencv_text(found.cameras, found.second_from_first)
+        )
     head = {} if options.sensor is None else {"sensor": options.sensor}
     head |= {"kind": options.kind} if "depth" in blocks or "stereo" in blocks else {}
     text = yaml.safe_dump(head | blocks, sort_keys=False, default_flow_style=None, width=100)
@@ -138,7 +134,7 @@ def _of_files(options: argparse.Namespace) -> _Found:
     _check_kind(kind, len(cameras), f"the one camera of {names}")
     if stated.rectified and kind == "stereo":
         block, baseline_m = stated.rectified
-        blocks = stereo_blocks(camera_from_spec(block), baseline_m, "rgb8")
+        blocks = sensor_blocks.stereo_blocks(camera_from_spec(block), baseline_m, "rgb8")
         return _Found(report, blocks, cameras)
     if len(cameras) == 2 and transform is None:
         raise ValueError(f"{names}: transform: expected one for --kind depth, found none")
@@ -148,10 +144,12 @@ def _of_files(options: argparse.Namespace) -> _Found:
 def _blocks(cameras: Sequence, second_from_first: NDArray | None, kind: str, encoding: str) -> dict:
     """Blocks of a sensor's file; of one camera there is no kind."""
     if kind is None:
-        return {"color": camera_block(cameras[0], encoding)}
+        return {"color": sensor_blocks.camera_block(cameras[0], encoding)}
     if kind == "depth":
-        return depth_blocks(cameras, second_from_first, (encoding, "millimetre"))
-    return stereo_blocks(*rectified(cameras, second_from_first), encoding)
+        return sensor_blocks.depth_blocks(cameras, second_from_first, (encoding, "millimetre"))
+    return sensor_blocks.stereo_blocks(
+        *sensor_blocks.rectified(cameras, second_from_first), encoding
+    )
 
 
 def _board(options: argparse.Namespace) -> FlatBoard:
