@@ -228,7 +228,7 @@ def pair_fields(
     first, second = streams
     return {
         "cameras": {
-            name: camera_fields(found, missing[name])
+            name: _camera_fields(found, missing[name])
             for name, found in zip(streams, pair.cameras, strict=True)
         },
         f"{second}_from_{first}": pair.second_from_first.tolist(),
@@ -243,7 +243,7 @@ def pair_fields(
     }
 
 
-def camera_fields(found: Calibration, missing: Mapping[str, str]) -> dict:
+def _camera_fields(found: Calibration, missing: Mapping[str, str]) -> dict:
     """One camera, and what its views determine; `missing` has why views have no corners."""
     fit = found.fit
     return {
