@@ -238,7 +238,7 @@ def test_what_relaxes_is_no_offset():
     given = tap(0.02, rate_hz=12, stiffness=4e4, share=0.45, relaxation_s=(0.3, 3.0), noise_n=0.003)
     found = clock_offset(*given, prior_std_s=USB_CLOCK_STD_S)
     assert found.offset_s == pytest.approx(0.02, abs=3 * found.std_s)
-    assert found.std_s < 0.002
+    assert found.std_s < 0.003
 
 
 def test_a_force_that_does_not_follow_the_depth():
@@ -320,5 +320,5 @@ def test_a_quick_tap_is_told_where_its_right_time_is_likely(seed):
 
     given = {"way": way, "frames_s": np.arange(0, 3, 1 / 6)}
     check(seed, **given)
-    with pytest.raises(ValueError, match="expected the clock of frames.csv"):
+    with pytest.raises(ValueError, match="^force.csv: "):
         check(seed, late_s=0.9, **given)

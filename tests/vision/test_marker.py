@@ -230,7 +230,7 @@ def test_a_probe_is_tracked(probe, board):
     ("shown", "largest", "line"),
     [
         ("101", 0, "at most 0 frames at a time, found it lost in frames 1 to 1"),
-        ("1010001", 2, "at most 2 frames at a time, found it lost in frames 3 to 5"),
+        ("10001", 2, "at most 2 frames at a time, found it lost in frames 1 to 3"),
         ("00", 5, "within 0.25 px, found in none of 2 frames"),
         ("0101", 2, "first and last frame, found it lost in frame 0"),
         ("1010", 2, "first and last frame, found it lost in frame 3"),

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 from scipy.interpolate import Akima1DInterpolator, make_interp_spline
+from scipy.linalg import solve_banded
 from scipy.optimize import OptimizeResult, least_squares, nnls
 from scipy.signal import lfilter
 
@@ -207,25 +208,22 @@ def _followed(record: "_Record", time_s: NDArray, shapes: NDArray) -> tuple[floa
 
 def _depth_shapes(record: "_Record") -> NDArray:
     """Depths that the force may make of a soft object, each up to one, (k, m)."""
-    # What undoes a relaxation is its inverse filter.
-    unrelaxed = lfilter(*_relaxation(record.time_s, MOST_RELAXED)[::-1], record.force_n)
+    # Relaxation, in equal parts with each time, is a filter, and is undone by its inverse.
+    decays, rates = _decays(record.time_s)
+    kept = (1 - MOST_RELAXED) * np.poly(decays)
+    for rate, other in zip(rates, decays[::-1], strict=True):
+        kept = kept + MOST_RELAXED / len(decays) * rate * np.poly([1.0, other])
+    unrelaxed = lfilter(np.poly(decays), kept, record.force_n)
     forces = np.maximum([record.force_n, unrelaxed], PRESSED_DEVIATIONS * record.noise_n)
     shapes = np.concatenate([forces**power for power in POWERS])
     return shapes / shapes.max(axis=1, keepdims=True)
 
 
-def _relaxation(time_s: NDArray, share: float) -> tuple[NDArray, NDArray]:
-    """Filter of an elastic force of which a share relaxes, in equal parts with each time.
-
-    Each Maxwell element holds ``decay`` of its force from sample to sample, and takes up ``rate``
-    of a rise.
-    """
-    steps = (time_s[-1] - time_s[0]) / (len(time_s) - 1) / np.array(RELAXATION_S)
-    decays, rates = np.exp(-steps), -np.expm1(-steps) / steps
-    kept = (1 - share) * np.poly(decays)
-    for rate, other in zip(rates, decays[::-1], strict=True):
-        kept = kept + share / len(decays) * rate * np.poly([1.0, other])
-    return kept, np.poly(decays)
+def _decays(time_s: NDArray) -> tuple[NDArray, NDArray]:
+    """What each Maxwell element holds of its force from sample to sample, and takes of a rise."""
+    step, times = (time_s[-1] - time_s[0]) / (len(time_s) - 1), np.array(RELAXATION_S)
+    decays = np.exp(-step / times)
+    return decays, times / step * (1 - decays)
 
 
 def _informative(force_n: NDArray) -> NDArray:
@@ -325,7 +323,11 @@ class _Record:
         time_s = np.clip(self.time_s - offset * SCALE_S, *self.frame_time_s[[0, -1]])
         x = np.maximum(path(time_s) - contact * SCALE_M, 0)
         elastic = np.exp(stiffness) * x**1.5 * (1 + curvature * CURVATURE_STD_PER_M * x)
-        share, first = RELAXED + relaxed * RELAXED_STD, elastic[..., :1]
-        # Nothing is held of what was there at first.
-        force = lfilter(*_relaxation(self.time_s, share), elastic - first)
-        return (1 - share) * first + force + baseline * BASELINE_STD_N
+        share = (RELAXED + relaxed * RELAXED_STD) / len(RELAXATION_S)
+        force = elastic + baseline * BASELINE_STD_N
+        for decay, rate in zip(*_decays(self.time_s), strict=True):
+            # held[n] - decay held[n - 1] = rate (elastic[n] - elastic[n - 1])
+            bands = np.stack([np.ones(len(self.time_s)), np.full(len(self.time_s), -decay)])
+            entered = rate * np.diff(elastic, prepend=elastic[..., :1])
+            force = force - share * (elastic - solve_banded((1, 0), bands, entered.T).T)
+        return force
