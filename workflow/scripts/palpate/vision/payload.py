@@ -279,7 +279,8 @@ def _start(down: NDArray, wrench: NDArray) -> tuple[NDArray, NDArray]:
     x[WEIGHT] = sizes @ signs / ((down - middle) ** 2).sum()
     x[BIAS_N] = mean - x[WEIGHT] * turn @ middle
     # Torque is centre x weight + bias.
-    by_centre = np.cross(np.eye(3), x[WEIGHT] * (down @ turn.T)[:, None]).transpose(0, 2, 1)
+    weight = x[WEIGHT] * down @ turn.T
+    by_centre = np.cross(np.eye(3), weight[:, None]).transpose(0, 2, 1)
     rows = np.concatenate([by_centre, np.broadcast_to(np.eye(3), by_centre.shape)], axis=2)
     found = np.linalg.lstsq(rows.reshape(-1, 6), wrench[:, 3:].ravel(), rcond=None)[0]
     x[CENTRE], x[BIAS_NM] = np.split(found, 2)
