@@ -55,14 +55,14 @@ def recorded(root, sensor, probe, folder, stiffness_n_m):
 
 
 @pytest.fixture
-def ran(root, capsys):
+def ran(root, capfd):
     """Run a part of the command on a film: gives its status and what it shows."""
 
     def run(folder, *more):
         files = (root / "tests/sample/sensors/bumblebee.yaml", "--board")
         given = folder, "--sensor", *files, root / "config/probes/nano25_sphere.yaml", *more
         status = main(["calibrate", folder.name, *map(str, given)])
-        shown = capsys.readouterr()
+        shown = capfd.readouterr()
         return status, shown.err if status else shown.out
 
     return run

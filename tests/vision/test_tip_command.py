@@ -79,7 +79,7 @@ NEARER = "poses: expected the tip nearer to the board than to the camera, found 
     ("changed", "line"),
     [
         (lambda t: t.drop(columns="marker_qw"), "marker_qw: expected a column, found none"),
-        (lambda t: t.assign(marker_qw=0.1), "expected quaternions of length 1"),
+        (lambda t: t.assign(marker_qw=0.1), "marker_qx: expected quaternions of length 1"),
         (lambda t: t.loc[[5] * 20], "poses: expected the handle to turn"),
         (
             lambda t: t.assign(**(t[PLACES] * MILLIMETRES)),

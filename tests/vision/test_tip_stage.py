@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import yaml
+from palpate.__main__ import main
 from palpate.capture.experiments import check_experiment
 from palpate.capture.tables import read_frames, write_frames
 from virtual_lab.device import device_of
@@ -19,7 +20,6 @@ PIVOT = {
     "tremor_deg": 0.3,
     "camera": {"target_m": [0.0, 0.0, 0.11], "distance_m": 0.65, "elevation_deg": 30},
 }
-PART = "tip"
 SENSOR, PROBE = "tests/sample/sensors/bumblebee.yaml", "config/probes/nano25_sphere.yaml"
 
 
@@ -54,7 +54,7 @@ def found(stage, sensor, probe, tmp_path):
     return run
 
 
-def test_the_tip_is_found(recorded, found, given, sensor, root, tmp_path):
+def test_the_tip_is_found(recorded, found, sensor, root, tmp_path):
     """By the stage, and as well by the command."""
     folder, tip_m = recorded
     assert not check_experiment(folder, sensor)
@@ -64,8 +64,8 @@ def test_the_tip_is_found(recorded, found, given, sensor, root, tmp_path):
     off = told["tip_m"] - tip_m
     assert off @ np.linalg.solve(told["tip_covariance_m2"], off) < 20
     out = tmp_path / "by_command.json"
-    devices = "--sensor", root / SENSOR, "--board", root / PROBE
-    assert "12 poses" in given(folder, *devices, "--output", out)
+    given = folder, "--sensor", root / SENSOR, "--board", root / PROBE, "--output", out
+    assert main(["calibrate", "tip", *map(str, given)]) == 0
     assert json.loads(out.read_text()) == told
 
 

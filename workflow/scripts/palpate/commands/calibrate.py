@@ -87,7 +87,8 @@ def _calibrate(part: Callable[..., Found], options: argparse.Namespace) -> None:
         raise ValueError(f"{source}: source: expected {expected}, found none")
     if part is not _tip and source.is_dir() and not (source / FRAMES).is_file():
         raise ValueError(f"{source}: frames.csv: expected a film's, found none")
-    lines, fields = part(options, _probe(options))
+    with _naming(options):
+        lines, fields = part(options, _probe(options))
     print("\n".join(lines))
     if output is not None:
         write_text(output, json.dumps(fields, indent=1) + "\n")
@@ -103,12 +104,10 @@ def _tip(options: argparse.Namespace, probe: Mapping) -> Found:
     if recorded:
         table, sensor = _recording(options, probe, check_film)
         names, poses = [f"frame {k}" for k in table["frame"]], marker_transforms(table)
-        with _naming(source):
-            found = recorded_pivot(poses, names, board_of(probe["marker"]), sensor["color"])
+        found = recorded_pivot(poses, names, board_of(probe["marker"]), sensor["color"])
     else:
         names, poses, lost = read_poses(source, options.unit)
-        with _naming(source):
-            found = find_pivot(poses, names)
+        found = find_pivot(poses, names)
     lines = [f"{source}: {len(names)} poses, {found.kept.sum()} count", *_tip_lines(found)]
     if lost:
         lines.append(f"  left out, since the tracker lost its target: {', '.join(lost)}")
@@ -152,8 +151,7 @@ def _tip_blocks(found: Pivot, probe: Mapping) -> Iterator[str]:
 def _load(options: argparse.Namespace, probe: Mapping) -> Found:
     source = options.source
     up, poses = _up(options), _static_poses(options, probe)
-    with _naming(source):
-        found = find_payload(poses, up)
+    found = find_payload(poses, up)
     lines = [f"{source}: {len(poses.names)} poses, {found.kept.sum()} count", *_load_lines(found)]
     for name, (force_n, torque_nm) in found.left_out(poses.names).items():
         off = f"{force_n * MILLINEWTONS:.1f} mN and {torque_nm * MILLINEWTONS:.2g} mNm off"
@@ -202,12 +200,10 @@ def _stiffness(options: argparse.Namespace, probe: Mapping) -> Found:
                 raise ValueError(f"{options.board}: {key}: expected the probe's, found none")
         table, _ = _recording(options, probe, check_capture)
         read = f"{len(table)} frames that show the board"
-        with _naming(source):
-            columns = recorded_press(table, read_force(source), probe, Force(), **contact)
+        columns = recorded_press(table, read_force(source), probe, Force(), **contact)
     else:
         read, warned, columns = _columns(options)
-    with _naming(source):
-        found = find_compliance(*columns, **contact)
+    found = find_compliance(*columns, **contact)
     low, high = found.force_n
     lines = [
         f"{source}: {found.samples} samples in contact, {low:.2g} to {high:.2g} N",
@@ -222,9 +218,8 @@ def _stiffness(options: argparse.Namespace, probe: Mapping) -> Found:
 
 
 def _stiffness_lines(found: Compliance) -> Iterator[str]:
-    values = found.compliance_m_n, found.bow_m[0], found.gap_m[0]
-    errors = found.compliance_std_m_n, found.bow_m[1], found.gap_m[1]
-    way, bow, gap = (_sure([v], [e], MILLIMETRES) for v, e in zip(values, errors, strict=True))
+    pairs = (found.compliance_m_n, found.compliance_std_m_n), found.bow_m, found.gap_m
+    way, bow, gap = (sure(value * MILLIMETRES, error * MILLIMETRES) for value, error in pairs)
     yield f"  gives way by {way} mm per newton"
     yield f"  bows by {bow} mm"
     if isfinite(found.gap_m[0]):
@@ -254,22 +249,21 @@ def _static_poses(options: argparse.Namespace, probe: Mapping) -> StaticPoses:
     source = options.source
     if source.is_dir():
         table, _ = _recording(options, probe, check_capture)
-        with _naming(source):
-            return static_poses(table, read_force(source), probe)
+        return static_poses(table, read_force(source), probe)
     table = read_table(source)
     rows = [f"row {k}" for k in range(1, len(table) + 1)]
-    with _naming(source):
-        return StaticPoses(rows, turns_of(table), columns_of(table, WRENCH_COLUMNS))
+    return StaticPoses(rows, turns_of(table), columns_of(table, WRENCH_COLUMNS))
 
 
 @contextmanager
-def _naming(source: Path) -> Iterator[None]:
-    """Name the source in what is wrong with it."""
+def _naming(options: argparse.Namespace) -> Iterator[None]:
+    """Name the source in what is wrong, unless that begins with an option or another file."""
+    files = (str(value) for value in vars(options).values() if isinstance(value, Path))
     try:
         yield
     except ValueError as error:
-        named = str(error).startswith(str(source))
-        raise ValueError(f"{'' if named else f'{source}: '}{error}") from None
+        named = str(error).startswith(("--", *files))
+        raise ValueError(f"{'' if named else f'{options.source}: '}{error}") from None
 
 
 def _probe(options: argparse.Namespace) -> Mapping:
@@ -315,8 +309,7 @@ def _recording(
         raise ValueError(f"--board: expected the file of what {source} shows, found none")
     if lines := check(source, sensor):
         raise ValueError("\n".join(lines))
-    with _naming(source):
-        return board_followed(source, sensor, probe["marker"], ProbePose()), sensor
+    return board_followed(source, sensor, probe["marker"], ProbePose()), sensor
 
 
 def _up(options: argparse.Namespace) -> NDArray:

@@ -208,9 +208,7 @@ def _fitted(
 ) -> tuple[OptimizeResult, NDArray]:
     """Whitened least squares, and the rotation force_from_marker after which its turn comes."""
     _check_turn(down)
-    x = np.zeros(len(UNKNOWNS))
-    x[WEIGHT], start, x[BIAS_N] = _similar(down, wrench[:, :3])
-    x[CENTRE], x[BIAS_NM] = _levers(x[WEIGHT] * down @ start.T, wrench[:, 3:])
+    x, start = _start(down, wrench)
     scale = _noise(_residuals(x, down, start, wrench)) if noise is None else noise
 
     def whitened(x: NDArray) -> NDArray:
@@ -272,21 +270,21 @@ def _covariance(fit: OptimizeResult, *, known: bool) -> NDArray:
     return np.einsum("nci,c,ncj->ij", parts, variance, parts) * np.outer(wider, wider)
 
 
-def _similar(down: NDArray, force: NDArray) -> tuple[float, NDArray, NDArray]:
-    """Factor, rotation and shift that bring directions to forces (S. Umeyama, 1991, Eq. 40-42)."""
-    middle, mean = down.mean(axis=0), force.mean(axis=0)
-    left, sizes, right = np.linalg.svd((force - mean).T @ (down - middle))
+def _start(down: NDArray, wrench: NDArray) -> tuple[NDArray, NDArray]:
+    """Unknowns and rotation of the forces (S. Umeyama, 1991, Eq. 40-42), then of the torques."""
+    middle, mean = down.mean(axis=0), wrench[:, :3].mean(axis=0)
+    left, sizes, right = np.linalg.svd((wrench[:, :3] - mean).T @ (down - middle))
     signs = np.array([1, 1, np.linalg.det(left @ right)])
-    turn = left * signs @ right
-    factor = float(sizes @ signs / ((down - middle) ** 2).sum())
-    return factor, turn, mean - factor * turn @ middle
-
-
-def _levers(weight: NDArray, torque: NDArray) -> tuple[NDArray, NDArray]:
-    """Centre of mass and bias of torque = centre x weight + bias, linear least squares."""
+    turn, x = left * signs @ right, np.zeros(len(UNKNOWNS))
+    x[WEIGHT] = sizes @ signs / ((down - middle) ** 2).sum()
+    x[BIAS_N] = mean - x[WEIGHT] * turn @ middle
+    # Torque is centre x weight + bias.
+    weight = x[WEIGHT] * down @ turn.T
     by_centre = np.cross(np.eye(3), weight[:, None]).transpose(0, 2, 1)
     rows = np.concatenate([by_centre, np.broadcast_to(np.eye(3), by_centre.shape)], axis=2)
-    return np.split(np.linalg.lstsq(rows.reshape(-1, 6), torque.ravel(), rcond=None)[0], 2)
+    found = np.linalg.lstsq(rows.reshape(-1, 6), wrench[:, 3:].ravel(), rcond=None)[0]
+    x[CENTRE], x[BIAS_NM] = np.split(found, 2)
+    return x, turn
 
 
 def _residuals(x: NDArray, down: NDArray, start: NDArray, wrench: NDArray) -> NDArray:

@@ -110,9 +110,8 @@ class Pivot:
         lean = min(factor, max(1, FARTHEST_DEG / self.turn_deg[0]))
         frames = ceil(self.kept.sum() * (factor / lean) ** 2)
         if frames > MOST_FRAMES:
-            return (
-                f"tip: not {told}: {MOST_FRAMES} frames would not tell it: bring the board nearer"
-            )
+            todo = f"{MOST_FRAMES} frames would not tell it: bring the board nearer"
+            return f"tip: not {told}: {todo}"
         todo = f"lean it {lean:.1f} times as far" if lean > 1.05 else "lean it as far"
         return f"tip: not {told}: {todo}, in {frames} frames"
 
@@ -254,8 +253,8 @@ def _fit(
     groups = np.ones((len(poses), 1)) if inside is None else np.column_stack([~inside, inside])
     shifts = poses[:, :3, 3].ravel()
     rows = np.hstack([poses[:, :3, :3].reshape(-1, 3), -np.kron(groups, np.eye(3))])
-    root = np.repeat(np.sqrt(weights.astype(float)), 3)
-    inverse = np.linalg.pinv(root[:, None] * rows) * root
+    weighted = np.repeat(weights, 3)[:, None] * rows
+    inverse = np.linalg.solve(weighted.T @ rows, weighted.T)
     found = -inverse @ shifts
     off = (rows @ found + shifts).reshape(-1, 3)
     return found.reshape(-1, 3), off, inverse.reshape(-1, 3, *off.shape)
