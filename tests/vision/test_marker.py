@@ -215,7 +215,7 @@ def test_a_probe_is_tracked(probe, board):
     """Between two frames that show it the board moves evenly."""
     moved = POSES[0].copy()
     moved[0, 3] += 0.01
-    images = [picture(board, pose) for pose in (POSES[0], moved)]
+    images = [fine(board, pose) for pose in (POSES[0], moved)]
     table = tracked([images[0], BLANK, images[1]], probe, 1)
     assert table["detected"].tolist() == [1, 0, 1]
     tips = np.stack([(pose @ marker_from_tip(probe))[:3, 3] for pose in (POSES[0], moved)])
