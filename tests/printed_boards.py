@@ -11,18 +11,19 @@ MARGIN, BACKGROUND = 0.75, 110
 STEP, SUPERSAMPLING, LENS_BLUR_PX = 80, 4, 0.5
 
 
-def picture(board, pose, camera=CAMERA, margin=MARGIN, step=STEP, scale=SUPERSAMPLING):
+def picture(board, pose, camera=CAMERA):
     """A board by its homography, supersampled and through a lens, on grey (uint8)."""
     (left, top), (right, bottom) = board.outline_m / board.unit_m
-    x = np.arange(left - margin, right + margin, 1 / step) + 0.5 / step
-    y = np.arange(top - margin, bottom + margin, 1 / step) + 0.5 / step
+    x = np.arange(left - MARGIN, right + MARGIN, 1 / STEP) + 0.5 / STEP
+    y = np.arange(top - MARGIN, bottom + MARGIN, 1 / STEP) + 0.5 / STEP
     u, v = np.meshgrid(x, y)
     white = board.print.at(u.ravel(), v.ravel()).reshape(u.shape)
     white[(u < left) | (u > right) | (v < top) | (v > bottom)] = 1
     texture = LEVELS[0] + (LEVELS[1] - LEVELS[0]) * white
-    side = board.unit_m / step
+    side = board.unit_m / STEP
     to_board = np.array([[side, 0, x[0] * board.unit_m], [0, side, y[0] * board.unit_m], [0, 0, 1]])
     projection = camera.matrix @ pose[:3, [0, 1, 3]]
+    scale = SUPERSAMPLING
     finer = np.array([[scale, 0, (scale - 1) / 2], [0, scale, (scale - 1) / 2], [0, 0, 1]])
     size = (camera.width_px * scale, camera.height_px * scale)
     big = cv2.warpPerspective(

@@ -1,7 +1,6 @@
 """Pose of rendered boards with known pose."""
 
 from dataclasses import replace
-from functools import partial
 
 import cv2
 import numpy as np
@@ -21,9 +20,25 @@ SENSOR = {
     "color": vars(CAMERA) | {"encoding": "mono8"},
     "marker": {"reprojection_threshold_px": 0.25},
 }
-# Whose corners and edges are as exact as the poses that are asked of them.
-fine = partial(picture, margin=0.8, step=100, scale=6)
+STEP, MARGIN, SUPERSAMPLING, LENS_BLUR_PX = 100, 80, 6, 0.5
 BLANK = np.full((CAMERA.height_px, CAMERA.width_px), 120, np.uint8)
+
+
+def fine(board, pose):
+    """A checkerboard whose edges are as exact as the poses that are asked of them."""
+    white = np.kron(board.print.white, np.ones((STEP, STEP)))
+    texture = 25.0 + 205.0 * np.pad(white, MARGIN, constant_values=1)
+    square, scale = board.unit_m / STEP, SUPERSAMPLING
+    offset = (MARGIN + STEP - 0.5) * square
+    to_board = np.array([[square, 0, -offset], [0, square, -offset], [0, 0, 1]])
+    finer = np.array([[scale, 0, (scale - 1) / 2], [0, scale, (scale - 1) / 2], [0, 0, 1]])
+    size = (CAMERA.width_px * scale, CAMERA.height_px * scale)
+    whole = finer @ (CAMERA.matrix @ pose[:3, [0, 1, 3]]) @ to_board
+    border = {"borderMode": cv2.BORDER_CONSTANT, "borderValue": 110}
+    big = cv2.warpPerspective(texture, whole, size, **border)
+    big = cv2.GaussianBlur(big, (0, 0), LENS_BLUR_PX * scale)
+    small = cv2.resize(big, (CAMERA.width_px, CAMERA.height_px), interpolation=cv2.INTER_AREA)
+    return np.clip(np.round(small), 0, 255).astype(np.uint8)
 
 
 def pose_of(rotation_vector, shift):
