@@ -1,8 +1,7 @@
 """Where the board is looked for in the next frame."""
 
 import numpy as np
-from palpate.vision import marker
-from palpate.vision.marker import MARGIN, CornerFollower, expected_region
+from palpate.vision.marker import MARGIN, expected_region
 
 
 def corners_at(x, y):
@@ -23,26 +22,3 @@ def test_where_the_board_should_be_next():
     assert (cut.x0, cut.y1) == (0, 400)
     assert expected_region(corners_at(700, 100), None, (400, 600)) is None
     assert expected_region(corners_at(200, -200), None, (400, 600)) is None
-
-
-def test_a_board_is_followed_until_it_is_lost(monkeypatch):
-    """After a lost frame it is looked for where it was last."""
-    frames = iter([corners_at(200, 100), corners_at(210, 100), None, corners_at(240, 100)])
-    regions = []
-
-    def find(grey, board, region):
-        regions.append(region)
-        return next(frames, None)
-
-    monkeypatch.setattr(marker, "find_corners", find)
-    follow, grey = CornerFollower(None), np.zeros((400, 600), np.uint8)
-    for _ in range(5):
-        follow(grey)
-    expected = [
-        None,
-        expected_region(corners_at(200, 100), None, grey.shape),
-        expected_region(corners_at(210, 100), corners_at(200, 100), grey.shape),
-        expected_region(corners_at(210, 100), None, grey.shape),
-        expected_region(corners_at(240, 100), corners_at(210, 100), grey.shape),
-    ]
-    assert regions == expected

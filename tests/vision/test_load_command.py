@@ -45,7 +45,7 @@ def table(tmp_path, probe):
 def test_a_table(table, given, tmp_path, devices, probe):
     out = tmp_path / "load.json"
     text = given(table, *VERTICAL, *devices[2:], "--output", out)
-    assert "mass: told, to" in text and "rotation: told, to" in text
+    assert "mass: determined, to" in text and "rotation: determined, to" in text
     blocks = yaml.safe_load(text[text.index("\nload:") : text.index("written")])
     assert blocks["load"]["mass_kg"] == pytest.approx(LOAD["mass_kg"], abs=3e-4)
     np.testing.assert_allclose(

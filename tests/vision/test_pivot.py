@@ -89,7 +89,7 @@ def slid(poses, step_m):
             turned_handle(lean_deg=0, spin_deg=40),
             [
                 "26.8 about one axis and 0.1 about others",
-                "along (0.00, 0.34, 0.94) of the board is not told",
+                "along (0.00, 0.34, 0.94) of the board is not determined",
             ],
         ),
         (

@@ -33,7 +33,7 @@ def test_a_table(table, given, tmp_path):
     out = tmp_path / "stiffness.json"
     text = given(table(), "--output", out)
     assert "samples in contact, 0.5" in text
-    assert "  stiffness: told, to " in text
+    assert "  stiffness: determined, to " in text
     found = json.loads(out.read_text())
     assert abs(found["stiffness_n_m"] - 2e4) < 4 * found["stiffness_std_n_m"]
     block = yaml.safe_load(text[text.index("\nstiffness_n_m:") : text.index("written")])
@@ -58,7 +58,7 @@ def test_other_columns_and_units(table, given):
 def test_a_handle_of_steel_is_left_out_of_the_file(table, given, tmp_path):
     out = tmp_path / "stiffness.json"
     text = given(table(1e7), "--output", out)
-    assert "stiffness: not told, stiffer than " in text
+    assert "stiffness: not determined, stiffer than " in text
     assert "N/m (95 %): leave it out of the probe's file" in text
     assert "\nstiffness_n_m" not in text
     found = json.loads(out.read_text())
@@ -94,7 +94,7 @@ def test_weights_on_paper(given, tmp_path):
     assert "gives way by 0.050000 +- 0.000010 mm per newton" in text
     assert "0.00000 +- 0.00010 mm" in text
     assert "residual: 0 mm" in text
-    assert "stiffness: told, to 4 N/m" in text
+    assert "stiffness: determined, to 4 N/m" in text
     assert text.endswith("stiffness_n_m: 20000\ncompliance_std_m_n: 1.0e-08\n")
 
 

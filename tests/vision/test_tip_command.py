@@ -32,7 +32,7 @@ def test_matrices_of_another_program(root, given, tmp_path):
     text = given(root / "tests/real/pivot", "--unit", "mm", "--output", out)
     assert "57 poses, 56 count" in text
     assert "left out: 1378476440277091200: 12.5 mm off" in text
-    assert "tip: not told, to 1.2 mm" in text
+    assert "tip: not determined, to 1.2 mm" in text
     found = json.loads(out.read_text())
     assert found["tip_m"][1] * MILLIMETRES == pytest.approx(394.634, abs=1.5)
     assert list(found["left_out_m"]) == ["1378476440277091200"]
@@ -41,7 +41,7 @@ def test_matrices_of_another_program(root, given, tmp_path):
 def test_a_table(table, given, tmp_path, root):
     text = given(table, "--board", root / "config/probes/nano25_sphere.yaml")
     assert "200 poses, 200 count" in text
-    assert "tip: told, to" in text
+    assert "tip: determined, to" in text
     rows = yaml.safe_load(text[text.index("force_from_tip") :])
     probe = yaml.safe_load((root / "config/probes/nano25_sphere.yaml").read_text())
     tip = np.array(probe["marker_from_force"]) @ np.array(rows["force_from_tip"])

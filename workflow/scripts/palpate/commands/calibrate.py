@@ -258,11 +258,12 @@ def _static_poses(options: argparse.Namespace, probe: Mapping) -> StaticPoses:
 @contextmanager
 def _naming(options: argparse.Namespace) -> Iterator[None]:
     """Name the source in what is wrong, unless that begins with an option or another file."""
-    files = (str(value) for value in vars(options).values() if isinstance(value, Path))
+    files = [str(value) for value in vars(options).values() if isinstance(value, Path)]
+    marks = ("--", *(f"{file}{mark}" for file in files for mark in (":", "/")))
     try:
         yield
     except ValueError as error:
-        named = str(error).startswith(("--", *files))
+        named = str(error).startswith(marks)
         raise ValueError(f"{'' if named else f'{options.source}: '}{error}") from None
 
 

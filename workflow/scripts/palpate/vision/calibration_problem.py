@@ -152,11 +152,10 @@ class Problem:
 
     def distances(self) -> NDArray:
         """Of found and projected corners, (views, cameras, n) [px]; NaN if they don't count."""
-        off = [
-            [self._projected(view, camera)[0] for camera in range(len(self.terms))]
-            for view in range(len(self.names))
-        ]
-        return np.linalg.norm(np.reshape(off, self.corners_px.shape), axis=-1)
+        off = np.full(self.corners_px.shape, np.nan)
+        for view, camera in np.argwhere(self.seen):
+            off[view, camera] = self._projected(view, camera)[0]
+        return np.linalg.norm(off, axis=-1)
 
     def errors(self) -> NDArray:
         """Root mean square distances of views that all cameras see, (views, cameras) [px]."""

@@ -208,7 +208,7 @@ def _followed(record: "_Record", time_s: NDArray, shapes: NDArray) -> tuple[floa
 
 def _depth_shapes(record: "_Record") -> NDArray:
     """Depths that the force may make of a soft object, each up to one, (k, m)."""
-    # Relaxation, in equal parts with each time, is a filter, and is undone by its inverse.
+    # Relaxation, in equal parts with each of two times, is a filter, undone by its inverse.
     decays, rates = _decays(record.time_s)
     kept = (1 - MOST_RELAXED) * np.poly(decays)
     for rate, other in zip(rates, decays[::-1], strict=True):

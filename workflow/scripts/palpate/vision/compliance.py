@@ -103,12 +103,12 @@ class Compliance:
         if self.determined:
             sure = self.compliance_std_m_n <= LARGEST_STD_M_N
             more = "" if sure else ": press harder, or more often"
-            return f"stiffness: told, to {digits(self.std_n_m)} N/m{more}"
+            return f"stiffness: determined, to {digits(self.std_n_m)} N/m{more}"
         enough = "leave it out of the probe's file"
         if self.least_n_m < STIFF_N_M:
-            enough += f"; to tell whether it is above {STIFF_N_M:g}, press harder or more often"
+            enough += f"; to know whether it is above {STIFF_N_M:g}, press harder or more often"
         stiffer = f"stiffer than {digits(self.least_n_m)} N/m (95 %)"
-        return f"stiffness: not told, {stiffer}: {enough}"
+        return f"stiffness: not determined, {stiffer}: {enough}"
 
     def fields(self, probe: str | None) -> dict:
         """What stiffness.json says, of a probe by its name where that is known."""

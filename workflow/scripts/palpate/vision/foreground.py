@@ -116,7 +116,8 @@ class Classifier:
         )
         pixels = self.model.channels(image)
         # Labels count the core's pixels in the order of their rows.
-        front = pixels[core == 1][label[rim] - 1].astype(np.float32)
+        deeper = np.flatnonzero(core)[label[rim] - 1]
+        front = pixels.reshape(-1, pixels.shape[-1])[deeper].astype(np.float32)
         behind = self.model.mean[rim]
         step = front - behind
         share = ((pixels[rim] - behind) * step).sum(axis=1)

@@ -71,8 +71,10 @@ def _smooth(
     time_s: NDArray, values: NDArray, std: NDArray, acceleration_std_m_s2: float
 ) -> NDArray:
     """One coordinate under white acceleration; NaN among the values are gaps."""
+    if not (measured := np.isfinite(values)).any():
+        raise ValueError("values: expected at least one measurement, found none")
     # Nothing is known before the first measurement: a metre, and a metre a second.
-    state, covariance = np.array([values[np.isfinite(values)][0], 0.0]), np.eye(2)
+    state, covariance = np.array([values[measured][0], 0.0]), np.eye(2)
     forward = []
     for step, value, deviation in zip(np.diff(time_s, prepend=time_s[0]), values, std, strict=True):
         F = np.array([[1.0, step], [0.0, 1.0]])

@@ -15,7 +15,7 @@ MARGIN = 0.9
 
 
 def board_of(marker: Mapping) -> FlatBoard:
-    """Make the target that a ``marker`` block, as `palpate.config.probe.TargetSpec`, describes."""
+    """Make the target of a ``marker`` block that `palpate.config.probe.TargetSpec` has checked."""
     tagged = {"charuco": charuco, "aprilgrid": april_grid}
     if make := tagged.get(marker.get("kind")):
         return make(marker)

@@ -103,16 +103,19 @@ class Payload:
         return hypot(radians(self.turn_std_deg), LEVEL_STD_RAD)
 
     @property
-    def verdict(self) -> Iterator[str]:
-        """Whether the poses determine each part."""
+    def verdict(self) -> tuple[str, ...]:
+        """Whether the poses determine each part, a line each."""
+        return tuple(self._verdict())
+
+    def _verdict(self) -> Iterator[str]:
         worst_m = float(self.std[CENTRE].max())
-        for part, told, how in (
+        for part, determined, how in (
             ("mass", self.std[0] <= MASS_KG, f"{self.std[0] * 1e3:.2g} g"),
             ("centre of mass", worst_m <= CENTRE_M, f"{worst_m * MILLIMETRES:.2g} mm"),
             ("rotation", self.turn_std_deg <= TURN_DEG, f"{self.turn_std_deg:.2g} degrees"),
         ):
-            more = "" if told else ": hold it longer, in more poses that differ more"
-            yield f"{part}: {'' if told else 'not '}told, to {how}{more}"
+            more = "" if determined else ": hold it longer, in more poses that differ more"
+            yield f"{part}: {'' if determined else 'not '}determined, to {how}{more}"
         gains, std = _gains(self.weight_n[self.kept], self.residuals[self.kept, :3])
         apart = gains - np.median(gains)
         worst = int(np.argmax(np.abs(apart)))

@@ -99,21 +99,21 @@ class Pivot:
     def verdict(self) -> str:
         """Whether the tip is determined, and else what would determine it."""
         std_m, optics_m = largest_std(self.covariance), self.optics_std_m
-        told = f"told, to {std_m * MILLIMETRES:.2g} mm in the direction that is told least"
+        how = f"determined, to {std_m * MILLIMETRES:.2g} mm in the worst direction"
         if std_m <= LARGEST_STD_M:
-            return f"tip: {told}"
+            return f"tip: {how}"
         if optics_m >= LARGEST_STD_M:
             only = f"{optics_m * MILLIMETRES:.2g} mm are the optics' alone"
-            return f"tip: not {told}: {only}: calibrate the camera"
+            return f"tip: not {how}: {only}: calibrate the camera"
         # A deviation goes down with the turn, and with the square root of the number of frames.
         factor = np.sqrt((std_m**2 - optics_m**2) / (LARGEST_STD_M**2 - optics_m**2))
         lean = min(factor, max(1, FARTHEST_DEG / self.turn_deg[0]))
         frames = ceil(self.kept.sum() * (factor / lean) ** 2)
         if frames > MOST_FRAMES:
-            todo = f"{MOST_FRAMES} frames would not tell it: bring the board nearer"
-            return f"tip: not {told}: {todo}"
+            todo = f"{MOST_FRAMES} frames would not determine it: bring the board nearer"
+            return f"tip: not {how}: {todo}"
         todo = f"lean it {lean:.1f} times as far" if lean > 1.05 else "lean it as far"
-        return f"tip: not {told}: {todo}, in {frames} frames"
+        return f"tip: not {how}: {todo}, in {frames} frames"
 
     def left_out(self, names: Sequence[str]) -> dict[str, float]:
         """Frames that were left out, and how far off they are [m]."""
@@ -316,7 +316,7 @@ def _check_turn(rotations: NDArray) -> None:
         along = ", ".join(f"{value:.2f}" for value in axis)
         found = (
             f"{middle:.1f} about one axis and {least:.1f} about others (root mean square): the"
-            f" tip's place along ({along}) of the board is not told"
+            f" tip's place along ({along}) of the board is not determined"
         )
     raise ValueError(
         f"poses: expected the handle to turn by {LEAST_TURN_DEG:g} degrees or more, found {found};"
