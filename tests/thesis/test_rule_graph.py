@@ -31,6 +31,19 @@ def test_every_rule_and_what_others_read_of_it_is_shown_in_a_place_of_its_own():
     style.plt.close("all")
 
 
-def test_a_rule_without_a_place():
-    with pytest.raises(ValueError, match="rules: expected camera_calibration, .* found despeckle"):
-        figure_1_1([*RULES, rule("despeckle", "preprocess")])
+def test_rules_that_only_some_runs_have_get_a_place_too():
+    more = [rule("tip", "calibration"), rule("load", "calibration")]
+    with style.journal():
+        figure = figure_1_1([*RULES, *more])
+    places = {text.get_text(): text.get_position() for text in figure.axes[0].texts}
+    assert places["tip"] != places["load"] and places["tip"][0] == places["load"][0]
+    style.plt.close("all")
+
+
+@pytest.mark.parametrize(
+    ("rules", "line"),
+    [([], "at least one, found none"), ([rule("mask", "preprocess", ["lost"])], "found lost")],
+)
+def test_what_cannot_be_drawn(rules, line):
+    with pytest.raises(ValueError, match=f"rules: expected .*{line}"):
+        figure_1_1(rules)

@@ -143,4 +143,4 @@ def test_a_tip_that_the_file_has_elsewhere(table, given, tmp_path, probe):
 def test_no_film_is_asked_for_that_none_makes():
     found = find_pivot(turned_handle(), range(200))
     said = replace(found, covariance=found.covariance * 50**2).verdict
-    assert "1000 frames would not tell it: bring the board nearer" in said
+    assert "1000 frames would not determine it: bring the board nearer" in said

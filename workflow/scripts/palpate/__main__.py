@@ -50,7 +50,8 @@ def _parser(first: list[str]) -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="command", title="commands")
-    for name in [name for name in VERBS if name in first] or VERBS:
+    wanted = [name for name in VERBS if name in first]
+    for name in wanted or (VERBS if first != ["--version"] else ()):
         import_module(f"palpate.commands.{MODULES.get(name, name)}").add(commands)
     return parser
 

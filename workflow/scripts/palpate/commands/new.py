@@ -67,16 +67,18 @@ def _new(options: argparse.Namespace) -> None:
     depth = {"depth": {"encoding": encoding}} if encoding else {}
     marker = {"marker": {"kind": options.board}} if options.board != BOARDS[0] else {}
     template = {"template": {"file": "template.ply"}}
-    files = {
-        sensors / f"{sensor}.yaml": {"sensor": sensor, "kind": options.kind, **depth},
-        probes / f"{options.probe}.yaml": {"probe": options.probe, **marker},
-        path: {"object": options.object, "probe": options.probe, **template},
-    }
+    files = [
+        (sensors / f"{sensor}.yaml", {"sensor": sensor, "kind": options.kind, **depth}),
+        (probes / f"{options.probe}.yaml", {"probe": options.probe, **marker}),
+        (path, {"object": options.object, "probe": options.probe, **template}),
+    ]
+    if files[0][0] == files[1][0]:
+        raise ValueError(f"--probe: expected a file apart from the sensor's, found {files[0][0]}")
     # The object's comes last: what came before a failure is there already when one tries again.
-    for (file, known), kind in zip(files.items(), ("sensor", "probe", "object"), strict=True):
+    for (file, known), kind in zip(files, ("sensor", "probe", "object"), strict=True):
         lines.append(_written(file, kind, known))
     (folder / sensor).mkdir(exist_ok=True)
-    blanks = [str(file) for file in files if FILL_IN in file.read_text()]
+    blanks = [str(file) for file, _ in files if FILL_IN in file.read_text()]
     print("\n".join([*lines, *_next_steps(folder, folder / sensor, blanks)]))
 
 

@@ -20,7 +20,8 @@ STAGES = {
     "hertz": ("Hertz\nmodel", ORANGE, 5, 1),
     "elasticity": ("error\nminimisation", "#CC79A7", 6, 1),
 }
-# Column and row of each rule: a row below all that it reads.
+# Column and row of each rule: a row below all that it reads. Others, like those that calibrate a
+# probe, get the next free row of their stage's first column.
 PLACES = {
     "camera_calibration": (0, 0),
     "background_model": (1, 0),
@@ -72,10 +73,13 @@ def figure_1_1(rules: Sequence[Mapping]) -> Figure:
     Raises
     ------
     ValueError
-        If one has no place in the figure.
+        If there is none, or one reads what none of them writes.
     """
-    if unknown := {rule["rule"] for rule in rules} - set(PLACES):
-        raise ValueError(f"rules: expected {', '.join(PLACES)}, found {min(unknown)}")
+    reads = {rule["rule"]: set(rule["reads"]) for rule in rules}
+    if unknown := set().union(*reads.values()) - set(reads):
+        raise ValueError(f"rules: expected known rules, found {min(unknown)}")
+    if not rules:
+        raise ValueError("rules: expected at least one, found none")
     figure = plt.figure(figsize=(PAGE_IN, ROW_IN * (DEPTH + 1.6)))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(-0.06, WIDTH + 0.06), ylim=(DEPTH + 1.08, -0.52))
@@ -84,8 +88,12 @@ def figure_1_1(rules: Sequence[Mapping]) -> Figure:
         lane = (start + 0.02, -0.42), width - 0.04, DEPTH + 0.98
         axes.add_patch(Rectangle(*lane, fc=colour, alpha=0.09))
         axes.text(start + width / 2, -0.22, title, weight="bold", fontsize=NAME, **CENTRED)
-    places = {name: (column + 0.5, row + 0.5) for name, (column, row) in PLACES.items()}
-    reads = {rule["rule"]: set(rule["reads"]) for rule in rules}
+    cells = dict(PLACES)
+    for rule in rules:
+        _, _, column, _ = STAGES[rule["stage"]]
+        free = ((column, row) for row in range(DEPTH) if (column, row) not in cells.values())
+        cells.setdefault(rule["rule"], next(free))
+    places = {name: (column + 0.5, row + 0.5) for name, (column, row) in cells.items()}
     direct = direct_edges(reads)
     for name, others in reads.items():
         for other in sorted(others):

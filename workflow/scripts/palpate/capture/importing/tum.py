@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.capture.importing.bags import LARGEST_BYTES
 from palpate.capture.importing.optics import NO_DISTORTION, plain_block, rows
 from palpate.capture.importing.pixels import file_form, file_pixels
 from palpate.capture.importing.recording import (
@@ -45,7 +46,7 @@ class TumRecording:
             self._files[kind], times_ns = _listed(path / name)
             first = self._files[kind][0]
             with named(first):
-                form = file_form(first.read_bytes())
+                form = file_form(_content(first))
                 if form.kind != kind:
                     expected = "16-bit depth" if kind == "depth" else "colour or grey"
                     raise mismatch(kind, expected, form.encoding)
@@ -67,8 +68,14 @@ class TumRecording:
         for kind, files in self._files.items():
             for index, file in enumerate(files):
                 with named(file):
-                    pixels = file_pixels(file.read_bytes(), self._streams[kind].form)
+                    pixels = file_pixels(_content(file), self._streams[kind].form)
                 yield kind, index, pixels
+
+
+def _content(file: Path) -> bytes:
+    if (size := file.stat().st_size) > LARGEST_BYTES:
+        raise mismatch("size", f"at most {LARGEST_BYTES} bytes", size)
+    return file.read_bytes()
 
 
 def is_tum(path: Path) -> bool:
