@@ -170,6 +170,7 @@ POSES = {"few": held_free(5), "alike": held_free()[[3] * 12], "spun": about_the_
         ("alike", 1, 0, UP, "found 0.0 (root mean square); hold it with the tip down"),
         ("spun", 1, 0, UP, "expected the vertical to turn"),
         ("all", 0, noisy(held_free(), 1) - readings(held_free()), UP, "where readings are off by"),
+        ("all", 0, 0, UP, "found forces that never change"),
         ("all", [1, 1, 1, 1e3, 1e3, 1e3], 0, UP, LONG),
         ("all", [-1, 1, 1, 1, 1, 1], 0, UP, UNEXPLAINED),
         ("all", -1, 0, UP, UNEXPLAINED),

@@ -211,6 +211,8 @@ def _fitted(
 ) -> tuple[OptimizeResult, NDArray]:
     """Whitened least squares, and the rotation force_from_marker after which its turn comes."""
     _check_turn(down)
+    if not np.ptp(wrench[:, :3], axis=0).any():
+        raise ValueError("force: expected the weight of a load, found forces that never change")
     x, start = _start(down, wrench)
     scale = _noise(_residuals(x, down, start, wrench)) if noise is None else noise
 
