@@ -154,7 +154,7 @@ class Problem:
         """Of found and projected corners, (views, cameras, n) [px]; NaN if they don't count."""
         off = np.full(self.corners_px.shape, np.nan)
         for view, camera in np.argwhere(self.seen):
-            off[view, camera] = self._projected(view, camera)[0]
+            off[view, camera] = self._projected(view, camera)[0].reshape(-1, 2)
         return np.linalg.norm(off, axis=-1)
 
     def errors(self) -> NDArray:
