@@ -51,8 +51,7 @@ def _material(path: Path, sensor: str | None) -> Material:
             estimate = path.parent / row["sensor"] / "direct.json"
         return material_of(row, estimate)
     except KeyError as error:
-        of = estimate or f"{path}: columns"
-        raise ValueError(f"{of}: expected {error}, found none") from None
+        raise ValueError(f"{path}: columns: expected {error}, found none") from None
     except ValueError as error:
         of_estimate = estimate and str(error).startswith(str(estimate))
         raise ValueError(f"{error}" if of_estimate else f"{path}: {error}") from None
