@@ -108,13 +108,16 @@ def test_coarse_tables_press_nearly_as_hard_as_the_lab(stiffer):
 
 
 def test_recommended_intervals_hold_the_truth(found, stiffer):
+    """Of five estimates at 95 % one misses by chance in two draws of nine, two in one of forty."""
     rows = found[found["recommended"]]
     assert len(rows) == 5
     by = rows["object"].map(stiffer)
+    held = {"poisson_ratio": rows["poisson_ratio_covered"].astype(bool)}
     for name in (name for name in LABELS if name.endswith("_pa")):
         low, high = (by * rows[name.replace("_pa", f"_{end}_pa")] for end in ("low", "high"))
-        assert rows[f"true_{name}"].between(low, high).all(), name
-    assert rows["poisson_ratio_covered"].all()
+        held[name] = rows[f"true_{name}"].between(low, high)
+    held = pd.DataFrame(held).set_index(pd.MultiIndex.from_frame(rows[["object", "sensor"]]))
+    assert (~held.all(axis=1)).sum() <= 1, held.to_string()
 
 
 @pytest.mark.parametrize("name", BANDS)
