@@ -107,17 +107,28 @@ def test_coarse_tables_press_nearly_as_hard_as_the_lab(stiffer):
     assert stiffer.between(0.98, 1.15).all()
 
 
-def test_recommended_intervals_hold_the_truth(found, stiffer):
-    """Of five estimates at 95 % one misses by chance in two draws of nine, two in one of forty."""
-    rows = found[found["recommended"]]
-    assert len(rows) == 5
-    by = rows["object"].map(stiffer)
-    held = {"poisson_ratio": rows["poisson_ratio_covered"].astype(bool)}
-    for name in (name for name in LABELS if name.endswith("_pa")):
-        low, high = (by * rows[name.replace("_pa", f"_{end}_pa")] for end in ("low", "high"))
-        held[name] = rows[f"true_{name}"].between(low, high)
-    held = pd.DataFrame(held).set_index(pd.MultiIndex.from_frame(rows[["object", "sensor"]]))
-    assert (~held.all(axis=1)).sum() <= 1, held.to_string()
+# With this draw of scans E by the Bumblebee2, 158 to 249 kPa, misses 250: the chance that is in a
+# template of few triangles is no part of its interval.
+SHORT = pytest.mark.xfail(reason="the ball's interval leaves out its template's own error")
+
+
+@pytest.mark.parametrize(
+    ("name", "sensor"),
+    [
+        ("ear", "bumblebee"),
+        pytest.param("foam_ball", "bumblebee", marks=SHORT),
+        ("foam_ball", "kinect"),
+        ("foam_block", "bumblebee"),
+        ("foam_block", "kinect"),
+    ],
+)
+def test_recommended_intervals_hold_the_truth(found, stiffer, name, sensor):
+    of_these = (found["object"] == name) & (found["sensor"] == sensor)
+    (row,) = found[found["recommended"] & of_these].to_dict("records")
+    for of in (label.removesuffix("_pa") for label in LABELS if label.endswith("_pa")):
+        low, high = (stiffer[name] * row[f"{of}_{end}_pa"] for end in ("low", "high"))
+        assert low <= row[f"true_{of}_pa"] <= high, of
+    assert row["poisson_ratio_covered"]
 
 
 @pytest.mark.parametrize("name", BANDS)
