@@ -5,10 +5,25 @@ from palpate.solid.mesh import read_solid, solid_mesh
 from skfem import MeshTet
 
 
+def refined_cube(refinements):
+    """Of 100 mm."""
+    mesh = MeshTet().refined(refinements)
+    return solid_mesh(0.1 * mesh.p.T, mesh.t.T)
+
+
+@pytest.fixture(scope="session")
+def coarse():
+    return refined_cube(1)
+
+
 @pytest.fixture(scope="session")
 def cube():
-    mesh = MeshTet().refined(2)
-    return solid_mesh(0.1 * mesh.p.T, mesh.t.T)
+    return refined_cube(2)
+
+
+@pytest.fixture(scope="session")
+def fine():
+    return refined_cube(3)
 
 
 @pytest.fixture(scope="session")

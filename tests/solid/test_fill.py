@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from palpate.solid.fill import (
-    SUPPORT_NODES,
-    edge_field,
-    support_edge,
-    supported_area,
-    tetrahedralise,
-)
+from palpate.solid import fill
 from palpate.solid.mesh import SolidMesh, quadratic, read_solid, refine_near, solid_mesh
 from palpate.solid.quality import (
     check_surface,
@@ -22,36 +16,36 @@ from palpate.solid.quality import (
 from palpate.solid.support import Support
 from virtual_lab.ear import ear_distance
 
-# Wanted nodes of the study's meshes and what must hold of each.
-KEPT = {"foam_block": 1201, "simulated_block": 265}
+
+def on_the_table(mesh):
+    """Number of nodes of the surface that the study's support holds."""
+    return np.count_nonzero(np.abs(mesh.nodes_m[mesh.surface_nodes(), 2]) < 1e-3)
+
+
+BLOCK = trimesh.creation.box((0.598, 0.150, 0.0475)).apply_translation([0, 0, 0.0475 / 2])
+# Of its laser scans.
+BALL = trimesh.creation.icosphere(5, radius=0.0614).apply_translation([0, 0, 0.0614])
+# The study's meshes: their surface, wanted nodes, and what must hold of volume, gap [m], radius
+# ratios, dihedral angles and nodes on the table.
+KEPT = {
+    "foam_block": (BLOCK, 1201, 1e-3, 2e-4, 0.3, 0, 0),
+    "simulated_block": (BLOCK, 265, 1e-3, 2e-4, 0.3, 0, 0),
+    "foam_ball": (BALL, 642, 0.025, 0.001, 0.15, 10, 6),
+}
 
 
 @pytest.mark.parametrize("name", KEPT)
-def test_kept_blocks(root, name):
+def test_kept_blocks_and_ball(root, name):
     mesh = read_solid(root / f"config/meshes/{name}.vtu")
-    box = trimesh.creation.box((0.598, 0.150, 0.0475))
-    box.apply_translation([0, 0, 0.0475 / 2])
-    quality = mesh_quality(mesh, box.vertices, box.faces)
-    assert quality.nodes == pytest.approx(KEPT[name], rel=0.03)
-    assert quality.volume_m3 == pytest.approx(0.598 * 0.150 * 0.0475, rel=1e-3)
-    assert quality.largest_gap_m < 2e-4
-    assert quality.least_radius_ratio > 0.3
+    surface, nodes, volume, gap_m, ratio, dihedral_deg, held = KEPT[name]
+    quality = mesh_quality(mesh, surface.vertices, surface.faces)
+    assert quality.nodes == pytest.approx(nodes, rel=0.03)
+    assert quality.volume_m3 == pytest.approx(surface.volume, rel=volume)
+    assert quality.largest_gap_m < gap_m
+    assert quality.least_radius_ratio > ratio
+    assert quality.least_dihedral_deg > dihedral_deg
     assert not len(cutting_triangles(mesh.nodes_m, mesh.surface_triangles()))
-
-
-def test_kept_ball(root):
-    """Fills the template of its laser scans."""
-    mesh = read_solid(root / "config/meshes/foam_ball.vtu")
-    ball = trimesh.creation.icosphere(subdivisions=5, radius=0.0614)
-    ball.apply_translation([0, 0, 0.0614])
-    quality = mesh_quality(mesh, ball.vertices, ball.faces)
-    assert quality.nodes == pytest.approx(642, rel=0.03)
-    assert quality.volume_m3 == pytest.approx(ball.volume, rel=0.025)
-    assert quality.largest_gap_m < 0.001
-    assert quality.least_radius_ratio > 0.15
-    assert quality.least_dihedral_deg > 10
-    assert not len(cutting_triangles(mesh.nodes_m, mesh.surface_triangles()))
-    assert on_the_table(mesh) >= 6
+    assert on_the_table(mesh) >= held
 
 
 def test_kept_ear(root):
@@ -69,16 +63,11 @@ def test_kept_ear(root):
     assert off.mean() < 0.0003
 
 
-def on_the_table(mesh):
-    """Number of nodes of the surface that the study's support holds."""
-    return np.count_nonzero(np.abs(mesh.nodes_m[mesh.surface_nodes(), 2]) < 1e-3)
-
-
 @pytest.mark.long
 def test_tetrahedralise_meets_the_count_and_the_surface():
     surface = trimesh.creation.box((0.3, 0.15, 0.05))
     # Turned inside out, it is turned back.
-    mesh = tetrahedralise(surface.vertices, surface.faces[:, ::-1], vertices=700)
+    mesh = fill.tetrahedralise(surface.vertices, surface.faces[:, ::-1], vertices=700)
     assert isinstance(mesh, SolidMesh)
     # fTetWild draws at random: the count is that of the nearest of a few fills.
     assert len(mesh.nodes_m) == pytest.approx(700, rel=0.3)
@@ -87,22 +76,18 @@ def test_tetrahedralise_meets_the_count_and_the_surface():
     assert gap <= 1e-3 * np.linalg.norm(surface.extents)
 
 
-def test_a_surface_that_so_few_nodes_cannot_keep_to():
-    ball = trimesh.creation.icosphere(subdivisions=3, radius=0.05)
-    with pytest.raises(
-        ValueError, match=r"largest_gap_m: expected at least 0\.\d+ m with 300 nodes, found 1e-05 m"
-    ):
-        tetrahedralise(ball.vertices, ball.faces, vertices=300, largest_gap_m=1e-5)
-
-
-def test_surfaces_that_nothing_can_fill():
+def test_surfaces_that_nothing_or_so_few_nodes_cannot_fill():
     ball = trimesh.creation.icosphere(subdivisions=2, radius=0.05)
     with pytest.raises(ValueError, match="expected a closed surface, found .* open edges"):
-        tetrahedralise(ball.vertices, ball.faces[:-1], vertices=300)
+        fill.tetrahedralise(ball.vertices, ball.faces[:-1], vertices=300)
     pushed = ball.vertices.copy()
     pushed[7] *= -1.2
     with pytest.raises(ValueError, match=r"does not cut itself, found triangles \d+ and \d+"):
-        tetrahedralise(pushed, ball.faces, vertices=300)
+        fill.tetrahedralise(pushed, ball.faces, vertices=300)
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=0.05)
+    line = r"largest_gap_m: expected at least 0\.\d+ m with 300 nodes, found 1e-05 m"
+    with pytest.raises(ValueError, match=line):
+        fill.tetrahedralise(ball.vertices, ball.faces, vertices=300, largest_gap_m=1e-5)
 
 
 def test_self_intersection_is_told_from_touching():
@@ -175,47 +160,28 @@ def test_refinement_keeps_the_body_and_reaches_the_edge_length(block):
         refine_near(quadratic(block), point, radius_m=0.02, edge_m=0.007)
 
 
-RADIUS_M = 0.05
-
-
-@pytest.fixture(scope="module")
-def ball():
-    """Ball that stands on the plane z = 0 with the middle of a triangle."""
-    surface = trimesh.creation.icosphere(subdivisions=2, radius=RADIUS_M)
-    turn = trimesh.geometry.align_vectors(surface.triangles_center[0], [0, 0, -1])
-    surface.apply_transform(turn)
-    surface.apply_translation([0, 0, -surface.bounds[0, 2]])
-    return surface
-
-
 def table(tolerance_m, normal=(0, 0, 2)):
     return Support(np.zeros(3), np.array(normal, dtype=float), tolerance_m)
 
 
-def test_area_of_a_cap_and_of_a_box():
-    fine = trimesh.creation.icosphere(subdivisions=6, radius=RADIUS_M)
-    fine.apply_translation([0, 0, RADIUS_M])
+def test_nodes_of_the_edge_on_the_area_of_a_cap_and_of_a_box():
+    fine = trimesh.creation.icosphere(6, radius=0.05).apply_translation([0, 0, 0.05])
     # Archimedes: as much as the cylinder around it.
-    cap = 2 * np.pi * RADIUS_M * 0.004
-    assert supported_area(fine, table(0.004)) == pytest.approx(cap, rel=2e-3)
-    box = trimesh.creation.box((0.1, 0.2, 0.05))
-    box.apply_translation([0, 0, 0.025])
+    assert fill.supported_area(fine, table(0.004)) == pytest.approx(
+        2 * np.pi * 0.05 * 0.004, rel=2e-3
+    )
+    box = trimesh.creation.box((0.1, 0.2, 0.05)).apply_translation([0, 0, 0.025])
     expected = 0.1 * 0.2 + 0.003 * 2 * (0.1 + 0.2)
     for normal in ((0, 0, 2), (0, 0, -1)):
-        assert supported_area(box, table(0.003, normal)) == pytest.approx(expected)
+        assert fill.supported_area(box, table(0.003, normal)) == pytest.approx(expected)
+    edge = fill.support_edge(box, table(1e-6))
+    assert 0.1 * 0.2 / (edge**2 * 3**0.5 / 2) == pytest.approx(fill.SUPPORT_NODES, rel=1e-3)
+    assert fill.support_edge(box.apply_translation([0, 0, 0.1]), table(0.001)) == np.inf
 
 
-def test_edge_puts_the_wanted_nodes_on_the_area():
-    box = trimesh.creation.box((0.1, 0.2, 0.05))
-    box.apply_translation([0, 0, 0.025])
-    edge = support_edge(box, table(1e-6))
-    assert 0.1 * 0.2 / (edge**2 * 3**0.5 / 2) == pytest.approx(SUPPORT_NODES, rel=1e-3)
-    box.apply_translation([0, 0, 0.1])
-    assert support_edge(box, table(0.001)) == np.inf
-
-
-def test_field_grows_from_the_support_and_covers_the_surface(ball):
-    field = edge_field(ball.vertices, table(0.001), support_edge_m=0.004, edge_m=0.02)
+def test_field_grows_from_the_support_and_covers_the_surface():
+    ball = trimesh.creation.icosphere(2, radius=0.05).apply_translation([0, 0, 0.05])
+    field = fill.edge_field(ball.vertices, table(0.001), support_edge_m=0.004, edge_m=0.02)
     nodes = field["bg_vertices"]
     heights = np.abs(nodes[:, 2])
     assert field["bg_values"] == pytest.approx(np.minimum(0.004 + heights, 0.02))

@@ -1,21 +1,18 @@
-"""The indentation table's interpolation, its mirror image and its file."""
+"""The indentation table: interpolation, mirror images, its file, and the script that makes it."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import trimesh
-from palpate.estimate.direct.table import force_table, sample_table
-from palpate.solid.indentation_table import (
-    IndentationModel,
-    image_table,
-    load_indentation,
-    ratio_weights,
-    save_indentation,
-)
+import yaml
+from palpate.estimate.direct.table import force_table
+from palpate.solid import indentation_table
 from palpate.solid.load_steps import POISSON_RATIOS, depth_steps, indentation_model
+from palpate.solid.mesh import write_solid
 from palpate.solid.options import first_images, greatest_ratio
 from palpate.solid.support import Support
+from settings import full
 
 RATIOS = np.array(POISSON_RATIOS)
 
@@ -30,7 +27,7 @@ def model():
     depth = depth_steps(0.009, 0.001)
     force = hertz(depth, RATIOS[:, None])
     move = (1 + RATIOS[:, None, None, None]) * depth[:, None, None] * rng.normal(size=(4, 3))
-    return IndentationModel(
+    return indentation_table.IndentationModel(
         point_m=np.array([0.01, 0.02, 0.03]),
         direction=np.array([0.0, 0.6, -0.8]),
         radius_m=0.006,
@@ -58,18 +55,18 @@ def test_force_between_the_table_s_places(model, nu):
     found = table.force(depth, nu, 0)
     assert found == pytest.approx(hertz(depth, nu), rel=3e-3)
     assert table.force(depth, nu, 1) == pytest.approx(2 * found)
+    assert table.force(-0.001, nu, 1) == 0
 
 
-def test_weights_and_slopes_are_those_of_polynomials():
+def test_weights_are_those_of_polynomials_up_to_incompressibility():
+    """Force on a bonded layer (Dimitriadis 2002, to the second power of chi)."""
     ratios = np.array([0.0, 0.15, 0.3, 0.42, 0.49])
-    weights, slopes = ratio_weights(ratios, 0.29)
+    weights, slopes = indentation_table.ratio_weights(ratios, 0.29)
     assert weights @ ratios**4 == pytest.approx(0.29**4, rel=1e-9)
     assert slopes @ ratios**4 == pytest.approx(4 * 0.29**3, rel=1e-9)
-    assert ratio_weights(ratios, 0.3)[0] == pytest.approx([0, 0, 1, 0, 0], abs=1e-10)
-
-
-def test_polynomials_go_on_to_incompressibility():
-    """Force on a bonded layer (Dimitriadis 2002, to the second power of chi)."""
+    assert indentation_table.ratio_weights(ratios, 0.3)[0] == pytest.approx(
+        [0, 0, 1, 0, 0], abs=1e-10
+    )
 
     def force(nu, chi=0.2):
         a = -(1.2876 - 1.4678 * nu + 1.3442 * nu**2) / (1 - nu)
@@ -77,57 +74,22 @@ def test_polynomials_go_on_to_incompressibility():
 
     ratios = np.array([0.0, 0.2, 0.37, 0.49])
     assert greatest_ratio(ratios) == 0.4999
-    assert ratio_weights(ratios, 0.4999)[0] @ force(ratios) == pytest.approx(
+    assert indentation_table.ratio_weights(ratios, 0.4999)[0] @ force(ratios) == pytest.approx(
         force(0.4999), rel=2e-3
     )
     assert greatest_ratio(ratios[:-1]) == 0.37
 
 
-def test_before_the_touch_nothing_moves(model):
-    table = sample_table(model, model.surface_rest_m, np.eye(4, 3))
-    assert table.force(-0.001, 0.3, 1) == 0
-    assert np.abs(table.motion(np.array([-0.001]), 0.3, 1, np.zeros(2)).motion_m).max() < 1e-12
-
-
-def test_mirror_image_twice_is_the_model(model):
-    box = trimesh.creation.box((0.2, 0.1, 0.04))
-    surface = box.vertices + [0.1, 0.2, 0.02], box.faces
-    support = Support(np.array([0.1, 0.2, 0.0]), np.array([0.0, 0.0, 1.0]), 1e-3)
-    once = image_table(model, support, surface, [[3, 0, 0]])
-    twice = image_table(once, support, surface, [[1, 0, 0]])
-    assert once.point_m[0] - 0.1 == pytest.approx(0.1 - model.point_m[0])
-    assert once.direction[0] == pytest.approx(-model.direction[0])
-    for name, wanted in vars(model).items():
-        if name not in ("laws", "radius_m"):
-            assert np.allclose(getattr(twice, name), wanted, rtol=1e-6, atol=1e-8)
-
-
-def test_the_table_of_a_point_in_two_mirrors(model):
-    box = trimesh.creation.box((0.2, 0.1, 0.04))
-    surface = box.vertices + [0.1, 0.2, 0.02], box.faces
-    support = Support(np.array([0.1, 0.2, 0.0]), np.array([0.0, 0.0, 1.0]), 1e-3)
-    found = image_table(model, support, surface, [[2, 0, 0], [0, 1, 0]])
-    assert found.point_m == pytest.approx([0.19, 0.38, 0.03])
-    assert found.direction == pytest.approx([0.0, -0.6, -0.8])
-    assert np.array_equal(found.force_per_modulus_m2, model.force_per_modulus_m2)
-    move = model.surface_displacement_m * [-1, -1, 1]
-    assert found.surface_displacement_m == pytest.approx(move, rel=1e-6)
-    lopsided = surface[0] * [1, 1.03, 1]
-    for template, normal in ((surface[0], [1, 1, 0]), (lopsided, [0, 1, 0])):
-        with pytest.raises(ValueError, match="mirrors: expected planes in which the template"):
-            image_table(model, support, (template, box.faces), [normal])
-
-
 def test_file_keeps_the_model(model, tmp_path):
-    save_indentation(tmp_path / "a.npz", model)
-    found = load_indentation(tmp_path / "a.npz")
+    indentation_table.save_indentation(tmp_path / "a.npz", model)
+    found = indentation_table.load_indentation(tmp_path / "a.npz")
     for name, wanted in vars(model).items():
         assert np.array_equal(getattr(found, name), wanted), name
-    save_indentation(tmp_path / "b.npz", found)
+    indentation_table.save_indentation(tmp_path / "b.npz", found)
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
 
 
-def test_bad_arguments(model):
+def test_bad_arguments_and_files(model, tmp_path):
     with pytest.raises(ValueError, match="laws neo_hookean, blatz_ko, found neo_hookean"):
         force_table(replace(model, laws=("neo_hookean",)))
     with pytest.raises(ValueError, match="deepest_m: expected above 1.5 steps of 0.001 m"):
@@ -140,20 +102,44 @@ def test_bad_arguments(model):
                 deepest_m=0.006,
                 poisson_ratios=ratios,
             )
-
-
-def test_bad_files(model, tmp_path):
     path = tmp_path / "a.npz"
     path.write_bytes(b"nothing")
     with pytest.raises(ValueError, match="a.npz: file: expected an indentation table"):
-        load_indentation(path)
+        indentation_table.load_indentation(path)
     arrays = vars(model) | {"laws": np.array(model.laws)}
     np.savez(path, **{name: arrays[name] for name in arrays if name != "depth_m"})
     with pytest.raises(ValueError, match="a.npz: depth_m: expected an array, found none"):
-        load_indentation(path)
-    save_indentation(path, replace(model, poisson_ratios=RATIOS[:2]))
+        indentation_table.load_indentation(path)
+    indentation_table.save_indentation(path, replace(model, poisson_ratios=RATIOS[:2]))
     with pytest.raises(ValueError, match="a.npz: force_per_modulus_m2: expected shape"):
-        load_indentation(path)
+        indentation_table.load_indentation(path)
+
+
+def test_mirror_images_of_a_table(model):
+    """Twice in a mirror is the table itself, and once in each of two a point's across both."""
+    box = trimesh.creation.box((0.2, 0.1, 0.04))
+    vertices = box.vertices + [0.1, 0.2, 0.02]
+    support = Support(np.array([0.1, 0.2, 0.0]), np.array([0.0, 0.0, 1.0]), 1e-3)
+
+    def image(of, *normals, template=vertices):
+        return indentation_table.image_table(of, support, (template, box.faces), list(normals))
+
+    once = image(model, [3, 0, 0])
+    assert once.point_m[0] - 0.1 == pytest.approx(0.1 - model.point_m[0])
+    assert once.direction[0] == pytest.approx(-model.direction[0])
+    twice = image(once, [1, 0, 0])
+    for name, wanted in vars(model).items():
+        if name not in ("laws", "radius_m"):
+            assert np.allclose(getattr(twice, name), wanted, rtol=1e-6, atol=1e-8)
+    found = image(model, [2, 0, 0], [0, 1, 0])
+    assert found.point_m == pytest.approx([0.19, 0.38, 0.03])
+    assert found.direction == pytest.approx([0.0, -0.6, -0.8])
+    assert np.array_equal(found.force_per_modulus_m2, model.force_per_modulus_m2)
+    move = model.surface_displacement_m * [-1, -1, 1]
+    assert found.surface_displacement_m == pytest.approx(move, rel=1e-6)
+    for template, normal in ((vertices, [1, 1, 0]), (vertices * [1, 1.03, 1], [0, 1, 0])):
+        with pytest.raises(ValueError, match="mirrors: expected planes in which the template"):
+            image(model, normal, template=template)
 
 
 GRID = {
@@ -162,29 +148,77 @@ GRID = {
     "03": {"position_m": [0.1, 0.05, 0.04]},
     "04": {"position_m": [0.0, 0.05, 0.04]},
 }
-SUPPORT = {"plane_point_m": [0, 0, 0]}
+SLANTED = {"points": GRID | {"02": GRID["02"] | {"direction": [0.1, 0, -1]}}}
 
 
-def test_without_mirrors_each_point_is_its_own():
-    assert first_images({"points": GRID, "support": SUPPORT}) == {n: (n, []) for n in GRID}
+@pytest.mark.parametrize(
+    ("spec", "images"),
+    [
+        ({}, {}),
+        ({"mirrors": [[2, 0, 0], [0, 1, 0]]}, {"02": ("01", [0]), "03": ("01", [0, 1])}),
+        # The mirror lies where the support says, and there nothing is symmetrical to another.
+        ({"support": {"plane_point_m": [0.05, 0, 0]}, "mirrors": [[1, 0, 0]]}, {"04": ("03", [0])}),
+        # One of its own direction has no images.
+        (SLANTED | {"mirrors": [[1, 0, 0]]}, {}),
+    ],
+)
+def test_points_that_are_images_of_others(spec, images):
+    known = {"points": GRID, "support": {"plane_point_m": [0, 0, 0]}}
+    own = {name: (name, []) for name in GRID}
+    assert first_images(known | spec) == own | images
 
 
-def test_images_in_one_and_two_mirrors():
-    spec = {"points": GRID, "support": SUPPORT, "mirrors": [[2, 0, 0], [0, 1, 0]]}
-    assert first_images(spec) == {
-        "01": ("01", []),
-        "02": ("01", [0]),
-        "03": ("01", [0, 1]),
-        "04": ("04", []),
-    }
+SIZE, RADIUS, TOP = 0.1, 0.02, [0.05, 0.05, 0.1]
 
 
-def test_mirrors_lie_where_the_support_says():
-    spec = {"points": GRID, "support": {"plane_point_m": [0.05, 0, 0]}, "mirrors": [[1, 0, 0]]}
-    assert first_images(spec)["02"] == ("02", [])
+@pytest.fixture
+def press(root, stage, tmp_path, cube):
+    """Run the script for a cube."""
+    box = trimesh.creation.box((SIZE, SIZE, SIZE)).apply_translation([SIZE / 2] * 3)
+    box.export(tmp_path / "template.ply")
+    write_solid(tmp_path / "solid.vtu", cube)
+    config = full(root)["direct"]["model"]
+    coarse = {"edge_m": 0.012, "growth": 1.0, "refine_radius_m": 0.03, "step_m": 0.001}
+    few = {"poisson_ratios": [0.2, 0.3], "deepest_m": 0.002}
+
+    def run(point="01", support=None, **options):
+        plane = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 0.001}
+        content = {
+            "template": {"unit": "m"},
+            "support": plane | (support or {}),
+            "points": {"01": {"position_m": TOP}, "02": {"position_m": [0.05, 0.05, 0.12]}},
+        }
+        (tmp_path / "object.yaml").write_text(yaml.safe_dump(content))
+        names = {"object": "object.yaml", "template": "template.ply", "solid": "solid.vtu"}
+        inputs = {name: tmp_path / file for name, file in names.items()} | {"image": None}
+        params = {"mirrors": [], "probe": {"indenter": {"radius_m": RADIUS}}}
+        params["options"] = config | coarse | few | options
+        given = {"params": params, "wildcards": {"object": "cube", "point": point}}
+        return stage("indentation", inputs=inputs, outputs={"model": "model.npz"}, **given)
+
+    return run
 
 
-def test_a_press_of_its_own_direction_has_no_images():
-    slanted = GRID | {"02": GRID["02"] | {"direction": [0.1, 0, -1]}}
-    spec = {"points": slanted, "support": SUPPORT, "mirrors": [[1, 0, 0]]}
-    assert first_images(spec)["02"] == ("02", [])
+def test_table_of_a_cube(press, tmp_path):
+    assert press() is None
+    model = indentation_table.load_indentation(tmp_path / "model.npz")
+    assert model.laws == ("neo_hookean", "blatz_ko")
+    assert model.depth_m[-1] == pytest.approx(0.002)
+    assert model.point_m == pytest.approx(TOP, abs=1e-6)
+    hertz = 4 / 3 / (1 - 0.25**2) * np.sqrt(RADIUS) * 0.002**1.5
+    assert 0.8 < force_table(model).force(0.002, 0.25, law=1) / hertz < 1.4
+    log = (tmp_path / "log.txt").read_text()
+    assert "blatz_ko, Poisson's ratio 0.3:" in log
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"point": "07"}, "object.yaml: points: expected one of 01, 02, found 07"),
+        ({"point": "02"}, "object.yaml: point_m: expected within 0.005 m of the surface"),
+        ({"deepest_m": 0.15}, "object.yaml: deepest_m: expected above 0 and below the thickness"),
+        ({"support": {"plane_normal": [0, 0, 0]}}, "object.yaml: support.plane_normal: expected"),
+    ],
+)
+def test_bad_input(press, change, message):
+    assert message in press(**change)

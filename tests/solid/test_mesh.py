@@ -33,22 +33,7 @@ def test_surface_is_closed_and_outward(cube, order):
     assert np.array_equal(mesh.surface_nodes(), np.flatnonzero(outside))
 
 
-def test_quadratic_elements_have_their_middles_in_order(cube):
-    mesh = quadratic(cube)
-    assert np.array_equal(mesh.corners, cube.tetrahedra)
-    ends = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
-    for column, (i, j) in enumerate(ends, start=4):
-        middle = mesh.nodes_m[mesh.corners[:, [i, j]]].mean(axis=1)
-        assert np.allclose(mesh.nodes_m[mesh.tetrahedra[:, column]], middle, atol=1e-15)
-    faces = mesh.surface_faces()
-    for column, (i, j) in enumerate([(0, 1), (1, 2), (2, 0)], start=3):
-        middle = mesh.nodes_m[faces[:, [i, j]]].mean(axis=1)
-        assert np.allclose(mesh.nodes_m[faces[:, column]], middle, atol=1e-15)
-    with pytest.raises(ValueError, match="mesh: expected four-node elements, found ten-node"):
-        quadratic(mesh)
-
-
-def test_elements_that_overlap_are_named(cube):
+def test_elements_that_overlap_or_are_curved_are_named(cube):
     nodes = cube.nodes_m.copy()
     inner = np.setdiff1d(np.arange(len(nodes)), cube.surface_nodes())[0]
     nodes[inner] += [0.06, 0.0, 0.0]
@@ -58,9 +43,14 @@ def test_elements_that_overlap_are_named(cube):
     outside = np.append(cube.nodes_m, [[0.3, 0.2, 0.1]], axis=0)
     with pytest.raises(ValueError, match="overlap"):
         solid_mesh(outside, np.append(cube.tetrahedra, [third, third[[1, 0, 2, 3]]], axis=0))
+    fine = quadratic(cube)
+    nodes = fine.nodes_m.copy()
+    nodes[-1] += 1e-3
+    with pytest.raises(ValueError, match=r"middle of straight edges, found element \d+"):
+        solid_mesh(nodes, fine.tetrahedra)
 
 
-def test_bad_elements_are_refused(cube):
+def test_bad_elements_and_other_files_are_rejected(cube, tmp_path):
     nodes, elements = cube.nodes_m, cube.tetrahedra
     with pytest.raises(ValueError, match="expected volumes, found element 1 without one"):
         solid_mesh(nodes, _with_flat(elements))
@@ -72,32 +62,8 @@ def test_bad_elements_are_refused(cube):
         solid_mesh(np.append(nodes, [[0, 0, 0]], axis=0), elements)
     with pytest.raises(ValueError, match="nodes_m: expected numbers, found NaN"):
         solid_mesh(nodes * np.nan, elements)
-
-
-def _with_flat(elements):
-    return np.insert(elements, 1, elements[0, [0, 1, 2, 2]], axis=0)
-
-
-def test_curved_sides_are_refused(cube):
-    fine = quadratic(cube)
-    nodes = fine.nodes_m.copy()
-    nodes[-1] += 1e-3
-    with pytest.raises(ValueError, match=r"middle of straight edges, found element \d+"):
-        solid_mesh(nodes, fine.tetrahedra)
-
-
-@pytest.mark.parametrize("order", [1, 2])
-def test_file_round_trip_with_the_same_bytes(cube, tmp_path, order):
-    mesh = cube if order == 1 else quadratic(cube)
-    for name in "ab":
-        write_solid(tmp_path / f"{name}.vtu", mesh)
-    assert (tmp_path / "a.vtu").read_bytes() == (tmp_path / "b.vtu").read_bytes()
-    again = read_solid(tmp_path / "a.vtu")
-    assert np.array_equal(again.nodes_m, mesh.nodes_m)
-    assert np.array_equal(again.tetrahedra, mesh.tetrahedra)
-
-
-def test_other_files_are_refused(cube, tmp_path):
+    with pytest.raises(ValueError, match="mesh: expected four-node elements, found ten-node"):
+        quadratic(quadratic(cube))
     path = tmp_path / "surface.vtu"
     meshio.write(path, meshio.Mesh(cube.nodes_m, [("triangle", cube.surface_triangles())]))
     with pytest.raises(ValueError, match=r"surface.vtu: cells: expected tetrahedra of one kind"):
@@ -109,3 +75,18 @@ def test_other_files_are_refused(cube, tmp_path):
     path.write_text("something else")
     with pytest.raises(ValueError, match=r"surface.vtu: file: expected a VTU mesh, found none"):
         read_solid(path)
+
+
+def _with_flat(elements):
+    return np.insert(elements, 1, elements[0, [0, 1, 2, 2]], axis=0)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_file_round_trip_with_the_same_bytes(cube, tmp_path, order):
+    mesh = cube if order == 1 else quadratic(cube)
+    for name in "ab":
+        write_solid(tmp_path / f"{name}.vtu", mesh)
+    assert (tmp_path / "a.vtu").read_bytes() == (tmp_path / "b.vtu").read_bytes()
+    again = read_solid(tmp_path / "a.vtu")
+    assert np.array_equal(again.nodes_m, mesh.nodes_m)
+    assert np.array_equal(again.tetrahedra, mesh.tetrahedra)

@@ -39,7 +39,7 @@ def spoked_ball(level):
     return quadratic(spokes_of(ball)), ball
 
 
-def test_sphere_s_facets_come_near_it_with_the_fourth_power_of_their_edges():
+def test_sphere_s_facets_come_near_it_with_the_fourth_power_and_a_box_keeps_its_sides():
     errors = []
     for level in (2, 3, 4):
         ball = trimesh.creation.icosphere(level, radius=0.06)
@@ -49,9 +49,6 @@ def test_sphere_s_facets_come_near_it_with_the_fourth_power_of_their_edges():
     order = np.polyfit(np.arange(3), -np.log2(errors), 1)[0]
     assert order > 3.5
     assert errors[0] < 1e-4
-
-
-def test_box_keeps_its_sides_and_edges():
     box = trimesh.creation.box((0.1, 0.2, 0.05)).subdivide()
     points = flat_points(box)
     found = smooth_of(box).nearest(points)
@@ -68,19 +65,6 @@ def test_refined_ball_comes_nearer_to_its_sphere():
     ]
     assert away[1] < 0.05 * away[0]
     assert bent.volume_m3 > mesh.volume_m3
-
-
-def test_solid_on_its_surface_stays(block):
-    corners = trimesh.creation.box(bounds=[block.nodes_m.min(axis=0), block.nodes_m.max(axis=0)])
-    smooth = smooth_of(corners)
-    assert bent_to(block, smooth) is block
-
-
-def test_solid_far_from_the_surface_is_refused(block):
-    small = trimesh.creation.icosphere(2, radius=0.01)
-    smooth = smooth_of(small)
-    with pytest.raises(ValueError, match="mesh: expected elements that keep 0.2 of their volume"):
-        bent_to(block, smooth)
 
 
 def test_an_element_that_the_surface_would_flatten_is_moved_less():
@@ -181,24 +165,6 @@ def test_few_edges_off_the_surface_stay_straight():
     assert moved[middles[~at_low]].all()
 
 
-def test_a_facet_without_an_area_has_no_say_in_the_normals():
-    box = trimesh.creation.box((0.1, 0.2, 0.05))
-    vertices = np.vstack([box.vertices, box.vertices[box.faces[0, :2]].mean(axis=0)])
-    faces = np.vstack([box.faces, [*box.faces[0, :2], len(box.vertices)]])
-    normals = corner_normals(vertices, faces)
-    assert normals[:-1] == pytest.approx(corner_normals(np.array(box.vertices), box.faces))
-    assert np.isfinite(normals).all()
-
-
-def test_normals_are_exact_on_spheres_and_keep_creases():
-    ball = trimesh.creation.icosphere(2, radius=0.06)
-    vertices, faces = np.array(ball.vertices), np.array(ball.faces)
-    assert corner_normals(vertices, faces) == pytest.approx(vertices[faces] / 0.06, abs=1e-10)
-    box = trimesh.creation.box((0.1, 0.2, 0.3))
-    found = corner_normals(np.array(box.vertices), np.array(box.faces))
-    assert found == pytest.approx(np.repeat(box.face_normals[:, None], 3, axis=1))
-
-
 def test_a_table_touches_a_curved_ball_at_its_lowest_point():
     # Turned, so that a facet and not a corner is the lowest.
     ball = trimesh.creation.icosphere(2, radius=0.06)
@@ -214,3 +180,23 @@ def test_a_table_touches_a_curved_ball_at_its_lowest_point():
     # Between a facet's middle, which the six nodes do not hold, and its edges' middles.
     assert abs(lowest[1] + 0.06) < 0.5 * abs(lowest[0] + 0.06)
     assert lowest[1] == pytest.approx(-0.06, abs=4e-4)
+
+
+def test_a_solid_on_its_surface_stays_and_one_far_from_it_is_rejected(block):
+    box = trimesh.creation.box(bounds=[block.nodes_m.min(axis=0), block.nodes_m.max(axis=0)])
+    assert bent_to(block, smooth_of(box)) is block
+    small = smooth_of(trimesh.creation.icosphere(2, radius=0.01))
+    with pytest.raises(ValueError, match="mesh: expected elements that keep 0.2 of their volume"):
+        bent_to(block, small)
+
+
+def test_normals_are_exact_on_spheres_keep_creases_and_leave_facets_without_an_area_out():
+    ball = trimesh.creation.icosphere(2, radius=0.06)
+    vertices, faces = np.array(ball.vertices), np.array(ball.faces)
+    assert corner_normals(vertices, faces) == pytest.approx(vertices[faces] / 0.06, abs=1e-10)
+    box = trimesh.creation.box((0.1, 0.2, 0.3))
+    vertices = np.vstack([box.vertices, box.vertices[box.faces[0, :2]].mean(axis=0)])
+    faces = np.vstack([box.faces, [*box.faces[0, :2], len(box.vertices)]])
+    normals = corner_normals(vertices, faces)
+    assert normals[:-1] == pytest.approx(np.repeat(box.face_normals[:, None], 3, axis=1))
+    assert np.isfinite(normals).all()

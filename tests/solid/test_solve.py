@@ -45,16 +45,12 @@ def test_same_bytes_and_another_matrix_of_the_same_entries(parts, right, solver)
 
 
 @MKL
-def test_other_entries_are_refused(parts, right):
+def test_other_entries_and_indefinite_matrices_are_rejected(parts, right):
     factors = PardisoFactors(combined(*parts, LAM, MU))
     with pytest.raises(ValueError, match="K: expected the entries of the first matrix"):
         factors.refactorise(sparse.identity(parts[0].shape[0], format="csr"))
     with pytest.raises(ValueError, match=f"right: expected {len(right)} rows, found 2"):
         factors(right[:2])
-
-
-@MKL
-def test_indefinite_matrices_are_refused():
     for K in ([[1.0, 2.0], [2.0, 1.0]], [[1.0, 0.0], [0.0, -1.0]]):
         with pytest.raises(ValueError, match="K: expected a positive definite matrix"):
             PardisoFactors(sparse.csr_matrix(K))
