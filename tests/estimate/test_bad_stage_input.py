@@ -7,13 +7,12 @@ import trimesh
 import yaml
 from palpate.capture.tables import write_table
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
-from palpate.workflow.job import naming
-from palpate.workflow.start import environment
 from settings import full
 
 SIZE, RADIUS = 0.1, 0.00622
 TOP = np.array([0.05, 0.05, SIZE])
 PROBE = {"indenter": {"radius_m": RADIUS}}
+FAR = "depth: expected the tip within 5 mm of the surface when the force begins, found it"
 SUPPORT = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 1e-3}
 
 
@@ -34,25 +33,6 @@ def write_forces(path, newtons):
     return path
 
 
-def test_a_file_is_named_once():
-    with pytest.raises(ValueError, match="^a.csv: force: expected more$"), naming("a.csv"):
-        raise ValueError("force: expected more")
-    with pytest.raises(ValueError, match="^a.csv: force"), naming("a.csv"), naming("a.csv"):
-        raise ValueError("force: expected more")
-
-
-def test_a_file_is_named_for_its_own_fields_only():
-    with pytest.raises(ValueError, match="^force"), naming("a.yaml", "support", "contact"):
-        raise ValueError("force: expected more")
-
-
-def test_jobs_use_one_thread_whatever_is_exported(monkeypatch):
-    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-    for name in names:
-        monkeypatch.setenv(name, "8")
-    assert [environment("scripts")[name] for name in names] == ["1", "1", "1"]
-
-
 @pytest.mark.parametrize(
     ("depths", "newtons", "baseline", "found"),
     [
@@ -66,10 +46,17 @@ def test_jobs_use_one_thread_whatever_is_exported(monkeypatch):
         ),
         (
             *(np.linspace(-0.02, -0.01, 5), [0, 0.5, 1, 1.5, 2], False),
-            "probe_pose.csv: depth: expected the tip within 5 mm",
+            f"probe_pose.csv: {FAR} 17.5 mm above in frame 1",
         ),
+        ([-0.02, 0.007, 0.008], [0, 1, 2], False, f"probe_pose.csv: {FAR} 7.0 mm below in frame 1"),
+        (
+            [-1e-3, 1e-3],
+            [0, 0.05],
+            False,
+            "force.csv: force: expected above 0.1 N, found at most 0.05",
+        ),
+        ([-1e-3, 1e-3], [0.5, 0.9], False, "force.csv: force: expected samples before contact"),
     ],
-    ids=["fewer samples than unknowns", "and a baseline", "force off the surface"],
 )
 def test_hertz_fit(stage, root, tmp_path, depths, newtons, baseline, found):
     """Of an indentation into the top of a box."""

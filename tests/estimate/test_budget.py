@@ -15,19 +15,12 @@ from made_up_indentation import (
     made_up_table,
     support_axes,
 )
+from palpate.estimate.direct import quantities
 from palpate.estimate.direct.budget import budget_of
 from palpate.estimate.direct.deviations import Scales, with_depth_errors
 from palpate.estimate.direct.fit import Solution, blocks_of
 from palpate.estimate.direct.indentation import DirectIndentation, linearised
 from palpate.estimate.direct.options import Fit, ModelStd, Rig
-from palpate.estimate.direct.quantities import (
-    BULK,
-    LOG_MODULI,
-    NAMES,
-    SHEAR,
-    intervals,
-    quantities_of,
-)
 from palpate.estimate.direct.rig import UNSTATED, ProbeUncertainty
 from palpate.report.source_words import SOURCES
 from scipy.integrate import quad
@@ -77,8 +70,10 @@ TRUTH = replace(START, youngs_modulus_pa=E, poisson_ratio=NU)
 FORCE_N, TIME_S = CAPTURE.force_n[CAPTURE.frames], CAPTURE.time_s[CAPTURE.frames]
 SPEED_M_S = CAPTURE.speed_m_s
 LOAD = FORCE_N / FORCE_N.max()
-JUDGED = [NAMES.index(f"{name}_pa") for name in ("reduced_modulus", "youngs_modulus")]
-JUDGED += [NAMES.index(name) for name in ("poisson_ratio", SHEAR, BULK)]
+JUDGED = [quantities.NAMES.index(f"{name}_pa") for name in ("reduced_modulus", "youngs_modulus")]
+JUDGED += [
+    quantities.NAMES.index(name) for name in ("poisson_ratio", quantities.SHEAR, quantities.BULK)
+]
 # Of those by log E and nu, and E, G and K by nu at the same E*.
 E_BY_NU = 2 * NU / (1 - NU**2)
 G_BY_NU, K_BY_NU = 1 / (1 + NU), 2 / (1 - 2 * NU)
@@ -285,9 +280,9 @@ def estimate(options, *captures, known=UNSTATED):
     lines = [linearised(one, TRUTH) for one in captures]
     blocks = tuple(map(blocks_of, captures, lines, scales))
     best = Solution((TRUTH,) * len(captures), 0.0, scales, blocks, captures, options, True)
-    moduli = quantities_of(best, radius_m=RADIUS_M)
+    moduli = quantities.quantities_of(best, radius_m=RADIUS_M)
     budget = budget_of(best, moduli, known, radius_m=RADIUS_M)
-    return budget, intervals(best, moduli, budget)
+    return budget, quantities.intervals(best, moduli, budget)
 
 
 def budget(options, *captures, known=UNSTATED):
@@ -299,47 +294,27 @@ def line(budget, name):
     return found
 
 
-@pytest.mark.parametrize("field", sorted(FIELDS))
-def test_a_term_alone_is_what_its_first_order_says(field):
-    """A new field has no case, and fails."""
-    source, std, does = TERMS[field]
-    alone, hardly = (budget(*with_term(field, value)) for value in (std, std / 100))
-    assert alone.std[JUDGED] == pytest.approx(by_hand(**does(std)), rel=0.02)
-    assert hardly.std[JUDGED] == pytest.approx(by_hand(**does(std / 100)), rel=0.02)
-    assert (alone.std[JUDGED] > 1.1 * hardly.std[JUDGED]).any()
-    assert line(alone, source).std > 0
-
-
 # Errors that each capture has anew; of all others a further capture says next to nothing.
 ANEW = {"force_zero_std_n", "force_drift_std_n", "depth_pattern_std_m", "shift_std_m", *MEASURED}
 
 
 @pytest.mark.parametrize("field", sorted(FIELDS))
-def test_which_errors_a_second_capture_averages(field):
-    """The support and the place of the camera are the same for both."""
-    source, std, _ = TERMS[field]
+def test_a_term_alone_is_what_its_first_order_says(field):
+    """And of two captures, which have the support and the camera's place in common.
+
+    A new field has no case, and fails.
+    """
+    source, std, does = TERMS[field]
+    alone = budget(*with_term(field, std))
     options, capture = with_term(field, std / 100)
-    one, two = (line(budget(options, *captures), source) for captures in ([capture], [capture] * 2))
-    fewer = np.sqrt(2) if field in ANEW else 1
-    largest = int(np.argmax(one.contributions))
-    assert two.contributions[largest] == pytest.approx(one.contributions[largest] / fewer, rel=0.08)
-
-
-def test_a_bonded_or_small_base_has_no_friction_uncertainty():
-    options = NOTHING.changed(model_std=EXACT_TABLE.changed(nu_loose=0.08))
-    for softer in (NO_SLIDING, None):
-        capture = replace(CAPTURE, table=replace(CAPTURE.table, softer=softer))
-        names = {one.name for one in budget(options, capture).sources}
-        assert (TERMS["nu_loose"][0] in names) == (softer is not None)
-
-
-def test_a_base_that_may_slide_or_stick_makes_the_modulus_uncertain():
-    """Uniform between both: a twelfth of the squared difference of log forces."""
-    options = NOTHING.changed(model_std=EXACT_TABLE.changed(nu_loose=1e-6))
-    softer = NO_SLIDING - 0.2 * CAPTURE.table.poisson_ratios[:, None]
-    capture = replace(CAPTURE, table=replace(CAPTURE.table, softer=softer))
-    found = line(budget(options, capture), TERMS["nu_loose"][0]).contributions
-    assert found == pytest.approx(0.2 * NU / np.sqrt(12) * LOG_MODULI, abs=1e-4)
+    hardly, both = (budget(options, *[capture] * count) for count in (1, 2))
+    assert alone.std[JUDGED] == pytest.approx(by_hand(**does(std)), rel=0.02)
+    assert hardly.std[JUDGED] == pytest.approx(by_hand(**does(std / 100)), rel=0.02)
+    assert (alone.std[JUDGED] > 1.1 * hardly.std[JUDGED]).any()
+    assert line(alone, source).std > 0
+    one, two = (line(found, source).contributions for found in (hardly, both))
+    fewer, largest = np.sqrt(2) if field in ANEW else 1, int(np.argmax(one))
+    assert two[largest] == pytest.approx(one[largest] / fewer, rel=0.08)
 
 
 @pytest.mark.parametrize("count", [2, 6])
@@ -367,38 +342,6 @@ def test_the_report_explains_every_source():
     apart = replace(capture, force_n=1.2 * capture.force_n)
     found = budget(options, capture, apart).sources
     assert {one.name for one in found} == set(SOURCES)
-
-
-@pytest.mark.parametrize("count", [2, 3, 6])
-def test_captures_that_are_apart(count):
-    """Forces of other scales: E* is their mean, and knows it by their scatter."""
-    errors = np.linspace(-0.05, 0.05, count)
-    alike = budget(NOTHING, *[CAPTURE] * count)
-    apart = budget(NOTHING, *(replace(CAPTURE, force_n=CAPTURE.force_n * (1 + e)) for e in errors))
-    for found, variance in ((alike, 0.0), (apart, errors.var(ddof=1) / count)):
-        stated = sum(line(found, noise).contributions[0] ** 2 for noise in NOISES)
-        expected = stated * likely_excess(variance / stated, count - 1)
-        part = line(found, APART).contributions[0] ** 2
-        assert part == pytest.approx(expected, rel=0.05)
-
-
-@pytest.mark.parametrize("count", [2, 3, 6])
-def test_captures_that_are_apart_widen_the_interval_by_student_s_t(count):
-    """As many degrees of freedom as captures less one (JCGM 100:2008, Eq. G.2b)."""
-    errors = np.linspace(-0.05, 0.05, count)
-    captures = [replace(CAPTURE, force_n=CAPTURE.force_n * (1 + e)) for e in errors]
-    found, moduli = estimate(NOTHING, *captures)
-    part = line(found, APART)
-    assert part.freedom == count - 1
-    others = sum(one.contributions**4 / one.freedom for one in found.sources if one is not part)
-    freedom = found.std**4 / (others + part.contributions**4 / (count - 1))
-    star, modulus = NAMES.index("reduced_modulus_pa"), moduli["reduced_modulus_pa"]
-    half = t.ppf(0.975, freedom[star]) * found.std[star]
-    assert np.log([modulus.value / modulus.low, modulus.high / modulus.value]) == pytest.approx(
-        [half] * 2, rel=0.01
-    )
-    # Without them noise alone would have degrees of freedom.
-    assert half > 1.03 * t.ppf(0.975, found.std[star] ** 4 / others[star]) * found.std[star]
 
 
 @pytest.mark.parametrize("field", ["offset_std_m", "clock_std_s", "shift_std_m", "place_std_m"])
@@ -448,12 +391,6 @@ def test_an_interval_is_student_s_quantile_of_what_the_budget_holds():
     assert [nu.value - nu.low, nu.high - nu.value] == pytest.approx([half[2]] * 2, rel=0.01)
 
 
-def test_depths_of_one_place_and_time_err_together():
-    options = NOTHING.changed(depth_pattern_std_m=2e-4)
-    root = with_depth_errors(CAPTURE, TRUTH, options, likeliest=False).depth_root_m
-    assert root @ root.T == pytest.approx(ALONE + alike(2e-4), rel=1e-6, abs=1e-14)
-
-
 def test_what_is_stated_of_a_probe_counts():
     found = budget(NOTHING, CAPTURE, known=ProbeUncertainty(compliance_std_m_n=2e-4))
     assert found.std[JUDGED] == pytest.approx(by_hand(2e-4 * stacked(FORCE_N, 0.0)), rel=0.02)
@@ -461,3 +398,44 @@ def test_what_is_stated_of_a_probe_counts():
     said = ProbeUncertainty.of({"tip_covariance_m2": rows, "compliance_std_m_n": 1e-6})
     assert np.array_equal(said.tip_covariance_m2, rows) and said.compliance_std_m_n == 1e-6
     assert ProbeUncertainty.of({}) == UNSTATED
+
+
+def test_base_friction():
+    """None of a bonded or small base; of another uniform between sliding and sticking.
+
+    A twelfth of the squared difference of log forces.
+    """
+    for softer in (NO_SLIDING, None, NO_SLIDING - 0.2 * CAPTURE.table.poisson_ratios[:, None]):
+        std = 0.08 if softer is None or not softer.any() else 1e-6
+        options = NOTHING.changed(model_std=EXACT_TABLE.changed(nu_loose=std))
+        capture = replace(CAPTURE, table=replace(CAPTURE.table, softer=softer))
+        found = budget(options, capture)
+        names = {one.name for one in found.sources}
+        assert (TERMS["nu_loose"][0] in names) == (softer is not None)
+    contributions = line(found, TERMS["nu_loose"][0]).contributions
+    assert contributions == pytest.approx(0.2 * NU / np.sqrt(12) * quantities.LOG_MODULI, abs=1e-4)
+
+
+@pytest.mark.parametrize("count", [2, 3, 6])
+def test_captures_that_are_apart(count):
+    """Forces of other scales: E* is their mean, and knows it by their scatter.
+
+    With as many degrees of freedom as captures less one (JCGM 100:2008, Eq. G.2b).
+    """
+    errors = np.linspace(-0.05, 0.05, count)
+    apart = [replace(CAPTURE, force_n=CAPTURE.force_n * (1 + e)) for e in errors]
+    for captures, variance in (([CAPTURE] * count, 0.0), (apart, errors.var(ddof=1) / count)):
+        found, moduli = estimate(NOTHING, *captures)
+        stated = sum(line(found, noise).contributions[0] ** 2 for noise in NOISES)
+        expected = stated * likely_excess(variance / stated, count - 1)
+        part = line(found, APART)
+        assert part.contributions[0] ** 2 == pytest.approx(expected, rel=0.05)
+        assert part.freedom == count - 1
+    others = sum(one.contributions**4 / one.freedom for one in found.sources if one is not part)
+    freedom = found.std**4 / (others + part.contributions**4 / (count - 1))
+    star, modulus = quantities.NAMES.index("reduced_modulus_pa"), moduli["reduced_modulus_pa"]
+    half = t.ppf(0.975, freedom[star]) * found.std[star]
+    ends = np.log([modulus.value / modulus.low, modulus.high / modulus.value])
+    assert ends == pytest.approx([half] * 2, rel=0.01)
+    # Without them noise alone would have degrees of freedom.
+    assert half > 1.03 * t.ppf(0.975, found.std[star] ** 4 / others[star]) * found.std[star]

@@ -111,13 +111,10 @@ def test_frames_with_force_enough_from_the_touch_to_the_end_of_the_hold(
     assert found.frames.tolist() == frames[frames <= LAST].tolist()
 
 
-def test_a_jolt_before_the_touch_is_no_contact(direct, record, synthetic):
+def test_jolts_before_the_touch_and_readings_that_fail_are_not_compared(direct, record, synthetic):
     forces = record.forces_n.copy()
     forces[5] += 0.5 * synthetic.forces_n[LAST]
     assert direct(forces_n=forces).frames.min() == FIRST
-
-
-def test_a_reading_that_fails_in_the_hold_is_not_compared(direct, record):
     forces = record.forces_n.copy()
     forces[30] *= 1.05
     forces[35] *= 0
@@ -194,13 +191,11 @@ def test_depths_forces_and_displacements_are_those_of_the_capture(plain, synthet
     assert plain.tip_std_m == TIP_STD_M
 
 
-def test_a_force_across_is_no_force_along(direct, record, synthetic):
+def test_a_force_across_and_a_compliant_probe(direct, record, synthetic, plain):
+    """The one is no force along, the other goes in less than its target goes down."""
     across = 0.5 * synthetic.camera_from_object[:3, 0]
     found = direct(forces_n=record.forces_n + across)
     assert found.force_n == pytest.approx(force_n(DEPTH_M, synthetic.radius_m), abs=4 * NOISE_N)
-
-
-def test_a_compliant_probe_goes_in_less_than_its_target_goes_down(direct, plain):
     found = direct(stiffness_n_m=5e3)
     assert plain.depth_m - found.depth_m == pytest.approx(plain.force_n[plain.frames] / 5e3)
     assert plain.tip_depth_m - found.tip_depth_m == pytest.approx(plain.force_n / 5e3)
@@ -226,16 +221,15 @@ def test_a_table_of_a_point_beside_is_brought_under_the_sphere(direct, synthetic
     assert unit * E == pytest.approx(force_n(0.004, synthetic.radius_m), rel=0.01)
 
 
-def test_a_table_that_stays_expects_the_contact_where_it_is(direct, synthetic):
+def test_a_table_that_stays_expects_the_contact_there_and_one_far_off_is_rejected(
+    direct, synthetic
+):
     """Moved by 1.5 mm its surface would reach beyond the edge of a narrower block."""
     narrow = synthetic.template.vertices_m * [0.5, 1, 1] - [0.04, 0, 0]
     surface = SmoothSurface(narrow, synthetic.template.faces)
     found = direct(table=synthetic.table(POINT_M - [0.0015, 0, 0]), surface=surface)
     assert off_m(found, synthetic.radius_m, np.zeros(2)) == pytest.approx(-0.0015, abs=5e-4)
     assert abs(off_m(found, synthetic.radius_m, found.place_expected_m)) < 5e-4
-
-
-def test_a_table_of_another_point_is_rejected(direct, synthetic):
     with pytest.raises(ValueError, match="contact: expected within 2 mm .* found 20.0 mm away"):
         direct(table=synthetic.table(POINT_M + [0.02, 0, 0]))
 
@@ -247,35 +241,17 @@ def test_from_clouds_and_forces_to_the_moduli(synthetic, sensors):
     table, clock = capture_wrenches(*given, up=synthetic.plane[:3])
     forces, tips = table[FORCE].to_numpy(), synthetic.tips_m
     peak = int(np.argmax(np.linalg.norm(forces, axis=1)))
-    aligned = align_first(
-        synthetic.template,
-        synthetic.support,
-        {"position_m": POINT_M},
-        synthetic.plane,
-        synthetic.clouds[0],
-        tips,
-        FIRST,
-        peak,
-        Aligning(),
-        indenter_radius_m=radius,
-    )
+    block = synthetic.template, synthetic.support, {"position_m": POINT_M}, synthetic.plane
+    frames = synthetic.clouds[0], tips, FIRST, peak, Aligning()
+    aligned = align_first(*block, *frames, indenter_radius_m=radius)
     gap = aligned.camera_from_object - synthetic.camera_from_object
     assert np.abs(gap[:3, 3]).max() < 5e-5 and np.abs(gap[:3, :3]).max() < 5e-4
     assert aligned.contact_point_m == pytest.approx(POINT_M, abs=1e-4)
-    rest = rest_frames(
-        synthetic.template, aligned, tips, forces, radius_m=radius, onset_force_n=0.1
-    )
+    known = synthetic.template, aligned
+    rest = rest_frames(*known, tips, forces, radius_m=radius, onset_force_n=0.1)
     assert rest.tolist() == list(range(FIRST))
-    motion = observed_motion(
-        synthetic.template,
-        aligned,
-        synthetic.clouds,
-        (tips, synthetic.poses[AXIS].to_numpy()),
-        rest,
-        sensors["kinect"],
-        Observation(),
-        radius_m=radius,
-    )
+    seen = synthetic.clouds, (tips, synthetic.poses[AXIS].to_numpy()), rest, sensors["kinect"]
+    motion = observed_motion(*known, *seen, Observation(), radius_m=radius)
     top = motion.normal @ UP > 0.9
     error = motion.moved_m[:, top] - sunk_m(motion.cell_m[top], DEPTH_M, radius)
     near = np.linalg.norm(motion.cell_m[top] - POINT_M, axis=1) < 0.05

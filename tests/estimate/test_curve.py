@@ -91,16 +91,13 @@ def test_weights_of_the_curve_are_those_of_the_fit(model):
     assert abs(E[0].value / E_PA - 1) < 0.5 * abs(E[1].value / E_PA - 1)
 
 
-def test_what_is_not_known_of_nu_widens_e(model):
+def test_what_is_not_known_of_nu_and_the_rig_widens_e(model):
     curve = fitted(3)
     known, bounded = (
         estimate_curve(curve, model, ratios, OPTIONS).moduli["youngs_modulus_pa"]
         for ratios in ((NU, NU), (0.2, 0.49))
     )
     assert bounded.low < known.low and known.high < bounded.high
-
-
-def test_the_rig_widens_it_too(model):
     curve = fitted(3)
     ideal = estimate_curve(curve, model, (NU, NU), OPTIONS).moduli["youngs_modulus_pa"]
     real = estimate_curve(curve, model, (NU, NU), Fit()).moduli["youngs_modulus_pa"]

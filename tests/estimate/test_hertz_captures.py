@@ -1,12 +1,20 @@
-"""Hertz fits of made-up captures: what a wrong zero of the depth and forces across may do."""
+"""Hertz fits of made-up captures: range, depth, models, a wrong zero, forces across."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from palpate.estimate.direct.options import Rig
-from palpate.estimate.hertz.indentation import indentation_of
+from palpate.estimate.hertz.indentation import (
+    Indentation,
+    hertz_range,
+    indentation_depth,
+    indentation_of,
+)
 from palpate.estimate.hertz.laws import contact_law, finite_strain_factor
-from palpate.estimate.hertz.models import estimate_hertz, fit_model
+from palpate.estimate.hertz.models import estimate_hertz, fit_model, fit_models, recommended
 from palpate.estimate.hertz.options import Hertz
+from palpate.estimate.hertz.shape import Shape
 from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment, AlignmentResidual
 from palpate.surface.template import Template
@@ -54,36 +62,27 @@ def pressed(zero_m=0.0, across=0.0, noise_n=NOISE_N, frames=WHOLE, seed=1, late_
     )
 
 
-def test_the_depths_zero_is_in_doubt_by_tip_and_alignment():
-    indentation, _ = pressed()
-    assert indentation.contact_std_m == pytest.approx(np.hypot(TIP_STD_M, Hertz().offset_std_m))
-    assert indentation.frame_std_m == TIP_STD_M
-
-
 def best(press, **known):
     return estimate_hertz(press[0], Hertz(), **known)["recommended"]
 
 
 def test_the_interval_holds_what_the_clocks_and_the_rig_may_be_off_by():
-    ends = {}
-    for name, known in {
-        "alone": {},
-        "clock": {"clock_std_s": 0.05},
-        "rig": {"rig": Rig()},
-    }.items():
+    alone, std = best(pressed()), {}
+    for name, known in {"clock": {"clock_std_s": 0.05}, "rig": {"rig": Rig()}}.items():
         found = best(pressed(), **known)
-        low, high = np.log(np.array(found["reduced_modulus_interval_pa"]))
-        ends[name] = found["rig_std"], (high - low) / 2
-        assert found["reduced_modulus_pa"] == best(pressed())["reduced_modulus_pa"]
+        std[name] = found["rig_std"]
+        for one in ("reduced_modulus", "later_reduced_modulus"):
+            E = found[f"{one}_pa"]
+            assert E == alone[f"{one}_pa"]
+            ends = [np.log(np.array(of[f"{one}_interval_pa"]) / E) for of in (alone, found)]
+            assert np.hypot(ends[0], 1.96 * std[name]) == pytest.approx(abs(ends[1]), rel=1e-3)
     # What forces do that were read 50 ms too late or too early.
     E = [best(pressed(late_s=late_s))["reduced_modulus_pa"] for late_s in (-0.05, 0.0, 0.05)]
     moved = np.sqrt(np.mean(np.log(np.array(E)[[0, 2]] / E[1]) ** 2))
     assert moved > 0.02
-    assert ends["clock"][0] == pytest.approx(moved, rel=0.3)
+    assert std["clock"] == pytest.approx(moved, rel=0.3)
     # 1 % of the force's scale, 0.6 % of the curvature, 0.3 % of zero and drift.
-    assert ends["rig"][0] == pytest.approx(0.0125, rel=0.1)
-    for std, half in ends.values():
-        assert np.sqrt(half**2 - ends["alone"][1] ** 2) == pytest.approx(1.96 * std, rel=0.05)
+    assert std["rig"] == pytest.approx(0.0125, rel=0.1)
 
 
 @pytest.mark.parametrize("zero_m", [-1e-3, 1e-3])
@@ -95,19 +94,29 @@ def test_an_interval_holds_the_modulus_though_the_depths_zero_is_off(zero_m, fra
     assert low < TRUTH < high < 2.5 * low
 
 
-def test_the_force_s_scatter_is_that_at_rest():
-    indentation, _ = pressed()
-    assert indentation.force_std_n == pytest.approx(NOISE_N, rel=0.4)
-    assert len(indentation.time_s) == WHOLE
-
-
 def test_without_samples_at_rest_there_is_a_warning():
     assert best(pressed(first=11))["doubts"] == [
         "too few samples to allow for relaxation and finite strain"
     ]
 
 
-def test_noise_alone_is_no_force():
+def test_friction_across_the_press_is_no_stiffness():
+    straight, across = (best(pressed(across=part))["reduced_modulus_pa"] for part in (0.0, 0.4))
+    assert across == pytest.approx(straight, rel=0.005)
+    straight, across = (
+        fit_model(pressed(across=part)[0], OPTIONS, **MODEL).reduced_modulus_pa
+        for part in (0.0, 0.4)
+    )
+    assert across == pytest.approx(straight, rel=0.005)
+
+
+def test_what_a_capture_s_record_says():
+    """The zero is known by tip and alignment, the force's scatter is that at rest, with no mean."""
+    indentation, _ = pressed()
+    assert indentation.contact_std_m == pytest.approx(np.hypot(TIP_STD_M, Hertz().offset_std_m))
+    assert indentation.frame_std_m == TIP_STD_M
+    assert indentation.force_std_n == pytest.approx(NOISE_N, rel=0.4)
+    assert len(indentation.time_s) == WHOLE
     indentation, told = pressed(noise_n=0.06)
     rest = slice(indentation.onset - 1)
     error = 0.06 / np.sqrt(indentation.onset - 1)
@@ -118,11 +127,90 @@ def test_noise_alone_is_no_force():
     assert kept == pytest.approx(indentation.magnitude_n)
 
 
-def test_friction_across_the_press_is_no_stiffness():
-    straight, across = (best(pressed(across=part))["reduced_modulus_pa"] for part in (0.0, 0.4))
-    assert across == pytest.approx(straight, rel=0.005)
-    indentation, _ = pressed(across=0.4)
-    alone = fit_model(pressed()[0], OPTIONS, **MODEL).reduced_modulus_pa
-    assert fit_model(indentation, OPTIONS, **MODEL).reduced_modulus_pa == pytest.approx(
-        alone, rel=0.005
+def test_range_is_from_onset_to_where_the_force_falls_or_is_held():
+    """Noise alone makes the highest sample of a hold that hardly relaxes."""
+    force = np.array([0.01, 0.03, 0.02, 0.2, 0.6, 1.2, 1.1, 1.0])
+    assert hertz_range(force, onset_force_n=0.1) == (3, 5)
+    rng = np.random.default_rng(4)
+    true = np.r_[np.zeros(10), np.linspace(0.2, 2.0, 8), np.full(20, 2.0)]
+    force = true + rng.normal(0, 0.02, true.size)
+    force[30] = force.max() + 0.01
+    chosen = hertz_range(force, onset_force_n=0.1)
+    assert chosen[0] == 10
+    assert 17 <= chosen[1] <= 19
+
+
+def test_depth_is_that_of_the_lowest_point():
+    block = box((0.6, 0.15, HEIGHT))
+    template = Template(np.asarray(block.vertices), np.asarray(block.faces))
+    turn = np.array([[1.0, 0, 0], [0, -1, 0], [0, 0, -1]])
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = turn, [0.1, 0.2, 0.7]
+    alignment = Alignment(pose, np.array([0, 0, HEIGHT / 2]), 1, RESIDUAL)
+    heights = np.array([0.015, 0.0, -0.003, -0.008])
+    tips = np.column_stack([0 * heights, 0 * heights, HEIGHT / 2 + R + heights])
+    depth = indentation_depth(template, alignment, tips @ turn.T + pose[:3, 3], radius_m=R)
+    assert depth == pytest.approx(-heights, abs=1e-7)
+
+
+def ramp(deepest_m=0.008, thickness_m=HEIGHT, depth_std_m=1e-4, shift_m=0.0):
+    depth = np.linspace(-0.003, deepest_m, 23)
+    law = contact_law("sneddon", "bonded", radius_m=R, thickness_m=thickness_m, nu=0.3)
+    force = TRUTH * law(depth) + np.random.default_rng(5).normal(0, 0.002, depth.size)
+    onset = int(np.argmax(depth > 0))
+    samples = np.arange(23) / 6, depth + shift_m, force, force, onset, 22
+    return Indentation(*samples, R, thickness_m, 1e-5, depth_std_m, 0.002)
+
+
+def test_the_study_s_model_and_the_recommended_one():
+    ours = ramp()
+    studys, chosen = fit_models(ours, OPTIONS)
+    assert recommended(ours, [studys, chosen]).items() >= chosen.items()
+    known = fit_model(ours, OPTIONS, indenter="parabola", support="half_space", contact="known")
+    assert studys["reduced_modulus_pa"] == known.reduced_modulus_pa
+    assert (chosen["indenter"], chosen["support"]) == ("sneddon", "bonded")
+    assert chosen["reduced_modulus_pa"] == pytest.approx(TRUTH, rel=0.02)
+    assert chosen["poisson_ratio"] == 0.3
+    assert "poisson_ratio" not in studys
+    bonded, halfspace = (
+        fit_model(ours, OPTIONS, indenter="sneddon", support=one, contact="known")
+        for one in ("bonded", "half_space")
     )
+    assert halfspace.reduced_modulus_pa > 1.08 * bonded.reduced_modulus_pa
+
+
+def test_recommendation_follows_geometry():
+    shallow = ramp(deepest_m=0.0005)
+    assert recommended(shallow, list(fit_models(shallow, OPTIONS)))["indenter"] == "parabola"
+    thin = ramp(thickness_m=0.010)
+    models = list(fit_models(thin, OPTIONS))
+    assert {m["support"] for m in models} == {"half_space"}
+    assert recommended(thin, models)["support"] == "half_space"
+
+
+def test_where_no_law_holds_the_interval_reaches_to_all_of_them():
+    """A side that takes a fifth of the force leaves the object softer than it is by as much."""
+    ours = ramp()
+    sure = recommended(ours, list(fit_models(ours, OPTIONS)))
+    assert not sure["doubts"]
+    for part, most in ((0.2, 0.8), (0.99, 0.1)):
+        unsure = replace(ours, shape=Shape(doubts=("no law",), side_part=part))
+        models = list(fit_models(unsure, OPTIONS))
+        low, high = recommended(unsure, models)["reduced_modulus_interval_pa"]
+        ends = [m["reduced_modulus_interval_pa"] for m in models if m["contact"] == "weighted"]
+        assert low == min(end for end, _ in ends) < sure["reduced_modulus_interval_pa"][0] + 1
+        assert high == pytest.approx(max(end for _, end in ends) / most)
+
+
+@pytest.mark.parametrize(("depth_std_m", "alike"), [(1e-7, 0), (1e-5, None), (1.0, 2)])
+def test_weighted_contact_lies_between_known_and_free(depth_std_m, alike):
+    """At a deviation of 0 or without bound it is one of them; 0.5 mm too shallow a depth."""
+    end = ramp(depth_std_m=depth_std_m, shift_m=-5e-4)
+    found = [
+        fit_model(end, OPTIONS, **MODEL | {"contact": contact}).reduced_modulus_pa
+        for contact in ("known", "weighted", "free")
+    ]
+    if alike is None:
+        assert found[0] > found[1] > found[2]
+    else:
+        assert found[1] == pytest.approx(found[alike], rel=5e-3)

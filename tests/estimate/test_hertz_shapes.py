@@ -15,7 +15,7 @@ from palpate.surface.template import Template
 from scipy.integrate import quad
 from scipy.optimize import brentq
 from trimesh import Trimesh
-from trimesh.creation import box, icosphere
+from trimesh.creation import box, extrude_triangulation, icosphere
 
 R, TRUTH, UP = 0.00622, 27473.0, np.array([0, 0, 1.0])
 SHALLOW_M = 0.0006
@@ -39,19 +39,9 @@ def ridge(radius=0.012, height=0.08, length=0.3):
     arc = np.stack([radius * np.sin(turn), height - radius + radius * np.cos(turn)], axis=1)
     foot = arc[-1, 0] + arc[-1, 1] / np.tan(np.radians(50))
     outline = np.array([*arc[::-1], [-foot, 0], [foot, 0]])
-    count = len(outline)
-    ends = [np.column_stack([np.full(count, x), outline]) for x in (-length / 2, length / 2)]
-    after = np.roll(np.arange(count), -1)
-    here = np.arange(count)
-    sides = [
-        np.stack([here, after, after + count], 1),
-        np.stack([here, after + count, here + count], 1),
-    ]
-    fan = np.stack([0 * here[1:-1], here[1:-1], here[2:]], axis=1)
-    faces = np.concatenate([*sides, fan[:, ::-1], fan + count])
-    mesh = Trimesh(np.concatenate(ends), faces, process=False)
-    mesh.fix_normals()
-    return mesh
+    fan = [[0, k, k + 1] for k in range(1, len(outline) - 1)]
+    mesh = extrude_triangulation(outline, fan, length)
+    return Trimesh(mesh.vertices[:, [2, 0, 1]] - [length / 2, 0, 0], mesh.faces, process=False)
 
 
 def pressed(mesh, force_of, *, deepest_m=SHALLOW_M, at=(0.0, 0.0), contact="bonded"):
@@ -176,6 +166,11 @@ def test_what_a_side_takes_against_finite_elements():
         for depth, part in zip((1.125e-3, 2.475e-3, 4.5e-3), parts, strict=True):
             found = side_part(side, np.sqrt(R * depth), 0.0475)
             assert found == pytest.approx(1 - part, abs=0.04), (side, depth)
+    assert side_part(0.0, 0.004, 0.03) == 1.0
+    x = 0.35 * 0.004 / 0.01
+    assert side_part(0.01, 0.004, np.inf) == pytest.approx(x / (1 + x))
+    x *= np.exp(-((0.02 / 0.03) ** 2))
+    assert side_part(0.01, 0.004, 0.03) == pytest.approx(x / (1 + x))
 
 
 @pytest.mark.parametrize(("side_m", "refused"), [(0.025, False), (0.010, True), (0.006, True)])

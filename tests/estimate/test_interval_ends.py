@@ -46,7 +46,8 @@ def intervals_of(nu, stds, *, options=None, frames=50, correlation=0.0, table_st
     return intervals(best, quantities, budget)
 
 
-def test_e_follows_nu_at_the_same_reduced_modulus():
+def test_e_follows_nu_and_what_is_independent_adds_in_squares():
+    """E changes with nu at the same reduced modulus."""
     found = intervals_of(0.4, [0.0, 0.03, 0.0])
     nu, E = found["poisson_ratio"], found["youngs_modulus_pa"]
     ends = 0.4 + np.array([-1, 1]) * NORMAL * 0.03
@@ -54,9 +55,6 @@ def test_e_follows_nu_at_the_same_reduced_modulus():
     assert (E.high, E.low) == pytest.approx(E_STAR * (1 - ends**2))
     star = found["reduced_modulus_pa"]
     assert (star.low, star.value, star.high) == pytest.approx((E_STAR,) * 3)
-
-
-def test_what_is_independent_of_nu_adds_in_squares():
     found = intervals_of(0.3, [0.04, 0.02, 0.03])
     star, E, later = (
         found[name] for name in ("reduced_modulus_pa", "youngs_modulus_pa", "youngs_modulus_1s_pa")
@@ -72,14 +70,11 @@ def test_what_is_independent_of_nu_adds_in_squares():
         assert found == pytest.approx(half, rel=1e-3)
 
 
-def test_intervals_end_at_the_range_of_nu():
+def test_intervals_end_at_the_range_of_nu_and_few_frames_leave_all_of_it():
     found = intervals_of(0.47, [0.0, 0.1, 0.0])
     low, E = 0.47 - NORMAL * 0.1, found["youngs_modulus_pa"]
     assert found["poisson_ratio"].high == 0.4999
     assert (E.low, E.high) == pytest.approx((E_STAR * (1 - 0.4999**2), E_STAR * (1 - low**2)))
-
-
-def test_few_frames_leave_all_of_the_range():
     found = intervals_of(0.3, [0.01, 0.01, 0.0], frames=4)
     nu, E = found["poisson_ratio"], found["youngs_modulus_pa"]
     assert (nu.low, nu.high) == (0.0, 0.4999)
@@ -89,17 +84,14 @@ def test_few_frames_leave_all_of_the_range():
     assert bulk.high is None and shear.high > E_STAR / 2 and shear.low < E_STAR * 0.5001 / 2
 
 
-def test_a_ratio_that_was_given_and_is_hardly_determined_keeps_its_deviation():
+def test_a_ratio_that_was_given_keeps_its_deviation_and_g_and_k_follow_it():
+    """Not the table's error of nu, which what is known of nu leaves out."""
     options = Fit(poisson_ratio=0.35, poisson_ratio_std=0.02)
     nu = intervals_of(0.34, [0.0, 0.019, 0.0], options=options)["poisson_ratio"]
     expected = 0.34, 0.35 - NORMAL * 0.02, 0.35 + NORMAL * 0.02
     assert (nu.value, nu.low, nu.high) == pytest.approx(expected)
     nu = intervals_of(0.34, [0.0, 0.01, 0.0], options=options)["poisson_ratio"]
     assert (nu.low, nu.high) == pytest.approx((0.34 - NORMAL * 0.01, 0.34 + NORMAL * 0.01))
-
-
-def test_g_and_k_follow_the_ratio_that_was_given():
-    """Not the table's error of nu, which what is known of nu leaves out."""
     options = Fit(poisson_ratio=0.47, poisson_ratio_std=0.002)
     found = intervals_of(0.47, [0.001, 0.002, 0.0], options=options, table_std=0.01)
     ends = 0.47 + np.array([-1, 1]) * NORMAL * 0.002

@@ -80,8 +80,8 @@ def motion(frames, aligned=None, rest=tuple(range(REST)), seen=None, **options):
     return surface_motion(template(), aligned, frames, seen, np.array(rest, dtype=int), chosen)
 
 
-def test_displacement_is_that_of_the_surface():
-    """Samples stand at the mean of their points, so that slopes cost nothing."""
+def test_displacement_is_that_of_the_surface_and_fixed_errors_cancel():
+    """Samples stand at the mean of their points; errors of template, calibration and alignment."""
     found = motion(clouds())
     expected = dent(found.cell_m[:, :2])
     assert np.isfinite(found.moved_m[REST:]).sum() > 1000
@@ -90,10 +90,6 @@ def test_displacement_is_that_of_the_surface():
     error = found.moved_m[REST:] - expected
     assert abs(np.nanmean(error)) < 1e-6
     assert np.nanstd(error) < 0.03 * np.ptp(expected)
-
-
-def test_fixed_errors_cancel():
-    """Of template, calibration and alignment alike."""
     shifted = pose()
     shifted[:3, :3] = Rotation.from_rotvec([0.002, -0.001, 0]).as_matrix() @ shifted[:3, :3]
     shifted[:3, 3] += [0, 0, 0.0004]
@@ -105,14 +101,11 @@ def test_fixed_errors_cancel():
     assert np.nanstd(off.rest_height_m) > 1e-4
 
 
-def test_stated_deviations_are_those_of_the_motion():
+def test_stated_deviations_hold_and_outliers_are_left_out():
     found = motion(clouds(std_m=3e-4))
     error = found.moved_m[REST:] - dent(found.cell_m[:, :2])
     stated = np.hypot(found.std_m, found.rest_std_m)[REST:]
     assert np.sqrt(np.nanmean((error / stated) ** 2)) == pytest.approx(1, abs=0.12)
-
-
-def test_outliers_of_a_cell_are_left_out():
     frames = clouds(std_m=1e-4)
     rng = np.random.default_rng(5)
     with_outliers = []
@@ -123,7 +116,8 @@ def test_outliers_of_a_cell_are_left_out():
     assert abs(np.nanmean(error[REST:])) < 1.5e-5
 
 
-def test_cells_behind_the_probe_or_beside_it_are_not_seen():
+def test_what_the_probe_hides_is_not_seen():
+    """Behind it or beside it, and nothing where it was not found."""
     found = motion(clouds())
     x, y = found.cell_m[:, 0], found.cell_m[:, 1]
     beside, behind = np.hypot(x, y) < 0.012, (np.abs(x) < 0.008) & (y > 0) & (y < 0.05)
@@ -132,9 +126,6 @@ def test_cells_behind_the_probe_or_beside_it_are_not_seen():
     # The second camera stands on the right: what it does not see is not there either.
     reach = [np.isnan(found.moved_m[-1, (np.sign(x) == side) & (y > 0)]).mean() for side in (-1, 1)]
     assert reach[0] > 1.3 * reach[1]
-
-
-def test_nothing_is_seen_past_a_probe_that_was_not_found():
     lost = probe()
     lost.tip_m[-1] = np.nan
     found = motion(clouds(), seen=lost)

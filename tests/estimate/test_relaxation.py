@@ -29,28 +29,25 @@ def test_inverse_gives_back_the_elastic_force(columns):
     assert elastic_force(time, relaxed, **PRONY) == pytest.approx(force, abs=1e-12)
 
 
-def test_step_relaxes_as_the_series():
+def test_steps_relax_as_the_series_and_ramps_are_exact_whatever_the_sampling():
     time = np.array([0.0, 0.1, 0.35, 2.0, 30.0])
     found = relaxed_force(time, np.full(5, 3.0), **PRONY)
     assert found == pytest.approx(3 * (1 - relaxed_share(time, **PRONY)), rel=1e-13)
     assert relaxed_share(1e9, **PRONY) == pytest.approx(0.35)
-
-
-def test_ramp_is_exact_whatever_the_sampling():
-    """A ramp of unit rate gives t (1 - g) + g tau (1 - exp(-t/tau))."""
     time = np.sort(np.random.default_rng(2).uniform(0, 4, 7))
     time[0], g, tau = 0, 0.3, 0.7
     found = relaxed_force(time, time, fractions=[g], times_s=[tau])
     assert found == pytest.approx(time * (1 - g) - g * tau * np.expm1(-time / tau), rel=1e-12)
 
 
-def test_forward_and_back_are_linear():
+def test_forward_and_back_are_linear_and_nothing_without_terms():
     time, one = history(3)
     other = history(4)[1]
     for function in (relaxed_force, elastic_force):
         whole = function(time, 2 * one - 3 * other, **PRONY)
         parts = 2 * function(time, one, **PRONY) - 3 * function(time, other, **PRONY)
         assert whole == pytest.approx(parts, abs=1e-12)
+        assert np.array_equal(function(time, one, fractions=[], times_s=[]), one)
 
 
 def test_smooth_force_converges_at_second_order():
@@ -74,12 +71,8 @@ def test_derivatives_are_those_of_finite_differences():
             fractions[term] += sign * step
             ends.append(elastic_force(time, force, fractions=fractions, times_s=PRONY["times_s"]))
         assert found[:, term] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-8)
-
-
-def test_no_terms_leave_the_force():
-    time, force = history(6)
-    assert np.array_equal(elastic_force(time, force, fractions=[], times_s=[]), force)
-    assert np.array_equal(relaxed_force(time, force, fractions=[], times_s=[]), force)
+    with pytest.raises(ValueError, match="force_n: expected shape"):
+        elastic_force_derivatives([0, 1], np.ones((2, 2)), fractions=[0.1], times_s=[1])
 
 
 @pytest.mark.parametrize(
@@ -98,8 +91,3 @@ def test_bad_input_is_named(changed, line):
     given |= changed
     with pytest.raises(ValueError, match=line):
         elastic_force(given.pop("time_s"), given.pop("force_n"), **given)
-
-
-def test_derivatives_take_one_history():
-    with pytest.raises(ValueError, match="force_n: expected shape"):
-        elastic_force_derivatives([0, 1], np.ones((2, 2)), fractions=[0.1], times_s=[1])

@@ -44,7 +44,7 @@ def test_beyond_the_table_the_power_of_the_force_goes_on_straight(table):
     assert table.depth(np.array([0.0]), 0.3, 0.5).depth_m[0] < 1e-5
 
 
-def test_displacement_between_the_places_of_the_table(table):
+def test_displacement_between_before_and_beyond_the_places_of_the_table(table):
     nu, law = 0.3, 0.5
     r = np.linalg.norm(CELLS, axis=1)
     sinking = -DEPTH[:, None] * RADIUS_M / r * (1 - (0.5 + 2 * nu**2) * (r / 0.1))
@@ -52,9 +52,6 @@ def test_displacement_between_the_places_of_the_table(table):
     drawn = -0.2 * stiffening[:, None] * DEPTH[:, None] * (RADIUS_M / r) ** 2
     at_rest = table.motion(DEPTH, nu, law, np.zeros(2)).motion_m
     assert at_rest == pytest.approx(sinking + law * drawn, rel=0.02)
-
-
-def test_displacements_before_the_contact_and_beyond_the_table(table):
     depth = np.array([-0.001, table.depth_m[-1], table.depth_m[-1] + 0.002])
     found = table.motion(depth, 0.3, 0.5, np.zeros(2))
     assert np.abs(found.motion_m[0]).max() < 1e-15 and not found.by_depth[0].any()

@@ -1,4 +1,4 @@
-"""Verdicts and warnings just inside and just outside of each of their limits."""
+"""Verdicts, warnings and exclusions just inside and just outside of each of their limits."""
 
 from dataclasses import replace
 
@@ -12,7 +12,8 @@ from palpate.estimate.direct.fit import Solution, blocks_of
 from palpate.estimate.direct.indentation import FORCE_LAW, MOTION_LAW, NU, linearised
 from palpate.estimate.direct.prior import FARTHEST_LAW
 from palpate.estimate.direct.quantities import intervals, quantities_of
-from palpate.estimate.direct.warnings import warnings_of
+from palpate.estimate.direct.warnings import Estimated, exclusions, warnings_of
+from palpate.modulus import LABELS, Modulus
 
 
 def exact(**changes):
@@ -163,3 +164,45 @@ def test_nothing_is_identified_where_the_law_is_far_from_its_prior(law, verdict)
     names = "youngs_modulus_pa", "poisson_ratio"
     assert {found.moduli[name].verdict for name in names} == {verdict}
     assert bool(found.warnings) == (verdict == "bounded")
+
+
+WIDE = {name: Modulus(30e3, 10e3, 90e3, "bounded", "Pa") for name in LABELS}
+
+
+def of(low, high, whose="all captures by the Kinect", *, joint=True, verdict="identified"):
+    E = Modulus((low + (high or 2 * low)) / 2, low, high, verdict, "Pa")
+    return Estimated(whose, WIDE | {"youngs_modulus_pa": E}, joint)
+
+
+def single(low, high, number=1):
+    return of(low, high, f"capture {number:02d} by the Bumblebee2", joint=False)
+
+
+@pytest.mark.parametrize(
+    ("other", "warned"),
+    [
+        (of(26.3e3, 29.4e3), True),
+        (of(26.3e3, 30.8e3), False),
+        (of(37e3, 40e3), True),
+        # Without an upper end, and one that is not to be trusted.
+        (of(36e3, None), False),
+        (of(37e3, None), True),
+        (of(26.3e3, 29.4e3, verdict="not judged"), False),
+    ],
+)
+def test_two_sensors(other, warned):
+    lines = exclusions([of(30.7e3, 36.1e3), other])
+    assert [len(one) for one in lines] == [warned, warned] and lines[0] == lines[1]
+
+
+@pytest.mark.parametrize(
+    ("excluded", "captures", "joint"), [(1, 5, 0), (2, 5, 1), (4, 36, 0), (5, 36, 1)]
+)
+def test_single_captures_miss_by_chance_once_in_twenty(excluded, captures, joint):
+    singles = [single(24e3, 35e3, k) for k in range(captures - excluded)]
+    singles += [single(20e3, 29e3, 90 + k) for k in range(excluded)]
+    said, *of_singles = exclusions([of(30e3, 36e3), *singles])
+    assert len(said) == joint
+    assert [len(one) for one in of_singles] == [0] * (captures - excluded) + [1] * excluded
+    # They are not compared with each other.
+    assert exclusions([single(10e3, 11e3), single(20e3, 21e3)]) == [[], []]

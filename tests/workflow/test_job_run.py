@@ -6,7 +6,8 @@ import sys
 from types import SimpleNamespace
 
 import pytest
-from palpate.workflow.job import OWNER, run
+from palpate.workflow.job import OWNER, naming, run
+from palpate.workflow.start import environment
 from stage_runs import Named
 
 # Stands for the run's Snakemake: starts a job, through a shell or not, and waits.
@@ -122,3 +123,19 @@ def test_ctrl_c_is_left_to_snakemake_to_say(capture, tmp_path, capfd):
     assert ended(stop, capture, tmp_path) == 1
     assert capfd.readouterr().err == ""
     assert (tmp_path / "log.txt").read_text().startswith("error: mask/08: stopped")
+
+
+def test_a_file_is_named_once_and_for_its_own_fields_only():
+    with pytest.raises(ValueError, match="^a.csv: force: expected more$"), naming("a.csv"):
+        raise ValueError("force: expected more")
+    with pytest.raises(ValueError, match="^a.csv: force"), naming("a.csv"), naming("a.csv"):
+        raise ValueError("force: expected more")
+    with pytest.raises(ValueError, match="^force"), naming("a.yaml", "support", "contact"):
+        raise ValueError("force: expected more")
+
+
+def test_jobs_use_one_thread_whatever_is_exported(monkeypatch):
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+    for name in names:
+        monkeypatch.setenv(name, "8")
+    assert [environment("scripts")[name] for name in names] == ["1", "1", "1"]
