@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from floor import floor
 from palpate.estimate.minimise.objective import node_sets
-from palpate.solid.laws import lame_from_engineering
 from palpate.solid.load import contact_pressure, contact_triangle, hertz_contact_radius, nodal_force
 from palpate.solid.mesh import quadratic, refine_near, solid_mesh
 from palpate.solid.solve import factorise
@@ -45,6 +44,12 @@ def test_bad_node_sets_are_refused(cube):
         node_sets(cube, FLOOR, contact_nodes=below)
 
 
+def test_contact_far_from_the_surface_is_refused(cube):
+    for point in (TOP + [0, 0, 0.1], TOP * np.nan):
+        with pytest.raises(ValueError, match="expected within 0.01 m of the surface"):
+            contact_triangle(cube, point, largest_distance_m=0.01)
+
+
 @ORDERS
 def test_force_is_kept(cube, order):
     mesh = of_order(cube, order)
@@ -68,7 +73,7 @@ def test_force_as_printed(cube):
     assert np.allclose(printed[triangle[0]], force * area / (np.pi * 0.006 * 0.004))
 
 
-def test_bad_forces_places_and_patches_are_rejected(cube):
+def test_bad_forces_and_patches_are_rejected(cube):
     fine = quadratic(cube)
     three, six = (contact_triangle(mesh, TOP, largest_distance_m=0.01) for mesh in (cube, fine))
     options = {"turn_to_normal": False, **PRESS}
@@ -80,9 +85,6 @@ def test_bad_forces_places_and_patches_are_rejected(cube):
             nodal_force(cube, three, DOWN, rule=rule, **options)
     with pytest.raises(ValueError, match="triangle: expected 6 nodes, found 3"):
         nodal_force(fine, three, DOWN, rule="conserve", **options)
-    for point in (TOP + [0, 0, 0.1], TOP * np.nan):
-        with pytest.raises(ValueError, match="expected within 0.01 m of the surface"):
-            contact_triangle(cube, point, largest_distance_m=0.01)
     options = {"contact_radius_m": 0.005}
     with pytest.raises(ValueError, match="expected triangles within 0.005 m .* found none"):
         contact_pressure(cube, TOP + [0, 0, 0.02], DOWN, DOWN, **options)
@@ -134,7 +136,9 @@ def pressed(refinements, edge_m, places):
     solid = quadratic(fine)
     f = contact_pressure(solid, top, DOWN, 1.0 * DOWN, contact_radius_m=0.005)
     free = dofs(np.flatnonzero(solid.nodes_m[:, 2] > 1e-9))
-    K = combined(*elastic_stiffness(solid), *lame_from_engineering(25e3, 0.3))[free][:, free]
+    E, nu = 25e3, 0.3
+    lam, mu = E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+    K = combined(*elastic_stiffness(solid), lam, mu)[free][:, free]
     u = np.zeros(f.size)
     u[free] = factorise(K)(f.ravel()[free])
     nearest = [int(np.argmin(np.linalg.norm(solid.nodes_m - p, axis=1))) for p in places]
