@@ -167,7 +167,7 @@ def scale_bar(axes: Axes, length: float, text: str, *, loc: str = "lower left", 
     look = {"frameon": False, "pad": 0.1, "sep": 2, "color": BLACK}
     left, right = axes.get_xlim()
     look |= {
-        "size_vertical": 0.006 * (right - left),
+        "size_vertical": 0.005 * (right - left),
         "fontproperties": FontProperties(size=TEXT_PT),
     }
     axes.add_artist(AnchoredSizeBar(axes.transData, length, text, loc, **look | where))

@@ -368,7 +368,7 @@ def figure_4_12(pose: pd.DataFrame, probe: Mapping, sensor: Mapping, *, provenan
     whole.arrow(places["camera"], places["marker"], **CHAIN)
     left, right, low, high = near.surface(mesh, width_px=800)
     # Room for the axes of the tip.
-    near.axes.set(xlim=(left - 20, right), ylim=(low - 34, high))
+    near.axes.set(xlim=(left - 12, right + 26), ylim=(low - 34, high))
     near.arrow(places["marker"], places["force"], **CHAIN, connectionstyle="arc3,rad=-0.25")
     near.arrow(places["force"], places["tip"], **CHAIN, connectionstyle="arc3,rad=0.6")
     for sketch, names in ((whole, ("camera", "marker", "tip")), (near, ("marker", "force", "tip"))):
@@ -377,8 +377,8 @@ def figure_4_12(pose: pd.DataFrame, probe: Mapping, sensor: Mapping, *, provenan
     for sketch, ends, symbol, side, points in (
         (whole, ("camera", "marker"), CHESSBOARD, (0, 1), 26),
         (whole, ("camera", "tip"), f"{CHESSBOARD}{SENSOR}{TIP}", (1, -0.8), 20),
-        (near, ("marker", "force"), SENSOR, (-0.7, -1), 56),
-        (near, ("force", "tip"), TIP, (-1, 0), 26),
+        (near, ("marker", "force"), SENSOR, (-1.1, -0.75), 62),
+        (near, ("force", "tip"), TIP, (-1, -0.5), 30),
     ):
         first, second = (places[name] for name in ends)
         length = np.linalg.norm(second - first) * MILLIMETRES

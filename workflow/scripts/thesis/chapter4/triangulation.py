@@ -178,7 +178,7 @@ def _panels(shape: Triangle, names: tuple[str, str]) -> tuple[Figure, Axes, Axes
     dimension(axes, (low, below), (high, below), "", (0, -1), color=GREEN)
     text = f"$d = f\\,b\\,/\\,Z$ = {shape.disparity_px:.1f} px"
     write(axes, (low, below), text, (-1, -2.5), 12, color=GREEN)
-    axes.set(xlim=(-1.6 * b, 3.0 * b), ylim=(-0.3 * z, 1.14 * z))
+    axes.set(xlim=(-1.95 * b, 3.0 * b), ylim=(-0.3 * z, 1.14 * z))
     note = "image planes\nnot to scale"
     axes.text(0.99, 0.02, note, transform=axes.transAxes, ha="right", **NOTE)
     axes.set(xlabel="along the baseline, $x$ (mm)", ylabel="along the optical axes, $z$ (mm)")

@@ -120,7 +120,7 @@ def figure_4_19(tables: Mapping[str, pd.DataFrame], provenance: set[str]) -> Fig
             ):
                 distance = np.linalg.norm(_places(rows), axis=1) * CENTIMETRES
                 values = rows[f"std_{axis}_m"] * MILLIMETRES
-                panel.plot(distance, values, ls="", label=label, **look)
+                panel.plot(distance, values, ls="", label=label, clip_on=False, **look)
             named(panel, next(letters), f"{sensor_name(name)}, ${axis}$")
             panel.set_ylim(bottom=0)
         row[0].set_ylabel("Standard deviation (mm)")
