@@ -136,7 +136,7 @@ def _fields(axes: Axes, device: Mapping) -> None:
     write(axes, (0, distance), f"object, {distance:.2f} m", (0.2, 1), 8)
     ranged = f"range {near:g} to {far:g} m" + (", cut" if far > PLAN_M else "")
     write(axes, (0, shown), ranged, (0, -1), 8)
-    _plan(axes, (-0.85, 0.85), (-0.6, PLAN_M + 0.5))
+    _plan(axes, (-1.25, 1.25), (-0.6, PLAN_M + 0.5))
 
 
 def _scans(axes: Axes, scan: Mapping) -> None:
@@ -154,7 +154,7 @@ def _scans(axes: Axes, scan: Mapping) -> None:
         words = f"{abs(elevation):g}°, turned over" if over else f"{elevation:g}° above"
         axes.plot(*flat.T, marker, color=colour, ms=4.5, ls="none", label=words)
     title = f"{len(turns) * len(scan['elevations_deg'])} views of {distance:.1f} m"
-    _plan(axes, (-1.05 * distance, 1.05 * distance), (-1.75 * distance, 1.35 * distance), title)
+    _plan(axes, (-1.65 * distance, 1.65 * distance), (-1.75 * distance, 1.35 * distance), title)
 
 
 def _plan(axes: Axes, across: tuple, up: tuple, title: str | None = None) -> None:
@@ -368,7 +368,7 @@ def figure_4_12(pose: pd.DataFrame, probe: Mapping, sensor: Mapping, *, provenan
     whole.arrow(places["camera"], places["marker"], **CHAIN)
     left, right, low, high = near.surface(mesh, width_px=800)
     # Room for the axes of the tip.
-    near.axes.set(xlim=(left - 12, right + 26), ylim=(low - 34, high))
+    near.axes.set(xlim=(left - 12, right + 26), ylim=(low - 44, high))
     near.arrow(places["marker"], places["force"], **CHAIN, connectionstyle="arc3,rad=-0.25")
     near.arrow(places["force"], places["tip"], **CHAIN, connectionstyle="arc3,rad=0.6")
     for sketch, names in ((whole, ("camera", "marker", "tip")), (near, ("marker", "force", "tip"))):
