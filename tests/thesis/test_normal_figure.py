@@ -3,7 +3,6 @@
 import numpy as np
 import open3d as o3d
 import pytest
-from palpate.report import style
 from palpate.vision.clouds import Cloud
 from thesis.chapter4 import normal_figure
 
@@ -57,16 +56,3 @@ def test_turning_the_cloud_turns_the_plane(cloud):
 def test_number_of_neighbours(cloud, neighbours):
     with pytest.raises(ValueError, match=rf"neighbours: expected 3 to .* 900 .*found {neighbours}"):
         normal_figure.fit_plane(cloud, np.zeros(3), neighbours=neighbours)
-
-
-def test_figure_says_what_it_shows_and_repeats(cloud, tmp_path):
-    fit = normal_figure.fit_plane(cloud, np.array([0, 0, 0.6]), neighbours=NEIGHBOURS)
-    capture = {"sensor": "kinect", "provenance": "simulated"}
-    for k in "ab":
-        with style.journal():
-            figure = normal_figure.figure_4_4([capture], [(cloud, fit)])
-            style.save(figure, tmp_path / f"{k}.png", tmp_path / f"{k}.svg")
-    text = (tmp_path / "a.svg").read_text()
-    assert text == (tmp_path / "b.svg").read_text()
-    for words in ("Kinect", "fitted plane", "off the plane (mm)", "simulated captures"):
-        assert words in text

@@ -39,12 +39,13 @@ PLACES = {
 }
 WIDTH, DEPTH = 7, 7
 # Lengths of the drawing: one is the width of a column, and the height of a row.
-BOX_WIDTH, BOX_HEIGHT = 0.9, 0.7
-ROW_IN, LONG_NAME = 0.8, 13
-TINY, NAME = 5.6, 7.2
-# Characters that fill a box; a few more are drawn smaller.
-LINE = 19
+BOX_WIDTH, BOX_HEIGHT, ROW_IN = 0.92, 0.72, 0.8
+NAME_PT, FILE_PT = 7.5, 6.5
+# Characters that fill a box; longer lines are broken, longer words drawn smaller.
+LINE, LONG_NAME = 17, 13
 CENTRED = {"ha": "center", "va": "center", "zorder": 4}
+NOTE = "box: recordings that a rule reads (grey), its name, its files that others read\n"
+NOTE += "arrow: who reads them; left out where a longer way leads there too"
 
 
 def direct_edges(reads: Mapping[str, set[str]]) -> set[tuple[str, str]]:
@@ -87,84 +88,63 @@ def figure_1_1(rules: Sequence[Mapping]) -> Figure:
     for title, colour, start, width in STAGES.values():
         lane = (start + 0.02, -0.42), width - 0.04, DEPTH + 0.98
         axes.add_patch(Rectangle(*lane, fc=colour, alpha=0.09))
-        axes.text(start + width / 2, -0.22, title, weight="bold", fontsize=NAME, **CENTRED)
+        axes.text(start + width / 2, -0.22, title, weight="bold", fontsize=NAME_PT, **CENTRED)
+    places = _places(rules)
+    for start, stop in direct_edges(reads):
+        _arrow(axes, places[start], places[stop])
+    for rule in rules:
+        taken = {file for other in rules for file in other["reads"].get(rule["rule"], ())}
+        _box(axes, rule, sorted(taken | set(rule["wanted"])), places[rule["rule"]])
+    for name in sorted(set(reads).difference(*reads.values())):
+        end = places[name][0], DEPTH + 0.36
+        _arrow(axes, places[name], end, half=0.13)
+        look = {"boxstyle": "round,pad=0.45", "fc": BLACK, "ec": BLACK}
+        text = CENTRED | {"color": "white", "fontsize": NAME_PT, "bbox": look}
+        axes.text(*end, r"$\mathbf{E}$ and $\mathbf{\nu}$", **text)
+    axes.text(0.05, DEPTH + 0.83, NOTE, va="center", fontsize=FILE_PT, linespacing=1.3)
+    return figure
+
+
+def _places(rules: Sequence[Mapping]) -> dict[str, tuple[float, float]]:
+    """Middle of each rule's box; one without a place of its own gets a free one of its stage."""
     cells = dict(PLACES)
     for rule in rules:
         _, _, column, _ = STAGES[rule["stage"]]
         free = ((column, row) for row in range(DEPTH) if (column, row) not in cells.values())
         cells.setdefault(rule["rule"], next(free))
-    places = {name: (column + 0.5, row + 0.5) for name, (column, row) in cells.items()}
-    direct = direct_edges(reads)
-    for name, others in reads.items():
-        for other in sorted(others):
-            _draw_edge(axes, places[other], places[name], (other, name) in direct)
-    for rule in rules:
-        taken = {file for other in rules for file in other["reads"].get(rule["rule"], ())}
-        _draw_rule(axes, rule, sorted(taken | set(rule["wanted"])), places[rule["rule"]])
-    for name in sorted(set(reads).difference(*reads.values())):
-        _draw_result(axes, places[name])
-    _draw_legend(axes, DEPTH)
-    return figure
+    return {name: (column + 0.5, row + 0.5) for name, (column, row) in cells.items()}
 
 
-def _draw_edge(
-    axes: Axes, start: tuple[float, float], stop: tuple[float, float], direct: bool
-) -> None:
+def _arrow(axes: Axes, start: tuple, stop: tuple, *, half: float = BOX_HEIGHT / 2) -> None:
     """Arrow from under one box to above another, or round the boxes that stand between them."""
-    half = BOX_HEIGHT / 2
     if start[0] == stop[0] and stop[1] - start[1] > 1.5:
-        side = 1 if int(start[1]) % 2 else -1
-        near, far = (start[0] + side * reach for reach in (BOX_WIDTH / 2, BOX_WIDTH / 2 + 0.035))
+        near, far = (start[0] + side * BOX_WIDTH / 2 for side in (1, 1.075))
         line = [(near, start[1]), (far, start[1]), (far, stop[1]), (near, stop[1])]
     else:
         lean = 0.22 * np.tanh(stop[0] - start[0])
-        line = [(start[0] + lean, start[1] + half), (stop[0] - lean, stop[1] - half)]
+        line = [(start[0] + lean, start[1] + BOX_HEIGHT / 2), (stop[0] - lean, stop[1] - half)]
     look = ARROW | {"arrowstyle": "-|>,head_width=1.4,head_length=3", "mutation_scale": 1}
-    look |= {"color": BLACK, "lw": 0.9} if direct else {"color": "0.72", "lw": 0.6}
-    axes.add_patch(FancyArrowPatch(path=Path(line), zorder=2 if direct else 1, **look))
+    axes.add_patch(FancyArrowPatch(path=Path(line), zorder=2, **look))
 
 
-def _draw_rule(
-    axes: Axes, rule: Mapping, writes: Sequence[str], place: tuple[float, float]
-) -> None:
-    """Box of a rule: what it reads of the recordings, its name, what it writes."""
-    _, colour, _, _ = STAGES[rule["stage"]]
-    _box(axes, place, BOX_HEIGHT, fc="white", ec=colour)
+def _box(axes: Axes, rule: Mapping, writes: Sequence[str], place: tuple) -> None:
+    """What a rule reads of the recordings, its name, what it writes."""
+    corner = place[0] - BOX_WIDTH / 2, place[1] - BOX_HEIGHT / 2
+    look = {"boxstyle": "round,pad=0,rounding_size=0.05", "lw": 1.2, "zorder": 3, "fc": "white"}
+    look["ec"] = STAGES[rule["stage"]][1]
+    axes.add_patch(FancyBboxPatch(corner, BOX_WIDTH, BOX_HEIGHT, **look))
     name, recorded = rule["rule"], rule["recorded"]
     name = name.replace("_", "_\n", 1) if len(name) > LONG_NAME else name
-    parts = [(fill(", ".join(recorded), LINE + 3), -0.215, TINY, "0.4", "normal")]
-    parts += [(name, 0.0 if recorded else -0.08, NAME, BLACK, "bold")]
-    parts += [("\n".join(writes), 0.23, TINY, BLACK, "normal")]
-    for text, down, size, ink, weight in parts:
+    for text, down, size, ink, weight in (
+        (fill(", ".join(recorded), LINE), -0.22, FILE_PT, "0.35", "normal"),
+        (name, 0.01 if recorded else -0.08, NAME_PT, BLACK, "bold"),
+        ("\n".join(writes), 0.24, FILE_PT, BLACK, "normal"),
+    ):
         longest = max(map(len, text.split("\n")))
-        size = size * min(1, LINE / max(longest, 1))
-        look = CENTRED | {"fontsize": size, "color": ink, "weight": weight, "linespacing": 1.05}
-        axes.text(place[0], place[1] + down, text, **look)
-
-
-def _box(axes: Axes, place: tuple[float, float], height: float, **look) -> None:
-    size = np.array([BOX_WIDTH, height])
-    style = "round,pad=0,rounding_size=0.05"
-    corner = np.array(place) - size / 2
-    axes.add_patch(FancyBboxPatch(corner, *size, boxstyle=style, lw=1.2, zorder=3, **look))
-
-
-def _draw_result(axes: Axes, place: tuple[float, float]) -> None:
-    """What the workflow is for, under a rule that ends the way."""
-    column, row = place
-    result = column, DEPTH + 0.36
-    _draw_edge(axes, (column, row), (column, result[1] + BOX_HEIGHT / 2 - 0.13), True)
-    _box(axes, result, 0.26, fc=BLACK, ec=BLACK)
-    look = CENTRED | {"color": "white", "weight": "bold", "fontsize": NAME}
-    axes.text(*result, r"$E$ and $\nu$", **look)
-
-
-def _draw_legend(axes: Axes, depth: int) -> None:
-    text = "box: recordings that a rule reads (grey), its name, its files that others read\n"
-    text += "arrow: who reads them; grey: who gets there by a longer way too"
-    axes.text(0.05, depth + 0.83, text, va="center", fontsize=6.2, linespacing=1.3)
+        look = {"fontsize": size * min(1, LINE / max(longest, 1)), "color": ink, "weight": weight}
+        axes.text(place[0], place[1] + down, text, linespacing=1.0, **CENTRED | look)
 
 
 def make_figure_1_1(inputs: Any, params: Any) -> Figure:
-    """The figure from the way that the workflow tells."""
+    """The figure from the rules of the workflow."""
     return figure_1_1(params.rules)

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from palpate.estimate.minimise.options import Solid
 from palpate.json_fields import read_one
 from palpate.open3d_core import ClosestPoints
-from palpate.report.style import BLACK, GREEN, GREY, ORANGE, PAGE_IN, entitle, finished
+from palpate.report.panels import named
+from palpate.report.style import BLACK, GREEN, GREY, ORANGE, PAGE_IN, label_provenance
 from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import read_solid, refine_near
 from palpate.surface.tracked import load_tracked
@@ -66,7 +67,7 @@ def figure_3_3(
         Radius of the sphere, and depth, whose contact area is pi R d (Eq. 3.27) [m].
     provenance : str
     """
-    figure, axes = plt.subplots(1, len(views), figsize=(PAGE_IN, 4.2), squeeze=False)
+    figure, axes = plt.subplots(1, len(views), figsize=(PAGE_IN, 4.1), squeeze=False)
     circle = min(np.sqrt(radius_m * max(depth_m, 0)), radius_m) * MILLIMETRES
     for panel, view in zip(axes[0], views, strict=True):
         _panel(panel, view, point_m, circle)
@@ -77,11 +78,11 @@ def figure_3_3(
         Line2D([], [], color=ORANGE, ls=(0, (4, 2)), lw=1.2,
                label=f"indenter's contact, radius {circle:.1f} mm at {depth_m * 1e3:.1f} mm depth"),
     ]  # fmt: skip
-    finished(figure, {provenance})
-    figure.tight_layout(rect=(0, 0.13, 1, 0.96))
-    figure.legend(handles=marks, loc="lower center", ncol=3, bbox_to_anchor=(0.5, 0.03))
     for panel, view, letter in zip(axes[0], views, "abcd", strict=False):
-        entitle(panel, view.title, letter)
+        named(panel, letter, view.title)
+    figure.tight_layout(rect=(0, 0.1, 1, 1))
+    figure.legend(handles=marks, loc="lower center", ncol=3, bbox_to_anchor=(0.5, 0.03))
+    label_provenance(figure, {provenance})
     return figure
 
 

@@ -9,26 +9,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
-from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 from palpate.estimate.minimise.objective import Measurement, Objective, node_sets
-from palpate.report.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    SMALL,
-    entitle,
-    finished,
-)
+from palpate.report.panels import named
+from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN, finished
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.support import Support
 from palpate.units import KILOPASCALS, MILLIMETRES
 from scipy.optimize import minimize
 
-HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
+from thesis.diagrams import write
+
 LEVELS = 12
 # The first triangle, as the study's grid of starts has it: nu 0.25 at the Hertz modulus [Pa].
 FIRST_PA = np.array([[14e3, 14e3], [24e3, 14e3], [14e3, 17e3]])
@@ -135,7 +126,7 @@ def moves(simplex: NDArray) -> dict[str, NDArray]:
 def figure_3_8(
     field: ErrorField, path: list[NDArray], step: int, truth: Mapping[str, float] | None
 ) -> Figure:
-    """Moves in one step, and the way of the simplex (Fig. 3.8).
+    """Moves in one step, and the path of the simplex (Fig. 3.8).
 
     Parameters
     ----------
@@ -153,12 +144,10 @@ def figure_3_8(
         _contours(panel, field, coarse=panel is right)
         panel.set_xlabel("λ (kPa)")
     left.set_ylabel("μ (kPa)")
-    _way_panel(right, path, step, truth)
-    left.set_title("step")
-    figure = finished(figure, {"simulated"})
-    entitle(left, f"Step {step + 1}: {taken}", "a")
-    entitle(right, f"First {len(path) - 1} steps", "b")
-    return figure
+    _path_panel(right, path, step, truth)
+    named(left, "a", f"Step {step + 1}: {taken}")
+    named(right, "b", f"First {len(path) - 1} steps")
+    return finished(figure, {"simulated"})
 
 
 NAMES = {
@@ -206,8 +195,7 @@ def _moves_panel(axes: Axes, simplex: NDArray, following: NDArray) -> str:
 
 def _letter(axes: Axes, text: str, place: NDArray, colour: str) -> None:
     axes.plot(*place, "o", ms=4.5, color=colour, mec="white", mew=0.6, zorder=4)
-    look = {"textcoords": "offset points", "color": colour, "path_effects": HALO, "zorder": 5}
-    axes.annotate(rf"$\mathbf{{{text}}}$", place, (5, 4), fontsize=10, **look)
+    write(axes, place, rf"$\mathbf{{{text}}}$", (1, 0.8), 6.5, fontsize=10, color=colour)
 
 
 def _contours(axes: Axes, field: ErrorField, *, coarse: bool) -> None:
@@ -220,10 +208,10 @@ def _contours(axes: Axes, field: ErrorField, *, coarse: bool) -> None:
         shown = (x > left) & (x < right) & (y > low) & (y < high)
     levels = np.geomspace(error[shown].min(), error[shown].max(), LEVELS)
     lines = axes.contour(x, y, error, levels=levels, colors=GREY, linewidths=0.6, zorder=0.5)
-    axes.clabel(lines, levels[1::3], fmt="%.2g mm", fontsize=5.5)
+    axes.clabel(lines, levels[1::3], fmt="%.2g mm", fontsize=6.5)
 
 
-def _way_panel(axes: Axes, path: list[NDArray], step: int, truth: Mapping | None) -> None:
+def _path_panel(axes: Axes, path: list[NDArray], step: int, truth: Mapping | None) -> None:
     for k, simplex in enumerate(path):
         colour, width = (BLUE, 1.4) if k == step else (BLACK, 0.6)
         corners = simplex * KILOPASCALS
@@ -232,8 +220,7 @@ def _way_panel(axes: Axes, path: list[NDArray], step: int, truth: Mapping | None
     if truth:
         place = np.array([truth["lam_pa"], truth["mu_pa"]]) * KILOPASCALS
         axes.plot(*place, "*", ms=9, color=ORANGE, mec="white", mew=0.5, zorder=5)
-        look = {"textcoords": "offset points", "fontsize": SMALL, "path_effects": HALO}
-        axes.annotate("truth", place, (5, 5), color=ORANGE, zorder=5, **look)
+        write(axes, place, "truth", (1, 1), 7, color=ORANGE)
         every = np.vstack([every, place])
     low, size = every.min(axis=0), np.ptp(every, axis=0)
     axes.set_xlim(low[0] - 0.08 * size[0], low[0] + 1.14 * size[0])

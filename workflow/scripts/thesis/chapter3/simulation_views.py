@@ -55,9 +55,9 @@ def figure_3_10(steps: SimulatedSteps, tracked_m: NDArray, computed_m: NDArray) 
     figure = plt.figure(figsize=(PAGE_IN, 2.9))
     axes = _space(figure, left=-0.02, width=0.6)
     _surface(axes, steps, tracked_m, gap, top=float(gap.max()))
-    figure.text(0.02, 0.92, "a", weight="bold")
-    figure.text(0.045, 0.92, f"Mismatch; tracked deformation drawn {EXAGGERATION:g} times")
-    detail = figure.add_axes((0.63, 0.17, 0.23, 0.64))
+    figure.text(0.02, 0.9, "a", weight="bold")
+    figure.text(0.045, 0.9, f"Mismatch; tracked deformation drawn {EXAGGERATION:g} times")
+    detail = figure.add_axes((0.63, 0.25, 0.23, 0.62))
     _detail(detail, steps, tracked_m, computed_m)
     panel_letter(detail, "b")
     _bar(figure, "Mismatch (mm)", float(gap.max()), left=0.9)
@@ -162,9 +162,10 @@ def _detail(axes: Axes, steps: SimulatedSteps, tracked: NDArray, computed: NDArr
     axes.set_ylim(centre[1] - 60, centre[1] + 60)
     axes.set_aspect("equal")
     axes.set(xlabel="Length (mm)", ylabel="Width (mm)")
-    axes.text(0, 1.02, "sideways motion, drawn 10 times", transform=axes.transAxes)
-    axes.text(0, 1.10, "Computed", transform=axes.transAxes, color=BLACK, weight="bold")
-    axes.text(0.48, 1.10, "and tracked", transform=axes.transAxes, color=BLUE, weight="bold")
+    axes.set_title("Displaced sideways, drawn 10 times", fontsize=8, weight="normal")
+    for name, colour in (("computed", BLACK), ("tracked", BLUE)):
+        axes.plot([], [], color=colour, label=name)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.4, -0.22), ncols=2)
 
 
 def _bar(figure: Figure, label: str, top: float, *, left: float = 0.89) -> None:

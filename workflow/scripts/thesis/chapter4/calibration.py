@@ -121,7 +121,8 @@ def figure_4_9(result: Mapping, images: Mapping[str, NDArray], view: str) -> Fig
         panel.set_title(STREAM_TITLES[stream])
         panel.set_axis_off()
         panel_letter(panel, letter)
-    figure.tight_layout(rect=(0, 0.03, 1, 1))
+    # Letters stand outside the panels.
+    figure.tight_layout(rect=(0.02, 0.03, 1, 0.98))
     label_provenance(figure, {result["provenance"]})
     return figure
 
@@ -131,7 +132,7 @@ def figure_4_10(result: Mapping) -> Figure:
     board = result["board"]
     width, height = ((count - 1) * board["square_m"] for count in board["inner_corners"])
     outline = np.array([[0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0], [0, 0, 0]])
-    figure, axes = plt.subplots(1, 2, figsize=(PAGE_IN, 3.2), sharex=True)
+    figure, axes = plt.subplots(1, 2, figsize=(PAGE_IN, 3.2))
     poses = result["cameras"]["color"]["camera_from_board"]
     infrared = np.array(result["color_from_infrared"])[:3, 3]
     for panel, side, letter in zip(axes, (0, 1), "ab", strict=True):
@@ -143,7 +144,7 @@ def figure_4_10(result: Mapping) -> Figure:
             panel.plot(
                 place[2], place[side], ">", ms=6, color=COLOURS[name], label=STREAM_TITLES[name]
             )
-        panel.set_aspect("equal")
+        panel.set_aspect("equal", adjustable="datalim")
         panel.set_xlabel("z, away from the colour camera (m)")
         panel.set_ylabel(("x, to the right (m)", "y, down (m)")[side])
         if side == 1:

@@ -1,7 +1,9 @@
 """Figure 4.11: the colour model of the background subtraction, from a real pixel."""
 
+from dataclasses import dataclass, replace
 from typing import Any
 
+import cv2
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,32 +11,155 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 from palpate.capture.images import Stream
-from palpate.report.style import (
-    ARROW,
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    SMALL,
-    beside,
-    entitle,
-    label_provenance,
-)
-from palpate.vision.background import load_model
+from palpate.report.panels import named, photo_panel
+from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN, label_provenance
+from palpate.report.views import View
+from palpate.vision.background import BackgroundModel, distortion, load_model
 from palpate.vision.foreground import load_masks
 from palpate.vision.options import Background
 
-from thesis.chapter4.colour_pixel import PixelColour, choose_pixel, pixel_colour
+from thesis.diagrams import TEXT_PT, Sketch, blank, scale_bar, write
 
-WHITE_LEVEL = 255
+WHITE_LEVEL, TICKS = 255, (100, 200)
 # Half a side of the zoom [px].
 ZOOM_PX = 12
-# The chromaticity line rises on the paper so steeply, and the view may turn about it so far.
-RISE_DEG, TURNS_DEG = 40.0, np.arange(-50, 51, 2)
-TICKS = (100, 200)
+# R to the right, B up; colours of a background lie near the grey diagonal, apart from all axes.
+SIDE = View(-70, 35)
 EXPECTED, PROJECTED, COLOUR = r"$\mathbf{E}_i$", r"$\alpha_i\mathbf{E}_i$", r"$\mathbf{I}_i$"
+# Its alpha E lies apart from E, no level is clipped, and its deviations are alike, so that the
+# weighted projection of Eq. 4.15 looks like a perpendicular.
+LARGEST_ALPHA = 0.85
+LEVELS = (10, 245)
+LARGEST_STD_RATIO = 1.25
+# Its chromaticity is clear at so many thresholds; its distance from the rim [px].
+CLEAR, RIM_PX = 3.0, 7
+
+
+@dataclass(frozen=True)
+class PixelColour:
+    """One pixel of an image beside its background.
+
+    Attributes
+    ----------
+    expected, colour : (3,) arrays
+        E and I [grey levels].
+    samples : (n, 3) array
+        The pixel in the background's frames [grey levels].
+    alpha, chromaticity : float
+        Eq. 4.15 and 4.18 of the image.
+    sample_alpha, sample_chromaticity : (n,) arrays
+        The same of the samples.
+    threshold : float
+        tau_CD of Eq. 4.19.
+    """
+
+    expected: NDArray
+    colour: NDArray
+    samples: NDArray
+    alpha: float
+    chromaticity: float
+    sample_alpha: NDArray
+    sample_chromaticity: NDArray
+    threshold: float
+
+
+def choose_pixel(
+    model: BackgroundModel, image: NDArray, mask: NDArray, *, alpha_low: float
+) -> tuple[int, int]:
+    """Choose the pixel of Figure 4.11.
+
+    Of the foreground pixels off the mask's rim that are clearly of another chromaticity and darker
+    than the background, without a level near black or white, and with deviations alike in all
+    channels, the one whose colour is nearest to their median; of equals the first, row by row.
+
+    Parameters
+    ----------
+    model : BackgroundModel
+    image : (h, w, 3) uint8 array
+    mask : (h, w) bool array
+        True for foreground.
+    alpha_low : float
+        Brightness of the darkest shadow; darker pixels are foreground whatever their colour.
+
+    Returns
+    -------
+    row, column : int
+
+    Raises
+    ------
+    ValueError
+        If the image has no colours, or no pixel fits.
+    """
+    if image.ndim != 3:
+        raise ValueError(f"image: expected (h, w, 3) colours, found shape {image.shape}")
+    fit = _fitting(model, image, alpha_low) & _off_rim(mask)
+    if not fit.any():
+        raise ValueError("mask: expected a pixel that shows the colour model, found none")
+    distance = np.linalg.norm(image - np.median(image[fit], axis=0), axis=2)
+    row, column = np.unravel_index(np.argmin(np.where(fit, distance, np.inf)), fit.shape)
+    return int(row), int(column)
+
+
+def pixel_colour(
+    model: BackgroundModel, image: NDArray, samples: NDArray, pixel: tuple[int, int]
+) -> PixelColour:
+    """Gather what Figure 4.11 shows of one pixel.
+
+    Parameters
+    ----------
+    model : BackgroundModel
+    image : (h, w, 3) uint8 array
+    samples : (n, 3) array
+        The pixel in the background's frames [grey levels].
+    pixel : tuple of int
+        Row and column.
+
+    Raises
+    ------
+    ValueError
+        If the samples are not colours.
+    """
+    if samples.ndim != 2 or samples.shape[1] != 3:
+        raise ValueError(f"samples: expected shape (n, 3), found {samples.shape}")
+    colours = np.vstack([image[pixel], samples])[:, None]
+    alpha, chroma = (v[:, 0] for v in _distortions(_repeated(model, pixel, colours), colours))
+    return PixelColour(
+        model.mean[pixel].astype(float),
+        image[pixel].astype(float),
+        samples.astype(float),
+        float(alpha[0]),
+        float(chroma[0]),
+        alpha[1:],
+        chroma[1:],
+        model.threshold,
+    )
+
+
+def _distortions(model: BackgroundModel, image: NDArray) -> tuple[NDArray, NDArray]:
+    """Brightness alpha itself (Eq. 4.15) and normalised chromaticity (Eq. 4.18), (h, w) each."""
+    brightness, chroma = distortion(model, image)
+    return 1 + brightness * model.brightness_rms, chroma
+
+
+def _fitting(model: BackgroundModel, image: NDArray, alpha_low: float) -> NDArray:
+    """Pixels whose colours show the model well, (h, w) bool."""
+    alpha, chroma = _distortions(model, image)
+    fit = (alpha > alpha_low) & (alpha < LARGEST_ALPHA) & (chroma > CLEAR * model.threshold)
+    fit &= model.std.max(axis=2) < LARGEST_STD_RATIO * model.std.min(axis=2)
+    fit &= (np.minimum(image, model.mean) > LEVELS[0]).all(axis=2)
+    return fit & (np.maximum(image, model.mean) < LEVELS[1]).all(axis=2)
+
+
+def _off_rim(mask: NDArray) -> NDArray:
+    """Foreground whose neighbours are foreground too, (h, w) bool."""
+    return cv2.erode(mask.astype(np.uint8), np.ones((RIM_PX, RIM_PX), np.uint8)).astype(bool)
+
+
+def _repeated(model: BackgroundModel, pixel: tuple[int, int], colours: NDArray) -> BackgroundModel:
+    """One pixel's model for each of (n, 1, 3) colours."""
+    names = ("mean", "std", "brightness_rms", "chromaticity_rms")
+    values = {name: getattr(model, name)[pixel][None, None] for name in names}
+    return replace(model, **{name: v.repeat(len(colours), axis=0) for name, v in values.items()})
 
 
 def make_figure_4_11(inputs: Any, params: Any) -> Figure:
@@ -73,161 +198,94 @@ def figure_4_11(
         Darkest shadow and brightest highlight that count as background.
     provenance : str
     """
-    figure = plt.figure(figsize=(PAGE_IN, 3.0))
-    _photo_panel(figure.add_axes((0.025, 0.42, 0.27, 0.49)), image, pixel)
-    _zoom_panel(figure.add_axes((0.025, 0.06, 0.135, 0.32)), image, pixel)
-    _swatch_panel(figure.add_axes((0.165, 0.06, 0.13, 0.32)), shown)
-    _colour_space_panel(figure.add_axes((0.33, 0.05, 0.38, 0.86)), shown)
-    _class_panel(figure.add_axes((0.78, 0.17, 0.21, 0.74)), shown, alpha_bounds)
+    figure = plt.figure(figsize=(PAGE_IN, 3.1))
+    photo = figure.add_axes((0.015, 0.45, 0.27, 0.47))
+    zoom = figure.add_axes((0.015, 0.07, 0.13, 0.33))
+    for axes, colour in ((photo, BLACK), (zoom, "white")):
+        photo_panel(axes, image)
+        side = 2 * ZOOM_PX + 1 if axes is photo else 1
+        corner = pixel[1] - side / 2, pixel[0] - side / 2
+        axes.add_patch(Rectangle(corner, side, side, fill=False, ec="white", lw=2.0))
+        axes.add_patch(Rectangle(corner, side, side, fill=False, ec=colour, lw=1.0))
+    named(photo, "a", "Image")
+    reach = np.array([-ZOOM_PX - 0.5, ZOOM_PX + 0.5])
+    zoom.set(xlim=pixel[1] + reach, ylim=pixel[0] - reach)
+    write(zoom, (pixel[1], pixel[0] - 0.5), "pixel $i$", (0, 1), 8)
+    _swatches(figure.add_axes((0.155, 0.07, 0.13, 0.33)), shown)
+    space = blank(figure, (0.32, 0.05, 0.38, 0.87), "RGB space (grey levels)", "b")
+    _colour_space(Sketch(space, SIDE), shown)
+    _classes(figure.add_axes((0.775, 0.17, 0.215, 0.75)), shown, alpha_bounds)
     label_provenance(figure, {provenance})
     return figure
 
 
-def _photo_panel(axes: Axes, image: NDArray, pixel: tuple[int, int]) -> None:
-    axes.imshow(image, interpolation="antialiased")
-    corner = (pixel[1] - ZOOM_PX - 0.5, pixel[0] - ZOOM_PX - 0.5)
-    side = 2 * ZOOM_PX + 1
-    axes.add_patch(Rectangle(corner, side, side, fill=False, ec="white", lw=2.0))
-    axes.add_patch(Rectangle(corner, side, side, fill=False, ec=BLACK, lw=1.0))
-    axes.set_axis_off()
-    entitle(axes, "Image", "a")
-
-
-def _zoom_panel(axes: Axes, image: NDArray, pixel: tuple[int, int]) -> None:
-    row, column = pixel
-    axes.imshow(image, interpolation="none")
-    axes.set_xlim(column - ZOOM_PX - 0.5, column + ZOOM_PX + 0.5)
-    axes.set_ylim(row + ZOOM_PX + 0.5, row - ZOOM_PX - 0.5)
-    axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, ec="white", lw=1.0))
-    axes.annotate(
-        "pixel $i$",
-        (column, row - 0.5),
-        (0, 14),
-        textcoords="offset points",
-        ha="center",
-        color="white",
-        fontsize=7.5,
-        arrowprops={"arrowstyle": "-", "color": "white", "lw": 0.8},
-    )
-    axes.set(xticks=[], yticks=[])
-    axes.spines[:].set_visible(True)
-
-
-def _swatch_panel(axes: Axes, shown: PixelColour) -> None:
+def _swatches(axes: Axes, shown: PixelColour) -> None:
     axes.set(xlim=(0, 1), ylim=(3, 0))
     colours = (shown.expected, shown.alpha * shown.expected, shown.colour)
     for k, (colour, name) in enumerate(zip(colours, (EXPECTED, PROJECTED, COLOUR), strict=True)):
-        axes.add_patch(Rectangle((0.02, k + 0.08), 0.3, 0.84, fc=colour / WHITE_LEVEL, ec="none"))
-        axes.text(0.38, k + 0.32, name, va="center")
+        axes.add_patch(Rectangle((0.02, k + 0.08), 0.28, 0.84, fc=colour / WHITE_LEVEL, ec="none"))
         levels = ", ".join(f"{level:.0f}" for level in colour)
-        axes.text(0.38, k + 0.74, levels, va="center", fontsize=6.5)
+        axes.text(0.36, k + 0.5, f"{name}\n{levels}", va="center", fontsize=TEXT_PT)
     axes.set_axis_off()
 
 
-def _colour_space_panel(axes: Axes, shown: PixelColour) -> None:
-    view = _colour_view(shown.expected, shown.colour)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set_axis_off()
-    entitle(axes, "RGB space (grey levels)", "b")
-    _draw_axes(axes, view)
-    _draw_distortion(axes, shown, view)
-    _samples_inset(axes, shown, view)
-
-
-def _draw_axes(axes: Axes, view: NDArray) -> None:
-    """Axes of the colour space with ticks."""
-    for direction, name in zip(view, "RGB", strict=True):
-        axes.annotate("", WHITE_LEVEL * direction, (0, 0), arrowprops=ARROW)
-        beside(axes, WHITE_LEVEL * direction, name, direction, 6, weight="bold")
+def _colour_space(sketch: Sketch, shown: PixelColour) -> None:
+    """Axes, E, the chromaticity line, I, alpha E and CD."""
+    # A sketch's unit is a thousandth of its places'.
+    unit = 1e-3
+    names = [rf"$\mathbf{{{name}}}$" for name in "RGB"]
+    sketch.triad(np.eye(4), WHITE_LEVEL * unit, names=names, colours=[BLACK] * 3)
+    for axis, side in zip(np.eye(3), ((0, -1), (-1, 0.6), (-1, 0)), strict=True):
         for level in TICKS:
-            axes.plot(*(level * direction), ".", ms=3, color=BLACK)
-            aside = np.array([direction[1], -direction[0]]) * (1 if direction[1] < 0.6 else -1)
-            beside(axes, level * direction, str(level), aside, 7, fontsize=SMALL)
-
-
-def _draw_distortion(axes: Axes, shown: PixelColour, view: NDArray) -> None:
-    """E, the chromaticity line, I, alpha E and CD."""
+            sketch.dot(level * unit * axis, ms=1.8)
+            sketch.name(level * unit * axis, str(level), side, 7)
     colours = (shown.expected, shown.alpha * shown.expected, shown.colour)
-    E, foot, pixel = (colour @ view for colour in colours)
-    axes.plot(*np.transpose([(0, 0), 1.2 * E]), color=BLACK)
-    axes.plot(*np.transpose([foot, pixel]), color=ORANGE, lw=1.8)
+    E, foot, pixel = (unit * colour for colour in colours)
+    sketch.line(np.zeros(3), 1.25 * E, lw=1.3)
+    sketch.line(foot, pixel, color=ORANGE, lw=1.8)
     for place, colour in zip((E, foot, pixel), colours, strict=True):
-        _dot(axes, place, colour)
-    down = np.array([np.sin(np.radians(RISE_DEG)), -np.cos(np.radians(RISE_DEG))])
-    beside(axes, E, EXPECTED, down, 8)
-    beside(axes, foot, PROJECTED, down, 8)
-    beside(axes, pixel, COLOUR, pixel - foot, 9)
-    beside(axes, (foot + pixel) / 2, "$CD_i$", -E, 11, color=ORANGE)
-    axes.text(0, 0, "O ", ha="right", va="top")
-    axes.text(
-        *(0.42 * E),
-        "\nchromaticity line",
-        rotation=RISE_DEG,
-        rotation_mode="anchor",
-        ha="center",
-        va="center",
-        fontsize=SMALL,
-    )
+        sketch.dot(place, ms=6, mfc=colour / WHITE_LEVEL, mec=BLACK, mew=0.8)
+    along = sketch.flat(E)
+    down = np.array([along[1], -along[0]])
+    for place, text, side in ((E, EXPECTED, down), (foot, PROJECTED, down), (pixel, COLOUR, -down)):
+        sketch.name(place, text, side, 9)
+    sketch.name((foot + pixel) / 2, "$CD_i$", -along, 12, color=ORANGE)
+    look = {"rotation": np.rad2deg(np.arctan2(*along[::-1])), "rotation_mode": "anchor"}
+    sketch.name(0.2 * E, "chromaticity line", down, 7, **look)
+    sketch.name(np.zeros(3), "O", (-1, -1), 6)
+    _samples_inset(sketch, shown, E)
 
 
-def _samples_inset(axes: Axes, shown: PixelColour, view: NDArray) -> None:
+def _samples_inset(sketch: Sketch, shown: PixelColour, E: NDArray) -> None:
     """Magnify the background's frames around E."""
-    E, samples = shown.expected @ view, shown.samples @ view
-    reach = 1.5 * max(1.0, np.abs(samples - E).max())
-    inset = axes.inset_axes((0.75, 0.17, 0.25, 0.3), aspect="equal", xticks=[], yticks=[])
-    inset.set(xlim=E[0] + np.array([-reach, reach]), ylim=E[1] + np.array([-reach, reach]))
-    inset.plot(*np.transpose([0.9 * E, 1.1 * E]), color=BLACK, lw=1.0)
-    _dot(inset, E, shown.expected)
-    inset.plot(*samples.T, "o", ms=3, color=BLUE, mec="white", mew=0.3)
+    middle, samples = sketch.flat(E), sketch.flat(shown.samples * 1e-3)
+    reach = 1.5 * max(1.0, np.abs(samples - middle).max())
+    inset = sketch.axes.inset_axes((0.76, 0.2, 0.24, 0.28), aspect="equal", xticks=[], yticks=[])
+    near = np.array([-reach, reach])
+    inset.set(xlim=middle[0] + near, ylim=middle[1] + near)
+    close = Sketch(inset, sketch.view)
+    close.line(0.9 * E, 1.1 * E)
+    close.dot(E, ms=6, mfc=shown.expected / WHITE_LEVEL, mec=BLACK, mew=0.8)
+    inset.plot(*samples.T, "o", ms=3, color=BLUE, mec="white", mew=0.3, zorder=6)
     inset.spines[:].set(visible=True, color=GREY)
-    inset.set_xlabel(f"{len(samples)} background frames", fontsize=SMALL, color=BLUE, labelpad=2)
-    bar = E + np.array([0.9 * reach - 1, -0.86 * reach])
-    inset.plot([bar[0], bar[0] + 1], [bar[1]] * 2, color=BLACK, lw=1.5, solid_capstyle="butt")
-    beside(inset, bar, "1 level", (-1, 0), 4, fontsize=SMALL - 0.5)
-    axes.indicate_inset_zoom(inset, edgecolor=GREY, lw=0.6, alpha=1)
+    words = f"{len(samples)} background\nframes"
+    inset.set_xlabel(words, fontsize=TEXT_PT, color=BLUE, labelpad=2)
+    scale_bar(inset, 1, "1 level", loc="lower right")
+    sketch.axes.indicate_inset_zoom(inset, edgecolor=GREY, lw=0.6, alpha=1)
 
 
-def _dot(axes: Axes, place: NDArray, colour: NDArray) -> None:
-    """Mark a place in a pixel's own colour [grey levels]."""
-    axes.plot(*place, "o", ms=6, mfc=colour / WHITE_LEVEL, mec=BLACK, mew=0.8)
-
-
-def _colour_view(E: NDArray, colour: NDArray) -> NDArray:
-    """Directions of the paper's right and up in RGB space, as columns (3, 2).
-
-    The chromaticity line keeps its length; of the turns about it the one is taken that sets it
-    and the axes R, G, B farthest apart on the paper.
-    """
-    along = E / np.linalg.norm(E)
-    out = colour - (colour @ along) * along
-    out /= np.linalg.norm(out)
-    views = [_turned(along, out, turn) for turn in np.radians(TURNS_DEG)]
-    return max(views, key=lambda view: _smallest_angle(np.vstack([view, along @ view])))
-
-
-def _turned(along: NDArray, out: NDArray, turn: float) -> NDArray:
-    rise = np.radians(RISE_DEG)
-    across = np.cos(turn) * out + np.sin(turn) * np.cross(along, out)
-    right = np.cos(rise) * along - np.sin(rise) * across
-    return np.column_stack([right, np.sin(rise) * along + np.cos(rise) * across])
-
-
-def _smallest_angle(directions: NDArray) -> float:
-    angles = np.sort(np.arctan2(directions[:, 1], directions[:, 0]))
-    return float(np.diff(angles, append=angles[0] + 2 * np.pi).min())
-
-
-def _class_panel(axes: Axes, shown: PixelColour, bounds: tuple[float, float]) -> None:
+def _classes(axes: Axes, shown: PixelColour, bounds: tuple[float, float]) -> None:
     low, high = bounds
     axes.add_patch(Rectangle((low, 0), high - low, shown.threshold, fc=GREEN, ec="none", alpha=0.2))
     axes.text(high, shown.threshold, r"$\tau_{CD}$ ", color=GREEN, ha="right", va="bottom")
     axes.plot(shown.sample_alpha, shown.sample_chromaticity, ".", ms=3, color=BLUE)
-    place = np.array([shown.alpha, shown.chromaticity])
-    _dot(axes, place, shown.colour)
-    beside(axes, place, f"{COLOUR} ({place[0]:.2f}, {place[1]:.1f})", (0, -1), 11)
-    axes.text((low + high) / 2, 0.6 * shown.threshold, "background", ha="center", va="center")
-    axes.text((low + high) / 2, 0.5 * shown.chromaticity, "foreground", ha="center")
+    place = shown.alpha, shown.chromaticity
+    look = {"ms": 6, "mfc": shown.colour / WHITE_LEVEL, "mec": BLACK, "mew": 0.8}
+    axes.plot(*place, "o", **look)
+    write(axes, place, f"{COLOUR} ({place[0]:.2f}, {place[1]:.1f})", (0, -1), 11)
+    write(axes, ((low + high) / 2, 0.6 * shown.threshold), "background", (0, 1), 0.1)
+    write(axes, ((low + high) / 2, 0.5 * shown.chromaticity), "foreground", (0, 1), 0.1)
     axes.set(xlim=(0, high + 0.1), ylim=(0, 1.1 * shown.chromaticity))
     axes.set_xlabel(r"Brightness distortion $\alpha_i$")
     axes.set_ylabel(r"Chromaticity distortion $CD_i/b_i$")
-    entitle(axes, "Classification", "c")
+    named(axes, "c", "Classification")

@@ -8,25 +8,23 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 from palpate.json_fields import read_all
+from palpate.report.panels import named
 from palpate.report.style import (
-    ARROW,
     BLUE,
     GREEN,
     GREY,
     ORANGE,
     PAGE_IN,
-    beside,
-    entitle,
-    label_provenance,
     sensor_name,
 )
 from palpate.report.views import View
 from palpate.units import MILLIMETRES
 from palpate.vision.clouds import Cloud, read_clouds
 from scipy.spatial import cKDTree
+
+from thesis.diagrams import TEXT_PT, Sketch, blank, legend_below, scale_bar
 
 # P lies so far from the pressed point, on the rim of the dent [m].
 ASIDE_M = np.array([0.011, 0.0, 0.0])
@@ -136,70 +134,60 @@ def figure_4_4(captures: Sequence[Mapping], planes: Sequence[tuple[Cloud, PlaneF
     planes : sequence of (Cloud, PlaneFit)
         See `pressed_plane`.
     """
-    figure = plt.figure(figsize=(PAGE_IN, 4.4))
+    figure = plt.figure(figsize=(PAGE_IN, 4.3))
     count = len(captures)
+    letters = iter("abcdefghijkl")
     for k, (capture, (cloud, fit)) in enumerate(zip(captures, planes, strict=True)):
-        left, width = (k + 0.15) / count, 0.8 / count
-        space = figure.add_axes((left - 0.1 / count, 0.45, width + 0.12 / count, 0.41))
-        _draw_space(space, cloud, fit, key=k == 0)
-        entitle(space, sensor_name(capture["sensor"]), "abcdef"[k])
-        side = figure.add_axes((left, 0.12, width, 0.26))
-        _draw_heights(side, fit)
-    label_provenance(figure, {capture["provenance"] for capture in captures})
-    return figure
+        left, width = (k + 0.14) / count, 0.82 / count
+        title, letter = sensor_name(capture["sensor"]), next(letters)
+        space = blank(figure, (left, 0.5, width, 0.44), title, letter)
+        _space(Sketch(space, SIDE), cloud, fit)
+        side = figure.add_axes((left, 0.17, width, 0.24))
+        _heights(side, fit)
+        named(side, next(letters), "Distances from the plane")
+    provenances = {capture["provenance"] for capture in captures}
+    return legend_below(figure, figure.axes[0], provenances, lay_out=False)
 
 
-def _draw_space(axes: Axes, cloud: Cloud, fit: PlaneFit, *, key: bool) -> None:
-    """Points, plane and normal in space."""
-    reach = np.linalg.norm(fit.neighbours_m - fit.point_m, axis=1).max()
-    near = cloud.points_m[np.linalg.norm(cloud.points_m - fit.point_m, axis=1) < 2.4 * reach]
-    across, along = _tangents(fit.normal)
-    corners = [
-        fit.centre_m + 1.15 * reach * (a * across + b * along)
-        for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    ]
-    flat, sheet, dots = (_flat(points, fit) for points in (near, corners, fit.neighbours_m))
-    axes.plot(*flat.T, ".", color=GREY, ms=2.2, mew=0, label="cloud")
-    axes.add_patch(Polygon(sheet, fc=GREEN, alpha=0.22, ec=GREEN, lw=0.9, label="fitted plane"))
-    axes.plot(*dots.T, "o", color=BLUE, ms=3, mew=0, label=f"$P$ and its neighbours ({len(dots)})")
-    start, end = _flat([fit.centre_m, fit.centre_m + 1.3 * reach * fit.normal], fit)
-    axes.annotate("", end, start, arrowprops=ARROW | {"color": GREEN, "lw": 1.4})
-    beside(axes, end, r"$\mathbf{n}$", (1, 0.2), 5, color=GREEN)
-    axes.plot(*_flat([fit.point_m], fit).T, "o", color=ORANGE, ms=5, zorder=5)
-    beside(axes, _flat([fit.point_m], fit)[0], "$P$", (-0.7, 1), 8, color=ORANGE)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set_axis_off()
-    low = flat.min(axis=0)
-    axes.plot([low[0], low[0] + 5], [low[1] - 1] * 2, color="black", lw=2)
-    axes.text(low[0] + 2.5, low[1] - 1.5, "5 mm", ha="center", va="top", fontsize=7)
-    if key:
-        place = {"loc": "upper center", "bbox_to_anchor": (0.5, 1.0), "ncols": 3}
-        axes.figure.legend(*axes.get_legend_handles_labels(), handletextpad=0.3, **place)
+def _space(sketch: Sketch, cloud: Cloud, fit: PlaneFit) -> None:
+    """Points, plane and normal in space, from P."""
+    P, axes = fit.point_m, sketch.axes
+    reach = np.linalg.norm(fit.neighbours_m - P, axis=1).max()
+    near = cloud.points_m[np.linalg.norm(cloud.points_m - P, axis=1) < 2.4 * reach]
+    across, along = 1.15 * reach * _tangents(fit.normal)
+    centre, end = fit.centre_m - P, fit.centre_m - P + 1.3 * reach * fit.normal
+    corners = [centre + a * across + b * along for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    axes.plot(*sketch.flat(near - P).T, ".", color=GREY, ms=2.6, mew=0, label="cloud")
+    sketch.area(corners, GREEN, alpha=0.22, label="fitted plane")
+    label = f"$P$ and its neighbours ({len(fit.neighbours_m)})"
+    dots = sketch.flat(fit.neighbours_m - P)
+    axes.plot(*dots.T, "o", color=BLUE, ms=3.2, mew=0, label=label)
+    sketch.arrow(centre, end, color=GREEN, lw=1.4)
+    sketch.name(end, r"$\mathbf{n}$", (1, 0.2), color=GREEN)
+    sketch.dot(np.zeros(3), color=ORANGE, ms=5)
+    sketch.name(np.zeros(3), "$P$", (-0.7, 1), 8, color=ORANGE)
+    axes.autoscale_view()
+    scale_bar(axes, 5, "5 mm")
 
 
-def _draw_heights(axes: Axes, fit: PlaneFit) -> None:
+def _heights(axes: Axes, fit: PlaneFit) -> None:
     """Distances from the plane, the sum of whose squares is least (Eq. 4.4)."""
-    across, _ = _tangents(fit.normal)
-    place = (fit.neighbours_m - fit.centre_m) @ across * MILLIMETRES
+    place = (fit.neighbours_m - fit.centre_m) @ _tangents(fit.normal)[0] * MILLIMETRES
     height = fit.height_m * MILLIMETRES
     axes.axhline(0, color=GREEN, lw=1.2)
     axes.vlines(place, 0, height, color=BLUE, lw=0.7)
-    axes.plot(place, height, "o", color=BLUE, ms=3, mew=0)
+    axes.plot(place, height, "o", color=BLUE, ms=3.2, mew=0)
     axes.plot(place[0], height[0], "o", color=ORANGE, ms=5)
-    rms = np.sqrt(np.mean(height**2))
-    words = f"rms {rms:.2f} mm; {fit.angle_deg:.2f}° from the pipeline's normal"
-    axes.set_title(words, fontsize=7, weight="normal", pad=3)
-    largest = 1.25 * max(np.abs(height).max(), 0.1)
-    axes.set(ylim=(-largest, largest), xlabel="along the plane (mm)")
-    axes.set_ylabel("off the plane (mm)")
+    words = f"rms {np.sqrt(np.mean(height**2)):.2f} mm;"
+    words += f" {fit.angle_deg:.2f}° from the pipeline's normal"
+    look = {"transform": axes.transAxes, "ha": "right", "va": "top", "fontsize": TEXT_PT}
+    axes.text(1, 1, words, **look)
+    largest = np.array([-1.15, 1.5]) * max(np.abs(height).max(), 0.1)
+    axes.set(ylim=largest, xlabel="along the plane (mm)", ylabel="off the plane (mm)")
 
 
-def _tangents(normal: NDArray) -> tuple[NDArray, NDArray]:
+def _tangents(normal: NDArray) -> NDArray:
+    """Two unit vectors in a plane, as rows (2, 3)."""
     across = np.array([1.0, 0, 0]) - normal[0] * normal
     across /= np.linalg.norm(across)
-    return across, np.cross(normal, across)
-
-
-def _flat(points_m: Sequence, fit: PlaneFit) -> NDArray:
-    """Places in the picture, from P [mm]."""
-    return SIDE.project(np.asarray(points_m) - fit.point_m)[:, :2]
+    return np.stack([across, np.cross(normal, across)])

@@ -7,27 +7,18 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 from numpy.typing import NDArray
-from palpate.report.style import (
-    ARROW,
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    SMALL,
-    beside,
-    sensor_name,
-)
+from palpate.report.panels import named
+from palpate.report.style import BLUE, GREEN, GREY, ORANGE, PAGE_IN, sensor_name
+from palpate.report.views import View
 from palpate.units import MILLIMETRES
 from palpate.vision.camera import PinholeCamera, camera_from_spec
 
-# Where the reader stands. Lengths of the drawing are in pixels: the image plane lies at its focal
-# length, so the field of view is true; the object's point lies so many focal lengths away.
-SIDE_DEG, ABOVE_DEG = 47.0, 20.0
-AWAY = 2.1
+from thesis.diagrams import DOT_DASH, FROM_CAMERA, NOTE, Sketch, blank, matrix
+
+# Lengths of the drawing are in pixels: the image plane lies at its focal length, so the field of
+# view is true; the object's point lies so many focal lengths away.
+SIDE, AWAY = View(227, 20), 2.0
 # The drawn point on the image, from the principal point in parts of the half image.
 SHOWN = np.array([0.6, -0.78])
 
@@ -59,10 +50,12 @@ def figure_4_8(camera: Mapping, *, depth_m: float, name: str) -> Figure:
         raise ValueError(f"depth_m: expected a positive length, found {depth_m} m")
     optics = camera_from_spec(camera)
     pixel, point = shown_point(optics, depth_m)
-    figure = plt.figure(figsize=(PAGE_IN, 3.3))
-    axes = figure.add_axes((0.01, 0.02, 0.62, 0.96))
-    _draw_model(axes, optics, pixel)
-    _write_model(figure.add_axes((0.65, 0.02, 0.34, 0.96)), optics, pixel, point, name)
+    figure = plt.figure(figsize=(PAGE_IN, 3.2))
+    _draw(blank(figure, (0.02, 0.02, 0.59, 0.88), "Projection", "a"), optics, pixel)
+    axes = figure.add_axes((0.65, 0.02, 0.34, 0.88))
+    axes.set_axis_off()
+    named(axes, "b", f"{sensor_name(name)}, colour camera")
+    _write(axes, optics, pixel, point)
     return figure
 
 
@@ -74,114 +67,50 @@ def shown_point(optics: PinholeCamera, depth_m: float) -> tuple[NDArray, NDArray
     return pixel, depth_m * ray
 
 
-def _draw_model(axes: Axes, optics: PinholeCamera, pixel: NDArray) -> None:
-    view = _view()
-    focal = optics.fx_px
-    size = np.array([optics.width_px, optics.height_px])
+def _draw(axes: Axes, optics: PinholeCamera, pixel: NDArray) -> None:
+    """Centre of projection, image plane and the ray through it."""
+    sketch, focal, centre = Sketch(axes, SIDE, FROM_CAMERA), optics.fx_px, np.zeros(3)
     middle = np.array([optics.cx_px, optics.cy_px])
-    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * size - middle
-    plane = np.column_stack([corners, np.full(4, focal)])
-    image, point = np.array([*(pixel - middle), focal]), np.array([*(pixel - middle), focal]) * AWAY
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * [optics.width_px, optics.height_px]
+    plane = np.column_stack([corners - middle, np.full(4, focal)])
+    principal, image = np.array([0, 0, focal]), np.array([*(pixel - middle), focal])
     for corner in plane:
-        _line(axes, view, np.zeros(3), corner, color=GREY, lw=0.5)
-    axis_end = [0, 0, 1.45 * focal]
-    _line(axes, view, np.zeros(3), [0, 0, focal], color=BLACK, lw=0.8, ls=(0, (6, 3, 1, 3)))
-    axes.add_patch(Polygon(plane @ view, fc=BLUE, alpha=0.13, ec="none"))
-    axes.add_patch(Polygon(plane @ view, fc="none", ec=BLUE, lw=1.1))
-    _line(axes, view, [0, 0, focal], axis_end, color=BLACK, lw=0.8, ls=(0, (6, 3, 1, 3)))
-    _line(axes, view, np.zeros(3), point, color=ORANGE, lw=1.3)
-    _mark_places(axes, view, plane, image, point, focal)
-    _draw_axes(axes, view, np.zeros(3), 0.25 * focal, ("$x_c$", "$y_c$", "$z_c$"))
-    _draw_axes(axes, view, plane[0], 0.22 * focal, ("$x_i$", "$y_i$"))
-    _draw_offsets(axes, view, plane[0], image)
-    axes.set_aspect("equal")
-    axes.set_axis_off()
-    axes.autoscale_view()
-    axes.margins(0.09)
+        sketch.line(centre, corner, color=GREY, lw=0.5)
+    sketch.line(centre, 1.45 * principal, ls=DOT_DASH)
+    sketch.area(plane, BLUE)
+    sketch.line(centre, AWAY * image, color=ORANGE, lw=1.3)
+    for foot in ([image[0], plane[0, 1], focal], [plane[0, 0], image[1], focal]):
+        sketch.line(foot, image, color=ORANGE, lw=0.7, ls=(0, (2, 2)))
+    for text, place, side, away, colour in (
+        ("centre of\nprojection", centre, (-0.05, 1), 22, "black"),
+        ("principal point\n$(O_x, O_y)$", principal, (0.25, -1), 18, "black"),
+        ("$p_i$", image, (-0.5, 1), 9, ORANGE),
+        ("$P_c$", AWAY * image, (1, 0.1), 8, ORANGE),
+    ):
+        sketch.dot(place, color=colour)
+        sketch.name(place, text, side, away, color=colour)
+    sketch.name(0.62 * principal, "$f$", (0.2, -1), 9)
+    sketch.name(plane[2], "image plane", (1, 0.4), 7, color=BLUE)
+    corner = np.eye(4)
+    corner[:3, 3] = plane[0]
+    for frame, names in ((np.eye(4), ("$x_c$", "$y_c$", "$z_c$")), (corner, ("$x_i$", "$y_i$"))):
+        sketch.triad(frame, 0.25 * focal, names=names, colours=[GREEN] * 3)
+    axes.margins(0.06)
 
 
-def _mark_places(
-    axes: Axes, view: NDArray, plane: NDArray, image: NDArray, point: NDArray, focal: float
-) -> None:
-    """Centre, principal point, image point and object point, and the focal length."""
-    principal = np.array([0, 0, focal])
-    places = {
-        "centre of\nprojection": (np.zeros(3), (-0.05, 1), 22, BLACK),
-        "principal point\n$(O_x, O_y)$": (principal, (0.25, -1), 15, BLACK),
-        "$p_i$": (image, (-0.5, 1), 9, ORANGE),
-        "$P_c$": (point, (1, 0.1), 8, ORANGE),
-    }
-    for text, (place, side, away, colour) in places.items():
-        flat = place @ view
-        axes.plot(*flat, "o", color=colour, ms=5, zorder=5)
-        beside(axes, flat, text, side, away, color=colour)
-    beside(axes, 0.7 * principal @ view, "$f$", (0.2, -1), 11)
-    beside(axes, plane[2] @ view, "image plane", (1, 0.4), 7, color=BLUE)
-
-
-def _draw_offsets(axes: Axes, view: NDArray, corner: NDArray, image: NDArray) -> None:
-    """How far the image point lies from the image's corner."""
-    for foot in ([image[0], corner[1], image[2]], [corner[0], image[1], image[2]]):
-        _line(axes, view, foot, image, color=ORANGE, lw=0.7, ls=(0, (2, 2)))
-
-
-def _draw_axes(
-    axes: Axes, view: NDArray, origin: NDArray, length: float, names: tuple[str, ...]
-) -> None:
-    for k, name in enumerate(names):
-        end = (origin + length * np.eye(3)[k]) @ view
-        axes.annotate("", end, origin @ view, arrowprops=ARROW | {"color": GREEN, "lw": 1.3})
-        beside(axes, end, name, end - origin @ view, 7, color=GREEN, fontsize=7.5)
-
-
-def _write_model(
-    axes: Axes, optics: PinholeCamera, pixel: NDArray, point: NDArray, name: str
-) -> None:
+def _write(axes: Axes, optics: PinholeCamera, pixel: NDArray, point: NDArray) -> None:
     """Equations 4.7 and 4.8 with the camera's numbers."""
     axes.set(xlim=(0, 1), ylim=(0, 1))
-    axes.set_axis_off()
-    x, y, z = (f"{value * MILLIMETRES:.1f}" for value in point)
-    lines = [
-        (f"{sensor_name(name)}, colour camera", {"weight": "bold"}),
-        (r"$\mathbf{K}$ (Eq. 4.7), px", {}),
-    ]
-    for k, (line, look) in enumerate(lines):
-        axes.text(0, 0.93 - 0.11 * k, line, va="top", **look)
-    _matrix(axes, 0.63, [["f/s_x", "0", "O_x"], ["0", "f/s_y", "O_y"], ["0", "0", "1"]], (0, 0.4))
-    axes.text(0.445, 0.63, "=", ha="center", va="center")
-    numbers = [
-        [f"{value:.1f}" if value % 1 else f"{value:.0f}" for value in row] for row in optics.matrix
-    ]
-    _matrix(axes, 0.63, numbers, (0.49, 0.99))
-    words = f"$P_c$ = ({x}, {y}, {z}) mm\n$p_i$ = ({pixel[0]:.0f}, {pixel[1]:.0f}) px"
+    axes.text(0, 0.95, r"$\mathbf{K}$ (Eq. 4.7), px", va="top")
+    numbers = [[f"{v:.1f}" if v % 1 else f"{v:.0f}" for v in row] for row in optics.matrix]
+    symbols = [["f/s_x", "0", "O_x"], ["0", "f/s_y", "O_y"], ["0", "0", "1"]]
+    matrix(axes, symbols, (0, 0.4), 0.68)
+    axes.text(0.445, 0.68, "=", ha="center", va="center")
+    matrix(axes, numbers, (0.49, 0.99), 0.68)
     law = r"$p_i = (x_1/x_3,\; x_2/x_3)$ with $\mathbf{x} = \mathbf{K} P_c$  (Eq. 4.8)"
-    axes.text(0, 0.36, law, va="top")
-    axes.text(0, 0.25, words, va="top", color=ORANGE, linespacing=1.5)
+    axes.text(0, 0.45, law, va="top")
+    x, y, z = (f"{value * MILLIMETRES:.1f}" for value in point)
+    words = f"$P_c$ = ({x}, {y}, {z}) mm\n$p_i$ = ({pixel[0]:.0f}, {pixel[1]:.0f}) px"
+    axes.text(0, 0.34, words, va="top", color=ORANGE, linespacing=1.5)
     size = f"{optics.width_px} × {optics.height_px} px"
-    note = f"{size}; field of view to scale;\nlens distortion is not drawn"
-    axes.text(0, 0.06, note, va="top", fontsize=SMALL, color="0.35")
-
-
-def _matrix(axes: Axes, middle: float, rows: list[list[str]], ends: tuple[float, float]) -> None:
-    """Entries between two brackets."""
-    low, high = ends
-    for side, inward in ((low, 0.02), (high, -0.02)):
-        x = [side + inward, side, side, side + inward]
-        axes.plot(x, middle + 0.13 * np.array([1, 1, -1, -1]), color=BLACK, lw=0.8)
-    for i, row in enumerate(rows):
-        for j, entry in enumerate(row):
-            place = low + (high - low) * (j + 0.5) / 3, middle + 0.085 * (1 - i)
-            axes.text(*place, f"${entry}$", ha="center", va="center", fontsize=7.5)
-
-
-def _line(axes: Axes, view: NDArray, start: NDArray, stop: NDArray, **look) -> None:
-    axes.plot(*(np.array([start, stop]) @ view).T, **look)
-
-
-def _view() -> NDArray:
-    """Parallel projection of camera axes on the page, columns right and up (3, 2)."""
-    turn, tilt = np.radians([SIDE_DEG, ABOVE_DEG])
-    ahead = np.array([np.cos(turn), 0, np.sin(turn)])
-    up = np.array([0, -1.0, 0])
-    away = np.cross(up, ahead)
-    return np.column_stack([ahead, np.cos(tilt) * up + np.sin(tilt) * away])
+    axes.text(0, 0.01, f"{size}; field of view to scale;\nlens distortion is not drawn", **NOTE)

@@ -11,29 +11,18 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from palpate.capture.images import Stream
 from palpate.json_fields import read_one
-from palpate.report.style import (
-    BLACK,
-    BLUE,
-    COLUMN_IN,
-    GREEN,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    finished,
-    label_provenance,
-    panel_letter,
-    sensor_name,
-)
+from palpate.report.panels import photo_panel
+from palpate.report.style import BLACK, BLUE, COLUMN_IN, GREEN, GREY, ORANGE, finished
 from palpate.units import CENTIMETRES, MILLIMETRES
 
 from thesis.chapter4.sensor_files import by_sensor, provenances
+from thesis.diagrams import DASHED, by_sensor_panels, legend_below
 
 # Figure 4.13 shows so many frames on either side of a corner.
 SHOWN_FRAMES = 9
-TEXT_BOX = {"boxstyle": "square,pad=0.3", "fc": "white", "ec": "none", "alpha": 0.85}
 FILTERS = {
-    "raw": {"label": "as found", "color": GREY, "marker": "o", "ms": 2.5, "lw": 0.6},
-    "study": {"label": "the study's filter", "color": ORANGE, "lw": 1.2},
+    "raw": {"label": "as found", "color": GREY, "marker": "o", "ms": 3, "lw": 0.6},
+    "study": {"label": "the study's filter", "color": ORANGE, "lw": 1.2, "ls": DASHED},
     "smooth": {"label": "smoother", "color": BLUE, "lw": 1.2},
 }
 
@@ -59,31 +48,22 @@ def figure_4_6(
         Sensor to ``time_s, force_n`` of the averaged record.
     provenance : set of str
     """
-    size = (max(COLUMN_IN, PAGE_IN * len(frames) / 2), 3.6)
-    figure, axes = plt.subplots(
-        2, len(frames), figsize=size, sharex=True, sharey="row", squeeze=False
-    )
-    for (top, bottom), (name, table), letter in zip(
-        axes.T, sorted(frames.items()), "abcdef", strict=False
-    ):
-        record = forces[name]
-        top.plot(record["time_s"], record["force_n"], color=GREY, lw=0.5, label="force's record")
-        top.plot(
-            table["time_s"], table["force_n"], "o", ms=2.6, color=ORANGE, label="at the frames"
-        )
-        bottom.plot(
-            table["time_s"], table["displacement_m"] * MILLIMETRES, "o-", ms=2.6, lw=0.8, color=BLUE
-        )
+    figure, axes, items = by_sensor_panels(frames, 3.6, rows=2, sharex=True, sharey="row")
+    for (top, bottom), (name, table) in zip(axes.T, items, strict=True):
+        record, time = forces[name], table["time_s"]
+        top.plot(record["time_s"], record["force_n"], color=GREY, lw=0.5, label="force, recorded")
+        top.plot(time, table["force_n"], "o", ms=3.2, color=ORANGE, label="force at the frames")
+        displacement = table["displacement_m"] * MILLIMETRES
+        bottom.plot(time, displacement, "s-", ms=2.6, lw=0.8, color=BLUE)
         for panel in (top, bottom):
-            panel.axvline(table["time_s"][_arrival(table)], color=BLACK, lw=0.8, ls=(0, (4, 2)))
-        top.set_title(sensor_name(name))
+            panel.axvline(time[_arrival(table)], color=BLACK, lw=0.8, ls=DASHED)
         bottom.set_xlabel("Time (s)")
-        panel_letter(top, letter)
     axes[0, 0].set_ylabel("Force (N)")
-    axes[1, 0].set_ylabel("Displacement of the tip (mm)")
-    axes[0, 0].legend(loc="lower right")
+    axes[1, 0].set_ylabel("Displacement (mm)")
+    top.plot([], [], "s-", ms=2.6, lw=0.8, color=BLUE, label="tip")
+    top.plot([], [], color=BLACK, lw=0.8, ls=DASHED, label="depth reached")
     figure.align_ylabels(axes[:, 0])
-    return finished(figure, provenance)
+    return legend_below(figure, top, provenance)
 
 
 def _arrival(table: pd.DataFrame) -> int:
@@ -98,7 +78,7 @@ def make_figure_4_13(inputs: Any, params: Any) -> Figure:
 
 
 def figure_4_13(paths: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figure:
-    """The tip's way around a corner of the CD case before and after the filters (Fig. 4.13).
+    """The tip's path around a corner of the CD case before and after the filters (Fig. 4.13).
 
     Parameters
     ----------
@@ -106,24 +86,26 @@ def figure_4_13(paths: Mapping[str, pd.DataFrame], provenance: set[str]) -> Figu
         Sensor to the path in the case's frame (cd_case_path.csv).
     provenance : set of str
     """
-    size = (max(COLUMN_IN, PAGE_IN * len(paths) / 2), 3.0)
-    figure, axes = plt.subplots(1, len(paths), figsize=size, squeeze=False)
-    for panel, (name, path), letter in zip(axes[0], sorted(paths.items()), "abcdef", strict=False):
+    figure, axes, items = by_sensor_panels(paths, 3.2)
+    for panel, (_, path) in zip(axes[0], items, strict=True):
         part = _around_corner(path)
-        for kind, style in FILTERS.items():
-            x, y = (part[f"{kind}_{axis}_m"] * MILLIMETRES for axis in "xy")
-            panel.plot(x, y, **style)
+        for kind, look in FILTERS.items():
+            panel.plot(*(part[f"{kind}_{axis}_m"] * MILLIMETRES for axis in "xy"), **look)
         panel.set_aspect("equal", adjustable="datalim")
         panel.set_xlabel("x, along the case (mm)")
-        panel.set_title(sensor_name(name))
-        panel_letter(panel, letter)
     axes[0, 0].set_ylabel("y, across the case (mm)")
-    axes[0, 0].legend(loc="lower left")
-    return finished(figure, provenance)
+    return legend_below(figure, axes[0, 0], provenance)
+
+
+def _around_corner(path: pd.DataFrame) -> pd.DataFrame:
+    """Frames around the one that is farthest along both sides of the case."""
+    middle = int((path["smooth_x_m"] + path["smooth_y_m"]).argmax())
+    first = max(0, middle - SHOWN_FRAMES)
+    return path.iloc[first : middle + SHOWN_FRAMES + 1]
 
 
 def make_figure_4_20(inputs: Any, params: Any) -> Figure:
-    """Figure 4.20, of the first sensor's film."""
+    """Figure 4.20, of the first sensor's recording."""
     frames = Stream(Path(inputs.cases[0]) / "trace", params.sensors[params.names[0]])
     return figure_4_20(frames[len(frames) // 3], provenances(params))
 
@@ -132,8 +114,7 @@ def figure_4_20(image: NDArray, provenance: set[str]) -> Figure:
     """A colour image of the CD case being traced (Fig. 4.20)."""
     height, width = image.shape[:2]
     figure, panel = plt.subplots(figsize=(COLUMN_IN + 1, (COLUMN_IN + 1) * height / width + 0.2))
-    panel.imshow(image, interpolation="none")
-    panel.set_axis_off()
+    photo_panel(panel, image)
     return finished(figure, provenance)
 
 
@@ -151,7 +132,7 @@ def figure_4_21(
     places: Mapping[str, Mapping],
     provenance: set[str],
 ) -> Figure:
-    """The tip's way around the case against the case's cloud, from above (Fig. 4.21).
+    """The tip's path around the case against the case's cloud, from above (Fig. 4.21).
 
     Parameters
     ----------
@@ -159,41 +140,26 @@ def figure_4_21(
         Of each sensor cd_case_path.csv, points (n, 3) in the case's frame [m], and cd_case.json.
     provenance : set of str
     """
-    size = (max(COLUMN_IN, PAGE_IN * len(paths) / 2), 3.5)
-    figure, axes = plt.subplots(1, len(paths), figsize=size, squeeze=False, sharey=True)
-    for panel, (name, path), letter in zip(axes[0], sorted(paths.items()), "abcdef", strict=False):
+    figure, axes, items = by_sensor_panels(paths, 3.7, sharey=True)
+    for panel, (name, path) in zip(axes[0], items, strict=True):
         cloud, place = clouds[name] * CENTIMETRES, places[name]
-        panel.plot(
-            cloud[:, 0], cloud[:, 1], ".", ms=0.8, mew=0, color=GREEN, alpha=0.6, rasterized=True
-        )
+        panel.plot(*cloud[:, :2].T, ".", ms=0.8, mew=0, color=GREEN, alpha=0.6, rasterized=True)
+        panel.plot([], [], "o", ms=3, color=GREEN, label="cloud")
         half = np.array(place["size_m"][:2]) / 2 * CENTIMETRES
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * half
         panel.plot(*corners.T, color=BLACK, lw=0.8, label="case, registered")
-        way = path[["smooth_x_m", "smooth_y_m"]].to_numpy(float) * CENTIMETRES
-        panel.plot(*way.T, ".-", ms=2.5, lw=0.8, color=BLUE, label="tip's centre")
-        offset, spread = path["smooth_offset_m"].mean(), path["smooth_offset_m"].std()
-        text = f"offset {offset * MILLIMETRES:.2f} ± {spread * MILLIMETRES:.2f} mm"
-        text += f"\ntip's radius {place['tip_radius_m'] * MILLIMETRES:.2f} mm"
-        panel.text(0, 0, text, ha="center", va="center", fontsize=7.5, bbox=TEXT_BOX)
+        tip = path[["smooth_x_m", "smooth_y_m"]].to_numpy(float) * CENTIMETRES
+        label = f"tip's centre, radius {place['tip_radius_m'] * MILLIMETRES:.2f} mm"
+        panel.plot(*tip.T, ".-", ms=2.5, lw=0.8, color=BLUE, label=label)
+        offset, spread = (path["smooth_offset_m"].agg(how) * MILLIMETRES for how in ("mean", "std"))
+        title = f"offset {offset:.2f} ± {spread:.2f} mm"
+        panel.set_title(title, fontsize=7.5, weight="normal", loc="right")
         panel.set_aspect("equal")
-        panel.set_title(sensor_name(name))
         panel.set_xlabel("x, along the case (cm)")
-        panel_letter(panel, letter)
-    axes[0, 0].plot([], [], "o", ms=3, color=GREEN, label="cloud")
     axes[0, 0].set_ylabel("y, across the case (cm)")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="upper center", ncols=3)
-    figure.tight_layout(rect=(0, 0.03, 1, 0.94))
-    label_provenance(figure, provenance)
-    return figure
+    return legend_below(figure, axes[0, 0], provenance)
 
 
 def _cloud_points(path: str) -> NDArray:
     with np.load(path, allow_pickle=False) as data:
         return data["points_m"].astype(float)
-
-
-def _around_corner(path: pd.DataFrame) -> pd.DataFrame:
-    """Frames around the one that is farthest along both sides of the case."""
-    middle = int((path["smooth_x_m"] + path["smooth_y_m"]).argmax())
-    first = max(0, middle - SHOWN_FRAMES)
-    return path.iloc[first : middle + SHOWN_FRAMES + 1]

@@ -9,24 +9,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from palpate.report.style import (
-    ARROW,
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PAGE_IN,
-    SMALL,
-    beside,
-    entitle,
-)
+from palpate.report.panels import named
+from palpate.report.style import ARROW, BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN
 from palpate.units import MILLIMETRES
+
+from thesis.diagrams import DOT_DASH, NOTE, TEXT_PT, dimension, write
 
 # Where the drawn point lies between the axes, and the drawn image plane on the way to it: at its
 # focal length of a few millimetres the plane could not be seen.
-ACROSS, PLANE, HALF_PLANE, DEPTH_LINE = 0.42, 0.3, 0.4, 2.25
-BOTH_WAYS = ARROW | {"arrowstyle": "<|-|>,head_width=0.16,head_length=0.32"}
+ACROSS, PLANE, HALF_PLANE, DEPTH_LINE = 0.42, 0.3, 0.4, 2.65
 
 
 @dataclass(frozen=True)
@@ -100,7 +91,7 @@ def depth_of(depth: Mapping, counts: np.ndarray) -> np.ndarray:
 
 
 def make_figure_4_2(inputs: Any, params: Any) -> Figure:
-    """The figure, of a sensor's file."""
+    """Figure 4.2, of a sensor's file."""
     return figure_4_2(params.sensor, depth_m=params.depth_m)
 
 
@@ -116,24 +107,23 @@ def figure_4_2(sensor: Mapping, *, depth_m: float) -> Figure:
     """
     depth = sensor["depth"]
     shape = triangle(depth, depth["baseline_m"], depth_m)
-    figure, (left, right) = _two_panels()
-    _draw_ends(left, shape, ("infrared\ncamera", "infrared\nprojector"))
-    _draw_plane(left, shape, 0.0, "image plane")
-    _mark(left, shape, shape.first_px, "$p$", BLUE)
-    _mark(left, shape, shape.second_px, "$p'$", ORANGE)
-    _draw_disparity(left, shape)
-    far = np.array([(shape.x_m - shape.baseline_m) / shape.z_m, 1.0]) * shape.z_m * 0.92
-    left.annotate("", far * MILLIMETRES, (0, 0), arrowprops=ARROW | {"color": ORANGE, "ls": "--"})
+    figure, left, right = _panels(shape, ("infrared\ncamera", "infrared\nprojector"))
+    _plane(left, shape, 0.0)
+    _image_point(left, shape, shape.first_px, "$p$", BLUE)
+    _image_point(left, shape, shape.second_px, "$p'$", ORANGE)
+    far = np.array([(shape.x_m - shape.baseline_m) / shape.z_m, 1.0]) * shape.z_m * 0.86
+    ray = ARROW | {"color": ORANGE, "ls": "--"}
+    left.annotate("", far * MILLIMETRES, (0, 0), arrowprops=ray)
     words = "ray of the same\ndot in the reference\npattern ($d = 0$)"
-    beside(left, far * MILLIMETRES, words, (-0.1, 1), 18, color=ORANGE, fontsize=SMALL)
-    entitle(left, "One dot of the pattern", "a")
-    _draw_counts(right, sensor, shape)
-    entitle(right, "From the sensor's number to depth", "b")
+    write(left, far * MILLIMETRES, words, (-0.1, 1), 18, color=ORANGE)
+    named(left, "a", "One dot of the pattern")
+    _counts(right, sensor, shape)
+    named(right, "b", "From the sensor's number to depth")
     return figure
 
 
 def make_figure_4_3(inputs: Any, params: Any) -> Figure:
-    """The figure, of a sensor's file."""
+    """Figure 4.3, of a sensor's file."""
     return figure_4_3(params.sensor, depth_m=params.depth_m)
 
 
@@ -148,64 +138,63 @@ def figure_4_3(sensor: Mapping, *, depth_m: float) -> Figure:
         Depth of the drawn point [m].
     """
     shape = triangle(sensor["color"], sensor["stereo"]["baseline_m"], depth_m)
-    figure, (left, right) = _two_panels()
-    _draw_ends(left, shape, ("left\ncamera $O_L$", "right\ncamera $O_R$"))
-    _draw_plane(left, shape, 0.0, "image plane")
-    _draw_plane(left, shape, shape.baseline_m, "image plane")
-    _mark(left, shape, shape.first_px, "$P_L$", BLUE)
-    _mark(left, shape, shape.second_px, "$P_R$", ORANGE, shift_m=shape.baseline_m)
-    _mark(left, shape, shape.second_px, "", ORANGE, hollow=True)
-    _draw_disparity(left, shape)
-    entitle(left, "One point in both images", "a")
-    _draw_images(right, sensor, shape)
-    entitle(right, "Search along the epipolar line", "b")
+    figure, left, right = _panels(shape, ("left\ncamera $O_L$", "right\ncamera $O_R$"))
+    _plane(left, shape, 0.0)
+    _plane(left, shape, shape.baseline_m)
+    _image_point(left, shape, shape.first_px, "$P_L$", BLUE)
+    _image_point(left, shape, shape.second_px, "$P_R$", ORANGE, shift_m=shape.baseline_m)
+    _image_point(left, shape, shape.second_px, "", ORANGE, mfc="white")
+    named(left, "a", "One point in both images")
+    _images(right, sensor, shape)
+    named(right, "b", "Search along the epipolar line")
     return figure
 
 
-def _two_panels() -> tuple[Figure, tuple[Axes, Axes]]:
+def on_plane(shape: Triangle, column_px: float) -> tuple[float, float]:
+    """Where a column lies on the plane drawn before the first end, x and z [mm]."""
+    depth = PLANE * shape.z_m * MILLIMETRES
+    return (column_px - shape.centre_px) / shape.focal_px * depth, depth
+
+
+def _panels(shape: Triangle, names: tuple[str, str]) -> tuple[Figure, Axes, Axes]:
+    """Two panels; the left with both ends of the baseline, the point, its rays and disparity."""
     figure = plt.figure(figsize=(PAGE_IN, 3.7))
-    left = figure.add_axes((0.09, 0.12, 0.47, 0.79))
-    right = figure.add_axes((0.645, 0.12, 0.345, 0.79))
-    return figure, (left, right)
-
-
-def _draw_ends(axes: Axes, shape: Triangle, names: tuple[str, str]) -> None:
-    """Both ends of the baseline, the point, its depth and the rays between them."""
+    axes = figure.add_axes((0.09, 0.12, 0.47, 0.79))
     b, x, z = (MILLIMETRES * value for value in (shape.baseline_m, shape.x_m, shape.z_m))
     for place, name, colour in ((0.0, names[0], BLUE), (b, names[1], ORANGE)):
-        axes.plot([place, place], [0, 1.03 * z], color=GREY, lw=0.6, ls=(0, (6, 3, 1, 3)))
+        axes.plot([place, place], [0, 1.03 * z], color=GREY, lw=0.6, ls=DOT_DASH)
         axes.plot([place, x], [0, z], color=colour)
         axes.plot(place, 0, "o", color=colour, ms=6, zorder=4)
-        beside(axes, (place, 0), name, (0, -1), 15, weight="bold", color=colour)
+        write(axes, (place, 0), name, (0, -1), 15, weight="bold", color=colour)
     axes.plot(x, z, "o", color=BLACK, ms=5, zorder=4)
-    beside(axes, (x, z), "$P$", (0.3, 1), 9, weight="bold")
-    _dimension(axes, (0, -0.2 * z), (b, -0.2 * z), f"$b$ = {b:.0f} mm", (0, -1))
+    write(axes, (x, z), "$P$", (0.3, 1), 9)
+    dimension(axes, (0, -0.2 * z), (b, -0.2 * z), f"$b$ = {b:.0f} mm", (0, -1))
     side = DEPTH_LINE * b
-    _dimension(axes, (side, 0), (side, z), f"$Z$ = {z:.0f} mm", (1, 0), rotation=90)
+    dimension(axes, (side, 0), (side, z), f"$Z$ = {z:.0f} mm", (1, 0), rotation=90)
     for start, height in ((x, z), (b, 0)):
         axes.plot([start, 1.02 * side], [height, height], color=GREY, lw=0.6)
-    axes.set(xlim=(-1.6 * b, 2.55 * b), ylim=(-0.3 * z, 1.14 * z))
+    (low, _), (high, plane) = (on_plane(shape, c) for c in (shape.second_px, shape.first_px))
+    below = plane - 0.055 * z
+    dimension(axes, (low, below), (high, below), "", (0, -1), color=GREEN)
+    text = f"$d = f\\,b\\,/\\,Z$ = {shape.disparity_px:.1f} px"
+    write(axes, (low, below), text, (-1, -2.5), 12, color=GREEN)
+    axes.set(xlim=(-1.95 * b, 3.0 * b), ylim=(-0.3 * z, 1.14 * z))
     note = "image planes\nnot to scale"
-    axes.text(0.99, 0.02, note, transform=axes.transAxes, ha="right", fontsize=SMALL, color="0.35")
+    axes.text(0.99, 0.02, note, transform=axes.transAxes, ha="right", **NOTE)
     axes.set(xlabel="along the baseline, $x$ (mm)", ylabel="along the optical axes, $z$ (mm)")
+    return figure, axes, figure.add_axes((0.645, 0.12, 0.345, 0.79))
 
 
-def _dimension(axes: Axes, start: tuple, stop: tuple, text: str, side: tuple, **look) -> None:
-    axes.annotate("", stop, start, arrowprops=BOTH_WAYS)
-    beside(axes, np.add(start, stop) / 2, text, side, 6 if side[0] else 8, **look)
-
-
-def _draw_plane(axes: Axes, shape: Triangle, at_m: float, name: str) -> None:
+def _plane(axes: Axes, shape: Triangle, at_m: float) -> None:
     """Image plane before one end, nearer to the object than to scale."""
     height = PLANE * shape.z_m * MILLIMETRES
     ends = (at_m + np.array([-1, 1]) * HALF_PLANE * shape.baseline_m) * MILLIMETRES
     axes.plot(ends, [height, height], color=BLACK, lw=2, zorder=2, solid_capstyle="butt")
-    words = f"{name}\n$f$ = {shape.focal_px:.1f} px"
     end, side = (ends[0], -1) if at_m == 0 else (ends[1], 1)
-    beside(axes, (end, height), words, (side, 0), 5, fontsize=SMALL)
+    write(axes, (end, height), f"image plane\n$f$ = {shape.focal_px:.1f} px", (side, 0), 5)
 
 
-def _mark(
+def _image_point(
     axes: Axes,
     shape: Triangle,
     column_px: float,
@@ -213,42 +202,18 @@ def _mark(
     colour: str,
     *,
     shift_m: float = 0.0,
-    hollow: bool = False,
+    **look,
 ) -> None:
     """An image point on the drawn plane."""
-    x, z = _on_plane(shape, column_px)
+    x, z = on_plane(shape, column_px)
     place = x + shift_m * MILLIMETRES, z
-    axes.plot(*place, "o", color=colour, mfc="white" if hollow else colour, ms=4.5, zorder=5)
+    axes.plot(*place, "o", **{"color": colour, "ms": 4.5, "zorder": 5} | look)
     if name:
         side = 1 if column_px > shape.centre_px else -1
-        beside(axes, place, name, (side, 0.8), 9, color=colour, weight="bold")
+        write(axes, place, name, (side, 0.8), 9, color=colour)
 
 
-def _on_plane(shape: Triangle, column_px: float) -> tuple[float, float]:
-    """Where a column lies on the plane drawn before the first end [mm]."""
-    depth = PLANE * shape.z_m * MILLIMETRES
-    return (column_px - shape.centre_px) / shape.focal_px * depth, depth
-
-
-def _draw_disparity(axes: Axes, shape: Triangle) -> None:
-    """The gap between both images on the first plane."""
-    low, high = (_on_plane(shape, column)[0] for column in (shape.second_px, shape.first_px))
-    below = (PLANE - 0.055) * shape.z_m * MILLIMETRES
-    axes.annotate("", (high, below), (low, below), arrowprops=BOTH_WAYS | {"color": GREEN})
-    text = f"$d = f\\,b\\,/\\,Z$ = {shape.disparity_px:.1f} px"
-    axes.annotate(
-        text,
-        (low, below),
-        (-4, -13),
-        textcoords="offset points",
-        ha="right",
-        va="center",
-        color=GREEN,
-        fontsize=7.5,
-    )
-
-
-def _draw_counts(axes: Axes, sensor: Mapping, shape: Triangle) -> None:
+def _counts(axes: Axes, sensor: Mapping, shape: Triangle) -> None:
     """Depth over what the sensor writes, in its range (Eq. 4.3)."""
     depth, (low, high) = sensor["depth"], sensor["range_m"]
     product = depth["fx_px"] * depth["baseline_m"]
@@ -260,7 +225,7 @@ def _draw_counts(axes: Axes, sensor: Mapping, shape: Triangle) -> None:
     axes.plot(here, shape.z_m, "o", color=BLACK, ms=5)
     step = abs(depth["disparity_scale"]) * shape.z_m**2 / product * MILLIMETRES
     words = f"$P$: $d'$ = {here:.0f}, $Z$ = {shape.z_m:.2f} m\none count is {step:.1f} mm"
-    beside(axes, (here, shape.z_m), words, (1, -0.2), 8, fontsize=7)
+    write(axes, (here, shape.z_m), words, (1, -0.9), 12)
     law = r"$Z = \frac{f\,b}{m\,d' + n}$"
     numbers = f"$f$ = {depth['fx_px']:.1f} px\n$b$ = {depth['baseline_m'] * MILLIMETRES:.0f} mm\n"
     numbers += f"$m$ = {depth['disparity_scale']:g} px\n$n$ = {depth['disparity_offset_px']:g} px"
@@ -274,30 +239,32 @@ def _draw_counts(axes: Axes, sensor: Mapping, shape: Triangle) -> None:
     axes.set(xlim=(ends[0] - 15, ends[1] + 15), ylim=(0.9 * low, 1.1 * high))
 
 
-def _draw_images(axes: Axes, sensor: Mapping, shape: Triangle) -> None:
+def _images(axes: Axes, sensor: Mapping, shape: Triangle) -> None:
     """Both images one above the other, to scale, with the row in which the match lies."""
     width, height = (sensor["color"][key] for key in ("width_px", "height_px"))
     row, gap = sensor["color"]["cy_px"], 0.16 * height
-    for k, (name, column) in enumerate(
-        (("left image, with $P_L$", shape.first_px), ("right image, with $P_R$", shape.second_px))
+    for k, (name, column, colour) in enumerate(
+        (
+            ("left image, with $P_L$", shape.first_px, BLUE),
+            ("right image, with $P_R$", shape.second_px, ORANGE),
+        )
     ):
-        top, colour = k * (height + gap), (BLUE, ORANGE)[k]
+        top = k * (height + gap)
         axes.add_patch(Rectangle((0, top), width, height, fc="0.96", ec=BLACK, lw=0.8))
-        axes.text(0.02 * width, top + 0.05 * height, name, va="top", color=colour, fontsize=7.5)
+        look = {"va": "top", "color": colour, "fontsize": TEXT_PT}
+        axes.text(0.02 * width, top + 0.05 * height, name, **look)
         axes.plot([0, width], [top + row] * 2, color=GREY, lw=0.8)
         axes.plot(column, top + row, "o", color=colour, ms=4.5, zorder=5)
-        beside(axes, (column, top + row), f"{column:.1f} px", (0, 1), 10, fontsize=7)
-    near, far = (shape.first_px - _disparity(shape, limit) for limit in sensor["range_m"])
-    top = height + gap
-    axes.plot([near, far], [top + row] * 2, color=GREEN, lw=4, alpha=0.55, solid_capstyle="butt")
+        write(axes, (column, top + row), f"{column:.1f} px", (0, 1), 10)
+    product = shape.focal_px * shape.baseline_m
+    near, far = (shape.first_px - product / limit for limit in sensor["range_m"])
+    line = height + gap + row
+    axes.plot([near, far], [line] * 2, color=GREEN, lw=4, alpha=0.55, solid_capstyle="butt")
     words = f"searched: {far - near:.0f} columns,\n{sensor['range_m'][0]:g} m deep at the left end,"
     words += f"\n{sensor['range_m'][1]:g} m at the right end"
-    axes.text(width / 2, top + row + 0.06 * height, words, ha="center", va="top", fontsize=SMALL)
+    place = width / 2, line + 0.06 * height
+    axes.text(*place, words, ha="center", va="top", fontsize=TEXT_PT)
     axes.set(xlim=(-8, width + 8), ylim=(2 * height + gap + 8, -8), aspect="equal")
     axes.set(xticks=[], yticks=[])
     axes.spines[["left", "bottom"]].set_visible(False)
     axes.set_xlabel(f"each {width} × {height} px,\nrow {row:g} is the epipolar line of both")
-
-
-def _disparity(shape: Triangle, depth_m: float) -> float:
-    return shape.focal_px * shape.baseline_m / depth_m
