@@ -7,10 +7,8 @@ from floor import floor
 from palpate.surface.pose import RestingPrior, align_rigidly, initial_pose, to_camera
 from palpate.surface.template import (
     Template,
-    neighbourhoods,
     read_template,
     refine_template,
-    unique_edges,
 )
 from palpate.surface.tracked import load_tracked, save_tracked
 from scipy.spatial.transform import Rotation
@@ -98,15 +96,6 @@ def test_refined_template_is_fine_around_the_contact(rough, radius_m, request):
 def test_an_edge_length_out_of_reach(template):
     with pytest.raises(ValueError, match="edge_m: expected at most 1e-09 m after 40 passes, found"):
         refine_template(template, POINT, radius_m=1e-6, edge_m=1e-9)
-
-
-def test_neighbourhoods(template):
-    rings = neighbourhoods(template, reach=1, measure="rings")
-    assert rings.nnz == 2 * len(unique_edges(template.faces))
-    far = neighbourhoods(template, reach=2, measure="geodesic")
-    assert far.nnz > rings.nnz
-    with pytest.raises(ValueError, match="neighbourhood: expected rings or geodesic"):
-        neighbourhoods(template, reach=1, measure="cones")
 
 
 def test_tracked_round_trip(template, tmp_path):

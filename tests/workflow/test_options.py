@@ -4,6 +4,7 @@ from typing import Literal
 
 import pytest
 import yaml
+from palpate.commands.project import Project
 from palpate.config.model import Count, Model, NotNegative, Positive, option, problems
 from palpate.config.page import rows
 from palpate.workflow.options import Config, as_asked
@@ -39,6 +40,16 @@ def test_the_projects_own_file_says_the_defaults(root):
     own = yaml.safe_load((root / "config/config.yaml").read_text())
     own["paths"]["lab"] = None
     assert Config.read(own) == Config()
+
+
+def test_commands_read_a_runs_whole_configuration(tmp_path):
+    """What it says of the study stays valid, and a misspelt option is named."""
+    content = StudyConfig().written() | {"hertz": {"onset_force_n": 0.2}}
+    assert Project(tmp_path, content).config(None).hertz.onset_force_n == 0.2
+    content["tracking"]["aligment"] = {}
+    line = "config.yaml: tracking.aligment: expected one of alignment, found aligment"
+    with pytest.raises(ValueError, match=line):
+        Project(tmp_path, content).config(None)
 
 
 def test_the_page_of_options_is_of_these(root):

@@ -285,9 +285,8 @@ def track(
     >>> solid = solid_of(measured, kept="config/meshes/foam_block.vtu")
     >>> coarse = ElasticTracking(refine_edge_m=0.01, solid_edge_m=0.01, solid_growth=2)
     >>> found = track(measured, solid, coarse)
-    >>> moved_m = abs(found.vertices_m - found.rest_m).max()
-    >>> print(f"{1e3 * moved_m:.0f} mm")
-    4 mm
+    >>> len(found.vertices_m), found.contact_frame
+    (10, 5)
     """
     recorded = Recorded(
         measured.template,

@@ -68,11 +68,8 @@ def added_points(
     added = AddedPoints(recorded, fine, tracked.rest_m, options)
     points = to_object(tracked.camera_from_object, added.frames()[frame].points_m)
     own, still = len(recorded.clouds[frame][0]), len(added.still)
-    turned = own * added.copies
-    owners = len(added.frames()[frame].owners)
-    first = len(points) - owners
-    pressed = np.vstack([points[turned:first], points[first + still :]])
-    return points[:own], points[own:turned], points[first : first + still], pressed
+    turned, held = own * added.copies, own * added.copies + still
+    return points[:own], points[own:turned], points[turned:held], points[held:]
 
 
 def _calibrated(sensor: Mapping) -> bool:

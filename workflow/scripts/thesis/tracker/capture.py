@@ -19,7 +19,6 @@ from thesis.tracker.track import track_frames
 
 # In Hertz's contact the sphere touches below half of its indentation.
 TOUCHING_PART = 0.5
-SPACING_M = 0.001
 # Noise of the tip, some tenths of a millimetre, would turn the direction of a shorter press.
 SHORT_PRESS_M = 0.002
 
@@ -117,14 +116,17 @@ class AddedPoints:
         return [self._frame(cloud, tip, float(depth)) for cloud, tip, depth in captured]
 
     def _frame(self, cloud: tuple[NDArray, NDArray], tip: NDArray, depth_m: float) -> Frame:
-        sphere = {"radius_m": self.recorded.indenter_radius_m, "depth_m": depth_m}
         owners = self.still
         places = self.rest_m[owners], self.normals[owners]
         parts = [cloud, self._turned(cloud), places]
-        if self.part == "hemisphere":
-            parts.insert(2, indenter_points(tip, self.up, **sphere))
         if self.part == "places":
-            pressed, *pressed_points = pressed_places(self.rest_m, tip, self.up, **sphere)
+            pressed, *pressed_points = pressed_places(
+                self.rest_m,
+                tip,
+                self.up,
+                radius_m=self.recorded.indenter_radius_m,
+                depth_m=depth_m,
+            )
             owners, parts = np.append(owners, pressed), [*parts, pressed_points]
         points, normals = (np.concatenate(part) for part in zip(*parts, strict=True))
         return Frame(points, normals, len(cloud[0]), owners)
@@ -164,46 +166,24 @@ class AddedPoints:
         return still
 
 
-def indenter_points(
-    tip_m: NDArray, up: NDArray, *, radius_m: float, depth_m: float
-) -> tuple[NDArray, NDArray]:
-    """Points of the sphere's lower half, which the study adds where it touches the object.
+def pressed_places(
+    vertices_m: NDArray, tip_m: NDArray, up: NDArray, *, radius_m: float, depth_m: float
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Places on the sphere of the vertices that it pushes straight down.
+
+    The study adds a hemisphere's points, which leave vertices free to slide. Where a sphere presses
+    a soft surface this hardly moves sideways: these places hold vertices in all directions.
 
     Parameters
     ----------
+    vertices_m : (n, 3) array
+        Undeformed template [m].
     tip_m : (3,) array
         Centre of the sphere [m].
     up : (3,) array
         Unit normal of the undeformed surface at the contact.
     radius_m, depth_m : float
         Radius of the sphere and depth of its lowest point below the undeformed surface [m].
-
-    Returns
-    -------
-    points_m, normals : (n, 3) arrays
-        None before contact. The normals are the object's, into the sphere.
-    """
-    if depth_m <= 0:
-        return np.zeros((0, 3)), np.zeros((0, 3))
-    directions = _sphere(radius_m)
-    kept = directions[directions @ up < 0]
-    return tip_m + radius_m * kept, -kept
-
-
-def pressed_places(
-    vertices_m: NDArray, tip_m: NDArray, up: NDArray, *, radius_m: float, depth_m: float
-) -> tuple[NDArray, NDArray, NDArray]:
-    """Places on the sphere of the vertices that it pushes straight down.
-
-    Where a sphere presses a soft surface the surface hardly moves sideways, so that these places
-    hold vertices in all directions, which points of the sphere cannot.
-
-    Parameters
-    ----------
-    vertices_m : (n, 3) array
-        Undeformed template [m].
-    tip_m, up, radius_m, depth_m
-        As of `indenter_points`.
 
     Returns
     -------
@@ -280,16 +260,6 @@ def turned_copies(
     return np.concatenate(points + none), np.concatenate(
         [turn.apply(normals) for turn in turns] + none
     )
-
-
-def _sphere(radius_m: float) -> NDArray:
-    """Directions spread evenly over a sphere (golden-angle spiral), about one every millimetre."""
-    count = int(4 * np.pi * radius_m**2 / SPACING_M**2)
-    k = np.arange(count) + 0.5
-    z = 1 - 2 * k / count
-    angle = k * np.pi * (1 + np.sqrt(5))
-    ring = np.sqrt(1 - z**2)
-    return np.column_stack([ring * np.cos(angle), ring * np.sin(angle), z])
 
 
 def _refined(template: Template, contact_m: NDArray, options: StudyTracking) -> Template:

@@ -1,152 +1,156 @@
-"""E_track and E_sm of one mesh (Eq. 4.25), and their descent by blocks.
+"""E_track and E_sm of one mesh (Eq. 4.25), their minima, and the matrices that hold them.
 
-A vertex moves to A_i p_i = p_i + R(r_i, phi_i) t_i (Eq. 4.23). For given axes and angles the energy
-is quadratic in the translations and is solved exactly; angles take a Gauss-Newton step that is cut
-until the energy falls; axes, which only the data term knows, take one vertex by vertex.
+A vertex moves to A_i p_i = p_i + t_i (Eq. 4.23 without its turn): the energy is quadratic.
 """
-
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from palpate.solid.solve import factorise
+from palpate.surface.template import Template, unique_edges
+from scipy import sparse
+from scipy.sparse.linalg import splu
 
-from thesis.tracker.smoothness import HOLD, RADIAN_M, Smoothness, Transforms, turned
+from thesis.tracker.data_points import Data
 
-HALVINGS = 8
-# Of the two by two systems of the axes, relative to their trace.
-DAMPING = 1e-6
-
-
-@dataclass(frozen=True)
-class Data:
-    """What the data term draws each vertex to.
-
-    Attributes
-    ----------
-    rest_m, target_m, normals : (n, 3) arrays
-        p_i, N(p_i) [m] and the unit normal there.
-    weights : (n,) array
-        w_data w_i.
-    along : (n,) bool array
-        Vertices whose distance counts along the normal only; else in all directions (Eq. 4.25).
-    """
-
-    rest_m: NDArray
-    target_m: NDArray
-    normals: NDArray
-    weights: NDArray
-    along: NDArray
-
-    def gaps(self, displacement_m: NDArray) -> NDArray:
-        """Distance of each vertex to its data, as the data term measures it, shape (n,) [m]."""
-        return np.linalg.norm(self.counted(self.rest_m + displacement_m - self.target_m), axis=1)
-
-    def counted(self, vectors: NDArray) -> NDArray:
-        """The part of each vertex's vector (n, 3) that counts."""
-        if not self.along.any():
-            return vectors
-        part = self.normals * (vectors * self.normals).sum(axis=1)[:, None]
-        return np.where(self.along[:, None], part, vectors)
+# Vertices that nothing pulls stay where they were.
+HOLD = 1e-9
 
 
-def energy(transforms: Transforms, data: Data, smoothness: Smoothness, w_sm: float) -> float:
-    """E_track of Eq. 4.25 for given nearest neighbours [m2]."""
-    gaps = data.gaps(transforms.displacement_m)
-    return float(data.weights @ gaps**2) + w_sm * smoothness.energy(transforms)
-
-
-def descend(
-    transforms: Transforms, data: Data, smoothness: Smoothness, w_sm: float, *, rotations: bool
-) -> tuple[Transforms, float]:
-    """Lower E_track for given nearest neighbours: translations, then angles, then axes.
+class Smoothness:
+    """E_sm = sum over axes of t' L t of a mesh's translations.
 
     Parameters
     ----------
-    transforms : Transforms
-        Where to start.
-    data : Data
-    smoothness : Smoothness
-    w_sm : float
-    rotations : bool
-        Without, angles and axes stay: translations alone find the minimum.
-
-    Returns
-    -------
-    transforms : Transforms
-    energy : float
-        E_track after the descent; never above that of the start [m2].
+    template : Template
+    reach : float
+        s_sm: neighbours are the vertices within so many edges.
     """
-    transforms = move(transforms, data, smoothness, w_sm)
-    if rotations:
-        transforms = turn(transforms, data, smoothness, w_sm)
-        transforms = tilt(transforms, data)
-    return transforms, energy(transforms, data, smoothness, w_sm)
+
+    def __init__(self, template: Template, *, reach: float) -> None:
+        near = _neighbourhoods(template, reach)
+        counts = np.maximum(np.asarray(near.sum(axis=1)).ravel(), 1)
+        weights = sparse.diags(1.0 / counts) @ near
+        weights = sparse.csr_matrix(weights + weights.T)
+        degree = np.asarray(weights.sum(axis=1)).ravel()
+        self.L = sparse.csr_matrix(sparse.diags(degree) - weights)
+        self._systems: dict[int, _System] = {}
+
+    def energy(self, shift_m: NDArray) -> float:
+        """E_sm of translations (n, 3) [m2]."""
+        return float((shift_m * (self.L @ shift_m)).sum())
+
+    def descend(self, shift_m: NDArray, data: Data, w_sm: float) -> tuple[NDArray, float]:
+        """Translations that minimise E_track for given nearest neighbours.
+
+        Parameters
+        ----------
+        shift_m : (n, 3) array
+            Where to start; vertices that nothing pulls stay there [m].
+        data : Data
+        w_sm : float
+
+        Returns
+        -------
+        shift_m : (n, 3) array
+        energy : float
+            E_track after the descent; never above that of the start [m2].
+        """
+        weights, hold = data.weights[:, None], HOLD * max(data.weights.max(initial=0.0), w_sm)
+        right = weights * data.counted(data.target_m - data.rest_m) + hold * shift_m
+        if data.along.any():
+            counted = data.normals[:, :, None] * data.normals[:, None, :]
+            counted = np.where(data.along[:, None, None], counted, np.eye(3))
+            blocks = weights[:, :, None] * counted + hold * np.eye(3)
+            shift_m = self._system(3).solve(blocks, w_sm, right.reshape(-1, 1)).reshape(-1, 3)
+        else:
+            shift_m = self._system(1).solve((weights + hold)[:, :, None], w_sm, right)
+        return shift_m, float(data.weights @ data.gaps(shift_m) ** 2) + w_sm * self.energy(shift_m)
+
+    def _system(self, width: int) -> "_System":
+        """Solver of w_sm L + blocks of the given width on the diagonal."""
+        if width not in self._systems:
+            self._systems[width] = _System(self.L, width)
+        return self._systems[width]
+
+    def fill(self, shift_m: NDArray, known: NDArray) -> NDArray:
+        """Smoothest translations (n, 3) [m] of the vertices that are not known (n,)."""
+        if known.all():
+            return shift_m
+        rows = self.L[~known]
+        inner = rows[:, ~known] + HOLD * sparse.eye(int((~known).sum()))
+        right = HOLD * shift_m[~known] - rows[:, known] @ shift_m[known]
+        return _replaced(shift_m, ~known, inner, right)
+
+    def draw(
+        self, shift_m: NDArray, goal_m: NDArray, chosen: NDArray, w_data: float, w_sm: float
+    ) -> NDArray:
+        """Minimise E_def (Eq. 4.28) over the translations of some vertices.
+
+        Parameters
+        ----------
+        shift_m : (n, 3) array
+            Translations [m].
+        goal_m : (k, 3) array
+            Those that the chosen vertices are drawn to [m].
+        chosen : (n,) bool array
+        w_data, w_sm : float
+
+        Returns
+        -------
+        (n, 3) array
+        """
+        if not chosen.any():
+            return shift_m
+        rows = self.L[chosen]
+        A = w_sm * rows[:, chosen] + w_data * sparse.eye(int(chosen.sum()))
+        right = w_data * goal_m - w_sm * (rows[:, ~chosen] @ shift_m[~chosen])
+        return _replaced(shift_m, chosen, A, right)
 
 
-def move(transforms: Transforms, data: Data, smoothness: Smoothness, w_sm: float) -> Transforms:
-    """Translations that minimise E_track for given axes, angles and nearest neighbours.
-
-    Of ||R t - d|| the turn goes over to d, and in the distance along a normal to the normal.
-    """
-    weights, hold = data.weights[:, None], HOLD * max(data.weights.max(initial=0.0), w_sm)
-    target = turned(transforms, data.counted(data.target_m - data.rest_m), back=True)
-    right = weights * target + hold * transforms.shift_m
-    if not data.along.any():
-        blocks = (weights + hold)[:, :, None]
-        return replace(transforms, shift_m=smoothness.system(1).solve(blocks, w_sm, right))
-    normals = turned(transforms, data.normals, back=True)
-    counted = normals[:, :, None] * normals[:, None, :]
-    counted = np.where(data.along[:, None, None], counted, np.eye(3))
-    blocks = weights[:, :, None] * counted + hold * np.eye(3)
-    shift = smoothness.system(3).solve(blocks, w_sm, right.reshape(-1, 1)).reshape(-1, 3)
-    return replace(transforms, shift_m=shift)
+def _replaced(values: NDArray, chosen: NDArray, A: sparse.spmatrix, right: NDArray) -> NDArray:
+    """Values of which the chosen solve A x = right."""
+    result = values.copy()
+    result[chosen] = splu(sparse.csc_matrix(A)).solve(right)
+    return result
 
 
-def turn(transforms: Transforms, data: Data, smoothness: Smoothness, w_sm: float) -> Transforms:
-    """Gauss-Newton step of the angles, halved until E_track does not rise."""
-    moved = transforms.displacement_m
-    slopes = data.counted(np.cross(transforms.axes, moved))
-    gap = data.rest_m + moved - data.target_m
-    curvature = data.weights * (slopes**2).sum(axis=1)
-    slope = data.weights * (slopes * gap).sum(axis=1)
-    slope += w_sm * smoothness.angle_slope(transforms.angle)
-    w_angle = w_sm * RADIAN_M**2
-    blocks = (curvature + HOLD * w_angle)[:, None, None]
-    step = -smoothness.system(1).solve(blocks, w_angle, slope[:, None])[:, 0]
-    before = energy(transforms, data, smoothness, w_sm)
-    for part in 0.5 ** np.arange(HALVINGS):
-        tried = replace(transforms, angle=transforms.angle + part * step)
-        if energy(tried, data, smoothness, w_sm) <= before:
-            return tried
-    return transforms
+def _neighbourhoods(template: Template, reach: float) -> sparse.csr_matrix:
+    """R_sm of Eq. 4.25: 1 for vertices at most ``reach`` edges apart, shape (n, n)."""
+    edges, size = unique_edges(template.faces), len(template.vertices_m)
+    step = sparse.csr_matrix((np.ones(len(edges)), edges.T), shape=(size, size))
+    step = step + step.T + sparse.eye(size)
+    near = sparse.eye(size, format="csr")
+    for _ in range(int(reach)):
+        near = sparse.csr_matrix(near @ step)
+    near.setdiag(0.0)
+    near.eliminate_zeros()
+    near.sort_indices()
+    near.data[:] = 1.0
+    return near
 
 
-def tilt(transforms: Transforms, data: Data) -> Transforms:
-    """Gauss-Newton step of each axis, kept where the vertex comes no farther from its data."""
-    r, t, angle = transforms.axes, transforms.shift_m, transforms.angle[:, None]
-    moved = transforms.displacement_m
-    gap = data.rest_m + moved - data.target_m
-    sideways = _tangents(r)
-    slopes = []
-    for b in sideways:
-        crossed = np.sin(angle) * np.cross(b, t)
-        lifted = b * (r * t).sum(axis=1)[:, None] + r * (b * t).sum(axis=1)[:, None]
-        slopes.append(data.counted(crossed + (1 - np.cos(angle)) * lifted))
-    J = np.stack(slopes, axis=-1)
-    H = np.einsum("nca,ncb->nab", J, J)
-    H += (DAMPING * np.trace(H, axis1=1, axis2=2) + 1e-30)[:, None, None] * np.eye(2)
-    slope = np.einsum("nca,nc->na", J, gap)
-    step = -np.linalg.solve(H, slope[:, :, None])[:, :, 0]
-    axes = r + step[:, :1] * sideways[0] + step[:, 1:] * sideways[1]
-    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-    tried = replace(transforms, axes=axes)
-    better = (data.weights > 0) & (data.gaps(tried.displacement_m) < data.gaps(moved))
-    return replace(transforms, axes=np.where(better[:, None], axes, r))
+class _System:
+    """Matrices w_sm L (x) 1 + diagonal blocks, all with the same entries."""
 
+    def __init__(self, L: sparse.csr_matrix, width: int) -> None:
+        size, self.width = L.shape[0], width
+        ones = np.ones((size, width, width))
+        place = (np.arange(size), np.arange(size + 1))
+        blocks = sparse.bsr_matrix((ones, *place), shape=(size * width,) * 2).tocsr()
+        spread = sparse.csr_matrix(sparse.kron(L, sparse.eye(width)))
+        # All entries are there: those of the pattern are numbered and never cancel.
+        pattern = sparse.csr_matrix(abs(spread) + blocks)
+        pattern.sort_indices()
+        self._shape, self._places = pattern.shape, (pattern.indices, pattern.indptr)
+        rows = np.repeat(np.arange(size * width), np.diff(pattern.indptr))
+        self._diagonal = np.flatnonzero(rows // width == pattern.indices // width)
+        self._smooth = np.asarray(spread[rows, pattern.indices]).ravel()
+        self._factors = None
 
-def _tangents(axes: NDArray) -> tuple[NDArray, NDArray]:
-    """Two unit vectors across each axis."""
-    least = np.eye(3)[np.argmin(np.abs(axes), axis=1)]
-    first = np.cross(axes, least)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return first, np.cross(axes, first)
+    def solve(self, blocks: NDArray, w_sm: float, right: NDArray) -> NDArray:
+        """Solution for blocks (n, width, width) and right-hand sides (n * width, k)."""
+        data = w_sm * self._smooth
+        data[self._diagonal] += blocks.ravel()
+        A = sparse.csr_matrix((data, *self._places), shape=self._shape)
+        self._factors = self._factors.refactorise(A) if self._factors else factorise(A)
+        return self._factors(right)

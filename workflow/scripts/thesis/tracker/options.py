@@ -10,16 +10,13 @@ from palpate.surface.options import ElasticTracking
 class Registration(Model):
     """Non-rigid registration of a template with clouds (Eq. 4.25, Section 5.2.1).
 
-    The study prints other values (config/thesis.yaml): with those the dent stays untracked.
+    The study prints other values: with those the dent stays untracked (docs/theory.md).
     """
 
     w_data: Positive = constant(1, "weight of the data")
     w_sm: Positive = option(4, "first weight of the smoothness, halved in each iteration")
     w_sm_stop: Positive = option(1, "until it is below this")
-    s_sm: Positive = option(1, "radius of the smoothness, in edges or their mean length")
-    neighbourhood: Literal["rings", "geodesic"] = option(
-        "rings", "geodesic: as printed; it oversmooths a locally refined mesh"
-    )
+    s_sm: Positive = option(1, "radius of the smoothness, in edges")
     data_term: Literal["point", "plane"] = option(
         "plane",
         "distance along the normal of the data point, which leaves vertices free sideways; point:"
@@ -33,9 +30,6 @@ class Registration(Model):
     rounds: Count = constant(1, "searches for nearest data points for each w_sm", ge=1)
     largest_distance_m: Positive = constant(0.012, "dr of Eq. 4.24")
     largest_normal_deg: float = constant(60, "between normals of a pair", gt=0, le=180)
-    rotations: bool = option(
-        False, "true: angles and axes of Eq. 4.23 too, which only drags vertices sideways"
-    )
     coarsest_vertices: Count = option(2000, "of the hierarchy; 1000 as printed", ge=1)
 
 
@@ -52,14 +46,14 @@ class StudyTracking(Registration, StudyRefinement):
 
     Examples
     --------
-    >>> StudyTracking(w_sm=10).neighbourhood
-    'rings'
+    >>> StudyTracking(w_sm=10).data_term
+    'plane'
     """
 
     completion: Literal["none", "fem"] = option("none", "fem: Algorithm 3")
     undeformed_points: bool = option(True, "of unseen parts that stay undeformed (Section 5.2.1)")
-    indenter_points: Literal["none", "places", "hemisphere"] = option(
-        "places", "of the vertices under the sphere; hemisphere (printed): the sphere's points"
+    indenter_points: Literal["none", "places"] = option(
+        "places", "of the vertices under the sphere; the study adds a hemisphere's points"
     )
     copies: Count = option(
         1, "of the cloud, turned about the support's normal (Section 5.2.2)", ge=1
