@@ -129,7 +129,7 @@ audit: .venv/installed
 
 # Pages that follow from the code.
 docs: .venv/installed
-	PYTHONPATH=workflow/scripts $(BIN)/python -m palpate.workflow.options docs/options.md
+	PYTHONPATH=workflow/scripts $(BIN)/python -m thesis.options docs/options.md
 
 # From the last `make results` and `make bench`: docs/pictures holds copies, nothing drawn by hand.
 pictures:

@@ -1,8 +1,7 @@
 """The project's configuration, as a run reads it."""
 
 import yaml
-from palpate.workflow.options import filled
-from thesis.options import Simulation
+from thesis.options import StudyConfig
 
 
 def written(root, *names):
@@ -15,7 +14,7 @@ def written(root, *names):
 
 def full(root, *names):
     """The same with the defaults of what they leave out."""
-    return filled(written(root, *names), {"simulation": Simulation})
+    return StudyConfig.read(written(root, *names)).written()
 
 
 def merged(before, changes):

@@ -8,8 +8,8 @@ from floor import floor
 from palpate.estimate.minimise.simulation import pose_simulation, pressed_area_modulus
 from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import solid_mesh
-from palpate.surface.simulation import SimulatedSteps
 from skfem import MeshTet
+from thesis.tracker.simulation import SimulatedSteps
 
 
 @pytest.fixture(scope="module")

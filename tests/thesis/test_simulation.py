@@ -13,15 +13,15 @@ from palpate.estimate.minimise.options import Minimise
 from palpate.estimate.minimise.search import minimise_error
 from palpate.estimate.minimise.simulation import pose_simulation, pressed_area_modulus
 from palpate.report.style import journal
-from palpate.surface.simulation import (
+from thesis.chapter3 import contact_figure, simulation_figures, simulation_tables, simulation_views
+from thesis.options import Simulation
+from thesis.tracker.simulation import (
     lattice,
     read_steps,
     surface_of,
     surface_points,
     track_steps,
 )
-from thesis.chapter3 import contact_figure, simulation_figures, simulation_tables, simulation_views
-from thesis.options import Simulation
 from virtual_lab.simulated_block import load_block
 
 LAM, MU, YOUNG = 80685.0, 8965.0, 25998.5

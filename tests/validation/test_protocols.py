@@ -12,7 +12,7 @@ import yaml
 from palpate.workflow.configuration import open_run
 from palpate.yaml_files import load_yaml
 from settings import written
-from thesis.options import Simulation
+from thesis.options import StudyConfig
 from validation import protocols
 from virtual_lab.describe import object_text
 from virtual_lab.rules import LabRules
@@ -35,7 +35,7 @@ def rules(root, tmp_path_factory):
             config,
             sources=["config/protocols.yaml"],
             project=root,
-            blocks={"simulation": Simulation},
+            kind=StudyConfig,
         )
     finally:
         os.chdir(before)

@@ -14,7 +14,7 @@ from palpate.workflow.configuration import open_run
 from palpate.yaml_files import load_yaml
 from sample_run import LEFT_BEHIND, snakemake
 from settings import written
-from thesis.options import Simulation
+from thesis.options import StudyConfig
 from validation import randomised_rigs
 from virtual_lab.checks import OF_OBJECT, lab_problems
 from virtual_lab.draw import draw_alone, draw_lab, main
@@ -143,7 +143,7 @@ def test_a_run_takes_the_randomised_lab(root, tmp_path, monkeypatch):
         merged,
         sources=["config/validation.yaml"],
         project=root,
-        blocks={"simulation": Simulation},
+        kind=StudyConfig,
         lab_kind=Lab,
         check_lab=lab_problems,
     )

@@ -7,11 +7,10 @@ import pytest
 import yaml
 from palpate.workflow.configuration import open_run
 from settings import written
-from thesis.options import Simulation
+from thesis.options import StudyConfig
 from virtual_lab.checks import lab_problems
 from virtual_lab.specification import Lab
 
-BLOCKS = {"simulation": Simulation}
 SOURCES = ("config/config.yaml", "config/thesis.yaml")
 
 
@@ -25,7 +24,7 @@ def home(root, tmp_path, monkeypatch):
 
 def opened(home, **changes):
     config, given = written(home) | changes, {"sources": SOURCES, "project": home}
-    return open_run(config, lab_kind=Lab, check_lab=lab_problems, blocks=BLOCKS, **given)
+    return open_run(config, lab_kind=Lab, check_lab=lab_problems, kind=StudyConfig, **given)
 
 
 def drop(root, home, name="foam_block"):

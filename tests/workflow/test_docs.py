@@ -11,10 +11,9 @@ import pytest
 import yaml
 from palpate.capture.devices import MODELS
 from palpate.config.model import problems
-from palpate.surface.trackers import options_of
-from palpate.workflow.options import config_problems
 from settings import full
-from thesis.options import Simulation
+from thesis.options import StudyConfig
+from thesis.tracker.options import options_of
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -96,7 +95,7 @@ def in_configuration(path, value):
     trackers = content["tracking"]["trackers"]
     trackers |= {name: options_of(content["tracking"], name, "") for name in trackers}
     there = put(content, path, value)
-    return there and not config_problems(content, {"simulation": Simulation}, "")
+    return there and not problems(StudyConfig, content)
 
 
 def in_options(kind, file, path, value):

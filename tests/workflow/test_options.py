@@ -4,12 +4,11 @@ from typing import Literal
 
 import pytest
 import yaml
-from palpate.config.model import Count, Model, NotNegative, Positive, option
+from palpate.commands.project import Project
+from palpate.config.model import Count, Model, NotNegative, Positive, option, problems
 from palpate.config.page import rows
-from palpate.workflow.options import Config, as_asked, config_problems, filled, page
-from thesis.options import Simulation
-
-BLOCKS = {"simulation": Simulation}
+from palpate.workflow.options import Config, as_asked
+from thesis.options import StudyConfig, options_page
 
 
 def test_the_page_has_each_option_with_what_is_allowed():
@@ -32,19 +31,29 @@ def test_the_page_has_each_option_with_what_is_allowed():
 
 
 def test_defaults_are_within_their_own_bounds():
-    assert config_problems(filled({}, BLOCKS), BLOCKS, "") == []
-    assert all(meaning and not meaning.endswith(".") for *_, meaning in rows(Config))
+    assert problems(StudyConfig, StudyConfig().written()) == []
+    assert all(meaning and not meaning.endswith(".") for *_, meaning in rows(StudyConfig))
 
 
 def test_the_projects_own_file_says_the_defaults(root):
     """config.yaml shows what a user may change; a value there that is another would hide."""
     own = yaml.safe_load((root / "config/config.yaml").read_text())
     own["paths"]["lab"] = None
-    assert filled(own, {}) == filled({}, {})
+    assert Config.read(own) == Config()
+
+
+def test_commands_read_a_runs_whole_configuration(tmp_path):
+    """What it says of the study stays valid, and a misspelt option is named."""
+    content = StudyConfig().written() | {"hertz": {"onset_force_n": 0.2}}
+    assert Project(tmp_path, content).config(None).hertz.onset_force_n == 0.2
+    content["tracking"]["aligment"] = {}
+    line = "config.yaml: tracking.aligment: expected one of alignment, found aligment"
+    with pytest.raises(ValueError, match=line):
+        Project(tmp_path, content).config(None)
 
 
 def test_the_page_of_options_is_of_these(root):
-    assert (root / "docs/options.md").read_text() == page(), "make docs writes it"
+    assert (root / "docs/options.md").read_text() == options_page(), "make docs writes it"
 
 
 @pytest.mark.parametrize(
@@ -56,7 +65,7 @@ def test_the_page_of_options_is_of_these(root):
 )
 def test_constants_of_a_tracker_are_not_offered(name, value, line):
     trackers = {"mine": {"kind": "elastic", "misfit_reach_m": 0.04, name: value}}
-    (found,) = config_problems({"tracking": {"trackers": trackers}}, BLOCKS, "")
+    (found,) = problems(StudyConfig, {"tracking": {"trackers": trackers}})
     assert line in found and ", misfit_reach_m" not in found
 
 
@@ -76,4 +85,4 @@ def test_constants_of_a_tracker_are_not_offered(name, value, line):
 )
 def test_numbers_within_braces_on_the_command_line(given, read):
     """Of which Snakemake makes texts."""
-    assert as_asked(given, {}) == read
+    assert as_asked(given, [StudyConfig]) == read

@@ -9,7 +9,7 @@ import yaml
 from palpate.workflow.configuration import open_run
 from palpate.workflow.standing import ORIGIN, Standing
 from settings import written
-from thesis.options import Simulation
+from thesis.options import StudyConfig
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def standing(root, raw, **changes):
     config["paths"] |= {"raw": str(raw), "results": str(raw.with_name("results")), "lab": None}
     config["paths"] |= {"sensors": str(root / "tests/sample/sensors")}
     sources = ["config/config.yaml"]
-    run = open_run(config, sources=sources, project=root, blocks={"simulation": Simulation})
+    run = open_run(config, sources=sources, project=root, kind=StudyConfig)
     return Standing(run)
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import yaml
 from palpate.__main__ import main
 from palpate.workflow.configuration import open_run
-from thesis.options import Simulation
+from thesis.options import StudyConfig
 
 from corrupted.chain import jobs, run_chain, run_script
 from corrupted.places import ROOT, configuration, enter_copy, listing, place_of
@@ -34,9 +34,9 @@ ENDS = {BY_FORM, BY_CONTENT, PASSED, SAME, CHANGED, WARNED}
 def opened(path: str) -> tuple[str, str]:
     """What a run looks at before its first job."""
     config = yaml.safe_load(Path("config.yaml").read_text())
-    blocks, images = {"simulation": Simulation}, path != "config.yaml"
+    images = path != "config.yaml"
     try:
-        open_run(config, sources=["config.yaml"], project=ROOT, files=images, blocks=blocks)
+        open_run(config, sources=["config.yaml"], project=ROOT, files=images, kind=StudyConfig)
     except ValueError as error:
         return BY_FORM, _joined(str(error).splitlines())
     return PASSED, ""

@@ -32,7 +32,7 @@ from palpate.workflow.places import refuse, require_values, sources_of
 from palpate.workflow.progress import GOES_ON
 from palpate.workflow.run import one_of
 from palpate.workflow.start import environment, start_run
-from thesis.options import Simulation
+from thesis.options import StudyConfig
 from virtual_lab.checks import lab_problems
 from virtual_lab.specification import Lab
 
@@ -55,7 +55,7 @@ try:
         files=not workflow.remote_exec,
         lab_kind=Lab,
         check_lab=lab_problems,
-        blocks={"simulation": Simulation},
+        kind=StudyConfig,
         rules=workflow.rules,
     )
 except ValueError as error:

@@ -1,10 +1,21 @@
-"""Options of the study's own simulation."""
+"""The study's configuration: all options of the tool, and its own; ``-m thesis.options PAGE``."""
 
-from typing import Literal
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
 
-from palpate.config.model import Count, FileName, Model, Positive, option
-from palpate.surface.options import Registration
-from palpate.workflow.options import partly
+from palpate.capture.files import whole_file
+from palpate.config.model import Count, FileName, Model, Positive, all_different, option
+from palpate.estimate.minimise.options import Load, Minimise, Solid
+from palpate.workflow.options import Config, Experiments, Tracking, page, partly
+from pydantic import BeforeValidator, model_validator
+
+from thesis.tracker.options import TRACKERS, Registration, tracker_problems
+
+BOTH_TRACKERS = {name: {"kind": name} for name in TRACKERS}
+Tracker = partly(*TRACKERS.values(), like=str, kind=Literal[tuple(TRACKERS)])
+Step = partly(Load, Solid, tracker=str)
 
 
 class SimulatedSupport(Model):
@@ -76,3 +87,86 @@ class Simulation(Points):
     )
     linear: LinearMethod = option(LinearMethod(), "Section 3.3.2")
     noise: Noise = option(Noise(), "on the exact displacements")
+
+
+def _with_both(trackers: Any) -> Any:
+    """Trackers by name, those of the two kinds among them."""
+    if not (
+        isinstance(trackers, Mapping) and all(isinstance(t, Mapping) for t in trackers.values())
+    ):
+        return trackers
+    return {
+        name: BOTH_TRACKERS.get(name, {}) | dict(trackers.get(name, {}))
+        for name in {**BOTH_TRACKERS, **trackers}
+    }
+
+
+class Trackers(Tracking):
+    """The template through a capture (Section 4.3)."""
+
+    estimate_from: str = option("study", "the tracker whose surfaces are minimised")
+    compared: Annotated[tuple[str, ...], all_different] = option(
+        (), "trackers of every tracked capture"
+    )
+    trackers: Annotated[dict[FileName, Tracker], BeforeValidator(_with_both)] = option(
+        {name: Tracker(**said) for name, said in BOTH_TRACKERS.items()},
+        "by name: results tracked-<name>.npz; `like` takes over another one's options",
+    )
+    objects: dict[str, dict[str, Tracker]] = option(
+        {}, "options of single objects, by object and tracker"
+    )
+
+    @model_validator(mode="after")
+    def _that_can_be(self) -> Self:
+        if lines := tracker_problems(self.written()):
+            raise ValueError("\n".join(lines))
+        return self
+
+
+class Search(Minimise):
+    """Error minimisation of a run."""
+
+    steps: dict[FileName, Step] = option(
+        {},
+        "tables/minimise_steps: options of minimise and solid, or the tracker, changed in turn",
+    )
+    objects: dict[str, partly(Load)] = option({}, "load of single objects")
+
+
+class StudyExperiments(Experiments):
+    """Recordings about the sensors: raw/sensors/<sensor>/<experiment>."""
+
+    cd_case_size_m: tuple[Positive, Positive, Positive] = option(
+        (0.142, 0.124, 0.0104), "Section 4.2.4; a case's usual height"
+    )
+
+
+class StudyConfig(Config):
+    """All that a run's configuration may say."""
+
+    error_options: Annotated[
+        tuple[Literal["force_displacement", "displacement"], ...], all_different
+    ] = option(("force_displacement", "displacement"), "Section 3.3.3", min_length=1)
+    experiments: StudyExperiments = option(StudyExperiments(), "about the sensors")
+    tracking: Trackers = option(Trackers(), "Section 4.3")
+    solid: Solid = option(Solid(), "of the error minimisation")
+    minimise: Search = option(Search(), "Section 3.3")
+    simulation: Simulation = option(Simulation(), "Sections 3.3.2 to 3.3.4")
+
+    def conflicts(self) -> Iterator[tuple]:
+        """Steps with trackers that are none of the run's."""
+        known = self.tracking.trackers
+        for name, step in self.minimise.steps.items():
+            if step.tracker not in (None, *known):
+                names = ", ".join(sorted(known))
+                yield f"minimise.steps.{name}.tracker", f"one of {names}", step.tracker
+
+
+def options_page() -> str:
+    """Give docs/options.md."""
+    return page(StudyConfig, {f"Trackers of kind {name}": kind for name, kind in TRACKERS.items()})
+
+
+if __name__ == "__main__":
+    with whole_file(Path(sys.argv[1])) as part:
+        part.write_text(options_page(), encoding="utf-8")

@@ -9,6 +9,13 @@ from typing import Any
 from palpate.capture.devices import CONFIG, PARTS
 from palpate.yaml_files import load_yaml
 
+# What a file may say besides, for the workflow alone: by block, and by their option.
+FOR_RUNS = {"error_options", "solid", "minimise", "simulation"}
+FOR_RUNS_IN = {
+    "tracking": {"estimate_from", "compared", "trackers", "objects"},
+    "experiments": {"cd_case_size_m"},
+}
+
 
 @dataclass(frozen=True)
 class Project:
@@ -32,7 +39,7 @@ class Project:
 
         path = own or (self.folder and self.folder / CONFIG)
         try:
-            return Config.read(load_yaml(own) if own else self.content)
+            return Config.read(_of_the_tool(load_yaml(own) if own else self.content))
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
@@ -65,3 +72,14 @@ class Project:
         """What a file of the project says; nothing where there is none."""
         there = self.folder is not None and (self.folder / path).is_file()
         return (load_yaml(self.folder / path) or {}) if there else {}
+
+
+def _of_the_tool(content: Any) -> Any:
+    """What a configuration says of the tool."""
+    if not isinstance(content, Mapping):
+        return content
+    kept = {name: block for name, block in content.items() if name not in FOR_RUNS}
+    for name in FOR_RUNS_IN.keys() & kept.keys():
+        if isinstance(kept[name], Mapping):
+            kept[name] = {k: v for k, v in kept[name].items() if k not in FOR_RUNS_IN[name]}
+    return kept

@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import dijkstra
 from trimesh.triangles import closest_point
 
 from palpate.capture.closed_surface import read_surface
@@ -17,8 +15,6 @@ from palpate.surface.unfold import unfolded
 
 # Two passes halve an edge: so many take the longest plausible one to a few micrometres.
 PASSES = 40
-# Vertices whose distances to all others are held at a time.
-CHUNK = 256
 # A surface of more is thinned: at a millimetre's edge, half a square metre.
 MOST_VERTICES = 50_000
 
@@ -36,12 +32,6 @@ class Template:
 
     vertices_m: NDArray
     faces: NDArray
-
-    @property
-    def edge_m(self) -> float:
-        """Average edge length r of Section 4.3.1 [m]."""
-        edges = unique_edges(self.faces)
-        return float(np.linalg.norm(np.diff(self.vertices_m[edges], axis=1), axis=-1).mean())
 
 
 def read_template(path: str | Path, *, unit: str) -> Template:
@@ -136,44 +126,6 @@ def refine_template(
             raise ValueError(f"edge_m: expected {expected}, found {longest[chosen].max():.3g} m")
         vertices, faces = _bisect(vertices, faces, chosen)
     return Template(vertices, faces)
-
-
-def neighbourhoods(template: Template, *, reach: float, measure: str) -> sparse.csr_matrix:
-    """Neighbourhoods R_sm of Eq. 4.25 as a boolean matrix, shape (n, n).
-
-    Parameters
-    ----------
-    template : Template
-    reach : float
-        s_sm.
-    measure : {"rings", "geodesic"}
-        Neighbours within s_sm edges; or within the distance s_sm r along edges, as printed, which
-        smooths a locally refined mesh over many of its fine edges.
-    """
-    edges = unique_edges(template.faces)
-    if measure == "rings":
-        lengths, limit = np.ones(len(edges)), reach
-    elif measure == "geodesic":
-        lengths = np.linalg.norm(np.diff(template.vertices_m[edges], axis=1)[:, 0], axis=1)
-        limit = reach * template.edge_m
-    else:
-        raise ValueError(f"neighbourhood: expected rings or geodesic, found {measure}")
-    size = len(template.vertices_m)
-    graph = sparse.csr_matrix((lengths, edges.T), shape=(size, size))
-    near = [
-        _reached(graph, part, limit)
-        for part in np.split(np.arange(size), range(CHUNK, size, CHUNK))
-    ]
-    near = sparse.csr_matrix(sparse.vstack(near))
-    near.setdiag(False)
-    near.eliminate_zeros()
-    return near
-
-
-def _reached(graph: sparse.csr_matrix, sources: NDArray, limit: float) -> sparse.csr_matrix:
-    """Vertices within a distance of some; a part at a time, since distances come as full rows."""
-    distance = dijkstra(graph, directed=False, indices=sources, limit=limit)
-    return sparse.csr_matrix(np.isfinite(distance))
 
 
 def _from_origin(triangles: NDArray) -> NDArray:

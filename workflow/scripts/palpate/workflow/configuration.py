@@ -33,7 +33,7 @@ from palpate.workflow.lab_captures import (
     recordings,
     still_the_labs,
 )
-from palpate.workflow.options import as_asked, config_problems, filled
+from palpate.workflow.options import Config, as_asked
 from palpate.workflow.places import placed, who_said
 from palpate.workflow.run import Run, selected
 from palpate.yaml_files import load_yaml, one_line
@@ -48,7 +48,7 @@ def open_run(
     files: bool = True,
     lab_kind: type[Model] | None = None,
     check_lab: Callable | None = None,
-    blocks: Mapping[str, type[Model]] = MappingProxyType({}),
+    kind: type[Config] = Config,
     rules: Iterable = (),
 ) -> Run:
     """Read and check what people write, and find the captures of the run.
@@ -67,8 +67,10 @@ def open_run(
         False: jobs are to check tables and images of captures, and nothing is stamped.
     lab_kind, check_lab : type and callable, optional
         Model of a lab's configuration, and what else is wrong with it, as lines.
-    blocks, rules : mapping and iterable, optional
-        Models of further blocks of the configuration, by name, and the workflow's rules.
+    kind : type, optional
+        Model of the configuration.
+    rules : iterable, optional
+        The workflow's rules.
 
     Raises
     ------
@@ -81,9 +83,9 @@ def open_run(
         if lines := [one_line(who_said(line, sources, told)) for line in lines]:
             raise ValueError("\n".join(lines))
 
-    config = _changed(config, as_asked(told, blocks))
-    require_none(config_problems(config, blocks, source))
-    config = filled(config, blocks)
+    config = _changed(config, as_asked(told, [kind]))
+    require_none(problems(kind, config, source))
+    config = kind.read(config).written()
     paths = config["paths"] = placed(config["paths"], project)
     raw, only = Path(paths["raw"]), config["only"]
     wrong = path_problems(paths, source)

@@ -86,8 +86,9 @@ def unknown_objects(config: Mapping, others: Collection[str], source: str) -> li
     known = sorted({*others, *config["study"]["captures"]})
     return [
         f"{source}: {block}.objects: expected one of {', '.join(known)}, found {name}"
-        for block in ("tracking", "minimise")
-        for name in config[block]["objects"]
+        for block, options in config.items()
+        if isinstance(options, Mapping)
+        for name in options.get("objects", ())
         if name not in known
     ]
 

@@ -1,44 +1,24 @@
-"""The configuration of a run: all blocks of options; ``-m palpate.workflow.options PAGE``."""
+"""The configuration of a run: all blocks of options of the tool."""
 
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    create_model,
-    model_serializer,
-    model_validator,
-)
+from pydantic import Field, create_model, model_serializer
 
-from palpate.capture.files import whole_file
-from palpate.config.model import (
-    FileName,
-    Model,
-    Positive,
-    all_different,
-    field_at,
-    option,
-    problems,
-)
+from palpate.config.model import Model, all_different, field_at, option
 from palpate.config.object import ObjectSpec
 from palpate.config.page import options_page
 from palpate.config.probe import ProbeSpec
 from palpate.config.sensor import SensorSpec
 from palpate.estimate.direct import options as direct
 from palpate.estimate.hertz.options import Hertz
-from palpate.estimate.minimise.options import Load, Minimise, Solid
 from palpate.solid.options import IndentationTable, greatest_ratio
-from palpate.surface.options import TRACKERS, Aligning
-from palpate.surface.trackers import tracker_problems
+from palpate.surface.options import Aligning
 from palpate.vision.options import Background, Clouds, Force, ProbePose, SupportPlane
 
 # Captures by object and sensor.
 Captures = dict[str, dict[str, tuple[str, ...]]]
-BOTH_TRACKERS = {name: {"kind": name} for name in TRACKERS}
 
 
 class Partial(Model):
@@ -59,10 +39,6 @@ def partly(*kinds: type[Model], **more: Any) -> type[Partial]:
     names = " and ".join(kind.__name__ for kind in kinds)
     further = {name: (kind, None) for name, kind in more.items()}
     return create_model(f"Some of {names}", __base__=Partial, **(known | further))
-
-
-Tracker = partly(*TRACKERS.values(), like=str, kind=Literal[tuple(TRACKERS)])
-Step = partly(Load, Solid, tracker=str)
 
 
 class Paths(Model):
@@ -91,54 +67,12 @@ class Experiments(Model):
     """Recordings about the sensors: raw/sensors/<sensor>/<experiment>."""
 
     probe: str = option("", "that was filmed")
-    cd_case_size_m: tuple[Positive, Positive, Positive] = option(
-        (0.142, 0.124, 0.0104), "Section 4.2.4; a case's usual height"
-    )
-
-
-def _with_both(trackers: Any) -> Any:
-    """Trackers by name, those of the two kinds among them."""
-    if not (
-        isinstance(trackers, Mapping) and all(isinstance(t, Mapping) for t in trackers.values())
-    ):
-        return trackers
-    return {
-        name: BOTH_TRACKERS.get(name, {}) | dict(trackers.get(name, {}))
-        for name in {**BOTH_TRACKERS, **trackers}
-    }
 
 
 class Tracking(Model):
     """The template through a capture (Section 4.3)."""
 
-    estimate_from: str = option("study", "the tracker whose surfaces are minimised")
-    compared: Annotated[tuple[str, ...], all_different] = option(
-        (), "trackers of every tracked capture"
-    )
     alignment: Aligning = option(Aligning(), "of the template with the first frame")
-    trackers: Annotated[dict[FileName, Tracker], BeforeValidator(_with_both)] = option(
-        {name: Tracker(**said) for name, said in BOTH_TRACKERS.items()},
-        "by name: results tracked-<name>.npz; `like` takes over another one's options",
-    )
-    objects: dict[str, dict[str, Tracker]] = option(
-        {}, "options of single objects, by object and tracker"
-    )
-
-    @model_validator(mode="after")
-    def _that_can_be(self) -> Self:
-        if lines := tracker_problems(self.written()):
-            raise ValueError("\n".join(lines))
-        return self
-
-
-class Search(Minimise):
-    """Error minimisation of a run."""
-
-    steps: dict[FileName, Step] = option(
-        {},
-        "tables/minimise_steps: options of minimise and solid, or the tracker, changed in turn",
-    )
-    objects: dict[str, partly(Load)] = option({}, "load of single objects")
 
 
 class Direct(Model):
@@ -158,7 +92,7 @@ class Direct(Model):
 
 
 class Config(Model):
-    """All that a run's configuration may say.
+    """All that a run's configuration may say of the tool; a workflow's own is a subclass.
 
     Examples
     --------
@@ -176,9 +110,6 @@ class Config(Model):
         " a capture and tells less",
         min_length=1,
     )
-    error_options: Annotated[
-        tuple[Literal["force_displacement", "displacement"], ...], all_different
-    ] = option(("force_displacement", "displacement"), "Section 3.3.3", min_length=1)
     study: Selection = option(Selection(), "of the lab's recordings")
     experiments: Experiments = option(Experiments(), "about the sensors")
     background: Background = option(Background(), "Section 4.2.1")
@@ -187,41 +118,24 @@ class Config(Model):
     force: Force = option(Force(), "Section 4.1.3")
     clouds: Clouds = option(Clouds(), "of the object")
     tracking: Tracking = option(Tracking(), "Section 4.3")
-    solid: Solid = option(Solid(), "of the error minimisation")
     hertz: Hertz = option(Hertz(), "Section 5.1")
-    minimise: Search = option(Search(), "Section 3.3")
     direct: Direct = option(Direct(), "straight from clouds and forces")
 
-    def conflicts(self) -> Iterator[tuple]:
-        """Steps with trackers that are none of the run's."""
-        known = self.tracking.trackers
-        for name, step in self.minimise.steps.items():
-            if step.tracker not in (None, *known):
-                names = ", ".join(sorted(known))
-                yield f"minimise.steps.{name}.tracker", f"one of {names}", step.tracker
 
+def as_asked(told: Any, kinds: Sequence[Any]) -> Any:
+    """Give what stands after ``--config``: within braces Snakemake takes numbers for texts.
 
-def filled(config: Mapping, blocks: Mapping[str, type[Model]]) -> dict:
-    """Configuration, and further blocks, with the defaults of what people left out."""
-    full = Config.read({k: v for k, v in config.items() if k in Config.model_fields}).written()
-    return full | {name: kind.read(config.get(name, {})).written() for name, kind in blocks.items()}
-
-
-def config_problems(config: Mapping, blocks: Mapping[str, type[Model]], source: str) -> list[str]:
-    """Say in a line each what is wrong with a configuration with further blocks."""
-    return problems(_with(blocks), config, source)
-
-
-def as_asked(told: Any, blocks: Mapping[str, type[Model]]) -> Any:
-    """Give what stands after ``--config``: within braces Snakemake takes numbers for texts."""
-    return _as_asked(told, [_with(blocks)])
-
-
-def _as_asked(told: Any, kinds: Sequence[Any]) -> Any:
+    Parameters
+    ----------
+    told
+        As Snakemake gives it.
+    kinds : sequence
+        What it may be: the configuration's model.
+    """
     if isinstance(told, Mapping):
-        return {key: _as_asked(one, field_at(kinds, [key])[0]) for key, one in told.items()}
+        return {key: as_asked(one, field_at(kinds, [key])[0]) for key, one in told.items()}
     if isinstance(told, list):
-        return [_as_asked(one, field_at(kinds, [0])[0]) for one in told]
+        return [as_asked(one, field_at(kinds, [0])[0]) for one in told]
     if not isinstance(told, str) or not kinds or (str in kinds and told != "null"):
         return told
     with suppress(ValueError):
@@ -229,9 +143,9 @@ def _as_asked(told: Any, kinds: Sequence[Any]) -> Any:
     return {"true": True, "false": False, "null": None}.get(told, told)
 
 
-def _with(blocks: Mapping[str, type[Model]]) -> type[Config]:
-    further = {name: (kind, kind()) for name, kind in blocks.items()}
-    return create_model("Config", __base__=Config, **further)
+def page(config: type[Config], further: Mapping[str, type[Model]]) -> str:
+    """Give docs/options.md: a configuration's options, those of further models, and of files."""
+    return options_page(config, {**further, **FILES})
 
 
 FILES = {
@@ -239,14 +153,3 @@ FILES = {
     "The file of a sensor": SensorSpec,
     "The file of a probe": ProbeSpec,
 }
-
-
-def page() -> str:
-    """Give docs/options.md."""
-    further = {f"Trackers of kind {name}": kind for name, kind in TRACKERS.items()}
-    return options_page(Config, further | FILES)
-
-
-if __name__ == "__main__":
-    with whole_file(Path(sys.argv[1])) as part:
-        part.write_text(page(), encoding="utf-8")

@@ -18,13 +18,13 @@ from palpate.estimate.minimise.simulation import pose_simulation, pressed_area_m
 from palpate.json_fields import read_all, read_one
 from palpate.report import outputs, tables
 from palpate.solid.support import Support, read_support
-from palpate.surface.simulation import SimulatedSteps, read_steps, track_steps
 from palpate.surface.tracked import load_tracked, save_tracked
 from palpate.workflow.job import naming
 
 from thesis.chapter3 import simulation_figures, simulation_tables
 from thesis.minimum import minimum_files
 from thesis.options import LinearMethod, Simulation
+from thesis.tracker.simulation import SimulatedSteps, read_steps, track_steps
 
 MODULI_TITLE = "Sections 3.3.2 to 3.3.4: Lame parameters, E (Pa) and nu of the simulated block"
 TRACKER_TITLE = "Simulated block: errors of the tracker (m) and what follows from them (Pa)"

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from thesis.tracker.transfer import to_solid
 
 from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
 from palpate.estimate.minimise.options import Load, Solid
@@ -17,7 +18,6 @@ from palpate.solid.load import (
 from palpate.solid.mesh import SolidMesh, quadratic, refine_near
 from palpate.solid.support import Support
 from palpate.surface.tracked import Tracked
-from palpate.surface.transfer import to_solid
 
 
 @dataclass(frozen=True)

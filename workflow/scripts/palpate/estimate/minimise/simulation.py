@@ -2,11 +2,11 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from thesis.tracker.simulation import SimulatedSteps
 
 from palpate.estimate.minimise.objective import Measurement, node_sets
 from palpate.estimate.minimise.problem import Problem
 from palpate.solid.support import Support
-from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
 
 

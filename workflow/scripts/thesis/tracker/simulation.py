@@ -1,19 +1,18 @@
 """The simulated frames of Section 3.3.2, and the tracker on them."""
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-
 from palpate.npz import read_npz
 from palpate.solid.mesh import SolidMesh, solid_mesh
-from palpate.surface.data_points import Frame
-from palpate.surface.options import Registration
 from palpate.surface.template import Template
-from palpate.surface.track import track_frames
 from palpate.surface.tracked import Tracked
+
+from thesis.tracker.data_points import Frame
+from thesis.tracker.options import Registration
+from thesis.tracker.track import track_frames
 
 FIELDS = ("nodes_m", "tetrahedra", "triangle", "force_n", "displacement_m")
 
@@ -36,39 +35,6 @@ class SimulatedSteps:
     triangle: NDArray
     force_n: NDArray
     displacement_m: NDArray
-
-
-class SurfaceFrames(Sequence):
-    """Points on the deformed surface in each step, made when they are asked for.
-
-    Parameters
-    ----------
-    vertices_m : (n, 3) array
-        Undeformed [m].
-    faces : (m, 3) int array
-        Outward.
-    displacement_m : (f, n, 3) array
-        Of the vertices [m].
-    weights : (k, 3) array
-        Barycentric weights of each triangle's points.
-    """
-
-    def __init__(
-        self, vertices_m: NDArray, faces: NDArray, displacement_m: NDArray, *, weights: NDArray
-    ) -> None:
-        self.vertices_m, self.faces, self.displacement_m = vertices_m, faces, displacement_m
-        self.weights = weights
-
-    def __len__(self) -> int:
-        return len(self.displacement_m)
-
-    def __getitem__(self, step: int) -> Frame:
-        return surface_points(
-            self.vertices_m + self.displacement_m[step], self.faces, weights=self.weights
-        )
-
-    def __iter__(self) -> Iterator[Frame]:
-        return (self[step] for step in range(len(self)))
 
 
 def lattice(cuts: int, *, corners: bool = True) -> NDArray:
@@ -134,7 +100,7 @@ def track_steps(
     rest, contact = template.vertices_m, steps.mesh.nodes_m[steps.triangle].mean(axis=0)
     moved = np.concatenate([np.zeros((1, *rest.shape)), steps.displacement_m[:, nodes]])
     weights = lattice(cuts, corners=corners)
-    frames = SurfaceFrames(rest, template.faces, moved, weights=weights)
+    frames = (surface_points(rest + step, template.faces, weights=weights) for step in moved)
     vertices, observed, residual = track_frames(template, rest, frames, options)
     return Tracked(rest, template.faces, rest, vertices, observed, np.eye(4), residual, contact, 1)
 

@@ -1,21 +1,52 @@
-"""What a frame is tracked against, and the data point of each vertex."""
+"""What a frame is tracked against, and the data point N(p_i) of each vertex."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
-
-from palpate.surface.energy import Data
-from palpate.surface.options import Registration
 from palpate.surface.pose import data_weights
 from palpate.surface.template import Template, vertex_normals
+from scipy.spatial import cKDTree
+
+from thesis.tracker.options import Registration
 
 # Data points that a mean is made of, at most, and how far it reaches in edge lengths.
 MEAN_OF = 32
 MEAN_REACH = 1.0
 # It is made where most normals are as much like that of the point in the middle.
 FLAT_DEG, FLAT_PART = 30.0, 0.9
+
+
+@dataclass(frozen=True)
+class Data:
+    """What the data term draws each vertex to.
+
+    Attributes
+    ----------
+    rest_m, target_m, normals : (n, 3) arrays
+        p_i, N(p_i) [m] and the unit normal there.
+    weights : (n,) array
+        w_data w_i.
+    along : (n,) bool array
+        Vertices whose distance counts along the normal only; else in all directions (Eq. 4.25).
+    """
+
+    rest_m: NDArray
+    target_m: NDArray
+    normals: NDArray
+    weights: NDArray
+    along: NDArray
+
+    def gaps(self, displacement_m: NDArray) -> NDArray:
+        """Distance of each vertex to its data, as the data term measures it, shape (n,) [m]."""
+        return np.linalg.norm(self.counted(self.rest_m + displacement_m - self.target_m), axis=1)
+
+    def counted(self, vectors: NDArray) -> NDArray:
+        """The part of each vertex's vector (n, 3) that counts."""
+        if not self.along.any():
+            return vectors
+        part = self.normals * (vectors * self.normals).sum(axis=1)[:, None]
+        return np.where(self.along[:, None], part, vectors)
 
 
 @dataclass(frozen=True)

@@ -1,18 +1,16 @@
 """The study's tracker: the template deformed to every frame by E_track (Eq. 4.23-4.25)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from palpate.surface.template import Template
 
-from palpate.surface.data_points import DataPoints, Frame
-from palpate.surface.energy import Data, descend
-from palpate.surface.hierarchy import Level, hierarchy
-from palpate.surface.options import Registration
-from palpate.surface.smoothness import Smoothness
-from palpate.surface.template import Template, vertex_normals
-from palpate.surface.transforms import Transforms
+from thesis.tracker.data_points import Data, DataPoints, Frame
+from thesis.tracker.energy import Smoothness
+from thesis.tracker.hierarchy import Level, hierarchy
+from thesis.tracker.options import Registration
 
 # Section 4.3.1: the optimisation stops when the energy changes by less, relative to itself.
 RELATIVE_CHANGE = 1e-4
@@ -33,76 +31,61 @@ class Tracker:
         self.options = options
         placed = Template(rest_m, template.faces)
         self.levels = hierarchy(placed, coarsest_vertices=options.coarsest_vertices)
-        reach = {"reach": options.s_sm, "measure": options.neighbourhood}
-        self.smoothness = [Smoothness(level.template, **reach) for level in self.levels]
+        self.smoothness = [Smoothness(lv.template, reach=options.s_sm) for lv in self.levels]
         self.numbers = _numbers(self.levels)
-        self.still = [self._still(level.template) for level in self.levels]
 
-    def track(self, start: Transforms, frame: Frame) -> tuple[Transforms, "Fit"]:
+    def track(self, start_m: NDArray, frame: Frame) -> tuple[NDArray, "Fit"]:
         """Minimise E_track for one frame, from the coarsest mesh to the finest.
 
         Parameters
         ----------
-        start : Transforms
-            Of the frame before; identity for the first.
+        start_m : (n, 3) array
+            Translations of the vertices in the frame before; zero for the first [m].
         frame : Frame
         """
         data = DataPoints(frame, self.options)
-        transforms, fit = start.of(self.numbers[0]), None
-        for number, level in enumerate(self.levels):
-            transforms, fit = self._minimise(transforms, number, data)
+        shift, fit = start_m[self.numbers[0]], None
+        for number in range(len(self.levels)):
+            shift, fit = self._minimise(shift, number, data)
             if number + 1 < len(self.levels):
-                transforms = self._refined(transforms, level, number + 1)
-        return transforms, fit
+                shift = self._refined(shift, number)
+        return shift, fit
 
-    def deform(self, transforms: Transforms, target_m: NDArray, chosen: NDArray) -> Transforms:
-        """Minimise E_def (Eq. 4.28) over the transforms of some vertices.
+    def deform(self, shift_m: NDArray, target_m: NDArray, chosen: NDArray) -> NDArray:
+        """Minimise E_def (Eq. 4.28) over the translations of some vertices.
 
         Parameters
         ----------
-        transforms : Transforms
+        shift_m : (n, 3) array
+            Translations [m].
         target_m : (n, 3) array
             TP(p_i) [m].
         chosen : (n,) bool array
-            Vertices whose transforms change.
+            Vertices whose translations change.
         """
         options, smoothness = self.options, self.smoothness[-1]
         goal = (target_m - self.levels[-1].template.vertices_m)[chosen]
-        return smoothness.draw(transforms, goal, chosen, options.w_data, options.w_sm_stop)
+        return smoothness.draw(shift_m, goal, chosen, options.w_data, options.w_sm_stop)
 
-    def _minimise(
-        self, transforms: Transforms, number: int, data: "DataPoints"
-    ) -> tuple[Transforms, "Fit"]:
+    def _minimise(self, shift_m: NDArray, number: int, data: DataPoints) -> tuple[NDArray, "Fit"]:
         options, template = self.options, self.levels[number].template
         smoothness, w_sm, before = self.smoothness[number], self.options.w_sm, np.inf
         while w_sm >= options.w_sm_stop:
             for _ in range(options.rounds):
-                found, captured = data.nearest(
-                    template, transforms.displacement_m, self.numbers[number]
-                )
-                transforms, energy = descend(
-                    transforms, found, smoothness, w_sm, rotations=options.rotations
-                )
+                found, captured = data.nearest(template, shift_m, self.numbers[number])
+                shift_m, energy = smoothness.descend(shift_m, found, w_sm)
             if np.isfinite(before) and before - energy < RELATIVE_CHANGE * before:
                 break
             before, w_sm = energy, w_sm / 2
-        return transforms, Fit(found, captured)
+        return shift_m, Fit(found, captured)
 
-    def _refined(self, coarse: Transforms, level: Level, finer: int) -> Transforms:
-        """Parameters of the next mesh: taken over, and the smoothest ones for its own vertices."""
-        fine = self.still[finer]
-        known = np.zeros(len(fine.angle), dtype=bool)
-        known[level.kept] = True
-        values = {name: getattr(fine, name).copy() for name in vars(fine)}
-        for name, array in values.items():
-            array[level.kept] = getattr(coarse, name)
-        return self.smoothness[finer].fill(Transforms(**values), known)
-
-    @staticmethod
-    def _still(template: Template) -> Transforms:
-        """Identity, with axes along the normals."""
-        normals = vertex_normals(template.vertices_m, template.faces)
-        return Transforms(np.zeros_like(normals), normals, np.zeros(len(normals)))
+    def _refined(self, coarse_m: NDArray, number: int) -> NDArray:
+        """Translations of the next mesh: taken over, and the smoothest for its own vertices."""
+        kept, finer = self.levels[number].kept, self.levels[number + 1].template
+        shift = np.zeros_like(finer.vertices_m)
+        known = np.isin(np.arange(len(shift)), kept)
+        shift[kept] = coarse_m
+        return self.smoothness[number + 1].fill(shift, known)
 
 
 @dataclass(frozen=True)
@@ -138,7 +121,7 @@ class Fit:
 def track_frames(
     template: Template,
     rest_m: NDArray,
-    frames: Sequence[Frame],
+    frames: Iterable[Frame],
     options: Registration,
     *,
     complete: Callable[[NDArray, NDArray, NDArray], NDArray] | None = None,
@@ -150,7 +133,7 @@ def track_frames(
     template : Template
     rest_m : (n, 3) array
         Its vertices in the camera frame [m].
-    frames : sequence of Frame
+    frames : iterable of Frame
     options : Registration
     complete : callable, optional
         Takes the vertices (n, 3) [m] of the frame before and of this one, and which of these rest
@@ -169,19 +152,18 @@ def track_frames(
         If a frame has no captured points near the template.
     """
     tracker = Tracker(template, rest_m, options)
-    transforms, results = tracker.still[-1], []
+    shift, results = np.zeros_like(rest_m), []
     for number, frame in enumerate(frames):
-        before = rest_m + transforms.displacement_m
-        transforms, fit = tracker.track(transforms, frame)
+        before = rest_m + shift
+        shift, fit = tracker.track(shift, frame)
         if not fit.observed.any():
             raise ValueError(
                 f"frame {number}: expected captured points near the template, found none"
             )
         if complete is not None:
-            places = complete(before, rest_m + transforms.displacement_m, fit.held)
-            transforms = tracker.deform(transforms, places, ~fit.held)
-        moved = transforms.displacement_m
-        results.append((rest_m + moved, fit.observed, fit.residual_m(moved)))
+            places = complete(before, rest_m + shift, fit.held)
+            shift = tracker.deform(shift, places, ~fit.held)
+        results.append((rest_m + shift, fit.observed, fit.residual_m(shift)))
     return tuple(np.array(values) for values in zip(*results, strict=True))
 
 
