@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.minimise.reduced import lame_ratio
-from palpate.estimate.minimise.scatter import lame_derivatives
 from palpate.solid.laws import (
     LAWS,
     engineering_from_lame,
@@ -14,6 +12,8 @@ from palpate.solid.laws import (
     unit_lame,
 )
 from scipy.spatial.transform import Rotation
+from thesis.minimise.reduced import lame_ratio
+from thesis.minimise.scatter import lame_derivatives
 
 RATIOS = [0.0, 0.2, 0.45]
 

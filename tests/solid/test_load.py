@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from floor import floor
-from palpate.estimate.minimise.objective import node_sets
 from palpate.solid.load import contact_pressure, contact_triangle, hertz_contact_radius, nodal_force
 from palpate.solid.mesh import quadratic, refine_near, solid_mesh
 from palpate.solid.solve import factorise
@@ -11,6 +10,7 @@ from palpate.solid.stiffness import combined, elastic_stiffness
 from palpate.solid.support import read_support
 from skfem import MeshTet
 from solid_cases import dofs, of_order
+from thesis.minimise.objective import node_sets
 
 FLOOR = floor(1e-6)
 PRESS = {"indenter_radius_m": 0.006, "depth_m": 0.004}

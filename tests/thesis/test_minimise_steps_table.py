@@ -9,11 +9,11 @@ import pytest
 import trimesh
 import yaml
 from palpate.capture.tables import write_table
-from palpate.estimate.minimise.options import Minimise, Solid
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.tracked import Tracked, save_tracked
 from skfem import MeshTet
 from thesis.chapter5.minimise_steps import make_minimise_steps
+from thesis.minimise.options import Minimise, Solid
 
 SIZE, TOP = 0.1, np.array([0.05, 0.05, 0.1])
 STEPS = {

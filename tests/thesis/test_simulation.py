@@ -7,11 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from floor import floor
-from palpate.estimate.minimise.fit import fit_moduli
-from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.options import Minimise
-from palpate.estimate.minimise.search import minimise_error
-from palpate.estimate.minimise.simulation import pose_simulation, pressed_area_modulus
 from palpate.report.style import journal
 from palpate.surface.simulation import (
     lattice,
@@ -21,6 +16,11 @@ from palpate.surface.simulation import (
     track_steps,
 )
 from thesis.chapter3 import contact_figure, simulation_figures, simulation_tables, simulation_views
+from thesis.minimise.fit import fit_moduli
+from thesis.minimise.objective import Objective
+from thesis.minimise.options import Minimise
+from thesis.minimise.search import minimise_error
+from thesis.minimise.simulation import pose_simulation, pressed_area_modulus
 from thesis.options import Simulation
 from virtual_lab.simulated_block import load_block
 

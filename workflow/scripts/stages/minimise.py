@@ -2,13 +2,13 @@
 
 import logging
 
-from palpate.estimate.minimise.fit import fit_moduli
-from palpate.estimate.minimise.options import Minimise, Solid
 from palpate.json_fields import read_fields
 from palpate.report import outputs
 from palpate.surface.tracked import load_tracked
 from palpate.workflow.job import run
 from thesis.chapter5.minimise_inputs import read_problem
+from thesis.minimise.fit import fit_moduli
+from thesis.minimise.options import Minimise, Solid
 from thesis.minimum import minimum_files
 
 

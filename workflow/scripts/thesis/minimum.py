@@ -6,10 +6,11 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from palpate.estimate.minimise.fit import ModuliFit
-from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.search import Minimum
 from palpate.solid.mesh import SolidMesh, write_solid
+
+from thesis.minimise.fit import ModuliFit
+from thesis.minimise.objective import Objective
+from thesis.minimise.search import Minimum
 
 
 def minimum_files(full: Objective, found: ModuliFit, mesh: SolidMesh, known: Mapping) -> dict:

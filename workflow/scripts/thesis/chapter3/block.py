@@ -9,12 +9,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from palpate.estimate.minimise.fit import fit_moduli
-from palpate.estimate.minimise.linear import linear_method
-from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.options import Minimise
-from palpate.estimate.minimise.problem import Problem
-from palpate.estimate.minimise.simulation import pose_simulation, pressed_area_modulus
 from palpate.json_fields import read_all, read_one
 from palpate.report import outputs, tables
 from palpate.solid.support import Support, read_support
@@ -23,6 +17,12 @@ from palpate.surface.tracked import load_tracked, save_tracked
 from palpate.workflow.job import naming
 
 from thesis.chapter3 import simulation_figures, simulation_tables
+from thesis.minimise.fit import fit_moduli
+from thesis.minimise.linear import linear_method
+from thesis.minimise.objective import Objective
+from thesis.minimise.options import Minimise
+from thesis.minimise.problem import Problem
+from thesis.minimise.simulation import pose_simulation, pressed_area_modulus
 from thesis.minimum import minimum_files
 from thesis.options import LinearMethod, Simulation
 

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
-from palpate.estimate.minimise.objective import Measurement, Objective, node_sets
 from palpate.report.style import (
     BLACK,
     BLUE,
@@ -27,6 +26,8 @@ from palpate.solid.mesh import solid_mesh
 from palpate.solid.support import Support
 from palpate.units import KILOPASCALS, MILLIMETRES
 from scipy.optimize import minimize
+
+from thesis.minimise.objective import Measurement, Objective, node_sets
 
 HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
 LEVELS = 12

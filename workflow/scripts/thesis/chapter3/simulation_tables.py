@@ -6,13 +6,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from palpate.estimate.minimise.linear import LinearEstimate, linear_method
-from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
-from palpate.estimate.minimise.options import Minimise, Solid
-from palpate.estimate.minimise.problem import Problem
-from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.estimate.minimise.search import Minimum, hertz_start, minimise_error
-from palpate.estimate.minimise.simulation import pressed_area_modulus
 from palpate.report import outputs
 from palpate.solid.laws import engineering_from_lame
 from palpate.solid.load import contact_triangle
@@ -21,6 +14,13 @@ from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
 from palpate.workflow.object_inputs import read_declared
 
+from thesis.minimise.linear import LinearEstimate, linear_method
+from thesis.minimise.objective import Measurement, NodeSets, Objective, node_sets
+from thesis.minimise.options import Minimise, Solid
+from thesis.minimise.problem import Problem
+from thesis.minimise.reduced_objective import ReducedObjective
+from thesis.minimise.search import Minimum, hertz_start, minimise_error
+from thesis.minimise.simulation import pressed_area_modulus
 from thesis.options import LinearMethod
 
 LAME = ["lame_lambda_pa", "lame_mu_pa"]

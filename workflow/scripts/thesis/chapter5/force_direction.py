@@ -8,9 +8,6 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.options import Load, Solid
-from palpate.estimate.minimise.problem import Problem, pose_problem
 from palpate.json_fields import read_all
 from palpate.report.panels import (
     coloured,
@@ -31,6 +28,9 @@ from palpate.surface.tracked import Tracked, load_tracked
 from scipy.spatial.transform import Rotation
 
 from thesis.chapter5.tracking_inputs import recordings_of
+from thesis.minimise.objective import Objective
+from thesis.minimise.options import Load, Solid
+from thesis.minimise.problem import Problem, pose_problem
 
 # Table 5.4, Bumblebee, both terms of the error.
 STUDY_E_PA, STUDY_NU = 130160.0, 0.2942

@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from palpate.capture.tables import columns_of, read_table
-from palpate.estimate.minimise.options import Load, Solid
-from palpate.estimate.minimise.problem import Problem, pose_problem
 from palpate.solid.mesh import read_solid
 from palpate.surface.tracked import Tracked
 from palpate.vision.force import FORCE
 from palpate.workflow.job import naming
 from palpate.workflow.object_inputs import read_declared
+
+from thesis.minimise.options import Load, Solid
+from thesis.minimise.problem import Problem, pose_problem
 
 
 def read_problem(

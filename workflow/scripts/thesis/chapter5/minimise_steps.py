@@ -11,16 +11,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from palpate.estimate.minimise.fit import fit_moduli
-from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.options import Minimise, Solid
-from palpate.estimate.minimise.problem import Problem
 from palpate.json_fields import read_one
 from palpate.surface.tracked import Tracked, load_tracked
 from palpate.workflow.job import naming
 
 from thesis.chapter5.minimise_inputs import read_problem
 from thesis.chapter5.step_variants import TRUE, true_surface, variants
+from thesis.minimise.fit import fit_moduli
+from thesis.minimise.objective import Objective
+from thesis.minimise.options import Minimise, Solid
+from thesis.minimise.problem import Problem
 
 # What a tracker takes for granted would come back as the data's.
 VERDICT, NOT_JUDGED = "poisson_ratio_verdict", "not judged"

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-
-from palpate.estimate.minimise.objective import Measurement, NodeSets
 from palpate.solid.laws import engineering_from_lame
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import dofs, elastic_stiffness
+from scipy import sparse
+
+from thesis.minimise.objective import Measurement, NodeSets
 
 # Both halves of an iteration are singular when the moduli have fallen to nothing.
 COLLAPSED = 1e-12

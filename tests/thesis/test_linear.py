@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from floor import floor
-from palpate.estimate.minimise.linear import LinearSystem, linear_method
-from palpate.estimate.minimise.objective import Measurement, node_sets
 from palpate.solid.mesh import solid_mesh
+from thesis.minimise.linear import LinearSystem, linear_method
+from thesis.minimise.objective import Measurement, node_sets
 from virtual_lab.simulated_block import load_block
 
 # Section 3.3.2: the study's simulated block.

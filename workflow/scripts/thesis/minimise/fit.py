@@ -4,15 +4,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from numpy.typing import NDArray
-
-from palpate.estimate.minimise.least_squares import NORMS, LeastSquaresFit, fit_least_squares
-from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.options import Minimise
-from palpate.estimate.minimise.profile import PoissonProfile, poisson_profile
-from palpate.estimate.minimise.reduced import SHIFTS
-from palpate.estimate.minimise.reduced_objective import TOLERANCE, ReducedObjective
-from palpate.estimate.minimise.search import Minimum, hertz_start, minimise_error
 from palpate.solid.laws import lame_from_engineering
+
+from thesis.minimise.least_squares import NORMS, LeastSquaresFit, fit_least_squares
+from thesis.minimise.objective import Objective
+from thesis.minimise.options import Minimise
+from thesis.minimise.profile import PoissonProfile, poisson_profile
+from thesis.minimise.reduced import SHIFTS
+from thesis.minimise.reduced_objective import TOLERANCE, ReducedObjective
+from thesis.minimise.search import Minimum, hertz_start, minimise_error
 
 MOST_SHIFTS = 6
 

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from floor import floor
-from palpate.estimate.minimise.simulation import pose_simulation, pressed_area_modulus
 from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.simulation import SimulatedSteps
 from skfem import MeshTet
+from thesis.minimise.simulation import pose_simulation, pressed_area_modulus
 
 
 @pytest.fixture(scope="module")

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from palpate.modulus import CONFIDENCE, NOT_IDENTIFIED, NOT_JUDGED, verdict_of_nu
+from palpate.solid.laws import lame_from_engineering
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import stdtrit
 
-from palpate.estimate.minimise.least_squares import FORCE_TERM, LeastSquaresFit
-from palpate.estimate.minimise.search import Cost
-from palpate.modulus import CONFIDENCE, NOT_IDENTIFIED, NOT_JUDGED, verdict_of_nu
-from palpate.solid.laws import lame_from_engineering
+from thesis.minimise.least_squares import FORCE_TERM, LeastSquaresFit
+from thesis.minimise.search import Cost
 
 Profile = Callable[[float], tuple[float, float]]
 

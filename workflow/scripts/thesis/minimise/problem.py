@@ -4,9 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
-from palpate.estimate.minimise.options import Load, Solid
 from palpate.solid.load import (
     contact_pressure,
     contact_triangle,
@@ -18,6 +15,9 @@ from palpate.solid.mesh import SolidMesh, quadratic, refine_near
 from palpate.solid.support import Support
 from palpate.surface.tracked import Tracked
 from palpate.surface.transfer import to_solid
+
+from thesis.minimise.objective import Measurement, NodeSets, Objective, node_sets
+from thesis.minimise.options import Load, Solid
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from palpate.estimate.direct.deviations import error_clusters
+from palpate.solid.laws import lame_from_engineering
 from scipy.spatial.distance import pdist, squareform
 
-from palpate.estimate.direct.deviations import error_clusters
-from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.solid.laws import lame_from_engineering
+from thesis.minimise.reduced_objective import ReducedObjective
 
 NORMS = ("length", "square")
 # Lengths are rounded off at this part of their mean, where their root has no derivative.

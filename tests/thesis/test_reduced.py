@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from full_solves import energy_error
-from palpate.estimate.minimise.reduced import lame_ratio, reduced_model
 from palpate.solid.mesh import solid_mesh
 from palpate.solid.stiffness import elastic_stiffness
 from skfem import MeshTet
+from thesis.minimise.reduced import lame_ratio, reduced_model
 
 RATIOS = (0.0, 0.11, 0.23, 0.37, 0.45, 0.48, 0.495, 0.499)
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
 from palpate.solid.mesh import SolidMesh
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import dofs, elastic_stiffness

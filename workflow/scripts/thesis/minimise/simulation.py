@@ -2,12 +2,12 @@
 
 import numpy as np
 from numpy.typing import NDArray
-
-from palpate.estimate.minimise.objective import Measurement, node_sets
-from palpate.estimate.minimise.problem import Problem
 from palpate.solid.support import Support
 from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
+
+from thesis.minimise.objective import Measurement, node_sets
+from thesis.minimise.problem import Problem
 
 
 def pose_simulation(

@@ -1,7 +1,7 @@
 """The kept mesh of the study's block, indented."""
 
 import pytest
-from made_up_indentation import indented_block
+from indented_block import indented_block
 from palpate.solid.mesh import read_solid
 
 

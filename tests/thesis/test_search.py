@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 from full_solves import largest_error
-from made_up_indentation import BOUNDS, LAM, MU, indented_block
-from made_up_indentation import MINIMISE as OPTIONS
+from indented_block import BOUNDS, LAM, MU, indented_block
+from indented_block import MINIMISE as OPTIONS
 from palpate.estimate.direct.deviations import error_clusters
-from palpate.estimate.minimise.fit import fit_moduli
-from palpate.estimate.minimise.least_squares import fit_least_squares
-from palpate.estimate.minimise.profile import poisson_profile
-from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.estimate.minimise.scatter import correlation_length
-from palpate.estimate.minimise.search import minimise_error
 from palpate.solid.laws import engineering_from_lame, lame_from_engineering, reduced_modulus
 from palpate.solid.mesh import solid_mesh
 from skfem import MeshTet
+from thesis.minimise.fit import fit_moduli
+from thesis.minimise.least_squares import fit_least_squares
+from thesis.minimise.profile import poisson_profile
+from thesis.minimise.reduced_objective import ReducedObjective
+from thesis.minimise.scatter import correlation_length
+from thesis.minimise.search import minimise_error
 
 TRUE = engineering_from_lame(LAM, MU)
 PLACES = [(1e4, 0.0), (2e4, 0.13), (3e4, 0.3), (26e3, 0.45), (2e4, 0.498)]

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
-
-from palpate.estimate.minimise.options import Minimise
 from palpate.solid.laws import (
     engineering_from_lame,
     lame_from_engineering,
     reduced_modulus,
 )
+from scipy.optimize import minimize
+
+from thesis.minimise.options import Minimise
 
 Cost = Callable[[float, float], float]
 AT_BOUND = 1e-3

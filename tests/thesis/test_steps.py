@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.reduced_objective import ReducedObjective
 from palpate.solid.laws import lame_from_engineering
+from thesis.minimise.objective import Objective
+from thesis.minimise.reduced_objective import ReducedObjective
 
 BOTH = ["displacement", "force_displacement"]
 

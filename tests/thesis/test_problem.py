@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 from floor import floor
-from made_up_indentation import MINIMISE as OPTIONS
-from palpate.estimate.minimise.objective import Measurement, Objective, node_sets
-from palpate.estimate.minimise.options import Load, Solid
-from palpate.estimate.minimise.problem import pose_problem
-from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.estimate.minimise.search import minimise_error
+from indented_block import MINIMISE as OPTIONS
 from palpate.solid.laws import lame_from_engineering
 from palpate.solid.load import contact_pressure, hertz_contact_radius
 from palpate.solid.mesh import quadratic, read_solid, refine_near
 from palpate.surface.tracked import Tracked
+from thesis.minimise.objective import Measurement, Objective, node_sets
+from thesis.minimise.options import Load, Solid
+from thesis.minimise.problem import pose_problem
+from thesis.minimise.reduced_objective import ReducedObjective
+from thesis.minimise.search import minimise_error
 
 E, NU, FORCE = 25e3, 0.30, np.array([0.0, 0.0, -2.0])
 POINT, PRESS = np.array([-0.05, 0.0, 0.0475]), {"indenter_radius_m": 0.00622, "depth_m": 0.006}

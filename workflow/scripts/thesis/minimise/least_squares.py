@@ -9,18 +9,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from palpate.solid.laws import lame_from_engineering, reduced_modulus
 from scipy.optimize import least_squares
 
-from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.estimate.minimise.scatter import (
+from thesis.minimise.reduced_objective import ReducedObjective
+from thesis.minimise.scatter import (
     NORMS,
     Scatter,
     lame_derivatives,
     moduli_scatter,
     rounding_of,
 )
-from palpate.estimate.minimise.search import outside_bounds, touches_bound
-from palpate.solid.laws import lame_from_engineering, reduced_modulus
+from thesis.minimise.search import outside_bounds, touches_bound
 
 TOLERANCE = 1e-12
 FORCE_TERM, AT_BOUND, ALIKE = "force term", "at a bound", "gaps agree over the surface"

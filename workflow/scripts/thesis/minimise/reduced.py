@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import sparse
-from scipy.linalg import eigh
-
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined
+from scipy import sparse
+from scipy.linalg import eigh
 
 SHIFTS, MOMENTS = 3, 6
 # (tr e)^2 <= 3 e:e, hence x' A1 x <= 3/2 x' A2 x for the matrices of Eq. 3.21 and 3.22.

@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from made_up_indentation import LAM, MU
-from made_up_indentation import MINIMISE as OPTIONS
-from palpate.estimate.minimise.objective import Measurement, Objective
-from palpate.estimate.minimise.search import hertz_start, minimise_error
+from indented_block import LAM, MU
+from indented_block import MINIMISE as OPTIONS
 from palpate.solid.laws import (
     engineering_from_lame,
     lame_from_engineering,
     reduced_modulus,
 )
+from thesis.minimise.objective import Measurement, Objective
+from thesis.minimise.search import hertz_start, minimise_error
 
 
 def test_moduli():

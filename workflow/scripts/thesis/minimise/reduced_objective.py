@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.reduced import SHIFTS, ReducedModel, reduced_model
 from palpate.solid.laws import poisson_ratio
 from palpate.solid.stiffness import dofs
+
+from thesis.minimise.objective import Objective
+from thesis.minimise.reduced import SHIFTS, ReducedModel, reduced_model
 
 # Relative error of displacements in the energy norm that a fit may carry.
 TOLERANCE = 1e-5
