@@ -19,8 +19,8 @@ from thesis.chapter3 import contact_figure, simulation_figures, simulation_table
 from thesis.minimise.fit import fit_moduli
 from thesis.minimise.objective import Objective
 from thesis.minimise.options import Minimise
+from thesis.minimise.problem import pose_simulation, pressed_area_modulus
 from thesis.minimise.search import minimise_error
-from thesis.minimise.simulation import pose_simulation, pressed_area_modulus
 from thesis.options import Simulation
 from virtual_lab.simulated_block import load_block
 
@@ -58,7 +58,7 @@ def as_shipped(steps):
 
 
 def youngs_error(problem):
-    cost = Objective(problem.mesh, problem.sets, problem.measurement, option="displacement")
+    cost = Objective(problem, "displacement")
     return minimise_error(cost, (2e4, 0.3), Minimise()).youngs_modulus_pa / YOUNG - 1
 
 
@@ -118,9 +118,8 @@ def test_minimisation_on_tracked_data_does_better_than_the_study(steps, as_shipp
 @pytest.mark.parametrize("option", ["displacement", "force_displacement"])
 def test_minimisation_on_exact_data_finds_the_moduli(steps, option):
     problem = pose_simulation(steps, SUPPORT)
-    full = Objective(problem.mesh, problem.sets, problem.measurement, option=option)
     E_star = pressed_area_modulus(problem, steps.triangle)
-    found = fit_moduli(full, E_star, Minimise(), nodes_m=problem.mesh.nodes_m).minimum
+    found = fit_moduli(Objective(problem, option), E_star, Minimise()).minimum
     assert found.lame_lambda_pa == pytest.approx(80685, rel=1e-4)
     assert found.lame_mu_pa == pytest.approx(8965, rel=1e-4)
 

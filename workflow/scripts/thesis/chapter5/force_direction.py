@@ -20,7 +20,6 @@ from palpate.report.panels import (
 )
 from palpate.report.style import SMALL, label_provenance, sensor_name
 from palpate.report.views import MILLIMETRES, Surface, View
-from palpate.solid.laws import lame_from_engineering
 from palpate.solid.load import contact_triangle, outward_normal
 from palpate.solid.mesh import SolidMesh
 from palpate.surface.recorded import Recorded
@@ -28,9 +27,9 @@ from palpate.surface.tracked import Tracked, load_tracked
 from scipy.spatial.transform import Rotation
 
 from thesis.chapter5.tracking_inputs import recordings_of
-from thesis.minimise.objective import Objective
+from thesis.minimise.objective import Objective, Problem
 from thesis.minimise.options import Load, Solid
-from thesis.minimise.problem import Problem, pose_problem
+from thesis.minimise.problem import pose_problem
 
 # Table 5.4, Bumblebee, both terms of the error.
 STUDY_E_PA, STUDY_NU = 130160.0, 0.2942
@@ -94,8 +93,7 @@ def problems_of(
         pose_problem,
         recorded.solid,
         tracked,
-        frame=frame,
-        depth_m=fit["samples"]["depth_m"][frame],
+        fit=fit,
         support=recorded.support,
         indenter_radius_m=recorded.indenter_radius_m,
         fineness=fineness,
@@ -122,8 +120,7 @@ def press(problem: Problem, contact_m: NDArray, *, E: float, nu: float, normal: 
     normal : (3,) array
         Outward normal of the contact.
     """
-    objective = Objective(problem.mesh, problem.sets, problem.measurement, option="displacement")
-    moved = objective.displacement(*lame_from_engineering(E, nu))
+    moved = Objective(problem, "displacement").displacement(E, nu)
     nodes, faces = problem.mesh.nodes_m, problem.mesh.surface_triangles()
     force = problem.measurement.force_n.sum(axis=0)
     cosine = -(force @ normal) / np.linalg.norm(force) / np.linalg.norm(normal)
