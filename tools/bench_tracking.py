@@ -13,19 +13,20 @@ from pathlib import Path
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from palpate.surface.capture import TRACKERS, track_capture
+from palpate.config.model import Model
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.tracked import Tracked
 from scipy.spatial import Delaunay
 from settings import full
 from thesis.accuracy.tracking import accuracy_rows, untracked
+from thesis.tracker.capture import track_capture
 from trimesh.registration import nricp_amberg, nricp_sumner
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "workflow"), str(ROOT / "tests/surface")]
 
 from dented import Dented, dented_block  # noqa: E402
-from palpate.surface.trackers import options_of  # noqa: E402
+from thesis.tracker.options import options_of, tracking_options  # noqa: E402
 
 DEPTHS_M = (0.0, 0.002, 0.004, 0.006, 0.008)
 REGIONS = ("all", "observed", "unobserved", "dent")
@@ -62,11 +63,11 @@ def tracking_rows() -> list[tuple]:
     ]
 
 
-def _trackers() -> dict[str, dict]:
-    """Trackers of the configuration whose kind there is, with their options for the block."""
+def _trackers() -> dict[str, Model]:
+    """Trackers of the configuration, with their options for the block."""
     tracking = full(ROOT)["tracking"]
-    found = {name: options_of(tracking, name, "foam_block") for name in tracking["trackers"]}
-    return {name: options for name, options in found.items() if options["kind"] in TRACKERS}
+    written = {name: options_of(tracking, name, "foam_block") for name in tracking["trackers"]}
+    return {name: tracking_options(options) for name, options in written.items()}
 
 
 def _by_trimesh(function: Callable, scene: Dented, first: Tracked) -> tuple[Tracked, float]:

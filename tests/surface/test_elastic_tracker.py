@@ -10,9 +10,9 @@ from floor import floor
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.mesh import solid_mesh
 from palpate.surface.alignment import Alignment, AlignmentResidual
-from palpate.surface.capture import track_capture
 from palpate.surface.correspondences import pair, rest_offsets
 from palpate.surface.elastic import ElasticTracker
+from palpate.surface.elastic_capture import track_by_elasticity
 from palpate.surface.obstacle import Sphere, Table
 from palpate.surface.options import ElasticTracking
 from palpate.surface.pose import to_camera
@@ -198,7 +198,7 @@ def recorded(solid, template, pose, noise_m, swell=0.0):
 
 
 def test_a_press_is_followed(capture):
-    tracked = track_capture(capture, OPTIONS)
+    tracked = track_by_elasticity(capture, OPTIONS)
     prior = json.loads(tracked.prior)
     assert prior["noise_reached"] and prior["poisson_ratio"] == 0.3
     assert prior["frames_not_converged"] == []
@@ -209,7 +209,7 @@ def test_a_press_is_followed(capture):
     tips = capture.tips_m[4]
     assert np.linalg.norm(tracked.vertices_m[4] - tips, axis=1).min() > RADIUS_M - 5e-5
     assert tracked.observed[:, : len(capture.template.vertices_m)].mean() > 0.7
-    again = track_capture(capture, OPTIONS)
+    again = track_by_elasticity(capture, OPTIONS)
     assert np.array_equal(tracked.vertices_m, again.vertices_m)
 
 
@@ -222,23 +222,23 @@ def test_frames_of_the_beginning_press_are_not_at_rest(capture):
         tips_m=capture.tips_m[frames],
         alignment=replace(capture.alignment, contact_frame=5),
     )
-    tracked = track_capture(slow, OPTIONS)
+    tracked = track_by_elasticity(slow, OPTIONS)
     assert json.loads(tracked.prior)["frames_at_rest"] == 2
     assert json.loads(tracked.prior)["noise_m"] == pytest.approx(1e-4, rel=0.1)
 
 
 def test_the_camera_may_stand_anywhere(capture, solid, template):
     there = recorded(solid, template, np.eye(4), 1e-4)
-    found, turned = (track_capture(one, OPTIONS) for one in (there, capture))
+    found, turned = (track_by_elasticity(one, OPTIONS) for one in (there, capture))
     pose = turned.camera_from_object
     assert np.abs(to_camera(pose, found.vertices_m[4]) - turned.vertices_m[4]).max() < 1e-5
 
 
 def test_points_that_contradict_the_prior_lower_its_weight(capture, solid, template):
-    swollen = track_capture(recorded(solid, template, np.eye(4), 1e-4, swell=0.03), OPTIONS)
+    swollen = track_by_elasticity(recorded(solid, template, np.eye(4), 1e-4, swell=0.03), OPTIONS)
     weights = [
         json.loads(tracked.prior)["weight_per_j"]
-        for tracked in (track_capture(capture, OPTIONS), swollen)
+        for tracked in (track_by_elasticity(capture, OPTIONS), swollen)
     ]
     assert weights[1] < 0.2 * weights[0]
     side = swollen.template_m[:, 0] > 0.0399
@@ -248,7 +248,7 @@ def test_points_that_contradict_the_prior_lower_its_weight(capture, solid, templ
 
 def test_contact_alone(capture, solid, template):
     swollen = recorded(solid, template, np.eye(4), 1e-4, swell=0.03)
-    found = track_capture(swollen, OPTIONS.changed(points=False))
+    found = track_by_elasticity(swollen, OPTIONS.changed(points=False))
     assert json.loads(found.prior)["rule"] == "no points"
     moved = np.linalg.norm(found.vertices_m[4] - found.rest_m, axis=1)
     assert moved.max() == pytest.approx(0.003, abs=1e-4)
@@ -259,15 +259,15 @@ def test_contact_alone(capture, solid, template):
 def test_bad_captures(capture):
     far = replace(capture, tips_m=capture.tips_m + 1.0)
     with pytest.raises(ValueError, match="tips: expected the sphere to press the object, found it"):
-        track_capture(far, OPTIONS)
+        track_by_elasticity(far, OPTIONS)
     empty = replace(capture, clouds=[NO_POINTS] * 5)
     with pytest.raises(ValueError, match="cloud: expected points near the template at rest"):
-        track_capture(empty, OPTIONS)
+        track_by_elasticity(empty, OPTIONS)
 
 
 def test_far_sides_are_kept(capture):
     """The template's vertices lie on the surface that carries them."""
-    tracked = track_capture(capture, OPTIONS)
+    tracked = track_by_elasticity(capture, OPTIONS)
     closest = ClosestPoints(capture.template.vertices_m, capture.template.faces)
     assert closest.distance(tracked.template_m).max() < 1e-6
 
@@ -303,7 +303,7 @@ def test_a_press_in_one_jump_is_followed(capture):
         clouds=[capture.clouds[0], capture.clouds[1], capture.clouds[4]],
         tips_m=capture.tips_m[[0, 1, 4]],
     )
-    tracked = track_capture(jump, OPTIONS)
+    tracked = track_by_elasticity(jump, OPTIONS)
     assert json.loads(tracked.prior)["frames_sphere_inside"] == []
     moved = np.linalg.norm(tracked.vertices_m[2] - tracked.rest_m, axis=1)
     assert moved.max() == pytest.approx(0.003, abs=1e-4)

@@ -1,13 +1,9 @@
-"""Template, rigid alignment and tracking on a synthetic block with a dent."""
+"""Template and rigid alignment on a synthetic block."""
 
 import numpy as np
 import pytest
 import trimesh
 from floor import floor
-from palpate.solid.mesh import solid_mesh
-from palpate.surface.augment import indenter_points
-from palpate.surface.data_points import Frame
-from palpate.surface.options import Registration
 from palpate.surface.pose import RestingPrior, align_rigidly, initial_pose, to_camera
 from palpate.surface.template import (
     Template,
@@ -16,25 +12,13 @@ from palpate.surface.template import (
     refine_template,
     unique_edges,
 )
-from palpate.surface.track import track_frames
 from palpate.surface.tracked import load_tracked, save_tracked
-from palpate.surface.transfer import to_solid
 from scipy.spatial.transform import Rotation
-from skfem import MeshTet
 from virtual_lab.describe import box_template
 
 SIZE = np.array([0.598, 0.150, 0.0475])
 POINT = np.array([-0.05, 0.0, 0.0475])
 WITHIN = {"largest_distance_m": 0.012, "largest_normal_deg": 60}
-OPTIONS = Registration(
-    w_sm=0.5,
-    w_sm_stop=0.1,
-    s_sm=2,
-    largest_distance_m=0.012,
-    largest_normal_deg=60,
-    data_points="nearest",
-    coarsest_vertices=1000,
-)
 
 
 @pytest.fixture(scope="module")
@@ -60,23 +44,16 @@ def pose():
     return pose
 
 
-def visible_cloud(template, pose, noise_m, rng, shift=None):
+def visible_cloud(template, pose, noise_m, rng):
     """Points of the faces turned to the camera, with normals, camera frame."""
     mesh = trimesh.Trimesh(template.vertices_m, template.faces, process=False)
     points, faces = trimesh.sample.sample_surface(mesh, 20000, seed=int(rng.integers(1 << 30)))
     normals = mesh.face_normals[faces] @ pose[:3, :3].T
-    points = to_camera(pose, points if shift is None else points + shift(points))
+    points = to_camera(pose, points)
     seen = (normals * points).sum(axis=1) < 0
     points = points[seen]
     rays = points / np.linalg.norm(points, axis=1, keepdims=True)
     return points + rays * rng.normal(0, noise_m, (len(points), 1)), normals[seen]
-
-
-def dent(points):
-    """A smooth dent of 8 mm around the point, on the top face."""
-    distance = np.linalg.norm(points[:, :2] - POINT[:2], axis=1)
-    depth = 0.008 / (1 + (distance / 0.006) ** 2) ** 1.5
-    return np.column_stack([0 * depth, 0 * depth, -depth]) * (points[:, 2:] > 0.047)
 
 
 def test_initial_pose_and_alignment_from_any_yaw(template, pose):
@@ -130,60 +107,6 @@ def test_neighbourhoods(template):
     assert far.nnz > rings.nnz
     with pytest.raises(ValueError, match="neighbourhood: expected rings or geodesic"):
         neighbourhoods(template, reach=1, measure="cones")
-
-
-@pytest.mark.parametrize(
-    ("rough", "data_term", "part_left"),
-    [("template", "point", 1.0), ("template", "plane", 0.9), ("drawn", "plane", 0.9)],
-)
-def test_a_dent_is_tracked(template, pose, rough, data_term, part_left, request):
-    """Against no tracking at all, in the dent; distances to points drag vertices sideways."""
-    rng = np.random.default_rng(1)
-    fine = refine_template(request.getfixturevalue(rough), POINT, radius_m=0.02, edge_m=0.0025)
-    rest = to_camera(pose, fine.vertices_m)
-    dense = refine_template(template, POINT, radius_m=0.03, edge_m=0.002)
-    frames = []
-    for part in np.linspace(0, 1, 9):
-        points, normals = visible_cloud(dense, pose, 0.0005, rng, lambda p, s=part: s * dent(p))
-        frames.append(Frame(points, normals, len(points)))
-    options = OPTIONS.changed(data_term=data_term)
-    vertices, observed, _ = track_frames(fine, rest, frames, options)
-    true = to_camera(pose, fine.vertices_m + dent(fine.vertices_m))
-    near = np.linalg.norm(fine.vertices_m - POINT, axis=1) < 0.010
-    tracked = np.linalg.norm(vertices[-1] - true, axis=1)[near].mean()
-    untracked = np.linalg.norm(rest - true, axis=1)[near].mean()
-    assert tracked < part_left * untracked
-    assert observed[-1].sum() > 0.2 * len(rest)
-
-
-def test_a_frame_without_data_is_refused(template, pose):
-    rest = to_camera(pose, template.vertices_m)
-    points, normals = visible_cloud(template, pose, 0.0005, np.random.default_rng(2))
-    frames = [Frame(points, normals, len(points)), Frame(points + 1.0, normals, len(points))]
-    with pytest.raises(ValueError, match="frame 1: expected captured points near the template"):
-        track_frames(template, rest, frames, OPTIONS)
-
-
-def test_cap_of_the_indenter():
-    up = np.array([0.0, 0.0, 1.0])
-    points, normals = indenter_points(np.array([0, 0, 0.0022]), up, radius_m=0.0062, depth_m=0.004)
-    assert len(points) > 20
-    assert points[:, 2].max() < -0.0019
-    assert (normals @ up > 0).all()
-    none, _ = indenter_points(np.array([0, 0, 0.1]), up, radius_m=0.0062, depth_m=-0.09)
-    assert len(none) == 0
-
-
-def test_transfer_reproduces_linear_fields():
-    mesh = MeshTet().refined(2)
-    solid = solid_mesh(mesh.p.T, mesh.t.T)
-    box = trimesh.creation.box((1, 1, 1)).subdivide()
-    vertices = box.vertices + 0.5
-    gradient = np.random.default_rng(2).normal(size=(3, 3))
-    found = to_solid(vertices, box.faces, vertices @ gradient, solid)
-    surface = solid.surface_nodes()
-    assert np.allclose(found[surface], solid.nodes_m[surface] @ gradient, atol=1e-6)
-    assert np.isnan(np.delete(found, surface, axis=0)).all()
 
 
 def test_tracked_round_trip(template, tmp_path):

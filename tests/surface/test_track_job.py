@@ -15,12 +15,12 @@ from palpate.capture.tables import write_table
 from palpate.solid.mesh import solid_mesh, write_solid
 from palpate.surface.alignment import Alignment, AlignmentResidual, save_alignment
 from palpate.surface.pose import to_camera
-from palpate.surface.trackers import options_of
 from palpate.vision.clouds import Cloud, save_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
 from settings import full
 from skfem import MeshTet
+from thesis.tracker.options import options_of
 
 PLANE = {"plane_point_m": [0, 0, 0], "plane_normal": [0, 0, 1], "tolerance_m": 0.004}
 SUPPORT = PLANE | {"contact": "resting"}
@@ -35,8 +35,8 @@ DRIVER = """
 import json, os, runpy, signal, sys
 from pathlib import Path
 from types import SimpleNamespace
-import palpate.surface.capture as capture
 import palpate.surface.series as series
+import thesis.tracker.capture as capture
 
 def killed(*arguments, **options):
     if options:

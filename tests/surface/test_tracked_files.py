@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from palpate.surface.options import StudyTracking
+from palpate.surface.options import ElasticTracking
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.series import save_series
 from palpate.surface.tracked import Tracked, describe, load_tracked, save_tracked
@@ -128,14 +128,14 @@ def test_surfaces_without_the_field_have_no_prior(tmp_path, tracked):
 
 
 def test_description(tracked):
-    options = StudyTracking(w_sm=2)
+    options = ElasticTracking(poisson_ratio=0.4)
     residual = tracked.residual_m.copy()
     residual[1] = np.nan
     content = describe(replace(tracked, residual_m=residual), tracker="mine", options=options)
     assert content["prior"] is None
     assert (content["tracker"], content["kind"], content["options"]) == (
         "mine",
-        "study",
+        "elastic",
         options.written(),
     )
     assert (content["frames"], content["vertices"]) == (FRAMES, len(tracked.template_m))

@@ -5,13 +5,13 @@ import pytest
 from floor import floor
 from palpate.solid.load import contact_pressure, contact_triangle, hertz_contact_radius
 from palpate.solid.mesh import quadratic, read_solid, refine_near, solid_mesh
-from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
 from skfem import MeshTet
 from thesis.minimise.objective import Measurement, Objective, Problem, node_sets
 from thesis.minimise.options import Load, Minimise, Solid
 from thesis.minimise.problem import pose_problem, pose_simulation, pressed_area_modulus
 from thesis.minimise.search import minimise_error
+from thesis.tracker.simulation import SimulatedSteps
 
 E, NU, FORCE = 25e3, 0.30, np.array([0.0, 0.0, -2.0])
 POINT, PRESS = np.array([-0.05, 0.0, 0.0475]), {"indenter_radius_m": 0.00622, "depth_m": 0.006}

@@ -8,13 +8,6 @@ import pandas as pd
 import pytest
 from floor import floor
 from palpate.report.style import journal
-from palpate.surface.simulation import (
-    lattice,
-    read_steps,
-    surface_of,
-    surface_points,
-    track_steps,
-)
 from thesis.chapter3 import contact_figure, simulation_figures, simulation_tables, simulation_views
 from thesis.minimise.fit import fit_moduli
 from thesis.minimise.objective import Objective
@@ -22,6 +15,13 @@ from thesis.minimise.options import Minimise
 from thesis.minimise.problem import pose_simulation, pressed_area_modulus
 from thesis.minimise.search import minimise_error
 from thesis.options import Simulation
+from thesis.tracker.simulation import (
+    lattice,
+    read_steps,
+    surface_of,
+    surface_points,
+    track_steps,
+)
 from virtual_lab.simulated_block import load_block
 
 LAM, MU, YOUNG = 80685.0, 8965.0, 25998.5

@@ -11,9 +11,9 @@ import pytest
 import yaml
 from palpate.capture.devices import MODELS
 from palpate.config.model import problems
-from palpate.surface.trackers import options_of
 from settings import full
 from thesis.options import StudyConfig
+from thesis.tracker.options import options_of
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

@@ -1,4 +1,9 @@
 # Section 4.3: the template through the frames of a capture.
+from functools import partial
+
+from thesis.tracker.options import job_options
+
+
 rule template:
     input:
         object=RUN.raw("{object}/object.yaml"),
@@ -79,7 +84,7 @@ rule track:
         RUN.results("benchmarks/track/{object}-{sensor}-{capture}-{tracker}.tsv")
     params:
         probe=RUN.probe_spec,
-        options=RUN.tracker_options,
+        options=partial(job_options, RUN.config["tracking"]),
     message:
         "Tracking {wildcards.object}, {wildcards.sensor}, {wildcards.capture} ({wildcards.tracker})"
     script:

@@ -23,7 +23,6 @@ _NAMES = {
     "Support": "palpate.solid.support",
     "read_solid": "palpate.solid.mesh",
     "indentation_model": "palpate.solid.load_steps",
-    "StudyTracking": "palpate.surface.options",
     "ElasticTracking": "palpate.surface.options",
     "lame_from_engineering": "palpate.solid.laws",
     "engineering_from_lame": "palpate.solid.laws",

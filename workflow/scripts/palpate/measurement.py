@@ -24,8 +24,9 @@ from palpate.solid.mesh import SolidMesh
 from palpate.solid.options import IndentationTable
 from palpate.solid.support import Support, read_support
 from palpate.surface.alignment import Alignment
-from palpate.surface.capture import align_first, track_capture
-from palpate.surface.options import ElasticTracking, StudyTracking
+from palpate.surface.capture import align_first
+from palpate.surface.elastic_capture import track_by_elasticity
+from palpate.surface.options import ElasticTracking
 from palpate.surface.recorded import Recorded
 from palpate.surface.template import Template, read_template
 from palpate.surface.tracked import Tracked
@@ -264,7 +265,7 @@ def indentation_table(
 
 
 def track(
-    measured: Measurement, solid: SolidMesh, options: StudyTracking | ElasticTracking | None = None
+    measured: Measurement, solid: SolidMesh, options: ElasticTracking | None = None
 ) -> Tracked:
     """Track the template through all frames.
 
@@ -272,18 +273,17 @@ def track(
     ----------
     measured : Measurement
     solid : SolidMesh
-    options : StudyTracking or ElasticTracking, optional
-        By elasticity by default, whatever trackers the configuration names.
+    options : ElasticTracking, optional
 
     Examples
     --------
-    >>> from palpate import StudyTracking, open_capture, measure
+    >>> from palpate import ElasticTracking, open_capture, measure
     >>> capture = open_capture(
     ...     "tests/sample/raw/foam_block/kinect/08", sensors="tests/sample/sensors"
     ... )
     >>> measured = measure(capture)
     >>> solid = solid_of(measured, kept="config/meshes/foam_block.vtu")
-    >>> coarse = StudyTracking(refine_edge_m=None, coarsest_vertices=300)
+    >>> coarse = ElasticTracking(refine_edge_m=0.01, solid_edge_m=0.01, solid_growth=2)
     >>> found = track(measured, solid, coarse)
     >>> moved_m = abs(found.vertices_m - found.rest_m).max()
     >>> print(f"{1e3 * moved_m:.0f} mm")
@@ -299,7 +299,7 @@ def track(
         measured.capture.radius_m,
         measured.alignment,
     )
-    return track_capture(recorded, options or ElasticTracking())
+    return track_by_elasticity(recorded, options or ElasticTracking())
 
 
 def align(capture: Capture, press: Press, config: Config) -> Alignment:

@@ -5,9 +5,7 @@ import logging
 from palpate.capture.files import whole_file, write_json
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment
-from palpate.surface.capture import track_capture
 from palpate.surface.checks import require_cloud, require_contact, require_template
-from palpate.surface.options import tracking_options
 from palpate.surface.recorded import Recorded
 from palpate.surface.series import save_series
 from palpate.surface.tracked import describe, save_tracked
@@ -15,6 +13,8 @@ from palpate.vision.clouds import read_clouds
 from palpate.workflow.capture_inputs import read_probe
 from palpate.workflow.job import naming, run
 from palpate.workflow.object_inputs import read_object
+from thesis.tracker.capture import track_capture
+from thesis.tracker.options import tracking_options
 
 
 def main(snakemake):

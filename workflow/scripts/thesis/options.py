@@ -7,12 +7,11 @@ from typing import Annotated, Any, Literal, Self
 
 from palpate.capture.files import whole_file
 from palpate.config.model import Count, FileName, Model, Positive, all_different, option
-from palpate.surface.options import TRACKERS, Registration
-from palpate.surface.trackers import tracker_problems
 from palpate.workflow.options import Config, Experiments, Tracking, page, partly
 from pydantic import BeforeValidator, model_validator
 
 from thesis.minimise.options import Load, Minimise, Solid
+from thesis.tracker.options import TRACKERS, Registration, tracker_problems
 
 BOTH_TRACKERS = {name: {"kind": name} for name in TRACKERS}
 Tracker = partly(*TRACKERS.values(), like=str, kind=Literal[tuple(TRACKERS)])

@@ -7,11 +7,11 @@ from string import Template
 from types import SimpleNamespace
 from typing import Any
 
-from palpate.surface.trackers import options_of
 from palpate.workflow.run import BALL, EAR, Described
 
 from thesis.chapter1.moduli_rules import way_to_moduli
 from thesis.sensor_selections import SensorSelection
+from thesis.tracker.options import options_of
 
 # Figures that need no tracked surface, and so may show any capture.
 UNTRACKED_FIGURES = {"figure_5_2"}

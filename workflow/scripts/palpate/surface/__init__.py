@@ -1,1 +1,1 @@
-"""The surface: template, rigid and non-rigid alignment, transfer to the solid."""
+"""The surface: template, rigid alignment, the elastic tracker."""

@@ -1,4 +1,4 @@
-"""The template through one capture: aligned with its first frame, and tracked."""
+"""The template aligned with the first frame of a capture."""
 
 from collections.abc import Mapping
 
@@ -7,14 +7,8 @@ from numpy.typing import NDArray
 from palpate.solid.support import Support
 from palpate.surface.alignment import Alignment, align_capture, resting_prior
 from palpate.surface.checks import require_fit
-from palpate.surface.elastic_capture import track_by_elasticity
-from palpate.surface.options import Aligning, ElasticTracking, StudyTracking
-from palpate.surface.recorded import Recorded
-from palpate.surface.study_capture import track_by_study
+from palpate.surface.options import Aligning
 from palpate.surface.template import Template
-from palpate.surface.tracked import Tracked
-
-TRACKERS = {"study": track_by_study, "elastic": track_by_elasticity}
 
 
 def align_first(
@@ -78,18 +72,3 @@ def align_first(
         indenter_radius_m=indenter_radius_m,
     )
     return found
-
-
-def track_capture(recorded: Recorded, options: StudyTracking | ElasticTracking) -> Tracked:
-    """Track the aligned template through all frames.
-
-    Parameters
-    ----------
-    recorded : Recorded
-    options : StudyTracking or ElasticTracking
-
-    Returns
-    -------
-    Tracked
-    """
-    return TRACKERS[options.kind](recorded, options)

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.config.model import Model
 from palpate.npz import read_npz, write_npz
-from palpate.surface.options import ElasticTracking, StudyTracking
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def load_tracked(path: str | Path) -> Tracked:
     return Tracked(**arrays | plain)
 
 
-def describe(tracked: Tracked, *, tracker: str, options: StudyTracking | ElasticTracking) -> dict:
+def describe(tracked: Tracked, *, tracker: str, options: Model) -> dict:
     """Say how a surface was tracked; content of tracked-<tracker>.json.
 
     Parameters
@@ -82,7 +82,8 @@ def describe(tracked: Tracked, *, tracker: str, options: StudyTracking | Elastic
     tracked : Tracked
     tracker : str
         Its name in config.yaml.
-    options : StudyTracking or ElasticTracking
+    options : Model
+        The tracker's, with its ``kind``.
 
     Returns
     -------

@@ -10,7 +10,6 @@ from typing import Any
 from palpate.capture.devices import PARTS, asked
 from palpate.capture.discover import CaptureId, folder_fingerprint
 from palpate.solid.options import first_images
-from palpate.surface.trackers import options_of
 from palpate.workflow.lab_captures import says_simulated
 from palpate.workflow.places import refuse
 from palpate.yaml_files import load_yaml
@@ -168,10 +167,6 @@ class Run:
     def search_of(self, wildcards: Any) -> Mapping:
         """Options of the error minimisation for an object."""
         return self.search | self.config["minimise"]["objects"].get(wildcards.object, {})
-
-    def tracker_options(self, wildcards: Any) -> Mapping:
-        """Options of a tracker for an object."""
-        return options_of(self.config["tracking"], wildcards.tracker, wildcards.object)
 
     def sensor_spec(self, wildcards: Any) -> Mapping:
         """A sensor's file."""

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from palpate.json_fields import read_all, read_one
 from palpate.report import outputs, tables
 from palpate.solid.support import read_support
-from palpate.surface.simulation import SimulatedSteps, read_steps, track_steps
 from palpate.surface.tracked import load_tracked, save_tracked
 from palpate.workflow.job import naming
 
@@ -23,6 +22,7 @@ from thesis.minimise.objective import Objective, Problem
 from thesis.minimise.options import Minimise
 from thesis.minimise.problem import pose_simulation, pressed_area_modulus
 from thesis.options import Simulation
+from thesis.tracker.simulation import SimulatedSteps, read_steps, track_steps
 
 MODULI_TITLE = "Sections 3.3.2 to 3.3.4: Lame parameters, E (Pa) and nu of the simulated block"
 TRACKER_TITLE = "Simulated block: errors of the tracker (m) and what follows from them (Pa)"

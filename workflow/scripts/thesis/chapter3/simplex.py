@@ -24,12 +24,12 @@ from palpate.report.style import (
 )
 from palpate.solid.laws import engineering_from_lame
 from palpate.solid.support import Support
-from palpate.surface.simulation import read_steps
 from palpate.units import KILOPASCALS, MILLIMETRES
 from scipy.optimize import minimize
 
 from thesis.minimise.objective import Objective
 from thesis.minimise.problem import pose_simulation
+from thesis.tracker.simulation import read_steps
 
 HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
 LEVELS = 12

@@ -11,7 +11,6 @@ from palpate.report import outputs
 from palpate.solid.laws import engineering_from_lame
 from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import read_solid, refine_near
-from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
 from palpate.workflow.object_inputs import read_declared
 
@@ -21,6 +20,7 @@ from thesis.minimise.options import Minimise, Solid
 from thesis.minimise.problem import pressed_area_modulus
 from thesis.minimise.search import Minimum, hertz_start, minimise_error
 from thesis.options import LinearMethod
+from thesis.tracker.simulation import SimulatedSteps
 
 LAME = ["lame_lambda_pa", "lame_mu_pa"]
 ERROR_OPTIONS = ("displacement", "force_displacement")

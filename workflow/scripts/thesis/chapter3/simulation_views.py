@@ -13,9 +13,10 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 from palpate.report.style import BLACK, BLUE, ORANGE, PAGE_IN, label_provenance, panel_letter
-from palpate.surface.simulation import SimulatedSteps, lattice, read_steps
 from palpate.surface.template import unique_edges
 from palpate.units import MILLIMETRES
+
+from thesis.tracker.simulation import SimulatedSteps, lattice, read_steps
 
 MAP = "cividis"
 EXAGGERATION = 4.0

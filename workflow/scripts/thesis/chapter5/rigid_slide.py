@@ -12,7 +12,6 @@ from palpate.report.panels import cloud_panel, named, panels, scale_bar
 from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, SMALL, label_provenance
 from palpate.report.views import MILLIMETRES, View
 from palpate.surface.alignment import resting_prior
-from palpate.surface.augment import undeformed_points
 from palpate.surface.options import Aligning
 from palpate.surface.pose import (
     CONVERGED_M,
@@ -29,6 +28,7 @@ from palpate.yaml_files import load_yaml
 from scipy.spatial import cKDTree
 
 from thesis.chapter5.tracking_inputs import last_frames, recordings_of
+from thesis.tracker.capture import undeformed_points
 
 STEPS = 200
 BAR_ROOM_MM = 35

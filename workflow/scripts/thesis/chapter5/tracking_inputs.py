@@ -11,10 +11,8 @@ from palpate.json_fields import read_all
 from palpate.report.views import Surface
 from palpate.solid.mesh import read_solid
 from palpate.surface.alignment import load_alignment
-from palpate.surface.options import StudyTracking
 from palpate.surface.pose import to_camera, to_object
 from palpate.surface.recorded import Recorded
-from palpate.surface.study_capture import AddedPoints
 from palpate.surface.template import Template, read_template
 from palpate.surface.tracked import load_tracked
 from palpate.vision.camera import camera_from_spec, with_calibration
@@ -22,6 +20,9 @@ from palpate.vision.clouds import read_clouds
 from palpate.vision.force import FORCE
 from palpate.vision.probe import TIP
 from palpate.workflow.object_inputs import read_declared
+
+from thesis.tracker.capture import AddedPoints
+from thesis.tracker.options import StudyTracking
 
 PICTURE_MARGIN = 0.12
 

@@ -15,15 +15,15 @@ from palpate.solid.load import (
 )
 from palpate.solid.mesh import SolidMesh, quadratic, read_solid, refine_near
 from palpate.solid.support import Support
-from palpate.surface.simulation import SimulatedSteps
 from palpate.surface.tracked import Tracked
-from palpate.surface.transfer import to_solid
 from palpate.vision.force import FORCE
 from palpate.workflow.job import naming
 from palpate.workflow.object_inputs import read_declared
 
 from thesis.minimise.objective import Measurement, Problem, node_sets
 from thesis.minimise.options import Load, Solid
+from thesis.tracker.simulation import SimulatedSteps
+from thesis.tracker.transfer import to_solid
 
 
 def read_problem(

@@ -1,21 +1,56 @@
-"""E_sm of one mesh (Eq. 4.25), its minima, and the matrices that hold it."""
+"""Transforms of vertices (Eq. 4.23), E_sm of one mesh (Eq. 4.25), its minima and matrices."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.linalg import splu
-
 from palpate.solid.solve import factorise
 from palpate.surface.template import Template, neighbourhoods
-from palpate.surface.transforms import Transforms, turned
+from scipy import sparse
+from scipy.sparse.linalg import splu
+from scipy.spatial.transform import Rotation
 
 # Eq. 4.25 adds squares of lengths and of angles without a unit; read in millimetres, a radian
 # counts as much as one of them.
 RADIAN_M = 1e-3
 # Vertices that nothing pulls stay where they were.
 HOLD = 1e-9
+
+
+@dataclass(frozen=True)
+class Transforms:
+    """Parameters of Eq. 4.23.
+
+    Attributes
+    ----------
+    shift_m : (n, 3) array
+        Translations t_i [m].
+    axes : (n, 3) array
+        Unit rotation axes r_i.
+    angle : (n,) array
+        phi_i [rad].
+    """
+
+    shift_m: NDArray
+    axes: NDArray
+    angle: NDArray
+
+    @property
+    def displacement_m(self) -> NDArray:
+        """R(r_i, phi_i) t_i, shape (n, 3) [m]."""
+        return turned(self, self.shift_m)
+
+    def of(self, vertices: NDArray) -> "Transforms":
+        """Those of some vertices."""
+        return Transforms(*(values[vertices] for values in vars(self).values()))
+
+
+def turned(transforms: Transforms, vectors: NDArray, *, back: bool = False) -> NDArray:
+    """R(r_i, phi_i) v_i, or its inverse."""
+    if not transforms.angle.any():
+        return vectors
+    angle = -transforms.angle if back else transforms.angle
+    return Rotation.from_rotvec(transforms.axes * angle[:, None]).apply(vectors)
 
 
 class Smoothness:

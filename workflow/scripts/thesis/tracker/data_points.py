@@ -4,12 +4,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
-
-from palpate.surface.energy import Data
-from palpate.surface.options import Registration
 from palpate.surface.pose import data_weights
 from palpate.surface.template import Template, vertex_normals
+from scipy.spatial import cKDTree
+
+from thesis.tracker.energy import Data
+from thesis.tracker.options import Registration
 
 # Data points that a mean is made of, at most, and how far it reaches in edge lengths.
 MEAN_OF = 32

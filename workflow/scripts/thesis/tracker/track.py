@@ -5,14 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from palpate.surface.data_points import DataPoints, Frame
-from palpate.surface.energy import Data, descend
-from palpate.surface.hierarchy import Level, hierarchy
-from palpate.surface.options import Registration
-from palpate.surface.smoothness import Smoothness
 from palpate.surface.template import Template, vertex_normals
-from palpate.surface.transforms import Transforms
+
+from thesis.tracker.data_points import DataPoints, Frame
+from thesis.tracker.energy import Data, descend
+from thesis.tracker.hierarchy import Level, hierarchy
+from thesis.tracker.options import Registration
+from thesis.tracker.smoothness import Smoothness, Transforms
 
 # Section 4.3.1: the optimisation stops when the energy changes by less, relative to itself.
 RELATIVE_CHANGE = 1e-4

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-
 from palpate.solid.quality import cutting_triangles
 from palpate.surface.template import Template, unique_edges
+from scipy import sparse
 
 # A triangle may turn by so much when a corner of it moves.
 LARGEST_TURN_DEG = 60.0

@@ -7,10 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.interpolate import RBFInterpolator
-from scipy.optimize import lsq_linear
-
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.load import contact_triangle, nodal_force
 from palpate.solid.mesh import SolidMesh, element_volumes
@@ -18,6 +14,9 @@ from palpate.solid.solve import factorise
 from palpate.solid.stiffness import combined, elastic_stiffness
 from palpate.solid.support import Support, support_nodes
 from palpate.surface.pose import to_camera
+from scipy import sparse
+from scipy.interpolate import RBFInterpolator
+from scipy.optimize import lsq_linear
 
 # l of Algorithm 3 at most, and the relative change of the support's forces that ends it.
 ITERATIONS = 20

@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.surface.smoothness import HOLD, RADIAN_M, Smoothness
-from palpate.surface.transforms import Transforms, turned
+from thesis.tracker.smoothness import HOLD, RADIAN_M, Smoothness, Transforms, turned
 
 HALVINGS = 8
 # Of the two by two systems of the axes, relative to their trace.

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-
 from palpate.npz import read_npz
 from palpate.solid.mesh import SolidMesh, solid_mesh
-from palpate.surface.data_points import Frame
-from palpate.surface.options import Registration
 from palpate.surface.template import Template
-from palpate.surface.track import track_frames
 from palpate.surface.tracked import Tracked
+
+from thesis.tracker.data_points import Frame
+from thesis.tracker.options import Registration
+from thesis.tracker.track import track_frames
 
 FIELDS = ("nodes_m", "tetrahedra", "triangle", "force_n", "displacement_m")
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-
 from palpate.open3d_core import ClosestPoints
 from palpate.solid.mesh import SolidMesh
 
