@@ -7,7 +7,7 @@ from floor import floor
 from palpate.solid.laws import engineering_from_lame
 from palpate.solid.load import contact_triangle, nodal_force
 from scipy.spatial.distance import cdist
-from thesis.minimise.objective import Measurement, Objective, Problem, node_sets
+from thesis.minimise.objective import Objective, Problem, node_sets
 
 # Section 3.3.2: the study's simulated block.
 LAM, MU = 80685.0, 8965.0
@@ -20,7 +20,7 @@ def indented_block(mesh, point_m):
     force, sphere = np.array([0.0, 0.0, -2.0]), {"indenter_radius_m": 0.00622, "depth_m": 0.008}
     forces = nodal_force(mesh, triangle, force, rule="conserve", turn_to_normal=True, **sphere)
     sets = node_sets(mesh, floor(1e-3), contact_nodes=triangle)
-    blank = Problem(mesh, sets, Measurement(np.ones_like(forces), forces, 2.0))
+    blank = Problem(mesh, sets, np.ones_like(forces), forces, 2.0)
     u = Objective(blank, "displacement").displacement(*TRUE)
     u[sets.interior] = np.nan
     return moved(blank, u - 1)
@@ -28,10 +28,7 @@ def indented_block(mesh, point_m):
 
 def moved(problem, error_m):
     """The same with an error of each node's displacement."""
-    known = problem.measurement
-    return replace(
-        problem, measurement=replace(known, displacement_m=known.displacement_m + error_m)
-    )
+    return replace(problem, displacement_m=problem.displacement_m + error_m)
 
 
 def noise(problem, std_m, seed, length_m=0.0):

@@ -7,7 +7,7 @@ import pytest
 from floor import floor
 from palpate.solid.mesh import solid_mesh
 from thesis.minimise.linear import LinearSystem, linear_method
-from thesis.minimise.objective import Measurement, Problem, node_sets
+from thesis.minimise.objective import Problem, node_sets
 from virtual_lab.simulated_block import load_block
 
 # Section 3.3.2: the study's simulated block.
@@ -36,11 +36,7 @@ def exact(root):
     f, whole = steps["force_n"][-1], steps["displacement_m"][-1]
     u = whole.copy()
     u[sets.interior] = np.nan
-    return Problem(mesh, sets, Measurement(u, f, float(np.linalg.norm(f.sum(axis=0))))), whole
-
-
-def measured(problem, **changes):
-    return replace(problem, measurement=replace(problem.measurement, **changes))
+    return Problem(mesh, sets, u, f, float(np.linalg.norm(f.sum(axis=0)))), whole
 
 
 @pytest.mark.parametrize("start", STARTS)
@@ -58,19 +54,18 @@ def test_unknown_displacements_and_support_forces_are_filled_in(exact):
     problem, whole = exact
     u, f = LinearSystem(problem).fill_in(LAM, MU)
     assert np.abs(u - whole).max() < 1e-9
-    given = problem.measurement.force_n
+    given = problem.force_n
     assert f[problem.sets.support].sum(axis=0) == pytest.approx(-given.sum(axis=0), abs=1e-6)
     assert np.array_equal(f[problem.sets.contact], given[problem.sets.contact])
 
 
 def test_moduli_grow_with_the_force_and_fall_with_noise(exact):
     problem, _ = exact
-    known = problem.measurement
-    twice = measured(problem, force_n=2 * known.force_n)
+    twice = replace(problem, force_n=2 * problem.force_n)
     found = linear_method(twice, start=STARTS[2], **LIMITS)
     assert found.lame_mu_pa == pytest.approx(2 * MU, rel=1e-6)
     noise = np.random.default_rng(3).normal(0, 1e-3, (265, 3))
-    noisy = measured(problem, displacement_m=known.displacement_m + noise)
+    noisy = replace(problem, displacement_m=problem.displacement_m + noise)
     found = linear_method(noisy, start=(LAM, MU), **LIMITS)
     assert abs(found.lame_lambda_pa) < 0.5 * LAM
     assert abs(found.lame_mu_pa) < 0.5 * MU
@@ -89,17 +84,16 @@ def test_start_must_be_positive(exact, start):
 
 def test_bad_input(exact):
     problem, _ = exact
-    known = problem.measurement
-    u, f = known.displacement_m.copy(), known.force_n.copy()
+    u, f = problem.displacement_m.copy(), problem.force_n.copy()
     u[problem.sets.free[0]] = f[problem.sets.contact[0], 2] = np.nan
     cases = [
         (replace(problem, sets=replace(problem.sets, **{name: NONE})), f"{name}: expected at least")
         for name in ("interior", "support", "contact")
     ]
     cases += [
-        (measured(problem, displacement_m=u), "displacement: expected numbers at contact and free"),
-        (measured(problem, force_n=f), "force: expected numbers at all nodes, found NaN"),
-        (measured(problem, force_n=0 * known.force_n), "force: expected a load on the contact"),
+        (replace(problem, displacement_m=u), "displacement: expected numbers at contact and free"),
+        (replace(problem, force_n=f), "force: expected numbers at all nodes, found NaN"),
+        (replace(problem, force_n=0 * problem.force_n), "force: expected a load on the contact"),
     ]
     for spoiled, line in cases:
         with pytest.raises(ValueError, match=line):

@@ -178,15 +178,14 @@ def test_correlation_length():
 
 
 def test_bad_input(exact):
-    known = exact.measurement
-    spoiled = known.displacement_m.copy()
+    spoiled = exact.displacement_m.copy()
     spoiled[exact.sets.free[0]] = np.nan
     still = np.zeros_like(spoiled)
     for problem, option, line in (
         (exact, "all", "error: expected one of"),
-        (replace(exact, measurement=replace(known, displacement_m=spoiled)), BOTH[0],
+        (replace(exact, displacement_m=spoiled), BOTH[0],
          "displacement: expected numbers at all surface nodes"),
-        (replace(exact, measurement=replace(known, displacement_m=still)), BOTH[0],
+        (replace(exact, displacement_m=still), BOTH[0],
          "measurement: expected a deformation and a force"),
         (replace(exact, left_out=exact.mesh.surface_nodes()), BOTH[0],
          "left_out: expected surface nodes to compare off"),

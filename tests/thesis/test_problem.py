@@ -7,7 +7,7 @@ from palpate.solid.load import contact_pressure, contact_triangle, hertz_contact
 from palpate.solid.mesh import quadratic, read_solid, refine_near, solid_mesh
 from palpate.surface.tracked import Tracked
 from skfem import MeshTet
-from thesis.minimise.objective import Measurement, Objective, Problem, node_sets
+from thesis.minimise.objective import Objective, Problem, node_sets
 from thesis.minimise.options import Load, Minimise, Solid
 from thesis.minimise.problem import pose_problem, pose_simulation, pressed_area_modulus
 from thesis.minimise.search import minimise_error
@@ -28,7 +28,7 @@ def tracked(root):
     radius = hertz_contact_radius(**PRESS)
     f = contact_pressure(mesh, POINT, [0, 0, -1], FORCE, contact_radius_m=radius)
     sets = node_sets(mesh, SUPPORT, contact_nodes=np.flatnonzero(f.any(axis=1)))
-    ones = Problem(mesh, sets, Measurement(np.ones_like(f), f, 2.0))
+    ones = Problem(mesh, sets, np.ones_like(f), f, 2.0)
     u = Objective(ones, "displacement").displacement(E, NU)
     # Surface nodes with the middles of edges: each triangle of six nodes is cut into four.
     a, b, c, ab, bc, ca = mesh.surface_faces().T
@@ -75,8 +75,8 @@ def recovered(problem):
 def test_load_is_turned_and_kept_whole(root, tracked, rule, order):
     problem = posed(root, tracked, element_order=order, force_rule=rule)
     assert problem.mesh.order == order
-    assert np.allclose(problem.measurement.force_n.sum(axis=0), FORCE, atol=1e-9)
-    loaded = np.flatnonzero(problem.measurement.force_n.any(axis=1))
+    assert np.allclose(problem.force_n.sum(axis=0), FORCE, atol=1e-9)
+    loaded = np.flatnonzero(problem.force_n.any(axis=1))
     assert np.array_equal(problem.sets.contact, loaded)
 
 
@@ -116,10 +116,10 @@ def steps(cube):
 
 def test_the_last_step_is_posed(steps):
     problem, nodes = pose_simulation(steps, SUPPORT), steps.mesh.surface_nodes()
-    known = problem.measurement.displacement_m
+    known = problem.displacement_m
     assert np.array_equal(known[nodes], steps.displacement_m[1, nodes])
     assert np.isnan(np.delete(known, nodes, axis=0)).all()
-    assert problem.measurement.total_force_n == pytest.approx(3.0)
+    assert problem.total_force_n == pytest.approx(3.0)
 
 
 def test_modulus_of_uniform_pressure_on_a_circle_of_the_triangles_area(steps):

@@ -111,7 +111,7 @@ def test_minimisation_on_tracked_data_does_better_than_the_study(steps, as_shipp
     # As in Figure 3.10 the loaded vertices have slid over their facets.
     assert simulation_tables.tracking_errors(steps, as_shipped)["loaded_across_m"] > 5e-4
     problem = pose_simulation(steps, SUPPORT, tracked=as_shipped)
-    assert np.isnan(problem.measurement.displacement_m[problem.sets.interior]).all()
+    assert np.isnan(problem.displacement_m[problem.sets.interior]).all()
     assert abs(youngs_error(problem)) < PUBLISHED_ERROR
 
 
@@ -271,9 +271,9 @@ def test_noise_table_and_its_figure(steps):
 def test_noise_spares_the_forces(steps):
     problem = pose_simulation(steps, SUPPORT)
     noisy = simulation_tables.with_noise(problem, 1e-3, np.random.default_rng(1))
-    gap = noisy.measurement.displacement_m - problem.measurement.displacement_m
+    gap = noisy.displacement_m - problem.displacement_m
     assert np.nanstd(gap) == pytest.approx(1e-3, rel=0.1)
-    assert noisy.measurement.force_n is problem.measurement.force_n
+    assert noisy.force_n is problem.force_n
 
 
 def test_noise_in_the_displacement_biases_the_force_term(steps):

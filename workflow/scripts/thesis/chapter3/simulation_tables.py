@@ -145,10 +145,8 @@ def every_method(
 
 def with_noise(problem: Problem, std_m: float, rng: np.random.Generator) -> Problem:
     """The problem with independent normal noise on the displacement of every node."""
-    measured = problem.measurement
-    noise = rng.normal(0, std_m, measured.displacement_m.shape)
-    noisy = replace(measured, displacement_m=measured.displacement_m + noise)
-    return replace(problem, measurement=noisy)
+    noise = rng.normal(0, std_m, problem.displacement_m.shape)
+    return replace(problem, displacement_m=problem.displacement_m + noise)
 
 
 def noise_table(found: Sequence[Mapping], true: Mapping | None) -> pd.DataFrame:

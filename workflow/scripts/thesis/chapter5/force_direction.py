@@ -69,7 +69,7 @@ def make_figure_5_12(inputs: Any, params: Any) -> Figure:
     known = {"normal": normal, "E": STUDY_E_PA, "nu": STUDY_NU}
     contact = tracked.contact_point_m
     cases = [(name, press(problem, contact, **known)) for name, problem in problems.items()]
-    view = _across(problems[LEANING].measurement.force_n.sum(axis=0))
+    view = _across(problems[LEANING].force_n.sum(axis=0))
     note = _note(recorded.forces_n[fit["range"]["last_frame"]])
     return figure_5_12(params.captures[0], cases, view, times=TIMES, note=note)
 
@@ -122,7 +122,7 @@ def press(problem: Problem, contact_m: NDArray, *, E: float, nu: float, normal: 
     """
     moved = Objective(problem, "displacement").displacement(E, nu)
     nodes, faces = problem.mesh.nodes_m, problem.mesh.surface_triangles()
-    force = problem.measurement.force_n.sum(axis=0)
+    force = problem.force_n.sum(axis=0)
     cosine = -(force @ normal) / np.linalg.norm(force) / np.linalg.norm(normal)
     turn, _ = Rotation.align_vectors(
         nodes + moved - (nodes + moved).mean(axis=0), nodes - nodes.mean(axis=0)

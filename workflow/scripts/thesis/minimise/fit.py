@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 from palpate.modulus import CONFIDENCE, NOT_IDENTIFIED, NOT_JUDGED, verdict_of_nu
+from palpate.solid.laws import reduced_modulus
 from palpate.solid.mesh import SolidMesh, write_solid
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import stdtrit
@@ -13,9 +14,49 @@ from scipy.special import stdtrit
 from thesis.minimise.objective import Objective
 from thesis.minimise.options import Minimise
 from thesis.minimise.search import Minimum, hertz_start, minimise_error, touches_bound
-from thesis.minimise.uncertainty import FORCE_TERM, Best, gradient, moduli_with_errors
+from thesis.minimise.uncertainty import gradient, independent_patches, scatter
 
 NORMS = ("length", "square")
+FORCE_TERM, AT_BOUND, ALIKE = "force term", "at a bound", "gaps agree over the surface"
+
+
+@dataclass(frozen=True)
+class Best:
+    """Moduli at the bottom of the valley of the error, without Nelder and Mead.
+
+    Standard errors are None where scatter says nothing of the moduli: with the force term, since
+    noise of the displacement goes through K into it as a bias; at a bound; and where gaps agree
+    over so much of the surface that too few patches are independent.
+
+    Attributes
+    ----------
+    youngs_modulus_pa, poisson_ratio, reduced_modulus_pa : float
+    youngs_modulus_std_pa, poisson_ratio_std : float or None
+    error_m : float
+        The study's objective there [m].
+    error_rise_m : float or None
+        By how much one standard error of nu raises that objective at the best E for it [m]; None
+        for squares, which are another sum.
+    at_bound : bool
+    patches : int
+        Parts of the surface whose gaps are taken as independent of each other.
+    patch_m : float
+        Their size [m].
+    unknown : str or None
+        Why there are no standard errors.
+    """
+
+    youngs_modulus_pa: float
+    youngs_modulus_std_pa: float | None
+    poisson_ratio: float
+    poisson_ratio_std: float | None
+    reduced_modulus_pa: float
+    error_m: float
+    error_rise_m: float | None
+    at_bound: bool
+    patches: int
+    patch_m: float
+    unknown: str | None
 
 
 @dataclass(frozen=True)
@@ -131,15 +172,33 @@ class Valley:
         return nu, E, self.objective(E, nu, self.norm)
 
     def best(self) -> Best:
-        """Moduli where the valley is lowest, with their standard errors."""
-        nu, E, _ = min(self.floor, key=lambda place: place[2])
-        return moduli_with_errors(
-            self.objective,
-            E,
-            nu,
-            norm=self.norm,
-            at_bound=touches_bound(E, nu, *self.bounds),
-            least_patch_m=self.patch_m,
+        """Moduli where the valley is lowest, with their standard errors.
+
+        What all gaps have in common, and errors of the model, are not in these.
+        """
+        objective, (nu, E, _) = self.objective, min(self.floor, key=lambda place: place[2])
+        at_bound = touches_bound(E, nu, *self.bounds)
+        patches, count, patch_m = independent_patches(objective, E, nu, least_m=self.patch_m)
+        covariance, rise = scatter(objective, E, nu, self.norm, patches, count)
+        reasons = {
+            FORCE_TERM: objective.option != "displacement",
+            AT_BOUND: at_bound,
+            ALIKE: covariance is None,
+        }
+        unknown = next((reason for reason, holds in reasons.items() if holds), None)
+        std = None if unknown else np.sqrt(np.diag(covariance)).tolist()
+        return Best(
+            youngs_modulus_pa=E,
+            youngs_modulus_std_pa=E * std[0] if std else None,
+            poisson_ratio=nu,
+            poisson_ratio_std=std[1] if std else None,
+            reduced_modulus_pa=reduced_modulus(E, nu),
+            error_m=objective(E, nu),
+            error_rise_m=rise if std and self.norm == "length" else None,
+            at_bound=at_bound,
+            patches=count,
+            patch_m=patch_m,
+            unknown=unknown,
         )
 
 

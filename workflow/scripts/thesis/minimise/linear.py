@@ -44,7 +44,7 @@ class LinearEstimate:
 
 
 class LinearSystem:
-    """Equations 3.26 and 3.30 for one mesh and measurement.
+    """Equations 3.26 and 3.30 for one deformation.
 
     Parameters
     ----------
@@ -58,21 +58,21 @@ class LinearSystem:
     """
 
     def __init__(self, problem: Problem) -> None:
-        sets, measurement = problem.sets, problem.measurement
+        sets = problem.sets
         for name in ("interior", "support", "contact"):
             if not len(getattr(sets, name)):
                 raise ValueError(f"{name}: expected at least one node, found none")
         known = np.concatenate([sets.contact, sets.free])
-        if not np.isfinite(measurement.displacement_m[known]).all():
+        if not np.isfinite(problem.displacement_m[known]).all():
             raise ValueError("displacement: expected numbers at contact and free nodes, found NaN")
-        if not np.isfinite(measurement.force_n).all():
+        if not np.isfinite(problem.force_n).all():
             raise ValueError("force: expected numbers at all nodes, found NaN")
-        if not np.abs(measurement.force_n[sets.contact]).max() > 0:
+        if not np.abs(problem.force_n[sets.contact]).max() > 0:
             raise ValueError("force: expected a load on the contact nodes, found none")
         self.K1, self.K2 = elastic_stiffness(problem.mesh)
-        self.u = measurement.displacement_m.copy()
+        self.u = problem.displacement_m.copy()
         self.u[sets.support] = self.u[sets.interior] = 0
-        self.u, self.f = self.u.ravel(), measurement.force_n.astype(float).ravel()
+        self.u, self.f = self.u.ravel(), problem.force_n.astype(float).ravel()
         self.inside, self.held = dofs(sets.interior), dofs(sets.support)
         self.rows = np.setdiff1d(np.arange(self.u.size), self.held)
         self._parts = [

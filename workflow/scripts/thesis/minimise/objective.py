@@ -78,40 +78,28 @@ def node_sets(mesh: SolidMesh, support: Support, *, contact_nodes: NDArray) -> N
 
 
 @dataclass(frozen=True)
-class Measurement:
-    """What was measured of one deformation, in the frame of the solid.
-
-    Attributes
-    ----------
-    displacement_m : (n, 3) array
-        Displacement of the surface nodes [m]; NaN at interior nodes.
-    force_n : (n, 3) array
-        Nodal forces at the contact, zero elsewhere [N].
-    total_force_n : float
-        Magnitude of the measured force [N].
-    """
-
-    displacement_m: NDArray
-    force_n: NDArray
-    total_force_n: float
-
-
-@dataclass(frozen=True)
 class Problem:
-    """Solid, node sets and measurement of one deformation, object frame.
+    """What is known of one deformation, in the frame of the solid.
 
     Attributes
     ----------
     mesh : SolidMesh
     sets : NodeSets
-    measurement : Measurement
+    displacement_m : (n, 3) array
+        Measured displacement of the surface nodes [m]; NaN at interior nodes.
+    force_n : (n, 3) array
+        Nodal forces at the contact, zero elsewhere [N].
+    total_force_n : float
+        Magnitude of the measured force [N].
     left_out : int array or None
-        Surface nodes whose displacement is not compared.
+        Nodes whose displacement is not compared.
     """
 
     mesh: SolidMesh
     sets: NodeSets
-    measurement: Measurement
+    displacement_m: NDArray
+    force_n: NDArray
+    total_force_n: float
     left_out: NDArray | None = None
 
 
@@ -177,7 +165,7 @@ class Objective:
         self.option, self.sets, sets = option, problem.sets, problem.sets
         self.nodes_m, self._kept = problem.mesh.nodes_m, {} if kept is None else kept
         self.surface = np.sort(np.concatenate([sets.contact, sets.free, sets.support]))
-        self.u, self.f = problem.measurement.displacement_m.copy(), problem.measurement.force_n
+        self.u, self.f = problem.displacement_m.copy(), problem.force_n
         self.u[sets.support] = 0
         if not np.isfinite(self.u[self.surface]).all():
             raise ValueError("displacement: expected numbers at all surface nodes, found NaN")
@@ -188,10 +176,10 @@ class Objective:
                 "left_out: expected surface nodes to compare off the support, found none"
             )
         self.largest_m = float(np.linalg.norm(self.u[self.surface], axis=1).max())
-        if self.largest_m == 0 or problem.measurement.total_force_n == 0:
+        if self.largest_m == 0 or problem.total_force_n == 0:
             raise ValueError("measurement: expected a deformation and a force, found none")
         self.free = np.setdiff1d(np.arange(len(self.nodes_m)), sets.support)
-        self.force_weight = self.largest_m / problem.measurement.total_force_n / len(self.free)
+        self.force_weight = self.largest_m / problem.total_force_n / len(self.free)
         self.K1, self.K2 = self._once("stiffness", lambda: elastic_stiffness(problem.mesh))
 
     def __call__(self, E: float, nu: float, norm: str = "length") -> float:

@@ -20,7 +20,7 @@ from palpate.vision.force import FORCE
 from palpate.workflow.job import naming
 from palpate.workflow.object_inputs import read_declared
 
-from thesis.minimise.objective import Measurement, Problem, node_sets
+from thesis.minimise.objective import Problem, node_sets
 from thesis.minimise.options import Load, Solid
 from thesis.tracker.simulation import SimulatedSteps
 from thesis.tracker.transfer import to_solid
@@ -100,12 +100,11 @@ def pose_problem(
     sets = node_sets(mesh, support, contact_nodes=np.flatnonzero(forces.any(axis=1)))
     moved = (tracked.vertices_m[frame] - tracked.vertices_m[0]) @ turn
     displacement = to_solid(tracked.template_m, tracked.faces, moved, mesh)
-    measurement = Measurement(displacement, forces, float(np.linalg.norm(force_n)))
     left_out = None
     if load.leave_out_radii > 0:
         away = np.linalg.norm(mesh.nodes_m - point, axis=1)
         left_out = np.flatnonzero(away < load.leave_out_radii * hertz_contact_radius(**press))
-    return Problem(mesh, sets, measurement, left_out)
+    return Problem(mesh, sets, displacement, forces, float(np.linalg.norm(force_n)), left_out)
 
 
 def _contact_forces(
@@ -155,7 +154,7 @@ def pose_simulation(
     sets = node_sets(steps.mesh, support, contact_nodes=steps.triangle)
     force = steps.force_n[-1]
     total = float(np.linalg.norm(force.sum(axis=0)))
-    return Problem(steps.mesh, sets, Measurement(displacement, force, total))
+    return Problem(steps.mesh, sets, displacement, force, total)
 
 
 def pressed_area_modulus(problem: Problem, triangle: NDArray) -> float:
@@ -173,7 +172,7 @@ def pressed_area_modulus(problem: Problem, triangle: NDArray) -> float:
     a, b, c = problem.mesh.nodes_m[triangle]
     normal = np.cross(b - a, c - a)
     area = np.linalg.norm(normal) / 2
-    moved = problem.measurement.displacement_m[triangle].mean(axis=0)
+    moved = problem.displacement_m[triangle].mean(axis=0)
     depth = abs(moved @ normal) / (2 * area)
-    pressure = problem.measurement.total_force_n / area
+    pressure = problem.total_force_n / area
     return float(16 * pressure * np.sqrt(area / np.pi) / (3 * np.pi * depth))

@@ -1,16 +1,12 @@
 """How far the scatter of the gaps lets moduli be known: covariance of an M-estimator."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from palpate.estimate.direct.deviations import error_clusters
-from palpate.solid.laws import reduced_modulus
 from scipy.spatial.distance import pdist, squareform
 
 from thesis.minimise.objective import Objective
 
-FORCE_TERM, AT_BOUND, ALIKE = "force term", "at a bound", "gaps agree over the surface"
 # Lengths are rounded off at this part of their mean, where they have no derivative.
 ROUNDING = 1e-3
 # Directions of gaps that agree by less than this are taken as independent.
@@ -23,102 +19,52 @@ STEP = 1e-4
 EXACT = 1e-6
 
 
-@dataclass(frozen=True)
-class Best:
-    """Moduli at the bottom of the valley of the error, without Nelder and Mead.
+def independent_patches(
+    objective: Objective, E: float, nu: float, *, least_m: float
+) -> tuple[NDArray, int, float]:
+    """Patches of the surface whose gaps are independent of each other.
 
-    Standard errors are None where scatter says nothing of the moduli: with the force term, since
-    noise of the displacement goes through K into it as a bias; at a bound; and where gaps agree
-    over so much of the surface that too few patches are independent.
+    They are twice as large as the distance over which the gaps' directions agree, or `least_m`.
 
-    Attributes
-    ----------
-    youngs_modulus_pa, poisson_ratio, reduced_modulus_pa : float
-    youngs_modulus_std_pa, poisson_ratio_std : float or None
-    error_m : float
-        The study's objective there [m].
-    error_rise_m : float or None
-        By how much one standard error of nu raises that objective at the best E for it [m]; None
-        for squares, which are another sum.
-    at_bound : bool
-    patches : int
-        Parts of the surface whose gaps are taken as independent of each other.
+    Returns
+    -------
+    patches : (n,) int array
+        Of each node.
+    count : int
+        Of those whose gaps depend on the moduli.
     patch_m : float
         Their size [m].
-    unknown : str or None
-        Why there are no standard errors.
     """
-
-    youngs_modulus_pa: float
-    youngs_modulus_std_pa: float | None
-    poisson_ratio: float
-    poisson_ratio_std: float | None
-    reduced_modulus_pa: float
-    error_m: float
-    error_rise_m: float | None
-    at_bound: bool
-    patches: int
-    patch_m: float
-    unknown: str | None
+    surface, nodes_m, size_m = objective.terms[0], objective.nodes_m, least_m
+    moving = surface.slopes(E, nu).any(axis=(1, 2))
+    gaps, nodes = surface.gaps(E, nu)[moving], surface.nodes[moving]
+    if np.linalg.norm(gaps, axis=1).mean() > EXACT * objective.largest_m:
+        size_m = max(size_m, 2 * correlation_length(nodes_m[nodes], gaps, bin_m=least_m))
+    patches = error_clusters(nodes_m, size_m=size_m)
+    return patches, len(np.unique(patches[nodes])), size_m
 
 
-def moduli_with_errors(
-    objective: Objective,
-    E: float,
-    nu: float,
-    *,
-    norm: str,
-    at_bound: bool,
-    least_patch_m: float,
-) -> Best:
+def scatter(
+    objective: Objective, E: float, nu: float, norm: str, patches: NDArray, count: int
+) -> tuple[NDArray | None, float | None]:
     """Cluster-robust sandwich: inverse curvature, scores summed by patch, inverse curvature.
 
-    Patches are twice as large as the distance over which the gaps' directions agree, at least as
-    stated. What all gaps have in common, and errors of the model, are not in it.
-
-    Parameters
-    ----------
-    objective : Objective
-    E, nu : float
-        Where the sum is least; E in Pa.
-    norm : {"length", "square"}
-    at_bound : bool
-    least_patch_m : float
+    Returns
+    -------
+    covariance : (2, 2) array or None
+        Of (log E, nu); None with too few patches, or where the sum has no minimum.
+    rise : float or None
+        By how much one standard error of nu raises what is minimised, at the best E for it.
     """
-    surface, nodes_m = objective.terms[0], objective.nodes_m
-    gaps = surface.gaps(E, nu)
-    moving = surface.slopes(E, nu).any(axis=(1, 2))
-    gaps, nodes = gaps[moving], surface.nodes[moving]
-    patch_m = least_patch_m
-    if np.linalg.norm(gaps, axis=1).mean() > EXACT * objective.largest_m:
-        patch_m = max(patch_m, 2 * correlation_length(nodes_m[nodes], gaps, bin_m=least_patch_m))
-    patches = error_clusters(nodes_m, size_m=patch_m)
-    count = len(np.unique(patches[nodes]))
     curvature = _curvature(objective, E, nu, norm)
-    alike = count < FEWEST_PATCHES or np.linalg.eigvalsh(curvature).min() <= 0
-    reasons = {FORCE_TERM: objective.option != "displacement", AT_BOUND: at_bound, ALIKE: alike}
-    unknown = next((reason for reason, holds in reasons.items() if holds), None)
-    E_std = nu_std = rise = None
-    if unknown is None:
-        sums = np.zeros((patches.max() + 1, 2))
-        np.add.at(sums, patches[surface.nodes], _scores(objective, E, nu, norm)[0])
-        inverse = np.linalg.inv(curvature)
-        covariance = inverse @ (sums.T @ sums) @ inverse * count / (count - 2)
-        log_std, nu_std = np.sqrt(np.diag(covariance)).tolist()
-        E_std, rise = E * log_std, float(covariance[1, 1] / (2 * inverse[1, 1]))
-    return Best(
-        youngs_modulus_pa=E,
-        youngs_modulus_std_pa=E_std,
-        poisson_ratio=nu,
-        poisson_ratio_std=nu_std,
-        reduced_modulus_pa=reduced_modulus(E, nu),
-        error_m=objective(E, nu),
-        error_rise_m=rise if norm == "length" else None,
-        at_bound=at_bound,
-        patches=count,
-        patch_m=patch_m,
-        unknown=unknown,
-    )
+    if count < FEWEST_PATCHES or np.linalg.eigvalsh(curvature).min() <= 0:
+        return None, None
+    sums = np.zeros((patches.max() + 1, 2))
+    for term, scores in zip(objective.terms, _scores(objective, E, nu, norm), strict=True):
+        np.add.at(sums, patches[term.nodes], scores)
+    inverse = np.linalg.inv(curvature)
+    covariance = inverse @ (sums.T @ sums) @ inverse * count / (count - 2)
+    return covariance, float(covariance[1, 1] / (2 * inverse[1, 1]))
 
 
 def correlation_length(points_m: NDArray, gaps: NDArray, *, bin_m: float) -> float:
