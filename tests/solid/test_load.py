@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from floor import floor
-from palpate.estimate.minimise.objective import node_sets
 from palpate.solid.load import contact_pressure, contact_triangle, hertz_contact_radius, nodal_force
 from palpate.solid.mesh import quadratic, refine_near, solid_mesh
 from palpate.solid.solve import factorise
@@ -17,31 +16,6 @@ PRESS = {"indenter_radius_m": 0.006, "depth_m": 0.004}
 TOP = np.array([0.05, 0.05, 0.1])
 DOWN = np.array([0, 0, -1.0])
 ORDERS = pytest.mark.parametrize("order", [1, 2])
-
-
-@ORDERS
-def test_node_sets_part_the_nodes(cube, order):
-    mesh = of_order(cube, order)
-    triangle = contact_triangle(mesh, TOP, largest_distance_m=0.01)
-    sets = node_sets(mesh, FLOOR, contact_nodes=triangle)
-    parts = np.concatenate([sets.contact, sets.free, sets.support, sets.interior])
-    assert np.array_equal(np.sort(parts), np.arange(len(mesh.nodes_m)))
-    assert np.array_equal(sets.support, np.flatnonzero(mesh.nodes_m[:, 2] == 0))
-    assert len(sets.contact) == 3 * order
-
-
-def test_bad_node_sets_are_refused(cube):
-    triangle = contact_triangle(cube, TOP, largest_distance_m=0.01)
-    with pytest.raises(ValueError, match="support: expected at least 3 nodes"):
-        node_sets(cube, floor(1e-6, height_m=-1), contact_nodes=triangle)
-    inner = np.setdiff1d(np.arange(len(cube.nodes_m)), cube.surface_nodes())
-    with pytest.raises(ValueError, match=f"nodes of the surface, found node {inner[0]} inside"):
-        node_sets(cube, FLOOR, contact_nodes=inner[:1])
-    with pytest.raises(ValueError, match="nodes of the surface, found none"):
-        node_sets(cube, FLOOR, contact_nodes=[])
-    below = contact_triangle(cube, TOP * [1, 1, 0], largest_distance_m=0.01)
-    with pytest.raises(ValueError, match="expected away from the support, found on it"):
-        node_sets(cube, FLOOR, contact_nodes=below)
 
 
 def test_contact_far_from_the_surface_is_refused(cube):

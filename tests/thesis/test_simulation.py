@@ -7,13 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from floor import floor
-from palpate.estimate.minimise.fit import fit_moduli
-from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.options import Minimise
-from palpate.estimate.minimise.search import minimise_error
-from palpate.estimate.minimise.simulation import pose_simulation, pressed_area_modulus
 from palpate.report.style import journal
 from thesis.chapter3 import contact_figure, simulation_figures, simulation_tables, simulation_views
+from thesis.minimise.fit import fit_moduli
+from thesis.minimise.objective import Objective
+from thesis.minimise.options import Minimise
+from thesis.minimise.problem import pose_simulation, pressed_area_modulus
+from thesis.minimise.search import minimise_error
 from thesis.options import Simulation
 from thesis.tracker.simulation import (
     lattice,
@@ -58,7 +58,7 @@ def as_shipped(steps):
 
 
 def youngs_error(problem):
-    cost = Objective(problem.mesh, problem.sets, problem.measurement, option="displacement")
+    cost = Objective(problem, "displacement")
     return minimise_error(cost, (2e4, 0.3), Minimise()).youngs_modulus_pa / YOUNG - 1
 
 
@@ -111,16 +111,15 @@ def test_minimisation_on_tracked_data_does_better_than_the_study(steps, as_shipp
     # As in Figure 3.10 the loaded vertices have slid over their facets.
     assert simulation_tables.tracking_errors(steps, as_shipped)["loaded_across_m"] > 5e-4
     problem = pose_simulation(steps, SUPPORT, tracked=as_shipped)
-    assert np.isnan(problem.measurement.displacement_m[problem.sets.interior]).all()
+    assert np.isnan(problem.displacement_m[problem.sets.interior]).all()
     assert abs(youngs_error(problem)) < PUBLISHED_ERROR
 
 
 @pytest.mark.parametrize("option", ["displacement", "force_displacement"])
 def test_minimisation_on_exact_data_finds_the_moduli(steps, option):
     problem = pose_simulation(steps, SUPPORT)
-    full = Objective(problem.mesh, problem.sets, problem.measurement, option=option)
     E_star = pressed_area_modulus(problem, steps.triangle)
-    found = fit_moduli(full, E_star, Minimise(), nodes_m=problem.mesh.nodes_m).minimum
+    found = fit_moduli(Objective(problem, option), E_star, Minimise()).minimum
     assert found.lame_lambda_pa == pytest.approx(80685, rel=1e-4)
     assert found.lame_mu_pa == pytest.approx(8965, rel=1e-4)
 
@@ -272,9 +271,9 @@ def test_noise_table_and_its_figure(steps):
 def test_noise_spares_the_forces(steps):
     problem = pose_simulation(steps, SUPPORT)
     noisy = simulation_tables.with_noise(problem, 1e-3, np.random.default_rng(1))
-    gap = noisy.measurement.displacement_m - problem.measurement.displacement_m
+    gap = noisy.displacement_m - problem.displacement_m
     assert np.nanstd(gap) == pytest.approx(1e-3, rel=0.1)
-    assert noisy.measurement.force_n is problem.measurement.force_n
+    assert noisy.force_n is problem.force_n
 
 
 def test_noise_in_the_displacement_biases_the_force_term(steps):

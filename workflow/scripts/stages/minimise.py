@@ -2,14 +2,14 @@
 
 import logging
 
-from palpate.estimate.minimise.fit import fit_moduli
-from palpate.estimate.minimise.options import Minimise, Solid
 from palpate.json_fields import read_fields
 from palpate.report import outputs
 from palpate.surface.tracked import load_tracked
 from palpate.workflow.job import run
-from thesis.chapter5.minimise_inputs import read_problem
-from thesis.minimum import minimum_files
+from thesis.minimise.fit import fit_moduli, minimum_files
+from thesis.minimise.objective import Objective
+from thesis.minimise.options import Minimise, Solid
+from thesis.minimise.problem import read_problem
 
 
 def main(snakemake):
@@ -26,16 +26,16 @@ def main(snakemake):
     )
     mesh, E_star = problem.mesh, fit["study"]["reduced_modulus_pa"]
     logging.info("%d nodes, %d on the support", len(mesh.nodes_m), len(problem.sets.support))
-    full = problem.objective(snakemake.wildcards.error)
-    moduli = fit_moduli(full, E_star, options, nodes_m=mesh.nodes_m)
+    objective = Objective(problem, snakemake.wildcards.error)
+    moduli = fit_moduli(objective, E_star, options)
     logging.info("Poisson's ratio: %s", moduli.profile.verdict)
     known = {
         "hertz_reduced_modulus_pa": E_star,
         "frame": fit["range"]["last_frame"],
         "nodes": len(mesh.nodes_m),
-        "left_out_nodes": len(full.surface) - len(full.compared),
+        "left_out_nodes": len(objective.surface) - len(objective.compared),
     }
-    outputs.write(minimum_files(full, moduli, mesh, known), snakemake.output)
+    outputs.write(minimum_files(objective, moduli, mesh, known), snakemake.output)
 
 
 run(main, snakemake)

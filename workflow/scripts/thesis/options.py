@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal, Self
 
 from palpate.capture.files import whole_file
 from palpate.config.model import Count, FileName, Model, Positive, all_different, option
-from palpate.estimate.minimise.options import Load, Minimise, Solid
 from palpate.workflow.options import Config, Experiments, Tracking, page, partly
 from pydantic import BeforeValidator, model_validator
 
+from thesis.minimise.options import Load, Minimise, Solid
 from thesis.tracker.options import TRACKERS, Registration, tracker_problems
 
 BOTH_TRACKERS = {name: {"kind": name} for name in TRACKERS}

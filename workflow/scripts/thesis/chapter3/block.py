@@ -9,21 +9,19 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from palpate.estimate.minimise.fit import fit_moduli
-from palpate.estimate.minimise.linear import linear_method
-from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.options import Minimise
-from palpate.estimate.minimise.problem import Problem
-from palpate.estimate.minimise.simulation import pose_simulation, pressed_area_modulus
 from palpate.json_fields import read_all, read_one
 from palpate.report import outputs, tables
-from palpate.solid.support import Support, read_support
+from palpate.solid.support import read_support
 from palpate.surface.tracked import load_tracked, save_tracked
 from palpate.workflow.job import naming
 
 from thesis.chapter3 import simulation_figures, simulation_tables
-from thesis.minimum import minimum_files
-from thesis.options import LinearMethod, Simulation
+from thesis.minimise.fit import fit_moduli, minimum_files
+from thesis.minimise.linear import linear_method
+from thesis.minimise.objective import Objective, Problem
+from thesis.minimise.options import Minimise
+from thesis.minimise.problem import pose_simulation, pressed_area_modulus
+from thesis.options import Simulation
 from thesis.tracker.simulation import SimulatedSteps, read_steps, track_steps
 
 MODULI_TITLE = "Sections 3.3.2 to 3.3.4: Lame parameters, E (Pa) and nu of the simulated block"
@@ -51,45 +49,29 @@ def read_problem(inputs: Any, support: Mapping) -> tuple[NDArray, Problem]:
         return read.triangle, pose_simulation(read, read_support(support), tracked=surface)
 
 
-def _support(options: Simulation) -> Support:
-    return read_support(options.support.written())
-
-
 def make_linear_method(inputs: Any, params: Any) -> dict:
     """The linear method from every start, with its traces."""
     _, problem = read_problem(inputs, params.options["support"])
-    with naming(inputs.steps):
-        found = from_every_start(problem, Simulation.read(params.options).linear)
-    return {"result": {"data": params.data, "estimates": found}}
-
-
-def from_every_start(problem: Problem, linear: LinearMethod) -> list[dict]:
-    """Estimates of the linear method, as they are to be written."""
-    found = []
+    linear, found = Simulation.read(params.options).linear, []
+    limits = {"iterations": linear.iterations, "tolerance": linear.tolerance}
     for start in linear.starts_pa:
-        estimate = linear_method(
-            problem.mesh,
-            problem.sets,
-            problem.measurement,
-            start=start,
-            iterations=linear.iterations,
-            tolerance=linear.tolerance,
-        )
+        with naming(inputs.steps):
+            estimate = linear_method(problem, start=start, **limits)
         found.append(asdict(estimate) | {"start_pa": start})
         logging.info("from %s Pa: %d iterations", start, estimate.iterations)
-    return found
+    return {"result": {"data": params.data, "estimates": found}}
 
 
 def make_simulation_minimise(inputs: Any, params: Any) -> dict:
     """The minimum with its trace, and tracked and computed displacement of each node."""
     triangle, problem = read_problem(inputs, params.support)
     with naming(inputs.steps):
-        full = Objective(problem.mesh, problem.sets, problem.measurement, option=params.error)
+        objective = Objective(problem, params.error)
     E_star = pressed_area_modulus(problem, triangle)
-    found = fit_moduli(full, E_star, Minimise.read(params.options), nodes_m=problem.mesh.nodes_m)
+    found = fit_moduli(objective, E_star, Minimise.read(params.options))
     known = {"data": params.data, "start_reduced_modulus_pa": E_star}
     known |= {"nodes": len(problem.mesh.nodes_m)}
-    return minimum_files(full, found, problem.mesh, known)
+    return minimum_files(objective, found, problem.mesh, known)
 
 
 def make_simulation_table(inputs: Any, params: Any) -> dict:
@@ -129,10 +111,9 @@ def row_of(steps: SimulatedSteps, options: Simulation, search: Minimise) -> dict
     """Tracking errors of one variant, and the moduli that both methods find."""
     tracked = track_steps(steps, options.tracking, cuts=options.cuts, corners=options.corners)
     errors = simulation_tables.tracking_errors(steps, tracked)
-    problem = pose_simulation(steps, _support(options), tracked=tracked)
-    found = simulation_tables.every_method(
-        problem, steps.triangle, linear=options.linear, search=search
-    )
+    problem = pose_simulation(steps, read_support(options.support.written()), tracked=tracked)
+    methods = {"linear": options.linear, "search": search}
+    found = simulation_tables.every_method(problem, steps.triangle, **methods)
     moduli = {
         f"{method}_{name}": getattr(found[key], name)
         for method, key in (("linear", "linear_method"), ("minimise", "minimise_displacement"))
@@ -146,38 +127,18 @@ def row_of(steps: SimulatedSteps, options: Simulation, search: Minimise) -> dict
 def make_simulation_noise(inputs: Any, params: Any) -> dict:
     """What noise on exact displacements does to the linear method and both error options."""
     options, steps = Simulation.read(params.options), read_steps(inputs.steps)
-    truth = read_one(inputs.truth)
+    methods = {"linear": options.linear, "search": Minimise.read(params.search)}
+    rng, found = np.random.default_rng(params.seed), []
     with naming(inputs.steps):
-        problem = pose_simulation(steps, _support(options))
-        rng = np.random.default_rng(params.seed)
-        found = drawn(problem, steps.triangle, options, Minimise.read(params.search), rng)
-    table = simulation_tables.noise_table(found, truth)
-    made = outputs.table(tables.rounded(table), title=NOISE_TITLE)
-    return made | {"figure": simulation_figures.noise_figure(table)}
-
-
-def drawn(
-    problem: Problem,
-    triangle: NDArray,
-    options: Simulation,
-    search: Minimise,
-    rng: np.random.Generator,
-) -> list[dict]:
-    """Lame parameters by every method, for each draw of each noise."""
-    found = []
-    for std in options.noise.std_m:
-        for _ in range(options.noise.repeats):
+        problem = pose_simulation(steps, read_support(options.support.written()))
+        for std in np.repeat(options.noise.std_m, options.noise.repeats):
             noisy = simulation_tables.with_noise(problem, std, rng)
-            estimates = simulation_tables.every_method(
-                noisy, triangle, linear=options.linear, search=search
-            )
+            estimates = simulation_tables.every_method(noisy, steps.triangle, **methods)
             found += [
-                {
-                    "method": method,
-                    "std_m": std,
-                    "lame_lambda_pa": estimate.lame_lambda_pa,
-                    "lame_mu_pa": estimate.lame_mu_pa,
-                }
+                {"method": method, "std_m": std}
+                | {name: getattr(estimate, name) for name in simulation_tables.LAME}
                 for method, estimate in estimates.items()
             ]
-    return found
+    table = simulation_tables.noise_table(found, read_one(inputs.truth))
+    made = outputs.table(tables.rounded(table), title=NOISE_TITLE)
+    return made | {"figure": simulation_figures.noise_figure(table)}

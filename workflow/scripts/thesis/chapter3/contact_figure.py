@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 from numpy.typing import NDArray
-from palpate.estimate.minimise.options import Solid
 from palpate.json_fields import read_one
 from palpate.open3d_core import ClosestPoints
 from palpate.report.panels import named
@@ -21,6 +20,8 @@ from palpate.solid.load import contact_triangle
 from palpate.solid.mesh import read_solid, refine_near
 from palpate.surface.tracked import load_tracked
 from palpate.units import MILLIMETRES
+
+from thesis.minimise.options import Solid
 
 REACH_MM = 16
 PLACE = "#F4F4F4"

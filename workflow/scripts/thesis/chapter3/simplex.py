@@ -10,15 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
-from palpate.estimate.minimise.objective import Measurement, Objective, node_sets
 from palpate.report.panels import named
 from palpate.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PAGE_IN, finished
-from palpate.solid.mesh import solid_mesh
+from palpate.solid.laws import engineering_from_lame
 from palpate.solid.support import Support
 from palpate.units import KILOPASCALS, MILLIMETRES
 from scipy.optimize import minimize
 
 from thesis.diagrams import write
+from thesis.minimise.objective import Objective
+from thesis.minimise.problem import pose_simulation
+from thesis.tracker.simulation import read_steps
 
 LEVELS = 12
 # The first triangle, as the study's grid of starts has it: nu 0.25 at the Hertz modulus [Pa].
@@ -230,9 +232,13 @@ def _path_panel(axes: Axes, path: list[NDArray], step: int, truth: Mapping | Non
 def make_figure_3_8(inputs: Any, params: Any) -> Figure:
     """Figure 3.8 with the last load step's displacement as measured."""
     cost = block_objective(inputs.steps)
-    path = simplexes(lambda x: cost(*x) if min(x) > 0 else np.inf, FIRST_PA, STEPS)
+
+    def of_lame(x: NDArray) -> float:
+        return cost(*engineering_from_lame(*x)) if min(x) > 0 else np.inf
+
+    path = simplexes(of_lame, FIRST_PA, STEPS)
     field = error_field(
-        lambda ratio: cost.displacement(ratio, 1.0)[cost.surface],
+        lambda ratio: cost.displacement(*engineering_from_lame(ratio, 1.0))[cost.surface],
         cost.u[cost.surface],
         RATIOS,
         SHEAR_MODULI_PA,
@@ -242,11 +248,5 @@ def make_figure_3_8(inputs: Any, params: Any) -> Figure:
 
 def block_objective(path: str) -> Objective:
     """Displacement error (Eq. 3.33) of the simulated block."""
-    with np.load(path, allow_pickle=False) as data:
-        mesh = solid_mesh(data["nodes_m"], data["tetrahedra"])
-        triangle, force = data["triangle"], data["force_n"][-1]
-        displacement = data["displacement_m"][-1].copy()
     support = Support(np.zeros(3), np.array([0.0, 0.0, 1.0]), 1e-6)
-    sets = node_sets(mesh, support, contact_nodes=triangle)
-    total = float(np.linalg.norm(force.sum(axis=0)))
-    return Objective(mesh, sets, Measurement(displacement, force, total), option="displacement")
+    return Objective(pose_simulation(read_steps(path), support), "displacement")

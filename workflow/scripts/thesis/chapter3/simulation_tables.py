@@ -1,18 +1,12 @@
 """Tables of Chapter 3: node sets, and the moduli found on the simulated block."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from palpate.estimate.minimise.linear import LinearEstimate, linear_method
-from palpate.estimate.minimise.objective import Measurement, NodeSets, Objective, node_sets
-from palpate.estimate.minimise.options import Minimise, Solid
-from palpate.estimate.minimise.problem import Problem
-from palpate.estimate.minimise.reduced_objective import ReducedObjective
-from palpate.estimate.minimise.search import Minimum, hertz_start, minimise_error
-from palpate.estimate.minimise.simulation import pressed_area_modulus
 from palpate.report import outputs
 from palpate.solid.laws import engineering_from_lame
 from palpate.solid.load import contact_triangle
@@ -20,6 +14,11 @@ from palpate.solid.mesh import read_solid, refine_near
 from palpate.surface.tracked import Tracked
 from palpate.workflow.object_inputs import read_declared
 
+from thesis.minimise.linear import LinearEstimate, linear_method
+from thesis.minimise.objective import NodeSets, Objective, Problem, node_sets
+from thesis.minimise.options import Minimise, Solid
+from thesis.minimise.problem import pressed_area_modulus
+from thesis.minimise.search import Minimum, hertz_start, minimise_error
 from thesis.options import LinearMethod
 from thesis.tracker.simulation import SimulatedSteps
 
@@ -37,19 +36,18 @@ KNOWN = {
 
 def table_3_1(sets: NodeSets, *, provenance: str) -> pd.DataFrame:
     """Values and notations of each set of nodes (Table 3.1), with the nodes of a mesh."""
-    rows = []
-    for name, (displacement, force) in KNOWN.items():
-        rows.append(
-            {
-                "nodes": name,
-                "displacement": displacement,
-                "displacement_notation": f"U_{name[0]}",
-                "force": force,
-                "force_notation": f"F_{name[0]}",
-                "count": len(getattr(sets, name)),
-                "provenance": provenance,
-            }
-        )
+    rows = [
+        {
+            "nodes": name,
+            "displacement": displacement,
+            "displacement_notation": f"U_{name[0]}",
+            "force": force,
+            "force_notation": f"F_{name[0]}",
+            "count": len(getattr(sets, name)),
+            "provenance": provenance,
+        }
+        for name, (displacement, force) in KNOWN.items()
+    ]
     return pd.DataFrame(rows)
 
 
@@ -135,13 +133,11 @@ def every_method(
     dict
         By method, ``linear_method`` or ``minimise_<error option>``.
     """
-    mesh, sets, measurement = problem.mesh, problem.sets, problem.measurement
     limits = {"iterations": linear.iterations, "tolerance": linear.tolerance}
-    first = linear.starts_pa[0]
-    found = {"linear_method": linear_method(mesh, sets, measurement, start=first, **limits)}
-    E_star = pressed_area_modulus(problem, triangle)
+    found = {"linear_method": linear_method(problem, start=linear.starts_pa[0], **limits)}
+    E_star, kept = pressed_area_modulus(problem, triangle), {}
     for option in ERROR_OPTIONS:
-        cost = ReducedObjective(Objective(mesh, sets, measurement, option=option))
+        cost = Objective(problem, option, kept)
         start = hertz_start(cost, E_star, search.start_poisson_ratios)
         found[f"minimise_{option}"] = minimise_error(cost, start, search)
     return found
@@ -149,10 +145,8 @@ def every_method(
 
 def with_noise(problem: Problem, std_m: float, rng: np.random.Generator) -> Problem:
     """The problem with independent normal noise on the displacement of every node."""
-    measured = problem.measurement
-    noise = rng.normal(0, std_m, measured.displacement_m.shape)
-    noisy = Measurement(measured.displacement_m + noise, measured.force_n, measured.total_force_n)
-    return Problem(problem.mesh, problem.sets, noisy)
+    noise = rng.normal(0, std_m, problem.displacement_m.shape)
+    return replace(problem, displacement_m=problem.displacement_m + noise)
 
 
 def noise_table(found: Sequence[Mapping], true: Mapping | None) -> pd.DataFrame:
@@ -204,14 +198,9 @@ def make_table_3_1(inputs: Any, params: Any) -> dict:
     (capture,) = params.captures
     spec, support = read_declared(inputs.object)
     point = np.array(spec["points"][capture["point"]]["position_m"], dtype=float)
-    fineness = Solid.read(params.solid)
-    mesh = refine_near(
-        read_solid(inputs.solid),
-        point,
-        radius_m=fineness.refine_radius_m,
-        edge_m=fineness.refine_edge_m,
-    )
-    radius = params.probe["indenter"]["radius_m"]
+    solid, radius = Solid.read(params.solid), params.probe["indenter"]["radius_m"]
+    near = {"radius_m": solid.refine_radius_m, "edge_m": solid.refine_edge_m}
+    mesh = refine_near(read_solid(inputs.solid), point, **near)
     triangle = contact_triangle(mesh, point, largest_distance_m=radius)
     sets = node_sets(mesh, support, contact_nodes=triangle)
     found = table_3_1(sets, provenance=capture["provenance"])

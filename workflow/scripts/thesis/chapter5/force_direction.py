@@ -8,9 +8,6 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from palpate.estimate.minimise.objective import Objective
-from palpate.estimate.minimise.options import Load, Solid
-from palpate.estimate.minimise.problem import Problem, pose_problem
 from palpate.json_fields import read_all
 from palpate.report.panels import (
     coloured,
@@ -23,7 +20,6 @@ from palpate.report.panels import (
 )
 from palpate.report.style import SMALL, label_provenance, sensor_name
 from palpate.report.views import MILLIMETRES, Surface, View
-from palpate.solid.laws import lame_from_engineering
 from palpate.solid.load import contact_triangle, outward_normal
 from palpate.solid.mesh import SolidMesh
 from palpate.surface.recorded import Recorded
@@ -31,6 +27,9 @@ from palpate.surface.tracked import Tracked, load_tracked
 from scipy.spatial.transform import Rotation
 
 from thesis.chapter5.tracking_inputs import recordings_of
+from thesis.minimise.objective import Objective, Problem
+from thesis.minimise.options import Load, Solid
+from thesis.minimise.problem import pose_problem
 
 # Table 5.4, Bumblebee, both terms of the error.
 STUDY_E_PA, STUDY_NU = 130160.0, 0.2942
@@ -70,7 +69,7 @@ def make_figure_5_12(inputs: Any, params: Any) -> Figure:
     known = {"normal": normal, "E": STUDY_E_PA, "nu": STUDY_NU}
     contact = tracked.contact_point_m
     cases = [(name, press(problem, contact, **known)) for name, problem in problems.items()]
-    view = _across(problems[LEANING].measurement.force_n.sum(axis=0))
+    view = _across(problems[LEANING].force_n.sum(axis=0))
     note = _note(recorded.forces_n[fit["range"]["last_frame"]])
     return figure_5_12(params.captures[0], cases, view, times=TIMES, note=note)
 
@@ -94,8 +93,7 @@ def problems_of(
         pose_problem,
         recorded.solid,
         tracked,
-        frame=frame,
-        depth_m=fit["samples"]["depth_m"][frame],
+        fit=fit,
         support=recorded.support,
         indenter_radius_m=recorded.indenter_radius_m,
         fineness=fineness,
@@ -122,10 +120,9 @@ def press(problem: Problem, contact_m: NDArray, *, E: float, nu: float, normal: 
     normal : (3,) array
         Outward normal of the contact.
     """
-    objective = Objective(problem.mesh, problem.sets, problem.measurement, option="displacement")
-    moved = objective.displacement(*lame_from_engineering(E, nu))
+    moved = Objective(problem, "displacement").displacement(E, nu)
     nodes, faces = problem.mesh.nodes_m, problem.mesh.surface_triangles()
-    force = problem.measurement.force_n.sum(axis=0)
+    force = problem.force_n.sum(axis=0)
     cosine = -(force @ normal) / np.linalg.norm(force) / np.linalg.norm(normal)
     turn, _ = Rotation.align_vectors(
         nodes + moved - (nodes + moved).mean(axis=0), nodes - nodes.mean(axis=0)

@@ -20,7 +20,7 @@ from palpate.report.style import (
     sensor_name,
 )
 
-from thesis.chapter5.step_variants import ALONE, TRUE
+from thesis.chapter5.minimise_steps import ALONE, TRUE
 
 COLOURS = {"bumblebee": BLUE, "kinect": ORANGE}
 SPREAD = 0.16
@@ -50,11 +50,9 @@ def minimise_steps(table: pd.DataFrame, error: str) -> Figure:
     shown = table[table["error"] == error]
     if shown.empty:
         raise ValueError(f"error: expected one of the table's, found {error}")
-    names = list(dict.fromkeys(shown["object"]))
-    size = (PAGE_IN, HEIGHT_IN)
-    figure, axes = plt.subplots(
-        2, len(names), figsize=size, sharex=True, sharey="row", squeeze=False
-    )
+    names, size = list(dict.fromkeys(shown["object"])), (PAGE_IN, HEIGHT_IN)
+    shared = {"sharex": True, "sharey": "row", "squeeze": False}
+    figure, axes = plt.subplots(2, len(names), figsize=size, **shared)
     for k, name in enumerate(names):
         mine = shown[shown["object"] == name]
         for panel, column in zip(axes[:, k], ROWS, strict=True):
@@ -114,19 +112,17 @@ def _spread(count: int) -> np.ndarray:
 
 
 def _explain(figure: Figure, rows: pd.DataFrame, error: str) -> None:
-    sensors = list(dict.fromkeys(rows["sensor"]))
+    look = {"ms": 3.5, "lw": 0.7}
+    lines = {
+        f"{sensor_name(name)}, added in turn": {"color": COLOURS.get(name, GREY), "marker": "o"}
+        for name in dict.fromkeys(rows["sensor"])
+    }
+    lines["alone"] = {"marker": "x", "ls": ""}
+    lines["on the true surface"] = {"marker": "o", "ls": ":", "mfc": "white"}
+    lines["truth"] = {"lw": 0.8, "ls": (0, (4, 2))}
     handles = [
-        plt.Line2D([], [], color=COLOURS.get(name, GREY), marker="o", ms=3.5, lw=0.7)
-        for name in sensors
+        plt.Line2D([], [], **({"color": BLACK} | look | line), label=name)
+        for name, line in lines.items()
     ]
-    handles += [plt.Line2D([], [], color=BLACK, marker="x", ls="", ms=3.5)]
-    handles += [plt.Line2D([], [], color=BLACK, marker="o", ls=":", mfc="white", ms=3.5, lw=0.7)]
-    handles += [plt.Line2D([], [], color=BLACK, lw=0.8, ls=(0, (4, 2)))]
-    labels = [f"{sensor_name(name)}, added in turn" for name in sensors] + [
-        "alone",
-        "on the true surface",
-        "truth",
-    ]
-    title = f"error of {ERROR_NAMES[error]}"
-    look = {"loc": "lower center", "bbox_to_anchor": (0.5, 0.02), "ncols": len(labels)}
-    figure.legend(handles, labels, title=title, **look)
+    title, place = f"error of {ERROR_NAMES[error]}", {"bbox_to_anchor": (0.5, 0.02)}
+    figure.legend(handles=handles, title=title, loc="lower center", ncols=len(lines), **place)

@@ -100,33 +100,30 @@ def steps_summary(table: pd.DataFrame) -> pd.DataFrame:
         Median E over the relaxed truth and its largest deviation from 1, median and largest
         error of nu, by object; ``captures`` of them, and how many of those ended at a bound.
     """
-    keys = ["object", "error", "kind", "step"]
-    rows = []
-    for key, group in table.groupby(keys, sort=False):
-        ratio, nu = group["relaxed_modulus_ratio"], group["poisson_ratio_error"]
-        rows.append(
-            dict(zip(keys, key, strict=True))
-            | {
-                "captures": len(group),
-                "captures_at_bound": int(group["at_bound"].sum()),
-                "youngs_modulus_ratio": group["youngs_modulus_ratio"].median(),
-                "relaxed_modulus_ratio": ratio.median(),
-                "relaxed_modulus_largest_deviation": (ratio - 1).abs().max(),
-                "poisson_ratio_error": nu.median(),
-                "poisson_ratio_largest_error": nu.abs().max(),
-                "provenance": group["provenance"].iloc[0],
-            }
-        )
-    return pd.DataFrame(rows).sort_values(["object", "error"], kind="stable", ignore_index=True)
+    groups = table.groupby(["object", "error", "kind", "step"], sort=False)
+    found = groups.agg(
+        captures=("at_bound", "size"),
+        captures_at_bound=("at_bound", "sum"),
+        youngs_modulus_ratio=("youngs_modulus_ratio", "median"),
+        relaxed_modulus_ratio=("relaxed_modulus_ratio", "median"),
+        relaxed_modulus_largest_deviation=(
+            "relaxed_modulus_ratio",
+            lambda ratio: (ratio - 1).abs().max(),
+        ),
+        poisson_ratio_error=("poisson_ratio_error", "median"),
+        poisson_ratio_largest_error=("poisson_ratio_error", lambda error: error.abs().max()),
+        provenance=("provenance", "first"),
+    ).reset_index()
+    return found.sort_values(["object", "error"], kind="stable", ignore_index=True)
 
 
 def _named(changes: Mapping) -> str:
     """Changed options in one cell."""
-    return "; ".join(f"{name}={_plain(value)}" for name, value in changes.items()) or "none"
-
-
-def _plain(value: object) -> str:
-    return value if isinstance(value, str) else json.dumps(value)
+    cells = [
+        f"{name}={value if isinstance(value, str) else json.dumps(value)}"
+        for name, value in changes.items()
+    ]
+    return "; ".join(cells) or "none"
 
 
 def _against(step: Mapping, material: Mapping) -> dict:

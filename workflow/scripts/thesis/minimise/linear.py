@@ -4,13 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-
-from palpate.estimate.minimise.objective import Measurement, NodeSets
 from palpate.solid.laws import engineering_from_lame
-from palpate.solid.mesh import SolidMesh
 from palpate.solid.solve import factorise
 from palpate.solid.stiffness import dofs, elastic_stiffness
+
+from thesis.minimise.objective import Problem
 
 # Both halves of an iteration are singular when the moduli have fallen to nothing.
 COLLAPSED = 1e-12
@@ -46,13 +44,11 @@ class LinearEstimate:
 
 
 class LinearSystem:
-    """Equations 3.26 and 3.30 for one mesh and measurement.
+    """Equations 3.26 and 3.30 for one deformation.
 
     Parameters
     ----------
-    mesh : SolidMesh
-    sets : NodeSets
-    measurement : Measurement
+    problem : Problem
         Displacements inside and on the support are not read.
 
     Raises
@@ -61,12 +57,22 @@ class LinearSystem:
         If a set that the equations need is empty, or a known value is no number.
     """
 
-    def __init__(self, mesh: SolidMesh, sets: NodeSets, measurement: Measurement) -> None:
-        _check(sets, measurement)
-        self.K1, self.K2 = elastic_stiffness(mesh)
-        self.u = measurement.displacement_m.copy()
+    def __init__(self, problem: Problem) -> None:
+        sets = problem.sets
+        for name in ("interior", "support", "contact"):
+            if not len(getattr(sets, name)):
+                raise ValueError(f"{name}: expected at least one node, found none")
+        known = np.concatenate([sets.contact, sets.free])
+        if not np.isfinite(problem.displacement_m[known]).all():
+            raise ValueError("displacement: expected numbers at contact and free nodes, found NaN")
+        if not np.isfinite(problem.force_n).all():
+            raise ValueError("force: expected numbers at all nodes, found NaN")
+        if not np.abs(problem.force_n[sets.contact]).max() > 0:
+            raise ValueError("force: expected a load on the contact nodes, found none")
+        self.K1, self.K2 = elastic_stiffness(problem.mesh)
+        self.u = problem.displacement_m.copy()
         self.u[sets.support] = self.u[sets.interior] = 0
-        self.u, self.f = self.u.ravel(), measurement.force_n.astype(float).ravel()
+        self.u, self.f = self.u.ravel(), problem.force_n.astype(float).ravel()
         self.inside, self.held = dofs(sets.interior), dofs(sets.support)
         self.rows = np.setdiff1d(np.arange(self.u.size), self.held)
         self._parts = [
@@ -82,7 +88,10 @@ class LinearSystem:
         (A1, b1), (A2, b2) = self._parts
         A, b = lam * A1 + mu * A2, self.f[self.rows] - lam * b1 - mu * b2
         u, f = self.u.copy(), self.f.copy()
-        u[self.inside] = _least_squares(A, b)
+        # Normal equations; a step of refinement gives back the digits that A'A costs.
+        solve = factorise(A.T @ A)
+        x = solve(A.T @ b)
+        u[self.inside] = x + solve(A.T @ (b - A @ x))
         f[self.held] = (lam * (self.K1[self.held] @ u)) + mu * (self.K2[self.held] @ u)
         return u.reshape(-1, 3), f.reshape(-1, 3)
 
@@ -95,13 +104,7 @@ class LinearSystem:
 
 
 def linear_method(
-    mesh: SolidMesh,
-    sets: NodeSets,
-    measurement: Measurement,
-    *,
-    start: tuple[float, float],
-    iterations: int,
-    tolerance: float,
+    problem: Problem, *, start: tuple[float, float], iterations: int, tolerance: float
 ) -> LinearEstimate:
     """Estimate the Lame parameters by Algorithm 1.
 
@@ -111,9 +114,7 @@ def linear_method(
 
     Parameters
     ----------
-    mesh : SolidMesh
-    sets : NodeSets
-    measurement : Measurement
+    problem : Problem
     start : (float, float)
         First lambda and mu [Pa].
     iterations : int
@@ -134,49 +135,21 @@ def linear_method(
         raise ValueError(
             f"start: expected positive lambda and mu, found {start[0]:g}, {start[1]:g}"
         )
-    system = LinearSystem(mesh, sets, measurement)
+    system = LinearSystem(problem)
     lam, mu = (float(value) for value in start)
     u, f = (values.ravel() for values in system.fill_in(lam, mu))
     residual = float(np.linalg.norm(lam * (system.K1 @ u) + mu * (system.K2 @ u) - f))
-    trace = [_step(0, lam, mu, residual)]
+    trace = [(lam, mu, residual)]
     converged = False
     while not converged and len(trace) <= iterations and np.hypot(lam, mu) > COLLAPSED * start[1]:
         before = np.array([lam, mu])
         lam, mu, residual = system.moduli(*system.fill_in(lam, mu))
-        trace.append(_step(len(trace), lam, mu, residual))
+        trace.append((lam, mu, residual))
         change = np.linalg.norm(np.array([lam, mu]) - before)
         converged = bool(change <= tolerance * np.linalg.norm(before))
+    names = ("lame_lambda_pa", "lame_mu_pa", "residual_n")
+    steps = tuple(
+        {"iteration": k} | dict(zip(names, step, strict=True)) for k, step in enumerate(trace)
+    )
     E, nu = engineering_from_lame(lam, mu)
-    return LinearEstimate(lam, mu, E, nu, residual, len(trace) - 1, converged, tuple(trace))
-
-
-def _step(iteration: int, lam: float, mu: float, residual: float) -> dict:
-    return {
-        "iteration": iteration,
-        "lame_lambda_pa": lam,
-        "lame_mu_pa": mu,
-        "residual_n": residual,
-    }
-
-
-def _least_squares(A: sparse.spmatrix, b: NDArray) -> NDArray:
-    """Solve min ||A x - b|| by normal equations, with one step of refinement.
-
-    A is a stiffness of a held body: the refinement gives back the digits that A'A costs.
-    """
-    solve = factorise(A.T @ A)
-    x = solve(A.T @ b)
-    return x + solve(A.T @ (b - A @ x))
-
-
-def _check(sets: NodeSets, measurement: Measurement) -> None:
-    for name in ("interior", "support", "contact"):
-        if not len(getattr(sets, name)):
-            raise ValueError(f"{name}: expected at least one node, found none")
-    known = np.concatenate([sets.contact, sets.free])
-    if not np.isfinite(measurement.displacement_m[known]).all():
-        raise ValueError("displacement: expected numbers at contact and free nodes, found NaN")
-    if not np.isfinite(measurement.force_n).all():
-        raise ValueError("force: expected numbers at all nodes, found NaN")
-    if not np.abs(measurement.force_n[sets.contact]).max() > 0:
-        raise ValueError("force: expected a load on the contact nodes, found none")
+    return LinearEstimate(lam, mu, E, nu, residual, len(trace) - 1, converged, steps)

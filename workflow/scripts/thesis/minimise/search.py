@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
-
-from palpate.estimate.minimise.options import Minimise
 from palpate.solid.laws import (
     engineering_from_lame,
     lame_from_engineering,
     reduced_modulus,
 )
+from scipy.optimize import minimize
+
+from thesis.minimise.options import Minimise
 
 Cost = Callable[[float, float], float]
 AT_BOUND = 1e-3
@@ -61,7 +61,7 @@ def hertz_start(cost: Cost, E_star: float, poisson_ratios: list[float]) -> tuple
     Parameters
     ----------
     cost : callable
-        Objective of (lam, mu).
+        Objective of (E, nu).
     E_star : float
         Reduced modulus of the Hertz fit [Pa].
     poisson_ratios : list of float
@@ -71,7 +71,7 @@ def hertz_start(cost: Cost, E_star: float, poisson_ratios: list[float]) -> tuple
     E, nu : float
     """
     starts = [(E_star * (1 - nu**2), nu) for nu in poisson_ratios]
-    return min(starts, key=lambda start: cost(*lame_from_engineering(*start)))
+    return min(starts, key=lambda start: cost(*start))
 
 
 def minimise_error(cost: Cost, start: tuple[float, float], options: Minimise) -> Minimum:
@@ -80,7 +80,7 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Minimise) ->
     Parameters
     ----------
     cost : callable
-        Objective of (lam, mu) [m].
+        Objective of (E, nu) [m].
     start : (float, float)
         E [Pa] and nu.
     options : Minimise
@@ -95,7 +95,9 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Minimise) ->
         If the start lies outside the bounds.
     """
     E_bounds, nu_bounds = options.youngs_modulus_bounds_pa, options.poisson_ratio_bounds
-    outside_bounds(start, E_bounds, nu_bounds)
+    for name, value, (low, high) in zip(("E", "nu"), start, (E_bounds, nu_bounds), strict=True):
+        if not low <= value <= high:
+            raise ValueError(f"start: expected {name} within {(low, high)}, found {value:g}")
     search = {"modulus": _by_modulus, "lame": _by_lame}[options.parametrisation]
     to_lame, simplex, bounds = search(start, E_bounds, nu_bounds)
     trace: list[dict] = []
@@ -105,7 +107,9 @@ def minimise_error(cost: Cost, start: tuple[float, float], options: Minimise) ->
         nonlocal count
         count += 1
         lam, mu = to_lame(x)
-        return cost(lam, mu) if is_stable(lam, mu) else np.inf
+        # Resists shear and compression.
+        stable = mu > 0 and 3 * lam + 2 * mu > 0
+        return cost(*engineering_from_lame(lam, mu)) if stable else np.inf
 
     def note(intermediate_result) -> None:
         lam, mu = to_lame(intermediate_result.x)
@@ -164,27 +168,6 @@ def _by_lame(start: tuple, E_bounds: list, nu_bounds: list) -> tuple:
     # SciPy's own first simplex: 5 %, and a little where a start is zero.
     steps = np.where(first == 0, 0.00025, 0.05 * first)
     return to_lame, first + np.vstack([np.zeros(2), np.diag(steps)]), None
-
-
-def is_stable(lam: float, mu: float) -> bool:
-    """Whether moduli belong to a solid that resists shear and compression."""
-    return mu > 0 and 3 * lam + 2 * mu > 0
-
-
-def outside_bounds(
-    start: tuple[float, float], E_bounds: Sequence[float], nu_bounds: Sequence[float]
-) -> None:
-    """Refuse a start (E, nu) outside the bounds.
-
-    Raises
-    ------
-    ValueError
-        If E or nu is not within its bounds.
-    """
-    for name, value, bounds in zip(("E", "nu"), start, (E_bounds, nu_bounds), strict=True):
-        if not bounds[0] <= value <= bounds[1]:
-            expected = f"{name} within {tuple(bounds)}"
-            raise ValueError(f"start: expected {expected}, found {value:g}")
 
 
 def touches_bound(

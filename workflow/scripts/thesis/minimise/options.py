@@ -2,9 +2,8 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import model_validator
-
 from palpate.config.model import Count, Length, Model, Positive, Ratio, constant, increasing, option
+from pydantic import model_validator
 
 
 class Solid(Model):

@@ -1,0 +1,196 @@
+"""Objective, search and what the moduli are worth: whole solutions and known answers."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from indented_block import TRUE, indented_block, moved, noise
+from palpate.solid.laws import reduced_modulus
+from palpate.solid.mesh import read_solid, solid_mesh
+from skfem import MeshTet
+from thesis.minimise.fit import Valley, fit_moduli, poisson_profile
+from thesis.minimise.objective import Objective
+from thesis.minimise.options import Minimise
+from thesis.minimise.search import minimise_error
+from thesis.minimise.uncertainty import correlation_length
+
+NUS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.45, 0.48, 0.499)
+OPTIONS = Minimise(iterations=200, profile_poisson_ratios=NUS)
+PLACES = [(1e4, 0.0), (2e4, 0.13), (3e4, 0.3), (26e3, 0.45), (2e4, 0.498)]
+BOTH = ["displacement", "force_displacement"]
+
+
+@pytest.fixture(scope="module")
+def exact(root):
+    """Block with the displacement that an indentation causes at the true moduli."""
+    return indented_block(read_solid(root / "config/meshes/foam_block.vtu"), [-0.05, 0, 0.0475])
+
+
+@pytest.fixture(scope="module")
+def noisy(exact):
+    return moved(exact, noise(exact, 1e-4, 5))
+
+
+@pytest.mark.parametrize("option", BOTH)
+def test_the_error_is_that_of_whole_solutions_and_much_faster(exact, noisy, option):
+    grid = MeshTet.init_tensor(*(np.linspace(0, 0.1, n) for n in (2, 3, 3)))
+    hollow = indented_block(solid_mesh(grid.p.T, grid.t.T), [0.05, 0.05, 0.1])
+    assert not len(hollow.sets.interior)
+    out = np.concatenate([noisy.sets.contact, noisy.sets.free[:20]])
+    for problem in (hollow, noisy, replace(noisy, left_out=out)):
+        objective = Objective(problem, option)
+        for place in PLACES:
+            assert objective(*place) == pytest.approx(objective.full(*place), rel=1e-6)
+        assert objective(2e4, -0.2) == objective.full(2e4, -0.2)
+    assert Objective(exact, option)(*TRUE) < 1e-9 < 1e-7 < Objective(exact, option)(2e4, 0.45)
+    spent = []
+    for function, times in ((objective, 200), (objective.full, 2)):
+        start = time.process_time()
+        for _ in range(times):
+            function(2e4, 0.3)
+        spent.append((time.process_time() - start) / times)
+    assert spent[1] > 50 * spent[0]
+
+
+def test_what_is_left_out_changes_the_displacement_term_alone(noisy):
+    some = replace(noisy, left_out=noisy.sets.free[:40])
+    kept = {}
+    error = {
+        (name, option): Objective(problem, option, kept)(2e4, 0.3)
+        for name, problem in (("all", noisy), ("some", some))
+        for option in BOTH
+    }
+    force = [error[name, BOTH[1]] - error[name, BOTH[0]] for name in ("all", "some")]
+    assert force[1] == pytest.approx(force[0], rel=1e-9)
+    assert error["some", BOTH[0]] != pytest.approx(error["all", BOTH[0]], rel=1e-3)
+    # One stiffness and a model for each term served all four.
+    assert len(kept) == 3
+
+
+@pytest.mark.parametrize("option", BOTH)
+def test_slopes_of_the_gaps_are_differences(noisy, option):
+    (E, nu), step = (2e4, 0.33), 1e-5
+    for term in Objective(noisy, option).terms:
+        by_log = term.gaps(E * np.exp(step), nu) - term.gaps(E * np.exp(-step), nu)
+        by_nu = term.gaps(E, nu + step) - term.gaps(E, nu - step)
+        found = np.stack([by_log, by_nu], axis=2) / (2 * step)
+        assert np.allclose(term.slopes(E, nu), found, rtol=1e-5, atol=1e-8 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("option", BOTH)
+def test_every_search_finds_the_truth(exact, option):
+    found = fit_moduli(Objective(exact, option), 1.3 * reduced_modulus(*TRUE), OPTIONS)
+    minimum = found.minimum
+    assert (minimum.youngs_modulus_pa, minimum.poisson_ratio) == pytest.approx(TRUE, rel=1e-4)
+    assert minimum.converged and not minimum.at_bound
+    assert all(np.diff([step["error_m"] for step in minimum.trace]) <= 0)
+    for best in found.least_squares.values():
+        assert (best.youngs_modulus_pa, best.poisson_ratio) == pytest.approx(TRUE, rel=1e-6)
+    assert found.profile.verdict == ("identified" if option == BOTH[0] else "not judged")
+    assert found.reduced_model_error < 1e-6
+
+
+@pytest.mark.parametrize("option", BOTH)
+def test_the_valley_ends_where_nelder_mead_does(noisy, option):
+    objective = Objective(noisy, option)
+    simplex = minimise_error(objective, (2e4, 0.3), OPTIONS)
+    best = Valley(objective, OPTIONS, "length").best()
+    assert best.youngs_modulus_pa == pytest.approx(simplex.youngs_modulus_pa, rel=1e-4)
+    assert best.poisson_ratio == pytest.approx(simplex.poisson_ratio, abs=1e-4)
+
+
+def bowl(E, nu):
+    return abs(np.log(E / 25e3)) + abs(nu - 0.3)
+
+
+@pytest.mark.parametrize("start", [(100.0, 0.499), (1e8, 0.0)])
+def test_a_start_on_a_bound_comes_away_from_it(start):
+    found = minimise_error(bowl, start, OPTIONS)
+    assert found.youngs_modulus_pa == pytest.approx(25e3, rel=1e-3)
+    assert not found.at_bound
+
+
+def test_the_printed_parametrisation_stays_with_real_solids(exact):
+    """Also where the start has no lambda, and where the cost would lead beyond."""
+    options = OPTIONS.changed(parametrisation="lame", iterations=400)
+    found = minimise_error(Objective(exact, BOTH[0]), (33000.0, 0.4), options)
+    assert found.youngs_modulus_pa == pytest.approx(TRUE[0], rel=1e-3)
+    found = minimise_error(bowl, (20e3, 0.0), options)
+    assert found.youngs_modulus_pa == pytest.approx(25e3, rel=1e-3)
+    assert found.poisson_ratio == pytest.approx(0.3, abs=1e-3)
+    astray = minimise_error(lambda E, nu: E**2 + (nu + 2) ** 2, (2e4, 0.3), options)
+    assert astray.lame_mu_pa > 0
+    assert astray.at_bound
+
+
+def valley_of(problem, norm="length", option="displacement"):
+    valley = Valley(Objective(problem, option), OPTIONS, norm)
+    best = valley.best()
+    return best, poisson_profile(valley, best)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("norm", ["length", "square"])
+def test_standard_errors_are_those_of_repeated_noise(exact, norm):
+    found = [valley_of(moved(exact, noise(exact, 3e-5, seed)), norm)[0] for seed in range(40)]
+    logs = [np.log(f.youngs_modulus_pa) for f in found]
+    log_stds = [f.youngs_modulus_std_pa / f.youngs_modulus_pa for f in found]
+    # A deviation of 40 draws is itself known to 11 %.
+    assert np.mean(log_stds) / np.std(logs, ddof=1) == pytest.approx(1, abs=0.3)
+    nus, stds = [f.poisson_ratio for f in found], [f.poisson_ratio_std for f in found]
+    assert np.mean(stds) / np.std(nus, ddof=1) == pytest.approx(1, abs=0.3)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("length_m", "least"), [(0.0, 0.85), (0.02, 0.7)])
+def test_intervals_of_nu_cover_it(exact, length_m, least):
+    """With correlated gaps few patches make standard errors small: four of five."""
+    drawn = [moved(exact, noise(exact, 3e-5, seed, length_m)) for seed in range(20)]
+    intervals = [valley_of(problem)[1].interval for problem in drawn]
+    judged = [interval for interval in intervals if interval is not None]
+    assert len(judged) >= 15
+    assert np.mean([low <= TRUE[1] <= high for low, high in judged]) >= least
+
+
+def test_what_noise_leaves_of_nu(exact):
+    """Little of it identifies nu; much, an offset of all gaps, or a bound do not."""
+    best, profile = valley_of(moved(exact, noise(exact, 2e-5, 5)))
+    assert profile.verdict == "identified"
+    assert profile.interval[0] < best.poisson_ratio < profile.interval[1]
+    assert best.error_m == min(profile.errors_m) < profile.errors_m[0]
+    assert best.patch_m == pytest.approx(0.02)
+    assert valley_of(moved(exact, noise(exact, 2e-3, 7)))[1].verdict == "not identified"
+    best, profile = valley_of(moved(exact, np.tile([0, 0, 3e-4], (len(exact.mesh.nodes_m), 1))))
+    assert (best.unknown, profile.verdict) == ("gaps agree over the surface", "not identified")
+    best, _ = valley_of(moved(exact, noise(exact, 2e-3, 6)))
+    assert (best.at_bound, best.poisson_ratio_std, best.unknown) == (True, None, "at a bound")
+
+
+def test_correlation_length():
+    rng = np.random.default_rng(0)
+    points = rng.uniform(0, [0.6, 0.15, 0.0], (500, 3))
+    assert correlation_length(points, rng.normal(size=(500, 3)), bin_m=0.02) == 0
+    angle = points[:, 0] / 0.05
+    wave = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    # Directions turn by one radian in 5 cm: their cosine falls to 0.2 after about 7 cm.
+    assert 0.06 <= correlation_length(points, wave, bin_m=0.02) <= 0.12
+
+
+def test_bad_input(exact):
+    spoiled = exact.displacement_m.copy()
+    spoiled[exact.sets.free[0]] = np.nan
+    still = np.zeros_like(spoiled)
+    for problem, option, line in (
+        (exact, "all", "error: expected one of"),
+        (replace(exact, displacement_m=spoiled), BOTH[0],
+         "displacement: expected numbers at all surface nodes"),
+        (replace(exact, displacement_m=still), BOTH[0],
+         "measurement: expected a deformation and a force"),
+        (replace(exact, left_out=exact.mesh.surface_nodes()), BOTH[0],
+         "left_out: expected surface nodes to compare off"),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=line):
+            Objective(problem, option)
+    with pytest.raises(ValueError, match=r"start: expected nu within \(0.0, 0.499\), found 0.4999"):
+        minimise_error(bowl, (1e4, 0.4999), OPTIONS)
