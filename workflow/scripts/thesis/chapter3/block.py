@@ -22,6 +22,7 @@ from palpate.surface.simulation import SimulatedSteps, read_steps, track_steps
 from palpate.surface.tracked import load_tracked, save_tracked
 from palpate.workflow.job import naming
 
+from thesis import published
 from thesis.chapter3 import simulation_figures, simulation_tables
 from thesis.minimum import minimum_files
 from thesis.options import LinearMethod, Simulation
@@ -98,7 +99,7 @@ def make_simulation_table(inputs: Any, params: Any) -> dict:
     found = simulation_tables.simulation_table(
         linear, read_all(inputs.minima), pd.read_csv(inputs.published), read_one(inputs.truth)
     )
-    return outputs.table(tables.rounded(found), title=MODULI_TITLE)
+    return published.table(tables.rounded(found), title=MODULI_TITLE)
 
 
 def make_simulation_tracking(inputs: Any, params: Any) -> dict:
